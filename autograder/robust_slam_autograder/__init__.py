@@ -1,0 +1,7 @@
+"""Grades nbgrader notebooks that it does not trust.
+
+Tests run in one process, student code in another; only plain data crosses
+between them. ``cli`` is the door, ``grading`` the heart, ``sandbox`` the wall.
+"""
+
+from __future__ import annotations
