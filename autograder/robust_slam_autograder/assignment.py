@@ -1,0 +1,272 @@
+"""The instructor's notebook as the grader sees it: set-up, solution cells, exercises, cases.
+
+An assignment is a folder of an nbgrader source tree, ``<tree>/<name>/<name>.ipynb``,
+with an optional ``autograder.toml`` beside the notebook.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+import tomllib
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from robust_slam_autograder import notebook
+from robust_slam_autograder.errors import Refused, WrongUse
+from robust_slam_autograder.notebook import Cell
+
+CONFIG_NAME = "autograder.toml"
+BEGIN_HIDDEN = "BEGIN HIDDEN TESTS"
+END_HIDDEN = "END HIDDEN TESTS"
+_HINT = re.compile(r"\s*#\s*hint:\s*(.+)")
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Deadlines in seconds."""
+
+    call_seconds: float = 10.0
+    """One call of a student's function."""
+    cell_seconds: float = 20.0
+    """One cell, the student's or a test."""
+    notebook_seconds: float = 120.0
+    """All of one submission's passes together."""
+
+
+@dataclass(frozen=True)
+class Config:
+    """What ``autograder.toml`` says of one assignment."""
+
+    title: str = ""
+    chapter: str = ""
+    """Name of the chapter that the assignment belongs to."""
+    withheld: tuple[str, ...] = ()
+    """Modules that student code may not import, because they hold the answers."""
+    limits: Limits = field(default_factory=Limits)
+
+
+@dataclass(frozen=True)
+class Case:
+    """One test cell: it earns its points whole or not at all."""
+
+    grade_id: str
+    exercise: str
+    name: str
+    points: float
+    visible: str
+    """Source without the hidden region: what the student has."""
+    full: str
+    """Source with the hidden region."""
+    hint: str
+    """The instructor's sentence for a failure in the hidden region; empty where there is none."""
+
+    @property
+    def has_hidden(self) -> bool:
+        """Whether the case holds checks that the student does not see."""
+        return self.visible != self.full
+
+
+@dataclass(frozen=True)
+class Solution:
+    """One solution cell: its id and the names that it must define."""
+
+    grade_id: str
+    names: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Assignment:
+    """All that grading needs to know of an assignment."""
+
+    name: str
+    setup: tuple[str, ...]
+    """Sources of the locked cells that carry no points; they run on both sides."""
+    solutions: tuple[Solution, ...]
+    cases: tuple[Case, ...]
+    config: Config
+    given: frozenset[str]
+    """Stripped sources of all the instructor's code cells, to tell the student's own from them."""
+
+    @property
+    def exercises(self) -> tuple[str, ...]:
+        """Exercise names in order."""
+        return tuple(dict.fromkeys(case.exercise for case in self.cases))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Every name that a student is asked to define."""
+        return tuple(name for solution in self.solutions for name in solution.names)
+
+    @property
+    def max_score(self) -> float:
+        """Points of all cases together."""
+        return sum(case.points for case in self.cases)
+
+
+def find_names(tree: Path) -> list[str]:
+    """List the assignments of a source tree.
+
+    Raises:
+        WrongUse: there is no such folder, or no assignment in it.
+    """
+    if not tree.is_dir():
+        raise WrongUse(f"{tree} is not a folder: name the source tree with --solutions DIR.")
+    names = sorted(path.name for path in tree.iterdir() if any(path.glob("*.ipynb")))
+    if not names:
+        raise WrongUse(f"{tree} holds no assignment: it wants NAME/NAME.ipynb.")
+    return names
+
+
+def notebook_path(folder: Path) -> Path:
+    """Find the one notebook of an assignment's folder.
+
+    Raises:
+        WrongUse: there is none, or more than one and none has the folder's name.
+    """
+    named = folder / f"{folder.name}.ipynb"
+    if named.is_file():
+        return named
+    found = sorted(folder.glob("*.ipynb"))
+    if len(found) != 1:
+        raise WrongUse(f"{folder} wants one notebook, {named.name}; it has {len(found)}.")
+    return found[0]
+
+
+def load(path: Path) -> Assignment:
+    """Read the assignment whose notebook is ``path`` and the configuration beside it.
+
+    Raises:
+        WrongUse: the notebook or its ``autograder.toml`` cannot be used; names the cell or key.
+    """
+    try:
+        cells = notebook.read(path)
+    except Refused as error:
+        raise WrongUse(str(error)) from error
+    return from_cells(path.stem, cells, load_config(path.parent / CONFIG_NAME))
+
+
+def from_cells(name: str, cells: Sequence[Cell], config: Config) -> Assignment:
+    """Sort a notebook's code cells into set-up, solutions and cases.
+
+    Raises:
+        WrongUse: two cells share a grade id, a hidden region is not closed, there is no case.
+    """
+    code = [cell for cell in cells if cell.kind == "code"]
+    _refuse_duplicates(name, code)
+    solutions = tuple(
+        Solution(cell.grade_id or "", tuple(defined_names(cell.source)))
+        for cell in code
+        if cell.solution
+    )
+    known = {solution.grade_id for solution in solutions}
+    known |= {name for solution in solutions for name in solution.names}
+    tests = [cell for cell in code if cell.grade and not cell.solution]
+    if not tests:
+        raise WrongUse(f"{name} holds no test cell: nothing can be graded.")
+    return Assignment(
+        name=name,
+        setup=tuple(c.source for c in code if c.locked and not c.grade and not c.solution),
+        solutions=solutions,
+        cases=tuple(_case(cell, known) for cell in tests),
+        config=config,
+        given=frozenset(cell.source.strip() for cell in code if not cell.solution),
+    )
+
+
+def _refuse_duplicates(name: str, cells: Iterable[Cell]) -> None:
+    seen: set[str] = set()
+    for cell in cells:
+        if cell.grade_id is None:
+            continue
+        if cell.grade_id in seen:
+            raise WrongUse(f"{name} has two cells with the grade id {cell.grade_id}: rename one.")
+        seen.add(cell.grade_id)
+
+
+def _case(cell: Cell, known: set[str]) -> Case:
+    grade_id = cell.grade_id or ""
+    exercise, dash, case_name = grade_id.partition("-")
+    if not dash or exercise not in known:
+        # Not our naming: in another instructor's tree each test cell is an exercise of its own.
+        exercise, case_name = grade_id, "tests"
+    visible, hidden = split_hidden(cell.source, grade_id)
+    match = _HINT.match(hidden)
+    return Case(
+        grade_id=grade_id,
+        exercise=exercise,
+        name=case_name,
+        points=cell.points,
+        visible=visible,
+        full=cell.source,
+        hint=match.group(1).strip() if match else "",
+    )
+
+
+def split_hidden(source: str, grade_id: str) -> tuple[str, str]:
+    """Split a test cell into what the student has and the text of its hidden regions.
+
+    Raises:
+        WrongUse: a region is opened twice or not closed.
+    """
+    visible: list[str] = []
+    hidden: list[str] = []
+    inside = False
+    for line in source.split("\n"):
+        if BEGIN_HIDDEN in line or END_HIDDEN in line:
+            if inside == (BEGIN_HIDDEN in line):
+                raise WrongUse(f"Cell {grade_id}: hidden regions must open and close in turn.")
+            inside = not inside
+        else:
+            (hidden if inside else visible).append(line)
+    if inside:
+        raise WrongUse(f"Cell {grade_id}: a hidden region is not closed ({END_HIDDEN}).")
+    return "\n".join(visible), "\n".join(hidden)
+
+
+def defined_names(source: str) -> list[str]:
+    """Names that a cell's top level defines: functions, classes and assigned variables."""
+    try:
+        tree = ast.parse(source)
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return []
+    names: list[str] = []
+    for node in tree.body:
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+            names.append(node.name)
+        elif isinstance(node, ast.Assign):
+            names += [target.id for target in node.targets if isinstance(target, ast.Name)]
+        elif isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
+            names.append(node.target.id)
+    return names
+
+
+def load_config(path: Path) -> Config:
+    """Read ``autograder.toml``; without the file every setting has its default.
+
+    Raises:
+        WrongUse: not TOML, an unknown key, or a value of the wrong type.
+    """
+    if not path.is_file():
+        return Config()
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise WrongUse(f"{path} is not valid TOML: {error}.") from error
+    _check_table(path, table, {"title": str, "chapter": str, "withheld": list, "limits": dict})
+    limits = table.pop("limits", {})
+    _check_table(path, limits, dict.fromkeys(Limits.__dataclass_fields__, (int, float)))
+    withheld = table.pop("withheld", [])
+    if not all(isinstance(module, str) for module in withheld):
+        raise WrongUse(f"{path}: withheld wants a list of module names.")
+    return Config(**table, withheld=tuple(withheld), limits=Limits(**limits))
+
+
+def _check_table(path: Path, table: dict[str, Any], types: dict[str, Any]) -> None:
+    for key, value in table.items():
+        if key not in types:
+            raise WrongUse(f"{path}: unknown key {key!r}; known are {', '.join(types)}.")
+        if not isinstance(value, types[key]) or isinstance(value, bool):
+            raise WrongUse(f"{path}: {key} has a value of the wrong type ({value!r}).")

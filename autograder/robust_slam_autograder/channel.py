@@ -1,0 +1,243 @@
+"""One pipe in each direction, and calls that go both ways over it.
+
+Both processes use the same class: a call waits for its answer and serves the
+calls that come back meanwhile (a student's solver that calls the weight function
+it was handed). The trusted side adds deadlines; it never trusts what it reads.
+"""
+
+from __future__ import annotations
+
+import os
+import select
+import struct
+import time
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from robust_slam_autograder import wire
+from robust_slam_autograder.wire import Handle, WireError
+
+MAX_CALLABLES = 10_000
+MAX_NESTED_CALLS = 40
+MAX_TEXT = 1_000
+_LENGTH = struct.Struct(">I")
+
+
+class ChannelClosed(Exception):
+    """The other side has gone, or writes what is no message."""
+
+
+class DeadlineExceeded(Exception):
+    """No answer came in time."""
+
+
+class RaisedThere(Exception):
+    """The called function raised: carries the names of its exception's classes, and where."""
+
+    def __init__(self, error: Mapping[str, Any]) -> None:
+        types, message, line = error.get("types"), error.get("message"), error.get("line")
+        names = types if isinstance(types, list) else []
+        self.types = tuple(str(name)[:MAX_TEXT] for name in names[:20])
+        self.message = str(message)[:MAX_TEXT]
+        self.line = line if type(line) is int else None
+        super().__init__(self.message)
+
+
+class Remote:
+    """A callable of the other side."""
+
+    def __init__(self, channel: Channel, handle: Handle) -> None:
+        self._channel = channel
+        self._handle = handle
+
+    def __call__(self, *args: object, **kwargs: object) -> Any:  # noqa: ANN401
+        """Call it across the pipe; arguments and result are copies."""
+        return self._channel.call(self._handle, args, kwargs)
+
+
+class Channel:
+    """Calls across a pair of pipes."""
+
+    def __init__(
+        self,
+        read_fd: int,
+        write_fd: int,
+        *,
+        named: Mapping[str, Callable[..., Any]] | None = None,
+        describe: Callable[[BaseException], dict[str, Any]] | None = None,
+    ) -> None:
+        """Take over two descriptors.
+
+        Args:
+            read_fd: where messages come in.
+            write_fd: where messages go out.
+            named: functions that the other side may call by name.
+            describe: turns an exception into what is told of it.
+        """
+        self.deadline: float | None = None
+        self._read_fd, self._write_fd = read_fd, write_fd
+        os.set_blocking(read_fd, False)
+        os.set_blocking(write_fd, False)
+        self._named = named or {}
+        self._describe = describe or describe_error
+        self._exported: list[Callable[..., Any]] = []
+        self._calls = 0
+        self._depth = 0
+
+    def call(self, target: Handle, args: tuple[Any, ...], kwargs: Mapping[str, Any]) -> Any:  # noqa: ANN401
+        """Call a function of the other side and wait for its answer.
+
+        Raises:
+            WireError: an argument cannot cross.
+            RaisedThere: the function raised.
+            DeadlineExceeded: ``deadline`` (of ``time.monotonic``) passed.
+            ChannelClosed: the other side has gone or broke the protocol.
+        """
+        self._calls += 1
+        number = self._calls
+        function = _as_theirs(target)
+        message = ["call", number, [function.owner, function.key], list(args), dict(kwargs)]
+        self._send(wire.encode(message, self._export))
+        while True:
+            kind, its_number, *rest = self._receive()
+            if kind == "call":
+                self._answer(its_number, *rest)
+            elif its_number != number:
+                raise ChannelClosed("an answer to no question")
+            elif kind == "return":
+                return rest[0]
+            else:
+                raise RaisedThere(rest[0])
+
+    def serve(self) -> None:
+        """Answer calls until the other side closes its end.
+
+        Raises:
+            ChannelClosed: it did, or broke the protocol.
+        """
+        while True:
+            kind, number, *rest = self._receive()
+            if kind != "call":
+                raise ChannelClosed("an answer to no question")
+            self._answer(number, *rest)
+
+    def close(self) -> None:
+        """Close both descriptors."""
+        os.close(self._read_fd)
+        os.close(self._write_fd)
+
+    def _answer(self, number: int, target: list[Any], args: list[Any], kwargs: Any) -> None:  # noqa: ANN401
+        self._depth += 1
+        try:
+            if self._depth > MAX_NESTED_CALLS:
+                raise RecursionError("calls across the pipe are nested too deeply")
+            value = self._own(target)(*args, **kwargs)
+            reply = wire.encode(["return", number, value], self._export)
+        except (ChannelClosed, DeadlineExceeded):
+            raise
+        except BaseException as error:  # the other side's function may raise anything at all
+            reply = wire.encode(["raise", number, self._describe(error)], self._export)
+        finally:
+            self._depth -= 1
+        self._send(reply)
+
+    def _own(self, target: list[Any]) -> Callable[..., Any]:
+        """Find our callable that the other side means."""
+        owner, key = target
+        if owner == "name" and key in self._named:
+            return self._named[key]
+        if owner == "yours" and type(key) is int and 0 <= key < len(self._exported):
+            return self._exported[key]
+        raise WireError("a call of an unknown function")
+
+    def _export(self, function: Callable[..., Any]) -> Handle:
+        if isinstance(function, Remote):
+            return _as_theirs(function._handle)
+        for key, known in enumerate(self._exported):
+            if known is function:
+                return Handle("mine", key)
+        if len(self._exported) >= MAX_CALLABLES:
+            raise WireError(f"more than {MAX_CALLABLES} functions crossed")
+        self._exported.append(function)
+        return Handle("mine", len(self._exported) - 1)
+
+    def _import(self, handle: Handle) -> Callable[..., Any]:
+        if handle.owner == "mine":
+            return Remote(self, handle)
+        return self._own([handle.owner, handle.key])
+
+    def _send(self, payload: bytes) -> None:
+        data = memoryview(_LENGTH.pack(len(payload)) + payload)
+        while data:
+            self._wait(write=True)
+            try:
+                data = data[os.write(self._write_fd, data) :]
+            except BlockingIOError:
+                continue
+            except OSError as error:
+                raise ChannelClosed("the other side has gone") from error
+
+    def _receive(self) -> list[Any]:
+        (length,) = _LENGTH.unpack(self._read_exactly(_LENGTH.size))
+        if length > wire.MAX_MESSAGE:
+            raise ChannelClosed("a message larger than the limit")
+        try:
+            message = wire.decode(self._read_exactly(length), self._import)
+        except WireError as error:
+            raise ChannelClosed(str(error)) from error
+        if not _is_message(message):
+            raise ChannelClosed("a message of an unknown shape")
+        return list(message)
+
+    def _read_exactly(self, size: int) -> bytes:
+        parts = bytearray()
+        while len(parts) < size:
+            self._wait(write=False)
+            try:
+                part = os.read(self._read_fd, min(size - len(parts), 1 << 20))
+            except BlockingIOError:
+                continue
+            if not part:
+                raise ChannelClosed("the other side has gone")
+            parts += part
+        return bytes(parts)
+
+    def _wait(self, *, write: bool) -> None:
+        left = None if self.deadline is None else self.deadline - time.monotonic()
+        if left is not None and left <= 0:
+            raise DeadlineExceeded
+        reads = [] if write else [self._read_fd]
+        writes = [self._write_fd] if write else []
+        if not any(select.select(reads, writes, [], left)):
+            raise DeadlineExceeded
+
+
+def _as_theirs(handle: Handle) -> Handle:
+    """What the other side called its own is, said back to it, yours."""
+    return Handle("yours", handle.key) if handle.owner == "mine" else handle
+
+
+def describe_error(error: BaseException) -> dict[str, Any]:
+    """Tell the names of an exception's classes and its message."""
+    try:
+        message = str(error)
+    except BaseException:  # a student's own __str__ may fail in any way
+        message = ""
+    message = message.encode("utf-8", "replace").decode()[:MAX_TEXT]
+    names = [cls.__name__ for cls in type(error).__mro__ if issubclass(cls, BaseException)]
+    return {"types": names[:20], "message": message, "line": None}
+
+
+def _is_message(message: object) -> bool:
+    if not isinstance(message, list) or len(message) < 3:
+        return False
+    kind, number, *rest = message
+    if type(number) is not int:
+        return False
+    if kind == "call":
+        shapes = (list, list, dict)
+        if len(rest) != len(shapes):
+            return False
+        fits = all(isinstance(part, shape) for part, shape in zip(rest, shapes, strict=True))
+        return fits and len(rest[0]) == 2 and all(isinstance(key, str) for key in rest[2])
+    return len(rest) == 1 and (kind == "return" or (kind == "raise" and isinstance(rest[0], dict)))

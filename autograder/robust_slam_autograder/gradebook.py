@@ -1,0 +1,100 @@
+"""nbgrader's gradebook (SQLite by default): written once per batch, by one writer."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+import warnings
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from nbgrader.api import Gradebook, MissingEntry
+from sqlalchemy.exc import SAWarning
+
+from robust_slam_autograder.assignment import Assignment
+from robust_slam_autograder.results import Result
+
+DATABASE_NAME = "gradebook.db"
+
+
+def record(database: Path, assignments: Sequence[Assignment], marks: Sequence[Result]) -> None:
+    """Write results into a gradebook, making assignments and students that are new to it.
+
+    Args:
+        database: the SQLite file; made where it is missing.
+        assignments: every assignment that a result belongs to.
+        marks: results; of a refused or failed one every case earns 0.
+    """
+    database.parent.mkdir(parents=True, exist_ok=True)
+    known = {assignment.name: assignment for assignment in assignments}
+    with _quiet_nbgrader(), Gradebook(f"sqlite:///{database}") as gradebook:
+        for name in dict.fromkeys(result.assignment for result in marks):
+            _declare(gradebook, known[name])
+        for result in marks:
+            _record_one(gradebook, known[result.assignment], result)
+
+
+@contextlib.contextmanager
+def _quiet_nbgrader() -> Iterator[None]:
+    """Let nbgrader find its ``alembic`` command, and keep its own warnings from the terminal."""
+    before = os.environ.get("PATH", "")
+    # An environment that is not activated does not have its scripts on the path.
+    os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), before])
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", SAWarning)
+            yield
+    finally:
+        os.environ["PATH"] = before
+
+
+def _declare(gradebook: Gradebook, assignment: Assignment) -> None:
+    """Make the assignment and its test cells as the instructor's notebook has them."""
+    gradebook.update_or_create_assignment(assignment.name)
+    notebook = gradebook.update_or_create_notebook(assignment.name, assignment.name)
+    wanted = {case.grade_id for case in assignment.cases}
+    for cell in list(notebook.grade_cells):
+        if cell.name not in wanted:
+            _forget(gradebook, cell)
+    for case in assignment.cases:
+        gradebook.update_or_create_grade_cell(
+            case.grade_id,
+            assignment.name,
+            assignment.name,
+            max_score=case.points,
+            cell_type="code",
+        )
+
+
+def _forget(gradebook: Gradebook, cell: object) -> None:
+    """Remove a test cell that the instructor has deleted, with its marks."""
+    for grade in list(cell.grades):  # type: ignore[attr-defined]
+        gradebook.db.delete(grade)
+    gradebook.db.delete(cell)
+    gradebook.db.commit()
+
+
+def _record_one(gradebook: Gradebook, assignment: Assignment, result: Result) -> None:
+    gradebook.update_or_create_student(result.student)
+    gradebook.update_or_create_submission(assignment.name, result.student)
+    earned = {
+        (exercise.name, case.name): case.earned
+        for exercise in result.exercises
+        for case in exercise.cases
+    }
+    for case in assignment.cases:
+        grade = _find_grade(gradebook, assignment.name, case.grade_id, result.student)
+        grade.auto_score = earned.get((case.exercise, case.name), 0)  # type: ignore[attr-defined]
+        grade.needs_manual_grade = False  # type: ignore[attr-defined]
+    gradebook.db.commit()
+
+
+def _find_grade(gradebook: Gradebook, assignment: str, grade_id: str, student: str) -> object:
+    """A mark's row; a submission from before a test cell was added does not have it yet."""
+    try:
+        return gradebook.find_grade(grade_id, assignment, assignment, student)
+    except MissingEntry:
+        gradebook.remove_submission(assignment, student)
+        gradebook.update_or_create_submission(assignment, student)
+        return gradebook.find_grade(grade_id, assignment, assignment, student)

@@ -1,0 +1,139 @@
+"""Reads a notebook strictly: plain cells, or one sentence that says what to mend.
+
+A submission is hostile until shown otherwise. Only a regular file is opened,
+links are not followed, and nothing in the file is trusted beyond its text.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import stat
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from robust_slam_autograder.errors import Refused
+
+MAX_BYTES = 20 * 1024 * 1024
+MAX_CELLS = 500
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One cell: its text and what nbgrader's metadata says of it."""
+
+    kind: str
+    """"code", "markdown" or "raw"."""
+    source: str
+    grade_id: str | None = None
+    """nbgrader's name of the cell, None where it has none."""
+    grade: bool = False
+    """The cell is a test (or a free-text answer) that carries points."""
+    solution: bool = False
+    """The cell is the student's to write."""
+    locked: bool = False
+    """The cell is the instructor's."""
+    points: float = 0.0
+
+
+def read(path: Path) -> tuple[Cell, ...]:
+    """Read a notebook's cells.
+
+    Raises:
+        Refused: the file is no readable nbformat 4 notebook; the sentence names it and the mend.
+    """
+    return parse(read_bytes(path), path.name)
+
+
+def read_bytes(path: Path) -> bytes:
+    """Read a regular file of at most 20 MiB without following a link.
+
+    Raises:
+        Refused: the path is missing, a link, a directory, a device or a pipe, or too large.
+    """
+    # O_NONBLOCK: opening a named pipe must not wait for a writer.
+    flags = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
+    try:
+        descriptor = os.open(path, flags)
+    except (OSError, ValueError) as error:
+        why = getattr(error, "strerror", None) or str(error)
+        raise Refused(f"{path.name} cannot be opened ({why}): hand in a plain file.") from error
+    with os.fdopen(descriptor, "rb") as file:
+        status = os.fstat(file.fileno())
+        if not stat.S_ISREG(status.st_mode):
+            raise Refused(f"{path.name} is not a regular file: hand in the notebook itself.")
+        data = file.read(MAX_BYTES + 1)
+    if len(data) > MAX_BYTES:
+        mend = "clear its outputs and save it again"
+        raise Refused(f"{path.name} is larger than {MAX_BYTES // 2**20} MiB: {mend}.")
+    return data
+
+
+def parse(data: bytes, name: str) -> tuple[Cell, ...]:
+    """Turn a notebook's bytes into cells; ``name`` is the file's name for messages.
+
+    Raises:
+        Refused: not UTF-8, not JSON, not nbformat 4, too many cells, or a wrong type.
+    """
+    notebook = _json_object(data, name)
+    if notebook.get("nbformat") != 4:
+        found = str(notebook.get("nbformat"))[:20]
+        raise Refused(f"{name} is nbformat {found}, not 4: open it in JupyterLab and save it.")
+    cells = notebook.get("cells")
+    if not isinstance(cells, list):
+        raise Refused(f"{name} has no list of cells: open it in JupyterLab and save it.")
+    if len(cells) > MAX_CELLS:
+        raise Refused(f"{name} has more than {MAX_CELLS} cells: delete those you do not need.")
+    return tuple(_cell(cell, position, name) for position, cell in enumerate(cells, start=1))
+
+
+def _json_object(data: bytes, name: str) -> dict[str, Any]:
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise Refused(f"{name} is not UTF-8 text: save it again from JupyterLab.") from error
+    try:
+        value = json.loads(text)
+    except RecursionError as error:
+        raise Refused(f"{name} is nested too deeply: save it again from JupyterLab.") from error
+    except ValueError as error:
+        raise Refused(f"{name} is not valid JSON: save it again from JupyterLab.") from error
+    if not isinstance(value, dict):
+        raise Refused(f"{name} is JSON but no notebook: hand in the .ipynb file.")
+    return value
+
+
+def _cell(cell: object, position: int, name: str) -> Cell:
+    if not isinstance(cell, dict):
+        raise Refused(f"Cell {position} of {name} is not a cell: save it again from JupyterLab.")
+    source = cell.get("source", "")
+    if isinstance(source, list) and all(isinstance(line, str) for line in source):
+        source = "".join(source)
+    if not isinstance(source, str) or not isinstance(cell.get("cell_type"), str):
+        raise Refused(f"Cell {position} of {name} has no text: save it again from JupyterLab.")
+    try:
+        source.encode()
+    except UnicodeEncodeError as error:
+        mend = "delete that character"
+        raise Refused(f"Cell {position} of {name} holds half a character: {mend}.") from error
+    source = source.replace("\r\n", "\n").replace("\r", "\n")
+    return Cell(kind=cell["cell_type"], source=source, **_nbgrader_metadata(cell))
+
+
+def _nbgrader_metadata(cell: dict[str, Any]) -> dict[str, Any]:
+    """Read nbgrader's fields, dropping each that has a wrong type: metadata is never trusted."""
+    metadata = cell.get("metadata")
+    fields = metadata.get("nbgrader") if isinstance(metadata, dict) else None
+    if not isinstance(fields, dict):
+        return {}
+    grade_id = fields.get("grade_id")
+    points = fields.get("points", 0)
+    is_number = isinstance(points, int | float) and not isinstance(points, bool)
+    return {
+        "grade_id": grade_id if isinstance(grade_id, str) else None,
+        "grade": fields.get("grade") is True,
+        "solution": fields.get("solution") is True,
+        "locked": fields.get("locked") is True,
+        "points": points if is_number else 0,
+    }

@@ -1,0 +1,140 @@
+"""A small assignment and submissions of it, made for the grader's own tests."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+NAME = "07-toy"
+
+SETUP = """\
+import os
+
+import numpy as np
+
+rng = np.random.default_rng(int(os.environ.get("ROBUST_SLAM_SEED", 0)))
+"""
+
+DOUBLE = '''\
+def double(x):
+    """Twice x, for a number or an array."""
+    ### BEGIN SOLUTION
+    return 2 * np.asarray(x)
+    ### END SOLUTION
+'''
+
+APPLY = '''\
+def apply(f, x, times):
+    """f(f(...f(x))), and the values on the way."""
+    ### BEGIN SOLUTION
+    history = [x]
+    for _ in range(times):
+        history.append(f(history[-1]))
+    return history[-1], history
+    ### END SOLUTION
+'''
+
+DOUBLE_VISIBLE = 'assert double(3) == 6, "double(3) is 6: add the number to itself"\n'
+
+DOUBLE_RANDOM = """\
+assert np.shape(double([1, 2])) == (2,)
+### BEGIN HIDDEN TESTS
+# hint: Try negative numbers.
+# CANARY-TEST-TEXT
+x = rng.normal(size=5)
+got = np.asarray(double(x))
+assert got.shape == (5,), f"hidden input {x}"
+assert np.allclose(got, x + x, rtol=1e-9, atol=0)
+### END HIDDEN TESTS
+"""
+
+APPLY_HAND = """\
+last, history = apply(lambda value: value + 1, 0, 3)
+assert last == 3
+assert list(history) == [0, 1, 2, 3]
+"""
+
+APPLY_HIDDEN = """\
+### BEGIN HIDDEN TESTS
+# hint: Raise ValueError when times is negative.
+try:
+    apply(lambda value: value, 0, 0)
+    last, history = apply(double, 1, 4)
+finally:
+    pass
+assert last == 16 and len(history) == 5
+### END HIDDEN TESTS
+"""
+
+
+def cell(source: str, grade_id: str | None = None, **fields: Any) -> dict[str, Any]:
+    """A code cell in nbformat 4.5, with nbgrader's metadata where it has a grade id."""
+    metadata: dict[str, Any] = {}
+    if grade_id is not None:
+        defaults = {"grade": False, "solution": False, "locked": False, "task": False}
+        metadata["nbgrader"] = {"grade_id": grade_id, "schema_version": 3, **defaults, **fields}
+    return {
+        "cell_type": "code",
+        "id": grade_id or "own",
+        "metadata": metadata,
+        "execution_count": None,
+        "outputs": [],
+        "source": source,
+    }
+
+
+def notebook(cells: list[dict[str, Any]]) -> dict[str, Any]:
+    """A notebook of these cells."""
+    kernel = {"display_name": "Python 3", "language": "python", "name": "python3"}
+    metadata = {"kernelspec": kernel}
+    return {"nbformat": 4, "nbformat_minor": 5, "metadata": metadata, "cells": cells}
+
+
+def test_cell(source: str, grade_id: str, points: int) -> dict[str, Any]:
+    """A locked test cell."""
+    return cell(source, grade_id, grade=True, locked=True, points=points)
+
+
+def source_notebook() -> dict[str, Any]:
+    """The instructor's notebook: two exercises of ten points."""
+    return notebook(
+        [
+            cell(SETUP, "setup", locked=True),
+            cell(DOUBLE, "double", solution=True),
+            test_cell(DOUBLE_VISIBLE, "double-by-hand", 4),
+            test_cell(DOUBLE_RANDOM, "double-random", 6),
+            cell(APPLY, "apply", solution=True),
+            test_cell(APPLY_HAND, "apply-by-hand", 5),
+            test_cell(APPLY_HIDDEN, "apply-twice", 5),
+        ]
+    )
+
+
+def write(path: Path, value: dict[str, Any]) -> Path:
+    """Write a notebook's JSON."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps(value), encoding="utf-8")
+    return path
+
+
+def make_tree(folder: Path, config: str = "") -> Path:
+    """An nbgrader source tree that holds this one assignment."""
+    tree = folder / "solutions"
+    write(tree / NAME / f"{NAME}.ipynb", source_notebook())
+    if config:
+        (tree / NAME / "autograder.toml").write_text(config, encoding="utf-8")
+    return tree
+
+
+def answer(double: str = DOUBLE, apply: str = APPLY, *more: dict[str, Any]) -> dict[str, Any]:
+    """A submission that holds these sources in its two solution cells, and more cells after."""
+    return notebook(
+        [
+            cell(SETUP, "setup", locked=True),
+            cell(double, "double", solution=True),
+            test_cell(DOUBLE_VISIBLE, "double-by-hand", 4),
+            cell(apply, "apply", solution=True),
+            *more,
+        ]
+    )
