@@ -1,0 +1,73 @@
+"""Array types of the library and the checks that every input passes through."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array: TypeAlias = NDArray[np.float64]
+Mask: TypeAlias = NDArray[np.bool_]
+Indices: TypeAlias = NDArray[np.intp]
+
+
+def finite(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
+    """Return a read-only float copy of ``value``; -1 in ``shape`` stands for any length.
+
+    Raises:
+        ValueError: the shape differs, or an entry is NaN or infinite.
+    """
+    array = np.array(value, dtype=np.float64)
+    fits = array.ndim == len(shape) and all(
+        wanted in (-1, got) for wanted, got in zip(shape, array.shape, strict=True)
+    )
+    if not fits:
+        wanted = ", ".join("any" if length == -1 else str(length) for length in shape)
+        raise ValueError(f"{name}: the shape is {array.shape}; give ({wanted})")
+    if not np.all(np.isfinite(array)):
+        first = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
+        raise ValueError(f"{name}: the entry at {first} is not finite; remove NaN and infinity")
+    array.flags.writeable = False
+    return array
+
+
+def positive(name: str, value: float) -> float:
+    """Return ``value`` as a float.
+
+    Raises:
+        ValueError: it is not a finite number above zero.
+    """
+    number = float(value)
+    if not (np.isfinite(number) and number > 0.0):
+        raise ValueError(f"{name} is {number}; give a finite number above 0")
+    return number
+
+
+def deviations(sigma: ArrayLike, m: int) -> Array:
+    """Return standard deviations ``(m,)`` from a scalar or an ``(m,)`` array.
+
+    Raises:
+        ValueError: the shape differs, or an entry is not finite and above zero.
+    """
+    spread = np.asarray(sigma, dtype=np.float64)
+    full = finite("sigma", np.full(m, spread) if spread.ndim == 0 else spread, (m,))
+    if np.any(full <= 0.0):
+        raise ValueError(f"sigma: entry {int(np.argmax(full <= 0.0))} is not above 0")
+    return full
+
+
+def mask(name: str, value: ArrayLike | None, m: int) -> Mask:
+    """Return a read-only boolean copy ``(m,)``; None stands for all False.
+
+    Raises:
+        ValueError: the shape differs, or the entries are not booleans.
+    """
+    array = np.zeros(m, dtype=np.bool_) if value is None else np.array(value)
+    if array.shape != (m,):
+        raise ValueError(f"{name}: the shape is {array.shape}; give ({m},)")
+    if m and array.dtype != np.bool_:
+        raise ValueError(f"{name}: the entries are {array.dtype}; give booleans, not indices")
+    flags = array.astype(np.bool_)
+    flags.flags.writeable = False
+    return flags

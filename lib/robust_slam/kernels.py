@@ -1,0 +1,167 @@
+"""Robust kernels: the cost ρ, the influence ψ = ρ' and the weight w = ψ/u.
+
+One convention for all: u is a whitened residual (no unit), ρ(u) ≈ u²/2 near 0, so
+w(0) = 1. Every kernel is even in u, and |u| = scale belongs to the inner piece.
+Papers on graduated non-convexity drop the ½ and write w = ρ'/(2u): the weights are
+the same numbers (Yang et al. 2020).
+
+A new kernel needs its constructor and one line in ``KERNELS``, nothing else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import inf, sqrt
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robust_slam._arrays import Array, positive
+
+Influence: TypeAlias = Literal["unbounded", "bounded", "redescending"]
+Function: TypeAlias = Callable[[ArrayLike], Array]
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """A robust cost with all that the course asks of it.
+
+    ``rho``, ``psi`` and ``weight`` take whitened residuals of any shape and return an
+    array of that shape. ``convex_until`` is the largest |u| up to which ρ is convex.
+    ``influence`` tells how ψ ends for large u: "unbounded" grows for ever, "bounded"
+    stays at a level above 0, "redescending" goes back to 0.
+    """
+
+    name: str
+    scale: float
+    rho: Function
+    psi: Function
+    weight: Function
+    convex_until: float
+    influence: Influence
+
+
+def _real(u: ArrayLike) -> Array:
+    return np.asarray(u, dtype=np.float64)
+
+
+def squared(scale: float = 1.0) -> Kernel:
+    """Return the square ρ = u²/2: least squares, the baseline of every comparison.
+
+    The scale changes nothing; it is there so that all constructors are called alike.
+
+    Raises:
+        ValueError: ``scale`` is not a finite number above zero.
+
+    Source: Legendre 1805; Gauss 1809.
+    """
+    return Kernel(
+        name="squared",
+        scale=positive("scale", scale),
+        rho=lambda u: 0.5 * _real(u) ** 2,
+        psi=lambda u: _real(u).copy(),
+        weight=lambda u: np.ones_like(_real(u)),
+        convex_until=inf,
+        influence="unbounded",
+    )
+
+
+def huber(k: float) -> Kernel:
+    """Return Huber's kernel: u²/2 up to |u| = k, beyond it the line k(|u| − k/2).
+
+    Its cost grows without bound, its influence never passes k.
+
+    Raises:
+        ValueError: ``k`` is not a finite number above zero.
+
+    Source: Huber 1964.
+    """
+    k = positive("k", k)
+
+    def rho(u: ArrayLike) -> Array:
+        size = np.abs(_real(u))
+        return np.where(size <= k, 0.5 * size**2, k * (size - 0.5 * k))
+
+    return Kernel(
+        name="huber",
+        scale=k,
+        rho=rho,
+        psi=lambda u: np.clip(_real(u), -k, k),
+        weight=lambda u: k / np.maximum(np.abs(_real(u)), k),
+        convex_until=inf,
+        influence="bounded",
+    )
+
+
+def cauchy(c: float) -> Kernel:
+    """Return the Cauchy kernel ρ = (c²/2) ln(1 + u²/c²); ψ is largest, c/2, at |u| = c.
+
+    Raises:
+        ValueError: ``c`` is not a finite number above zero.
+
+    Source: Black and Rangarajan 1996, the Lorentzian.
+    """
+    c = positive("c", c)
+    return Kernel(
+        name="cauchy",
+        scale=c,
+        rho=lambda u: 0.5 * c**2 * np.log1p((_real(u) / c) ** 2),
+        psi=lambda u: _real(u) / (1.0 + (_real(u) / c) ** 2),
+        weight=lambda u: 1.0 / (1.0 + (_real(u) / c) ** 2),
+        convex_until=c,
+        influence="redescending",
+    )
+
+
+def geman_mcclure(c: float) -> Kernel:
+    """Return the Geman–McClure kernel ρ = (u²/2) / (1 + u²/c²), which never passes c²/2.
+
+    Raises:
+        ValueError: ``c`` is not a finite number above zero.
+
+    Source: Geman and McClure 1987; Yang et al. 2020, with c for their c̄.
+    """
+    c = positive("c", c)
+    return Kernel(
+        name="geman-mcclure",
+        scale=c,
+        rho=lambda u: 0.5 * _real(u) ** 2 / (1.0 + (_real(u) / c) ** 2),
+        psi=lambda u: _real(u) / (1.0 + (_real(u) / c) ** 2) ** 2,
+        weight=lambda u: 1.0 / (1.0 + (_real(u) / c) ** 2) ** 2,
+        convex_until=c / sqrt(3.0),
+        influence="redescending",
+    )
+
+
+def tls(c: float) -> Kernel:
+    """Return truncated least squares ρ = min(u², c²)/2: beyond c a residual has no say.
+
+    At the kink |u| = c the inner piece holds: ψ(c) = c and w(c) = 1.
+
+    Raises:
+        ValueError: ``c`` is not a finite number above zero.
+
+    Source: Yang et al. 2020 (without the ½ there).
+    """
+    c = positive("c", c)
+    return Kernel(
+        name="tls",
+        scale=c,
+        rho=lambda u: 0.5 * np.minimum(np.abs(_real(u)), c) ** 2,
+        psi=lambda u: np.where(np.abs(_real(u)) <= c, _real(u), 0.0),
+        weight=lambda u: np.where(np.abs(_real(u)) <= c, 1.0, 0.0),
+        convex_until=c,
+        influence="redescending",
+    )
+
+
+KERNELS: dict[str, Callable[[float], Kernel]] = {
+    "squared": squared,
+    "huber": huber,
+    "cauchy": cauchy,
+    "geman-mcclure": geman_mcclure,
+    "tls": tls,
+}
+"""Every kernel by its name; the value takes the scale. Tests and pages walk over it."""

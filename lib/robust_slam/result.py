@@ -1,0 +1,59 @@
+"""What a robust solve gives back: the answer, why it stopped, and every step."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import Generic, TypeVar
+
+from robust_slam._arrays import Array
+
+X = TypeVar("X")
+
+
+class StopReason(Enum):
+    """Why the loop ended."""
+
+    CONVERGED = "converged"
+    """The residuals have settled, or the schedule of the rule has come to its end."""
+    BINARY_WEIGHTS = "binary weights"
+    """Every weight is 0 or 1: each measurement is kept or rejected."""
+    NOTHING_TO_REJECT = "nothing to reject"
+    """No residual of the first solution is large enough to doubt."""
+    ALL_REJECTED = "all rejected"
+    """Every doubted measurement has weight 0 and the rest do not determine x."""
+    ITERATION_LIMIT = "iteration limit"
+    """The allowed number of iterations is used up."""
+
+
+@dataclass(frozen=True)
+class Step(Generic[X]):
+    """One turn of the loop.
+
+    ``weights`` ``(m,)`` were computed at the x before; ``x`` is the solution with them;
+    ``cost`` is the robust cost at this ``x``; ``mu`` is the state that the rule used, None
+    for a rule without one. Step 0 is the start, with weights 1.
+    """
+
+    x: X
+    weights: Array
+    cost: float
+    mu: float | None
+
+
+@dataclass(frozen=True)
+class Result(Generic[X]):
+    """The last step, the reason for stopping there, and the history that led to it."""
+
+    x: X
+    weights: Array
+    cost: float
+    stop: StopReason
+    history: tuple[Step[X], ...]
+
+    @classmethod
+    def ending(cls, history: Sequence[Step[X]], stop: StopReason) -> Result[X]:
+        """Return the result whose answer is the last step of ``history``."""
+        last = history[-1]
+        return cls(last.x, last.weights, last.cost, stop, tuple(history))
