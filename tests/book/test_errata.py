@@ -1,0 +1,260 @@
+"""Every number under *Right* on the errata page is the number that the library computes."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from robust_slam import irls, kernels, linear, location
+from scipy.optimize import minimize_scalar
+
+PAGE = Path(__file__).parents[2] / "chapters" / "errata.md"
+NUMBER = re.compile(r"[-−]?[0-9]+(?:\.[0-9]+)?(?:/[0-9]+)?")
+Rows = list[list[str]]
+
+
+def read_tables(text: str) -> dict[str, Rows]:
+    """Return the body cells of each `{table}` directive by its `:name:`."""
+    tables = {}
+    for name, body in re.findall(r":::\{table\}.*?\n:name: (\S+)\n(.*?)\n:::", text, re.S):
+        lines = [line for line in body.splitlines() if line.startswith("|")]
+        cells = [re.split(r"(?<!\\)\|", line)[1:-1] for line in lines]
+        tables[name] = [[cell.strip() for cell in row] for row in cells[2:]]
+    return tables
+
+
+TABLES = read_tables(PAGE.read_text(encoding="utf-8"))
+
+
+def assert_prints(cell: str, expected: list[float]) -> None:
+    """Fail unless the numbers of the cell are the expected ones, to their last digit."""
+    found = NUMBER.findall(cell.replace("**", "").replace("−", "-"))
+    assert len(found) == len(expected), f"{cell!r} prints {found}, expected {expected}"
+    for text, value in zip(found, expected, strict=True):
+        top, _, bottom = text.partition("/")
+        decimals = len(top.partition(".")[2])
+        slack = 0.5 * 10.0**-decimals if decimals else 1e-9
+        printed = float(top) / float(bottom or 1)
+        assert printed == pytest.approx(value, rel=0, abs=slack * (1 + 1e-9)), (
+            f"{text} in {cell!r}"
+        )
+
+
+# --- Chapter 0 -------------------------------------------------------------------------
+
+THREE = linear.chain(3, [0, 1, 0, 0], [1, 2, 2, 2], [1, 1, 2, 0], [0.1, 0.1, 0.05, 0.05])
+INFORMATION = np.diag(1.0 / THREE.sigma**2)
+NORMAL = THREE.jacobian.T @ INFORMATION @ THREE.jacobian
+
+
+def cost(x: list[float] | np.ndarray) -> float:
+    return float(np.sum(THREE.residuals(np.asarray(x, dtype=float)) ** 2))
+
+
+def gradient(x: list[float]) -> list[float]:
+    residual = THREE.jacobian @ np.asarray(x) - THREE.measurement
+    return list(2.0 * THREE.jacobian.T @ INFORMATION @ residual)
+
+
+def chapter_0() -> Iterator[list[float]]:
+    x = THREE.initial()
+    length = x[2] - x[0]
+    printed = [0.8, 1.0, 1.2]
+    without = linear.chain(3, [0, 1, 0], [1, 2, 2], [1, 1, 0], [0.1, 0.1, 0.05]).initial()
+    parts = THREE.residuals(x) ** 2
+    five = linear.chain(5, [0, 1, 2, 3, 1], [1, 2, 3, 4, 3], [1, 1, 1, 1, 0], [0.1] * 4 + [0.05])
+    yield [length, length, 0, *x, 1, *(x + 1 - x.mean())]
+    yield [cost(printed), *gradient(printed), cost(x), cost(x)]
+    yield [length / 2, 100 * length / 2, 100 * (printed[2] - printed[0]) / 2]
+    yield [50 + 400, 400, without[2], without[2]]
+    yield [np.linalg.matrix_rank(NORMAL), *np.linalg.eigvalsh(NORMAL)]
+    yield [cost([0, 1, 2]), cost([0, 1, 2]) - 4 / 0.05**2, parts[3], parts[:3].sum()]
+    yield [2, length]
+    yield [0, 2, 4, *five.initial()]
+    yield []
+
+
+# --- Chapter 2 -------------------------------------------------------------------------
+
+
+def curvature(kernel: kernels.Kernel, u: float, step: float = 1e-5) -> float:
+    return float((kernel.psi(u + step) - kernel.psi(u - step)) / (2 * step))
+
+
+def chapter_2() -> Iterator[list[float]]:
+    cauchy, tls, huber = kernels.cauchy(1), kernels.tls(1), kernels.huber(1)
+    yield [float(cauchy.rho(10))]
+    yield [float(cauchy.rho(10) / cauchy.rho(1))]
+    yield [float(tls.rho(10) / tls.rho(1))]
+    printed_weight = 2 * float(tls.weight(0.5))
+    yield [1, tls.rho(1), 10, tls.rho(10), tls.weight(0.5), printed_weight, 1]
+    yield [1, -10, tls.rho(-10)]
+    yield [1, 10, huber.psi(10), 1e6, huber.psi(1e6)]
+    yield [1, 0.8, curvature(cauchy, 0.8), 1.2, curvature(cauchy, 1.2), 2]
+    yield [3]
+
+
+# --- Chapter 3 -------------------------------------------------------------------------
+
+Z = np.array([0.1, -0.2, 0.15, -0.1, 5.0])
+DATA = location.LocationProblem(Z, 0.3)
+RUN = irls.irls(DATA, kernels.cauchy(1), max_iterations=1000)
+
+
+def chapter_3() -> Iterator[list[float]]:
+    start, one, two = RUN.history[:3]
+    w = one.weights
+    fixed = RUN.x
+    close = next(k for k, step in enumerate(RUN.history) if abs(step.x - fixed) < 1e-4)
+    outlier_at_two = abs(Z[4] - one.x) / 0.3
+    alone = irls.irls(location.LocationProblem(Z[:4], 0.3), kernels.cauchy(1)).x
+    unwhitened = irls.irls(location.LocationProblem(Z), kernels.cauchy(1), start.x).history[1].x
+    listing = irls.irls(location.LocationProblem(Z), kernels.cauchy(1), 0.0)
+    quiz = (0.08 * Z[:4].sum() + 0.006 * Z[4]) / (4 * 0.08 + 0.006)
+    yield [5 / 0.3, 0, DATA.residual_norms(start.x)[4]]
+    yield [*np.abs(Z[:4] - start.x), *DATA.residual_norms(start.x)[:4]]
+    yield list(w[:4])
+    yield [float(w[:4] @ Z[:4])]
+    yield [w.sum()]
+    yield [one.x]
+    yield list(w[:4] / w[4])
+    yield [0.01, RUN.history[3].x, fixed, 0.0001, close]
+    yield [RUN.weights[4], 0.001, math.sqrt(999), 5 / math.sqrt(999)]
+    yield [1, w[:4].mean(), 2, outlier_at_two, *two.weights, two.x, quiz]
+    yield [Z[:4].mean(), alone, fixed]
+    yield [unwhitened]
+    yield [0, 1]
+    yield [1, 0, listing.x, listing.weights[4]]
+
+
+# --- Chapter 5 -------------------------------------------------------------------------
+
+PRINTED = [(1, 0.80, 0.04), (1.5, 0.86, 0.02), (2.25, 0.92, 0.008), (100, 0.99, 0.0004)]
+
+
+def surrogate(u: float, mu: float, c: float = 2.0) -> float:
+    return c**2 * mu * u**2 / ((mu + 1) * c**2 + u**2)
+
+
+def tls_weight(u: np.ndarray, c: float, mu: float) -> np.ndarray:
+    middle = c / np.maximum(np.abs(u), 1e-300) * math.sqrt(mu * (mu + 1)) - mu
+    return np.clip(middle, 0.0, 1.0)
+
+
+def gm_weight(u: np.ndarray, c: float, mu: float) -> np.ndarray:
+    return (mu * c**2 / (u**2 + mu * c**2)) ** 2
+
+
+def gnc(z: list[float], weight: Callable, mus: Iterator[float]) -> list[tuple[float, ...]]:
+    """Return μ, first weight, last weight, x for each step of GNC from the mean, c = 2."""
+    values, rows = np.asarray(z, dtype=float), []
+    x = values.mean()
+    for mu in mus:
+        w = weight(values - x, 2.0, mu)
+        if w.sum() > 0:
+            x = w @ values / w.sum()
+        rows.append((mu, w[0], w[-1], x))
+    return rows
+
+
+def two_minima(mu: float) -> list[float]:
+    def total(x: float) -> float:
+        return surrogate(x, mu) + surrogate(10 - x, mu)
+
+    halves = [(0, 5), (5, 10)]
+    return [
+        minimize_scalar(total, bounds=half, method="bounded", options={"xatol": 1e-9}).x
+        for half in halves
+    ]
+
+
+def chapter_5() -> Iterator[list[float]]:
+    start = 4 / (2 * 5**2 - 4)
+    equal = gnc([0, 10], tls_weight, (start * 1.4**k for k in range(4)))
+    assert [row[1] for row in equal] == pytest.approx([row[2] for row in equal])
+    rejected = next(mu for mu, w, *_ in equal if w == 0)
+    tls_costs = [2 * float(kernels.tls(2).rho([x, 10 - x]).sum()) for x in (0, 10)]
+    one_minimum = 5**2 * 3 / 2**2 - 1
+    yield [10 * out / (inside + out) for _, inside, out in PRINTED[1:3]]
+    yield [1.5**11, 1.5**12]
+    yield [5, tls_costs[0], 0, tls_costs[1], 10, 5, start, start, rejected, 0]
+    yield [2, 10, surrogate(10, 1), 1, surrogate(10, 100), 100, surrogate(10, 1e4), 10000]
+    yield [1, 3, 1, *two_minima(1), one_minimum]
+
+
+# --- The laws --------------------------------------------------------------------------
+
+CHAPTERS = {
+    "errata-0": chapter_0,
+    "errata-2": chapter_2,
+    "errata-3": chapter_3,
+    "errata-5": chapter_5,
+}
+
+
+@pytest.mark.parametrize("name", CHAPTERS)
+def test_right_column_is_what_the_library_computes(name: str) -> None:
+    expected = list(CHAPTERS[name]())
+    rows = TABLES[name]
+    assert len(rows) == len(expected)
+    for row, values in zip(rows, expected, strict=True):
+        assert_prints(row[1], [float(value) for value in values])
+
+
+def test_rho_table_is_what_the_kernels_compute() -> None:
+    names = {"Squared": "squared", "Huber": "huber", "Cauchy": "cauchy", "TLS": "tls"}
+    rows = TABLES["errata-rho-table"]
+    assert [row[0] for row in rows[::2]] == list(names)
+    assert [row[1] for row in rows] == ["p", "r"] * 4
+    for printed, right in zip(rows[::2], rows[1::2], strict=True):
+        kernel = kernels.KERNELS[names[printed[0]]](1.0)
+        low, high = kernel.rho([1.0, 10.0])
+        values = [low, high, high / low, float(kernel.weight(10.0))]
+        for cell, was, value in zip(right[2:], printed[2:], values, strict=True):
+            assert_prints(cell, [value])
+            assert cell.startswith("**") == was.startswith("**") == differs(was, value)
+
+
+def differs(cell: str, value: float) -> bool:
+    """Tell whether the printed cell is another number than the value, rounding apart."""
+    try:
+        assert_prints(cell, [value])
+    except AssertionError:
+        return True
+    return False
+
+
+SCHEDULES = {
+    "errata-gnc-tls": (tls_weight, [4 / (2 * 7.5**2 - 4) * 1.4**k for k in range(2)]),
+    "errata-gnc-tls-one": (tls_weight, [1.0, 1.5]),
+    "errata-gnc-gm": (gm_weight, [max(2 * 7.5**2 / 4 / 1.4**k, 1.0) for k in range(11)]),
+}
+
+
+@pytest.mark.parametrize("name", SCHEDULES)
+def test_schedule_table_is_what_ten_lines_compute(name: str) -> None:
+    weight, mus = SCHEDULES[name]
+    expected = gnc([0, 0, 0, 10], weight, iter(mus))
+    assert len(TABLES[name]) == len(expected)
+    for row, values in zip(TABLES[name], expected, strict=True):
+        for cell, value in zip(row, values, strict=True):
+            assert_prints(cell, [value])
+
+
+def test_printed_schedule_is_quoted_with_its_weights() -> None:
+    for row, values in zip(TABLES["errata-mu-printed"], PRINTED, strict=False):
+        for cell, value in zip(row, values, strict=False):
+            assert_prints(cell, [value])
+
+
+def test_a_changed_number_is_noticed() -> None:
+    with pytest.raises(AssertionError):
+        assert_prints("18/17 = 1.058825", [18 / 17, 18 / 17])
+
+
+def test_the_page_names_no_table_without_a_test() -> None:
+    assert set(TABLES) == {*CHAPTERS, *SCHEDULES, "errata-rho-table", "errata-mu-printed"}
