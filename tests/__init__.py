@@ -1,0 +1,1 @@
+"""Tests mirror the tree: lib/, autograder/, book/, assignments/; the sample class is here too."""

@@ -1,0 +1,23 @@
+#!/bin/sh
+# Installs the Debian packages that some tests need, where they are missing and it may.
+# It never fails: a test that cannot run says so, and STRICT=1 makes that an error.
+missing=
+command -v chromium >/dev/null 2>&1 || missing="chromium"
+command -v bwrap >/dev/null 2>&1 || missing="$missing bubblewrap"
+[ -n "$missing" ] || exit 0
+
+run=
+if [ "$(id -u)" -ne 0 ]; then
+    if sudo -n true 2>/dev/null; then run="sudo -n"; else run=no; fi
+fi
+if [ "$run" = no ] || ! command -v apt-get >/dev/null 2>&1; then
+    echo "Missing:$missing. The tests marked browser or sandbox are left out;" \
+        "install with: sudo apt-get install $missing"
+    exit 0
+fi
+echo "Installing with apt: $missing"
+export DEBIAN_FRONTEND=noninteractive
+# shellcheck disable=SC2086 # the words of $run and $missing are meant to split
+{ $run apt-get update -qq && $run apt-get install -y -qq --no-install-recommends $missing; } \
+    >/dev/null || echo "apt could not install$missing; the tests that need it are left out."
+exit 0
