@@ -1,0 +1,120 @@
+"""Every right answer gets full marks, every wrong one loses at its own exercise."""
+
+from __future__ import annotations
+
+from functools import cache
+from itertools import zip_longest
+
+import pytest
+from robust_slam_autograder import assignment as assignment_module
+from robust_slam_autograder import grading, notebook, submission
+from robust_slam_autograder.assignment import Assignment
+from robust_slam_autograder.results import CaseResult, ExerciseResult
+from robust_slam_autograder.sandbox import Bubblewrap
+
+from tests.assignments import answers
+from tests.assignments.answers import Answer
+
+SEEDS = (1, 20_260_101, 987_654_321)
+
+
+@cache
+def load(name: str) -> Assignment:
+    return assignment_module.load(answers.SOLUTIONS / name / f"{name}.ipynb")
+
+
+def rounds(name: str, *, right: bool) -> list[tuple[Answer, ...]]:
+    """Submissions that each hold one answer to every exercise, as long as there are any."""
+    by_exercise: dict[str, list[Answer]] = {}
+    for answer in answers.answers(name):
+        if answer.is_right == right:
+            by_exercise.setdefault(answer.exercise, []).append(answer)
+    columns = zip_longest(*by_exercise.values())
+    return [tuple(answer for answer in column if answer is not None) for column in columns]
+
+
+def cases(*, right: bool) -> list[object]:
+    return [
+        pytest.param(name, column, id=f"{name}-{number}")
+        for name in answers.assignments()
+        for number, column in enumerate(rounds(name, right=right))
+    ]
+
+
+def grade(
+    name: str, column: tuple[Answer, ...], seed: int, sandbox: Bubblewrap
+) -> dict[str, ExerciseResult]:
+    sources = {answer.exercise: answer.source for answer in column}
+    made = answers.with_answers(answers.source_notebook(name), sources)
+    cells = notebook.parse(answers.text(made).encode(), "answers.ipynb")
+    code = submission.collect(cells, load(name))
+    result = grading.grade(load(name), code, student="a", seed=seed, sandbox=sandbox)
+    return {exercise.name: exercise for exercise in result.exercises}
+
+
+@pytest.mark.sandbox
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize(("name", "column"), cases(right=True))
+def test_right_answers_get_full_marks(
+    name: str, column: tuple[Answer, ...], seed: int, bubblewrap: Bubblewrap
+) -> None:
+    marks = grade(name, column, seed, bubblewrap)
+    for answer in column:
+        exercise = marks[answer.exercise]
+        lost = [(case.name, case.message) for case in exercise.cases if case.earned < case.points]
+        assert not lost, f"{answer.name} for {answer.exercise}"
+
+
+@pytest.mark.sandbox
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize(("name", "column"), cases(right=False))
+def test_wrong_answers_lose_where_they_say(
+    name: str, column: tuple[Answer, ...], seed: int, bubblewrap: Bubblewrap
+) -> None:
+    marks = grade(name, column, seed, bubblewrap)
+    for answer in column:
+        lost = {
+            f"{answer.exercise}-{case.name}": case
+            for case in marks[answer.exercise].cases
+            if case.earned < case.points
+        }
+        assert answer.caught_by in lost, f"{answer.name} for {answer.exercise}: lost {list(lost)}"
+        stopped = [grade_id for grade_id, case in lost.items() if not by_hidden(name, case, lost)]
+        if "Stopped by the visible case" in answer.story:
+            assert answer.caught_by in stopped, f"{answer.name} passes the visible checks"
+        else:
+            assert not stopped, f"{answer.name} is stopped by a visible check"
+
+
+def by_hidden(name: str, case: CaseResult, lost: dict[str, CaseResult]) -> bool:
+    """Whether a case was lost in its hidden region: then its message is the hint alone."""
+    hints = {c.grade_id: c.hint or grading.NO_HINT for c in load(name).cases if c.has_hidden}
+    grade_id = next(key for key, value in lost.items() if value is case)
+    return case.message == hints.get(grade_id)
+
+
+@pytest.mark.parametrize("name", answers.assignments())
+def test_every_exercise_has_two_right_and_three_wrong_answers(name: str) -> None:
+    found = answers.answers(name)
+    for exercise in load(name).exercises:
+        mine = [answer for answer in found if answer.exercise == exercise]
+        assert sum(answer.is_right for answer in mine) >= 2, exercise
+        wrong = [answer for answer in mine if not answer.is_right]
+        assert len(wrong) >= 3, exercise
+        assert all(answer.caught_by for answer in wrong), exercise
+
+
+@pytest.mark.parametrize("name", answers.assignments())
+def test_every_exercise_is_worth_ten_points_and_has_two_hidden_cases(name: str) -> None:
+    for exercise in load(name).exercises:
+        mine = [case for case in load(name).cases if case.exercise == exercise]
+        assert sum(case.points for case in mine) == 10, exercise
+        assert all(case.points == int(case.points) > 0 for case in mine), exercise
+        assert sum(case.has_hidden for case in mine) >= 2, exercise
+        assert all(case.hint for case in mine if case.has_hidden), exercise
+
+
+@pytest.mark.parametrize("name", answers.assignments())
+def test_a_case_is_named_after_its_exercise(name: str) -> None:
+    ids = {solution.grade_id for solution in load(name).solutions}
+    assert {case.exercise for case in load(name).cases} == ids

@@ -1,0 +1,84 @@
+"""No solution and no hidden test reaches the student release or the site.
+
+Two kinds of canary: text planted into a copy of the source tree, and every line of
+the real hidden regions and solutions that is long enough to be told apart.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from robust_slam_autograder.release import release
+
+from tests.assignments import answers
+
+REGION = re.compile(r"### BEGIN (SOLUTION|HIDDEN TESTS)\n(.*?)### END \1", re.DOTALL)
+CANARY = "canary-4c7e"
+HTML = answers.ROOT / "build" / "html"
+
+
+def regions(source: str) -> Iterator[str]:
+    for match in REGION.finditer(source):
+        yield match.group(2)
+
+
+def secret_lines(name: str) -> set[str]:
+    """Lines that only the instructor has."""
+    cells = ["".join(c["source"]) for c in answers.source_notebook(name)["cells"]]
+    shown = {line.strip() for cell in cells for line in REGION.sub("", cell).split("\n")}
+    hidden = {
+        line.strip() for cell in cells for text in regions(cell) for line in text.split("\n")
+    }
+    return {line for line in hidden - shown if len(line) > 24}
+
+
+def files_below(folder: Path) -> Iterator[tuple[Path, str]]:
+    for path in sorted(folder.rglob("*")):
+        if path.is_file() and path.suffix in {".ipynb", ".html", ".js", ".txt", ".json", ".toml"}:
+            yield path, path.read_text(encoding="utf-8", errors="replace")
+
+
+@pytest.mark.parametrize("name", answers.assignments())
+def test_planted_canaries_do_not_reach_the_release(name: str, tmp_path: Path) -> None:
+    tree = tmp_path / "solutions"
+    shutil.copytree(answers.SOLUTIONS / name, tree / name)
+    path = tree / name / f"{name}.ipynb"
+    notebook = answers.source_notebook(name)
+    for number, cell in enumerate(notebook["cells"]):
+        source = "".join(cell["source"])
+        mark = f"\\g<0>\n    # {CANARY} {number}"
+        hidden = re.sub(r"# hint:.*", f"\\g<0> {CANARY}", source)
+        cell["source"] = re.sub(r"( *)### BEGIN SOLUTION", mark, hidden)
+    answers.write(path, notebook)
+    assert path.read_text(encoding="utf-8").count(CANARY) > 10
+    release(tree, [name], tmp_path / "release")
+    leaks = [file for file, text in files_below(tmp_path / "release") if CANARY in text]
+    assert not leaks
+
+
+@pytest.mark.parametrize("name", answers.assignments())
+def test_the_release_holds_no_line_of_a_solution_or_a_hidden_test(
+    name: str, tmp_path: Path
+) -> None:
+    secrets = secret_lines(name)
+    assert len(secrets) > 20
+    (made,) = release(answers.SOLUTIONS, [name], tmp_path)
+    cells = answers.source_notebook(name, tmp_path)["cells"]
+    assert made.is_file() and len(cells) > 10
+    text = "\n".join("".join(cell["source"]) for cell in cells)
+    assert not {line for line in secrets if line in text}
+
+
+def test_the_site_holds_no_solution_and_no_hidden_test() -> None:
+    assert (HTML / "index.html").is_file(), "build the site first: make book"
+    secrets = {line for name in answers.assignments() for line in secret_lines(name)}
+    secrets |= {"BEGIN HIDDEN TESTS", "BEGIN SOLUTION", "# hint:"}
+    leaks = {
+        (path.name, line) for path, text in files_below(HTML) for line in secrets if line in text
+    }
+    assert not leaks
+    assert not list(HTML.rglob("*solutions*"))
