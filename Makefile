@@ -52,7 +52,7 @@ $(READY): requirements.lock lib/pyproject.toml autograder/pyproject.toml
 	@$(PYTHON) -m venv $(VENV)
 	@total=$$(grep -c '^[a-zA-Z0-9].*==' requirements.lock); \
 	$(BIN)/pip install --progress-bar off --require-hashes -r requirements.lock 2>&1 | \
-		awk -v total=$$total '/^Collecting|^Requirement already/ {printf "\r  %d of about %d packages", ++n, total; fflush()} \
+		awk -v total=$$total '/^(Collecting|Processing|Ignoring) / {printf "\r  %d of about %d packages", ++n, total; fflush()} \
 		/^Installing collected/ {printf "\n  installing them, about a minute\n"; fflush()} \
 		/ERROR|error:/ {print}'
 	@$(BIN)/pip install --quiet --no-deps --no-build-isolation -e lib -e autograder
