@@ -1,0 +1,148 @@
+"""Draw kernels: cost, influence, curvature, their majorisers, and what lies behind a threshold.
+
+Every function takes matplotlib axes and returns them; u is the whitened residual, without unit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from itertools import cycle
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import ArrayLike
+from scipy.stats import chi
+
+from robust_slam._arrays import Array
+from robust_slam.kernels import Kernel
+from robust_slam.style import LINESTYLES, MARKERS, PALETTE
+from robust_slam.thresholds import chi_square_threshold
+
+NAMES = {
+    "squared": "squared",
+    "huber": "Huber",
+    "cauchy": "Cauchy",
+    "geman-mcclure": "Geman–McClure",
+    "tls": "TLS",
+}
+_DIFFERENCE = 1e-6  # step of the one-sided difference behind a curvature
+
+
+def draw_costs(
+    ax: Axes, kernels: Iterable[Kernel], u_max: float, mark: float | None = None
+) -> Axes:
+    """Draw ρ(u) of each kernel for 0 ≤ u ≤ `u_max`, with a marker at u = `mark`."""
+    for kernel in kernels:
+        _draw_curve(ax, kernel, kernel.rho, u_max, mark)
+    ax.set(xlabel="whitened residual u", ylabel="cost ρ(u)")
+    return ax
+
+
+def draw_influences(
+    ax: Axes, kernels: Iterable[Kernel], u_max: float, mark: float | None = None
+) -> Axes:
+    """Draw ψ(u) of each kernel for 0 ≤ u ≤ `u_max`, with a marker at u = `mark`."""
+    for kernel in kernels:
+        _draw_curve(ax, kernel, kernel.psi, u_max, mark)
+    ax.set(xlabel="whitened residual u", ylabel="influence ψ(u)")
+    return ax
+
+
+def draw_curvatures(ax: Axes, kernels: Iterable[Kernel], u_max: float) -> Axes:
+    """Draw ρ″(u) of each kernel for 0 ≤ u ≤ `u_max`, with a marker where convexity ends."""
+    for kernel in kernels:
+        curve = _curvature(kernel)
+        _draw_curve(ax, kernel, curve, u_max, None)
+        if kernel.convex_until <= u_max:
+            end = np.array([kernel.convex_until])
+            ax.plot(end, curve(end), MARKERS[kernel.name], color=PALETTE[kernel.name], zorder=4)
+    ax.axhline(0.0, color=PALETTE["muted"], linewidth=0.8)
+    ax.set(xlabel="whitened residual u", ylabel="curvature ρ″(u)")
+    return ax
+
+
+def draw_majoriser(ax: Axes, kernel: Kernel, touch: float, u_max: float) -> Axes:
+    """Draw ρ for |u| ≤ `u_max` and the parabola that touches it at ±`touch` from above.
+
+    The parabola is ρ(t) + w(t)(u² − t²)/2 with t = `touch` (Aftab and Hartley 2015).
+    """
+    u = np.linspace(-u_max, u_max, 401)
+    parabola = kernel.rho(touch) + 0.5 * kernel.weight(touch) * (u**2 - touch**2)
+    ax.plot(u, kernel.rho(u), color=PALETTE[kernel.name], label=f"{NAMES[kernel.name]} cost")
+    ax.plot(u, parabola, "--", color=PALETTE["accent"], label="parabola above it")
+    height = np.full(2, kernel.rho(touch))
+    ax.plot([-touch, touch], height, "o", color=PALETTE["accent"], label="they touch")
+    ax.set(xlabel="whitened residual u", ylabel="cost")
+    return ax
+
+
+def draw_norm_densities(ax: Axes, dimensions: Iterable[int], probability: float) -> Axes:
+    """Draw the density of the norm of a d-vector of unit Gaussians, one curve a dimension.
+
+    A vertical line stands at each norm threshold that keeps the fraction `probability`.
+    """
+    u = np.linspace(0.0, 6.0, 241)
+    looks = zip(("inlier", "outlier", "estimate"), ("-", "--", "-."), strict=True)
+    for d, (colour, line) in zip(dimensions, cycle(looks), strict=False):
+        threshold = chi_square_threshold(probability, d)
+        ax.plot(u, chi.pdf(u, d), line, color=PALETTE[colour], label=f"d = {d}")
+        ax.axvline(threshold, 0.0, 0.93, linestyle=line, color=PALETTE[colour], linewidth=1.2)
+        ax.text(
+            threshold, 0.95, f"{threshold:.4f}", transform=ax.get_xaxis_transform(), ha="center"
+        )
+    ax.set(xlabel="norm u of an honest whitened residual", ylabel="density")
+    return ax
+
+
+def draw_drift(ax: Axes, lie: ArrayLike, estimates: Mapping[str, ArrayLike]) -> Axes:
+    """Draw estimates (kernel name -> (m,)) against the value of the one wrong reading (m,)."""
+    for name, estimate in estimates.items():
+        ax.plot(
+            np.asarray(lie),
+            np.asarray(estimate),
+            color=PALETTE[name],
+            linestyle=LINESTYLES[name],
+            label=NAMES[name],
+        )
+    ax.set(xlabel="place of the wrong reading", ylabel="estimate")
+    return ax
+
+
+def _draw_curve(
+    ax: Axes,
+    kernel: Kernel,
+    curve: Callable[[Array], Array],
+    u_max: float,
+    mark: float | None,
+) -> None:
+    u = _grid(kernel.scale, u_max)
+    colour, line = PALETTE[kernel.name], LINESTYLES[kernel.name]
+    values = _broken_at_jumps(curve(u), u)
+    ax.plot(u, values, color=colour, linestyle=line, label=NAMES[kernel.name])
+    if mark is not None:
+        height = curve(np.array([mark]))
+        ax.plot([mark], height, MARKERS[kernel.name], color=colour, zorder=4)
+
+
+def _grid(scale: float, u_max: float) -> Array:
+    """Return 0 … u_max with both sides of a possible kink or jump at the scale."""
+    u = np.linspace(0.0, u_max, 161)
+    if not 0.0 < scale < u_max:
+        return u
+    return np.unique(np.concatenate([u, [scale, scale * (1.0 + 1e-9)]]))
+
+
+def _broken_at_jumps(values: Array, u: Array) -> Array:
+    """Return the values with a NaN after each jump, so that no line is drawn across it."""
+    jump = np.abs(np.diff(values)) > 1e-3 + 1e3 * np.diff(u)
+    return np.where(np.concatenate([[False], jump]), np.nan, values)
+
+
+def _curvature(kernel: Kernel) -> Callable[[Array], Array]:
+    """Return ρ″ as a one-sided difference of ψ that never crosses the scale."""
+
+    def curve(u: Array) -> Array:
+        side = np.where(np.abs(u) <= kernel.scale, -_DIFFERENCE, _DIFFERENCE)
+        return (kernel.psi(u + side) - kernel.psi(u)) / side
+
+    return curve
