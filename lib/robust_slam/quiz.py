@@ -1,0 +1,116 @@
+"""A quiz in which every option has an answer of its own.
+
+Options are native disclosures: they open with scripts off, by keyboard and by mouse, and
+say whether they are right and why. Text is plain, with math between dollar signs.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+
+_MATH = re.compile(r"\$([^$]+)\$")
+
+_STYLE = """
+.rs-quiz fieldset {
+  margin: 1.5rem 0; padding: 0.5rem 1rem 0.75rem; border-radius: 0.5rem; min-width: 0;
+  border: 1px solid color-mix(in srgb, currentColor 30%, transparent);
+}
+.rs-quiz legend {
+  float: left; width: 100%; margin: 0 0 0.5rem; padding: 0; font-size: inherit; font-weight: 600;
+}
+.rs-quiz details {
+  clear: both; margin: 0.4rem 0 0; padding: 0 0.75rem; border-radius: 0.3rem;
+  border: 1px solid color-mix(in srgb, currentColor 20%, transparent);
+}
+.rs-quiz summary { padding: 0.35rem 0; cursor: pointer; }
+.rs-quiz summary:focus-visible { outline: 3px solid #0072b2; box-shadow: 0 0 0 2px #fff; }
+.rs-quiz details p { margin: 0 0 0.5rem; padding-left: 0.75rem; border-left: 4px solid #d55e00; }
+.rs-quiz details p.rs-right { border-left-color: #009e73; }
+"""
+
+
+@dataclass(frozen=True)
+class Option:
+    """A choice, the answer to whoever takes it, and whether it is right.
+
+    Raises:
+        ValueError: `text` or `answer` is empty.
+    """
+
+    text: str
+    answer: str
+    correct: bool = False
+
+    def __post_init__(self) -> None:
+        _check_text("text", self.text)
+        _check_text(f"answer to {self.text!r}", self.answer)
+
+
+@dataclass(frozen=True)
+class Question:
+    """A prompt with at least two options, of which one or several are right.
+
+    Raises:
+        ValueError: the prompt is empty, there are fewer than two options, or none is right.
+    """
+
+    prompt: str
+    options: Sequence[Option]
+
+    def __post_init__(self) -> None:
+        _check_text("prompt", self.prompt)
+        if len(self.options) < 2:
+            raise ValueError(f"options: {self.prompt!r} has {len(self.options)}; give it two.")
+        if not any(option.correct for option in self.options):
+            raise ValueError(f"options: none for {self.prompt!r} is right; mark one correct=True.")
+
+
+@dataclass(frozen=True)
+class Quiz:
+    """Questions that show themselves in a notebook and on a page.
+
+    Raises:
+        ValueError: there are no questions.
+    """
+
+    questions: Sequence[Question]
+
+    def __post_init__(self) -> None:
+        if not self.questions:
+            raise ValueError("questions: empty; a quiz needs at least one question.")
+
+    def html(self) -> str:
+        """Return the quiz as HTML that needs no script; math is in TeX's inline brackets."""
+        questions = "".join(map(_question, self.questions))
+        return f'<div class="rs-quiz"><style>{_STYLE}</style>{questions}</div>'
+
+    def _repr_mimebundle_(self, **_: object) -> dict[str, str]:
+        prompts = " ".join(question.prompt for question in self.questions)
+        return {"text/plain": f"Quiz: {prompts}", "text/html": self.html()}
+
+
+def _question(question: Question) -> str:
+    options = "".join(map(_option, question.options))
+    return f"<fieldset><legend>{_inline(question.prompt)}</legend>{options}</fieldset>"
+
+
+def _option(option: Option) -> str:
+    verdict, kind = ("✓ Right.", "rs-right") if option.correct else ("✗ Not quite.", "rs-wrong")
+    return (
+        f"<details><summary>{_inline(option.text)}</summary>"
+        f'<p class="{kind}"><strong>{verdict}</strong> {_inline(option.answer)}</p></details>'
+    )
+
+
+def _inline(text: str) -> str:
+    """Return the text as HTML; math gets the class by which MathJax finds it."""
+    math = r'<span class="math notranslate nohighlight">\\(\1\\)</span>'
+    return _MATH.sub(math, escape(text))
+
+
+def _check_text(argument: str, text: str) -> None:
+    if not text.strip():
+        raise ValueError(f"{argument}: empty; write a sentence.")
