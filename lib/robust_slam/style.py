@@ -71,6 +71,7 @@ _CYCLE = ("huber", "tls", "cauchy", "accent", "geman-mcclure", "squared")
 # 5.6 inches and 11 points: on a phone 350 pixels wide the letters still stand 9 pixels high.
 STYLE: dict[RcKeyType, Any] = {
     "figure.figsize": (5.6, 3.5),
+    "figure.constrained_layout.use": True,
     "figure.facecolor": "white",
     "savefig.facecolor": "white",
     "font.size": 11.0,
