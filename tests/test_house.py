@@ -1,0 +1,110 @@
+"""The rules of the house that a machine can check."""
+
+from __future__ import annotations
+
+import ast
+import json
+import re
+import statistics
+import subprocess
+from pathlib import Path
+
+import nbformat
+import pytest
+import yaml
+
+ROOT = Path(__file__).resolve().parents[1]
+NOTEBOOKS = sorted([*ROOT.glob("chapters/*.ipynb"), *ROOT.glob("solutions/*/*.ipynb")])
+TOP_LEVEL = {
+    "_config.yml", "_toc.yml", "README.md", "chapters", "solutions", "autograder", "tests", "lib",
+}  # fmt: skip
+
+
+def tracked() -> list[str]:
+    listing = subprocess.run(
+        ["git", "ls-files", "--cached", "--others", "--exclude-standard"],
+        cwd=ROOT, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    return [name for name in listing.stdout.splitlines() if (ROOT / name).is_file()]
+
+
+def functions(folder: str) -> list[ast.FunctionDef]:
+    trees = [ast.parse(p.read_text(encoding="utf-8")) for p in (ROOT / folder).rglob("*.py")]
+    return [n for tree in trees for n in ast.walk(tree) if isinstance(n, ast.FunctionDef)]
+
+
+def code_lines(function: ast.FunctionDef) -> int:
+    """Lines of a function without its docstring: the part that a reader has to follow."""
+    body = function.body[1:] if ast.get_docstring(function) else function.body
+    if not body:
+        return 1
+    return 1 + (function.end_lineno or body[0].lineno) - body[0].lineno + 1
+
+
+def test_the_top_level_is_there() -> None:
+    assert not {name for name in TOP_LEVEL if not (ROOT / name).exists()}
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_a_notebook_is_valid_and_holds_no_outputs(path: Path) -> None:
+    notebook = nbformat.read(path, as_version=nbformat.NO_CONVERT)
+    nbformat.validate(notebook)
+    code = [cell for cell in notebook.cells if cell.cell_type == "code"]
+    assert notebook.nbformat == 4 and notebook.nbformat_minor >= 5
+    assert all(not cell.outputs and cell.execution_count is None for cell in code)
+    assert set(notebook.metadata) <= {"kernelspec", "language_info"}
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_a_cell_has_a_name_that_stays(path: Path) -> None:
+    ids = [cell["id"] for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]]
+    assert len(set(ids)) == len(ids)
+    assert all(re.fullmatch(r"[a-z][a-z0-9]*([-_][a-z0-9]+)*", name) for name in ids)
+    assert not [name for name in ids if re.fullmatch(r"[0-9a-f]{8,}", name)]
+
+
+def test_the_lock_file_pins_hashes_and_names_no_index() -> None:
+    text = (ROOT / "requirements.lock").read_text(encoding="utf-8")
+    pins = re.findall(r"^([A-Za-z0-9][\w.-]*)==[^\n]*\\\n((?:    --hash=[^\n]*\n)+)", text, re.M)
+    assert len(pins) == len(re.findall(r"^[A-Za-z0-9][\w.-]*==", text, re.M)) > 100
+    assert "://" not in text and "--index" not in text
+
+
+def test_the_two_distributions_know_nothing_of_each_other() -> None:
+    for folder, other in (("lib", "robust_slam_autograder"), ("autograder", "robust_slam")):
+        for path in (ROOT / folder).rglob("*.py"):
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+                names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
+                names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+                assert not [name for name in names if name.split(".")[0] == other], path
+
+
+@pytest.mark.parametrize("folder", ["lib", "autograder"])
+def test_functions_are_small(folder: str) -> None:
+    lengths = sorted(code_lines(function) for function in functions(folder))
+    assert statistics.median(lengths) <= 12
+    assert lengths[int(0.9 * len(lengths))] <= 35
+
+
+def test_generated_files_and_data_are_not_tracked() -> None:
+    names = tracked()
+    assert not [name for name in names if name.endswith((".g2o", ".pyc", ".db"))]
+    assert not [name for name in names if name.startswith(("build/", "_build/", ".venv/"))]
+    assert not [name for name in names if (ROOT / name).stat().st_size > 700 * 1024]
+
+
+def test_the_readme_lists_the_chapters_and_assignments_that_exist() -> None:
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    toc = yaml.safe_load((ROOT / "_toc.yml").read_text(encoding="utf-8"))
+    files = re.findall(r"chapters/(\d\d)-", json.dumps(toc))
+    assert files == sorted(path.stem[:2] for path in ROOT.glob("chapters/[0-9]*.ipynb"))
+    assert not [number for number in files if f"{number} *" not in readme]
+    assert not [p.name for p in ROOT.glob("solutions/*") if f"`{p.name}`" not in readme]
+
+
+def test_every_make_target_in_the_readme_exists() -> None:
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    named = set(re.findall(r"(?:^|`)make ([a-z]+)", readme, re.M))
+    assert {"course", "test"} <= named
+    assert not [name for name in named if not re.search(rf"^{name}:", makefile, re.M)]
