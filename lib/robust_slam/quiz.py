@@ -15,7 +15,7 @@ _MATH = re.compile(r"\$([^$]+)\$")
 
 _STYLE = """
 .rs-quiz fieldset {
-  margin: 1.5rem 0; padding: 0.5rem 1rem 0.75rem; border-radius: 0.5rem; min-width: 0;
+  margin: 0.5rem 0; padding: 0.5rem 1rem 0.75rem; border-radius: 0.5rem; min-width: 0;
   border: 1px solid color-mix(in srgb, currentColor 30%, transparent);
 }
 .rs-quiz legend {

@@ -66,7 +66,7 @@ MARKERS: dict[str, str] = {
     "muted": ".",
 }
 
-_CYCLE = ("huber", "tls", "cauchy", "accent", "geman-mcclure", "squared")
+_CYCLE = ("estimate", "tls", "cauchy", "accent", "geman-mcclure", "squared")
 
 # 5.6 inches and 11 points: on a phone 350 pixels wide the letters still stand 9 pixels high.
 STYLE: dict[RcKeyType, Any] = {
@@ -96,6 +96,7 @@ STYLE: dict[RcKeyType, Any] = {
     "ytick.color": "#4D4D4D",
     "legend.frameon": False,
     "legend.fontsize": 10.0,
+    "legend.handlelength": 2.6,
     # Letters stay letters, and the same figure gives the same bytes.
     "svg.fonttype": "none",
     "svg.hashsalt": "robust-slam",

@@ -1,0 +1,72 @@
+"""What the site needs beyond jupyter-book: it works offline, and follows the library.
+
+- MathJax comes from an installed package, as one file that loads nothing else.
+- Scripts for kernels in the cloud, and scripts that are emitted twice, are dropped.
+- When the library changes, the notebooks run again: their outputs depend on it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from sphinx.application import Sphinx
+from sphinx.config import Config
+from sphinx.util.fileutil import copy_asset
+
+# SVG output: fonts that MathJax would fetch are blocked by browsers over file://.
+MATHJAX = "tex-svg-full.js"
+
+
+def point_to_mathjax(app: Sphinx, config: Config) -> None:
+    """Load MathJax from the site itself."""
+    config.mathjax_path = MATHJAX
+    # Titles with math stand in every page's sidebar, also where the page has no math.
+    app.set_html_assets_policy("always")
+
+
+def copy_mathjax(app: Sphinx) -> None:
+    """Put the one file of MathJax that the pages load among the static files."""
+    package = find_spec("sphinx-mathjax-offline")
+    if package is None or package.origin is None:
+        raise RuntimeError("sphinx-mathjax-offline is not installed: run make setup")
+    source = Path(package.origin).parent / "static" / "mathjax" / MATHJAX
+    copy_asset(source, Path(app.outdir) / "_static")
+
+
+def follow_the_library(app: Sphinx, config: Config) -> None:
+    """Keep executed notebooks under a name that changes with the library's sources."""
+    sources = sorted((Path(app.srcdir) / "lib" / "robust_slam").rglob("*.*"))
+    digest = hashlib.sha256()
+    for path in sources:
+        if path.suffix in {".py", ".js", ".css"}:
+            digest.update(path.read_bytes())
+    config.robust_slam_library = digest.hexdigest()[:12]
+    cache = Path(app.outdir).parent / ".jupyter_cache" / config.robust_slam_library
+    config.nb_execution_cache_path = str(cache)
+
+
+def drop_scripts(
+    app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: object
+) -> None:
+    """Leave out the scripts of thebe, and all but the first of each file."""
+    seen: set[str] = set()
+    kept = []
+    for script in context["script_files"]:
+        name = str(getattr(script, "filename", "") or getattr(script, "attributes", ""))
+        if "thebe" not in name.lower() and name not in seen:
+            kept.append(script)
+        seen.add(name)
+    context["script_files"] = kept
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Connect the above to the build."""
+    app.add_config_value("robust_slam_library", "", "env")
+    app.connect("config-inited", point_to_mathjax)
+    app.connect("config-inited", follow_the_library)
+    app.connect("builder-inited", copy_mathjax)
+    app.connect("html-page-context", drop_scripts, priority=900)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
