@@ -34,8 +34,7 @@ def write(release: Path, out: Path) -> list[Path]:
         for student, text in _texts(assignment, release).items():
             path = out / student / assignment / f"{assignment}.ipynb"
             path.parent.mkdir(parents=True, exist_ok=True)
-            if not path.is_file() or path.readanswers.text(encoding="utf-8") != text:
-                path.writeanswers.text(text, encoding="utf-8")
+            path.write_text(text, encoding="utf-8")
             folders.append(path.parent)
     return folders
 

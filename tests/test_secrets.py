@@ -6,6 +6,8 @@ the real hidden regions and solutions that is long enough to be told apart.
 
 from __future__ import annotations
 
+import html
+import json
 import re
 import shutil
 from collections.abc import Iterator
@@ -42,6 +44,15 @@ def files_below(folder: Path) -> Iterator[tuple[Path, str]]:
             yield path, path.read_text(encoding="utf-8", errors="replace")
 
 
+def plain_lines(path: Path, text: str) -> set[str]:
+    """A file's lines as a reader sees them: without markup, a notebook's cells as text."""
+    if path.suffix == ".ipynb":
+        text = "\n".join("".join(cell["source"]) for cell in json.loads(text)["cells"])
+    elif path.suffix == ".html":
+        text = html.unescape(re.sub(r"<[^>]*>", "", text))
+    return {line.strip() for line in text.split("\n")}
+
+
 @pytest.mark.parametrize("name", answers.assignments())
 def test_planted_canaries_do_not_reach_the_release(name: str, tmp_path: Path) -> None:
     tree = tmp_path / "solutions"
@@ -66,19 +77,30 @@ def test_the_release_holds_no_line_of_a_solution_or_a_hidden_test(
 ) -> None:
     secrets = secret_lines(name)
     assert len(secrets) > 20
-    (made,) = release(answers.SOLUTIONS, [name], tmp_path)
-    cells = answers.source_notebook(name, tmp_path)["cells"]
-    assert made.is_file() and len(cells) > 10
-    text = "\n".join("".join(cell["source"]) for cell in cells)
-    assert not {line for line in secrets if line in text}
+    release(answers.SOLUTIONS, [name], tmp_path)
+    lines = {path.name: plain_lines(path, text) for path, text in files_below(tmp_path)}
+    assert len(lines[f"{name}.ipynb"]) > 100
+    assert not {name: found & secrets for name, found in lines.items() if found & secrets}
 
 
 def test_the_site_holds_no_solution_and_no_hidden_test() -> None:
     assert (HTML / "index.html").is_file(), "build the site first: make book"
     secrets = {line for name in answers.assignments() for line in secret_lines(name)}
-    secrets |= {"BEGIN HIDDEN TESTS", "BEGIN SOLUTION", "# hint:"}
+    pages = list(files_below(HTML))
+    assert any(path.suffix == ".ipynb" for path, _ in pages), "the pages' sources are there too"
     leaks = {
-        (path.name, line) for path, text in files_below(HTML) for line in secrets if line in text
+        path.name: found for path, text in pages if (found := plain_lines(path, text) & secrets)
     }
     assert not leaks
+    markers = ("BEGIN HIDDEN TESTS", "BEGIN SOLUTION", "# hint:")
+    assert not [path for path, text in pages if any(mark in text for mark in markers)]
     assert not list(HTML.rglob("*solutions*"))
+
+
+def test_a_canary_in_a_page_would_be_found(tmp_path: Path) -> None:
+    secret = sorted(secret_lines(answers.assignments()[0]))[0]
+    marked_up = " ".join(f"<span>{html.escape(word)}</span>" for word in secret.split(" "))
+    page = tmp_path / "page.html"
+    page.write_text(f"<pre>\n    {marked_up}\n</pre>", encoding="utf-8")
+    (found,) = files_below(tmp_path)
+    assert secret in plain_lines(*found)
