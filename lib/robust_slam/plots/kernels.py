@@ -68,8 +68,8 @@ def draw_majoriser(ax: Axes, kernel: Kernel, touch: float, u_max: float) -> Axes
     """
     u = np.linspace(-u_max, u_max, 401)
     parabola = kernel.rho(touch) + 0.5 * kernel.weight(touch) * (u**2 - touch**2)
-    ax.plot(u, kernel.rho(u), color=PALETTE[kernel.name], label=f"{NAMES[kernel.name]} cost")
-    ax.plot(u, parabola, "--", color=PALETTE["accent"], label="parabola above it")
+    ax.plot(u, kernel.rho(u), "-", color=PALETTE[kernel.name], label=f"{NAMES[kernel.name]} cost")
+    ax.plot(u, parabola, "--", color=PALETTE["accent"], label="parabola above")
     height = np.full(2, kernel.rho(touch))
     ax.plot([-touch, touch], height, "o", color=PALETTE["accent"], label="they touch")
     ax.set(xlabel="whitened residual u", ylabel="cost")
@@ -81,7 +81,7 @@ def draw_norm_densities(ax: Axes, dimensions: Iterable[int], probability: float)
 
     A vertical line stands at each norm threshold that keeps the fraction `probability`.
     """
-    u = np.linspace(0.0, 6.0, 241)
+    u = np.linspace(0.0, 5.2, 209)
     looks = zip(("inlier", "outlier", "estimate"), ("-", "--", "-."), strict=True)
     for d, (colour, line) in zip(dimensions, cycle(looks), strict=False):
         threshold = chi_square_threshold(probability, d)
@@ -125,8 +125,8 @@ def _draw_curve(
 
 
 def _grid(scale: float, u_max: float) -> Array:
-    """Return 0 … u_max with both sides of a possible kink or jump at the scale."""
-    u = np.linspace(0.0, u_max, 161)
+    """Return 0 … u_max, dense near 0, with both sides of a possible kink at the scale."""
+    u = u_max * np.linspace(0.0, 1.0, 65) ** 1.5
     if not 0.0 < scale < u_max:
         return u
     return np.unique(np.concatenate([u, [scale, scale * (1.0 + 1e-9)]]))

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array
@@ -43,7 +44,8 @@ def draw_weights(
         ax.scatter(*at, s=FULL_AREA, marker=marker, facecolors="none", edgecolors=colour)
         ax.scatter(*at, s=FULL_AREA * weights[mask], marker=marker, color=colour, linewidths=0)
     half = 0.62 * spread
-    ax.plot([x, x], [height - half, height + half], "-", color=PALETTE["estimate"], linewidth=2.5)
+    bar = [height - half, height + half]
+    ax.plot([x, x], bar, "-", color=PALETTE["estimate"], linewidth=2.5, zorder=0.9)
     return ax
 
 
@@ -52,6 +54,7 @@ def label_weights(
 ) -> Axes:
     """Print each weight (m,) in the right margin, on the level that `draw_weights` gave it."""
     weights = np.asarray(weights, dtype=float)
+    ax.text(1.02, 1.0, "weight", transform=ax.transAxes, va="bottom")
     for weight, level in zip(weights, _levels(weights.size, height, spread), strict=True):
         ax.text(1.02, level, f"{weight:.4f}", transform=ax.get_yaxis_transform(), va="center")
     return ax
@@ -66,11 +69,14 @@ def draw_reweighting(
 ) -> Axes:
     """Draw one row of readings, weights and estimate for each of the chosen steps of a history.
 
-    Row t shows the weights that step t solved with and the estimate that came out.
+    A row shows the weights that its step solved with and the estimate that came out, which
+    also stands in the right margin.
     """
     steps = tuple(steps)
     for row, t in enumerate(steps):
         draw_weights(ax, z, history[t].weights, history[t].x, is_outlier, height=-float(row))
+        estimate = f"x = {history[t].x:.4f}".replace("-", "−")
+        ax.text(1.02, -row, estimate, transform=ax.get_yaxis_transform(), va="center")
     ax.set_yticks([-row for row in range(len(steps))], [f"step {t}" for t in steps])
     ax.grid(visible=False, axis="y")
     ax.set(xlabel="x", ylim=(0.45 - len(steps), 0.55))
@@ -109,6 +115,7 @@ def draw_convergence(ax: Axes, errors: ArrayLike, rate: float) -> Axes:
     line = errors[-1] * rate ** (steps - steps[-1]).astype(float)
     ax.semilogy(steps, errors, "o", color=PALETTE["estimate"], label="distance to the fixed point")
     ax.semilogy(steps, line, "--", color=PALETTE["muted"], label=f"× {rate:.3f} a step")
+    ax.xaxis.set_major_locator(MaxNLocator(integer=True))
     ax.set(xlabel="step", ylabel="distance")
     return ax
 
