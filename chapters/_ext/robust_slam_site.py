@@ -3,6 +3,7 @@
 - MathJax comes from an installed package, as one file that loads nothing else.
 - Scripts for kernels in the cloud, and scripts that are emitted twice, are dropped.
 - When the library changes, the notebooks run again: their outputs depend on it.
+- A build with warnings fails again until they are mended.
 """
 
 from __future__ import annotations
@@ -62,6 +63,15 @@ def drop_scripts(
     context["script_files"] = kept
 
 
+def forget_if_warned(app: Sphinx, exception: Exception | None) -> None:
+    """Let the next build read every page again when this one had warnings.
+
+    Otherwise it would find nothing out of date, say nothing and succeed.
+    """
+    if app._warncount:
+        (Path(app.doctreedir) / "environment.pickle").unlink(missing_ok=True)
+
+
 def setup(app: Sphinx) -> dict[str, bool]:
     """Connect the above to the build."""
     app.add_config_value("robust_slam_library", "", "env")
@@ -69,4 +79,5 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.connect("config-inited", follow_the_library)
     app.connect("builder-inited", copy_mathjax)
     app.connect("html-page-context", drop_scripts, priority=900)
+    app.connect("build-finished", forget_if_warned)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,7 +1,7 @@
 """A quiz in which every option has an answer of its own.
 
 Options are native disclosures: they open with scripts off, by keyboard and by mouse, and
-say whether they are right and why. Text is plain, with math between dollar signs.
+say whether they are right and why. Text is plain, with $math$, *emphasis* and `code`.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 
-_MATH = re.compile(r"\$([^$]+)\$")
+_MARKED = re.compile(r"\$(?P<math>[^$]+)\$|`(?P<code>[^`]+)`|\*(?P<em>[^*]+)\*")
 
 _STYLE = """
 .rs-quiz fieldset {
@@ -107,8 +107,14 @@ def _option(option: Option) -> str:
 
 def _inline(text: str) -> str:
     """Return the text as HTML; math gets the class by which MathJax finds it."""
-    math = r'<span class="math notranslate nohighlight">\\(\1\\)</span>'
-    return _MATH.sub(math, escape(text))
+    return _MARKED.sub(_element, escape(text))
+
+
+def _element(marked: re.Match[str]) -> str:
+    kind, text = str(marked.lastgroup), marked[str(marked.lastgroup)]
+    if kind == "math":
+        return rf'<span class="math notranslate nohighlight">\({text}\)</span>'
+    return f"<{kind}>{text}</{kind}>"
 
 
 def _check_text(argument: str, text: str) -> None:
