@@ -1,0 +1,280 @@
+"""Gauss–Newton on pose graphs: hand numbers, laws, and errors that say what to mend."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from robust_slam import pose_graph, se2
+from robust_slam._normal_equations import NormalEquations
+from robust_slam.gauss_newton import NotConverged, PoseGraphProblem, descend, gauss_newton
+from robust_slam.generate import Noise, circle, dead_reckoning, manhattan
+from robust_slam.irls import irls
+from robust_slam.kernels import KERNELS, cauchy, tls
+from robust_slam.loop import Underdetermined
+from robust_slam.metrics import ate
+from robust_slam.outliers import add_random_closures
+from robust_slam.pose_graph import PoseGraph
+from robust_slam.result import StopReason
+
+
+def line(z, sigma, edges=((0, 1), (1, 2), (0, 2), (0, 2))):
+    """Poses on the x axis that all look ahead: there the residuals are linear."""
+    measurement = np.zeros((len(z), 3))
+    measurement[:, 0] = z
+    information = np.eye(3) / np.square(sigma)[:, None, None]
+    is_odometry = [j == i + 1 for i, j in edges]
+    return PoseGraph(1 + np.max(edges), edges, measurement, information, is_odometry)
+
+
+LIE = line([1.0, 1.0, 2.0, 0.0], [0.1, 0.1, 0.05, 0.05])
+
+
+def noisy(seed, n=30, lies=0):
+    rng = np.random.default_rng(seed)
+    graph, truth = circle(n, rng, laps=2, closures=6)
+    return *add_random_closures(graph, lies, rng, poses=truth), truth
+
+
+def gradient(graph, poses, weights=None):
+    weights = np.ones(len(graph.edges)) if weights is None else weights
+    return NormalEquations(graph).assemble(poses, weights)[1]
+
+
+def test_on_a_line_it_is_the_lesson_with_one_lie():
+    poses = gauss_newton(LIE, dead_reckoning(LIE))
+    expected = [[0.0, 0.0, 0.0], [9 / 17, 0.0, 0.0], [18 / 17, 0.0, 0.0]]
+    np.testing.assert_allclose(poses, expected, atol=1e-12)
+    assert 2.0 * pose_graph.cost(poses, LIE) == pytest.approx(14400 / 17, rel=1e-12)
+
+
+def test_on_a_line_cauchy_and_the_pose_graph_agree_with_the_linear_problem():
+    result = irls(PoseGraphProblem(LIE), cauchy(1))
+    np.testing.assert_allclose(result.x[:, 0], [0.0, 0.99944424, 1.99888848], atol=5e-9)
+    assert result.weights[3] == pytest.approx(6.25304e-4, rel=1e-5)
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("make", [circle, manhattan])
+def test_without_noise_it_finds_the_truth(make, seed):
+    rng = np.random.default_rng(seed)
+    graph, truth = make(40, rng, noise=Noise(scale=0.0))
+    start = truth + 0.1 * rng.normal(size=truth.shape) * (np.arange(40) > 0)[:, None]
+    poses = gauss_newton(graph, start)
+    np.testing.assert_allclose(poses[:, :2], truth[:, :2], atol=1e-9)
+    np.testing.assert_allclose(se2.wrap(poses[:, 2] - truth[:, 2]), 0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("lies", [0, 3])
+def test_at_the_end_the_gradient_is_zero_and_the_numbers_say_minimum(lies):
+    graph, _, _ = noisy(1, lies=lies)
+    start = dead_reckoning(graph)
+    poses = gauss_newton(graph, start)
+    assert np.abs(gradient(graph, poses)).max() < 1e-5 * np.abs(gradient(graph, start)).max()
+    rng = np.random.default_rng(2)
+    for _ in range(20):
+        shake = 1e-3 * rng.normal(size=poses.shape) * (np.arange(graph.n) > 0)[:, None]
+        assert pose_graph.cost(poses, graph) < pose_graph.cost(poses + shake, graph)
+
+
+def test_the_gradient_is_the_derivative_of_the_cost():
+    graph, _, truth = noisy(3)
+    weights = np.linspace(0.2, 1.0, len(graph.edges))
+    equations = NormalEquations(graph)
+    _, slopes = equations.assemble(truth, weights)
+    h = 1e-6
+    for pose, slope in zip(equations.pattern.order, slopes.reshape(-1, 3), strict=True):
+        for axis, e in enumerate(np.eye(3)):
+            ahead, behind = truth.copy(), truth.copy()
+            ahead[pose] = se2.compose(truth[pose], se2.exp(h * e))
+            behind[pose] = se2.compose(truth[pose], se2.exp(-h * e))
+            rise = pose_graph.cost(ahead, graph, weights) - pose_graph.cost(behind, graph, weights)
+            assert slope[axis] == pytest.approx(rise / (2.0 * h), rel=1e-5, abs=1e-4)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_sparse_step_is_the_dense_one(seed):
+    graph, _, truth = noisy(seed, n=12, lies=4)
+    weights = np.random.default_rng(seed).uniform(0.1, 1.0, len(graph.edges))
+    dense, right = np.zeros((36, 36)), np.zeros(36)
+    r = pose_graph.residuals(truth, graph)
+    for k, (i, j) in enumerate(graph.edges):
+        row = np.zeros((3, 36))
+        by_i, by_j = pose_graph.jacobians(truth, graph)
+        row[:, 3 * i : 3 * i + 3], row[:, 3 * j : 3 * j + 3] = by_i[k], by_j[k]
+        dense += weights[k] * row.T @ graph.information[k] @ row
+        right -= weights[k] * row.T @ graph.information[k] @ r[k]
+    expected = np.linalg.solve(dense[3:, 3:], right[3:]).reshape(-1, 3)
+    step = NormalEquations(graph).step(truth, weights)
+    np.testing.assert_allclose(step[1:], expected, rtol=1e-7, atol=1e-10)
+    np.testing.assert_array_equal(step[0], np.zeros(3))
+
+
+def test_edges_in_both_directions_and_twice_over_add_up():
+    z = [[1.0, 0.2, 0.3], [1.1, 0.2, 0.3], [-1.0, 0.1, -0.2], [0.9, 0.0, 0.1]]
+    graph = PoseGraph(
+        3, [[0, 1], [0, 1], [1, 0], [2, 1]], z, [np.eye(3)] * 4, [True, False, False, True]
+    )
+    poses = gauss_newton(graph, np.zeros((3, 3)))
+    np.testing.assert_allclose(gradient(graph, poses), 0.0, atol=1e-8)
+    assert pose_graph.residual_norms(poses, graph)[3] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_pose_0_stays_and_takes_the_map_along():
+    graph, _, _ = noisy(4)
+    start, motion = dead_reckoning(graph), np.array([3.0, -1.0, 2.0])
+    there = gauss_newton(graph, se2.compose(motion, start))
+    np.testing.assert_allclose(there[0], motion)
+    here = se2.compose(motion, gauss_newton(graph, start))
+    np.testing.assert_allclose(there[:, :2], here[:, :2], atol=1e-7)
+
+
+def test_a_weight_of_0_takes_an_edge_out():
+    graph, lies, _ = noisy(5, lies=4)
+    keep = ~lies
+    clean = PoseGraph(
+        graph.n,
+        graph.edges[keep],
+        graph.measurement[keep],
+        graph.information[keep],
+        graph.is_odometry[keep],
+    )
+    start = dead_reckoning(graph)
+    np.testing.assert_allclose(
+        gauss_newton(graph, start, keep.astype(float)), gauss_newton(clean, start), atol=1e-8
+    )
+
+
+def test_a_weight_multiplies_the_information():
+    graph, _, _ = noisy(6, lies=2)
+    w = np.linspace(0.1, 1.0, len(graph.edges))
+    scaled = PoseGraph(
+        graph.n,
+        graph.edges,
+        graph.measurement,
+        w[:, None, None] * graph.information,
+        graph.is_odometry,
+    )
+    start = dead_reckoning(graph)
+    np.testing.assert_allclose(
+        gauss_newton(graph, start, w), gauss_newton(scaled, start), atol=1e-8
+    )
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_step_raises_the_cost_however_far_the_start(seed):
+    graph, _, truth = noisy(seed, lies=6)
+    rng = np.random.default_rng(seed)
+    poses = truth + rng.normal(size=truth.shape) * [5.0, 5.0, 2.0]
+    equations, ones = NormalEquations(graph), np.ones(len(graph.edges))
+    cost = pose_graph.cost(poses, graph)
+    for _ in range(30):
+        descent = descend(equations, poses, ones, 1e-9, 1)
+        assert descent.cost <= cost * (1.0 + 1e-9)
+        poses, cost = descent.poses, descent.cost
+
+
+def test_too_few_steps_are_told_with_what_to_do():
+    graph, _, _ = noisy(7, lies=4)
+    with pytest.raises(NotConverged, match=r"after 1 steps .* start from better poses"):
+        gauss_newton(graph, dead_reckoning(graph), max_iterations=1)
+
+
+def test_a_pose_that_weights_cut_off_is_named():
+    weights = [1.0, 0.0, 0.0, 0.0]
+    with pytest.raises(Underdetermined, match=r"joins pose 2 to pose 0 \(1 poses are loose\)"):
+        gauss_newton(LIE, dead_reckoning(LIE), weights)
+
+
+def test_a_map_that_hangs_on_next_to_nothing_is_told():
+    with pytest.raises(Underdetermined, match="singular to working precision"):
+        gauss_newton(LIE, dead_reckoning(LIE), [1e-300, 1.0, 1e-300, 1e-300])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ({"poses": np.zeros((2, 3))}, "poses: the shape"),
+        ({"poses": np.full((3, 3), np.nan)}, "poses: the entry"),
+        ({"weights": [1.0, 1.0]}, "weights: the shape"),
+        ({"weights": [1.0, 1.0, -0.5, 1.0]}, "weights: edge 2 weighs less than 0"),
+        ({"tol": -1.0}, "tol is -1.0"),
+        ({"max_iterations": 0}, "max_iterations is 0"),
+    ],
+)
+def test_bad_input_is_refused_by_name(arguments, told):
+    with pytest.raises(ValueError, match=told):
+        gauss_newton(LIE, **({"poses": np.zeros((3, 3))} | arguments))
+
+
+def test_the_pattern_has_the_blocks_of_the_edges_and_no_others():
+    graph, _, truth = noisy(8, n=20, lies=3)
+    equations = NormalEquations(graph)
+    hessian, _ = equations.assemble(truth, np.ones(len(graph.edges)))
+    free = graph.edges[np.all(graph.edges > 0, axis=1)]
+    joined = {tuple(sorted(edge)) for edge in free.tolist()}
+    assert hessian.nnz == 9 * (graph.n - 1 + 2 * len(joined))
+    assert sorted(equations.pattern.order) == list(range(1, graph.n))
+    assert hessian.has_sorted_indices
+
+
+def test_a_star_is_factorised_without_fill_in():
+    edges = [[0, 1]] + [[1, k] for k in range(2, 30)]
+    graph = PoseGraph(30, edges, np.ones((29, 3)), [np.eye(3)] * 29, [False] * 29)
+    hessian, _ = NormalEquations(graph).assemble(np.zeros((30, 3)), np.ones(29))
+    factor = np.linalg.cholesky(hessian.toarray())
+    assert np.count_nonzero(factor) <= np.count_nonzero(np.tril(hessian.toarray()))
+
+
+def test_the_problem_starts_from_dead_reckoning_and_trusts_the_odometry():
+    graph, _, _ = noisy(9, lies=2)
+    problem = PoseGraphProblem(graph)
+    np.testing.assert_array_equal(problem.guess, dead_reckoning(graph))
+    np.testing.assert_array_equal(problem.trusted, graph.is_odometry)
+    np.testing.assert_allclose(
+        problem.initial(), gauss_newton(graph, dead_reckoning(graph)), atol=1e-8
+    )
+
+
+def test_a_graph_without_odometry_needs_a_guess():
+    graph = PoseGraph(2, [[0, 1]], [[1.0, 0.0, 0.0]], [np.eye(3)], [False])
+    with pytest.raises(ValueError, match="give first poses"):
+        PoseGraphProblem(graph)
+    assert PoseGraphProblem(graph, np.zeros((2, 3))).initial()[1, 0] == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("name", KERNELS)
+@pytest.mark.parametrize("steps", [1, 100])
+def test_irls_never_raises_the_robust_cost_of_a_pose_graph(name, steps):
+    graph, _, _ = noisy(10, lies=4)
+    problem = PoseGraphProblem(graph, steps=steps)
+    result = irls(problem, KERNELS[name](3.0), problem.guess, max_iterations=40)
+    costs = np.array([step.cost for step in result.history])
+    assert np.all(np.diff(costs) <= 1e-9 * costs[0])
+    assert all(np.all(step.weights[graph.is_odometry] == 1.0) for step in result.history)
+
+
+def test_cauchy_sees_through_lies_that_fold_the_least_squares_map():
+    graph, lies, truth = noisy(11, lies=5)
+    problem = PoseGraphProblem(graph)
+    result = irls(problem, cauchy(1.0))
+    assert result.stop is StopReason.CONVERGED
+    assert ate(problem.initial(), truth) > 1.0
+    assert ate(result.x, truth) < 0.2
+    honest = ~lies & ~graph.is_odometry
+    assert result.weights[lies].max() < 0.01 < result.weights[honest].min()
+
+
+def test_without_trust_a_graph_may_be_rejected_whole():
+    graph, _ = circle(30, np.random.default_rng(12))
+    problem = PoseGraphProblem(graph, trusted=np.zeros(len(graph.edges), dtype=bool))
+    result = irls(problem, tls(1e-6))
+    assert result.stop is StopReason.ALL_REJECTED
+    np.testing.assert_array_equal(result.x, problem.initial())
+    np.testing.assert_array_equal(result.weights, np.zeros(len(graph.edges)))
+
+
+def test_a_piece_that_is_cut_off_without_trust_is_an_error_that_names_it():
+    graph, _, _ = noisy(12, lies=5)
+    problem = PoseGraphProblem(graph, trusted=np.zeros(len(graph.edges), dtype=bool))
+    with pytest.raises(Underdetermined, match="trust the odometry"):
+        irls(problem, tls(1e-6))

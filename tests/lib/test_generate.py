@@ -1,0 +1,152 @@
+"""Generated graphs: the truth fits, the noise is what it claims, the seed decides."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from robust_slam import pose_graph, se2
+from robust_slam.generate import Noise, circle, dead_reckoning, manhattan
+from robust_slam.pose_graph import PoseGraph
+
+MAKERS = pytest.mark.parametrize("make", [circle, manhattan])
+
+
+@MAKERS
+def test_the_same_seed_gives_the_same_graph_and_another_seed_another(make):
+    first, again, other = (make(30, np.random.default_rng(seed))[0] for seed in (1, 1, 2))
+    for name in ("edges", "measurement", "information", "is_odometry"):
+        np.testing.assert_array_equal(getattr(first, name), getattr(again, name))
+    assert not np.array_equal(first.measurement, other.measurement)
+
+
+@MAKERS
+def test_without_noise_the_truth_costs_nothing_and_dead_reckoning_finds_it(make):
+    graph, truth = make(50, np.random.default_rng(3), noise=Noise(scale=0.0))
+    assert pose_graph.cost(truth, graph) < 1e-20
+    np.testing.assert_allclose(dead_reckoning(graph)[:, :2], truth[:, :2], atol=1e-12)
+
+
+@MAKERS
+def test_at_the_truth_an_edge_costs_a_chi_square_of_three_degrees(make):
+    noise = Noise(odometry=(0.3, 0.02, 0.1), closure=(0.01, 0.2, 0.03))
+    options = {"laps": 4} if make is circle else {}
+    graph, truth = make(2000, np.random.default_rng(4), closures=1000, noise=noise, **options)
+    squares = pose_graph.squared_norms(truth, graph)
+    for edges in (graph.is_odometry, ~graph.is_odometry):
+        spread = np.sqrt(6.0 / np.sum(edges))
+        assert np.mean(squares[edges]) == pytest.approx(3.0, abs=4.0 * spread)
+
+
+@MAKERS
+def test_each_component_of_the_noise_has_its_own_deviation(make):
+    noise = Noise(odometry=(0.3, 0.02, 0.1))
+    graph, truth = make(3000, np.random.default_rng(5), noise=noise)
+    r = pose_graph.residuals(truth, graph)[graph.is_odometry]
+    np.testing.assert_allclose(r.std(axis=0), [0.3, 0.02, 0.1], rtol=0.06)
+    np.testing.assert_allclose(
+        graph.information[0], np.diag([1 / 0.09, 1 / 0.0004, 1 / 0.01]), rtol=1e-12
+    )
+
+
+@MAKERS
+def test_the_scale_changes_the_noise_and_not_the_claim(make):
+    loud, quiet = (
+        make(30, np.random.default_rng(6), noise=Noise(scale=scale)) for scale in (1.0, 0.5)
+    )
+    np.testing.assert_array_equal(loud[0].information, quiet[0].information)
+    np.testing.assert_allclose(
+        pose_graph.residuals(*reversed(quiet)),
+        0.5 * pose_graph.residuals(*reversed(loud)),
+        atol=1e-12,
+    )
+
+
+@MAKERS
+def test_odometry_comes_first_step_by_step_and_closures_are_revisits(make):
+    options = {"laps": 3, "closures": 9} if make is circle else {"closures": 9}
+    graph, truth = make(60, np.random.default_rng(7), **options)
+    i, j = graph.edges.T
+    np.testing.assert_array_equal(graph.edges[:59], [[k, k + 1] for k in range(59)])
+    assert graph.is_odometry.tolist() == [True] * 59 + [False] * 9
+    assert np.all(j[59:] > i[59:] + 1)
+    assert len({(a, b) for a, b in graph.edges.tolist()}) == 68
+    place = np.linalg.norm(truth[i, :2] - truth[j, :2], axis=1)
+    assert place[59:].max() <= place[:59].max() * (1 + 1e-9)
+
+
+def test_the_circle_is_a_circle_from_the_origin_to_the_left():
+    _, truth = circle(40, np.random.default_rng(8), radius=3.0)
+    np.testing.assert_array_equal(truth[0], np.zeros(3))
+    np.testing.assert_allclose(np.hypot(truth[:, 0], truth[:, 1] - 3.0), 3.0, rtol=1e-12)
+    steps = se2.between(truth[:-1], truth[1:])
+    np.testing.assert_allclose(steps, np.tile(steps[0], (39, 1)), atol=1e-12)
+    assert steps[0, 2] == pytest.approx(2 * np.pi / 40)
+
+
+def test_one_round_closes_from_the_last_pose_to_the_first():
+    graph, _ = circle(12, np.random.default_rng(9))
+    np.testing.assert_array_equal(graph.edges[~graph.is_odometry], [[0, 11]])
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_walk_keeps_to_the_streets_of_the_town(seed):
+    _, truth = manhattan(80, np.random.default_rng(seed), block=2.0, side=3)
+    np.testing.assert_array_equal(truth[0, :2], [0.0, 0.0])
+    assert set(np.unique(truth[:, :2])) <= {0.0, 2.0, 4.0, 6.0}
+    steps = se2.between(truth[:-1], truth[1:])
+    np.testing.assert_allclose(steps[:, :2], np.tile([2.0, 0.0], (79, 1)), atol=1e-12)
+    quarter_turns = steps[:, 2] / (np.pi / 2)
+    np.testing.assert_allclose(quarter_turns, np.round(quarter_turns), atol=1e-12)
+    assert np.abs(quarter_turns).max() < 1.5
+
+
+def test_a_walk_that_never_turns_of_itself_goes_round_the_town():
+    _, truth = manhattan(12, np.random.default_rng(1), side=3, turn=0.0, closures=0)
+    on_the_edge = np.any((truth[:, :2] == 0.0) | (truth[:, :2] == 3.0), axis=1)
+    assert np.all(on_the_edge)
+    assert len(np.unique(truth[:, :2], axis=0)) == 12
+
+
+def test_dead_reckoning_chains_the_steps():
+    graph, _ = manhattan(40, np.random.default_rng(10))
+    poses = dead_reckoning(graph)
+    at = np.zeros(3)
+    for k in range(39):
+        at = se2.compose(at, graph.measurement[k])
+        np.testing.assert_allclose(poses[k + 1, :2], at[:2], atol=1e-12)
+        assert se2.wrap(poses[k + 1, 2] - at[2]) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_dead_reckoning_takes_the_first_odometry_edge_of_a_step_in_any_order():
+    z = [[5.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [9.0, 0.0, 0.0], [7.0, 0.0, 0.0]]
+    edges = [[1, 2], [0, 1], [0, 1], [0, 1], [0, 2]]
+    graph = PoseGraph(3, edges, z, [np.eye(3)] * 5, [True, True, True, False, True])
+    np.testing.assert_array_equal(dead_reckoning(graph)[:, 0], [0.0, 1.0, 6.0])
+
+
+def test_dead_reckoning_names_the_step_that_is_missing():
+    graph = PoseGraph(3, [[0, 1], [1, 2]], np.zeros((2, 3)), [np.eye(3)] * 2, [True, False])
+    with pytest.raises(ValueError, match="from pose 1 to pose 2"):
+        dead_reckoning(graph)
+
+
+@pytest.mark.parametrize(
+    ("make", "arguments", "told"),
+    [
+        (circle, {"n": 2}, "n is 2"),
+        (circle, {"laps": 0}, "laps 0"),
+        (circle, {"radius": 0.0}, "radius is 0.0"),
+        (circle, {"closures": 2}, "closures is 2, and 1 pairs"),
+        (circle, {"closures": -1}, "closures is -1"),
+        (circle, {"noise": Noise(odometry=(0.0, 1.0, 1.0))}, "noise.odometry is"),
+        (circle, {"noise": Noise(closure=(1.0, 1.0, -1.0))}, "noise.closure is"),
+        (manhattan, {"n": 2}, "n is 2"),
+        (manhattan, {"turn": 1.5}, "turn is 1.5"),
+        (manhattan, {"side": 0}, "side is 0"),
+        (manhattan, {"block": -1.0}, "block is -1.0"),
+        (manhattan, {"closures": 10_000}, "closures is 10000"),
+    ],
+)
+def test_bad_input_is_refused_by_name(make, arguments, told):
+    with pytest.raises(ValueError, match=told):
+        make(**({"n": 20, "rng": np.random.default_rng(0)} | arguments))
