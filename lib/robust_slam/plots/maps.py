@@ -1,0 +1,210 @@
+"""Draw pose graphs: maps in the plane, and the 1-D chain with its edges as arcs.
+
+Every function takes matplotlib axes and returns them. The path is a thick line, a closure a
+thin one, a wrong closure dashed, the truth dotted: colour never tells alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from numpy.typing import ArrayLike, NDArray
+
+from robust_slam.pose_graph import PoseGraph
+from robust_slam.style import LINESTYLES, PALETTE, LineStyle
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+_CARD = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}  # lifts a name off a line
+_FAINTEST = 0.15  # opacity of an edge of weight 0: rejected, and still to be seen
+
+
+@dataclass(frozen=True)
+class _Look:
+    label: str
+    color: str
+    linestyle: LineStyle
+    linewidth: float
+    zorder: float
+
+    def style(self) -> dict[str, Any]:
+        return {
+            "color": self.color,
+            "linestyle": self.linestyle,
+            "linewidth": self.linewidth,
+            "zorder": self.zorder,
+        }
+
+
+_TRUTH = _Look("true path", PALETTE["muted"], LINESTYLES["truth"], 1.6, 1.0)
+_PATH = _Look("estimated path", PALETTE["estimate"], LINESTYLES["estimate"], 2.2, 4.0)
+_CLOSURE = _Look("loop closure", PALETTE["inlier"], LINESTYLES["inlier"], 1.0, 2.0)
+_LIE = _Look("wrong closure", PALETTE["outlier"], LINESTYLES["outlier"], 1.8, 3.0)
+
+
+def draw_map(
+    ax: Axes,
+    graph: PoseGraph,
+    poses: ArrayLike,
+    *,
+    is_outlier: ArrayLike | None = None,
+    weights: ArrayLike | None = None,
+    truth: ArrayLike | None = None,
+) -> Axes:
+    """Draw a map: the path, its closures, and dotted where the robot really was.
+
+    `poses` and `truth` are (n, 3) in m, m, rad; the mask `is_outlier` (m,) marks the wrong
+    edges; `weights` (m,) in [0, 1] fade the edges. Both directions have one scale, and the
+    frame and the ticks go.
+
+    Raises:
+        ValueError: an array does not have one row for each pose or edge.
+    """
+    m = len(graph.edges)
+    xy = _rows("poses", poses, graph.n)[:, :2]
+    looks = _looks(graph.is_odometry, is_outlier, m)
+    opacity = _FAINTEST + (1.0 - _FAINTEST) * _rows("weights", _or(weights, 1.0, m), m)
+    if truth is not None:
+        real = _rows("truth", truth, graph.n)[:, :2]
+        ax.plot(*real.T, **_TRUTH.style())
+    for look in (_PATH, _CLOSURE, _LIE):
+        chosen = np.array([own is look for own in looks], dtype=bool)
+        _draw_edges(ax, xy, graph.edges[chosen], look, opacity[chosen])
+    ax.plot(*xy[0], "o", color=_PATH.color, zorder=5)
+    ax.set_aspect("equal", adjustable="box")
+    ax.set_axis_off()
+    return ax
+
+
+def draw_headings(ax: Axes, poses: ArrayLike, names: Sequence[str], size: float = 0.2) -> Axes:
+    """Draw each pose (n, 3) as a dot with an arrow of `size` m ahead and its name behind.
+
+    Poses that stand in a heap, closer together than 1.2 `size`, are named together.
+
+    Raises:
+        ValueError: there is not one name for each pose.
+    """
+    rows = _rows("poses", poses, len(names))
+    for x, y, angle in rows:
+        tip = (x + size * np.cos(angle), y + size * np.sin(angle))
+        arrow = {"arrowstyle": "-|>", "color": PALETTE["truth"], "shrinkA": 0, "shrinkB": 0}
+        ax.annotate("", tip, (x, y), arrowprops=arrow, zorder=6)
+        ax.plot(x, y, "o", color=PALETTE["truth"], zorder=6)
+    for heap in _heaps(rows[:, :2], 1.2 * size):
+        x, y, angle = rows[heap[0]]
+        behind = (x - 0.8 * size * np.cos(angle), y - 0.8 * size * np.sin(angle))
+        side = "right" if len(heap) > 1 else "center"
+        name = " ".join(names[k] for k in heap)
+        ax.text(*behind, name, ha=side, va="center", zorder=5, bbox=_CARD)
+    return ax
+
+
+def draw_chain(
+    ax: Axes,
+    x: ArrayLike,
+    edges: ArrayLike,
+    *,
+    is_odometry: ArrayLike,
+    is_outlier: ArrayLike | None = None,
+    labels: Sequence[str] | None = None,
+    named: bool = True,
+    height: float = 0.0,
+) -> Axes:
+    """Draw poses x (n,) on a line at `height`: odometry along it, closures as arcs above it.
+
+    `edges` is (m, 2), poses from 0; the wrong closures of the mask `is_outlier` (m,) are arcs
+    below the line; `labels` (m,) are written at the middle of the edges. Poses are named x₁,
+    x₂ …, unless `named` is False.
+
+    Raises:
+        ValueError: an array does not have one row for each edge.
+    """
+    at, ends = np.asarray(x, dtype=np.float64), np.asarray(edges)
+    m = len(ends)
+    looks = _looks(_rows("is_odometry", is_odometry, m), is_outlier, m)
+    texts = [""] * m if labels is None else labels
+    for look, (i, j), text in zip(looks, ends, texts, strict=True):
+        _draw_arc(ax, at[i], at[j], height, look, text)
+    ax.plot(at, np.full_like(at, height), "o", color=PALETTE["truth"], zorder=6)
+    for k, position in enumerate(at if named else []):
+        _name_pose(ax, f"$x_{k + 1}$", (position, height), at)
+    ax.margins(x=0.1, y=0.3)
+    ax.spines["left"].set_visible(False)
+    ax.set(yticks=[])
+    return ax
+
+
+def map_legend() -> list[Line2D]:
+    """Return the handles of a legend: path, closure, wrong closure, true path."""
+    looks = (_PATH, _CLOSURE, _LIE, _TRUTH)
+    return [Line2D([], [], **look.style(), label=look.label) for look in looks]
+
+
+def _or(value: ArrayLike | None, default: float, m: int) -> ArrayLike:
+    return np.full(m, default) if value is None else value
+
+
+def _rows(name: str, value: ArrayLike, count: int) -> Array:
+    array = np.asarray(value, dtype=np.float64)
+    if array.ndim == 0 or len(array) != count:
+        raise ValueError(f"{name}: the shape is {array.shape}; give {count} rows")
+    return array
+
+
+def _looks(is_odometry: ArrayLike, is_outlier: ArrayLike | None, m: int) -> list[_Look]:
+    wrong = _rows("is_outlier", _or(is_outlier, 0.0, m), m)
+    own = np.asarray(is_odometry)
+    return [
+        _LIE if bad else _PATH if step else _CLOSURE for bad, step in zip(wrong, own, strict=True)
+    ]
+
+
+def _heaps(xy: Array, reach: float) -> list[list[int]]:
+    """Return the poses in groups; each stands within `reach` of the first of its group."""
+    heaps: list[list[int]] = []
+    for k, place in enumerate(xy):
+        near = (heap for heap in heaps if np.linalg.norm(place - xy[heap[0]]) < reach)
+        home = next(near, None)
+        if home is None:
+            heaps.append([k])
+        else:
+            home.append(k)
+    return heaps
+
+
+def _draw_edges(ax: Axes, xy: Array, edges: Indices, look: _Look, opacity: Array) -> None:
+    """Draw edges of one kind, those of one opacity as a single line with gaps."""
+    for alpha in np.unique(opacity):
+        ends = xy[edges[opacity == alpha]]
+        gaps = np.full((len(ends), 1, 2), np.nan)
+        x, y = np.concatenate([ends, gaps], axis=1).reshape(-1, 2).T
+        ax.plot(x, y, **look.style(), alpha=float(alpha), solid_capstyle="round")
+
+
+def _draw_arc(ax: Axes, start: float, end: float, height: float, look: _Look, text: str) -> None:
+    """Draw half an ellipse from start to end: flat for odometry, below for the lie."""
+    rise = 0.0 if look is _PATH else -0.5 if look is _LIE else 0.5
+    turn = np.linspace(0.0, np.pi, 41)
+    across = 0.5 * (start + end) - 0.5 * (end - start) * np.cos(turn)
+    ax.plot(across, height + rise * np.sin(turn), **look.style())
+    if text:
+        anchor = (0.5 * (start + end), height + rise)
+        offset = (0, -5 if look is _LIE or look is _PATH else 5)
+        align = "top" if offset[1] < 0 else "bottom"
+        ax.annotate(text, anchor, offset, textcoords="offset points", ha="center", va=align)
+
+
+def _name_pose(ax: Axes, name: str, where: tuple[float, float], everyone: Array) -> None:
+    """Write the name above the pose, or outside the chain at its two ends, clear of the arcs."""
+    offset, align, base = (0, 6), "center", "bottom"
+    if where[0] == everyone.min():
+        offset, align, base = (-8, 0), "right", "center"
+    elif where[0] == everyone.max():
+        offset, align, base = (8, 0), "left", "center"
+    ax.annotate(name, where, offset, textcoords="offset points", ha=align, va=base)
