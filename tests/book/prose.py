@@ -35,7 +35,7 @@ def unchecked(text: str, claims: Mapping[str, float], given: set[str]) -> set[st
 
 
 def _read_by_people(cell: nbformat.NotebookNode) -> Iterator[str]:
-    if cell.cell_type == "markdown" or "Quiz(" in cell.source:
+    if cell.cell_type == "markdown" or "Question(" in cell.source:
         yield cell.source
     shown = cell.metadata.get("mystnb", {})
     yield shown.get("figure", {}).get("caption", "")
