@@ -8,7 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from nbgrader.converters import GenerateAssignment
+from nbgrader.converters.base import NbGraderException
 from nbgrader.coursedir import CourseDirectory
+from nbgrader.preprocessors import SaveCells
 from traitlets.config import Config
 
 from robust_slam_autograder import assignment as assignments
@@ -64,10 +66,11 @@ def _run_nbgrader(tree: Path, name: str, out: Path) -> None:
     config.ClearSolutions.code_stub = {"python": STUB}
     config.GenerateAssignment.no_database = True
     converter = GenerateAssignment(coursedir=CourseDirectory(config=config), config=config)
-    converter.log.setLevel("ERROR")
+    # The gradebook is the grader's to write; a release needs none.
+    converter.preprocessors = [pp for pp in converter.preprocessors if pp is not SaveCells]
     try:
         converter.start()
-    except SystemExit as error:
+    except NbGraderException as error:
         raise GraderFailure(
             f"nbgrader could not release {name}: see its message above."
         ) from error
