@@ -6,22 +6,23 @@ with an optional ``autograder.toml`` beside the notebook.
 
 from __future__ import annotations
 
-import ast
 import re
 import tomllib
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder import notebook
 from robust_slam_autograder.errors import Refused, WrongUse
 from robust_slam_autograder.notebook import Cell
+from robust_slam_autograder.source import defined_names, imports, plain_python
 
 CONFIG_NAME = "autograder.toml"
 BEGIN_HIDDEN = "BEGIN HIDDEN TESTS"
 END_HIDDEN = "END HIDDEN TESTS"
 _HINT = re.compile(r"\s*#\s*hint:\s*(.+)")
+_MODULE = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*")
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,9 @@ class Limits:
     """One cell, the student's or a test."""
     notebook_seconds: float = 120.0
     """All of one submission's passes together."""
+
+
+MAX_SECONDS = 86_400.0
 
 
 @dataclass(frozen=True)
@@ -70,6 +74,17 @@ class Case:
 
 
 @dataclass(frozen=True)
+class Piece:
+    """A piece of code, to be run in order."""
+
+    label: str
+    """How messages name it: the solution cell's grade id, "set-up 1", "own cell"."""
+    source: str
+    own: bool
+    """Whether only its definitions run, because it is no solution and no locked cell."""
+
+
+@dataclass(frozen=True)
 class Solution:
     """One solution cell: its id and the names that it must define."""
 
@@ -82,8 +97,13 @@ class Assignment:
     """All that grading needs to know of an assignment."""
 
     name: str
-    setup: tuple[str, ...]
-    """Sources of the locked cells that carry no points; they run on both sides."""
+    """As nbgrader has it: the folder's."""
+    notebook: str
+    """The notebook's name without its ending."""
+    setup: tuple[Piece, ...]
+    """The instructor's cells that are no solution and no test; they run on both sides."""
+    imports: tuple[str, ...]
+    """What the instructor's solution cells import, for tests that rely on it."""
     solutions: tuple[Solution, ...]
     cases: tuple[Case, ...]
     config: Config
@@ -105,6 +125,13 @@ class Assignment:
         """Points of all cases together."""
         return sum(case.points for case in self.cases)
 
+    def owner(self, name: str) -> str:
+        """Grade id of the solution cell that an exercise's or a function's name belongs to."""
+        for solution in self.solutions:
+            if name == solution.grade_id or name in solution.names:
+                return solution.grade_id
+        return name
+
 
 def find_names(tree: Path) -> list[str]:
     """List the assignments of a source tree.
@@ -113,8 +140,12 @@ def find_names(tree: Path) -> list[str]:
         WrongUse: there is no such folder, or no assignment in it.
     """
     if not tree.is_dir():
-        raise WrongUse(f"{tree} is not a folder: name the source tree with --solutions DIR.")
-    names = sorted(path.name for path in tree.iterdir() if any(path.glob("*.ipynb")))
+        raise WrongUse(
+            f"There is no folder {tree}: name the instructor's source tree, "
+            "autograder --solutions DIR …"
+        )
+    folders = [path for path in tree.iterdir() if not path.name.startswith(".")]
+    names = sorted(path.name for path in folders if any(path.glob("*.ipynb")))
     if not names:
         raise WrongUse(f"{tree} holds no assignment: it wants NAME/NAME.ipynb.")
     return names
@@ -145,21 +176,21 @@ def load(path: Path) -> Assignment:
         cells = notebook.read(path)
     except Refused as error:
         raise WrongUse(str(error)) from error
-    return from_cells(path.stem, cells, load_config(path.parent / CONFIG_NAME))
+    config = load_config(path.parent / CONFIG_NAME)
+    return from_cells(cells, name=path.resolve().parent.name, notebook=path.stem, config=config)
 
 
-def from_cells(name: str, cells: Sequence[Cell], config: Config) -> Assignment:
+def from_cells(cells: Sequence[Cell], *, name: str, notebook: str, config: Config) -> Assignment:
     """Sort a notebook's code cells into set-up, solutions and cases.
 
     Raises:
         WrongUse: two cells share a grade id, a hidden region is not closed, there is no case.
     """
     code = [cell for cell in cells if cell.kind == "code"]
-    _refuse_duplicates(name, code)
+    _refuse_bad_ids(name, code)
+    answers = [replace(cell, source=plain_python(cell.source)) for cell in code if cell.solution]
     solutions = tuple(
-        Solution(cell.grade_id or "", tuple(defined_names(cell.source)))
-        for cell in code
-        if cell.solution
+        Solution(cell.grade_id or "", tuple(defined_names(cell.source))) for cell in answers
     )
     known = {solution.grade_id for solution in solutions}
     known |= {name for solution in solutions for name in solution.names}
@@ -168,7 +199,9 @@ def from_cells(name: str, cells: Sequence[Cell], config: Config) -> Assignment:
         raise WrongUse(f"{name} holds no test cell: nothing can be graded.")
     return Assignment(
         name=name,
-        setup=tuple(c.source for c in code if c.locked and not c.grade and not c.solution),
+        notebook=notebook,
+        setup=_setup(code),
+        imports=tuple(found for cell in answers if (found := imports(cell.source))),
         solutions=solutions,
         cases=tuple(_case(cell, known) for cell in tests),
         config=config,
@@ -176,10 +209,21 @@ def from_cells(name: str, cells: Sequence[Cell], config: Config) -> Assignment:
     )
 
 
-def _refuse_duplicates(name: str, cells: Iterable[Cell]) -> None:
+def _setup(code: Sequence[Cell]) -> tuple[Piece, ...]:
+    """Locked cells run whole; of cells without nbgrader's marks the definitions alone."""
+    cells = [cell for cell in code if not cell.grade and not cell.solution]
+    return tuple(
+        Piece(f"set-up {number}", cell.source, own=not cell.locked)
+        for number, cell in enumerate(cells, start=1)
+    )
+
+
+def _refuse_bad_ids(name: str, cells: Iterable[Cell]) -> None:
     seen: set[str] = set()
     for cell in cells:
         if cell.grade_id is None:
+            if cell.grade or cell.solution:
+                raise WrongUse(f"{name} has a test or solution cell without a grade id: name it.")
             continue
         if cell.grade_id in seen:
             raise WrongUse(f"{name} has two cells with the grade id {cell.grade_id}: rename one.")
@@ -188,16 +232,15 @@ def _refuse_duplicates(name: str, cells: Iterable[Cell]) -> None:
 
 def _case(cell: Cell, known: set[str]) -> Case:
     grade_id = cell.grade_id or ""
-    exercise, dash, case_name = grade_id.partition("-")
-    if not dash or exercise not in known:
-        # Not our naming: in another instructor's tree each test cell is an exercise of its own.
-        exercise, case_name = grade_id, "tests"
+    exercises = [name for name in known if grade_id.startswith(f"{name}-")]
+    # Not our naming: in another instructor's tree each test cell is an exercise of its own.
+    exercise = max(exercises, key=len, default=grade_id)
     visible, hidden = split_hidden(cell.source, grade_id)
     match = _HINT.match(hidden)
     return Case(
         grade_id=grade_id,
         exercise=exercise,
-        name=case_name,
+        name=grade_id[len(exercise) + 1 :] or "tests",
         points=cell.points,
         visible=visible,
         full=cell.source,
@@ -226,23 +269,6 @@ def split_hidden(source: str, grade_id: str) -> tuple[str, str]:
     return "\n".join(visible), "\n".join(hidden)
 
 
-def defined_names(source: str) -> list[str]:
-    """Names that a cell's top level defines: functions, classes and assigned variables."""
-    try:
-        tree = ast.parse(source)
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return []
-    names: list[str] = []
-    for node in tree.body:
-        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
-            names.append(node.name)
-        elif isinstance(node, ast.Assign):
-            names += [target.id for target in node.targets if isinstance(target, ast.Name)]
-        elif isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
-            names.append(node.target.id)
-    return names
-
-
 def load_config(path: Path) -> Config:
     """Read ``autograder.toml``; without the file every setting has its default.
 
@@ -258,8 +284,10 @@ def load_config(path: Path) -> Config:
     _check_table(path, table, {"title": str, "chapter": str, "withheld": list, "limits": dict})
     limits = table.pop("limits", {})
     _check_table(path, limits, dict.fromkeys(Limits.__dataclass_fields__, (int, float)))
+    if not all(0 < seconds <= MAX_SECONDS for seconds in limits.values()):
+        raise WrongUse(f"{path}: limits are seconds, more than 0 and at most {MAX_SECONDS:.0f}.")
     withheld = table.pop("withheld", [])
-    if not all(isinstance(module, str) for module in withheld):
+    if not all(isinstance(name, str) and _MODULE.fullmatch(name) for name in withheld):
         raise WrongUse(f"{path}: withheld wants a list of module names.")
     return Config(**table, withheld=tuple(withheld), limits=Limits(**limits))
 

@@ -6,6 +6,7 @@ links are not followed, and nothing in the file is trusted beyond its text.
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import stat
@@ -17,6 +18,7 @@ from robust_slam_autograder.errors import Refused
 
 MAX_BYTES = 20 * 1024 * 1024
 MAX_CELLS = 500
+MAX_NAME = 80
 
 
 @dataclass(frozen=True)
@@ -43,7 +45,13 @@ def read(path: Path) -> tuple[Cell, ...]:
     Raises:
         Refused: the file is no readable nbformat 4 notebook; the sentence names it and the mend.
     """
-    return parse(read_bytes(path), path.name)
+    return parse(read_bytes(path), shown(path.name))
+
+
+def shown(name: str) -> str:
+    """A name that somebody else chose, made fit to stand in a message."""
+    printable = "".join(letter if letter.isprintable() else "?" for letter in name)
+    return printable if len(printable) <= MAX_NAME else f"{printable[: MAX_NAME - 1]}…"
 
 
 def read_bytes(path: Path) -> bytes:
@@ -52,22 +60,33 @@ def read_bytes(path: Path) -> bytes:
     Raises:
         Refused: the path is missing, a link, a directory, a device or a pipe, or too large.
     """
-    # O_NONBLOCK: opening a named pipe must not wait for a writer.
-    flags = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
+    name = shown(path.name)
     try:
-        descriptor = os.open(path, flags)
+        data = _open_and_read(path)
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", None) or str(error)
-        raise Refused(f"{path.name} cannot be opened ({why}): hand in a plain file.") from error
-    with os.fdopen(descriptor, "rb") as file:
-        status = os.fstat(file.fileno())
-        if not stat.S_ISREG(status.st_mode):
-            raise Refused(f"{path.name} is not a regular file: hand in the notebook itself.")
-        data = file.read(MAX_BYTES + 1)
+        if getattr(error, "errno", None) == errno.ELOOP:
+            why = "it is a link"
+        raise Refused(f"{name} cannot be opened ({why}): hand in a plain file.") from error
+    if data is None:
+        raise Refused(f"{name} is not a regular file: hand in the notebook itself.")
     if len(data) > MAX_BYTES:
         mend = "clear its outputs and save it again"
-        raise Refused(f"{path.name} is larger than {MAX_BYTES // 2**20} MiB: {mend}.")
+        raise Refused(f"{name} is larger than {MAX_BYTES // 2**20} MiB: {mend}.")
     return data
+
+
+def _open_and_read(path: Path) -> bytes | None:
+    """One byte more than the limit at most; None where it is no regular file."""
+    # O_NONBLOCK: opening a named pipe must not wait for a writer.
+    descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
+    try:
+        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+            return None
+        with os.fdopen(descriptor, "rb", closefd=False) as file:
+            return file.read(MAX_BYTES + 1)
+    finally:
+        os.close(descriptor)
 
 
 def parse(data: bytes, name: str) -> tuple[Cell, ...]:
@@ -77,9 +96,10 @@ def parse(data: bytes, name: str) -> tuple[Cell, ...]:
         Refused: not UTF-8, not JSON, not nbformat 4, too many cells, or a wrong type.
     """
     notebook = _json_object(data, name)
-    if notebook.get("nbformat") != 4:
-        found = str(notebook.get("nbformat"))[:20]
-        raise Refused(f"{name} is nbformat {found}, not 4: open it in JupyterLab and save it.")
+    version = notebook.get("nbformat")
+    if version != 4:
+        found = f"nbformat {version}" if version in range(100) else "of an unknown format"
+        raise Refused(f"{name} is {found}, not nbformat 4: open it in JupyterLab and save it.")
     cells = notebook.get("cells")
     if not isinstance(cells, list):
         raise Refused(f"{name} has no list of cells: open it in JupyterLab and save it.")
@@ -95,7 +115,7 @@ def _json_object(data: bytes, name: str) -> dict[str, Any]:
         raise Refused(f"{name} is not UTF-8 text: save it again from JupyterLab.") from error
     try:
         value = json.loads(text)
-    except RecursionError as error:
+    except (RecursionError, MemoryError) as error:
         raise Refused(f"{name} is nested too deeply: save it again from JupyterLab.") from error
     except ValueError as error:
         raise Refused(f"{name} is not valid JSON: save it again from JupyterLab.") from error

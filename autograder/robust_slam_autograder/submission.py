@@ -2,28 +2,22 @@
 
 Cells are matched by grade id, then by the names that they define. Metadata,
 tags, outputs, edited or deleted test cells and extra files do not matter.
+Nothing of a student's text is run or parsed here.
 """
 
 from __future__ import annotations
 
-import ast
-import contextlib
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from robust_slam_autograder.assignment import Assignment, defined_names
+from robust_slam_autograder.assignment import Assignment, Piece
 from robust_slam_autograder.errors import Refused
-from robust_slam_autograder.notebook import Cell
+from robust_slam_autograder.notebook import Cell, shown
+from robust_slam_autograder.source import defines
 
-
-@dataclass(frozen=True)
-class Piece:
-    """A piece of student code, to be run in order."""
-
-    label: str
-    """How messages name it: the solution cell's grade id, or "own cell"."""
-    source: str
+OWN = "own cell"
 
 
 @dataclass(frozen=True)
@@ -39,43 +33,46 @@ class Submission:
 
 def collect(cells: Sequence[Cell], assignment: Assignment) -> Submission:
     """Pick the student code out of a submission's cells."""
-    code = [replace(c, source=plain_python(c.source)) for c in cells if c.kind == "code"]
-    owners: dict[int, str] = {}
+    code = [cell for cell in cells if cell.kind == "code"]
+    owners, notes = _by_grade_id(code, assignment)
     missing: set[str] = set()
-    notes: list[str] = []
     for solution in assignment.solutions:
-        found = [n for n, cell in enumerate(code) if cell.grade_id == solution.grade_id]
-        if len(found) > 1:
-            notes.append(f"{solution.grade_id} stands in {len(found)} cells: they ran in order.")
-        if not found:
-            found = [n for n, cell in enumerate(code) if _defines(cell, solution.names)]
-            place = "was found by its function's name" if found else "was not found"
-            notes.append(f"The cell {solution.grade_id} {place}.")
-        if not found:
-            missing.add(solution.grade_id)
-        owners |= dict.fromkeys(found, solution.grade_id)
-    known = {case.grade_id for case in assignment.cases}
-    pieces = []
-    for n, cell in enumerate(code):
-        if n in owners:
-            pieces.append(Piece(owners[n], cell.source))
-        elif cell.grade_id not in known and cell.source.strip() not in assignment.given:
-            pieces += [Piece("own cell", own) for own in [definitions(cell.source)] if own]
+        if solution.grade_id in owners.values():
+            continue
+        found = [
+            n
+            for n, cell in enumerate(code)
+            if not cell.grade and defines(cell.source, solution.names)
+        ]
+        place = "was found by its function's name" if found else "was not found"
+        notes.append(f"The cell {solution.grade_id} {place}.")
+        owners = dict.fromkeys(found, solution.grade_id) | owners
+        missing |= set() if found else {solution.grade_id}
+    pieces = (
+        Piece(owners.get(n, OWN), cell.source, own=n not in owners)
+        for n, cell in enumerate(code)
+        if n in owners or _is_own(cell, assignment)
+    )
     return Submission(tuple(pieces), frozenset(missing), tuple(notes))
 
 
-def plain_python(source: str) -> str:
-    """Rewrite IPython's magics and shell lines as calls of ``get_ipython()``."""
-    try:
-        ast.parse(source)
-    except SyntaxError:
-        from IPython.core.inputtransformer2 import TransformerManager
+def _by_grade_id(code: Sequence[Cell], assignment: Assignment) -> tuple[dict[int, str], list[str]]:
+    """Cells (by position) that carry a solution's grade id, with a note on each copied one."""
+    known = {solution.grade_id for solution in assignment.solutions}
+    owners = {n: cell.grade_id for n, cell in enumerate(code) if cell.grade_id in known}
+    counts = Counter(owners.values())
+    notes = [
+        f"{grade_id} stands in {count} cells: they ran in order."
+        for grade_id, count in counts.items()
+        if count > 1
+    ]
+    return owners, notes
 
-        with contextlib.suppress(Exception):  # text that is no Python at all stays as it is
-            return str(TransformerManager().transform_cell(source))  # type: ignore[no-untyped-call]
-    except (ValueError, RecursionError, MemoryError):
-        return source
-    return source
+
+def _is_own(cell: Cell, assignment: Assignment) -> bool:
+    """Whether a cell is the student's, and not one of the instructor's as it was released."""
+    tests = {case.grade_id for case in assignment.cases}
+    return cell.grade_id not in tests and cell.source.strip() not in assignment.given
 
 
 def with_notes(submission: Submission, notes: tuple[str, ...]) -> Submission:
@@ -83,38 +80,12 @@ def with_notes(submission: Submission, notes: tuple[str, ...]) -> Submission:
     return replace(submission, notes=notes + submission.notes)
 
 
-def _defines(cell: Cell, names: Sequence[str]) -> bool:
-    return not cell.grade and bool(set(defined_names(cell.source)) & set(names))
-
-
-def definitions(source: str) -> str:
-    """Keep a cell's imports, functions, classes and constants; drop what it computes or prints.
-
-    Students put helpers into cells of their own; what else stands there (a plot, a
-    slow experiment, an error) is not theirs to lose marks by.
-    """
-    try:
-        tree = ast.parse(source)
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return ""
-    keep = [node for node in tree.body if _is_definition(node)]
-    return "\n".join(ast.get_source_segment(source, node, padded=True) or "" for node in keep)
-
-
-def _is_definition(node: ast.stmt) -> bool:
-    kinds = ast.Import | ast.ImportFrom | ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef
-    if isinstance(node, kinds):
-        return True
-    if not isinstance(node, ast.Assign | ast.AnnAssign) or node.value is None:
-        return False
-    return isinstance(node.value, ast.Lambda) or not any(
-        isinstance(part, ast.Call | ast.ListComp | ast.GeneratorExp | ast.DictComp | ast.SetComp)
-        for part in ast.walk(node.value)
-    )
-
-
-def notebook_in(folder: Path, assignment: str) -> tuple[Path, tuple[str, ...]]:
+def notebook_in(folder: Path, name: str) -> tuple[Path, tuple[str, ...]]:
     """Find the notebook that a folder ``submitted/<student>/<assignment>/`` hands in.
+
+    Args:
+        folder: the submission's folder.
+        name: the notebook's name without its ending.
 
     Returns:
         its path, and a note where it has another name than the assignment's.
@@ -122,11 +93,14 @@ def notebook_in(folder: Path, assignment: str) -> tuple[Path, tuple[str, ...]]:
     Raises:
         Refused: there is none, or several and none has the right name.
     """
-    right = folder / f"{assignment}.ipynb"
-    if right.is_symlink() or right.exists():
+    right = folder / f"{name}.ipynb"
+    try:
+        found = sorted(path for path in folder.iterdir() if path.suffix == ".ipynb")
+    except OSError as error:
+        raise Refused(f"The folder cannot be read ({error.strerror}).") from error
+    if right in found:
         return right, ()
-    found = sorted(path for path in folder.iterdir() if path.suffix == ".ipynb")
     if len(found) == 1:
-        return found[0], (f"{found[0].name} was taken for {right.name}.",)
+        return found[0], (f"{shown(found[0].name)} was taken for {right.name}.",)
     what = "no notebook" if not found else f"{len(found)} notebooks"
     raise Refused(f"There are {what} in the folder: hand in one, named {right.name}.")

@@ -6,9 +6,11 @@ can reach is the sandbox's business, what it says is checked on the other side.
 """
 
 from __future__ import annotations
+import __future__
 
 import ast
 import builtins
+import contextlib
 import importlib.abc
 import linecache
 import os
@@ -16,10 +18,13 @@ import resource
 import sys
 import types
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 READY = b"ready\n"
-CELL_MAGICS_THAT_RUN = frozenset({"time", "timeit", "capture", "prun"})
+_FEATURES = (getattr(__future__, name) for name in __future__.all_feature_names)
+FUTURE_FLAGS = sum(feature.compiler_flag for feature in _FEATURES)
 
 
 class Withheld(importlib.abc.MetaPathFinder):
@@ -44,55 +49,89 @@ def withheld_sentence(module: str) -> str:
 
 
 class Shell:
-    """Stands in for IPython's shell: line magics do nothing, cell magics run their cell."""
-
-    def __init__(self, run: Callable[[str], object]) -> None:
-        self._run = run
-
-    def run_cell_magic(self, name: str, line: str, cell: str) -> None:
-        """Run the body of ``%%time`` and its like; other cell magics are left out."""
-        if name in CELL_MAGICS_THAT_RUN:
-            self._run(cell)
+    """Stands in for IPython's shell: magics and shell commands do nothing."""
 
     def __getattr__(self, name: str) -> Callable[..., None]:
-        return lambda *args, **kwargs: None
+        return do_nothing
+
+
+def do_nothing(*args: object, **kwargs: object) -> None:
+    """Stand in for what only shows something."""
+
+
+def notebook_names() -> dict[str, Any]:
+    """Names that a notebook has without defining them."""
+    shell = Shell()
+    return {"get_ipython": lambda: shell, "display": do_nothing}
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A cell that was read: its code, and whether only its definitions run."""
+
+    label: str
+    tree: ast.Module
+    own: bool
 
 
 class Notebook:
-    """The module that the student's cells run in."""
+    """A module that cells run in: first all are read, then each is run."""
 
-    def __init__(self) -> None:
-        # Dataclasses and type hints look their module up by name: it must be registered,
-        # and notebooks know themselves as __main__.
-        self.module = types.ModuleType("__main__")
-        sys.modules["__main__"] = self.module
-        self.module.__dict__["get_ipython"] = lambda: Shell(self._run_magic)
-        self._labels: set[str] = set()
+    def __init__(self, module: types.ModuleType, used: Sequence[str] = ()) -> None:
+        # Dataclasses and type hints look their module up by name.
+        sys.modules[module.__name__] = module
+        self.names = module.__dict__
+        self.names.update(notebook_names())
+        self._used = set(used)
+        self._cells: dict[int, Cell] = {}
+        self._future = 0
 
-    def run(self, label: str, source: str) -> None:
-        """Run one cell; ``label`` names it in messages."""
-        self._labels.add(label)
+    def read(self, number: int, label: str, source: str, own: bool) -> None:
+        """Read a cell; ``label`` names it in messages, ``own`` is as in ``source.helpers``."""
+        from robust_slam_autograder.source import plain_python
+
         linecache.cache[label] = (len(source), None, source.splitlines(True), label)
-        tree = ast.parse(source, label)
-        code = compile(tree, label, "exec", dont_inherit=True)
-        exec(code, self.module.__dict__)  # running student code is what this process is for
+        self._cells[number] = Cell(label, ast.parse(plain_python(source), label), own)
 
-    def _run_magic(self, source: str) -> None:
-        self.run("magic", source)
+    def run(self, number: int) -> None:
+        """Run a cell that was read, as far as it is to run."""
+        cell = self._cells[number]
+        if not cell.own:
+            self._execute(cell.tree, cell.label)
+            return
+        for node in cell.tree.body:
+            if node in self._helpers:
+                with contextlib.suppress(BaseException):  # a scratch cell may fail in any way
+                    self._execute(ast.Module([node], []), cell.label)
+
+    @cached_property
+    def _helpers(self) -> set[ast.stmt]:
+        from robust_slam_autograder.source import helpers, used_names
+
+        cells = self._cells.values()
+        used = self._used.union(*(used_names(cell.tree) for cell in cells if not cell.own))
+        return helpers([cell.tree for cell in cells if cell.own], used)
+
+    def _execute(self, tree: ast.Module, label: str) -> None:
+        flags = self._future
+        code = compile(tree, label, "exec", flags=flags, dont_inherit=True, optimize=0)
+        # As in a notebook, `from __future__ import …` holds for the cells that follow too.
+        self._future |= code.co_flags & FUTURE_FLAGS
+        exec(code, self.names)
 
     def kinds(self, names: list[str]) -> dict[str, str]:
         """Say of each name whether it is a "function", a "value" or "missing"."""
-        found = self.module.__dict__
-        said = {name: "function" if callable(found[name]) else "value" for name in found}
+        found = {name: self.names[name] for name in names if name in self.names}
+        said = {name: "function" if callable(item) else "value" for name, item in found.items()}
         return {name: said.get(name, "missing") for name in names}
 
     def value(self, name: str) -> object:
         """A variable's value."""
-        return self.module.__dict__[name]
+        return self.names[name]
 
     def call(self, name: str, args: list[Any], kwargs: dict[str, Any]) -> object:
         """Call a function of the notebook by name."""
-        return self.module.__dict__[name](*args, **kwargs)
+        return self.names[name](*args, **kwargs)
 
     def describe(self, error: BaseException) -> dict[str, Any]:
         """Tell an exception's classes, its message and the line of the student's cell."""
@@ -102,9 +141,10 @@ class Notebook:
         if isinstance(error, SyntaxError):
             told["message"], told["line"] = str(error.msg), error.lineno
             return told
+        labels = {cell.label for cell in self._cells.values()}
         trace = error.__traceback__
         while trace is not None:
-            if trace.tb_frame.f_code.co_filename in self._labels:
+            if trace.tb_frame.f_code.co_filename in labels:
                 told["line"] = trace.tb_lineno
             trace = trace.tb_next
         return told
@@ -119,7 +159,15 @@ def limit(limits: dict[str, int]) -> None:
         hard = resource.getrlimit(kind)[1]
         if hard != resource.RLIM_INFINITY:
             value = min(value, hard)
-        resource.setrlimit(kind, (value, value))
+        # Only Linux has a wall and keeps every limit; macOS refuses some.
+        with contextlib.suppress(*(() if sys.platform == "linux" else (ValueError, OSError))):
+            resource.setrlimit(kind, (value, value))
+
+
+def volunteer_for_the_memory_killer() -> None:
+    """When memory runs out, the kernel shall end this process and not a neighbour."""
+    with contextlib.suppress(OSError), open("/proc/self/oom_score_adj", "w") as file:
+        file.write("1000")
 
 
 def drop_to(uid: int | None) -> None:
@@ -147,22 +195,22 @@ def main() -> None:
     sys.argv[:] = [""]
     from robust_slam_autograder.channel import Channel, ChannelClosed
 
+    volunteer_for_the_memory_killer()
     limit(settings["limits"])
     drop_to(settings["uid"])
     read_fd, write_fd = set_aside_pipes()
     sys.meta_path.insert(0, Withheld(settings["withheld"]))
-    notebook = Notebook()
     builtins.exit = builtins.quit = sys.exit  # type: ignore[assignment]
+    builtins.help = do_nothing  # type: ignore[assignment]
+    # Notebooks know themselves as __main__.
+    notebook = Notebook(types.ModuleType("__main__"), settings["used"])
+    served = (notebook.read, notebook.run, notebook.kinds, notebook.value, notebook.call)
     channel = Channel(
         read_fd,
         write_fd,
-        named={
-            "run": notebook.run,
-            "kinds": notebook.kinds,
-            "value": notebook.value,
-            "call": notebook.call,
-        },
+        named={function.__name__: function for function in served},
         describe=notebook.describe,
+        tells=BaseException,
     )
     try:
         channel.serve()

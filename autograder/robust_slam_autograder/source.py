@@ -1,0 +1,131 @@
+"""Reads the text of code cells: magics, the names that a cell defines, what of it runs.
+
+The instructor's cells are read by the grader; the student's only behind the wall,
+because reading hostile text takes time and memory too.
+"""
+
+from __future__ import annotations
+
+import ast
+import contextlib
+import re
+from collections.abc import Sequence
+
+CELL_MAGICS_THAT_RUN = frozenset({"time", "timeit", "capture", "prun"})
+_CELL_MAGIC = re.compile(r"\s*%%(\w+)[^\n]*\n?")
+_UNREADABLE = (SyntaxError, ValueError, RecursionError, MemoryError)
+
+
+def plain_python(source: str) -> str:
+    """Rewrite IPython's magics: ``%%time`` and its like leave their cell, others do nothing."""
+    match = _CELL_MAGIC.match(source)
+    if match:
+        # A blank line in the magic's place keeps the lines' numbers.
+        runs = match.group(1) in CELL_MAGICS_THAT_RUN
+        source = "\n" + source[match.end() :] if runs else ""
+    try:
+        ast.parse(source)
+    except SyntaxError:
+        from IPython.core.inputtransformer2 import TransformerManager
+
+        with contextlib.suppress(Exception):  # text that is no Python at all stays as it is
+            return str(TransformerManager().transform_cell(source))  # type: ignore[no-untyped-call]
+    except _UNREADABLE:
+        return source
+    return source
+
+
+def defined_names(source: str) -> list[str]:
+    """Names that a cell's top level defines: functions, classes and assigned variables."""
+    try:
+        body = ast.parse(source).body
+    except _UNREADABLE:
+        return []
+    own = [node for node in body if not isinstance(node, ast.Import | ast.ImportFrom)]
+    return [name for node in own for name in _bound_by(node)]
+
+
+def imports(source: str) -> str:
+    """The import statements of a cell's top level."""
+    try:
+        body = ast.parse(source).body
+    except _UNREADABLE:
+        return ""
+    return "\n".join(ast.unparse(n) for n in body if isinstance(n, ast.Import | ast.ImportFrom))
+
+
+def defines(source: str, names: Sequence[str]) -> bool:
+    """Whether a cell seems to define one of these names, judged by the look of its lines."""
+    words = "|".join(map(re.escape, names))
+    pattern = rf"(?:(?:async\s+)?def|class)\s+(?:{words})\b|(?:{words})\s*(?::[^=\n]*)?=(?!=)"
+    return bool(names) and re.search(rf"^(?:{pattern})", source, re.MULTILINE) is not None
+
+
+def used_names(node: ast.AST) -> set[str]:
+    """Every name that a piece of code reads."""
+    return set(_names_in(node, ast.Load))
+
+
+def helpers(cells: Sequence[ast.Module], used: set[str]) -> set[ast.stmt]:
+    """Pick what of a student's own cells a solution may need.
+
+    Imports, functions and classes stay, and a variable that ``used`` or one of those
+    reads. What else stands there (a plot, a slow experiment, an error) is no part of
+    the answer, and nobody loses marks by it.
+
+    Args:
+        cells: the student's own cells.
+        used: names that the solution cells read.
+
+    Returns:
+        statements of the cells' top levels.
+    """
+    statements = [node for cell in cells for node in cell.body]
+    kept = {node for node in statements if not _is_assignment(node) and _bound_by(node)}
+    used = used.union(*(used_names(node) for node in kept))
+    waiting = [node for node in statements if _is_assignment(node)]
+    while found := {node for node in waiting if used.intersection(_assigned_by(node))}:
+        kept |= found
+        waiting = [node for node in waiting if node not in found]
+        used = used.union(*(used_names(node) for node in found))
+    return kept
+
+
+def _is_assignment(node: ast.stmt) -> bool:
+    return isinstance(node, ast.Assign | ast.AnnAssign | ast.AugAssign)
+
+
+def _bound_by(node: ast.stmt) -> list[str]:
+    """Names that a statement binds; none where it does more than to bind names."""
+    match node:
+        case ast.FunctionDef() | ast.AsyncFunctionDef() | ast.ClassDef():
+            return [node.name]
+        case ast.Import() | ast.ImportFrom():
+            return [(alias.asname or alias.name).split(".")[0] for alias in node.names]
+        case ast.Assign() | ast.AnnAssign():
+            targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+            return [name for target in targets for name in _names_in(target, ast.Store)]
+        case ast.If() | ast.Try():
+            # Such as: try one import, except take another.
+            inner = [_bound_by(part) for part in _blocks(node) if not isinstance(part, ast.Pass)]
+            return [name for names in inner for name in names] if all(inner) else []
+        case _:
+            return []
+
+
+def _blocks(node: ast.If | ast.Try) -> list[ast.stmt]:
+    if isinstance(node, ast.If):
+        return [*node.body, *node.orelse]
+    handled = [part for handler in node.handlers for part in handler.body]
+    return [*node.body, *handled, *node.orelse, *node.finalbody]
+
+
+def _assigned_by(node: ast.stmt) -> list[str]:
+    """Names that an assignment changes, be it an item or an attribute of what they name."""
+    targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", node)]
+    return [name for target in targets for name in _names_in(target, ast.expr_context)]
+
+
+def _names_in(node: ast.AST, context: type[ast.expr_context]) -> list[str]:
+    names = (part for part in ast.walk(node) if isinstance(part, ast.Name))
+    return [name.id for name in names if isinstance(name.ctx, context)]
