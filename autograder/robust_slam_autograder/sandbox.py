@@ -8,24 +8,28 @@ from __future__ import annotations
 import contextlib
 import importlib.util
 import os
+import platform
 import select
 import shutil
 import signal
 import subprocess
 import sys
+import sysconfig
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Protocol
 
-from robust_slam_autograder import untrusted
+from robust_slam_autograder import seccomp, untrusted
 from robust_slam_autograder.errors import WrongUse
 
 START_SECONDS = 60.0
 SCRATCH_BYTES = 64 * 1024 * 1024
 MEMORY_BYTES = 4 * 1024**3
+PROCESSES = 32
+"""Processes and threads of one sandbox."""
 FIRST_UID = 61_000
 UIDS = 4_000
 """As root, a sandbox runs under one of these user ids, which own nothing."""
@@ -37,6 +41,7 @@ ENVIRONMENT = {
     "OMP_NUM_THREADS": "1",
     "OPENBLAS_NUM_THREADS": "1",
     "PATH": "/usr/bin:/bin",
+    "PYTHONHASHSEED": "0",
 }
 
 
@@ -46,6 +51,8 @@ class Launch:
 
     withheld: tuple[str, ...]
     """Modules that it may not import."""
+    used: tuple[str, ...]
+    """Names that tests use."""
     cpu_seconds: int
 
 
@@ -103,7 +110,7 @@ class Unsandboxed:
 
     def start(self, launch: Launch) -> Running:
         """Start it in an empty folder of its own, with a clean environment."""
-        scratch = tempfile.TemporaryDirectory(prefix="autograder-")
+        scratch = tempfile.TemporaryDirectory(prefix="autograder-", ignore_cleanup_errors=True)
         environment = ENVIRONMENT | {"HOME": scratch.name, "MPLCONFIGDIR": scratch.name}
         process = _popen(_python(launch, uid=None), cwd=scratch.name, environment=environment)
         return Running(process, scratch)
@@ -117,8 +124,26 @@ class Bubblewrap:
     def start(self, launch: Launch) -> Running:
         """Start it behind the wall; as root, it then drops to a user id of its own."""
         uid = FIRST_UID + os.getpid() % UIDS if os.getuid() == 0 else None
-        command = [*_walls(uid), *_mounts(launch.withheld), "--", *_python(launch, uid)]
-        return Running(_popen(command, cwd="/", environment={}))
+        mounts, python = _mounts(launch.withheld), _python(launch, uid)
+        with _filter() as (options, descriptors):
+            command = [*_walls(uid), *options, *mounts, "--", *python]
+            return Running(_popen(command, cwd="/", environment={}, pass_fds=descriptors))
+
+
+@contextlib.contextmanager
+def _filter() -> Iterator[tuple[list[str], tuple[int, ...]]]:
+    """The system-call filter on a pipe: bubblewrap's options and the descriptors to hand on."""
+    program = seccomp.program()
+    if program is None:
+        yield [], ()
+        return
+    reader, writer = os.pipe()
+    os.write(writer, program)
+    os.close(writer)
+    try:
+        yield ["--seccomp", str(reader)], (reader,)
+    finally:
+        os.close(reader)
 
 
 def choose(*, unsandboxed: bool) -> Sandbox:
@@ -143,7 +168,7 @@ def bubblewrap_problem() -> str | None:
     """Say why bubblewrap does not work on this machine; None where it does."""
     if sys.platform != "linux" or shutil.which("bwrap") is None:
         return "bwrap is not installed"
-    running = Bubblewrap().start(Launch(withheld=(), cpu_seconds=20))
+    running = Bubblewrap().start(Launch(withheld=(), used=(), cpu_seconds=20))
     try:
         error = running.await_ready()
     finally:
@@ -152,7 +177,7 @@ def bubblewrap_problem() -> str | None:
 
 
 def _popen(
-    command: Sequence[str], cwd: str, environment: dict[str, str]
+    command: Sequence[str], cwd: str, environment: dict[str, str], pass_fds: Sequence[int] = ()
 ) -> subprocess.Popen[bytes]:
     return subprocess.Popen(
         command,
@@ -161,51 +186,74 @@ def _popen(
         stderr=subprocess.PIPE,
         cwd=cwd,
         env=environment,
+        pass_fds=pass_fds,
         start_new_session=True,
     )
 
 
 def _python(launch: Launch, uid: int | None) -> list[str]:
+    settings = {
+        "path": [str(path) for path in _import_path()],
+        "withheld": launch.withheld,
+        "used": launch.used,
+        "limits": _limits(launch),
+        "uid": uid,
+    }
+    # The interpreter itself: a virtual environment's link may lead outside the wall.
+    python = os.path.realpath(sys.executable)
+    script = Path(untrusted.__file__).resolve()
+    return [python, "-P", "-s", "-S", "-B", str(script), repr(settings)]
+
+
+def _limits(launch: Launch) -> dict[str, int]:
     limits = {
         "RLIMIT_AS": MEMORY_BYTES,
         "RLIMIT_CORE": 0,
         "RLIMIT_CPU": launch.cpu_seconds,
         "RLIMIT_FSIZE": SCRATCH_BYTES,
         "RLIMIT_NOFILE": 128,
-        "RLIMIT_NPROC": 64,
+        "RLIMIT_NPROC": PROCESSES,
     }
-    if os.getuid() != 0 and uid is None:
-        # All of the user's processes count: a low limit would stop the student's first thread.
+    if os.getuid() != 0 and not _counts_processes_per_namespace():
+        # All of the user's processes count: the limit would stop the student's first thread.
         del limits["RLIMIT_NPROC"]
-    settings = {
-        "path": [str(path) for path in _import_path()],
-        "withheld": launch.withheld,
-        "limits": limits,
-        "uid": uid,
-    }
-    return [sys.executable, "-I", "-S", "-B", str(Path(untrusted.__file__)), repr(settings)]
+    return limits
+
+
+def _counts_processes_per_namespace() -> bool:
+    """Since Linux 5.14 a user's processes in a user namespace are counted apart."""
+    major, minor, *_ = (*platform.release().split("."), "0")
+    return major.isdigit() and minor.isdigit() and (int(major), int(minor)) >= (5, 14)
 
 
 def _import_path() -> list[Path]:
     """The folders that student code imports from: the interpreter's and the installed packages."""
-    base = Path(sys.base_prefix).resolve()
-    prefix = Path(sys.prefix).resolve()
-    packages = [package.parent for package in _packages()]
-    inside = [
-        path
-        for path in (Path(entry).resolve() for entry in sys.path if entry)
-        if path.exists() and (path.is_relative_to(base) or path.is_relative_to(prefix))
+    trees = _trees()
+    found = [Path(entry).resolve() for entry in sys.path if entry]
+    inside = [path for path in found if path.exists() and _within(path, [Path("/usr"), *trees])]
+    return list(dict.fromkeys([*inside, *(package.parent for package in packages_in_place())]))
+
+
+def _trees() -> list[Path]:
+    """Folders of the interpreter and of what is installed for it, and nothing beside them."""
+    base = Path(sys.base_prefix)
+    paths = [
+        Path(sysconfig.get_path(key)) for key in ("stdlib", "platstdlib", "purelib", "platlib")
     ]
-    return list(dict.fromkeys(inside + packages))
+    paths += [Path(os.path.realpath(sys.executable)).parent, base / "lib"]
+    found = sorted({path.resolve() for path in paths if path.is_dir()})
+    return [path for path in found if not _within(path.parent, found)]
 
 
-def _packages() -> list[Path]:
-    """Folders of the two packages that may be installed from their source folders."""
-    found = [Path(untrusted.__file__).resolve().parent]
-    spec = importlib.util.find_spec("robust_slam")
-    if spec is not None and spec.origin is not None:
-        found.append(Path(spec.origin).resolve().parent)
-    return found
+@cache
+def packages_in_place() -> tuple[Path, ...]:
+    """Packages that are imported from their source folders (``pip install --editable``)."""
+    site = Path(sysconfig.get_path("purelib"))
+    lines = [line for file in sorted(site.glob("*.pth")) for line in file.read_text().split("\n")]
+    folders = [Path(line) for line in lines if line.startswith("/")]
+    packages = [init.parent for folder in folders for init in sorted(folder.glob("*/__init__.py"))]
+    packages.append(Path(untrusted.__file__).parent)
+    return tuple(dict.fromkeys(path.resolve() for path in packages if not _within(path, _trees())))
 
 
 def _walls(uid: int | None) -> list[str]:
@@ -224,24 +272,29 @@ def _walls(uid: int | None) -> list[str]:
 def _mounts(withheld: Sequence[str]) -> list[str]:
     """Read-only interpreter and library, a small writable /tmp, and nothing else."""
     shared = [Path(path) for path in ("/usr", "/lib", "/lib64", "/bin", "/etc/ld.so.cache")]
-    python = {Path(sys.base_prefix), Path(sys.prefix), Path(sys.executable).parent.parent}
-    trees = sorted({path for path in python if not path.is_relative_to("/usr")})
+    apart = [tree for tree in _trees() if not _within(tree, [Path("/usr")])]
     options: list[str] = []
     made: set[Path] = set()
-    for path in shared:
+    for path in [*shared, *apart, *packages_in_place()]:
         if path.is_symlink():
             options += ["--symlink", os.readlink(path), str(path)]
         elif path.exists():
             options += [*_make_parents(path, made), "--ro-bind", str(path), str(path)]
-    for path in [*trees, *(package for package in _packages() if not _within(package, trees))]:
-        options += [*_make_parents(path, made), "--ro-bind", str(path), str(path)]
     for module in withheld:
         options += _hide(module)
-    size = str(SCRATCH_BYTES)
+    small = ["--perms", "1777", "--size", str(SCRATCH_BYTES), "--tmpfs"]
     options += ["--proc", "/proc", "--dev", "/dev", "--remount-ro", "/dev"]
-    options += ["--perms", "1777", "--size", size, "--tmpfs", "/dev/shm"]
-    options += ["--perms", "1777", "--size", size, "--tmpfs", "/tmp"]
+    options += [*small, "/dev/shm", *small, "/tmp", *_font_list()]
     return [*options, "--remount-ro", "/", "--chdir", "/tmp"]
+
+
+def _font_list() -> list[str]:
+    """Matplotlib's list of fonts, which it would else make anew for each student."""
+    cache_folder = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "matplotlib"
+    folder = Path(os.environ.get("MPLCONFIGDIR") or cache_folder)
+    lists = [path for path in folder.glob("fontlist-v*.json") if path.is_file()]
+    pairs = [[str(path), f"{ENVIRONMENT['MPLCONFIGDIR']}/{path.name}"] for path in lists]
+    return [option for pair in pairs for option in ("--ro-bind", *pair)]
 
 
 def _within(path: Path, trees: Sequence[Path]) -> bool:
@@ -262,16 +315,22 @@ def _hide(module: str) -> list[str]:
     """Cover a module's files, so that reading them gives nothing either."""
     top, *rest = module.split(".")
     spec = importlib.util.find_spec(top)
-    if spec is None or spec.origin is None:
+    if spec is None:
         return []
-    folder = Path(spec.origin).resolve().parent
-    path = folder.joinpath(*rest)
-    options: list[str] = []
-    if path.is_dir():
-        options += ["--tmpfs", str(path)]
-    if rest and path.with_suffix(".py").is_file():
-        options += ["--ro-bind", "/dev/null", str(path.with_suffix(".py"))]
-    cached = path.parent / "__pycache__"
-    if cached.is_dir():
-        options += ["--tmpfs", str(cached)]
+    if rest:
+        folders = [Path(folder, *rest[:-1]) for folder in spec.submodule_search_locations or ()]
+    else:
+        packages = spec.submodule_search_locations or [spec.origin or ""]
+        folders = [Path(package).parent for package in packages]
+    return [option for folder in folders for option in _cover(folder.resolve(), module)]
+
+
+def _cover(folder: Path, module: str) -> list[str]:
+    name = module.rpartition(".")[2]
+    files = sorted(path for path in folder.glob(f"{name}.*") if path.is_file())
+    emptied = [path for path in (folder / name, folder / "__pycache__") if path.is_dir()]
+    options = [part for path in files for part in ("--ro-bind", "/dev/null", str(path))]
+    for path in emptied:
+        options += ["--perms", "0555", "--size", "4096", "--tmpfs", str(path)]
+        options += ["--remount-ro", str(path)]
     return options
