@@ -7,9 +7,11 @@ it was handed). The trusted side adds deadlines; it never trusts what it reads.
 
 from __future__ import annotations
 
+import math
 import os
 import select
 import struct
+import threading
 import time
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -23,11 +25,15 @@ MAX_TEXT = 1_000
 _LENGTH = struct.Struct(">I")
 
 
-class ChannelClosed(Exception):
+class Fault(BaseException):
+    """The conversation is over. Not an Exception: code in between must not swallow it."""
+
+
+class ChannelClosed(Fault):
     """The other side has gone, or writes what is no message."""
 
 
-class DeadlineExceeded(Exception):
+class DeadlineExceeded(Fault):
     """No answer came in time."""
 
 
@@ -52,7 +58,7 @@ class Remote:
 
     def __call__(self, *args: object, **kwargs: object) -> Any:  # noqa: ANN401
         """Call it across the pipe; arguments and result are copies."""
-        return self._channel.call(self._handle, args, kwargs)
+        return self._channel.invoke(self._handle, args, kwargs)
 
 
 class Channel:
@@ -65,6 +71,7 @@ class Channel:
         *,
         named: Mapping[str, Callable[..., Any]] | None = None,
         describe: Callable[[BaseException], dict[str, Any]] | None = None,
+        tells: type[BaseException] = Exception,
     ) -> None:
         """Take over two descriptors.
 
@@ -73,14 +80,20 @@ class Channel:
             write_fd: where messages go out.
             named: functions that the other side may call by name.
             describe: turns an exception into what is told of it.
+            tells: exceptions of our functions that the other side is told of.
         """
         self.deadline: float | None = None
+        self.invoke: Callable[[Handle, tuple[Any, ...], Mapping[str, Any]], Any] = self.call
+        """How callables of the other side are called; who adds a deadline puts it here."""
         self._read_fd, self._write_fd = read_fd, write_fd
         os.set_blocking(read_fd, False)
         os.set_blocking(write_fd, False)
         self._named = named or {}
         self._describe = describe or describe_error
+        self._tells = tells
         self._exported: list[Callable[..., Any]] = []
+        self._keys: dict[int, int] = {}
+        self._lock = threading.RLock()  # student code may call back from a thread of its own
         self._calls = 0
         self._depth = 0
 
@@ -93,11 +106,15 @@ class Channel:
             DeadlineExceeded: ``deadline`` (of ``time.monotonic``) passed.
             ChannelClosed: the other side has gone or broke the protocol.
         """
-        self._calls += 1
-        number = self._calls
-        function = _as_theirs(target)
-        message = ["call", number, [function.owner, function.key], list(args), dict(kwargs)]
-        self._send(wire.encode(message, self._export))
+        with self._lock:
+            self._calls += 1
+            number = self._calls
+            function = _as_theirs(target)
+            message = ["call", number, [function.owner, function.key], list(args), dict(kwargs)]
+            self._send(wire.encode(message, self._export))
+            return self._await_answer(number)
+
+    def _await_answer(self, number: int) -> Any:  # noqa: ANN401
         while True:
             kind, its_number, *rest = self._receive()
             if kind == "call":
@@ -121,11 +138,6 @@ class Channel:
                 raise ChannelClosed("an answer to no question")
             self._answer(number, *rest)
 
-    def close(self) -> None:
-        """Close both descriptors."""
-        os.close(self._read_fd)
-        os.close(self._write_fd)
-
     def _answer(self, number: int, target: list[Any], args: list[Any], kwargs: Any) -> None:  # noqa: ANN401
         self._depth += 1
         try:
@@ -133,9 +145,9 @@ class Channel:
                 raise RecursionError("calls across the pipe are nested too deeply")
             value = self._own(target)(*args, **kwargs)
             reply = wire.encode(["return", number, value], self._export)
-        except (ChannelClosed, DeadlineExceeded):
+        except Fault:
             raise
-        except BaseException as error:  # the other side's function may raise anything at all
+        except self._tells as error:
             reply = wire.encode(["raise", number, self._describe(error)], self._export)
         finally:
             self._depth -= 1
@@ -153,13 +165,13 @@ class Channel:
     def _export(self, function: Callable[..., Any]) -> Handle:
         if isinstance(function, Remote):
             return _as_theirs(function._handle)
-        for key, known in enumerate(self._exported):
-            if known is function:
-                return Handle("mine", key)
-        if len(self._exported) >= MAX_CALLABLES:
-            raise WireError(f"more than {MAX_CALLABLES} functions crossed")
-        self._exported.append(function)
-        return Handle("mine", len(self._exported) - 1)
+        key = self._keys.get(id(function))
+        if key is None:
+            if len(self._exported) >= MAX_CALLABLES:
+                raise WireError(f"more than {MAX_CALLABLES} functions crossed")
+            self._exported.append(function)  # which also keeps its id from being used again
+            key = self._keys[id(function)] = len(self._exported) - 1
+        return Handle("mine", key)
 
     def _import(self, handle: Handle) -> Callable[..., Any]:
         if handle.owner == "mine":
@@ -169,7 +181,7 @@ class Channel:
     def _send(self, payload: bytes) -> None:
         data = memoryview(_LENGTH.pack(len(payload)) + payload)
         while data:
-            self._wait(write=True)
+            self._wait(self._write_fd, select.POLLOUT)
             try:
                 data = data[os.write(self._write_fd, data) :]
             except BlockingIOError:
@@ -192,23 +204,25 @@ class Channel:
     def _read_exactly(self, size: int) -> bytes:
         parts = bytearray()
         while len(parts) < size:
-            self._wait(write=False)
+            self._wait(self._read_fd, select.POLLIN)
             try:
                 part = os.read(self._read_fd, min(size - len(parts), 1 << 20))
             except BlockingIOError:
                 continue
+            except OSError as error:
+                raise ChannelClosed("the other side has gone") from error
             if not part:
                 raise ChannelClosed("the other side has gone")
             parts += part
         return bytes(parts)
 
-    def _wait(self, *, write: bool) -> None:
+    def _wait(self, descriptor: int, event: int) -> None:
         left = None if self.deadline is None else self.deadline - time.monotonic()
         if left is not None and left <= 0:
             raise DeadlineExceeded
-        reads = [] if write else [self._read_fd]
-        writes = [self._write_fd] if write else []
-        if not any(select.select(reads, writes, [], left)):
+        poller = select.poll()
+        poller.register(descriptor, event)
+        if not poller.poll(None if left is None else math.ceil(left * 1000)):
             raise DeadlineExceeded
 
 
@@ -232,7 +246,7 @@ def _is_message(message: object) -> bool:
     if not isinstance(message, list) or len(message) < 3:
         return False
     kind, number, *rest = message
-    if type(number) is not int:
+    if not isinstance(kind, str) or type(number) is not int:
         return False
     if kind == "call":
         shapes = (list, list, dict)

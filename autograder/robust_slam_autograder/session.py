@@ -4,30 +4,27 @@ from __future__ import annotations
 
 import builtins
 import contextlib
+import functools
+import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from robust_slam_autograder.assignment import Limits
-from robust_slam_autograder.channel import (
-    Channel,
-    ChannelClosed,
-    DeadlineExceeded,
-    RaisedThere,
-)
+from robust_slam_autograder.assignment import Limits, Piece
+from robust_slam_autograder.channel import Channel, DeadlineExceeded, RaisedThere
+from robust_slam_autograder.channel import Fault as ChannelFault
 from robust_slam_autograder.errors import GraderFailure
 from robust_slam_autograder.sandbox import Launch, Running, Sandbox
-from robust_slam_autograder.submission import Piece
 from robust_slam_autograder.wire import Handle, WireError
 
-Fault = Literal["timeout", "died"]
+Kind = Literal["timeout", "died"]
 
 
-class SessionFault(BaseException):
+class SessionFault(ChannelFault):
     """Student code hung or died. Not an Exception: a test's ``except`` must not swallow it."""
 
-    def __init__(self, kind: Fault) -> None:
+    def __init__(self, kind: Kind) -> None:
         self.kind = kind
         super().__init__(kind)
 
@@ -38,14 +35,17 @@ class StudentError(Exception):
     line: int | None = None
     """Line in the student's cell, where known."""
 
+    def __str__(self) -> str:  # KeyError's own would quote the message once more
+        return str(self.args[0]) if self.args else ""
+
 
 @dataclass(frozen=True)
 class Program:
     """What an untrusted process runs before it answers calls."""
 
-    setup: Sequence[str]
+    setup: Sequence[Piece]
     pieces: Sequence[Piece]
-    names: Sequence[str]
+    names: tuple[str, ...]
     """Names that tests may use."""
     withheld: tuple[str, ...]
 
@@ -54,9 +54,12 @@ class Program:
 class Session:
     """Runs a program in a sandbox and calls its functions.
 
+    A test cell is announced with ``begin``; from its first fault on every call raises
+    that fault again, until the next cell begins with a fresh process.
+
     Attributes:
         errors: per piece label, the error that its cell raised or the fault that it caused.
-        started: how many processes were used.
+        fault: what went wrong since ``begin``.
     """
 
     sandbox: Sandbox
@@ -64,12 +67,33 @@ class Session:
     limits: Limits
     end: float
     """When the whole submission's time is used up (``time.monotonic``)."""
+    skip: set[int] = field(default_factory=set)
+    """Pieces that hung or died: they are left out from then on."""
     errors: dict[str, StudentError | SessionFault] = field(default_factory=dict)
-    started: int = 0
+    fault: SessionFault | None = None
+    _cell_end: float = math.inf
     _running: Running | None = None
     _channel: Channel | None = None
-    _skip: set[int] = field(default_factory=set)
     _depth: int = 0
+
+    def begin(self) -> None:
+        """Forget the last cell's fault and make sure that a process runs.
+
+        Raises:
+            SessionFault: the submission's time is used up.
+            GraderFailure: the sandbox or the instructor's set-up does not work.
+        """
+        self._cell_end = math.inf
+        if self._channel is None:
+            self._start()
+        self.fault = None
+        self._cell_end = time.monotonic() + self.limits.cell_seconds
+
+    def fail(self, kind: Kind) -> SessionFault:
+        """End the process after a fault, and give the fault to raise."""
+        self.close()
+        self.fault = SessionFault(kind)
+        return self.fault
 
     def bindings(self) -> dict[str, Any]:
         """The names that tests see: a proxy for a function, a copy of a value."""
@@ -77,6 +101,8 @@ class Session:
         kinds = self._request("kinds", [list(self.program.names)])
         for name in self.program.names:
             kind = kinds.get(name) if isinstance(kinds, dict) else None
+            if not isinstance(kind, str):
+                continue
             if kind == "function":
                 found[name] = self._proxy(name)
             elif kind == "value":
@@ -98,77 +124,113 @@ class Session:
         return student_function
 
     def _request(self, what: str, args: Sequence[Any]) -> Any:  # noqa: ANN401
-        """Ask the untrusted process, starting one where none runs."""
-        channel = self._channel or self._start()
-        return self._ask(channel, what, args, self.limits.call_seconds)
+        """Ask the untrusted process."""
+        if self.fault or self._channel is None:
+            raise self.fault or SessionFault("died")
+        return self._channel.invoke(Handle("name", what), tuple(args), {})
 
-    def _ask(self, channel: Channel, what: str, args: Sequence[Any], seconds: float) -> Any:  # noqa: ANN401
+    def _invoke(
+        self, channel: Channel, target: Handle, args: tuple[Any, ...], kwargs: Mapping[str, Any]
+    ) -> Any:  # noqa: ANN401
+        """Call a function of the untrusted process, be it named or handed over before."""
+        if self.fault or channel is not self._channel:  # that process has ended
+            raise self.fault or SessionFault("died")
+        return self._ask(channel, target, args, kwargs, self.limits.call_seconds)
+
+    def _ask(
+        self,
+        channel: Channel,
+        target: Handle,
+        args: tuple[Any, ...],
+        kwargs: Mapping[str, Any],
+        seconds: float,
+    ) -> Any:  # noqa: ANN401
         if self._depth == 0:
-            channel.deadline = min(time.monotonic() + seconds, self.end)
+            channel.deadline = min(time.monotonic() + seconds, self._cell_end, self.end)
         self._depth += 1
         try:
-            return channel.call(Handle("name", what), tuple(args), {})
+            return channel.call(target, args, kwargs)
         except RaisedThere as error:
             raise student_error(error) from None
         except WireError as error:
             raise TypeError(f"the test hands over what cannot cross: {error}") from error
         except DeadlineExceeded:
-            self.close()
-            raise SessionFault("timeout") from None
-        except ChannelClosed:
-            self.close()
-            raise SessionFault("died") from None
+            raise self.fail("timeout") from None
+        except ChannelFault as fault:
+            # A SessionFault comes from a call inside this one, or from the cell's alarm.
+            raise self.fail(getattr(fault, "kind", "died")) from None
         finally:
             self._depth -= 1
 
-    def _start(self) -> Channel:
+    def _start(self) -> None:
         """Start a process and run the program, leaving out cells that hung before."""
-        while True:
+        while self._channel is None:
             channel = self._spawn()
             try:
-                self._run_setup(channel)
-                if self._run_pieces(channel):
+                if self._run_program(channel):
+                    channel.invoke = functools.partial(self._invoke, channel)
                     self._channel = channel
-                    return channel
             except BaseException:
                 self.close()
                 raise
 
     def _spawn(self) -> Channel:
         if time.monotonic() > self.end:
-            raise SessionFault("timeout")
-        cpu = int(self.limits.notebook_seconds) + 5
-        launch = Launch(withheld=self.program.withheld, cpu_seconds=cpu)
+            raise self.fail("timeout")
+        launch = Launch(
+            withheld=self.program.withheld,
+            used=self.program.names,
+            cpu_seconds=int(self.limits.notebook_seconds) + 5,
+        )
         self._running = self.sandbox.start(launch)
-        self.started += 1
         problem = self._running.await_ready()
         if problem is not None:
+            self.close()
             raise GraderFailure(f"The sandbox ({self.sandbox.name}) did not start: {problem}")
         return Channel(*self._running.pipes())
 
-    def _run_setup(self, channel: Channel) -> None:
-        for number, source in enumerate(self.program.setup, start=1):
-            try:
-                self._ask(channel, "run", [f"set-up {number}", source], self.limits.cell_seconds)
-            except StudentError as error:
-                raise GraderFailure(f"Set-up cell {number} fails: {error}") from None
-            except SessionFault as fault:
-                raise GraderFailure(f"Set-up cell {number}: {fault.kind}.") from None
-
-    def _run_pieces(self, channel: Channel) -> bool:
-        """Run the student's cells; False when one hung or died and a fresh start is due."""
-        for number, piece in enumerate(self.program.pieces):
-            if number in self._skip:
-                continue
-            try:
-                self._ask(channel, "run", [piece.label, piece.source], self.limits.cell_seconds)
-            except StudentError as error:
-                self.errors[piece.label] = error
-            except SessionFault as fault:
-                self.errors[piece.label] = fault
-                self._skip.add(number)
-                return False
+    def _run_program(self, channel: Channel) -> bool:
+        """Read all cells, then run them; False when the student's hung: a fresh start is due."""
+        setup = len(self.program.setup)
+        cells = list(enumerate([*self.program.setup, *self.program.pieces]))
+        unreadable: set[int] = set()
+        for what in (self._read, self._run):
+            for number, piece in cells:
+                if number in self.skip | unreadable:
+                    continue
+                try:
+                    what(channel, number, piece)
+                except (StudentError, SessionFault) as error:
+                    if number < setup:
+                        self._judge_setup(piece, error)
+                        continue
+                    self.errors[piece.label] = error
+                    if isinstance(error, SessionFault):
+                        self.skip.add(number)
+                        return False
+                    unreadable.add(number)
         return True
+
+    def _judge_setup(self, piece: Piece, error: StudentError | SessionFault) -> None:
+        """Pass over a set-up cell that only shows answers; else the instructor's cells fail."""
+        if isinstance(error, SessionFault):
+            if time.monotonic() > self.end:
+                raise error
+            raise GraderFailure(f"The instructor's cell, {piece.label}: {error.kind}.")
+        if not shows_answers(error, self.program.names):
+            raise GraderFailure(f"The instructor's cell, {piece.label}, fails: {error}")
+
+    def _read(self, channel: Channel, number: int, piece: Piece) -> None:
+        args = (number, piece.label, piece.source, piece.own)
+        self._ask(channel, Handle("name", "read"), args, {}, self.limits.cell_seconds)
+
+    def _run(self, channel: Channel, number: int, piece: Piece) -> None:
+        self._ask(channel, Handle("name", "run"), (number,), {}, self.limits.cell_seconds)
+
+
+def shows_answers(error: Exception, names: Sequence[str]) -> bool:
+    """Whether a set-up cell stopped because it uses what the student is to write."""
+    return isinstance(error, NameError) and any(f"'{name}'" in str(error) for name in names)
 
 
 def student_error(raised: RaisedThere) -> StudentError:
@@ -176,17 +238,13 @@ def student_error(raised: RaisedThere) -> StudentError:
 
     Only classes below Exception count, so that nothing a student raises ends the grader.
     """
-    bases: tuple[type, ...] = (StudentError,)
-    for name in raised.types:
-        builtin = getattr(builtins, name, None)
-        if isinstance(builtin, type) and issubclass(builtin, Exception):
-            if builtin not in (Exception, UnicodeDecodeError, UnicodeEncodeError):
-                bases = (StudentError, builtin)
-            break
-    name = raised.types[0] if raised.types else "Exception"
-    try:
-        error: StudentError = type(name, bases, {})(raised.message)
-    except TypeError:  # a builtin whose layout does not mix, or that wants other arguments
-        error = type(name, (StudentError,), {})(raised.message)
-    error.line = raised.line
-    return error
+    known = (getattr(builtins, name, None) for name in raised.types)
+    bases = [found for found in known if isinstance(found, type) and issubclass(found, Exception)]
+    name = raised.types[0] if raised.types and raised.types[0].isidentifier() else "Exception"
+    for base in [*bases, Exception]:
+        # Some builtins want other arguments than a message: then the next class has to do.
+        with contextlib.suppress(TypeError):
+            error: StudentError = type(name, (StudentError, base), {})(raised.message)
+            error.line = raised.line
+            return error
+    return StudentError(raised.message)
