@@ -10,12 +10,11 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from nbgrader.api import Gradebook, MissingEntry
-from sqlalchemy.exc import SAWarning
+from sqlalchemy.exc import SAWarning, SQLAlchemyError
 
 from robust_slam_autograder.assignment import Assignment
+from robust_slam_autograder.errors import GraderFailure
 from robust_slam_autograder.results import Result
-
-DATABASE_NAME = "gradebook.db"
 
 
 def record(database: Path, assignments: Sequence[Assignment], marks: Sequence[Result]) -> None:
@@ -24,15 +23,22 @@ def record(database: Path, assignments: Sequence[Assignment], marks: Sequence[Re
     Args:
         database: the SQLite file; made where it is missing.
         assignments: every assignment that a result belongs to.
-        marks: results; of a refused or failed one every case earns 0.
+        marks: results; of a refused one every case earns 0.
+
+    Raises:
+        GraderFailure: the file is no gradebook, or cannot be written.
     """
     database.parent.mkdir(parents=True, exist_ok=True)
     known = {assignment.name: assignment for assignment in assignments}
-    with _quiet_nbgrader(), Gradebook(f"sqlite:///{database}") as gradebook:
-        for name in dict.fromkeys(result.assignment for result in marks):
-            _declare(gradebook, known[name])
-        for result in marks:
-            _record_one(gradebook, known[result.assignment], result)
+    try:
+        with _quiet_nbgrader(), Gradebook(f"sqlite:///{database}") as gradebook:
+            for name in dict.fromkeys(result.assignment for result in marks):
+                _declare(gradebook, known[name])
+            for result in marks:
+                _record_one(gradebook, known[result.assignment], result)
+    except SQLAlchemyError as error:
+        why = str(error).split("\n")[0]
+        raise GraderFailure(f"The gradebook {database} cannot be written: {why}") from error
 
 
 @contextlib.contextmanager
@@ -52,7 +58,7 @@ def _quiet_nbgrader() -> Iterator[None]:
 def _declare(gradebook: Gradebook, assignment: Assignment) -> None:
     """Make the assignment and its test cells as the instructor's notebook has them."""
     gradebook.update_or_create_assignment(assignment.name)
-    notebook = gradebook.update_or_create_notebook(assignment.name, assignment.name)
+    notebook = gradebook.update_or_create_notebook(assignment.notebook, assignment.name)
     wanted = {case.grade_id for case in assignment.cases}
     for cell in list(notebook.grade_cells):
         if cell.name not in wanted:
@@ -60,7 +66,7 @@ def _declare(gradebook: Gradebook, assignment: Assignment) -> None:
     for case in assignment.cases:
         gradebook.update_or_create_grade_cell(
             case.grade_id,
-            assignment.name,
+            assignment.notebook,
             assignment.name,
             max_score=case.points,
             cell_type="code",
@@ -84,17 +90,20 @@ def _record_one(gradebook: Gradebook, assignment: Assignment, result: Result) ->
         for case in exercise.cases
     }
     for case in assignment.cases:
-        grade = _find_grade(gradebook, assignment.name, case.grade_id, result.student)
+        grade = _find_grade(gradebook, assignment, case.grade_id, result.student)
         grade.auto_score = earned.get((case.exercise, case.name), 0)  # type: ignore[attr-defined]
         grade.needs_manual_grade = False  # type: ignore[attr-defined]
     gradebook.db.commit()
 
 
-def _find_grade(gradebook: Gradebook, assignment: str, grade_id: str, student: str) -> object:
+def _find_grade(
+    gradebook: Gradebook, assignment: Assignment, grade_id: str, student: str
+) -> object:
     """A mark's row; a submission from before a test cell was added does not have it yet."""
+    place = (grade_id, assignment.notebook, assignment.name, student)
     try:
-        return gradebook.find_grade(grade_id, assignment, assignment, student)
+        return gradebook.find_grade(*place)
     except MissingEntry:
-        gradebook.remove_submission(assignment, student)
-        gradebook.update_or_create_submission(assignment, student)
-        return gradebook.find_grade(grade_id, assignment, assignment, student)
+        gradebook.remove_submission(assignment.name, student)
+        gradebook.update_or_create_submission(assignment.name, student)
+        return gradebook.find_grade(*place)

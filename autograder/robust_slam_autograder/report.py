@@ -35,19 +35,14 @@ def check_report(result: Result) -> str:
         lines.append(f"Note: {result.reason}")
     passed = sum(exercise.status == "passed" for exercise in result.exercises)
     total = len(result.exercises)
-    if passed == total:
-        lines.append(
-            f"Public checks passed: all {total} exercises. Hidden checks follow at hand-in."
-        )
-    else:
-        lines.append(f"Public checks: {passed} of {total} exercises passed.")
+    verdict = "Public checks passed" if passed == total else "Not all public checks passed"
+    lines.append(f"{verdict}: {passed} of {total} exercises. Grading runs hidden checks too.")
     return "\n".join(lines)
 
 
 def _exercise_line(exercise: ExerciseResult) -> str:
     if exercise.status == "passed":
         return f"✓ passed   {exercise.name}"
-    failed = [case for case in exercise.cases if case.earned < case.points]
-    where = f" ({failed[0].name})" if failed and exercise.status != "missing" else ""
-    word = exercise.status if exercise.status in ("missing", "timeout", "died") else "failed"
-    return f"✗ {word:<8} {exercise.name}{where}: {exercise.message}"
+    failed = [case.name for case in exercise.cases if case.earned < case.points]
+    where = f" ({', '.join(failed)})" if exercise.status in ("partial", "failed") else ""
+    return f"✗ {exercise.status:<8} {exercise.name}{where}: {exercise.message}"
