@@ -3,22 +3,32 @@
 - MathJax comes from an installed package, as one file that loads nothing else.
 - Scripts for kernels in the cloud, and scripts that are emitted twice, are dropped.
 - When the library changes, the notebooks run again: their outputs depend on it.
+- Every page has a description.
 - A build with warnings fails again until they are mended.
 """
 
 from __future__ import annotations
 
 import hashlib
+import re
+import textwrap
+from html import escape
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.config import Config
 from sphinx.util.fileutil import copy_asset
 
 # SVG output: fonts that MathJax would fetch are blocked by browsers over file://.
 MATHJAX = "tex-svg-full.js"
+
+# Excerpts of the pages found are fetched, which browsers refuse over file://.
+SEARCH_FROM_DISK = """
+if (location.protocol === "file:") DOCUMENTATION_OPTIONS.SHOW_SEARCH_SUMMARY = false;
+"""
 
 
 def point_to_mathjax(app: Sphinx, config: Config) -> None:
@@ -63,6 +73,21 @@ def drop_scripts(
     context["script_files"] = kept
 
 
+def describe(
+    app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: nodes.document | None
+) -> None:
+    """Give a page without a description of its own its first sentences that need no TeX."""
+    if doctree is None or 'name="description"' in context["metatags"]:
+        return
+    paragraph = doctree.next_node(nodes.paragraph)
+    if paragraph is None:
+        return
+    sentences = re.split(r"(?<=[.?!])\s+", paragraph.astext())
+    sentences = [sentence for sentence in sentences if not re.search(r"[\\^_]", sentence)]
+    content = escape(textwrap.shorten(" ".join(sentences), 160, placeholder=" …"))
+    context["metatags"] += f'\n<meta content="{content}" name="description" />'
+
+
 def forget_if_warned(app: Sphinx, exception: Exception | None) -> None:
     """Let the next build read every page again when this one had warnings.
 
@@ -75,9 +100,11 @@ def forget_if_warned(app: Sphinx, exception: Exception | None) -> None:
 def setup(app: Sphinx) -> dict[str, bool]:
     """Connect the above to the build."""
     app.add_config_value("robust_slam_library", "", "env")
+    app.add_js_file(None, body=SEARCH_FROM_DISK)
     app.connect("config-inited", point_to_mathjax)
     app.connect("config-inited", follow_the_library)
     app.connect("builder-inited", copy_mathjax)
     app.connect("html-page-context", drop_scripts, priority=900)
+    app.connect("html-page-context", describe)
     app.connect("build-finished", forget_if_warned)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,0 +1,151 @@
+"""The built site: no warnings, whole links, nothing from outside, nothing that is secret."""
+
+from __future__ import annotations
+
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+from types import SimpleNamespace
+from urllib.parse import unquote, urlsplit
+
+import pytest
+
+from chapters._ext import robust_slam_site
+from tests.book.conftest import PAGES, Site
+
+
+class Reader(HTMLParser):
+    """The addresses that a page loads, the addresses that it links to, and its ids."""
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.loaded: list[str] = []
+        self.linked: list[str] = []
+        self.ids: set[str] = set()
+        self.alts: list[str | None] = []
+        self.feed(html)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        found = {name: value or "" for name, value in attrs}
+        self.ids |= {found["id"]} if "id" in found else set()
+        if tag in ("script", "img", "iframe", "source") and "src" in found:
+            self.loaded.append(found["src"])
+        if tag == "link" and found.get("rel") not in ("canonical", "prev", "next"):
+            self.loaded.append(found["href"])
+        if tag == "a" and "href" in found:
+            self.linked.append(found["href"])
+        if tag == "img":
+            self.alts.append(found.get("alt"))
+
+
+@pytest.fixture(scope="module")
+def pages(site: Site) -> dict[Path, Reader]:
+    """Every page of the site, read."""
+    found = [path for path in site.folder.rglob("*.html") if "_static" not in path.parts]
+    return {path: Reader(path.read_text(encoding="utf-8")) for path in sorted(found)}
+
+
+def inside(address: str) -> bool:
+    return not urlsplit(address).scheme and not address.startswith("//")
+
+
+def test_the_build_succeeds_without_a_warning(site: Site) -> None:
+    warnings = [line for line in site.log.splitlines() if re.search(r"WARNING:|ERROR:", line)]
+    assert warnings == []
+    assert site.status == 0, site.log[-3000:]
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_a_page_of_the_contents_is_there_with_its_description(page: str, site: Site) -> None:
+    html = (site.folder / f"{page}.html").read_text(encoding="utf-8")
+    assert re.search(r"<title>.*Robust SLAM</title>", html, re.S)
+    assert re.search(r'<meta content="[^"]{20,}" name="description"', html)
+    assert 'rel="icon" href="../_static/favicon.svg"' in html
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_the_foot_of_a_page_names_the_licences_and_the_source(page: str, site: Site) -> None:
+    html = (site.folder / f"{page}.html").read_text(encoding="utf-8")
+    foot = " ".join(re.sub(r"<[^>]+>", "", html[html.index("bd-footer-content") :]).split())
+    assert "Text and figures: CC BY 4.0. Code: BSD-3-Clause." in foot
+    assert "which names MIT 16.485 (VNAV) lectures 29–30 by Luca Carlone as its source." in foot
+    assert "It is not affiliated with either." in foot
+
+
+def test_the_chapters_are_the_whole_site(site: Site) -> None:
+    """Neither solutions nor tests are built, not even as sources to download."""
+    sources = [path.relative_to(site.folder / "_sources") for path in files(site, "_sources")]
+    assert sorted({str(path.parent) for path in sources}) == ["chapters"]
+    assert {str(path.with_suffix("")).removesuffix(".md") for path in sources} == set(PAGES)
+
+
+def files(site: Site, folder: str) -> list[Path]:
+    return [path for path in (site.folder / folder).rglob("*") if path.is_file()]
+
+
+def test_no_page_loads_anything_from_outside(pages: dict[Path, Reader]) -> None:
+    outside = {
+        address
+        for reader in pages.values()
+        for address in reader.loaded
+        if not inside(address) and not address.startswith("data:")
+    }
+    assert outside == set()
+
+
+def test_every_link_inside_the_site_leads_somewhere(pages: dict[Path, Reader]) -> None:
+    assert [line for path in pages for line in broken(path, pages)] == []
+
+
+def broken(page: Path, pages: dict[Path, Reader]) -> list[str]:
+    """Return the addresses of the page whose file, or whose place in it, is missing."""
+    missing = []
+    for address in filter(inside, pages[page].linked + pages[page].loaded):
+        parts = urlsplit(address)
+        target = (page.parent / unquote(parts.path)).resolve() if parts.path else page
+        place = unquote(parts.fragment)
+        if not target.exists() or (place and target in pages and place not in pages[target].ids):
+            missing.append(f"{page.name}: {address}")
+    return missing
+
+
+def test_every_picture_has_words(pages: dict[Path, Reader]) -> None:
+    wordless = [path.name for path, reader in pages.items() if not all(reader.alts)]
+    assert wordless == []
+
+
+def test_mathjax_is_one_file(site: Site) -> None:
+    found = [path.name for path in site.folder.rglob("*") if re.search("mathjax|tex-", path.name)]
+    assert found == [robust_slam_site.MATHJAX]
+
+
+def test_the_search_knows_the_words_of_the_chapters(site: Site) -> None:
+    index = (site.folder / "searchindex.js").read_text(encoding="utf-8")
+    assert all(f'"{word}"' in index or f"{word}:" in index for word in ("huber", "closur"))
+
+
+class TestExtension:
+    """What the local extension keeps in mind between builds."""
+
+    def application(self, tmp_path: Path, **more: object) -> SimpleNamespace:
+        (tmp_path / "lib" / "robust_slam").mkdir(parents=True)
+        (tmp_path / "doctrees").mkdir()
+        (tmp_path / "doctrees" / "environment.pickle").touch()
+        outdir, doctrees = tmp_path / "build" / "html", tmp_path / "doctrees"
+        return SimpleNamespace(srcdir=tmp_path, outdir=outdir, doctreedir=doctrees, **more)
+
+    def test_notebooks_run_again_when_the_library_changes(self, tmp_path: Path) -> None:
+        app, caches = self.application(tmp_path), []
+        module = tmp_path / "lib" / "robust_slam" / "kernels.py"
+        for text in ("a = 1", "a = 2", "a = 1"):
+            config = SimpleNamespace()
+            module.write_text(text)
+            robust_slam_site.follow_the_library(app, config)
+            caches.append((config.robust_slam_library, config.nb_execution_cache_path))
+        assert caches[0] == caches[2] != caches[1]
+
+    @pytest.mark.parametrize("warnings", [0, 1])
+    def test_only_a_build_with_warnings_is_forgotten(self, warnings: int, tmp_path: Path) -> None:
+        app = self.application(tmp_path, _warncount=warnings)
+        robust_slam_site.forget_if_warned(app, None)
+        assert (tmp_path / "doctrees" / "environment.pickle").exists() == (warnings == 0)
