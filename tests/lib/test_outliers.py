@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from robust_slam import pose_graph
+from robust_slam import pose_graph, se2
 from robust_slam.generate import Noise, circle, dead_reckoning
 from robust_slam.outliers import add_random_closures
+from robust_slam.pose_graph import PoseGraph
 
 
 def spoiled(seed=0, count=6, **options):
@@ -69,6 +70,17 @@ def test_without_honest_closures_the_information_is_that_of_the_odometry():
     graph, _ = circle(20, rng, closures=0)
     longer, is_outlier = add_random_closures(graph, 2, rng)
     np.testing.assert_array_equal(longer.information[is_outlier], graph.information[:2])
+
+
+def test_the_noise_of_a_lie_is_correlated_as_its_information_says():
+    covariance = np.array([[0.04, 0.03, 0.0], [0.03, 0.09, 0.01], [0.0, 0.01, 0.01]])
+    steps = [[k, k + 1] for k in range(299)]
+    ahead = np.tile([1.0, 0.0, 0.0], (299, 1))
+    information = np.tile(np.linalg.inv(covariance), (299, 1, 1))
+    graph = PoseGraph(300, steps, ahead, information, np.ones(299, dtype=bool))
+    longer, is_outlier = add_random_closures(graph, 4000, np.random.default_rng(6))
+    drawn = se2.log(longer.measurement[is_outlier])
+    np.testing.assert_allclose(np.cov(drawn.T), covariance, atol=0.005)
 
 
 def test_the_seed_decides():
