@@ -98,7 +98,7 @@ def reweight(
             ``max_iterations`` is below 1.
         Underdetermined: some untrusted weights are positive, yet no solution exists.
 
-    Source: Black and Rangarajan 1996; Yang et al. 2020, algorithm 1.
+    Source: Black and Rangarajan 1996; Yang et al. 2020.
     """
     _check_limits(tol, max_iterations)
     x = problem.initial() if x0 is None else x0
