@@ -187,6 +187,14 @@ def test_each_large_whole_number_is_known(scene: Town) -> None:
     assert found - GIVEN_WHOLE <= whole_numbers(scene)
 
 
+def test_the_motions_named_in_the_text_are_eigenvectors_with_the_named_stiffness() -> None:
+    three = chain_of(np.array([2.0, 0.0]), np.array([0.05, 0.05]))
+    normal = three.jacobian.T @ (three.jacobian / three.sigma[:, None] ** 2)
+    for stiffness, motion in ((0, (1, 1, 1)), (300, (1, -2, 1)), (1700, (-1, 0, 1))):
+        assert f"**{stiffness}**, the vector $({motion[0]}, {motion[1]}, {motion[2]})$" in TEXT
+        assert normal @ motion == pytest.approx(stiffness * np.array(motion))
+
+
 def test_the_lesson_of_the_lie_is_what_the_picture_shows(scene: Town) -> None:
     i, j = scene.graph.edges[-1]
     apart = np.linalg.norm(scene.folded[i, :2] - scene.folded[j, :2])
