@@ -93,6 +93,8 @@ CLAIMS = {
     "2.204": door(1.0),
     "0.0625": irls(LocationProblem(Z, 0.3), HUBER).x,
     "-0.0125": float(np.mean(Z[:4])),
+    "3.1304875": float(kernels.huber(1.345).rho(3.0)),
+    "0.448333": float(kernels.huber(1.345).weight(3.0)),
 }
 
 
@@ -149,3 +151,8 @@ def test_in_millimetres_one_reading_is_left() -> None:
     z = 1000 * np.array([2.03, 1.97, 2.04, 1.98, 3.00])
     result = irls(LocationProblem(z), kernels.tls(SCALAR), x0=float(np.median(z)))
     assert result.weights.tolist() == [1, 0, 0, 0, 0]
+
+
+def test_cauchy_by_hand() -> None:
+    np.testing.assert_allclose(CAUCHY.psi([3.0, 7.0]), [3 / 10, 7 / 50])
+    np.testing.assert_allclose(CAUCHY.weight([3.0, 7.0]), [1 / 10, 1 / 50])

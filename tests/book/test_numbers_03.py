@@ -71,6 +71,8 @@ def line(x0: np.ndarray | None = None):
 
 FROM_LS, FROM_GOOD = line(), line(np.array([0.0, 0.5]))
 UNFOLDED = chain_of_three()
+LOPSIDED = irls(LocationProblem([0.0, 0.0, 0.0, 10.0]), CAUCHY)
+PAIR = LocationProblem([0.0, 10.0])
 
 CLAIMS = {
     "4.95": float(Z.sum()),
@@ -147,6 +149,11 @@ CLAIMS = {
     "22.64": FROM_LS.cost,
     "18.17": FROM_GOOD.cost,
     "0.003": FROM_GOOD.weights[6],
+    "2.5": LOPSIDED.history[0].x,
+    "7.25": 1 / LOPSIDED.history[1].weights[0],
+    "57.25": 1 / LOPSIDED.history[1].weights[3],
+    "0.405028": LOPSIDED.history[1].x,
+    "3.148148": irls(PAIR, CAUCHY, x0=4.0).history[1].x,
 }
 BOUNDS = {"0.01", "0.13"}  # a weight in an explanation; an upper bound, tested below
 
@@ -228,3 +235,11 @@ def test_huber_has_one_answer_on_the_line_and_it_is_wrong() -> None:
 def test_unfolding_takes_five_steps() -> None:
     assert rounds_to(float(UNFOLDED.history[0].x[2]), f"{18 / 17:.9f}")
     assert rounds_to(float(UNFOLDED.history[5].x[2]), "1.99888848")
+
+
+def test_the_exercises_by_hand() -> None:
+    zeros_and_ten = LocationProblem([0.0, 0.0, 0.0, 10.0])
+    assert LOPSIDED.history[1].x == pytest.approx(145 / 358, abs=1e-12)
+    assert irls(zeros_and_ten, kernels.huber(1.0)).x == pytest.approx(1 / 3, abs=1e-9)
+    assert irls(PAIR, CAUCHY, x0=5.0).x == 5.0
+    assert irls(PAIR, CAUCHY, x0=5.0).cost > irls(PAIR, CAUCHY, x0=4.0).cost
