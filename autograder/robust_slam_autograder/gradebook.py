@@ -36,7 +36,7 @@ def record(database: Path, assignments: Sequence[Assignment], marks: Sequence[Re
                 _declare(gradebook, known[name])
             for result in marks:
                 _record_one(gradebook, known[result.assignment], result)
-    except SQLAlchemyError as error:
+    except (SQLAlchemyError, OSError) as error:
         why = str(error).split("\n")[0]
         raise GraderFailure(f"The gradebook {database} cannot be written: {why}") from error
 

@@ -211,7 +211,7 @@ class _Cases:
         used: set[str] = set()
         for grade_id, source in self.sources.items():
             try:
-                used |= used_names(ast.parse(plain_python(source)))
+                used |= used_names(*ast.parse(plain_python(source)).body)
             except SyntaxError as error:
                 raise GraderFailure(f"The test cell {grade_id} is no Python: {error}.") from error
         return sorted(used)

@@ -273,7 +273,10 @@ def _mounts(withheld: Sequence[str]) -> list[str]:
     """Read-only interpreter and library, a small writable /tmp, and nothing else."""
     shared = [Path(path) for path in ("/usr", "/lib", "/lib64", "/bin", "/etc/ld.so.cache")]
     apart = [tree for tree in _trees() if not _within(tree, [Path("/usr")])]
-    options: list[str] = []
+    small = ["--perms", "1777", "--size", str(SCRATCH_BYTES), "--tmpfs"]
+    options = ["--proc", "/proc", "--dev", "/dev", "--remount-ro", "/dev"]
+    # First of all, lest they cover a course that lies in /tmp itself.
+    options += [*small, "/dev/shm", *small, "/tmp"]
     made: set[Path] = set()
     for path in [*shared, *apart, *packages_in_place()]:
         if path.is_symlink():
@@ -282,10 +285,7 @@ def _mounts(withheld: Sequence[str]) -> list[str]:
             options += [*_make_parents(path, made), "--ro-bind", str(path), str(path)]
     for module in withheld:
         options += _hide(module)
-    small = ["--perms", "1777", "--size", str(SCRATCH_BYTES), "--tmpfs"]
-    options += ["--proc", "/proc", "--dev", "/dev", "--remount-ro", "/dev"]
-    options += [*small, "/dev/shm", *small, "/tmp", *_font_list()]
-    return [*options, "--remount-ro", "/", "--chdir", "/tmp"]
+    return [*options, *_font_list(), "--remount-ro", "/", "--chdir", "/tmp"]
 
 
 def _font_list() -> list[str]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import contextlib
 import re
+import types
 from collections.abc import Sequence
 
 CELL_MAGICS_THAT_RUN = frozenset({"time", "timeit", "capture", "prun"})
@@ -61,9 +62,22 @@ def defines(source: str, names: Sequence[str]) -> bool:
     return bool(names) and re.search(rf"^(?:{pattern})", source, re.MULTILINE) is not None
 
 
-def used_names(node: ast.AST) -> set[str]:
-    """Every name that a piece of code reads."""
-    return set(_names_in(node, ast.Load))
+def used_names(*statements: ast.stmt) -> set[str]:
+    """Names that code reads from its module (and, on top, those of attributes)."""
+    found = [code for statement in statements for code in _compiled(statement)]
+    names: set[str] = set()
+    while found:
+        code = found.pop()
+        names.update(code.co_names)
+        found += [part for part in code.co_consts if isinstance(part, types.CodeType)]
+    return names
+
+
+def _compiled(statement: ast.stmt) -> list[types.CodeType]:
+    try:
+        return [compile(ast.Module([statement], []), "<names>", "exec", dont_inherit=True)]
+    except _UNREADABLE:
+        return []
 
 
 def helpers(cells: Sequence[ast.Module], used: set[str]) -> set[ast.stmt]:
@@ -82,12 +96,12 @@ def helpers(cells: Sequence[ast.Module], used: set[str]) -> set[ast.stmt]:
     """
     statements = [node for cell in cells for node in cell.body]
     kept = {node for node in statements if not _is_assignment(node) and _bound_by(node)}
-    used = used.union(*(used_names(node) for node in kept))
+    used = used | used_names(*kept)
     waiting = [node for node in statements if _is_assignment(node)]
     while found := {node for node in waiting if used.intersection(_assigned_by(node))}:
         kept |= found
         waiting = [node for node in waiting if node not in found]
-        used = used.union(*(used_names(node) for node in found))
+        used = used | used_names(*found)
     return kept
 
 

@@ -109,7 +109,7 @@ class Notebook:
         from robust_slam_autograder.source import helpers, used_names
 
         cells = self._cells.values()
-        used = self._used.union(*(used_names(cell.tree) for cell in cells if not cell.own))
+        used = self._used.union(*(used_names(*cell.tree.body) for cell in cells if not cell.own))
         return helpers([cell.tree for cell in cells if cell.own], used)
 
     def _execute(self, tree: ast.Module, label: str) -> None:
