@@ -99,8 +99,10 @@ def _question(question: Question) -> str:
 
 def _option(option: Option) -> str:
     verdict, kind = ("✓ Right.", "rs-right") if option.correct else ("✗ Not quite.", "rs-wrong")
+    # JupyterLab leaves the keys to an element that carries this attribute.
+    keys = 'data-lm-suppress-shortcuts="true"'
     return (
-        f"<details><summary>{_inline(option.text)}</summary>"
+        f"<details><summary {keys}>{_inline(option.text)}</summary>"
         f'<p class="{kind}"><strong>{verdict}</strong> {_inline(option.answer)}</p></details>'
     )
 

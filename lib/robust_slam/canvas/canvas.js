@@ -47,6 +47,10 @@
 
     canvas.querySelectorAll(".rs-stepper").forEach((stepper) => walk(stepper, show));
     canvas.addEventListener("input", show);
+    // JupyterLab leaves the keys to an element that carries this.
+    canvas.querySelectorAll("input, select, button, summary").forEach((element) => {
+      element.dataset.lmSuppressShortcuts = "true";
+    });
     find("fieldset").disabled = false;
     find(".rs-note").hidden = true;
   }

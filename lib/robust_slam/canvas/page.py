@@ -32,8 +32,7 @@ def group(title: str, controls: Sequence[Control], frames: Sequence[Frame]) -> s
     start = sum(c.position * stride for c, stride in zip(controls, strides, strict=True))
     inputs = "".join(map(_control, controls, strides))
     return (
-        f'<div class="rs-canvas" role="group" aria-label="{escape(title)}"'
-        ' data-lm-suppress-shortcuts="true">'
+        f'<div class="rs-canvas" role="group" aria-label="{escape(title)}">'
         f"<style>{STYLE}</style>"
         f'<p class="rs-title">{escape(title)}</p>'
         f'<fieldset class="rs-controls" disabled><legend>Controls</legend>{inputs}</fieldset>'
