@@ -320,7 +320,7 @@ def _message(error: Exception, source: str, case: Case) -> str:
         if isinstance(error, NotImplementedError):
             return NOT_WRITTEN
         if type(error).__name__ == WireError.__name__:
-            return f"What your function returned cannot be checked: {error}."
+            return f"What your function returned cannot be checked: {str(error).rstrip('.')}."
         return f"Your function raised {_told(error)}."
     if isinstance(error, AssertionError):
         return str(error) or f"This does not hold: {_failing_check(error, source, case)}"
@@ -328,8 +328,8 @@ def _message(error: Exception, source: str, case: Case) -> str:
 
 
 def _told(error: StudentError) -> str:
-    where = f" in line {error.line} of your cell" if error.line else ""
-    return f"{type(error).__name__}: {error}{where}"
+    what = f"{type(error).__name__}: {error}".rstrip(" :.")
+    return f"{what} in line {error.line} of your cell" if error.line else what
 
 
 def _failing_check(error: BaseException, source: str, case: Case) -> str:

@@ -6,7 +6,14 @@ import json
 from pathlib import Path
 from typing import Any
 
+from robust_slam_autograder import notebook as notebook_module
+from robust_slam_autograder.assignment import Assignment, Config, from_cells
+from robust_slam_autograder.grading import case_generator
+from robust_slam_autograder.submission import Submission, collect
+
 NAME = "07-toy"
+CANARY = "CANARY-TEST-TEXT"
+MOST = 20
 
 SETUP = """\
 import os
@@ -57,13 +64,11 @@ assert list(history) == [0, 1, 2, 3]
 
 APPLY_HIDDEN = """\
 ### BEGIN HIDDEN TESTS
-# hint: Raise ValueError when times is negative.
-try:
-    apply(lambda value: value, 0, 0)
-    last, history = apply(double, 1, 4)
-finally:
-    pass
-assert last == 16 and len(history) == 5
+# hint: Call f once per time, each time with the value before.
+# CANARY-TEST-TEXT
+start = float(rng.integers(2, 9))
+last, history = apply(lambda value: 3 * value, start, 4)
+assert last == 81 * start and len(history) == 5, f"hidden start {start}"
 ### END HIDDEN TESTS
 """
 
@@ -138,3 +143,34 @@ def answer(double: str = DOUBLE, apply: str = APPLY, *more: dict[str, Any]) -> d
             *more,
         ]
     )
+
+
+def hand_in(folder: Path, student: str, value: dict[str, Any]) -> Path:
+    """Write a submission to ``<folder>/<student>/<assignment>/`` and give that folder."""
+    return write(folder / student / NAME / f"{NAME}.ipynb", value).parent
+
+
+def result(out: Path, student: str) -> dict[str, Any]:
+    """A student's result file."""
+    value: dict[str, Any] = json.loads((out / student / f"{NAME}.json").read_text("utf-8"))
+    return value
+
+
+def hidden_inputs(seed: int) -> list[str]:
+    """What the hidden tests draw from a batch's seed, as texts to look for."""
+    x = case_generator(seed, "double-random").normal(size=5)
+    return [repr(float(value))[:10] for value in x]
+
+
+def assignment(config: Config | None = None, *, double_random: str | None = None) -> Assignment:
+    """The toy assignment as the grader reads it, if need be with another test cell."""
+    value = source_notebook()
+    if double_random is not None:
+        value["cells"][3]["source"] = double_random
+    cells = notebook_module.parse(json.dumps(value).encode(), "toy.ipynb")
+    return from_cells(cells, name=NAME, notebook=NAME, config=config or Config())
+
+
+def submission(value: dict[str, Any], tests: Assignment) -> Submission:
+    """A submission as the grader reads it."""
+    return collect(notebook_module.parse(json.dumps(value).encode(), "toy.ipynb"), tests)
