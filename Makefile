@@ -65,7 +65,8 @@ book: $(BOOK) ## build the site, build/html
 
 $(BOOK): $(call files,chapters lib/robust_slam) _config.yml _toc.yml $(READY)
 	@mkdir -p build
-	ROBUST_SLAM_STATIC=1 $(BIN)/jupyter-book build . --path-output build -W -n --keep-going
+	$(BIN)/jupyter-book build . --path-output build -W -n --keep-going
+	@rm -rf build/html && cp -R build/_build/html build/html
 	@touch $@
 
 release: $(RELEASED) ## make the student release, build/release
