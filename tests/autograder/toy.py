@@ -162,9 +162,14 @@ def hidden_inputs(seed: int) -> list[str]:
     return [repr(float(value))[:10] for value in x]
 
 
-def assignment(config: Config | None = None, *, double_random: str | None = None) -> Assignment:
-    """The toy assignment as the grader reads it, if need be with another test cell."""
-    value = source_notebook()
+def assignment(
+    config: Config | None = None,
+    *,
+    double_random: str | None = None,
+    value: dict[str, Any] | None = None,
+) -> Assignment:
+    """The toy assignment as the grader reads it, if need be changed."""
+    value = value or source_notebook()
     if double_random is not None:
         value["cells"][3]["source"] = double_random
     cells = notebook_module.parse(json.dumps(value).encode(), "toy.ipynb")
