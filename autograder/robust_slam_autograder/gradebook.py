@@ -8,8 +8,9 @@ import sys
 import warnings
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
-from nbgrader.api import Gradebook, MissingEntry
+from nbgrader.api import Gradebook
 from sqlalchemy.exc import SAWarning, SQLAlchemyError
 
 from robust_slam_autograder.assignment import Assignment
@@ -83,27 +84,24 @@ def _forget(gradebook: Gradebook, cell: object) -> None:
 
 def _record_one(gradebook: Gradebook, assignment: Assignment, result: Result) -> None:
     gradebook.update_or_create_student(result.student)
-    gradebook.update_or_create_submission(assignment.name, result.student)
+    rows = _rows(gradebook, assignment, result.student)
+    if not rows.keys() >= {case.grade_id for case in assignment.cases}:
+        # A submission from before a test cell was added lacks its row: it is made anew.
+        gradebook.remove_submission(assignment.name, result.student)
+        rows = _rows(gradebook, assignment, result.student)
     earned = {
         (exercise.name, case.name): case.earned
         for exercise in result.exercises
         for case in exercise.cases
     }
     for case in assignment.cases:
-        grade = _find_grade(gradebook, assignment, case.grade_id, result.student)
-        grade.auto_score = earned.get((case.exercise, case.name), 0)  # type: ignore[attr-defined]
-        grade.needs_manual_grade = False  # type: ignore[attr-defined]
+        row = rows[case.grade_id]
+        row.auto_score = earned.get((case.exercise, case.name), 0)
+        row.needs_manual_grade = False
     gradebook.db.commit()
 
 
-def _find_grade(
-    gradebook: Gradebook, assignment: Assignment, grade_id: str, student: str
-) -> object:
-    """A mark's row; a submission from before a test cell was added does not have it yet."""
-    place = (grade_id, assignment.notebook, assignment.name, student)
-    try:
-        return gradebook.find_grade(*place)
-    except MissingEntry:
-        gradebook.remove_submission(assignment.name, student)
-        gradebook.update_or_create_submission(assignment.name, student)
-        return gradebook.find_grade(*place)
+def _rows(gradebook: Gradebook, assignment: Assignment, student: str) -> dict[str, Any]:
+    """A student's marks by grade id, made where there are none."""
+    submission = gradebook.update_or_create_submission(assignment.name, student)
+    return {grade.name: grade for notebook in submission.notebooks for grade in notebook.grades}

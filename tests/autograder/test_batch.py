@@ -1,0 +1,280 @@
+"""A batch: one seed, one result each, whatever the order, the neighbours or a kill."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from robust_slam_autograder import assignment as assignments
+from robust_slam_autograder import batch, results
+from robust_slam_autograder.batch import Graded, Job, Run
+from robust_slam_autograder.errors import Refused, WrongUse
+from robust_slam_autograder.results import Result
+from robust_slam_autograder.sandbox import Sandbox, Unsandboxed
+
+from tests.autograder import toy
+
+GUESS = "def double(x):\n    return 6\n"
+RANDOM = """
+### BEGIN HIDDEN TESTS
+assert rng.random() < 0.5
+### END HIDDEN TESTS
+"""
+"""A case that about half of all seeds pass."""
+
+
+@pytest.fixture
+def course(tmp_path: Path) -> Path:
+    """A folder with a tree and five submissions."""
+    toy.make_tree(tmp_path, "[limits]\ncall_seconds = 0.5\ncell_seconds = 3\n")
+    answers = {
+        "ada": toy.answer(),
+        "bob": toy.answer("def double(x):\n    while True: pass\n"),
+        "cem": toy.answer("import os\ndef double(x):\n    os._exit(0)\n"),
+        "dot": toy.answer(GUESS),
+    }
+    for student, value in answers.items():
+        toy.hand_in(tmp_path / "submitted", student, value)
+    broken = tmp_path / "submitted" / "eve" / toy.NAME
+    broken.mkdir(parents=True)
+    (broken / f"{toy.NAME}.ipynb").write_text("{")
+    return tmp_path
+
+
+def jobs(course: Path) -> list[Job]:
+    tests = course / "solutions" / toy.NAME / f"{toy.NAME}.ipynb"
+    loaded = assignments.load(tests)
+    folders = sorted((course / "submitted").iterdir())
+    return [Job(folder.name, loaded, tests, folder / toy.NAME) for folder in folders]
+
+
+def grade(
+    course: Path,
+    out: str = "out",
+    seed: int | None = 1,
+    workers: int = 2,
+    report: Callable[[Graded], None] = lambda graded: None,
+    wall: Sandbox | None = None,
+) -> list[Graded]:
+    folder = course / out
+    run = batch.open_run(folder, seed)
+    return batch.grade(
+        jobs(course),
+        out=folder,
+        run=run,
+        wall=wall or Unsandboxed(),
+        workers=workers,
+        report=report,
+    )
+
+
+def leave(course: Path, *students: str) -> None:
+    for folder in (course / "submitted").iterdir():
+        if folder.name not in students:
+            shutil.rmtree(folder)
+
+
+def marks(graded: list[Graded]) -> list[tuple[str, str, float, tuple[str, ...]]]:
+    return [
+        (r.student, r.status, r.score, tuple(e.status for e in r.exercises))
+        for r in (item.result for item in graded)
+    ]
+
+
+def test_every_submission_gets_its_result_in_order(course: Path) -> None:
+    assert marks(grade(course)) == [
+        ("ada", "graded", 20, ("passed", "passed")),
+        ("bob", "graded", 10, ("timeout", "passed")),
+        ("cem", "graded", 10, ("died", "passed")),
+        ("dot", "graded", 14, ("partial", "passed")),
+        ("eve", "refused", 0, ()),
+    ]
+
+
+def test_the_number_of_jobs_changes_no_result(course: Path) -> None:
+    parallel = grade(course, "parallel", workers=3)
+    serial = grade(course, "serial", workers=1)
+    for a, b in zip(parallel, serial, strict=True):
+        fields = {"seconds": 0.0}
+        assert vars(a.result) | fields == vars(b.result) | fields
+
+
+def test_the_same_seed_gives_the_same_marks_and_others_other_inputs(course: Path) -> None:
+    path = course / "solutions" / toy.NAME / f"{toy.NAME}.ipynb"
+    value = toy.source_notebook()
+    value["cells"][3]["source"] = RANDOM
+    toy.write(path, value)
+    leave(course, "ada", "dot")
+    toy.hand_in(course / "submitted", "dot", toy.answer())
+    seen = {}
+    for seed in (0, 1, 2, 3):
+        first, again = (grade(course, f"out-{seed}-{n}", seed) for n in (1, 2))
+        assert marks(first) == marks(again)
+        scores = {item.result.score for item in first}
+        assert len(scores) == 1, "every student has the same inputs"
+        seen[seed] = scores.pop()
+    assert set(seen.values()) == {14, 20}
+
+
+def test_a_batch_draws_a_secret_seed_and_keeps_it(tmp_path: Path) -> None:
+    first, other = batch.open_run(tmp_path / "a", None), batch.open_run(tmp_path / "b", None)
+    assert first.seed != other.seed and first.seed > 2**32
+    batch.save_run(tmp_path / "a", Run(first.seed, {"x/y": "1"}, {"x/y": "1"}))
+    assert (tmp_path / "a" / batch.RUN_NAME).stat().st_mode & 0o077 == 0
+    assert batch.open_run(tmp_path / "a", None) == Run(first.seed, {"x/y": "1"}, {"x/y": "1"})
+    assert batch.open_run(tmp_path / "a", first.seed).graded
+    assert batch.open_run(tmp_path / "a", 5) == Run(5)
+
+
+@pytest.mark.parametrize("text", ["", "[]", '{"seed": "x", "graded": {}}', '{"seed": 1}'])
+def test_a_batch_that_cannot_be_read_says_so(tmp_path: Path, text: str) -> None:
+    (tmp_path / batch.RUN_NAME).write_text(text)
+    with pytest.raises(WrongUse, match=r"\.run\.json cannot be read"):
+        batch.open_run(tmp_path, None)
+
+
+def test_what_has_not_changed_is_reused(course: Path) -> None:
+    leave(course, "ada", "dot", "eve")
+    grade(course)
+    assert [item.reused for item in grade(course)] == [True] * 3
+    toy.hand_in(course / "submitted", "dot", toy.answer())
+    assert [item.reused for item in grade(course)] == [True, False, True]
+    results.path_of(course / "out", "ada", toy.NAME).write_text('"not a result"')
+    assert [item.reused for item in grade(course)] == [False, True, True]
+    (course / "solutions" / toy.NAME / "autograder.toml").write_text("[limits]\ncall_seconds=1")
+    assert not any(item.reused for item in grade(course))
+    assert not any(item.reused for item in grade(course, seed=2))
+
+
+def test_a_second_batch_waits_for_its_turn(tmp_path: Path) -> None:
+    with (
+        batch.locked(tmp_path / "out"),
+        pytest.raises(WrongUse, match="Another batch"),
+        batch.locked(tmp_path / "out"),
+    ):
+        pass
+    with batch.locked(tmp_path / "out"):
+        pass
+
+
+def test_a_limit_is_judged_alone(course: Path) -> None:
+    """Submissions that hung beside others are graded once more, the last of all."""
+    order: list[str] = []
+    grade(course, workers=2, report=lambda graded: order.append(graded.result.student))
+    assert order[-2:] in (["bob", "cem"], ["cem", "bob"])
+
+
+class Failing:
+    """A wall that ends or hangs the process that grades."""
+
+    name = "none"
+
+    def __init__(self, how: str) -> None:
+        self.how = how
+
+    def start(self, launch: object) -> Any:
+        """Fail as asked."""
+        if self.how == "exit":
+            os._exit(7)
+        if self.how == "hang":
+            time.sleep(1000)
+        raise RuntimeError("hidden input 0.25")
+
+
+@pytest.mark.parametrize(
+    ("how", "reason"),
+    [
+        ("exit", "The grader ended with exit status 7 on this submission."),
+        ("hang", "The grader took longer than its limits here."),
+        ("raise", "The grader failed on this submission (RuntimeError)."),
+    ],
+)
+def test_a_failure_of_the_grader_is_a_result_that_tells_no_secret(
+    course: Path, monkeypatch: pytest.MonkeyPatch, how: str, reason: str
+) -> None:
+    config = "[limits]\nnotebook_seconds = 0.2\n"
+    (course / "solutions" / toy.NAME / "autograder.toml").write_text(config)
+    monkeypatch.setattr(batch, "GRACE_SECONDS", 0.8)
+    leave(course, "ada", "dot", "eve")
+    graded = grade(course, wall=Failing(how))
+    assert [item.result.status for item in graded] == ["failed", "failed", "refused"]
+    assert {item.result.reason for item in graded[:2]} == {reason}
+    kept = json.loads((course / "out" / batch.RUN_NAME).read_text())["graded"]
+    assert list(kept) == [f"eve/{toy.NAME}"]
+
+
+def test_a_link_on_the_way_is_refused(course: Path) -> None:
+    submitted = course / "submitted"
+    (submitted / "zoe").symlink_to("ada")
+    (submitted / "yan").mkdir()
+    (submitted / "yan" / toy.NAME).symlink_to(submitted / "ada" / toy.NAME)
+    for job in jobs(course)[-2:]:
+        with pytest.raises(Refused, match="is a link"):
+            batch.locate(job)
+
+
+def test_a_course_below_a_link_is_graded(course: Path) -> None:
+    """The instructor's own links are no student's."""
+    (course / "elsewhere").symlink_to("submitted")
+    job = jobs(course)[0]
+    path = course / "elsewhere" / "ada" / toy.NAME
+    assert batch.locate(Job("ada", job.assignment, job.tests, path))[0].is_file()
+
+
+def test_a_result_file_is_replaced_whole(tmp_path: Path) -> None:
+    result = Result("ada", "a", 0, 1, "refused", "half \udcff of it", "none", 0.0, ())
+    path = results.write(tmp_path, result)
+    assert json.loads(path.read_text("utf-8"))["schema"] == 1
+    assert [file.name for file in path.parent.iterdir()] == ["a.json"]
+
+
+@pytest.mark.sandbox
+def test_a_killed_batch_goes_on_and_loses_nothing(course: Path, bubblewrap: Sandbox) -> None:
+    leave(course, "ada", "cem", "dot", "eve")
+    command = [sys.executable, "-m", "robust_slam_autograder.cli"]
+    command += ["--solutions", str(course / "solutions"), "grade"]
+    command += [str(job.path) for job in jobs(course)]
+    command += ["--out", str(course / "out"), "--jobs", "1"]
+    started = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+    end = time.monotonic() + 60
+    while len(list((course / "out").glob("*/*.json"))) < 2 and time.monotonic() < end:
+        time.sleep(0.02)
+    os.kill(started.pid, signal.SIGKILL)
+    started.wait()
+    assert started.returncode == -signal.SIGKILL
+    done = len(list((course / "out").glob("*/*.json")))
+    assert 2 <= done < 4 and not (course / "out" / "gradebook.db").exists()
+
+    again = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    assert again.returncode == 0, again.stderr
+    assert "of them unchanged and reused" in again.stdout
+    seed = batch.open_run(course / "out", None).seed
+    whole = marks(grade(course, "whole", seed, wall=bubblewrap))
+    kept = [results.read(path) for path in sorted((course / "out").glob("*/*.json"))]
+    assert marks([Graded(result, reused=False) for result in kept]) == whole
+    assert gradebook_marks(course / "out" / "gradebook.db") == {
+        student: score for student, _, score, _ in whole
+    }
+
+
+def gradebook_marks(database: Path) -> dict[str, float]:
+    query = """
+        select student_id, count(*), sum(auto_score) from grade
+        join submitted_notebook on grade.notebook_id = submitted_notebook.id
+        join submitted_assignment on submitted_notebook.assignment_id = submitted_assignment.id
+        group by student_id
+    """
+    with sqlite3.connect(database) as connection:
+        rows = list(connection.execute(query))
+    assert {count for _, count, _ in rows} == {4}, "four cases for each, none twice"
+    return {student: score for student, _, score in rows}

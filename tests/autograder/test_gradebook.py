@@ -1,0 +1,106 @@
+"""The gradebook holds each case's points once, and follows the instructor's notebook."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from nbgrader.api import Gradebook
+from robust_slam_autograder import gradebook
+from robust_slam_autograder.assignment import Assignment
+from robust_slam_autograder.errors import GraderFailure
+from robust_slam_autograder.results import CaseResult, ExerciseResult, Result, without_grade
+
+from tests.autograder import toy
+
+
+@pytest.fixture(scope="module")
+def empty(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A gradebook with nothing in it: to make one takes nbgrader a second."""
+    path = tmp_path_factory.mktemp("empty") / "made" / "gradebook.db"
+    gradebook.record(path, [], [])
+    return path
+
+
+@pytest.fixture
+def database(empty: Path, tmp_path: Path) -> Path:
+    """A gradebook of the test's own."""
+    return Path(shutil.copy(empty, tmp_path / "gradebook.db"))
+
+
+def result(student: str, earned: list[float], tests: Assignment) -> Result:
+    cases = [
+        (case.exercise, CaseResult(case.name, case.points, points, True, ""))
+        for case, points in zip(tests.cases, earned, strict=True)
+    ]
+    exercises = tuple(
+        ExerciseResult(name, 0, 0, "passed", "", tuple(c for e, c in cases if e == name))
+        for name in tests.exercises
+    )
+    score = sum(earned)
+    return Result(student, tests.name, score, 20, "graded", "", "none", 0.0, exercises)
+
+
+def marks(database: Path) -> dict[str, dict[str, float]]:
+    with Gradebook(f"sqlite:///{database}") as book:
+        return {
+            submission.student.id: {grade.name: grade.score for grade in notebook.grades}
+            for submission in book.assignment_submissions(toy.NAME)
+            for notebook in submission.notebooks
+        }
+
+
+def test_every_case_has_its_points(database: Path) -> None:
+    tests = toy.assignment()
+    refused = without_grade("refused", "why", student="eve", assignment=tests.name, max_score=20)
+    gradebook.record(database, [tests], [result("ada", [4, 0, 5, 5], tests), refused])
+    names = [case.grade_id for case in tests.cases]
+    assert marks(database) == {
+        "ada": dict(zip(names, [4, 0, 5, 5], strict=True)),
+        "eve": dict.fromkeys(names, 0),
+    }
+    with Gradebook(f"sqlite:///{database}") as book:
+        assert book.find_assignment(toy.NAME).max_score == 20
+        assert book.find_submission(toy.NAME, "ada").score == 14
+        assert not book.find_submission(toy.NAME, "ada").needs_manual_grade
+
+
+def test_marks_are_replaced_and_other_students_stay(database: Path) -> None:
+    tests = toy.assignment()
+    gradebook.record(database, [tests], [result(s, [0, 0, 0, 0], tests) for s in ("ada", "bob")])
+    gradebook.record(database, [tests], [result("ada", [4, 6, 5, 5], tests)])
+    assert {student: sum(each.values()) for student, each in marks(database).items()} == {
+        "ada": 20,
+        "bob": 0,
+    }
+
+
+def test_the_gradebook_follows_the_instructors_cases(database: Path) -> None:
+    tests = toy.assignment()
+    gradebook.record(database, [tests], [result("ada", [4, 6, 5, 5], tests)])
+    fewer = replace(tests, cases=(*tests.cases[:2], replace(tests.cases[2], grade_id="apply-new")))
+    gradebook.record(database, [fewer], [result("ada", [4, 6, 5], fewer)])
+    assert marks(database) == {"ada": {"double-by-hand": 4, "double-random": 6, "apply-new": 5}}
+
+
+def test_nbgraders_own_gradebook_is_taken_over(database: Path) -> None:
+    tests = toy.assignment()
+    with Gradebook(f"sqlite:///{database}") as book:
+        book.add_assignment(toy.NAME)
+        book.add_notebook(toy.NAME, toy.NAME)
+        book.add_grade_cell("double-random", toy.NAME, toy.NAME, max_score=1, cell_type="code")
+        book.add_student("ada", first_name="Ada")
+    gradebook.record(database, [tests], [result("ada", [4, 6, 5, 5], tests)])
+    assert sum(marks(database)["ada"].values()) == 20
+    with Gradebook(f"sqlite:///{database}") as book:
+        assert book.find_student("ada").first_name == "Ada"
+
+
+def test_a_file_that_is_no_gradebook_is_named(tmp_path: Path) -> None:
+    database = tmp_path / "gradebook.db"
+    database.write_text(json.dumps({"no": "gradebook"}) * 100)
+    with pytest.raises(GraderFailure, match=r"gradebook\.db cannot be written"):
+        gradebook.record(database, [toy.assignment()], [result("a", [0] * 4, toy.assignment())])
