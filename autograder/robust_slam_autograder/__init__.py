@@ -5,3 +5,11 @@ between them. ``cli`` is the door, ``grading`` the heart, ``sandbox`` the wall.
 """
 
 from __future__ import annotations
+
+import sys
+
+if sys.platform == "win32":
+    raise ImportError(
+        "robust-slam-autograder runs on Linux and macOS: "
+        "on Windows use WSL, or the notebook's own Validate button."
+    )

@@ -21,7 +21,7 @@ from robust_slam_autograder.errors import GraderFailure, Refused, WrongUse
 STUB = 'raise NotImplementedError("Exercise: write this function, then delete this line.")'
 TELLING_LENGTH = 24
 """A line of a solution that is longer than this is nobody's by chance."""
-_SECRET = re.compile(r"### BEGIN (SOLUTION|HIDDEN TESTS)\n(.*?)### END \1", re.DOTALL)
+_SECRET = re.compile(r"BEGIN (SOLUTION|HIDDEN TESTS)[^\n]*\n(.*?)[^\n]*END \1", re.DOTALL)
 
 
 def nbgrader_settings(root: str, tree: str = "solutions", built: str = "build") -> Config:

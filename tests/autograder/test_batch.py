@@ -11,6 +11,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -33,10 +34,9 @@ assert rng.random() < 0.5
 """A case that about half of all seeds pass."""
 
 
-@pytest.fixture
-def course(tmp_path: Path) -> Path:
+def make_course(folder: Path) -> Path:
     """A folder with a tree and five submissions."""
-    toy.make_tree(tmp_path, "[limits]\ncall_seconds = 0.5\ncell_seconds = 3\n")
+    toy.make_tree(folder, "[limits]\ncall_seconds = 0.4\ncell_seconds = 3\n")
     answers = {
         "ada": toy.answer(),
         "bob": toy.answer("def double(x):\n    while True: pass\n"),
@@ -44,11 +44,35 @@ def course(tmp_path: Path) -> Path:
         "dot": toy.answer(GUESS),
     }
     for student, value in answers.items():
-        toy.hand_in(tmp_path / "submitted", student, value)
-    broken = tmp_path / "submitted" / "eve" / toy.NAME
+        toy.hand_in(folder / "submitted", student, value)
+    broken = folder / "submitted" / "eve" / toy.NAME
     broken.mkdir(parents=True)
     (broken / f"{toy.NAME}.ipynb").write_text("{")
-    return tmp_path
+    return folder
+
+
+@pytest.fixture
+def course(tmp_path: Path) -> Path:
+    """A course of the test's own."""
+    return make_course(tmp_path)
+
+
+@dataclass
+class Done:
+    """What became of the five submissions, graded two at a time."""
+
+    course: Path
+    graded: list[Graded]
+    order: list[str]
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory: pytest.TempPathFactory) -> Done:
+    """One batch for the tests that only look at it."""
+    folder = make_course(tmp_path_factory.mktemp("batch"))
+    order: list[str] = []
+    graded = grade(folder, report=lambda item: order.append(item.result.student))
+    return Done(folder, graded, order)
 
 
 def jobs(course: Path) -> list[Job]:
@@ -91,8 +115,8 @@ def marks(graded: list[Graded]) -> list[tuple[str, str, float, tuple[str, ...]]]
     ]
 
 
-def test_every_submission_gets_its_result_in_order(course: Path) -> None:
-    assert marks(grade(course)) == [
+def test_every_submission_gets_its_result_in_order(done: Done) -> None:
+    assert marks(done.graded) == [
         ("ada", "graded", 20, ("passed", "passed")),
         ("bob", "graded", 10, ("timeout", "passed")),
         ("cem", "graded", 10, ("died", "passed")),
@@ -101,12 +125,16 @@ def test_every_submission_gets_its_result_in_order(course: Path) -> None:
     ]
 
 
-def test_the_number_of_jobs_changes_no_result(course: Path) -> None:
-    parallel = grade(course, "parallel", workers=3)
-    serial = grade(course, "serial", workers=1)
-    for a, b in zip(parallel, serial, strict=True):
+def test_the_number_of_jobs_changes_no_result(done: Done) -> None:
+    serial = grade(done.course, "serial", workers=1)
+    for a, b in zip(done.graded, serial, strict=True):
         fields = {"seconds": 0.0}
         assert vars(a.result) | fields == vars(b.result) | fields
+
+
+def test_a_limit_is_judged_alone(done: Done) -> None:
+    """Submissions that hung or died beside others are graded once more, the last of all."""
+    assert sorted(done.order[-2:]) == ["bob", "cem"]
 
 
 def test_the_same_seed_gives_the_same_marks_and_others_other_inputs(course: Path) -> None:
@@ -167,13 +195,6 @@ def test_a_second_batch_waits_for_its_turn(tmp_path: Path) -> None:
         pass
 
 
-def test_a_limit_is_judged_alone(course: Path) -> None:
-    """Submissions that hung beside others are graded once more, the last of all."""
-    order: list[str] = []
-    grade(course, workers=2, report=lambda graded: order.append(graded.result.student))
-    assert order[-2:] in (["bob", "cem"], ["cem", "bob"])
-
-
 class Failing:
     """A wall that ends or hangs the process that grades."""
 
@@ -202,9 +223,9 @@ class Failing:
 def test_a_failure_of_the_grader_is_a_result_that_tells_no_secret(
     course: Path, monkeypatch: pytest.MonkeyPatch, how: str, reason: str
 ) -> None:
-    config = "[limits]\nnotebook_seconds = 0.2\n"
+    config = "[limits]\nnotebook_seconds = 0.1\n"
     (course / "solutions" / toy.NAME / "autograder.toml").write_text(config)
-    monkeypatch.setattr(batch, "GRACE_SECONDS", 0.8)
+    monkeypatch.setattr(batch, "GRACE_SECONDS", 0.5)
     leave(course, "ada", "dot", "eve")
     graded = grade(course, wall=Failing(how))
     assert [item.result.status for item in graded] == ["failed", "failed", "refused"]
