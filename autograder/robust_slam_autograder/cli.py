@@ -30,7 +30,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except WrongUse as error:
         print(f"autograder: {error}", file=sys.stderr)
         return 2
-    except AutograderError as error:
+    except (AutograderError, OSError) as error:
         print(f"autograder: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:

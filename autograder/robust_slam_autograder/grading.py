@@ -184,7 +184,7 @@ class _Cases:
 
     def _namespace(self) -> dict[str, Any]:
         """What test cells see: the set-up's names, then the student's."""
-        notebook = Notebook(types.ModuleType("tests"), self._used())
+        notebook = Notebook(types.ModuleType("autograder_tests"), self._used())
         for source in self.assignment.imports:
             with contextlib.suppress(Exception):  # only what tests rely on matters
                 exec(compile(source, "<imports>", "exec", dont_inherit=True), notebook.names)

@@ -131,6 +131,12 @@ def test_a_refusal_is_a_result(course: Path, grade: Run) -> None:
     assert toy.result(course / "out", "bad")["status"] == "refused"
 
 
+def test_a_place_that_cannot_be_written_is_named(course: Path, grade: Run) -> None:
+    (course / "out").write_text("a file")
+    status, _, err = grade(course / "submitted" / "ada" / toy.NAME)
+    assert status == 1 and str(course / "out") in err
+
+
 def test_a_failure_of_the_grader_is_status_1(course: Path, grade: Run) -> None:
     value = toy.source_notebook()
     value["cells"][0]["source"] = "1 / 0\n"

@@ -132,6 +132,24 @@ def test_a_test_that_computes_for_ever_is_ended() -> None:
     assert exercise(result, "apply").status == "passed"
 
 
+def test_a_callback_that_computes_for_ever_is_ended() -> None:
+    """The student's function may ask the test's own function for more than it can give."""
+    limits = Limits(call_seconds=1, cell_seconds=1, notebook_seconds=20)
+    cell = "double(lambda n: sum(1 for _ in range(int(n))))\n"
+    tests = toy.assignment(Config(limits=limits), double_random=cell)
+    result = grade("def double(x): return x(1e18) if callable(x) else 6\n", tests=tests)
+    assert exercise(result).status == "timeout" and exercise(result).score == 4
+    assert exercise(result, "apply").status == "passed"
+
+
+def test_a_submission_has_its_time_and_no_more() -> None:
+    limits = Limits(call_seconds=20, cell_seconds=20, notebook_seconds=1)
+    text = "def double(x):\n    while True: pass\n"
+    result = grade(text, tests=toy.assignment(Config(limits=limits)))
+    assert {each.status for each in result.exercises} == {"timeout"}
+    assert (result.status, result.score) == ("graded", 0) and result.seconds < 5
+
+
 def test_a_lost_case_leaves_its_variables_to_the_next() -> None:
     """Test cells share variables; a hang in one exercise must not cost another its inputs."""
     tests = toy.assignment(double_random="shared = 4\ndouble(-1)\n")
