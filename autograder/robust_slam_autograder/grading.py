@@ -168,7 +168,6 @@ class _Cases:
             faults: cases that are known to hang or die.
         """
         try:
-            self.session.begin()
             namespace = self._namespace()
         except SessionFault as fault:
             return {case.grade_id: _fault(fault) for case in self.assignment.cases}
@@ -195,6 +194,7 @@ class _Cases:
         for number, piece in setup:
             with self._setup_errors(piece):
                 notebook.run(number)
+        self.session.begin()
         notebook.names.update(self.session.bindings())
         return notebook.names
 

@@ -112,7 +112,9 @@ class Unsandboxed:
         """Start it in an empty folder of its own, with a clean environment."""
         scratch = tempfile.TemporaryDirectory(prefix="autograder-", ignore_cleanup_errors=True)
         environment = ENVIRONMENT | {"HOME": scratch.name, "MPLCONFIGDIR": scratch.name}
-        process = _popen(_python(launch, uid=None), cwd=scratch.name, environment=environment)
+        process = _popen(
+            _python(launch, None, walled=False), cwd=scratch.name, environment=environment
+        )
         return Running(process, scratch)
 
 
@@ -124,7 +126,7 @@ class Bubblewrap:
     def start(self, launch: Launch) -> Running:
         """Start it behind the wall; as root, it then drops to a user id of its own."""
         uid = FIRST_UID + os.getpid() % UIDS if os.getuid() == 0 else None
-        mounts, python = _mounts(launch.withheld), _python(launch, uid)
+        mounts, python = _mounts(launch.withheld), _python(launch, uid, walled=True)
         with _filter() as (options, descriptors):
             command = [*_walls(uid), *options, *mounts, "--", *python]
             return Running(_popen(command, cwd="/", environment={}, pass_fds=descriptors))
@@ -191,12 +193,12 @@ def _popen(
     )
 
 
-def _python(launch: Launch, uid: int | None) -> list[str]:
+def _python(launch: Launch, uid: int | None, *, walled: bool) -> list[str]:
     settings = {
         "path": [str(path) for path in _import_path()],
         "withheld": launch.withheld,
         "used": launch.used,
-        "limits": _limits(launch),
+        "limits": _limits(launch, walled=walled),
         "uid": uid,
     }
     # The interpreter itself: a virtual environment's link may lead outside the wall.
@@ -205,7 +207,7 @@ def _python(launch: Launch, uid: int | None) -> list[str]:
     return [python, "-P", "-s", "-S", "-B", str(script), repr(settings)]
 
 
-def _limits(launch: Launch) -> dict[str, int]:
+def _limits(launch: Launch, *, walled: bool) -> dict[str, int]:
     limits = {
         "RLIMIT_AS": MEMORY_BYTES,
         "RLIMIT_CORE": 0,
@@ -214,7 +216,7 @@ def _limits(launch: Launch) -> dict[str, int]:
         "RLIMIT_NOFILE": 128,
         "RLIMIT_NPROC": PROCESSES,
     }
-    if os.getuid() != 0 and not _counts_processes_per_namespace():
+    if os.getuid() != 0 and not (walled and _counts_processes_per_namespace()):
         # All of the user's processes count: the limit would stop the student's first thread.
         del limits["RLIMIT_NPROC"]
     return limits

@@ -90,7 +90,7 @@ VALUES = [
         "function": "double",
         "deep-list": "__import__('functools').reduce(lambda a, _: [a], range(2000), 6)",
         "itself": "(lambda a: (a.append(a), a)[1])([])",
-        "giant": "np.zeros(10**8)",
+        "giant": "np.zeros(5 * 10**6)",
         "giant-integer": "10**100_000",
         "half-a-character": "'\\ud800'",
     }.items()
