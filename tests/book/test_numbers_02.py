@@ -154,5 +154,7 @@ def test_in_millimetres_one_reading_is_left() -> None:
 
 
 def test_cauchy_by_hand() -> None:
+    assert CAUCHY.weight(1.0) == 1 / 2
+    assert GEMAN_MCCLURE.weight(1.0) == 1 / 4
     np.testing.assert_allclose(CAUCHY.psi([3.0, 7.0]), [3 / 10, 7 / 50])
     np.testing.assert_allclose(CAUCHY.weight([3.0, 7.0]), [1 / 10, 1 / 50])

@@ -32,8 +32,31 @@ def gradient(x: float) -> float:
 
 TOP = float(brentq(gradient, 3.5, 4.5))
 
-# Data that the chapter hands out, starts, section numbers of other texts.
-GIVEN = {"0.1", "-0.2", "0.15", "-0.1", "5.0", "0.3", "4.9", "4.0", "4.15", "3.12"}
+
+def next_from(x: float) -> float:
+    weights = CAUCHY.weight((x - Z) / SIGMA)
+    return float(weights @ Z / weights.sum())
+
+
+# Beyond the lie a start is caught until its first step lands on the top between the valleys.
+FAR_EDGE = float(brentq(lambda x: next_from(x) - TOP, 6.0, 7.0))
+BEYOND = irls(PROBLEM, CAUCHY, x0=7.0)
+
+# Data that the chapter hands out, starts, section numbers of other texts, what the lesson prints.
+GIVEN = {
+    "0.1",
+    "-0.2",
+    "0.15",
+    "-0.1",
+    "5.0",
+    "0.3",
+    "4.9",
+    "4.0",
+    "4.15",
+    "3.12",
+    "1.345",
+    "0.28",
+}
 
 
 def residual(i: int) -> float:
@@ -46,7 +69,7 @@ def rate() -> float:
 
 
 def residuals() -> np.ndarray:
-    return np.asarray((Z - RESULT.x) / SIGMA)
+    return np.asarray((RESULT.x - Z) / SIGMA)
 
 
 def chain_of_three():  # x3 − x1 of chapter 0
@@ -63,13 +86,17 @@ def chain_of_three():  # x3 − x1 of chapter 0
     )
 
 
+P = np.array([0, 1, 2, 3, 4, 5, 20.0])
+Y = np.array([0.1, 0.3, 1.15, 1.4, 2.05, 2.5, 0.0])
+LINE = LinearProblem(np.column_stack([np.ones(7), P]), Y, 0.2)
+
+
 def line(x0: np.ndarray | None = None):
-    t = np.array([0, 1, 2, 3, 4, 5, 20.0])
-    y = np.array([0.1, 0.3, 1.15, 1.4, 2.05, 2.5, 0.0])
-    return irls(LinearProblem(np.column_stack([np.ones(7), t]), y, 0.2), kernels.cauchy(2.385), x0)
+    return irls(LINE, kernels.cauchy(2.385), x0)
 
 
 FROM_LS, FROM_GOOD = line(), line(np.array([0.0, 0.5]))
+HUBER_LINE = irls(LINE, kernels.huber(1.345), max_iterations=1000)
 UNFOLDED = chain_of_three()
 LOPSIDED = irls(LocationProblem([0.0, 0.0, 0.0, 10.0]), CAUCHY)
 PAIR = LocationProblem([0.0, 10.0])
@@ -115,7 +142,9 @@ CLAIMS = {
     "-0.000241": RESULT.x,
     "0.00358674": RESULT.weights[4],
     "0.003587": RESULT.weights[4],
-    "16.67": residuals()[4],
+    "5.000241": 5 - RESULT.x,
+    "16.667": -residuals()[4],
+    "16.67": -residuals()[4],
     "0.001": 1 / (1 + sqrt(999) ** 2),
     "31.607": sqrt(999),
     "0.1582": 5 / sqrt(999),
@@ -144,11 +173,16 @@ CLAIMS = {
     "0.004": CAPTURED.weights[:4].max(),
     "4.071624": TOP,
     "4.07": TOP,
+    "4.0716": TOP,
+    "6.5330": FAR_EDGE,
+    "3.7507": BEYOND.history[1].x,
     "0.039452": irls(LocationProblem(Z, 1.0), CAUCHY, x0=0.0).x,
     "0.969": FROM_LS.weights[6],
     "22.64": FROM_LS.cost,
     "18.17": FROM_GOOD.cost,
     "0.003": FROM_GOOD.weights[6],
+    "1.363": HUBER_LINE.x[0],
+    "0.0616": -HUBER_LINE.x[1],
     "2.5": LOPSIDED.history[0].x,
     "7.25": 1 / LOPSIDED.history[1].weights[0],
     "57.25": 1 / LOPSIDED.history[1].weights[3],
@@ -200,6 +234,14 @@ def test_the_top_is_the_watershed(start: float, end: int) -> None:
     assert round(irls(PROBLEM, CAUCHY, x0=start, max_iterations=1000).x) == end
 
 
+@pytest.mark.parametrize(
+    ("start", "end"),
+    [(-50.0, 0), (4.0716, 0), (4.0717, 5), (6.533, 5), (6.5331, 0), (7.0, 0), (100.0, 0)],
+)
+def test_only_starts_near_the_lie_are_caught(start: float, end: int) -> None:
+    assert round(irls(PROBLEM, CAUCHY, x0=start, max_iterations=1000).x) == end
+
+
 @pytest.mark.parametrize("start", [-5.0, 0.0, 0.99, 4.9, 9.0])
 def test_with_a_wide_sigma_there_is_one_valley(start: float) -> None:
     result = irls(LocationProblem(Z, 1.0), CAUCHY, x0=start, max_iterations=1000)
@@ -224,12 +266,11 @@ def test_two_honest_points_of_the_line_fall_below_the_printed_bound() -> None:
 
 
 def test_huber_has_one_answer_on_the_line_and_it_is_wrong() -> None:
-    t = np.array([0, 1, 2, 3, 4, 5, 20.0])
-    y = np.array([0.1, 0.3, 1.15, 1.4, 2.05, 2.5, 0.0])
-    problem = LinearProblem(np.column_stack([np.ones(7), t]), y, 0.2)
-    ends = [irls(problem, kernels.huber(1.345), x0).x for x0 in (None, np.array([0.0, 0.5]))]
-    np.testing.assert_allclose(ends[0], ends[1], atol=1e-6)
-    assert ends[0][1] < 0.0
+    from_good = irls(LINE, kernels.huber(1.345), np.array([0.0, 0.5]), max_iterations=1000)
+    np.testing.assert_allclose(HUBER_LINE.x, from_good.x, atol=1e-6)
+    assert HUBER_LINE.x[1] < 0.0
+    assert HUBER_LINE.weights[6] == 1.0
+    assert int(np.sum(HUBER_LINE.weights[:6] < 0.3)) == 4
 
 
 def test_unfolding_takes_five_steps() -> None:

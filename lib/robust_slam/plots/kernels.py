@@ -64,7 +64,7 @@ def draw_curvatures(ax: Axes, kernels: Iterable[Kernel], u_max: float) -> Axes:
 def draw_majoriser(ax: Axes, kernel: Kernel, touch: float, u_max: float) -> Axes:
     """Draw ρ for |u| ≤ `u_max` and the parabola that touches it at ±`touch` from above.
 
-    The parabola is ρ(t) + w(t)(u² − t²)/2 with t = `touch` (Aftab and Hartley 2015).
+    The parabola is ρ(v) + w(v)(u² − v²)/2 with v = `touch`: a tangent of ρ over u².
     """
     u = np.linspace(-u_max, u_max, 401)
     parabola = kernel.rho(touch) + 0.5 * kernel.weight(touch) * (u**2 - touch**2)

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from robust_slam._arrays import Array
 from robust_slam.kernels import Kernel
 from robust_slam.result import Step
-from robust_slam.style import PALETTE
+from robust_slam.style import MARKERS, PALETTE
 
 FULL_AREA = 100.0  # points², the area of a marker whose weight is 1
 
@@ -33,14 +33,14 @@ def draw_weights(
     """Draw readings z (m,) as rings, each filled by its weight (m,), and a bar at x.
 
     The ring is the area of weight 1 and the disc inside it the weight; outliers, where the
-    mask (m,) is true, are squares. Each reading has a level of its own within `spread`
+    mask (m,) is true, are crosses. Each reading has a level of its own within `spread`
     around `height`, so that close readings stay apart.
     """
     z, weights = np.asarray(z, dtype=float), np.asarray(weights, dtype=float)
     outlier = np.asarray(is_outlier, dtype=bool)
     levels = _levels(z.size, height, spread)
-    for mask, marker, name in ((~outlier, "o", "inlier"), (outlier, "s", "outlier")):
-        at, colour = (z[mask], levels[mask]), PALETTE[name]
+    for mask, name in ((~outlier, "inlier"), (outlier, "outlier")):
+        at, colour, marker = (z[mask], levels[mask]), PALETTE[name], MARKERS[name]
         ax.scatter(*at, s=FULL_AREA, marker=marker, facecolors="none", edgecolors=colour)
         ax.scatter(*at, s=FULL_AREA * weights[mask], marker=marker, color=colour, linewidths=0)
     half = 0.62 * spread
@@ -86,7 +86,7 @@ def draw_reweighting(
 def draw_landscape(
     ax: Axes, z: ArrayLike, sigma: float, kernel: Kernel, x: ArrayLike, at: float | None = None
 ) -> Axes:
-    """Draw the robust cost Σρ((z − x)/σ) over x (n,) and its majoriser at `at`, if given.
+    """Draw the robust cost Σρ((x − z)/σ) over x (n,) and its majoriser at `at`, if given.
 
     The majoriser is the parabola that one IRLS step minimises; a diamond marks its minimum.
     """
@@ -127,7 +127,7 @@ def _levels(m: int, height: float, spread: float) -> Array:
 
 def _residuals(z: ArrayLike, sigma: float, x: ArrayLike) -> Array:
     """Return the whitened residuals (m, n) of readings z (m,) at points x (n,)."""
-    return np.asarray((np.asarray(z, dtype=float)[:, None] - np.atleast_1d(x)) / sigma)
+    return np.asarray((np.atleast_1d(x) - np.asarray(z, dtype=float)[:, None]) / sigma)
 
 
 def _draw_parabola(ax: Axes, z: Array, sigma: float, kernel: Kernel, x: Array, at: float) -> None:
