@@ -138,6 +138,12 @@ class Channel:
                 raise ChannelClosed("an answer to no question")
             self._answer(number, *rest)
 
+    def is_quiet(self) -> bool:
+        """Whether nothing has come in that nobody asked for."""
+        poller = select.poll()
+        poller.register(self._read_fd, select.POLLIN)
+        return not poller.poll(0)
+
     def _answer(self, number: int, target: list[Any], args: list[Any], kwargs: Any) -> None:  # noqa: ANN401
         self._depth += 1
         try:

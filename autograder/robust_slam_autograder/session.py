@@ -84,6 +84,9 @@ class Session:
             GraderFailure: the sandbox or the instructor's set-up does not work.
         """
         self._cell_end = math.inf
+        if self._channel is not None and not self._channel.is_quiet():
+            # Its code forked, or talks by itself: the next cell shall not suffer for it.
+            self.close()
         if self._channel is None:
             self._start()
         self.fault = None

@@ -185,6 +185,13 @@ def set_aside_pipes() -> tuple[int, int]:
     null = os.open(os.devnull, os.O_RDWR)
     for descriptor in (0, 1, 2):
         os.dup2(null, descriptor)
+
+    def leave_the_conversation() -> None:
+        for descriptor in (read_fd, write_fd):
+            os.dup2(null, descriptor)
+
+    # A forked child that answered too would spoil the exercises that follow.
+    os.register_at_fork(after_in_child=leave_the_conversation)
     return read_fd, write_fd
 
 

@@ -14,7 +14,7 @@ from tests.autograder.hostile import Attack
 
 pytestmark = pytest.mark.sandbox
 SEED = 20_261
-LIMITS = "[limits]\ncall_seconds = 0.4\ncell_seconds = 2\nnotebook_seconds = 30\n"
+LIMITS = "[limits]\ncall_seconds = 0.4\ncell_seconds = 1.5\nnotebook_seconds = 30\n"
 
 
 @pytest.fixture(scope="module")

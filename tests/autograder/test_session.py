@@ -99,6 +99,31 @@ def test_after_a_fault_every_call_fails_until_the_next_cell(sessions: list[Sessi
     assert session.fault is None and names["g"]() == 1
 
 
+def test_a_forked_child_stays_out_of_the_conversation(sessions: list[Session]) -> None:
+    text = "import os\ndef f():\n    os.fork()\n    return 1\ndef g(): return 2\n"
+    names = begin(sessions, text).bindings()
+    assert [names["f"]() for _ in range(5)] == [1] * 5
+    assert [names["g"]() for _ in range(20)] == [2] * 20
+
+
+def test_a_process_that_talks_by_itself_is_replaced_for_the_next_cell(
+    sessions: list[Session],
+) -> None:
+    text = """
+import gc, os, threading
+def f():
+    (channel,) = [o for o in gc.get_objects() if type(o).__name__ == "Channel"]
+    threading.Timer(0.1, lambda: os.write(channel._write_fd, bytes(9))).start()
+def g(): return 2
+"""
+    session = begin(sessions, text)
+    names = session.bindings()
+    assert names["f"]() is None
+    time.sleep(0.3)
+    session.begin()
+    assert names["g"]() == 2
+
+
 def test_a_fault_inside_a_callback_is_told_as_what_it_is(sessions: list[Session]) -> None:
     text = "def f(h): return h()\ndef g():\n    while True: pass\n"
     names = begin(sessions, text).bindings()
