@@ -120,6 +120,7 @@ def chapter_3() -> Iterator[list[float]]:
     yield list(w[:4])
     yield [float(w[:4] @ Z[:4])]
     yield [w.sum()]
+    yield [0.028 / 0.084]
     yield [one.x]
     yield list(w[:4] / w[4])
     yield [0.01, RUN.history[3].x, fixed, 0.0001, close]
@@ -127,6 +128,7 @@ def chapter_3() -> Iterator[list[float]]:
     yield [1, w[:4].mean(), 2, outlier_at_two, *two.weights, two.x, quiz]
     yield [Z[:4].mean(), alone, fixed]
     yield [unwhitened]
+    yield [4.9, irls.irls(DATA, kernels.cauchy(1), 4.9, max_iterations=1000).x]
     yield [0, 1]
     yield [1, 0, listing.x, listing.weights[4]]
 
@@ -243,6 +245,13 @@ def test_schedule_table_is_what_ten_lines_compute(name: str) -> None:
     for row, values in zip(TABLES[name], expected, strict=True):
         for cell, value in zip(row, values, strict=True):
             assert_prints(cell, [value])
+
+
+def test_two_readings_against_one_lose_every_weight_at_the_lessons_start() -> None:
+    _, first, last, _ = gnc([0, 0, 10], tls_weight, iter([1.0]))[0]
+    assert (first, last) == (0, 0)
+    text = PAGE.read_text(encoding="utf-8")
+    assert "with z = 0, 0, 10 the same start gives every weight 0 at once" in text
 
 
 def test_printed_schedule_is_quoted_with_its_weights() -> None:

@@ -10,9 +10,12 @@ import nbformat
 import numpy as np
 import pytest
 from numpy.typing import ArrayLike
-from robust_slam import irls, kernels, linear
+from robust_slam import irls, kernels, linear, pose_graph
+from robust_slam.gauss_newton import PoseGraphProblem
 from robust_slam.metrics import ate
 from robust_slam.plots.opening import Town, town
+from robust_slam.result import Result
+from robust_slam.thresholds import chi_square_threshold
 
 from tests.book import prose
 
@@ -53,17 +56,31 @@ def scene() -> Town:
 
 
 @pytest.fixture(scope="module")
-def folded_pentagon() -> np.ndarray:
+def relaxed(scene: Town) -> Result:
+    """The town by Cauchy's kernel with the wider threshold that the page names."""
+    problem = PoseGraphProblem(scene.graph)
+    return irls.irls(problem, kernels.cauchy(3.37), tol=1e-6, max_iterations=300)
+
+
+@pytest.fixture(scope="module")
+def page() -> dict[str, Any]:
+    """The names that the page's five poses and its quiz define."""
+    names: dict[str, Any] = {}
+    quiz = [name for name, source in CELLS.items() if "Question(" in source]
+    for name in ("imports", "five-graph", *quiz):
+        exec(CELLS[name].replace("use_style()\n", ""), names)
+    return names
+
+
+@pytest.fixture(scope="module")
+def folded_pentagon(page: dict[str, Any]) -> np.ndarray:
     """The page's five poses with the lie at 0.1 m: the canvas after its first click."""
-    page: dict[str, Any] = {}
-    for name in ("imports", "five-graph"):
-        exec(CELLS[name].replace("use_style()\n", ""), page)
     graph = page["five_poses"](True, True, 0.1)
     return np.asarray(page["gauss_newton"](graph, page["pentagon"]) - page["pentagon"])
 
 
 @pytest.fixture(scope="module")
-def claims(scene: Town, folded_pentagon: np.ndarray) -> dict[str, float]:
+def claims(scene: Town, relaxed: Result, folded_pentagon: np.ndarray) -> dict[str, float]:
     three = chain_of(np.array([2.0, 0.0]), np.array([0.05, 0.05]))
     x = three.initial()
     u = three.residuals(x)
@@ -83,6 +100,9 @@ def claims(scene: Town, folded_pentagon: np.ndarray) -> dict[str, float]:
         "2.69": ate(scene.folded, scene.truth),
         "0.17": ate(scene.robust, scene.truth),
         "0.10": float(honest.min()),
+        "3.37": chi_square_threshold(0.99, 3),
+        "0.89": float(relaxed.weights[~scene.graph.is_odometry & ~scene.is_lie].min()),
+        "0.0003": float(relaxed.weights[scene.is_lie][0]),
         "1.058824": x[2] - x[0],
         "1.06": x[2],
         "0.53": x[1],
@@ -202,6 +222,46 @@ def test_the_lesson_of_the_lie_is_what_the_picture_shows(scene: Town) -> None:
     assert scene.weights[scene.is_lie] < 1e-3
     assert int(scene.graph.is_odometry.sum()) == 99
     assert "100 poses, 99 steps of odometry, 12 honest loop closures" in TEXT
+
+
+def test_half_of_the_honest_closures_fall_to_a_third(scene: Town) -> None:
+    honest = scene.weights[~scene.graph.is_odometry & ~scene.is_lie]
+    assert int(np.sum(honest <= 1 / 3)) == 6
+    assert "Half of the twelve honest closures fall to a third" in TEXT
+
+
+def test_every_measurement_of_the_town_claims_what_the_page_says(scene: Town) -> None:
+    sigma = np.sqrt(1 / np.diagonal(scene.graph.information, axis1=1, axis2=2))
+    assert sigma == pytest.approx(np.tile([0.05, 0.05, 0.02], (112, 1)))
+    assert "the lie too, claim 5 cm and 0.02 rad" in TEXT
+
+
+def test_a_sigma_of_the_pentagon_comes_with_half_of_it_for_the_heading(
+    page: dict[str, Any],
+) -> None:
+    graph = page["five_poses"](True, True, 0.2)
+    sigma = np.sqrt(1 / np.diagonal(graph.information, axis1=1, axis2=2))
+    assert sigma[:, 0] == pytest.approx([0.1] * 4 + [0.05, 0.2])
+    assert sigma[:, 2] == pytest.approx(sigma[:, 0] / 2)
+    assert "comes with $s/2$ rad for the heading" in TEXT
+
+
+def test_the_edges_off_the_cycle_of_the_lie_keep_their_residual(page: dict[str, Any]) -> None:
+    graph = page["five_poses"](True, False, 0.1)
+    poses = page["gauss_newton"](graph, page["pentagon"])
+    norms = pose_graph.residual_norms(poses, graph)
+    assert norms[2:4] == pytest.approx([0, 0], abs=1e-6)
+    assert min(norms[[0, 1, 4]]) > 1
+
+
+def test_the_quiz_gives_nothing_away_by_place_or_length(page: dict[str, Any]) -> None:
+    questions = [value for value in page.values() if isinstance(value, page["Question"])]
+    right = [[option.correct for option in q.options].index(True) for q in questions]
+    assert len(questions) == 6
+    assert {0, 2, 3} <= set(right)
+    for question, place in zip(questions, right, strict=True):
+        lengths = [len(option.text) for option in question.options]
+        assert lengths[place] <= max(lengths[:place] + lengths[place + 1 :]), question.prompt
 
 
 def test_the_page_draws_the_town_of_the_readme() -> None:
