@@ -83,8 +83,9 @@ def draw_map(
 
 
 def draw_headings(ax: Axes, poses: ArrayLike, names: Sequence[str], size: float = 0.2) -> Axes:
-    """Draw each pose (n, 3) as a dot with an arrow of `size` m ahead and its name behind.
+    """Draw each pose (n, 3) as a dot with an arrow of `size` m ahead, and its name.
 
+    The name stands where there is most room between the arrow and the ways to the other poses.
     Poses that stand in a heap, closer together than 1.2 `size`, are named together.
 
     Raises:
@@ -97,11 +98,12 @@ def draw_headings(ax: Axes, poses: ArrayLike, names: Sequence[str], size: float 
         ax.annotate("", tip, (x, y), arrowprops=arrow, zorder=6)
         ax.plot(x, y, "o", color=PALETTE["truth"], zorder=6)
     for heap in _heaps(rows[:, :2], 1.2 * size):
-        x, y, angle = rows[heap[0]]
-        behind = (x - 0.8 * size * np.cos(angle), y - 0.8 * size * np.sin(angle))
-        side = "right" if len(heap) > 1 else "center"
+        x, y = rows[heap[0], :2]
+        angle = _widest_gap(rows, heap)
+        place = (x + 0.8 * size * np.cos(angle), y + 0.8 * size * np.sin(angle))
+        side = "center" if len(heap) == 1 else "right" if np.cos(angle) < 0 else "left"
         name = " ".join(names[k] for k in heap)
-        ax.text(*behind, name, ha=side, va="center", zorder=5, bbox=_CARD)
+        ax.text(*place, name, ha=side, va="center", zorder=5, bbox=_CARD)
     return ax
 
 
@@ -176,6 +178,16 @@ def _heaps(xy: Array, reach: float) -> list[list[int]]:
         else:
             home.append(k)
     return heaps
+
+
+def _widest_gap(rows: Array, heap: Sequence[int]) -> float:
+    """Return the middle of the widest angle at a heap without arrow or way to another pose."""
+    away = np.delete(rows, heap, axis=0)[:, :2] - rows[heap[0], :2]
+    taken = np.concatenate([rows[heap, 2], np.arctan2(away[:, 1], away[:, 0])])
+    start = np.sort(np.mod(taken, 2 * np.pi))
+    width = np.diff(np.append(start, start[0] + 2 * np.pi))
+    widest = int(np.argmax(width))
+    return float(start[widest] + 0.5 * width[widest])
 
 
 def _draw_edges(ax: Axes, xy: Array, edges: Indices, look: _Look, opacity: Array) -> None:

@@ -86,13 +86,23 @@ def test_an_array_of_the_wrong_length_is_named(ax: Axes, name: str) -> None:
         draw_map(ax, graph, **arguments)
 
 
-def test_a_heading_points_ahead_and_the_name_stands_behind(ax: Axes) -> None:
+def test_a_heading_points_ahead_and_a_lonely_name_stands_behind(ax: Axes) -> None:
     draw_headings(ax, [[1.0, 2.0, np.pi / 2]], ["1"], size=0.5)
     tip = ax.texts[0].xy
     name = ax.texts[1]
     assert tip == pytest.approx((1.0, 2.5))
     assert name.get_text() == "1"
     assert name.get_position()[1] < 2.0
+
+
+def test_a_name_stands_clear_of_the_ways_between_the_poses(ax: Axes) -> None:
+    """Pose c of the bent path stands nearly in line with b and d: behind it runs the path."""
+    poses = np.array([[0, 0, 0], [0.38, -0.22, 0.6], [0.55, 0.14, 1.3], [0.85, 1.0, 3.1]])
+    draw_headings(ax, poses, ["a", "b", "c", "d"], size=0.2)
+    for name in (text for text in ax.texts if text.get_text()):
+        for start, end in pairwise(poses[:, :2]):
+            along = np.linspace(start, end, 101)
+            assert np.linalg.norm(along - name.get_position(), axis=1).min() > 0.1
 
 
 def test_poses_in_a_heap_are_named_together(ax: Axes) -> None:
