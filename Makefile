@@ -110,8 +110,8 @@ check: setup ## lint, format and types
 
 lock: ## pin every dependency again (wants uv)
 	uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
-		--no-header --group book --group lab --group test --group check --group build \
-		lib/pyproject.toml autograder/pyproject.toml -o requirements.lock
+		--no-header --group book --group lab --group test --group check --group compare --group build \
+		--extra sdp --extra data lib/pyproject.toml autograder/pyproject.toml -o requirements.lock
 
 clean: ## remove all that was generated, the environment too
 	rm -rf build _build $(VENV) .mypy_cache .pytest_cache .ruff_cache .hypothesis
