@@ -15,6 +15,35 @@ from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array
 
+DIMENSION = 2
+DOF = 3
+POSE_SHAPE: tuple[int, ...] = (3,)
+
+
+def identity() -> Array:
+    """Return the pose ``(3,)`` that moves nothing."""
+    return np.zeros(3)
+
+
+def rotation(p: ArrayLike) -> Array:
+    """Return the rotation matrices ``(…, 2, 2)`` of poses."""
+    angle = _pose("p", p)[..., 2]
+    cosine, sine = np.cos(angle), np.sin(angle)
+    return np.stack([cosine, -sine, sine, cosine], axis=-1).reshape(*angle.shape, 2, 2)
+
+
+def translation(p: ArrayLike) -> Array:
+    """Return the positions ``(…, 2)`` of poses, in m."""
+    return _pose("p", p)[..., :2]
+
+
+def from_parts(rotation: ArrayLike, translation: ArrayLike) -> Array:
+    """Return the poses ``(…, 3)`` of rotations ``(…, 2, 2)`` and positions ``(…, 2)``."""
+    turn, place = np.asarray(rotation, np.float64), np.asarray(translation, np.float64)
+    angle = np.arctan2(turn[..., 1, 0], turn[..., 0, 0])
+    lead = np.broadcast_shapes(angle.shape, place.shape[:-1])
+    return _stack(np.broadcast_to(place, (*lead, 2)), np.broadcast_to(angle, lead))
+
 
 def wrap(angle: ArrayLike) -> Array:
     """Return the angle in (−π, π] that differs from ``angle`` (rad) by whole turns.

@@ -1,0 +1,207 @@
+"""Poses in space: composition, inverse, exponential, logarithm and their derivatives.
+
+A pose is the matrix [R | t] ``(3, 4)``: a rotation matrix and a position in m. A tangent
+vector is (ρ, φ): ρ in m first, then the rotation vector φ in rad. Every function takes
+arrays of them and broadcasts over the leading axes. Perturbations are on the right:
+p ∘ Exp(δ).
+
+Source: Solà, Deray and Atchuthan 2018, "A micro Lie theory for state estimation in
+robotics", the appendix on SE(3).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
+
+from robust_slam._arrays import Array
+
+DIMENSION = 3
+DOF = 6
+POSE_SHAPE: tuple[int, ...] = (3, 4)
+
+_SMALL = 0.3
+"""Below this angle (rad) a series stands in for a quotient that loses its digits."""
+
+
+def identity() -> Array:
+    """Return the pose ``(3, 4)`` that moves nothing."""
+    return np.eye(3, 4)
+
+
+def rotation(p: ArrayLike) -> Array:
+    """Return the rotation matrices ``(…, 3, 3)`` of poses."""
+    return _pose("p", p)[..., :3]
+
+
+def translation(p: ArrayLike) -> Array:
+    """Return the positions ``(…, 3)`` of poses, in m."""
+    return _pose("p", p)[..., 3]
+
+
+def from_parts(rotation: ArrayLike, translation: ArrayLike) -> Array:
+    """Return the poses ``(…, 3, 4)`` of rotations ``(…, 3, 3)`` and positions ``(…, 3)``."""
+    turn, place = np.asarray(rotation, np.float64), np.asarray(translation, np.float64)
+    lead = np.broadcast_shapes(turn.shape[:-2], place.shape[:-1])
+    pose = np.empty((*lead, 3, 4))
+    pose[..., :3], pose[..., 3] = turn, place
+    return pose
+
+
+def compose(a: ArrayLike, b: ArrayLike) -> Array:
+    """Return a ∘ b ``(…, 3, 4)``: the pose b, given relative to a, in the frame of a."""
+    a, b = _pose("a", a), _pose("b", b)
+    moved = a[..., :3] @ b
+    moved[..., 3] += a[..., 3]
+    return np.asarray(moved)
+
+
+def inverse(p: ArrayLike) -> Array:
+    """Return p⁻¹ ``(…, 3, 4)``, for which p ∘ p⁻¹ is the identity."""
+    p = _pose("p", p)
+    back = np.swapaxes(p[..., :3], -1, -2)
+    return from_parts(back, -_times(back, p[..., 3]))
+
+
+def between(a: ArrayLike, b: ArrayLike) -> Array:
+    """Return a⁻¹ ∘ b ``(…, 3, 4)``: where b is, seen from a."""
+    return compose(inverse(a), b)
+
+
+def exp(xi: ArrayLike) -> Array:
+    """Return the pose ``(…, 3, 4)`` reached by moving with the constant twist ``xi`` for 1 s.
+
+    Source: Solà et al. 2018, the appendix on SE(3).
+    """
+    xi = _twist("xi", xi)
+    rho, phi = xi[..., :3], xi[..., 3:]
+    angle = np.linalg.norm(phi, axis=-1)
+    # V = I + (1 − cos θ)/θ² [φ] + (θ − sin θ)/θ³ [φ]²; np.sinc holds at 0.
+    once = 0.5 * np.sinc(angle / (2.0 * np.pi)) ** 2
+    turned = np.cross(phi, rho)
+    place = rho + once[..., None] * turned + _swing(angle)[..., None] * np.cross(phi, turned)
+    return from_parts(_matrices(phi), place)
+
+
+def log(p: ArrayLike) -> Array:
+    """Return the twist ``(…, 6)`` with Exp(twist) = p and its angle in [0, π].
+
+    Source: Solà et al. 2018, the appendix on SE(3).
+    """
+    p = _pose("p", p)
+    phi = _rotation_vectors(p[..., :3])
+    place = p[..., 3]
+    # V⁻¹ = I − ½ [φ] + (1 − (θ/2) cot(θ/2))/θ² [φ]²
+    bend = _bend(np.linalg.norm(phi, axis=-1))
+    turned = np.cross(phi, place)
+    rho = place - 0.5 * turned + bend[..., None] * np.cross(phi, turned)
+    return np.concatenate([rho, phi], axis=-1)
+
+
+def adjoint(p: ArrayLike) -> Array:
+    """Return Ad(p) ``(…, 6, 6)``, for which p ∘ Exp(δ) = Exp(Ad(p) δ) ∘ p.
+
+    Source: Solà et al. 2018, the appendix on SE(3).
+    """
+    p = _pose("p", p)
+    turn = p[..., :3]
+    return _block_triangle(turn, _cross_matrix(p[..., 3]) @ turn)
+
+
+def inverse_right_jacobian(xi: ArrayLike) -> Array:
+    """Return the derivative ``(…, 6, 6)`` of Log(Exp(xi) ∘ Exp(δ)) by δ at δ = 0.
+
+    It is I + ½ A + a A² + b A⁴, with A = ad(xi).
+
+    Source: derived here. The inverse right Jacobian is g(A) + ½ A with
+    g(z) = (z/2) coth(z/2), and the eigenvalues of A are 0 and twice ±iθ. So a and b are
+    such that 1 + a z² + b z⁴ has the value and the slope of g at z = iθ.
+    """
+    xi = _twist("xi", xi)
+    rho, phi = xi[..., :3], xi[..., 3:]
+    angle = np.linalg.norm(phi, axis=-1)[..., None, None]
+    a, b = _even_coefficients(angle)
+    once = _block_triangle(_cross_matrix(phi), _cross_matrix(rho))
+    twice = once @ once
+    return np.asarray(np.eye(6) + 0.5 * once + a * twice + b * (twice @ twice))
+
+
+def _pose(name: str, value: ArrayLike) -> Array:
+    array = np.asarray(value, dtype=np.float64)
+    if array.shape[-2:] != POSE_SHAPE:
+        raise ValueError(f"{name}: the shape is {array.shape}; give (…, 3, 4), each [R | t]")
+    return array
+
+
+def _twist(name: str, value: ArrayLike) -> Array:
+    array = np.asarray(value, dtype=np.float64)
+    if array.ndim == 0 or array.shape[-1] != DOF:
+        raise ValueError(f"{name}: the shape is {array.shape}; give (…, 6), each (ρ, φ)")
+    return array
+
+
+def _times(matrix: Array, v: Array) -> Array:
+    return np.asarray((matrix @ v[..., None])[..., 0])
+
+
+def _matrices(phi: Array) -> Array:
+    flat = Rotation.from_rotvec(phi.reshape(-1, 3)).as_matrix()
+    return np.asarray(flat).reshape(*phi.shape, 3)
+
+
+def _rotation_vectors(matrix: Array) -> Array:
+    flat = Rotation.from_matrix(matrix.reshape(-1, 3, 3)).as_rotvec()
+    return np.asarray(flat).reshape(matrix.shape[:-1])
+
+
+def _cross_matrix(v: Array) -> Array:
+    """Return [v] ``(…, 3, 3)``, for which [v] w = v × w."""
+    x, y, z = v[..., 0], v[..., 1], v[..., 2]
+    zero = np.zeros_like(x)
+    entries = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1)
+    return entries.reshape(*v.shape, 3)
+
+
+def _block_triangle(diagonal: Array, corner: Array) -> Array:
+    """Return [[diagonal, corner], [0, diagonal]] of blocks ``(…, 3, 3)``."""
+    full = np.zeros((*diagonal.shape[:-2], 6, 6))
+    full[..., :3, :3] = full[..., 3:, 3:] = diagonal
+    full[..., :3, 3:] = corner
+    return full
+
+
+def _swing(angle: Array) -> Array:
+    """Return (θ − sin θ)/θ³, which is 1/6 at 0."""
+    small = angle < _SMALL
+    safe = np.where(small, 1.0, angle)
+    series = _power_series(angle, 1 / 6, -1 / 120, 1 / 5040, -1 / 362880, 1 / 39916800)
+    return np.where(small, series, (safe - np.sin(safe)) / safe**3)
+
+
+def _bend(angle: Array) -> Array:
+    """Return (1 − (θ/2) cot(θ/2))/θ², which is 1/12 at 0."""
+    small = angle < _SMALL
+    safe = np.where(small, 1.0, angle)
+    series = _power_series(angle, 1 / 12, 1 / 720, 1 / 30240, 1 / 1209600, 1 / 47900160)
+    half_cotangent = np.cos(safe / 2.0) / np.sinc(safe / (2.0 * np.pi))
+    return np.where(small, series, (1.0 - half_cotangent) / safe**2)
+
+
+def _even_coefficients(angle: Array) -> tuple[Array, Array]:
+    """Return a and b of ``inverse_right_jacobian``.
+
+    With γ = (θ/2) cot(θ/2) they solve 1 − a θ² + b θ⁴ = γ and −2 a θ + 4 b θ³ = dγ/dθ.
+    """
+    small = angle < _SMALL
+    safe = np.where(small, 1.0, angle)
+    sine = np.sin(safe / 2.0)
+    slope = 0.5 * np.cos(safe / 2.0) / sine - 0.25 * safe / sine**2
+    series = _power_series(angle, -1 / 720, -1 / 15120, -1 / 403200, -1 / 11975040)
+    b = np.where(small, series, (slope + 2.0 * safe * _bend(safe)) / (2.0 * safe**3))
+    return _bend(angle) + b * angle**2, b
+
+
+def _power_series(angle: Array, *coefficients: float) -> Array:
+    """Return c₀ + c₁ θ² + c₂ θ⁴ + …"""
+    return np.asarray(np.polynomial.polynomial.polyval(angle**2, coefficients))
