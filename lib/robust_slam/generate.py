@@ -112,7 +112,9 @@ def _walk(n: int, side: int, turn: float, rng: np.random.Generator) -> tuple[Ind
 
 
 def dead_reckoning(graph: PoseGraph) -> Array:
-    """Return the poses ``(n, 3)`` that follow from the odometry alone, from [0, 0, 0] on.
+    """Return the poses that follow from the odometry alone, pose 0 the identity.
+
+    They are ``(n, 3)`` in SE(2) and ``(n, 3, 4)`` in SE(3).
 
     Raises:
         ValueError: no odometry edge (k, k + 1) leads to some pose k + 1.
@@ -127,13 +129,14 @@ def dead_reckoning(graph: PoseGraph) -> Array:
             f"graph: no odometry edge leads from pose {missing - 1} to pose {missing}; "
             "mark it in is_odometry or give first poses"
         )
-    step = graph.measurement[edge[1:]]
-    heading = np.concatenate([[0.0], np.cumsum(step[:, 2])])
-    before = np.zeros_like(step)
-    before[:, 2] = heading[:-1]
-    moved = se2.compose(before, step)[:, :2]
-    place = np.concatenate([[[0.0, 0.0]], np.cumsum(moved, axis=0)])
-    return np.concatenate([place, se2.wrap(heading)[:, None]], axis=1)
+    group = graph.group
+    poses = np.concatenate([group.identity()[None], graph.measurement[edge[1:]]])
+    # Chains of 1, 2, 4, … steps: each round composes every chain with the one before it.
+    reach = 1
+    while reach < graph.n:
+        poses[reach:] = group.compose(poses[:-reach], poses[reach:])
+        reach *= 2
+    return poses
 
 
 def _measured(

@@ -1,8 +1,10 @@
-"""A pose graph in the plane, as arrays, with its residuals and its cost.
+"""A pose graph in SE(2) or SE(3), as arrays, with its residuals and its cost.
 
 Edge k = (i, j) says: seen from pose i, pose j stands at ``measurement[k]``. Its residual
-is Log(z⁻¹ ∘ x_i⁻¹ ∘ x_j), the full logarithm of SE(2), with the information matrix in the
-same order (ρx, ρy, θ). The cost of a map is ½ Σ ‖whitened residual‖².
+is Log(z⁻¹ ∘ x_i⁻¹ ∘ x_j), the full logarithm, with the information matrix in the same
+order: (ρx, ρy, θ) in SE(2), ρ and then the rotation vector in SE(3). The cost of a map is
+½ Σ ‖whitened residual‖². Below, D is 3 in SE(2) and 6 in SE(3), and poses are ``(n, 3)``
+or ``(n, 3, 4)`` as in ``se2`` and ``se3``.
 """
 
 from __future__ import annotations
@@ -14,23 +16,26 @@ from numpy.typing import ArrayLike
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from robust_slam import se2
 from robust_slam._arrays import Array, Indices, Mask, finite, mask
+from robust_slam.group import Group, group_of
+
+_CROOKED = 1e-6
+"""How far R Rᵀ may be from the identity; rounding stays far below."""
 
 
 @dataclass(frozen=True, eq=False)
 class PoseGraph:
     """Relative poses between ``n`` poses, numbered from 0.
 
-    ``edges`` ``(m, 2)`` holds i and j of each edge, ``measurement`` ``(m, 3)`` the pose
-    of j seen from i as [x, y, θ] in m, m, rad, ``information`` ``(m, 3, 3)`` its inverse
-    covariance, and ``is_odometry`` ``(m,)`` tells the robot's own steps from closures.
-    The arrays are copied and cannot be written to.
+    ``edges`` ``(m, 2)`` holds i and j of each edge; ``measurement`` the pose of j seen
+    from i, ``(m, 3)`` as [x, y, θ] in m, m, rad or ``(m, 3, 4)`` as [R | t];
+    ``information`` ``(m, D, D)`` its inverse covariance; ``is_odometry`` ``(m,)`` tells
+    the robot's own steps from closures. The arrays are copied and cannot be written to.
 
     Raises:
-        ValueError: a shape is wrong, an entry is not finite, an index is out of range, an
-            information matrix is not symmetric and positive definite, or a pose is not
-            joined to pose 0.
+        ValueError: a shape is wrong, an entry is not finite, an index is out of range, a
+            rotation matrix is none, an information matrix is not symmetric and positive
+            definite, or a pose is not joined to pose 0.
     """
 
     n: int
@@ -42,10 +47,11 @@ class PoseGraph:
     def __post_init__(self) -> None:
         edges = _edges(self.edges, self.n)
         m = len(edges)
+        group = group_of(np.asarray(self.measurement))
         checked = {
             "edges": edges,
-            "measurement": finite("measurement", self.measurement, (m, 3)),
-            "information": _information(self.information, m),
+            "measurement": _poses("measurement", self.measurement, group, m),
+            "information": _information(self.information, m, group.DOF),
             "is_odometry": mask("is_odometry", self.is_odometry, m),
         }
         for name, value in checked.items():
@@ -56,6 +62,34 @@ class PoseGraph:
                 f"edges: pose {loose[0]} is not joined to pose 0 ({loose.size} poses are not); "
                 "add an edge or drop the poses"
             )
+
+    @property
+    def group(self) -> Group:
+        """The module ``se2`` or ``se3`` that the poses belong to."""
+        return group_of(self.measurement)
+
+    @property
+    def rotation(self) -> Array:
+        """The rotation matrices ``(m, d, d)`` of the measurements; d is 2 or 3."""
+        return self.group.rotation(self.measurement)
+
+    @property
+    def translation(self) -> Array:
+        """The translations ``(m, d)`` of the measurements, in m."""
+        return self.group.translation(self.measurement)
+
+
+def _poses(name: str, value: ArrayLike, group: Group, count: int) -> Array:
+    poses = finite(name, value, (count, *group.POSE_SHAPE))
+    turn = group.rotation(poses)
+    gap = np.abs(turn @ np.swapaxes(turn, 1, 2) - np.eye(group.DIMENSION))
+    crooked = (gap.max(axis=(1, 2), initial=0.0) > _CROOKED) | (np.linalg.det(turn) < 0.0)
+    if np.any(crooked):
+        raise ValueError(
+            f"{name}: the left part of entry {int(np.argmax(crooked))} is not a rotation "
+            "matrix; its columns must be orthonormal and its determinant 1"
+        )
+    return poses
 
 
 def _edges(value: ArrayLike, n: int) -> Indices:
@@ -79,8 +113,8 @@ def _edges(value: ArrayLike, n: int) -> Indices:
     return edges
 
 
-def _information(value: ArrayLike, m: int) -> Array:
-    information = finite("information", value, (m, 3, 3))
+def _information(value: ArrayLike, m: int, dof: int) -> Array:
+    information = finite("information", value, (m, dof, dof))
     skew = np.abs(information - np.swapaxes(information, 1, 2)).max(axis=(1, 2), initial=0.0)
     size = np.abs(information).max(axis=(1, 2), initial=0.0)
     crooked = skew > 1e-9 * size
@@ -108,19 +142,20 @@ def unreached(graph: PoseGraph, used: Mask) -> Indices:
 
 
 def check_poses(name: str, poses: ArrayLike, graph: PoseGraph) -> Array:
-    """Return ``poses`` ``(n, 3)`` of ``graph`` as a read-only copy.
+    """Return ``poses`` ``(n, 3)`` or ``(n, 3, 4)`` of ``graph`` as a read-only copy.
 
     Raises:
-        ValueError: the shape differs, or an entry is not finite.
+        ValueError: the shape differs, an entry is not finite, or a rotation matrix is none.
     """
-    return finite(name, poses, (graph.n, 3))
+    return _poses(name, poses, graph.group, graph.n)
 
 
 def residuals(poses: Array, graph: PoseGraph) -> Array:
-    """Return Log(z⁻¹ ∘ x_i⁻¹ ∘ x_j) ``(m, 3)`` in m, m, rad, not whitened."""
+    """Return Log(z⁻¹ ∘ x_i⁻¹ ∘ x_j) ``(m, D)`` in m and rad, not whitened."""
     i, j = graph.edges.T
-    predicted = se2.between(poses[i], poses[j])
-    return se2.log(se2.between(graph.measurement, predicted))
+    group = graph.group
+    predicted = group.between(poses[i], poses[j])
+    return group.log(group.between(graph.measurement, predicted))
 
 
 def squared_norms(poses: Array, graph: PoseGraph) -> Array:
@@ -141,18 +176,45 @@ def cost(poses: Array, graph: PoseGraph, weights: Array | None = None) -> float:
     return 0.5 * float(np.sum(squares if weights is None else weights * squares))
 
 
-def jacobians(poses: Array, graph: PoseGraph) -> tuple[Array, Array]:
-    """Return the derivatives of the residuals by pose i and by pose j, ``(m, 3, 3)`` each.
+def linearise(poses: Array, graph: PoseGraph) -> tuple[Array, Array]:
+    """Return the residuals ``(m, D)`` and their derivatives ``(m, 2, D, D)`` by both ends.
 
     Poses are perturbed on the right, x ∘ Exp(δ): with e = Log(z⁻¹ ∘ x_i⁻¹ ∘ x_j) the
-    second is Jr⁻¹(e), and the first −Jr⁻¹(e) Ad(x_j⁻¹ ∘ x_i).
+    derivative by pose j is Jr⁻¹(e), and that by pose i is −Jr⁻¹(e) Ad(x_j⁻¹ ∘ x_i).
 
     Source: Solà et al. 2018, the chain rule over between, compose and Log.
     """
     i, j = graph.edges.T
-    by_j = se2.inverse_right_jacobian(residuals(poses, graph))
-    by_i = -by_j @ se2.adjoint(se2.between(poses[j], poses[i]))
-    return by_i, by_j
+    group = graph.group
+    error = residuals(poses, graph)
+    by_j = group.inverse_right_jacobian(error)
+    by_i = -by_j @ group.adjoint(group.between(poses[j], poses[i]))
+    return error, np.stack([by_i, by_j], axis=1)
+
+
+def jacobians(poses: Array, graph: PoseGraph) -> tuple[Array, Array]:
+    """Return the derivatives of the residuals by pose i and by pose j, ``(m, D, D)`` each.
+
+    Source: as ``linearise``.
+    """
+    _, both = linearise(poses, graph)
+    return both[:, 0], both[:, 1]
+
+
+def select(graph: PoseGraph, used: ArrayLike) -> PoseGraph:
+    """Return ``graph`` with the edges of the mask ``used`` ``(m,)`` alone.
+
+    Raises:
+        ValueError: the mask does not fit, or leaves a pose unjoined to pose 0.
+    """
+    chosen = mask("used", used, len(graph.edges))
+    return PoseGraph(
+        n=graph.n,
+        edges=graph.edges[chosen],
+        measurement=graph.measurement[chosen],
+        information=graph.information[chosen],
+        is_odometry=graph.is_odometry[chosen],
+    )
 
 
 def with_closures(
@@ -160,20 +222,20 @@ def with_closures(
 ) -> PoseGraph:
     """Return ``graph`` with further loop closures behind its edges.
 
-    ``edges`` ``(k, 2)``, ``measurement`` ``(k, 3)`` in m, m, rad, and ``information``
-    ``(k, 3, 3)``, or ``(3, 3)`` for all.
+    ``edges`` ``(k, 2)``, ``measurement`` ``(k, 3)`` or ``(k, 3, 4)``, and ``information``
+    ``(k, D, D)``, or ``(D, D)`` for all.
 
     Raises:
         ValueError: as ``PoseGraph``.
     """
     added = np.asarray(edges)
-    count = len(added)
+    shape = (len(added), *graph.information.shape[1:])
     return PoseGraph(
         n=graph.n,
         edges=np.concatenate([graph.edges, added]),
         measurement=np.concatenate([graph.measurement, np.asarray(measurement)]),
         information=np.concatenate(
-            [graph.information, np.broadcast_to(np.asarray(information), (count, 3, 3))]
+            [graph.information, np.broadcast_to(np.asarray(information), shape)]
         ),
-        is_odometry=np.concatenate([graph.is_odometry, np.zeros(count, dtype=np.bool_)]),
+        is_odometry=np.concatenate([graph.is_odometry, np.zeros(len(added), dtype=np.bool_)]),
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from robust_slam import pose_graph, se2
-from robust_slam._normal_equations import NormalEquations
+from robust_slam._normal_equations import NormalEquations, weighted_edges
 from robust_slam.gauss_newton import NotConverged, PoseGraphProblem, descend, gauss_newton
 from robust_slam.generate import Noise, circle, dead_reckoning, manhattan
 from robust_slam.irls import irls
@@ -37,7 +37,7 @@ def noisy(seed, n=30, lies=0):
 
 def gradient(graph, poses, weights=None):
     weights = np.ones(len(graph.edges)) if weights is None else weights
-    return NormalEquations(graph).assemble(poses, weights)[1]
+    return NormalEquations(graph).assemble(*weighted_edges(graph, poses, weights))[1]
 
 
 def test_on_a_line_it_is_the_lesson_with_one_lie():
@@ -80,7 +80,7 @@ def test_the_gradient_is_the_derivative_of_the_cost():
     graph, _, truth = noisy(3)
     weights = np.linspace(0.2, 1.0, len(graph.edges))
     equations = NormalEquations(graph)
-    _, slopes = equations.assemble(truth, weights)
+    _, slopes = equations.assemble(*weighted_edges(graph, truth, weights))
     h = 1e-6
     for pose, slope in zip(equations.pattern.order, slopes.reshape(-1, 3), strict=True):
         for axis, e in enumerate(np.eye(3)):
@@ -209,7 +209,7 @@ def test_bad_input_is_refused_by_name(arguments, told):
 def test_the_pattern_has_the_blocks_of_the_edges_and_no_others():
     graph, _, truth = noisy(8, n=20, lies=3)
     equations = NormalEquations(graph)
-    hessian, _ = equations.assemble(truth, np.ones(len(graph.edges)))
+    hessian, _ = equations.assemble(*weighted_edges(graph, truth, np.ones(len(graph.edges))))
     free = graph.edges[np.all(graph.edges > 0, axis=1)]
     joined = {tuple(sorted(edge)) for edge in free.tolist()}
     assert hessian.nnz == 9 * (graph.n - 1 + 2 * len(joined))
@@ -223,7 +223,8 @@ def test_a_tree_is_factorised_without_fill_in():
     edges = name[[[rng.integers(k), k] for k in range(1, 60)]]
     z = rng.normal(size=(59, 3))
     graph = PoseGraph(60, edges, z, [np.eye(3)] * 59, [False] * 59)
-    hessian, _ = NormalEquations(graph).assemble(rng.normal(size=(60, 3)), np.ones(59))
+    edge_blocks = weighted_edges(graph, rng.normal(size=(60, 3)), np.ones(59))
+    hessian, _ = NormalEquations(graph).assemble(*edge_blocks)
     factor = np.linalg.cholesky(hessian.toarray())
     assert np.count_nonzero(factor) <= (hessian.nnz + 3 * 59) // 2
 

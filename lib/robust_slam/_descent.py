@@ -1,0 +1,86 @@
+"""What every descent on a pose graph shares: its record, its limits, its retraction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robust_slam._arrays import Array, finite
+from robust_slam.loop import Underdetermined
+from robust_slam.pose_graph import PoseGraph, unreached
+
+ROUNDING = 1e-12
+"""A relative rise of the cost that is taken for rounding."""
+STEP_LIMIT = 500
+"""Gross errors make Gauss–Newton slow: in trials with wrong closures up to 203 steps."""
+
+
+class NotConverged(RuntimeError):
+    """The descent has not come to rest within its iterations."""
+
+
+@dataclass(frozen=True, eq=False)
+class Descent:
+    """Where a descent ended: poses, cost, size of the last step, at rest or not."""
+
+    poses: Array
+    cost: float
+    step: float
+    at_rest: bool
+
+    def settled(self, max_iterations: int) -> Array:
+        """Return the poses.
+
+        Raises:
+            NotConverged: the descent is not at rest.
+        """
+        if not self.at_rest:
+            raise NotConverged(
+                f"after {max_iterations} steps the cost is {self.cost:.6g} and the last step "
+                f"{self.step:.2g}; start from better poses, allow more steps or loosen tol"
+            )
+        return self.poses
+
+
+def moved(graph: PoseGraph, poses: Array, step: Array) -> Array:
+    """Return each pose ∘ Exp(its row of ``step`` ``(n, D)``)."""
+    return graph.group.compose(poses, graph.group.exp(step))
+
+
+def is_small(step: Array, poses: Array, tol: float) -> bool:
+    """Tell whether no coordinate of a step exceeds tol·(1 + the map's largest coordinate)."""
+    return float(np.abs(step).max()) <= tol * (1.0 + float(np.abs(poses).max()))
+
+
+def check_weights(weights: ArrayLike | None, graph: PoseGraph) -> Array:
+    """Return the weights ``(m,)``, every one 1 if None.
+
+    Raises:
+        ValueError: the shape differs, or a weight is not finite or negative.
+        Underdetermined: the edges with positive weight leave a pose loose.
+    """
+    m = len(graph.edges)
+    full = np.ones(m) if weights is None else finite("weights", weights, (m,))
+    if np.any(full < 0.0):
+        raise ValueError(f"weights: edge {int(np.argmax(full < 0.0))} weighs less than 0")
+    loose = unreached(graph, full > 0.0) if np.any(full == 0.0) else np.empty(0, dtype=np.intp)
+    if loose.size:
+        raise Underdetermined(
+            f"weights: no edge of positive weight joins pose {loose[0]} to pose 0 "
+            f"({loose.size} poses are loose); trust the odometry or keep an edge"
+        )
+    return full
+
+
+def check_limits(tol: float, max_iterations: int) -> None:
+    """Check when a descent may stop.
+
+    Raises:
+        ValueError: ``tol`` is negative, or ``max_iterations`` is below 1.
+    """
+    if not tol >= 0.0:
+        raise ValueError(f"tol is {tol}; give a number of at least 0")
+    if max_iterations < 1:
+        raise ValueError(f"max_iterations is {max_iterations}; give at least 1")

@@ -1,0 +1,91 @@
+"""Levenberg–Marquardt on a pose graph: a Gauss–Newton step that is damped as needed.
+
+A damped step lies between the Gauss–Newton step and the direction of steepest descent.
+The damping grows after a step that would raise the cost and shrinks after a good one.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robust_slam import pose_graph
+from robust_slam._arrays import Array
+from robust_slam._descent import (
+    ROUNDING,
+    STEP_LIMIT,
+    Descent,
+    check_limits,
+    check_weights,
+    is_small,
+    moved,
+)
+from robust_slam._normal_equations import NormalEquations, weighted_edges
+from robust_slam.pose_graph import PoseGraph, check_poses
+
+_FIRST_DAMPING = 1e-4
+
+
+def levenberg_marquardt(
+    graph: PoseGraph,
+    poses: ArrayLike,
+    weights: ArrayLike | None = None,
+    *,
+    tol: float = 1e-9,
+    max_iterations: int = STEP_LIMIT,
+) -> Array:
+    """Return the poses at a minimum of ½ Σ w ‖whitened residual‖² near ``poses``.
+
+    Arguments and the rule for stopping are those of ``gauss_newton``; a step that is
+    refused counts as an iteration.
+
+    Raises:
+        ValueError: as ``gauss_newton``.
+        Underdetermined: the edges with positive weight leave a pose loose.
+        NotConverged: ``max_iterations`` steps were not enough.
+
+    Source: Marquardt 1963, damping by the diagonal; Nielsen 1999, how it follows the gain.
+    """
+    check_limits(tol, max_iterations)
+    start = check_poses("poses", poses, graph)
+    full = check_weights(weights, graph)
+    return _descend(graph, start, full, tol, max_iterations).settled(max_iterations)
+
+
+def _descend(
+    graph: PoseGraph, poses: Array, weights: Array, tol: float, max_iterations: int
+) -> Descent:
+    equations = NormalEquations(graph)
+    cost = pose_graph.cost(poses, graph, weights)
+    damping, growth, size = _FIRST_DAMPING, 2.0, np.inf
+    for _ in range(max_iterations):
+        step, promised = _damped(equations, poses, weights, damping)
+        size = float(np.abs(step).max())
+        trial = moved(graph, poses, step)
+        lower = pose_graph.cost(trial, graph, weights)
+        if lower <= cost * (1.0 + ROUNDING):
+            at_rest = is_small(step, poses, tol)
+            gain = (cost - lower) / max(promised, np.finfo(float).tiny)
+            damping, growth = damping * _shrink(gain), 2.0
+            poses, cost = trial, lower
+            if at_rest:
+                return Descent(poses, cost, size, at_rest=True)
+        else:
+            damping, growth = damping * growth, 2.0 * growth
+    return Descent(poses, cost, size, at_rest=False)
+
+
+def _damped(
+    equations: NormalEquations, poses: Array, weights: Array, damping: float
+) -> tuple[Array, float]:
+    """Return a damped step and how far it lowers the cost of the linearised residuals."""
+    jacobian, information, pull = weighted_edges(equations.graph, poses, weights)
+    step = equations.solve(jacobian, information, pull, damping)
+    change = np.einsum("keab,keb->ka", jacobian, step[equations.graph.edges])
+    rise = np.sum(pull * change) + 0.5 * np.einsum("ka,kab,kb->", change, information, change)
+    return step, -float(rise)
+
+
+def _shrink(gain: float) -> float:
+    """Return the factor on the damping after a step: 1/3 for a promise kept, 2 at most."""
+    return max(1.0 / 3.0, 1.0 - (2.0 * min(max(gain, 0.0), 1.0) - 1.0) ** 3)
