@@ -1,4 +1,4 @@
-"""Gauss–Newton on pose graphs: hand numbers, laws, and errors that say what to mend."""
+"""Gauss–Newton and Levenberg–Marquardt: hand numbers, laws, errors that say what to mend."""
 
 from __future__ import annotations
 
@@ -10,11 +10,16 @@ from robust_slam.gauss_newton import NotConverged, PoseGraphProblem, descend, ga
 from robust_slam.generate import Noise, circle, dead_reckoning, manhattan
 from robust_slam.irls import irls
 from robust_slam.kernels import KERNELS, cauchy, tls
+from robust_slam.levenberg_marquardt import levenberg_marquardt
 from robust_slam.loop import Underdetermined
 from robust_slam.metrics import ate
 from robust_slam.outliers import add_random_closures
 from robust_slam.pose_graph import PoseGraph
 from robust_slam.result import StopReason
+
+from tests.lib.worlds import GROUPS, assert_same_poses, random_graph, random_twists
+
+both_groups = pytest.mark.parametrize("group", GROUPS.values(), ids=GROUPS.keys())
 
 
 def line(z, sigma, edges=((0, 1), (1, 2), (0, 2), (0, 2))):
@@ -91,22 +96,26 @@ def test_the_gradient_is_the_derivative_of_the_cost():
             assert slope[axis] == pytest.approx(rise / (2.0 * h), rel=1e-5, abs=1e-4)
 
 
+@both_groups
 @pytest.mark.parametrize("seed", range(3))
-def test_the_sparse_step_is_the_dense_one(seed):
-    graph, _, truth = noisy(seed, n=12, lies=4)
+@pytest.mark.parametrize("damping", [0.0, 0.3])
+def test_the_sparse_step_is_the_dense_one(group, seed, damping):
+    poses, graph = random_graph(seed, group, n=12, m=20)
     weights = np.random.default_rng(seed).uniform(0.1, 1.0, len(graph.edges))
-    dense, right = np.zeros((36, 36)), np.zeros(36)
-    r = pose_graph.residuals(truth, graph)
+    dof = group.DOF
+    dense, right = np.zeros((12 * dof, 12 * dof)), np.zeros(12 * dof)
+    r, jacobian = pose_graph.linearise(poses, graph)
     for k, (i, j) in enumerate(graph.edges):
-        row = np.zeros((3, 36))
-        by_i, by_j = pose_graph.jacobians(truth, graph)
-        row[:, 3 * i : 3 * i + 3], row[:, 3 * j : 3 * j + 3] = by_i[k], by_j[k]
+        row = np.zeros((dof, 12 * dof))
+        row[:, dof * i : dof * (i + 1)] = jacobian[k, 0]
+        row[:, dof * j : dof * (j + 1)] = jacobian[k, 1]
         dense += weights[k] * row.T @ graph.information[k] @ row
         right -= weights[k] * row.T @ graph.information[k] @ r[k]
-    expected = np.linalg.solve(dense[3:, 3:], right[3:]).reshape(-1, 3)
-    step = NormalEquations(graph).step(truth, weights)
+    free = (dense + damping * np.diag(np.diag(dense)))[dof:, dof:]
+    expected = np.linalg.solve(free, right[dof:]).reshape(-1, dof)
+    step = NormalEquations(graph).step(poses, weights, damping)
     np.testing.assert_allclose(step[1:], expected, rtol=1e-7, atol=1e-10)
-    np.testing.assert_array_equal(step[0], np.zeros(3))
+    np.testing.assert_array_equal(step[0], np.zeros(dof))
 
 
 def test_edges_in_both_directions_and_twice_over_add_up():
@@ -160,17 +169,52 @@ def test_a_weight_multiplies_the_information():
     )
 
 
+@both_groups
 @pytest.mark.parametrize("seed", range(4))
-def test_no_step_raises_the_cost_however_far_the_start(seed):
-    graph, _, truth = noisy(seed, lies=6)
+def test_no_step_raises_the_cost_however_far_the_start(group, seed):
+    poses, graph = random_graph(seed, group, n=20, m=40, residual=0.5)
     rng = np.random.default_rng(seed)
-    poses = truth + rng.normal(size=truth.shape) * [5.0, 5.0, 2.0]
+    far = random_twists(group, graph.n, rng, reach=8.0, turn=2.0)
+    poses = group.compose(poses, group.exp(far))
     equations, ones = NormalEquations(graph), np.ones(len(graph.edges))
     cost = pose_graph.cost(poses, graph)
     for _ in range(30):
         descent = descend(equations, poses, ones, 1e-9, 1)
         assert descent.cost <= cost * (1.0 + 1e-9)
         poses, cost = descent.poses, descent.cost
+
+
+@pytest.mark.parametrize("solve", [gauss_newton, levenberg_marquardt])
+@both_groups
+@pytest.mark.parametrize("seed", range(3))
+def test_both_descents_end_where_the_gradient_is_zero(solve, group, seed):
+    truth, graph = random_graph(seed, group, n=15, m=40, residual=0.1)
+    poses = solve(graph, truth)
+    scale = np.abs(gradient(graph, truth)).max()
+    assert np.abs(gradient(graph, poses)).max() < 1e-6 * scale
+    np.testing.assert_array_equal(poses[0], truth[0])
+
+
+@both_groups
+def test_both_descents_end_at_the_same_poses_with_weights(group):
+    truth, graph = random_graph(5, group, n=15, m=40, residual=0.1)
+    weights = np.random.default_rng(5).uniform(0.1, 1.0, 40)
+    assert_same_poses(
+        group,
+        gauss_newton(graph, truth, weights),
+        levenberg_marquardt(graph, truth, weights),
+        1e-7,
+    )
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_levenberg_marquardt_comes_to_rest_below_a_far_start(seed):
+    graph, _, truth = noisy(seed, lies=6)
+    rng = np.random.default_rng(seed)
+    far = truth + rng.normal(size=truth.shape) * [5.0, 5.0, 2.0]
+    poses = levenberg_marquardt(graph, far)
+    assert pose_graph.cost(poses, graph) < pose_graph.cost(far, graph)
+    assert np.abs(gradient(graph, poses)).max() < 1e-6 * np.abs(gradient(graph, far)).max()
 
 
 def test_too_few_steps_are_told_with_what_to_do():

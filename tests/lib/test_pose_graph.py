@@ -4,24 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from robust_slam import pose_graph, se2
-from robust_slam.pose_graph import PoseGraph, with_closures
+from robust_slam import pose_graph, se3
+from robust_slam.pose_graph import PoseGraph, select, with_closures
 
+from tests.lib.worlds import GROUPS, perturbed, random_graph
 
-def random_graph(seed, n=6, m=9, residual=1.0):
-    """Poses and a connected graph whose residuals have about the given size."""
-    rng = np.random.default_rng(seed)
-    poses = rng.uniform(-3.0, 3.0, size=(n, 3))
-    tree = [(int(rng.integers(k)), k) for k in range(1, n)]
-    loops = [tuple(rng.permutation(n)[:2]) for _ in range(m - n + 1)]
-    edges = np.array(tree + loops)
-    true = se2.between(poses[edges[:, 0]], poses[edges[:, 1]])
-    error = residual * rng.uniform(-1.0, 1.0, size=(m, 3))
-    root = rng.normal(size=(m, 3, 3))
-    information = root @ np.swapaxes(root, 1, 2) + np.eye(3)
-    odometry = np.arange(m) < n - 1
-    measurement = se2.compose(true, se2.exp(error))
-    return poses, PoseGraph(n, edges, measurement, information, odometry)
+both_groups = pytest.mark.parametrize("group", GROUPS.values(), ids=GROUPS.keys())
 
 
 def valid():
@@ -76,19 +64,22 @@ def test_a_graph_keeps_its_own_copy_and_cannot_be_written_to():
             array[0] = 0
 
 
-def test_poses_that_fit_the_measurements_have_no_residual():
-    poses, graph = random_graph(1, residual=0.0)
+@both_groups
+def test_poses_that_fit_the_measurements_have_no_residual(group):
+    poses, graph = random_graph(1, group, residual=0.0)
     np.testing.assert_allclose(pose_graph.residuals(poses, graph), 0.0, atol=1e-13)
     assert pose_graph.cost(poses, graph) < 1e-24
 
 
-def test_the_residual_is_the_logarithm_of_what_is_left_over():
-    poses, graph = random_graph(2)
+@both_groups
+def test_the_residual_is_the_logarithm_of_what_is_left_over(group):
+    poses, graph = random_graph(2, group)
     for (i, j), z, r in zip(
         graph.edges, graph.measurement, pose_graph.residuals(poses, graph), strict=True
     ):
-        left_over = se2.compose(se2.compose(se2.inverse(z), se2.inverse(poses[i])), poses[j])
-        np.testing.assert_allclose(r, se2.log(left_over), atol=1e-12)
+        unseen = group.compose(group.inverse(z), group.inverse(poses[i]))
+        left_over = group.compose(unseen, poses[j])
+        np.testing.assert_allclose(r, group.log(left_over), atol=1e-12)
 
 
 def test_the_residual_is_the_full_logarithm_and_not_the_difference_of_coordinates():
@@ -99,9 +90,11 @@ def test_the_residual_is_the_full_logarithm_and_not_the_difference_of_coordinate
     )
 
 
-def test_the_cost_does_not_change_when_the_whole_map_is_moved():
-    poses, graph = random_graph(3)
-    moved = se2.compose([4.0, -7.0, 2.5], poses)
+@both_groups
+def test_the_cost_does_not_change_when_the_whole_map_is_moved(group):
+    poses, graph = random_graph(3, group)
+    motion = group.exp(np.linspace(4.0, -2.0, group.DOF))
+    moved = group.compose(motion, poses)
     np.testing.assert_allclose(
         pose_graph.residuals(moved, graph), pose_graph.residuals(poses, graph), atol=1e-12
     )
@@ -116,8 +109,9 @@ def test_whole_turns_of_a_heading_change_nothing():
     )
 
 
-def test_norms_are_whitened_by_the_information():
-    poses, graph = random_graph(5)
+@both_groups
+def test_norms_are_whitened_by_the_information(group):
+    poses, graph = random_graph(5, group)
     r = pose_graph.residuals(poses, graph)
     whitened = [np.linalg.cholesky(o).T @ e for o, e in zip(graph.information, r, strict=True)]
     np.testing.assert_allclose(
@@ -132,21 +126,60 @@ def test_the_cost_is_half_the_weighted_sum_of_squared_norms():
     assert pose_graph.cost(poses, graph, w) == pytest.approx(0.5 * np.sum(w * u**2), rel=1e-12)
 
 
+@both_groups
 @pytest.mark.parametrize("seed", range(8))
 @pytest.mark.parametrize("residual", [0.0, 1e-3, 1.0])
-def test_jacobians_are_the_derivatives_for_a_perturbation_on_the_right(seed, residual):
-    poses, graph = random_graph(seed, residual=residual)
+def test_jacobians_are_the_derivatives_for_a_perturbation_on_the_right(group, seed, residual):
+    poses, graph = random_graph(seed, group, residual=residual)
     h = 1e-6
     for side, jacobian in enumerate(pose_graph.jacobians(poses, graph)):
         for k, end in enumerate(graph.edges[:, side]):
-            for axis, e in enumerate(np.eye(3)):
-                ahead, behind = poses.copy(), poses.copy()
-                ahead[end] = se2.compose(poses[end], se2.exp(h * e))
-                behind[end] = se2.compose(poses[end], se2.exp(-h * e))
+            for axis, e in enumerate(np.eye(group.DOF)):
+                ahead, behind = (perturbed(group, poses, end, s * h * e) for s in (1, -1))
                 rise = pose_graph.residuals(ahead, graph) - pose_graph.residuals(behind, graph)
                 np.testing.assert_allclose(
                     jacobian[k][:, axis], rise[k] / (2.0 * h), rtol=1e-5, atol=1e-6
                 )
+
+
+@both_groups
+def test_the_parts_of_a_measurement_are_its_rotation_and_its_translation(group):
+    _, graph = random_graph(10, group)
+    d = group.DIMENSION
+    assert graph.group is group
+    assert graph.rotation.shape == (9, d, d) and graph.translation.shape == (9, d)
+    whole = group.from_parts(graph.rotation, graph.translation)
+    np.testing.assert_allclose(whole, graph.measurement, atol=1e-14)
+
+
+def test_a_matrix_that_is_no_rotation_is_refused_by_number():
+    _, graph = random_graph(11, se3)
+    for spoil in (1.001 * np.eye(3), np.diag([1.0, 1.0, -1.0])):
+        measurement = graph.measurement.copy()
+        measurement[4, :, :3] = measurement[4, :, :3] @ spoil
+        with pytest.raises(ValueError, match=r"measurement: the left part of entry 4 is not"):
+            PoseGraph(6, graph.edges, measurement, graph.information, graph.is_odometry)
+
+
+def test_poses_of_the_other_group_are_refused():
+    _, graph = random_graph(12, se3)
+    with pytest.raises(ValueError, match=r"guess: the shape is \(6, 3\); give \(6, 3, 4\)"):
+        pose_graph.check_poses("guess", np.zeros((6, 3)), graph)
+
+
+@both_groups
+def test_selected_edges_are_a_graph_of_their_own(group):
+    poses, graph = random_graph(13, group)
+    used = np.arange(9) != 7
+    rest = select(graph, used)
+    np.testing.assert_array_equal(rest.edges, graph.edges[used])
+    np.testing.assert_array_equal(
+        pose_graph.residual_norms(poses, rest), pose_graph.residual_norms(poses, graph)[used]
+    )
+    with pytest.raises(ValueError, match="is not joined to pose 0"):
+        select(graph, np.arange(9) > 6)
+    with pytest.raises(ValueError, match="used: the shape"):
+        select(graph, [True])
 
 
 def test_unreached_names_the_poses_behind_unused_edges():
