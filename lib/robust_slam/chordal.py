@@ -13,15 +13,18 @@ Source: Rosen et al. 2019, "SE-Sync", Problem 1 and its data matrix.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
+
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import coo_array, csc_array
 
 from robust_slam import se2, se3
-from robust_slam._arrays import Array, finite
+from robust_slam._arrays import Array, Indices
+from robust_slam._descent import check_weights
 from robust_slam.group import Group, group_of
-from robust_slam.loop import Underdetermined
-from robust_slam.pose_graph import PoseGraph, check_poses, unreached
+from robust_slam.pose_graph import PoseGraph, check_poses
 
 
 def precisions(graph: PoseGraph) -> tuple[Array, Array]:
@@ -43,53 +46,87 @@ def _inverse_traces(blocks: Array) -> Array:
     return np.asarray(np.trace(np.linalg.inv(blocks), axis1=1, axis2=2))
 
 
-def edge_weights(graph: PoseGraph, weights: ArrayLike | None) -> Array:
-    """Return checked ``weights`` ``(m,)`` of edges, all 1 if None.
+@dataclass(frozen=True, eq=False)
+class ChordalProblem:
+    """The chordal problem over the edges of positive weight, as arrays.
 
-    Raises:
-        ValueError: the shape differs, or a weight is not finite or below 0.
-        Underdetermined: the edges with positive weight leave a pose loose.
+    ``measured`` ``(m, d + 1, d + 1)`` holds T̃ = [[R̃, t̃], [0, 1]] and ``precision``
+    ``(m, d + 1)`` the weighted (κ, …, κ, τ) of each edge, so that an edge costs
+    tr((X_j − X_i T̃) W (X_j − X_i T̃)ᵀ) with W = diag(κ, …, κ, τ). The iterate of its
+    functions is ``blocks`` ``(n, r, d + 1)``: [R_i | t_i] for each pose.
     """
-    m = len(graph.edges)
-    full = np.ones(m) if weights is None else finite("weights", weights, (m,))
-    if np.any(full < 0.0):
-        raise ValueError(f"weights: edge {int(np.argmax(full < 0.0))} weighs less than 0")
-    loose = unreached(graph, full > 0.0)
-    if loose.size:
-        raise Underdetermined(
-            f"weights: no edge of positive weight joins pose {loose[0]} to pose 0 "
-            f"({loose.size} poses are loose); trust the odometry or keep an edge"
-        )
-    return full
+
+    n: int
+    d: int
+    edges: Indices
+    measured: Array
+    precision: Array
+
+    @classmethod
+    def of(cls, graph: PoseGraph, weights: ArrayLike | None = None) -> ChordalProblem:
+        """Return the problem of ``graph``; ``weights`` ``(m,)`` multiply κ and τ.
+
+        They are 1 if None. An edge of weight 0 drops out.
+
+        Raises:
+            ValueError: ``weights`` have the wrong shape, are not finite, or one is negative.
+            Underdetermined: the edges with positive weight leave a pose loose.
+        """
+        full = check_weights(weights, graph)
+        used = full > 0.0
+        d = graph.group.DIMENSION
+        kappa, tau = precisions(graph)
+        measured = np.zeros((np.count_nonzero(used), d + 1, d + 1))
+        measured[:, :d] = pose_blocks(graph.measurement[used])
+        measured[:, d, d] = 1.0
+        precision = (full[:, None] * np.stack([kappa] * d + [tau], axis=1))[used]
+        return cls(graph.n, d, graph.edges[used], measured, precision)
+
+    @cached_property
+    def edge_blocks(self) -> Array:
+        """What each edge adds to M, ``(m, 2, 2, d + 1, d + 1)`` over rows and columns.
+
+        The blocks of (i, j) are [[T̃ W T̃ᵀ, −T̃ W], [−W T̃ᵀ, W]].
+        """
+        t = self.measured
+        loaded = t * self.precision[:, None, :]
+        blocks = np.empty((len(t), 2, 2, *t.shape[1:]))
+        blocks[:, 0, 0] = loaded @ np.swapaxes(t, 1, 2)
+        blocks[:, 0, 1] = -loaded
+        blocks[:, 1, 0] = -np.swapaxes(loaded, 1, 2)
+        blocks[:, 1, 1] = self.precision[:, :, None] * np.eye(self.d + 1)
+        return blocks
+
+    @cached_property
+    def pose_blocks(self) -> Array:
+        """The blocks of M on its diagonal, ``(n, d + 1, d + 1)``."""
+        blocks = np.zeros((self.n, self.d + 1, self.d + 1))
+        np.add.at(blocks, self.edges, self.edge_blocks[:, (0, 1), (0, 1)])
+        return blocks
 
 
-def edge_precisions(graph: PoseGraph, weights: ArrayLike | None = None) -> Array:
-    """Return the weighted precisions (κ, …, κ, τ) of each edge, ``(m, d + 1)``.
+def misfits(problem: ChordalProblem, blocks: Array) -> Array:
+    """Return X_j − X_i T̃ of each edge, ``(m, r, d + 1)``.
 
-    ``weights`` ``(m,)`` multiply κ and τ and are 1 if None; an edge of weight 0 drops out.
-
-    Raises:
-        ValueError, Underdetermined: as ``edge_weights``.
+    The first d columns are R_j − R_i R̃, the last is t_j − t_i − R_i t̃ in m.
     """
-    kappa, tau = precisions(graph)
-    parts = [kappa] * graph.group.DIMENSION + [tau]
-    return edge_weights(graph, weights)[:, None] * np.stack(parts, axis=1)
+    d = problem.d
+    i, j = problem.edges.T
+    rest = blocks[j]
+    # The difference of the positions comes first: far from the origin it is the small one.
+    rest[..., d] -= blocks[i][..., d]
+    return np.asarray(rest - blocks[i][..., :d] @ problem.measured[:, :d])
 
 
-def homogeneous(graph: PoseGraph) -> Array:
-    """Return the measurements as matrices [[R̃, t̃], [0, 1]] ``(m, d + 1, d + 1)``."""
-    d = graph.group.DIMENSION
-    full = np.zeros((len(graph.edges), d + 1, d + 1))
-    full[:, :d, :d] = graph.rotation
-    full[:, :d, d] = graph.translation
-    full[:, d, d] = 1.0
-    return full
+def lifted_cost(problem: ChordalProblem, blocks: Array) -> float:
+    """Return tr(X M Xᵀ) as a sum of squares over the edges, which loses no digits."""
+    return float(np.sum(problem.precision[:, None] * misfits(problem, blocks) ** 2))
 
 
 def chordal_cost(graph: PoseGraph, poses: ArrayLike, weights: ArrayLike | None = None) -> float:
     """Return Σ w (κ ‖R_j − R_i R̃‖²_F + τ ‖t_j − t_i − R_i t̃‖²) of ``poses``, without a ½.
 
-    ``poses`` ``(n, 3)`` or ``(n, 3, 4)``; ``weights`` ``(m,)`` are 1 if None.
+    ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``; ``weights`` ``(m,)`` are 1 if None.
 
     Raises:
         ValueError: ``poses`` or ``weights`` have the wrong shape or are not finite, or a
@@ -99,59 +136,56 @@ def chordal_cost(graph: PoseGraph, poses: ArrayLike, weights: ArrayLike | None =
     Source: Rosen et al. 2019, Problem 1.
     """
     blocks = pose_blocks(check_poses("poses", poses, graph))
-    return float(np.sum(edge_precisions(graph, weights)[:, None] * misfits(graph, blocks) ** 2))
-
-
-def misfits(graph: PoseGraph, blocks: Array) -> Array:
-    """Return X_j − X_i T̃ of each edge, ``(m, r, d + 1)``, for ``blocks`` ``(n, r, d + 1)``.
-
-    The first d columns are R_j − R_i R̃, the last is t_j − t_i − R_i t̃ in m.
-    """
-    i, j = graph.edges.T
-    d = graph.group.DIMENSION
-    left, right = blocks[i], blocks[j]
-    turned = right[..., :d] - left[..., :d] @ graph.rotation
-    # The difference of the positions comes first: far from the origin it is the small one.
-    moved = right[..., d] - left[..., d] - (left[..., :d] @ graph.translation[..., None])[..., 0]
-    return np.concatenate([turned, moved[..., None]], axis=-1)
-
-
-def edge_blocks(graph: PoseGraph, weights: ArrayLike | None = None) -> Array:
-    """Return what each edge adds to M, ``(m, 2, 2, d + 1, d + 1)`` over rows and columns.
-
-    With W = diag(κ, …, κ, τ) and T̃ the homogeneous measurement the blocks of (i, j) are
-    [[T̃ W T̃ᵀ, −T̃ W], [−W T̃ᵀ, W]], from tr((X_j − X_i T̃) W (X_j − X_i T̃)ᵀ).
-
-    Raises:
-        ValueError, Underdetermined: as ``edge_weights``.
-    """
-    precision = edge_precisions(graph, weights)
-    t = homogeneous(graph)
-    loaded = t * precision[:, None, :]
-    blocks = np.zeros((len(t), 2, 2, *t.shape[1:]))
-    blocks[:, 0, 0] = loaded @ np.swapaxes(t, 1, 2)
-    blocks[:, 0, 1] = -loaded
-    blocks[:, 1, 0] = -np.swapaxes(loaded, 1, 2)
-    blocks[:, 1, 1] = precision[:, :, None] * np.eye(t.shape[-1])
-    return blocks
+    return lifted_cost(ChordalProblem.of(graph, weights), blocks)
 
 
 def data_matrix(graph: PoseGraph, weights: ArrayLike | None = None) -> csc_array:
     """Return M ``((d + 1) n, (d + 1) n)``, sparse and symmetric: the cost is tr(X M Xᵀ).
 
     Raises:
-        ValueError, Underdetermined: as ``edge_weights``.
+        ValueError: ``weights`` have the wrong shape, are not finite, or one is negative.
+        Underdetermined: the edges with positive weight leave a pose loose.
 
     Source: Rosen et al. 2019, the data matrix of Problem 1, its columns ordered by pose.
     """
-    blocks = edge_blocks(graph, weights)
-    width = blocks.shape[-1]
-    at = width * graph.edges[:, :, None] + np.arange(width)
+    problem = ChordalProblem.of(graph, weights)
+    return assemble(problem, problem.edge_blocks)
+
+
+def assemble(problem: ChordalProblem, blocks: Array) -> csc_array:
+    """Return the sparse sum ``((d + 1) n, (d + 1) n)`` of ``blocks`` as in ``edge_blocks``."""
+    width = problem.d + 1
+    at = width * problem.edges[:, :, None] + np.arange(width)
     row = np.broadcast_to(at[:, :, None, :, None], blocks.shape)
     column = np.broadcast_to(at[:, None, :, None, :], blocks.shape)
-    size = width * graph.n
+    size = width * problem.n
     full = coo_array((blocks.ravel(), (row.ravel(), column.ravel())), shape=(size, size))
     return csc_array(full)
+
+
+def edge_pulls(problem: ChordalProblem, blocks: Array) -> Array:
+    """Return what each edge adds to X M at its ends i and j, ``(m, 2, r, d + 1)``.
+
+    With E = (X_j − X_i T̃) W these are −E T̃ᵀ and E; half the gradient of the cost.
+    """
+    loaded = misfits(problem, blocks) * problem.precision[:, None]
+    return np.stack([-loaded @ np.swapaxes(problem.measured, 1, 2), loaded], axis=1)
+
+
+def certificate_blocks(problem: ChordalProblem, blocks: Array) -> Array:
+    """Return what each edge adds to S = M − Λ, ``(m, 2, 2, d + 1, d + 1)``.
+
+    Λ is block diagonal, Λ_i = sym(R_iᵀ (X M)_i) on the rotation of pose i and 0 on its
+    position. X M is a sum over edges, so Λ and S are sums over edges too.
+
+    Source: Rosen et al. 2019, equations (107) and (112), with the translations kept.
+    """
+    d = problem.d
+    turn = blocks[..., :d][problem.edges]
+    product = np.swapaxes(turn, -1, -2) @ edge_pulls(problem, blocks)[..., :d]
+    s = problem.edge_blocks.copy()
+    s[:, (0, 1), (0, 1), :d, :d] -= 0.5 * (product + np.swapaxes(product, -1, -2))
+    return s
 
 
 def marginalised(matrix: csc_array, n: int, d: int) -> Array:
