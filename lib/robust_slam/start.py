@@ -1,0 +1,166 @@
+"""First poses for an optimiser: along a spanning tree, or from the chordal relaxation.
+
+Both put pose 0 at the identity and leave out edges of weight 0. A wrong closure spoils
+the chordal start as it spoils least squares; the tree takes closures only to reach poses
+that the odometry does not reach.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.sparse import csc_array, csr_array
+from scipy.sparse.csgraph import dijkstra
+
+from robust_slam._arrays import Array, Indices, Mask
+from robust_slam._block_pattern import factorise, find_pattern
+from robust_slam._descent import check_weights
+from robust_slam.chordal import nearest_rotations, precisions
+from robust_slam.loop import Underdetermined
+from robust_slam.pose_graph import PoseGraph
+
+_LOST = 1e-13
+"""The share of a diagonal entry below which its pivot has lost its digits."""
+
+
+def spanning_tree(graph: PoseGraph, weights: ArrayLike | None = None) -> Array:
+    """Return the poses ``(n, …)`` that follow from one path of edges to each pose.
+
+    Of all paths from pose 0 it takes one with the fewest loop closures, and of these one
+    with the fewest edges: a complete odometry gives dead reckoning. Of several edges that
+    do equally well it takes the first. Edges of weight 0 in ``weights`` ``(m,)`` are left
+    out; how large the others are does not matter.
+
+    Raises:
+        ValueError: ``weights`` have the wrong shape, are not finite, or one is negative.
+        Underdetermined: the edges with positive weight leave a pose loose.
+    """
+    used = check_weights(weights, graph) > 0.0
+    parent, edge = _tree(graph, used)
+    forward = graph.edges[edge, 1] == np.arange(graph.n)
+    z = graph.measurement[edge]
+    group = graph.group
+    back = group.inverse(z)
+    ahead = forward.reshape(-1, *(1,) * (z.ndim - 1))
+    poses: Array = np.where(ahead, z, back)
+    poses[0] = group.identity()
+    # Each pose is known relative to an ancestor. Replacing the ancestor by its own
+    # doubles the distance, so a path of 10000 edges takes 14 rounds instead of 10000.
+    while np.any(parent > 0):
+        poses = group.compose(poses[parent], poses)
+        parent = parent[parent]
+    return poses
+
+
+def chordal(graph: PoseGraph, weights: ArrayLike | None = None) -> Array:
+    """Return the poses ``(n, …)`` of two linear least-squares problems.
+
+    First Σ w κ ‖R_j − R_i R̃‖²_F is minimised over all matrices, with R_0 = I, and each is
+    replaced by the nearest rotation; then Σ w τ ‖t_j − t_i − R_i t̃‖² is minimised over
+    the positions, with t_0 = 0. Without noise that is the truth. It needs no first poses
+    and is near the optimum as long as the noise of the rotations is moderate, but it is a
+    start, not a minimum. ``weights`` ``(m,)`` are 1 if None.
+
+    Raises:
+        ValueError: ``weights`` have the wrong shape, are not finite, or one is negative.
+        Underdetermined: the edges with positive weight leave a pose loose, or do so to
+            working precision.
+
+    Source: Martinec and Pajdla 2007; Carlone et al. 2015, "Initialization techniques for
+    3D SLAM".
+    """
+    full = check_weights(weights, graph)
+    used = np.flatnonzero(full)
+    kappa, tau = ((full * precision)[used] for precision in precisions(graph))
+    edges = graph.edges[used]
+    turn = _rotations(graph.n, edges, graph.rotation[used], kappa)
+    step = (turn[edges[:, 0]] @ graph.translation[used][..., None])[..., 0]
+    place = _positions(graph.n, edges, step, tau)
+    return graph.group.from_parts(turn, place)
+
+
+def _rotations(n: int, edges: Indices, measured: Array, kappa: Array) -> Array:
+    """Return the rotations ``(n, d, d)`` nearest to the relaxed optimum with R_0 = I."""
+    d = measured.shape[-1]
+    one = np.broadcast_to(np.eye(d), measured.shape)
+    # The unknowns are the transposed rotations, one below the other: their d columns are
+    # d problems with the same matrix.
+    rows = [[one, -measured], [-np.swapaxes(measured, 1, 2), one]]
+    blocks = kappa[:, None, None, None, None] * np.moveaxis(np.array(rows), 2, 0)
+    first = np.zeros((n, d, d))
+    first[0] = np.eye(d)
+    pull = (blocks @ first[edges][:, None]).sum(axis=2)
+    relaxed = first + _least(n, edges, blocks, pull)
+    return nearest_rotations(np.swapaxes(relaxed, 1, 2))
+
+
+def _positions(n: int, edges: Indices, step: Array, tau: Array) -> Array:
+    """Return the positions ``(n, d)`` of least Σ τ ‖t_j − t_i − step‖² with t_0 = 0."""
+    difference = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    blocks = tau[:, None, None] * difference
+    pull = (tau[:, None] * step)[:, None] * np.array([1.0, -1.0])[:, None]
+    return _least(n, edges, blocks[..., None, None], pull[:, :, None])[:, 0]
+
+
+def _least(n: int, edges: Indices, blocks: Array, pull: Array) -> Array:
+    """Return the x ``(n, b, c)`` with x_0 = 0 that minimises ½ tr(xᵀ H x) + tr(gᵀ x).
+
+    H is the sum of ``blocks`` ``(m, 2, 2, b, b)`` over both ends of the edges, and g that
+    of ``pull`` ``(m, 2, b, c)``.
+    """
+    pattern = find_pattern(n, edges, blocks.shape[-1])
+    x = np.zeros((n, *pull.shape[2:]))
+    np.add.at(x, edges, pull)
+    right = -x[pattern.order]
+    x[0] = 0.0
+    x[pattern.order] = _solve(pattern.matrix(blocks), right.reshape(-1, right.shape[-1])).reshape(
+        right.shape
+    )
+    return x
+
+
+def _solve(matrix: csc_array, right: Array) -> Array:
+    try:
+        factors = factorise(matrix)
+        # A pivot this small beside its diagonal entry is what rounding left of a 0.
+        sound = bool(np.all(factors.U.diagonal() > _LOST * matrix.diagonal()))
+    except RuntimeError:
+        sound = False
+    if not sound:
+        raise Underdetermined(
+            "the chordal problem is singular to working precision: some edges weigh almost "
+            "nothing beside the others; give such edges weight 0 or trust more edges"
+        )
+    return np.asarray(factors.solve(right))
+
+
+def _tree(graph: PoseGraph, used: Mask) -> tuple[Indices, Indices]:
+    """Return for each pose its neighbour on the way to pose 0 and the edge to it, ``(n,)``.
+
+    Pose 0 is its own neighbour, with edge 0.
+    """
+    # A path has fewer than n edges, so closures of length n are counted before all else.
+    length = np.where(graph.is_odometry, 1.0, float(graph.n))
+    distance = _distances(graph.n, graph.edges[used], length[used])
+    number = np.flatnonzero(used)
+    ends = graph.edges[number]
+    tails, heads = np.concatenate([ends, ends[:, ::-1]]).T
+    number = np.concatenate([number, number])
+    # Lengths are whole numbers, so a best path is recognised by equality.
+    best = distance[tails] + length[number] == distance[heads]
+    tails, heads, number = tails[best], heads[best], number[best]
+    order = np.argsort(-number, kind="stable")
+    parent, edge = np.zeros(graph.n, dtype=np.intp), np.zeros(graph.n, dtype=np.intp)
+    parent[heads[order]], edge[heads[order]] = tails[order], number[order]
+    return parent, edge
+
+
+def _distances(n: int, edges: Indices, length: Array) -> Array:
+    """Return the length ``(n,)`` of the shortest path from pose 0 to each pose."""
+    low, high = edges.min(axis=1), edges.max(axis=1)
+    # A sparse matrix adds up what is given twice; only the shortest edge of a pair counts.
+    order = np.lexsort((length, high, low))
+    _, first = np.unique((low * n + high)[order], return_index=True)
+    kept = order[first]
+    joined = csr_array((length[kept], (low[kept], high[kept])), shape=(n, n))
+    return np.asarray(dijkstra(joined, directed=False, indices=[0])[0], dtype=np.float64)
