@@ -195,7 +195,7 @@ def _lower(
     basis = tangent_basis(point.blocks)
     hessian, gradient, scale = _equations(problem, pattern, point, basis)
     while shift < _LAST_SHIFT:
-        factors = _positive(csc_array(hessian + diags_array(shift * scale)))
+        factors = positive_factors(csc_array(hessian + diags_array(shift * scale)))
         if factors is not None:
             step = np.zeros((problem.n, pattern.block))
             step[pattern.order] = -factors.solve(gradient).reshape(-1, pattern.block)
@@ -255,7 +255,7 @@ def _equations(
     return hessian, gradient[pattern.order].ravel(), scale[pattern.order].ravel()
 
 
-def _positive(matrix: csc_array) -> SuperLU | None:
+def positive_factors(matrix: csc_array) -> SuperLU | None:
     """Return the factors of ``matrix``, or None if it is not positive definite."""
     try:
         factors = factorise(matrix)
