@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from robust_slam import pose_graph, se2, se3
 from robust_slam.chordal import chordal_cost, precisions
+from robust_slam.gauss_newton import gauss_newton
+from robust_slam.generate import Noise, manhattan
 from robust_slam.loop import Underdetermined
 from robust_slam.pose_graph import PoseGraph, select
 from robust_slam.start import chordal, spanning_tree
@@ -204,6 +206,17 @@ def test_with_noise_the_chordal_start_costs_less_than_the_tree(group, seed):
     _, graph = random_graph(group, seed, n=40, closures=40, noise=0.3)
     there = pose_graph.cost(chordal(graph), graph)
     assert there < 0.2 * pose_graph.cost(spanning_tree(graph), graph)
+
+
+@pytest.mark.parametrize("seed", [1, 4])
+def test_from_the_tree_gauss_newton_may_end_in_a_minimum_that_chordal_avoids(seed):
+    sigma = (0.3, 0.3, 0.15)
+    graph, _ = manhattan(100, np.random.default_rng(seed), noise=Noise(sigma, sigma))
+    high, low = (
+        pose_graph.cost(gauss_newton(graph, start(graph)), graph)
+        for start in (spanning_tree, chordal)
+    )
+    assert high > 5.0 * low
 
 
 @GROUPS
