@@ -268,6 +268,17 @@ def test_trusted_edges_know_no_other_reading():
     assert result.modes.tolist() == [0, 0, 0]
 
 
+def test_it_is_not_at_rest_while_a_mode_changes():
+    # From x₂ = 5 the second reading is the likelier one; the odometry knows better.
+    graph = line([1.0, 1.0, 2.0], [0.01, 0.01, 1.0])
+    five = alternative(graph, [2], 0.5, [[5.0, 0.0, 0.0]])
+    x0 = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [5.0, 0.0, 0.0]]
+    result = max_mixture_modes(PoseGraphProblem(graph), [five], x0, tol=1e9)
+    assert [step.modes[2] for step in result.history] == [1, 0, 0]
+    assert result.stop is StopReason.CONVERGED
+    assert result.x[2, 0] == pytest.approx(2.0, rel=1e-12)
+
+
 def test_running_out_of_steps_is_told():
     graph, _, _ = walk(se2, 1)
     result = max_mixture_modes(PoseGraphProblem(graph), [], max_iterations=1)

@@ -150,6 +150,18 @@ def test_the_joint_cost_never_rises_and_switches_stay_in_the_box(group, seed):
         np.testing.assert_array_equal(step.weights[graph.is_odometry], 1.0)
 
 
+def test_a_damped_step_is_no_rest_however_small():
+    graph, x0, s0 = far(se3, 4)
+    problem = PoseGraphProblem(graph)
+    # The undamped step from here would raise the cost, and is not taken.
+    assert len(joint_switchable(problem, LAM, x0, s0, max_iterations=1).history) == 1
+    result = joint_switchable(problem, LAM, x0, s0, tol=1e9)
+    assert result.stop is StopReason.CONVERGED
+    before = result.history[-2]
+    undamped = joint_switchable(problem, LAM, before.x, np.sqrt(before.weights), max_iterations=1)
+    np.testing.assert_allclose(undamped.x, result.x, rtol=1e-9)
+
+
 @groups
 def test_the_recorded_cost_is_half_the_objective_of_the_paper(group):
     graph, x0, s0 = far(group, 5)
