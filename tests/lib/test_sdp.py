@@ -235,6 +235,13 @@ def test_the_bound_is_above_the_gap_at_any_rotations(d, seed):
 
 
 @DIMENSIONS
+@pytest.mark.parametrize("seed", range(10))
+def test_the_bound_is_never_negative_though_rounding_may_lift_the_lowest_eigenvalue(d, seed):
+    truth, _, Q = six_poses(d, seed, 0.0)
+    assert 0.0 <= suboptimality(Q, row(truth)) < 1e-12
+
+
+@DIMENSIONS
 @SEEDS
 def test_the_traces_agree_at_any_rotations_and_so_prove_nothing(d, seed):
     _, _, Q = six_poses(d, seed, 0.3)

@@ -25,11 +25,11 @@ def twists(group, rng, count, place, turn):
     return rng.normal(size=(count, group.DOF)) * np.repeat([place, turn], [d, group.DOF - d])
 
 
-def isotropic(group, m, place=4.0, turn=100.0):
-    return np.tile(
-        np.diag(np.repeat([place, turn], [group.DIMENSION, group.DOF - group.DIMENSION])),
-        (m, 1, 1),
-    )
+def isotropic(group, place, turn):
+    """Information matrices ``(m, D, D)`` from one number for each part of each edge."""
+    d = group.DIMENSION
+    entries = np.repeat(np.stack([place, turn], axis=1), [d, group.DOF - d], axis=1)
+    return entries[:, :, None] * np.eye(group.DOF)
 
 
 def random_graph(group, seed, n=12, closures=10, noise=0.0, odometry=True):
@@ -42,7 +42,8 @@ def random_graph(group, seed, n=12, closures=10, noise=0.0, odometry=True):
     error = group.exp(twists(group, rng, len(edges), noise, 0.2 * noise))
     z = group.compose(group.between(truth[edges[:, 0]], truth[edges[:, 1]]), error)
     flags = odometry & (np.arange(len(edges)) < n - 1)
-    return truth, PoseGraph(n, edges, z, isotropic(group, len(edges)), flags)
+    information = isotropic(group, *rng.uniform(1.0, 50.0, size=(2, len(edges))))
+    return truth, PoseGraph(n, edges, z, information, flags)
 
 
 def rebuilt(graph, **changes):
@@ -74,7 +75,7 @@ def test_pose_0_is_the_identity(group, start):
 @STARTS
 def test_two_poses_and_one_edge_backwards(group, start):
     z = group.exp(twists(group, np.random.default_rng(1), 1, 2.0, 1.0))
-    graph = PoseGraph(2, [[1, 0]], z, isotropic(group, 1), [False])
+    graph = PoseGraph(2, [[1, 0]], z, [np.eye(group.DOF)], [False])
     assert_same_poses(group, start(graph)[1], group.inverse(z[0]))
 
 
@@ -94,7 +95,7 @@ def test_the_tree_takes_few_closures_then_few_edges_then_the_first_edge(group):
     edges = [[0, 1], [1, 2], [4, 3], [0, 2], [2, 4], [3, 0], [0, 3], [4, 5]]
     is_odometry = [True, True, True, False, False, False, False, True]
     z = group.exp(twists(group, np.random.default_rng(2), 8, 1.0, 0.5))
-    graph = PoseGraph(6, edges, z, isotropic(group, 8), is_odometry)
+    graph = PoseGraph(6, edges, z, [np.eye(group.DOF)] * 8, is_odometry)
     # Pose 2 over the odometry, not over the closure 0–2. One closure leads on, at the
     # best at once from pose 0 to 3, by edge 5, which comes before its twin 6.
     paths = {1: [0], 2: [0, 1], 3: [~5], 4: [~5, ~2], 5: [~5, ~2, 7]}
@@ -147,10 +148,11 @@ def test_poses_with_turned_axes_come_out_turned(group, start, seed):
 def test_in_other_units_only_the_positions_change(group, start):
     _, graph = random_graph(group, 4, noise=0.3)
     z = group.from_parts(graph.rotation, 100.0 * graph.translation)
-    measured = isotropic(group, len(z), place=4e-4)
+    unit = np.repeat([100.0, 1.0], [group.DIMENSION, group.DOF - group.DIMENSION])
     poses = start(graph)
     expected = group.from_parts(group.rotation(poses), 100.0 * group.translation(poses))
-    got = start(rebuilt(graph, measurement=z, information=measured))
+    information = graph.information / np.outer(unit, unit)
+    got = start(rebuilt(graph, measurement=z, information=information))
     assert_same_poses(group, got, expected, atol=1e-8)
 
 
