@@ -22,8 +22,8 @@ from robust_slam._descent import (
     moved,
 )
 from robust_slam._normal_equations import NormalEquations
-from robust_slam.generate import dead_reckoning
 from robust_slam.pose_graph import PoseGraph, check_poses
+from robust_slam.start import spanning_tree
 
 __all__ = ["NotConverged", "PoseGraphProblem", "gauss_newton"]
 
@@ -62,15 +62,16 @@ def gauss_newton(
 class PoseGraphProblem:
     """A pose graph for the loop; its x are poses, ``(n, 3)`` or ``(n, 3, 4)``.
 
-    ``guess``, poses too, is where the unweighted solve starts, by default dead reckoning;
+    ``guess``, poses too, is where the unweighted solve starts, by default the spanning
+    tree of ``start``, which is dead reckoning where the odometry is complete;
     ``trusted`` ``(m,)`` is the mask of edges whose weight stays 1, by default the
     odometry. Each solve takes at most ``steps`` Gauss–Newton steps from the poses of the
     solve before, and ends earlier as ``gauss_newton`` does with ``tol``; the loop goes on
     from there, so a few steps are enough.
 
     Raises:
-        ValueError: ``guess`` or ``trusted`` does not fit the graph, or the odometry does
-            not lead to every pose and no ``guess`` is given.
+        ValueError: ``guess`` or ``trusted`` does not fit the graph, or a limit is out of
+            range.
     """
 
     def __init__(
@@ -83,7 +84,7 @@ class PoseGraphProblem:
         steps: int = 100,
     ) -> None:
         self.graph = graph
-        self.guess = dead_reckoning(graph) if guess is None else check_poses("guess", guess, graph)
+        self.guess = spanning_tree(graph) if guess is None else check_poses("guess", guess, graph)
         self.trusted = mask(
             "trusted", graph.is_odometry if trusted is None else trusted, len(graph.edges)
         )
