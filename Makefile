@@ -5,7 +5,7 @@ SHELL := /bin/bash
 .SHELLFLAGS := -o pipefail -ec
 MAKEFLAGS += --no-print-directory
 .DEFAULT_GOAL := help
-.PHONY: help course test setup lab book release class grade format check lock clean
+.PHONY: help course test setup lab book release class grade data bench format check lock clean
 
 PYTHON ?= python3
 VENV := .venv
@@ -92,6 +92,12 @@ grade-class:
 		{ echo "No sandbox works here ($$problem): the sample class, which is our own, is graded" \
 		'without one. Install bubblewrap before you grade anything else.'; flag=--unsandboxed; }; \
 	$(BIN)/autograder grade build/submitted/*/* $$flag
+
+data: setup ## download the public pose graphs; nothing else ever downloads them
+	$(BIN)/python -m robust_slam.datasets
+
+bench: setup ## compare the estimators, and GTSAM's, on intel with wrong closures
+	$(BIN)/python -m benchmarks.wrong_closures
 
 test: setup ## set up and pass all tests; STRICT=1 fails where one would be left out
 	@sh tests/system-packages.sh
