@@ -155,15 +155,16 @@ def judge(
     Arguments and errors are those of ``certificate``. At a rank above d it speaks about
     the relaxation: ``lower_bound`` still bounds the cost of every map.
     """
+    tol = positive("tol", tol)
     uneven = stationarity(problem, blocks)
     first = _shift(problem, uneven) if eta is None else positive("eta", eta)
-    certificate_matrix = _CertificateMatrix.at(problem, blocks)
-    passed = certificate_matrix.factorise(first)
-    lowest, direction = _lowest(certificate_matrix, first, passed)
-    shift = first if passed else _least_shift(certificate_matrix, lowest)
+    s = _CertificateMatrix.at(problem, blocks)
+    passed = s.factorise(first)
+    lowest, direction = _lowest(s, first, passed)
+    shift = first if passed else _least_shift(s, max(first, -lowest))
     cost = lifted_cost(problem, blocks)
     return Certificate(
-        verdict=_verdict(uneven <= positive("tol", tol), passed is not None),
+        verdict=_verdict(uneven <= tol, passed is not None),
         stationarity=uneven,
         lambda_min=lowest,
         eta=shift,
@@ -276,9 +277,9 @@ def _largest(s: _CertificateMatrix, factors: SuperLU) -> tuple[float, Array]:
     return float(values[-1]), vectors[:, -1]
 
 
-def _least_shift(s: _CertificateMatrix, lowest: float) -> float:
-    """Return a shift just above −λ_min that passes the Cholesky test."""
+def _least_shift(s: _CertificateMatrix, above: float) -> float:
+    """Return a shift just above ``above`` that passes the Cholesky test."""
     margin = 1e-10
-    while s.factorise(-lowest * (1.0 + margin)) is None:
+    while s.factorise(above * (1.0 + margin)) is None:
         margin *= 10.0
-    return -lowest * (1.0 + margin)
+    return above * (1.0 + margin)

@@ -276,3 +276,12 @@ def nearest_rotations(matrices: ArrayLike) -> Array:
     left, _, right = np.linalg.svd(np.asarray(matrices, dtype=np.float64))
     left[..., -1] *= np.sign(np.linalg.det(left) * np.linalg.det(right))[..., None]
     return np.asarray(left @ right)
+
+
+def nearest_stiefel(matrices: ArrayLike) -> Array:
+    """Return the matrices ``(…, r, d)`` of orthonormal columns nearest to ``matrices``.
+
+    Source: Absil, Mahony and Sepulchre 2008, the polar factor.
+    """
+    left, _, right = np.linalg.svd(np.asarray(matrices, dtype=np.float64), full_matrices=False)
+    return np.asarray(left @ right)

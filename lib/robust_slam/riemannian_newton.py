@@ -30,14 +30,15 @@ from robust_slam.chordal import (
     certificate_blocks,
     edge_pulls,
     lifted_cost,
+    nearest_stiefel,
     pose_blocks,
 )
 from robust_slam.group import Group
 from robust_slam.pose_graph import PoseGraph, check_poses
 
 STEP_LIMIT = 200
-_FIRST_SHIFT = 1e-6
-_GROWTH = 10.0
+_FIRST_SHIFT = 1e-7
+_GROWTH = 3.0
 _LAST_SHIFT = 1e12
 """Beyond this shift, relative to the diagonal, a step is lost in rounding."""
 
@@ -201,9 +202,15 @@ def _lower(
             step[pattern.order] = -factors.solve(gradient).reshape(-1, pattern.block)
             trial = _point(problem, retract(point.blocks, basis, step))
             if trial.cost <= point.cost * (1.0 + ROUNDING):
-                return trial, 0.0 if shift <= _FIRST_SHIFT else shift / _GROWTH**2
+                return trial, _relaxed(shift)
         shift = max(_FIRST_SHIFT, _GROWTH * shift)
     return point, 0.0
+
+
+def _relaxed(shift: float) -> float:
+    """Return the shift to begin with after a step; a small one gives way to plain Newton."""
+    lower = shift / _GROWTH**2
+    return lower if lower > _FIRST_SHIFT else 0.0
 
 
 def tangent_basis(blocks: Array) -> Array:
@@ -232,8 +239,7 @@ def retract(blocks: Array, basis: Array, step: Array) -> Array:
     Source: Absil, Mahony and Sepulchre 2008, the polar retraction of the Stiefel manifold.
     """
     moved = blocks + np.einsum("np,npcx->ncx", step, basis)
-    left, _, right = np.linalg.svd(moved[..., :-1], full_matrices=False)
-    moved[..., :-1] = left @ right
+    moved[..., :-1] = nearest_stiefel(moved[..., :-1])
     # Untouched poses stay to the last bit: pose 0, which is pinned.
     still = ~np.any(step, axis=1)
     moved[still] = blocks[still]
