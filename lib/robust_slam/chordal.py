@@ -31,7 +31,9 @@ def precisions(graph: PoseGraph) -> tuple[Array, Array]:
     """Return κ ``(m,)``, without a unit, and τ ``(m,)`` in 1/m²: one number for each block of Ω.
 
     In SE(2) κ = Ω_θθ and τ = 2 / tr(Ω_tt⁻¹), in SE(3) κ = 3 / (2 tr(Ω_RR⁻¹)) and
-    τ = 3 / tr(Ω_tt⁻¹), where Ω_tt and Ω_RR are the diagonal blocks of the information.
+    τ = 3 / tr(Ω_tt⁻¹), where Ω_tt and Ω_RR are the diagonal blocks of the information. As
+    ‖R − I‖²_F ≈ 2 θ², a small angle costs κ · 2 θ²: in SE(3) as much as in the logarithm
+    cost without its ½, in SE(2) twice as much. Both are as SE-Sync has them.
 
     Source: Rosen et al. 2019, the appendix on the measurements' concentration parameters.
     """

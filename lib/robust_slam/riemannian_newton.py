@@ -91,9 +91,12 @@ def polish(
 
     Source: Absil, Mahony and Sepulchre 2008, Newton's method; the shift is derived here.
     """
-    start = pose_blocks(check_poses("poses", poses, graph))
+    start = check_poses("poses", poses, graph)
     problem = ChordalProblem.of(graph, weights)
-    return poses_of(graph.group, settled(descend(problem, start, tol, max_iterations)).blocks)
+    last = settled(descend(problem, pose_blocks(start), tol, max_iterations))
+    polished = poses_of(graph.group, last.blocks)
+    polished[0] = start[0]
+    return polished
 
 
 def poses_of(group: Group, blocks: Array) -> Array:
@@ -194,7 +197,7 @@ def _lower(
     is relative to the diagonal of the Hessian of Λ = 0, which is always positive.
     """
     basis = tangent_basis(point.blocks)
-    hessian, gradient, scale = _equations(problem, pattern, point, basis)
+    hessian, gradient, scale = equations(problem, pattern, point, basis)
     while shift < _LAST_SHIFT:
         factors = positive_factors(csc_array(hessian + diags_array(shift * scale)))
         if factors is not None:
@@ -246,7 +249,7 @@ def retract(blocks: Array, basis: Array, step: Array) -> Array:
     return np.asarray(moved)
 
 
-def _equations(
+def equations(
     problem: ChordalProblem, pattern: BlockPattern, point: Point, basis: Array
 ) -> tuple[csc_array, Array, Array]:
     """Return Hessian, gradient and the diagonal of the Hessian of Λ = 0, pose 0 left out."""
