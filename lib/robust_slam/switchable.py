@@ -33,9 +33,7 @@ from robust_slam.result import Result, Step, StopReason
 
 X = TypeVar("X")
 
-_LEAST_DAMPING = 1e-6
-"""Less than this is none: what comes after it on the way down is 0."""
-_FACTOR = 10.0
+_DAMPING = 1e-4
 
 
 def switch(chi2: ArrayLike, lam: float) -> Array:
@@ -116,6 +114,7 @@ def joint_switchable(
     x0: ArrayLike | None = None,
     s0: ArrayLike | None = None,
     *,
+    damping: float = _DAMPING,
     tol: float = 1e-9,
     max_iterations: int = 500,
 ) -> Result[Array]:
@@ -123,10 +122,11 @@ def joint_switchable(
 
     The poses start at ``x0`` ``(n, 3)`` or ``(n, 3, 4)``, by default plain least squares,
     and the switches at ``s0`` ``(m,)``, by default 1; trusted edges have none and stay
-    at 1. Each of the at most ``max_iterations`` steps is a Gauss–Newton step on both, with
-    damping (Levenberg–Marquardt) where the cost would rise, and s is kept in [0, 1]. It
-    has CONVERGED when an undamped step moves no switch by more than ``tol`` and no pose
-    by more than ``tol`` times 1 + the largest coordinate of the map.
+    at 1. Each of the at most ``max_iterations`` steps is a Gauss–Newton step on both, kept
+    to s in [0, 1], and damped on the poses: from ``damping`` on (0 for a plain first
+    step), more after a step that would raise the cost and is not taken, less after a good
+    one. It has CONVERGED when an undamped step moves no switch by more than ``tol`` and
+    no pose by more than ``tol`` times 1 + the largest coordinate of the map.
 
     The weights of a step are s², with s the switches beside its poses.
 
@@ -135,29 +135,42 @@ def joint_switchable(
         Underdetermined: the trusted edges and those with s > 0 do not determine the map.
         NotConverged: plain least squares did not come to rest; give ``x0``.
 
-    Source: Sünderhauf and Protzel 2012; Marquardt 1963 for the damping.
+    Source: Sünderhauf and Protzel 2012; Marquardt 1963, damping by the diagonal; Nielsen
+    1999, how it follows the gain.
     """
-    lam = positive("lam", lam)
+    lam, damping = positive("lam", lam), _checked_damping(damping)
     check_limits(tol, max_iterations)
     model = _Switched(NormalEquations(problem.graph), ~problem.trusted, lam)
     poses = problem.initial() if x0 is None else check_poses("x0", x0, problem.graph)
     here = model.at(poses, _switches(s0, model.doubted))
-    history, damping = [here.record()], 0.0
+    history, growth = [here.record()], 2.0
     for _ in range(max_iterations):
-        motion, turn = model.step(here, damping)
+        motion, turn, promised = model.step(here, damping)
         there = model.at(
             moved(problem.graph, here.poses, motion), np.clip(here.switches + turn, 0.0, 1.0)
         )
         if there.cost > here.cost * (1.0 + ROUNDING):
-            damping = max(_LEAST_DAMPING, _FACTOR * damping)
+            damping, growth = max(_DAMPING, growth * damping), 2.0 * growth
             continue
         history.append(there.record())
         small = is_small(motion, here.poses, tol) and bool(np.all(np.abs(turn) <= tol))
         if small and damping == 0.0:
             return Result.ending(history, StopReason.CONVERGED)
-        here = there
-        damping = damping / _FACTOR if damping > _LEAST_DAMPING else 0.0
+        # A damped step may be small anywhere; one without damping is small at a minimum.
+        damping = 0.0 if small else damping * _shrink((here.cost - there.cost) / promised)
+        here, growth = there, 2.0
     return Result.ending(history, StopReason.ITERATION_LIMIT)
+
+
+def _checked_damping(damping: float) -> float:
+    if not (np.isfinite(damping) and damping >= 0.0):
+        raise ValueError(f"damping is {damping}; give a number of at least 0")
+    return float(damping)
+
+
+def _shrink(gain: float) -> float:
+    """Return the factor on the damping after a step: 1/3 for a promise kept, 2 at most."""
+    return max(1.0 / 3.0, 1.0 - (2.0 * min(max(gain, 0.0), 1.0) - 1.0) ** 3)
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,8 +202,10 @@ class _Switched:
         total = np.sum(switches**2 * chi2 + self.lam * (1.0 - switches) ** 2)
         return _Place(poses, switches, 0.5 * float(total))
 
-    def step(self, place: _Place, damping: float) -> tuple[Array, Array]:
+    def step(self, place: _Place, damping: float) -> tuple[Array, Array, float]:
         """Return the Gauss–Newton step of the poses ``(n, D)`` and of the switches ``(m,)``.
+
+        The third is how far it lowers the cost of the linearised residuals.
 
         A switch touches one edge only, so it leaves the normal equations exactly and is
         found again afterwards. Per edge, with v = Ωr, h = χ² + λ and the slope
@@ -211,9 +226,13 @@ class _Switched:
         # the bracket has the eigenvalues λ/(‖a‖² + λ) > 0 and 1.
         shrunk = graph.information - inverse[:, None, None] * v[:, :, None] * v[:, None, :]
         pull = (s**2 - s * slope * inverse)[:, None] * v
-        motion = self.equations.solve(jacobian, s[:, None, None] ** 2 * shrunk, pull, damping)
-        carried = np.einsum("ka,keab,keb->k", v, jacobian, motion[graph.edges])
-        return motion, -inverse * (slope + s * carried)
+        reduced = s[:, None, None] ** 2 * shrunk
+        motion = self.equations.solve(jacobian, reduced, pull, damping)
+        change = np.einsum("keab,keb->ka", jacobian, motion[graph.edges])
+        turn = -inverse * (slope + s * np.sum(v * change, axis=1))
+        rise = np.sum(pull * change) + 0.5 * np.einsum("ka,kab,kb->", change, reduced, change)
+        promised = 0.5 * float(np.sum(inverse * slope**2)) - float(rise)
+        return motion, turn, max(promised, np.finfo(float).tiny)
 
 
 def _switches(s0: ArrayLike | None, doubted: Mask) -> Array:

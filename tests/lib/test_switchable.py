@@ -150,16 +150,28 @@ def test_the_joint_cost_never_rises_and_switches_stay_in_the_box(group, seed):
         np.testing.assert_array_equal(step.weights[graph.is_odometry], 1.0)
 
 
-def test_a_damped_step_is_no_rest_however_small():
-    graph, x0, s0 = far(se3, 4)
+@groups
+def test_a_damped_step_is_no_rest_however_small(group):
+    graph, x0, s0 = far(group, 4)
     problem = PoseGraphProblem(graph)
-    # The undamped step from here would raise the cost, and is not taken.
-    assert len(joint_switchable(problem, LAM, x0, s0, max_iterations=1).history) == 1
-    result = joint_switchable(problem, LAM, x0, s0, tol=1e9)
+    result = joint_switchable(problem, LAM, x0, s0, damping=1e9, tol=1e3)
     assert result.stop is StopReason.CONVERGED
     before = result.history[-2]
-    undamped = joint_switchable(problem, LAM, before.x, np.sqrt(before.weights), max_iterations=1)
-    np.testing.assert_allclose(undamped.x, result.x, rtol=1e-9)
+    plain = joint_switchable(
+        problem, LAM, before.x, np.sqrt(before.weights), damping=0.0, max_iterations=1
+    )
+    np.testing.assert_allclose(plain.x, result.x, rtol=1e-9)
+
+
+@groups
+def test_the_first_damping_does_not_change_where_it_ends(group):
+    graph, _ = spoiled(group, 1)
+    problem = PoseGraphProblem(graph)
+    expected = joint_switchable(problem, LAM)
+    for damping in (0.0, 1.0):
+        result = joint_switchable(problem, LAM, damping=damping)
+        assert result.stop is StopReason.CONVERGED
+        np.testing.assert_allclose(result.x, expected.x, atol=1e-8)
 
 
 @groups
@@ -212,7 +224,9 @@ def test_eliminating_the_switches_leaves_the_step_of_the_dense_joint_problem(gro
     switches = np.where(graph.is_odometry, 1.0, rng.uniform(0.4, 0.6, len(graph.edges)))
     motion, turn = dense_step(group, graph, poses, switches, lam)
     problem = PoseGraphProblem(graph)
-    step = joint_switchable(problem, lam, poses, switches, max_iterations=1).history[1]
+    step = joint_switchable(problem, lam, poses, switches, damping=0.0, max_iterations=1).history[
+        1
+    ]
     moved = switches + turn
     assert np.all((moved[-2:] > 0.0) & (moved[-2:] < 1.0) & (turn[-2:] != 0.0))
     np.testing.assert_allclose(group.log(group.between(poses, step.x))[1:], motion, atol=1e-6)
@@ -279,6 +293,8 @@ def test_poses_that_hang_on_switches_that_are_off_are_not_determined():
         ({"x0": np.zeros((2, 3))}, "x0: the shape"),
         ({"s0": [1.0]}, "s0: the shape"),
         ({"s0": np.full(26, 1.5)}, "s0: an entry is outside"),
+        ({"damping": -1.0}, "damping is -1.0"),
+        ({"damping": np.inf}, "damping is inf"),
         ({"tol": -1.0}, "tol is -1.0"),
         ({"max_iterations": 0}, "max_iterations is 0"),
     ],
