@@ -121,7 +121,10 @@ def misfits(problem: ChordalProblem, blocks: Array) -> Array:
 
 
 def lifted_cost(problem: ChordalProblem, blocks: Array) -> float:
-    """Return tr(X M Xᵀ) as a sum of squares over the edges, which loses no digits."""
+    """Return tr(X M Xᵀ) of ``blocks`` ``(n, r, d + 1)``, as a sum of squares over the edges.
+
+    So no digits are lost where the cost is small.
+    """
     return float(np.sum(problem.precision[:, None] * misfits(problem, blocks) ** 2))
 
 
@@ -142,7 +145,10 @@ def chordal_cost(graph: PoseGraph, poses: ArrayLike, weights: ArrayLike | None =
 
 
 def data_matrix(graph: PoseGraph, weights: ArrayLike | None = None) -> csc_array:
-    """Return M ``((d + 1) n, (d + 1) n)``, sparse and symmetric: the cost is tr(X M Xᵀ).
+    """Return M, sparse and symmetric, of (d + 1) n rows: the cost is tr(X M Xᵀ).
+
+    X is ``(d, (d + 1) n)`` as from ``lift``; ``weights`` ``(m,)`` multiply κ and τ and are
+    1 if None.
 
     Raises:
         ValueError: ``weights`` have the wrong shape, are not finite, or one is negative.
@@ -155,7 +161,10 @@ def data_matrix(graph: PoseGraph, weights: ArrayLike | None = None) -> csc_array
 
 
 def assemble(problem: ChordalProblem, blocks: Array) -> csc_array:
-    """Return the sparse sum ``((d + 1) n, (d + 1) n)`` of ``blocks`` as in ``edge_blocks``."""
+    """Return the sparse sum, of (d + 1) n rows, of blocks as in ``edge_blocks``.
+
+    ``blocks`` are ``(m, 2, 2, d + 1, d + 1)``, over rows and columns.
+    """
     width = problem.d + 1
     at = width * problem.edges[:, :, None] + np.arange(width)
     row = np.broadcast_to(at[:, :, None, :, None], blocks.shape)
@@ -193,7 +202,7 @@ def certificate_blocks(problem: ChordalProblem, blocks: Array) -> Array:
 def marginalised(matrix: csc_array, n: int, d: int) -> Array:
     """Return the dense Q ``(d n, d n)`` of the rotations alone, translations at their best.
 
-    ``matrix`` ``((d + 1) n, (d + 1) n)`` is M, or M − Λ. With the map's translations
+    ``matrix``, of (d + 1) n rows, is M, or M − Λ. With the map's translations
     eliminated the cost is tr(R Q Rᵀ) with R = [R_0 R_1 …]. Meant for small graphs.
 
     Raises:

@@ -122,6 +122,8 @@ def settled(descent: Descent) -> Point:
 def stationarity(problem: ChordalProblem, blocks: Array) -> float:
     """Return the relative size of S·Xᵀ, a number without a unit: 0 where the gradient is.
 
+    ``blocks`` ``(n, r, d + 1)`` are a map, or a point of a higher rank.
+
     It is √(Σ_c ‖(X S)_c‖² / M_cc) / √(Σ_c M_cc), the first sum over all columns, the
     second over those of the rotations. So it depends neither on the unit of length, nor on
     the scale of the information, nor on where the map lies. Its square is about the part
@@ -252,7 +254,11 @@ def retract(blocks: Array, basis: Array, step: Array) -> Array:
 def equations(
     problem: ChordalProblem, pattern: BlockPattern, point: Point, basis: Array
 ) -> tuple[csc_array, Array, Array]:
-    """Return Hessian, gradient and the diagonal of the Hessian of Λ = 0, pose 0 left out."""
+    """Return Hessian, gradient and the diagonal of the Hessian of Λ = 0, pose 0 left out.
+
+    ``basis`` ``(n, p, r, d + 1)`` is the tangent basis at the point. Unknowns are those of
+    ``pattern``, in its order of elimination; all three are half the derivatives.
+    """
     blocks = certificate_blocks(problem, point.blocks)
     _, p, r, width = basis.shape
     ends = basis[problem.edges]

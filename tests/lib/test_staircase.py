@@ -8,6 +8,7 @@ from robust_slam import chordal, se2, se3
 from robust_slam.certificate import Verdict, certify
 from robust_slam.chordal import ChordalProblem, chordal_cost
 from robust_slam.pose_graph import PoseGraph
+from robust_slam.sdp import solve_sdp
 from robust_slam.staircase import climb, solve_certified
 
 both_groups = pytest.mark.parametrize("group", [se2, se3], ids=["se2", "se3"])
@@ -104,6 +105,15 @@ def test_where_the_relaxation_is_not_tight_it_says_so_with_a_closer_bound():
     assert record.cost <= before.cost * (1.0 + 1e-12)
     assert 0.0 < record.bound < 0.1 * before.bound
     assert record.lower_bound < chordal_cost(graph, poses)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_its_lower_bound_is_the_value_of_the_semidefinite_relaxation(seed):
+    # Seed 1 is tight, 0 and 2 are not.
+    graph, truth, _ = ring(se3, 10, seed, 0.8, reach=0.0)
+    _, record = solve_certified(graph, truth)
+    q = chordal.marginalised(chordal.data_matrix(graph), graph.n, 3)
+    assert record.lower_bound == pytest.approx(solve_sdp(q, 3).value, rel=1e-6)
 
 
 @both_groups
