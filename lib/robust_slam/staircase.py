@@ -71,8 +71,8 @@ def solve_certified(
         higher = climb(problem, blocks, relaxed.direction)
         blocks = descend(problem, higher, _NEAR).last.blocks
         relaxed = judge(problem, blocks)
-        rounded, rival = certify(graph, _rounded(graph, blocks, best), weights)
-        best, certificate = _better((best, certificate), (rounded, rival), relaxed)
+        near, proof = certify(graph, rounded(graph, blocks, best), weights)
+        best, certificate = _better((best, certificate), (near, proof), relaxed)
     return best, certificate
 
 
@@ -107,8 +107,13 @@ def climb(problem: ChordalProblem, blocks: Array, direction: Array) -> Array:
     return level
 
 
-def _rounded(graph: PoseGraph, blocks: Array, like: Array) -> Array:
-    """Return the map near ``blocks`` of any rank, moved so that pose 0 is that of ``like``."""
+def rounded(graph: PoseGraph, blocks: Array, like: Array) -> Array:
+    """Return the map near ``blocks`` ``(n, r, d + 1)``, with pose 0 where ``like`` has it.
+
+    ``like`` are poses, and so is the answer: ``(n, 3)`` or ``(n, 3, 4)``.
+
+    Source: Rosen et al. 2019, Algorithm 2.
+    """
     near = project(as_matrix(blocks), graph.n)
     motion = graph.group.compose(like[0], graph.group.inverse(near[0]))
     poses = graph.group.compose(motion, near)

@@ -9,7 +9,7 @@ from robust_slam.certificate import Verdict, certify
 from robust_slam.chordal import ChordalProblem, chordal_cost
 from robust_slam.pose_graph import PoseGraph
 from robust_slam.sdp import solve_sdp
-from robust_slam.staircase import climb, solve_certified
+from robust_slam.staircase import climb, rounded, solve_certified
 
 both_groups = pytest.mark.parametrize("group", [se2, se3], ids=["se2", "se3"])
 
@@ -114,6 +114,22 @@ def test_its_lower_bound_is_the_value_of_the_semidefinite_relaxation(seed):
     _, record = solve_certified(graph, truth)
     q = chordal.marginalised(chordal.data_matrix(graph), graph.n, 3)
     assert record.lower_bound == pytest.approx(solve_sdp(q, 3).value, rel=1e-6)
+
+
+@both_groups
+@pytest.mark.parametrize("extra", [0, 1])
+def test_rounding_moves_the_map_as_a_whole_to_where_pose_0_was(group, extra):
+    graph, truth, _ = ring(group, 8, 1, 0.1)
+    rng = np.random.default_rng(extra)
+    map_ = group.compose(truth, group.exp(rng.normal(size=(8, group.DOF))))
+    d = group.DIMENSION
+    frame = np.linalg.qr(rng.normal(size=(d + extra, d)))[0]
+    like = group.compose(group.exp(rng.normal(size=group.DOF)), truth)
+    poses = rounded(graph, frame @ chordal.pose_blocks(map_), like)
+    np.testing.assert_array_equal(poses[0], like[0])
+    np.testing.assert_allclose(
+        group.between(poses[0], poses), group.between(map_[0], map_), atol=1e-9
+    )
 
 
 @both_groups
