@@ -124,7 +124,9 @@ def max_mixture(
     """Minimise the cost of the null hypothesis, from ``x0`` or from plain least squares.
 
     The arguments are those of ``NullHypothesis``. A weight of 1/ratio² marks a measurement
-    that the outlier mode explains better; none is ever rejected whole.
+    that the outlier mode explains better. None is ever rejected whole: with a residual u
+    it still pulls as one of u/ratio² would, so take a ratio no smaller than the u of
+    the outliers to be expected.
 
     Raises:
         ValueError: as ``NullHypothesis`` and ``loop.reweight``.
