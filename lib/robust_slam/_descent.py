@@ -8,17 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, finite
-from robust_slam.loop import Underdetermined
+from robust_slam.errors import NotConverged, Underdetermined
 from robust_slam.pose_graph import PoseGraph, unreached
 
 ROUNDING = 1e-12
 """A relative rise of the cost that is taken for rounding."""
 STEP_LIMIT = 500
 """Gross errors make Gauss–Newton slow: in trials with wrong closures up to 203 steps."""
-
-
-class NotConverged(RuntimeError):
-    """The descent has not come to rest within its iterations."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ from scipy.sparse import csc_array, diags_array
 from robust_slam import pose_graph
 from robust_slam._arrays import Array
 from robust_slam._block_pattern import factorise, find_pattern
-from robust_slam.loop import Underdetermined
+from robust_slam.errors import Underdetermined
 from robust_slam.pose_graph import PoseGraph
 
 

@@ -37,7 +37,7 @@ from robust_slam.chordal import (
     lifted_cost,
     pose_blocks,
 )
-from robust_slam.loop import Underdetermined
+from robust_slam.errors import Underdetermined
 from robust_slam.pose_graph import PoseGraph, check_poses
 from robust_slam.riemannian_newton import polish, positive_factors, stationarity
 

@@ -15,7 +15,6 @@ from robust_slam._descent import (
     ROUNDING,
     STEP_LIMIT,
     Descent,
-    NotConverged,
     check_limits,
     check_weights,
     is_small,
@@ -24,8 +23,6 @@ from robust_slam._descent import (
 from robust_slam._normal_equations import NormalEquations
 from robust_slam.pose_graph import PoseGraph, check_poses
 from robust_slam.start import spanning_tree
-
-__all__ = ["NotConverged", "PoseGraphProblem", "gauss_newton"]
 
 _HALVINGS = 30
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, Indices, deviations, finite, mask
-from robust_slam.loop import Underdetermined
+from robust_slam.errors import Underdetermined
 
 
 class LinearProblem:

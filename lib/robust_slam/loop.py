@@ -12,14 +12,11 @@ from typing import Protocol, TypeVar
 import numpy as np
 
 from robust_slam._arrays import Array, Mask
+from robust_slam.errors import Underdetermined
 from robust_slam.result import Result, Step, StopReason
 
 X = TypeVar("X")
 State = TypeVar("State", bound="float | None")
-
-
-class Underdetermined(ValueError):
-    """The measurements with positive weight do not determine x."""
 
 
 class Problem(Protocol[X]):

@@ -24,7 +24,7 @@ from scipy.sparse.linalg import SuperLU
 
 from robust_slam._arrays import Array
 from robust_slam._block_pattern import BlockPattern, factorise, find_pattern
-from robust_slam._descent import ROUNDING, NotConverged, check_limits
+from robust_slam._descent import ROUNDING, check_limits
 from robust_slam.chordal import (
     ChordalProblem,
     certificate_blocks,
@@ -33,6 +33,7 @@ from robust_slam.chordal import (
     nearest_stiefel,
     pose_blocks,
 )
+from robust_slam.errors import NotConverged
 from robust_slam.group import Group
 from robust_slam.pose_graph import PoseGraph, check_poses
 

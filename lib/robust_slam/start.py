@@ -16,7 +16,7 @@ from robust_slam._arrays import Array, Indices, Mask
 from robust_slam._block_pattern import factorise, find_pattern
 from robust_slam._descent import check_weights
 from robust_slam.chordal import nearest_rotations, precisions
-from robust_slam.loop import Underdetermined
+from robust_slam.errors import Underdetermined
 from robust_slam.pose_graph import PoseGraph
 
 _LOST = 1e-13

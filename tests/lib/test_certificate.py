@@ -7,8 +7,8 @@ import pytest
 from robust_slam import chordal, se2, se3
 from robust_slam.certificate import Verdict, certificate, certify, judge
 from robust_slam.chordal import ChordalProblem, chordal_cost
+from robust_slam.errors import Underdetermined
 from robust_slam.gauss_newton import gauss_newton
-from robust_slam.loop import Underdetermined
 from robust_slam.pose_graph import PoseGraph
 from robust_slam.riemannian_newton import polish
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from robust_slam import chordal, pose_graph, se2, se3
 from robust_slam.chordal import ChordalProblem
-from robust_slam.loop import Underdetermined
+from robust_slam.errors import Underdetermined
 from robust_slam.pose_graph import PoseGraph
 
 both_groups = pytest.mark.parametrize("group", [se2, se3], ids=["se2", "se3"])

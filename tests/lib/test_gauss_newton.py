@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from robust_slam import pose_graph, se2
 from robust_slam._normal_equations import NormalEquations, weighted_edges
-from robust_slam.gauss_newton import NotConverged, PoseGraphProblem, descend, gauss_newton
+from robust_slam.errors import NotConverged, Underdetermined
+from robust_slam.gauss_newton import PoseGraphProblem, descend, gauss_newton
 from robust_slam.generate import Noise, circle, dead_reckoning, manhattan
 from robust_slam.irls import irls
 from robust_slam.kernels import KERNELS, cauchy, tls
 from robust_slam.levenberg_marquardt import levenberg_marquardt
-from robust_slam.loop import Underdetermined
 from robust_slam.metrics import ate
 from robust_slam.outliers import add_random_closures
 from robust_slam.pose_graph import PoseGraph

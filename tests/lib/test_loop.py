@@ -7,9 +7,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from robust_slam.errors import Underdetermined
 from robust_slam.linear import chain
 from robust_slam.location import LocationProblem
-from robust_slam.loop import Underdetermined, reweight
+from robust_slam.loop import reweight
 from robust_slam.result import StopReason
 
 Z = np.array([0.0, 0.0, 0.0, 10.0])

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 from robust_slam import chordal, riemannian_newton, se2, se3
 from robust_slam._block_pattern import find_pattern
-from robust_slam._descent import NotConverged
 from robust_slam.chordal import ChordalProblem, chordal_cost
+from robust_slam.errors import NotConverged, Underdetermined
 from robust_slam.gauss_newton import gauss_newton
-from robust_slam.loop import Underdetermined
 from robust_slam.pose_graph import PoseGraph
 from robust_slam.riemannian_newton import descend, polish, retract, stationarity, tangent_basis
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from robust_slam import pose_graph, se2, se3
 from robust_slam.chordal import chordal_cost, precisions
+from robust_slam.errors import Underdetermined
 from robust_slam.gauss_newton import gauss_newton
 from robust_slam.generate import Noise, manhattan
-from robust_slam.loop import Underdetermined
 from robust_slam.pose_graph import PoseGraph, select
 from robust_slam.start import chordal, spanning_tree
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from robust_slam import kernels, pose_graph, se2, se3
+from robust_slam.errors import Underdetermined
 from robust_slam.gauss_newton import PoseGraphProblem, gauss_newton
 from robust_slam.irls import irls
 from robust_slam.linear import chain
 from robust_slam.location import LocationProblem
-from robust_slam.loop import Underdetermined
 from robust_slam.pose_graph import PoseGraph, with_closures
 from robust_slam.result import StopReason
 from robust_slam.switchable import dcs_switch, joint_switchable, switch, switchable
