@@ -88,10 +88,10 @@ class NullHypothesis:
         return sqrt(max(0.0, 2.0 * self.offset / (1.0 - self.ratio**-2)))
 
     def start(self, norms: Array) -> None:
-        """Return None: there is nothing to carry along."""
+        """Return None, whatever the norms ``(k,)``: there is nothing to carry along."""
 
     def weights(self, norms: Array, state: None) -> Array:
-        """Return 1 where the inlier mode costs least and 1/ratio² elsewhere."""
+        """Return ``(k,)`` weights: 1 where the inlier mode costs least, 1/ratio² elsewhere."""
         inlier, outlier = self._costs(norms)
         return np.where(inlier <= outlier, 1.0, self.ratio**-2)
 
@@ -99,11 +99,11 @@ class NullHypothesis:
         """Return None."""
 
     def cost(self, norms: Array) -> float:
-        """Return Σ min(u²/2, u²/(2 ratio²) + offset)."""
+        """Return Σ min(u²/2, u²/(2 ratio²) + offset) over the norms ``(k,)``."""
         return float(np.sum(np.minimum(*self._costs(norms))))
 
     def finished(self, weights: Array, state: None, settled: bool) -> StopReason | None:
-        """Stop when the residuals have settled."""
+        """Stop when the residuals have settled, whatever the weights ``(k,)``."""
         return StopReason.CONVERGED if settled else None
 
     def _costs(self, norms: Array) -> tuple[Array, Array]:
@@ -176,7 +176,7 @@ def alternative(
 
 @dataclass(frozen=True, eq=False)
 class ModeStep:
-    """Poses, the mode ``(m,)`` that costs least at each edge there, and the cost of all."""
+    """Poses, the mode ``(m,)`` that costs least at each edge there, and the sum of costs."""
 
     x: Array
     modes: Indices
@@ -207,8 +207,9 @@ def max_mixture_modes(
     Mode 0 of an edge is what the graph says, with the probability that ``alternatives``
     leave; trusted edges know no other. Each step takes the best modes where it stands and
     goes one Gauss–Newton step with them, halved until the cost does not rise. The start is
-    ``x0``, or the guess of the problem and not least squares, which would believe mode 0
-    of every edge. It is a descent: from another start the modes may be others.
+    ``x0`` ``(n, 3)`` or ``(n, 3, 4)``, or the guess of the problem and not least squares,
+    which would believe mode 0 of every edge. It is a descent: from another start the modes
+    may be others.
 
     It has CONVERGED when a step is small, as ``gauss_newton`` has it with ``tol``, and
     every mode stays.
