@@ -21,6 +21,7 @@ from robust_slam._descent import (
     moved,
 )
 from robust_slam._normal_equations import NormalEquations
+from robust_slam.levenberg_marquardt import descend_damped
 from robust_slam.pose_graph import PoseGraph, check_poses
 from robust_slam.start import spanning_tree
 
@@ -93,11 +94,13 @@ class PoseGraphProblem:
     def initial(self) -> Array:
         """Return the least-squares poses, from the guess, every weight 1.
 
+        With gross errors among the edges Gauss–Newton alone may crawl, so it is damped.
+
         Raises:
             NotConverged: ``STEP_LIMIT`` steps were not enough; give a better ``guess``.
         """
         ones = np.ones(len(self.graph.edges))
-        descent = descend(self._equations, self.guess, ones, self.tol, STEP_LIMIT)
+        descent = descend_damped(self._equations, self.guess, ones, self.tol, STEP_LIMIT)
         return descent.settled(STEP_LIMIT)
 
     def residual_norms(self, x: Array) -> Array:

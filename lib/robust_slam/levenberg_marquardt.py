@@ -49,13 +49,22 @@ def levenberg_marquardt(
     check_limits(tol, max_iterations)
     start = check_poses("poses", poses, graph)
     full = check_weights(weights, graph)
-    return _descend(graph, start, full, tol, max_iterations).settled(max_iterations)
+    descent = descend_damped(NormalEquations(graph), start, full, tol, max_iterations)
+    return descent.settled(max_iterations)
 
 
-def _descend(
-    graph: PoseGraph, poses: Array, weights: Array, tol: float, max_iterations: int
+def descend_damped(
+    equations: NormalEquations, poses: Array, weights: Array, tol: float, max_iterations: int
 ) -> Descent:
-    equations = NormalEquations(graph)
+    """Run Levenberg–Marquardt on equations whose pattern is already known.
+
+    The arguments are those of ``levenberg_marquardt``, checked already. Running out of
+    iterations is told, not raised.
+
+    Raises:
+        Underdetermined: the normal equations are singular.
+    """
+    graph = equations.graph
     cost = pose_graph.cost(poses, graph, weights)
     damping, growth, size = _FIRST_DAMPING, 2.0, np.inf
     for _ in range(max_iterations):
