@@ -2,6 +2,8 @@
 
 Pose 0 stays where it is. A step that would raise the cost is halved until it does not,
 so the cost never rises, however far the start is.
+
+Source: Dennis and Schnabel 1983, the damped Gauss–Newton method.
 """
 
 from __future__ import annotations
@@ -123,8 +125,9 @@ def descend(
 ) -> Descent:
     """Run Gauss–Newton on equations whose pattern is already known.
 
-    Arguments and the rule for stopping are those of ``gauss_newton``, but checked already,
-    and running out of iterations is told, not raised.
+    ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``, ``weights`` ``(m,)``. Arguments and the rule
+    for stopping are those of ``gauss_newton``, but checked already, and running out of
+    iterations is told, not raised.
 
     Raises:
         Underdetermined: the normal equations are singular.

@@ -1,4 +1,9 @@
-"""Iteratively reweighted least squares: the loop with a fixed kernel."""
+"""Iteratively reweighted least squares: the loop with a fixed kernel.
+
+Residual norms and weights are ``(k,)``, one for each untrusted measurement.
+
+Source: Holland and Welsch 1977.
+"""
 
 from __future__ import annotations
 

@@ -2,6 +2,8 @@
 
 A damped step lies between the Gauss–Newton step and the direction of steepest descent.
 The damping grows after a step that would raise the cost and shrinks after a good one.
+
+Source: Marquardt 1963, damping by the diagonal; Nielsen 1999, how it follows the gain.
 """
 
 from __future__ import annotations
@@ -36,8 +38,9 @@ def levenberg_marquardt(
 ) -> Array:
     """Return the poses at a minimum of ½ Σ w ‖whitened residual‖² near ``poses``.
 
-    Arguments and the rule for stopping are those of ``gauss_newton``; a step that is
-    refused counts as an iteration.
+    ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``, ``weights`` ``(m,)``. Arguments and the rule
+    for stopping are those of ``gauss_newton``; a step that is refused counts as an
+    iteration.
 
     Raises:
         ValueError: as ``gauss_newton``.
@@ -58,7 +61,8 @@ def descend_damped(
 ) -> Descent:
     """Run Levenberg–Marquardt on equations whose pattern is already known.
 
-    The arguments are those of ``levenberg_marquardt``, checked already. Running out of
+    ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``, ``weights`` ``(m,)``. The arguments are those
+    of ``levenberg_marquardt``, checked already. Running out of
     iterations is told, not raised.
 
     Raises:

@@ -1,4 +1,7 @@
-"""Linear least squares with whitened residuals, and the 1-D pose graph as its example."""
+"""Linear least squares with whitened residuals, and the 1-D pose graph as its example.
+
+Source: Gauss 1809, weighted least squares.
+"""
 
 from __future__ import annotations
 

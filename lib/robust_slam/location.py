@@ -1,4 +1,7 @@
-"""The smallest problem of the course: one number x, measured m times."""
+"""The smallest problem of the course: one number x, measured m times.
+
+Source: Gauss 1809, the weighted mean.
+"""
 
 from __future__ import annotations
 

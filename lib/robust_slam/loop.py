@@ -1,8 +1,10 @@
 """The one loop of the course: reweight, solve, repeat.
 
-Robust estimation as a sequence of weighted least-squares problems (Black and Rangarajan
-1996). A *problem* knows its residuals and its weighted solve; a *rule* turns residuals
-into weights. Methods differ in the rule alone, and problems know nothing of rules.
+Robust estimation as a sequence of weighted least-squares problems. A *problem* knows its
+residuals and its weighted solve; a *rule* turns residuals into weights. Methods differ in
+the rule alone, and problems know nothing of rules.
+
+Source: Black and Rangarajan 1996.
 """
 
 from __future__ import annotations
@@ -20,7 +22,7 @@ State = TypeVar("State", bound="float | None")
 
 
 class Problem(Protocol[X]):
-    """Weighted least squares over an unknown x of any type."""
+    """Weighted least squares over an unknown x of any type; weights are ``(m,)``."""
 
     @property
     def trusted(self) -> Mask:
@@ -49,7 +51,7 @@ class Rule(Protocol[State]):
 
     The state is the rule's μ, or None. The loop carries it from step to step and records
     it, and never looks inside. Residual norms and weights are those of the untrusted
-    measurements alone, and there may be none.
+    measurements alone, ``(k,)``, and there may be none.
     """
 
     def start(self, norms: Array) -> State | StopReason:

@@ -17,6 +17,8 @@ def precision_recall(kept: ArrayLike, true: ArrayLike) -> tuple[float, float]:
 
     Raises:
         ValueError: the masks differ in length or are not booleans.
+
+    Source: van Rijsbergen 1979.
     """
     length = np.size(kept)
     kept, true = mask("kept", kept, length), mask("true", true, length)

@@ -5,6 +5,8 @@ is Log(z⁻¹ ∘ x_i⁻¹ ∘ x_j), the full logarithm, with the information ma
 order: (ρx, ρy, θ) in SE(2), ρ and then the rotation vector in SE(3). The cost of a map is
 ½ Σ ‖whitened residual‖². Below, D is 3 in SE(2) and 6 in SE(3), and poses are ``(n, 3)``
 or ``(n, 3, 4)`` as in ``se2`` and ``se3``.
+
+Source: Grisetti et al. 2010, "A tutorial on graph-based SLAM", with the full logarithm.
 """
 
 from __future__ import annotations

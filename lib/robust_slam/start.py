@@ -34,6 +34,8 @@ def spanning_tree(graph: PoseGraph, weights: ArrayLike | None = None) -> Array:
     Raises:
         ValueError: ``weights`` have the wrong shape, are not finite, or one is negative.
         Underdetermined: the edges with positive weight leave a pose loose.
+
+    Source: Dijkstra 1959, shortest paths; the lengths are derived here.
     """
     used = check_weights(weights, graph) > 0.0
     parent, edge = _tree(graph, used)

@@ -1,0 +1,77 @@
+"""What a reader of `lib` may count on: shapes, units, errors and sources are in the docstrings.
+
+Presence of docstrings and of types is ruff's and mypy's business (rules D1 and ANN, strict);
+here it is what they say.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+LIB = Path(__file__).resolve().parents[1] / "lib" / "robust_slam"
+MODULES = sorted(p for p in LIB.glob("*.py") if not p.name.startswith("_"))
+WITHOUT_LITERATURE = {"errors", "group", "quiz", "result", "style"}
+"""Modules that hold no method: names, records and what pages look like."""
+ARRAYS = {"Array", "ArrayLike", "Mask", "Indices"}
+
+
+def public(body: list[ast.stmt], prefix: str = "") -> Iterator[tuple[str, ast.AST, str]]:
+    """Yield name, node and docstring of each public class, function and method."""
+    for node in body:
+        if not isinstance(node, ast.ClassDef | ast.FunctionDef) or node.name.startswith("_"):
+            continue
+        text = ast.get_docstring(node) or ""
+        yield prefix + node.name, node, text
+        if isinstance(node, ast.ClassDef):
+            for name, method, told in public(node.body, f"{prefix}{node.name}."):
+                yield name, method, f"{told}\n{text}"
+
+
+def functions(path: Path) -> list[tuple[str, ast.FunctionDef, str]]:
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    module = ast.get_docstring(tree) or ""
+    return [
+        (name, node, f"{text}\n{module}")
+        for name, node, text in public(tree.body)
+        if isinstance(node, ast.FunctionDef)
+    ]
+
+
+def annotations(node: ast.FunctionDef) -> set[str]:
+    given = [a.annotation for a in [*node.args.args, *node.args.kwonlyargs] if a.annotation]
+    names = [n for g in [*given, node.returns] if g is not None for n in ast.walk(g)]
+    return {n.id for n in names if isinstance(n, ast.Name)}
+
+
+def raises(node: ast.FunctionDef) -> bool:
+    return any(isinstance(inner, ast.Raise) and inner.exc for inner in ast.walk(node))
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda p: p.stem)
+def test_arrays_have_their_shape_in_the_docstring(path: Path) -> None:
+    shape = re.compile(r"``\([^)]*\)``|any shape|that shape|scalar|one (number|value|weight)")
+    assert not [
+        name
+        for name, node, text in functions(path)
+        if annotations(node) & ARRAYS and not shape.search(text)
+    ]
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda p: p.stem)
+def test_what_a_function_raises_is_in_its_docstring(path: Path) -> None:
+    assert not [
+        name for name, node, text in functions(path) if raises(node) and "Raises:" not in text
+    ]
+
+
+@pytest.mark.parametrize(
+    "path", [p for p in MODULES if p.stem not in WITHOUT_LITERATURE], ids=lambda p: p.stem
+)
+def test_every_function_has_a_source_in_its_docstring_or_its_modules(path: Path) -> None:
+    source = re.compile(r"Source: |et al\. \d{4}|[A-Z]\w+ (and [A-Z]\w+ )?\d{4}|derived here")
+    assert not [name for name, _, text in functions(path) if not source.search(text)]
