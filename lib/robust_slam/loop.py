@@ -20,6 +20,9 @@ from robust_slam.result import Result, Step, StopReason
 X = TypeVar("X")
 State = TypeVar("State", bound="float | None")
 
+_SOLVES = 100
+"""How often the last solve is repeated at most."""
+
 
 class Problem(Protocol[X]):
     """Weighted least squares over an unknown x of any type; weights are ``(m,)``."""
@@ -117,12 +120,36 @@ def reweight(
         history.append(Step(x, weights, _cost(rule, norms, doubted), state))
         if solution is None:
             return Result.ending(history, StopReason.ALL_REJECTED)
-        settled = bool(np.all(np.abs(norms - before) <= tol * (1.0 + before)))
-        stop = rule.finished(weights[doubted], state, settled)
+        stop = rule.finished(weights[doubted], state, _is_settled(before, norms, tol))
         if stop is not None:
             return Result.ending(history, stop)
         state = rule.next(state)
     return Result.ending(history, StopReason.ITERATION_LIMIT)
+
+
+def settle(problem: Problem[X], rule: Rule[State], result: Result[X], tol: float) -> Result[X]:
+    """Return ``result`` with its last solve repeated until no residual moves by ``tol``.
+
+    A problem whose solve takes a few steps only, such as a pose graph with one step for
+    each μ, is thereby brought to rest with the final weights; the history gets one more
+    step. An exact solve leaves the result as it is.
+
+    Source: derived here.
+    """
+    x, norms = result.x, problem.residual_norms(result.x)
+    for _ in range(_SOLVES):
+        x = problem.solve(result.weights, x)
+        before, norms = norms, problem.residual_norms(x)
+        if _is_settled(before, norms, tol):
+            break
+    if _is_settled(problem.residual_norms(result.x), norms, tol):
+        return result
+    last = Step(x, result.weights, _cost(rule, norms, ~problem.trusted), result.history[-1].mu)
+    return Result.ending([*result.history, last], result.stop)
+
+
+def _is_settled(before: Array, norms: Array, tol: float) -> bool:
+    return bool(np.all(np.abs(norms - before) <= tol * (1.0 + before)))
 
 
 def _check_limits(tol: float, max_iterations: int) -> None:
