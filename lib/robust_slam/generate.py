@@ -1,7 +1,7 @@
-"""Pose graphs whose truth is known: a circle, a walk through a town of square blocks.
+"""Pose graphs whose truth is known: a circle, a walk through a town, rounds of a sphere.
 
 Measurements are z = x_i⁻¹ ∘ x_j ∘ Exp(η) with Gaussian η, so that at the truth the
-whitened residuals are exactly standard normal. The truth starts at [0, 0, 0].
+whitened residuals are exactly standard normal. The truth starts at the identity.
 
 Source: derived here, where no other is named.
 """
@@ -13,21 +13,26 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import KDTree
 
-from robust_slam import se2
+from robust_slam import se2, se3
 from robust_slam._arrays import Array, Indices, finite, positive
+from robust_slam.group import Group, group_of
 from robust_slam.pose_graph import PoseGraph
 
 
 @dataclass(frozen=True)
 class Noise:
-    """Standard deviations of the measurements: (forward, sideways, turn) in m, m, rad.
+    """Standard deviations of the measurements, in m and rad.
 
-    ``scale`` multiplies the noise that is drawn but not the information that is claimed;
-    0 gives exact measurements.
+    Two numbers are for each coordinate of the translation and of the turn; else there is one
+    for each coordinate of the tangent: 3 in SE(2), (forward, sideways, turn), and 6 in
+    SE(3), translation first.
+
+    ``scale`` multiplies the noise that is drawn but not the information that is claimed; 0
+    gives exact measurements.
     """
 
-    odometry: tuple[float, float, float] = (0.05, 0.05, 0.02)
-    closure: tuple[float, float, float] = (0.05, 0.05, 0.02)
+    odometry: tuple[float, ...] = (0.05, 0.02)
+    closure: tuple[float, ...] = (0.05, 0.02)
     scale: float = 1.0
 
 
@@ -56,7 +61,7 @@ def circle(
         [radius * np.sin(turn), radius * (1.0 - np.cos(turn)), se2.wrap(turn)], axis=1
     )
     reach = 2.0 * radius * np.sin(np.pi * laps / n)
-    return _measured(truth, reach, closures, noise, rng), truth
+    return _measured(truth, _revisits(truth, reach, closures, rng), noise, rng), truth
 
 
 def manhattan(
@@ -93,7 +98,59 @@ def manhattan(
     crossing, facing = _walk(n, side, turn, rng)
     truth = np.concatenate([block * crossing, se2.wrap(facing * np.pi / 2)[:, None]], axis=1)
     wanted = n // 5 if closures is None else closures
-    return _measured(truth, block, wanted, noise, rng), truth
+    return _measured(truth, _revisits(truth, block, wanted, rng), noise, rng), truth
+
+
+def sphere(
+    n: int,
+    rng: np.random.Generator,
+    *,
+    around: int | None = None,
+    radius: float = 5.0,
+    closures: int | None = None,
+    noise: Noise | None = None,
+) -> tuple[PoseGraph, Array]:
+    """Return a way of ``n`` poses round a sphere, ring after ring, and the true poses.
+
+    The graph is in SE(3), the poses are ``(n, 3, 4)``. The way winds from pole to pole with
+    ``around`` poses a turn, by default about √n. The robot faces the way it goes, its z axis
+    points out of the sphere of ``radius`` m. The ``closures``, by default all, are drawn
+    from the pairs (k, k + around): neighbours on neighbouring rings.
+
+    Raises:
+        ValueError: an argument is out of range, or there are fewer such pairs.
+
+    Source: derived here, after the well-known sphere data; colatitude and longitude grow
+    evenly along the way.
+    """
+    if n < 3:
+        raise ValueError(f"n is {n}; give at least 3 poses")
+    around = max(3, round(np.sqrt(n))) if around is None else around
+    if around < 3:
+        raise ValueError(f"around is {around}; give at least 3 poses a turn")
+    truth = _winding(n, around, positive("radius", radius))
+    first = np.arange(max(n - around, 0))
+    pairs = np.stack([first, first + around], axis=1)
+    wanted = len(pairs) if closures is None else closures
+    return _measured(truth, _drawn(pairs, wanted, rng), noise, rng), truth
+
+
+def _winding(n: int, around: int, radius: float) -> Array:
+    """Return ``n`` poses on a spiral from pole to pole, seen from the first of them.
+
+    At time k the colatitude is π (k + ½)/n and the longitude 2π k/around; x is ahead.
+    """
+    time = np.arange(n)
+    down, east = np.pi * (time + 0.5) / n, 2.0 * np.pi * time / around
+    sine, cosine = np.sin(down), np.cos(down)
+    out = np.stack([sine * np.cos(east), sine * np.sin(east), cosine], axis=1)
+    south = np.stack([cosine * np.cos(east), cosine * np.sin(east), -sine], axis=1)
+    along = np.stack([-np.sin(east), np.cos(east), np.zeros(n)], axis=1)
+    ahead = south / n + (2.0 / around) * sine[:, None] * along
+    ahead /= np.linalg.norm(ahead, axis=1, keepdims=True)
+    turn = np.stack([ahead, np.cross(out, ahead), out], axis=2)
+    poses = se3.from_parts(turn, radius * out)
+    return se3.between(poses[0], poses)
 
 
 def _walk(n: int, side: int, turn: float, rng: np.random.Generator) -> tuple[Indices, Indices]:
@@ -144,46 +201,58 @@ def dead_reckoning(graph: PoseGraph) -> Array:
 
 
 def _measured(
-    truth: Array, reach: float, closures: int, noise: Noise | None, rng: np.random.Generator
+    truth: Array, closures: Indices, noise: Noise | None, rng: np.random.Generator
 ) -> PoseGraph:
-    """Measure each step of the way and ``closures`` pairs within ``reach``."""
-    noise = Noise() if noise is None else noise
+    """Measure each step of the way and the pairs ``closures``."""
+    noise, group = Noise() if noise is None else noise, group_of(truth)
     steps = np.arange(len(truth) - 1)
     odometry = np.stack([steps, steps + 1], axis=1)
-    edges = np.concatenate([odometry, _revisits(truth, reach, closures, rng)])
+    edges = np.concatenate([odometry, closures])
     is_odometry = np.arange(len(edges)) < len(odometry)
     sigma = np.where(
         is_odometry[:, None],
-        _deviations("noise.odometry", noise.odometry),
-        _deviations("noise.closure", noise.closure),
+        _deviations("noise.odometry", noise.odometry, group),
+        _deviations("noise.closure", noise.closure, group),
     )
     drawn = noise.scale * sigma * rng.normal(size=sigma.shape)
-    true = se2.between(truth[edges[:, 0]], truth[edges[:, 1]])
+    true = group.between(truth[edges[:, 0]], truth[edges[:, 1]])
     return PoseGraph(
         n=len(truth),
         edges=edges,
-        measurement=se2.compose(true, se2.exp(drawn)),
-        information=np.eye(3) / sigma[:, :, None] ** 2,
+        measurement=group.compose(true, group.exp(drawn)),
+        information=np.eye(group.DOF) / sigma[:, :, None] ** 2,
         is_odometry=is_odometry,
     )
 
 
-def _deviations(name: str, sigma: tuple[float, float, float]) -> Array:
-    checked = finite(name, sigma, (3,))
+def _deviations(name: str, sigma: tuple[float, ...], group: Group) -> Array:
+    """Return one number for each coordinate of the tangent, ``(D,)``."""
+    checked = finite(name, sigma, (-1,))
+    if len(checked) not in (2, group.DOF):
+        raise ValueError(
+            f"{name} is {sigma}; give 2 numbers, of translation and turn, or {group.DOF}"
+        )
     if np.any(checked <= 0.0):
         raise ValueError(f"{name} is {sigma}; give numbers above 0 (scale=0 switches noise off)")
-    return checked
+    if len(checked) == group.DOF:
+        return checked
+    return np.repeat(checked, [group.DIMENSION, group.DOF - group.DIMENSION])
 
 
 def _revisits(truth: Array, reach: float, count: int, rng: np.random.Generator) -> Indices:
     """Draw ``count`` pairs (i, j), i + 1 < j, that stand within ``reach`` of each other."""
-    pairs = KDTree(truth[:, :2]).query_pairs(reach * (1.0 + 1e-9), output_type="ndarray")
+    place = group_of(truth).translation(truth)
+    pairs = KDTree(place).query_pairs(reach * (1.0 + 1e-9), output_type="ndarray")
     pairs = pairs[pairs[:, 1] > pairs[:, 0] + 1]
+    return _drawn(pairs[np.lexsort(pairs.T[::-1])], count, rng)
+
+
+def _drawn(pairs: Indices, count: int, rng: np.random.Generator) -> Indices:
+    """Draw ``count`` of the pairs and keep their order."""
     if not 0 <= count <= len(pairs):
         raise ValueError(
             f"closures is {count}, and {len(pairs)} pairs come near enough to be closed; "
             "ask for 0 up to that many or make the way longer"
         )
-    pairs = pairs[np.lexsort(pairs.T[::-1])]
     chosen = rng.choice(len(pairs), size=count, replace=False, shuffle=False)
     return np.asarray(pairs[np.sort(chosen)], dtype=np.intp)

@@ -4,11 +4,27 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from robust_slam import pose_graph, se2
-from robust_slam.generate import Noise, circle, dead_reckoning, manhattan
+from robust_slam import pose_graph, se2, se3
+from robust_slam.generate import Noise, circle, dead_reckoning, manhattan, sphere
+from robust_slam.group import group_of
 from robust_slam.pose_graph import PoseGraph
 
-MAKERS = pytest.mark.parametrize("make", [circle, manhattan])
+from tests.lib.worlds import assert_same_poses
+
+MAKERS = pytest.mark.parametrize("make", [circle, manhattan, sphere])
+LOUD = {
+    3: Noise(odometry=(0.3, 0.02, 0.1), closure=(0.01, 0.2, 0.03)),
+    6: Noise(odometry=(0.3, 0.02, 0.1, 0.05, 0.2, 0.1), closure=(0.1, 0.2, 0.3, 0.03, 0.02, 0.01)),
+}
+"""A number for each coordinate of the tangent, by how many there are."""
+
+
+def places(poses):
+    return group_of(poses).translation(poses)
+
+
+def loud(make):
+    return LOUD[6 if make is sphere else 3]
 
 
 @MAKERS
@@ -23,29 +39,48 @@ def test_the_same_seed_gives_the_same_graph_and_another_seed_another(make):
 def test_without_noise_the_truth_costs_nothing_and_dead_reckoning_finds_it(make):
     graph, truth = make(50, np.random.default_rng(3), noise=Noise(scale=0.0))
     assert pose_graph.cost(truth, graph) < 1e-20
-    np.testing.assert_allclose(dead_reckoning(graph)[:, :2], truth[:, :2], atol=1e-12)
+    assert_same_poses(graph.group, dead_reckoning(graph), truth, atol=1e-12)
 
 
 @MAKERS
-def test_at_the_truth_an_edge_costs_a_chi_square_of_three_degrees(make):
-    noise = Noise(odometry=(0.3, 0.02, 0.1), closure=(0.01, 0.2, 0.03))
+def test_at_the_truth_an_edge_costs_a_chi_square_with_as_many_degrees_as_a_pose(make):
     options = {"laps": 4} if make is circle else {}
-    graph, truth = make(2000, np.random.default_rng(4), closures=1000, noise=noise, **options)
-    squares = pose_graph.squared_norms(truth, graph)
+    graph, truth = make(2000, np.random.default_rng(4), closures=1000, noise=loud(make), **options)
+    squares, degrees = pose_graph.squared_norms(truth, graph), graph.group.DOF
     for edges in (graph.is_odometry, ~graph.is_odometry):
-        spread = np.sqrt(6.0 / np.sum(edges))
-        assert np.mean(squares[edges]) == pytest.approx(3.0, abs=4.0 * spread)
+        # A χ² of D degrees has the variance 2 D; the mean of k of them 2 D/k.
+        spread = np.sqrt(2.0 * degrees / np.sum(edges))
+        assert np.mean(squares[edges]) == pytest.approx(degrees, abs=4.0 * spread)
+
+
+@MAKERS
+def test_at_the_truth_the_whitened_residuals_are_independent(make):
+    graph, truth = make(3000, np.random.default_rng(11), closures=0, noise=loud(make))
+    r = pose_graph.residuals(truth, graph)
+    u = r * np.sqrt(np.diagonal(graph.information, axis1=1, axis2=2))
+    # An entry of the covariance of k draws has at most the deviation √(2/k).
+    limit = 5.0 * np.sqrt(2.0 / len(u))
+    np.testing.assert_allclose(np.cov(u.T), np.eye(graph.group.DOF), atol=limit)
 
 
 @MAKERS
 def test_each_component_of_the_noise_has_its_own_deviation(make):
-    noise = Noise(odometry=(0.3, 0.02, 0.1))
-    graph, truth = make(3000, np.random.default_rng(5), noise=noise)
+    graph, truth = make(3000, np.random.default_rng(5), noise=loud(make))
     r = pose_graph.residuals(truth, graph)[graph.is_odometry]
-    np.testing.assert_allclose(r.std(axis=0), [0.3, 0.02, 0.1], rtol=0.06)
-    np.testing.assert_allclose(
-        graph.information[0], np.diag([1 / 0.09, 1 / 0.0004, 1 / 0.01]), rtol=1e-12
-    )
+    np.testing.assert_allclose(r.std(axis=0), loud(make).odometry, rtol=0.06)
+    claimed = np.diagonal(graph.information, axis1=1, axis2=2)
+    np.testing.assert_allclose(claimed[0], np.power(loud(make).odometry, -2.0), rtol=1e-12)
+    np.testing.assert_allclose(claimed[-1], np.power(loud(make).closure, -2.0), rtol=1e-12)
+
+
+@MAKERS
+def test_two_numbers_are_for_every_translation_and_every_turn(make):
+    short = Noise(odometry=(0.3, 0.1), closure=(0.2, 0.05))
+    d, rest = (3, 3) if make is sphere else (2, 1)
+    long = Noise(odometry=(0.3,) * d + (0.1,) * rest, closure=(0.2,) * d + (0.05,) * rest)
+    one, other = (make(30, np.random.default_rng(12), noise=noise)[0] for noise in (short, long))
+    np.testing.assert_array_equal(one.information, other.information)
+    np.testing.assert_array_equal(one.measurement, other.measurement)
 
 
 @MAKERS
@@ -70,7 +105,7 @@ def test_odometry_comes_first_step_by_step_and_closures_are_revisits(make):
     assert graph.is_odometry.tolist() == [True] * 59 + [False] * 9
     assert np.all(j[59:] > i[59:] + 1)
     assert len({(a, b) for a, b in graph.edges.tolist()}) == 68
-    place = np.linalg.norm(truth[i, :2] - truth[j, :2], axis=1)
+    place = np.linalg.norm(places(truth)[i] - places(truth)[j], axis=1)
     assert place[59:].max() <= place[:59].max() * (1 + 1e-9)
 
 
@@ -86,6 +121,56 @@ def test_the_circle_is_a_circle_from_the_origin_to_the_left():
 def test_one_round_closes_from_the_last_pose_to_the_first():
     graph, _ = circle(12, np.random.default_rng(9))
     np.testing.assert_array_equal(graph.edges[~graph.is_odometry], [[0, 11]])
+
+
+def test_the_way_round_the_sphere_stays_on_it_and_looks_ahead():
+    # Pose 0 has its z axis out of the sphere, so that the centre is at (0, 0, −radius).
+    _, truth = sphere(400, np.random.default_rng(13), radius=3.0)
+    assert_same_poses(se3, truth[0], se3.identity(), atol=1e-15)
+    spoke = places(truth) - [0.0, 0.0, -3.0]
+    np.testing.assert_allclose(np.linalg.norm(spoke, axis=1), 3.0, rtol=1e-12)
+    np.testing.assert_allclose(truth[:, :, 2], spoke / 3.0, atol=1e-12)
+    np.testing.assert_allclose(np.linalg.det(truth[:, :, :3]), 1.0, rtol=1e-12)
+    # The chord from the pose before to the pose behind is ahead, but for the bend of the
+    # way; that is sharp at the poles alone.
+    chord = places(truth)[2:] - places(truth)[:-2]
+    chord /= np.linalg.norm(chord, axis=1, keepdims=True)
+    assert np.min(np.sum(chord * truth[1:-1, :, 0], axis=1)[20:-20]) > 0.99
+
+
+@pytest.mark.parametrize(("n", "around"), [(100, 10), (60, 20), (90, 7)])
+def test_neighbours_on_the_sphere_are_as_far_apart_as_their_angles_say(n, around):
+    # The cosine between the directions at colatitudes a and b is
+    # cos a cos b + sin a sin b cos(difference of longitudes); the chord is r √(2 − 2 cos).
+    graph, truth = sphere(n, np.random.default_rng(14), around=around, radius=2.0)
+    i, j = graph.edges.T
+    a, b = np.pi * (i + 0.5) / n, np.pi * (j + 0.5) / n
+    cosine = np.cos(a) * np.cos(b) + np.sin(a) * np.sin(b) * np.cos(2 * np.pi * (j - i) / around)
+    gap = np.linalg.norm(places(truth)[i] - places(truth)[j], axis=1)
+    np.testing.assert_allclose(gap, 2.0 * np.sqrt(2.0 - 2.0 * cosine), rtol=1e-9)
+
+
+def test_all_neighbours_on_the_next_ring_are_closures_by_default():
+    graph, _ = sphere(50, np.random.default_rng(15), around=8)
+    expected = [[k, k + 8] for k in range(42)]
+    np.testing.assert_array_equal(graph.edges[~graph.is_odometry], expected)
+    fewer, _ = sphere(50, np.random.default_rng(15), around=8, closures=5)
+    drawn = fewer.edges[~fewer.is_odometry]
+    assert len(drawn) == 5
+    assert {tuple(pair) for pair in drawn.tolist()} <= {tuple(pair) for pair in expected}
+
+
+def test_the_sphere_of_the_public_data_has_as_many_edges():
+    # sphere2500 has 2500 poses on 50 rings, and 4949 edges.
+    graph, _ = sphere(2500, np.random.default_rng(16))
+    assert (graph.n, len(graph.edges)) == (2500, 4949)
+
+
+@pytest.mark.parametrize("n", [3, 4, 5, 9, 10])
+def test_a_short_way_round_the_sphere_is_a_graph_too(n):
+    graph, truth = sphere(n, np.random.default_rng(17), noise=Noise(scale=0.0))
+    assert np.sum(graph.is_odometry) == n - 1
+    assert pose_graph.cost(truth, graph) < 1e-20
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -140,6 +225,14 @@ def test_dead_reckoning_names_the_step_that_is_missing():
         (circle, {"closures": -1}, "closures is -1"),
         (circle, {"noise": Noise(odometry=(0.0, 1.0, 1.0))}, "noise.odometry is"),
         (circle, {"noise": Noise(closure=(1.0, 1.0, -1.0))}, "noise.closure is"),
+        (circle, {"noise": LOUD[6]}, "give 2 numbers, of translation and turn, or 3"),
+        (sphere, {"noise": LOUD[3]}, "give 2 numbers, of translation and turn, or 6"),
+        (sphere, {"noise": Noise(odometry=(0.1, 0.0))}, "noise.odometry is"),
+        (sphere, {"n": 2}, "n is 2"),
+        (sphere, {"around": 2}, "around is 2"),
+        (sphere, {"radius": 0.0}, "radius is 0.0"),
+        (sphere, {"closures": 17}, "closures is 17, and 16 pairs"),
+        (sphere, {"closures": -1}, "closures is -1"),
         (manhattan, {"n": 2}, "n is 2"),
         (manhattan, {"turn": 1.5}, "turn is 1.5"),
         (manhattan, {"side": 0}, "side is 0"),
