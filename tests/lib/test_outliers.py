@@ -94,9 +94,33 @@ def test_the_mask_marks_the_new_edges_and_the_old_ones_are_left_alone(group, add
 def test_at_the_truth_every_lie_is_wrong_by_what_was_asked_for(group, add, size, seed):
     graph, truth = wander(seed, group, spread=1e-6)
     rng = np.random.default_rng(seed)
-    longer, is_lie = add(graph, 4, rng, poses=truth, apart=2.5)
+    longer, is_lie = add(graph, 4, rng, poses=truth, apart=8.0)
     # The noise moves a lie by far less than 1e-3.
-    assert errors(longer, truth, is_lie).min() >= 2.5 - 1e-3
+    assert errors(longer, truth, is_lie).min() >= 8.0 - 1e-3
+
+
+@both_groups
+def test_how_wrong_a_lie_is_by_default(group):
+    # A straight way of 160 steps whose lengths are 0.1, 0.1, 1, 1, 1 over and over: the
+    # median step is 1, and the map 32 · 3.2 = 102.4 long.
+    along = np.concatenate([[0.0], np.cumsum(np.tile([0.1, 0.1, 1.0, 1.0, 1.0], 32))])
+    axis = np.eye(group.DIMENSION)
+    truth = group.from_parts(np.tile(axis, (161, 1, 1)), np.outer(along, axis[0]))
+    edges = np.stack([np.arange(160), np.arange(1, 161)], axis=1)
+    information = np.tile(1e12 * np.eye(group.DOF), (160, 1, 1))
+    z = group.between(truth[:-1], truth[1:])
+    graph = PoseGraph(161, edges, z, information, np.ones(160, dtype=bool))
+    # Two steps on, every group of 5 holds a pair 0.2 apart; three steps on, none below 1.2.
+    for add, count, options, least in (
+        (add_random_closures, 80, {}, 51.2),
+        (add_local_closures, 80, {"reach": 3}, 1.0),
+        (add_grouped_closures, 16, {"size": 5}, 51.2),
+        (add_grouped_closures, 16, {"size": 5, "reach": 3}, 1.2),
+        (add_aliased_closures, 4, {"size": 5}, 51.2),
+    ):
+        longer, is_lie = add(graph, count, np.random.default_rng(0), poses=truth, **options)
+        wrong = errors(longer, truth, is_lie)
+        assert least - 1e-4 <= wrong.min() < 1.3 * least
 
 
 @both_groups
@@ -321,6 +345,21 @@ def test_a_spoiled_closure_measures_another_pose_that_is_far_enough(group, seed)
     put = group.compose(truth[worse.edges[is_lie, 0]], worse.measurement[is_lie])
     gap = group.translation(put)[:, None] - group.translation(truth)
     assert np.linalg.norm(gap, axis=2).min(axis=1).max() < 1e-4
+
+
+@both_groups
+@seeds
+def test_the_noise_of_a_spoiled_closure_is_that_of_an_honest_one(group, seed):
+    # Poses are 1 m apart, so that the one that a closure measures is the nearest to it.
+    graph, truth = wander(seed, group, n=300, closures=150, spread=0.01)
+    worse, is_lie = spoil_closures(graph, 1.0, np.random.default_rng(seed), poses=truth)
+    start, z = truth[worse.edges[is_lie, 0]], worse.measurement[is_lie]
+    put = group.translation(group.compose(start, z))[:, None]
+    meant = np.linalg.norm(put - group.translation(truth), axis=2).argmin(axis=1)
+    r = group.log(group.between(group.between(start, truth[meant]), z))
+    squares = np.einsum("ka,kab,kb->k", r, worse.information[is_lie], r)
+    # The mean of 150 times χ² with D degrees has the variance 2 D/150.
+    assert squares.mean() == pytest.approx(group.DOF, abs=4.0 * np.sqrt(2.0 * group.DOF / 150))
 
 
 def test_which_closures_are_spoiled_is_drawn():
