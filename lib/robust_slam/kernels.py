@@ -5,7 +5,8 @@ w(0) = 1. Every kernel is even in u, and |u| = scale belongs to the inner piece.
 Papers on graduated non-convexity drop the ½ and write w = ρ'/(2u): the weights are
 the same numbers (Yang et al. 2020).
 
-A new kernel needs its constructor and one line in ``KERNELS``, nothing else.
+A new kernel needs its constructor and one line in ``KERNELS``, nothing else: tests and
+figures walk over them.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ Function: TypeAlias = Callable[[ArrayLike], Array]
 class Kernel:
     """A robust cost with all that the course asks of it.
 
+    ``name`` is its key in ``KERNELS``, ``label`` what figures and tables call it.
     ``rho``, ``psi`` and ``weight`` take whitened residuals of any shape and return an
     array of that shape. ``convex_until`` is the largest |u| up to which ρ is convex.
     ``influence`` tells how ψ ends for large u: "unbounded" grows for ever, "bounded"
@@ -35,6 +37,7 @@ class Kernel:
     """
 
     name: str
+    label: str
     scale: float
     rho: Function
     psi: Function
@@ -59,6 +62,7 @@ def squared(scale: float = 1.0) -> Kernel:
     """
     return Kernel(
         name="squared",
+        label="squared",
         scale=positive("scale", scale),
         rho=lambda u: 0.5 * _real(u) ** 2,
         psi=lambda u: _real(u).copy(),
@@ -86,6 +90,7 @@ def huber(k: float) -> Kernel:
 
     return Kernel(
         name="huber",
+        label="Huber",
         scale=k,
         rho=rho,
         psi=lambda u: np.clip(_real(u), -k, k),
@@ -106,6 +111,7 @@ def cauchy(c: float) -> Kernel:
     c = positive("c", c)
     return Kernel(
         name="cauchy",
+        label="Cauchy",
         scale=c,
         rho=lambda u: 0.5 * c**2 * np.log1p((_real(u) / c) ** 2),
         psi=lambda u: _real(u) / (1.0 + (_real(u) / c) ** 2),
@@ -126,6 +132,7 @@ def geman_mcclure(c: float) -> Kernel:
     c = positive("c", c)
     return Kernel(
         name="geman-mcclure",
+        label="Geman–McClure",
         scale=c,
         rho=lambda u: 0.5 * _real(u) ** 2 / (1.0 + (_real(u) / c) ** 2),
         psi=lambda u: _real(u) / (1.0 + (_real(u) / c) ** 2) ** 2,
@@ -148,10 +155,47 @@ def tls(c: float) -> Kernel:
     c = positive("c", c)
     return Kernel(
         name="tls",
+        label="TLS",
         scale=c,
         rho=lambda u: 0.5 * np.minimum(np.abs(_real(u)), c) ** 2,
         psi=lambda u: np.where(np.abs(_real(u)) <= c, _real(u), 0.0),
         weight=lambda u: np.where(np.abs(_real(u)) <= c, 1.0, 0.0),
+        convex_until=c,
+        influence="redescending",
+    )
+
+
+def dcs(c: float) -> Kernel:
+    """Return the kernel whose weight is that of dynamic covariance scaling, with Φ = c².
+
+    It is u²/2 up to |u| = c and (3Φu² − Φ²)/(2(Φ + u²)) beyond it, which never passes 3Φ/2.
+    The weight is s² with s = min(1, 2Φ/(Φ + u²)): four times that of Geman–McClure, capped
+    at 1.
+
+    Raises:
+        ValueError: ``c`` is not a finite number above zero.
+
+    Source: Agarwal et al. 2013 for s; the cost is derived here, as the integral of s² u.
+    """
+    c = positive("c", c)
+    phi = c**2
+
+    def scaling(u: ArrayLike) -> Array:
+        return np.minimum(1.0, 2.0 / (1.0 + (_real(u) / c) ** 2))
+
+    def rho(u: ArrayLike) -> Array:
+        square = (_real(u) / c) ** 2
+        beyond = np.maximum(square, 1.0)
+        tail = (1.5 - 0.5 / beyond) / (1.0 + 1.0 / beyond)
+        return phi * np.where(square <= 1.0, 0.5 * square, tail)
+
+    return Kernel(
+        name="dcs",
+        label="DCS",
+        scale=c,
+        rho=rho,
+        psi=lambda u: scaling(u) ** 2 * _real(u),
+        weight=lambda u: scaling(u) ** 2,
         convex_until=c,
         influence="redescending",
     )
@@ -163,5 +207,6 @@ KERNELS: dict[str, Callable[[float], Kernel]] = {
     "cauchy": cauchy,
     "geman-mcclure": geman_mcclure,
     "tls": tls,
+    "dcs": dcs,
 }
 """Every kernel by its name; the value takes the scale. Tests and pages walk over it."""

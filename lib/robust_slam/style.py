@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
@@ -27,11 +28,6 @@ PALETTE: dict[str, str] = {
     "odometry": "#5C5C5C",
     "inlier": "#009E73",
     "outlier": "#D55E00",
-    "squared": _INK,
-    "huber": "#0072B2",
-    "cauchy": "#009E73",
-    "geman-mcclure": "#B8860B",
-    "tls": "#D55E00",
     "accent": "#CC79A7",
     "muted": "#767676",
 }
@@ -42,11 +38,6 @@ LINESTYLES: dict[str, LineStyle] = {
     "odometry": "-",
     "inlier": "-",
     "outlier": (0.0, (5.0, 2.0)),
-    "squared": "-",
-    "huber": (0.0, (6.0, 2.0)),
-    "cauchy": (0.0, (6.0, 2.0, 1.5, 2.0)),
-    "geman-mcclure": (0.0, (3.0, 1.5)),
-    "tls": (0.0, (1.5, 1.2)),
     "accent": "--",
     "muted": "-",
 }
@@ -57,16 +48,33 @@ MARKERS: dict[str, str] = {
     "odometry": ".",
     "inlier": "o",
     "outlier": "X",
-    "squared": "o",
-    "huber": "s",
-    "cauchy": "^",
-    "geman-mcclure": "v",
-    "tls": "D",
     "accent": "P",
     "muted": ".",
 }
 
-_CYCLE = ("estimate", "tls", "cauchy", "accent", "geman-mcclure", "squared")
+
+@dataclass(frozen=True)
+class Look:
+    """A colour, a line and a marker; any two of ``LOOKS`` differ in all three."""
+
+    color: str
+    linestyle: LineStyle
+    marker: str
+
+
+LOOKS: tuple[Look, ...] = (
+    Look(_INK, "-", "o"),
+    Look("#0072B2", (0.0, (6.0, 2.0)), "s"),
+    Look("#009E73", (0.0, (6.0, 2.0, 1.5, 2.0)), "^"),
+    Look("#B8860B", (0.0, (3.0, 1.5)), "v"),
+    Look("#D55E00", (0.0, (1.5, 1.2)), "D"),
+    Look("#7B3F9E", (0.0, (8.0, 2.0, 1.5, 2.0, 1.5, 2.0)), "P"),
+    Look("#8C510A", (0.0, (11.0, 3.0)), "X"),
+    Look("#4B6B00", (0.0, (4.0, 1.2, 1.0, 1.2)), "*"),
+)
+"""Looks for things of one kind that stand beside each other, such as kernels."""
+
+_CYCLE = (1, 4, 2, 5, 3, 0)
 
 # 5.6 inches and 11 points: on a phone 350 pixels wide the letters still stand 9 pixels high.
 STYLE: dict[RcKeyType, Any] = {
@@ -80,8 +88,8 @@ STYLE: dict[RcKeyType, Any] = {
     "axes.edgecolor": PALETTE["muted"],
     "axes.labelcolor": _INK,
     "axes.prop_cycle": cycler(
-        color=[PALETTE[name] for name in _CYCLE],
-        linestyle=[LINESTYLES[name] for name in _CYCLE],
+        color=[LOOKS[number].color for number in _CYCLE],
+        linestyle=[LOOKS[number].linestyle for number in _CYCLE],
     ),
     "axes.spines.top": False,
     "axes.spines.right": False,

@@ -10,7 +10,8 @@ import pytest
 from matplotlib import colors
 from matplotlib import pyplot as plt
 from robust_slam.kernels import KERNELS
-from robust_slam.style import LINESTYLES, MARKERS, PALETTE, figure_style, use_style
+from robust_slam.plots.kernels import kernel_look
+from robust_slam.style import LINESTYLES, LOOKS, MARKERS, PALETTE, Look, figure_style, use_style
 
 
 def luminance(colour: str) -> float:
@@ -32,11 +33,22 @@ def test_every_colour_has_a_line_and_a_marker() -> None:
     assert PALETTE.keys() == LINESTYLES.keys() == MARKERS.keys()
 
 
-@pytest.mark.parametrize("pair", list(itertools.combinations(KERNELS, 2)), ids="-".join)
-def test_two_kernels_differ_in_line_and_in_marker(pair: tuple[str, str]) -> None:
-    first, second = pair
-    assert LINESTYLES[first] != LINESTYLES[second]
-    assert MARKERS[first] != MARKERS[second]
+@pytest.mark.parametrize("look", LOOKS, ids=lambda look: look.color)
+def test_every_look_has_the_contrast_that_graphics_need_on_white(look: Look) -> None:
+    assert 1.05 / (luminance(look.color) + 0.05) >= 3.0
+
+
+def test_two_looks_differ_in_colour_in_line_and_in_marker() -> None:
+    for first, second in itertools.combinations(LOOKS, 2):
+        assert first.color != second.color
+        assert first.linestyle != second.linestyle
+        assert first.marker != second.marker
+
+
+def test_there_is_a_look_of_its_own_for_every_kernel() -> None:
+    assert len({kernel_look(name) for name in KERNELS}) == len(KERNELS)
+    with pytest.raises(ValueError, match="is not in list"):
+        kernel_look("no kernel")
 
 
 def test_an_outlier_is_told_from_an_inlier_without_colour() -> None:

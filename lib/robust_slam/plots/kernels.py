@@ -14,18 +14,20 @@ from numpy.typing import ArrayLike
 from scipy.stats import chi
 
 from robust_slam._arrays import Array
-from robust_slam.kernels import Kernel
-from robust_slam.style import LINESTYLES, MARKERS, PALETTE
+from robust_slam.kernels import KERNELS, Kernel
+from robust_slam.style import LOOKS, PALETTE, Look
 from robust_slam.thresholds import chi_square_threshold
 
-NAMES = {
-    "squared": "squared",
-    "huber": "Huber",
-    "cauchy": "Cauchy",
-    "geman-mcclure": "Geman–McClure",
-    "tls": "TLS",
-}
 _DIFFERENCE = 1e-6  # step of the one-sided difference behind a curvature
+
+
+def kernel_look(name: str) -> Look:
+    """Return the look of the kernel called `name`: the one at its place in `KERNELS`.
+
+    Raises:
+        ValueError: there is no kernel of that name.
+    """
+    return LOOKS[list(KERNELS).index(name) % len(LOOKS)]
 
 
 def draw_costs(
@@ -55,7 +57,8 @@ def draw_curvatures(ax: Axes, kernels: Iterable[Kernel], u_max: float) -> Axes:
         _draw_curve(ax, kernel, curve, u_max, None)
         if kernel.convex_until <= u_max:
             end = np.array([kernel.convex_until])
-            ax.plot(end, curve(end), MARKERS[kernel.name], color=PALETTE[kernel.name], zorder=4)
+            look = kernel_look(kernel.name)
+            ax.plot(end, curve(end), look.marker, color=look.color, zorder=4)
     ax.axhline(0.0, color=PALETTE["muted"], linewidth=0.8)
     ax.set(xlabel="whitened residual u", ylabel="curvature ρ″(u)")
     return ax
@@ -68,7 +71,8 @@ def draw_majoriser(ax: Axes, kernel: Kernel, touch: float, u_max: float) -> Axes
     """
     u = np.linspace(-u_max, u_max, 401)
     parabola = kernel.rho(touch) + 0.5 * kernel.weight(touch) * (u**2 - touch**2)
-    ax.plot(u, kernel.rho(u), "-", color=PALETTE[kernel.name], label=f"{NAMES[kernel.name]} cost")
+    colour = kernel_look(kernel.name).color
+    ax.plot(u, kernel.rho(u), "-", color=colour, label=f"{kernel.label} cost")
     ax.plot(u, parabola, "--", color=PALETTE["accent"], label="parabola above")
     height = np.full(2, kernel.rho(touch))
     ax.plot([-touch, touch], height, "o", color=PALETTE["accent"], label="they touch")
@@ -97,12 +101,13 @@ def draw_norm_densities(ax: Axes, dimensions: Iterable[int], probability: float)
 def draw_drift(ax: Axes, lie: ArrayLike, estimates: Mapping[str, ArrayLike]) -> Axes:
     """Draw estimates (kernel name -> (m,)) against the value of the one wrong reading (m,)."""
     for name, estimate in estimates.items():
+        look = kernel_look(name)
         ax.plot(
             np.asarray(lie),
             np.asarray(estimate),
-            color=PALETTE[name],
-            linestyle=LINESTYLES[name],
-            label=NAMES[name],
+            color=look.color,
+            linestyle=look.linestyle,
+            label=KERNELS[name](1.0).label,
         )
     ax.set(xlabel="place of the wrong reading", ylabel="estimate")
     return ax
@@ -116,12 +121,12 @@ def _draw_curve(
     mark: float | None,
 ) -> None:
     u = _grid(kernel.scale, u_max)
-    colour, line = PALETTE[kernel.name], LINESTYLES[kernel.name]
+    look = kernel_look(kernel.name)
     values = _broken_at_jumps(curve(u), u)
-    ax.plot(u, values, color=colour, linestyle=line, label=NAMES[kernel.name])
+    ax.plot(u, values, color=look.color, linestyle=look.linestyle, label=kernel.label)
     if mark is not None:
         height = curve(np.array([mark]))
-        ax.plot([mark], height, MARKERS[kernel.name], color=colour, zorder=4)
+        ax.plot([mark], height, look.marker, color=look.color, zorder=4)
 
 
 def _grid(scale: float, u_max: float) -> Array:

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array
 from robust_slam.kernels import Kernel
+from robust_slam.plots.kernels import kernel_look
 from robust_slam.result import Step
 from robust_slam.style import MARKERS, PALETTE
 
@@ -91,7 +92,7 @@ def draw_landscape(
     The majoriser is the parabola that one IRLS step minimises; a diamond marks its minimum.
     """
     cost = kernel.rho(_residuals(z, sigma, x)).sum(axis=0)
-    ax.plot(x, cost, "-", color=PALETTE[kernel.name], label="robust cost")
+    ax.plot(x, cost, "-", color=kernel_look(kernel.name).color, label="robust cost")
     if at is not None:
         _draw_parabola(ax, np.asarray(z, dtype=float), sigma, kernel, np.asarray(x), at)
     ax.set(xlabel="x", ylabel="cost")
