@@ -162,6 +162,29 @@ def joint_switchable(
     return Result.ending(history, StopReason.ITERATION_LIMIT)
 
 
+def dcs(
+    problem: Problem[X],
+    phi: float,
+    x0: X | None = None,
+    *,
+    tol: float = 1e-12,
+    max_iterations: int = 100,
+) -> Result[X]:
+    """Run dynamic covariance scaling: the loop with the weight s² of ``dcs_switch``.
+
+    The cost is that of ``kernels.dcs`` with c² = Φ, the one whose weight s² is.
+
+    The start is ``x0``, or plain least squares.
+
+    Raises:
+        ValueError: ``phi`` is not a finite number above zero, or as ``loop.reweight``.
+
+    Source: Agarwal et al. 2013.
+    """
+    kernel = kernels.dcs(sqrt(positive("phi", phi)))
+    return irls(problem, kernel, x0, tol=tol, max_iterations=max_iterations)
+
+
 def _checked_damping(damping: float) -> float:
     if not (np.isfinite(damping) and damping >= 0.0):
         raise ValueError(f"damping is {damping}; give a number of at least 0")

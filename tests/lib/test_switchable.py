@@ -12,7 +12,7 @@ from robust_slam.linear import chain
 from robust_slam.location import LocationProblem
 from robust_slam.pose_graph import PoseGraph, with_closures
 from robust_slam.result import StopReason
-from robust_slam.switchable import dcs_switch, joint_switchable, switch, switchable
+from robust_slam.switchable import dcs, dcs_switch, joint_switchable, switch, switchable
 from robust_slam.switchable import switched_cost as cost_of
 
 CHI2 = np.array([0.0, 1e-3, 0.1, 1.0, 7.0, 100.0, 1e6])
@@ -91,6 +91,16 @@ def test_in_the_objective_of_sc_the_switch_of_dcs_leaves_truncated_least_squares
     # With s = 2Φ/(Φ + χ²): (4Φ²χ² + Φ(χ² − Φ)²)/(Φ + χ²)² = Φ.
     left = objective(dcs_switch(CHI2, phi), CHI2, phi)
     np.testing.assert_allclose(left, np.minimum(CHI2, phi), rtol=1e-12)
+
+
+def test_dcs_weighs_by_its_switch_squared():
+    problem = LocationProblem([0.0, 0.3, -0.2, 0.1, 9.0])
+    result = dcs(problem, 2.0)
+    assert result.stop is StopReason.CONVERGED
+    chi2 = problem.residual_norms(result.x) ** 2
+    np.testing.assert_allclose(result.weights, dcs_switch(chi2, 2.0) ** 2, rtol=1e-9)
+    np.testing.assert_array_equal(result.weights[:4], 1.0)
+    assert result.weights[4] < 0.01
 
 
 def test_in_closed_form_two_closures_of_chapter_0_end_at_the_least_switched_cost():
@@ -315,6 +325,7 @@ def test_a_switch_refuses_what_is_no_squared_norm(function, chi2, scale, told):
         function([0.0, chi2], scale)
 
 
-def test_a_lambda_of_0_is_refused_by_name():
-    with pytest.raises(ValueError, match=r"lam is 0.0; give"):
-        switchable(LocationProblem([0.0]), 0.0)
+@pytest.mark.parametrize("method", [switchable, dcs])
+def test_a_threshold_of_0_is_refused_by_name(method):
+    with pytest.raises(ValueError, match=r"(lam|phi) is 0.0; give"):
+        method(LocationProblem([0.0]), 0.0)
