@@ -1,7 +1,8 @@
-"""Draw pose graphs: maps in the plane, and the 1-D chain with its edges as arcs.
+"""Draw pose graphs: maps in the plane or seen from one side, and the 1-D chain with arcs.
 
 Every function takes matplotlib axes and returns them. The path is a thick line, a closure a
-thin one, a wrong closure dashed, the truth dotted: colour never tells alone.
+thin one, a wrong closure dashed, the truth dotted, and a wrong decision has a marker at its
+middle: colour never tells alone.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike, NDArray
 
@@ -32,6 +34,7 @@ class _Look:
     linestyle: LineStyle
     linewidth: float
     zorder: float
+    middle: str = ""
 
     def style(self) -> dict[str, Any]:
         return {
@@ -46,6 +49,15 @@ _TRUTH = _Look("true path", PALETTE["muted"], LINESTYLES["truth"], 1.6, 1.0)
 _PATH = _Look("estimated path", PALETTE["estimate"], LINESTYLES["estimate"], 2.2, 4.0)
 _CLOSURE = _Look("loop closure", PALETTE["inlier"], LINESTYLES["inlier"], 1.0, 2.0)
 _LIE = _Look("wrong closure", PALETTE["outlier"], LINESTYLES["outlier"], 1.8, 3.0)
+_KEPT = _Look("kept", PALETTE["inlier"], LINESTYLES["inlier"], 1.0, 2.0)
+_REJECTED = _Look("rejected", PALETTE["muted"], (0.0, (1.0, 2.5)), 0.9, 1.5)
+_TRUE_KEPT = _Look("true, kept", PALETTE["inlier"], LINESTYLES["inlier"], 1.0, 2.0)
+_LIE_REJECTED = _Look("wrong, rejected", PALETTE["muted"], (0.0, (1.0, 2.5)), 0.9, 1.5)
+_LIE_KEPT = _Look("wrong, kept", PALETTE["outlier"], LINESTYLES["outlier"], 1.8, 3.2, "X")
+_TRUE_REJECTED = _Look(
+    "true, rejected", PALETTE["accent"], (0.0, (4.0, 1.5, 1.0, 1.5)), 1.6, 3.1, "s"
+)
+_ODOMETRY = _Look("odometry", PALETTE["estimate"], LINESTYLES["estimate"], 2.2, 4.0)
 
 
 def draw_map(
@@ -56,26 +68,30 @@ def draw_map(
     is_outlier: ArrayLike | None = None,
     weights: ArrayLike | None = None,
     truth: ArrayLike | None = None,
+    kept: ArrayLike | None = None,
+    view: tuple[int, int] = (0, 1),
 ) -> Axes:
     """Draw a map: the path, its closures, and dotted where the robot really was.
 
-    `poses` and `truth` are (n, 3) in m, m, rad; the mask `is_outlier` (m,) marks the wrong
-    edges; `weights` (m,) in [0, 1] fade the edges. Both directions have one scale, and the
-    frame and the ticks go.
+    `poses` and `truth` are (n, 3), or (n, 3, 4) in SE(3), drawn by the two coordinates of
+    `view`: (0, 1) looks from above, (0, 2) from the side. The mask `is_outlier` (m,) marks the
+    wrong edges; `weights` (m,) in [0, 1] fade the edges. With the mask `kept` (m,) the map shows
+    decisions, right and wrong ones, and `legend_below(ax)` names and counts them. Both
+    directions have one scale, and the frame and the ticks go.
 
     Raises:
         ValueError: an array does not have one row for each pose or edge.
     """
     m = len(graph.edges)
-    xy = _rows("poses", poses, graph.n)[:, :2]
-    looks = _looks(graph.is_odometry, is_outlier, m)
+    xy = _positions("poses", poses, graph, view)
+    looks = _looks(graph.is_odometry, is_outlier, m, kept)
     opacity = _FAINTEST + (1.0 - _FAINTEST) * _rows("weights", _or(weights, 1.0, m), m)
     if truth is not None:
-        real = _rows("truth", truth, graph.n)[:, :2]
-        ax.plot(*real.T, **_TRUTH.style())
-    for look in (_PATH, _CLOSURE, _LIE):
+        ax.plot(*_positions("truth", truth, graph, view).T, **_TRUTH.style())
+    for look in dict.fromkeys(looks):
         chosen = np.array([own is look for own in looks], dtype=bool)
-        _draw_edges(ax, xy, graph.edges[chosen], look, opacity[chosen])
+        label = None if kept is None else f"{look.label} ({np.count_nonzero(chosen)})"
+        _draw_edges(ax, xy, graph.edges[chosen], look, opacity[chosen], label)
     ax.plot(*xy[0], "o", color=_PATH.color, zorder=5)
     ax.set_aspect("equal", adjustable="box")
     ax.set_axis_off()
@@ -142,6 +158,11 @@ def draw_chain(
     return ax
 
 
+def legend_below(ax: Axes) -> Legend:
+    """Put the legend of a map with decisions below it, where it hides no edge."""
+    return ax.legend(loc="upper center", bbox_to_anchor=(0.5, 0.0), ncols=2)
+
+
 def map_legend() -> list[Line2D]:
     """Return the handles of a legend: path, closure, wrong closure, true path."""
     looks = (_PATH, _CLOSURE, _LIE, _TRUTH)
@@ -159,11 +180,30 @@ def _rows(name: str, value: ArrayLike, count: int) -> Array:
     return array
 
 
-def _looks(is_odometry: ArrayLike, is_outlier: ArrayLike | None, m: int) -> list[_Look]:
-    wrong = _rows("is_outlier", _or(is_outlier, 0.0, m), m)
-    own = np.asarray(is_odometry)
+def _positions(name: str, poses: ArrayLike, graph: PoseGraph, view: tuple[int, int]) -> Array:
+    """Return the two coordinates (n, 2) of `view`, in m."""
+    return graph.group.translation(_rows(name, poses, graph.n))[:, list(view)]
+
+
+def _looks(
+    is_odometry: ArrayLike, is_outlier: ArrayLike | None, m: int, kept: ArrayLike | None = None
+) -> list[_Look]:
+    """Return the look of each edge: of its kind or, if `kept` is given, of what was decided."""
+    wrong = _rows("is_outlier", _or(is_outlier, 0.0, m), m) > 0.0
+    steps = _rows("is_odometry", is_odometry, m) > 0.0
+    if kept is None:
+        return [
+            _LIE if bad else _PATH if own else _CLOSURE
+            for bad, own in zip(wrong, steps, strict=True)
+        ]
+    decided = {(False, True): _TRUE_KEPT, (False, False): _TRUE_REJECTED}
+    decided |= {(True, True): _LIE_KEPT, (True, False): _LIE_REJECTED}
+    if is_outlier is None:
+        decided = {(False, True): _KEPT, (False, False): _REJECTED}
+    stays = _rows("kept", kept, m) > 0.0
     return [
-        _LIE if bad else _PATH if step else _CLOSURE for bad, step in zip(wrong, own, strict=True)
+        _ODOMETRY if own and stay and not bad else decided[bool(bad), bool(stay)]
+        for own, stay, bad in zip(steps, stays, wrong, strict=True)
     ]
 
 
@@ -190,13 +230,27 @@ def _widest_gap(rows: Array, heap: Sequence[int]) -> float:
     return float(start[widest] + 0.5 * width[widest])
 
 
-def _draw_edges(ax: Axes, xy: Array, edges: Indices, look: _Look, opacity: Array) -> None:
+def _draw_edges(
+    ax: Axes,
+    xy: Array,
+    edges: Indices,
+    look: _Look,
+    opacity: Array,
+    label: str | None,
+) -> None:
     """Draw edges of one kind, those of one opacity as a single line with gaps."""
     for alpha in np.unique(opacity):
         ends = xy[edges[opacity == alpha]]
         gaps = np.full((len(ends), 1, 2), np.nan)
         x, y = np.concatenate([ends, gaps], axis=1).reshape(-1, 2).T
-        ax.plot(x, y, **look.style(), alpha=float(alpha), solid_capstyle="round")
+        style = look.style() | ({"label": label} if label else {})
+        if look.middle:
+            # The marker of a wrong decision stands at the middle of its edge.
+            x, y = np.insert(ends, 1, ends.mean(axis=1), axis=1).reshape(-1, 2).T
+            x, y = (np.insert(v, range(3, v.size + 1, 3), np.nan) for v in (x, y))
+            style |= {"marker": look.middle, "markevery": slice(1, None, 4)}
+        ax.plot(x, y, **style, alpha=float(alpha), solid_capstyle="round")
+        label = None
 
 
 def _draw_arc(ax: Axes, start: float, end: float, height: float, look: _Look, text: str) -> None:

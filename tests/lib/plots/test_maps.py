@@ -12,10 +12,16 @@ import pytest
 from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
-from robust_slam.generate import circle
+from robust_slam.generate import circle, sphere
 from robust_slam.outliers import add_random_closures
 from robust_slam.plots import opening
-from robust_slam.plots.maps import draw_chain, draw_headings, draw_map, map_legend
+from robust_slam.plots.maps import (
+    draw_chain,
+    draw_headings,
+    draw_map,
+    legend_below,
+    map_legend,
+)
 from robust_slam.style import PALETTE
 
 PICTURE = Path(__file__).parents[3] / "chapters" / "assets" / "one-lie.svg"
@@ -76,6 +82,69 @@ def test_a_smaller_weight_is_fainter_and_zero_is_still_seen(ax: Axes) -> None:
     alphas = {to_hex(line.get_color()): line.get_alpha() for line in ax.lines}
     assert 0.0 < alphas[PALETTE["outlier"].lower()] < 0.3
     assert alphas[PALETTE["inlier"].lower()] == 1.0
+
+
+def decisions():
+    """A map with one mistake of each kind, and the words for every edge."""
+    graph, is_lie, truth = town()
+    kept = ~is_lie
+    kept[np.flatnonzero(is_lie)[0]] = True
+    kept[np.flatnonzero(~graph.is_odometry)[0]] = False
+    words = np.where(
+        graph.is_odometry,
+        "odometry",
+        np.char.add(np.where(is_lie, "wrong, ", "true, "), np.where(kept, "kept", "rejected")),
+    )
+    return graph, is_lie, truth, kept, words
+
+
+def test_decisions_are_named_and_counted_in_the_legend(ax: Axes) -> None:
+    graph, is_lie, truth, kept, words = decisions()
+    draw_map(ax, graph, truth, is_outlier=is_lie, kept=kept)
+    told = {text.get_text() for text in legend_below(ax).get_texts()}
+    names, counts = np.unique(words, return_counts=True)
+    assert told == {f"{name} ({count})" for name, count in zip(names, counts, strict=True)}
+    assert len(told) == 5
+
+
+def test_every_decision_has_a_look_of_its_own_without_colour(ax: Axes) -> None:
+    graph, is_lie, truth, kept, _ = decisions()
+    draw_map(ax, graph, truth, is_outlier=is_lie, kept=kept)
+    named = [line for line in ax.lines if not line.get_label().startswith("_")]
+    looks = {
+        (str(line._unscaled_dash_pattern), line.get_linewidth(), line.get_marker())
+        for line in named
+    }
+    assert len(looks) == len(named) == 5
+
+
+def test_a_wrong_decision_has_a_marker_at_the_middle_of_its_edge(ax: Axes) -> None:
+    graph, is_lie, truth, kept, words = decisions()
+    draw_map(ax, graph, truth, is_outlier=is_lie, kept=kept)
+    for line in ax.lines:
+        word = line.get_label().partition(" (")[0]
+        if word in ("wrong, kept", "true, rejected"):
+            marked = np.column_stack(line.get_data())[line.get_markevery()]
+            middles = truth[graph.edges[words == word]][:, :, :2].mean(axis=1)
+            np.testing.assert_allclose(marked, middles)
+        elif line.get_label() in words:
+            assert line.get_marker() == "None"
+
+
+def test_without_the_truth_closures_are_kept_or_rejected(ax: Axes) -> None:
+    graph, _, truth, kept, _ = decisions()
+    draw_map(ax, graph, truth, kept=kept)
+    words = {text.get_text().partition(" (")[0] for text in legend_below(ax).get_texts()}
+    assert words == {"odometry", "kept", "rejected"}
+
+
+@pytest.mark.parametrize("view", [(0, 1), (0, 2), (1, 2)])
+def test_a_map_in_space_is_seen_from_a_side(ax: Axes, view: tuple[int, int]) -> None:
+    graph, truth = sphere(40, np.random.default_rng(6))
+    draw_map(ax, graph, truth, truth=truth, view=view)
+    place = truth[:, list(view), 3]
+    ends = place[graph.edges[graph.is_odometry]].reshape(-1, 4)
+    assert ends_drawn(ax, PALETTE["estimate"]) == {tuple(np.round(row, 9)) for row in ends}
 
 
 @pytest.mark.parametrize("name", ["poses", "truth", "weights", "is_outlier"])
