@@ -1,0 +1,183 @@
+"""Which estimator sees through wrong closures? One public graph, many seeds, one table.
+
+Each seed adds random wrong closures to the graph until they are the asked share of all
+closures. The reference is the optimum without them. Every method starts from the same
+poses, dead reckoning, trusts the odometry, takes one Gauss–Newton step for each set of
+weights, and keeps those closures whose whitened residual at its answer is within the 99 %
+threshold: the same question to all.
+
+    python -m benchmarks.wrong_closures --graph intel --share 0.3 --seeds 10
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import gtsam
+import numpy as np
+from robust_slam import gtsam_graph, pose_graph, start
+from robust_slam._arrays import Array, Mask
+from robust_slam.datasets import load
+from robust_slam.gauss_newton import PoseGraphProblem, gauss_newton
+from robust_slam.gnc import gnc
+from robust_slam.irls import irls
+from robust_slam.kernels import cauchy, dcs
+from robust_slam.max_mixture import max_mixture
+from robust_slam.metrics import ate, precision_recall
+from robust_slam.outliers import add_random_closures
+from robust_slam.pipeline import solve
+from robust_slam.pose_graph import PoseGraph
+from robust_slam.switchable import joint_switchable, switchable
+from robust_slam.thresholds import chi_square_threshold
+from tqdm import tqdm
+
+TOL, LIMIT = 1e-6, 500
+
+Method = Callable[[PoseGraphProblem, float], Array]
+METHODS: dict[str, Method] = {}
+
+
+@dataclass(frozen=True)
+class Score:
+    """What one run of one method was worth; ``seconds`` are of CPU time."""
+
+    precision: float
+    recall: float
+    ate: float
+    seconds: float
+
+
+def method(name: str) -> Callable[[Method], Method]:
+    """Enter a function (problem, threshold) -> poses into the table."""
+
+    def enter(function: Method) -> Method:
+        METHODS[name] = function
+        return function
+
+    return enter
+
+
+@method("least squares")
+def least_squares(problem: PoseGraphProblem, c: float) -> Array:
+    """Trust everything."""
+    return problem.initial()
+
+
+@method("IRLS, Cauchy")
+def irls_cauchy(problem: PoseGraphProblem, c: float) -> Array:
+    """Start at the guess, as every method does that is a descent."""
+    return irls(problem, cauchy(1.0), problem.guess, tol=TOL, max_iterations=LIMIT).x
+
+
+@method("GNC-TLS")
+def gnc_tls(problem: PoseGraphProblem, c: float) -> Array:
+    """Start at least squares, as graduation does."""
+    return gnc(problem, c).x
+
+
+@method("GNC-GM")
+def gnc_gm(problem: PoseGraphProblem, c: float) -> Array:
+    """Start at least squares, as graduation does."""
+    return gnc(problem, c, "gm").x
+
+
+@method("SC, closed form")
+def sc(problem: PoseGraphProblem, c: float) -> Array:
+    """Set the switches, solve, set the switches."""
+    return switchable(problem, c**2, problem.guess, tol=TOL, max_iterations=LIMIT).x
+
+
+@method("SC, jointly")
+def sc_jointly(problem: PoseGraphProblem, c: float) -> Array:
+    """Move poses and switches together, as the paper does."""
+    return joint_switchable(problem, c**2, problem.guess, tol=TOL).x
+
+
+@method("DCS")
+def dcs_weights(problem: PoseGraphProblem, c: float) -> Array:
+    """Reweight with the squared scaling, Φ = c²."""
+    return irls(problem, dcs(c), problem.guess, tol=TOL, max_iterations=LIMIT).x
+
+
+@method("max-mixture")
+def mixture(problem: PoseGraphProblem, c: float) -> Array:
+    """Let a null hypothesis, wide enough for any lie on the map, stand beside each closure."""
+    dof = problem.graph.group.DOF
+    return max_mixture(problem, 0.7, 1e4, dof, problem.guess, tol=TOL, max_iterations=LIMIT).x
+
+
+@method("PCM + GNC-TLS")
+def pcm_gnc(problem: PoseGraphProblem, c: float) -> Array:
+    """Run the pipeline, certificate included."""
+    return solve(problem.graph).poses
+
+
+@method("GTSAM's GNC-TLS")
+def gtsam_gnc(problem: PoseGraphProblem, c: float) -> Array:
+    """Run GTSAM's optimiser with its defaults, the odometry and the prior known inliers."""
+    factors, values = gtsam_graph.to_gtsam(problem.graph, problem.guess)
+    prior = len(problem.graph.edges)
+    known = [*np.flatnonzero(problem.trusted).tolist(), prior]
+    parameters = gtsam.GncGaussNewtonParams(gtsam.GaussNewtonParams())
+    parameters.setLossType(gtsam.GncLossType.TLS)
+    parameters.setKnownInliers(known)
+    optimiser = gtsam.GncGaussNewtonOptimizer(factors, values, parameters)
+    return gtsam_graph.poses_from_gtsam(optimiser.optimize(), problem.graph)
+
+
+def run(name: str, spoiled: PoseGraph, is_lie: Mask, reference: Array) -> Score:
+    """Return the score of one method on one spoiled graph."""
+    c = chi_square_threshold(0.99, spoiled.group.DOF)
+    problem = PoseGraphProblem(spoiled, steps=1)
+    began = time.process_time()
+    poses = METHODS[name](problem, c)
+    seconds = time.process_time() - began
+    kept = pose_graph.residual_norms(poses, spoiled) <= c
+    closures = ~spoiled.is_odometry
+    precision, recall = precision_recall(kept[closures], ~is_lie[closures])
+    return Score(precision, recall, ate(poses, reference), seconds)
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--graph", default="intel")
+    parser.add_argument("--share", type=float, default=0.3)
+    parser.add_argument("--seeds", type=int, default=10)
+    wanted = parser.parse_args()
+    graph = load(wanted.graph)
+    reference = gauss_newton(graph, start.chordal(graph))
+    honest = int(np.sum(~graph.is_odometry))
+    count = round(honest * wanted.share / (1.0 - wanted.share))
+    worlds = [
+        add_random_closures(graph, count, np.random.default_rng(seed), poses=reference)
+        for seed in range(wanted.seeds)
+    ]
+    scores: dict[str, list[Score]] = {name: [] for name in METHODS}
+    jobs = [(name, *world) for world in worlds for name in METHODS]
+    for name, spoiled, is_lie in tqdm(jobs, unit="solve"):
+        scores[name].append(run(name, spoiled, is_lie, reference))
+    print(f"{wanted.graph}: {honest} honest and {count} wrong closures, {wanted.seeds} seeds")
+    print("| method | precision | recall | ATE mean (m) | ATE worst (m) | CPU s |")
+    print("|---|---|---|---|---|---|")
+    for name, runs in scores.items():
+        print(row(name, runs))
+
+
+def row(name: str, runs: list[Score]) -> str:
+    """Return a method's line of the table: means, and the worst trajectory error."""
+    errors = [one.ate for one in runs]
+    return (
+        f"| {name} | {np.mean([one.precision for one in runs]):.4f} "
+        f"| {np.mean([one.recall for one in runs]):.4f} | {np.mean(errors):.4f} "
+        f"| {max(errors):.4f} | {np.median([one.seconds for one in runs]):.2f} |"
+    )
+
+
+if __name__ == "__main__":
+    main()
