@@ -75,3 +75,10 @@ def test_what_a_function_raises_is_in_its_docstring(path: Path) -> None:
 def test_every_function_has_a_source_in_its_docstring_or_its_modules(path: Path) -> None:
     source = re.compile(r"Source: |et al\. \d{4}|[A-Z]\w+ (and [A-Z]\w+ )?\d{4}|derived here")
     assert not [name for name, _, text in functions(path) if not source.search(text)]
+
+
+def test_the_package_says_where_everything_is() -> None:
+    text = ast.get_docstring(ast.parse((LIB / "__init__.py").read_text(encoding="utf-8"))) or ""
+    named = set(re.findall(r"``(\w+)``", text))
+    modules = {p.stem for p in LIB.iterdir() if p.suffix == ".py" or (p / "__init__.py").exists()}
+    assert named == {name for name in modules - {"errors"} if not name.startswith("_")}

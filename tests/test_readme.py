@@ -1,0 +1,61 @@
+"""What the README shows runs as it stands there."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from robust_slam import datasets, metrics, start
+from robust_slam.certificate import Verdict
+from robust_slam.gauss_newton import gauss_newton
+
+from tests.conftest import leave_out
+
+README = (Path(__file__).resolve().parents[1] / "README.md").read_text(encoding="utf-8")
+TOURS = re.findall(r"```python\n(.*?)```", README, re.S)
+
+
+@pytest.fixture
+def tour() -> str:
+    (text,) = TOURS
+    try:
+        datasets.find("intel")
+    except datasets.DatasetMissing as missing:
+        leave_out(str(missing))
+    return text
+
+
+def taken(tour: str) -> dict[str, Any]:
+    """Return what the names of the tour stand for after it."""
+    names: dict[str, Any] = {}
+    with mpl.rc_context({"backend": "agg"}):
+        exec(tour, names)
+        plt.close("all")
+    return names
+
+
+def test_the_tour_takes_a_dozen_lines() -> None:
+    (text,) = TOURS
+    assert sum(1 for line in text.splitlines() if line.strip()) <= 12
+
+
+def test_the_tour_rejects_every_lie_and_ends_certified(tour: str) -> None:
+    end = taken(tour)
+    answer, is_lie = end["answer"], end["is_lie"]
+    assert not np.any(answer.kept[is_lie])
+    assert np.mean(answer.kept[~is_lie]) > 0.99
+    assert answer.certificate.verdict is Verdict.CERTIFIED
+
+
+def test_with_seed_0_one_lie_bends_the_map_and_the_certificate_refuses_it(tour: str) -> None:
+    end = taken(tour.replace("default_rng(1)", "default_rng(0)"))
+    graph, answer, is_lie = end["graph"], end["answer"], end["is_lie"]
+    assert np.count_nonzero(answer.kept[is_lie]) == 1
+    best = gauss_newton(graph, start.chordal(graph))
+    assert 3.0 < metrics.ate(answer.poses, best) < 4.0
+    assert answer.certificate.verdict is Verdict.NOT_CERTIFIED
