@@ -50,6 +50,16 @@ def is_small(step: Array, poses: Array, tol: float) -> bool:
     return float(np.abs(step).max()) <= tol * (1.0 + float(np.abs(poses).max()))
 
 
+def shrink(gain: float) -> float:
+    """Return the factor on a damping after a step: 1/3 for a promise kept, 2 at most.
+
+    ``gain`` is by how much the cost fell, as a share of what the linear model promised.
+
+    Source: Nielsen 1999.
+    """
+    return max(1.0 / 3.0, 1.0 - (2.0 * min(max(gain, 0.0), 1.0) - 1.0) ** 3)
+
+
 def check_weights(weights: ArrayLike | None, graph: PoseGraph) -> Array:
     """Return the weights ``(m,)``, every one 1 if None.
 

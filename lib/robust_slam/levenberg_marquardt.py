@@ -21,6 +21,7 @@ from robust_slam._descent import (
     check_weights,
     is_small,
     moved,
+    shrink,
 )
 from robust_slam._normal_equations import NormalEquations, weighted_edges
 from robust_slam.pose_graph import PoseGraph, check_poses
@@ -79,7 +80,7 @@ def descend_damped(
         if lower <= cost * (1.0 + ROUNDING):
             at_rest = is_small(step, poses, tol)
             gain = (cost - lower) / max(promised, np.finfo(float).tiny)
-            damping, growth = damping * _shrink(gain), 2.0
+            damping, growth = damping * shrink(gain), 2.0
             poses, cost = trial, lower
             if at_rest:
                 return Descent(poses, cost, size, at_rest=True)
@@ -97,8 +98,3 @@ def _damped(
     change = np.einsum("keab,keb->ka", jacobian, step[equations.graph.edges])
     rise = np.sum(pull * change) + 0.5 * np.einsum("ka,kab,kb->", change, information, change)
     return step, -float(rise)
-
-
-def _shrink(gain: float) -> float:
-    """Return the factor on the damping after a step: 1/3 for a promise kept, 2 at most."""
-    return max(1.0 / 3.0, 1.0 - (2.0 * min(max(gain, 0.0), 1.0) - 1.0) ** 3)

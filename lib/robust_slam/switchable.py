@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike
 
 from robust_slam import kernels, pose_graph
 from robust_slam._arrays import Array, Mask, finite, positive
-from robust_slam._descent import ROUNDING, check_limits, is_small, moved
+from robust_slam._descent import ROUNDING, check_limits, is_small, moved, shrink
 from robust_slam._normal_equations import NormalEquations
 from robust_slam.gauss_newton import PoseGraphProblem
 from robust_slam.irls import irls
@@ -157,7 +157,7 @@ def joint_switchable(
         if small and damping == 0.0:
             return Result.ending(history, StopReason.CONVERGED)
         # A damped step may be small anywhere; one without damping is small at a minimum.
-        damping = 0.0 if small else damping * _shrink((here.cost - there.cost) / promised)
+        damping = 0.0 if small else damping * shrink((here.cost - there.cost) / promised)
         here, growth = there, 2.0
     return Result.ending(history, StopReason.ITERATION_LIMIT)
 
@@ -189,11 +189,6 @@ def _checked_damping(damping: float) -> float:
     if not (np.isfinite(damping) and damping >= 0.0):
         raise ValueError(f"damping is {damping}; give a number of at least 0")
     return float(damping)
-
-
-def _shrink(gain: float) -> float:
-    """Return the factor on the damping after a step: 1/3 for a promise kept, 2 at most."""
-    return max(1.0 / 3.0, 1.0 - (2.0 * min(max(gain, 0.0), 1.0) - 1.0) ** 3)
 
 
 @dataclass(frozen=True, eq=False)
