@@ -20,7 +20,7 @@ from robust_slam.result import Result, Step, StopReason
 X = TypeVar("X")
 State = TypeVar("State", bound="float | None")
 
-_SOLVES = 100
+_SOLVES = 500
 """How often the last solve is repeated at most."""
 
 
@@ -132,20 +132,23 @@ def settle(problem: Problem[X], rule: Rule[State], result: Result[X], tol: float
 
     A problem whose solve takes a few steps only, such as a pose graph with one step for
     each μ, is thereby brought to rest with the final weights; the history gets one more
-    step. An exact solve leaves the result as it is.
+    step. An exact solve leaves the result as it is. When the solves run out first, the
+    reason becomes ITERATION_LIMIT: the last x is then not at rest.
 
     Source: derived here.
     """
     x, norms = result.x, problem.residual_norms(result.x)
+    first, stop = norms, StopReason.ITERATION_LIMIT
     for _ in range(_SOLVES):
         x = problem.solve(result.weights, x)
         before, norms = norms, problem.residual_norms(x)
         if _is_settled(before, norms, tol):
+            stop = result.stop
             break
-    if _is_settled(problem.residual_norms(result.x), norms, tol):
+    if stop is result.stop and _is_settled(first, norms, tol):
         return result
     last = Step(x, result.weights, _cost(rule, norms, ~problem.trusted), result.history[-1].mu)
-    return Result.ending([*result.history, last], result.stop)
+    return Result.ending([*result.history, last], stop)
 
 
 def _is_settled(before: Array, norms: Array, tol: float) -> bool:

@@ -13,7 +13,8 @@ from robust_slam import gnc as g
 from robust_slam import kernels
 from robust_slam.gauss_newton import PoseGraphProblem
 from robust_slam.generate import circle, manhattan
-from robust_slam.gnc import GncGm, GncTls, gnc
+from robust_slam.gnc import GncGm, GncTls, gnc, start_mu
+from robust_slam.irls import irls
 from robust_slam.linear import chain
 from robust_slam.location import LocationProblem
 from robust_slam.loop import reweight
@@ -107,6 +108,43 @@ def test_the_surrogates_end_at_their_kernels():
     np.testing.assert_allclose(g.gm_surrogate(U, 2.0, 1.0), kernels.geman_mcclure(2.0).rho(U))
     np.testing.assert_allclose(g.gm_weight(U, 2.0, 1.0), kernels.geman_mcclure(2.0).weight(U))
     np.testing.assert_allclose(g.gm_surrogate(U, 2.0, 1e9), 0.5 * U**2, rtol=1e-6)
+
+
+@pytest.mark.parametrize("mu", [1e100, 1e200, 1e300])
+def test_a_huge_mu_is_the_kernel_and_does_not_overflow(mu):
+    u, truncated = np.array([0.0, 0.5, 1.9, 2.1, 1e10, np.inf]), kernels.tls(2.0)
+    with np.errstate(all="raise", under="ignore"):
+        np.testing.assert_array_equal(g.tls_weight(u, 2.0, mu), truncated.weight(u))
+        np.testing.assert_array_equal(g.tls_surrogate(u, 2.0, mu), truncated.rho(u))
+
+
+def test_the_first_mu_by_hand():
+    """With u = 7.5, c = 2: 4/(2·56.25 − 4) = 8/217 and 2·56.25/4 = 28.125."""
+    assert start_mu(7.5, 2.0) == pytest.approx(8.0 / 217.0, rel=1e-12)
+    assert start_mu(7.5, 2.0, "gm") == pytest.approx(28.125, rel=1e-12)
+    assert start_mu(1.0, 2.0, "gm") == 0.5
+    assert GncGm(2.0).start(np.array([1.0])) == 1.0
+
+
+def test_no_mu_rejects_anything_when_twice_the_square_is_within_c():
+    """2u² = c² at u = 2, c² = 8; both sides of it differ by one part in 10⁹."""
+    c = np.sqrt(8.0)
+    assert start_mu(2.0 * (1.0 - 1e-9), c) == np.inf
+    assert 1e7 < start_mu(2.0 * (1.0 + 1e-9), c) < np.inf
+    assert start_mu(0.0, c) == np.inf
+
+
+@pytest.mark.parametrize(
+    ("u_max", "c"), [(1e200, 1.0), (1.0, 1e-200), (1.0, 1e-320), (np.inf, 1.0)]
+)
+def test_residuals_beyond_all_measure_still_have_a_first_mu(u_max, c):
+    assert 0.0 < start_mu(u_max, c) < 1e-300
+    assert 1e300 < start_mu(u_max, c, "gm") < np.inf
+
+
+def test_a_tiny_scale_is_an_outcome_and_no_error():
+    assert gnc(LocationProblem([0.0, 0.1, 0.0, 10.0]), 1e-12).x == 0.0
+    assert gnc(LocationProblem(A), 1e-200).stop is StopReason.ALL_REJECTED
 
 
 @pytest.mark.parametrize("largest", [2.0, 7.5, 1e3])
@@ -219,6 +257,16 @@ def test_every_row_of_gm_on_data_b():
     assert_schedule(gnc(LocationProblem(B), 2.0, "gm"), [tuple(row) for row in table], 6e-7)
 
 
+@pytest.mark.parametrize(("z", "fixed"), [(A, 0.004937963159), (B, 0.105555126205)])
+def test_gm_ends_near_a_minimum_and_irls_goes_on_to_it(z, fixed):
+    problem = LocationProblem(z)
+    result = gnc(problem, 2.0, "gm")
+    onward = irls(problem, kernels.geman_mcclure(2.0), result.x)
+    assert 1e-6 < abs(result.x - fixed) < 1e-3
+    assert onward.x == pytest.approx(fixed, abs=1e-10)
+    assert onward.cost < result.cost
+
+
 def test_the_data_of_the_irls_chapter_lose_their_outlier():
     z = [0.1, -0.2, 0.15, -0.1, 5.0]
     steps = gnc(LocationProblem(z), 1.0).history[1:]
@@ -227,6 +275,29 @@ def test_the_data_of_the_irls_chapter_lose_their_outlier():
     )
     assert steps[-1].weights.tolist() == [1.0, 1.0, 1.0, 1.0, 0.0]
     assert gnc(LocationProblem(z, 0.3), 1.0).x == pytest.approx(-0.0125, abs=1e-9)
+
+
+def test_the_data_of_the_irls_chapter_with_their_own_deviation():
+    problem = LocationProblem([0.1, -0.2, 0.15, -0.1, 5.0], 0.3)
+    narrow = gnc(problem, 1.0)
+    assert narrow.history[1].mu == pytest.approx(0.002806, abs=6e-7)
+    assert len(narrow.history) == 19
+    wide = [step.x / 0.3 for step in gnc(problem, 3.0).history[1:]]
+    np.testing.assert_allclose(wide, [0.392631, 0.072438, -0.023267, -0.041667], atol=6e-7)
+
+
+def test_a_first_mu_of_1_may_reject_all_where_the_rule_does_not():
+    problem = LocationProblem([0.0, 0.0, 10.0])
+    assert gnc(problem, 2.0, mu0=1.0).stop is StopReason.ALL_REJECTED
+    steps = gnc(problem, 2.0).history[1:]
+    np.testing.assert_allclose([step.x for step in steps], [1.017457, 0.0, 0.0], atol=6e-7)
+
+
+def test_a_first_x_would_matter_and_that_is_why_there_is_none():
+    """From x = 5, the outlier itself, μ = 1 gives the four inliers weight 0 at once."""
+    problem = LocationProblem([0.1, -0.2, 0.15, -0.1, 5.0])
+    assert reweight(problem, GncTls(1.0, mu0=1.0), 5.0).x == pytest.approx(5.0)
+    assert reweight(problem, GncTls(1.0), problem.initial()).x == gnc(problem, 1.0).x
 
 
 @pytest.mark.parametrize("factor", [1.2, 1.4, 1.5, 2.0])
@@ -241,6 +312,12 @@ def test_with_most_inliers_it_may_still_fail_and_the_factor_decides(factor, end)
     result = gnc(LocationProblem([0, 0, 0, 0, 6, 6, 30]), 2.0, factor=factor)
     assert result.x == pytest.approx(end, abs=1e-9)
     assert 2.0 * result.cost == pytest.approx(12.0 if end == 0.0 else 20.0)
+
+
+@pytest.mark.parametrize(("factor", "end"), [(1.2, 0.0), (1.4, 7.0), (1.5, 7.0), (2.0, 7.0)])
+def test_the_failure_is_not_a_matter_of_one_number(factor, end):
+    result = gnc(LocationProblem([0, 0, 0, 0, 7, 7, 34]), 2.0, factor=factor)
+    assert result.x == pytest.approx(end, abs=1e-9)
 
 
 def test_outliers_that_agree_win_and_that_is_the_optimum():
@@ -259,6 +336,10 @@ def test_one_against_one_has_no_answer():
     assert result.x == pytest.approx(5.0)
     assert result.weights.tolist() == [0.0, 0.0]
     assert result.history[1].mu == pytest.approx(2.0 / 23.0, rel=1e-12)
+    weights = [step.weights for step in result.history[1:]]
+    expected = [0.036019, 0.026077, 0.008219, 0.0]
+    np.testing.assert_allclose(weights, np.transpose([expected, expected]), atol=6e-7)
+    assert result.history[-1].mu == pytest.approx(2.0 / 23.0 * 1.4**3, rel=1e-12)
 
 
 def test_the_lie_of_the_first_chapter_is_rejected_and_the_length_is_2():
@@ -272,6 +353,14 @@ def test_the_lie_of_the_first_chapter_is_rejected_and_the_length_is_2():
     assert result.history[1].x[2] == pytest.approx(1.937885, abs=6e-7)
     assert result.x[2] == pytest.approx(2.0, abs=1e-12)
     assert result.weights.tolist() == [1.0, 1.0, 1.0, 0.0]
+
+
+def test_the_lie_of_the_first_chapter_with_nothing_trusted():
+    graph = chain(3, [0, 1, 0, 0], [1, 2, 2, 2], [1.0, 1.0, 2.0, 0.0], [0.1, 0.1, 0.05, 0.05])
+    first, last = (gnc(graph, 3.0).history[k] for k in (1, -1))
+    np.testing.assert_allclose(first.weights, [0.054371, 0.054371, 0.005991, 0.004199], atol=6e-7)
+    assert first.x[2] == pytest.approx(1.505623, abs=6e-7)
+    assert last.x[2] == pytest.approx(2.0, abs=1e-12)
 
 
 def test_trusted_measurements_have_no_say_in_mu_and_keep_their_weight():
@@ -327,6 +416,40 @@ def test_on_a_pose_graph_every_lie_is_rejected(seed, steps):
     np.testing.assert_allclose(norms, at_rest, atol=1e-6)
 
 
+class Crawling(LocationProblem):
+    """A location whose solve goes only a part of the way to the weighted mean."""
+
+    def __init__(self, z, part):
+        super().__init__(z)
+        self.part = part
+
+    def initial(self):
+        return super().solve(np.ones_like(self.z), 0.0)
+
+    def solve(self, weights, x):
+        return x + self.part * (super().solve(weights, x) - x)
+
+
+def test_a_solve_that_goes_half_the_way_is_brought_to_rest():
+    result = gnc(Crawling(B, 0.5), 2.0)
+    assert result.stop is StopReason.BINARY_WEIGHTS
+    assert result.x == pytest.approx(0.1, abs=1e-8)
+    before, last = result.history[-2:]
+    assert abs(before.x - 0.1) > 1e-3
+    assert last.weights.tolist() == before.weights.tolist() == [1.0, 1.0, 1.0, 0.0]
+    assert last.mu == before.mu
+    assert last.cost == pytest.approx(kernels.tls(2.0).rho(np.array(B) - result.x).sum())
+
+
+@each_surrogate
+def test_a_solve_that_does_not_come_to_rest_is_told(kind):
+    """The start is the mean, 1, so nine are within c = 2 and nothing else is in doubt."""
+    result = gnc(Crawling([0.0] * 9 + [10.0], 1e-3), 2.0, kind)
+    assert result.stop is StopReason.ITERATION_LIMIT
+    assert result.x == result.history[-1].x
+    assert len(result.history) < 1000
+
+
 def test_gm_on_a_pose_graph_ends_near_the_map_without_lies():
     rng = np.random.default_rng(5)
     graph, truth = circle(40, rng, laps=2, closures=12)
@@ -358,6 +481,16 @@ def test_the_rule_and_the_function_say_the_same():
 def test_bad_arguments_are_refused_by_name(arguments, told):
     with pytest.raises(ValueError, match=told):
         gnc(LocationProblem(A), **arguments)
+
+
+def test_a_first_mu_of_nonsense_is_refused_by_name():
+    for u_max in (-1.0, np.nan):
+        with pytest.raises(ValueError, match="u_max is"):
+            start_mu(u_max, 1.0)
+    with pytest.raises(ValueError, match="c is 0"):
+        start_mu(1.0, 0.0)
+    with pytest.raises(ValueError, match="kind is 'TLS'"):
+        start_mu(1.0, 1.0, "TLS")
 
 
 @each_surrogate
