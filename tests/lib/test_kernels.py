@@ -6,7 +6,7 @@ from math import inf, log, sqrt
 
 import numpy as np
 import pytest
-from robust_slam.kernels import KERNELS, cauchy, geman_mcclure, huber, squared, tls
+from robust_slam.kernels import KERNELS, cauchy, dcs, geman_mcclure, huber, squared, tls
 
 SCALES = (0.3, 1.0, 3.368)
 
@@ -27,6 +27,12 @@ def u(kernel):
 @pytest.mark.parametrize("name", KERNELS)
 def test_the_registry_gives_each_kernel_its_own_name_and_scale(name):
     assert (KERNELS[name](2.5).name, KERNELS[name](2.5).scale) == (name, 2.5)
+
+
+def test_every_kernel_has_a_label_of_its_own():
+    labels = [make(1.0).label for make in KERNELS.values()]
+    assert all(labels)
+    assert len(set(labels)) == len(labels)
 
 
 def test_a_zero_residual_costs_nothing_and_has_full_weight(kernel):
@@ -151,6 +157,7 @@ def test_influence_grows_tenfold_where_cost_grows_a_hundredfold():
         (cauchy(2), 2.0, 1.0),
         (geman_mcclure(2), 2 / sqrt(3), 2 * 3 * sqrt(3) / 16),
         (tls(2), 2.0, 2.0),
+        (dcs(2), 2.0, 2.0),
     ],
     ids=lambda value: getattr(value, "name", ""),
 )
@@ -163,6 +170,23 @@ def test_huber_by_hand():
     kernel = huber(1.345)
     assert kernel.rho(3) == pytest.approx(3.1304875, rel=1e-12)
     assert kernel.weight(3) == pytest.approx(1.345 / 3, rel=1e-12)
+
+
+@pytest.mark.parametrize("c", [0.5, 1.0, sqrt(10.0)])
+def test_dcs_has_the_weight_of_its_scaling_and_a_cost_that_ends_at_three_halves_of_phi(c):
+    u, phi = c * np.linspace(0.05, 9.95, 100), c**2
+    kernel, s = dcs(c), np.minimum(1.0, 2 * phi / (phi + u**2))
+    np.testing.assert_allclose(kernel.weight(u), s**2, rtol=1e-14)
+    beyond = u[u > c]
+    tail = (3 * phi * beyond**2 - phi**2) / (2 * (phi + beyond**2))
+    np.testing.assert_allclose(kernel.rho(beyond), tail, rtol=1e-14)
+    assert kernel.rho(1e9 * c) == pytest.approx(1.5 * phi, rel=1e-15)
+
+
+def test_the_weight_of_dcs_is_four_times_that_of_geman_mcclure_capped_at_one():
+    u = np.linspace(-12.0, 12.0, 97)
+    capped = np.minimum(1.0, 4.0 * geman_mcclure(1.5).weight(u))
+    np.testing.assert_allclose(dcs(1.5).weight(u), capped, rtol=1e-14)
 
 
 def test_at_the_threshold_the_inner_piece_holds():

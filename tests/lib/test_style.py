@@ -47,7 +47,7 @@ def test_two_looks_differ_in_colour_in_line_and_in_marker() -> None:
 
 def test_there_is_a_look_of_its_own_for_every_kernel() -> None:
     assert len({kernel_look(name) for name in KERNELS}) == len(KERNELS)
-    with pytest.raises(ValueError, match="is not in list"):
+    with pytest.raises(ValueError, match="name: there is no kernel 'no kernel'; give one of sq"):
         kernel_look("no kernel")
 
 

@@ -27,6 +27,8 @@ def kernel_look(name: str) -> Look:
     Raises:
         ValueError: there is no kernel of that name.
     """
+    if name not in KERNELS:
+        raise ValueError(f"name: there is no kernel {name!r}; give one of {', '.join(KERNELS)}")
     return LOOKS[list(KERNELS).index(name) % len(LOOKS)]
 
 

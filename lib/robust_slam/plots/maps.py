@@ -25,6 +25,7 @@ Indices = NDArray[np.intp]
 
 _CARD = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}  # lifts a name off a line
 _FAINTEST = 0.15  # opacity of an edge of weight 0: rejected, and still to be seen
+_SHADES = 255  # screens tell no more apart, and each shade is one line to draw
 
 
 @dataclass(frozen=True)
@@ -50,14 +51,16 @@ _PATH = _Look("estimated path", PALETTE["estimate"], LINESTYLES["estimate"], 2.2
 _CLOSURE = _Look("loop closure", PALETTE["inlier"], LINESTYLES["inlier"], 1.0, 2.0)
 _LIE = _Look("wrong closure", PALETTE["outlier"], LINESTYLES["outlier"], 1.8, 3.0)
 _KEPT = _Look("kept", PALETTE["inlier"], LINESTYLES["inlier"], 1.0, 2.0)
-_REJECTED = _Look("rejected", PALETTE["muted"], (0.0, (1.0, 2.5)), 0.9, 1.5)
+_REJECTED = _Look("rejected", PALETTE["muted"], (0.0, (7.0, 6.0)), 0.9, 1.5)
 _TRUE_KEPT = _Look("true, kept", PALETTE["inlier"], LINESTYLES["inlier"], 1.0, 2.0)
-_LIE_REJECTED = _Look("wrong, rejected", PALETTE["muted"], (0.0, (1.0, 2.5)), 0.9, 1.5)
+_LIE_REJECTED = _Look("wrong, rejected", PALETTE["muted"], (0.0, (7.0, 6.0)), 0.9, 1.5)
 _LIE_KEPT = _Look("wrong, kept", PALETTE["outlier"], LINESTYLES["outlier"], 1.8, 3.2, "X")
 _TRUE_REJECTED = _Look(
     "true, rejected", PALETTE["accent"], (0.0, (4.0, 1.5, 1.0, 1.5)), 1.6, 3.1, "s"
 )
 _ODOMETRY = _Look("odometry", PALETTE["estimate"], LINESTYLES["estimate"], 2.2, 4.0)
+_KINDS = (_PATH, _CLOSURE, _LIE)
+_DECISIONS = (_ODOMETRY, _KEPT, _REJECTED, _TRUE_KEPT, _TRUE_REJECTED, _LIE_KEPT, _LIE_REJECTED)
 
 
 def draw_map(
@@ -80,15 +83,17 @@ def draw_map(
     directions have one scale, and the frame and the ticks go.
 
     Raises:
-        ValueError: an array does not have one row for each pose or edge.
+        ValueError: an array does not have one row for each pose or edge, or the poses do not
+            have the two coordinates of `view`.
     """
     m = len(graph.edges)
     xy = _positions("poses", poses, graph, view)
     looks = _looks(graph.is_odometry, is_outlier, m, kept)
     opacity = _FAINTEST + (1.0 - _FAINTEST) * _rows("weights", _or(weights, 1.0, m), m)
     if truth is not None:
-        ax.plot(*_positions("truth", truth, graph, view).T, **_TRUTH.style())
-    for look in dict.fromkeys(looks):
+        style = _TRUTH.style() | ({} if kept is None else {"label": _TRUTH.label})
+        ax.plot(*_positions("truth", truth, graph, view).T, **style)
+    for look in (look for look in _KINDS + _DECISIONS if look in looks):
         chosen = np.array([own is look for own in looks], dtype=bool)
         label = None if kept is None else f"{look.label} ({np.count_nonzero(chosen)})"
         _draw_edges(ax, xy, graph.edges[chosen], look, opacity[chosen], label)
@@ -182,6 +187,9 @@ def _rows(name: str, value: ArrayLike, count: int) -> Array:
 
 def _positions(name: str, poses: ArrayLike, graph: PoseGraph, view: tuple[int, int]) -> Array:
     """Return the two coordinates (n, 2) of `view`, in m."""
+    dimension = graph.group.DIMENSION
+    if len(view) != 2 or not all(axis in range(dimension) for axis in view):
+        raise ValueError(f"view: it is {view}; give two axes, each from 0 to {dimension - 1}")
     return graph.group.translation(_rows(name, poses, graph.n))[:, list(view)]
 
 
@@ -238,9 +246,10 @@ def _draw_edges(
     opacity: Array,
     label: str | None,
 ) -> None:
-    """Draw edges of one kind, those of one opacity as a single line with gaps."""
-    for alpha in np.unique(opacity):
-        ends = xy[edges[opacity == alpha]]
+    """Draw edges of one kind, those of one shade as a single line with gaps."""
+    shade = np.round(opacity * _SHADES) / _SHADES
+    for alpha in np.unique(shade):
+        ends = xy[edges[shade == alpha]]
         gaps = np.full((len(ends), 1, 2), np.nan)
         x, y = np.concatenate([ends, gaps], axis=1).reshape(-1, 2).T
         style = look.style() | ({"label": label} if label else {})

@@ -60,7 +60,6 @@ def _draw_lines(ax: Axes, weights: Array, chosen: Mask, name: str, label: str) -
         linestyle=LINESTYLES[name],
         marker=MARKERS[name] if count <= _FEW else "",
         linewidth=2.0 if count <= _FEW else 0.8,
-        alpha=1.0 if count <= _FEW else 0.5,
         label=label,
     )
 

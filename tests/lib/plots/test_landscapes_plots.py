@@ -9,6 +9,7 @@ import pytest
 from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
 from robust_slam.gnc import gm_surrogate, tls_surrogate
+from robust_slam.kernels import geman_mcclure
 from robust_slam.plots.landscapes import draw_graduation, minima
 
 Z = (-0.2, 0.1, 0.4, 10.0)
@@ -35,6 +36,20 @@ def test_a_curve_is_the_summed_surrogate_up_to_its_scale(ax: Axes) -> None:
     draw_graduation(ax, Z, X, gm_surrogate, 2.0, (10.0,), sigma=0.5)
     cost = sum(gm_surrogate((X - z) / 0.5, 2.0, 10.0) for z in Z)
     np.testing.assert_allclose(ax.lines[0].get_ydata(), cost / cost.max(), rtol=1e-12)
+
+
+def test_at_mu_one_the_surrogate_lies_on_the_kernel_it_hardens_into(ax: Axes) -> None:
+    draw_graduation(ax, Z, X, gm_surrogate, 2.0, (1.0,), kernel=geman_mcclure(2.0))
+    curve, _, band, _ = ax.lines
+    np.testing.assert_allclose(curve.get_ydata(), band.get_ydata(), rtol=1e-12)
+    assert band.get_label() == "Geman–McClure"
+    assert band.get_linewidth() > curve.get_linewidth()
+    assert band.get_zorder() < curve.get_zorder()
+
+
+def test_more_curves_than_looks_are_refused(ax: Axes) -> None:
+    with pytest.raises(ValueError, match="mus: there are 9; give at most 8"):
+        draw_graduation(ax, Z, X, gm_surrogate, 2.0, range(1, 10))
 
 
 @pytest.mark.parametrize(

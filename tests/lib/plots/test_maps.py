@@ -147,6 +147,33 @@ def test_a_map_in_space_is_seen_from_a_side(ax: Axes, view: tuple[int, int]) -> 
     assert ends_drawn(ax, PALETTE["estimate"]) == {tuple(np.round(row, 9)) for row in ends}
 
 
+@pytest.mark.parametrize("view", [(0, 2), (0, -1), (0,), (0, 1, 1)])
+def test_a_view_that_the_graph_does_not_have_is_refused(ax: Axes, view: tuple[int, ...]) -> None:
+    graph, _, truth = town()
+    with pytest.raises(ValueError, match=r"view: it is .*; give two axes, each from 0 to 1"):
+        draw_map(ax, graph, truth, view=view)
+
+
+def test_any_number_of_weights_makes_few_lines_and_loses_no_edge(ax: Axes) -> None:
+    rng = np.random.default_rng(7)
+    graph, truth = circle(1000, rng, laps=2, closures=400)
+    weights = rng.random(len(graph.edges))
+    draw_map(ax, graph, truth, weights=weights)
+    assert len(ax.lines) <= 2 * 256 + 1
+    ends = truth[graph.edges][:, :, :2].reshape(-1, 4)
+    drawn = ends_drawn(ax, PALETTE["estimate"]) | ends_drawn(ax, PALETTE["inlier"])
+    assert drawn == {tuple(np.round(row, 9)) for row in ends}
+
+
+def test_beside_decisions_the_truth_is_named_and_looks_like_none_of_them(ax: Axes) -> None:
+    graph, is_lie, truth, kept, _ = decisions()
+    draw_map(ax, graph, truth, is_outlier=is_lie, kept=kept, truth=truth)
+    named = [line for line in ax.lines if not line.get_label().startswith("_")]
+    assert named[0].get_label() == "true path"
+    assert len({str(line._unscaled_dash_pattern) for line in named}) == 5
+    assert named[0].get_linestyle() == ":"
+
+
 @pytest.mark.parametrize("name", ["poses", "truth", "weights", "is_outlier"])
 def test_an_array_of_the_wrong_length_is_named(ax: Axes, name: str) -> None:
     graph, _, truth = town()
