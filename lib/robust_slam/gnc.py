@@ -288,10 +288,11 @@ def gnc(
 
     It takes no first x: it starts from the unweighted solution, whatever one might guess.
     Only a problem that is solved by descent, such as a pose graph, still depends on the
-    guess that the problem was given. A pose graph may take one step for each μ
-    (``PoseGraphProblem(graph, steps=1)``), which is much quicker; the last solve is
-    brought to rest either way. For TLS the same closures were kept on the graph intel with
-    30 % wrong ones, for Geman–McClure one step kept more of the wrong ones.
+    guess that the problem was given. A pose graph may take a few steps for each μ
+    (``PoseGraphProblem(graph, steps=5)``), which is quicker; the last solve is brought to
+    rest either way. One step is allowed, but the poses then lag behind μ: with 30 % random
+    wrong closures on the graph CSAIL, every closure was judged rightly by TLS in 14 of 40
+    runs with one step and in all 40 with five, or with solves to the end.
 
     It stops with BINARY_WEIGHTS (TLS), CONVERGED (GM, after μ = 1), NOTHING_TO_REJECT,
     ALL_REJECTED or ITERATION_LIMIT, also when the last solve does not come to rest. GM's

@@ -259,10 +259,11 @@ def test_every_row_of_gm_on_data_b():
 
 @pytest.mark.parametrize(("z", "fixed"), [(A, 0.004937963159), (B, 0.105555126205)])
 def test_gm_ends_near_a_minimum_and_irls_goes_on_to_it(z, fixed):
-    problem = LocationProblem(z)
+    problem, kernel = LocationProblem(z), kernels.geman_mcclure(2.0)
     result = gnc(problem, 2.0, "gm")
-    onward = irls(problem, kernels.geman_mcclure(2.0), result.x)
+    onward = irls(problem, kernel, result.x)
     assert 1e-6 < abs(result.x - fixed) < 1e-3
+    assert result.cost == pytest.approx(kernel.rho(np.array(z) - result.x).sum())
     assert onward.x == pytest.approx(fixed, abs=1e-10)
     assert onward.cost < result.cost
 
@@ -401,7 +402,7 @@ def test_sizes_far_from_1_make_no_nan(kind, size):
 
 
 @pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize("steps", [1, 100])
+@pytest.mark.parametrize("steps", [1, 5, 100])
 def test_on_a_pose_graph_every_lie_is_rejected(seed, steps):
     rng = np.random.default_rng(seed)
     graph, truth = manhattan(80, rng, closures=40)
@@ -439,6 +440,21 @@ def test_a_solve_that_goes_half_the_way_is_brought_to_rest():
     assert last.weights.tolist() == before.weights.tolist() == [1.0, 1.0, 1.0, 0.0]
     assert last.mu == before.mu
     assert last.cost == pytest.approx(kernels.tls(2.0).rho(np.array(B) - result.x).sum())
+
+
+def test_an_exact_solve_is_repeated_once_and_no_more():
+    """One solve for the mean, one for each of two μ, one to see that it is at rest."""
+
+    class Counting(LocationProblem):
+        solves = 0
+
+        def solve(self, weights, x):
+            self.solves += 1
+            return super().solve(weights, x)
+
+    problem = Counting(A)
+    gnc(problem, 2.0)
+    assert problem.solves == 4
 
 
 @each_surrogate
