@@ -12,7 +12,7 @@ Two slips make this test worthless, so both are guarded against:
 
 **What a certificate does not say.** It speaks about the weighted least-squares problem
 with the edges that were kept, and about its chordal cost alone. It knows nothing of
-outliers: with a wrong closure kept it certifies a wrong map. A refusal does not say that
+outliers: with a wrong closure kept it may certify a wrong map. A refusal does not say that
 the map is wrong either: it may be a local minimum, or the relaxation may not be tight.
 
 Source: Rosen et al. 2019, "SE-Sync", Theorem 7 and equations (107) and (112).
@@ -94,7 +94,8 @@ class Certificate:
 
         Source: Rosen et al. 2019, weak duality of Problem 6; with positions derived here.
         """
-        return max(0.0, self.cost - self.lower_bound)
+        # No map costs less than 0, whatever the multipliers say.
+        return max(0.0, self.cost - max(0.0, self.lower_bound))
 
 
 def certify(
@@ -133,7 +134,7 @@ def certificate(
     a certified map has: S_R Rᵀ = 0.
 
     It speaks about the chordal cost of the weighted edges: with a wrong closure kept it
-    certifies a wrong map.
+    may certify a wrong map.
 
     Raises:
         ValueError: ``poses`` or ``weights`` have the wrong shape or are not finite, a

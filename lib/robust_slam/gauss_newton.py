@@ -23,6 +23,7 @@ from robust_slam._descent import (
     moved,
 )
 from robust_slam._normal_equations import NormalEquations
+from robust_slam.errors import NotConverged
 from robust_slam.levenberg_marquardt import descend_damped
 from robust_slam.pose_graph import PoseGraph, check_poses
 from robust_slam.start import spanning_tree
@@ -99,11 +100,17 @@ class PoseGraphProblem:
         With gross errors among the edges Gauss–Newton alone may crawl, so it is damped.
 
         Raises:
-            NotConverged: ``STEP_LIMIT`` steps were not enough; give a better ``guess``.
+            NotConverged: ``STEP_LIMIT`` steps were not enough.
         """
         ones = np.ones(len(self.graph.edges))
         descent = descend_damped(self._equations, self.guess, ones, self.tol, STEP_LIMIT)
-        return descent.settled(STEP_LIMIT)
+        try:
+            return descent.settled(STEP_LIMIT)
+        except NotConverged as error:
+            raise NotConverged(
+                f"the unweighted solve: {error}; or begin the robust solve elsewhere, with "
+                "x0=problem.guess"
+            ) from None
 
     def residual_norms(self, x: Array) -> Array:
         """Return the whitened residual norm of every edge, ``(m,)``."""

@@ -273,6 +273,7 @@ def gnc(
     problem: Problem[X],
     c: float,
     kind: Kind = "tls",
+    x0: X | None = None,
     *,
     factor: float = 1.4,
     mu0: float | None = None,
@@ -286,13 +287,15 @@ def gnc(
     ``GncTls`` and ``GncGm``. Weights are ``(m,)``; ``tol`` is how little a residual,
     relative to 1 + u, may still move in the last solve.
 
-    It takes no first x: it starts from the unweighted solution, whatever one might guess.
-    Only a problem that is solved by descent, such as a pose graph, still depends on the
-    guess that the problem was given. A pose graph may take a few steps for each μ
-    (``PoseGraphProblem(graph, steps=5)``), which is quicker; the last solve is brought to
-    rest either way. One step is allowed, but the poses then lag behind μ: with 30 % random
-    wrong closures on the graph CSAIL, every closure was judged rightly by TLS in 14 of 40
-    runs with one step and in all 40 with five, or with solves to the end.
+    It needs no first x: it starts from the unweighted solution, whatever one might guess,
+    and so it should wherever that can be had. A large pose graph may be so torn by lies
+    that its unweighted descent does not come to rest; then give ``x0=problem.guess``, and
+    the first weights come from the residuals there, as GTSAM has it.
+
+    A pose graph may take a few steps for each μ (``PoseGraphProblem(graph, steps=5)``),
+    which is quicker; the last solve is brought to rest either way. One step is allowed, but
+    the poses then lag behind μ: on the graph CSAIL that keeps wrong closures in most runs
+    (``benchmarks/wrong_closures.py --graph CSAIL --steps 1``).
 
     It stops with BINARY_WEIGHTS (TLS), CONVERGED (GM, after μ = 1), NOTHING_TO_REJECT,
     ALL_REJECTED or ITERATION_LIMIT, also when the last solve does not come to rest. GM's
@@ -303,12 +306,13 @@ def gnc(
         ValueError: ``kind`` is unknown, ``c`` or ``mu0`` is not above 0, ``factor`` is not
             above 1, or as ``loop.reweight``.
         Underdetermined: some untrusted weights are positive, yet no solution exists.
+        NotConverged: the unweighted descent did not come to rest; give ``x0``.
 
     Source: Yang et al. 2020, the algorithm; Antonante et al. 2022, Algorithm 2.
     """
     _check_kind(kind)
     rule = RULES[kind](c, factor, mu0)
-    result = reweight(problem, rule, tol=tol, max_iterations=max_iterations)
+    result = reweight(problem, rule, x0, tol=tol, max_iterations=max_iterations)
     if result.stop in (StopReason.BINARY_WEIGHTS, StopReason.CONVERGED):
         return settle(problem, rule, result, tol)
     return result

@@ -99,10 +99,14 @@ def reweight(
         ValueError: the residuals at the start are not finite, ``tol`` is negative or
             ``max_iterations`` is below 1.
         Underdetermined: some untrusted weights are positive, yet no solution exists.
+        TypeError: ``problem`` is none, a bare graph for instance.
 
     Source: Black and Rangarajan 1996; Yang et al. 2020.
     """
     _check_limits(tol, max_iterations)
+    if not hasattr(problem, "residual_norms"):
+        kind = type(problem).__name__
+        raise TypeError(f"problem is a {kind}; a graph becomes one with PoseGraphProblem(graph)")
     x = problem.initial() if x0 is None else x0
     norms = _start_norms(problem, x)
     doubted = ~problem.trusted

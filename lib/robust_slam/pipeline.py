@@ -54,7 +54,7 @@ def solve(graph: PoseGraph, probability: float = 0.99, *, kind: Kind = "tls") ->
     threshold = chi_square_threshold(probability, graph.group.DOF)
     consistency = pcm(graph, threshold)
     consistent = select(graph, consistency.kept)
-    result = gnc(PoseGraphProblem(consistent, steps=1), threshold, kind)
+    result = gnc(PoseGraphProblem(consistent, steps=5), threshold, kind)
     kept = consistency.kept.copy()
     kept[kept] = result.weights > 0.5
     # Without the lies a start that needs no first poses is near the optimum; the path

@@ -13,18 +13,22 @@ X = TypeVar("X")
 
 
 class StopReason(Enum):
-    """Why the loop ended."""
+    """Why the loop ended.
+
+    - CONVERGED: the residuals have settled, or the rule's schedule has come to its end.
+    - BINARY_WEIGHTS: every weight is 0 or 1, so each measurement is kept or rejected. With
+      the odometry trusted, all others may be rejected: the map is then the odometry's.
+    - NOTHING_TO_REJECT: no residual of the first solution is large enough to doubt.
+    - ALL_REJECTED: every doubted measurement has weight 0 and the rest do not determine x;
+      the answer is the x before.
+    - ITERATION_LIMIT: the iterations are used up; the weights may be half-way.
+    """
 
     CONVERGED = "converged"
-    """The residuals have settled, or the schedule of the rule has come to its end."""
     BINARY_WEIGHTS = "binary weights"
-    """Every weight is 0 or 1: each measurement is kept or rejected."""
     NOTHING_TO_REJECT = "nothing to reject"
-    """No residual of the first solution is large enough to doubt."""
     ALL_REJECTED = "all rejected"
-    """Every doubted measurement has weight 0 and the rest do not determine x."""
     ITERATION_LIMIT = "iteration limit"
-    """The allowed number of iterations is used up."""
 
 
 @dataclass(frozen=True)

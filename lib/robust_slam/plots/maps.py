@@ -15,13 +15,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from robust_slam._arrays import Array, Indices, mask
 from robust_slam.pose_graph import PoseGraph
 from robust_slam.style import LINESTYLES, PALETTE, LineStyle
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 _CARD = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}  # lifts a name off a line
 _FAINTEST = 0.15  # opacity of an edge of weight 0: rejected, and still to be seen
@@ -208,7 +206,7 @@ def _looks(
     decided |= {(True, True): _LIE_KEPT, (True, False): _LIE_REJECTED}
     if is_outlier is None:
         decided = {(False, True): _KEPT, (False, False): _REJECTED}
-    stays = _rows("kept", kept, m) > 0.0
+    stays = mask("kept", kept, m)
     return [
         _ODOMETRY if own and stay and not bad else decided[bool(bad), bool(stay)]
         for own, stay, bad in zip(steps, stays, wrong, strict=True)
