@@ -294,7 +294,7 @@ def gnc(
 
     A pose graph may take a few steps for each μ (``PoseGraphProblem(graph, steps=5)``),
     which is quicker; the last solve is brought to rest either way. One step is allowed, but
-    the poses then lag behind μ: on the graph CSAIL that keeps wrong closures in most runs
+    the poses then lag behind μ: on the graph CSAIL closures are then misjudged in some runs
     (``benchmarks/wrong_closures.py --graph CSAIL --steps 1``).
 
     It stops with BINARY_WEIGHTS (TLS), CONVERGED (GM, after μ = 1), NOTHING_TO_REJECT,
