@@ -132,8 +132,10 @@ def reweight(
 
 
 def settle(problem: Problem[X], rule: Rule[State], result: Result[X], tol: float) -> Result[X]:
-    """Return ``result`` with its last solve repeated until no residual moves by ``tol``.
+    """Return ``result`` with its last solve repeated until it is at rest.
 
+    That is when no residual moves by ``tol``, or Σ w u² does not fall any more: a descent
+    near its end may leave the residuals of rejected measurements fluttering for ever.
     A problem whose solve takes a few steps only, such as a pose graph with one step for
     each μ, is thereby brought to rest with the final weights; the history gets one more
     step. An exact solve leaves the result as it is. When the solves run out first, the
@@ -146,7 +148,7 @@ def settle(problem: Problem[X], rule: Rule[State], result: Result[X], tol: float
     for _ in range(_SOLVES):
         x = problem.solve(result.weights, x)
         before, norms = norms, problem.residual_norms(x)
-        if _is_settled(before, norms, tol):
+        if _is_settled(before, norms, tol) or result.weights @ (norms**2 - before**2) >= 0.0:
             stop = result.stop
             break
     if stop is result.stop and _is_settled(first, norms, tol):

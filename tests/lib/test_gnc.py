@@ -294,11 +294,11 @@ def test_a_first_mu_of_1_may_reject_all_where_the_rule_does_not():
     np.testing.assert_allclose([step.x for step in steps], [1.017457, 0.0, 0.0], atol=6e-7)
 
 
-def test_a_first_x_would_matter_and_that_is_why_there_is_none():
+def test_a_first_x_matters_so_by_default_it_is_the_unweighted_solution():
     """From x = 5, the outlier itself, μ = 1 gives the four inliers weight 0 at once."""
     problem = LocationProblem([0.1, -0.2, 0.15, -0.1, 5.0])
-    assert reweight(problem, GncTls(1.0, mu0=1.0), 5.0).x == pytest.approx(5.0)
-    assert reweight(problem, GncTls(1.0), problem.initial()).x == gnc(problem, 1.0).x
+    assert gnc(problem, 1.0, x0=5.0, mu0=1.0).x == pytest.approx(5.0)
+    assert gnc(problem, 1.0, x0=problem.initial()).x == gnc(problem, 1.0).x
 
 
 @pytest.mark.parametrize("factor", [1.2, 1.4, 1.5, 2.0])
@@ -440,6 +440,21 @@ def test_a_solve_that_goes_half_the_way_is_brought_to_rest():
     assert last.weights.tolist() == before.weights.tolist() == [1.0, 1.0, 1.0, 0.0]
     assert last.mu == before.mu
     assert last.cost == pytest.approx(kernels.tls(2.0).rho(np.array(B) - result.x).sum())
+
+
+def test_a_solve_that_flutters_where_no_cost_is_left_to_lower_is_at_rest():
+    """Around the mean, as far to one side as to the other: the cost is the same."""
+
+    class Fluttering(LocationProblem):
+        side = 1.0
+
+        def solve(self, weights, x):
+            self.side = -self.side
+            return super().solve(weights, x) + 1e-6 * self.side
+
+    result = gnc(Fluttering(B), 2.0)
+    assert result.stop is StopReason.BINARY_WEIGHTS
+    assert result.x == pytest.approx(0.1, abs=1e-5)
 
 
 def test_an_exact_solve_is_repeated_once_and_no_more():
