@@ -13,6 +13,8 @@ from robust_slam.pose_graph import PoseGraph, unreached
 
 ROUNDING = 1e-12
 """A relative rise of the cost that is taken for rounding."""
+NOTHING = 1e-18
+"""A cost that no measurement can tell from 0."""
 STEP_LIMIT = 500
 """Gross errors make Gauss–Newton slow: in trials with wrong closures up to 203 steps."""
 
@@ -43,6 +45,14 @@ class Descent:
 def moved(graph: PoseGraph, poses: Array, step: Array) -> Array:
     """Return each pose ∘ Exp(its row of ``step`` ``(n, D)``)."""
     return graph.group.compose(poses, graph.group.exp(step))
+
+
+def rises(cost: float, before: float) -> bool:
+    """Tell whether ``cost`` is higher than the one ``before``, beyond rounding.
+
+    A cost is a sum of squares without a unit, so below ``NOTHING`` it is 0 with rounding.
+    """
+    return cost > before * (1.0 + ROUNDING) + NOTHING
 
 
 def is_small(step: Array, poses: Array, tol: float) -> bool:

@@ -14,13 +14,13 @@ from numpy.typing import ArrayLike
 from robust_slam import pose_graph
 from robust_slam._arrays import Array, mask
 from robust_slam._descent import (
-    ROUNDING,
     STEP_LIMIT,
     Descent,
     check_limits,
     check_weights,
     is_small,
     moved,
+    rises,
 )
 from robust_slam._normal_equations import NormalEquations
 from robust_slam.errors import NotConverged
@@ -159,6 +159,6 @@ def _shortened(
     for halvings in range(_HALVINGS):
         trial = moved(graph, poses, step * 0.5**halvings)
         lower = pose_graph.cost(trial, graph, weights)
-        if lower <= cost * (1.0 + ROUNDING):
+        if not rises(lower, cost):
             return trial, lower
     return poses, cost

@@ -295,7 +295,8 @@ def gnc(
     A pose graph may take a few steps for each μ (``PoseGraphProblem(graph, steps=5)``),
     which is quicker; the last solve is brought to rest either way. One step is allowed, but
     the poses then lag behind μ: on the graph CSAIL closures are then misjudged in some runs
-    (``benchmarks/wrong_closures.py --graph CSAIL --steps 1``).
+    (``benchmarks/wrong_closures.py --graph CSAIL --steps 1``). Which number is best depends
+    on the graph.
 
     It stops with BINARY_WEIGHTS (TLS), CONVERGED (GM, after μ = 1), NOTHING_TO_REJECT,
     ALL_REJECTED or ITERATION_LIMIT, also when the last solve does not come to rest. GM's

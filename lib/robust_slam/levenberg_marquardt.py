@@ -14,13 +14,13 @@ from numpy.typing import ArrayLike
 from robust_slam import pose_graph
 from robust_slam._arrays import Array
 from robust_slam._descent import (
-    ROUNDING,
     STEP_LIMIT,
     Descent,
     check_limits,
     check_weights,
     is_small,
     moved,
+    rises,
     shrink,
 )
 from robust_slam._normal_equations import NormalEquations, weighted_edges
@@ -77,7 +77,7 @@ def descend_damped(
         size = float(np.abs(step).max())
         trial = moved(graph, poses, step)
         lower = pose_graph.cost(trial, graph, weights)
-        if lower <= cost * (1.0 + ROUNDING):
+        if not rises(lower, cost):
             at_rest = is_small(step, poses, tol)
             gain = (cost - lower) / max(promised, np.finfo(float).tiny)
             damping, growth = damping * shrink(gain), 2.0

@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike
 
 from robust_slam import kernels, pose_graph
 from robust_slam._arrays import Array, Mask, finite, positive
-from robust_slam._descent import ROUNDING, check_limits, is_small, moved, shrink
+from robust_slam._descent import check_limits, is_small, moved, rises, shrink
 from robust_slam._normal_equations import NormalEquations
 from robust_slam.gauss_newton import PoseGraphProblem
 from robust_slam.irls import irls
@@ -149,7 +149,7 @@ def joint_switchable(
         there = model.at(
             moved(problem.graph, here.poses, motion), np.clip(here.switches + turn, 0.0, 1.0)
         )
-        if there.cost > here.cost * (1.0 + ROUNDING):
+        if rises(there.cost, here.cost):
             damping, growth = max(_DAMPING, growth * damping), 2.0 * growth
             continue
         history.append(there.record())

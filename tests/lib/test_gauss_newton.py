@@ -326,3 +326,10 @@ def test_a_piece_that_is_cut_off_without_trust_is_an_error_that_names_it():
     problem = PoseGraphProblem(graph, trusted=np.zeros(len(graph.edges), dtype=bool))
     with pytest.raises(Underdetermined, match="trust the odometry"):
         irls(problem, tls(1e-6))
+
+
+@pytest.mark.parametrize("solve", [gauss_newton, levenberg_marquardt])
+def test_a_map_that_fits_exactly_is_at_rest(solve):
+    graph, truth = circle(20, np.random.default_rng(3), laps=2, closures=5, noise=Noise(scale=0.0))
+    poses = solve(graph, dead_reckoning(graph))
+    np.testing.assert_allclose(poses[:, :2], truth[:, :2], atol=1e-9)

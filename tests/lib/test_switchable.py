@@ -7,6 +7,7 @@ import pytest
 from robust_slam import kernels, pose_graph, se2, se3
 from robust_slam.errors import Underdetermined
 from robust_slam.gauss_newton import PoseGraphProblem, gauss_newton
+from robust_slam.generate import Noise, circle
 from robust_slam.irls import irls
 from robust_slam.linear import chain
 from robust_slam.location import LocationProblem
@@ -329,3 +330,10 @@ def test_a_switch_refuses_what_is_no_squared_norm(function, chi2, scale, told):
 def test_a_threshold_of_0_is_refused_by_name(method):
     with pytest.raises(ValueError, match=r"(lam|phi) is 0.0; give"):
         method(LocationProblem([0.0]), 0.0)
+
+
+def test_a_map_that_fits_exactly_is_at_rest():
+    graph, truth = circle(20, np.random.default_rng(3), laps=2, closures=5, noise=Noise(scale=0.0))
+    result = joint_switchable(PoseGraphProblem(graph), 1.0)
+    assert result.stop is StopReason.CONVERGED
+    np.testing.assert_allclose(result.x[:, :2], truth[:, :2], atol=1e-9)
