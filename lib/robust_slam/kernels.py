@@ -201,6 +201,31 @@ def dcs(c: float) -> Kernel:
     )
 
 
+def welsch(c: float) -> Kernel:
+    """Return Welsch's kernel ρ = (c²/2)(1 − exp(−u²/c²)), which never passes c²/2.
+
+    Raises:
+        ValueError: ``c`` is not a finite number above zero.
+
+    Source: Dennis and Welsch 1978; Holland and Welsch 1977 for the weight.
+    """
+    c = positive("c", c)
+
+    def weight(u: ArrayLike) -> Array:
+        return np.asarray(np.exp(-((_real(u) / c) ** 2)))
+
+    return Kernel(
+        name="welsch",
+        label="Welsch",
+        scale=c,
+        rho=lambda u: -0.5 * c**2 * np.expm1(-((_real(u) / c) ** 2)),
+        psi=lambda u: weight(u) * _real(u),
+        weight=weight,
+        convex_until=c / sqrt(2.0),
+        influence="redescending",
+    )
+
+
 KERNELS: dict[str, Callable[[float], Kernel]] = {
     "squared": squared,
     "huber": huber,
@@ -208,5 +233,6 @@ KERNELS: dict[str, Callable[[float], Kernel]] = {
     "geman-mcclure": geman_mcclure,
     "tls": tls,
     "dcs": dcs,
+    "welsch": welsch,
 }
 """Every kernel by its name; the value takes the scale. Tests and pages walk over it."""
