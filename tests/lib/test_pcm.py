@@ -13,7 +13,7 @@ from robust_slam.pcm import pairwise_consistent, pairwise_distances, pcm
 from robust_slam.pose_graph import PoseGraph
 from robust_slam.thresholds import chi_square_threshold
 
-from tests.lib.worlds import GROUPS, random_information, random_poses
+from tests.lib.worlds import GROUPS, perturbed, random_information, random_poses
 
 both_groups = pytest.mark.parametrize("group", GROUPS.values(), ids=GROUPS.keys())
 
@@ -109,10 +109,44 @@ def distance_by_hand(group, graph, p, q):
     return np.sqrt(error @ np.linalg.solve(sigma, error))
 
 
+def distance_through_every_step(group, graph, p, q):
+    """√(eᵀ Σ⁻¹ e) with the cycle as a function of both closures and each odometry step."""
+    (i_p, j_p), (i_q, j_q) = graph.edges[[p, q]]
+
+    def error(measured):
+        steps = measured[: graph.n - 1]
+        by_j, by_i = walk(group, graph, steps, j_p, j_q), walk(group, graph, steps, i_q, i_p)
+        return cycle_error(group, graph, (measured[p], by_j, measured[q], by_i), p, q)
+
+    sigma = np.zeros((group.DOF, group.DOF))
+    for k in [*range(graph.n - 1), p, q]:
+        slopes = []
+        for e in np.eye(group.DOF):
+            ahead, back = (perturbed(group, graph.measurement, k, h * e) for h in (1e-6, -1e-6))
+            slopes.append((error(ahead) - error(back)) / 2e-6)
+        jacobian = np.stack(slopes, axis=-1)
+        sigma += jacobian @ np.linalg.solve(graph.information[k], jacobian.T)
+    e = error(graph.measurement)
+    return np.sqrt(e @ np.linalg.solve(sigma, e))
+
+
 @both_groups
-@pytest.mark.parametrize("seed", range(3))
-def test_distances_are_those_of_the_definition(group, seed):
-    graph = wandering(seed, group)
+@pytest.mark.parametrize("noise", [0.02, 0.5], ids=["honest", "lies"])
+@pytest.mark.parametrize("seed", range(2))
+def test_with_shared_odometry_every_step_counts_as_one_measurement(group, noise, seed):
+    graph = wandering(seed, group, n=9, noise=noise)
+    distances = pairwise_distances(graph, shared_odometry=True)
+    closures = np.flatnonzero(~graph.is_odometry)
+    for a, b in zip(*np.triu_indices(len(closures), 1), strict=True):
+        expected = distance_through_every_step(group, graph, closures[a], closures[b])
+        assert distances[a, b] == pytest.approx(expected, rel=1e-4, abs=1e-6)
+
+
+@both_groups
+@pytest.mark.parametrize("noise", [0.02, 0.5], ids=["honest", "lies"])
+@pytest.mark.parametrize("seed", range(2))
+def test_distances_are_those_of_the_definition(group, noise, seed):
+    graph = wandering(seed, group, noise=noise)
     distances = pairwise_distances(graph)
     closures = np.flatnonzero(~graph.is_odometry)
     for a in range(len(closures)):
