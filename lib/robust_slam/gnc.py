@@ -3,7 +3,7 @@
 The surrogate of a truncated kernel is nearly convex at first and the kernel itself in the
 end. μ leads from one to the other: up from near 0 for TLS, down to 1 for Geman–McClure.
 Each step takes the weights of the surrogate at the last residuals, solves once from where
-it stands, and moves μ on. It usually works and guarantees nothing: see chapter 05.
+it stands, and moves μ on. It usually works and guarantees nothing.
 
 All formulas have the ½ of the house, ρ ≈ u²/2 near 0. The papers leave it out; weights
 and μ are the same numbers.
