@@ -158,9 +158,10 @@ def pcm(
     limit = chi_square_threshold(probability, graph.group.DOF)
     limit = limit if gamma is None else positive("gamma", gamma)
     closures = _chosen(graph, None)
-    fixed = np.flatnonzero(mask("trusted", trusted, len(graph.edges))[closures])
+    held = mask("trusted", trusted, len(graph.edges))[closures]
     adjacency = _adjacency(graph, closures, limit, shared_odometry)
-    clique = max_clique(adjacency, fixed=fixed, budget=budget)
+    _refuse_contradiction(closures[held], adjacency[np.ix_(held, held)])
+    clique = max_clique(adjacency, fixed=np.flatnonzero(held), budget=budget)
     kept = graph.is_odometry.copy()
     kept[closures[clique.members]] = True
     return PcmResult(kept, closures, adjacency, clique)
@@ -173,6 +174,15 @@ def _chosen(graph: PoseGraph, closures: ArrayLike | None) -> Indices:
         k = int(np.argmax(chosen & graph.is_odometry))
         raise ValueError(f"closures: edge {k} is odometry; mark loop closures alone")
     return np.flatnonzero(chosen)
+
+
+def _refuse_contradiction(trusted: Indices, consistent: Mask) -> None:
+    if not np.all(consistent):
+        p, q = trusted[np.argwhere(~consistent)[0]]
+        raise ValueError(
+            f"trusted: the closures of edges {p} and {q} contradict each other; trust only "
+            "one of them or raise gamma"
+        )
 
 
 def _adjacency(graph: PoseGraph, chosen: Indices, gamma: float, shared: bool) -> Mask:

@@ -283,6 +283,41 @@ def test_only_the_marked_closures_are_compared():
     )
 
 
+@both_groups
+def test_of_a_step_measured_twice_the_first_counts_as_in_dead_reckoning(group):
+    graph = wandering(17, group)
+    order = np.append(np.arange(len(graph.edges)), 3)
+    measurement, information = graph.measurement[order], 7.0 * graph.information[order]
+    measurement[-1], information[:-1] = group.identity(), graph.information
+    twice = PoseGraph(
+        graph.n, graph.edges[order], measurement, information, graph.is_odometry[order]
+    )
+    np.testing.assert_allclose(pairwise_distances(twice), pairwise_distances(graph))
+
+
+@both_groups
+@pytest.mark.parametrize("shared", [False, True])
+def test_far_from_the_first_pose_and_after_many_steps_the_digits_are_still_there(group, shared):
+    # Before the same loops the robot drives 3000 m. No cycle runs over that way, so that the
+    # distances stay as they are, while the sums over it are large.
+    near = wandering(18, group, noise=0.3)
+    ahead = group.exp(3.0 * np.eye(group.DOF)[0])
+    far_steps = np.stack([np.arange(1000), np.arange(1, 1001)], axis=1)
+    far = PoseGraph(
+        near.n + 1000,
+        np.concatenate([far_steps, near.edges + 1000]),
+        np.concatenate([np.broadcast_to(ahead, (1000, *ahead.shape)), near.measurement]),
+        np.concatenate([np.tile(near.information[0], (1000, 1, 1)), near.information]),
+        np.concatenate([np.ones(1000, dtype=bool), near.is_odometry]),
+    )
+    np.testing.assert_allclose(
+        pairwise_distances(far, shared_odometry=shared),
+        pairwise_distances(near, shared_odometry=shared),
+        rtol=1e-5,
+        atol=1e-9,
+    )
+
+
 def test_trusted_closures_are_members_or_the_contradiction_is_told():
     rng = np.random.default_rng(13)
     graph, truth = circle(40, rng, laps=2, closures=12)
@@ -292,7 +327,7 @@ def test_trusted_closures_are_members_or_the_contradiction_is_told():
     assert pcm(spoiled, trusted=trusted).kept[lie]
     honest = np.flatnonzero(~spoiled.is_odometry & ~is_lie)[0]
     both = trusted | (np.arange(len(spoiled.edges)) == honest)
-    with pytest.raises(ValueError, match="are not joined"):
+    with pytest.raises(ValueError, match=f"edges {honest} and {lie} contradict each other"):
         pcm(spoiled, trusted=both)
 
 
