@@ -25,11 +25,11 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.context import ForkServerProcess
 from pathlib import Path
 
-from robust_slam_autograder import grading, notebook, results, sandbox, submission
+from robust_slam_autograder import grading, notebook, results, submission
 from robust_slam_autograder.assignment import CONFIG_NAME, Assignment
 from robust_slam_autograder.errors import GraderFailure, Refused, WrongUse
 from robust_slam_autograder.results import Result
-from robust_slam_autograder.sandbox import Sandbox
+from robust_slam_autograder.sandbox import Sandbox, inside
 
 RUN_NAME = ".run.json"
 LOCK_NAME = ".lock"
@@ -191,7 +191,7 @@ def _code_digest() -> str:
     """Digest of the interpreter and of all code that tests and grader may import."""
     installed = sorted(f"{package.name} {package.version}" for package in distributions())
     digest = hashlib.sha256(repr([sys.version, installed]).encode())
-    for folder in dict.fromkeys([Path(__file__).parent, *sandbox.packages_in_place()]):
+    for folder in dict.fromkeys([Path(__file__).parent, *inside.packages_in_place()]):
         for path in sorted(folder.rglob("*.py")):
             digest.update(path.read_bytes())
     return digest.hexdigest()

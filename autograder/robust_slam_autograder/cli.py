@@ -1,25 +1,14 @@
-"""The command line: ``autograder release | check | grade``."""
+"""The command line, ``autograder COMMAND``: what each command does stands in ``commands``."""
 
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tqdm import tqdm
-
-from robust_slam_autograder import assignment as assignments
-from robust_slam_autograder import batch, grading, notebook, report, sandbox, submission
-from robust_slam_autograder.assignment import Assignment
-from robust_slam_autograder.batch import Graded, Job, Run
-from robust_slam_autograder.errors import AutograderError, Refused, WrongUse
-from robust_slam_autograder.notebook import Cell
-from robust_slam_autograder.sandbox import Sandbox
-
-DATABASE_NAME = "gradebook.db"
-MAX_STUDENT_BYTES = 200
+from robust_slam_autograder.commands import COMMANDS
+from robust_slam_autograder.errors import AutograderError, WrongUse
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -51,194 +40,9 @@ def _parser() -> argparse.ArgumentParser:
     )
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
-    make = commands.add_parser("release", help="make the student release")
-    make.add_argument("names", nargs="*", metavar="NAME", help="assignments; all where none")
-    make.add_argument("--out", type=Path, default=Path("build/release"), metavar="DIR")
-    make.set_defaults(run=_release)
-
-    check = commands.add_parser("check", help="run the visible tests of your own notebook")
-    check.add_argument("notebook", type=Path, metavar="NOTEBOOK")
-    check.add_argument(
-        "--release", type=Path, metavar="DIR", help="take the tests from the release in DIR"
-    )
-    check.set_defaults(run=_check)
-
-    grade = commands.add_parser("grade", help="grade submissions, hidden tests included")
-    grade.add_argument("paths", nargs="+", type=Path, metavar="PATH")
-    grade.add_argument("--assignment", metavar="NAME")
-    grade.add_argument("--student", metavar="NAME")
-    grade.add_argument("--out", type=Path, default=Path("build/graded"), metavar="DIR")
-    grade.add_argument("--seed", type=_seed, metavar="N", help="default: the batch's own, secret")
-    grade.add_argument("--jobs", type=_jobs, default=_processors(), metavar="N")
-    grade.add_argument(
-        "--unsandboxed", action="store_true", help="trust the submissions: run them without a wall"
-    )
-    grade.set_defaults(run=_grade)
+    for command in COMMANDS:
+        command.add(commands)
     return parser
-
-
-def _seed(text: str) -> int:
-    if not text.isdecimal():
-        raise argparse.ArgumentTypeError("a seed is a whole number, 0 or more")
-    return int(text)
-
-
-def _jobs(text: str) -> int:
-    if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError("a whole number, 1 or more")
-    return int(text)
-
-
-def _processors() -> int:
-    return len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
-
-
-def _release(options: argparse.Namespace) -> int:
-    from robust_slam_autograder.release import release  # nbgrader takes a second to import
-
-    for path in release(options.solutions, options.names, options.out):
-        print(f"released {path}")
-    return 0
-
-
-def _check(options: argparse.Namespace) -> int:
-    path = Path(os.path.abspath(options.notebook))
-    try:
-        cells = notebook.read(path)
-    except Refused as error:
-        raise WrongUse(str(error)) from error
-    if options.release is None:
-        tests = assignments.from_cells(
-            _first_of_each(cells),
-            name=path.parent.name,
-            notebook=path.stem,
-            config=assignments.load_config(path.parent / assignments.CONFIG_NAME),
-        )
-        print(f"Tests: those in {options.notebook} itself; --release DIR takes the original ones.")
-    else:
-        original = _released(options.release, path)
-        tests = assignments.load(original)
-        print(f"Tests: those of {original}.")
-    code = submission.collect(cells, tests)
-    result = grading.check(tests, code, sandbox=sandbox.choose(unsandboxed=True))
-    print(report.check_report(result))
-    return 0 if result.score == result.max_score else 1
-
-
-def _first_of_each(cells: Sequence[Cell]) -> list[Cell]:
-    """Leave out the copies that a student made of a cell; in a source tree they are an error."""
-    seen: set[str] = set()
-    kept = []
-    for cell in cells:
-        if cell.grade_id is None or cell.grade_id not in seen:
-            kept.append(cell)
-        seen |= {cell.grade_id} if cell.grade_id else set()
-    return kept
-
-
-def _released(folder: Path, path: Path) -> Path:
-    for name in (path.stem, path.parent.name):
-        if (folder / name).is_dir():
-            return assignments.notebook_path(folder / name)
-    raise WrongUse(f"{folder} has no release for {path.name}: name the notebook as it was.")
-
-
-def _grade(options: argparse.Namespace) -> int:
-    jobs = _find_jobs(options)
-    wall = sandbox.choose(unsandboxed=options.unsandboxed)
-    with batch.locked(options.out):
-        run = batch.open_run(options.out, options.seed)
-        graded = _grade_with_progress(jobs, run, wall, options)
-        _record(options.out, run, jobs, graded)
-    print(report.marks_table([item.result for item in graded]))
-    _print_summary(options.out, graded)
-    return 1 if any(item.result.status == "failed" for item in graded) else 0
-
-
-def _grade_with_progress(
-    jobs: Sequence[Job], run: Run, wall: Sandbox, options: argparse.Namespace
-) -> list[Graded]:
-    with tqdm(total=len(jobs), unit="submission", disable=not sys.stderr.isatty()) as bar:
-
-        def tell(graded: Graded) -> None:
-            bar.set_postfix_str(graded.result.student)
-            bar.update()
-
-        return batch.grade(
-            jobs, out=options.out, run=run, wall=wall, workers=options.jobs, report=tell
-        )
-
-
-def _record(out: Path, run: Run, jobs: Sequence[Job], graded: Sequence[Graded]) -> None:
-    database = out / DATABASE_NAME
-    if not database.exists():
-        run.recorded.clear()
-    due = batch.unrecorded(jobs, graded, run)
-    if not due:
-        return
-    from robust_slam_autograder import gradebook  # nbgrader takes a second to import
-
-    used = {job.assignment.name: job.assignment for job in jobs}
-    gradebook.record(database, list(used.values()), due)
-    keys = [f"{result.student}/{result.assignment}" for result in due]
-    run.recorded |= {key: run.graded[key] for key in keys}
-    batch.save_run(out, run)
-
-
-def _print_summary(out: Path, graded: Sequence[Graded]) -> None:
-    counts = batch.counts(graded)
-    kept = f", {counts['kept']} of them unchanged and reused" if counts["kept"] else ""
-    print(
-        f"{counts['graded']} graded, {counts['refused']} refused, "
-        f"{counts['failed']} failed{kept}. Results and gradebook: {out}"
-    )
-
-
-def _find_jobs(options: argparse.Namespace) -> list[Job]:
-    names = assignments.find_names(options.solutions)
-    loaded: dict[str, tuple[Assignment, Path]] = {}
-    jobs: dict[str, Job] = {}
-    # Not resolve(): a link must not choose the student.
-    for path in dict.fromkeys(Path(os.path.abspath(path)) for path in options.paths):
-        student, name = _student_and_assignment(path, names, options)
-        if name not in loaded:
-            tests = assignments.notebook_path(options.solutions / name)
-            loaded[name] = assignments.load(tests), tests
-        job = Job(student, *loaded[name], path)
-        if job.key in jobs:
-            both = f"{jobs[job.key].path} and {path}"
-            raise WrongUse(f"{job.key} is handed in twice, as {both}: name one of them.")
-        jobs[job.key] = job
-    return list(jobs.values())
-
-
-def _student_and_assignment(
-    path: Path, names: Sequence[str], options: argparse.Namespace
-) -> tuple[str, str]:
-    """Whose submission a path is and of what, from the options or from the path's own parts."""
-    if not os.path.lexists(path):
-        raise WrongUse(f"{path} does not exist.")
-    is_folder = path.is_dir()
-    guesses = [path.name] if is_folder else [path.stem, path.parent.name]
-    guesses += names if len(names) == 1 and not is_folder else []
-    name = options.assignment or next((guess for guess in guesses if guess in names), None)
-    if name is None:
-        layout = " a folder is submitted/STUDENT/ASSIGNMENT;" if is_folder else ""
-        raise WrongUse(f"{path} does not say its assignment:{layout} add --assignment NAME.")
-    if name not in names:
-        raise WrongUse(f"There is no assignment {name}; there are {', '.join(names)}.")
-    student = options.student or (path.parent.name if is_folder else path.stem)
-    if student in names:
-        raise WrongUse(f"{path} does not say whose it is: add --student NAME, or name its folder.")
-    if not _is_student(student):
-        raise WrongUse(f"{student!r} is no name for a student: use --student NAME.")
-    return student, name
-
-
-def _is_student(name: str) -> bool:
-    """Whether results may lie in a folder of this name, beside the batch's own files."""
-    plain = name.isprintable() and "/" not in name and len(name.encode()) <= MAX_STUDENT_BYTES
-    return bool(name) and plain and not name.startswith(".") and name != DATABASE_NAME
 
 
 if __name__ == "__main__":

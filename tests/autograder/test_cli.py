@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from robust_slam_autograder import cli, sandbox
+from robust_slam_autograder.commands import grade as grade_command
 from robust_slam_autograder.release import release
 
 from tests.autograder import toy
@@ -43,7 +44,7 @@ def run(course: Path, capsys: pytest.CaptureFixture[str]) -> Run:
 @pytest.fixture
 def grade(course: Path, run: Run, monkeypatch: pytest.MonkeyPatch) -> Run:
     """Grade paths without a wall and without a gradebook."""
-    monkeypatch.setattr(cli, "_record", lambda *arguments: None)
+    monkeypatch.setattr(grade_command, "_record", lambda *arguments: None)
     where = ("--out", course / "out", "--unsandboxed", "--seed", 1)
     return lambda *arguments: run("grade", *where, *arguments)
 
@@ -116,7 +117,7 @@ def test_a_missing_source_tree_names_the_option(
 def test_without_a_sandbox_nothing_is_graded(
     course: Path, run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(sandbox, "bubblewrap_problem", lambda: "bwrap is not installed")
+    monkeypatch.setattr(sandbox, "BACK_ENDS", {"broken": toy.Broken()})
     path = course / "submitted" / "ada" / toy.NAME
     status, _, err = run("grade", path, "--out", course / "out")
     assert status == 2 and "--unsandboxed" in err

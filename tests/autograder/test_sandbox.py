@@ -13,8 +13,11 @@ import pytest
 from robust_slam_autograder import sandbox
 from robust_slam_autograder.assignment import Limits, Piece
 from robust_slam_autograder.errors import WrongUse
-from robust_slam_autograder.sandbox import Bubblewrap, Sandbox, Unsandboxed
+from robust_slam_autograder.sandbox import Bubblewrap, Sandbox, Unsandboxed, inside
+from robust_slam_autograder.sandbox import bubblewrap as wall
 from robust_slam_autograder.session import Program, Session
+
+from tests.autograder import toy
 
 ROOT = Path(__file__).resolve().parents[2]
 TOKEN = "planted-token-77"
@@ -144,7 +147,7 @@ class TestWhatIsSeen:
         assert set(facts["top"]) <= known | way
 
     def test_the_environment_is_the_sandboxs_own(self, facts: dict[str, Any]) -> None:
-        assert set(facts["environment"]) <= {*sandbox.ENVIRONMENT, "PWD", "LC_CTYPE"}
+        assert set(facts["environment"]) <= {*inside.ENVIRONMENT, "PWD", "LC_CTYPE"}
         assert TOKEN not in json.dumps(facts) and "31415926" not in json.dumps(facts)
 
     def test_only_its_own_processes_are_there(self, facts: dict[str, Any]) -> None:
@@ -183,8 +186,8 @@ def test_what_is_out_of_reach(bubblewrap: Bubblewrap) -> None:
 @pytest.mark.sandbox
 def test_what_is_limited(bubblewrap: Bubblewrap) -> None:
     found = run(bubblewrap, program(PROBE, names=("use_up",)), "use_up")
-    assert 0 < found["processes"] <= sandbox.PROCESSES
-    assert 0 < found["disk"] <= sandbox.SCRATCH_BYTES
+    assert 0 < found["processes"] <= inside.PROCESSES
+    assert 0 < found["disk"] <= inside.SCRATCH_BYTES
     assert (found["memory"], found["files"]) == ("MemoryError", "OSError")
 
 
@@ -244,8 +247,8 @@ def test_a_withheld_module_is_not_even_a_file(
     assert list(package.glob("__pycache__/answers.*"))
     tmp_path.chmod(0o755)
     monkeypatch.syspath_prepend(tmp_path)
-    in_place = (*sandbox.packages_in_place(), package)
-    monkeypatch.setattr(sandbox, "packages_in_place", lambda: in_place)
+    in_place = (*inside.packages_in_place(), package)
+    monkeypatch.setattr(inside, "packages_in_place", lambda: in_place)
     withheld = ("withheld_demo.answers", "withheld_demo.deep")
     found = run(bubblewrap, program(TRICKS, withheld=withheld, names=("search",)), "search")
     assert found["files"] == []
@@ -254,7 +257,7 @@ def test_a_withheld_module_is_not_even_a_file(
 
 @pytest.mark.sandbox
 def test_a_whole_package_and_a_single_file_are_withheld_and_nothing_beside() -> None:
-    mounts = " ".join(sandbox._mounts(("numpy", "six", "no_such_module.part")))
+    mounts = " ".join(wall._mounts(("numpy", "six", "no_such_module.part")))
     import numpy as np
     import six
 
@@ -277,8 +280,8 @@ def test_matplotlib_finds_its_list_of_fonts(
 
 
 def test_without_a_wall_hidden_tests_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sandbox, "bubblewrap_problem", lambda: "bwrap is not installed")
-    with pytest.raises(WrongUse, match=r"bwrap is not installed.*--unsandboxed"):
+    monkeypatch.setattr(sandbox, "BACK_ENDS", {"broken": toy.Broken()})
+    with pytest.raises(WrongUse, match=r"broken: it is not installed.*--unsandboxed"):
         sandbox.choose(unsandboxed=False)
     assert isinstance(sandbox.choose(unsandboxed=True), Unsandboxed)
 
@@ -289,15 +292,15 @@ def test_a_user_without_a_wall_keeps_the_right_to_processes(
     """Where all of a user's processes count, a limit for one would stop its first thread."""
     launch = sandbox.Launch(withheld=(), used=(), cpu_seconds=5)
     monkeypatch.setattr(os, "getuid", lambda: 1000)
-    assert "RLIMIT_NPROC" not in sandbox._limits(launch, walled=False)
+    assert "RLIMIT_NPROC" not in inside.limits(launch, walled=False)
     for release, limited in {"5.13.0-x": False, "5.14.0": True, "6.1": True, "odd": False}.items():
         monkeypatch.setattr("platform.release", lambda release=release: release)
-        assert ("RLIMIT_NPROC" in sandbox._limits(launch, walled=True)) is limited
+        assert ("RLIMIT_NPROC" in inside.limits(launch, walled=True)) is limited
 
 
 def test_a_process_that_does_not_start_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
     command = [sys.executable, "-c", "import sys; sys.exit('no such luck')"]
-    monkeypatch.setattr(sandbox, "_python", lambda *arguments, **options: command)
+    monkeypatch.setattr(inside, "python_command", lambda *arguments, **options: command)
     running = Unsandboxed().start(sandbox.Launch(withheld=(), used=(), cpu_seconds=5))
     assert running.await_ready() == "no such luck"
     running.stop()

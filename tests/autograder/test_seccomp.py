@@ -6,7 +6,7 @@ import errno
 import struct
 
 import pytest
-from robust_slam_autograder import seccomp
+from robust_slam_autograder.sandbox import seccomp
 
 ALLOW = 0x7FFF0000
 CALLS = {

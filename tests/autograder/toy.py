@@ -9,6 +9,7 @@ from typing import Any
 from robust_slam_autograder import notebook as notebook_module
 from robust_slam_autograder.assignment import Assignment, Config, from_cells
 from robust_slam_autograder.grading import case_generator
+from robust_slam_autograder.sandbox import Launch, Running
 from robust_slam_autograder.submission import Submission, collect
 
 NAME = "07-toy"
@@ -71,6 +72,18 @@ last, history = apply(lambda value: 3 * value, start, 4)
 assert last == 81 * start and len(history) == 5, f"hidden start {start}"
 ### END HIDDEN TESTS
 """
+
+
+class Broken:
+    """A back end that does not work here."""
+
+    name = "broken"
+
+    def problem(self) -> str:
+        return "it is not installed"
+
+    def start(self, launch: Launch) -> Running:
+        raise AssertionError("a back end that does not work was started")
 
 
 def cell(source: str, grade_id: str | None = None, **fields: Any) -> dict[str, Any]:

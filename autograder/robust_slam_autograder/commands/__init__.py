@@ -1,0 +1,11 @@
+"""The commands of ``autograder``, one module each.
+
+A command's module has ``add``, which declares its arguments and names the function
+that runs it. A new command is a new module and its name in ``COMMANDS``.
+"""
+
+from __future__ import annotations
+
+from robust_slam_autograder.commands import check, grade, release
+
+COMMANDS = (release, check, grade)

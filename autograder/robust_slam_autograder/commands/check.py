@@ -1,0 +1,67 @@
+"""``autograder check``: a student runs the visible tests of a notebook."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from robust_slam_autograder import assignment as assignments
+from robust_slam_autograder import grading, notebook, report, sandbox, submission
+from robust_slam_autograder.errors import Refused, WrongUse
+from robust_slam_autograder.notebook import Cell
+
+
+def add(commands: Any) -> None:  # noqa: ANN401
+    """Declare the command."""
+    parser = commands.add_parser("check", help="run the visible tests of your own notebook")
+    parser.add_argument("notebook", type=Path, metavar="NOTEBOOK")
+    parser.add_argument(
+        "--release", type=Path, metavar="DIR", help="take the tests from the release in DIR"
+    )
+    parser.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Check it; exit status 1 where a test does not pass."""
+    path = Path(os.path.abspath(options.notebook))
+    try:
+        cells = notebook.read(path)
+    except Refused as error:
+        raise WrongUse(str(error)) from error
+    if options.release is None:
+        tests = assignments.from_cells(
+            _first_of_each(cells),
+            name=path.parent.name,
+            notebook=path.stem,
+            config=assignments.load_config(path.parent / assignments.CONFIG_NAME),
+        )
+        print(f"Tests: those in {options.notebook} itself; --release DIR takes the original ones.")
+    else:
+        original = _released(options.release, path)
+        tests = assignments.load(original)
+        print(f"Tests: those of {original}.")
+    code = submission.collect(cells, tests)
+    result = grading.check(tests, code, sandbox=sandbox.choose(unsandboxed=True))
+    print(report.check_report(result))
+    return 0 if result.score == result.max_score else 1
+
+
+def _first_of_each(cells: Sequence[Cell]) -> list[Cell]:
+    """Leave out the copies that a student made of a cell; in a source tree they are an error."""
+    seen: set[str] = set()
+    kept = []
+    for cell in cells:
+        if cell.grade_id is None or cell.grade_id not in seen:
+            kept.append(cell)
+        seen |= {cell.grade_id} if cell.grade_id else set()
+    return kept
+
+
+def _released(folder: Path, path: Path) -> Path:
+    for name in (path.stem, path.parent.name):
+        if (folder / name).is_dir():
+            return assignments.notebook_path(folder / name)
+    raise WrongUse(f"{folder} has no release for {path.name}: name the notebook as it was.")

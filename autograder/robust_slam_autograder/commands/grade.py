@@ -1,0 +1,155 @@
+"""``autograder grade``: grade submissions, hidden tests included."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from tqdm import tqdm
+
+from robust_slam_autograder import assignment as assignments
+from robust_slam_autograder import batch, report, sandbox
+from robust_slam_autograder.assignment import Assignment
+from robust_slam_autograder.batch import Graded, Job, Run
+from robust_slam_autograder.errors import WrongUse
+from robust_slam_autograder.sandbox import Sandbox
+
+DATABASE_NAME = "gradebook.db"
+MAX_STUDENT_BYTES = 200
+
+
+def add(commands: Any) -> None:  # noqa: ANN401
+    """Declare the command."""
+    parser = commands.add_parser("grade", help="grade submissions, hidden tests included")
+    parser.add_argument("paths", nargs="+", type=Path, metavar="PATH")
+    parser.add_argument("--assignment", metavar="NAME")
+    parser.add_argument("--student", metavar="NAME")
+    parser.add_argument("--out", type=Path, default=Path("build/graded"), metavar="DIR")
+    parser.add_argument("--seed", type=_seed, metavar="N", help="default: the batch's own, secret")
+    parser.add_argument("--jobs", type=_jobs, default=_processors(), metavar="N")
+    parser.add_argument(
+        "--sandbox", choices=list(sandbox.BACK_ENDS), help="default: the first that works here"
+    )
+    parser.add_argument(
+        "--unsandboxed", action="store_true", help="trust the submissions: run them without a wall"
+    )
+    parser.set_defaults(run=run)
+
+
+def _seed(text: str) -> int:
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError("a seed is a whole number, 0 or more")
+    return int(text)
+
+
+def _jobs(text: str) -> int:
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError("a whole number, 1 or more")
+    return int(text)
+
+
+def _processors() -> int:
+    return len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
+
+
+def run(options: argparse.Namespace) -> int:
+    """Grade the batch; exit status 1 where the grader itself failed on a submission."""
+    jobs = _find_jobs(options)
+    wall = sandbox.choose(options.sandbox, unsandboxed=options.unsandboxed)
+    with batch.locked(options.out):
+        run = batch.open_run(options.out, options.seed)
+        graded = _grade_with_progress(jobs, run, wall, options)
+        _record(options.out, run, jobs, graded)
+    print(report.marks_table([item.result for item in graded]))
+    _print_summary(options.out, graded)
+    return 1 if any(item.result.status == "failed" for item in graded) else 0
+
+
+def _grade_with_progress(
+    jobs: Sequence[Job], run: Run, wall: Sandbox, options: argparse.Namespace
+) -> list[Graded]:
+    with tqdm(total=len(jobs), unit="submission", disable=not sys.stderr.isatty()) as bar:
+
+        def tell(graded: Graded) -> None:
+            bar.set_postfix_str(graded.result.student)
+            bar.update()
+
+        return batch.grade(
+            jobs, out=options.out, run=run, wall=wall, workers=options.jobs, report=tell
+        )
+
+
+def _record(out: Path, run: Run, jobs: Sequence[Job], graded: Sequence[Graded]) -> None:
+    database = out / DATABASE_NAME
+    if not database.exists():
+        run.recorded.clear()
+    due = batch.unrecorded(jobs, graded, run)
+    if not due:
+        return
+    from robust_slam_autograder import gradebook  # nbgrader takes a second to import
+
+    used = {job.assignment.name: job.assignment for job in jobs}
+    gradebook.record(database, list(used.values()), due)
+    keys = [f"{result.student}/{result.assignment}" for result in due]
+    run.recorded |= {key: run.graded[key] for key in keys}
+    batch.save_run(out, run)
+
+
+def _print_summary(out: Path, graded: Sequence[Graded]) -> None:
+    counts = batch.counts(graded)
+    kept = f", {counts['kept']} of them unchanged and reused" if counts["kept"] else ""
+    print(
+        f"{counts['graded']} graded, {counts['refused']} refused, "
+        f"{counts['failed']} failed{kept}. Results and gradebook: {out}"
+    )
+
+
+def _find_jobs(options: argparse.Namespace) -> list[Job]:
+    names = assignments.find_names(options.solutions)
+    loaded: dict[str, tuple[Assignment, Path]] = {}
+    jobs: dict[str, Job] = {}
+    # Not resolve(): a link must not choose the student.
+    for path in dict.fromkeys(Path(os.path.abspath(path)) for path in options.paths):
+        student, name = _student_and_assignment(path, names, options)
+        if name not in loaded:
+            tests = assignments.notebook_path(options.solutions / name)
+            loaded[name] = assignments.load(tests), tests
+        job = Job(student, *loaded[name], path)
+        if job.key in jobs:
+            both = f"{jobs[job.key].path} and {path}"
+            raise WrongUse(f"{job.key} is handed in twice, as {both}: name one of them.")
+        jobs[job.key] = job
+    return list(jobs.values())
+
+
+def _student_and_assignment(
+    path: Path, names: Sequence[str], options: argparse.Namespace
+) -> tuple[str, str]:
+    """Whose submission a path is and of what, from the options or from the path's own parts."""
+    if not os.path.lexists(path):
+        raise WrongUse(f"{path} does not exist.")
+    is_folder = path.is_dir()
+    guesses = [path.name] if is_folder else [path.stem, path.parent.name]
+    guesses += names if len(names) == 1 and not is_folder else []
+    name = options.assignment or next((guess for guess in guesses if guess in names), None)
+    if name is None:
+        layout = " a folder is submitted/STUDENT/ASSIGNMENT;" if is_folder else ""
+        raise WrongUse(f"{path} does not say its assignment:{layout} add --assignment NAME.")
+    if name not in names:
+        raise WrongUse(f"There is no assignment {name}; there are {', '.join(names)}.")
+    student = options.student or (path.parent.name if is_folder else path.stem)
+    if student in names:
+        raise WrongUse(f"{path} does not say whose it is: add --student NAME, or name its folder.")
+    if not _is_student(student):
+        raise WrongUse(f"{student!r} is no name for a student: use --student NAME.")
+    return student, name
+
+
+def _is_student(name: str) -> bool:
+    """Whether results may lie in a folder of this name, beside the batch's own files."""
+    plain = name.isprintable() and "/" not in name and len(name.encode()) <= MAX_STUDENT_BYTES
+    return bool(name) and plain and not name.startswith(".") and name != DATABASE_NAME

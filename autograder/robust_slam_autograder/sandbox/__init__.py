@@ -1,0 +1,45 @@
+"""The wall around student code: one small interface, one module per back end.
+
+A back end starts ``untrusted.py`` with pipes for its standard input and output.
+"""
+
+from __future__ import annotations
+
+from robust_slam_autograder.errors import WrongUse
+from robust_slam_autograder.sandbox.bubblewrap import Bubblewrap, bubblewrap_problem
+from robust_slam_autograder.sandbox.inside import Launch, Running, Sandbox
+from robust_slam_autograder.sandbox.unsandboxed import Unsandboxed
+
+__all__ = [
+    "BACK_ENDS",
+    "Bubblewrap",
+    "Launch",
+    "Running",
+    "Sandbox",
+    "Unsandboxed",
+    "bubblewrap_problem",
+    "choose",
+]
+
+BACK_ENDS: dict[str, Sandbox] = {wall.name: wall for wall in (Bubblewrap(),)}
+"""By name, the one to prefer first."""
+
+
+def choose(name: str | None = None, *, unsandboxed: bool = False) -> Sandbox:
+    """Take a back end by its name, else the first that works here.
+
+    Raises:
+        WrongUse: none works and ``unsandboxed`` was not asked for; says what to install.
+    """
+    if unsandboxed:
+        return Unsandboxed()
+    problems = []
+    for wall in [BACK_ENDS[name]] if name else BACK_ENDS.values():
+        problem = wall.problem()
+        if problem is None:
+            return wall
+        problems.append(f"{wall.name}: {problem}")
+    raise WrongUse(
+        f"No sandbox works here ({'; '.join(problems)}), so hidden tests are not run: "
+        "see `autograder doctor`, or trust the submissions with --unsandboxed."
+    )
