@@ -1,41 +1,41 @@
-"""Honest submissions get full marks, however their notebooks look."""
+"""Honest submissions that look unusual: what is said of them. (Their marks: test_hostile.)"""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import pytest
-from robust_slam_autograder import cli
-from robust_slam_autograder.sandbox import Bubblewrap
+from robust_slam_autograder import batch
+from robust_slam_autograder.results import Result
+from robust_slam_autograder.sandbox import Unsandboxed
 
 from tests.autograder import honest, toy
+from tests.autograder.hostile.entry import Place
+from tests.autograder.hostile.target import load
 
-pytestmark = pytest.mark.sandbox
+NOTES = {
+    "plain": "",
+    "copied-cell": "double stands in 2 cells: they ran in order.",
+    "another-name": "Homework (1).ipynb was taken for 07-toy.ipynb.",
+    "no-metadata": "The cell double was found by its function's name. "
+    "The cell apply was found by its function's name.",
+    "split-cell": "",
+}
 
 
-@pytest.fixture(scope="module")
-def out(tmp_path_factory: pytest.TempPathFactory, bubblewrap: Bubblewrap) -> Path:
-    """The results of one batch of all honest submissions."""
-    folder = tmp_path_factory.mktemp("honest")
+def grade(name: str, folder: Path) -> Result:
     tree = toy.make_tree(folder)
-    paths = [folder / "submitted" / name / toy.NAME for name in honest.SUBMISSIONS]
-    for path, write in zip(paths, honest.SUBMISSIONS.values(), strict=True):
-        write(path)
-    command = ["--solutions", tree, "grade", *paths, "--out", folder / "out", "--jobs", 2]
-    assert cli.main([*map(str, command)]) == 0
-    return folder / "out"
+    target = load(tree, toy.NAME, folder / "release")
+    (entry,) = [entry for entry in honest.HONEST if entry.name == name]
+    place = Place(folder / "submitted" / name / toy.NAME, folder, "mk")
+    entry.write(target, place)
+    tests = tree / toy.NAME / f"{toy.NAME}.ipynb"
+    job = batch.Job(name, target.assignment, tests, place.folder)
+    return batch.grade_one(job, 1, Unsandboxed())
 
 
-@pytest.mark.parametrize("name", honest.SUBMISSIONS)
-def test_honest_work_gets_full_marks(out: Path, name: str) -> None:
-    value = toy.result(out, name)
-    lost = [(e["name"], e["message"]) for e in value["exercises"] if e["status"] != "passed"]
-    assert not lost, value["reason"]
-    assert value["score"] == value["max_score"] == toy.MOST
-
-
-def test_what_was_unusual_is_said(out: Path) -> None:
-    assert toy.result(out, "plain")["reason"] == ""
-    assert "stands in 2 cells" in toy.result(out, "copied-cell")["reason"]
-    assert "Homework (1).ipynb was taken" in toy.result(out, "another-name")["reason"]
-    assert "found by its function's name" in toy.result(out, "no-metadata")["reason"]
+@pytest.mark.parametrize("name", NOTES)
+def test_what_was_unusual_is_said(name: str, tmp_path: Path) -> None:
+    result = grade(name, tmp_path)
+    assert result.score == result.max_score == toy.MOST
+    assert result.reason == NOTES[name]

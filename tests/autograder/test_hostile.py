@@ -1,93 +1,238 @@
-"""Hostile submissions: none gains a mark, learns a secret, harms a neighbour or stops a batch."""
+"""Hostile submissions: none gains a mark, learns a secret, harms a neighbour or stops a batch.
+
+The suite runs against any assignment: here against the toy, with ``--soak`` against all of the
+course's too.
+"""
 
 from __future__ import annotations
 
+import json
+import subprocess
+from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
+import numpy as np
 import pytest
-from robust_slam_autograder import cli
-from robust_slam_autograder.sandbox import Bubblewrap
+from robust_slam_autograder.sandbox import BACK_ENDS
 
-from tests.autograder import hostile, toy
-from tests.autograder.hostile import Attack
+from tests.autograder import honest, toy
+from tests.autograder.hostile import batch, catalogue, kinds, leaks, soak, verdict
+from tests.autograder.hostile.__main__ import write_all
+from tests.autograder.hostile.batch import Report
+from tests.autograder.hostile.entry import Entry, Place
+from tests.autograder.hostile.target import Target, load
+from tests.conftest import leave_out
 
-pytestmark = pytest.mark.sandbox
+SHORT = "call_seconds = 0.4\ncell_seconds = 2\nnotebook_seconds = 30\n"
+"""Loops cost little, and right answers take milliseconds."""
 SEED = 20_261
-LIMITS = "[limits]\ncall_seconds = 0.4\ncell_seconds = 1.5\nnotebook_seconds = 30\n"
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """One assignment, or with ``--soak`` all."""
+    if "assignment" in metafunc.fixturenames:
+        more = soak.course_assignments() if metafunc.config.getoption("--soak") else []
+        metafunc.parametrize("assignment", [toy.NAME, *more], scope="module")
 
 
 @pytest.fixture(scope="module")
-def out(tmp_path_factory: pytest.TempPathFactory, bubblewrap: Bubblewrap) -> Path:
-    """The results of one batch that holds every attack and an honest neighbour."""
-    folder = tmp_path_factory.mktemp("hostile")
-    tree = toy.make_tree(folder, LIMITS)
-    paths = [toy.hand_in(folder / "submitted", "neighbour", toy.answer())]
-    for attack in hostile.ATTACKS:
-        path = folder / "submitted" / attack.name / toy.NAME
-        attack.write(path)
-        paths.append(path)
-    command = ["--solutions", tree, "grade", *paths, "--out", folder / "out"]
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("COURSE_TOKEN", hostile.TOKEN)
-        status = cli.main([*map(str, command), "--jobs", "2", "--seed", str(SEED)])
-    (folder / "out" / "status.txt").write_text(str(status))
-    return folder / "out"
+def report(wall_name: str, assignment: str) -> Report:
+    """What became of a batch of all submissions, hostile and honest."""
+    problem = BACK_ENDS[wall_name].problem()
+    if problem is not None:
+        leave_out(f"{wall_name} does not work here: {problem}")
+    limits = SHORT if assignment == toy.NAME else soak.LIMITS
+    return soak.soak_one(assignment, wall_name, limits=limits)
 
 
-@pytest.mark.parametrize("attack", hostile.ATTACKS, ids=lambda attack: attack.name)
-def test_an_attack_earns_no_more_than_its_honest_part(out: Path, attack: Attack) -> None:
-    value = toy.result(out, attack.name)
-    assert value["status"] == attack.status, value["reason"]
-    assert value["score"] <= attack.most
-    assert value["max_score"] == toy.MOST
-    if attack.status == "refused":
-        assert value["reason"].endswith(".") and value["reason"].count(". ") == 0
-    if attack.exercise:
-        assert exercise(value, "double")["status"] == attack.exercise
+@pytest.fixture(scope="module")
+def target(tmp_path_factory: pytest.TempPathFactory) -> Target:
+    folder = tmp_path_factory.mktemp("target")
+    return load(toy.make_tree(folder), toy.NAME, folder / "release")
 
 
-@pytest.mark.parametrize("attack", hostile.ATTACKS, ids=lambda attack: attack.name)
-def test_what_is_honest_in_an_attack_keeps_its_marks(out: Path, attack: Attack) -> None:
-    """The other exercise is right: a hang, a death or a trick costs its own exercise alone."""
-    if attack.status == "graded" and attack.most >= hostile.APPLY_POINTS:
-        assert exercise(toy.result(out, attack.name), "apply")["status"] == "passed"
+@pytest.mark.sandbox
+class TestABatchOfAllOfThem:
+    def test_none_earns_more_than_its_honest_part(self, report: Report) -> None:
+        assert report.inflated == ()
+
+    def test_no_result_tells_a_hidden_test_an_input_the_seed_or_a_token(
+        self, report: Report
+    ) -> None:
+        assert report.leaks == ()
+
+    def test_neighbours_and_files_are_as_they_were_and_nothing_lives_on(
+        self, report: Report
+    ) -> None:
+        assert report.harmed == ()
+
+    def test_every_submission_has_its_result(self, report: Report) -> None:
+        assert report.stopped == ()
+        assert report.submissions == len(catalogue.entries())
+
+    def test_honest_work_gets_full_marks(self, report: Report) -> None:
+        assert report.under_graded == ()
+
+    def test_a_hang_or_a_death_costs_its_own_exercise_alone(self, report: Report) -> None:
+        assert report.spilled == ()
+
+    def test_refusals_are_one_sentence_and_faults_have_their_name(self, report: Report) -> None:
+        assert report.odd == ()
 
 
-@pytest.mark.parametrize("attack", hostile.ATTACKS, ids=lambda attack: attack.name)
-def test_no_result_tells_a_secret(out: Path, attack: Attack) -> None:
-    text = (out / attack.name / f"{toy.NAME}.json").read_text("utf-8")
-    secrets = [toy.CANARY, hostile.TOKEN, *toy.hidden_inputs(SEED), "hidden input", "hidden start"]
-    assert [secret for secret in secrets if secret in text] == []
+class TestTheSuite:
+    def test_every_kind_has_a_submission(self) -> None:
+        assert {entry.kind for entry in catalogue.ATTACKS} == set(kinds.KINDS)
+        assert {entry.kind for entry in honest.HONEST} == set(kinds.HONEST)
+        assert len(catalogue.ATTACKS) >= 120
+
+    def test_no_two_have_one_name(self) -> None:
+        names = Counter(entry.name for entry in catalogue.entries())
+        assert names.most_common(1)[0][1] == 1
+
+    def test_twins_and_baselines_are_there(self) -> None:
+        names = {entry.name for entry in catalogue.PLAIN}
+        assert len(catalogue.BASELINES) == 3
+        assert {e.twin for e in catalogue.ATTACKS if e.twin} | {*catalogue.BASELINES} == names
+
+    def test_honest_ones_run_beside_hostile_ones(self) -> None:
+        flags = [entry in catalogue.ATTACKS for entry in catalogue.entries()]
+        assert "0" * 3 not in "".join(str(int(flag)) for flag in flags)
+
+    def test_it_can_be_written_for_another_grader(self, target: Target, tmp_path: Path) -> None:
+        write_all(target, tmp_path / "submitted")
+        told = json.loads((tmp_path / "submitted" / "manifest.json").read_text("utf-8"))
+        assert sum(told["points"].values()) == toy.MOST
+        assert told["victim_cases"] == ["double-by-hand", "double-random"]
+        for row in told["submissions"]:
+            assert (tmp_path / "submitted" / row["name"] / toy.NAME).exists()
+        assert {row["bound"] for row in told["submissions"]} >= {"wrong", "full", "refused"}
+
+    def test_submissions_are_no_secret(self, target: Target, tmp_path: Path) -> None:
+        write_all(target, tmp_path / "submitted")
+        lines = dict.fromkeys(leaks.hidden_lines(target), "a hidden line")
+        assert leaks.shown(tmp_path, [], lines) == []
 
 
-def test_the_neighbour_is_graded_as_if_alone(out: Path) -> None:
-    value = toy.result(out, "neighbour")
-    assert value["score"] == toy.MOST
-    assert {e["status"] for e in value["exercises"]} == {"passed"}
+def entry(bound: str = "wrong", kind: str = "values: nan", twin: str | None = None) -> Entry:
+    return Entry("mallory", kind, bound, honest.plain, twin=twin)  # type: ignore[arg-type]
 
 
-def test_the_batch_goes_through(out: Path) -> None:
-    assert (out / "status.txt").read_text() == "0"
-    graded = {path.parent.name for path in out.glob(f"*/{toy.NAME}.json")}
-    assert graded == {"neighbour", *(attack.name for attack in hostile.ATTACKS)}
+HONEST_PART = {"apply-by-hand": 5, "apply-twice": 5}
+ALL = {"double-by-hand": 4, "double-random": 6, **HONEST_PART}
+PLAIN = {"plain": HONEST_PART, "double": {"double-by-hand": 4, **HONEST_PART}}
 
 
-def test_no_process_survives_its_grading(out: Path) -> None:
-    assert out.is_dir()
-    commands = [
-        path.read_bytes() for path in Path("/proc").glob("[0-9]*/cmdline") if readable(path)
-    ]
-    assert not [text for text in commands if hostile.SLEEPER.encode() in text]
+class TestTheVerdict:
+    """The suite can fail: each rule says so of marks that break it."""
+
+    @pytest.mark.parametrize(
+        ("bound", "mine", "is_inflated"),
+        [
+            ("wrong", HONEST_PART, False),
+            ("wrong", HONEST_PART | {"double-by-hand": 4}, True),
+            ("less", HONEST_PART | {"double-by-hand": 4}, False),
+            ("less", ALL, True),
+            ("refused", {}, False),
+            ("refused", {"apply-twice": 5}, True),
+            ("full", ALL, False),
+            ("full", ALL | {"apply-twice": 6}, True),
+            ("any", ALL | {"extra": 1}, True),
+        ],
+    )
+    def test_what_a_bound_allows(
+        self, target: Target, bound: str, mine: dict[str, float], is_inflated: bool
+    ) -> None:
+        marks = PLAIN | {"mallory": mine}
+        assert bool(verdict.inflated(entry(bound), marks, target, ["plain"])) == is_inflated
+
+    def test_a_twin_raises_what_is_allowed(self, target: Target) -> None:
+        marks = PLAIN | {"mallory": PLAIN["double"]}
+        assert verdict.inflated(entry(), marks, target, ["plain"])
+        assert not verdict.inflated(entry(twin="double"), marks, target, ["plain"])
+
+    def test_lost_points_are_seen(self, target: Target) -> None:
+        marks = PLAIN | {"mallory": HONEST_PART}
+        assert "double-random" in verdict.under_graded(entry("full"), marks, target)
+        assert not verdict.under_graded(entry("wrong"), marks, target)
+        assert not verdict.under_graded(entry("full"), {"mallory": ALL}, target)
+
+    def test_points_lost_elsewhere_are_seen(self, target: Target) -> None:
+        marks = PLAIN | {"mallory": {"apply-by-hand": 5}}
+        assert "apply-twice" in verdict.spilled(entry(), marks, target, "plain")
+        assert not verdict.spilled(entry(kind="replaced: shell"), marks, target, "plain")
 
 
-def exercise(value: dict[str, Any], name: str) -> dict[str, Any]:
-    (found,) = [e for e in value["exercises"] if e["name"] == name]
-    return dict(found)
+class TestWhatNobodyMayLearn:
+    def test_hidden_lines_but_not_hints_are_secret(self, target: Target) -> None:
+        lines = leaks.hidden_lines(target)
+        assert f"# {toy.CANARY}" in lines
+        assert not any("hint" in line for line in lines)
+
+    def test_hidden_inputs_and_answers_are_secret(self, target: Target) -> None:
+        found = leaks.secrets(target, SEED)
+        drawn = leaks.case_generator(SEED, "double-random").normal(size=5)
+        for value in [*drawn, *(2 * drawn)]:
+            assert found[next(leaks.numbers(float(value)))] == "a hidden number"
+
+    @pytest.mark.parametrize(
+        ("value", "digits"),
+        [
+            (0.123456789, ["0.12345678"]),
+            (-12.3456789012, ["12.345678"]),
+            (0.000123456789012, ["0.00012345678"]),
+            (1.23456789e-7, ["1.2345678"]),
+            (1234567890.5, ["12345678"]),
+            (1.25, []),
+            ([0.5, (np.array([[1 / 3]]), {"a": 7})], ["0.33333333"]),
+        ],
+    )
+    def test_first_digits(self, value: object, digits: list[str]) -> None:
+        assert list(leaks.numbers(value)) == digits
+
+    def test_they_are_found_where_they_show(self, tmp_path: Path) -> None:
+        (tmp_path / "ada").mkdir()
+        (tmp_path / "ada" / "feedback.html").write_text("you were given 0.123456789 there")
+        (tmp_path / ".run.json").write_text("0.12345678")
+        found = leaks.shown(tmp_path, ["0.12345678 too"], {"0.12345678": "a number"})
+        assert found == [
+            "a number in ada/feedback.html: 0.12345678",
+            "a number in output 0: 0.12345678",
+        ]
 
 
-def readable(path: Path) -> bool:
-    try:
-        return bool(path.read_bytes())
-    except OSError:
-        return False
+class TestWhatIsLeftBehind:
+    def test_changed_new_and_missing_files_are_seen(self, tmp_path: Path) -> None:
+        for name in ("same", "changed", "gone"):
+            (tmp_path / name).write_text("1")
+        before = batch.snapshot(tmp_path)
+        (tmp_path / "changed").write_text("2")
+        (tmp_path / "gone").unlink()
+        (tmp_path / "new").symlink_to("same")
+        assert batch.differences(before, batch.snapshot(tmp_path)) == ["changed", "gone", "new"]
+
+    @pytest.fixture
+    def sleeper(self) -> Iterator[str]:
+        mark = "mk-of-this-test"
+        process = subprocess.Popen(["sh", "-c", f"read line; : {mark}"], stdin=subprocess.PIPE)
+        yield mark
+        process.communicate()
+
+    def test_a_process_that_lives_on_is_seen(self, sleeper: str) -> None:
+        assert len(batch.left_behind(sleeper)) == 1
+        assert batch.left_behind("mk-of-nobody-x") == []
+
+
+def test_an_attack_reaches_its_place(target: Target, tmp_path: Path) -> None:
+    """No word of a template is left in any cell, and the reference stands in most."""
+    words = ("<each>", "<end>", "<reference>", "<pipe>", "NAME", "RIGHT", "WITHHELD", "OWNER")
+    for item in catalogue.entries():
+        folder = tmp_path / item.name / toy.NAME
+        item.write(target, Place(folder, tmp_path, "mk-x"))
+        path = folder / target.file
+        if item.kind.startswith(("broken", "others: a link", "files")) or not path.is_file():
+            continue
+        notebook = json.loads(path.read_bytes().decode("utf-8-sig"))
+        text = "\n".join("".join(cell["source"]) for cell in notebook["cells"])
+        assert not [word for word in words if word in text], item.name

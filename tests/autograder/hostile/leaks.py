@@ -1,0 +1,122 @@
+"""What nobody may learn: hidden lines, hidden inputs, the seed, a token; and where it shows."""
+
+from __future__ import annotations
+
+import ast
+import os
+import re
+import types
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+from unittest import mock
+
+import numpy as np
+from robust_slam_autograder.assignment import split_hidden
+from robust_slam_autograder.grading import PUBLIC_SEED, SEED_VARIABLE, case_generator
+from robust_slam_autograder.source import plain_python
+
+from tests.autograder.hostile.target import Target
+
+DIGITS = 8
+"""So many first digits of a number tell it from any other."""
+_FIRST_DIGITS = re.compile(rf"[0.]*\d(?:\.?\d){{{DIGITS - 1}}}")
+TELLING_LENGTH = 16
+PRIVATE = {".run.json", ".lock"}
+"""Files of a batch that are the instructor's alone."""
+
+
+def secrets(target: Target, seed: int) -> dict[str, str]:
+    """Texts that must not show anywhere, each with what it is."""
+    found = dict.fromkeys(hidden_lines(target), "a line of a hidden test")
+    public = set(numbers(recorded(target, PUBLIC_SEED)))
+    found |= dict.fromkeys(set(numbers(recorded(target, seed))) - public, "a hidden number")
+    return found | {str(seed): "the seed"}
+
+
+def hidden_lines(target: Target) -> set[str]:
+    """Telling lines of hidden tests that stand nowhere in the release; hints are no secret."""
+    shown = {line.strip() for cell in target.released["cells"] for line in _lines(cell["source"])}
+    hidden: set[str] = set()
+    for case in target.assignment.cases:
+        _, text = split_hidden(case.full, case.grade_id)
+        hidden |= {line.strip() for line in text.split("\n") if "# hint:" not in line}
+    return {line for line in hidden - shown if len(line) >= TELLING_LENGTH}
+
+
+def _lines(source: str | list[str]) -> list[str]:
+    return "".join(source).split("\n")
+
+
+def recorded(target: Target, seed: int) -> list[Any]:
+    """What crosses when the right answers are graded: arguments and results of every call."""
+    said: list[Any] = []
+    module = types.ModuleType("recorded")
+    names = module.__dict__
+    with mock.patch.dict(os.environ, {SEED_VARIABLE: str(seed)}):
+        for piece in target.assignment.setup:
+            _execute(piece.source, names)
+        for solution in target.assignment.solutions:
+            _execute(target.answers[solution.grade_id], names)
+            for name in solution.names:
+                if callable(names[name]):
+                    names[name] = _recording(names[name], said)
+        for case in target.assignment.cases:
+            names["rng"] = case_generator(seed, case.grade_id)
+            _execute(case.full, names)
+    return said
+
+
+def _execute(source: str, names: dict[str, Any]) -> None:
+    text = plain_python(source)
+    exec(compile(ast.parse(text), "<recorded>", "exec", dont_inherit=True), names)
+
+
+def _recording(function: Callable[..., Any], said: list[Any]) -> Callable[..., Any]:
+    def record(*args: Any, **kwargs: Any) -> Any:
+        said.extend([*args, *kwargs.values()])
+        answer = function(*args, **kwargs)
+        said.append(answer)
+        return answer
+
+    return record
+
+
+def numbers(value: Any) -> Iterator[str]:
+    """The first digits of every long number in what was recorded, as a text would show them."""
+    if isinstance(value, list | tuple):
+        for part in value:
+            yield from numbers(part)
+    elif isinstance(value, dict):
+        yield from numbers(list(value.values()))
+    elif isinstance(value, np.ndarray):
+        yield from numbers(value.ravel().tolist())
+    elif isinstance(value, float | np.floating):
+        yield from _digits(float(value))
+
+
+def _digits(value: float) -> Iterator[str]:
+    found = _FIRST_DIGITS.match(repr(abs(value)))
+    if found:
+        yield found[0]
+
+
+def shown(folder: Path, said: Iterable[str], texts: Mapping[str, str]) -> list[str]:
+    """Which secrets show in a folder's files, or in what a command said.
+
+    Args:
+        folder: the results' folder.
+        said: what the command said.
+        texts: the secrets, each with what it is.
+    """
+    files = [path for path in sorted(folder.rglob("*")) if path.is_file()]
+    public = [path for path in files if path.name not in PRIVATE]
+    places = {str(path.relative_to(folder)): path.read_bytes() for path in public}
+    places |= {f"output {n}": text.encode() for n, text in enumerate(said)}
+    wanted = [(text.encode(), what) for text, what in texts.items()]
+    return [
+        f"{what} in {place}: {needle.decode()}"
+        for place, data in places.items()
+        for needle, what in wanted
+        if needle in data
+    ]

@@ -1,0 +1,206 @@
+"""The whole suite: every assignment, every back end, as root and as an ordinary user.
+
+``python -m tests.autograder.hostile.soak`` grades all submissions and ends with a table.
+Started as root it does so once more as an ordinary user, who needs a checkout and an
+interpreter to read: where the present ones are closed to others, both are made in a
+temporary folder.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from robust_slam_autograder.sandbox import BACK_ENDS
+
+from tests.autograder import toy
+from tests.autograder.hostile import batch, catalogue
+from tests.autograder.hostile.batch import Report
+
+ROOT = Path(__file__).resolve().parents[3]
+SEED = 20_261_121
+LIMITS = "call_seconds = 1\ncell_seconds = 3\nnotebook_seconds = 60\n"
+TOY_SETTINGS = 'withheld = ["xml.dom"]\n'
+ORDINARY = 59_990
+"""A user id that owns nothing."""
+COLUMNS = ("inflated", "leaks", "harmed", "stopped", "under_graded", "spilled", "odd")
+
+
+@dataclass(frozen=True)
+class Row:
+    """One batch of the soak."""
+
+    user: str
+    back_end: str
+    assignment: str
+    report: Report
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the soak; exit status 1 where anything is wrong or a back end does not work."""
+    parser = argparse.ArgumentParser(prog="python -m tests.autograder.hostile.soak")
+    parser.add_argument("--assignment", action="append", metavar="NAME", help="default: all")
+    parser.add_argument(
+        "--back-end", action="append", choices=list(BACK_ENDS), help="default: all"
+    )
+    parser.add_argument("--victim", metavar="ID", help="the solution cell to attack")
+    parser.add_argument("--here-only", action="store_true", help="as the present user alone")
+    parser.add_argument("--python", type=Path, help="an interpreter for the ordinary user")
+    parser.add_argument("--rows", type=Path, help="write the rows to this file as JSON")
+    options = parser.parse_args(arguments)
+    rows, problems = _soak(options)
+    if os.getuid() == 0 and not options.here_only:
+        more, status = _as_ordinary_user(options)
+        rows += more
+        problems += [f"as an ordinary user: exit status {status}"] if status else []
+    if options.rows:
+        options.rows.write_text(json.dumps([dataclasses.asdict(row) for row in rows]), "utf-8")
+    print(table(rows))
+    for problem in problems:
+        print(f"✗ {problem}")
+    bad = any(getattr(row.report, column) for row in rows for column in COLUMNS)
+    return 1 if bad or problems else 0
+
+
+def _soak(options: argparse.Namespace) -> tuple[list[Row], list[str]]:
+    """Every batch of the present user, and which back ends do not work."""
+    rows, problems = [], []
+    for wall in options.back_end or BACK_ENDS:
+        problem = BACK_ENDS[wall].problem()
+        if problem is not None:
+            problems.append(f"{wall} does not work for {_user()}: {problem}")
+            continue
+        for name in options.assignment or [toy.NAME, *course_assignments()]:
+            print(f"{_user()}, {wall}, {name} …", flush=True)
+            rows.append(Row(_user(), wall, name, soak_one(name, wall, options.victim)))
+            _say(rows[-1])
+    return rows, problems
+
+
+def _user() -> str:
+    return "root" if os.getuid() == 0 else "ordinary user"
+
+
+def course_assignments() -> list[str]:
+    """The course's own assignments."""
+    return sorted(path.parent.name for path in (ROOT / "solutions").glob("*/*.ipynb"))
+
+
+def soak_one(name: str, wall: str, victim: str | None = None, limits: str = LIMITS) -> Report:
+    """Grade all submissions of one assignment, the toy or the course's, in one batch."""
+    with tempfile.TemporaryDirectory(prefix="soak-", ignore_cleanup_errors=True) as folder:
+        root = Path(folder)
+        is_toy = name == toy.NAME
+        tree = toy.make_tree(root / "tree", TOY_SETTINGS) if is_toy else ROOT / "solutions"
+        (root / "course").mkdir()
+        course = batch.make(root / "course", tree, name, limits, victim)
+        entries = catalogue.entries()
+        batch.write(course, entries)
+        return batch.run(course, entries, wall=wall, seed=SEED)
+
+
+def _say(row: Row) -> None:
+    for column in COLUMNS:
+        for sentence in getattr(row.report, column):
+            print(f"  ✗ {column}: {sentence}", flush=True)
+
+
+def table(rows: Sequence[Row]) -> str:
+    """Counts per batch, one line each."""
+    heads = ("user", "back end", "assignment", "submissions", *COLUMNS)
+    lines = [heads]
+    for row in rows:
+        counts = [len(getattr(row.report, column)) for column in COLUMNS]
+        numbers = map(str, [row.report.submissions, *counts])
+        lines.append((row.user, row.back_end, row.assignment, *numbers))
+    widths = [max(len(line[column]) for line in lines) for column in range(len(heads))]
+    return "\n".join(
+        "  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip()
+        for line in lines
+    )
+
+
+def _as_ordinary_user(options: argparse.Namespace) -> tuple[list[Row], int]:
+    """Run the same once more as a user who owns nothing but a folder."""
+    with tempfile.TemporaryDirectory(prefix="soak-user-") as folder:
+        home = Path(folder)
+        home.chmod(0o755)
+        checkout = _checkout(home / "checkout")
+        python = options.python or _interpreter(home, checkout)
+        own = home / "own"
+        own.mkdir()
+        os.chown(own, ORDINARY, ORDINARY)
+        command = [
+            *_become(own),
+            str(python),
+            "-m",
+            "tests.autograder.hostile.soak",
+            "--here-only",
+        ]
+        command += ["--rows", str(own / "rows.json")]
+        for name in options.assignment or []:
+            command += ["--assignment", name]
+        for name in options.back_end or []:
+            command += ["--back-end", name]
+        status = subprocess.run(command, cwd=checkout).returncode
+        written = own / "rows.json"
+        rows = json.loads(written.read_text("utf-8")) if written.is_file() else []
+        return [Row(**{**row, "report": Report(**row["report"])}) for row in rows], status
+
+
+def _become(home: Path) -> list[str]:
+    """The start of a command that runs as the ordinary user, with a clean environment."""
+    command = ["setpriv", "--reuid", str(ORDINARY), "--regid", str(ORDINARY), "--clear-groups"]
+    values = {"HOME": home, "TMPDIR": home, "PATH": "/usr/bin:/bin", "LANG": "C.UTF-8"}
+    values |= {"OPENBLAS_NUM_THREADS": "1", "PYTHONDONTWRITEBYTECODE": "1"}
+    return [*command, "env", "-i", *(f"{name}={value}" for name, value in values.items())]
+
+
+def _checkout(folder: Path) -> Path:
+    """Copy the repository's files to where everybody may read them."""
+    git = ["git", "-C", str(ROOT), "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
+    for name in subprocess.run(git, check=True, capture_output=True).stdout.split(b"\0"):
+        source = ROOT / os.fsdecode(name)
+        if name and source.is_file():
+            copy = folder / os.fsdecode(name)
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(source, copy)
+    return folder
+
+
+def _interpreter(home: Path, checkout: Path) -> Path:
+    """An interpreter with the locked packages that others may run."""
+    python = home / "venv" / "bin" / "python"
+    print("Making an environment that an ordinary user can read, about two minutes …", flush=True)
+    subprocess.run(["/usr/bin/python3", "-m", "venv", str(home / "venv")], check=True)
+    pip = [str(python), "-m", "pip", "install", "--progress-bar", "off"]
+    _show([*pip, "--require-hashes", "-r", str(checkout / "requirements.lock")])
+    own = [part for name in ("lib", "autograder") for part in ("-e", str(checkout / name))]
+    _show([*pip, "--no-deps", "--no-build-isolation", *own])
+    return python
+
+
+def _show(command: Sequence[str]) -> None:
+    """Run pip, with a line for every twenty packages."""
+    done = 0
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout
+        for line in process.stdout:
+            done += line.startswith(("Collecting", "Processing", "Obtaining"))
+            if done % 20 == 0 and line.startswith("Collecting"):
+                print(f"  {done} packages", flush=True)
+    if process.returncode:
+        raise SystemExit(f"{' '.join(command[:4])} failed with exit status {process.returncode}")
+
+
+if __name__ == "__main__":
+    sys.exit(main())
