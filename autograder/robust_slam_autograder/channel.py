@@ -42,11 +42,16 @@ class RaisedThere(Exception):
 
     def __init__(self, error: Mapping[str, Any]) -> None:
         types, message, line = error.get("types"), error.get("message"), error.get("line")
-        names = types if isinstance(types, list) else []
-        self.types = tuple(str(name)[:MAX_TEXT] for name in names[:20])
-        self.message = str(message)[:MAX_TEXT]
+        names = types[:20] if isinstance(types, list) else []
+        # Only texts: to print 30 million numbers would take minutes.
+        self.types = tuple(_text(name) for name in names)
+        self.message = _text(message)
         self.line = line if type(line) is int else None
         super().__init__(self.message)
+
+
+def _text(told: object) -> str:
+    return told[:MAX_TEXT] if isinstance(told, str) else f"({type(told).__name__})"
 
 
 class Remote:

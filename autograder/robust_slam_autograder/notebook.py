@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import errno
 import json
+import math
 import os
 import stat
 from dataclasses import dataclass
@@ -18,6 +19,8 @@ from robust_slam_autograder.errors import Refused
 
 MAX_BYTES = 20 * 1024 * 1024
 MAX_CELLS = 500
+MAX_VALUES = 1_000_000
+"""Each value of the JSON may take some 200 bytes of memory, though it is two bytes long."""
 MAX_NAME = 80
 
 
@@ -98,7 +101,7 @@ def parse(data: bytes, name: str) -> tuple[Cell, ...]:
     notebook = _json_object(data, name)
     version = notebook.get("nbformat")
     if version != 4:
-        found = f"nbformat {version}" if version in range(100) else "of an unknown format"
+        found = f"nbformat {version:g}" if version in range(100) else "of an unknown format"
         raise Refused(f"{name} is {found}, not nbformat 4: open it in JupyterLab and save it.")
     cells = notebook.get("cells")
     if not isinstance(cells, list):
@@ -109,13 +112,17 @@ def parse(data: bytes, name: str) -> tuple[Cell, ...]:
 
 
 def _json_object(data: bytes, name: str) -> dict[str, Any]:
+    if sum(data.count(mark) for mark in (b",", b"[", b"{")) > MAX_VALUES:
+        mend = "clear its outputs and save it again"
+        raise Refused(f"{name} holds more than {MAX_VALUES:,} values: {mend}.")
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise Refused(f"{name} is not UTF-8 text: save it again from JupyterLab.") from error
     try:
-        value = json.loads(text)
-    except (RecursionError, MemoryError) as error:
+        # As a float, for an integer of many digits is an error, or slow.
+        value = json.loads(text, parse_int=float)
+    except RecursionError as error:
         raise Refused(f"{name} is nested too deeply: save it again from JupyterLab.") from error
     except ValueError as error:
         raise Refused(f"{name} is not valid JSON: save it again from JupyterLab.") from error
@@ -148,12 +155,11 @@ def _nbgrader_metadata(cell: dict[str, Any]) -> dict[str, Any]:
     if not isinstance(fields, dict):
         return {}
     grade_id = fields.get("grade_id")
-    points = fields.get("points", 0)
-    is_number = isinstance(points, int | float) and not isinstance(points, bool)
+    points = fields.get("points")
     return {
         "grade_id": grade_id if isinstance(grade_id, str) else None,
         "grade": fields.get("grade") is True,
         "solution": fields.get("solution") is True,
         "locked": fields.get("locked") is True,
-        "points": points if is_number else 0,
+        "points": points if isinstance(points, float) and math.isfinite(points) else 0.0,
     }

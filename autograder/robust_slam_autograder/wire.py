@@ -2,10 +2,11 @@
 
 Numbers, strings, booleans, None, arrays, lists, tuples, dicts and callables
 (as handles) cross between the trusted and the untrusted process. The bytes are
-MessagePack; arrays, tuples, complex numbers and handles are its extension
-types. Everything that arrives is checked before anyone sees it: the other side
-may have written the bytes by hand. What a message may cost to read (items, keys,
-depth, bytes) is bounded, and a sender refuses what its reader would.
+MessagePack; arrays, complex numbers and handles are its extension types, and a
+tuple is a list whose first item is an extension that marks it. Everything that
+arrives is checked before anyone sees it: the other side may have written the
+bytes by hand. What a message may cost to read (items, keys, depth, bytes) is
+bounded, and a sender refuses what its reader would.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NoReturn
+from typing import Any, NoReturn, cast
 
 import msgpack
 import numpy as np
@@ -24,12 +25,17 @@ MAX_ITEMS = 1_000_000
 """What one message may cost: 1 an item, and the following."""
 EXTENSION_COST = 10
 KEY_COST = 100
-"""Keys are dear: somebody may have chosen them so that all of them collide."""
+"""A key, and each part of one: somebody may have chosen them so that all of them collide."""
 MAX_DIMENSIONS = 8
 MAX_INTEGER_BYTES = 512
+MAX_PAIR_BYTES = 64
+"""A complex number or a handle."""
 
 _ARRAY, _SCALAR, _TUPLE, _COMPLEX, _HANDLE, _INTEGER = range(1, 7)
 _DTYPES = frozenset("?bBhHiIlLqQefdFD")
+_MARK = object()
+"""Stands at the head of a list that is a tuple. An extension that held the items would be
+copied once for each level that it is nested."""
 
 
 class WireError(Exception):
@@ -55,7 +61,7 @@ def encode(value: object, export: Export) -> bytes:
         WireError: the value holds something that cannot cross, or is too large or too deep.
     """
     try:
-        data = bytes(_pack(value, export, 0))
+        data = _pack(value, export)
     except WireError:
         raise
     except (ValueError, TypeError, OverflowError, RecursionError, UnicodeError) as error:
@@ -73,25 +79,23 @@ def _never() -> NoReturn:
     raise NotImplementedError
 
 
-def _pack(value: object, export: Export, depth: int) -> bytes:
-    if depth > MAX_DEPTH:
-        raise WireError(f"a value is nested deeper than {MAX_DEPTH} levels")
+def _pack(value: object, export: Export) -> bytes:
     packed: bytes = msgpack.packb(
-        value, strict_types=True, default=lambda item: _as_known(item, export, depth + 1)
+        value, strict_types=True, default=lambda item: _as_known(item, export)
     )
     return packed
 
 
-def _as_known(item: object, export: Export, depth: int) -> object:
+def _as_known(item: object, export: Export) -> object:
     """Say how MessagePack shall write what it does not know itself."""
     if isinstance(item, str):  # before arrays: numpy's own string is both
         return str(item)
     if isinstance(item, np.ndarray | np.generic):
         return _pack_array(item)
     if isinstance(item, tuple):
-        return msgpack.ExtType(_TUPLE, _pack(list(item), export, depth))
+        return [msgpack.ExtType(_TUPLE, b""), *item]
     if isinstance(item, complex):
-        return msgpack.ExtType(_COMPLEX, _pack([item.real, item.imag], export, depth))
+        return msgpack.ExtType(_COMPLEX, msgpack.packb([item.real, item.imag]))
     # strict_types sends subclasses here; they cross as what they extend.
     if isinstance(item, int):
         return _pack_integer(int(item))
@@ -103,7 +107,7 @@ def _as_known(item: object, export: Export, depth: int) -> object:
         return dict(item)
     if callable(item):
         handle = export(item)
-        return msgpack.ExtType(_HANDLE, _pack([handle.owner, handle.key], export, depth))
+        return msgpack.ExtType(_HANDLE, msgpack.packb([handle.owner, handle.key]))
     raise WireError(
         f"a value of type {type(item).__name__} cannot cross; "
         "numbers, strings, lists, tuples, dicts, arrays and functions can"
@@ -124,7 +128,8 @@ def _pack_array(item: np.ndarray[Any, Any] | np.generic) -> object:
     if array.dtype.kind == "U":
         return array.tolist()
     if array.dtype.char in "gG":
-        array = array.astype(np.complex128 if array.dtype.char == "G" else np.float64)
+        with np.errstate(all="ignore"):
+            array = array.astype(np.complex128 if array.dtype.char == "G" else np.float64)
     if array.dtype.char not in _DTYPES:
         raise WireError(f"an array of dtype {array.dtype} cannot cross; numbers and booleans can")
     code = _SCALAR if isinstance(item, np.generic) else _ARRAY
@@ -142,7 +147,7 @@ def decode(data: bytes, resolve: Import) -> Any:  # noqa: ANN401
     if len(data) > MAX_MESSAGE:
         raise WireError(f"a value of {len(data)} bytes is larger than {MAX_MESSAGE}")
     try:
-        value = _Reader(resolve).unpack(data, 0)
+        value = _Reader(resolve).unpack(data)
         _refuse_foreign(value, 0)
     except WireError:
         raise
@@ -158,9 +163,7 @@ class _Reader:
         self._resolve = resolve
         self._left = MAX_ITEMS
 
-    def unpack(self, data: bytes, depth: int) -> Any:  # noqa: ANN401
-        if depth > MAX_DEPTH:
-            raise WireError(f"a message is nested deeper than {MAX_DEPTH} levels")
+    def unpack(self, data: bytes) -> Any:  # noqa: ANN401
         # A length that the bytes cannot fill would reserve memory for nothing.
         most = min(MAX_ITEMS, len(data))
         return msgpack.unpackb(
@@ -170,7 +173,7 @@ class _Reader:
             max_map_len=most,
             list_hook=self._list,
             object_pairs_hook=self._dict,
-            ext_hook=lambda code, body: self._extension(code, body, depth + 1),
+            ext_hook=self._extension,
         )
 
     def _pay(self, cost: int) -> None:
@@ -178,50 +181,68 @@ class _Reader:
         if self._left < 0:
             raise WireError("a message of too many items")
 
-    def _list(self, items: list[Any]) -> list[Any]:
+    def _list(self, items: list[Any]) -> list[Any] | tuple[Any, ...]:
         self._pay(1 + len(items))
-        return items
+        return tuple(items[1:]) if items and items[0] is _MARK else items
 
     def _dict(self, pairs: list[tuple[Any, Any]]) -> dict[Any, Any]:
-        self._pay(1 + KEY_COST * len(pairs))
+        self._pay(1 + len(pairs))
         for key, _ in pairs:
-            _refuse_key(key)
+            self._pay(KEY_COST * _parts_of_key(key, 0))
         return dict(pairs)
 
-    def _extension(self, code: int, body: bytes, depth: int) -> object:
+    def _extension(self, code: int, body: bytes) -> object:
         self._pay(EXTENSION_COST)
-        if code in (_ARRAY, _SCALAR):
-            array = _unpack_array(body)
-            return array if code == _ARRAY else array[()]
+        if code == _TUPLE and not body:
+            return _MARK
+        if code == _ARRAY:
+            return _unpack_array(body)
+        if code == _SCALAR:
+            return _unpack_scalar(body)
         if code == _INTEGER and len(body) <= MAX_INTEGER_BYTES:
             return int.from_bytes(body, "little", signed=True)
-        items = self.unpack(body, depth)
-        if not isinstance(items, list):
-            raise WireError("an extension without its list")
-        if code == _TUPLE:
-            return tuple(items)
         if code == _COMPLEX:
-            return complex(*items)
+            return _complex(*_unpack_pair(body))
         if code == _HANDLE:
-            return self._resolve(_handle(*items))
+            return self._resolve(_handle(*_unpack_pair(body)))
         raise WireError(f"an unknown extension {code}")
 
 
+def _unpack_pair(body: bytes) -> tuple[object, object]:
+    if len(body) > MAX_PAIR_BYTES:
+        raise WireError("a complex number or a handle that is too long")
+    first, second = msgpack.unpackb(body, max_array_len=2, max_map_len=0)
+    return first, second
+
+
+def _complex(real: object, imag: object) -> complex:
+    if not isinstance(real, float) or not isinstance(imag, float):
+        raise WireError("a complex number that is not made of two numbers")
+    return complex(real, imag)
+
+
 def _handle(owner: object, key: object) -> Handle:
-    if owner not in ("mine", "yours", "name") or not isinstance(key, int | str):
+    if owner not in ("mine", "yours", "name") or type(key) not in (int, str):
         raise WireError("a handle of an unknown kind")
-    return Handle(str(owner), key)
+    return Handle(str(owner), cast("int | str", key))
 
 
-def _refuse_key(key: object) -> None:
-    """Refuse keys whose hashes collide at will (complex numbers), and those without a hash."""
-    if isinstance(key, tuple):
-        for part in key:
-            _refuse_key(part)
-    elif isinstance(key, np.complexfloating) or not (
-        key is None or isinstance(key, str | int | float | np.generic)
+def _parts_of_key(key: object, depth: int) -> int:
+    """How much work it is to compare a key with one of the same hash.
+
+    Refused are keys whose hashes collide at will (complex numbers), and those without a hash.
+    """
+    if isinstance(key, tuple) and depth < MAX_DEPTH:
+        return 1 + sum(_parts_of_key(part, depth + 1) for part in key)
+    if isinstance(key, str):
+        return 1 + len(key) // 64
+    if isinstance(key, int):
+        return 1 + key.bit_length() // 128
+    if isinstance(key, np.complexfloating) or not (
+        key is None or isinstance(key, float | np.generic)
     ):
         raise WireError("a dict with a key that is no number, string or tuple of them")
+    return 1
 
 
 def _unpack_array(body: bytes) -> np.ndarray[Any, Any]:
@@ -233,7 +254,17 @@ def _unpack_array(body: bytes) -> np.ndarray[Any, Any]:
     dtype = np.dtype(char).newbyteorder("<")
     if math.prod(shape) * dtype.itemsize != len(raw):
         raise WireError("an array whose bytes do not fill its shape")
+    # A sum over the empty side of (0, 2**40) would fill the memory.
+    if math.prod(max(n, 1) for n in shape) * dtype.itemsize > MAX_MESSAGE:
+        raise WireError("an empty array that is too wide")
     return np.frombuffer(raw, dtype=dtype).reshape(shape).astype(np.dtype(char))
+
+
+def _unpack_scalar(body: bytes) -> object:
+    array = _unpack_array(body)
+    if array.shape:
+        raise WireError("a number that is an array")
+    return array[()]
 
 
 def _refuse_foreign(value: object, depth: int) -> None:
@@ -247,5 +278,5 @@ def _refuse_foreign(value: object, depth: int) -> None:
         for key, item in value.items():
             _refuse_foreign(key, depth + 1)
             _refuse_foreign(item, depth + 1)
-    elif isinstance(value, bytes | msgpack.Timestamp):
+    elif value is _MARK or isinstance(value, bytes | msgpack.Timestamp):
         raise WireError(f"a value of type {type(value).__name__} cannot cross")
