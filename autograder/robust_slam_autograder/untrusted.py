@@ -199,18 +199,28 @@ def main() -> None:
     """Read the settings from the command line, then serve the other side."""
     settings = ast.literal_eval(sys.argv[1])
     sys.path[:] = settings["path"]
-    sys.argv[:] = [""]
-    from robust_slam_autograder.channel import Channel, ChannelClosed
-
     volunteer_for_the_memory_killer()
     limit(settings["limits"])
     drop_to(settings["uid"])
+    serve(settings["withheld"], settings["used"])
+
+
+def serve(withheld: Sequence[str], used: Sequence[str]) -> None:
+    """Answer calls on standard input and output until they close.
+
+    Args:
+        withheld: modules that may not be imported.
+        used: names that tests use.
+    """
+    from robust_slam_autograder.channel import Channel, ChannelClosed
+
+    sys.argv[:] = [""]
     read_fd, write_fd = set_aside_pipes()
-    sys.meta_path.insert(0, Withheld(settings["withheld"]))
+    sys.meta_path.insert(0, Withheld(withheld))
     builtins.exit = builtins.quit = sys.exit  # type: ignore[assignment]
     builtins.help = do_nothing  # type: ignore[assignment]
     # Notebooks know themselves as __main__.
-    notebook = Notebook(types.ModuleType("__main__"), settings["used"])
+    notebook = Notebook(types.ModuleType("__main__"), used)
     served = (notebook.read, notebook.run, notebook.kinds, notebook.value, notebook.call)
     channel = Channel(
         read_fd,

@@ -7,12 +7,14 @@ from __future__ import annotations
 
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.sandbox.bubblewrap import Bubblewrap, bubblewrap_problem
+from robust_slam_autograder.sandbox.fork import Fork
 from robust_slam_autograder.sandbox.inside import Launch, Running, Sandbox
 from robust_slam_autograder.sandbox.unsandboxed import Unsandboxed
 
 __all__ = [
     "BACK_ENDS",
     "Bubblewrap",
+    "Fork",
     "Launch",
     "Running",
     "Sandbox",
@@ -21,8 +23,12 @@ __all__ = [
     "choose",
 ]
 
-BACK_ENDS: dict[str, Sandbox] = {wall.name: wall for wall in (Bubblewrap(),)}
-"""By name, the one to prefer first."""
+BACK_ENDS: dict[str, Sandbox] = {
+    "fork": Fork(),
+    "bubblewrap": Bubblewrap(),
+    "landlock": Fork(namespaces=False),
+}
+"""By the name to choose them by, the one to prefer first."""
 
 
 def choose(name: str | None = None, *, unsandboxed: bool = False) -> Sandbox:
@@ -34,11 +40,13 @@ def choose(name: str | None = None, *, unsandboxed: bool = False) -> Sandbox:
     if unsandboxed:
         return Unsandboxed()
     problems = []
-    for wall in [BACK_ENDS[name]] if name else BACK_ENDS.values():
+    for key, wall in BACK_ENDS.items():
+        if name not in (None, key):
+            continue
         problem = wall.problem()
         if problem is None:
             return wall
-        problems.append(f"{wall.name}: {problem}")
+        problems.append(f"{key}: {problem}")
     raise WrongUse(
         f"No sandbox works here ({'; '.join(problems)}), so hidden tests are not run: "
         "see `autograder doctor`, or trust the submissions with --unsandboxed."

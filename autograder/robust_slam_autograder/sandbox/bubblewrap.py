@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import importlib.util
 import os
 import shutil
 import sys
@@ -12,7 +11,7 @@ from functools import cache
 from pathlib import Path
 
 from robust_slam_autograder.sandbox import inside, seccomp
-from robust_slam_autograder.sandbox.inside import ENVIRONMENT, SCRATCH_BYTES, Launch, within
+from robust_slam_autograder.sandbox.inside import ENVIRONMENT, SCRATCH_BYTES, Launch
 from robust_slam_autograder.sandbox.process import Process, popen
 
 
@@ -78,29 +77,24 @@ def _walls(uid: int | None) -> list[str]:
 
 def _mounts(withheld: Sequence[str]) -> list[str]:
     """Read-only interpreter and library, a small writable /tmp, and nothing else."""
-    shared = [Path(path) for path in ("/usr", "/lib", "/lib64", "/bin", "/etc/ld.so.cache")]
-    apart = [tree for tree in inside.trees() if not within(tree, [Path("/usr")])]
     small = ["--perms", "1777", "--size", str(SCRATCH_BYTES), "--tmpfs"]
     options = ["--proc", "/proc", "--dev", "/dev", "--remount-ro", "/dev"]
     # First of all, lest they cover a course that lies in /tmp itself.
     options += [*small, "/dev/shm", *small, "/tmp"]
     made: set[Path] = set()
-    for path in [*shared, *apart, *inside.packages_in_place()]:
+    files = inside.files(withheld)
+    for path in files.visible:
         if path.is_symlink():
             options += ["--symlink", os.readlink(path), str(path)]
         elif path.exists():
             options += [*_make_parents(path, made), "--ro-bind", str(path), str(path)]
-    for module in withheld:
-        options += _hide(module)
-    return [*options, *_font_list(), "--remount-ro", "/", "--chdir", "/tmp"]
+    for path in files.hidden:
+        options += _cover(path)
+    return [*options, *_font_lists(files.fonts), "--remount-ro", "/", "--chdir", "/tmp"]
 
 
-def _font_list() -> list[str]:
-    """Matplotlib's list of fonts, which it would else make anew for each student."""
-    cache_folder = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "matplotlib"
-    folder = Path(os.environ.get("MPLCONFIGDIR") or cache_folder)
-    lists = [path for path in folder.glob("fontlist-v*.json") if path.is_file()]
-    pairs = [[str(path), f"{ENVIRONMENT['MPLCONFIGDIR']}/{path.name}"] for path in lists]
+def _font_lists(fonts: Sequence[Path]) -> list[str]:
+    pairs = [(str(path), f"{ENVIRONMENT['HOME']}/{path.name}") for path in fonts]
     return [option for pair in pairs for option in ("--ro-bind", *pair)]
 
 
@@ -114,26 +108,9 @@ def _make_parents(path: Path, made: set[Path]) -> list[str]:
     return options
 
 
-def _hide(module: str) -> list[str]:
-    """Cover a module's files, so that reading them gives nothing either."""
-    top, *rest = module.split(".")
-    spec = importlib.util.find_spec(top)
-    if spec is None:
-        return []
-    if rest:
-        folders = [Path(folder, *rest[:-1]) for folder in spec.submodule_search_locations or ()]
-    else:
-        packages = spec.submodule_search_locations or [spec.origin or ""]
-        folders = [Path(package).parent for package in packages]
-    return [option for folder in folders for option in _cover(folder.resolve(), module)]
-
-
-def _cover(folder: Path, module: str) -> list[str]:
-    name = module.rpartition(".")[2]
-    files = sorted(path for path in folder.glob(f"{name}.*") if path.is_file())
-    emptied = [path for path in (folder / name, folder / "__pycache__") if path.is_dir()]
-    options = [part for path in files for part in ("--ro-bind", "/dev/null", str(path))]
-    for path in emptied:
-        options += ["--perms", "0555", "--size", "4096", "--tmpfs", str(path)]
-        options += ["--remount-ro", str(path)]
-    return options
+def _cover(path: Path) -> list[str]:
+    """Put nothing in a file's or a folder's place, so that reading it gives nothing."""
+    if path.is_file():
+        return ["--ro-bind", "/dev/null", str(path)]
+    empty = ["--perms", "0555", "--size", "4096", "--tmpfs", str(path)]
+    return [*empty, "--remount-ro", str(path)]

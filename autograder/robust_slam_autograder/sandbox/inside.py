@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import platform
 import sys
@@ -10,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 from robust_slam_autograder import untrusted
 
@@ -42,6 +43,8 @@ class Launch:
     used: tuple[str, ...]
     """Names that tests use."""
     cpu_seconds: int
+    preload: tuple[str, ...] = ()
+    """Modules that it will want; a back end may have them ready."""
 
 
 class Running(Protocol):
@@ -85,10 +88,19 @@ def python_command(launch: Launch, uid: int | None, *, walled: bool) -> list[str
         "limits": limits(launch, walled=walled),
         "uid": uid,
     }
+    return python_script(Path(untrusted.__file__), settings)
+
+
+def python_script(script: Path, settings: dict[str, Any]) -> list[str]:
+    """The command that runs a script of ours with nothing of the user's around it.
+
+    Args:
+        script: the file.
+        settings: what it reads from its command line, as a Python literal.
+    """
     # The interpreter itself: a virtual environment's link may lead outside the wall.
     python = os.path.realpath(sys.executable)
-    script = Path(untrusted.__file__).resolve()
-    return [python, "-P", "-s", "-S", "-B", str(script), repr(settings)]
+    return [python, "-P", "-s", "-S", "-B", str(script.resolve()), repr(settings)]
 
 
 def limits(launch: Launch, *, walled: bool) -> dict[str, int]:
@@ -146,3 +158,71 @@ def packages_in_place() -> tuple[Path, ...]:
 def within(path: Path, folders: Sequence[Path]) -> bool:
     """Whether a path lies in one of these folders."""
     return any(path.is_relative_to(folder) for folder in folders)
+
+
+@dataclass(frozen=True)
+class Files:
+    """What student code finds on its disk."""
+
+    visible: tuple[Path, ...]
+    """It may read these: the system's programs, the interpreter and the packages."""
+    hidden: tuple[Path, ...]
+    """Not these, which hold withheld modules or their compiled copies."""
+    fonts: tuple[Path, ...]
+    """Matplotlib's lists of fonts."""
+
+
+def files(withheld: Sequence[str]) -> Files:
+    """Find what student code may read here, without the withheld modules."""
+    shared = [Path(path) for path in ("/usr", "/lib", "/lib64", "/bin", "/etc/ld.so.cache")]
+    apart = [tree for tree in trees() if not within(tree, [Path("/usr")])]
+    found = [path for module in withheld for path in _files_of(module)]
+    lists = (path for path in font_folder().glob("fontlist-v*.json") if path.is_file())
+    return Files(
+        visible=(*shared, *apart, *packages_in_place()),
+        hidden=tuple(dict.fromkeys(found)),
+        fonts=tuple(lists),
+    )
+
+
+def _files_of(module: str) -> list[Path]:
+    top, *rest = module.split(".")
+    spec = importlib.util.find_spec(top)
+    if spec is None:
+        return []
+    if rest:
+        folders = [Path(folder, *rest[:-1]) for folder in spec.submodule_search_locations or ()]
+    else:
+        packages = spec.submodule_search_locations or [spec.origin or ""]
+        folders = [Path(package).parent for package in packages]
+    name = module.rpartition(".")[2]
+    found = []
+    for folder in (folder.resolve() for folder in folders):
+        found += sorted(path for path in folder.glob(f"{name}.*") if path.is_file())
+        found += [path for path in (folder / name, folder / "__pycache__") if path.is_dir()]
+    return found
+
+
+def font_folder() -> Path:
+    """Where matplotlib keeps its list of fonts, which takes it seconds to make."""
+    cache_folder = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "matplotlib"
+    return Path(os.environ.get("MPLCONFIGDIR") or cache_folder)
+
+
+def readable(files: Files) -> list[tuple[Path, bool]]:
+    """What of the visible remains without the hidden, as a list of what may be opened.
+
+    Returns:
+        paths; and whether all beneath may be read, or the names in the folder alone.
+    """
+    hidden = [path.resolve() for path in files.hidden]
+    found: list[tuple[Path, bool]] = []
+    waiting = [path.resolve() for path in files.visible if path.exists()]
+    while waiting:
+        path = waiting.pop()
+        if not any(hid.is_relative_to(path) for hid in hidden):
+            found.append((path, True))
+        elif path not in hidden:
+            found.append((path, False))
+            waiting += path.iterdir()
+    return found

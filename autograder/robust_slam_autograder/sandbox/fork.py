@@ -1,0 +1,177 @@
+"""Our own back end: a fork server that is ready before the student is.
+
+Each untrusted process is forked from a server that has imported numpy and the rest
+already. It drops to a user id of its own where the grader is root, gives up every
+right to gain one, and is held by Landlock, by a filter of system calls and by limits;
+where the kernel grants namespaces it also gets those and a private root.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import hashlib
+import os
+import platform
+import secrets
+import select
+import socket
+import subprocess
+import sys
+import tempfile
+from dataclasses import asdict, dataclass
+from functools import cache
+from pathlib import Path
+
+from robust_slam_autograder import untrusted
+from robust_slam_autograder.errors import GraderFailure
+from robust_slam_autograder.sandbox import fork_server, inside, landlock, seccomp
+from robust_slam_autograder.sandbox.inside import ENVIRONMENT, Files, Launch
+from robust_slam_autograder.sandbox.process import START_SECONDS
+
+END_SECONDS = 10.0
+PRELOAD = ("matplotlib.pyplot", "IPython.core.inputtransformer2")
+"""Beside what the instructor's own cells import."""
+
+
+@dataclass(frozen=True)
+class Forked:
+    """An untrusted process that a server forked."""
+
+    connection: socket.socket
+    reader: int
+    writer: int
+
+    def pipes(self) -> tuple[int, int]:
+        """Descriptors to read its messages from and to write ours to."""
+        return self.reader, self.writer
+
+    def await_ready(self) -> str | None:
+        """Wait until it answers; else say what its keeper said."""
+        both = [self.reader, self.connection.fileno()]
+        answers = select.select(both, [], [], START_SECONDS)[0]
+        if self.reader in answers:
+            said = os.read(self.reader, len(untrusted.READY))
+            if said == untrusted.READY:
+                return None
+        with contextlib.suppress(OSError):
+            self.connection.settimeout(1.0)
+            return self.connection.recv(500).decode(errors="replace") or "it says nothing"
+        return "it says nothing"
+
+    def stop(self) -> None:
+        """Cut the lifeline and wait until the keeper has ended everything."""
+        for descriptor in (self.reader, self.writer):
+            os.close(descriptor)
+        with self.connection, contextlib.suppress(OSError):
+            self.connection.shutdown(socket.SHUT_WR)
+            self.connection.settimeout(END_SECONDS)
+            while self.connection.recv(500):
+                pass
+
+
+class Fork:
+    """The fork server's back end."""
+
+    name = "fork"
+
+    def __init__(self, *, namespaces: bool = True) -> None:
+        """Choose the walls; servers are started when they are first wanted.
+
+        Args:
+            namespaces: whether each untrusted process gets namespaces and a private
+                root; without, Landlock alone keeps student code from files.
+        """
+        self._namespaces = namespaces
+        # Servers end with this process; others that get a copy of this object share them.
+        self._owner = os.getpid()
+        self._home = Path(tempfile.gettempdir(), f"autograder-{secrets.token_hex(8)}")
+
+    def problem(self) -> str | None:
+        """Try it once."""
+        return _problem(self)
+
+    def start(self, launch: Launch) -> Forked:
+        """Have a server fork it; the first start of its kind starts the server.
+
+        Raises:
+            GraderFailure: the server does not start; says why.
+        """
+        connection = self._connect(launch)
+        student_reader, writer = os.pipe()
+        reader, student_writer = os.pipe()
+        request = repr(asdict(launch)).encode()
+        socket.send_fds(connection, [request], [student_reader, student_writer])
+        os.close(student_reader)
+        os.close(student_writer)
+        return Forked(connection, reader, writer)
+
+    def _connect(self, launch: Launch) -> socket.socket:
+        kind = repr((launch.withheld, launch.preload)).encode()
+        address = self._home / hashlib.sha256(kind).hexdigest()[:16]
+        with contextlib.suppress(OSError):
+            return _dial(address)
+        (self._home / "root").mkdir(mode=0o700, parents=True, exist_ok=True)
+        self._home.chmod(0o700)
+        with open(self._home / "lock", "w") as file:
+            fcntl.flock(file, fcntl.LOCK_EX)
+            with contextlib.suppress(OSError):
+                return _dial(address)  # another process was faster
+            address.unlink(missing_ok=True)
+            self._start_server(launch, address)
+        return _dial(address)
+
+    def _start_server(self, launch: Launch, address: Path) -> None:
+        settings = {
+            "path": [str(path) for path in inside.import_path()],
+            "withheld": launch.withheld,
+            "preload": [*PRELOAD, *launch.preload],
+            "home": str(self._home),
+            "address": str(address),
+            "owner": self._owner,
+            "namespaces": self._namespaces,
+            "files": _as_text(inside.files(launch.withheld)),
+        }
+        command = inside.python_script(Path(fork_server.__file__), settings)
+        environment = ENVIRONMENT | {"MPLCONFIGDIR": str(inside.font_folder())}
+        done = subprocess.run(
+            command, stdin=subprocess.DEVNULL, capture_output=True, cwd="/", env=environment
+        )
+        if done.stdout != fork_server.READY:
+            why = done.stderr.decode(errors="replace").strip()[-500:]
+            raise GraderFailure(f"The fork server did not start: {why or 'it says nothing'}")
+
+
+def _as_text(files: Files) -> dict[str, list[str]]:
+    return {name: [str(path) for path in paths] for name, paths in asdict(files).items()}
+
+
+def _dial(address: Path) -> socket.socket:
+    connection = socket.socket(socket.AF_UNIX)
+    try:
+        connection.connect(str(address))
+    except OSError:
+        connection.close()
+        raise
+    return connection
+
+
+@cache
+def _problem(wall: Fork) -> str | None:
+    if sys.platform != "linux":
+        return "it needs Linux"
+    if seccomp.program() is None:
+        return f"no filter of system calls is known for {platform.machine()}"
+    if not wall._namespaces:
+        found = landlock.version()
+        wanted = 1 if os.getuid() == 0 else landlock.SIGNALS_VERSION
+        if found < wanted:
+            return f"the kernel's Landlock has version {found}, and {wanted} is needed"
+    try:
+        running = wall.start(Launch(withheld=(), used=(), cpu_seconds=20))
+    except GraderFailure as error:
+        return str(error)
+    try:
+        return running.await_ready()
+    finally:
+        running.stop()

@@ -1,0 +1,106 @@
+"""The fork server: a clean process that has imported what student code will want.
+
+Started by ``fork`` as a script; it never sees a test, a seed or a submission, so
+neither do the processes that it forks. One server for each set of withheld modules.
+"""
+
+from __future__ import annotations
+
+import ast
+import contextlib
+import gc
+import importlib
+import os
+import select
+import shutil
+import signal
+import socket
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from robust_slam_autograder.sandbox.keeper import Place
+
+READY = b"ready\n"
+
+
+def main() -> None:
+    """Read the settings from the command line, import, then serve."""
+    settings = ast.literal_eval(sys.argv[1])
+    sys.path[:] = settings["path"]
+    sys.argv[:] = [""]
+    from robust_slam_autograder.sandbox.inside import Files
+    from robust_slam_autograder.sandbox.keeper import Place
+
+    files = Files(**{key: tuple(map(Path, paths)) for key, paths in settings["files"].items()})
+    owner = os.pidfd_open(settings["owner"])
+    preload(settings["preload"], settings["withheld"])
+    home = Path(settings["home"])
+    with socket.socket(socket.AF_UNIX) as listener:
+        listener.bind(settings["address"])
+        listener.listen(64)
+        _leave_the_starter()
+        serve(listener, owner, Place(home, settings["namespaces"], files))
+    shutil.rmtree(home, ignore_errors=True)
+
+
+def preload(modules: list[str], withheld: tuple[str, ...]) -> None:
+    """Import what can be, and nothing that is withheld.
+
+    Raises:
+        ImportError: the grader itself needs a module that is withheld.
+    """
+    from robust_slam_autograder.untrusted import Withheld
+
+    finder = Withheld(withheld)
+    sys.meta_path.insert(0, finder)
+    for module in modules:
+        with contextlib.suppress(Exception):  # it may not be installed, or need what is withheld
+            importlib.import_module(module)
+    for module in list(sys.modules):
+        finder.find_spec(module)
+    sys.meta_path.remove(finder)
+    gc.collect()
+    gc.freeze()
+
+
+def serve(listener: socket.socket, owner: int, place: Place) -> None:
+    """Fork a keeper for each connection, until the owner has ended."""
+    signal.signal(signal.SIGCHLD, signal.SIG_IGN)
+    poller = select.poll()
+    poller.register(listener, select.POLLIN)
+    poller.register(owner, select.POLLIN)
+    while owner not in (ready := dict(poller.poll())):
+        if listener.fileno() in ready:
+            connection, _ = listener.accept()
+            if os.fork() == 0:
+                os.close(owner)
+                listener.close()
+                _keep(connection, place)
+            connection.close()
+
+
+def _keep(connection: socket.socket, place: Place) -> None:
+    from robust_slam_autograder.sandbox.inside import Launch
+    from robust_slam_autograder.sandbox.keeper import keep
+
+    try:
+        data, pipes, _, _ = socket.recv_fds(connection, 1 << 20, 2)
+        keep(connection, (pipes[0], pipes[1]), Launch(**ast.literal_eval(data.decode())), place)
+    finally:
+        os._exit(0)
+
+
+def _leave_the_starter() -> None:
+    """Go on in a child: who started the server need not wait for its end."""
+    if os.fork():
+        os.write(1, READY)
+        os._exit(0)
+    null = os.open(os.devnull, os.O_RDWR)
+    for descriptor in (0, 1, 2):
+        os.dup2(null, descriptor)
+
+
+if __name__ == "__main__":
+    main()

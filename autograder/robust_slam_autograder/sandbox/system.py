@@ -1,0 +1,121 @@
+"""System calls that Python has no function for, each with an OSError that names it."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import platform
+import struct
+
+NEW_NAMESPACE = {
+    "mount": 0x00020000,
+    "uts": 0x04000000,
+    "ipc": 0x08000000,
+    "user": 0x10000000,
+    "pid": 0x20000000,
+    "net": 0x40000000,
+}
+BIND, RECURSIVE, PRIVATE, NO_SUID, NO_DEV = 4096, 16384, 1 << 18, 2, 4
+_DETACH = 2
+_PIVOT_ROOT = {"x86_64": 155, "aarch64": 41}
+_MOUNT_SETATTR, _AT_RECURSIVE, _AT_FDCWD = 442, 0x8000, -100
+_ATTR_READ_ONLY, _ATTR_NO_SUID = 1, 2
+_SET_DUMPABLE, _SET_SECCOMP, _SET_SUBREAPER, _SET_NO_NEW_PRIVS = 4, 22, 36, 38
+_SECCOMP_FILTER = 2
+_CAPABILITY_VERSION = 0x20080522
+INSTRUCTION = 8
+"""Bytes of one instruction of a seccomp filter."""
+
+_libc = ctypes.CDLL(None, use_errno=True)
+
+
+def call(number: int, *arguments: object) -> int:
+    """Make a system call by its number.
+
+    Raises:
+        OSError: the kernel refuses it or does not know it.
+    """
+    return _checked(f"system call {number}", _libc.syscall(ctypes.c_long(number), *arguments))
+
+
+def _checked(what: str, result: int) -> int:
+    if result < 0:
+        code = ctypes.get_errno()
+        raise OSError(code, f"{what}: {os.strerror(code)}")
+    return result
+
+
+def unshare(*names: str) -> None:
+    """Leave namespaces of these kinds for new ones; of "pid" only children live in the new one."""
+    flags = sum(NEW_NAMESPACE[name] for name in names)
+    _checked(f"unshare({', '.join(names)})", _libc.unshare(flags))
+
+
+def mount(source: str, target: str, kind: str = "", flags: int = 0, data: str = "") -> None:
+    """Mount a file system, or bind a folder or a file."""
+    texts = [text.encode() or None for text in (source, target, kind)]
+    result = _libc.mount(*texts, ctypes.c_ulong(flags), data.encode() or None)
+    _checked(f"mount {target}", result)
+
+
+def unmount(target: str) -> None:
+    """Detach what is mounted there."""
+    _checked(f"umount {target}", _libc.umount2(target.encode(), _DETACH))
+
+
+def make_read_only(folder: str) -> None:
+    """Make every mount from a folder downwards read-only and deaf to set-user-id bits."""
+    attributes = struct.pack("=QQQQ", _ATTR_READ_ONLY | _ATTR_NO_SUID, 0, 0, 0)
+    size = ctypes.c_size_t(len(attributes))
+    call(_MOUNT_SETATTR, _AT_FDCWD, folder.encode(), _AT_RECURSIVE, attributes, size)
+
+
+def make_writable(folder: str) -> None:
+    """Take one mount out of what ``make_read_only`` did."""
+    attributes = struct.pack("=QQQQ", 0, _ATTR_READ_ONLY, 0, 0)
+    call(_MOUNT_SETATTR, _AT_FDCWD, folder.encode(), 0, attributes, ctypes.c_size_t(32))
+
+
+def enter_root(folder: str) -> None:
+    """Make a mount the root of all paths, and drop the old root."""
+    os.chdir(folder)
+    call(_PIVOT_ROOT[platform.machine()], b".", b".")
+    unmount(".")
+    os.chdir("/")
+
+
+def forbid_new_privileges() -> None:
+    """No program that this process runs gains rights by its set-user-id bit."""
+    _prctl(_SET_NO_NEW_PRIVS, 1)
+
+
+def let_trace(allowed: bool) -> None:
+    """Say whether processes of the same user may look into this one."""
+    _prctl(_SET_DUMPABLE, int(allowed))
+
+
+def adopt_orphans() -> None:
+    """Become the parent of all descendants that lose theirs."""
+    _prctl(_SET_SUBREAPER, 1)
+
+
+def drop_capabilities() -> None:
+    """Give up every capability for good."""
+    header, nothing = struct.pack("=Ii", _CAPABILITY_VERSION, 0), bytes(24)
+    _checked("capset", _libc.capset(header, nothing))
+
+
+def install_filter(program: bytes) -> None:
+    """Put a seccomp filter on this process and all that it starts."""
+    code = ctypes.create_string_buffer(program, len(program))
+    # struct sock_fprog: a count and a pointer.
+    count = len(program) // INSTRUCTION
+    pointer = struct.pack("@HP", count, ctypes.addressof(code))
+    _prctl(_SET_SECCOMP, _SECCOMP_FILTER, pointer)
+
+
+def _prctl(option: int, first: int, second: bytes | int = 0) -> None:
+    argument = second if isinstance(second, bytes) else ctypes.c_ulong(second)
+    zero = ctypes.c_ulong(0)
+    result = _libc.prctl(option, ctypes.c_ulong(first), argument, zero, zero)
+    _checked(f"prctl({option})", result)
