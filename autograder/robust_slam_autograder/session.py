@@ -16,6 +16,7 @@ from robust_slam_autograder.channel import Channel, DeadlineExceeded, RaisedTher
 from robust_slam_autograder.channel import Fault as ChannelFault
 from robust_slam_autograder.errors import GraderFailure
 from robust_slam_autograder.sandbox import Launch, Running, Sandbox
+from robust_slam_autograder.source import imported_modules
 from robust_slam_autograder.wire import Handle, WireError
 
 Kind = Literal["timeout", "died"]
@@ -48,6 +49,12 @@ class Program:
     names: tuple[str, ...]
     """Names that tests may use."""
     withheld: tuple[str, ...]
+
+    @property
+    def preload(self) -> tuple[str, ...]:
+        """What the instructor's cells import, and so the student's process will want."""
+        found = [name for piece in self.setup for name in imported_modules(piece.source)]
+        return tuple(dict.fromkeys(found))
 
 
 @dataclass
@@ -184,6 +191,7 @@ class Session:
             withheld=self.program.withheld,
             used=self.program.names,
             cpu_seconds=int(self.limits.notebook_seconds) + 5,
+            preload=self.program.preload,
         )
         self._running = self.sandbox.start(launch)
         problem = self._running.await_ready()

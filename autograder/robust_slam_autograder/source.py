@@ -55,6 +55,17 @@ def imports(source: str) -> str:
     return "\n".join(ast.unparse(n) for n in body if isinstance(n, ast.Import | ast.ImportFrom))
 
 
+def imported_modules(source: str) -> list[str]:
+    """Modules that a cell imports; of ``from a import b`` both a and, in case it is one, a.b."""
+    found: list[str] = []
+    for node in ast.walk(ast.parse(imports(source))):
+        if isinstance(node, ast.Import):
+            found += [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            found += [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
+    return list(dict.fromkeys(found))
+
+
 def defines(source: str, names: Sequence[str]) -> bool:
     """Whether a cell seems to define one of these names, judged by the look of its lines."""
     words = "|".join(map(re.escape, names))
