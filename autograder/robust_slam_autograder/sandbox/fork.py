@@ -16,6 +16,7 @@ import platform
 import secrets
 import select
 import socket
+import stat
 import subprocess
 import sys
 import tempfile
@@ -111,8 +112,7 @@ class Fork:
         address = self._home / hashlib.sha256(kind).hexdigest()[:16]
         with contextlib.suppress(OSError):
             return _dial(address)
-        (self._home / "root").mkdir(mode=0o700, parents=True, exist_ok=True)
-        self._home.chmod(0o700)
+        self._make_home()
         with open(self._home / "lock", "w") as file:
             fcntl.flock(file, fcntl.LOCK_EX)
             with contextlib.suppress(OSError):
@@ -120,6 +120,13 @@ class Fork:
             address.unlink(missing_ok=True)
             self._start_server(launch, address)
         return _dial(address)
+
+    def _make_home(self) -> None:
+        self._home.mkdir(mode=0o700, exist_ok=True)
+        (self._home / "root").mkdir(exist_ok=True)
+        if os.getuid() == 0:
+            # Scratch folders lie in it, and student code has a user id of its own.
+            self._home.chmod(0o711)
 
     def _start_server(self, launch: Launch, address: Path) -> None:
         settings = {
@@ -162,11 +169,9 @@ def _problem(wall: Fork) -> str | None:
         return "it needs Linux"
     if seccomp.program() is None:
         return f"no filter of system calls is known for {platform.machine()}"
-    if not wall._namespaces:
-        found = landlock.version()
-        wanted = 1 if os.getuid() == 0 else landlock.SIGNALS_VERSION
-        if found < wanted:
-            return f"the kernel's Landlock has version {found}, and {wanted} is needed"
+    problem = None if wall._namespaces else _landlock_problem()
+    if problem:
+        return problem
     try:
         running = wall.start(Launch(withheld=(), used=(), cpu_seconds=20))
     except GraderFailure as error:
@@ -175,3 +180,21 @@ def _problem(wall: Fork) -> str | None:
         return running.await_ready()
     finally:
         running.stop()
+
+
+def _landlock_problem() -> str | None:
+    is_root = os.getuid() == 0
+    found, wanted = landlock.version(), 1 if is_root else landlock.SIGNALS_VERSION
+    if found < wanted:
+        return f"the kernel's Landlock has version {found}, and {wanted} is needed"
+    closed = _closed_folders() if is_root else []
+    if closed:
+        return f"student code, as a user of its own, cannot enter {closed[0]}, where Python lies"
+    return None
+
+
+def _closed_folders() -> list[Path]:
+    """Folders on the way to what student code needs that other users cannot enter."""
+    needed = [path.resolve() for path in inside.files(()).visible if path.exists()]
+    ways = dict.fromkeys(folder for path in needed for folder in [path, *path.parents])
+    return [way for way in ways if way.is_dir() and not way.stat().st_mode & stat.S_IXOTH]

@@ -38,7 +38,9 @@ def main() -> None:
     preload(settings["preload"], settings["withheld"])
     home = Path(settings["home"])
     with socket.socket(socket.AF_UNIX) as listener:
+        before = os.umask(0o077)  # no other user may ask
         listener.bind(settings["address"])
+        os.umask(before)
         listener.listen(64)
         _leave_the_starter()
         serve(listener, owner, Place(home, settings["namespaces"], files))

@@ -25,6 +25,7 @@ def enter(root: Path, files: Files) -> None:
     Raises:
         OSError: the kernel refuses a mount.
     """
+    os.umask(0o022)
     system.mount("none", "/", flags=system.PRIVATE | system.RECURSIVE)
     _mount_tmpfs(root, "size=1m,mode=755")
     for folder in ("proc", "dev/shm", "tmp"):

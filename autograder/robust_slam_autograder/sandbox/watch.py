@@ -28,6 +28,8 @@ def descendants(pid: int) -> list[psutil.Process]:
 def uses_too_much(processes: Iterable[psutil.Process], scratch: Path | None) -> bool:
     """Whether processes use more memory, threads or disk together than one sandbox may.
 
+    Where the kernel counts threads itself it stops them at half of what is allowed here.
+
     Args:
         processes: all of a sandbox.
         scratch: its folder, where nothing else limits that one's size.
@@ -41,7 +43,7 @@ def uses_too_much(processes: Iterable[psutil.Process], scratch: Path | None) -> 
             disk += sum(_orphaned_files(process.pid)) if scratch else 0
     if scratch:
         disk += sum(_sizes(scratch))
-    return memory > MEMORY_BYTES or threads > PROCESSES or disk > SCRATCH_BYTES
+    return memory > MEMORY_BYTES or threads > 2 * PROCESSES or disk > SCRATCH_BYTES
 
 
 def _sizes(folder: Path) -> Iterator[int]:

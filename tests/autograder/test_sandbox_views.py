@@ -1,0 +1,34 @@
+"""The walls once more as an ordinary user, and as root where every folder is open."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import sys
+import tempfile
+from pathlib import Path
+
+import pytest
+
+from tests import as_user
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.mark.sandbox
+@pytest.mark.parametrize("uid", [0, as_user.ORDINARY], ids=["root", "an ordinary user"])
+def test_every_wall_stands_for(uid: int) -> None:
+    if not as_user.may():
+        pytest.skip("this user is an ordinary one, and test_sandbox.py has run")
+    home = Path(tempfile.mkdtemp(prefix="view-"))  # pytest's own folders are closed to others
+    os.chown(home, uid, uid)
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider"]
+    command += ["--basetemp", f"{home}/tests", "tests/autograder/test_sandbox.py"]
+    environment = {**os.environ, "HOME": str(home), "ROBUST_SLAM_STRICT": "1"}
+    for name in [name for name in environment if name.startswith("PYTEST")]:
+        del environment[name]
+    done = as_user.run(command, uid=uid, cwd=ROOT, env=environment)
+    shutil.rmtree(home)
+    assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-1000:]
+    assert re.search(r"\d\d passed", done.stdout) and "skipped" not in done.stdout
