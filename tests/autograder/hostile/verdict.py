@@ -10,10 +10,10 @@ from tests.autograder.hostile.target import Target
 Marks = Mapping[str, float]
 """What one submission earned, by the grade id of the case; of a refused one there is none."""
 
-KEEP = ("resources", "values", "pipe", "reading", "broken")
+KEEP = ("resources", "values", "reading", "broken")
 """Groups of kinds in which a submission loses in the victim's exercise alone.
 
-The others change the process that their other exercises run in: what those lose is their own loss.
+The others change the process that their other exercises run in, or speak for them: their own loss.
 """
 
 
@@ -54,7 +54,7 @@ def spilled(entry: Entry, marks: Mapping[str, Marks], target: Target, baseline: 
     if entry.spills or entry.bound == "refused" or entry.kind.split(":")[0] not in KEEP:
         return ""
     victims = {case.grade_id for case in target.victim_cases}
-    mine, plain = marks.get(entry.name, {}), marks[baseline]
+    mine, plain = marks.get(entry.name, {}), marks.get(baseline, {})
     lost = [
         key for key, points in plain.items() if key not in victims and mine.get(key, 0) < points
     ]
