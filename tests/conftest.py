@@ -1,11 +1,21 @@
-"""What every test may use: the sandbox, which is never silently left out under STRICT."""
+"""What every test may use: the sandbox, which is never silently left out under STRICT.
+
+Properties are tested on the same inputs each time; ``--soak`` tries fifty times as many, new ones.
+"""
 
 from __future__ import annotations
 
 import os
 
 import pytest
+from hypothesis import HealthCheck, settings
 from robust_slam_autograder.sandbox import BACK_ENDS, Bubblewrap, bubblewrap_problem
+
+_SLOW = [HealthCheck.too_slow, HealthCheck.data_too_large]
+settings.register_profile("normal", deadline=None, derandomize=True, suppress_health_check=_SLOW)
+settings.register_profile(
+    "soak", settings.get_profile("normal"), derandomize=False, max_examples=5000, print_blob=True
+)
 
 
 def leave_out(reason: str) -> None:
@@ -25,13 +35,32 @@ def bubblewrap() -> Bubblewrap:
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """``--soak``: every back end in place of one."""
-    parser.addoption("--soak", action="store_true", help="run with every sandbox back end")
+    """``--soak``: every back end in place of one, and many more inputs."""
+    parser.addoption(
+        "--soak", action="store_true", help="run with every sandbox back end, and fuzz for longer"
+    )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Choose how many inputs properties are tested on."""
+    settings.load_profile("soak" if config.getoption("--soak") else "normal")
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Say how many inputs the fuzz tests tried."""
+    groups = terminalreporter.stats.values()
+    reports = [item for group in groups for item in group if isinstance(item, pytest.TestReport)]
+    fuzzed = [report for report in reports if "fuzz inputs" in dict(report.user_properties)]
+    tests = {report.nodeid: dict(report.user_properties)["fuzz inputs"] for report in fuzzed}
+    failed = {report.nodeid for report in fuzzed if report.failed}
+    if tests:
+        inputs = f"{sum(tests.values()):,} inputs in {len(tests)} tests"
+        terminalreporter.write_line(f"fuzz: {inputs}, {len(failed)} tests failed")
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     """A test that asks for ``wall_name`` runs with the first back end that works, or with all."""
     if "wall_name" in metafunc.fixturenames:
         working = [name for name, wall in BACK_ENDS.items() if wall.problem() is None]
-        names = list(BACK_ENDS) if metafunc.config.getoption("--soak") else working[:1]
+        names = working if metafunc.config.getoption("--soak") else working[:1]
         metafunc.parametrize("wall_name", names or list(BACK_ENDS), scope="session")

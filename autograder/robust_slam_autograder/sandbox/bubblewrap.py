@@ -30,7 +30,9 @@ class Bubblewrap:
         mounts, command = _mounts(launch.withheld), inside.python_command(launch, uid, walled=True)
         with _filter() as (options, descriptors):
             command = [*_walls(uid), *options, *mounts, "--", *command]
-            return Process(popen(command, cwd="/", environment={}, pass_fds=descriptors))
+            running = Process(popen(command, cwd="/", environment={}, pass_fds=descriptors))
+        running.watch()
+        return running
 
 
 @contextlib.contextmanager

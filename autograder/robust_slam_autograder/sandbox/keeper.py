@@ -25,7 +25,6 @@ from robust_slam_autograder import untrusted
 from robust_slam_autograder.sandbox import house, inside, landlock, seccomp, system, watch
 from robust_slam_autograder.sandbox.inside import ENVIRONMENT, Files, Launch
 
-WATCH_SECONDS = 0.2
 NAMESPACES = ("pid", "net", "ipc", "uts")
 
 
@@ -70,7 +69,7 @@ def keep(connection: socket.socket, pipes: tuple[int, int], launch: Launch, plac
         system.let_trace(False)
         for descriptor in pipes:
             os.close(descriptor)
-        _watch(connection, scratch)
+        _watch(connection, child, place, scratch)
 
 
 @contextlib.contextmanager
@@ -101,19 +100,25 @@ def _leave_namespaces() -> None:
     Path("/proc/self/gid_map").write_text(f"{gid} {gid} 1")
 
 
-def _watch(connection: socket.socket, scratch: Path | None) -> None:
+def _watch(connection: socket.socket, child: int, place: Place, scratch: Path | None) -> None:
     """Wait for the lifeline's end; before that, end what uses too much."""
     poller = select.poll()
     poller.register(connection, select.POLLIN | select.POLLHUP)
-    while not poller.poll(WATCH_SECONDS * 1000):
+    while not poller.poll(watch.SECONDS * 1000):
         _reap()
         if watch.uses_too_much(watch.descendants(os.getpid()), scratch):
-            _kill_all()
-    _kill_all()
+            _kill_all(child, place)
+    _kill_all(child, place)
 
 
-def _kill_all() -> None:
+def _kill_all(child: int, place: Place) -> None:
     """Kill until nothing is left: a process may fork while the others are being killed."""
+    if place.namespaces:
+        # With the first process of a namespace the kernel ends all others.
+        with contextlib.suppress(ProcessLookupError, ChildProcessError):
+            os.kill(child, signal.SIGKILL)
+            os.waitpid(child, 0)
+        return
     while found := watch.descendants(os.getpid()):
         for process in found:
             with contextlib.suppress(psutil.Error):

@@ -8,10 +8,13 @@ import select
 import signal
 import subprocess
 import tempfile
+import threading
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from robust_slam_autograder import untrusted
+from robust_slam_autograder.sandbox import watch
 
 START_SECONDS = 60.0
 
@@ -27,6 +30,16 @@ class Process:
         """Descriptors to read its messages from and to write ours to."""
         assert self.process.stdin and self.process.stdout
         return self.process.stdout.fileno(), self.process.stdin.fileno()
+
+    def watch(self) -> None:
+        """From now on, end it when it and all that it starts use too much together."""
+        threading.Thread(target=self._watch, daemon=True).start()
+
+    def _watch(self) -> None:
+        while self.process.poll() is None:
+            if watch.uses_too_much(watch.descendants(self.process.pid), None):
+                self.process.kill()
+            time.sleep(watch.SECONDS)
 
     def await_ready(self) -> str | None:
         """Wait until it answers; else say what it wrote to its standard error."""

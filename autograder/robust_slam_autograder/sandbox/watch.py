@@ -15,6 +15,9 @@ import psutil
 
 from robust_slam_autograder.sandbox.inside import MEMORY_BYTES, PROCESSES, SCRATCH_BYTES
 
+SECONDS = 0.2
+"""How often somebody should look."""
+
 
 def descendants(pid: int) -> list[psutil.Process]:
     """All that a process has started, and what those have."""

@@ -1,0 +1,60 @@
+"""What ``autograder doctor`` says of a machine."""
+
+from __future__ import annotations
+
+import pytest
+from robust_slam_autograder import cli, sandbox
+from robust_slam_autograder.commands import doctor
+from robust_slam_autograder.sandbox import Unsandboxed
+
+from tests.autograder import toy
+
+
+def test_it_says_what_works_and_what_is_taken(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sandbox, "BACK_ENDS", {"broken": toy.Broken(), "good": Unsandboxed()})
+    assert cli.main(["doctor"]) == 0
+    out = capsys.readouterr().out
+    assert "✗ unusable    broken: it is not installed" in out
+    assert "✓ works       good" in out and "Grading uses good" in out
+
+
+def test_nothing_that_works_is_exit_status_1(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sandbox, "BACK_ENDS", {"broken": toy.Broken()})
+    assert cli.main(["doctor"]) == 1
+    assert "--unsandboxed" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("name", "problem", "facts", "mend"),
+    [
+        ("bubblewrap", "bwrap is not installed", {"bwrap": None}, "apt-get install bubblewrap"),
+        (
+            "fork",
+            "unshare: Operation not permitted",
+            {"setting": "1"},
+            "sysctl -w kernel.apparmor",
+        ),
+        ("fork", "unshare: Operation not permitted", {}, "grade as root, outside a container"),
+        ("fork", "it says nothing", {}, "Report this"),
+        ("landlock", "version 0", {"landlock": 0}, "Linux 5.13"),
+        ("landlock", "cannot enter /root", {"uid": 0}, "/usr/local"),
+        ("landlock", "version 4", {"uid": 1000}, "Linux 6.12"),
+        ("fork", "it needs Linux", {"system": "Darwin"}, "WSL"),
+    ],
+)
+def test_a_problem_has_a_mend(
+    monkeypatch: pytest.MonkeyPatch, name: str, problem: str, facts: dict[str, object], mend: str
+) -> None:
+    restriction = "kernel.apparmor_restrict_unprivileged_userns"
+    monkeypatch.setattr("platform.system", lambda: facts.get("system", "Linux"))
+    monkeypatch.setattr("shutil.which", lambda command: facts.get("bwrap", "/usr/bin/bwrap"))
+    monkeypatch.setattr("os.getuid", lambda: facts.get("uid", 1000))
+    monkeypatch.setattr(doctor.landlock, "version", lambda: facts.get("landlock", 5))
+    monkeypatch.setattr(
+        doctor, "_setting", lambda key: facts.get("setting", "") if key == restriction else ""
+    )
+    assert mend in doctor.mend(name, problem)

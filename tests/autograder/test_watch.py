@@ -1,0 +1,44 @@
+"""What a sandbox's processes may use together."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import psutil
+import pytest
+from robust_slam_autograder.sandbox import watch
+
+
+def test_all_descendants_are_found() -> None:
+    code = "import subprocess, sys; subprocess.run([sys.executable, '-c', 'input()'])"
+    with subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE) as process:
+        while len(found := watch.descendants(process.pid)) < 1:
+            pass
+        assert found[0].pid != process.pid
+        process.communicate(b"\n")
+    assert watch.descendants(process.pid) == []
+
+
+@pytest.mark.parametrize("limit", ["MEMORY_BYTES", "PROCESSES", "SCRATCH_BYTES"])
+def test_each_limit_counts(limit: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    processes = [psutil.Process()]
+    (tmp_path / "deep").mkdir()
+    (tmp_path / "deep" / "file").write_bytes(os.urandom(10_000))
+    assert not watch.uses_too_much(processes, tmp_path)
+    monkeypatch.setattr(watch, limit, 0)
+    assert watch.uses_too_much(processes, tmp_path)
+
+
+def test_a_file_without_a_name_counts_while_it_is_open(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(watch, "SCRATCH_BYTES", 50_000)
+    with open(tmp_path / "file", "wb") as file:
+        os.unlink(file.name)
+        file.write(os.urandom(100_000))
+        file.flush()
+        assert watch.uses_too_much([psutil.Process()], tmp_path)
+    assert not watch.uses_too_much([psutil.Process()], tmp_path)
