@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -23,6 +23,7 @@ BEGIN_HIDDEN = "BEGIN HIDDEN TESTS"
 END_HIDDEN = "END HIDDEN TESTS"
 _HINT = re.compile(r"\s*#\s*hint:\s*(.+)")
 _MODULE = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*")
+_KEYS = {"title": str, "chapter": str, "sections": dict, "withheld": list, "limits": dict}
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,8 @@ class Config:
     title: str = ""
     chapter: str = ""
     """Name of the chapter that the assignment belongs to."""
+    sections: Mapping[str, str] = field(default_factory=dict)
+    """Per exercise the chapter's heading to read again, as it stands there."""
     withheld: tuple[str, ...] = ()
     """Modules that student code may not import, because they hold the answers."""
     limits: Limits = field(default_factory=Limits)
@@ -177,7 +180,12 @@ def load(path: Path) -> Assignment:
     except Refused as error:
         raise WrongUse(str(error)) from error
     config = load_config(path.parent / CONFIG_NAME)
-    return from_cells(cells, name=path.resolve().parent.name, notebook=path.stem, config=config)
+    name = path.resolve().parent.name
+    assignment = from_cells(cells, name=name, notebook=path.stem, config=config)
+    for exercise in set(config.sections) - set(assignment.exercises):
+        known = ", ".join(assignment.exercises)
+        raise WrongUse(f"{name}: [sections] names {exercise!r}; the exercises are {known}.")
+    return assignment
 
 
 def from_cells(cells: Sequence[Cell], *, name: str, notebook: str, config: Config) -> Assignment:
@@ -281,7 +289,9 @@ def load_config(path: Path) -> Config:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise WrongUse(f"{path} is not valid TOML: {error}.") from error
-    _check_table(path, table, {"title": str, "chapter": str, "withheld": list, "limits": dict})
+    _check_table(path, table, _KEYS)
+    sections = table.get("sections", {})
+    _check_table(path, sections, dict.fromkeys(sections, str))
     limits = table.pop("limits", {})
     _check_table(path, limits, dict.fromkeys(Limits.__dataclass_fields__, (int, float)))
     if not all(0 < seconds <= MAX_SECONDS for seconds in limits.values()):

@@ -148,16 +148,15 @@ def test_a_failure_of_the_grader_is_status_1(course: Path, grade: Run) -> None:
 
 
 @pytest.mark.sandbox
-def test_marks_reach_the_gradebook_once(
-    course: Path, run: Run, bubblewrap: sandbox.Bubblewrap
-) -> None:
-    where = ("grade", course / "submitted" / "ada" / toy.NAME, "--out", course / "out")
+def test_marks_reach_the_gradebook_once(course: Path, run: Run, wall_name: str) -> None:
+    folder = course / "submitted" / "ada" / toy.NAME
+    where = ("grade", folder, "--out", course / "out", "--sandbox", wall_name)
     database = course / "out" / "gradebook.db"
     assert run(*where)[0] == 0 and database.is_file()
     before = database.stat().st_mtime_ns
     assert "1 of them unchanged and reused" in run(*where)[1]
     assert database.stat().st_mtime_ns == before
-    assert toy.result(course / "out", "ada")["sandbox"] == "bubblewrap"
+    assert toy.result(course / "out", "ada")["sandbox"] == wall_name
 
 
 class TestCheck:

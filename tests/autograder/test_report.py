@@ -33,7 +33,7 @@ def test_the_table_has_a_line_and_a_remark_for_each() -> None:
     table = report.marks_table([result(PASSED), result(PASSED, PARTLY), result(FAILED), refused])
     assert table.splitlines() == [
         "student  assignment  mark",
-        "ada      a           10/10  all passed",
+        "ada      a           10/10  public checks passed",
         "ada      a           15/25  lost marks in two",
         "ada      a           0/5    nothing passed",
         "bo       bcd         0/60   refused: No.",

@@ -9,16 +9,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from tqdm import tqdm
-
 from robust_slam_autograder import assignment as assignments
-from robust_slam_autograder import batch, report, sandbox
+from robust_slam_autograder import batch, progress, report, sandbox, summary
 from robust_slam_autograder.assignment import Assignment
 from robust_slam_autograder.batch import Graded, Job, Run
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.sandbox import Sandbox
 
 DATABASE_NAME = "gradebook.db"
+STANDARD_OUTPUT = "-"
 MAX_STUDENT_BYTES = 200
 
 
@@ -36,6 +35,13 @@ def add(commands: Any) -> None:  # noqa: ANN401
     )
     parser.add_argument(
         "--unsandboxed", action="store_true", help="trust the submissions: run them without a wall"
+    )
+    parser.add_argument(
+        "--json", metavar="FILE", help="also write the marks as JSON; - is standard output"
+    )
+    parser.add_argument("--markdown", metavar="FILE", help="also write them as a Markdown table")
+    parser.add_argument(
+        "--no-names", action="store_true", help="leave students out of all that is shown"
     )
     parser.set_defaults(run=run)
 
@@ -58,28 +64,29 @@ def _processors() -> int:
 
 def run(options: argparse.Namespace) -> int:
     """Grade the batch; exit status 1 where the grader itself failed on a submission."""
+    if options.json is not None and options.json == options.markdown:
+        raise WrongUse("--json and --markdown want two places: - can be one of them.")
     jobs = _find_jobs(options)
     wall = sandbox.choose(options.sandbox, unsandboxed=options.unsandboxed)
     with batch.locked(options.out):
         run = batch.open_run(options.out, options.seed)
         graded = _grade_with_progress(jobs, run, wall, options)
         _record(options.out, run, jobs, graded)
-    print(report.marks_table([item.result for item in graded]))
-    _print_summary(options.out, graded)
+    _tell(graded, options)
     return 1 if any(item.result.status == "failed" for item in graded) else 0
 
 
 def _grade_with_progress(
     jobs: Sequence[Job], run: Run, wall: Sandbox, options: argparse.Namespace
 ) -> list[Graded]:
-    with tqdm(total=len(jobs), unit="submission", disable=not sys.stderr.isatty()) as bar:
-
-        def tell(graded: Graded) -> None:
-            bar.set_postfix_str(graded.result.student)
-            bar.update()
-
+    with progress.shown(len(jobs)) as step:
         return batch.grade(
-            jobs, out=options.out, run=run, wall=wall, workers=options.jobs, report=tell
+            jobs,
+            out=options.out,
+            run=run,
+            wall=wall,
+            workers=options.jobs,
+            report=lambda graded: step(),
         )
 
 
@@ -99,10 +106,32 @@ def _record(out: Path, run: Run, jobs: Sequence[Job], graded: Sequence[Graded]) 
     batch.save_run(out, run)
 
 
-def _print_summary(out: Path, graded: Sequence[Graded]) -> None:
+def _tell(graded: Sequence[Graded], options: argparse.Namespace) -> None:
+    """Write the summaries, and the table for people."""
+    marks, names = [item.result for item in graded], not options.no_names
+    wanted = {options.json: summary.as_json, options.markdown: summary.as_markdown}
+    for target, render in wanted.items():
+        if target is not None:
+            _write(target, render(marks, batch.counts(graded), names=names))
+    # Where a summary goes to standard output it has that for itself.
+    people = sys.stderr if STANDARD_OUTPUT in wanted else sys.stdout
+    print(report.marks_table(marks, names=names), file=people)
+    print(_counts(options.out, graded), file=people)
+
+
+def _write(target: str, text: str) -> None:
+    if target == STANDARD_OUTPUT:
+        sys.stdout.write(text)
+        return
+    path = Path(target)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+
+
+def _counts(out: Path, graded: Sequence[Graded]) -> str:
     counts = batch.counts(graded)
     kept = f", {counts['kept']} of them unchanged and reused" if counts["kept"] else ""
-    print(
+    return (
         f"{counts['graded']} graded, {counts['refused']} refused, "
         f"{counts['failed']} failed{kept}. Results and gradebook: {out}"
     )

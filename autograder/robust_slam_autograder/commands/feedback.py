@@ -1,0 +1,88 @@
+"""``autograder feedback``: a page per submission for its student."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from robust_slam_autograder import assignment as assignments
+from robust_slam_autograder import feedback, rendering, results
+from robust_slam_autograder.assignment import Config
+from robust_slam_autograder.errors import WrongUse
+from robust_slam_autograder.feedback import Book
+from robust_slam_autograder.results import Result
+
+_SCHEME = re.compile(r"[a-zA-Z][a-zA-Z0-9+.-]*:")
+
+
+def add(commands: Any) -> None:  # noqa: ANN401
+    """Declare the command."""
+    parser = commands.add_parser("feedback", help="make a page per submission for its student")
+    parser.add_argument("students", nargs="*", metavar="STUDENT", help="all where none")
+    parser.add_argument(
+        "--out", type=Path, default=Path("build/graded"), metavar="DIR", help="the results' folder"
+    )
+    parser.add_argument("--to", type=Path, default=Path("build/feedback"), metavar="DIR")
+    parser.add_argument(
+        "--site",
+        type=_site,
+        default="",
+        metavar="URL",
+        help="the built book's address, or its path from a page; else chapters are named only",
+    )
+    parser.set_defaults(run=run)
+
+
+def _site(text: str) -> str:
+    scheme = _SCHEME.match(text)
+    if scheme and scheme.group().lower() not in ("http:", "https:", "file:"):
+        raise argparse.ArgumentTypeError("an address https://…, or a path such as ../../html")
+    return text
+
+
+def run(options: argparse.Namespace) -> int:
+    """Write the pages."""
+    assignments.find_names(options.solutions)
+    paths = _results(options.out, options.students)
+    config = cache(lambda name: _config(options.solutions, name))
+    for path in paths:
+        result = _read(path)
+        page = feedback.page(result, config(result.assignment), Book(options.site))
+        target = options.to / path.parent.name / path.stem
+        target.parent.mkdir(parents=True, exist_ok=True)
+        _write(target.with_name(f"{target.name}.html"), rendering.html(page))
+        _write(target.with_name(f"{target.name}.md"), rendering.markdown(page))
+    students = len({path.parent for path in paths})
+    print(f"feedback on {len(paths)} submissions of {students} students: {options.to}")
+    return 0
+
+
+def _results(out: Path, students: Sequence[str]) -> list[Path]:
+    paths = sorted(path for path in out.glob("*/*.json") if not path.name.startswith("."))
+    known = {path.parent.name for path in paths}
+    if not paths:
+        raise WrongUse(f"{out} holds no result: grade first, or name the folder with --out DIR.")
+    for student in students:
+        if student not in known:
+            raise WrongUse(f"{out} holds no result of {student}: grade that submission first.")
+    return [path for path in paths if not students or path.parent.name in students]
+
+
+def _read(path: Path) -> Result:
+    try:
+        return results.read(path)
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        mend = "delete it and grade that submission again"
+        raise WrongUse(f"{path} is no result file: {mend}.") from error
+
+
+def _config(tree: Path, name: str) -> Config:
+    return assignments.load_config(tree / name / assignments.CONFIG_NAME)
+
+
+def _write(path: Path, text: str) -> None:
+    path.write_text(text, encoding="utf-8")

@@ -1,0 +1,65 @@
+"""Text that others wrote, made fit for a page, for Markdown and for a terminal.
+
+Names, exception texts and file names are a student's to choose. Here they lose
+the power to do anything but be read.
+"""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+
+_KEPT = "\n\t"
+_ACTING = {"Zl", "Zp"}
+"""Categories of characters that act and do not show, beside control characters and their like."""
+
+
+def visible(text: str) -> str:
+    r"""Write each character that acts or does not show as its code, as in ``\u202e``.
+
+    Line breaks and tabs stay. Terminal escapes, changes of direction, characters of no
+    width and halves of characters do not.
+    """
+    lines = text.replace("\r\n", "\n")
+    return "".join(_coded(letter) if _acts(letter) else letter for letter in lines)
+
+
+def _acts(letter: str) -> bool:
+    kind = unicodedata.category(letter)
+    return letter not in _KEPT and (kind.startswith("C") or kind in _ACTING)
+
+
+def _coded(letter: str) -> str:
+    return letter.encode("unicode_escape").decode("ascii")
+
+
+def one_line(text: str) -> str:
+    """Text without line breaks, fit for a line of a table on a terminal."""
+    return " ".join(visible(text).split())
+
+
+def code(text: str) -> str:
+    """A Markdown code span: no link, mention, markup or HTML of the text comes to life in it.
+
+    Text of no letters gives nothing.
+    """
+    plain = one_line(text)
+    if not plain:
+        return ""
+    # Longer than any in the text, and apart from one at either end.
+    fence = "`" * (1 + max(map(len, re.findall("`+", plain)), default=0))
+    space = " " if plain.startswith("`") or plain.endswith("`") else ""
+    return f"{fence}{space}{plain}{space}{fence}"
+
+
+def cell(text: str) -> str:
+    """A code span for a cell of a Markdown table.
+
+    Renderers do not agree on how a bar in a cell is escaped: it becomes a broken bar.
+    """
+    return code(text).replace("|", "¦")
+
+
+def prose(text: str) -> str:
+    """Markdown that shows an instructor's words as they are."""
+    return re.sub(r"([\\`*_{}\[\]<>()#!|~&@:$])", r"\\\1", one_line(text))
