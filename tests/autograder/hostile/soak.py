@@ -28,7 +28,7 @@ from tests.autograder.hostile.batch import Report
 
 ROOT = Path(__file__).resolve().parents[3]
 SEED = 20_261_121
-LIMITS = "call_seconds = 1\ncell_seconds = 3\nnotebook_seconds = 60\n"
+LIMITS = "call_seconds = 3\ncell_seconds = 6\nnotebook_seconds = 90\n"
 TOY_SETTINGS = 'withheld = ["xml.dom"]\n'
 ORDINARY = 59_990
 """A user id that owns nothing."""
