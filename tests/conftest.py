@@ -50,7 +50,7 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """Say how many inputs the fuzz tests tried."""
     groups = terminalreporter.stats.values()
     reports = [item for group in groups for item in group if isinstance(item, pytest.TestReport)]
-    fuzzed = [report for report in reports if "fuzz inputs" in dict(report.user_properties)]
+    fuzzed = [report for report in reports if dict(report.user_properties).get("fuzz inputs")]
     tests = {report.nodeid: dict(report.user_properties)["fuzz inputs"] for report in fuzzed}
     failed = {report.nodeid for report in fuzzed if report.failed}
     if tests:

@@ -101,7 +101,7 @@ def parse(data: bytes, name: str) -> tuple[Cell, ...]:
     notebook = _json_object(data, name)
     version = notebook.get("nbformat")
     if version != 4:
-        found = f"nbformat {version:g}" if version in range(100) else "of an unknown format"
+        found = f"nbformat {int(version or 0)}" if version in range(100) else "of an unknown format"
         raise Refused(f"{name} is {found}, not nbformat 4: open it in JupyterLab and save it.")
     cells = notebook.get("cells")
     if not isinstance(cells, list):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import struct
-import time
 from typing import Any
 
 import msgpack
@@ -11,31 +10,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from hypothesis.extra import numpy as hnp
 from robust_slam_autograder import wire
 from robust_slam_autograder.wire import Handle, WireError
 
-INTEGERS = st.integers(min_value=-(2**300), max_value=2**300)
-TEXT = st.text(st.characters(exclude_categories=["Cs"]))
-NUMBERS = st.booleans() | INTEGERS | st.floats() | st.complex_numbers()
-ARRAYS = hnp.arrays(
-    dtype=hnp.boolean_dtypes()
-    | hnp.integer_dtypes()
-    | hnp.unsigned_integer_dtypes()
-    | hnp.floating_dtypes()
-    | hnp.complex_number_dtypes(sizes=(64, 128)),
-    shape=hnp.array_shapes(min_dims=0, max_dims=4, min_side=0, max_side=4),
-)
-KEYS = TEXT | st.integers(-(2**63), 2**64 - 1) | st.tuples(TEXT, st.booleans()) | st.none()
-PLAIN = st.recursive(
-    st.none() | NUMBERS | TEXT | ARRAYS,
-    lambda inner: (
-        st.lists(inner, max_size=4)
-        | st.lists(inner, max_size=4).map(tuple)
-        | st.dictionaries(KEYS, inner, max_size=4)
-    ),
-    max_leaves=12,
-)
+from tests.autograder.fuzz.running import calls
 
 
 def export(function: object) -> Handle:
@@ -48,42 +26,6 @@ def resolve(handle: Handle) -> Any:
 
 def crossed(value: object) -> Any:
     return wire.decode(wire.encode(value, export), resolve)
-
-
-def same(a: Any, b: Any) -> bool:
-    if isinstance(a, np.ndarray | np.generic):
-        equal = np.array_equal(a, b, equal_nan=a.dtype.kind in "fc")
-        return type(a) is type(b) and a.dtype.newbyteorder("=") == b.dtype and bool(equal)
-    if isinstance(a, list | tuple):
-        pairs = type(a) is type(b) and len(a) == len(b) and zip(a, b, strict=True)
-        return pairs is not False and all(same(x, y) for x, y in pairs)
-    if isinstance(a, dict):
-        return list(a) == list(b) and all(same(a[key], b[key]) for key in a)
-    return type(a) is type(b) and (a == b or repr(a) == repr(b))
-
-
-@given(PLAIN)
-def test_plain_data_cross_unchanged(value: object) -> None:
-    assert same(value, crossed(value))
-
-
-@given(st.binary(max_size=200))
-def test_arbitrary_bytes_are_data_or_a_wire_error(data: bytes) -> None:
-    try:
-        wire.decode(data, resolve)
-    except WireError as error:
-        assert str(error)
-
-
-@given(PLAIN, st.data())
-def test_damaged_messages_are_data_or_a_wire_error(value: object, data: st.DataObject) -> None:
-    message = bytearray(wire.encode(value, export))
-    for _ in range(data.draw(st.integers(1, 4))):
-        message[data.draw(st.integers(0, len(message) - 1))] = data.draw(st.integers(0, 255))
-    try:
-        wire.decode(bytes(message), resolve)
-    except WireError as error:
-        assert str(error)
 
 
 @settings(max_examples=25)
@@ -167,13 +109,22 @@ def extension(code: int, body: bytes) -> bytes:
         extension(1, msgpack.packb(["d", [True], bytes(8)])),
         extension(1, msgpack.packb(["d", [1] * 40, bytes(8)])),
         extension(1, msgpack.packb([["d"], [1], bytes(8)])),
+        extension(2, msgpack.packb(["d", [1], bytes(8)])),
+        extension(3, msgpack.packb([1, 2])),
+        extension(3, b""),
+        b"\x92\xc0" + extension(3, b""),
+        b"\x92" + extension(3, b"") * 2,
+        b"\x81" + extension(3, b"") + b"\xc0",
         extension(4, msgpack.packb(["1", "2"])),
+        extension(4, msgpack.packb([1.0])),
         extension(5, msgpack.packb(["theirs", 1])),
+        extension(5, msgpack.packb(["mine", True])),
+        extension(5, msgpack.packb(["name", "x" * 100])),
         extension(6, bytes(10_000)),
         extension(99, b""),
         struct.pack(">BBI", 0xD6, 0xFF, 0),
     ],
-    ids=range(14),
+    ids=range(23),
 )
 def test_hand_written_bytes_are_refused(data: bytes) -> None:
     with pytest.raises(WireError):
@@ -184,10 +135,12 @@ def test_hand_written_bytes_are_refused(data: bytes) -> None:
 def test_a_message_of_many_items_is_refused_at_a_bounded_cost(many: bytes) -> None:
     number = 900_000
     data = b"\x93" + (b"\xdd" + struct.pack(">I", number) + many * number) * 3
-    start = time.process_time()
-    with pytest.raises(WireError):
-        wire.decode(data, resolve)
-    assert time.process_time() - start < 5
+
+    def refuse() -> None:
+        with pytest.raises(WireError):
+            wire.decode(data, resolve)
+
+    assert calls(refuse) <= 4 * wire.MAX_ITEMS
 
 
 def test_colliding_keys_are_few() -> None:

@@ -1,0 +1,101 @@
+"""Whatever the other side writes into the pipe, a call ends with a value or a known error."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from hypothesis import strategies as st
+from robust_slam_autograder.channel import (
+    Channel,
+    ChannelClosed,
+    DeadlineExceeded,
+    RaisedThere,
+)
+from robust_slam_autograder.wire import Handle
+
+from tests.autograder.fuzz import frames
+from tests.autograder.fuzz.damage import variants
+from tests.autograder.fuzz.running import SEEDS, fuzzed
+
+KNOWN = (ChannelClosed, DeadlineExceeded, RaisedThere)
+
+
+def echo(*args: object, **kwargs: object) -> object:
+    return [*args, kwargs]
+
+
+def fail(*args: object) -> None:
+    raise ValueError(*args)
+
+
+def uncrossable(*args: object) -> object:
+    return {1, 2}
+
+
+def call_back(function: Callable[..., Any], *args: object) -> object:
+    return function(*args)
+
+
+def call_all(*functions: Callable[..., Any]) -> list[Any]:
+    return [function(echo) for function in functions]
+
+
+def maker(*args: object) -> Callable[..., Any]:
+    return lambda: args
+
+
+OURS = (echo, fail, uncrossable, call_back, call_all, maker)
+
+
+@contextlib.contextmanager
+def channel_that_reads(data: bytes, ends: bool) -> Iterator[Channel]:
+    """A channel whose peer wrote this and is gone, or says no more."""
+    read_end, write_end = os.pipe()
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.write(write_end, data)
+        channel = Channel(read_end, nowhere, named={"echo": echo, "call_back": call_back})
+        if ends:
+            os.close(write_end)
+        else:
+            channel.deadline = time.monotonic() + 0.002
+        yield channel
+    finally:
+        os.close(read_end)
+        os.close(nowhere)
+        if not ends:
+            os.close(write_end)
+
+
+def converse(data: bytes, ends: bool) -> None:
+    with channel_that_reads(data, ends) as channel, contextlib.suppress(*KNOWN):
+        channel.call(Handle("name", "any"), (list(OURS),), {})
+    with channel_that_reads(data, ends) as channel:
+        try:
+            channel.serve()
+        except (ChannelClosed, DeadlineExceeded):
+            return
+        raise AssertionError("it serves one who has gone")
+
+
+@fuzzed(300, frames.STREAMS, st.booleans())
+def test_a_hostile_peer_ends_the_conversation_and_nothing_else(data: bytes, ends: bool) -> None:
+    converse(data, ends)
+
+
+@fuzzed(60, frames.VALID, SEEDS)
+def test_a_damaged_conversation_ends(valid: bytes, seed: int) -> None:
+    for data in variants(valid, frames.TOKENS, seed):
+        converse(data[: frames.MOST], ends=True)
+
+
+@fuzzed(100, frames.TOLD | frames.SMALL.map(lambda value: {"types": value, "message": value}))
+def test_an_error_of_any_shape_is_told_in_few_words(told: dict[str, object]) -> None:
+    error = RaisedThere(told)
+    assert len(error.types) <= 20 and len(str(error)) <= 1000
+    assert all(type(name) is str and len(name) <= 1000 for name in error.types)
+    assert error.line is None or type(error.line) is int

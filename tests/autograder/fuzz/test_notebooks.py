@@ -1,0 +1,169 @@
+"""Whatever file is handed in, the reader gives cells or refuses it in one sentence."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+import os
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import strategies as st
+from robust_slam_autograder import notebook
+from robust_slam_autograder.errors import Refused
+from robust_slam_autograder.notebook import Cell
+from robust_slam_autograder.submission import OWN, collect
+
+from tests.autograder import toy
+from tests.autograder.fuzz import notebooks
+from tests.autograder.fuzz.damage import variants
+from tests.autograder.fuzz.running import SEEDS, calls, fuzzed, no_hang, peak_bytes
+from tests.autograder.fuzz.texts import SOURCES
+
+TESTS = toy.assignment()
+
+
+def parsed(data: bytes) -> tuple[Cell, ...]:
+    """The cells; none where the file was refused, whose sentence is looked at."""
+    try:
+        return notebook.parse(data, "a.ipynb")
+    except Refused as error:
+        check_sentence(str(error), "a.ipynb")
+        return ()
+
+
+def check_sentence(sentence: str, name: str) -> None:
+    assert name in sentence and sentence.endswith(".")
+    assert ". " not in sentence.replace(name, "") and sentence.isprintable()
+    assert len(sentence) < 250
+
+
+def check_cells(cells: tuple[Cell, ...]) -> None:
+    assert len(cells) <= notebook.MAX_CELLS
+    for cell in cells:
+        assert type(cell.kind) is str and type(cell.source) is str
+        assert cell.source.encode() is not None and "\r" not in cell.source
+        assert cell.grade_id is None or type(cell.grade_id) is str
+        assert {type(cell.grade), type(cell.solution), type(cell.locked)} == {bool}
+        assert type(cell.points) is float and math.isfinite(cell.points)
+
+
+@fuzzed(200, notebooks.HOSTILE)
+def test_any_bytes_are_cells_or_refused(data: bytes) -> None:
+    check_cells(parsed(data))
+
+
+@fuzzed(100, st.sampled_from(notebooks.VALUES), SEEDS)
+def test_an_edited_notebook_is_cells_or_refused(value: dict[str, Any], seed: int) -> None:
+    for data in notebooks.edited(value, seed):
+        check_cells(parsed(data))
+
+
+@fuzzed(50, notebooks.VALID, SEEDS)
+def test_a_damaged_notebook_is_cells_or_refused(valid: bytes, seed: int) -> None:
+    for data in variants(valid, notebooks.TOKENS, seed):
+        check_cells(parsed(data))
+
+
+@fuzzed(100, notebooks.HOSTILE)
+def test_memory_and_work_are_bounded_by_the_files_length(data: bytes) -> None:
+    assert calls(lambda: parsed(data)) <= 200 + 4 * len(data)
+    assert peak_bytes(lambda: parsed(data)) <= 64_000 + 150 * len(data)
+
+
+@fuzzed(
+    100, st.text(max_size=100) | st.text(st.sampled_from("a./\\\0\n\x1b\ud800é"), max_size=300)
+)
+def test_a_file_of_any_name_is_refused_by_its_name(name: str) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, name.replace("/", ""))
+        with contextlib.suppress(OSError, ValueError):  # then there is no such file
+            path.write_bytes(b"[]")
+        with pytest.raises(Refused) as caught:
+            notebook.read(path)
+        check_sentence(str(caught.value), notebook.shown(path.name))
+
+
+CELLS = st.builds(
+    Cell,
+    kind=st.sampled_from(["code", "code", "code", "markdown", ""]),
+    source=SOURCES | st.sampled_from([toy.SETUP, toy.DOUBLE, toy.APPLY, toy.DOUBLE_VISIBLE]),
+    grade_id=st.none()
+    | st.sampled_from(["double", "apply", "double-by-hand", "apply-twice", "setup", "x"])
+    | st.text(max_size=3),
+    grade=st.booleans(),
+    solution=st.booleans(),
+    locked=st.booleans(),
+    points=st.floats(allow_nan=False),
+)
+
+
+@fuzzed(200, st.lists(CELLS, max_size=8))
+def test_any_cells_are_sorted(cells: list[Cell]) -> None:
+    found = collect(cells, TESTS)
+    code = [cell.source for cell in cells if cell.kind == "code"]
+    position = -1
+    for piece in found.pieces:  # in the notebook's order, each from one cell
+        position = code.index(piece.source, position + 1)
+    labels = {piece.label for piece in found.pieces}
+    assert labels <= {"double", "apply", OWN}
+    assert all(piece.own == (piece.label == OWN) for piece in found.pieces)
+    assert found.missing <= {"double", "apply"}
+    assert all(note.endswith(".") and "\n" not in note for note in found.notes)
+
+
+LARGE = 20 * 2**20 - 200
+
+
+def filled(part: bytes, size: int, head: bytes, tail: bytes) -> bytes:
+    """A notebook of this size, repeating one part."""
+    start, end = b'{"nbformat":4,"cells":[', b"]}"
+    return start + head + part * ((size - len(head) - len(tail)) // len(part)) + tail + end
+
+
+SOURCE_HEAD = b'{"cell_type":"code","source":"'
+HEAVY = {
+    "empty lists": filled(b"[],", LARGE, b"", b"0"),
+    "small dicts": filled(b'{"":0},', LARGE, b"", b"0"),
+    "short texts": filled('"\u0101",'.encode(), LARGE, b"", b"0"),
+    "open lists": filled(b"[", LARGE, b"", b""),
+    "as many dicts as may be": filled(b'{"":[]},', 8 * 330_000, b"", b"0"),
+    "as many lists as may be": filled(b"[0],", 4 * 499_000, b"", b"0"),
+    "one text": filled(b"x", LARGE, SOURCE_HEAD, b'"}'),
+    "one text of escapes": filled(b"\\u0041", LARGE, SOURCE_HEAD, b'"}'),
+    "one text of line ends": filled(b"\\r", LARGE, SOURCE_HEAD, b'"}'),
+    "one text with a wide letter": filled(b"x", LARGE, SOURCE_HEAD + "😀".encode(), b'"}'),
+    "one text of half letters": filled(b"\\ud800", LARGE, SOURCE_HEAD, b'"}'),
+    "one number": filled(b"9", LARGE, b"", b""),
+    "one long fraction": filled(b"1", LARGE, b"1.", b""),
+    "spaces": filled(b" ", LARGE, b"", b""),
+    "backslashes": filled(b"\\", LARGE, SOURCE_HEAD, b'"}'),
+}
+
+
+@pytest.mark.parametrize("name", HEAVY)
+def test_the_heaviest_notebooks_take_little_memory(name: str) -> None:
+    with no_hang():
+        peak = peak_bytes(lambda: check_cells(parsed(HEAVY[name])))
+    assert peak <= 300 * 2**20
+
+
+def test_a_number_of_many_digits_costs_nobody_a_mark() -> None:
+    value = toy.answer()
+    text = json.dumps(value).replace('"execution_count": null', f'"execution_count": {"9" * 6000}')
+    assert notebook.parse(text.encode(), "a") == notebook.parse(json.dumps(value).encode(), "a")
+
+
+def test_a_damaged_file_is_read_as_its_bytes_are(tmp_path: Path) -> None:
+    path = tmp_path / "a.ipynb"
+    for data in (b"", b"\xff", b"{}", json.dumps(toy.answer()).encode()):
+        path.write_bytes(data)
+        before = os.listdir("/proc/self/fd")
+        try:
+            cells = notebook.read(path)
+        except Refused:
+            cells = ()
+        assert cells == parsed(data) and os.listdir("/proc/self/fd") == before

@@ -1,0 +1,60 @@
+"""The text of any cell at all is read without harm, and in time that grows as its length."""
+
+from __future__ import annotations
+
+import ast
+import warnings
+
+import pytest
+from robust_slam_autograder import source
+
+from tests.autograder.fuzz.running import fuzzed, no_hang
+from tests.autograder.fuzz.texts import SOURCES
+
+NAMES = ["double", "f", "e", "μ"]
+
+
+@pytest.mark.filterwarnings("ignore")
+@fuzzed(400, SOURCES)
+def test_any_text_is_read(text: str) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        assert type(source.defines(text, NAMES)) is bool
+        assert all(type(name) is str for name in source.defined_names(text))
+        ast.parse(source.imports(text))
+        assert type(source.plain_python(text)) is str
+
+
+LINES = {
+    "letters": "x",
+    "blanks": " ",
+    "tabs": "\t",
+    "line ends": "\n",
+    "form feeds": "\x0c",
+    "names": "double",
+    "names and blanks": "double ",
+    "names and line ends": "double\n",
+    "annotations": "double :",
+    "annotated lines": "double:\n",
+    "comparisons": "double ==",
+    "definitions": "def ",
+    "definitions and line ends": "def\n",
+    "coroutines": "async ",
+    "coroutines and line ends": "async\n",
+    "magics": "%%",
+}
+HEADS = ["", "double", "double:", "def", "async", "async def", "class", "%%", "\n"]
+
+
+@pytest.mark.parametrize("name", LINES)
+def test_long_lines_are_searched_once(name: str) -> None:
+    for head in HEADS:
+        text = head + LINES[name] * (200_000 // len(LINES[name])) + "!"
+        with no_hang():
+            assert not source.defines(text, NAMES)
+            assert source.defines(f"{text}\nf = 1", NAMES)
+
+
+def test_a_whole_notebook_of_line_ends_is_searched_once() -> None:
+    with no_hang():
+        assert not source.defines("double" + "\n" * 20_000_000, NAMES)
