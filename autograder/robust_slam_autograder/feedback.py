@@ -16,7 +16,6 @@ from robust_slam_autograder.markup import visible
 from robust_slam_autograder.results import CaseResult, ExerciseResult, Result
 from robust_slam_autograder.verdict import ADVICE, meaning, sign, verdict
 
-AS_ABOVE = "The same as above."
 NOT_RUN = "✗ not run"
 
 
@@ -40,6 +39,8 @@ class Case:
     other_inputs: bool
     """Whether it was checked with inputs that the student does not have."""
     message: str
+    as_above: bool
+    """Whether the message is that of the case before, and is not repeated."""
 
 
 @dataclass(frozen=True)
@@ -108,17 +109,16 @@ def anchor(heading: str) -> str:
     return re.sub(r"^[-0-9]+|-+$", "", re.sub(r"[^a-z0-9]+", "-", plain))
 
 
-def page(result: Result, config: Config, book: Book, *, public: bool = False) -> Page:
+def page(result: Result, config: Config, book: Book) -> Page:
     """Make the content of a submission's page.
 
     Args:
         result: the submission's result.
         config: what the assignment's ``autograder.toml`` says.
         book: how pages find the chapters.
-        public: whether only what students can see was run.
     """
     exercises = tuple(
-        _exercise(number, exercise, book.reading(config, exercise.name), public=public)
+        _exercise(number, exercise, book.reading(config, exercise.name))
         for number, exercise in enumerate(result.exercises, start=1)
     )
     start = next((exercise for exercise in exercises if not exercise.passed), None)
@@ -129,11 +129,11 @@ def page(result: Result, config: Config, book: Book, *, public: bool = False) ->
         score=str(result.score),
         max_score=str(result.max_score),
         share=result.score / result.max_score if result.max_score else 0.0,
-        verdict=verdict(result, public=public),
+        verdict=verdict(result),
         note=_note(result),
         note_kind="Note" if result.status == "graded" else "Reason",
         start=start,
-        next=_next(result, start, public=public),
+        next=_next(result, start),
         exercises=exercises,
     )
 
@@ -143,21 +143,17 @@ def _note(result: Result) -> str:
     return "" if result.status == "failed" else visible(result.reason)
 
 
-def _next(result: Result, start: Exercise | None, *, public: bool) -> str:
+def _next(result: Result, start: Exercise | None) -> str:
     if result.status == "refused":
         return "Mend that, see that JupyterLab opens the notebook, and hand it in again."
     if result.status == "failed":
         return "You need do nothing: your instructor is told, and your notebook is kept."
     if start is None:
-        return (
-            "Hand it in: grading tries other inputs too." if public else "Nothing is left to do."
-        )
+        return "Nothing is left to do."
     return "Run autograder check on your notebook before you hand it in."
 
 
-def _exercise(
-    number: int, exercise: ExerciseResult, reading: Reading | None, *, public: bool
-) -> Exercise:
+def _exercise(number: int, exercise: ExerciseResult, reading: Reading | None) -> Exercise:
     told = {case.message for case in exercise.cases}
     passed = exercise.status == "passed"
     return Exercise(
@@ -166,11 +162,11 @@ def _exercise(
         outcome=sign(exercise.status),
         passed=passed,
         points=_points(exercise.score, exercise.max_score),
-        meaning=meaning(exercise, public=public),
+        meaning=meaning(exercise),
         advice=ADVICE[exercise.status],
         message="" if exercise.message in told else visible(exercise.message),
         reading=None if passed else reading,
-        cases=_cases(exercise, public=public),
+        cases=_cases(exercise),
     )
 
 
@@ -178,33 +174,32 @@ def _points(score: float, most: float) -> str:
     return f"{score} of {most} {'point' if most == 1 else 'points'}"
 
 
-def _cases(exercise: ExerciseResult, *, public: bool) -> tuple[Case, ...]:
+def _cases(exercise: ExerciseResult) -> tuple[Case, ...]:
     before = [CaseResult("", 0, 0, True, ""), *exercise.cases]
     stopped = exercise.message if exercise.status in ("timeout", "died") else ""
     return tuple(
-        _case(case, previous.message, stopped, public=public)
+        _case(case, previous.message, stopped)
         for previous, case in zip(before, exercise.cases, strict=False)
     )
 
 
-def _case(case: CaseResult, previous: str, stopped: str, *, public: bool) -> Case:
-    """One case; a message that the case before has too is not repeated.
+def _case(case: CaseResult, previous: str, stopped: str) -> Case:
+    """One case.
 
     Args:
         case: the case.
         previous: the message of the case before.
         stopped: the message of the fault that ended the exercise, empty where none did.
-        public: whether only what students can see was run.
     """
     again = bool(case.message) and case.message == previous
     not_run = again and case.message == stopped
     passed = not case.message
-    message = AS_ABOVE if again else visible(case.message)
     return Case(
         name=visible(case.name),
         outcome=NOT_RUN if not_run else sign("passed" if passed else "failed"),
         passed=passed,
         points=_points(case.earned, case.points),
-        other_inputs=not (case.visible or public or not_run),
-        message="" if not_run else message,
+        other_inputs=not (case.visible or not_run),
+        message="" if again else visible(case.message),
+        as_above=again and not not_run,
     )

@@ -14,7 +14,7 @@ from importlib import resources
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from robust_slam_autograder.feedback import AS_ABOVE, Case, Exercise, Page, Reading
+from robust_slam_autograder.feedback import Case, Exercise, Page, Reading
 from robust_slam_autograder.markup import cell, code, one_line, prose
 
 TEMPLATE = "feedback.html"
@@ -72,7 +72,7 @@ def _exercise(exercise: Exercise) -> Iterator[str]:
 
 def _case(case: Case) -> str:
     tag = ", checked with other inputs too" if case.other_inputs else ""
-    said = case.message if case.message == AS_ABOVE else code(case.message)
+    said = "the same as above" if case.as_above else code(case.message)
     message = f": {said}" if said else ""
     return f"- {case.outcome} {code(case.name)} ({case.points}{tag}){message}"
 

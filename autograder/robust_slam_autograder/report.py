@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from robust_slam_autograder.markup import one_line
 from robust_slam_autograder.results import ExerciseResult, Result
-from robust_slam_autograder.verdict import has_hidden, verdict
+from robust_slam_autograder.verdict import check_verdict, failed_cases, has_hidden
 
 
 def marks_table(marks: Sequence[Result], *, names: bool = True) -> str:
@@ -41,13 +41,12 @@ def check_report(result: Result) -> str:
     lines = [_exercise_line(exercise) for exercise in result.exercises]
     if result.reason:
         lines.append(f"Note: {one_line(result.reason)}")
-    lines.append(f"{verdict(result, public=True)} Grading runs hidden checks too.")
+    lines.append(check_verdict(result))
     return "\n".join(lines)
 
 
 def _exercise_line(exercise: ExerciseResult) -> str:
     if exercise.status == "passed":
         return f"✓ passed   {exercise.name}"
-    failed = [case.name for case in exercise.cases if case.earned < case.points]
-    where = f" ({', '.join(failed)})" if exercise.status in ("partial", "failed") else ""
+    where = f" ({', '.join(failed)})" if (failed := failed_cases(exercise)) else ""
     return f"✗ {exercise.status:<8} {exercise.name}{where}: {one_line(exercise.message)}"

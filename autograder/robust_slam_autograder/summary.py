@@ -1,6 +1,7 @@
 """A batch as JSON and as Markdown, for a job's summary page and for other programs.
 
-No seed, no time and no message of a check is in it: what stands here may be public.
+No seed, no time and no message of a check is in it: without names it may be public.
+A student's own check, as Markdown, has the messages: they are the student's.
 """
 
 from __future__ import annotations
@@ -9,9 +10,9 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from robust_slam_autograder.markup import cell, one_line
-from robust_slam_autograder.results import Result
-from robust_slam_autograder.verdict import verdict
+from robust_slam_autograder.markup import cell, code, one_line
+from robust_slam_autograder.results import ExerciseResult, Result
+from robust_slam_autograder.verdict import check_verdict, failed_cases, sign, verdict
 
 SCHEMA = 1
 
@@ -90,3 +91,17 @@ def _outcome(result: Result, *, names: bool) -> str:
 
 def _losses(result: Result) -> list[str]:
     return [exercise.name for exercise in result.exercises if exercise.status != "passed"]
+
+
+def check_as_markdown(result: Result) -> str:
+    """A student's own check: no points, for it promises none."""
+    note = [f"Note: {code(result.reason)}", ""] if result.reason else []
+    lines = ["## Public checks", "", check_verdict(result), "", *note]
+    lines += [f"- {_checked(exercise)}" for exercise in result.exercises]
+    return "\n".join(lines) + "\n"
+
+
+def _checked(exercise: ExerciseResult) -> str:
+    names = ", ".join(map(code, failed_cases(exercise)))
+    message = f": {code(exercise.message)}" if exercise.message else ""
+    return f"{sign(exercise.status)} {code(exercise.name)}{names and f' ({names})'}{message}"

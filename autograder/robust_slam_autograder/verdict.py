@@ -36,20 +36,20 @@ def sign(status: ExerciseStatus) -> str:
     return f"{'✓' if status == 'passed' else '✗'} {status}"
 
 
-def meaning(exercise: ExerciseResult, *, public: bool = False) -> str:
-    """Say what an exercise's status means.
-
-    Args:
-        exercise: the exercise.
-        public: whether only what students can see was run.
-    """
-    if exercise.status == "passed" and (public or not has_hidden([exercise])):
+def meaning(exercise: ExerciseResult) -> str:
+    """Say what an exercise's status means."""
+    if exercise.status == "passed" and not has_hidden([exercise]):
         return "The public checks passed."
     return MEANINGS[exercise.status]
 
 
 def verdict(result: Result, *, public: bool = False) -> str:
-    """Say in one sentence how a submission did; ``public`` as in ``meaning``."""
+    """Say in one sentence how a submission did.
+
+    Args:
+        result: the submission's result.
+        public: whether only what students can see was run.
+    """
     if result.status == "refused":
         return "Not graded: the notebook could not be read."
     if result.status == "failed":
@@ -60,6 +60,18 @@ def verdict(result: Result, *, public: bool = False) -> str:
     if public or not has_hidden(result.exercises):
         return f"{'Public checks passed' if full else 'Not all public checks passed'}: {count}."
     return f"All checks passed: {count}." if full else f"Passed: {count}."
+
+
+def check_verdict(result: Result) -> str:
+    """Say how a student's own check went; it promises no mark."""
+    return f"{verdict(result, public=True)} Grading runs hidden checks too."
+
+
+def failed_cases(exercise: ExerciseResult) -> list[str]:
+    """Names of the cases to look at; none where another status says it all."""
+    if exercise.status not in ("partial", "failed"):
+        return []
+    return [case.name for case in exercise.cases if case.message]
 
 
 def has_hidden(exercises: Sequence[ExerciseResult]) -> bool:

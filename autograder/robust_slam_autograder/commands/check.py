@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder import assignment as assignments
-from robust_slam_autograder import grading, notebook, report, sandbox, submission
+from robust_slam_autograder import grading, notebook, report, sandbox, submission, summary
 from robust_slam_autograder.errors import Refused, WrongUse
 from robust_slam_autograder.notebook import Cell
 
@@ -20,6 +20,9 @@ def add(commands: Any) -> None:  # noqa: ANN401
     parser.add_argument("notebook", type=Path, metavar="NOTEBOOK")
     parser.add_argument(
         "--release", type=Path, metavar="DIR", help="take the tests from the release in DIR"
+    )
+    parser.add_argument(
+        "--markdown", type=Path, metavar="FILE", help="also write what passed, as Markdown"
     )
     parser.set_defaults(run=run)
 
@@ -45,6 +48,8 @@ def run(options: argparse.Namespace) -> int:
         print(f"Tests: those of {original}.")
     code = submission.collect(cells, tests)
     result = grading.check(tests, code, sandbox=sandbox.choose(unsandboxed=True))
+    if options.markdown is not None:
+        options.markdown.write_text(summary.check_as_markdown(result), encoding="utf-8")
     print(report.check_report(result))
     return 0 if result.score == result.max_score else 1
 
