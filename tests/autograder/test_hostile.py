@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import subprocess
+import sys
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -195,9 +196,12 @@ class TestWhatNobodyMayLearn:
         (tmp_path / "ada").mkdir()
         (tmp_path / "ada" / "feedback.html").write_text("you were given 0.123456789 there")
         (tmp_path / ".run.json").write_text("0.12345678")
-        found = leaks.shown(tmp_path, ["0.12345678 too"], {"0.12345678": "a number"})
+        (tmp_path / "ada" / "page.html").write_text("assert a &lt; b")
+        texts = {"0.12345678": "a number", "assert a < b": "a line"}
+        found = leaks.shown(tmp_path, ["0.12345678 too"], texts)
         assert found == [
             "a number in ada/feedback.html: 0.12345678",
+            "a line in ada/page.html: assert a < b",
             "a number in output 0: 0.12345678",
         ]
 
@@ -212,16 +216,23 @@ class TestWhatIsLeftBehind:
         (tmp_path / "new").symlink_to("same")
         assert batch.differences(before, batch.snapshot(tmp_path)) == ["changed", "gone", "new"]
 
-    @pytest.fixture
-    def sleeper(self) -> Iterator[str]:
-        mark = "mk-of-this-test"
-        process = subprocess.Popen(["sh", "-c", f"read line; : {mark}"], stdin=subprocess.PIPE)
+    @pytest.fixture(params=["by its command", "by its name"])
+    def sleeper(self, request: pytest.FixtureRequest) -> Iterator[str]:
+        mark = "mk-of-a-test"
+        named = f"import ctypes; ctypes.CDLL(None).prctl(15, bytes({list(mark.encode())}))"
+        code = f"'{mark}'" if request.param == "by its command" else named
+        process = subprocess.Popen(
+            [sys.executable, "-c", f"{code}\nprint('ready', flush=True); input()"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+        )
+        assert process.stdout and process.stdout.readline() == b"ready\n"
         yield mark
-        process.communicate()
+        process.communicate(b"\n")
 
     def test_a_process_that_lives_on_is_seen(self, sleeper: str) -> None:
         assert len(batch.left_behind(sleeper)) == 1
-        assert batch.left_behind("mk-of-nobody-x") == []
+        assert batch.left_behind("mk-of-nobody") == []
 
 
 def test_an_attack_reaches_its_place(target: Target, tmp_path: Path) -> None:

@@ -23,6 +23,10 @@ from tests.autograder.hostile.target import Target, load
 
 TOKEN_VARIABLE = "COURSE_TOKEN"
 BATCH_SECONDS = 3_600.0
+MADE = ("out", "feedback")
+"""Folders that the grader makes."""
+SCRIPT = "<script>alert(1)"
+"""One attack puts it into a message: in a page it must not come to life."""
 LARGE = 2**20
 """Files above this size are known by size and time alone."""
 NEARBY = ("/tmp", "/var/tmp", "/dev/shm", "~", ".")
@@ -43,8 +47,13 @@ class Course:
 
     @property
     def out(self) -> Path:
-        """Where results go."""
-        return self.root / "out"
+        """Where results and summaries go."""
+        return self.root / MADE[0]
+
+    @property
+    def pages(self) -> Path:
+        """Where students' pages go."""
+        return self.root / MADE[1]
 
 
 @dataclass(frozen=True)
@@ -101,7 +110,6 @@ def run(
     wall: str,
     seed: int,
     jobs: int = 2,
-    prefix: Sequence[str] = (sys.executable,),
 ) -> Report:
     """Grade the batch and look at what became of everything.
 
@@ -111,16 +119,11 @@ def run(
         wall: the back end.
         seed: the batch's secret.
         jobs: how many at once.
-        prefix: the command that runs Python, where need be as another user.
     """
     before = snapshot(course.root)
     token = f"planted-token-{secrets.token_hex(8)}"
-    paths = [str(course.folder(entry)) for entry in entries]
-    command = [*prefix, "-m", "robust_slam_autograder.cli", "--solutions"]
-    command += [str(course.root / "solutions"), "grade", *paths, "--out", str(course.out)]
-    command += ["--jobs", str(jobs), "--seed", str(seed), "--sandbox", wall]
-    environment = os.environ | {TOKEN_VARIABLE: token}
-    status, said = _call(command, environment, course.root)
+    options = ["--jobs", str(jobs), "--seed", str(seed), "--sandbox", wall]
+    status, said = _grade(course, entries, options, os.environ | {TOKEN_VARIABLE: token})
     found = results(course, entries)
     marks = {name: earned(value, course.target) for name, value in found.items()}
     texts = leaks.secrets(course.target, seed) | {token: "the token"}
@@ -128,7 +131,10 @@ def run(
     return Report(
         submissions=len(entries),
         inflated=_sentences(verdict.inflated(e, marks, course.target, BASELINES) for e in entries),
-        leaks=tuple(leaks.shown(course.out, said, texts)),
+        leaks=(
+            *leaks.shown(course.out, said, texts),
+            *leaks.shown(course.pages, (), texts | {SCRIPT: "a student's script"}),
+        ),
         harmed=(*_neighbours(entries, marks, course.target), *changed, *left_behind(course.mark)),
         stopped=tuple(_stops(status, said, entries, found)),
         under_graded=_sentences(
@@ -143,6 +149,27 @@ def run(
 
 def _sentences(said: Any) -> tuple[str, ...]:
     return tuple(sentence for sentence in said if sentence)
+
+
+def _grade(
+    course: Course,
+    entries: Sequence[Entry],
+    options: Sequence[str],
+    environment: Mapping[str, str],
+) -> tuple[int | None, list[str]]:
+    """Grade everything, write the summaries and the pages; exit status and what was said."""
+    grader = [sys.executable, "-m", "robust_slam_autograder.cli"]
+    grader += ["--solutions", str(course.root / "solutions")]
+    paths = [str(course.folder(entry)) for entry in entries]
+    summaries = ["--json", str(course.out / "marks.json")]
+    summaries += ["--markdown", str(course.out / "marks.md")]
+    to = ["--out", str(course.out)]
+    status, said = _call(
+        [*grader, "grade", *paths, *to, *options, *summaries], environment, course.root
+    )
+    pages = [*grader, "feedback", *to, "--to", str(course.pages)]
+    its_status, more = _call(pages, environment, course.root)
+    return (its_status if status == 0 else status), [*said, *more]
 
 
 def _call(
@@ -190,14 +217,14 @@ def _neighbours(
 
 def _stops(
     status: int | None,
-    said: tuple[str, str],
+    said: Sequence[str],
     entries: Sequence[Entry],
     found: Mapping[str, Mapping[str, Any]],
 ) -> list[str]:
     stops = [f"{entry.name} has no result" for entry in entries if entry.name not in found]
     failed = [(name, value) for name, value in found.items() if value["status"] == "failed"]
     stops += [f"the grader failed on {name}: {value['reason']}" for name, value in failed]
-    return stops if status == 0 else [f"exit status {status}: {said[1][-500:]}", *stops]
+    return stops if status == 0 else [f"exit status {status}: {' '.join(said)[-900:]}", *stops]
 
 
 def _oddity(entry: Entry, result: Mapping[str, Any] | None, target: Target) -> str:
@@ -215,11 +242,11 @@ def _oddity(entry: Entry, result: Mapping[str, Any] | None, target: Target) -> s
 
 
 def snapshot(root: Path) -> dict[str, tuple[object, ...]]:
-    """What lies in a course's folder, but for the results."""
+    """What lies in a course's folder, but for what the grader makes."""
     found = {}
     for top, folders, files in os.walk(root):
-        if Path(top) == root and "out" in folders:
-            folders.remove("out")
+        if Path(top) == root:
+            folders[:] = [name for name in folders if name not in MADE]
         for name in [*folders, *files]:
             path = Path(top, name)
             found[str(path.relative_to(root))] = _state(path)

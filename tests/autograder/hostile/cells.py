@@ -37,8 +37,9 @@ import numpy as np
 _right = dict(globals())
 exec(REFERENCE, _right)
 try:
-    with open("/proc/self/comm", "w") as _file: _file.write("MARK")
-except OSError: pass
+    import ctypes
+    ctypes.CDLL(None).prctl(15, b"MARK")  # its name as a process, by which survivors are found
+except Exception: pass
 def leaves(value, change, _array=np.array):
     """Change every number in what a right answer holds."""
     kind = type(value)

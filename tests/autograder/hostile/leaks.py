@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ast
+import html
+import json
 import os
 import re
 import types
@@ -113,10 +115,12 @@ def shown(folder: Path, said: Iterable[str], texts: Mapping[str, str]) -> list[s
     public = [path for path in files if path.name not in PRIVATE]
     places = {str(path.relative_to(folder)): path.read_bytes() for path in public}
     places |= {f"output {n}": text.encode() for n, text in enumerate(said)}
-    wanted = [(text.encode(), what) for text, what in texts.items()]
+    # In a page < stands as &lt;, in JSON a quote as \".
+    spellings = (str, html.escape, lambda text: json.dumps(text)[1:-1])
+    wanted = [({spell(text).encode() for spell in spellings}, text) for text in texts]
     return [
-        f"{what} in {place}: {needle.decode()}"
+        f"{texts[text]} in {place}: {text}"
         for place, data in places.items()
-        for needle, what in wanted
-        if needle in data
+        for needles, text in wanted
+        if any(needle in data for needle in needles)
     ]
