@@ -95,9 +95,16 @@ def array_of(size: int) -> bytes:
     return extension(1, msgpack.packb(["B", [size], bytes(size)]))
 
 
+def in_extensions(data: bytes, levels: int) -> bytes:
+    """A tuple that holds its items within its extension, in another such tuple, and so on."""
+    for _ in range(levels):
+        data = extension(TUPLE, b"\x91" + data)
+    return data
+
+
 HEAVY = {
     "an array in nested tuples": (b"\x92" + extension(TUPLE, b"")) * 20 + array_of(BIG),
-    "an array in nested extensions": extension(TUPLE, extension(TUPLE, array_of(BIG))),
+    "an array in nested extensions": in_extensions(array_of(BIG // 2), 20),
     "claims in each other": (b"\xdd" + CLAIMED) * 1000 + bytes(MANY - 6000),
     "claimed dicts in each other": (b"\xdf" + CLAIMED + b"\xc0") * 1000 + bytes(MANY - 6000),
     "empty dicts": b"\xdd" + CLAIMED + b"\x80" * MANY,

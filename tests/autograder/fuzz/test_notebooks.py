@@ -7,6 +7,7 @@ import json
 import math
 import os
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -103,6 +104,10 @@ CELLS = st.builds(
 
 @fuzzed(200, st.lists(CELLS, max_size=8))
 def test_any_cells_are_sorted(cells: list[Cell]) -> None:
+    check_sorted(cells)
+
+
+def check_sorted(cells: Sequence[Cell]) -> None:
     found = collect(cells, TESTS)
     code = [cell.source for cell in cells if cell.kind == "code"]
     position = -1
