@@ -1,6 +1,7 @@
 """What every test may use: the sandbox, which is never silently left out under STRICT.
 
-Properties are tested on the same inputs each time; ``--soak`` tries twenty times as many, new ones.
+Properties are tested on the same inputs each time; ``--soak`` tries new ones, twenty times
+as many.
 """
 
 from __future__ import annotations

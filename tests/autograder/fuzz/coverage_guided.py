@@ -78,7 +78,8 @@ def _report(target: str, folder: Path, log: str) -> int:
         (_, _, edges, features), (inputs, _, more_edges, more_features) = started[0], progress[-1]
         print(
             f"{target}: {int(inputs):,} inputs; coverage {edges} to {more_edges} edges, "
-            f"{features} to {more_features} features; {len(os.listdir(folder / 'corpus'))} inputs kept"
+            f"{features} to {more_features} features; "
+            f"{len(os.listdir(folder / 'corpus'))} inputs kept"
         )
     for path in found:
         print(f"{path.name}: {path.read_bytes()!r}")
