@@ -1,0 +1,76 @@
+"""``autograder lint``: look at an instructor's assignments for weak or unfair tests."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from robust_slam_autograder import assignment as assignments
+from robust_slam_autograder.errors import WrongUse
+from robust_slam_autograder.lint import RULES, Finding, lint
+
+
+def add(commands: Any) -> None:  # noqa: ANN401
+    """Declare the command."""
+    parser = commands.add_parser("lint", help="look at the instructor's tests for weak ones")
+    parser.add_argument("names", nargs="*", metavar="NAME", help="assignments; all where none")
+    parser.add_argument(
+        "--answers",
+        type=Path,
+        metavar="DIR",
+        help="right and wrong answers, DIR/<assignment>/<exercise>.py: each exercise needs both",
+    )
+    parser.add_argument("--strict", action="store_true", help="warnings count as errors")
+    parser.add_argument("--json", action="store_true", help="the findings as JSON")
+    parser.add_argument("--rules", action="store_true", help="say the rules, and do nothing else")
+    parser.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Look at them; exit status 1 where there is an error (with --strict: or a warning)."""
+    if options.rules:
+        width = max(len(rule.name) for rule in RULES)
+        for rule in RULES:
+            print(f"{rule.name:{width}}  {rule.severity:7}  {rule.summary}")
+        return 0
+    if options.answers is not None and not options.answers.is_dir():
+        raise WrongUse(f"There is no folder {options.answers}: --answers DIR names it.")
+    names = _names(options)
+    found = [
+        finding
+        for name in names
+        for finding in lint(
+            assignments.notebook_path(options.solutions / name), answers=options.answers
+        )
+    ]
+    if options.json:
+        print(json.dumps([asdict(finding) for finding in found], indent=1, ensure_ascii=False))
+    else:
+        _print(found, len(names))
+    grave = [one for one in found if options.strict or one.severity == "error"]
+    return 1 if grave else 0
+
+
+def _names(options: argparse.Namespace) -> list[str]:
+    known = assignments.find_names(options.solutions)
+    unknown = [name for name in options.names if name not in known]
+    if unknown:
+        raise WrongUse(
+            f"{options.solutions} has no assignment {unknown[0]}; it has {', '.join(known)}."
+        )
+    return list(dict.fromkeys(options.names)) or known
+
+
+def _print(found: Sequence[Finding], looked_at: int) -> None:
+    for finding in found:
+        print(finding)
+    errors = sum(finding.severity == "error" for finding in found)
+    mark = "✗" if errors else "✓"
+    print(
+        f"{mark} {errors} errors, {len(found) - errors} warnings in {looked_at} "
+        f"{'assignment' if looked_at == 1 else 'assignments'}."
+    )

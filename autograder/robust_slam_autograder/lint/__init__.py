@@ -1,0 +1,91 @@
+"""Looks at an instructor's assignment for tests that can be passed wrongly, or fail honest work.
+
+A rule is a function from a ``Subject`` to what it finds, with its name in the ``RULES``
+of its module. A new family of rules is a new module and its name here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from robust_slam_autograder.lint import (
+    asserts,
+    beside,
+    hidden,
+    honest,
+    nan,
+    pipe,
+    randomness,
+    shapes,
+    structure,
+)
+from robust_slam_autograder.lint.allow import allowances
+from robust_slam_autograder.lint.rule import Finding, Found, Rule
+from robust_slam_autograder.lint.subject import Subject, load
+
+__all__ = ["RULES", "Finding", "lint"]
+
+FAMILIES = (nan, shapes, honest, structure, hidden, randomness, asserts, pipe, beside)
+_ABOUT_TESTS = {rule.name: rule for family in FAMILIES for rule in family.RULES}
+
+
+def _bad_comments(subject: Subject) -> Iterator[Found]:
+    """Comments that do not hold."""
+    yield from allowances(subject, _ABOUT_TESTS)[1]
+
+
+def _unused_comments(subject: Subject) -> Iterator[Found]:
+    """Comments that allow what is not there."""
+    for allowed in allowances(subject, _ABOUT_TESTS)[0]:
+        found = _ABOUT_TESTS[allowed.rule].check(subject)
+        if not any(allowed.covers(allowed.rule, place) for place in found):
+            what = f"Nothing here breaks {allowed.rule}: delete the comment."
+            yield Found(allowed.cell, allowed.line, what)
+
+
+RULES: tuple[Rule, ...] = (
+    *_ABOUT_TESTS.values(),
+    Rule(
+        "allow-comment",
+        "error",
+        "# lint: allow RULE (reason) has a reason, and stands where no student sees it.",
+        _bad_comments,
+    ),
+    Rule("allow-unused", "warning", "What a comment allows is there.", _unused_comments),
+)
+
+
+def lint(notebook: Path, answers: Path | None = None) -> list[Finding]:
+    """Run every rule on an assignment.
+
+    Args:
+        notebook: the instructor's.
+        answers: folder of right and wrong answers, ``<assignment>/<exercise>.py``.
+
+    Returns:
+        what was found and is not allowed, in the order of the cells.
+
+    Raises:
+        WrongUse: the notebook or its ``autograder.toml`` cannot be used.
+    """
+    subject = load(notebook, answers)
+    allowed, _ = allowances(subject, _ABOUT_TESTS)
+    kept = [
+        Finding(str(notebook), place.grade_id, place.line, rule.name, rule.severity, place.message)
+        for rule in RULES
+        for place in dict.fromkeys(rule.check(subject))
+        if not any(one.covers(rule.name, place) for one in allowed)
+    ]
+    return sorted(kept, key=lambda finding: (_order(subject, finding.grade_id), finding.line))
+
+
+def _order(subject: Subject, grade_id: str) -> int:
+    """Where a cell stands in the notebook, as far as its kind and number tell."""
+    solutions = [cell.grade_id for cell in subject.solutions]
+    order = [piece.label for piece in subject.assignment.setup]
+    for case in subject.assignment.cases:
+        owner = subject.assignment.owner(case.exercise)
+        order += [owner] if owner in solutions else []
+        order.append(case.grade_id)
+    return order.index(grade_id) if grade_id in order else len(order)

@@ -1,0 +1,87 @@
+"""Comments that allow a finding: ``# lint: allow RULE (reason)``.
+
+They are read where no student sees them: in a hidden region, for its case, and
+in a solution region, for its exercise and the cases of it. A release holds neither.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Container, Iterator, Sequence
+from dataclasses import dataclass
+
+from robust_slam_autograder.assignment import BEGIN_HIDDEN, END_HIDDEN
+from robust_slam_autograder.lint.rule import Found
+from robust_slam_autograder.lint.subject import BEGIN_SOLUTION, END_SOLUTION, Subject, regions
+
+_COMMENT = re.compile(r"#\s*lint:\s*(.*)")
+_ALLOW = re.compile(r"allow\s+([\w-]+)\s*\(\s*(\S[^)]*)\)\s*")
+
+
+@dataclass(frozen=True)
+class Allowance:
+    """One such comment."""
+
+    cell: str
+    """Grade id of the cell that it stands in."""
+    line: int
+    rule: str
+    grade_ids: frozenset[str]
+    """Where it holds."""
+
+    def covers(self, rule: str, found: Found) -> bool:
+        """Whether it allows a finding."""
+        return rule == self.rule and found.grade_id in self.grade_ids
+
+
+def allowances(subject: Subject, rules: Container[str]) -> tuple[list[Allowance], list[Found]]:
+    """Read the comments.
+
+    Args:
+        subject: the assignment.
+        rules: names of all rules.
+
+    Returns:
+        those that hold, and what is wrong with the others.
+    """
+    good, bad = [], []
+    for cell, line, text, is_secret in _comments(subject):
+        match = _ALLOW.fullmatch(text)
+        if not is_secret:
+            mend = "move it into the hidden region, or into the exercise's solution region"
+            bad.append(Found(cell, line, f"Students would read this comment: {mend}."))
+        elif match is None:
+            bad.append(Found(cell, line, "Say # lint: allow RULE (reason), with a reason."))
+        elif match.group(1) not in rules:
+            bad.append(Found(cell, line, f"There is no rule {match.group(1)}: see lint --rules."))
+        else:
+            good.append(Allowance(cell, line, match.group(1), _scope(subject, cell)))
+    return good, bad
+
+
+def _comments(subject: Subject) -> Iterator[tuple[str, int, str, bool]]:
+    """Grade id, line, text after ``lint:``, and whether students do not see it."""
+    for case in subject.assignment.cases:
+        secret = regions(case.full, BEGIN_HIDDEN, END_HIDDEN)
+        yield from _comments_in(case.grade_id, case.full, secret)
+    for cell in subject.solutions:
+        secret = regions(cell.source, BEGIN_SOLUTION, END_SOLUTION)
+        yield from _comments_in(cell.grade_id or "", cell.source, secret)
+    for piece in subject.assignment.setup:
+        yield from _comments_in(piece.label, piece.source, ())
+
+
+def _comments_in(
+    grade_id: str, source: str, secret: Sequence[range]
+) -> Iterator[tuple[str, int, str, bool]]:
+    for number, line in enumerate(source.split("\n"), start=1):
+        match = _COMMENT.search(line)
+        if match:
+            yield grade_id, number, match.group(1), any(number in region for region in secret)
+
+
+def _scope(subject: Subject, cell: str) -> frozenset[str]:
+    """The cell itself; of a solution cell the exercise's cases too."""
+    owner = subject.assignment.owner
+    cases = subject.assignment.cases
+    return frozenset({cell, *(c.grade_id for c in cases if owner(c.exercise) == cell)})

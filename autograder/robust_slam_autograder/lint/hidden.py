@@ -1,0 +1,125 @@
+"""Hidden regions: their place, their hints, and what they tell."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+
+from robust_slam_autograder.assignment import END_HIDDEN
+from robust_slam_autograder.lint.rule import Found, Rule
+from robust_slam_autograder.lint.subject import Code, Subject, words
+
+_HINT = re.compile(r"\s*#\s*hint:\s*\S")
+_CODE = (ast.Call, ast.BinOp, ast.Compare, ast.Subscript, ast.List, ast.Tuple, ast.Lambda)
+_TELLING_LENGTH = 9
+"""Code of fewer letters, such as u**2, may stand in a hint by chance."""
+_TELLING_DIGITS = 4
+
+
+def _with_regions(subject: Subject) -> Iterator[tuple[Code, list[str]]]:
+    for code in subject.tests:
+        if code.regions:
+            yield code, code.source.split("\n")
+
+
+def _region_place(subject: Subject) -> Iterator[Found]:
+    """More regions than one, or visible code after one."""
+    for code, lines in _with_regions(subject):
+        end = code.regions[-1].stop
+        mend = "visible asserts first, then one hidden region, to the cell's end."
+        if len(code.regions) > 1:
+            line = code.regions[1].start - 1
+            yield Found(code.grade_id, line, f"There is a second hidden region: {mend}")
+        elif any(line.strip() and END_HIDDEN not in line for line in lines[end - 1 :]):
+            yield Found(code.grade_id, end + 1, f"Code follows the hidden region: {mend}")
+
+
+def _no_hint(subject: Subject) -> Iterator[Found]:
+    """Regions without a hint on their first line."""
+    for code, lines in _with_regions(subject):
+        hints = [line for line in code.regions[0] if _HINT.match(lines[line - 1])]
+        first = code.regions[0].start
+        if not hints:
+            yield Found(
+                code.grade_id, first, "The hidden region has no hint: # hint: one sentence."
+            )
+        elif first not in hints:
+            yield Found(
+                code.grade_id,
+                hints[0],
+                "The hint must be the region's first line, or no student sees it.",
+            )
+
+
+def _hint_quotes(subject: Subject) -> Iterator[Found]:
+    """Hints that hold code, names or numbers of the hidden region."""
+    for code, _ in _with_regions(subject):
+        hint = code.case.hint if code.case else ""
+        quoted = sorted(_quoted(hint, code), key=len)
+        if quoted:
+            yield Found(
+                code.grade_id,
+                code.regions[0].start,
+                f"The hint quotes the hidden check ({quoted[-1]}): say it in words.",
+            )
+
+
+def _quoted(hint: str, code: Code) -> Iterator[str]:
+    """What of the hidden code alone stands in the hint."""
+    visible = code.case.visible if code.case else ""
+    hint_code, shown = _dense(hint), _dense(visible)
+    for node in ast.walk(code.tree):
+        if not code.is_hidden(node):
+            continue
+        if isinstance(node, _CODE):
+            text = ast.unparse(node)
+            dense = _dense(text)
+            if len(dense) >= _TELLING_LENGTH and dense in hint_code and dense not in shown:
+                yield text
+        elif isinstance(node, ast.Name) and "_" in node.id.strip("_"):
+            yield from {node.id} & (words(hint) - words(visible))
+        elif isinstance(node, ast.Constant) and _is_telling(node.value):
+            number = str(node.value)
+            yield from [number] if number in hint and number not in visible else []
+
+
+def _dense(text: str) -> str:
+    return re.sub(r"\s", "", text)
+
+
+def _is_telling(value: object) -> bool:
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    return is_number and sum(map(str.isdigit, str(value))) >= _TELLING_DIGITS
+
+
+def _tells_input(subject: Subject) -> Iterator[Found]:
+    """Prints and messages of hidden checks; plain nbgrader's feedback would show them."""
+    for code in subject.tests:
+        for node in ast.walk(code.tree):
+            if not code.is_hidden(node):
+                continue
+            prints = isinstance(node, ast.Call) and subject.full_name(node.func) == "print"
+            says = isinstance(node, ast.Assert) and any(
+                isinstance(part, ast.Name) for part in ast.walk(node.msg or ast.Constant(None))
+            )
+            if prints or says:
+                yield Found(
+                    code.grade_id,
+                    getattr(node, "lineno", 1),
+                    "This tells hidden inputs where plain nbgrader makes the feedback "
+                    "(here nobody sees it): leave it out, the hint is what students read.",
+                )
+
+
+RULES = (
+    Rule(
+        "region-place",
+        "error",
+        "A case ends with at most one hidden region.",
+        _region_place,
+    ),
+    Rule("no-hint", "error", "A hidden region begins with its hint.", _no_hint),
+    Rule("hint-quotes", "error", "A hint must not quote hidden code.", _hint_quotes),
+    Rule("tells-input", "warning", "A hidden check must not say its inputs.", _tells_input),
+)

@@ -1,0 +1,148 @@
+"""How an assignment is put together: exercises, cases, points, solution cells."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator, Sequence
+
+from robust_slam_autograder.assignment import Case
+from robust_slam_autograder.lint.flow import last_name
+from robust_slam_autograder.lint.rule import Found, Rule
+from robust_slam_autograder.lint.subject import (
+    BEGIN_SOLUTION,
+    END_SOLUTION,
+    Code,
+    Subject,
+    regions,
+    words,
+)
+from robust_slam_autograder.notebook import Cell
+from robust_slam_autograder.source import defined_names, plain_python
+
+LEAST_HIDDEN = 2
+
+
+def _unreadable(subject: Subject) -> Iterator[Found]:
+    """Cells that are no Python."""
+    for cell in subject.unreadable:
+        yield Found(cell.grade_id, cell.line, f"This cell is no Python ({cell.why}): mend it.")
+
+
+def _few_hidden_cases(subject: Subject) -> Iterator[Found]:
+    """Exercises that a student can fit to what they see."""
+    for cell, cases in _exercises(subject):
+        hidden = sum(case.has_hidden for case in cases)
+        if cases and hidden < LEAST_HIDDEN:
+            yield Found(
+                cell.grade_id or "",
+                1,
+                f"This exercise has {hidden} hidden cases: {LEAST_HIDDEN} at least, so that "
+                "an answer that is fitted to what is visible loses.",
+            )
+
+
+def _exercises(subject: Subject) -> Iterator[tuple[Cell, list[Case]]]:
+    """Solution cells with the cases that are named after them."""
+    owner = subject.assignment.owner
+    for cell in subject.solutions:
+        cases = subject.assignment.cases
+        yield cell, [case for case in cases if owner(case.exercise) == cell.grade_id]
+
+
+def _orphan_case(subject: Subject) -> Iterator[Found]:
+    """Cases that no exercise owns, by their names."""
+    known = {cell.grade_id for cell, cases in _exercises(subject) for _ in cases}
+    for case in subject.assignment.cases:
+        if subject.assignment.owner(case.exercise) not in known:
+            yield Found(
+                case.grade_id,
+                1,
+                "This case belongs to no exercise, and so counts as one of its own: "
+                "name it <exercise>-<case>.",
+            )
+
+
+def _no_points(subject: Subject) -> Iterator[Found]:
+    """Exercises that no case gives points to."""
+    used = {name for case in subject.assignment.cases for name in words(case.full)}
+    for cell, cases in _exercises(subject):
+        names = set(defined_names(plain_python(cell.source)))
+        # A tree with names of another kind, or a helper that another exercise's cases call.
+        if not cases and not names & used:
+            yield Found(
+                cell.grade_id or "",
+                1,
+                "No case gives points for this cell: add test cells with the grade ids "
+                f"{cell.grade_id}-<case>.",
+            )
+
+
+def _odd_points(subject: Subject) -> Iterator[Found]:
+    """Points that are not whole, or none."""
+    for case in subject.assignment.cases:
+        if case.points <= 0 or not float(case.points).is_integer():
+            yield Found(
+                case.grade_id,
+                1,
+                f"This case has {case.points:g} points: give it a whole number, 1 or more.",
+            )
+
+
+def _no_check(subject: Subject) -> Iterator[Found]:
+    """Cases, or hidden regions, in which nothing can fail."""
+    for code in subject.tests:
+        checks = _checks(code, subject)
+        if not checks:
+            yield Found(code.grade_id, 1, "Nothing is asserted here: whatever runs earns points.")
+        elif code.regions and not any(code.is_hidden(node) for node in checks):
+            line = code.regions[0].start
+            yield Found(code.grade_id, line, "Nothing is asserted in the hidden region: add it.")
+
+
+def _checks(code: Code, subject: Subject) -> Sequence[ast.AST]:
+    """What can fail: asserts, raises, functions that assert."""
+    found: list[ast.AST] = []
+    for node in ast.walk(code.tree):
+        if isinstance(node, ast.Assert | ast.Raise):
+            found.append(node)
+        elif isinstance(node, ast.Call):
+            name = last_name(node.func)
+            helper = subject.helpers.get(name)
+            inside = list(ast.walk(helper)) if helper else []
+            asserts = any(isinstance(part, ast.Assert | ast.Raise) for part in inside)
+            if asserts or name.startswith("assert") or name in ("fail", "raises"):
+                found.append(node)
+    return found
+
+
+def _no_solution_region(subject: Subject) -> Iterator[Found]:
+    """Solution cells that nbgrader replaces as a whole."""
+    for cell in subject.solutions:
+        if not regions(cell.source, BEGIN_SOLUTION, END_SOLUTION):
+            yield Found(
+                cell.grade_id or "",
+                1,
+                f"Without ### {BEGIN_SOLUTION} and ### {END_SOLUTION} the release holds a stub in "
+                "place of the whole cell, its signature too: put the answer between them.",
+            )
+
+
+RULES = (
+    Rule("unreadable", "error", "A test cell or set-up cell must be Python.", _unreadable),
+    Rule(
+        "few-hidden-cases",
+        "error",
+        "An exercise needs two cases with hidden checks.",
+        _few_hidden_cases,
+    ),
+    Rule("orphan-case", "warning", "A case is named after its exercise.", _orphan_case),
+    Rule("no-points", "error", "An exercise needs a case that gives points.", _no_points),
+    Rule("odd-points", "error", "A case has whole points, 1 or more.", _odd_points),
+    Rule("no-check", "error", "A case, and its hidden region, must assert something.", _no_check),
+    Rule(
+        "no-solution-region",
+        "error",
+        "A solution cell marks what the release leaves out.",
+        _no_solution_region,
+    ),
+)

@@ -1,0 +1,190 @@
+"""An assignment as the rules see it: every cell parsed, and its student's values followed."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from robust_slam_autograder import assignment as assignments
+from robust_slam_autograder import notebook
+from robust_slam_autograder.assignment import BEGIN_HIDDEN, END_HIDDEN, Assignment, Case
+from robust_slam_autograder.lint.flow import Flow, follow
+from robust_slam_autograder.notebook import Cell
+from robust_slam_autograder.source import plain_python
+
+BEGIN_SOLUTION = "BEGIN SOLUTION"
+END_SOLUTION = "END SOLUTION"
+
+
+@dataclass(frozen=True)
+class Code:
+    """One of the instructor's cells: a case, or a set-up cell."""
+
+    grade_id: str
+    case: Case | None
+    """None for a set-up cell."""
+    source: str
+    tree: ast.Module
+    flow: Flow
+    regions: tuple[range, ...]
+    """Lines of the hidden regions, without their marks."""
+
+    def is_hidden(self, node: ast.AST) -> bool:
+        """Whether a piece of code stands in a hidden region."""
+        line = getattr(node, "lineno", 0)
+        return any(line in region for region in self.regions)
+
+
+@dataclass(frozen=True)
+class Unreadable:
+    """A cell that is no Python."""
+
+    grade_id: str
+    line: int
+    why: str
+
+
+@dataclass(frozen=True)
+class Subject:
+    """An assignment to lint."""
+
+    path: Path
+    """The notebook."""
+    assignment: Assignment
+    answers: Path | None
+    """Folder of right and wrong answers, ``<assignment>/<exercise>.py``, where there is one."""
+    solutions: tuple[Cell, ...]
+    """Cells that the grader marks: not those that a person does."""
+    tests: tuple[Code, ...]
+    setup: tuple[Code, ...]
+    unreadable: tuple[Unreadable, ...]
+    modules: Mapping[str, str]
+    """What names that the cells import stand for: np is numpy."""
+    functions: frozenset[str]
+    """Functions that the student is to write."""
+
+    @property
+    def codes(self) -> tuple[Code, ...]:
+        """All of the instructor's cells that could be read."""
+        return self.setup + self.tests
+
+    @cached_property
+    def helpers(self) -> Mapping[str, ast.FunctionDef]:
+        """The instructor's own functions, by name."""
+        nodes = (node for code in self.codes for node in ast.walk(code.tree))
+        return {node.name: node for node in nodes if isinstance(node, ast.FunctionDef)}
+
+    def calls(self, code: Code) -> Iterator[tuple[ast.Call, str]]:
+        """Every call in a cell, and the full name of what it calls (numpy.allclose)."""
+        for node in ast.walk(code.tree):
+            if isinstance(node, ast.Call):
+                yield node, self.full_name(node.func)
+
+    def full_name(self, node: ast.expr) -> str:
+        """Full name of what an expression names: np.linalg.norm is numpy.linalg.norm."""
+        return full_name(node, self.modules)
+
+
+def full_name(node: ast.expr, modules: Mapping[str, str]) -> str:
+    """Full name of what a dotted expression names; empty where it is none."""
+    if isinstance(node, ast.Name):
+        return modules.get(node.id, node.id)
+    if isinstance(node, ast.Attribute):
+        before = full_name(node.value, modules)
+        return f"{before}.{node.attr}" if before else ""
+    return ""
+
+
+def load(path: Path, answers: Path | None = None) -> Subject:
+    """Read an assignment's notebook for the rules.
+
+    Args:
+        path: the instructor's notebook.
+        answers: folder of right and wrong answers, if there is one.
+
+    Raises:
+        WrongUse: the notebook or its ``autograder.toml`` cannot be used.
+    """
+    assignment = assignments.load(path)
+    cells = [cell for cell in notebook.read(path) if cell.kind == "code"]
+    solutions = tuple(cell for cell in cells if cell.solution and not cell.grade)
+    modules = _imported([cell.source for cell in cells])
+    functions = _functions([cell.source for cell in solutions])
+    reader = _Reader(modules, functions, frozenset(assignment.names) - functions)
+    tests = [reader.read(case.grade_id, case, case.full) for case in assignment.cases]
+    setup = [reader.read(piece.label, None, piece.source) for piece in assignment.setup]
+    return Subject(
+        path=path,
+        assignment=assignment,
+        answers=answers,
+        solutions=solutions,
+        tests=tuple(code for code in tests if isinstance(code, Code)),
+        setup=tuple(code for code in setup if isinstance(code, Code)),
+        unreadable=tuple(code for code in [*setup, *tests] if isinstance(code, Unreadable)),
+        modules=modules,
+        functions=functions,
+    )
+
+
+@dataclass(frozen=True)
+class _Reader:
+    modules: Mapping[str, str]
+    functions: frozenset[str]
+    variables: frozenset[str]
+
+    def read(self, grade_id: str, case: Case | None, source: str) -> Code | Unreadable:
+        try:
+            tree = ast.parse(plain_python(source))
+        except (SyntaxError, ValueError) as error:
+            return Unreadable(grade_id, getattr(error, "lineno", None) or 1, str(error))
+        flow = follow(tree, self.functions, self.variables, self.modules)
+        return Code(grade_id, case, source, tree, flow, regions(source, BEGIN_HIDDEN, END_HIDDEN))
+
+
+def regions(source: str, begin: str, end: str) -> tuple[range, ...]:
+    """Lines between pairs of marks, numbered from 1, without the marks' own."""
+    lines = list(enumerate(source.split("\n"), start=1))
+    starts = [number for number, line in lines if begin in line]
+    ends = [number for number, line in lines if end in line]
+    return tuple(range(a + 1, b) for a, b in zip(starts, ends, strict=False))
+
+
+def _parsed(sources: Sequence[str]) -> Iterator[ast.Module]:
+    for source in sources:
+        try:
+            yield ast.parse(plain_python(source))
+        except (SyntaxError, ValueError):
+            continue
+
+
+def _imported(sources: Sequence[str]) -> dict[str, str]:
+    found = {}
+    for node in (node for tree in _parsed(sources) for node in ast.walk(tree)):
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                first = alias.name.split(".")[0]
+                found[alias.asname or first] = alias.name if alias.asname else first
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            for alias in node.names:
+                found[alias.asname or alias.name] = f"{node.module}.{alias.name}"
+    return found
+
+
+def _functions(sources: Sequence[str]) -> frozenset[str]:
+    """Names of functions and classes that solution cells define."""
+    found = set()
+    for node in (node for tree in _parsed(sources) for node in tree.body):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+            found.add(node.name)
+        elif isinstance(node, ast.Assign) and isinstance(node.value, ast.Lambda):
+            found |= {target.id for target in node.targets if isinstance(target, ast.Name)}
+    return frozenset(found)
+
+
+def words(text: str) -> set[str]:
+    """Identifiers in a text."""
+    return set(re.findall(r"[^\W\d]\w*", text))
