@@ -10,7 +10,7 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from robust_slam_autograder.markup import cell, code, one_line
+from robust_slam_autograder.markup import cell, code, one_line, visible
 from robust_slam_autograder.results import ExerciseResult, Result
 from robust_slam_autograder.verdict import check_verdict, failed_cases, sign, verdict
 
@@ -46,7 +46,7 @@ def _entry(result: Result, *, names: bool) -> dict[str, Any]:
         for e in result.exercises
     ]
     return {
-        **({"student": result.student} if names else {}),
+        **({"student": visible(result.student)} if names else {}),
         "assignment": result.assignment,
         "score": result.score,
         "max_score": result.max_score,
