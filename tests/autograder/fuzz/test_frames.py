@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import builtins
 import contextlib
 import os
 import time
@@ -15,6 +16,7 @@ from robust_slam_autograder.channel import (
     DeadlineExceeded,
     RaisedThere,
 )
+from robust_slam_autograder.session import StudentError, student_error
 from robust_slam_autograder.wire import Handle
 
 from tests.autograder.fuzz import frames
@@ -99,3 +101,13 @@ def test_an_error_of_any_shape_is_told_in_few_words(told: dict[str, object]) -> 
     assert len(error.types) <= 20 and len(str(error)) <= 1000
     assert all(type(name) is str and len(name) <= 1000 for name in error.types)
     assert error.line is None or type(error.line) is int
+
+
+CLASSES = st.sampled_from(dir(builtins)) | st.text(max_size=5)
+
+
+@fuzzed(200, st.fixed_dictionaries({"types": st.lists(CLASSES, max_size=4), "message": st.text()}))
+def test_an_error_of_any_class_becomes_one_that_a_test_can_catch(told: dict[str, Any]) -> None:
+    error = student_error(RaisedThere(told))
+    assert isinstance(error, StudentError) and str(error) == told["message"]
+    assert type(error).__name__.isidentifier()
