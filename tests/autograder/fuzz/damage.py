@@ -10,7 +10,8 @@ from tests.autograder.fuzz import running
 
 
 def variants(data: bytes, tokens: Sequence[bytes], seed: int) -> Iterator[bytes]:
-    """Give the bytes with a few edits, in many ways; ``tokens`` are what may be put in."""
+    """Give the bytes, then with a few edits, in many ways; ``tokens`` are what may be put in."""
+    yield data
     rng = np.random.default_rng(seed)
     for _ in range(running.VARIANTS):
         damaged = data

@@ -104,7 +104,8 @@ VALUES = [
 
 
 def edited(value: dict[str, Any], seed: int) -> Iterator[bytes]:
-    """Give a notebook with a few changes, in many ways."""
+    """Give a notebook, then with a few changes, in many ways."""
+    yield json.dumps(value).encode()
     rng = np.random.default_rng(seed)
     for _ in range(running.VARIANTS):
         tree = _tree(value)
