@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -135,7 +136,7 @@ def test_a_refusal_is_a_result(course: Path, grade: Run) -> None:
 def test_a_place_that_cannot_be_written_is_named(course: Path, grade: Run) -> None:
     (course / "out").write_text("a file")
     status, _, err = grade(course / "submitted" / "ada" / toy.NAME)
-    assert status == 1 and str(course / "out") in err
+    assert status == 2 and str(course / "out") in err
 
 
 def test_a_failure_of_the_grader_is_status_1(course: Path, grade: Run) -> None:
@@ -145,6 +146,52 @@ def test_a_failure_of_the_grader_is_status_1(course: Path, grade: Run) -> None:
     status, out, _ = grade(course / "submitted" / "ada" / toy.NAME)
     assert status == 1
     assert "failed: The instructor's cell, set-up 1, fails: division by zero" in out
+
+
+class TestSummaries:
+    """``grade --json``, ``--markdown`` and ``--no-names``."""
+
+    @pytest.fixture
+    def both(self, course: Path, grade: Run) -> Run:
+        """Grade two submissions, of which one is refused for its name's sake."""
+        broken = course / "grace.ipynb"
+        broken.write_text("{")
+        paths = (course / "submitted" / "ada" / toy.NAME, broken)
+        return lambda *arguments: grade(*paths, *arguments)
+
+    def test_files_are_written_beside_the_table(self, course: Path, both: Run) -> None:
+        where = course / "new" / "marks.json", course / "marks.md"
+        status, out, _ = both("--json", where[0], "--markdown", where[1])
+        assert status == 0 and "ada      07-toy      20/20  all passed" in out
+        value = json.loads(where[0].read_text(encoding="utf-8"))
+        assert value["counts"] == {"graded": 1, "refused": 1, "failed": 0, "kept": 0}
+        assert [each["student"] for each in value["submissions"]] == ["ada", "grace"]
+        assert "| `ada` | `07-toy` | 20/20 | ✓ All checks passed" in where[1].read_text("utf-8")
+
+    def test_standard_output_is_the_summarys_own(self, both: Run) -> None:
+        status, out, err = both("--json", "-")
+        assert status == 0 and json.loads(out)["schema"] == 1
+        assert "1 graded, 1 refused" in err
+        assert both("--markdown", "-")[1].startswith("## Grading\n")
+
+    def test_two_summaries_want_two_places(self, course: Path, both: Run) -> None:
+        status, out, err = both("--json", "-", "--markdown", "-")
+        assert status == 2 and "want two places" in err and out == ""
+        assert not (course / "out").exists()
+
+    def test_without_names_no_output_has_one(self, course: Path, both: Run) -> None:
+        where = course / "marks.json", course / "marks.md"
+        status, out, err = both("--json", where[0], "--markdown", where[1], "--no-names")
+        shown = [out.replace(str(course), ""), err, *(path.read_text("utf-8") for path in where)]
+        assert status == 0
+        assert not [text for text in shown for name in ("ada", "grace") if name in text]
+        assert "07-toy      20/20  all passed" in out and "0/20   refused" in out
+
+    def test_what_a_summary_says_follows_from_the_submissions_alone(
+        self, course: Path, both: Run
+    ) -> None:
+        outs = [both("--json", "-", "--seed", seed)[1] for seed in (1, 2)]
+        assert outs[0] == outs[1]
 
 
 @pytest.mark.sandbox
@@ -196,6 +243,17 @@ class TestCheck:
         value = toy.answer("%%time\n" + RIGHT)
         value["cells"].insert(2, value["cells"][1] | {"source": "!ls\n" + RIGHT, "id": "copy"})
         assert run("check", toy.write(course / "mine.ipynb", value))[0] == 0
+
+    def test_its_summary_as_markdown_has_no_points(self, course: Path, run: Run) -> None:
+        path, summary = toy.write(course / "mine.ipynb", toy.answer(WRONG)), course / "summary.md"
+        assert run("check", path, "--markdown", summary)[0] == 1
+        assert summary.read_text(encoding="utf-8").splitlines() == [
+            "## Public checks",
+            "",
+            "Not all public checks passed: 0 of 1 exercises. Grading runs hidden checks too.",
+            "",
+            "- ✗ failed `double` (`by-hand`): `double(3) is 6: add the number to itself`",
+        ]
 
     def test_modules_are_withheld_with_the_same_sentence(self, course: Path, run: Run) -> None:
         (course / "autograder.toml").write_text('withheld = ["xml.dom"]\n')

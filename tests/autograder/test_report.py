@@ -40,6 +40,31 @@ def test_the_table_has_a_line_and_a_remark_for_each() -> None:
     ]
 
 
+def test_without_names_the_table_tells_nobody() -> None:
+    refused = without_grade(
+        "refused", "bo.ipynb is no.", student="bo", assignment="b", max_score=6
+    )
+    table = report.marks_table([refused, result(PASSED, PARTLY)], names=False)
+    assert table.splitlines() == [
+        "assignment  mark",
+        "a           15/25  lost marks in two",
+        "b           0/6    refused",
+    ]
+
+
+def test_all_passed_is_said_where_hidden_checks_ran() -> None:
+    case = CaseResult("case-0", 5, 5, False, "")
+    hidden = ExerciseResult("one", 5, 5, "passed", "", (case,))
+    assert report.marks_table([result(hidden)]).endswith("5/5   all passed")
+
+
+def test_what_a_students_text_does_to_a_terminal_is_undone() -> None:
+    told = exercise("one", "failed", "\x1b[2J\nall passed")
+    assert report.check_report(result(told)).splitlines()[0] == (
+        "✗ failed   one (case-0): \\x1b[2J all passed"
+    )
+
+
 def test_a_check_names_each_exercise_and_what_it_lost() -> None:
     text = report.check_report(result(PASSED, PARTLY, FAILED, HUNG, reason="A cell was copied."))
     assert text.splitlines() == [
