@@ -8,32 +8,27 @@ from __future__ import annotations
 
 import contextlib
 import fcntl
+import functools
 import hashlib
-import json
-import multiprocessing
-import resource
-import secrets
+import os
 import sys
-import time
 import traceback
-import types
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import cache
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass
 from importlib.metadata import distributions
-from multiprocessing.connection import Connection, wait
-from multiprocessing.context import ForkServerProcess
 from pathlib import Path
 
-from robust_slam_autograder import grading, notebook, results, submission
+from robust_slam_autograder import grading, notebook, results, submission, trusted
 from robust_slam_autograder.assignment import CONFIG_NAME, Assignment
 from robust_slam_autograder.errors import GraderFailure, Refused, WrongUse
-from robust_slam_autograder.results import Result
+from robust_slam_autograder.journal import Run
+from robust_slam_autograder.results import Result, Status
 from robust_slam_autograder.sandbox import Sandbox, inside
+from robust_slam_autograder.source import imported_modules
 
-RUN_NAME = ".run.json"
 LOCK_NAME = ".lock"
-TRUSTED_MEMORY = 8 * 1024**3
+PRELOAD = ("numpy", "scipy.special", __name__)
 GRACE_SECONDS = 60.0
 """What a submission may take beyond its own limit before its trusted process is ended."""
 
@@ -55,27 +50,20 @@ class Job:
         return f"{self.student}/{self.assignment.name}"
 
 
-@dataclass
-class Run:
-    """What ``.run.json`` keeps: the seed, and fingerprints of submissions.
-
-    Attributes:
-        seed: the batch's secret.
-        graded: of those that have a result file.
-        recorded: of those whose marks are in the gradebook.
-    """
-
-    seed: int
-    graded: dict[str, str] = field(default_factory=dict)
-    recorded: dict[str, str] = field(default_factory=dict)
-
-
 @dataclass(frozen=True)
 class Graded:
-    """A result, and whether it was kept from an earlier run."""
+    """What became of one submission; its result stays on the disk until it is asked for."""
 
-    result: Result
+    path: Path
+    """The result's file."""
+    status: Status
     reused: bool
+    """Whether it was kept from an earlier run."""
+
+    @property
+    def result(self) -> Result:
+        """The result, read from its file."""
+        return results.read(self.path)
 
 
 @contextlib.contextmanager
@@ -83,42 +71,22 @@ def locked(out: Path) -> Iterator[None]:
     """Keep a second batch out of the same results' folder; a killed one holds nothing back.
 
     Raises:
-        WrongUse: another batch is at work there.
+        WrongUse: another batch is at work there, or nothing can be written there.
     """
-    out.mkdir(parents=True, exist_ok=True)
-    with open(out / LOCK_NAME, "w") as file:
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        descriptor = os.open(out / LOCK_NAME, os.O_WRONLY | os.O_CREAT, 0o644)
+    except OSError as error:
+        raise WrongUse(
+            f"Nothing can be written to {out} ({error.strerror}): "
+            "make it a writable folder, or choose another with --out."
+        ) from error
+    with open(descriptor, "w") as file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as error:
             raise WrongUse(f"Another batch is at work in {out}: wait for its end.") from error
         yield
-
-
-def open_run(out: Path, seed: int | None) -> Run:
-    """Read the batch's seed and fingerprints, or begin a batch.
-
-    Args:
-        out: the results' folder.
-        seed: the seed to use; None keeps the batch's own, or draws a secret one.
-
-    Raises:
-        WrongUse: the folder's ``.run.json`` cannot be read.
-    """
-    path = out / RUN_NAME
-    if not path.is_file():
-        return Run(secrets.randbits(63) if seed is None else seed)
-    try:
-        kept = json.loads(path.read_text(encoding="utf-8"))
-        run = Run(int(kept["seed"]), dict(kept["graded"]), dict(kept.get("recorded", {})))
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise WrongUse(f"{path} cannot be read: delete it to begin a new batch.") from error
-    return run if seed is None or seed == run.seed else Run(seed)
-
-
-def save_run(out: Path, run: Run) -> None:
-    """Write ``.run.json``, for its owner's eyes only: it holds the seed."""
-    value = {"seed": run.seed, "graded": run.graded, "recorded": run.recorded}
-    results.write_json(out / RUN_NAME, value, mode=0o600)
 
 
 def grade(
@@ -134,59 +102,81 @@ def grade(
 
     Args:
         jobs: the submissions.
-        out: folder of the result files and of ``.run.json``.
-        run: the batch, from ``open_run``; it is kept up to date.
+        out: folder of the result files.
+        run: the batch, from ``journal.open_run``; it is kept up to date.
         wall: where student code runs.
         workers: how many submissions at once.
         report: called after each submission.
 
     Returns:
         what became of each submission, in the order of ``jobs``.
+
+    Raises:
+        GraderFailure: a result cannot be written; those before it are kept.
     """
-    save_run(out, run)
-    prints = {job.key: _fingerprint(job, run.seed, wall) for job in jobs}
+    fingerprint = Fingerprints(run.seed, wall).of
     done: dict[str, Graded] = {}
     waiting = []
     for job in jobs:
-        kept = _kept(out, job) if run.graded.get(job.key) == prints[job.key] else None
+        kept = _kept(out, job, run, fingerprint)
         if kept is None:
             waiting.append(job)
         else:
-            done[job.key] = Graded(kept, reused=True)
+            done[job.key] = kept
+            report(kept)
+    # A submission is read when its turn comes, and its fingerprint taken before it is graded:
+    # one that changes meanwhile is graded again by the next run.
+    tasks = ((job, fingerprint(job)) for job in waiting)
+    with closing(_grade_all(_start(waiting, run.seed, wall), tasks, workers)) as graded:
+        for (job, seen), result in graded:
+            run.forget(job.key)
+            path = results.write(out, result)
+            if result.status != "failed":
+                run.remember(job.key, seen)
+            done[job.key] = Graded(path, result.status, reused=False)
             report(done[job.key])
-    for job, result in _grade_all(waiting, run.seed, wall, workers):
-        results.write(out, result)
-        run.graded.pop(job.key, None)
-        if result.status != "failed":
-            run.graded[job.key] = prints[job.key]
-        save_run(out, run)
-        done[job.key] = Graded(result, reused=False)
-        report(done[job.key])
     return [done[job.key] for job in jobs]
 
 
-def _kept(out: Path, job: Job) -> Result | None:
+def _kept(out: Path, job: Job, run: Run, fingerprint: Callable[[Job], str]) -> Graded | None:
+    """The result that a submission has already, where nothing that it depends on has changed."""
+    if job.key not in run.graded or run.graded[job.key] != fingerprint(job):
+        return None
+    path = results.path_of(out, job.student, job.assignment.name)
     try:
-        return results.read(results.path_of(out, job.student, job.assignment.name))
+        return Graded(path, results.read(path).status, reused=True)
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None
 
 
-def _fingerprint(job: Job, seed: int, wall: Sandbox) -> str:
-    """Digest of all that a result depends on."""
-    digest = hashlib.sha256(f"{seed} {wall.name} {_code_digest()}".encode())
-    config = job.tests.parent / CONFIG_NAME
-    for path in [job.tests, *([config] if config.is_file() else [])]:
-        digest.update(path.read_bytes())
-    try:
-        path, _ = locate(job)
-        digest.update(path.name.encode(errors="surrogateescape") + notebook.read_bytes(path))
-    except Refused as error:
-        digest.update(str(error).encode())
-    return digest.hexdigest()
+class Fingerprints:
+    """Digests of all that a submission's result depends on."""
+
+    def __init__(self, seed: int, wall: Sandbox) -> None:
+        self._common = f"{seed} {wall.name} {_code_digest()}"
+        self._tests: dict[Path, bytes] = {}
+
+    def of(self, job: Job) -> str:
+        """The digest of one submission, as it lies on the disk now."""
+        if job.tests not in self._tests:
+            self._tests[job.tests] = self._digest_of_tests(job.tests)
+        digest = hashlib.sha256(self._tests[job.tests])
+        try:
+            path, _ = locate(job)
+            digest.update(path.name.encode(errors="surrogateescape") + notebook.read_bytes(path))
+        except Refused as error:
+            digest.update(str(error).encode())
+        return digest.hexdigest()
+
+    def _digest_of_tests(self, tests: Path) -> bytes:
+        digest = hashlib.sha256(self._common.encode())
+        config = tests.parent / CONFIG_NAME
+        for path in [tests, *([config] if config.is_file() else [])]:
+            digest.update(path.read_bytes())
+        return digest.digest()
 
 
-@cache
+@functools.cache
 def _code_digest() -> str:
     """Digest of the interpreter and of all code that tests and grader may import."""
     installed = sorted(f"{package.name} {package.version}" for package in distributions())
@@ -212,20 +202,27 @@ def locate(job: Job) -> tuple[Path, tuple[str, ...]]:
     return submission.notebook_in(job.path, job.assignment.notebook)
 
 
+Task = tuple[Job, str]
+"""A submission and its fingerprint."""
+
+Start = Callable[..., Iterator[tuple[Task, Result | trusted.Broken]]]
+"""``trusted.run``, told what a task is."""
+
+
 def _grade_all(
-    jobs: Sequence[Job], seed: int, wall: Sandbox, workers: int
-) -> Iterator[tuple[Job, Result]]:
-    """Grade up to ``workers`` submissions at once, and then, alone, those that ran into a limit.
+    start: Start, tasks: Iterable[Task], at_once: int
+) -> Generator[tuple[Task, Result], None, None]:
+    """Grade up to ``at_once`` submissions at once, and then, alone, those that ran into a limit.
 
     A busy machine may be why they did, and a mark must not depend on the neighbours.
     """
     doubtful = []
-    for job, result in _grade_together(jobs, seed, wall, workers):
-        if workers > 1 and len(jobs) > 1 and _ran_into_a_limit(result):
-            doubtful.append(job)
+    for task, result in _results(start(tasks, at_once=at_once)):
+        if at_once > 1 and _ran_into_a_limit(result):
+            doubtful.append(task)
         else:
-            yield job, result
-    yield from _grade_together(doubtful, seed, wall, workers=1)
+            yield task, result
+    yield from _results(start(doubtful, at_once=1))
 
 
 def _ran_into_a_limit(result: Result) -> bool:
@@ -233,90 +230,41 @@ def _ran_into_a_limit(result: Result) -> bool:
     return stopped or result.status == "failed"
 
 
-@dataclass(frozen=True)
-class _Worker:
-    job: Job
-    process: ForkServerProcess
-    end: float
-    """When it must be done (``time.monotonic``)."""
+def _results(
+    answers: Iterator[tuple[Task, Result | trusted.Broken]],
+) -> Iterator[tuple[Task, Result]]:
+    for task, answer in answers:
+        if isinstance(answer, trusted.Broken):
+            reason = f"The grader {answer.how} on this submission."
+            yield task, _without_grade("failed", reason, task[0])
+        else:
+            yield task, answer
 
 
-def _grade_together(
-    jobs: Sequence[Job], seed: int, wall: Sandbox, workers: int
-) -> Iterator[tuple[Job, Result]]:
-    """Run up to ``workers`` submissions at once, each in a fresh process."""
-    queue = list(jobs)
-    running: dict[Connection, _Worker] = {}
-    try:
-        while queue or running:
-            while queue and len(running) < workers:
-                receiver, worker = _start(queue.pop(0), seed, wall)
-                running[receiver] = worker
-            yield from _collect(running)
-    finally:
-        for receiver, worker in running.items():
-            worker.process.kill()
-            receiver.close()
+def _start(jobs: Sequence[Job], seed: int, wall: Sandbox) -> Start:
+    used = {job.assignment.name: job.assignment for job in jobs}
+    imported = [name for assignment in used.values() for name in _imported(assignment)]
+    return functools.partial(
+        trusted.run,
+        work=functools.partial(_grade_task, seed=seed, wall=wall),
+        seconds=_seconds,
+        preload=[*PRELOAD, *imported],
+    )
 
 
-def _start(job: Job, seed: int, wall: Sandbox) -> tuple[Connection, _Worker]:
-    context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["numpy", "scipy.special", grading.__name__])
-    receiver, sender = context.Pipe(duplex=False)
-    process = context.Process(target=_work, args=(sender, job, seed, wall))
-    with _without_main():
-        process.start()
-    sender.close()
-    limit = job.assignment.config.limits.notebook_seconds + GRACE_SECONDS
-    return receiver, _Worker(job, process, time.monotonic() + limit)
+def _imported(assignment: Assignment) -> Iterator[str]:
+    """Modules that the instructor's cells import; the trusted side wants them all."""
+    pieces = [piece.source for piece in assignment.setup]
+    for source in [*pieces, *assignment.imports, *(case.full for case in assignment.cases)]:
+        yield from imported_modules(source)
 
 
-@contextlib.contextmanager
-def _without_main() -> Iterator[None]:
-    """Keep a new process from running the main script, whatever that is, once more."""
-    main = sys.modules["__main__"]
-    sys.modules["__main__"] = types.ModuleType("__main__")
-    try:
-        yield
-    finally:
-        sys.modules["__main__"] = main
+def _seconds(task: Task) -> float:
+    return task[0].assignment.config.limits.notebook_seconds + GRACE_SECONDS
 
 
-def _collect(running: dict[Connection, _Worker]) -> Iterator[tuple[Job, Result]]:
-    """Wait for the next worker, or workers, to be done or to be late."""
-    first = min(worker.end for worker in running.values())
-    ready = wait(list(running), timeout=max(0.0, first - time.monotonic()))
-    now = time.monotonic()
-    for receiver, worker in list(running.items()):
-        if receiver not in ready and worker.end > now:
-            continue
-        del running[receiver]
-        result = _receive(receiver, worker) if receiver in ready else _late(worker.job)
-        worker.process.kill()
-        worker.process.join()
-        receiver.close()
-        yield worker.job, result
-
-
-def _receive(receiver: Connection, worker: _Worker) -> Result:
-    try:
-        result: Result = receiver.recv()
-    except (EOFError, OSError):
-        worker.process.join()
-        what = f"ended with exit status {worker.process.exitcode}"
-        return _without_grade("failed", f"The grader {what} on this submission.", worker.job)
-    return result
-
-
-def _late(job: Job) -> Result:
-    return _without_grade("failed", "The grader took longer than its limits here.", job)
-
-
-def _work(sender: Connection, job: Job, seed: int, wall: Sandbox) -> None:
-    """The trusted process of one submission."""
-    resource.setrlimit(resource.RLIMIT_AS, (TRUSTED_MEMORY, TRUSTED_MEMORY))
-    sender.send(grade_one(job, seed, wall))
-    sender.close()
+def _grade_task(task: Task, *, seed: int, wall: Sandbox) -> Result:
+    return grade_one(task[0], seed, wall)
 
 
 def grade_one(job: Job, seed: int, wall: Sandbox) -> Result:
@@ -350,15 +298,13 @@ def counts(graded: Sequence[Graded]) -> Mapping[str, int]:
     """How many submissions were graded, refused, failed and kept."""
     found = {"graded": 0, "refused": 0, "failed": 0, "kept": 0}
     for item in graded:
-        found[item.result.status] += 1
+        found[item.status] += 1
         found["kept"] += item.reused
     return found
 
 
-def unrecorded(jobs: Sequence[Job], graded: Sequence[Graded], run: Run) -> list[Result]:
-    """Results that the gradebook does not have yet; where the grader failed there is none."""
-    pairs = zip(jobs, graded, strict=True)
-    fresh = [
-        (job, item) for job, item in pairs if run.recorded.get(job.key) != run.graded.get(job.key)
-    ]
-    return [item.result for _, item in fresh if item.result.status != "failed"]
+def unrecorded(jobs: Sequence[Job], graded: Sequence[Graded], run: Run) -> dict[str, Graded]:
+    """By key what the gradebook does not have yet; where the grader failed there is nothing."""
+    pairs = ((job.key, item) for job, item in zip(jobs, graded, strict=True))
+    due = ((key, item) for key, item in pairs if run.recorded.get(key) != run.graded.get(key))
+    return {key: item for key, item in due if item.status != "failed"}

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
+
+from robust_slam_autograder import durable
 
 SCHEMA = 1
 Status = Literal["graded", "refused", "failed"]
@@ -73,21 +74,15 @@ def path_of(out: Path, student: str, assignment: str) -> Path:
 
 
 def write(out: Path, result: Result) -> Path:
-    """Write a result's file; a reader sees the old one or the new one, never half of one."""
+    """Write a result's file; a reader sees the old one or the new one, never half of one.
+
+    Raises:
+        GraderFailure: the file cannot be written.
+    """
     path = path_of(out, result.student, result.assignment)
-    write_json(path, {"schema": SCHEMA, **asdict(result)})
+    value = {"schema": SCHEMA, **asdict(result)}
+    durable.write(path, json.dumps(value, indent=1, ensure_ascii=False) + "\n")
     return path
-
-
-def write_json(path: Path, value: dict[str, Any], *, mode: int = 0o644) -> None:
-    """Write JSON to a file by renaming a finished one into place."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    text = json.dumps(value, indent=1, ensure_ascii=False) + "\n"
-    descriptor = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, mode)
-    with open(descriptor, "w", encoding="utf-8", errors="backslashreplace") as file:
-        file.write(text)
-    os.replace(temporary, path)
 
 
 def read(path: Path) -> Result:

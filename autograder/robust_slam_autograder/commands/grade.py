@@ -10,10 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder import assignment as assignments
-from robust_slam_autograder import batch, progress, report, sandbox, summary
+from robust_slam_autograder import batch, journal, progress, report, sandbox, summary
 from robust_slam_autograder.assignment import Assignment
-from robust_slam_autograder.batch import Graded, Job, Run
+from robust_slam_autograder.batch import Graded, Job
 from robust_slam_autograder.errors import WrongUse
+from robust_slam_autograder.journal import Run
 from robust_slam_autograder.sandbox import Sandbox
 
 DATABASE_NAME = "gradebook.db"
@@ -69,11 +70,11 @@ def run(options: argparse.Namespace) -> int:
     jobs = _find_jobs(options)
     wall = sandbox.choose(options.sandbox, unsandboxed=options.unsandboxed)
     with batch.locked(options.out):
-        run = batch.open_run(options.out, options.seed)
+        run = journal.open_run(options.out, options.seed)
         graded = _grade_with_progress(jobs, run, wall, options)
         _record(options.out, run, jobs, graded)
     _tell(graded, options)
-    return 1 if any(item.result.status == "failed" for item in graded) else 0
+    return 1 if any(item.status == "failed" for item in graded) else 0
 
 
 def _grade_with_progress(
@@ -93,17 +94,15 @@ def _grade_with_progress(
 def _record(out: Path, run: Run, jobs: Sequence[Job], graded: Sequence[Graded]) -> None:
     database = out / DATABASE_NAME
     if not database.exists():
-        run.recorded.clear()
+        run.forget_recorded()
     due = batch.unrecorded(jobs, graded, run)
     if not due:
         return
     from robust_slam_autograder import gradebook  # nbgrader takes a second to import
 
     used = {job.assignment.name: job.assignment for job in jobs}
-    gradebook.record(database, list(used.values()), due)
-    keys = [f"{result.student}/{result.assignment}" for result in due]
-    run.recorded |= {key: run.graded[key] for key in keys}
-    batch.save_run(out, run)
+    gradebook.record(database, list(used.values()), [item.result for item in due.values()])
+    run.remember_recorded(due)
 
 
 def _tell(graded: Sequence[Graded], options: argparse.Namespace) -> None:

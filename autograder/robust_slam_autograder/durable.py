@@ -1,0 +1,62 @@
+"""Files that are whole or not there, on a disk that may be full and in a run that may be killed.
+
+One process writes at a time: a file that a killed one left half-written has a fixed
+name and is written over.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from robust_slam_autograder.errors import GraderFailure
+
+
+def part_of(path: Path) -> Path:
+    """Where a file is made before it is renamed into place."""
+    return path.with_name(f".{path.name}.part")
+
+
+def write(path: Path, text: str, *, mode: int = 0o644) -> None:
+    """Write a file by renaming a finished one into place, making its folder if need be.
+
+    Raises:
+        GraderFailure: it cannot be written; what was there before still is.
+    """
+    part = part_of(path)
+    with _cleared_up(path, part):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        descriptor = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, mode)
+        with open(descriptor, "w", encoding="utf-8", errors="backslashreplace") as file:
+            file.write(text)
+            file.flush()
+            # A power cut after the rename must not leave an empty file under the name.
+            os.fsync(file.fileno())
+        os.replace(part, path)
+
+
+def append(path: Path, lines: Iterable[str]) -> None:
+    """Add lines to a file that is there.
+
+    Raises:
+        GraderFailure: it cannot be written.
+    """
+    text = "".join(f"{line}\n" for line in lines)
+    with _cleared_up(path), open(path, "a", encoding="utf-8") as file:
+        file.write(text)
+
+
+@contextlib.contextmanager
+def _cleared_up(path: Path, part: Path | None = None) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        if part is not None:
+            with contextlib.suppress(OSError):
+                part.unlink()
+        raise GraderFailure(
+            f"{path} cannot be written ({error.strerror or error}): make room or make its folder "
+            "writable, and give the same command again; it goes on from here."
+        ) from error

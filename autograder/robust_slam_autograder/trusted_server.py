@@ -1,0 +1,52 @@
+"""Imported once, by the server that trusted processes are forked from: makes it ready.
+
+That server is ``multiprocessing``'s. It takes its settings from the environment, for
+it takes nothing else but names of modules.
+"""
+
+from __future__ import annotations
+
+import atexit
+import contextlib
+import importlib
+import json
+import os
+import shutil
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+
+VARIABLE = "AUTOGRADER_TRUSTED_SERVER"
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the server needs to know."""
+
+    modules: list[str]
+    """To import, where that works."""
+    folder: str
+    """The batch's temporary folder. The server outlives a batch that is killed, and removes it."""
+
+
+@contextlib.contextmanager
+def told(settings: Settings) -> Iterator[None]:
+    """Tell a server that is started within this context."""
+    os.environ[VARIABLE] = json.dumps(asdict(settings))
+    try:
+        yield
+    finally:
+        del os.environ[VARIABLE]
+
+
+def make_ready(settings: Settings) -> None:
+    """Import, and see to the folder's end."""
+    for module in settings.modules:
+        # A module that fails will fail again where it is wanted, and be told of there.
+        with contextlib.suppress(Exception):
+            importlib.import_module(module)
+    # Processes that are forked from the server end without this.
+    atexit.register(shutil.rmtree, settings.folder, ignore_errors=True)
+
+
+if VARIABLE in os.environ:
+    make_ready(Settings(**json.loads(os.environ.pop(VARIABLE))))
