@@ -21,11 +21,10 @@ _EQUAL_NAN = frozenset({"allclose", "isclose", "array_equal"})
 def _nan_passes(subject: Subject) -> Iterator[Found]:
     """Comparisons that must be false, or unequal: NaN is neither more nor less nor equal."""
     for code in subject.codes:
-        guarded = _guarded(code)
         seen = set()
         for condition in conditions(code.tree):
             for node, holds in comparisons(condition, code.flow):
-                if node in seen or not _passes(node, holds) or _is_safe(node, code, guarded):
+                if node in seen or not _passes(node, holds) or _is_safe(node, code):
                     continue
                 seen.add(node)
                 yield Found(
@@ -43,7 +42,7 @@ def _passes(node: ast.Compare, holds: bool) -> bool:
     return isinstance(node.ops[0], ast.NotEq) and holds
 
 
-def _is_safe(node: ast.Compare, code: Code, guarded: frozenset[str]) -> bool:
+def _is_safe(node: ast.Compare, code: Code) -> bool:
     parts = [node.left, *node.comparators]
     keys = frozenset[str]().union(*(code.flow.of(part).keys for part in parts))
     not_numbers = (ast.List, ast.Tuple, ast.Dict, ast.JoinedStr)
@@ -52,15 +51,19 @@ def _is_safe(node: ast.Compare, code: Code, guarded: frozenset[str]) -> bool:
         for part in parts
     ):
         return True
-    return keys <= guarded
+    return keys <= _guarded(code, node)
 
 
-def _guarded(code: Code) -> frozenset[str]:
-    """Results of which the cell asserts elsewhere that they are numbers."""
+def _guarded(code: Code, place: ast.AST) -> frozenset[str]:
+    """Results of which the cell asserts elsewhere that they are numbers.
+
+    What the hidden region asserts is of other inputs than what is visible.
+    """
     found: set[str] = set()
     for condition in conditions(code.tree):
         for node in code.flow.expanded(condition.test):
-            if isinstance(node, ast.Call) and last_name(node.func) in _FINITE:
+            there = code.is_hidden(place) or not code.is_hidden(node)
+            if there and isinstance(node, ast.Call) and last_name(node.func) in _FINITE:
                 found |= {k for argument in node.args[:2] for k in code.flow.of(argument).keys}
     return frozenset(found)
 
@@ -68,10 +71,9 @@ def _guarded(code: Code) -> frozenset[str]:
 def _nan_order(subject: Subject) -> Iterator[Found]:
     """Python's own max and min, which NaN gets past unless it comes first."""
     for code in subject.codes:
-        guarded = _guarded(code)
         for node, name in subject.calls(code):
             keys = {key for argument in node.args for key in code.flow.of(argument).keys}
-            if name in ("max", "min", "sorted") and not keys <= guarded:
+            if name in ("max", "min", "sorted") and not keys <= _guarded(code, node):
                 yield Found(
                     code.grade_id,
                     node.lineno,

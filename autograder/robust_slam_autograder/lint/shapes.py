@@ -37,13 +37,9 @@ def _shape_unchecked(subject: Subject) -> Iterator[Found]:
         checked = _checked(code, subject)
         for pair in _pairs(code, subject):
             left, right = code.flow.of(pair.left), code.flow.of(pair.right)
-            is_target = not left.keys or not right.keys or _is_given(left.keys)
-            if (
-                left.many
-                and right.many
-                and is_target
-                and not _any_is_checked(left.keys | right.keys, checked)
-            ):
+            if not (left.many and right.many and _has_target(left.keys, right.keys)):
+                continue
+            if not _any_is_checked(left.keys | right.keys, checked):
                 yield Found(
                     code.grade_id,
                     pair.node.lineno,
@@ -58,7 +54,7 @@ def _number_unchecked(subject: Subject) -> Iterator[Found]:
         checked = _checked(code, subject)
         for pair in _pairs(code, subject):
             left, right = code.flow.of(pair.left), code.flow.of(pair.right)
-            if not pair.is_close or not code.is_hidden(pair.node) or left.many == right.many:
+            if not pair.is_close or left.many == right.many:
                 continue
             got = left if left.many else right
             if not _any_is_checked(got.keys, checked):
@@ -70,9 +66,9 @@ def _number_unchecked(subject: Subject) -> Iterator[Found]:
                 )
 
 
-def _is_given(keys: frozenset[str]) -> bool:
-    """Whether it is a helper's argument: then either side may be the target."""
-    return any("(" in key for key in keys)
+def _has_target(left: frozenset[str], right: frozenset[str]) -> bool:
+    """Whether one side is no result; of a helper's arguments one is."""
+    return not left or not right or any("(" in key for key in left)
 
 
 def _any_is_checked(keys: frozenset[str], checked: frozenset[str]) -> bool:
@@ -172,7 +168,7 @@ RULES = (
     Rule(
         "number-unchecked",
         "warning",
-        "A result that a hidden check compares with a number needs its shape asserted.",
+        "A result that is compared with a number needs its shape asserted in the same case.",
         _number_unchecked,
     ),
     Rule("zip-stops", "error", "zip must not cut off what is missing.", _zip_stops),
