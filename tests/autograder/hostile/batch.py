@@ -224,7 +224,7 @@ def _stops(
     stops = [f"{entry.name} has no result" for entry in entries if entry.name not in found]
     failed = [(name, value) for name, value in found.items() if value["status"] == "failed"]
     stops += [f"the grader failed on {name}: {value['reason']}" for name, value in failed]
-    return stops if status == 0 else [f"exit status {status}: {' '.join(said)[-900:]}", *stops]
+    return stops if status == 0 else [f"exit status {status}: {' '.join(said)[-300:]}", *stops]
 
 
 def _oddity(entry: Entry, result: Mapping[str, Any] | None, target: Target) -> str:
