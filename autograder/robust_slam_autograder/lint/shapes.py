@@ -17,6 +17,7 @@ _ASSERTS = frozenset(
     for name in ("allclose", "array_equal", "array_almost_equal", "almost_equal", "array_less")
 )
 _REDUCES = frozenset({"all", "any", "max", "amax", "min", "sum", "mean", "median", "norm", "std"})
+_VALUES = (ast.Name, ast.Call, ast.Attribute, ast.Subscript, ast.List, ast.Tuple)
 _STRICT = frozenset({"array_equal", "assert_equal"})
 
 
@@ -61,8 +62,8 @@ def _number_unchecked(subject: Subject) -> Iterator[Found]:
                 yield Found(
                     code.grade_id,
                     pair.node.lineno,
-                    "An array full of this number passes: assert np.shape(got) == () "
-                    "in this case.",
+                    "An array full of this number passes, and so does an empty list: "
+                    "assert np.shape(got) == () in this case.",
                 )
 
 
@@ -143,6 +144,35 @@ def _asks_shape(helper: ast.FunctionDef | None) -> bool:
     return bool(names & (SHAPES | _STRICT))
 
 
+def _empty_passes(subject: Subject) -> Iterator[Found]:
+    """All of nothing is true, and any of nothing is false."""
+    for code in subject.codes:
+        checked = _checked(code, subject)
+        for node, _ in subject.calls(code):
+            if last_name(node.func) not in ("all", "any"):
+                continue
+            asked = [code.flow.of(part) for part in _outside_calls(node, code.flow)]
+            keys = frozenset(key for value in asked if value.many for key in value.keys)
+            # An array on the other side does not fit an empty one.
+            has_target = any(value.many and not value.keys for value in asked)
+            if not has_target and not _any_is_checked(keys, checked):
+                yield Found(
+                    code.grade_id,
+                    node.lineno,
+                    "An empty answer passes, for nothing is compared: assert np.shape or len "
+                    "of it in this case.",
+                )
+
+
+def _outside_calls(node: ast.AST, flow: Flow) -> Iterator[ast.AST]:
+    """The values in an expression, but for what the student's function was given."""
+    if isinstance(node, _VALUES):
+        yield node
+    if node not in flow.calls:
+        for part in ast.iter_child_nodes(node):
+            yield from _outside_calls(part, flow)
+
+
 def _zip_stops(subject: Subject) -> Iterator[Found]:
     """``zip`` ends with the shorter one: an empty answer agrees with everything."""
     for code in subject.codes:
@@ -171,5 +201,6 @@ RULES = (
         "A result that is compared with a number needs its shape asserted in the same case.",
         _number_unchecked,
     ),
+    Rule("empty-passes", "warning", "all and any must not be of nothing.", _empty_passes),
     Rule("zip-stops", "error", "zip must not cut off what is missing.", _zip_stops),
 )
