@@ -6,7 +6,9 @@ course's too.
 
 from __future__ import annotations
 
+import contextlib
 import json
+import sqlite3
 import subprocess
 import sys
 from collections import Counter
@@ -204,6 +206,20 @@ class TestWhatNobodyMayLearn:
             "a line in ada/page.html: assert a < b",
             "a number in output 0: 0.12345678",
         ]
+
+    def test_the_gradebook_may_hold_tests_but_no_comment_may(self, tmp_path: Path) -> None:
+        with contextlib.closing(sqlite3.connect(tmp_path / "gradebook.db")) as book:
+            book.execute("create table comment (auto_comment, manual_comment)")
+            book.execute("create table source_cell (source)")
+            book.execute("insert into source_cell values ('assert hidden, 0.12345678')")
+            book.commit()
+            texts = {"assert hidden": leaks.HIDDEN_LINE, "0.12345678": "a hidden number"}
+            in_file = ["a hidden number in gradebook.db: 0.12345678"]
+            assert leaks.shown(tmp_path, [], texts) == in_file
+            book.execute("insert into comment values (null, 'see assert hidden')")
+            book.commit()
+        in_comment = "a line of a hidden test in the gradebook's comments: assert hidden"
+        assert leaks.shown(tmp_path, [], texts) == [*in_file, in_comment]
 
 
 class TestWhatIsLeftBehind:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import ast
+import contextlib
 import html
 import json
 import os
 import re
+import sqlite3
 import types
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
@@ -26,11 +28,14 @@ _FIRST_DIGITS = re.compile(rf"[0.]*\d(?:\.?\d){{{DIGITS - 1}}}")
 TELLING_LENGTH = 16
 PRIVATE = {".run.json", ".lock"}
 """Files of a batch that are the instructor's alone."""
+GRADEBOOK = "gradebook.db"
+"""nbgrader keeps the source of test cells in it; of it students see the comments."""
+HIDDEN_LINE = "a line of a hidden test"
 
 
 def secrets(target: Target, seed: int) -> dict[str, str]:
     """Texts that must not show anywhere, each with what it is."""
-    found = dict.fromkeys(hidden_lines(target), "a line of a hidden test")
+    found = dict.fromkeys(hidden_lines(target), HIDDEN_LINE)
     public = set(numbers(recorded(target, PUBLIC_SEED)))
     found |= dict.fromkeys(set(numbers(recorded(target, seed))) - public, "a hidden number")
     return found | {str(seed): "the seed"}
@@ -115,6 +120,7 @@ def shown(folder: Path, said: Iterable[str], texts: Mapping[str, str]) -> list[s
     public = [path for path in files if path.name not in PRIVATE]
     places = {str(path.relative_to(folder)): path.read_bytes() for path in public}
     places |= {f"output {n}": text.encode() for n, text in enumerate(said)}
+    places |= {"the gradebook's comments": _comments(folder / GRADEBOOK)}
     # In a page < stands as &lt;, in JSON a quote as \".
     spellings = (str, html.escape, lambda text: json.dumps(text)[1:-1])
     wanted = [({spell(text).encode() for spell in spellings}, text) for text in texts]
@@ -123,4 +129,13 @@ def shown(folder: Path, said: Iterable[str], texts: Mapping[str, str]) -> list[s
         for place, data in places.items()
         for needles, text in wanted
         if any(needle in data for needle in needles)
+        and (place, texts[text]) != (GRADEBOOK, HIDDEN_LINE)
     ]
+
+
+def _comments(database: Path) -> bytes:
+    if not database.is_file():
+        return b""
+    with contextlib.closing(sqlite3.connect(database)) as connection:
+        rows = connection.execute("select auto_comment, manual_comment from comment").fetchall()
+    return "\n".join(str(part) for row in rows for part in row).encode()
