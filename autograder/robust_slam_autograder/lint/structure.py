@@ -110,7 +110,7 @@ def _checks(code: Code, subject: Subject) -> Sequence[ast.AST]:
             helper = subject.helpers.get(name)
             inside = list(ast.walk(helper)) if helper else []
             asserts = any(isinstance(part, ast.Assert | ast.Raise) for part in inside)
-            if asserts or name.startswith("assert") or name in ("fail", "raises"):
+            if asserts or name.startswith("assert") or name in ("fail", "raises", "eq_", "ok_"):
                 found.append(node)
     return found
 
