@@ -112,6 +112,8 @@ class Assignment:
     config: Config
     given: frozenset[str]
     """Stripped sources of all the instructor's code cells, to tell the student's own from them."""
+    marked: tuple[Cell, ...]
+    """All the instructor's cells that have a grade id, for nbgrader's gradebook and formgrader."""
 
     @property
     def exercises(self) -> tuple[str, ...]:
@@ -195,7 +197,7 @@ def from_cells(cells: Sequence[Cell], *, name: str, notebook: str, config: Confi
         WrongUse: two cells share a grade id, a hidden region is not closed, there is no case.
     """
     code = [cell for cell in cells if cell.kind == "code"]
-    _refuse_bad_ids(name, code)
+    _refuse_bad_ids(name, cells)
     answers = [replace(cell, source=plain_python(cell.source)) for cell in code if cell.solution]
     solutions = tuple(
         Solution(cell.grade_id or "", tuple(defined_names(cell.source))) for cell in answers
@@ -214,6 +216,7 @@ def from_cells(cells: Sequence[Cell], *, name: str, notebook: str, config: Confi
         cases=tuple(_case(cell, known) for cell in tests),
         config=config,
         given=frozenset(cell.source.strip() for cell in code if not cell.solution),
+        marked=tuple(cell for cell in cells if cell.grade_id is not None),
     )
 
 

@@ -1,4 +1,4 @@
-"""nbgrader's gradebook (SQLite by default): written once per batch, by one writer."""
+"""nbgrader's gradebook (SQLite by default): one writer, and what a person entered stays."""
 
 from __future__ import annotations
 
@@ -6,37 +6,81 @@ import contextlib
 import os
 import sys
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from nbgrader.api import Gradebook
+from nbgrader.api import (
+    Comment,
+    Grade,
+    Gradebook,
+    GradeCell,
+    SolutionCell,
+    SourceCell,
+    SubmittedNotebook,
+    TaskCell,
+)
 from sqlalchemy.exc import SAWarning, SQLAlchemyError
 
+from robust_slam_autograder import nbgrader_cells
 from robust_slam_autograder.assignment import Assignment
 from robust_slam_autograder.errors import GraderFailure
+from robust_slam_autograder.markup import visible
 from robust_slam_autograder.results import Result
 
+NO_ANSWER = "No response."
+"""nbgrader's own words for a free-text cell that was left as it was."""
 
-def record(database: Path, assignments: Sequence[Assignment], marks: Sequence[Result]) -> None:
+
+def record(
+    database: Path | str,
+    assignments: Sequence[Assignment],
+    marks: Sequence[Result],
+    unanswered: Mapping[str, Collection[str]] | None = None,
+) -> None:
     """Write results into a gradebook, making assignments and students that are new to it.
 
+    What a person entered (scores, extra credit, comments) stays. As in nbgrader, a cell that
+    has a manual score is put up for review.
+
     Args:
-        database: the SQLite file; made where it is missing.
+        database: the SQLite file, made where it is missing, or a database's URL.
         assignments: every assignment that a result belongs to.
         marks: results; of a refused one every case earns 0.
+        unanswered: by ``student/assignment`` the grade ids of free-text cells without an
+            answer; they earn 0 and wait for nobody.
 
     Raises:
         GraderFailure: the file is no gradebook, or cannot be written.
     """
-    database.parent.mkdir(parents=True, exist_ok=True)
     known = {assignment.name: assignment for assignment in assignments}
+    with _opened(database) as gradebook:
+        for name in dict.fromkeys(result.assignment for result in marks):
+            _declare(gradebook, known[name])
+        for result in marks:
+            blank = (unanswered or {}).get(f"{result.student}/{result.assignment}", ())
+            _record_one(gradebook, known[result.assignment], result, blank)
+
+
+def declare(database: Path | str, assignment: Assignment) -> None:
+    """Make the assignment and its cells in a gradebook as the instructor's notebook has them.
+
+    Raises:
+        GraderFailure: the file is no gradebook, or cannot be written.
+    """
+    with _opened(database) as gradebook:
+        _declare(gradebook, assignment)
+
+
+@contextlib.contextmanager
+def _opened(database: Path | str) -> Iterator[Gradebook]:
+    url = str(database)
     try:
-        with _quiet_nbgrader(), Gradebook(f"sqlite:///{database}") as gradebook:
-            for name in dict.fromkeys(result.assignment for result in marks):
-                _declare(gradebook, known[name])
-            for result in marks:
-                _record_one(gradebook, known[result.assignment], result)
+        if isinstance(database, Path):
+            database.parent.mkdir(parents=True, exist_ok=True)
+            url = f"sqlite:///{database}"
+        with _quiet_nbgrader(), Gradebook(url) as gradebook:
+            yield gradebook
     except (SQLAlchemyError, OSError) as error:
         why = str(error).split("\n")[0]
         raise GraderFailure(f"The gradebook {database} cannot be written: {why}") from error
@@ -57,51 +101,119 @@ def _quiet_nbgrader() -> Iterator[None]:
 
 
 def _declare(gradebook: Gradebook, assignment: Assignment) -> None:
-    """Make the assignment and its test cells as the instructor's notebook has them."""
+    """Keep in step with nbgrader's own ``SaveCells``, which refuses a notebook that differs."""
     gradebook.update_or_create_assignment(assignment.name)
     notebook = gradebook.update_or_create_notebook(assignment.notebook, assignment.name)
-    wanted = {case.grade_id for case in assignment.cases}
-    for cell in list(notebook.grade_cells):
-        if cell.name not in wanted:
-            _forget(gradebook, cell)
-    for case in assignment.cases:
-        gradebook.update_or_create_grade_cell(
-            case.grade_id,
-            assignment.notebook,
-            assignment.name,
-            max_score=case.points,
-            cell_type="code",
-        )
-
-
-def _forget(gradebook: Gradebook, cell: object) -> None:
-    """Remove a test cell that the instructor has deleted, with its marks."""
-    for grade in list(cell.grades):  # type: ignore[attr-defined]
-        gradebook.db.delete(grade)
-    gradebook.db.delete(cell)
+    wanted = _wanted_cells(assignment)
+    present = {(type(row), row.name): row for row in _cells(notebook)}
+    for key in present.keys() - wanted.keys():
+        _forget(gradebook, present[key])
+    for (table, name), fields in wanted.items():
+        row = present.get((table, name)) or table(name=name, notebook_id=notebook.id)
+        for field, value in fields.items():
+            setattr(row, field, value)
+        gradebook.db.add(row)
     gradebook.db.commit()
 
 
-def _record_one(gradebook: Gradebook, assignment: Assignment, result: Result) -> None:
+def _cells(notebook: Any) -> list[Any]:  # noqa: ANN401
+    tables = (notebook.grade_cells, notebook.solution_cells, notebook.task_cells)
+    return [row for rows in (*tables, notebook.source_cells) for row in rows]
+
+
+def _wanted_cells(assignment: Assignment) -> dict[tuple[type, str], dict[str, Any]]:
+    """nbgrader's rows for an assignment's cells, by table and grade id."""
+    kept = nbgrader_cells.kept(assignment.marked)
+    wanted: dict[tuple[type, str], dict[str, Any]] = {}
+    for cell in assignment.marked:
+        name = cell.grade_id or ""
+        graded = {"max_score": cell.points, "cell_type": cell.kind}
+        source = {
+            "cell_type": cell.kind,
+            "locked": not cell.solution and (cell.grade or cell.locked),
+            "source": kept[name].source,
+            "checksum": kept[name].metadata.nbgrader.get("checksum"),
+        }
+        kinds = {GradeCell: cell.grade, SolutionCell: cell.solution, TaskCell: cell.task}
+        for table, holds in kinds.items():
+            if holds:
+                wanted[table, name] = {} if table is SolutionCell else graded
+        if cell.locked or any(kinds.values()):
+            wanted[SourceCell, name] = source
+    return wanted
+
+
+def _forget(gradebook: Gradebook, cell: Any) -> None:  # noqa: ANN401
+    """Remove a cell that the instructor has deleted, with its marks and comments."""
+    for row in (*(getattr(cell, "grades", None) or ()), *(getattr(cell, "comments", None) or ())):
+        gradebook.db.delete(row)
+    gradebook.db.delete(cell)
+
+
+def _record_one(
+    gradebook: Gradebook, assignment: Assignment, result: Result, unanswered: Collection[str]
+) -> None:
     gradebook.update_or_create_student(result.student)
-    rows = _rows(gradebook, assignment, result.student)
-    if not rows.keys() >= {case.grade_id for case in assignment.cases}:
-        # A submission from before a test cell was added lacks its row: it is made anew.
-        gradebook.remove_submission(assignment.name, result.student)
-        rows = _rows(gradebook, assignment, result.student)
+    notebook = _submitted(gradebook, assignment, result.student)
+    scores = _scores(assignment, result, unanswered)
+    for row in notebook.grades:
+        row.auto_score = scores[row.name]
+        row.needs_manual_grade = row.auto_score is None or row.manual_score is not None
+    comments = _comments(assignment, result, unanswered)
+    for row in notebook.comments:
+        row.auto_comment = comments.get(row.name)
+    gradebook.db.commit()
+
+
+def _submitted(gradebook: Gradebook, assignment: Assignment, student: str) -> Any:  # noqa: ANN401
+    """A student's notebook with a row for every mark and comment, made where there is none."""
+    submission = gradebook.update_or_create_submission(assignment.name, student)
+    notebook = gradebook.find_notebook(assignment.notebook, assignment.name)
+    submitted = next((n for n in submission.notebooks if n.notebook_id == notebook.id), None)
+    if submitted is None:  # the notebook has got another name since
+        submitted = SubmittedNotebook(notebook=notebook, assignment=submission)
+    graded = {row.cell_id for row in submitted.grades}
+    said = {row.cell_id for row in submitted.comments}
+    tasks = notebook.task_cells
+    for cell in (*notebook.grade_cells, *tasks):
+        if cell.id not in graded:
+            submitted.grades.append(Grade(cell_id=cell.id))
+    for cell in (*notebook.solution_cells, *tasks):
+        if cell.id not in said:
+            submitted.comments.append(Comment(cell_id=cell.id))
+    gradebook.db.commit()
+    return submitted
+
+
+def _scores(
+    assignment: Assignment, result: Result, unanswered: Collection[str]
+) -> Mapping[str, float | None]:
+    """What is earned by grade id; None where a person must say."""
     earned = {
         (exercise.name, case.name): case.earned
         for exercise in result.exercises
         for case in exercise.cases
     }
-    for case in assignment.cases:
-        row = rows[case.grade_id]
-        row.auto_score = earned.get((case.exercise, case.name), 0)
-        row.needs_manual_grade = False
-    gradebook.db.commit()
+    scores: dict[str, float | None] = {
+        case.grade_id: earned.get((case.exercise, case.name), 0) for case in assignment.cases
+    }
+    for cell in filter(nbgrader_cells.by_hand, assignment.marked):
+        name = cell.grade_id or ""
+        lost = result.status == "refused" or name in unanswered
+        scores[name] = 0 if lost else None
+    return scores
 
 
-def _rows(gradebook: Gradebook, assignment: Assignment, student: str) -> dict[str, Any]:
-    """A student's marks by grade id, made where there are none."""
-    submission = gradebook.update_or_create_submission(assignment.name, student)
-    return {grade.name: grade for notebook in submission.notebooks for grade in notebook.grades}
+def _comments(
+    assignment: Assignment, result: Result, unanswered: Collection[str]
+) -> Mapping[str, str]:
+    """What is said by the grade id of the cell that it is said at."""
+    places = [cell.grade_id or "" for cell in assignment.marked if cell.solution or cell.task]
+    if result.status == "refused":
+        return {name: visible(result.reason) for name in places[:1]}
+    said: dict[str, list[str]] = {name: [NO_ANSWER] for name in places if name in unanswered}
+    for exercise in result.exercises:
+        if exercise.message:
+            owner = assignment.owner(exercise.name)
+            said.setdefault(owner, []).append(visible(exercise.message))
+    return {name: "\n\n".join(dict.fromkeys(words)) for name, words in said.items()}

@@ -39,6 +39,8 @@ class Cell:
     """The cell is the student's to write."""
     locked: bool = False
     """The cell is the instructor's."""
+    task: bool = False
+    """The cell asks for work in the student's own cells, which a person marks."""
     points: float = 0.0
 
 
@@ -101,7 +103,9 @@ def parse(data: bytes, name: str) -> tuple[Cell, ...]:
     notebook = _json_object(data, name)
     version = notebook.get("nbformat")
     if version != 4:
-        found = f"nbformat {int(version or 0)}" if version in range(100) else "of an unknown format"
+        found = (
+            f"nbformat {int(version or 0)}" if version in range(100) else "of an unknown format"
+        )
         raise Refused(f"{name} is {found}, not nbformat 4: open it in JupyterLab and save it.")
     cells = notebook.get("cells")
     if not isinstance(cells, list):
@@ -161,5 +165,6 @@ def _nbgrader_metadata(cell: dict[str, Any]) -> dict[str, Any]:
         "grade": fields.get("grade") is True,
         "solution": fields.get("solution") is True,
         "locked": fields.get("locked") is True,
+        "task": fields.get("task") is True,
         "points": points if isinstance(points, float) and math.isfinite(points) else 0.0,
     }

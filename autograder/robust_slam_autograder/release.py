@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import re
 import shutil
 import tempfile
@@ -21,6 +22,7 @@ from robust_slam_autograder.errors import GraderFailure, Refused, WrongUse
 STUB = 'raise NotImplementedError("Exercise: write this function, then delete this line.")'
 TELLING_LENGTH = 24
 """A line of a solution that is longer than this is nobody's by chance."""
+_STEPS = "robust_slam_autograder.nbgrader_steps"
 _SECRET = re.compile(r"BEGIN (SOLUTION|HIDDEN TESTS)[^\n]*\n(.*?)[^\n]*END \1", re.DOTALL)
 
 
@@ -37,10 +39,32 @@ def nbgrader_settings(root: str, tree: str = "solutions", built: str = "build") 
     config.CourseDirectory.source_directory = tree
     for step in ("release", "submitted", "autograded", "feedback"):
         config.CourseDirectory[f"{step}_directory"] = f"{built}/{step}"
-    database = Path(root).resolve() / built / "graded" / "gradebook.db"
-    config.CourseDirectory.db_url = f"sqlite:///{database}"
+    graded = Path(root).resolve() / built / "graded"
+    config.CourseDirectory.db_url = f"sqlite:///{graded / 'gradebook.db'}"
+    config.SafeExporter.results_directory = str(graded)
     config.ClearSolutions.code_stub = {"python": STUB}
+    _put_executor(config)
     return config
+
+
+def _put_executor(config: Config) -> None:
+    """Have nbgrader grade with this package, and show nothing hidden and no live HTML."""
+    course = config.CourseDirectory
+    submissions = glob.escape(f"{course.root}/{course.submitted_directory}") + "/*/*/"
+    # What else a student hands in, be it a link to a file of the instructor's, is never copied.
+    course.ignore = [*CourseDirectory().ignore, f"{submissions}*", f"{submissions}.*"]
+    config.Autograde.exporter_class = f"{_STEPS}.SafeExporter"
+    config.Autograde.sanitize_preprocessors = [f"{_STEPS}.RunTests"]
+    config.Autograde.autograde_preprocessors = [
+        f"{_STEPS}.SaveMarks",
+        "nbgrader.preprocessors.AssignLatePenalties",
+    ]
+    config.GenerateFeedback.preprocessors = [
+        f"{_STEPS}.HideTests",
+        "nbgrader.preprocessors.GetGrades",
+        "nbconvert.preprocessors.CSSHTMLHeaderPreprocessor",
+    ]
+    config.HTMLExporter.filters = {"markdown2html": "robust_slam_autograder.safe_markdown.as_html"}
 
 
 def release(tree: Path, names: Sequence[str], out: Path) -> list[Path]:

@@ -98,10 +98,11 @@ def _record(out: Path, run: Run, jobs: Sequence[Job], graded: Sequence[Graded]) 
     due = batch.unrecorded(jobs, graded, run)
     if not due:
         return
-    from robust_slam_autograder import gradebook  # nbgrader takes a second to import
+    from robust_slam_autograder import gradebook, graded_notebook  # nbgrader: a second to import
 
     used = {job.assignment.name: job.assignment for job in jobs}
-    gradebook.record(database, list(used.values()), [item.result for item in due.values()])
+    blank = {job.key: graded_notebook.unanswered(job) for job in jobs if job.key in due}
+    gradebook.record(database, list(used.values()), [item.result for item in due.values()], blank)
     run.remember_recorded(due)
 
 
