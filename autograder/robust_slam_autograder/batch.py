@@ -279,7 +279,8 @@ def grade_one(job: Job, seed: int, wall: Sandbox) -> Result:
     except GraderFailure as error:
         return _without_grade("failed", str(error), job)
     except Exception as error:  # a batch goes on after anything
-        traceback.print_exc()  # its words may hold hidden inputs: they are for the terminal only
+        # Where, and not its words: they may hold hidden inputs, and this may be a public log.
+        traceback.print_tb(error.__traceback__)
         what = f"The grader failed on this submission ({type(error).__name__})."
         return _without_grade("failed", what, job)
 
