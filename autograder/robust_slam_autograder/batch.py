@@ -193,6 +193,9 @@ def locate(job: Job) -> tuple[Path, tuple[str, ...]]:
     Raises:
         Refused: there is none, or the path leads through a link.
     """
+    given = job.path.parent.name if job.path.is_dir() else job.path.stem
+    if job.student == submission.stand_in(given):
+        raise Refused(f"{notebook.shown(given)!r} is no name for a student: name it anew.")
     if job.path.is_symlink():
         raise Refused(f"{notebook.shown(job.path.name)} is a link: hand in the notebook itself.")
     if not job.path.is_dir():

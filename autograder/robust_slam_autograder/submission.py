@@ -7,6 +7,8 @@ Nothing of a student's text is run or parsed here.
 
 from __future__ import annotations
 
+import hashlib
+import os
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -18,6 +20,8 @@ from robust_slam_autograder.notebook import Cell, shown
 from robust_slam_autograder.source import defines
 
 OWN = "own cell"
+MAX_STUDENT_BYTES = 200
+DATABASE_NAME = "gradebook.db"
 
 
 @dataclass(frozen=True)
@@ -78,6 +82,17 @@ def _is_own(cell: Cell, assignment: Assignment) -> bool:
 def with_notes(submission: Submission, notes: tuple[str, ...]) -> Submission:
     """The same submission with more notes, before its own."""
     return replace(submission, notes=notes + submission.notes)
+
+
+def is_student(name: str) -> bool:
+    """Whether results may lie in a folder of this name, beside the batch's own files."""
+    plain = name.isprintable() and "/" not in name and len(name.encode()) <= MAX_STUDENT_BYTES
+    return bool(name) and plain and not name.startswith(".") and name != DATABASE_NAME
+
+
+def stand_in(name: str) -> str:
+    """A name for the refusal of who has none that can be written down; the batch goes on."""
+    return f"student-{hashlib.sha256(os.fsencode(name)).hexdigest()[:12]}"
 
 
 def notebook_in(folder: Path, name: str) -> tuple[Path, tuple[str, ...]]:

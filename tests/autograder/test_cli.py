@@ -106,6 +106,20 @@ def test_wrong_use_is_told_and_nothing_graded(
     assert not (course / "out").exists()
 
 
+@pytest.mark.parametrize("name", ["two\nlines", ".hidden", "a\u202eb", "ä" * 101, "gradebook.db"])
+def test_an_odd_folder_name_is_refused_and_the_batch_goes_on(
+    course: Path, grade: Run, name: str
+) -> None:
+    odd = toy.hand_in(course / "submitted", name, toy.answer())
+    status, out, _ = grade(odd, course / "submitted" / "ada" / toy.NAME)
+    assert status == 0 and "1 graded, 1 refused" in out
+    (stand_in,) = [path.name for path in (course / "out").glob("student-*")]
+    assert "is no name for a student" in toy.result(course / "out", stand_in)["reason"]
+    assert toy.result(course / "out", "ada")["score"] == toy.MOST
+    assert grade(odd, "--student", "ben")[0] == 0
+    assert toy.result(course / "out", "ben")["score"] == toy.MOST
+
+
 def test_a_missing_source_tree_names_the_option(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

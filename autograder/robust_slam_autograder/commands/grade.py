@@ -10,16 +10,14 @@ from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder import assignment as assignments
-from robust_slam_autograder import batch, journal, progress, report, sandbox, summary
+from robust_slam_autograder import batch, journal, progress, report, sandbox, submission, summary
 from robust_slam_autograder.assignment import Assignment
 from robust_slam_autograder.batch import Graded, Job
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.journal import Run
 from robust_slam_autograder.sandbox import Sandbox
 
-DATABASE_NAME = "gradebook.db"
 STANDARD_OUTPUT = "-"
-MAX_STUDENT_BYTES = 200
 
 
 def add(commands: Any) -> None:  # noqa: ANN401
@@ -92,7 +90,7 @@ def _grade_with_progress(
 
 
 def _record(out: Path, run: Run, jobs: Sequence[Job], graded: Sequence[Graded]) -> None:
-    database = out / DATABASE_NAME
+    database = out / submission.DATABASE_NAME
     if not database.exists():
         run.forget_recorded()
     due = batch.unrecorded(jobs, graded, run)
@@ -173,12 +171,8 @@ def _student_and_assignment(
     student = options.student or (path.parent.name if is_folder else path.stem)
     if student in names:
         raise WrongUse(f"{path} does not say whose it is: add --student NAME, or name its folder.")
-    if not _is_student(student):
+    if submission.is_student(student):
+        return student, name
+    if options.student:
         raise WrongUse(f"{student!r} is no name for a student: use --student NAME.")
-    return student, name
-
-
-def _is_student(name: str) -> bool:
-    """Whether results may lie in a folder of this name, beside the batch's own files."""
-    plain = name.isprintable() and "/" not in name and len(name.encode()) <= MAX_STUDENT_BYTES
-    return bool(name) and plain and not name.startswith(".") and name != DATABASE_NAME
+    return submission.stand_in(student), name
