@@ -84,7 +84,7 @@ def converse(data: bytes, ends: bool) -> None:
         raise AssertionError("it serves one who has gone")
 
 
-@fuzzed(300, frames.STREAMS, st.booleans())
+@fuzzed(200, frames.STREAMS, st.booleans())
 def test_a_hostile_peer_ends_the_conversation_and_nothing_else(data: bytes, ends: bool) -> None:
     converse(data, ends)
 
