@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import importlib
 import os
 import sys
+import threading
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -78,6 +80,8 @@ def run(options: argparse.Namespace) -> int:
 def _grade_with_progress(
     jobs: Sequence[Job], run: Run, wall: Sandbox, options: argparse.Namespace
 ) -> list[Graded]:
+    if any(job.key not in run.graded for job in jobs):
+        _import_meanwhile("robust_slam_autograder.gradebook")
     with progress.shown(len(jobs)) as step:
         return batch.grade(
             jobs,
@@ -89,6 +93,11 @@ def _grade_with_progress(
         )
 
 
+def _import_meanwhile(module: str) -> None:
+    """Import what takes its time (nbgrader: two seconds) while submissions are being graded."""
+    threading.Thread(target=importlib.import_module, args=(module,), daemon=True).start()
+
+
 def _record(out: Path, run: Run, jobs: Sequence[Job], graded: Sequence[Graded]) -> None:
     database = out / submission.DATABASE_NAME
     if not database.exists():
@@ -96,7 +105,7 @@ def _record(out: Path, run: Run, jobs: Sequence[Job], graded: Sequence[Graded]) 
     due = batch.unrecorded(jobs, graded, run)
     if not due:
         return
-    from robust_slam_autograder import gradebook, graded_notebook  # nbgrader: a second to import
+    from robust_slam_autograder import gradebook, graded_notebook
 
     used = {job.assignment.name: job.assignment for job in jobs}
     blank = {job.key: graded_notebook.unanswered(job) for job in jobs if job.key in due}
