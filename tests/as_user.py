@@ -1,8 +1,8 @@
-"""Runs a command as an ordinary user, or as root where every folder on the way is open.
+"""Commands that run as an ordinary user, or as root where every folder on the way is open.
 
-The grader's walls differ between the two. Where the interpreter lies in a folder that
-others may not enter (root's home), the command gets a view of the disk in which that
-folder holds the interpreter alone, and may be entered.
+The grader's walls differ between the two. Where the interpreter or the course lies in a
+folder that others may not enter (root's home), the command gets a view of the disk in
+which that folder holds them alone, and may be entered.
 """
 
 from __future__ import annotations
@@ -10,42 +10,49 @@ from __future__ import annotations
 import os
 import shlex
 import stat
-import subprocess
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-ORDINARY = 1234
-"""A user id without a name."""
-
-
-def run(
-    command: Sequence[str], *, uid: int, **options: object
-) -> subprocess.CompletedProcess[str]:
-    """Run a command in a mount namespace of its own; for root alone."""
-    base = Path(sys.base_prefix).resolve()
-    closed = [p for p in reversed(base.parents) if not p.stat().st_mode & stat.S_IXOTH]
-    script = [_open_view(closed[0], base)] if closed else []
-    drop = ["setpriv", f"--reuid={uid}", f"--regid={uid}", "--clear-groups", "--"] if uid else []
-    script.append("exec " + shlex.join([*drop, *command]))
-    shell = ["unshare", "--mount", "sh", "-ec", "\n".join(script)]
-    return subprocess.run(shell, capture_output=True, text=True, **options)  # type: ignore[call-overload,no-any-return]
-
-
-def _open_view(closed: Path, base: Path) -> str:
-    """Shell commands that put an open folder, the interpreter in it, in a closed one's place."""
-    aside, place, over = (shlex.quote(str(path)) for path in ("/mnt", base, closed))
-    return "\n".join(
-        [
-            "mount --make-rprivate /",
-            f"mount --rbind {place} {aside}",
-            f"mount -t tmpfs -o mode=755 tmpfs {over}",
-            f"mkdir -p {place}",
-            f"mount --move {aside} {place}",
-        ]
-    )
+ROOT = Path(__file__).resolve().parents[1]
+ORDINARY = 59_990
+"""A user id without a name, which owns nothing."""
+ASIDE = "/mnt"
 
 
 def may() -> bool:
-    """Whether this process may make such views."""
+    """Whether this process may become others."""
     return os.getuid() == 0
+
+
+def command(words: Sequence[str], uid: int) -> list[str]:
+    """The command that runs a command as a user, with the open view; for root alone."""
+    drop = ["setpriv", f"--reuid={uid}", f"--regid={uid}", "--clear-groups", "--"] if uid else []
+    script = [*_open_view(), "exec " + shlex.join([*drop, *words])]
+    return ["unshare", "--mount", "sh", "-ec", "\n".join(script)]
+
+
+def _open_view() -> list[str]:
+    """Shell commands that put open folders, with what is needed in them, in closed ones' place."""
+    needed = sorted({Path(sys.base_prefix).resolve(), Path(sys.prefix).resolve(), ROOT})
+    inner = [
+        p for p in needed if not any(p != other and p.is_relative_to(other) for other in needed)
+    ]
+    closed = {path: way for path in inner if (way := _closed(path))}
+    if not closed:
+        return []
+    aside = {path: f"{ASIDE}/{number}" for number, path in enumerate(closed)}
+    lines = ["mount --make-rprivate /", f"mount -t tmpfs tmpfs {ASIDE}"]
+    lines += [f"mkdir {aside[p]}; mount --rbind {shlex.quote(str(p))} {aside[p]}" for p in closed]
+    for way in sorted(set(closed.values())):
+        lines.append(f"mount -t tmpfs -o mode=755 tmpfs {shlex.quote(str(way))}")
+    for path in closed:
+        place = shlex.quote(str(path))
+        lines.append(f"mkdir -p {place}; mount --move {aside[path]} {place}")
+    return lines
+
+
+def _closed(path: Path) -> Path | None:
+    """The first folder on the way to a path that others may not enter."""
+    ways = [way for way in reversed(path.parents) if not way.stat().st_mode & stat.S_IXOTH]
+    return ways[0] if ways else None

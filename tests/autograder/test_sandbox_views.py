@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import shutil
+import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -12,8 +13,6 @@ from pathlib import Path
 import pytest
 
 from tests import as_user
-
-ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.mark.sandbox
@@ -28,7 +27,13 @@ def test_every_wall_stands_for(uid: int) -> None:
     environment = {**os.environ, "HOME": str(home), "ROBUST_SLAM_STRICT": "1"}
     for name in [name for name in environment if name.startswith("PYTEST")]:
         del environment[name]
-    done = as_user.run(command, uid=uid, cwd=ROOT, env=environment)
+    done = subprocess.run(
+        as_user.command(command, uid),
+        cwd=as_user.ROOT,
+        env=environment,
+        capture_output=True,
+        text=True,
+    )
     shutil.rmtree(home)
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-1000:]
     assert re.search(r"\d\d passed", done.stdout) and "skipped" not in done.stdout

@@ -1,9 +1,7 @@
 """The whole suite: every assignment, every back end, as root and as an ordinary user.
 
 ``python -m tests.autograder.hostile.soak`` grades all submissions and ends with a table.
-Started as root it does so once more as an ordinary user, who needs a checkout and an
-interpreter to read: where the present ones are closed to others, both are made in a
-temporary folder.
+Started as root it does so once more as an ordinary user.
 """
 
 from __future__ import annotations
@@ -12,7 +10,6 @@ import argparse
 import dataclasses
 import json
 import os
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -22,6 +19,7 @@ from pathlib import Path
 
 from robust_slam_autograder.sandbox import BACK_ENDS
 
+from tests import as_user
 from tests.autograder import toy
 from tests.autograder.hostile import batch, catalogue
 from tests.autograder.hostile.batch import Report
@@ -30,8 +28,6 @@ ROOT = Path(__file__).resolve().parents[3]
 SEED = 20_261_121
 LIMITS = "call_seconds = 3\ncell_seconds = 6\nnotebook_seconds = 90\n"
 TOY_SETTINGS = 'withheld = ["xml.dom"]\n'
-ORDINARY = 59_990
-"""A user id that owns nothing."""
 COLUMNS = ("inflated", "leaks", "harmed", "stopped", "under_graded", "spilled", "odd")
 
 
@@ -54,7 +50,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--victim", metavar="ID", help="the solution cell to attack")
     parser.add_argument("--as", dest="who", choices=["me", "ordinary", "both"], default="both")
-    parser.add_argument("--python", type=Path, help="an interpreter for the ordinary user")
     parser.add_argument("--rows", type=Path, help="write the rows to this file as JSON")
     options = parser.parse_args(arguments)
     rows = _soak(options) if options.who != "ordinary" else []
@@ -135,17 +130,17 @@ def _as_ordinary_user(options: argparse.Namespace) -> list[Row]:
         SystemExit: it did not come to its end.
     """
     with tempfile.TemporaryDirectory(prefix="soak-user-") as folder:
-        home = Path(folder)
-        home.chmod(0o755)
-        checkout = _checkout(home / "checkout")
-        python = options.python or _interpreter(home, checkout)
-        own = home / "own"
+        Path(folder).chmod(0o755)
+        own = Path(folder, "own")
         own.mkdir()
-        os.chown(own, ORDINARY, ORDINARY)
+        os.chown(own, as_user.ORDINARY, as_user.ORDINARY)
         written = own / "rows.json"
-        command = [*_become(own), str(python), "-m", "tests.autograder.hostile.soak"]
-        command += ["--as", "me", "--rows", str(written), *_chosen(options)]
-        status = subprocess.run(command, cwd=checkout).returncode
+        command = [sys.executable, "-m", "tests.autograder.hostile.soak", "--as", "me"]
+        command += ["--rows", str(written), *_chosen(options)]
+        values = {"HOME": str(own), "TMPDIR": str(own), "PATH": "/usr/bin:/bin"}
+        values |= {"OPENBLAS_NUM_THREADS": "1", "PYTHONDONTWRITEBYTECODE": "1"}
+        wrapped = as_user.command(command, as_user.ORDINARY)
+        status = subprocess.run(wrapped, cwd=ROOT, env=values).returncode
         if not written.is_file():
             raise SystemExit(f"The soak as an ordinary user ended with exit status {status}.")
         rows = json.loads(written.read_text("utf-8"))
@@ -157,51 +152,6 @@ def _chosen(options: argparse.Namespace) -> list[str]:
     words = [word for name in options.assignment or [] for word in ("--assignment", name)]
     words += [word for name in options.back_end or [] for word in ("--back-end", name)]
     return words + (["--victim", options.victim] if options.victim else [])
-
-
-def _become(home: Path) -> list[str]:
-    """The start of a command that runs as the ordinary user, with a clean environment."""
-    command = ["setpriv", "--reuid", str(ORDINARY), "--regid", str(ORDINARY), "--clear-groups"]
-    values = {"HOME": home, "TMPDIR": home, "PATH": "/usr/bin:/bin", "LANG": "C.UTF-8"}
-    values |= {"OPENBLAS_NUM_THREADS": "1", "PYTHONDONTWRITEBYTECODE": "1"}
-    return [*command, "env", "-i", *(f"{name}={value}" for name, value in values.items())]
-
-
-def _checkout(folder: Path) -> Path:
-    """Copy the repository's files to where everybody may read them."""
-    git = ["git", "-C", str(ROOT), "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
-    for name in subprocess.run(git, check=True, capture_output=True).stdout.split(b"\0"):
-        source = ROOT / os.fsdecode(name)
-        if name and source.is_file():
-            copy = folder / os.fsdecode(name)
-            copy.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(source, copy)
-    return folder
-
-
-def _interpreter(home: Path, checkout: Path) -> Path:
-    """An interpreter with the locked packages that others may run."""
-    python = home / "venv" / "bin" / "python"
-    print("Making an environment that an ordinary user can read, about two minutes …", flush=True)
-    subprocess.run(["/usr/bin/python3", "-m", "venv", str(home / "venv")], check=True)
-    pip = [str(python), "-m", "pip", "install", "--progress-bar", "off"]
-    _show([*pip, "--require-hashes", "-r", str(checkout / "requirements.lock")])
-    own = [part for name in ("lib", "autograder") for part in ("-e", str(checkout / name))]
-    _show([*pip, "--no-deps", "--no-build-isolation", *own])
-    return python
-
-
-def _show(command: Sequence[str]) -> None:
-    """Run pip, with a line for every twenty packages."""
-    done = 0
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout
-        for line in process.stdout:
-            done += line.startswith(("Collecting", "Processing", "Obtaining"))
-            if done % 20 == 0 and line.startswith("Collecting"):
-                print(f"  {done} packages", flush=True)
-    if process.returncode:
-        raise SystemExit(f"{' '.join(command[:4])} failed with exit status {process.returncode}")
 
 
 if __name__ == "__main__":
