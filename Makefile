@@ -5,7 +5,7 @@ SHELL := /bin/bash
 .SHELLFLAGS := -o pipefail -ec
 MAKEFLAGS += --no-print-directory
 .DEFAULT_GOAL := help
-.PHONY: help course test setup lab book release class grade data bench format check lock clean
+.PHONY: help course test setup lab book release class grade feedback data bench soak format check lock clean
 
 PYTHON ?= python3
 VENV := .venv
@@ -35,7 +35,8 @@ course: ## set up, build the book, make the release, grade the sample class
 	@$(MAKE) grade-class
 	@printf '\n%s\n' 'Where each thing is:'
 	@printf '  %-18s %s\n' 'the book' build/html/index.html 'student release' build/release \
-		'sample class' build/submitted 'marks, gradebook' build/graded
+		'sample class' build/submitted 'marks, gradebook' build/graded \
+		'feedback' build/feedback
 
 # A step of `make course`: it says when nothing has changed, and then does nothing.
 define step
@@ -84,20 +85,30 @@ $(CLASS): $(call files,solutions tests/assignments) tests/sample_class.py $(RELE
 grade: setup ## grade SUBMITTED (default build/submitted): <student>/<assignment>/
 	$(BIN)/autograder grade $(SUBMITTED)/*/*
 
+feedback: setup ## write a page for each submission, build/feedback
+	$(BIN)/autograder feedback --site ../../html
+
 # Only this class, which the course made itself, may be graded without a sandbox.
 .PHONY: grade-class
 grade-class:
-	@problem=$$($(BIN)/python -c 'import sys; from robust_slam_autograder import sandbox; \
-		sys.exit(sandbox.bubblewrap_problem())' 2>&1) || \
-		{ echo "No sandbox works here ($$problem): the sample class, which is our own, is graded" \
-		'without one. Install bubblewrap before you grade anything else.'; flag=--unsandboxed; }; \
-	$(BIN)/autograder grade build/submitted/*/* $$flag
+	@$(BIN)/autograder doctor > /dev/null || { flag=--unsandboxed; \
+		echo 'No sandbox works here (see `autograder doctor`): the sample class, which is our own,' \
+		'is graded without one. Mend that before you grade anything else.'; }; \
+	$(BIN)/autograder grade build/submitted/*/* $$flag; \
+	$(BIN)/autograder feedback --site ../../html
 
 data: setup ## download the public pose graphs; nothing else ever downloads them
 	$(BIN)/python -m robust_slam.datasets
 
-bench: setup ## compare the estimators, and GTSAM's, on intel with wrong closures
+bench: setup ## compare the estimators with GTSAM's, and the grader with nbgrader
 	$(BIN)/python -m benchmarks.wrong_closures
+	$(BIN)/python -m benchmarks.grading
+
+soak: setup ## the long tests: every wall and user, long fuzzing, our attacks on plain nbgrader
+	@sh tests/system-packages.sh
+	$(BIN)/python -m tests.autograder.hostile.soak
+	$(BIN)/pytest -q --soak tests/autograder
+	$(BIN)/python -m benchmarks.attacks
 
 test: setup ## set up and pass all tests; STRICT=1 fails where one would be left out
 	@sh tests/system-packages.sh

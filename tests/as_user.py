@@ -34,11 +34,9 @@ def command(words: Sequence[str], uid: int) -> list[str]:
 
 def _open_view() -> list[str]:
     """Shell commands that put open folders, with what is needed in them, in closed ones' place."""
-    needed = sorted({Path(sys.base_prefix).resolve(), Path(sys.prefix).resolve(), ROOT})
-    inner = [
-        p for p in needed if not any(p != other and p.is_relative_to(other) for other in needed)
-    ]
-    closed = {path: way for path in inner if (way := _closed(path))}
+    needed = {Path(sys.base_prefix).resolve(), Path(sys.prefix).resolve(), ROOT}
+    outer = sorted(path for path in needed if not needed.intersection(path.parents))
+    closed = {path: way for path in outer if (way := _closed(path))}
     if not closed:
         return []
     aside = {path: f"{ASIDE}/{number}" for number, path in enumerate(closed)}

@@ -27,12 +27,9 @@ def test_every_wall_stands_for(uid: int) -> None:
     environment = {**os.environ, "HOME": str(home), "ROBUST_SLAM_STRICT": "1"}
     for name in [name for name in environment if name.startswith("PYTEST")]:
         del environment[name]
+    wrapped = as_user.command(command, uid)
     done = subprocess.run(
-        as_user.command(command, uid),
-        cwd=as_user.ROOT,
-        env=environment,
-        capture_output=True,
-        text=True,
+        wrapped, cwd=as_user.ROOT, env=environment, capture_output=True, text=True
     )
     shutil.rmtree(home)
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-1000:]
