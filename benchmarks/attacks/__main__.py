@@ -60,7 +60,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--group", type=int, default=8, help="submissions of one nbgrader batch")
     parser.add_argument("--cell-seconds", type=int, default=10, help="for one cell, on both sides")
     parser.add_argument("--sandbox", choices=list(BACK_ENDS), help="the grader's; else the first")
-    parser.add_argument("--pace", type=int, default=20, help="right submissions to time")
+    parser.add_argument("--pace", type=int, default=40, help="right submissions to time")
     parser.add_argument(
         "--out",
         type=Path,
@@ -90,7 +90,8 @@ def _chosen(options: argparse.Namespace) -> list[Entry]:
 def _run(
     options: argparse.Namespace, folder: Path, tree: Path, target: Target, entries: Sequence[Entry]
 ) -> list[Side]:
-    known = Records(options.out / f"{target.name}.json")
+    wall = options.sandbox or "default"
+    known = Records(options.out / f"{target.name}-{options.cell_seconds}s-{wall}.json")
     course = plain.make(
         folder / "course", tree, target, _secrets(target, True), SEED, options.cell_seconds
     )

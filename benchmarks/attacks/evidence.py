@@ -1,11 +1,11 @@
-"""What a student gets to see of a grading run, and which secrets stand in it."""
+"""What a grading run leaves: secrets in what students get to see, and files that changed."""
 
 from __future__ import annotations
 
 import html
 import json
 import re
-from collections.abc import Iterable, Iterator, Set
+from collections.abc import Iterable, Iterator, Mapping, Set
 from dataclasses import dataclass
 from typing import Any
 
@@ -103,3 +103,15 @@ def _strings(value: object) -> Iterator[str]:
             yield from _strings(part)
     elif isinstance(value, dict):
         yield from _strings(list(value.values()))
+
+
+def changes(
+    before: Mapping[str, tuple[object, ...]], after: Mapping[str, tuple[object, ...]]
+) -> list[str]:
+    """Sentences on files that are not as they were; what is new where all may write is no harm."""
+    paths = [path for path in sorted({*before, *after}) if before.get(path) != after.get(path)]
+    return [f"{path} changed" for path in paths if path in before or not _is_public(path)]
+
+
+def _is_public(path: str) -> bool:
+    return path.startswith("outside/")

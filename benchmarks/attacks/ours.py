@@ -54,9 +54,7 @@ def grade(how: How, entries: Sequence[Entry]) -> dict[str, Record]:
         before = batch.snapshot(course.root)
         status = _run(how, course, everybody)
         found = _records(how, course, entries)
-        harmed = [
-            f"{path} changed" for path in batch.differences(before, batch.snapshot(course.root))
-        ]
+        harmed = evidence.changes(before, batch.snapshot(course.root))
         harmed += batch.left_behind(course.mark)
         harmed += _neighbours(course)
     if harmed or status:

@@ -224,9 +224,7 @@ def _harm(
         if marks is not None and lost and not (stopped and (student == LAST or not mine[""])):
             yield f"{student}{lost}"
     after = {path: file.state for path, file in outcome.files.items() if _is_watched(path)}
-    for path in sorted({*before, *after}):
-        if before.get(path) != after.get(path):
-            yield f"{path} changed"
+    yield from evidence.changes(before, after)
 
 
 def _is_watched(path: str) -> bool:
