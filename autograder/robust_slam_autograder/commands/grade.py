@@ -3,16 +3,27 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import importlib
 import os
+import shutil
 import sys
 import threading
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder import assignment as assignments
-from robust_slam_autograder import batch, journal, progress, report, sandbox, submission, summary
+from robust_slam_autograder import (
+    batch,
+    durable,
+    journal,
+    progress,
+    report,
+    sandbox,
+    submission,
+    summary,
+)
 from robust_slam_autograder.assignment import Assignment
 from robust_slam_autograder.batch import Graded, Job
 from robust_slam_autograder.errors import WrongUse
@@ -109,8 +120,23 @@ def _record(out: Path, run: Run, jobs: Sequence[Job], graded: Sequence[Graded]) 
 
     used = {job.assignment.name: job.assignment for job in jobs}
     blank = {job.key: graded_notebook.unanswered(job) for job in jobs if job.key in due}
-    gradebook.record(database, list(used.values()), [item.result for item in due.values()], blank)
+    with _whole(database) as place:
+        marks = [item.result for item in due.values()]
+        gradebook.record(place, list(used.values()), marks, blank)
     run.remember_recorded(due)
+
+
+@contextlib.contextmanager
+def _whole(database: Path) -> Iterator[Path]:
+    """Where to write a gradebook, so that a kill leaves no half-made one."""
+    if database.exists():
+        yield database
+        return
+    folder = durable.part_of(database)
+    shutil.rmtree(folder, ignore_errors=True)  # a killed run's, with SQLite's files beside it
+    yield folder / database.name
+    os.replace(folder / database.name, database)
+    folder.rmdir()
 
 
 def _tell(graded: Sequence[Graded], options: argparse.Namespace) -> None:

@@ -1,0 +1,48 @@
+"""Kills a process alone, and sees that what it started ends with it."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import time
+from collections.abc import Callable
+
+import psutil
+
+PATIENCE = 120.0
+ENDED = (psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD)
+
+
+def kill(process: subprocess.Popen[str], when: Callable[[], bool], mark: str) -> None:
+    """Kill a batch's process, and it alone, when the time has come; see that none survives it."""
+    wait_for(lambda: when() or process.poll() is not None)
+    family = related(process.pid, mark)
+    os.kill(process.pid, signal.SIGKILL)
+    process.communicate()
+    assert process.returncode == -signal.SIGKILL, "it was done before it was killed"
+    assert len(family) > 1
+    wait_for(lambda: not any(map(lives, family)))
+
+
+def related(pid: int, mark: str) -> list[psutil.Process]:
+    """A process with its descendants, and the servers that it started and let go."""
+    found = psutil.Process(pid).children(recursive=True)
+    for process in psutil.process_iter(["cmdline"]):
+        if mark in " ".join(process.info["cmdline"] or ()):
+            found += [process, *process.children(recursive=True)]
+    return found
+
+
+def lives(process: psutil.Process) -> bool:
+    try:
+        return process.is_running() and process.status() not in ENDED
+    except psutil.NoSuchProcess:
+        return False
+
+
+def wait_for(condition: Callable[[], bool]) -> None:
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < end, "it takes too long"
+        time.sleep(0.005)

@@ -1,0 +1,132 @@
+"""A batch of sixty that is killed again and again ends as one that never was."""
+
+from __future__ import annotations
+
+import json
+import os
+import sqlite3
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.autograder import toy
+from tests.autograder.killing import kill, wait_for
+
+SEED = 11
+PATIENCE = 120.0
+OWN_FILES = {".lock", ".run.json", ".run.log", "gradebook.db"}
+
+ANSWERS = {
+    "honest": toy.DOUBLE,
+    "guess": "def double(x):\n    return 6\n",
+    "loop": "def double(x):\n    while True: pass\n",
+    "exit": "import os\ndef double(x):\n    os._exit(0)\n",
+    "raise": "def double(x):\n    raise SystemExit\n",
+    "nonsense": "def double(x:\n",
+    "child": "import subprocess\nsubprocess.Popen(['sleep', '600'])\n" + toy.DOUBLE,
+    "flood": "def double(x):\n    return 'x' * 40_000_000\n",
+    "vandal": "import shutil\nshutil.rmtree('/tmp', ignore_errors=True)\n" + toy.DOUBLE,
+}
+SHARES = {"honest": 24, "guess": 8, "loop": 2, "exit": 4, "raise": 4, "nonsense": 4}
+SHARES |= {"child": 2, "flood": 2, "vandal": 2}
+SCORES = {"honest": 20, "guess": 14, "loop": 10, "exit": 10, "raise": 10, "nonsense": 10}
+SCORES |= {"child": 20, "flood": 10, "vandal": 20}
+SCORES |= dict.fromkeys(("empty", "half", "binary", "nothing", "link"), 0)
+FILES = {"empty": b"", "half": b'{"nbformat": 4, "cells": [', "binary": bytes(range(256))}
+
+
+@pytest.fixture(scope="module")
+def course(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A course with sixty submissions, of every kind."""
+    root = tmp_path_factory.mktemp("sixty")
+    toy.make_tree(root, "[limits]\ncall_seconds = 0.5\ncell_seconds = 5\n")
+    submitted = root / "submitted"
+    # Sorted by name the kinds are mixed.
+    for kind, count in SHARES.items():
+        for number in range(count):
+            toy.hand_in(submitted, f"{number:02}-{kind}", toy.answer(ANSWERS[kind]))
+    for number, (kind, data) in enumerate(2 * list(FILES.items())):
+        name = f"{number:02}-{kind}"
+        toy.hand_in(submitted, name, {}).joinpath(f"{toy.NAME}.ipynb").write_bytes(data)
+    (submitted / "01-nothing" / toy.NAME).mkdir(parents=True)
+    (submitted / "02-link").symlink_to("00-honest")
+    assert len(list(submitted.iterdir())) == 60
+    return root
+
+
+@pytest.fixture
+def temporary() -> Iterator[Path]:
+    """The grader's own temporary folder; its path is short, for sockets lie in it."""
+    with tempfile.TemporaryDirectory(prefix="t") as folder:
+        Path(folder).chmod(0o711)
+        yield Path(folder)
+
+
+def start(course: Path, out: Path, temporary: Path, wall: str) -> subprocess.Popen[str]:
+    command = [sys.executable, "-m", "robust_slam_autograder.cli"]
+    command += ["--solutions", str(course / "solutions"), "grade"]
+    command += [str(path) for path in sorted((course / "submitted").glob(f"*/{toy.NAME}"))]
+    command += ["--out", str(out), "--jobs", "2", "--seed", str(SEED), "--sandbox", wall]
+    pipes: Any = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    return subprocess.Popen(command, env=os.environ | {"TMPDIR": str(temporary)}, **pipes)
+
+
+def finish(course: Path, out: Path, temporary: Path, wall: str) -> str:
+    process = start(course, out, temporary, wall)
+    said, complaint = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 0, complaint
+    return said
+
+
+def results(out: Path) -> dict[str, Any]:
+    """All result files by student, without the time that it took."""
+    return {
+        path.parent.name: json.loads(path.read_text("utf-8")) | {"seconds": 0}
+        for path in out.glob(f"*/{toy.NAME}.json")
+    }
+
+
+def gradebook(out: Path) -> list[tuple[Any, ...]]:
+    """Every row of a mark, with whose it is and for what."""
+    query = """
+        select student_id, base_cell.name, auto_score from grade
+        join base_cell on grade.cell_id = base_cell.id
+        join submitted_notebook on grade.notebook_id = submitted_notebook.id
+        join submitted_assignment on submitted_notebook.assignment_id = submitted_assignment.id
+        order by student_id, base_cell.name
+    """
+    with sqlite3.connect(out / "gradebook.db") as connection:
+        assert len(list(connection.execute("select * from alembic_version"))) == 1
+        return list(connection.execute(query))
+
+
+@pytest.mark.sandbox
+def test_a_batch_that_is_killed_ends_as_one_that_is_not(
+    course: Path, tmp_path: Path, temporary: Path, wall_name: str
+) -> None:
+    whole, out, mark = tmp_path / "whole", tmp_path / "killed", str(temporary)
+    finish(course, whole, temporary, wall_name)
+    assert {student[3:]: result["score"] for student, result in results(whole).items()} == SCORES
+
+    def kill_when(when: Callable[[], bool]) -> None:
+        kill(start(course, out, temporary, wall_name), when, mark)
+
+    for count in (5, 25, 50):
+        kill_when(lambda count=count: len(list(out.glob(f"*/{toy.NAME}.json"))) >= count)
+        found = results(out)
+        assert found and all(found[student] == results(whole)[student] for student in found)
+        assert not (out / "gradebook.db").exists()
+    kill_when(lambda: (out / ".gradebook.db.part" / "gradebook.db").exists())
+    assert not (out / "gradebook.db").exists()
+
+    assert "of them unchanged and reused" in finish(course, out, temporary, wall_name)
+    assert results(out) == results(whole)
+    assert gradebook(out) == gradebook(whole) and len(gradebook(out)) == 60 * 4
+    files = {path.name for path in out.rglob("*") if path.is_file()}
+    assert files == OWN_FILES | {f"{toy.NAME}.json"}
+    wait_for(lambda: not list(temporary.iterdir()))
