@@ -20,6 +20,7 @@ from nbgrader.api import (
     SubmittedNotebook,
     TaskCell,
 )
+from nbgrader.utils import compute_checksum
 from sqlalchemy.exc import SAWarning, SQLAlchemyError
 
 from robust_slam_autograder import nbgrader_cells
@@ -132,7 +133,7 @@ def _wanted_cells(assignment: Assignment) -> dict[tuple[type, str], dict[str, An
             "cell_type": cell.kind,
             "locked": not cell.solution and (cell.grade or cell.locked),
             "source": kept[name].source,
-            "checksum": kept[name].metadata.nbgrader.get("checksum"),
+            "checksum": compute_checksum(kept[name]),
         }
         kinds = {GradeCell: cell.grade, SolutionCell: cell.solution, TaskCell: cell.task}
         for table, holds in kinds.items():

@@ -10,12 +10,7 @@ from collections.abc import Mapping, Sequence
 
 from nbformat.notebooknode import NotebookNode
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
-from nbgrader.preprocessors import (
-    ClearHiddenTests,
-    ClearMarkScheme,
-    ClearSolutions,
-    ComputeChecksums,
-)
+from nbgrader.preprocessors import ClearHiddenTests, ClearMarkScheme, ClearSolutions
 from traitlets.config import Config
 
 from robust_slam_autograder.errors import WrongUse
@@ -68,7 +63,7 @@ def kept(marked: Sequence[Cell]) -> Nodes:
     Raises:
         WrongUse: a solution's region is not closed.
     """
-    return _through(marked, [ClearSolutions, ComputeChecksums])
+    return _through(marked, [ClearSolutions])
 
 
 def given(marked: Sequence[Cell]) -> Nodes:

@@ -20,7 +20,7 @@ from nbformat.notebooknode import NotebookNode
 from nbformat.v4 import new_notebook
 from nbgrader.converters.base import NbGraderException
 from nbgrader.preprocessors import NbGraderPreprocessor
-from traitlets import Bool, Unicode
+from traitlets import Bool, Enum, Unicode
 
 from robust_slam_autograder import assignment as assignments
 from robust_slam_autograder import (
@@ -29,13 +29,12 @@ from robust_slam_autograder import (
     graded_notebook,
     journal,
     results,
-    sandbox,
 )
 from robust_slam_autograder.assignment import BEGIN_HIDDEN, split_hidden
 from robust_slam_autograder.batch import Job
 from robust_slam_autograder.errors import AutograderError, GraderFailure
 from robust_slam_autograder.results import Result
-from robust_slam_autograder.sandbox import Sandbox
+from robust_slam_autograder.sandbox import BACK_ENDS, Sandbox, choose
 
 PLACE = "autograder"
 """Key of nbgrader's resources under which the steps find theirs."""
@@ -57,9 +56,11 @@ class SafeExporter(NotebookExporter):
     results_directory = Unicode(
         "build/graded", help="Where results and the batch's seed are kept, from the course's root."
     ).tag(config=True)
-    sandbox = Unicode("", help="Name of the sandbox; the first that works where empty.").tag(
-        config=True
-    )
+    sandbox = Enum(
+        ["", *BACK_ENDS],
+        default_value="",
+        help="The sandbox to take; the first that works where empty.",
+    ).tag(config=True)
     unsandboxed = Bool(False, help="Trust the submissions: run them without a sandbox.").tag(
         config=True
     )
@@ -68,10 +69,11 @@ class SafeExporter(NotebookExporter):
         super().__init__(**options)  # type: ignore[no-untyped-call]
         # nbgrader makes its exporter when it has listed the submissions and read none of them.
         with self._clear_errors():
-            self._wall = sandbox.choose(self.sandbox or None, unsandboxed=self.unsandboxed)
+            self._wall = choose(self.sandbox or None, unsandboxed=self.unsandboxed)
             self._tests = assignments.notebook_path(self._source_folder())
             self._assignment = assignments.load(self._tests)
-            gradebook.declare(self._course.db_url, self._assignment)
+            with batch.locked(self._results):
+                gradebook.declare(self._course.db_url, self._assignment)
             self._converter.assignments = self._submissions()
 
     @property
@@ -81,6 +83,10 @@ class SafeExporter(NotebookExporter):
     @property
     def _course(self) -> Any:  # noqa: ANN401
         return self._converter.coursedir
+
+    @property
+    def _results(self) -> Path:
+        return Path(self._course.root) / self.results_directory
 
     @contextmanager
     def _clear_errors(self) -> Iterator[None]:
@@ -126,7 +132,7 @@ class SafeExporter(NotebookExporter):
     def _place(self, student: str) -> Place:
         handed_in = self._folder(self._course.submitted_directory, student)
         job = Job(student, self._assignment, self._tests, handed_in)
-        return Place(job, Path(self._course.root) / self.results_directory, self._wall)
+        return Place(job, self._results, self._wall)
 
     def _folder(self, step: str, student: str) -> Path:
         return Path(self._course.format_path(step, student, self._assignment.name))

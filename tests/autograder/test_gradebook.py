@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -13,7 +14,7 @@ from robust_slam_autograder.assignment import Assignment
 from robust_slam_autograder.errors import GraderFailure
 from robust_slam_autograder.results import CaseResult, ExerciseResult, Result, without_grade
 
-from tests.autograder import toy
+from tests.autograder import nbgrader_course, toy
 
 
 @pytest.fixture(scope="module")
@@ -98,6 +99,65 @@ def test_nbgraders_own_gradebook_is_taken_over(database: Path) -> None:
     assert sum(marks(database)["ada"].values()) == 20
     with Gradebook(f"sqlite:///{database}") as book:
         assert book.find_student("ada").first_name == "Ada"
+
+
+def with_text() -> Assignment:
+    return toy.assignment(value=nbgrader_course.source_notebook())
+
+
+def test_what_a_person_marks_is_declared_and_waits(database: Path) -> None:
+    tests = with_text()
+    gradebook.record(database, [tests], [result("ada", [4, 6, 5, 5], tests)])
+    with Gradebook(f"sqlite:///{database}") as book:
+        assert book.find_assignment(toy.NAME).max_score == 25
+        notebook = book.find_notebook(toy.NAME, toy.NAME)
+        assert [cell.max_score for cell in notebook.task_cells] == [2]
+        assert {cell.name for cell in notebook.solution_cells} == {"double", "apply", "why"}
+        submission = book.find_submission(toy.NAME, "ada")
+        assert submission.score == 20 and submission.max_score == 25
+        assert submission.needs_manual_grade
+    assert nbgrader_course.rows(database, "auto_score")["ada"]["why"] is None
+
+
+def test_an_answer_that_is_not_there_waits_for_nobody(database: Path) -> None:
+    tests = with_text()
+    mark = result("ada", [4, 6, 5, 5], tests)
+    gradebook.record(database, [tests], [mark], {f"ada/{toy.NAME}": ["why"]})
+    assert nbgrader_course.rows(database, "auto_score")["ada"]["why"] == 0
+    assert nbgrader_course.rows(database, "comment")["ada"]["why"] == gradebook.NO_ANSWER
+
+
+def test_what_a_person_entered_is_never_lost(database: Path) -> None:
+    tests = with_text()
+    gradebook.record(database, [tests], [result("ada", [4, 6, 5, 5], tests)])
+    nbgrader_course.enter(database, "ada", "why", 2)
+    with Gradebook(f"sqlite:///{database}") as book:
+        book.find_comment("why", toy.NAME, toy.NAME, "ada").manual_comment = "Nearly."
+        book.db.commit()
+    refused = without_grade("refused", "why", student="ada", assignment=tests.name, max_score=20)
+    for again in (refused, result("ada", [0, 0, 0, 0], tests)):
+        gradebook.record(database, [tests], [again])
+        assert marks(database)["ada"]["why"] == 2
+        assert nbgrader_course.rows(database, "comment")["ada"]["why"] == "Nearly."
+
+
+def test_free_text_comes_and_goes_with_the_instructors_notebook(database: Path) -> None:
+    tests = with_text()
+    gradebook.record(database, [toy.assignment()], [result("ada", [4, 6, 5, 5], tests)])
+    gradebook.record(database, [tests], [result("ada", [4, 6, 5, 5], tests)])
+    assert marks(database)["ada"].keys() >= {"why", "draw"}
+    gradebook.record(database, [toy.assignment()], [result("ada", [4, 6, 5, 5], tests)])
+    assert marks(database)["ada"].keys().isdisjoint({"why", "draw"})
+
+
+def test_a_comment_is_the_exercises_message(database: Path) -> None:
+    tests = toy.assignment()
+    mark = result("ada", [4, 0, 5, 5], tests)
+    double = replace(mark.exercises[0], message="Look at \x1b[31mred.")
+    mark = replace(mark, exercises=(double, *mark.exercises[1:]))
+    gradebook.record(database, [tests], [mark])
+    said = nbgrader_course.rows(database, "comment")["ada"]
+    assert said == {"double": "Look at \\x1b[31mred.", "apply": None}
 
 
 def test_a_file_that_is_no_gradebook_is_named(tmp_path: Path) -> None:
