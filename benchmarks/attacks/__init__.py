@@ -14,6 +14,10 @@ graded in a container of its own (``container``). A batch that is harmed is grad
 submission at a time, so that the harm has one author; one that stops goes on without its
 culprit, as an instructor would do it.
 
+It takes about half an hour on two idle processors; ``--sample 40`` takes a few minutes. What is
+known is kept, so that the same command goes on where it was interrupted. bubblewrap and
+util-linux's ``setpriv`` and ``prlimit`` are needed.
+
 What is unfair to nbgrader:
 
 * The suite was written to try this course's grader, which was mended until nothing got
