@@ -98,6 +98,26 @@ def test_servers_and_students_end_when_their_owner_is_killed(wall: Fork) -> None
     assert until(lambda: not Path(home).exists())
 
 
+def test_an_interrupt_for_the_whole_group_leaves_nothing(wall: Fork) -> None:
+    command = [sys.executable, "-c", OWNER]
+    options = {"stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL, "text": True}
+    with subprocess.Popen(command, start_new_session=True, **options) as owner:  # type: ignore[call-overload]
+        home = Path(owner.stdout.readline().split()[1])
+        os.killpg(owner.pid, signal.SIGINT)
+    assert until(lambda: not processes_of(home))
+    assert until(lambda: not home.exists())
+
+
+def test_a_student_does_not_outlive_its_keeper(wall: Fork) -> None:
+    running = wall.start(LAUNCH)
+    assert running.await_ready() is None
+    server = min(processes_of(wall._home), key=lambda process: process.create_time())
+    (keeper,) = server.children()
+    keeper.kill()
+    assert until(lambda: len(processes_of(wall._home)) == 1)
+    running.stop()
+
+
 def test_a_stopped_student_leaves_nothing(wall: Fork) -> None:
     running = wall.start(LAUNCH)
     assert running.await_ready() is None

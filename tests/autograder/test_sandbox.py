@@ -24,7 +24,7 @@ ROOT = Path(__file__).resolve().parents[2]
 TOKEN = "planted-token-77"
 
 PROBE = """
-import ctypes, glob, os, resource, signal, socket, struct, subprocess, sys
+import ctypes, fcntl, glob, mmap, os, resource, signal, socket, struct, subprocess, sys
 
 def look():
     facts = {
@@ -83,6 +83,11 @@ def reach():
         "kill the parent": attempt(lambda: os.kill(1, 9)),
         "another's limits": attempt(lambda: resource.prlimit(1, resource.RLIMIT_NOFILE)),
         "memory without a process": attempt(lambda: os.memfd_create("x")),
+        "memory that nobody counts": attempt(lambda: mmap.mmap(-1, 4096)),
+        "a lease": attempt(lambda: fcntl.fcntl(open(os.__file__), fcntl.F_SETLEASE, 0)),
+        "datagrams": attempt(lambda: socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM)),
+        "another's memory": c.shmat(0, None, 0),
+        "watches": c.inotify_init(),
         "raise a limit": attempt(lambda: resource.setrlimit(
             resource.RLIMIT_AS, (2**40, 2**40))),
         "subprocess": subprocess.run(["id", "-u"], capture_output=True, text=True).stdout,
@@ -218,6 +223,11 @@ def test_what_is_out_of_reach(wall: Sandbox) -> None:
         "network": "PermissionError",
         "another's limits": "PermissionError",
         "memory without a process": "PermissionError",
+        "memory that nobody counts": "PermissionError",
+        "a lease": "PermissionError",
+        "datagrams": "PermissionError",
+        "another's memory": -1,
+        "watches": -1,
         "namespace": -1,
         "mount": -1,
         "kill the parent": "None" if of_one_user else "PermissionError",
@@ -272,7 +282,7 @@ def search():
     files = [os.path.join(top, name) for top, _, names in os.walk(folder) for name in names]
     sys.meta_path[:] = [importlib.machinery.PathFinder]
     sys.path_importer_cache.clear()
-    names = ("given", "answers", "deep", "deep.inner")
+    names = ("given", "answers", "alias", "deep", "deep.inner")
     got = [answer(lambda: importlib.import_module("withheld_demo." + name)) for name in names]
     got.append(answer(lambda: from_file(os.path.join(folder, "answers.py"))))
     return {"files": [path for path in files if b"secret" in read(path)], "got": got}
@@ -288,6 +298,7 @@ def test_a_withheld_module_is_not_even_a_file(
     for name, text in PACKAGE.items():
         (package / name).parent.mkdir(exist_ok=True)
         (package / name).write_text(text)
+    (package / "alias.py").symlink_to("answers.py")
     compile_all = [sys.executable, "-m", "compileall", "-q", str(package)]
     assert os.spawnv(os.P_WAIT, sys.executable, compile_all) == 0
     assert list(package.glob("__pycache__/answers.*"))
@@ -360,3 +371,32 @@ def test_a_stopped_process_leaves_no_scratch_folder() -> None:
     running.stop()
     assert not Path(running.scratch.name).exists()
     assert running.process.returncode is not None
+
+
+HONEST = """
+import asyncio, concurrent.futures, subprocess, sys, tempfile, threading
+import numpy as np
+import matplotlib.pyplot as plt
+
+def work():
+    with tempfile.NamedTemporaryFile("w+") as file:
+        file.write("1")
+        plt.plot([1, 2])
+        plt.savefig("picture.png")
+    with tempfile.TemporaryFile() as file:
+        file.write(b"1")
+    with concurrent.futures.ThreadPoolExecutor(4) as pool:
+        squares = list(pool.map(lambda x: x * x, range(5)))
+    printed = subprocess.run([sys.executable, "-S", "-c", "print(6 * 7)"], capture_output=True)
+    return [asyncio.run(answer()), squares, printed.stdout.decode(), np.random.random() < 1]
+
+async def answer():
+    await asyncio.sleep(0)
+    return 42
+"""
+
+
+@pytest.mark.sandbox
+def test_honest_work_goes_on(wall: Sandbox) -> None:
+    found = run(wall, program(HONEST, names=("work",)), "work")
+    assert found == [42, [0, 1, 4, 9, 16], "42\n", True]

@@ -16,12 +16,20 @@ CALLS = {
 AUDIT = {"x86_64": 0xC000003E, "aarch64": 0xC00000B7}
 
 
-def decide(machine: str, number: int, first: int = 0, audit: int | None = None) -> int:
+def decide(
+    machine: str,
+    number: int,
+    first: int = 0,
+    audit: int | None = None,
+    *,
+    rest: tuple[int, ...] = (0, 0, 0),
+    shared_disk: bool = False,
+) -> int:
     """Run the program on one call, as a machine for classic BPF does."""
-    program = seccomp.program(machine)
+    program = seccomp.program(machine, shared_disk=shared_disk)
     assert program is not None
     architecture = AUDIT[machine] if audit is None else audit
-    call = struct.pack("<IIQQ", number, architecture, 0, first)
+    call = struct.pack("<IIQQQQQ", number, architecture, 0, first, *rest)
     lines = list(struct.iter_unpack("<HBBI", program))
     at = value = 0
     tests = {
@@ -36,6 +44,8 @@ def decide(machine: str, number: int, first: int = 0, audit: int | None = None) 
             return int(k)
         if code == 0x20:
             (value,) = struct.unpack_from("<I", call, k)
+        elif code == 0x54:
+            value &= k
         else:
             at += if_true if tests[code](k) else if_false
 
@@ -68,3 +78,29 @@ def test_another_architecture_is_no_way_round() -> None:
 
 def test_an_unknown_machine_has_no_filter() -> None:
     assert seccomp.program("pdp11") is None
+
+
+def test_calls_are_judged_by_their_arguments() -> None:
+    no = refused(errno.EPERM)
+    mmap, fcntl, socketpair, prlimit = 9, 72, 53, 302
+    assert decide("x86_64", mmap, rest=(0, 3, 0x21)) == no  # shared and anonymous
+    assert decide("x86_64", mmap, rest=(0, 3, 0x22)) == ALLOW
+    assert decide("x86_64", mmap, rest=(0, 3, 0x01)) == ALLOW
+    assert decide("x86_64", fcntl, 3, rest=(1024, 1, 0)) == no  # a lease
+    assert decide("x86_64", fcntl, 3, rest=(1, 0, 0)) == ALLOW
+    assert decide("x86_64", socketpair, 1, rest=(2 | 0x80000, 0, 0)) == no  # datagrams
+    assert decide("x86_64", socketpair, 1, rest=(1 | 0x80000, 0, 0)) == ALLOW
+    assert decide("x86_64", prlimit, first=1) == no
+    assert decide("x86_64", prlimit, first=0) == ALLOW
+
+
+def test_on_a_shared_disk_modes_stay_and_files_keep_their_names() -> None:
+    chmod, unlink, openat, openat2 = 90, 87, 257, 437
+    for number in (chmod, unlink):
+        assert decide("x86_64", number) == ALLOW
+        assert decide("x86_64", number, shared_disk=True) == refused(0)
+    assert decide("x86_64", openat, rest=(0, 0x410002, 0), shared_disk=True) == refused(
+        errno.EPERM
+    )
+    assert decide("x86_64", openat, rest=(0, 0x2, 0), shared_disk=True) == ALLOW
+    assert decide("x86_64", openat2, shared_disk=True) == refused(errno.ENOSYS)

@@ -25,20 +25,19 @@ def test_all_descendants_are_found() -> None:
 @pytest.mark.parametrize("limit", ["MEMORY_BYTES", "PROCESSES", "SCRATCH_BYTES"])
 def test_each_limit_counts(limit: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     processes = [psutil.Process()]
-    (tmp_path / "deep").mkdir()
-    (tmp_path / "deep" / "file").write_bytes(os.urandom(10_000))
+    (tmp_path / "file").write_bytes(os.urandom(10_000))
     assert not watch.uses_too_much(processes, tmp_path)
     monkeypatch.setattr(watch, limit, 0)
     assert watch.uses_too_much(processes, tmp_path)
 
 
-def test_a_file_without_a_name_counts_while_it_is_open(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_flood_of_empty_files_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(watch, "SCRATCH_BYTES", 50_000)
-    with open(tmp_path / "file", "wb") as file:
-        os.unlink(file.name)
-        file.write(os.urandom(100_000))
-        file.flush()
-        assert watch.uses_too_much([psutil.Process()], tmp_path)
-    assert not watch.uses_too_much([psutil.Process()], tmp_path)
+    for number in range(20):
+        (tmp_path / str(number)).touch()
+    assert watch.uses_too_much([psutil.Process()], tmp_path)
+
+
+def test_a_folder_that_cannot_be_listed_is_told(tmp_path: Path) -> None:
+    with pytest.raises(OSError):
+        watch.uses_too_much([psutil.Process()], tmp_path / "missing")

@@ -80,7 +80,9 @@ def _walls(uid: int | None) -> list[str]:
 def _mounts(withheld: Sequence[str]) -> list[str]:
     """Read-only interpreter and library, a small writable /tmp, and nothing else."""
     small = ["--perms", "1777", "--size", str(SCRATCH_BYTES), "--tmpfs"]
-    options = ["--proc", "/proc", "--dev", "/dev", "--remount-ro", "/dev"]
+    options = ["--proc", "/proc", "--dev", "/dev"]
+    # Shared maps of /dev/zero are memory that no process's size shows.
+    options += ["--dev-bind", "/dev/null", "/dev/zero", "--remount-ro", "/dev"]
     # First of all, lest they cover a course that lies in /tmp itself.
     options += [*small, "/dev/shm", *small, "/tmp"]
     made: set[Path] = set()

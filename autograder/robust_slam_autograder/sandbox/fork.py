@@ -15,6 +15,7 @@ import os
 import platform
 import secrets
 import select
+import shutil
 import socket
 import stat
 import subprocess
@@ -31,6 +32,8 @@ from robust_slam_autograder.sandbox.inside import ENVIRONMENT, Files, Launch
 from robust_slam_autograder.sandbox.process import START_SECONDS
 
 END_SECONDS = 10.0
+LONGEST = 60
+"""A temporary folder's path; a socket's may have 108 bytes in all."""
 PRELOAD = ("matplotlib.pyplot", "IPython.core.inputtransformer2")
 """Beside what the instructor's own cells import."""
 
@@ -86,7 +89,9 @@ class Fork:
         self._namespaces = namespaces
         # Servers end with this process; others that get a copy of this object share them.
         self._owner = os.getpid()
-        self._home = Path(tempfile.gettempdir(), f"autograder-{secrets.token_hex(8)}")
+        folder = tempfile.gettempdir()
+        short = folder if len(folder) <= LONGEST else "/tmp"
+        self._home = Path(short, f"autograder-{secrets.token_hex(8)}")
 
     def problem(self) -> str | None:
         """Try it once."""
@@ -145,6 +150,8 @@ class Fork:
             command, stdin=subprocess.DEVNULL, capture_output=True, cwd="/", env=environment
         )
         if done.stdout != fork_server.READY:
+            if not any(path.is_socket() for path in self._home.iterdir()):
+                shutil.rmtree(self._home, ignore_errors=True)
             why = done.stderr.decode(errors="replace").strip()[-500:]
             raise GraderFailure(f"The fork server did not start: {why or 'it says nothing'}")
 
@@ -174,7 +181,7 @@ def _problem(wall: Fork) -> str | None:
         return problem
     try:
         running = wall.start(Launch(withheld=(), used=(), cpu_seconds=20))
-    except GraderFailure as error:
+    except (GraderFailure, OSError) as error:
         return str(error)
     try:
         return running.await_ready()

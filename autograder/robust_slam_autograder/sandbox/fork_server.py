@@ -45,8 +45,10 @@ def main() -> None:
         os.umask(before)
         listener.listen(64)
         _leave_the_starter()
-        serve(listener, owner, Place(home, settings["namespaces"], files))
-    shutil.rmtree(home, ignore_errors=True)
+        try:
+            serve(listener, owner, Place(home, settings["namespaces"], files))
+        finally:
+            shutil.rmtree(home, ignore_errors=True)
 
 
 def preload(modules: list[str], withheld: tuple[str, ...]) -> None:
@@ -103,6 +105,8 @@ def _leave_the_starter() -> None:
     if os.fork():
         os.write(1, READY)
         os._exit(0)
+    # A signal for the starter's group, such as Ctrl-C, is none for the servers.
+    os.setsid()
     null = os.open(os.devnull, os.O_RDWR)
     for descriptor in (0, 1, 2):
         os.dup2(null, descriptor)

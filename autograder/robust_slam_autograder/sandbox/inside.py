@@ -112,6 +112,7 @@ def limits(launch: Launch, *, walled: bool) -> dict[str, int]:
         "RLIMIT_FSIZE": SCRATCH_BYTES,
         "RLIMIT_NOFILE": 128,
         "RLIMIT_NPROC": PROCESSES,
+        "RLIMIT_SIGPENDING": 256,
     }
     if os.getuid() != 0 and not (walled and _counts_processes_per_namespace()):
         # All of the user's processes count: the limit would stop the student's first thread.
@@ -218,11 +219,15 @@ def readable(files: Files) -> list[tuple[Path, bool]]:
     hidden = [path.resolve() for path in files.hidden]
     found: list[tuple[Path, bool]] = []
     waiting = [path.resolve() for path in files.visible if path.exists()]
+    seen: set[Path] = set()
     while waiting:
         path = waiting.pop()
+        if path in seen:
+            continue
+        seen.add(path)
         if not any(hid.is_relative_to(path) for hid in hidden):
             found.append((path, True))
         elif path not in hidden:
             found.append((path, False))
-            waiting += path.iterdir()
+            waiting += (inner.resolve() for inner in path.iterdir())  # a link may lead to it
     return found

@@ -10,21 +10,25 @@ from __future__ import annotations
 import contextlib
 import os
 import select
+import shutil
 import signal
 import socket
-import subprocess
+import sys
+import tempfile
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
 
+import numpy as np
 import psutil
 
 from robust_slam_autograder import untrusted
 from robust_slam_autograder.sandbox import house, inside, landlock, seccomp, system, watch
 from robust_slam_autograder.sandbox.inside import ENVIRONMENT, Files, Launch
 
+TERMINAL = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 NAMESPACES = ("pid", "net", "ipc", "uts")
 
 
@@ -54,6 +58,8 @@ def keep(connection: socket.socket, pipes: tuple[int, int], launch: Launch, plac
         place: where.
     """
     signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+    for ignored in TERMINAL:
+        signal.signal(ignored, signal.SIG_IGN)
     system.adopt_orphans()
     uid = inside.FIRST_UID + os.getpid() % inside.UIDS if os.getuid() == 0 else None
     with _scratch(place, uid) as scratch:
@@ -85,16 +91,17 @@ def _scratch(place: Place, uid: int | None) -> Iterator[Path | None]:
     try:
         yield folder
     finally:
-        # Python's own rmtree gives up on folders that are nested a thousand levels deep.
-        subprocess.run(["rm", "-rf", "--", str(folder)], stderr=subprocess.DEVNULL)
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def _leave_namespaces() -> None:
     uid, gid = os.getuid(), os.getgid()
     if uid == 0:
         system.unshare(*NAMESPACES)
+        socket.sethostname("sandbox")
         return
     system.unshare("user", *NAMESPACES)
+    socket.sethostname("sandbox")
     Path("/proc/self/setgroups").write_text("deny")
     Path("/proc/self/uid_map").write_text(f"{uid} {uid} 1")
     Path("/proc/self/gid_map").write_text(f"{gid} {gid} 1")
@@ -104,11 +111,14 @@ def _watch(connection: socket.socket, child: int, place: Place, scratch: Path | 
     """Wait for the lifeline's end; before that, end what uses too much."""
     poller = select.poll()
     poller.register(connection, select.POLLIN | select.POLLHUP)
-    while not poller.poll(watch.SECONDS * 1000):
-        _reap()
-        if watch.uses_too_much(watch.descendants(os.getpid()), scratch):
-            _kill_all(child, place)
-    _kill_all(child, place)
+    try:
+        while not poller.poll(watch.SECONDS * 1000):
+            if not place.namespaces:
+                _reap()
+            if watch.uses_too_much(watch.descendants(os.getpid()), scratch):
+                _kill_all(child, place)
+    finally:
+        _kill_all(child, place)
 
 
 def _kill_all(child: int, place: Place) -> None:
@@ -119,18 +129,21 @@ def _kill_all(child: int, place: Place) -> None:
             os.kill(child, signal.SIGKILL)
             os.waitpid(child, 0)
         return
-    while found := watch.descendants(os.getpid()):
-        for process in found:
+    while _reap():
+        for process in watch.descendants(os.getpid()):
             with contextlib.suppress(psutil.Error):
                 process.kill()
-        _reap()
         time.sleep(0.001)
 
 
-def _reap() -> None:
-    with contextlib.suppress(ChildProcessError):
+def _reap() -> bool:
+    """Forget those that have ended; False where no descendant is left, not even an orphan."""
+    try:
         while os.waitpid(-1, os.WNOHANG)[0]:
             pass
+    except ChildProcessError:
+        return False
+    return True
 
 
 def _become(
@@ -144,13 +157,15 @@ def _become(
     """Turn this process into the untrusted one."""
     try:
         os.setsid()
+        for ignored in TERMINAL:
+            signal.signal(ignored, signal.SIG_DFL)
         if place.namespaces:
             _enter_house(place)
         untrusted.volunteer_for_the_memory_killer()
         _settle(scratch)
         rules = landlock.rules(_allowed(place.files, scratch)) if landlock.version() else None
         untrusted.limit(_limits(launch, place))
-        _shut_the_door(uid, rules)
+        _shut_the_door(uid, rules, shared_disk=not place.namespaces)
         _keep_only(pipes)
     except BaseException as error:
         connection.send(f"{type(error).__name__}: {error}".encode()[:500])
@@ -167,6 +182,9 @@ def _settle(scratch: Path | None) -> None:
     os.environ.clear()
     os.environ.update(ENVIRONMENT | homes)
     os.chdir(homes["HOME"])
+    tempfile.tempdir = None  # the server's
+    if "numpy.random" in sys.modules:
+        np.random.seed()
 
 
 def _enter_house(place: Place) -> None:
@@ -183,6 +201,7 @@ def _be_the_first_process(child: int) -> NoReturn:
     untrusted.drop_to(inside.FIRST_UID - 1 if os.getuid() == 0 else None)
     system.drop_capabilities()
     system.let_trace(False)
+    system.die_with_parent()
     with contextlib.suppress(ChildProcessError):
         while os.wait()[0] != child:
             pass
@@ -196,7 +215,7 @@ def _allowed(files: Files, scratch: Path | None) -> list[tuple[Path, int]]:
             (path, landlock.READ if whole else landlock.LIST)
             for path, whole in inside.readable(files)
         ]
-        return [*opened, *devices, (scratch, landlock.ALL)]
+        return [*opened, *devices, (scratch, landlock.FLAT)]
     own = [(Path(path), landlock.ALL) for path in ("/tmp", "/dev/shm")]
     return [(Path("/"), landlock.READ), *devices, *own]
 
@@ -205,19 +224,27 @@ def _limits(launch: Launch, place: Place) -> dict[str, int]:
     limits = inside.limits(launch, walled=place.namespaces)
     if "RLIMIT_NPROC" not in limits:
         # All of the user's processes count here: this stops a flood, the keeper counts exactly.
-        mine = [p for p in psutil.process_iter() if p.uids().real == os.getuid()]
-        limits["RLIMIT_NPROC"] = sum(p.num_threads() for p in mine) + 4 * inside.PROCESSES
+        limits["RLIMIT_NPROC"] = _own_threads() + 4 * inside.PROCESSES
     return limits
 
 
-def _shut_the_door(uid: int | None, rules: int | None) -> None:
+def _own_threads() -> int:
+    """All threads of the present user."""
+    found = 0
+    for process in psutil.process_iter():
+        with contextlib.suppress(psutil.Error):  # it may end meanwhile
+            found += process.num_threads() if process.uids().real == os.getuid() else 0
+    return found
+
+
+def _shut_the_door(uid: int | None, rules: int | None, *, shared_disk: bool) -> None:
     """Give up every right but those of the rules; nothing after this can be taken back."""
     untrusted.drop_to(uid)
     system.drop_capabilities()
     system.forbid_new_privileges()
     if rules is not None:
         landlock.enter(rules)
-    program = seccomp.program()
+    program = seccomp.program(shared_disk=shared_disk)
     if program is not None:
         system.install_filter(program)
     system.let_trace(True)

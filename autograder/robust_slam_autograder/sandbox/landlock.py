@@ -21,7 +21,7 @@ SIGNALS_VERSION = 6
 """From this version on a process cannot signal those outside its domain."""
 
 _EXECUTE, _WRITE_FILE, _READ_FILE, _READ_FOLDER = 1, 2, 4, 8
-_TRUNCATE = 1 << 14
+_TRUNCATE, _MAKE_FILE = 1 << 14, 1 << 8
 _ON_FILES = _EXECUTE | _WRITE_FILE | _READ_FILE | _TRUNCATE
 _RIGHTS_BY_VERSION = {1: 13, 2: 14, 3: 15, 5: 16}
 """How many rights on files each version knows, from the lowest bit up."""
@@ -32,6 +32,8 @@ READ = _EXECUTE | _READ_FILE | _READ_FOLDER
 LIST = _READ_FOLDER
 USE = _READ_FILE | _WRITE_FILE
 ALL = (1 << 16) - 1
+FLAT = READ | _WRITE_FILE | _TRUNCATE | _MAKE_FILE
+"""A folder of files, in which no other folder can be made and nothing loses its name."""
 
 
 def version() -> int:
@@ -47,7 +49,7 @@ def rules(allowed: Iterable[tuple[Path, int]]) -> int:
 
     Args:
         allowed: paths with the rights on them and all beneath: ``READ``, ``LIST``,
-            ``USE`` (a device) or ``ALL``. A path that does not exist is passed over.
+            ``USE`` (a device), ``FLAT`` or ``ALL``. A path that does not exist is passed over.
 
     Returns:
         a descriptor for ``enter``.

@@ -2,10 +2,8 @@
 
 It refuses what student code has no use for and what reaches around the other
 walls: namespaces and mounts of its own (with them it could mount as much memory as
-it likes), sockets, memory that belongs to no process, key rings, and whatever acts on
-another process. Landlock does not guard modes, owners and times of files: where
-student code runs as the grader's own user, they would be in its reach, so calls that
-change them do nothing, and say that all is well. The list follows the kernel's tables
+it likes), sockets, memory that belongs to no process, key rings, leases and watches on
+files, and whatever acts on another process. The list follows the kernel's tables
 (arch/x86/entry/syscalls, include/uapi/asm-generic).
 """
 
@@ -14,11 +12,13 @@ from __future__ import annotations
 import errno
 import platform
 import struct
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
-_LOAD, _EQUAL, _AT_LEAST, _ANY_BIT, _RETURN = 0x20, 0x15, 0x35, 0x45, 0x06
-_NUMBER, _ARCHITECTURE, _FIRST_ARGUMENT = 0, 4, 16
+_LOAD, _EQUAL, _AT_LEAST, _ANY_BIT, _AND, _RETURN = 0x20, 0x15, 0x35, 0x45, 0x54, 0x06
+_NUMBER, _ARCHITECTURE, _FIRST_ARGUMENT, _ARGUMENT_BYTES = 0, 4, 16, 8
 _ALLOW, _REFUSE, _KILL = 0x7FFF0000, 0x00050000, 0x80000000
-_PRETEND = 0
+_PRETEND, _WHOLE = 0, 0xFFFFFFFF
 
 _AUDIT = {"x86_64": 0xC000003E, "aarch64": 0xC00000B7}
 _X32_BIT = 0x40000000
@@ -31,17 +31,27 @@ _REFUSED = {
         *(155, 165, 166, 272, 308),  # pivot_root mount umount2 unshare setns
         *(248, 249, 250),  # add_key request_key keyctl
         *(298, 321, 323),  # perf_event_open bpf userfaultfd
-        *(41, 319, 29, 68, 64, 240),  # socket memfd_create shmget msgget semget mq_open
+        *(41, 319, 278),  # socket memfd_create vmsplice
+        *(29, 30, 31),  # shmget shmat shmctl
+        *(64, 65, 66, 220),  # semget semop semctl semtimedop
+        *(68, 69, 70, 71),  # msgget msgsnd msgrcv msgctl
+        *(240, 241),  # mq_open mq_unlink
         *(101, 310, 311, 312),  # ptrace process_vm_readv process_vm_writev kcmp
         *(141, 251, 256, 279),  # setpriority ioprio_set migrate_pages move_pages
+        *(253, 294, 300),  # inotify_init inotify_init1 fanotify_init
     ),
     "aarch64": (
         *(41, 40, 39, 97, 268),
         *(217, 218, 219),
         *(241, 280, 282),
-        *(198, 279, 194, 186, 190, 180),
+        *(198, 279, 75),
+        *(194, 196, 195),
+        *(190, 193, 191, 192),
+        *(186, 189, 188, 187),
+        *(180, 181),
         *(117, 270, 271, 272),
         *(140, 30, 238, 239),
+        *(26, 262),
     ),
 }
 _REFUSED_EVERYWHERE = (
@@ -50,60 +60,117 @@ _REFUSED_EVERYWHERE = (
     *(438, 440, 447, 448),  # pidfd_getfd process_madvise memfd_secret process_mrelease
 )
 """New calls have one number on every architecture."""
-_OF_ITSELF_ALONE = {
-    "x86_64": (302, 142, 144, 203, 314),  # prlimit64 sched_setparam …scheduler …affinity …attr
-    "aarch64": (261, 118, 119, 122, 274),
-}
-"""Their first argument is a process; 0 is the caller."""
 _PRETENDED = {
     "x86_64": (
         *(90, 91, 268),  # chmod fchmod fchmodat
         *(92, 93, 94, 260),  # chown fchown lchown fchownat
         *(188, 189, 190, 197, 198, 199),  # setxattr lset… fset… removexattr lremove… fremove…
         *(132, 235, 261, 280),  # utime utimes futimesat utimensat
+        *(87, 263),  # unlink unlinkat
     ),
-    "aarch64": (52, 53, 54, 55, 5, 6, 7, 14, 15, 16, 88),
+    "aarch64": (52, 53, 54, 55, 5, 6, 7, 14, 15, 16, 88, 35),
 }
 _PRETENDED_EVERYWHERE = (452, 463, 466)
 """fchmodat2 setxattrat removexattrat."""
+_OPENAT2 = 437
 
 
-def program(machine: str | None = None) -> bytes | None:
+@dataclass(frozen=True)
+class Guard:
+    """A call that is refused by one of its arguments.
+
+    Attributes:
+        numbers: the call's number by architecture.
+        argument: which one, from 0.
+        mask: the bits of it that count.
+        value: what they are compared with.
+        equal: whether the call is refused where they are equal, or where they differ.
+    """
+
+    numbers: Mapping[str, int]
+    argument: int
+    mask: int
+    value: int
+    equal: bool
+
+
+def _of_itself_alone(x86_64: int, aarch64: int) -> Guard:
+    """The first argument is a process; 0 is the caller."""
+    return Guard({"x86_64": x86_64, "aarch64": aarch64}, 0, _WHOLE, 0, equal=False)
+
+
+_SHARED_ANONYMOUS, _SET_LEASE, _NOT_A_STREAM, _NAMELESS = 0x21, 1024, 0xE, 0x400000
+_GUARDS = (
+    _of_itself_alone(302, 261),  # prlimit64
+    _of_itself_alone(142, 118),  # sched_setparam
+    _of_itself_alone(144, 119),  # sched_setscheduler
+    _of_itself_alone(203, 122),  # sched_setaffinity
+    _of_itself_alone(314, 274),  # sched_setattr
+    # Pages that no process's size shows.
+    Guard({"x86_64": 9, "aarch64": 222}, 3, _SHARED_ANONYMOUS, _SHARED_ANONYMOUS, equal=True),
+    # A lease on a file makes all others wait who open it: fcntl.
+    Guard({"x86_64": 72, "aarch64": 25}, 1, _WHOLE, _SET_LEASE, equal=True),
+    # A datagram finds its way to any path: socketpair.
+    Guard({"x86_64": 53, "aarch64": 199}, 1, _NOT_A_STREAM, 0, equal=False),
+)
+_GUARDS_ON_A_SHARED_DISK = (
+    # Files without a name, which nobody can count: open and openat.
+    Guard({"x86_64": 2}, 1, _NAMELESS, _NAMELESS, equal=True),
+    Guard({"x86_64": 257, "aarch64": 56}, 2, _NAMELESS, _NAMELESS, equal=True),
+)
+
+
+def program(machine: str | None = None, *, shared_disk: bool = False) -> bytes | None:
     """The filter for this machine's architecture; None where we do not know its numbers.
 
     Args:
         machine: as ``platform.machine()`` names it.
+        shared_disk: whether student code works on the grader's own disk. Landlock does not
+            guard modes, owners and times of files there, so calls that change them do nothing,
+            and say that all is well; no file loses its name, or is without one, so that all
+            can be counted.
     """
     machine = machine or platform.machine()
     if machine not in _AUDIT:
         return None
-    answers = dict.fromkeys((*_REFUSED[machine], *_REFUSED_EVERYWHERE), errno.EPERM)
-    answers |= dict.fromkeys((*_PRETENDED[machine], *_PRETENDED_EVERYWHERE), _PRETEND)
-    lines = [
-        _line(_LOAD, _ARCHITECTURE),
-        _line(_EQUAL, _AUDIT[machine], if_true=1),
-        _line(_RETURN, _KILL),
-        _line(_LOAD, _NUMBER),
-        *_refuse_if(_AT_LEAST, _X32_BIT, errno.ENOSYS),
-        *_refuse_if(_EQUAL, _CLONE3, errno.ENOSYS),
-    ]
-    for number, answer in answers.items():
-        lines += _refuse_if(_EQUAL, number, answer)
-    for number in _OF_ITSELF_ALONE[machine]:
-        lines += [
-            _line(_EQUAL, number, if_false=4),
+    return b"".join(
+        [
+            _line(_LOAD, _ARCHITECTURE),
+            _line(_EQUAL, _AUDIT[machine], if_true=1),
+            _line(_RETURN, _KILL),
+            _line(_LOAD, _NUMBER),
+            *_refuse_if(_AT_LEAST, _X32_BIT, errno.ENOSYS),
+            *_answers(machine, shared_disk),
+            *_guards(machine, shared_disk),
+            _line(_EQUAL, _CLONE[machine], if_false=3),
             _line(_LOAD, _FIRST_ARGUMENT),
-            _line(_EQUAL, 0, if_true=1),
-            _line(_RETURN, _REFUSE | errno.EPERM),
+            *_refuse_if(_ANY_BIT, _CLONE_NAMESPACES, errno.EPERM),
             _line(_RETURN, _ALLOW),
         ]
-    lines += [
-        _line(_EQUAL, _CLONE[machine], if_false=3),
-        _line(_LOAD, _FIRST_ARGUMENT),
-        *_refuse_if(_ANY_BIT, _CLONE_NAMESPACES, errno.EPERM),
-        _line(_RETURN, _ALLOW),
-    ]
-    return b"".join(lines)
+    )
+
+
+def _answers(machine: str, shared_disk: bool) -> Iterator[bytes]:
+    """Calls that get an answer in place of being made."""
+    answers = {_CLONE3: errno.ENOSYS}
+    answers |= dict.fromkeys((*_REFUSED[machine], *_REFUSED_EVERYWHERE), errno.EPERM)
+    if shared_disk:
+        answers |= dict.fromkeys((*_PRETENDED[machine], *_PRETENDED_EVERYWHERE), _PRETEND)
+        answers[_OPENAT2] = errno.ENOSYS  # its flags, too, lie behind a pointer
+    for number, answer in answers.items():
+        yield from _refuse_if(_EQUAL, number, answer)
+
+
+def _guards(machine: str, shared_disk: bool) -> Iterator[bytes]:
+    refuse, allow = _line(_RETURN, _REFUSE | errno.EPERM), _line(_RETURN, _ALLOW)
+    for guard in (*_GUARDS, *(_GUARDS_ON_A_SHARED_DISK if shared_disk else ())):
+        if machine not in guard.numbers:
+            continue
+        yield _line(_EQUAL, guard.numbers[machine], if_false=5)
+        yield _line(_LOAD, _FIRST_ARGUMENT + _ARGUMENT_BYTES * guard.argument)
+        yield _line(_AND, guard.mask)
+        yield _line(_EQUAL, guard.value, if_false=1)
+        yield from (refuse, allow) if guard.equal else (allow, refuse)
 
 
 def _refuse_if(test: int, value: int, error: int) -> list[bytes]:

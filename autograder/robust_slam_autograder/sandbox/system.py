@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import os
 import platform
+import signal
 import struct
 
 NEW_NAMESPACE = {
@@ -20,6 +21,7 @@ _DETACH = 2
 _PIVOT_ROOT = {"x86_64": 155, "aarch64": 41}
 _MOUNT_SETATTR, _AT_RECURSIVE, _AT_FDCWD = 442, 0x8000, -100
 _ATTR_READ_ONLY, _ATTR_NO_SUID = 1, 2
+_SET_PARENT_DEATH_SIGNAL = 1
 _SET_DUMPABLE, _SET_SECCOMP, _SET_SUBREAPER, _SET_NO_NEW_PRIVS = 4, 22, 36, 38
 _SECCOMP_FILTER = 2
 _CAPABILITY_VERSION = 0x20080522
@@ -92,6 +94,11 @@ def forbid_new_privileges() -> None:
 def let_trace(allowed: bool) -> None:
     """Say whether processes of the same user may look into this one."""
     _prctl(_SET_DUMPABLE, int(allowed))
+
+
+def die_with_parent() -> None:
+    """Be killed when the parent ends; a change of user undoes it."""
+    _prctl(_SET_PARENT_DEATH_SIGNAL, signal.SIGKILL)
 
 
 def adopt_orphans() -> None:
