@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import os
+import resource
 import shutil
-import signal
-import sqlite3
-import subprocess
-import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,7 +15,7 @@ import pytest
 from robust_slam_autograder import assignment as assignments
 from robust_slam_autograder import batch, journal, results
 from robust_slam_autograder.batch import Graded, Job
-from robust_slam_autograder.errors import Refused, WrongUse
+from robust_slam_autograder.errors import GraderFailure, Refused, WrongUse
 from robust_slam_autograder.sandbox import Sandbox, Unsandboxed
 
 from tests.autograder import toy
@@ -87,11 +84,12 @@ def grade(
     workers: int = 2,
     report: Callable[[Graded], None] = lambda graded: None,
     wall: Sandbox | None = None,
+    given: list[Job] | None = None,
 ) -> list[Graded]:
     folder = course / out
     run = journal.open_run(folder, seed)
     return batch.grade(
-        jobs(course),
+        jobs(course) if given is None else given,
         out=folder,
         run=run,
         wall=wall or Unsandboxed(),
@@ -233,39 +231,63 @@ def test_a_course_below_a_link_is_graded(course: Path) -> None:
     assert batch.locate(Job("ada", job.assignment, job.tests, path))[0].is_file()
 
 
-@pytest.mark.sandbox
-def test_a_killed_batch_goes_on_and_loses_nothing(course: Path, bubblewrap: Sandbox) -> None:
-    leave(course, "ada", "cem", "dot", "eve")
-    command = [sys.executable, "-m", "robust_slam_autograder.cli"]
-    command += ["--solutions", str(course / "solutions"), "grade"]
-    command += [str(job.path) for job in jobs(course)]
-    command += ["--out", str(course / "out"), "--jobs", "1"]
-    started = subprocess.Popen(command, stdout=subprocess.DEVNULL)
-    end = time.monotonic() + 60
-    while len(list((course / "out").glob("*/*.json"))) < 2 and time.monotonic() < end:
-        time.sleep(0.02)
-    os.kill(started.pid, signal.SIGKILL)
-    started.wait()
-    assert started.returncode == -signal.SIGKILL
-    done = len(list((course / "out").glob("*/*.json")))
-    assert 2 <= done < 4 and not (course / "out" / "gradebook.db").exists()
-
-    again = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
-    assert again.returncode == 0, again.stderr
-    assert "of them unchanged and reused" in again.stdout
-    scores = {"ada": 20, "cem": 10, "dot": 14, "eve": 0}
-    assert {student: toy.result(course / "out", student)["score"] for student in scores} == scores
-    assert gradebook_marks(course / "out" / "gradebook.db") == scores
+def test_what_changes_after_it_was_listed_is_refused_or_graded_as_it_is(course: Path) -> None:
+    leave(course, "ada", "bob", "cem", "dot")
+    listed = jobs(course)
+    submitted = course / "submitted"
+    shutil.rmtree(submitted / "bob")
+    (submitted / "cem").rename(course / "aside")
+    (submitted / "cem").symlink_to("ada")
+    (submitted / "dot" / toy.NAME / f"{toy.NAME}.ipynb").unlink()
+    graded = [item.result for item in grade(course, given=listed)]
+    assert [(r.student, r.status) for r in graded[1:]] == [
+        ("bob", "refused"),
+        ("cem", "refused"),
+        ("dot", "refused"),
+    ]
+    assert graded[0].score == 20
+    assert graded[2].reason == "The student's folder cem is a link."
 
 
-def gradebook_marks(database: Path) -> dict[str, float]:
-    query = """
-        select student_id, count(*), sum(auto_score) from grade
-        join submitted_notebook on grade.notebook_id = submitted_notebook.id
-        join submitted_assignment on submitted_notebook.assignment_id = submitted_assignment.id
-        group by student_id
-    """
-    with sqlite3.connect(database) as connection:
-        rows = list(connection.execute(query))
-    assert {count for _, count, _ in rows} == {4}, "four cases for each, none twice"
-    return {student: score for student, _, score in rows}
+def test_a_full_disk_stops_the_batch_and_loses_nothing(course: Path) -> None:
+    """The error names the file and the mend; the same command goes on from there."""
+    leave(course, "ada", "dot", "eve")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+
+    def fill_the_disk(graded: Graded) -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (200, before[1]))
+
+    try:
+        with pytest.raises(GraderFailure, match=r"\.json cannot be written .*: make room"):
+            grade(course, workers=1, report=fill_the_disk)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    written = [path.parent.name for path in (course / "out").glob("*/*")]
+    assert written == ["ada"]
+    again = grade(course)
+    assert [item.reused for item in again] == [True, False, False]
+    assert marks(again)[1:] == [
+        ("dot", "graded", 14, ("partial", "passed")),
+        ("eve", "refused", 0, ()),
+    ]
+
+
+def test_a_regrade_that_is_cut_short_keeps_no_result_of_another_text(
+    course: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The file holds the new text's mark, the log would speak of the old one's."""
+    leave(course, "ada")
+    grade(course)
+    path = course / "submitted" / "ada" / toy.NAME / f"{toy.NAME}.ipynb"
+    old = path.read_bytes()
+    toy.hand_in(course / "submitted", "ada", toy.answer(GUESS))
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr(journal.Run, "remember", interrupt)
+        grade(course)
+    assert toy.result(course / "out", "ada")["score"] == 14
+    path.write_bytes(old)
+    assert [item.result.score for item in grade(course)] == [20]
+
+
+def interrupt(*args: object) -> None:
+    raise KeyboardInterrupt
