@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import psutil
 
-PATIENCE = 120.0
+PATIENCE = 300.0
 ENDED = (psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD)
 
 

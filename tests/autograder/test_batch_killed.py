@@ -18,7 +18,7 @@ from tests.autograder import toy
 from tests.autograder.killing import kill, wait_for
 
 SEED = 11
-PATIENCE = 120.0
+PATIENCE = 300.0
 OWN_FILES = {".lock", ".run.json", ".run.log", "gradebook.db"}
 
 ANSWERS = {
@@ -29,13 +29,13 @@ ANSWERS = {
     "raise": "def double(x):\n    raise SystemExit\n",
     "nonsense": "def double(x:\n",
     "child": "import subprocess\nsubprocess.Popen(['sleep', '600'])\n" + toy.DOUBLE,
-    "flood": "def double(x):\n    return 'x' * 40_000_000\n",
+    "alien": "def double(x):\n    return object()\n",
     "vandal": "import shutil\nshutil.rmtree('/tmp', ignore_errors=True)\n" + toy.DOUBLE,
 }
 SHARES = {"honest": 24, "guess": 8, "loop": 2, "exit": 4, "raise": 4, "nonsense": 4}
-SHARES |= {"child": 2, "flood": 2, "vandal": 2}
+SHARES |= {"child": 2, "alien": 2, "vandal": 2}
 SCORES = {"honest": 20, "guess": 14, "loop": 10, "exit": 10, "raise": 10, "nonsense": 10}
-SCORES |= {"child": 20, "flood": 10, "vandal": 20}
+SCORES |= {"child": 20, "alien": 10, "vandal": 20}
 SCORES |= dict.fromkeys(("empty", "half", "binary", "nothing", "link"), 0)
 FILES = {"empty": b"", "half": b'{"nbformat": 4, "cells": [', "binary": bytes(range(256))}
 
@@ -44,7 +44,7 @@ FILES = {"empty": b"", "half": b'{"nbformat": 4, "cells": [', "binary": bytes(ra
 def course(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A course with sixty submissions, of every kind."""
     root = tmp_path_factory.mktemp("sixty")
-    toy.make_tree(root, "[limits]\ncall_seconds = 0.5\ncell_seconds = 5\n")
+    toy.make_tree(root, "[limits]\ncall_seconds = 1\ncell_seconds = 5\n")
     submitted = root / "submitted"
     # Sorted by name the kinds are mixed.
     for kind, count in SHARES.items():
