@@ -1,15 +1,17 @@
-"""nbgrader's own configuration for this course: where things lie, and the solutions' stub.
+"""nbgrader's own configuration for this course: where things lie, and who runs the tests.
 
 nbgrader looks for it on Jupyter's configuration path, so put this folder there:
-``JUPYTER_CONFIG_PATH=autograder nbgrader generate_assignment 02-four-costs``, or
+``JUPYTER_CONFIG_PATH=autograder nbgrader autograde 02-four-costs``, or
 ``JUPYTER_CONFIG_PATH=autograder jupyter lab``, from the repository's root.
 """
 
 from pathlib import Path
 
+from robust_slam_autograder.nbgrader_files import read_warily
 from robust_slam_autograder.release import nbgrader_settings
 
 root = Path(__file__).resolve().parents[1]
 (root / "build" / "graded").mkdir(parents=True, exist_ok=True)  # SQLite makes the file alone
 c = get_config()  # noqa: F821 (nbgrader defines it for this file)
 c.merge(nbgrader_settings(str(root)))
+read_warily()

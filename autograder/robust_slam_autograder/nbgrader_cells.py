@@ -13,7 +13,7 @@ from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
 from nbgrader.preprocessors import ClearHiddenTests, ClearMarkScheme, ClearSolutions
 from traitlets.config import Config
 
-from robust_slam_autograder.errors import WrongUse
+from robust_slam_autograder.errors import GraderFailure
 from robust_slam_autograder.notebook import Cell
 from robust_slam_autograder.release import STUB
 
@@ -61,7 +61,7 @@ def kept(marked: Sequence[Cell]) -> Nodes:
     """The cells as nbgrader's gradebook keeps them: without solutions, tests whole.
 
     Raises:
-        WrongUse: a solution's region is not closed.
+        GraderFailure: a solution's region is not closed.
     """
     return _through(marked, [ClearSolutions])
 
@@ -70,7 +70,7 @@ def given(marked: Sequence[Cell]) -> Nodes:
     """The cells as students have them.
 
     Raises:
-        WrongUse: a region to be cut is not closed.
+        GraderFailure: a region to be cut is not closed.
     """
     return _through(marked, [ClearSolutions, ClearHiddenTests, ClearMarkScheme])
 
@@ -83,5 +83,5 @@ def _through(marked: Sequence[Cell], steps: Sequence[type]) -> Nodes:
         for step in steps:
             made, _ = step(config=config).preprocess(made, {})
     except RuntimeError as error:
-        raise WrongUse(f"nbgrader cannot read the instructor's notebook: {error}.") from error
+        raise GraderFailure(f"nbgrader cannot read the instructor's notebook: {error}.") from error
     return {cell.metadata.nbgrader["grade_id"]: cell for cell in made.cells}

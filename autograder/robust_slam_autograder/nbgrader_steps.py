@@ -1,8 +1,8 @@
 """nbgrader's autograde and feedback with this package's executor, by nbgrader's own settings.
 
 ``release.nbgrader_settings`` puts these classes in place of nbgrader's. Student code never runs
-in a kernel or in nbgrader's process, and nbgrader opens no file of a submission's but
-``timestamp.txt``: the exporter hands it an empty notebook, and the steps fill that in.
+in a kernel or in nbgrader's process, and nbgrader opens no notebook that was handed in: the
+exporter gives it an empty one, and the steps fill that in.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ from robust_slam_autograder import (
     gradebook,
     graded_notebook,
     journal,
+    nbgrader_files,
     results,
 )
 from robust_slam_autograder.assignment import BEGIN_HIDDEN, split_hidden
@@ -151,6 +152,7 @@ class RunTests(NbGraderPreprocessor):  # type: ignore[misc]
             raise
         if result.status == "refused":
             self.log.warning("Refused, score 0: %s", result.reason)
+        resources["outputs"] = nbgrader_files.plain(place.job.path)
         cells = graded_notebook.read(place.job)
         return graded_notebook.build(place.job.assignment, cells, result), resources
 

@@ -5,7 +5,7 @@ Formgrader shows a student's text in the instructor's own session: a script in i
 
 from __future__ import annotations
 
-from nbconvert.filters import markdown2html
+from nbconvert.filters.markdown_mistune import IPythonRenderer, MarkdownWithMath
 from nbconvert.preprocessors.sanitize import SanitizeHTML
 
 _TAGS = (
@@ -22,6 +22,7 @@ def as_html(source: str) -> str:
 
     A filter for nbconvert's templates, in place of ``markdown2html``.
     """
+    renderer = IPythonRenderer(escape=False, exclude_anchor_links=True)
+    html = MarkdownWithMath(renderer=renderer).render(source)
     cleaner = SanitizeHTML(tags=list(_TAGS), attributes=_ATTRIBUTES)  # type: ignore[no-untyped-call]
-    clean = cleaner.sanitize_html_tags(markdown2html(source))  # type: ignore[no-untyped-call]
-    return str(clean)
+    return str(cleaner.sanitize_html_tags(html))  # type: ignore[no-untyped-call]

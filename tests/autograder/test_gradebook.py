@@ -160,6 +160,13 @@ def test_a_comment_is_the_exercises_message(database: Path) -> None:
     assert said == {"double": "Look at \\x1b[31mred.", "apply": None}
 
 
+def test_a_region_that_is_not_closed_is_named(database: Path) -> None:
+    value = toy.source_notebook()
+    value["cells"][1]["source"] = toy.DOUBLE.replace("### END SOLUTION", "")
+    with pytest.raises(GraderFailure, match="no end solution statement"):
+        gradebook.declare(database, toy.assignment(value=value))
+
+
 def test_a_file_that_is_no_gradebook_is_named(tmp_path: Path) -> None:
     database = tmp_path / "gradebook.db"
     database.write_text(json.dumps({"no": "gradebook"}) * 100)

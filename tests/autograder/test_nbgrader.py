@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -62,6 +63,12 @@ def hand_everything_in(course: Path) -> None:
     (folder / f"{toy.NAME}.ipynb").unlink()
     os.mkfifo(folder / f"{toy.NAME}.ipynb")
     os.mkfifo(folder / "data.txt")
+    os.mkfifo(folder / "timestamp.txt")
+    folder = course_of.hand_in(course, "late", course_of.answer())
+    (folder / "timestamp.txt").write_text("2026-03-01 12:00:00 UTC")
+    (folder / "submission_secret.txt").write_text("fetches feedback")
+    folder = course_of.hand_in(course, "undated", course_of.answer())
+    (folder / "timestamp.txt").symlink_to("/dev/zero")
     folder = course_of.hand_in(course, "nothing", toy.answer())
     (folder / f"{toy.NAME}.ipynb").rename(folder / "notebook.txt")
 
@@ -108,7 +115,7 @@ def without_time(path: Path) -> dict[str, Any]:
 
 def test_results_are_the_command_lines(done: Done) -> None:
     ours = sorted(done.by_command_line.glob("*/*.json"))
-    assert len(ours) == 12
+    assert len(ours) == 14
     for path in ours:
         theirs = done.course / "build" / "graded" / path.relative_to(done.by_command_line)
         assert without_time(theirs) == without_time(path)
@@ -119,14 +126,14 @@ def test_results_are_the_command_lines(done: Done) -> None:
 @pytest.mark.parametrize("what", ["auto_score", "needs_manual_grade", "max_score", "comment"])
 def test_the_gradebook_is_the_command_lines(done: Done, what: str) -> None:
     theirs = course_of.rows(course_of.database(done.course), what)
-    assert len(theirs) == 12
+    assert len(theirs) == 14
     assert theirs == course_of.rows(done.by_command_line / "gradebook.db", what)
 
 
 def test_marks_are_right(done: Done) -> None:
     scores = course_of.rows(course_of.database(done.course), "score")
     assert {student: sum(marks.values()) for student, marks in scores.items()} == {
-        **dict.fromkeys(("ada", "copied", "misnamed", "writer"), 20),
+        **dict.fromkeys(("ada", "copied", "misnamed", "writer", "late", "undated"), 20),
         **dict.fromkeys(("ben", "tagged", "loop"), 10),
         **dict.fromkeys(REFUSED, 0),
     }
@@ -142,7 +149,7 @@ def test_export_writes_them(done: Done) -> None:
         "10.0",
         "25.0",
     )
-    assert len(found) == 12
+    assert len(found) == 14
 
 
 @pytest.mark.parametrize("student", REFUSED)
@@ -179,18 +186,27 @@ def test_student_code_ran_behind_the_wall_alone(done: Done) -> None:
     assert "kernel" not in done.said["autograde"].lower()
 
 
+def test_a_time_is_taken_from_a_plain_file_alone(done: Done) -> None:
+    with Gradebook(f"sqlite:///{course_of.database(done.course)}") as book:
+        times = {s.student.id: s.timestamp for s in book.assignment_submissions(toy.NAME)}
+    assert times["late"] == datetime(2026, 3, 1, 12)
+    assert times["undated"] is times["pipe"] is None
+
+
 def test_nothing_else_of_a_submission_is_copied(done: Done) -> None:
     build = done.course / "build"
     found = [path for step in ("autograded", "feedback") for path in (build / step).rglob("*")]
     names = {path.name for path in found if not path.is_dir()}
-    assert names == {f"{toy.NAME}.ipynb", f"{toy.NAME}.html", "autograder.toml"}
+    own = {"timestamp.txt", "submission_secret.txt"}  # nbgrader's, to release feedback by
+    assert names == {f"{toy.NAME}.ipynb", f"{toy.NAME}.html", "autograder.toml", *own}
+    assert {path.parts[-3] for path in found if path.name in own} == {"late"}
     assert not [path for path in found if path.is_symlink()]
 
 
 def test_no_page_tells_what_is_hidden(done: Done) -> None:
     build = done.course / "build"
     pages = [*build.glob("autograded/*/*/*.ipynb"), *build.glob("feedback/*/*/*.html")]
-    assert len(pages) == 24
+    assert len(pages) == 28
     secrets = [toy.CANARY, "hidden input", "81 * start", course_of.SCHEME, "canary-of-the-answer"]
     for page in pages:
         text = page.read_text("utf-8")

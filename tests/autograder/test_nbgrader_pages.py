@@ -138,6 +138,7 @@ def test_markup_and_formulas_stay() -> None:
     html = as_html("# Why\n\nBecause $a < b$ and **so**.\n\n| x | y |\n|---|---|\n| 1 | `2` |\n")
     for part in ("$a &lt; b$", "<strong>so</strong>", "<td>1</td>", "<code>2</code>", "Why"):
         assert part in html
+    assert "¶" not in html
 
 
 def test_feedback_on_what_plain_nbgrader_graded_hides_its_tests() -> None:
