@@ -12,6 +12,8 @@ import pytest
 from hypothesis import HealthCheck, settings
 from robust_slam_autograder.sandbox import BACK_ENDS, Bubblewrap, bubblewrap_problem
 
+pytest_plugins = ["tests.chromium"]
+
 _SLOW = [HealthCheck.too_slow, HealthCheck.data_too_large]
 settings.register_profile("normal", deadline=None, derandomize=True, suppress_health_check=_SLOW)
 settings.register_profile(

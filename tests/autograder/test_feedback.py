@@ -27,7 +27,7 @@ from robust_slam_autograder.results import Result, without_grade
 from tests.autograder import feedback_samples as samples
 from tests.autograder import toy
 from tests.autograder.test_markup import ANY_TEXT, GITHUB, TEXTS
-from tests.book import conftest as book
+from tests.chromium import Opener, QuietHandler, Visit
 
 ROOT = Path(__file__).parents[2]
 SOLUTIONS = ROOT / "solutions"
@@ -141,7 +141,7 @@ class TestWords:
 
 
 class TestChapter:
-    """The way back to the book."""
+    """The way back to the chromium."""
 
     def test_with_a_site_it_is_a_link_to_the_section(self) -> None:
         shown = page(samples.result(samples.PASSED, samples.PARTLY, samples.HUNG))
@@ -360,8 +360,6 @@ class TestCommand:
 
 SCHEMES = ("light", "dark")
 WAYS = ("http", "file")
-browser = book.browser
-open_page = book.open_page
 PAGES = {
     "every-status": samples.result(*samples.EVERY_STATUS, reason="A cell was copied."),
     "passed": samples.result(samples.PASSED),
@@ -408,7 +406,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def served(folder: Path) -> Iterator[str]:
-    handler = functools.partial(book.QuietHandler, directory=folder)
+    handler = functools.partial(QuietHandler, directory=folder)
     with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         yield f"http://127.0.0.1:{server.server_port}"
@@ -416,7 +414,7 @@ def served(folder: Path) -> Iterator[str]:
 
 
 @pytest.fixture(params=list(itertools.product(PAGES, SCHEMES)), ids="-".join)
-def visit(request: pytest.FixtureRequest, folder: Path, open_page: book.Opener) -> book.Visit:
+def visit(request: pytest.FixtureRequest, folder: Path, open_page: Opener) -> Visit:
     name, scheme = request.param
     return open_page((folder / f"{name}.html").as_uri(), color_scheme=scheme)
 
@@ -425,7 +423,7 @@ def visit(request: pytest.FixtureRequest, folder: Path, open_page: book.Opener) 
 class TestPage:
     """The page in Chromium."""
 
-    def test_it_is_quiet_asks_for_nothing_and_is_read_by_all(self, visit: book.Visit) -> None:
+    def test_it_is_quiet_asks_for_nothing_and_is_read_by_all(self, visit: Visit) -> None:
         page = visit.page
         assert (visit.complaints, visit.outside) == ([], [])
         assert page.evaluate("performance.getEntriesByType('resource').length") == 0
@@ -435,7 +433,7 @@ class TestPage:
 
     @pytest.mark.parametrize("way", WAYS)
     def test_it_asks_for_itself_alone(
-        self, folder: Path, served: str, open_page: book.Opener, way: str
+        self, folder: Path, served: str, open_page: Opener, way: str
     ) -> None:
         base = served if way == "http" else folder.as_uri()
         visit = open_page("about:blank")
@@ -445,11 +443,11 @@ class TestPage:
         assert asked == [f"{base}/every-status.html"]
         assert visit.complaints == []
 
-    def test_it_fits_a_phone(self, visit: book.Visit) -> None:
+    def test_it_fits_a_phone(self, visit: Visit) -> None:
         visit.page.set_viewport_size({"width": 390, "height": 844})
         assert visit.page.evaluate("document.documentElement.scrollWidth") <= 390
 
-    def test_landmarks_headings_and_tables_say_what_they_are(self, visit: book.Visit) -> None:
+    def test_landmarks_headings_and_tables_say_what_they_are(self, visit: Visit) -> None:
         page = visit.page
         assert page.evaluate("document.documentElement.lang") == "en"
         assert page.locator("header").count() == page.locator("main").count() == 1
@@ -464,7 +462,7 @@ class TestPage:
         assert len(ids) == len(set(ids))
 
     def test_keys_lead_to_the_exercise_to_start_with(
-        self, folder: Path, open_page: book.Opener
+        self, folder: Path, open_page: Opener
     ) -> None:
         page = open_page((folder / "every-status.html").as_uri()).page
         page.keyboard.press("Tab")
@@ -473,16 +471,14 @@ class TestPage:
         assert page.url.endswith("#exercise-2")
         assert page.locator("#exercise-2").text_content() == "apply"
 
-    def test_on_paper_all_is_dark_on_white(self, folder: Path, open_page: book.Opener) -> None:
+    def test_on_paper_all_is_dark_on_white(self, folder: Path, open_page: Opener) -> None:
         page = open_page((folder / "every-status.html").as_uri(), color_scheme="dark").page
         page.emulate_media(media="print", color_scheme="dark")
         colour = "getComputedStyle(document.body).backgroundColor"
         assert page.evaluate(colour) == "rgb(255, 255, 255)"
         assert page.evaluate(LOW_CONTRAST) == []
 
-    def test_a_page_that_would_not_do_is_found(
-        self, tmp_path: Path, open_page: book.Opener
-    ) -> None:
+    def test_a_page_that_would_not_do_is_found(self, tmp_path: Path, open_page: Opener) -> None:
         """The policy stops what autoescape would have let through, and grey on grey is seen."""
         text = rendering.html(page(samples.told("A MESSAGE")))
         bad = text.replace("A MESSAGE", "<script>document.title = 'taken'</script>")

@@ -17,14 +17,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import FrameLocator, Page, Route, expect, sync_playwright
+from playwright.sync_api import Browser, FrameLocator, Page, Route, expect
 from robust_slam_autograder import journal
 from robust_slam_autograder.sandbox import BACK_ENDS
 
 from tests import sample_class
 from tests.assignments import answers
 from tests.autograder import nbgrader_course as course_of
-from tests.book.conftest import CHROMIUM
 from tests.conftest import leave_out
 from tests.test_secrets import plain_lines, secret_lines
 
@@ -140,22 +139,18 @@ def wait_for(url: str, process: subprocess.Popen[bytes], log: Path) -> None:
 
 
 @pytest.fixture
-def page() -> Iterator[Page]:
+def page(browser: Browser) -> Iterator[Page]:
     """A page in Chromium that reaches this machine alone."""
-    path = shutil.which("chromium")
-    if path is None:
-        leave_out("chromium is not installed; formgrader cannot be tried")
 
     def allow(route: Route) -> None:
         own = route.request.url.startswith(("http://127.0.0.1:", "data:", "blob:"))
         route.continue_() if own else route.abort()
 
-    with sync_playwright() as playwright:
-        running = playwright.chromium.launch(executable_path=path, args=list(CHROMIUM))
-        made = running.new_page(viewport={"width": 1400, "height": 1100})
-        made.route("**/*", allow)
-        yield made
-        running.close()
+    context = browser.new_context(viewport={"width": 1400, "height": 1100})
+    made = context.new_page()
+    made.route("**/*", allow)
+    yield made
+    context.close()
 
 
 def open_formgrader(page: Page, lab: str) -> FrameLocator:

@@ -16,7 +16,8 @@ from matplotlib.figure import Figure
 from playwright.sync_api import Locator, Page
 from robust_slam.canvas import Canvas, Checkbox, Slider, Stepper
 
-from tests.book.conftest import NOTEBOOKS, PAGES, Opener, Site, Visit
+from tests.book.conftest import NOTEBOOKS, PAGES, Site
+from tests.chromium import Opener, Visit
 
 pytestmark = pytest.mark.browser
 

@@ -1,0 +1,96 @@
+"""One browser for all tests of a process, and visits of pages that note what goes wrong."""
+
+from __future__ import annotations
+
+import http.server
+import shutil
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+
+import pytest
+from playwright.sync_api import Browser, BrowserContext, Page, Route, sync_playwright
+
+from tests.conftest import leave_out
+
+CHROMIUM = (
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--no-first-run",
+)
+
+
+class QuietHandler(http.server.SimpleHTTPRequestHandler):
+    """Serves files and writes no log."""
+
+    def log_message(self, format: str, *args: object) -> None:
+        """Say nothing."""
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    """Chromium, as the system has it."""
+    path = shutil.which("chromium")
+    if path is None:
+        leave_out("chromium is not installed; the pages cannot be looked at")
+    with sync_playwright() as playwright:
+        running = playwright.chromium.launch(executable_path=path, args=list(CHROMIUM))
+        yield running
+        running.close()
+
+
+@dataclass
+class Visit:
+    """A page in the browser, and all that went wrong with it."""
+
+    page: Page
+    complaints: list[str] = field(default_factory=list)
+    outside: list[str] = field(default_factory=list)
+
+
+Opener = Callable[..., Visit]
+
+
+@pytest.fixture(scope="session")
+def open_page(browser: Browser) -> Iterator[Opener]:
+    """Return a function that opens an address in a context of its own, without network."""
+    contexts: list[BrowserContext] = []
+
+    def open_it(url: str, **options: object) -> Visit:
+        context = browser.new_context(**options)
+        contexts.append(context)
+        visit = Visit(context.new_page())
+        watch(visit)
+        visit.page.goto(url)
+        return visit
+
+    yield open_it
+    for context in contexts:
+        context.close()
+
+
+def watch(visit: Visit) -> None:
+    """Let the visit keep what fails, and what asks for the network; the latter is refused."""
+    page, complaints = visit.page, visit.complaints
+
+    def allow(route: Route) -> None:
+        url = route.request.url
+        if url.startswith(("file:", "data:", "http://127.0.0.1:")):
+            route.continue_()
+        else:
+            visit.outside.append(url)
+            route.abort()
+
+    page.route("**/*", allow)
+    page.on(
+        "console",
+        lambda said: complaints.append(said.text) if said.type in ("error", "warning") else None,
+    )
+    page.on("pageerror", lambda error: complaints.append(str(error)))
+    page.on("requestfailed", lambda request: complaints.append(f"failed: {request.url}"))
+    page.on(
+        "response",
+        lambda got: complaints.append(f"{got.status}: {got.url}") if got.status >= 400 else None,
+    )
