@@ -56,7 +56,7 @@ $AS cp -a /given/course/. /course
 cd /course
 STEPS
 $AS sh -c 'kill -9 -1'
-$AS find MADE WATCHED -maxdepth 4 ! -type d \\( ! -type f -o -size -SIZEk \\) -print0 |
+{ $AS find MADE -maxdepth 4 SMALL; $AS find WATCHED SMALL; } |
   $AS tar --null --no-recursion --files-from - --create
 exit 0
 """
@@ -146,7 +146,7 @@ def _script(steps: Sequence[Sequence[str]], uid: int) -> str:
     lines = [f"step {n} {shlex.join(step)}" for n, step in enumerate(steps, 1)]
     words = {
         "STEPS": "\n".join(lines),
-        "SIZE": str(LONGEST_FILE // 1024),
+        "SMALL": rf"! -type d \( ! -type f -o -size -{LONGEST_FILE // 1024}k \) -print0",
         "MADE": " ".join(MADE),
         "WATCHED": " ".join(WATCHED),
         "$AS": _as(uid),

@@ -16,6 +16,8 @@ from tests.autograder.hostile import leaks
 from tests.autograder.hostile.target import Target
 
 _TAG = re.compile(r"<[^>]*>")
+TRACEBACK = "Traceback (most recent call last)"
+"""After it stands code that the interpreter shows, of the tests too."""
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 
 
@@ -81,7 +83,7 @@ def outputs(notebook: bytes) -> tuple[str, str]:
     every, told = [], []
     for output in _outputs(notebook):
         words = " ".join(_strings({k: v for k, v in output.items() if k != "traceback"}))
-        told.append(words)
+        told.append(words.partition(TRACEBACK)[0])
         every += [words, "\n".join(_strings(output.get("traceback", [])))]
     return _COLOUR.sub("", "\n".join(every)), _COLOUR.sub("", "\n".join(told))
 

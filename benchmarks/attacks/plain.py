@@ -159,7 +159,7 @@ def settle(
     marks = marks_of(outcome.files)
     hung = bool(outcome.hung) or not outcome.files
     stopped = "hung" if hung else "stopped" if marks and LAST not in marks else ""
-    harmed = tuple(_harm(plain, marks, before, outcome, stopped))
+    harmed = tuple(_harm(plain, group, marks, before, outcome, stopped))
     if len(group) == 1:
         return Settled({group[0].name: _record(plain, group[0], marks, outcome, harmed, stopped)})
     if harmed:
@@ -207,6 +207,7 @@ def marks_of(files: Mapping[str, File]) -> dict[str, dict[str, float]] | None:
 
 def _harm(
     plain: Plain,
+    group: Group,
     marks: Mapping[str, Mapping[str, float]] | None,
     before: Mapping[str, tuple[object, ...]],
     outcome: Outcome,
@@ -223,7 +224,8 @@ def _harm(
         if marks is not None and lost and not (stopped and (student == LAST or not mine[""])):
             yield f"{student}{lost}"
     after = {path: file.state for path, file in outcome.files.items() if _is_watched(path)}
-    yield from evidence.changes(before, after)
+    own = f"submitted/{student_of(group[0])}/" if len(group) == 1 else None
+    yield from (text for text in evidence.changes(before, after) if not own or own not in text)
 
 
 def _is_watched(path: str) -> bool:

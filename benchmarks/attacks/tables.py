@@ -10,6 +10,7 @@ from benchmarks.attacks.record import HIDDEN_INPUTS, HIDDEN_TESTS, OWN_READING, 
 from tests.autograder.hostile import verdict
 from tests.autograder.hostile.catalogue import BASELINES
 from tests.autograder.hostile.entry import Entry
+from tests.autograder.hostile.kinds import HONEST, KINDS
 from tests.autograder.hostile.target import Target
 
 INFLATED, FULL, UNDER, HARMED, STOPPED = "inflated", "full", "under-graded", "harmed", "stopped"
@@ -102,13 +103,13 @@ def summary(entries: Sequence[Entry], sides: Sequence[Side], target: Target) -> 
 def by_kind(entries: Sequence[Entry], sides: Sequence[Side], target: Target) -> str:
     """One line per kind: the graders' counts in their order, empty where all are 0."""
     found = [faults(entries, side.records, target) for side in sides]
-    kinds: dict[str, list[str]] = {}
+    kinds: dict[str, list[str]] = {kind: [] for kind in (*KINDS, *HONEST)}
     for entry in entries:
         if entry.kind and all(entry.name in one for one in found):
-            kinds.setdefault(entry.kind, []).append(entry.name)
+            kinds[entry.kind].append(entry.name)
     lines = [f"| kind | submissions | {' | '.join(COLUMNS.values())} |"]
     lines.append("|---" * (len(COLUMNS) + 2) + "|")
-    for kind, names in kinds.items():
+    for kind, names in ((kind, names) for kind, names in kinds.items() if names):
         cells = [_counts(column, names, found) for column in COLUMNS]
         lines.append(f"| {kind} | {len(names)} | {' | '.join(cells)} |")
     return "\n".join(lines)

@@ -126,8 +126,11 @@ class TestABatchOfPlainNbgrader:
         files = {"outside/notes.txt": container.File("file", 0o644, "", b"")}
         outcome = Outcome(files, tmp_path / "log", frozenset())
         assert plain.settle(course, OTHERS, gone, outcome).again == tuple((e,) for e in OTHERS)
-        record = plain.settle(course, OTHERS[:1], gone, outcome).records[OTHERS[0].name]
-        assert "submitted/ada/a.ipynb changed" in record.harmed
+        own = {f"submitted/{plain.student_of(OTHERS[0])}/a": ("file",)}
+        record = plain.settle(course, OTHERS[:1], gone | own, outcome).records[OTHERS[0].name]
+        assert [text for text in record.harmed if text.startswith("submitted")] == [
+            "submitted/ada/a.ipynb changed"
+        ]
 
 
 @pytest.mark.sandbox
@@ -171,10 +174,15 @@ open("outside/looked", "w")
         assert "outside/looked" in self.run(given, look).files
 
     def test_what_was_given_stays_as_it_was(self, given: Path) -> None:
+        deep = given / "course/submitted/ada/x/.deep/deeper"
+        deep.mkdir(parents=True)
+        (deep / "file").write_text("text")
         before = container.states(given / "course")
         outcome = self.run(given, "open('outside/notes.txt', 'w').write('mine')")
         assert container.states(given / "course") == before
         assert outcome.files["outside/notes.txt"].data == b"mine"
+        after = {path: file.state for path, file in outcome.files.items()}
+        assert evidence.changes(before, after) == ["outside/notes.txt changed"]
 
 
 def test_records_survive_and_are_read_back(tmp_path: Path) -> None:
