@@ -8,6 +8,7 @@ where the kernel grants namespaces it also gets those and a private root.
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import fcntl
 import hashlib
@@ -24,6 +25,7 @@ import tempfile
 from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from robust_slam_autograder import untrusted
 from robust_slam_autograder.errors import GraderFailure
@@ -93,6 +95,12 @@ class Fork:
         short = folder if len(folder) <= LONGEST else "/tmp"
         self._home = Path(short, f"autograder-{secrets.token_hex(8)}")
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Make the servers' folder before others get a copy: none but the owner may."""
+        if os.getpid() == self._owner:
+            self._make_home()
+        return self.__dict__
+
     def problem(self) -> str | None:
         """Try it once."""
         return _problem(self)
@@ -117,7 +125,10 @@ class Fork:
         address = self._home / hashlib.sha256(kind).hexdigest()[:16]
         with contextlib.suppress(OSError):
             return _dial(address)
-        self._make_home()
+        if os.getpid() == self._owner:
+            self._make_home()
+        if not self._home.is_dir():
+            raise GraderFailure("The fork servers have ended with the process that owned them.")
         with open(self._home / "lock", "w") as file:
             fcntl.flock(file, fcntl.LOCK_EX)
             with contextlib.suppress(OSError):
@@ -127,8 +138,11 @@ class Fork:
         return _dial(address)
 
     def _make_home(self) -> None:
-        self._home.mkdir(mode=0o700, exist_ok=True)
-        (self._home / "root").mkdir(exist_ok=True)
+        if self._home.is_dir():
+            return
+        self._home.mkdir(mode=0o700)
+        atexit.register(shutil.rmtree, self._home, ignore_errors=True)
+        (self._home / "root").mkdir()
         if os.getuid() == 0:
             # Scratch folders lie in it, and student code has a user id of its own.
             self._home.chmod(0o711)
@@ -150,8 +164,6 @@ class Fork:
             command, stdin=subprocess.DEVNULL, capture_output=True, cwd="/", env=environment
         )
         if done.stdout != fork_server.READY:
-            if not any(path.is_socket() for path in self._home.iterdir()):
-                shutil.rmtree(self._home, ignore_errors=True)
             why = done.stderr.decode(errors="replace").strip()[-500:]
             raise GraderFailure(f"The fork server did not start: {why or 'it says nothing'}")
 

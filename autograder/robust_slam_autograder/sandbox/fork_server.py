@@ -16,6 +16,7 @@ import shutil
 import signal
 import socket
 import sys
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -48,7 +49,16 @@ def main() -> None:
         try:
             serve(listener, owner, Place(home, settings["namespaces"], files))
         finally:
-            shutil.rmtree(home, ignore_errors=True)
+            remove(home)
+
+
+def remove(home: Path) -> None:
+    """Remove the servers' folder; who asks for a server just now may still put a file there."""
+    for _ in range(50):
+        shutil.rmtree(home, ignore_errors=True)
+        if not home.exists():
+            return
+        time.sleep(0.1)
 
 
 def preload(modules: list[str], withheld: tuple[str, ...]) -> None:
