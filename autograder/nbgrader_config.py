@@ -7,8 +7,8 @@ nbgrader looks for it on Jupyter's configuration path, so put this folder there:
 
 from pathlib import Path
 
-from robust_slam_autograder.nbgrader_files import read_warily
-from robust_slam_autograder.release import nbgrader_settings
+from robust_slam_autograder.nbgrader.own_files import read_warily
+from robust_slam_autograder.nbgrader.release import nbgrader_settings
 
 root = Path(__file__).resolve().parents[1]
 (root / "build" / "graded").mkdir(parents=True, exist_ok=True)  # SQLite makes the file alone

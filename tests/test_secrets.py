@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from robust_slam_autograder.release import release
+from robust_slam_autograder.nbgrader.release import release
 
 from tests.assignments import answers
 

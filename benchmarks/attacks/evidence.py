@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping, Set
 from dataclasses import dataclass
 from typing import Any
 
-from robust_slam_autograder.grading import PUBLIC_SEED
+from robust_slam_autograder.grading.marking import PUBLIC_SEED
 
 from benchmarks.attacks.record import HIDDEN_INPUTS, HIDDEN_TESTS, OWN_READING, TOKEN
 from tests.autograder.hostile import leaks

@@ -15,7 +15,7 @@ from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from robust_slam_autograder.grading import SEED_VARIABLE
+from robust_slam_autograder.grading.marking import SEED_VARIABLE
 
 from benchmarks.attacks import container, evidence
 from benchmarks.attacks.container import File, Outcome

@@ -6,10 +6,11 @@ from functools import cache
 from itertools import zip_longest
 
 import pytest
-from robust_slam_autograder import assignment as assignment_module
-from robust_slam_autograder import grading, notebook, submission
-from robust_slam_autograder.assignment import Assignment
-from robust_slam_autograder.results import CaseResult, ExerciseResult
+from robust_slam_autograder.grading import marking
+from robust_slam_autograder.grading.results import CaseResult, ExerciseResult
+from robust_slam_autograder.reading import assignment as assignment_module
+from robust_slam_autograder.reading import notebook, submission
+from robust_slam_autograder.reading.assignment import Assignment
 from robust_slam_autograder.sandbox import Bubblewrap
 
 from tests.assignments import answers
@@ -48,7 +49,7 @@ def grade(
     made = answers.with_answers(answers.source_notebook(name), sources)
     cells = notebook.parse(answers.text(made).encode(), "answers.ipynb")
     code = submission.collect(cells, load(name))
-    result = grading.grade(load(name), code, student="a", seed=seed, sandbox=sandbox)
+    result = marking.grade(load(name), code, student="a", seed=seed, sandbox=sandbox)
     return {exercise.name: exercise for exercise in result.exercises}
 
 
@@ -88,7 +89,7 @@ def test_wrong_answers_lose_where_they_say(
 
 def by_hidden(name: str, case: CaseResult, lost: dict[str, CaseResult]) -> bool:
     """Whether a case was lost in its hidden region: then its message is the hint alone."""
-    hints = {c.grade_id: c.hint or grading.NO_HINT for c in load(name).cases if c.has_hidden}
+    hints = {c.grade_id: c.hint or marking.NO_HINT for c in load(name).cases if c.has_hidden}
     grade_id = next(key for key, value in lost.items() if value is case)
     return case.message == hints.get(grade_id)
 

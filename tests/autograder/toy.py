@@ -6,11 +6,11 @@ import json
 from pathlib import Path
 from typing import Any
 
-from robust_slam_autograder import notebook as notebook_module
-from robust_slam_autograder.assignment import Assignment, Config, from_cells
-from robust_slam_autograder.grading import case_generator
+from robust_slam_autograder.grading.marking import case_generator
+from robust_slam_autograder.reading import notebook as notebook_module
+from robust_slam_autograder.reading.assignment import Assignment, Config, from_cells
+from robust_slam_autograder.reading.submission import Submission, collect
 from robust_slam_autograder.sandbox import Launch, Running
-from robust_slam_autograder.submission import Submission, collect
 
 NAME = "07-toy"
 CANARY = "CANARY-TEST-TEXT"

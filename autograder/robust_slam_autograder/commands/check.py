@@ -8,10 +8,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from robust_slam_autograder import assignment as assignments
-from robust_slam_autograder import grading, notebook, report, sandbox, submission, summary
+from robust_slam_autograder import sandbox
 from robust_slam_autograder.errors import Refused, WrongUse
-from robust_slam_autograder.notebook import Cell
+from robust_slam_autograder.grading import marking
+from robust_slam_autograder.reading import assignment as assignments
+from robust_slam_autograder.reading import notebook, submission
+from robust_slam_autograder.reading.notebook import Cell
+from robust_slam_autograder.reports import summary, terminal
 
 
 def add(commands: Any) -> None:  # noqa: ANN401
@@ -47,10 +50,10 @@ def run(options: argparse.Namespace) -> int:
         tests = assignments.load(original)
         print(f"Tests: those of {original}.")
     code = submission.collect(cells, tests)
-    result = grading.check(tests, code, sandbox=sandbox.choose(unsandboxed=True))
+    result = marking.check(tests, code, sandbox=sandbox.choose(unsandboxed=True))
     if options.markdown is not None:
         options.markdown.write_text(summary.check_as_markdown(result), encoding="utf-8")
-    print(report.check_report(result))
+    print(terminal.check_report(result))
     return 0 if result.score == result.max_score else 1
 
 

@@ -9,12 +9,13 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from robust_slam_autograder import assignment as assignments
-from robust_slam_autograder import feedback, rendering, results
-from robust_slam_autograder.assignment import Config
 from robust_slam_autograder.errors import WrongUse
-from robust_slam_autograder.feedback import Book
-from robust_slam_autograder.results import Result
+from robust_slam_autograder.grading import results
+from robust_slam_autograder.grading.results import Result
+from robust_slam_autograder.reading import assignment as assignments
+from robust_slam_autograder.reading.assignment import Config
+from robust_slam_autograder.reports import feedback, rendering
+from robust_slam_autograder.reports.feedback import Book
 
 _SCHEME = re.compile(r"[a-zA-Z][a-zA-Z0-9+.-]*:")
 

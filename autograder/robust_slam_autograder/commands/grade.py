@@ -13,21 +13,15 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from robust_slam_autograder import assignment as assignments
-from robust_slam_autograder import (
-    batch,
-    durable,
-    journal,
-    progress,
-    report,
-    sandbox,
-    submission,
-    summary,
-)
-from robust_slam_autograder.assignment import Assignment
-from robust_slam_autograder.batch import Graded, Job
+from robust_slam_autograder import sandbox
 from robust_slam_autograder.errors import WrongUse
-from robust_slam_autograder.journal import Run
+from robust_slam_autograder.grading import batch, durable, journal, progress
+from robust_slam_autograder.grading.batch import Graded, Job
+from robust_slam_autograder.grading.journal import Run
+from robust_slam_autograder.reading import assignment as assignments
+from robust_slam_autograder.reading import submission
+from robust_slam_autograder.reading.assignment import Assignment
+from robust_slam_autograder.reports import summary, terminal
 from robust_slam_autograder.sandbox import Sandbox
 
 STANDARD_OUTPUT = "-"
@@ -92,7 +86,7 @@ def _grade_with_progress(
     jobs: Sequence[Job], run: Run, wall: Sandbox, options: argparse.Namespace
 ) -> list[Graded]:
     if any(job.key not in run.graded for job in jobs):
-        _import_meanwhile("robust_slam_autograder.gradebook")
+        _import_meanwhile("robust_slam_autograder.nbgrader.gradebook")
     with progress.shown(len(jobs)) as step:
         return batch.grade(
             jobs,
@@ -116,7 +110,7 @@ def _record(out: Path, run: Run, jobs: Sequence[Job], graded: Sequence[Graded]) 
     due = batch.unrecorded(jobs, graded, run)
     if not due:
         return
-    from robust_slam_autograder import gradebook, graded_notebook
+    from robust_slam_autograder.nbgrader import gradebook, graded_notebook
 
     used = {job.assignment.name: job.assignment for job in jobs}
     blank = {job.key: graded_notebook.unanswered(job) for job in jobs if job.key in due}
@@ -148,7 +142,7 @@ def _tell(graded: Sequence[Graded], options: argparse.Namespace) -> None:
             _write(target, render(marks, batch.counts(graded), names=names))
     # Where a summary goes to standard output it has that for itself.
     people = sys.stderr if STANDARD_OUTPUT in wanted else sys.stdout
-    print(report.marks_table(marks, names=names), file=people)
+    print(terminal.marks_table(marks, names=names), file=people)
     print(_counts(options.out, graded), file=people)
 
 

@@ -9,9 +9,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from robust_slam_autograder import assignment as assignments
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.lint import RULES, Finding, lint
+from robust_slam_autograder.reading import assignment as assignments
 
 
 def add(commands: Any) -> None:  # noqa: ANN401

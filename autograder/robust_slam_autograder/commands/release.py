@@ -17,7 +17,9 @@ def add(commands: Any) -> None:  # noqa: ANN401
 
 def run(options: argparse.Namespace) -> int:
     """Make it."""
-    from robust_slam_autograder.release import release  # nbgrader takes a second to import
+    from robust_slam_autograder.nbgrader.release import (
+        release,  # nbgrader takes a second to import
+    )
 
     for path in release(options.solutions, options.names, options.out):
         print(f"released {path}")

@@ -10,9 +10,9 @@ import re
 from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass
 
-from robust_slam_autograder.assignment import BEGIN_HIDDEN, END_HIDDEN
 from robust_slam_autograder.lint.rule import Found
 from robust_slam_autograder.lint.subject import BEGIN_SOLUTION, END_SOLUTION, Subject, regions
+from robust_slam_autograder.reading.assignment import BEGIN_HIDDEN, END_HIDDEN
 
 _COMMENT = re.compile(r"#\s*lint:\s*(.*)")
 _ALLOW = re.compile(r"allow\s+([\w-]+)\s*\(\s*(\S[^)]*)\)\s*")

@@ -7,9 +7,9 @@ import importlib.util
 from collections.abc import Iterator
 from itertools import pairwise
 
-from robust_slam_autograder.assignment import CONFIG_NAME
 from robust_slam_autograder.lint.rule import Found, Rule
 from robust_slam_autograder.lint.subject import Subject
+from robust_slam_autograder.reading.assignment import CONFIG_NAME
 
 
 def _no_module(subject: Subject) -> Iterator[Found]:

@@ -6,9 +6,9 @@ import ast
 import re
 from collections.abc import Iterator
 
-from robust_slam_autograder.assignment import END_HIDDEN
 from robust_slam_autograder.lint.rule import Found, Rule
 from robust_slam_autograder.lint.subject import Code, Subject, words
+from robust_slam_autograder.reading.assignment import END_HIDDEN
 
 _HINT = re.compile(r"\s*#\s*hint:\s*\S")
 _CODE = (ast.Call, ast.BinOp, ast.Compare, ast.Subscript, ast.List, ast.Tuple, ast.Lambda)

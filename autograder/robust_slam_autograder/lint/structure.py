@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator, Sequence
 
-from robust_slam_autograder.assignment import Case
 from robust_slam_autograder.lint.flow import last_name
 from robust_slam_autograder.lint.rule import Found, Rule
 from robust_slam_autograder.lint.subject import (
@@ -16,8 +15,9 @@ from robust_slam_autograder.lint.subject import (
     regions,
     words,
 )
-from robust_slam_autograder.notebook import Cell
-from robust_slam_autograder.source import defined_names, plain_python
+from robust_slam_autograder.reading.assignment import Case
+from robust_slam_autograder.reading.notebook import Cell
+from robust_slam_autograder.reading.source import defined_names, plain_python
 
 LEAST_HIDDEN = 2
 

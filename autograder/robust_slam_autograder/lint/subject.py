@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from robust_slam_autograder import assignment as assignments
-from robust_slam_autograder import notebook
-from robust_slam_autograder.assignment import BEGIN_HIDDEN, END_HIDDEN, Assignment, Case
 from robust_slam_autograder.lint.flow import Flow, follow
-from robust_slam_autograder.notebook import Cell
-from robust_slam_autograder.source import plain_python
+from robust_slam_autograder.reading import assignment as assignments
+from robust_slam_autograder.reading import notebook
+from robust_slam_autograder.reading.assignment import BEGIN_HIDDEN, END_HIDDEN, Assignment, Case
+from robust_slam_autograder.reading.notebook import Cell
+from robust_slam_autograder.reading.source import plain_python
 
 BEGIN_SOLUTION = "BEGIN SOLUTION"
 END_SOLUTION = "END SOLUTION"

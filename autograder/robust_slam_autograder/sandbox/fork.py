@@ -27,8 +27,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from robust_slam_autograder import untrusted
 from robust_slam_autograder.errors import GraderFailure
+from robust_slam_autograder.executor import untrusted
 from robust_slam_autograder.sandbox import fork_server, inside, landlock, seccomp
 from robust_slam_autograder.sandbox.inside import ENVIRONMENT, Files, Launch
 from robust_slam_autograder.sandbox.process import START_SECONDS

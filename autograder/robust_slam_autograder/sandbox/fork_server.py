@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from robust_slam_autograder.sandbox.keeper import Place
 
 READY = b"ready\n"
-OWN = ("robust_slam_autograder.channel", "robust_slam_autograder.source")
+OWN = ("robust_slam_autograder.executor.channel", "robust_slam_autograder.reading.source")
 """What every untrusted process imports."""
 
 
@@ -67,7 +67,7 @@ def preload(modules: list[str], withheld: tuple[str, ...]) -> None:
     Raises:
         ImportError: the grader itself needs a module that is withheld.
     """
-    from robust_slam_autograder.untrusted import Withheld
+    from robust_slam_autograder.executor.untrusted import Withheld
 
     finder = Withheld(withheld)
     sys.meta_path.insert(0, finder)

@@ -24,7 +24,7 @@ from typing import NoReturn
 import numpy as np
 import psutil
 
-from robust_slam_autograder import untrusted
+from robust_slam_autograder.executor import untrusted
 from robust_slam_autograder.sandbox import house, inside, landlock, seccomp, system, watch
 from robust_slam_autograder.sandbox.inside import ENVIRONMENT, Files, Launch
 

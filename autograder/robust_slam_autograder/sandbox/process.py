@@ -13,7 +13,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from robust_slam_autograder import untrusted
+from robust_slam_autograder.executor import untrusted
 from robust_slam_autograder.sandbox import watch
 
 START_SECONDS = 60.0

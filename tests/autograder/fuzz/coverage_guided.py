@@ -110,7 +110,7 @@ def fuzz_wire(folder: Path, arguments: list[str]) -> None:
 
     with atheris.instrument_imports(include=["robust_slam_autograder", "msgpack.fallback"]):
         import msgpack.fallback
-        from robust_slam_autograder import wire
+        from robust_slam_autograder.executor import wire
 
     from tests.autograder.fuzz import messages, values
     from tests.autograder.fuzz.test_messages import check
@@ -141,7 +141,7 @@ def fuzz_notebook(folder: Path, arguments: list[str]) -> None:
     import atheris
 
     with atheris.instrument_imports(include=["robust_slam_autograder"]):
-        import robust_slam_autograder.submission  # noqa: F401
+        import robust_slam_autograder.reading.submission  # noqa: F401
 
     from tests.autograder.fuzz import notebooks
     from tests.autograder.fuzz.test_notebooks import check_cells, check_sorted, parsed

@@ -10,14 +10,14 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from hypothesis import strategies as st
-from robust_slam_autograder.channel import (
+from robust_slam_autograder.executor.channel import (
     Channel,
     ChannelClosed,
     DeadlineExceeded,
     RaisedThere,
 )
-from robust_slam_autograder.session import StudentError, student_error
-from robust_slam_autograder.wire import Handle
+from robust_slam_autograder.executor.session import StudentError, student_error
+from robust_slam_autograder.executor.wire import Handle
 
 from tests.autograder.fuzz import frames
 from tests.autograder.fuzz.damage import variants

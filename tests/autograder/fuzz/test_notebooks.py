@@ -13,10 +13,10 @@ from typing import Any
 
 import pytest
 from hypothesis import strategies as st
-from robust_slam_autograder import notebook
 from robust_slam_autograder.errors import Refused
-from robust_slam_autograder.notebook import Cell
-from robust_slam_autograder.submission import OWN, collect
+from robust_slam_autograder.reading import notebook
+from robust_slam_autograder.reading.notebook import Cell
+from robust_slam_autograder.reading.submission import OWN, collect
 
 from tests.autograder import toy
 from tests.autograder.fuzz import notebooks

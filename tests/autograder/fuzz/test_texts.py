@@ -6,7 +6,7 @@ import ast
 import warnings
 
 import pytest
-from robust_slam_autograder import source
+from robust_slam_autograder.reading import source
 
 from tests.autograder.fuzz.running import fuzzed, no_hang
 from tests.autograder.fuzz.texts import SOURCES

@@ -12,8 +12,8 @@ import msgpack
 import numpy as np
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
-from robust_slam_autograder import wire
-from robust_slam_autograder.wire import Handle
+from robust_slam_autograder.executor import wire
+from robust_slam_autograder.executor.wire import Handle
 
 
 @dataclass(frozen=True)

@@ -16,9 +16,9 @@ from typing import Any
 from unittest import mock
 
 import numpy as np
-from robust_slam_autograder.assignment import split_hidden
-from robust_slam_autograder.grading import PUBLIC_SEED, SEED_VARIABLE, case_generator
-from robust_slam_autograder.source import plain_python
+from robust_slam_autograder.grading.marking import PUBLIC_SEED, SEED_VARIABLE, case_generator
+from robust_slam_autograder.reading.assignment import split_hidden
+from robust_slam_autograder.reading.source import plain_python
 
 from tests.autograder.hostile.target import Target
 

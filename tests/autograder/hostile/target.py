@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from robust_slam_autograder import assignment as assignments
-from robust_slam_autograder import release
-from robust_slam_autograder.assignment import Assignment, Case
-from robust_slam_autograder.source import used_names
+from robust_slam_autograder.nbgrader import release
+from robust_slam_autograder.reading import assignment as assignments
+from robust_slam_autograder.reading.assignment import Assignment, Case
+from robust_slam_autograder.reading.source import used_names
 
 Notebook = dict[str, Any]
 

@@ -1,0 +1,1 @@
+"""Trusted and untrusted processes, and the pipe of plain data between them."""

@@ -1,0 +1,268 @@
+"""One pipe in each direction, and calls that go both ways over it.
+
+Both processes use the same class: a call waits for its answer and serves the
+calls that come back meanwhile (a student's solver that calls the weight function
+it was handed). The trusted side adds deadlines; it never trusts what it reads.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import select
+import struct
+import threading
+import time
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from robust_slam_autograder.executor import wire
+from robust_slam_autograder.executor.wire import Handle, WireError
+
+MAX_CALLABLES = 10_000
+MAX_NESTED_CALLS = 40
+MAX_TEXT = 1_000
+_LENGTH = struct.Struct(">I")
+
+
+class Fault(BaseException):
+    """The conversation is over. Not an Exception: code in between must not swallow it."""
+
+
+class ChannelClosed(Fault):
+    """The other side has gone, or writes what is no message."""
+
+
+class DeadlineExceeded(Fault):
+    """No answer came in time."""
+
+
+class RaisedThere(Exception):
+    """The called function raised: carries the names of its exception's classes, and where."""
+
+    def __init__(self, error: Mapping[str, Any]) -> None:
+        types, message, line = error.get("types"), error.get("message"), error.get("line")
+        names = types[:20] if isinstance(types, list) else []
+        # Only texts: to print 30 million numbers would take minutes.
+        self.types = tuple(_text(name) for name in names)
+        self.message = _text(message)
+        self.line = line if type(line) is int else None
+        super().__init__(self.message)
+
+
+def _text(told: object) -> str:
+    return told[:MAX_TEXT] if isinstance(told, str) else f"({type(told).__name__})"
+
+
+class Remote:
+    """A callable of the other side."""
+
+    def __init__(self, channel: Channel, handle: Handle) -> None:
+        self._channel = channel
+        self._handle = handle
+
+    def __call__(self, *args: object, **kwargs: object) -> Any:  # noqa: ANN401
+        """Call it across the pipe; arguments and result are copies."""
+        return self._channel.invoke(self._handle, args, kwargs)
+
+
+class Channel:
+    """Calls across a pair of pipes."""
+
+    def __init__(
+        self,
+        read_fd: int,
+        write_fd: int,
+        *,
+        named: Mapping[str, Callable[..., Any]] | None = None,
+        describe: Callable[[BaseException], dict[str, Any]] | None = None,
+        tells: type[BaseException] = Exception,
+    ) -> None:
+        """Take over two descriptors.
+
+        Args:
+            read_fd: where messages come in.
+            write_fd: where messages go out.
+            named: functions that the other side may call by name.
+            describe: turns an exception into what is told of it.
+            tells: exceptions of our functions that the other side is told of.
+        """
+        self.deadline: float | None = None
+        self.invoke: Callable[[Handle, tuple[Any, ...], Mapping[str, Any]], Any] = self.call
+        """How callables of the other side are called; who adds a deadline puts it here."""
+        self._read_fd, self._write_fd = read_fd, write_fd
+        os.set_blocking(read_fd, False)
+        os.set_blocking(write_fd, False)
+        self._named = named or {}
+        self._describe = describe or describe_error
+        self._tells = tells
+        self._exported: list[Callable[..., Any]] = []
+        self._keys: dict[int, int] = {}
+        self._lock = threading.RLock()  # student code may call back from a thread of its own
+        self._calls = 0
+        self._depth = 0
+
+    def call(self, target: Handle, args: tuple[Any, ...], kwargs: Mapping[str, Any]) -> Any:  # noqa: ANN401
+        """Call a function of the other side and wait for its answer.
+
+        Raises:
+            WireError: an argument cannot cross.
+            RaisedThere: the function raised.
+            DeadlineExceeded: ``deadline`` (of ``time.monotonic``) passed.
+            ChannelClosed: the other side has gone or broke the protocol.
+        """
+        with self._lock:
+            self._calls += 1
+            number = self._calls
+            function = _as_theirs(target)
+            message = ["call", number, [function.owner, function.key], list(args), dict(kwargs)]
+            self._send(wire.encode(message, self._export))
+            return self._await_answer(number)
+
+    def _await_answer(self, number: int) -> Any:  # noqa: ANN401
+        while True:
+            kind, its_number, *rest = self._receive()
+            if kind == "call":
+                self._answer(its_number, *rest)
+            elif its_number != number:
+                raise ChannelClosed("an answer to no question")
+            elif kind == "return":
+                return rest[0]
+            else:
+                raise RaisedThere(rest[0])
+
+    def serve(self) -> None:
+        """Answer calls until the other side closes its end.
+
+        Raises:
+            ChannelClosed: it did, or broke the protocol.
+        """
+        while True:
+            kind, number, *rest = self._receive()
+            if kind != "call":
+                raise ChannelClosed("an answer to no question")
+            self._answer(number, *rest)
+
+    def is_quiet(self) -> bool:
+        """Whether nothing has come in that nobody asked for."""
+        poller = select.poll()
+        poller.register(self._read_fd, select.POLLIN)
+        return not poller.poll(0)
+
+    def _answer(self, number: int, target: list[Any], args: list[Any], kwargs: Any) -> None:  # noqa: ANN401
+        self._depth += 1
+        try:
+            if self._depth > MAX_NESTED_CALLS:
+                raise RecursionError("calls across the pipe are nested too deeply")
+            value = self._own(target)(*args, **kwargs)
+            reply = wire.encode(["return", number, value], self._export)
+        except Fault:
+            raise
+        except self._tells as error:
+            reply = wire.encode(["raise", number, self._describe(error)], self._export)
+        finally:
+            self._depth -= 1
+        self._send(reply)
+
+    def _own(self, target: list[Any]) -> Callable[..., Any]:
+        """Find our callable that the other side means."""
+        owner, key = target
+        if owner == "name" and key in self._named:
+            return self._named[key]
+        if owner == "yours" and type(key) is int and 0 <= key < len(self._exported):
+            return self._exported[key]
+        raise WireError("a call of an unknown function")
+
+    def _export(self, function: Callable[..., Any]) -> Handle:
+        if isinstance(function, Remote):
+            return _as_theirs(function._handle)
+        key = self._keys.get(id(function))
+        if key is None:
+            if len(self._exported) >= MAX_CALLABLES:
+                raise WireError(f"more than {MAX_CALLABLES} functions crossed")
+            self._exported.append(function)  # which also keeps its id from being used again
+            key = self._keys[id(function)] = len(self._exported) - 1
+        return Handle("mine", key)
+
+    def _import(self, handle: Handle) -> Callable[..., Any]:
+        if handle.owner == "mine":
+            return Remote(self, handle)
+        return self._own([handle.owner, handle.key])
+
+    def _send(self, payload: bytes) -> None:
+        data = memoryview(_LENGTH.pack(len(payload)) + payload)
+        while data:
+            self._wait(self._write_fd, select.POLLOUT)
+            try:
+                data = data[os.write(self._write_fd, data) :]
+            except BlockingIOError:
+                continue
+            except OSError as error:
+                raise ChannelClosed("the other side has gone") from error
+
+    def _receive(self) -> list[Any]:
+        (length,) = _LENGTH.unpack(self._read_exactly(_LENGTH.size))
+        if length > wire.MAX_MESSAGE:
+            raise ChannelClosed("a message larger than the limit")
+        try:
+            message = wire.decode(self._read_exactly(length), self._import)
+        except WireError as error:
+            raise ChannelClosed(str(error)) from error
+        if not _is_message(message):
+            raise ChannelClosed("a message of an unknown shape")
+        return list(message)
+
+    def _read_exactly(self, size: int) -> bytes:
+        parts = bytearray()
+        while len(parts) < size:
+            self._wait(self._read_fd, select.POLLIN)
+            try:
+                part = os.read(self._read_fd, min(size - len(parts), 1 << 20))
+            except BlockingIOError:
+                continue
+            except OSError as error:
+                raise ChannelClosed("the other side has gone") from error
+            if not part:
+                raise ChannelClosed("the other side has gone")
+            parts += part
+        return bytes(parts)
+
+    def _wait(self, descriptor: int, event: int) -> None:
+        left = None if self.deadline is None else self.deadline - time.monotonic()
+        if left is not None and left <= 0:
+            raise DeadlineExceeded
+        poller = select.poll()
+        poller.register(descriptor, event)
+        if not poller.poll(None if left is None else math.ceil(left * 1000)):
+            raise DeadlineExceeded
+
+
+def _as_theirs(handle: Handle) -> Handle:
+    """What the other side called its own is, said back to it, yours."""
+    return Handle("yours", handle.key) if handle.owner == "mine" else handle
+
+
+def describe_error(error: BaseException) -> dict[str, Any]:
+    """Tell the names of an exception's classes and its message."""
+    try:
+        message = str(error)
+    except BaseException:  # a student's own __str__ may fail in any way
+        message = ""
+    message = message.encode("utf-8", "replace").decode()[:MAX_TEXT]
+    names = [cls.__name__ for cls in type(error).__mro__ if issubclass(cls, BaseException)]
+    return {"types": names[:20], "message": message, "line": None}
+
+
+def _is_message(message: object) -> bool:
+    if not isinstance(message, list) or len(message) < 3:
+        return False
+    kind, number, *rest = message
+    if not isinstance(kind, str) or type(number) is not int:
+        return False
+    if kind == "call":
+        shapes = (list, list, dict)
+        if len(rest) != len(shapes):
+            return False
+        fits = all(isinstance(part, shape) for part, shape in zip(rest, shapes, strict=True))
+        return fits and len(rest[0]) == 2 and all(isinstance(key, str) for key in rest[2])
+    return len(rest) == 1 and (kind == "return" or (kind == "raise" and isinstance(rest[0], dict)))

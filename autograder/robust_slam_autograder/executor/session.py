@@ -1,0 +1,261 @@
+"""The trusted end of the pipe: one untrusted process, replaced after a hang or a death."""
+
+from __future__ import annotations
+
+import builtins
+import contextlib
+import functools
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from robust_slam_autograder.errors import GraderFailure
+from robust_slam_autograder.executor.channel import Channel, DeadlineExceeded, RaisedThere
+from robust_slam_autograder.executor.channel import Fault as ChannelFault
+from robust_slam_autograder.executor.wire import Handle, WireError
+from robust_slam_autograder.reading.assignment import Limits, Piece
+from robust_slam_autograder.reading.source import imported_modules
+from robust_slam_autograder.sandbox import Launch, Running, Sandbox
+
+Kind = Literal["timeout", "died"]
+
+
+class SessionFault(ChannelFault):
+    """Student code hung or died. Not an Exception: a test's ``except`` must not swallow it."""
+
+    def __init__(self, kind: Kind) -> None:
+        self.kind = kind
+        super().__init__(kind)
+
+
+class StudentError(Exception):
+    """A student's function raised; it is also an instance of the builtin class that was raised."""
+
+    line: int | None = None
+    """Line in the student's cell, where known."""
+
+    def __str__(self) -> str:  # KeyError's own would quote the message once more
+        return str(self.args[0]) if self.args else ""
+
+
+@dataclass(frozen=True)
+class Program:
+    """What an untrusted process runs before it answers calls."""
+
+    setup: Sequence[Piece]
+    pieces: Sequence[Piece]
+    names: tuple[str, ...]
+    """Names that tests may use."""
+    withheld: tuple[str, ...]
+
+    @property
+    def preload(self) -> tuple[str, ...]:
+        """What the instructor's cells import, and so the student's process will want."""
+        found = [name for piece in self.setup for name in imported_modules(piece.source)]
+        return tuple(dict.fromkeys(found))
+
+
+@dataclass
+class Session:
+    """Runs a program in a sandbox and calls its functions.
+
+    A test cell is announced with ``begin``; from its first fault on every call raises
+    that fault again, until the next cell begins with a fresh process.
+
+    Attributes:
+        errors: per piece label, the error that its cell raised or the fault that it caused.
+        fault: what went wrong since ``begin``.
+    """
+
+    sandbox: Sandbox
+    program: Program
+    limits: Limits
+    end: float
+    """When the whole submission's time is used up (``time.monotonic``)."""
+    skip: set[int] = field(default_factory=set)
+    """Pieces that hung or died: they are left out from then on."""
+    errors: dict[str, StudentError | SessionFault] = field(default_factory=dict)
+    fault: SessionFault | None = None
+    _cell_end: float = math.inf
+    _running: Running | None = None
+    _channel: Channel | None = None
+    _depth: int = 0
+
+    def begin(self) -> None:
+        """Forget the last cell's fault and make sure that a process runs.
+
+        Raises:
+            SessionFault: the submission's time is used up.
+            GraderFailure: the sandbox or the instructor's set-up does not work.
+        """
+        self._cell_end = math.inf
+        if self._channel is not None and not self._channel.is_quiet():
+            # Its code forked, or talks by itself: the next cell shall not suffer for it.
+            self.close()
+        if self._channel is None:
+            self._start()
+        self.fault = None
+        self._cell_end = time.monotonic() + self.limits.cell_seconds
+
+    def fail(self, kind: Kind) -> SessionFault:
+        """End the process after a fault, and give the fault to raise."""
+        self.close()
+        self.fault = SessionFault(kind)
+        return self.fault
+
+    def bindings(self) -> dict[str, Any]:
+        """The names that tests see: a proxy for a function, a copy of a value."""
+        found: dict[str, Any] = {}
+        kinds = self._request("kinds", [list(self.program.names)])
+        for name in self.program.names:
+            kind = kinds.get(name) if isinstance(kinds, dict) else None
+            if not isinstance(kind, str):
+                continue
+            if kind == "function":
+                found[name] = self._proxy(name)
+            elif kind == "value":
+                with contextlib.suppress(StudentError):
+                    found[name] = self._request("value", [name])
+        return found
+
+    def close(self) -> None:
+        """End the untrusted process and all that it started."""
+        running, self._running, self._channel = self._running, None, None
+        if running is not None:
+            running.stop()
+
+    def _proxy(self, name: str) -> Callable[..., Any]:
+        def student_function(*args: object, **kwargs: object) -> Any:  # noqa: ANN401
+            return self._request("call", [name, list(args), kwargs])
+
+        student_function.__name__ = student_function.__qualname__ = name
+        return student_function
+
+    def _request(self, what: str, args: Sequence[Any]) -> Any:  # noqa: ANN401
+        """Ask the untrusted process."""
+        if self.fault or self._channel is None:
+            raise self.fault or SessionFault("died")
+        return self._channel.invoke(Handle("name", what), tuple(args), {})
+
+    def _invoke(
+        self, channel: Channel, target: Handle, args: tuple[Any, ...], kwargs: Mapping[str, Any]
+    ) -> Any:  # noqa: ANN401
+        """Call a function of the untrusted process, be it named or handed over before."""
+        if self.fault or channel is not self._channel:  # that process has ended
+            raise self.fault or SessionFault("died")
+        return self._ask(channel, target, args, kwargs, self.limits.call_seconds)
+
+    def _ask(
+        self,
+        channel: Channel,
+        target: Handle,
+        args: tuple[Any, ...],
+        kwargs: Mapping[str, Any],
+        seconds: float,
+    ) -> Any:  # noqa: ANN401
+        if self._depth == 0:
+            channel.deadline = min(time.monotonic() + seconds, self._cell_end, self.end)
+        self._depth += 1
+        try:
+            return channel.call(target, args, kwargs)
+        except RaisedThere as error:
+            raise student_error(error) from None
+        except WireError as error:
+            raise TypeError(f"the test hands over what cannot cross: {error}") from error
+        except DeadlineExceeded:
+            raise self.fail("timeout") from None
+        except ChannelFault as fault:
+            # A SessionFault comes from a call inside this one, or from the cell's alarm.
+            raise self.fail(getattr(fault, "kind", "died")) from None
+        finally:
+            self._depth -= 1
+
+    def _start(self) -> None:
+        """Start a process and run the program, leaving out cells that hung before."""
+        while self._channel is None:
+            channel = self._spawn()
+            try:
+                if self._run_program(channel):
+                    channel.invoke = functools.partial(self._invoke, channel)
+                    self._channel = channel
+            except BaseException:
+                self.close()
+                raise
+
+    def _spawn(self) -> Channel:
+        if time.monotonic() > self.end:
+            raise self.fail("timeout")
+        launch = Launch(
+            withheld=self.program.withheld,
+            used=self.program.names,
+            cpu_seconds=int(self.limits.notebook_seconds) + 5,
+            preload=self.program.preload,
+        )
+        self._running = self.sandbox.start(launch)
+        problem = self._running.await_ready()
+        if problem is not None:
+            self.close()
+            raise GraderFailure(f"The sandbox ({self.sandbox.name}) did not start: {problem}")
+        return Channel(*self._running.pipes())
+
+    def _run_program(self, channel: Channel) -> bool:
+        """Read all cells, then run them; False when the student's hung: a fresh start is due."""
+        setup = len(self.program.setup)
+        cells = list(enumerate([*self.program.setup, *self.program.pieces]))
+        unreadable: set[int] = set()
+        for what in (self._read, self._run):
+            for number, piece in cells:
+                if number in self.skip | unreadable:
+                    continue
+                try:
+                    what(channel, number, piece)
+                except (StudentError, SessionFault) as error:
+                    if number < setup:
+                        self._judge_setup(piece, error)
+                        continue
+                    self.errors[piece.label] = error
+                    if isinstance(error, SessionFault):
+                        self.skip.add(number)
+                        return False
+                    unreadable.add(number)
+        return True
+
+    def _judge_setup(self, piece: Piece, error: StudentError | SessionFault) -> None:
+        """Pass over a set-up cell that only shows answers; else the instructor's cells fail."""
+        if isinstance(error, SessionFault):
+            if time.monotonic() > self.end:
+                raise error
+            raise GraderFailure(f"The instructor's cell, {piece.label}: {error.kind}.")
+        if not shows_answers(error, self.program.names):
+            raise GraderFailure(f"The instructor's cell, {piece.label}, fails: {error}")
+
+    def _read(self, channel: Channel, number: int, piece: Piece) -> None:
+        args = (number, piece.label, piece.source, piece.own)
+        self._ask(channel, Handle("name", "read"), args, {}, self.limits.cell_seconds)
+
+    def _run(self, channel: Channel, number: int, piece: Piece) -> None:
+        self._ask(channel, Handle("name", "run"), (number,), {}, self.limits.cell_seconds)
+
+
+def shows_answers(error: Exception, names: Sequence[str]) -> bool:
+    """Whether a set-up cell stopped because it uses what the student is to write."""
+    return isinstance(error, NameError) and any(f"'{name}'" in str(error) for name in names)
+
+
+def student_error(raised: RaisedThere) -> StudentError:
+    """Make an exception that tests can catch by the builtin class that the student raised.
+
+    Only classes below Exception count, so that nothing a student raises ends the grader.
+    """
+    known = (getattr(builtins, name, None) for name in raised.types)
+    bases = [found for found in known if isinstance(found, type) and issubclass(found, Exception)]
+    name = raised.types[0] if raised.types and raised.types[0].isidentifier() else "Exception"
+    for base in [*bases, Exception]:
+        # Some builtins want other arguments than a message: then the next class has to do.
+        with contextlib.suppress(TypeError):
+            error: StudentError = type(name, (StudentError, base), {})(raised.message)
+            error.line = raised.line
+            return error
+    return StudentError(raised.message)

@@ -1,0 +1,320 @@
+"""Grades a batch: one trusted process per submission, one result file each, one seed for all.
+
+A batch that was stopped goes on where it stood: a submission whose text, tests
+and seed have not changed keeps its result.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import functools
+import hashlib
+import os
+import sys
+import traceback
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+
+import robust_slam_autograder
+from robust_slam_autograder.errors import GraderFailure, Refused, WrongUse
+from robust_slam_autograder.executor import trusted
+from robust_slam_autograder.grading import marking, results
+from robust_slam_autograder.grading.journal import Run
+from robust_slam_autograder.grading.results import Result, Status
+from robust_slam_autograder.reading import notebook, submission
+from robust_slam_autograder.reading.assignment import CONFIG_NAME, Assignment
+from robust_slam_autograder.reading.source import imported_modules
+from robust_slam_autograder.sandbox import Sandbox, inside
+
+LOCK_NAME = ".lock"
+PRELOAD = ("numpy", "scipy.special", __name__)
+GRACE_SECONDS = 60.0
+"""What a submission may take beyond its own limit before its trusted process is ended."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """One submission to grade."""
+
+    student: str
+    assignment: Assignment
+    tests: Path
+    """The instructor's notebook."""
+    path: Path
+    """The submission's notebook, or its folder ``submitted/<student>/<assignment>/``."""
+
+    @property
+    def key(self) -> str:
+        """Name of the submission in the batch."""
+        return f"{self.student}/{self.assignment.name}"
+
+
+@dataclass(frozen=True)
+class Graded:
+    """What became of one submission; its result stays on the disk until it is asked for."""
+
+    path: Path
+    """The result's file."""
+    status: Status
+    reused: bool
+    """Whether it was kept from an earlier run."""
+
+    @property
+    def result(self) -> Result:
+        """The result, read from its file."""
+        return results.read(self.path)
+
+
+@contextlib.contextmanager
+def locked(out: Path) -> Iterator[None]:
+    """Keep a second batch out of the same results' folder; a killed one holds nothing back.
+
+    Raises:
+        WrongUse: another batch is at work there, or nothing can be written there.
+    """
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        descriptor = os.open(out / LOCK_NAME, os.O_WRONLY | os.O_CREAT, 0o644)
+    except OSError as error:
+        raise WrongUse(
+            f"Nothing can be written to {out} ({error.strerror}): "
+            "make it a writable folder, or choose another with --out."
+        ) from error
+    with open(descriptor, "w") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            raise WrongUse(f"Another batch is at work in {out}: wait for its end.") from error
+        yield
+
+
+def grade(
+    jobs: Sequence[Job],
+    *,
+    out: Path,
+    run: Run,
+    wall: Sandbox,
+    workers: int,
+    report: Callable[[Graded], None],
+) -> list[Graded]:
+    """Grade submissions, writing each result as it comes.
+
+    Args:
+        jobs: the submissions.
+        out: folder of the result files.
+        run: the batch, from ``journal.open_run``; it is kept up to date.
+        wall: where student code runs.
+        workers: how many submissions at once.
+        report: called after each submission.
+
+    Returns:
+        what became of each submission, in the order of ``jobs``.
+
+    Raises:
+        GraderFailure: a result cannot be written; those before it are kept.
+    """
+    fingerprint = Fingerprints(run.seed, wall).of
+    done: dict[str, Graded] = {}
+    waiting = []
+    for job in jobs:
+        kept = _kept(out, job, run, fingerprint)
+        if kept is None:
+            waiting.append(job)
+        else:
+            done[job.key] = kept
+            report(kept)
+    # A submission is read when its turn comes, and its fingerprint taken before it is graded:
+    # one that changes meanwhile is graded again by the next run.
+    tasks = ((job, fingerprint(job)) for job in waiting)
+    with closing(_grade_all(_start(waiting, run.seed, wall), tasks, workers)) as graded:
+        for (job, seen), result in graded:
+            run.forget(job.key)
+            path = results.write(out, result)
+            if result.status != "failed":
+                run.remember(job.key, seen)
+            done[job.key] = Graded(path, result.status, reused=False)
+            report(done[job.key])
+    return [done[job.key] for job in jobs]
+
+
+def _kept(out: Path, job: Job, run: Run, fingerprint: Callable[[Job], str]) -> Graded | None:
+    """The result that a submission has already, where nothing that it depends on has changed."""
+    if job.key not in run.graded or run.graded[job.key] != fingerprint(job):
+        return None
+    path = results.path_of(out, job.student, job.assignment.name)
+    try:
+        return Graded(path, results.read(path).status, reused=True)
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return None
+
+
+class Fingerprints:
+    """Digests of all that a submission's result depends on."""
+
+    def __init__(self, seed: int, wall: Sandbox) -> None:
+        self._common = f"{seed} {wall.name} {_code_digest()}"
+        self._tests: dict[Path, bytes] = {}
+
+    def of(self, job: Job) -> str:
+        """The digest of one submission, as it lies on the disk now."""
+        if job.tests not in self._tests:
+            self._tests[job.tests] = self._digest_of_tests(job.tests)
+        digest = hashlib.sha256(self._tests[job.tests])
+        try:
+            path, _ = locate(job)
+            digest.update(path.name.encode(errors="surrogateescape") + notebook.read_bytes(path))
+        except Refused as error:
+            digest.update(str(error).encode())
+        return digest.hexdigest()
+
+    def _digest_of_tests(self, tests: Path) -> bytes:
+        digest = hashlib.sha256(self._common.encode())
+        config = tests.parent / CONFIG_NAME
+        for path in [tests, *([config] if config.is_file() else [])]:
+            digest.update(path.read_bytes())
+        return digest.digest()
+
+
+@functools.cache
+def _code_digest() -> str:
+    """Digest of the interpreter and of all code that tests and grader may import."""
+    # Their folders are named for name and version; to read the metadata takes far longer.
+    folders = (Path(entry) for entry in sys.path if entry)
+    installed = sorted(path.name for folder in folders for path in folder.glob("*.dist-info"))
+    digest = hashlib.sha256(repr([sys.version, installed]).encode())
+    for folder in dict.fromkeys(
+        [Path(robust_slam_autograder.__file__).parent, *inside.packages_in_place()]
+    ):
+        for path in sorted(folder.rglob("*.py")):
+            digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def locate(job: Job) -> tuple[Path, tuple[str, ...]]:
+    """The submission's notebook, with a note where it has an unusual name.
+
+    Raises:
+        Refused: there is none, or the path leads through a link.
+    """
+    given = job.path.parent.name if job.path.is_dir() else job.path.stem
+    if job.student == submission.stand_in(given):
+        raise Refused(f"{notebook.shown(given)!r} is no name for a student: name it anew.")
+    if job.path.is_symlink():
+        raise Refused(f"{notebook.shown(job.path.name)} is a link: hand in the notebook itself.")
+    if not job.path.is_dir():
+        return job.path, ()
+    if job.path.parent.is_symlink():
+        raise Refused(f"The student's folder {notebook.shown(job.student)} is a link.")
+    return submission.notebook_in(job.path, job.assignment.notebook)
+
+
+Task = tuple[Job, str]
+"""A submission and its fingerprint."""
+
+Start = Callable[..., Iterator[tuple[Task, Result | trusted.Broken]]]
+"""``trusted.run``, told what a task is."""
+
+
+def _grade_all(
+    start: Start, tasks: Iterable[Task], at_once: int
+) -> Generator[tuple[Task, Result], None, None]:
+    """Grade up to ``at_once`` submissions at once, and then, alone, those that ran into a limit.
+
+    A busy machine may be why they did, and a mark must not depend on the neighbours.
+    """
+    doubtful = []
+    for task, result in _results(start(tasks, at_once=at_once)):
+        if at_once > 1 and _ran_into_a_limit(result):
+            doubtful.append(task)
+        else:
+            yield task, result
+    yield from _results(start(doubtful, at_once=1))
+
+
+def _ran_into_a_limit(result: Result) -> bool:
+    stopped = any(exercise.status in ("timeout", "died") for exercise in result.exercises)
+    return stopped or result.status == "failed"
+
+
+def _results(
+    answers: Iterator[tuple[Task, Result | trusted.Broken]],
+) -> Iterator[tuple[Task, Result]]:
+    for task, answer in answers:
+        if isinstance(answer, trusted.Broken):
+            reason = f"The grader {answer.how} on this submission."
+            yield task, _without_grade("failed", reason, task[0])
+        else:
+            yield task, answer
+
+
+def _start(jobs: Sequence[Job], seed: int, wall: Sandbox) -> Start:
+    used = {job.assignment.name: job.assignment for job in jobs}
+    imported = [name for assignment in used.values() for name in _imported(assignment)]
+    return functools.partial(
+        trusted.run,
+        work=functools.partial(_grade_task, seed=seed, wall=wall),
+        seconds=_seconds,
+        preload=[*PRELOAD, *imported],
+    )
+
+
+def _imported(assignment: Assignment) -> Iterator[str]:
+    """Modules that the instructor's cells import; the trusted side wants them all."""
+    pieces = [piece.source for piece in assignment.setup]
+    for source in [*pieces, *assignment.imports, *(case.full for case in assignment.cases)]:
+        yield from imported_modules(source)
+
+
+def _seconds(task: Task) -> float:
+    return task[0].assignment.config.limits.notebook_seconds + GRACE_SECONDS
+
+
+def _grade_task(task: Task, *, seed: int, wall: Sandbox) -> Result:
+    return grade_one(task[0], seed, wall)
+
+
+def grade_one(job: Job, seed: int, wall: Sandbox) -> Result:
+    """Read and grade one submission; a refusal or a failure of the grader is a result too."""
+    try:
+        path, notes = locate(job)
+        code = submission.collect(notebook.read(path), job.assignment)
+        code = submission.with_notes(code, notes)
+        return marking.grade(job.assignment, code, student=job.student, seed=seed, sandbox=wall)
+    except Refused as error:
+        return _without_grade("refused", str(error), job)
+    except GraderFailure as error:
+        return _without_grade("failed", str(error), job)
+    except Exception as error:  # a batch goes on after anything
+        # Where, and not its words: they may hold hidden inputs, and this may be a public log.
+        traceback.print_tb(error.__traceback__)
+        what = f"The grader failed on this submission ({type(error).__name__})."
+        return _without_grade("failed", what, job)
+
+
+def _without_grade(status: results.Status, reason: str, job: Job) -> Result:
+    return results.without_grade(
+        status,
+        reason,
+        student=job.student,
+        assignment=job.assignment.name,
+        max_score=job.assignment.max_score,
+    )
+
+
+def counts(graded: Sequence[Graded]) -> Mapping[str, int]:
+    """How many submissions were graded, refused, failed and kept."""
+    found = {"graded": 0, "refused": 0, "failed": 0, "kept": 0}
+    for item in graded:
+        found[item.status] += 1
+        found["kept"] += item.reused
+    return found
+
+
+def unrecorded(jobs: Sequence[Job], graded: Sequence[Graded], run: Run) -> dict[str, Graded]:
+    """By key what the gradebook does not have yet; where the grader failed there is nothing."""
+    pairs = ((job.key, item) for job, item in zip(jobs, graded, strict=True))
+    due = ((key, item) for key, item in pairs if run.recorded.get(key) != run.graded.get(key))
+    return {key: item for key, item in due if item.status != "failed"}

@@ -1,0 +1,100 @@
+"""The result of one submission, and its file: one per submission, renamed into place."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from robust_slam_autograder.grading import durable
+
+SCHEMA = 1
+Status = Literal["graded", "refused", "failed"]
+ExerciseStatus = Literal["passed", "partial", "failed", "missing", "timeout", "died"]
+
+
+@dataclass(frozen=True)
+class CaseResult:
+    """One case's outcome."""
+
+    name: str
+    points: float
+    earned: float
+    visible: bool
+    """Whether the student has all of this case's checks."""
+    message: str
+    """For the student; of a hidden check it is the instructor's hint and nothing else."""
+
+
+@dataclass(frozen=True)
+class ExerciseResult:
+    """One exercise's outcome."""
+
+    name: str
+    score: float
+    max_score: float
+    status: ExerciseStatus
+    message: str
+    cases: tuple[CaseResult, ...]
+
+
+@dataclass(frozen=True)
+class Result:
+    """One submission's outcome, as in the result file."""
+
+    student: str
+    assignment: str
+    score: float
+    max_score: float
+    status: Status
+    reason: str
+    """Why it was refused or failed, or what was unusual; empty where nothing was."""
+    sandbox: str
+    seconds: float
+    exercises: tuple[ExerciseResult, ...]
+
+
+def tidy(points: float) -> float:
+    """Whole points as an int, so that 60 is written as 60."""
+    return int(points) if float(points).is_integer() else points
+
+
+def without_grade(
+    status: Status, reason: str, *, student: str, assignment: str, max_score: float
+) -> Result:
+    """The result of a submission that was refused, or on which the grader failed."""
+    return Result(student, assignment, 0, tidy(max_score), status, reason, "none", 0.0, ())
+
+
+def path_of(out: Path, student: str, assignment: str) -> Path:
+    """Where a submission's result file lies."""
+    return out / student / f"{assignment}.json"
+
+
+def write(out: Path, result: Result) -> Path:
+    """Write a result's file; a reader sees the old one or the new one, never half of one.
+
+    Raises:
+        GraderFailure: the file cannot be written.
+    """
+    path = path_of(out, result.student, result.assignment)
+    value = {"schema": SCHEMA, **asdict(result)}
+    durable.write(path, json.dumps(value, indent=1, ensure_ascii=False) + "\n")
+    return path
+
+
+def read(path: Path) -> Result:
+    """Read a result file back."""
+    value = json.loads(path.read_text(encoding="utf-8"))
+    value.pop("schema")
+    exercises = [
+        ExerciseResult(**{**exercise, "cases": _cases(exercise["cases"])})
+        for exercise in value.pop("exercises")
+    ]
+    return Result(**value, exercises=tuple(exercises))
+
+
+def _cases(values: Sequence[dict[str, Any]]) -> tuple[CaseResult, ...]:
+    return tuple(CaseResult(**value) for value in values)

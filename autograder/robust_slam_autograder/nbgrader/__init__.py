@@ -1,0 +1,1 @@
+"""nbgrader's side: release, gradebook, formgrader, and its own commands on our executor."""

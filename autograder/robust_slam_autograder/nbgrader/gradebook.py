@@ -1,0 +1,236 @@
+"""nbgrader's gradebook (SQLite by default): one writer, and what a person entered stays."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+import warnings
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from nbgrader.api import (
+    Comment,
+    Grade,
+    Gradebook,
+    GradeCell,
+    SolutionCell,
+    SourceCell,
+    SubmittedNotebook,
+    TaskCell,
+)
+from nbgrader.utils import compute_checksum
+from sqlalchemy.exc import SAWarning, SQLAlchemyError
+
+from robust_slam_autograder.errors import GraderFailure
+from robust_slam_autograder.grading.results import Result
+from robust_slam_autograder.nbgrader import marked_cells
+from robust_slam_autograder.reading.assignment import Assignment
+from robust_slam_autograder.reports.markup import visible
+
+TOGETHER = 50
+"""Submissions that one transaction takes: others wait for its end."""
+NO_ANSWER = "No response."
+"""nbgrader's own words for a free-text cell that was left as it was."""
+
+
+def record(
+    database: Path | str,
+    assignments: Sequence[Assignment],
+    marks: Sequence[Result],
+    unanswered: Mapping[str, Collection[str]] | None = None,
+) -> None:
+    """Write results into a gradebook, making assignments and students that are new to it.
+
+    What a person entered (scores, extra credit, comments) stays. As in nbgrader, a cell that
+    has a manual score is put up for review.
+
+    Args:
+        database: the SQLite file, made where it is missing, or a database's URL.
+        assignments: every assignment that a result belongs to.
+        marks: results; of a refused one every case earns 0.
+        unanswered: by ``student/assignment`` the grade ids of free-text cells without an
+            answer; they earn 0 and wait for nobody.
+
+    Raises:
+        GraderFailure: the file is no gradebook, or cannot be written.
+    """
+    known = {assignment.name: assignment for assignment in assignments}
+    with _opened(database) as gradebook:
+        for name in dict.fromkeys(result.assignment for result in marks):
+            _declare(gradebook, known[name])
+        for first in range(0, len(marks), TOGETHER):
+            with _one_transaction(gradebook):
+                for result in marks[first : first + TOGETHER]:
+                    blank = (unanswered or {}).get(f"{result.student}/{result.assignment}", ())
+                    _record_one(gradebook, known[result.assignment], result, blank)
+
+
+def declare(database: Path | str, assignment: Assignment) -> None:
+    """Make the assignment and its cells in a gradebook as the instructor's notebook has them.
+
+    Raises:
+        GraderFailure: the file is no gradebook, or cannot be written.
+    """
+    with _opened(database) as gradebook:
+        _declare(gradebook, assignment)
+
+
+@contextlib.contextmanager
+def _opened(database: Path | str) -> Iterator[Gradebook]:
+    url = str(database)
+    try:
+        if isinstance(database, Path):
+            database.parent.mkdir(parents=True, exist_ok=True)
+            url = f"sqlite:///{database}"
+        with _quiet_nbgrader(), Gradebook(url) as gradebook:
+            yield gradebook
+    except (SQLAlchemyError, OSError) as error:
+        why = str(error).split("\n")[0]
+        raise GraderFailure(f"The gradebook {database} cannot be written: {why}") from error
+
+
+@contextlib.contextmanager
+def _one_transaction(gradebook: Gradebook) -> Iterator[None]:
+    """Put off commits to the end: nbgrader makes one for each row, and each waits for the disk."""
+    session = gradebook.db()
+    commit, session.commit = session.commit, session.flush
+    try:
+        yield
+    finally:
+        session.commit = commit
+    session.commit()
+
+
+@contextlib.contextmanager
+def _quiet_nbgrader() -> Iterator[None]:
+    """Let nbgrader find its ``alembic`` command, and keep its own warnings from the terminal."""
+    before = os.environ.get("PATH", "")
+    # An environment that is not activated does not have its scripts on the path.
+    os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), before])
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", SAWarning)
+            yield
+    finally:
+        os.environ["PATH"] = before
+
+
+def _declare(gradebook: Gradebook, assignment: Assignment) -> None:
+    """Keep in step with nbgrader's own ``SaveCells``, which refuses a notebook that differs."""
+    gradebook.update_or_create_assignment(assignment.name)
+    notebook = gradebook.update_or_create_notebook(assignment.notebook, assignment.name)
+    wanted = _wanted_cells(assignment)
+    present = {(type(row), row.name): row for row in _cells(notebook)}
+    for key in present.keys() - wanted.keys():
+        _forget(gradebook, present[key])
+    for (table, name), fields in wanted.items():
+        row = present.get((table, name)) or table(name=name, notebook_id=notebook.id)
+        for field, value in fields.items():
+            setattr(row, field, value)
+        gradebook.db.add(row)
+    gradebook.db.commit()
+
+
+def _cells(notebook: Any) -> list[Any]:  # noqa: ANN401
+    tables = (notebook.grade_cells, notebook.solution_cells, notebook.task_cells)
+    return [row for rows in (*tables, notebook.source_cells) for row in rows]
+
+
+def _wanted_cells(assignment: Assignment) -> dict[tuple[type, str], dict[str, Any]]:
+    """nbgrader's rows for an assignment's cells, by table and grade id."""
+    kept = marked_cells.kept(assignment.marked)
+    wanted: dict[tuple[type, str], dict[str, Any]] = {}
+    for cell in assignment.marked:
+        name = cell.grade_id or ""
+        graded = {"max_score": cell.points, "cell_type": cell.kind}
+        source = {
+            "cell_type": cell.kind,
+            "locked": not cell.solution and (cell.grade or cell.locked),
+            "source": kept[name].source,
+            "checksum": compute_checksum(kept[name]),
+        }
+        kinds = {GradeCell: cell.grade, SolutionCell: cell.solution, TaskCell: cell.task}
+        for table, holds in kinds.items():
+            if holds:
+                wanted[table, name] = {} if table is SolutionCell else graded
+        if cell.locked or any(kinds.values()):
+            wanted[SourceCell, name] = source
+    return wanted
+
+
+def _forget(gradebook: Gradebook, cell: Any) -> None:  # noqa: ANN401
+    """Remove a cell that the instructor has deleted, with its marks and comments."""
+    for row in (*(getattr(cell, "grades", None) or ()), *(getattr(cell, "comments", None) or ())):
+        gradebook.db.delete(row)
+    gradebook.db.delete(cell)
+
+
+def _record_one(
+    gradebook: Gradebook, assignment: Assignment, result: Result, unanswered: Collection[str]
+) -> None:
+    gradebook.update_or_create_student(result.student)
+    notebook = _submitted(gradebook, assignment, result.student)
+    scores = _scores(assignment, result, unanswered)
+    for row in notebook.grades:
+        row.auto_score = scores[row.name]
+        row.needs_manual_grade = row.auto_score is None or row.manual_score is not None
+    comments = _comments(assignment, result, unanswered)
+    for row in notebook.comments:
+        row.auto_comment = comments.get(row.name)
+    gradebook.db.commit()
+
+
+def _submitted(gradebook: Gradebook, assignment: Assignment, student: str) -> Any:  # noqa: ANN401
+    """A student's notebook with a row for every mark and comment, made where there is none."""
+    submission = gradebook.update_or_create_submission(assignment.name, student)
+    notebook = gradebook.find_notebook(assignment.notebook, assignment.name)
+    submitted = next((n for n in submission.notebooks if n.notebook_id == notebook.id), None)
+    if submitted is None:  # the notebook has got another name since
+        submitted = SubmittedNotebook(notebook=notebook, assignment=submission)
+    graded = {row.cell_id for row in submitted.grades}
+    said = {row.cell_id for row in submitted.comments}
+    tasks = notebook.task_cells
+    for cell in (*notebook.grade_cells, *tasks):
+        if cell.id not in graded:
+            submitted.grades.append(Grade(cell_id=cell.id))
+    for cell in (*notebook.solution_cells, *tasks):
+        if cell.id not in said:
+            submitted.comments.append(Comment(cell_id=cell.id))
+    gradebook.db.commit()
+    return submitted
+
+
+def _scores(
+    assignment: Assignment, result: Result, unanswered: Collection[str]
+) -> Mapping[str, float | None]:
+    """What is earned by grade id; None where a person must say."""
+    earned = {
+        (exercise.name, case.name): case.earned
+        for exercise in result.exercises
+        for case in exercise.cases
+    }
+    scores: dict[str, float | None] = {
+        case.grade_id: earned.get((case.exercise, case.name), 0) for case in assignment.cases
+    }
+    for cell in filter(marked_cells.by_hand, assignment.marked):
+        name = cell.grade_id or ""
+        lost = result.status == "refused" or name in unanswered
+        scores[name] = 0 if lost else None
+    return scores
+
+
+def _comments(
+    assignment: Assignment, result: Result, unanswered: Collection[str]
+) -> Mapping[str, str]:
+    """What is said by the grade id of the cell that it is said at."""
+    places = [cell.grade_id or "" for cell in assignment.marked if cell.solution or cell.task]
+    if result.status == "refused":
+        return {name: visible(result.reason) for name in places[:1]}
+    said: dict[str, list[str]] = {name: [NO_ANSWER] for name in places if name in unanswered}
+    for exercise in result.exercises:
+        if exercise.message:
+            owner = assignment.owner(exercise.name)
+            said.setdefault(owner, []).append(visible(exercise.message))
+    return {name: "\n\n".join(dict.fromkeys(words)) for name, words in said.items()}

@@ -1,0 +1,87 @@
+"""The instructor's marked cells in nbgrader's own form, before and after the release's cuts.
+
+nbgrader's own steps cut solutions, hidden tests and marking schemes: what is cut here is what
+``nbgrader generate_assignment`` cuts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from nbformat.notebooknode import NotebookNode
+from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
+from nbgrader.preprocessors import ClearHiddenTests, ClearMarkScheme, ClearSolutions
+from traitlets.config import Config
+
+from robust_slam_autograder.errors import GraderFailure
+from robust_slam_autograder.nbgrader.release import STUB
+from robust_slam_autograder.reading.notebook import Cell
+
+SCHEMA_VERSION = 3
+Nodes = Mapping[str, NotebookNode]
+"""By grade id."""
+
+
+def by_hand(cell: Cell) -> bool:
+    """Whether a person marks the cell: a free-text answer, or a task."""
+    return cell.task or (cell.grade and (cell.solution or cell.kind != "code"))
+
+
+def node(cell: Cell, source: str) -> NotebookNode:
+    """An nbformat cell with the instructor's metadata and any text."""
+    made = plain(cell.kind, source)
+    made.metadata["nbgrader"] = _metadata(cell)
+    return made
+
+
+def plain(kind: str, source: str) -> NotebookNode:
+    """An nbformat cell without metadata.
+
+    Raw cells become code: a page that is made of a notebook would take them over unread.
+    """
+    make = new_markdown_cell if kind == "markdown" else new_code_cell
+    made: NotebookNode = make(source)  # type: ignore[no-untyped-call]
+    return made
+
+
+def _metadata(cell: Cell) -> dict[str, object]:
+    points = {"points": cell.points} if cell.grade or cell.task else {}
+    return {
+        "grade_id": cell.grade_id,
+        "grade": cell.grade,
+        "solution": cell.solution,
+        "locked": cell.locked,
+        "task": cell.task,
+        "schema_version": SCHEMA_VERSION,
+        **points,
+    }
+
+
+def kept(marked: Sequence[Cell]) -> Nodes:
+    """The cells as nbgrader's gradebook keeps them: without solutions, tests whole.
+
+    Raises:
+        GraderFailure: a solution's region is not closed.
+    """
+    return _through(marked, [ClearSolutions])
+
+
+def given(marked: Sequence[Cell]) -> Nodes:
+    """The cells as students have them.
+
+    Raises:
+        GraderFailure: a region to be cut is not closed.
+    """
+    return _through(marked, [ClearSolutions, ClearHiddenTests, ClearMarkScheme])
+
+
+def _through(marked: Sequence[Cell], steps: Sequence[type]) -> Nodes:
+    config = Config({"ClearSolutions": {"code_stub": {"python": STUB}}})
+    cells = [node(cell, cell.source) for cell in marked]
+    made = new_notebook(cells=cells)  # type: ignore[no-untyped-call]
+    try:
+        for step in steps:
+            made, _ = step(config=config).preprocess(made, {})
+    except RuntimeError as error:
+        raise GraderFailure(f"nbgrader cannot read the instructor's notebook: {error}.") from error
+    return {cell.metadata.nbgrader["grade_id"]: cell for cell in made.cells}

@@ -1,0 +1,161 @@
+"""Makes the student release with nbgrader, and looks at it before anyone gets it."""
+
+from __future__ import annotations
+
+import glob
+import re
+import shutil
+import tempfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from nbgrader.converters import GenerateAssignment
+from nbgrader.converters.base import NbGraderException
+from nbgrader.coursedir import CourseDirectory
+from nbgrader.preprocessors import SaveCells
+from traitlets.config import Config
+
+from robust_slam_autograder.errors import GraderFailure, Refused, WrongUse
+from robust_slam_autograder.reading import assignment as assignments
+from robust_slam_autograder.reading import notebook
+
+STUB = 'raise NotImplementedError("Exercise: write this function, then delete this line.")'
+TELLING_LENGTH = 24
+"""A line of a solution that is longer than this is nobody's by chance."""
+_STEPS = "robust_slam_autograder.nbgrader.steps"
+_SECRET = re.compile(r"BEGIN (SOLUTION|HIDDEN TESTS)[^\n]*\n(.*?)[^\n]*END \1", re.DOTALL)
+
+
+def nbgrader_settings(root: str, tree: str = "solutions", built: str = "build") -> Config:
+    """nbgrader's settings for a course whose sources lie in ``<root>/<tree>``.
+
+    Args:
+        root: the course's folder.
+        tree: the instructor's source tree in it.
+        built: the folder in it for everything that is made.
+    """
+    config = Config()
+    config.CourseDirectory.root = str(Path(root).resolve())
+    config.CourseDirectory.source_directory = tree
+    for step in ("release", "submitted", "autograded", "feedback"):
+        config.CourseDirectory[f"{step}_directory"] = f"{built}/{step}"
+    graded = Path(root).resolve() / built / "graded"
+    config.CourseDirectory.db_url = f"sqlite:///{graded / 'gradebook.db'}"
+    config.SafeExporter.results_directory = str(graded)
+    config.ClearSolutions.code_stub = {"python": STUB}
+    _put_executor(config)
+    return config
+
+
+def _put_executor(config: Config) -> None:
+    """Have nbgrader grade with this package, and show nothing hidden and no live HTML."""
+    course = config.CourseDirectory
+    submissions = glob.escape(f"{course.root}/{course.submitted_directory}") + "/*/*/"
+    # What else a student hands in, be it a link to a file of the instructor's, is never copied.
+    course.ignore = [*CourseDirectory().ignore, f"{submissions}*", f"{submissions}.*"]
+    config.Autograde.exporter_class = f"{_STEPS}.SafeExporter"
+    config.Autograde.sanitize_preprocessors = [f"{_STEPS}.RunTests"]
+    config.Autograde.autograde_preprocessors = [
+        f"{_STEPS}.SaveMarks",
+        "nbgrader.preprocessors.AssignLatePenalties",
+    ]
+    config.GenerateFeedback.preprocessors = [
+        f"{_STEPS}.HideTests",
+        "nbgrader.preprocessors.GetGrades",
+        "nbconvert.preprocessors.CSSHTMLHeaderPreprocessor",
+    ]
+    config.HTMLExporter.filters = {
+        "markdown2html": "robust_slam_autograder.nbgrader.safe_markdown.as_html"
+    }
+
+
+def release(tree: Path, names: Sequence[str], out: Path) -> list[Path]:
+    """Make the release of assignments: stubs for solutions, no hidden tests, locked cells.
+
+    Args:
+        tree: the instructor's source tree.
+        names: which assignments; all of the tree where empty.
+        out: the releases' folder; ``<out>/<name>/`` is replaced as a whole.
+
+    Returns:
+        the released notebooks.
+
+    Raises:
+        WrongUse: an assignment does not exist or cannot be read.
+        GraderFailure: nbgrader failed, or a release still holds what it must not.
+    """
+    known = assignments.find_names(tree)
+    unknown = [name for name in names if name not in known]
+    if unknown:
+        raise WrongUse(f"{tree} has no assignment {unknown[0]}; it has {', '.join(known)}.")
+    return [_release_one(tree, name, out) for name in names or known]
+
+
+def _release_one(tree: Path, name: str, out: Path) -> Path:
+    source = assignments.notebook_path(tree / name)
+    assignments.load(source)
+    target = out / name
+    if target.resolve().is_relative_to(tree.resolve()):
+        raise WrongUse(f"{out} lies in the source tree, which must stay as it is: --out DIR.")
+    with tempfile.TemporaryDirectory(prefix="release-") as folder:
+        _run_nbgrader(tree, name, Path(folder))
+        made = Path(folder) / name
+        _inspect(source, made)
+        if target.exists():
+            shutil.rmtree(target)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copytree(made, target)
+    return target / source.name
+
+
+def _run_nbgrader(tree: Path, name: str, out: Path) -> None:
+    config = nbgrader_settings(str(tree.resolve().parent))
+    config.CourseDirectory.source_directory = str(tree.resolve())
+    config.CourseDirectory.release_directory = str(out)
+    config.CourseDirectory.assignment_id = name
+    config.GenerateAssignment.no_database = True
+    converter = GenerateAssignment(coursedir=CourseDirectory(config=config), config=config)
+    # The gradebook is the grader's to write; a release needs none.
+    converter.preprocessors = [pp for pp in converter.preprocessors if pp is not SaveCells]
+    try:
+        converter.start()
+    except NbGraderException as error:
+        raise GraderFailure(
+            f"nbgrader could not release {name}: see its message above."
+        ) from error
+
+
+def _inspect(source: Path, made: Path) -> None:
+    """Look for hidden lines and solutions in a release, whatever nbgrader thinks of it."""
+    given = [cell.source for cell in notebook.read(source)]
+    secrets = _secret_lines(given)
+    for name, text in _texts(made):
+        for mark in (assignments.BEGIN_HIDDEN, "BEGIN SOLUTION", "# hint:"):
+            if mark in text:
+                raise GraderFailure(f"The release of {name} would hold {mark!r}: nothing written.")
+        leaks = sorted(secrets & {line.strip() for line in text.split("\n")})
+        if leaks:
+            what = f"a line of a solution or a hidden test ({leaks[0]})"
+            raise GraderFailure(f"The release of {name} would hold {what}: nothing written.")
+    released = {cell.grade_id: cell.source for cell in notebook.read(made / source.name)}
+    for case in assignments.load(source).cases:
+        if released.get(case.grade_id, "").strip() != case.visible.strip():
+            raise GraderFailure(f"Case {case.grade_id} is not in the release as it should be.")
+
+
+def _secret_lines(sources: Sequence[str]) -> set[str]:
+    """Telling lines that stand in solutions and hidden tests and nowhere else."""
+    regions = [match.group(2) for source in sources for match in _SECRET.finditer(source)]
+    shown = {line.strip() for source in sources for line in _SECRET.sub("", source).split("\n")}
+    hidden = {line.strip() for region in regions for line in region.split("\n")}
+    return {line for line in hidden - shown if len(line) > TELLING_LENGTH}
+
+
+def _texts(folder: Path) -> Iterator[tuple[str, str]]:
+    """Every file's name and text; of a notebook the text of its cells."""
+    for path in sorted(path for path in folder.rglob("*") if path.is_file()):
+        try:
+            text = "\n".join(cell.source for cell in notebook.read(path))
+        except Refused:  # any other file
+            text = path.read_text(encoding="utf-8", errors="replace")
+        yield path.name, text

@@ -1,0 +1,208 @@
+"""nbgrader's autograde and feedback with this package's executor, by nbgrader's own settings.
+
+``release.nbgrader_settings`` puts these classes in place of nbgrader's. Student code never runs
+in a kernel or in nbgrader's process, and nbgrader opens no notebook that was handed in: the
+exporter gives it an empty one, and the steps fill that in.
+"""
+
+from __future__ import annotations
+
+import glob
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from nbconvert.exporters import NotebookExporter
+from nbformat.notebooknode import NotebookNode
+from nbformat.v4 import new_notebook
+from nbgrader.converters.base import NbGraderException
+from nbgrader.preprocessors import NbGraderPreprocessor
+from traitlets import Bool, Enum, Unicode
+
+from robust_slam_autograder.errors import AutograderError, GraderFailure
+from robust_slam_autograder.grading import batch, journal, results
+from robust_slam_autograder.grading.batch import Job
+from robust_slam_autograder.grading.results import Result
+from robust_slam_autograder.nbgrader import gradebook, graded_notebook, own_files
+from robust_slam_autograder.reading import assignment as assignments
+from robust_slam_autograder.reading.assignment import BEGIN_HIDDEN, split_hidden
+from robust_slam_autograder.sandbox import BACK_ENDS, Sandbox, choose
+
+PLACE = "autograder"
+"""Key of nbgrader's resources under which the steps find theirs."""
+Resources = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where the steps find a submission, and where its result goes."""
+
+    job: Job
+    results: Path
+    wall: Sandbox
+
+
+class SafeExporter(NotebookExporter):
+    """Reads no submission; makes sure first of all that one can be graded at all."""
+
+    results_directory = Unicode(
+        "build/graded", help="Where results and the batch's seed are kept, from the course's root."
+    ).tag(config=True)
+    sandbox = Enum(
+        ["", *BACK_ENDS],
+        default_value="",
+        help="The sandbox to take; the first that works where empty.",
+    ).tag(config=True)
+    unsandboxed = Bool(False, help="Trust the submissions: run them without a sandbox.").tag(
+        config=True
+    )
+
+    def __init__(self, **options: Any) -> None:  # noqa: ANN401
+        super().__init__(**options)  # type: ignore[no-untyped-call]
+        # nbgrader makes its exporter when it has listed the submissions and read none of them.
+        with self._clear_errors():
+            self._wall = choose(self.sandbox or None, unsandboxed=self.unsandboxed)
+            self._tests = assignments.notebook_path(self._source_folder())
+            self._assignment = assignments.load(self._tests)
+            with batch.locked(self._results):
+                gradebook.declare(self._course.db_url, self._assignment)
+            self._converter.assignments = self._submissions()
+
+    @property
+    def _converter(self) -> Any:  # noqa: ANN401
+        return self.parent
+
+    @property
+    def _course(self) -> Any:  # noqa: ANN401
+        return self._converter.coursedir
+
+    @property
+    def _results(self) -> Path:
+        return Path(self._course.root) / self.results_directory
+
+    @contextmanager
+    def _clear_errors(self) -> Iterator[None]:
+        try:
+            yield
+        except AutograderError as error:
+            self.log.error("%s", error)
+            raise NbGraderException(str(error)) from error
+
+    def _source_folder(self) -> Path:
+        course = self._course
+        return Path(course.format_path(course.source_directory, ".", course.assignment_id))
+
+    def _submissions(self) -> dict[str, list[str]]:
+        """Every submission's folder with its notebook, be that missing or under another name."""
+        course = self._course
+        pattern = course.format_path(
+            course.submitted_directory, course.student_id, course.assignment_id
+        )
+        folders = (path for path in glob.glob(pattern) if os.path.isdir(path))
+        return {path: [f"{path}/{self._assignment.notebook}.ipynb"] for path in folders}
+
+    def from_filename(
+        self,
+        filename: str,
+        resources: Resources | None = None,
+        **options: Any,  # noqa: ANN401
+    ) -> tuple[Any, Resources]:
+        """Convert a submission, or the graded notebook that this class wrote before."""
+        resources = resources or {}
+        names = resources["nbgrader"]
+        resources[PLACE] = self._place(names["student"])
+        if Path(filename).parent == self._folder(
+            self._course.autograded_directory, names["student"]
+        ):
+            return super().from_filename(filename, resources, **options)
+        empty = new_notebook()  # type: ignore[no-untyped-call]
+        made: tuple[Any, Resources] = self.from_notebook_node(  # type: ignore[no-untyped-call]
+            empty, resources, **options
+        )
+        return made
+
+    def _place(self, student: str) -> Place:
+        handed_in = self._folder(self._course.submitted_directory, student)
+        job = Job(student, self._assignment, self._tests, handed_in)
+        return Place(job, self._results, self._wall)
+
+    def _folder(self, step: str, student: str) -> Path:
+        return Path(self._course.format_path(step, student, self._assignment.name))
+
+
+class RunTests(NbGraderPreprocessor):  # type: ignore[misc]
+    """Grades a submission as ``autograder grade`` does and makes the notebook that shows it."""
+
+    def preprocess(self, nb: NotebookNode, resources: Resources) -> tuple[NotebookNode, Resources]:
+        """Grade; a result that is there already and still holds is taken over."""
+        place: Place = resources[PLACE]
+        try:
+            result = grade(place)
+        except AutograderError as error:
+            self.log.error("%s", error)
+            raise
+        if result.status == "refused":
+            self.log.warning("Refused, score 0: %s", result.reason)
+        resources["outputs"] = own_files.plain(place.job.path)
+        cells = graded_notebook.read(place.job)
+        return graded_notebook.build(place.job.assignment, cells, result), resources
+
+
+def grade(place: Place) -> Result:
+    """Grade one submission in a process of its own, and keep its result file.
+
+    Raises:
+        WrongUse: another batch is at work on the same results.
+        GraderFailure: the grader itself failed.
+    """
+    with batch.locked(place.results):
+        run = journal.open_run(place.results, None)
+        (graded,) = batch.grade(
+            [place.job],
+            out=place.results,
+            run=run,
+            wall=place.wall,
+            workers=1,
+            report=lambda done: None,
+        )
+    result = graded.result
+    if result.status == "failed":
+        raise GraderFailure(result.reason)
+    return result
+
+
+class SaveMarks(NbGraderPreprocessor):  # type: ignore[misc]
+    """Writes a submission's marks and comments into the gradebook."""
+
+    def preprocess(self, nb: NotebookNode, resources: Resources) -> tuple[NotebookNode, Resources]:
+        """Record the result that ``RunTests`` kept."""
+        place: Place = resources[PLACE]
+        job = place.job
+        with batch.locked(place.results):
+            run = journal.open_run(place.results, None)
+            path = results.path_of(place.results, job.student, job.assignment.name)
+            gradebook.record(
+                resources["nbgrader"]["db_url"],
+                [job.assignment],
+                [results.read(path)],
+                {job.key: graded_notebook.unanswered(job)},
+            )
+            run.remember_recorded([job.key])
+        return nb, resources
+
+
+class HideTests(NbGraderPreprocessor):  # type: ignore[misc]
+    """Cuts hidden tests from feedback, should plain nbgrader have made the graded notebook."""
+
+    def preprocess_cell(
+        self, cell: NotebookNode, resources: Resources, index: int
+    ) -> tuple[NotebookNode, Resources]:
+        """Cut the hidden region, and the output, which may quote it."""
+        marks = cell.metadata.get("nbgrader", {})
+        if BEGIN_HIDDEN in cell.source and marks.get("grade") and not marks.get("solution"):
+            cell.source, _ = split_hidden(cell.source, marks.get("grade_id", ""))
+            cell.outputs = []
+        return cell, resources

@@ -1,0 +1,313 @@
+"""The instructor's notebook as the grader sees it: set-up, solution cells, exercises, cases.
+
+An assignment is a folder of an nbgrader source tree, ``<tree>/<name>/<name>.ipynb``,
+with an optional ``autograder.toml`` beside the notebook.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from robust_slam_autograder.errors import Refused, WrongUse
+from robust_slam_autograder.reading import notebook
+from robust_slam_autograder.reading.notebook import Cell
+from robust_slam_autograder.reading.source import defined_names, imports, plain_python
+
+CONFIG_NAME = "autograder.toml"
+BEGIN_HIDDEN = "BEGIN HIDDEN TESTS"
+END_HIDDEN = "END HIDDEN TESTS"
+_HINT = re.compile(r"\s*#\s*hint:\s*(.+)")
+_MODULE = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*")
+_KEYS = {"title": str, "chapter": str, "sections": dict, "withheld": list, "limits": dict}
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Deadlines in seconds."""
+
+    call_seconds: float = 10.0
+    """One call of a student's function."""
+    cell_seconds: float = 20.0
+    """One cell, the student's or a test."""
+    notebook_seconds: float = 120.0
+    """All of one submission's passes together."""
+
+
+MAX_SECONDS = 86_400.0
+
+
+@dataclass(frozen=True)
+class Config:
+    """What ``autograder.toml`` says of one assignment."""
+
+    title: str = ""
+    chapter: str = ""
+    """Name of the chapter that the assignment belongs to."""
+    sections: Mapping[str, str] = field(default_factory=dict)
+    """Per exercise the chapter's heading to read again, as it stands there."""
+    withheld: tuple[str, ...] = ()
+    """Modules that student code may not import, because they hold the answers."""
+    limits: Limits = field(default_factory=Limits)
+
+
+@dataclass(frozen=True)
+class Case:
+    """One test cell: it earns its points whole or not at all."""
+
+    grade_id: str
+    exercise: str
+    name: str
+    points: float
+    visible: str
+    """Source without the hidden region: what the student has."""
+    full: str
+    """Source with the hidden region."""
+    hint: str
+    """The instructor's sentence for a failure in the hidden region; empty where there is none."""
+
+    @property
+    def has_hidden(self) -> bool:
+        """Whether the case holds checks that the student does not see."""
+        return self.visible != self.full
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A piece of code, to be run in order."""
+
+    label: str
+    """How messages name it: the solution cell's grade id, "set-up 1", "own cell"."""
+    source: str
+    own: bool
+    """Whether only its definitions run, because it is no solution and no locked cell."""
+
+
+@dataclass(frozen=True)
+class Solution:
+    """One solution cell: its id and the names that it must define."""
+
+    grade_id: str
+    names: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Assignment:
+    """All that grading needs to know of an assignment."""
+
+    name: str
+    """As nbgrader has it: the folder's."""
+    notebook: str
+    """The notebook's name without its ending."""
+    setup: tuple[Piece, ...]
+    """The instructor's cells that are no solution and no test; they run on both sides."""
+    imports: tuple[str, ...]
+    """What the instructor's solution cells import, for tests that rely on it."""
+    solutions: tuple[Solution, ...]
+    cases: tuple[Case, ...]
+    config: Config
+    given: frozenset[str]
+    """Stripped sources of all the instructor's code cells, to tell the student's own from them."""
+    marked: tuple[Cell, ...]
+    """All the instructor's cells that have a grade id, for nbgrader's gradebook and formgrader."""
+
+    @property
+    def exercises(self) -> tuple[str, ...]:
+        """Exercise names in order."""
+        return tuple(dict.fromkeys(case.exercise for case in self.cases))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Every name that a student is asked to define."""
+        return tuple(name for solution in self.solutions for name in solution.names)
+
+    @property
+    def max_score(self) -> float:
+        """Points of all cases together."""
+        return sum(case.points for case in self.cases)
+
+    def owner(self, name: str) -> str:
+        """Grade id of the solution cell that an exercise's or a function's name belongs to."""
+        for solution in self.solutions:
+            if name == solution.grade_id or name in solution.names:
+                return solution.grade_id
+        return name
+
+
+def find_names(tree: Path) -> list[str]:
+    """List the assignments of a source tree.
+
+    Raises:
+        WrongUse: there is no such folder, or no assignment in it.
+    """
+    if not tree.is_dir():
+        raise WrongUse(
+            f"There is no folder {tree}: name the instructor's source tree, "
+            "autograder --solutions DIR …"
+        )
+    folders = [path for path in tree.iterdir() if not path.name.startswith(".")]
+    names = sorted(path.name for path in folders if any(path.glob("*.ipynb")))
+    if not names:
+        raise WrongUse(f"{tree} holds no assignment: it wants NAME/NAME.ipynb.")
+    return names
+
+
+def notebook_path(folder: Path) -> Path:
+    """Find the one notebook of an assignment's folder.
+
+    Raises:
+        WrongUse: there is none, or more than one and none has the folder's name.
+    """
+    named = folder / f"{folder.name}.ipynb"
+    if named.is_file():
+        return named
+    found = sorted(folder.glob("*.ipynb"))
+    if len(found) != 1:
+        raise WrongUse(f"{folder} wants one notebook, {named.name}; it has {len(found)}.")
+    return found[0]
+
+
+def load(path: Path) -> Assignment:
+    """Read the assignment whose notebook is ``path`` and the configuration beside it.
+
+    Raises:
+        WrongUse: the notebook or its ``autograder.toml`` cannot be used; names the cell or key.
+    """
+    try:
+        cells = notebook.read(path)
+    except Refused as error:
+        raise WrongUse(str(error)) from error
+    config = load_config(path.parent / CONFIG_NAME)
+    name = path.resolve().parent.name
+    assignment = from_cells(cells, name=name, notebook=path.stem, config=config)
+    for exercise in set(config.sections) - set(assignment.exercises):
+        known = ", ".join(assignment.exercises)
+        raise WrongUse(f"{name}: [sections] names {exercise!r}; the exercises are {known}.")
+    return assignment
+
+
+def from_cells(cells: Sequence[Cell], *, name: str, notebook: str, config: Config) -> Assignment:
+    """Sort a notebook's code cells into set-up, solutions and cases.
+
+    Raises:
+        WrongUse: two cells share a grade id, a hidden region is not closed, there is no case.
+    """
+    code = [cell for cell in cells if cell.kind == "code"]
+    _refuse_bad_ids(name, cells)
+    answers = [replace(cell, source=plain_python(cell.source)) for cell in code if cell.solution]
+    solutions = tuple(
+        Solution(cell.grade_id or "", tuple(defined_names(cell.source))) for cell in answers
+    )
+    known = {solution.grade_id for solution in solutions}
+    known |= {name for solution in solutions for name in solution.names}
+    tests = [cell for cell in code if cell.grade and not cell.solution]
+    if not tests:
+        raise WrongUse(f"{name} holds no test cell: nothing can be graded.")
+    return Assignment(
+        name=name,
+        notebook=notebook,
+        setup=_setup(code),
+        imports=tuple(found for cell in answers if (found := imports(cell.source))),
+        solutions=solutions,
+        cases=tuple(_case(cell, known) for cell in tests),
+        config=config,
+        given=frozenset(cell.source.strip() for cell in code if not cell.solution),
+        marked=tuple(cell for cell in cells if cell.grade_id is not None),
+    )
+
+
+def _setup(code: Sequence[Cell]) -> tuple[Piece, ...]:
+    """Locked cells run whole; of cells without nbgrader's marks the definitions alone."""
+    cells = [cell for cell in code if not cell.grade and not cell.solution]
+    return tuple(
+        Piece(f"set-up {number}", cell.source, own=not cell.locked)
+        for number, cell in enumerate(cells, start=1)
+    )
+
+
+def _refuse_bad_ids(name: str, cells: Iterable[Cell]) -> None:
+    seen: set[str] = set()
+    for cell in cells:
+        if cell.grade_id is None:
+            if cell.grade or cell.solution:
+                raise WrongUse(f"{name} has a test or solution cell without a grade id: name it.")
+            continue
+        if cell.grade_id in seen:
+            raise WrongUse(f"{name} has two cells with the grade id {cell.grade_id}: rename one.")
+        seen.add(cell.grade_id)
+
+
+def _case(cell: Cell, known: set[str]) -> Case:
+    grade_id = cell.grade_id or ""
+    exercises = [name for name in known if grade_id.startswith(f"{name}-")]
+    # Not our naming: in another instructor's tree each test cell is an exercise of its own.
+    exercise = max(exercises, key=len, default=grade_id)
+    visible, hidden = split_hidden(cell.source, grade_id)
+    match = _HINT.match(hidden)
+    return Case(
+        grade_id=grade_id,
+        exercise=exercise,
+        name=grade_id[len(exercise) + 1 :] or "tests",
+        points=cell.points,
+        visible=visible,
+        full=cell.source,
+        hint=match.group(1).strip() if match else "",
+    )
+
+
+def split_hidden(source: str, grade_id: str) -> tuple[str, str]:
+    """Split a test cell into what the student has and the text of its hidden regions.
+
+    Raises:
+        WrongUse: a region is opened twice or not closed.
+    """
+    visible: list[str] = []
+    hidden: list[str] = []
+    inside = False
+    for line in source.split("\n"):
+        if BEGIN_HIDDEN in line or END_HIDDEN in line:
+            if inside == (BEGIN_HIDDEN in line):
+                raise WrongUse(f"Cell {grade_id}: hidden regions must open and close in turn.")
+            inside = not inside
+        else:
+            (hidden if inside else visible).append(line)
+    if inside:
+        raise WrongUse(f"Cell {grade_id}: a hidden region is not closed ({END_HIDDEN}).")
+    return "\n".join(visible), "\n".join(hidden)
+
+
+def load_config(path: Path) -> Config:
+    """Read ``autograder.toml``; without the file every setting has its default.
+
+    Raises:
+        WrongUse: not TOML, an unknown key, or a value of the wrong type.
+    """
+    if not path.is_file():
+        return Config()
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise WrongUse(f"{path} is not valid TOML: {error}.") from error
+    _check_table(path, table, _KEYS)
+    sections = table.get("sections", {})
+    _check_table(path, sections, dict.fromkeys(sections, str))
+    limits = table.pop("limits", {})
+    _check_table(path, limits, dict.fromkeys(Limits.__dataclass_fields__, (int, float)))
+    if not all(0 < seconds <= MAX_SECONDS for seconds in limits.values()):
+        raise WrongUse(f"{path}: limits are seconds, more than 0 and at most {MAX_SECONDS:.0f}.")
+    withheld = table.pop("withheld", [])
+    if not all(isinstance(name, str) and _MODULE.fullmatch(name) for name in withheld):
+        raise WrongUse(f"{path}: withheld wants a list of module names.")
+    return Config(**table, withheld=tuple(withheld), limits=Limits(**limits))
+
+
+def _check_table(path: Path, table: dict[str, Any], types: dict[str, Any]) -> None:
+    for key, value in table.items():
+        if key not in types:
+            raise WrongUse(f"{path}: unknown key {key!r}; known are {', '.join(types)}.")
+        if not isinstance(value, types[key]) or isinstance(value, bool):
+            raise WrongUse(f"{path}: {key} has a value of the wrong type ({value!r}).")

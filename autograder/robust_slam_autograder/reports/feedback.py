@@ -1,0 +1,205 @@
+"""What a student reads about a submission: a page's content, from the result alone.
+
+Results hold no hidden code and no hidden input, and a page takes over neither
+seconds nor the sandbox. All text that somebody chose is made fit to be read here.
+"""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from dataclasses import dataclass
+from urllib.parse import quote
+
+from robust_slam_autograder.grading.results import CaseResult, ExerciseResult, Result
+from robust_slam_autograder.reading.assignment import Config
+from robust_slam_autograder.reports.markup import visible
+from robust_slam_autograder.reports.verdict import ADVICE, meaning, sign, verdict
+
+NOT_RUN = "✗ not run"
+
+
+@dataclass(frozen=True)
+class Reading:
+    """Where to read again."""
+
+    text: str
+    address: str
+    """Empty where the book's address is not known."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One case on the page."""
+
+    name: str
+    outcome: str
+    passed: bool
+    points: str
+    other_inputs: bool
+    """Whether it was checked with inputs that the student does not have."""
+    message: str
+    as_above: bool
+    """Whether the message is that of the case before, and is not repeated."""
+
+
+@dataclass(frozen=True)
+class Exercise:
+    """One exercise on the page."""
+
+    name: str
+    anchor: str
+    outcome: str
+    passed: bool
+    points: str
+    meaning: str
+    advice: str
+    message: str
+    """What no case says already."""
+    reading: Reading | None
+    cases: tuple[Case, ...]
+
+
+@dataclass(frozen=True)
+class Page:
+    """All that a page shows."""
+
+    student: str
+    assignment: str
+    title: str
+    score: str
+    max_score: str
+    share: float
+    """Of the points, from 0 to 1."""
+    verdict: str
+    note: str
+    note_kind: str
+    """"Reason" or "Note"."""
+    start: Exercise | None
+    """The first exercise that lost points."""
+    next: str
+    exercises: tuple[Exercise, ...]
+
+
+@dataclass(frozen=True)
+class Book:
+    """How pages find the chapters.
+
+    Attributes:
+        site: the built book's address, absolute or relative to the page; empty if unknown.
+    """
+
+    site: str = ""
+
+    def reading(self, config: Config, exercise: str) -> Reading | None:
+        """Where an exercise's matter stands; None for an assignment without a chapter."""
+        if not config.chapter:
+            return None
+        heading = config.sections.get(exercise, "")
+        text = f"chapter {config.chapter}" + (f", “{heading}”" if heading else "")
+        if not self.site:
+            return Reading(text, "")
+        page = f"{self.site.rstrip('/')}/chapters/{quote(config.chapter)}.html"
+        return Reading(text, page + (f"#{anchor(heading)}" if heading else ""))
+
+
+def anchor(heading: str) -> str:
+    """The id that the built book gives a heading's section (the rule of docutils)."""
+    plain = unicodedata.normalize("NFKD", heading.lower()).encode("ascii", "ignore").decode()
+    return re.sub(r"^[-0-9]+|-+$", "", re.sub(r"[^a-z0-9]+", "-", plain))
+
+
+def page(result: Result, config: Config, book: Book) -> Page:
+    """Make the content of a submission's page.
+
+    Args:
+        result: the submission's result.
+        config: what the assignment's ``autograder.toml`` says.
+        book: how pages find the chapters.
+    """
+    exercises = tuple(
+        _exercise(number, exercise, book.reading(config, exercise.name))
+        for number, exercise in enumerate(result.exercises, start=1)
+    )
+    start = next((exercise for exercise in exercises if not exercise.passed), None)
+    return Page(
+        student=visible(result.student),
+        assignment=visible(result.assignment),
+        title=config.title or visible(result.assignment),
+        score=str(result.score),
+        max_score=str(result.max_score),
+        share=result.score / result.max_score if result.max_score else 0.0,
+        verdict=verdict(result),
+        note=_note(result),
+        note_kind="Note" if result.status == "graded" else "Reason",
+        start=start,
+        next=_next(result, start),
+        exercises=exercises,
+    )
+
+
+def _note(result: Result) -> str:
+    """A refusal's reason, or what was unusual; why the grader failed is the instructor's."""
+    return "" if result.status == "failed" else visible(result.reason)
+
+
+def _next(result: Result, start: Exercise | None) -> str:
+    if result.status == "refused":
+        return "Mend that, see that JupyterLab opens the notebook, and hand it in again."
+    if result.status == "failed":
+        return "You need do nothing: your instructor is told, and your notebook is kept."
+    if start is None:
+        return "Nothing is left to do."
+    return "Run autograder check on your notebook before you hand it in."
+
+
+def _exercise(number: int, exercise: ExerciseResult, reading: Reading | None) -> Exercise:
+    told = {case.message for case in exercise.cases}
+    passed = exercise.status == "passed"
+    return Exercise(
+        name=visible(exercise.name),
+        anchor=f"exercise-{number}",
+        outcome=sign(exercise.status),
+        passed=passed,
+        points=_points(exercise.score, exercise.max_score),
+        meaning=meaning(exercise),
+        advice=ADVICE[exercise.status],
+        message="" if exercise.message in told else visible(exercise.message),
+        reading=None if passed else reading,
+        cases=_cases(exercise),
+    )
+
+
+def _points(score: float, most: float) -> str:
+    return f"{score} of {most} {'point' if most == 1 else 'points'}"
+
+
+def _cases(exercise: ExerciseResult) -> tuple[Case, ...]:
+    before = [CaseResult("", 0, 0, True, ""), *exercise.cases]
+    stopped = exercise.message if exercise.status in ("timeout", "died") else ""
+    return tuple(
+        _case(case, previous.message, stopped)
+        for previous, case in zip(before, exercise.cases, strict=False)
+    )
+
+
+def _case(case: CaseResult, previous: str, stopped: str) -> Case:
+    """One case.
+
+    Args:
+        case: the case.
+        previous: the message of the case before.
+        stopped: the message of the fault that ended the exercise, empty where none did.
+    """
+    again = bool(case.message) and case.message == previous
+    not_run = again and case.message == stopped
+    passed = not case.message
+    return Case(
+        name=visible(case.name),
+        outcome=NOT_RUN if not_run else sign("passed" if passed else "failed"),
+        passed=passed,
+        points=_points(case.earned, case.points),
+        other_inputs=not (case.visible or not_run),
+        message="" if again else visible(case.message),
+        as_above=again and not not_run,
+    )

@@ -1,0 +1,107 @@
+"""A batch as JSON and as Markdown, for a job's summary page and for other programs.
+
+No seed, no time and no message of a check is in it: without names it may be public.
+A student's own check, as Markdown, has the messages: they are the student's.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from robust_slam_autograder.grading.results import ExerciseResult, Result
+from robust_slam_autograder.reports.markup import cell, code, one_line, visible
+from robust_slam_autograder.reports.verdict import check_verdict, failed_cases, sign, verdict
+
+SCHEMA = 1
+
+
+def as_json(marks: Sequence[Result], counts: Mapping[str, int], *, names: bool) -> str:
+    """The batch as JSON.
+
+    Args:
+        marks: results.
+        counts: how many were graded, refused, failed, and kept from before.
+        names: whether students are named; else neither their order nor a file's name tells.
+    """
+    value = {
+        "schema": SCHEMA,
+        "counts": dict(counts),
+        "submissions": [_entry(result, names=names) for result in _ordered(marks, names=names)],
+    }
+    return json.dumps(value, indent=1, ensure_ascii=False) + "\n"
+
+
+def _ordered(marks: Sequence[Result], *, names: bool) -> list[Result]:
+    """Without names in the order of the marks: the order of names is told to nobody."""
+    if names:
+        return list(marks)
+    return sorted(marks, key=lambda r: (r.assignment, -r.score, r.status, _losses(r)))
+
+
+def _entry(result: Result, *, names: bool) -> dict[str, Any]:
+    exercises = [
+        {"name": e.name, "score": e.score, "max_score": e.max_score, "status": e.status}
+        for e in result.exercises
+    ]
+    return {
+        **({"student": visible(result.student)} if names else {}),
+        "assignment": result.assignment,
+        "score": result.score,
+        "max_score": result.max_score,
+        "status": result.status,
+        **({"reason": one_line(_reason(result))} if names else {}),
+        "exercises": exercises,
+    }
+
+
+def _reason(result: Result) -> str:
+    """Why it was refused, or what was unusual; a failure's reason is for the terminal alone."""
+    return "" if result.status == "failed" else result.reason
+
+
+def as_markdown(marks: Sequence[Result], counts: Mapping[str, int], *, names: bool) -> str:
+    """The batch as a Markdown table; arguments as in ``as_json``."""
+    columns = ["student"] * names + ["assignment", "mark", "outcome"]
+    rows = [_row(result, names=names) for result in _ordered(marks, names=names)]
+    table = [columns, ["---"] * len(columns), *rows]
+    told = ", ".join(f"{counts[key]} {key}" for key in ("graded", "refused", "failed"))
+    lines = ["## Grading", "", f"{told}.", "", *(f"| {' | '.join(row)} |" for row in table)]
+    return "\n".join(lines) + "\n"
+
+
+def _row(result: Result, *, names: bool) -> list[str]:
+    mark = f"{result.score}/{result.max_score}"
+    return [cell(result.student)] * names + [
+        cell(result.assignment),
+        mark,
+        _outcome(result, names=names),
+    ]
+
+
+def _outcome(result: Result, *, names: bool) -> str:
+    if result.status != "graded":
+        reason = cell(_reason(result)) if names else ""
+        return f"✗ {result.status}{reason and f': {reason}'}"
+    if lost := _losses(result):
+        return f"✗ lost points in {', '.join(map(cell, lost))}"
+    return f"✓ {verdict(result)}"
+
+
+def _losses(result: Result) -> list[str]:
+    return [exercise.name for exercise in result.exercises if exercise.status != "passed"]
+
+
+def check_as_markdown(result: Result) -> str:
+    """A student's own check: no points, for it promises none."""
+    note = [f"Note: {code(result.reason)}", ""] if result.reason else []
+    lines = ["## Public checks", "", check_verdict(result), "", *note]
+    lines += [f"- {_checked(exercise)}" for exercise in result.exercises]
+    return "\n".join(lines) + "\n"
+
+
+def _checked(exercise: ExerciseResult) -> str:
+    names = ", ".join(map(code, failed_cases(exercise)))
+    message = f": {code(exercise.message)}" if exercise.message else ""
+    return f"{sign(exercise.status)} {code(exercise.name)}{names and f' ({names})'}{message}"

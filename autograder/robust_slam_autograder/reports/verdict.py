@@ -1,0 +1,79 @@
+"""What a status means and what to do about it, in words for students."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from robust_slam_autograder.grading.results import ExerciseResult, ExerciseStatus, Result
+
+MEANINGS: Mapping[ExerciseStatus, str] = {
+    "passed": "Every check passed.",
+    "partial": "Some cases passed and some did not.",
+    "failed": "No case passed.",
+    "missing": "The notebook holds no answer to this exercise.",
+    "timeout": "Your code ran longer than it may.",
+    "died": "Your code ended the whole Python process.",
+}
+
+ADVICE: Mapping[ExerciseStatus, str] = {
+    "passed": "",
+    "partial": "Look at the first failed case: its message says where to look.",
+    "failed": "Begin with the first case, by hand and with small numbers.",
+    "missing": (
+        "Copy the exercise's cell from the release again, or define its functions under the names "
+        "that the exercise gives them."
+    ),
+    "timeout": (
+        "Call your function with a small input. Look for a loop that never ends, "
+        "and for a step that is repeated more often than it needs to be."
+    ),
+    "died": "Look for exit() or quit(), endless recursion, or arrays too large for the memory.",
+}
+
+
+def sign(status: ExerciseStatus) -> str:
+    """A status with its sign: ✓ for "passed" alone."""
+    return f"{'✓' if status == 'passed' else '✗'} {status}"
+
+
+def meaning(exercise: ExerciseResult) -> str:
+    """Say what an exercise's status means."""
+    if exercise.status == "passed" and not has_hidden([exercise]):
+        return "The public checks passed."
+    return MEANINGS[exercise.status]
+
+
+def verdict(result: Result, *, public: bool = False) -> str:
+    """Say in one sentence how a submission did.
+
+    Args:
+        result: the submission's result.
+        public: whether only what students can see was run.
+    """
+    if result.status == "refused":
+        return "Not graded: the notebook could not be read."
+    if result.status == "failed":
+        return "Not graded: the grader itself failed. Your code is not to blame."
+    passed = sum(exercise.status == "passed" for exercise in result.exercises)
+    count = f"{passed} of {len(result.exercises)} exercises"
+    full = passed == len(result.exercises)
+    if public or not has_hidden(result.exercises):
+        return f"{'Public checks passed' if full else 'Not all public checks passed'}: {count}."
+    return f"All checks passed: {count}." if full else f"Passed: {count}."
+
+
+def check_verdict(result: Result) -> str:
+    """Say how a student's own check went; it promises no mark."""
+    return f"{verdict(result, public=True)} Grading runs hidden checks too."
+
+
+def failed_cases(exercise: ExerciseResult) -> list[str]:
+    """Names of the cases to look at; none where another status says it all."""
+    if exercise.status not in ("partial", "failed"):
+        return []
+    return [case.name for case in exercise.cases if case.message]
+
+
+def has_hidden(exercises: Sequence[ExerciseResult]) -> bool:
+    """Whether more was run than students can see: else no more than "public" may be said."""
+    return not all(case.visible for exercise in exercises for case in exercise.cases)

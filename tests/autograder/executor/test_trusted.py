@@ -1,0 +1,83 @@
+"""Each task in a fresh process, none of which outlives the batch."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import psutil
+import pytest
+from robust_slam_autograder.executor import trusted
+
+from tests.autograder.killing import kill, wait_for
+
+BATCH = """
+import sys
+from robust_slam_autograder.executor import trusted
+wanted = ["faulty", "wave"]
+answers = trusted.run(sys.argv[1:], eval, at_once=2, seconds=lambda task: 600, preload=wanted)
+print(*(answer for _, answer in answers))
+"""
+
+
+def start(folder: Path, *tasks: str) -> subprocess.Popen[str]:
+    """A batch of expressions to evaluate, with a temporary folder of its own."""
+    environment = os.environ | {"TMPDIR": str(folder), "PYTHONPATH": str(folder)}
+    pipes: Any = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    return subprocess.Popen([sys.executable, "-c", BATCH, *tasks], env=environment, **pipes)
+
+
+@pytest.mark.parametrize(
+    "task",
+    [
+        "__import__('time').sleep(600)",
+        # Nothing written in Python could interrupt this.
+        "sum(range(10**13))",
+    ],
+)
+def test_a_killed_batch_takes_its_processes_and_its_folder_with_it(task: str) -> None:
+    with tempfile.TemporaryDirectory(prefix="t") as name:
+        batch = start(Path(name), task, task)
+        family = psutil.Process(batch.pid)
+        # The server of the processes, multiprocessing's tracker, and the two.
+        kill(batch, lambda: len(family.children(recursive=True)) >= 4, name)
+        wait_for(lambda: not list(Path(name).iterdir()))
+
+
+def test_a_module_that_fails_is_left_to_those_that_want_it() -> None:
+    with tempfile.TemporaryDirectory(prefix="t") as name:
+        Path(name, "faulty.py").write_text("raise RuntimeError\n")
+        said, complaint = start(Path(name), "1 + 1").communicate(timeout=120)
+        assert said == "2\n", complaint
+
+
+def test_what_is_wanted_is_imported_once() -> None:
+    with tempfile.TemporaryDirectory(prefix="t") as name:
+        Path(name, "wave.py").write_text("open(__file__ + '.log', 'a').write('imported\\n')\n")
+        tasks = ["__import__('sys').modules['wave'].__name__"] * 3
+        said, complaint = start(Path(name), *tasks).communicate(timeout=120)
+        assert said == "wave wave wave\n", complaint
+        assert Path(name, "wave.py.log").read_text() == "imported\n"
+
+
+def test_tasks_are_taken_when_their_turn_comes() -> None:
+    taken = []
+
+    def tasks() -> Any:
+        for number in range(4):
+            taken.append(number)
+            yield str(number)
+
+    for done, answer in trusted.run(tasks(), float, at_once=1, seconds=lambda task: 60):
+        assert answer == float(done) and taken[-1] == int(done)
+
+
+def test_a_process_that_hangs_or_dies_says_how() -> None:
+    broken = trusted.run(["__import__('os')._exit(7)"], eval, at_once=1, seconds=lambda task: 60)
+    assert [answer for _, answer in broken] == [trusted.Broken("ended with exit status 7")]
+    late = trusted.run(["__import__('time').sleep(60)"], eval, at_once=1, seconds=lambda task: 0.1)
+    assert [answer for _, answer in late] == [trusted.Broken("took longer than its limits")]

@@ -1,0 +1,152 @@
+"""Plain data crosses unchanged; nothing else crosses, in either direction."""
+
+from __future__ import annotations
+
+import struct
+from typing import Any
+
+import msgpack
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from robust_slam_autograder.executor import wire
+from robust_slam_autograder.executor.wire import Handle, WireError
+
+from tests.autograder.fuzz.running import calls
+
+
+def export(function: object) -> Handle:
+    return Handle("mine", 7)
+
+
+def resolve(handle: Handle) -> Any:
+    return handle
+
+
+def crossed(value: object) -> Any:
+    return wire.decode(wire.encode(value, export), resolve)
+
+
+@settings(max_examples=25)
+@given(st.integers(1, 60), st.sampled_from([list, tuple]))
+def test_a_sender_refuses_what_its_reader_would(depth: int, kind: type) -> None:
+    value: object = 1
+    for _ in range(depth):
+        value = kind([value])
+    if depth <= wire.MAX_DEPTH:
+        assert crossed(value) == value
+    else:
+        with pytest.raises(WireError, match="nested deeper"):
+            wire.encode(value, export)
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        b"bytes",
+        object(),
+        (number for number in [1]),
+        {1, 2},
+        np.array([1, None], dtype=object),
+        np.array(["2020-01-01"], dtype="datetime64[D]"),
+        np.zeros(1, dtype=[("x", float)]),
+        "\ud800",
+        10**5000,
+        {np.complex128(1): 1},
+        np.zeros(wire.MAX_MESSAGE // 8 + 1),
+        [0] * (wire.MAX_ITEMS + 1),
+    ],
+    ids=lambda value: type(value).__name__,
+)
+def test_nothing_else_crosses(value: object) -> None:
+    with pytest.raises(WireError):
+        wire.encode(value, export)
+
+
+def test_subclasses_cross_as_what_they_extend() -> None:
+    class Lying(float):
+        def __eq__(self, other: object) -> bool:
+            return True
+
+        def __hash__(self) -> int:
+            return 0
+
+    class Quiet(np.ndarray[Any, Any]):
+        def __array_ufunc__(self, *args: object, **kwargs: object) -> bool:
+            return True
+
+    assert type(crossed(Lying(2.5))) is float
+    assert crossed([Lying(2.5)]) != [3.0]
+    assert type(crossed(np.arange(3).view(Quiet))) is np.ndarray
+    assert crossed(np.array([["a"], ["b"]])) == [["a"], ["b"]]
+    assert type(crossed(np.longdouble(1))) is np.float64
+
+
+def test_arrays_are_copies_that_can_be_written_to() -> None:
+    got = crossed(np.arange(6).reshape(2, 3).T)
+    got[0, 0] = 5
+    assert got.tolist() == [[5, 3], [1, 4], [2, 5]]
+
+
+def test_callables_cross_as_handles() -> None:
+    assert crossed([len, {"f": np.sin}]) == [Handle("mine", 7), {"f": Handle("mine", 7)}]
+
+
+def extension(code: int, body: bytes) -> bytes:
+    return bytes(msgpack.packb(msgpack.ExtType(code, body)))
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"\xdd\x00\x0f\x00\x00" * 1000,
+        b"\x91" * 900 + b"\xc0",
+        b"\xdc\xff\xff" + b"\xdc\x00\x20" * 5 + b"\xc0" * 10,
+        extension(1, msgpack.packb(["O", [1], b"12345678"])),
+        extension(1, msgpack.packb(["d", [2**40, 2**40], b""])),
+        extension(1, msgpack.packb(["d", [-1], b""])),
+        extension(1, msgpack.packb(["d", [True], bytes(8)])),
+        extension(1, msgpack.packb(["d", [1] * 40, bytes(8)])),
+        extension(1, msgpack.packb([["d"], [1], bytes(8)])),
+        extension(2, msgpack.packb(["d", [1], bytes(8)])),
+        extension(3, msgpack.packb([1, 2])),
+        extension(3, b""),
+        b"\x92\xc0" + extension(3, b""),
+        b"\x92" + extension(3, b"") * 2,
+        b"\x81" + extension(3, b"") + b"\xc0",
+        extension(4, msgpack.packb(["1", "2"])),
+        extension(4, msgpack.packb([1.0])),
+        extension(5, msgpack.packb(["theirs", 1])),
+        extension(5, msgpack.packb(["mine", True])),
+        extension(5, msgpack.packb(["name", "x" * 100])),
+        extension(6, bytes(10_000)),
+        extension(99, b""),
+        struct.pack(">BBI", 0xD6, 0xFF, 0),
+    ],
+    ids=range(23),
+)
+def test_hand_written_bytes_are_refused(data: bytes) -> None:
+    with pytest.raises(WireError):
+        wire.decode(data, resolve)
+
+
+@pytest.mark.parametrize("many", [b"\x90", b"\x80", b"\xc7\x00\x03", b"\xc0"], ids=repr)
+def test_a_message_of_many_items_is_refused_at_a_bounded_cost(many: bytes) -> None:
+    number = 900_000
+    data = b"\x93" + (b"\xdd" + struct.pack(">I", number) + many * number) * 3
+
+    def refuse() -> None:
+        with pytest.raises(WireError):
+            wire.decode(data, resolve)
+
+    assert calls(refuse) <= 4 * wire.MAX_ITEMS
+
+
+def test_colliding_keys_are_few() -> None:
+    keys = [complex(-1000003 * n, n) for n in range(2000)]
+    body = b"".join(extension(4, msgpack.packb([k.real, k.imag])) + b"\xc0" for k in keys)
+    with pytest.raises(WireError, match="key"):
+        wire.decode(b"\xde" + struct.pack(">H", len(keys)) + body, resolve)
+    with pytest.raises(WireError, match="too many"):
+        wire.encode(dict.fromkeys(range(wire.MAX_ITEMS // wire.KEY_COST + 1)), export)

@@ -1,0 +1,293 @@
+"""A batch: one seed, one result each, whatever the order, the neighbours or a kill."""
+
+from __future__ import annotations
+
+import os
+import resource
+import shutil
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+from robust_slam_autograder.errors import GraderFailure, Refused, WrongUse
+from robust_slam_autograder.grading import batch, journal, results
+from robust_slam_autograder.grading.batch import Graded, Job
+from robust_slam_autograder.reading import assignment as assignments
+from robust_slam_autograder.sandbox import Sandbox, Unsandboxed
+
+from tests.autograder import toy
+
+GUESS = "def double(x):\n    return 6\n"
+RANDOM = """
+### BEGIN HIDDEN TESTS
+assert rng.random() < 0.5
+### END HIDDEN TESTS
+"""
+"""A case that about half of all seeds pass."""
+
+
+def make_course(folder: Path) -> Path:
+    """A folder with a tree and five submissions."""
+    toy.make_tree(folder, "[limits]\ncall_seconds = 0.4\ncell_seconds = 3\n")
+    answers = {
+        "ada": toy.answer(),
+        "bob": toy.answer("def double(x):\n    while True: pass\n"),
+        "cem": toy.answer("import os\ndef double(x):\n    os._exit(0)\n"),
+        "dot": toy.answer(GUESS),
+    }
+    for student, value in answers.items():
+        toy.hand_in(folder / "submitted", student, value)
+    broken = folder / "submitted" / "eve" / toy.NAME
+    broken.mkdir(parents=True)
+    (broken / f"{toy.NAME}.ipynb").write_text("{")
+    return folder
+
+
+@pytest.fixture
+def course(tmp_path: Path) -> Path:
+    """A course of the test's own."""
+    return make_course(tmp_path)
+
+
+@dataclass
+class Done:
+    """What became of the five submissions, graded two at a time."""
+
+    course: Path
+    graded: list[Graded]
+    order: list[str]
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory: pytest.TempPathFactory) -> Done:
+    """One batch for the tests that only look at it."""
+    folder = make_course(tmp_path_factory.mktemp("batch"))
+    order: list[str] = []
+    graded = grade(folder, report=lambda item: order.append(item.result.student))
+    return Done(folder, graded, order)
+
+
+def jobs(course: Path) -> list[Job]:
+    tests = course / "solutions" / toy.NAME / f"{toy.NAME}.ipynb"
+    loaded = assignments.load(tests)
+    folders = sorted((course / "submitted").iterdir())
+    return [Job(folder.name, loaded, tests, folder / toy.NAME) for folder in folders]
+
+
+def grade(
+    course: Path,
+    out: str = "out",
+    seed: int | None = 1,
+    workers: int = 2,
+    report: Callable[[Graded], None] = lambda graded: None,
+    wall: Sandbox | None = None,
+    given: list[Job] | None = None,
+) -> list[Graded]:
+    folder = course / out
+    run = journal.open_run(folder, seed)
+    return batch.grade(
+        jobs(course) if given is None else given,
+        out=folder,
+        run=run,
+        wall=wall or Unsandboxed(),
+        workers=workers,
+        report=report,
+    )
+
+
+def leave(course: Path, *students: str) -> None:
+    for folder in (course / "submitted").iterdir():
+        if folder.name not in students:
+            shutil.rmtree(folder)
+
+
+def marks(graded: list[Graded]) -> list[tuple[str, str, float, tuple[str, ...]]]:
+    return [
+        (r.student, r.status, r.score, tuple(e.status for e in r.exercises))
+        for r in (item.result for item in graded)
+    ]
+
+
+def test_every_submission_gets_its_result_in_order(done: Done) -> None:
+    assert marks(done.graded) == [
+        ("ada", "graded", 20, ("passed", "passed")),
+        ("bob", "graded", 10, ("timeout", "passed")),
+        ("cem", "graded", 10, ("died", "passed")),
+        ("dot", "graded", 14, ("partial", "passed")),
+        ("eve", "refused", 0, ()),
+    ]
+
+
+def test_the_number_of_jobs_changes_no_result(done: Done) -> None:
+    serial = grade(done.course, "serial", workers=1)
+    for a, b in zip(done.graded, serial, strict=True):
+        fields = {"seconds": 0.0}
+        assert vars(a.result) | fields == vars(b.result) | fields
+
+
+def test_a_limit_is_judged_alone(done: Done) -> None:
+    """Submissions that hung or died beside others are graded once more, the last of all."""
+    assert sorted(done.order[-2:]) == ["bob", "cem"]
+
+
+def test_the_same_seed_gives_the_same_marks_and_others_other_inputs(course: Path) -> None:
+    path = course / "solutions" / toy.NAME / f"{toy.NAME}.ipynb"
+    value = toy.source_notebook()
+    value["cells"][3]["source"] = RANDOM
+    toy.write(path, value)
+    leave(course, "ada", "dot")
+    toy.hand_in(course / "submitted", "dot", toy.answer())
+    seen = {}
+    for seed in (2, 3):
+        first, again = (grade(course, f"out-{seed}-{n}", seed) for n in (1, 2))
+        assert marks(first) == marks(again)
+        scores = {item.result.score for item in first}
+        assert len(scores) == 1, "every student has the same inputs"
+        seen[seed] = scores.pop()
+    assert seen == {2: 14, 3: 20}
+
+
+def test_what_has_not_changed_is_reused(course: Path) -> None:
+    leave(course, "ada", "dot", "eve")
+    grade(course)
+    assert [item.reused for item in grade(course)] == [True] * 3
+    toy.hand_in(course / "submitted", "dot", toy.answer())
+    assert [item.reused for item in grade(course)] == [True, False, True]
+    results.path_of(course / "out", "ada", toy.NAME).write_text('"not a result"')
+    assert [item.reused for item in grade(course)] == [False, True, True]
+    (course / "solutions" / toy.NAME / "autograder.toml").write_text("[limits]\ncall_seconds=1")
+    assert not any(item.reused for item in grade(course))
+    assert not any(item.reused for item in grade(course, seed=2))
+
+
+def test_a_second_batch_waits_for_its_turn(tmp_path: Path) -> None:
+    with (
+        batch.locked(tmp_path / "out"),
+        pytest.raises(WrongUse, match="Another batch"),
+        batch.locked(tmp_path / "out"),
+    ):
+        pass
+    with batch.locked(tmp_path / "out"):
+        pass
+
+
+class Failing:
+    """A wall that ends or hangs the process that grades."""
+
+    name = "none"
+
+    def __init__(self, how: str) -> None:
+        self.how = how
+
+    def start(self, launch: object) -> Any:
+        """Fail as asked."""
+        if self.how == "exit":
+            os._exit(7)
+        if self.how == "hang":
+            time.sleep(1000)
+        raise RuntimeError("hidden input 0.25")
+
+
+@pytest.mark.parametrize(
+    ("how", "reason"),
+    [
+        ("exit", "The grader ended with exit status 7 on this submission."),
+        ("hang", "The grader took longer than its limits on this submission."),
+        ("raise", "The grader failed on this submission (RuntimeError)."),
+    ],
+)
+def test_a_failure_of_the_grader_is_a_result_that_tells_no_secret(
+    course: Path, monkeypatch: pytest.MonkeyPatch, how: str, reason: str
+) -> None:
+    if how == "hang":
+        config = "[limits]\nnotebook_seconds = 0.1\n"
+        (course / "solutions" / toy.NAME / "autograder.toml").write_text(config)
+        monkeypatch.setattr(batch, "GRACE_SECONDS", 0.3)
+    leave(course, "ada", "dot")
+    graded = grade(course, wall=Failing(how))
+    assert [item.status for item in graded] == ["failed", "failed"]
+    assert {item.result.reason for item in graded} == {reason}
+    assert not journal.open_run(course / "out", None).graded
+
+
+def test_a_link_on_the_way_is_refused(course: Path) -> None:
+    submitted = course / "submitted"
+    (submitted / "zoe").symlink_to("ada")
+    (submitted / "yan").mkdir()
+    (submitted / "yan" / toy.NAME).symlink_to(submitted / "ada" / toy.NAME)
+    for job in jobs(course)[-2:]:
+        with pytest.raises(Refused, match="is a link"):
+            batch.locate(job)
+
+
+def test_a_course_below_a_link_is_graded(course: Path) -> None:
+    """The instructor's own links are no student's."""
+    (course / "elsewhere").symlink_to("submitted")
+    job = jobs(course)[0]
+    path = course / "elsewhere" / "ada" / toy.NAME
+    assert batch.locate(Job("ada", job.assignment, job.tests, path))[0].is_file()
+
+
+def test_what_changes_after_it_was_listed_is_refused_or_graded_as_it_is(course: Path) -> None:
+    leave(course, "ada", "bob", "cem", "dot")
+    listed = jobs(course)
+    submitted = course / "submitted"
+    shutil.rmtree(submitted / "bob")
+    (submitted / "cem").rename(course / "aside")
+    (submitted / "cem").symlink_to("ada")
+    (submitted / "dot" / toy.NAME / f"{toy.NAME}.ipynb").unlink()
+    graded = [item.result for item in grade(course, given=listed)]
+    assert [(r.student, r.status) for r in graded[1:]] == [
+        ("bob", "refused"),
+        ("cem", "refused"),
+        ("dot", "refused"),
+    ]
+    assert graded[0].score == 20
+    assert graded[2].reason == "The student's folder cem is a link."
+
+
+def test_a_full_disk_stops_the_batch_and_loses_nothing(course: Path) -> None:
+    """The error names the file and the mend; the same command goes on from there."""
+    leave(course, "ada", "dot", "eve")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+
+    def fill_the_disk(graded: Graded) -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (200, before[1]))
+
+    try:
+        with pytest.raises(GraderFailure, match=r"\.json cannot be written .*: make room"):
+            grade(course, workers=1, report=fill_the_disk)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    written = [path.parent.name for path in (course / "out").glob("*/*")]
+    assert written == ["ada"]
+    again = grade(course)
+    assert [item.reused for item in again] == [True, False, False]
+    assert marks(again)[1:] == [
+        ("dot", "graded", 14, ("partial", "passed")),
+        ("eve", "refused", 0, ()),
+    ]
+
+
+def test_a_regrade_that_is_cut_short_keeps_no_result_of_another_text(
+    course: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The file holds the new text's mark, the log would speak of the old one's."""
+    leave(course, "ada")
+    grade(course)
+    path = course / "submitted" / "ada" / toy.NAME / f"{toy.NAME}.ipynb"
+    old = path.read_bytes()
+    toy.hand_in(course / "submitted", "ada", toy.answer(GUESS))
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr(journal.Run, "remember", interrupt)
+        grade(course)
+    assert toy.result(course / "out", "ada")["score"] == 14
+    path.write_bytes(old)
+    assert [item.result.score for item in grade(course)] == [20]
+
+
+def interrupt(*args: object) -> None:
+    raise KeyboardInterrupt

@@ -1,0 +1,134 @@
+"""A small course for nbgrader: tests, a free-text answer and a task; and what it does with it."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+from nbgrader.api import Gradebook
+
+from tests.autograder import toy
+
+ROOT = Path(__file__).parents[3]
+SCRIPTS = Path(sys.executable).parent
+SEED = 4711
+SCHEME = "canary-of-the-marking-scheme"
+WHY = "Why twice?\n### BEGIN SOLUTION\nBecause canary-of-the-answer.\n### END SOLUTION"
+DRAW = f"Draw it.\n=== BEGIN MARK SCHEME ===\n{SCHEME}\n=== END MARK SCHEME ==="
+RELEASED_WHY = "Why twice?\nYOUR ANSWER HERE"
+
+
+def text_cell(source: str, grade_id: str, **fields: Any) -> dict[str, Any]:
+    """A Markdown cell with nbgrader's metadata."""
+    made = toy.cell(source, grade_id, **fields)
+    return {key: made[key] for key in ("id", "metadata", "source")} | {"cell_type": "markdown"}
+
+
+def free_text(source: str = WHY, points: int = 3) -> dict[str, Any]:
+    """The free-text cell; its points are the instructor's to say."""
+    return text_cell(source, "why", grade=True, solution=True, points=points)
+
+
+def task(source: str = DRAW) -> dict[str, Any]:
+    """The task cell."""
+    return text_cell(source, "draw", task=True, locked=True, points=2)
+
+
+def source_notebook() -> dict[str, Any]:
+    """The toy's notebook, with five points more that a person gives."""
+    value = toy.source_notebook()
+    value["cells"].insert(4, free_text())
+    value["cells"].append(task())
+    return value
+
+
+def answer(text: str = "Because.", **sources: str) -> dict[str, Any]:
+    """A submission with a free-text answer, whose metadata asks for more than it is worth."""
+    value = toy.answer(**sources)
+    value["cells"].append(free_text(text, points=300))
+    return value
+
+
+def make(folder: Path) -> Path:
+    """A course's root: the source tree and the configuration."""
+    path = toy.make_tree(folder, "[limits]\ncall_seconds = 1\ncell_seconds = 3\n") / toy.NAME
+    toy.write(path / f"{toy.NAME}.ipynb", source_notebook())
+    (folder / "autograder").mkdir()
+    shutil.copy(ROOT / "autograder" / "nbgrader_config.py", folder / "autograder")
+    return folder
+
+
+def hand_in(course: Path, student: str, value: dict[str, Any]) -> Path:
+    """Hand a notebook in; gives its folder."""
+    return toy.hand_in(course / "build" / "submitted", student, value)
+
+
+def environment(course: Path) -> dict[str, str]:
+    """Variables for a user who has nothing set up but the course."""
+    home = course / "home"
+    own = {f"JUPYTER_{name}_DIR": str(home / name) for name in ("CONFIG", "DATA", "RUNTIME")}
+    home.mkdir(exist_ok=True)
+    return (
+        os.environ
+        | own
+        | {
+            "HOME": str(home),
+            "IPYTHONDIR": str(home / "ipython"),
+            "JUPYTER_CONFIG_PATH": "autograder",
+            "PATH": os.pathsep.join([str(SCRIPTS), os.environ.get("PATH", "")]),
+        }
+    )
+
+
+def nbgrader(course: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
+    """Run one of nbgrader's own commands in the course."""
+    return run(course, "nbgrader", *arguments)
+
+
+def autograder(course: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
+    """Run one of this package's commands in the course."""
+    return run(course, "autograder", *arguments)
+
+
+def run(course: Path, program: str, *arguments: object) -> subprocess.CompletedProcess[str]:
+    """Run a program of the environment's from the course's root."""
+    return subprocess.run(
+        [str(SCRIPTS / program), *map(str, arguments)],
+        cwd=course,
+        env=environment(course),
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+
+
+def database(course: Path) -> Path:
+    """The course's gradebook."""
+    return course / "build" / "graded" / "gradebook.db"
+
+
+def rows(database: Path, what: str, assignment: str = toy.NAME) -> dict[str, dict[str, Any]]:
+    """By student and grade id a column of the marks, or ``comment``."""
+    with Gradebook(f"sqlite:///{database}") as book:
+        return {
+            submission.student.id: {
+                row.name: getattr(row, what)
+                for notebook in submission.notebooks
+                for row in (notebook.comments if what == "comment" else notebook.grades)
+            }
+            for submission in book.assignment_submissions(assignment)
+        }
+
+
+def enter(database: Path, student: str, grade_id: str, score: float) -> None:
+    """Do what formgrader does where an instructor enters a score."""
+    with Gradebook(f"sqlite:///{database}") as book:
+        row = book.find_grade(grade_id, toy.NAME, toy.NAME, student)
+        row.manual_score = score
+        row.needs_manual_grade = False
+        book.db.commit()

@@ -1,0 +1,126 @@
+"""What a person entered outlives every further run of nbgrader's and of the command line's."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+from nbgrader.converters import Autograde
+from nbgrader.converters.base import NbGraderException
+from nbgrader.coursedir import CourseDirectory
+from robust_slam_autograder import cli, sandbox
+from robust_slam_autograder.grading import batch
+from robust_slam_autograder.nbgrader.release import nbgrader_settings
+
+from tests.autograder import toy
+from tests.autograder.nbgrader import course as course_of
+
+WRONG = toy.DOUBLE.replace("2 *", "3 *")
+
+
+@pytest.fixture
+def course(tmp_path: Path) -> Path:
+    """A course of the test's own, with one submission."""
+    course_of.make(tmp_path)
+    course_of.hand_in(tmp_path, "ada", course_of.answer())
+    return tmp_path
+
+
+def autograde(course: Path, student: str = "*", *, unsandboxed: bool = True) -> None:
+    """What formgrader's button does, in this process."""
+    config = nbgrader_settings(str(course))
+    config.CourseDirectory.assignment_id = toy.NAME
+    config.CourseDirectory.student_id = student
+    config.SafeExporter.unsandboxed = unsandboxed
+    converter = Autograde(coursedir=CourseDirectory(config=config), config=config)
+    converter.force = True
+    converter.start()
+
+
+def grade(course: Path) -> None:
+    submitted = course / "build" / "submitted"
+    out = str(course / "build" / "graded")
+    tree = ["--solutions", str(course / "solutions")]
+    paths = map(str, sorted(submitted.glob("*/*")))
+    assert cli.main([*tree, "grade", *paths, "--out", out, "--unsandboxed"]) == 0
+
+
+def scores(course: Path) -> dict[str, float]:
+    return course_of.rows(course_of.database(course), "score")["ada"]
+
+
+@pytest.mark.parametrize("again", [autograde, grade])
+def test_manual_scores_stay(course: Path, again: object) -> None:
+    autograde(course)
+    course_of.enter(course_of.database(course), "ada", "why", 2.5)
+    course_of.enter(course_of.database(course), "ada", "double-by-hand", 1)
+    course_of.hand_in(course, "ada", course_of.answer(double=WRONG))
+    again(course)  # type: ignore[operator]
+    codes = {"double-by-hand": 1, "double-random": 0, "apply-by-hand": 5, "apply-twice": 5}
+    assert scores(course) == codes | {"why": 2.5, "draw": 0}
+    # As in nbgrader, they are put up for review.
+    waiting = course_of.rows(course_of.database(course), "needs_manual_grade")["ada"]
+    assert {name for name, w in waiting.items() if w} == {"why", "draw", "double-by-hand"}
+
+
+def test_manual_scores_outlive_a_new_test_cell(course: Path) -> None:
+    autograde(course)
+    course_of.enter(course_of.database(course), "ada", "why", 2.5)
+    value = course_of.source_notebook()
+    value["cells"].append(toy.test_cell("assert double(1) == 2", "double-one", 7))
+    toy.write(course / "solutions" / toy.NAME / f"{toy.NAME}.ipynb", value)
+    grade(course)
+    assert scores(course)["why"] == 2.5
+    assert scores(course)["double-one"] == 7
+
+
+def test_the_command_line_and_formgrader_take_over_from_each_other(
+    course: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    autograde(course)
+    path = course / "build" / "graded" / "ada" / f"{toy.NAME}.json"
+    first = path.read_text()
+    grade(course)
+    assert "1 of them unchanged and reused" in capsys.readouterr().out
+    autograde(course)
+    assert path.read_text() == first  # the seconds would differ
+
+
+def test_neither_needs_nbgrader_to_have_released(course: Path) -> None:
+    grade(course)
+    autograde(course)
+    assert sum(scores(course).values()) == 20
+    shutil.rmtree(course / "build" / "graded")
+    autograde(course)
+    assert sum(scores(course).values()) == 20
+
+
+def test_where_no_sandbox_works_nothing_is_graded(
+    course: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sandbox, "BACK_ENDS", {"broken": toy.Broken()})
+    with pytest.raises(NbGraderException, match=r"No sandbox works .*it is not installed.*doctor"):
+        autograde(course, unsandboxed=False)
+    assert not (course / "build" / "autograded").exists()
+
+
+def test_one_button_grades_one_student(course: Path) -> None:
+    course_of.hand_in(course, "ben", course_of.answer())
+    autograde(course, "ben")
+    assert course_of.rows(course_of.database(course), "score").keys() == {"ben"}
+
+
+def test_a_running_batch_is_not_disturbed(course: Path) -> None:
+    with (
+        batch.locked(course / "build" / "graded"),
+        pytest.raises(NbGraderException, match="Another batch is at work"),
+    ):
+        autograde(course)
+    assert not (course / "build" / "autograded").exists()
+
+
+def test_an_unusable_notebook_is_the_instructors_to_mend(course: Path) -> None:
+    (course / "solutions" / toy.NAME / "autograder.toml").write_text("limit = 3\n")
+    with pytest.raises(NbGraderException, match="unknown key 'limit'"):
+        autograde(course)

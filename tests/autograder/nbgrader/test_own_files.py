@@ -1,0 +1,80 @@
+"""What nbgrader keeps in a submission's folder is a short plain file, or it is not there."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from datetime import datetime
+from pathlib import Path
+
+import pytest
+from nbgrader.apps.api import NbGraderAPI
+from nbgrader.coursedir import CourseDirectory
+from robust_slam_autograder.nbgrader import own_files
+from robust_slam_autograder.nbgrader.own_files import read_warily
+
+
+@pytest.fixture
+def api(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> NbGraderAPI:
+    """nbgrader's object, changed for the test alone."""
+    for owner, name in (
+        (CourseDirectory, "get_existing_timestamp"),
+        (NbGraderAPI, "get_submitted_timestamp"),
+    ):
+        monkeypatch.setattr(owner, name, getattr(owner, name))
+    read_warily()
+    return NbGraderAPI(CourseDirectory(root=str(tmp_path)))
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    path = tmp_path / "submitted" / "ada" / "07-toy"
+    path.mkdir(parents=True)
+    return path
+
+
+def times(api: NbGraderAPI, folder: Path) -> set[datetime | None]:
+    """What autograde and formgrader read."""
+    listed = api.get_submitted_timestamp("07-toy", "ada")
+    return {listed, api.coursedir.get_existing_timestamp(str(folder))}
+
+
+@pytest.mark.parametrize(
+    "text", ["2026-03-01 12:00:00 UTC", "2026-03-01T13:00:00+01:00\n", "2026-03-01 12:00"]
+)
+def test_times_are_read_as_nbgrader_reads_them(api: NbGraderAPI, folder: Path, text: str) -> None:
+    (folder / "timestamp.txt").write_text(text)
+    assert times(api, folder) == {datetime(2026, 3, 1, 12)}
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        os.mkfifo,
+        Path.mkdir,
+        lambda path: path.symlink_to("/dev/zero"),
+        lambda path: path.symlink_to("nowhere"),
+        lambda path: path.write_bytes(b"\xff\xfe\x00"),
+        lambda path: path.write_text("soon"),
+        lambda path: path.write_text("9" * 5000),
+        lambda path: path.write_text(""),
+        lambda path: path.write_text("0001-01-01 00:00:00 +2359"),
+        lambda path: None,
+    ],
+)
+def test_anything_else_is_none(
+    api: NbGraderAPI, folder: Path, make: Callable[[Path], object]
+) -> None:
+    make(folder / "timestamp.txt")
+    assert times(api, folder) == {None}
+
+
+def test_both_files_are_kept_where_they_are_plain(folder: Path) -> None:
+    (folder / "timestamp.txt").write_text("2026-03-01")
+    (folder / "submission_secret.txt").write_text("s3cret")
+    wanted = {"timestamp.txt": b"2026-03-01", "submission_secret.txt": b"s3cret"}
+    assert own_files.plain(folder) == wanted
+    (folder / "submission_secret.txt").unlink()
+    (folder / "submission_secret.txt").symlink_to("/etc/passwd")
+    (folder / "timestamp.txt").write_text("9" * 2000)
+    assert own_files.plain(folder) == {}

@@ -1,0 +1,152 @@
+"""What formgrader and feedback show: the student's text, how each case went, and nothing live."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import nbformat
+import pytest
+from bs4 import BeautifulSoup
+from nbformat.v4 import new_code_cell, new_output
+from robust_slam_autograder.grading.results import CaseResult, ExerciseResult, Result
+from robust_slam_autograder.nbgrader import graded_notebook
+from robust_slam_autograder.nbgrader.safe_markdown import as_html
+from robust_slam_autograder.nbgrader.steps import HideTests
+from robust_slam_autograder.reading import notebook
+from robust_slam_autograder.reading.assignment import Assignment
+
+from tests.autograder import toy
+from tests.autograder.nbgrader import course as course_of
+
+
+@pytest.fixture
+def tests() -> Assignment:
+    return toy.assignment(value=course_of.source_notebook())
+
+
+def result(message: str = "") -> Result:
+    cases = (CaseResult("by-hand", 4, 4, True, ""), CaseResult("random", 6, 0, False, message))
+    exercise = ExerciseResult("double", 4, 10, "partial", message, cases)
+    return Result("ada", toy.NAME, 4, 20, "graded", "", "none", 0.0, (exercise,))
+
+
+def build(tests: Assignment, value: dict[str, Any], made: Result | None = None) -> dict[str, Any]:
+    """The page's cells by grade id; the student's own under their texts."""
+    cells = notebook.parse(json.dumps(value).encode(), "ada.ipynb")
+    page = graded_notebook.build(tests, cells, made or result("Try it."))
+    nbformat.validate(page)
+    return {c.metadata.get("nbgrader", {}).get("grade_id") or c.source: c for c in page.cells}
+
+
+def test_each_case_says_how_it_went(tests: Assignment) -> None:
+    cells = build(tests, course_of.answer())
+    said = {name: cell.outputs[0].text for name, cell in cells.items() if cell.get("outputs")}
+    assert said == {
+        "double-by-hand": "✓ passed: 4 of 4 points\n",
+        "double-random": "✗ failed: 0 of 6 points\nTry it.\n",
+        "apply-by-hand": "✗ not run: 0 of 5 points\n",
+        "apply-twice": "✗ not run: 0 of 5 points\n",
+    }
+
+
+def test_missing_cells_come_where_they_belong(tests: Assignment) -> None:
+    names = [
+        name for name in build(tests, toy.answer()) if name in {c.grade_id for c in tests.marked}
+    ]
+    assert names == [cell.grade_id for cell in tests.marked]
+    alone = build(tests, toy.notebook([toy.cell(toy.APPLY, "apply", solution=True)]))
+    assert [name for name in alone if name in names] == names
+
+
+def test_metadata_and_outputs_are_the_instructors(tests: Assignment) -> None:
+    value = course_of.answer()
+    for cell in value["cells"]:
+        cell["metadata"]["tags"] = ["skip-execution"]
+        cell["metadata"].get("nbgrader", {}).update(points=99, locked=False, schema_version=9)
+        if cell["cell_type"] == "code":
+            forged = {"text/html": "<script>1</script>"}
+            cell["outputs"] = [{"output_type": "display_data", "data": forged, "metadata": {}}]
+    for name, cell in build(tests, value).items():
+        assert list(cell.metadata) in ([], ["nbgrader"]), name
+        assert "script" not in json.dumps(cell.get("outputs", []))
+    assert build(tests, value)["why"].metadata.nbgrader.points == 3
+
+
+def test_test_cells_are_the_instructors_and_show_no_hidden_line(tests: Assignment) -> None:
+    value = toy.answer()
+    value["cells"][2]["source"] = "assert True"
+    cells = build(tests, value)
+    assert cells["double-by-hand"].source == toy.DOUBLE_VISIBLE
+    assert toy.CANARY not in json.dumps(cells) and course_of.SCHEME not in json.dumps(cells)
+
+
+def test_an_answer_without_its_grade_id_is_shown_as_the_answer(tests: Assignment) -> None:
+    value = toy.notebook([toy.cell("def double(x):\n    return x + x\n")])
+    assert build(tests, value)["double"].source == "def double(x):\n    return x + x\n"
+
+
+def test_of_copied_cells_the_last_is_the_answer(tests: Assignment) -> None:
+    value = toy.answer()
+    value["cells"].append(toy.cell("def double(x):\n    return 2\n", "double", solution=True))
+    cells = build(tests, value)
+    assert cells["double"].source == "def double(x):\n    return 2\n"
+    assert not cells[toy.DOUBLE].metadata
+
+
+@pytest.mark.parametrize("kind", ["raw", "html", "raw\n<b>"])
+def test_raw_cells_are_shown_as_code(tests: Assignment, kind: str) -> None:
+    cell = toy.cell("<script>alert(1)</script>") | {"cell_type": kind}
+    assert build(tests, toy.notebook([cell]))[cell["source"]].cell_type == "code"
+
+
+def test_terminal_escapes_of_a_message_are_shown(tests: Assignment) -> None:
+    cells = build(tests, toy.answer(), result("red \x1b[31m"))
+    assert cells["double-random"].outputs[0].text.endswith("red \\x1b[31m\n")
+
+
+LIVE = [
+    "<script>alert(1)</script>",
+    "<img src=x onerror=alert(1)>",
+    "<a href='javascript:alert(1)'>x</a>",
+    "[x](javascript:alert(1))",
+    "[x](JaVaScRiPt&colon;alert(1))",
+    "[x](data:text/html;base64,PHNjcmlwdD4=)",
+    "![x](https://example.org/pixel.png)",
+    "<svg onload=alert(1)>",
+    "<iframe srcdoc='<script>alert(1)</script>'></iframe>",
+    "<span class='full-credit' id='why'>x</span>",
+    "<form action=/formgrader/api/grade/1><input name=x></form>",
+    "<style>body { display: none }</style>",
+    "$<img src=x onerror=alert(1)>$",
+    "```\n</code><script>alert(1)</script>\n```",
+    "x <!-- --><script>alert(1)</script>",
+    "<details ontoggle=alert(1) open>x</details>",
+]
+
+
+@pytest.mark.parametrize("text", LIVE)
+def test_nothing_in_a_students_markdown_comes_to_life(text: str) -> None:
+    html = as_html(text)
+    elements = BeautifulSoup(html, "html.parser").find_all(True)
+    assert {element.name for element in elements} <= {"p", "a", "code", "pre"}
+    attributes = {(name, value) for e in elements for name, value in e.attrs.items()}
+    assert not {(name, value) for name, value in attributes if name not in ("href", "title")}
+    assert not [value for _, value in attributes if not value.startswith("http")]
+
+
+def test_markup_and_formulas_stay() -> None:
+    html = as_html("# Why\n\nBecause $a < b$ and **so**.\n\n| x | y |\n|---|---|\n| 1 | `2` |\n")
+    for part in ("$a &lt; b$", "<strong>so</strong>", "<td>1</td>", "<code>2</code>", "Why"):
+        assert part in html
+    assert "¶" not in html
+
+
+def test_feedback_on_what_plain_nbgrader_graded_hides_its_tests() -> None:
+    cell = new_code_cell(toy.DOUBLE_RANDOM)
+    cell.metadata["nbgrader"] = {"grade": True, "solution": False, "grade_id": "double-random"}
+    cell.outputs = [new_output("error", ename="E", evalue="", traceback=[toy.DOUBLE_RANDOM])]
+    page = nbformat.v4.new_notebook(cells=[cell])
+    hidden, _ = HideTests().preprocess(page, {})
+    assert hidden.cells[0].source == "assert np.shape(double([1, 2])) == (2,)\n"
+    assert hidden.cells[0].outputs == []

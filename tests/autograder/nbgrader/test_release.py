@@ -1,0 +1,147 @@
+"""A release holds what students need and no answer; where it would, nothing is written."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from robust_slam_autograder.errors import GraderFailure, WrongUse
+from robust_slam_autograder.nbgrader.release import STUB, release
+from robust_slam_autograder.reading import notebook
+
+from tests.autograder import toy
+
+SOLUTION_CANARY = "canary-of-the-solution-9b2"
+ROOT = Path(__file__).resolve().parents[3]
+
+
+@pytest.fixture
+def tree(tmp_path: Path) -> Path:
+    """The toy's source tree, with a canary in a solution and outputs that tell."""
+    tree = toy.make_tree(tmp_path, 'title = "Toy"\n')
+    value = toy.source_notebook()
+    cells = value["cells"]
+    cells[1]["source"] = toy.DOUBLE.replace("    return", f"    # {SOLUTION_CANARY}\n    return")
+    cells[1]["outputs"] = [{"output_type": "stream", "name": "stdout", "text": SOLUTION_CANARY}]
+    toy.write(tree / toy.NAME / f"{toy.NAME}.ipynb", value)
+    return tree
+
+
+def change(tree: Path, what: Callable[[list[dict[str, Any]]], object]) -> None:
+    path = tree / toy.NAME / f"{toy.NAME}.ipynb"
+    value = json.loads(path.read_text())
+    what(value["cells"])
+    toy.write(path, value)
+
+
+def texts(folder: Path) -> str:
+    return "\n".join(path.read_text("utf-8") for path in folder.rglob("*") if path.is_file())
+
+
+def test_a_release_holds_stubs_and_visible_tests_alone(tree: Path, tmp_path: Path) -> None:
+    (path,) = release(tree, [], tmp_path / "out")
+    cells = {cell.grade_id: cell for cell in notebook.read(path)}
+    assert list(cells) == [
+        *("setup", "double", "double-by-hand", "double-random", "apply", "apply-by-hand"),
+        "apply-twice",
+    ]
+    assert STUB in cells["double"].source and "def double(x):" in cells["double"].source
+    assert cells["double-by-hand"].source.strip() == toy.DOUBLE_VISIBLE.strip()
+    assert cells["double-by-hand"].locked and cells["setup"].locked
+    text = texts(tmp_path / "out")
+    for secret in (toy.CANARY, SOLUTION_CANARY, "hint:", "history.append", "HIDDEN", "rng.normal"):
+        assert secret not in text
+    assert (path.parent / "autograder.toml").is_file()
+
+
+def test_a_release_replaces_the_one_before(tree: Path, tmp_path: Path) -> None:
+    (path,) = release(tree, [toy.NAME], tmp_path / "out")
+    (path.parent / "old.txt").write_text("old")
+    release(tree, [toy.NAME], tmp_path / "out")
+    assert sorted(file.name for file in path.parent.iterdir()) == [path.name, "autograder.toml"]
+
+
+@pytest.mark.parametrize(
+    ("what", "sentence"),
+    [
+        (lambda tree: (tree / "solution.py").write_text(toy.APPLY), "BEGIN SOLUTION"),
+        (
+            lambda tree: (tree / "notes.md").write_text("x\n    history.append(f(history[-1]))\n"),
+            r"a line of a solution or a hidden test \(history\.append",
+        ),
+        (
+            lambda tree: toy.write(tree / "b.ipynb", toy.notebook([toy.cell("# hint: no")])),
+            "# hint:",
+        ),
+    ],
+)
+def test_a_file_that_tells_stops_the_release(
+    tree: Path, tmp_path: Path, what: Callable[[Path], object], sentence: str
+) -> None:
+    what(tree / toy.NAME)
+    with pytest.raises(GraderFailure, match=sentence):
+        release(tree, [], tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_solution_outside_its_region_stops_the_release(tree: Path, tmp_path: Path) -> None:
+    line = "history.append(f(history[-1]))"
+    change(tree, lambda cells: cells[4].update(source=toy.APPLY))
+    change(tree, lambda cells: cells.append(toy.cell(f"# {line}\n{line}\n") | {"id": "b"}))
+    # The line now stands in the open: it is no secret any more, and the release goes through.
+    assert release(tree, [], tmp_path / "out")
+    change(tree, lambda cells: cells.insert(0, toy.cell(toy.APPLY) | {"id": "c"}))
+    with pytest.raises(GraderFailure, match="nbgrader could not release"):
+        release(tree, [], tmp_path / "new")
+
+
+def test_a_test_that_nbgrader_would_not_cut_stops_the_release(tree: Path, tmp_path: Path) -> None:
+    misspelt = toy.DOUBLE_RANDOM.replace("HIDDEN TESTS", "HIDDEN TEST")
+    change(tree, lambda cells: cells[3].update(source=misspelt))
+    with pytest.raises(GraderFailure, match="# hint:"):
+        release(tree, [], tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_source_tree_is_never_overwritten(tree: Path) -> None:
+    before = texts(tree)
+    for out in (tree, tree / toy.NAME, tree.parent / "x" / ".." / "solutions"):
+        with pytest.raises(WrongUse, match="source tree"):
+            release(tree, [], out)
+    assert texts(tree) == before
+
+
+def test_an_unknown_assignment_is_named_with_those_there_are(tree: Path, tmp_path: Path) -> None:
+    with pytest.raises(WrongUse, match=f"no assignment 08; it has {toy.NAME}"):
+        release(tree, ["08"], tmp_path / "out")
+
+
+def test_nbgrader_makes_the_same_release_with_the_courses_configuration(
+    tree: Path, tmp_path: Path
+) -> None:
+    """`JUPYTER_CONFIG_PATH=autograder nbgrader generate_assignment NAME`, from the root."""
+    folder = tmp_path / "autograder"
+    folder.mkdir()
+    text = (ROOT / "autograder" / "nbgrader_config.py").read_text()
+    (folder / "nbgrader_config.py").write_text(text)
+    scripts = Path(sys.executable).parent
+    environment = os.environ | {
+        "JUPYTER_CONFIG_PATH": "autograder",
+        "HOME": str(tmp_path),
+        "PATH": os.pathsep.join([str(scripts), os.environ.get("PATH", "")]),
+    }
+    command = [str(scripts / "nbgrader"), "generate_assignment", toy.NAME]
+    done = subprocess.run(
+        command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=60
+    )
+    assert done.returncode == 0, done.stderr
+    (ours,) = release(tree, [], tmp_path / "out")
+    theirs = tmp_path / "build" / "release" / toy.NAME / ours.name
+    assert notebook.read(theirs) == notebook.read(ours)
+    assert (tmp_path / "build" / "graded" / "gradebook.db").is_file()

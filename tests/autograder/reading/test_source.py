@@ -1,0 +1,83 @@
+"""What a cell's text defines, and what of a student's own cells runs."""
+
+from __future__ import annotations
+
+import ast
+
+import pytest
+from robust_slam_autograder.reading import source
+
+
+def kept(text: str, used: set[str]) -> list[str]:
+    tree = ast.parse(text)
+    return [ast.unparse(node) for node in tree.body if node in source.helpers([tree], used)]
+
+
+def test_definitions_stay_and_experiments_go() -> None:
+    text = "import os\ndef f(): pass\nclass C: pass\nprint(1)\nx = f()\nfor i in []: pass\n"
+    assert kept(text, set()) == ["import os", "def f():\n    pass", "class C:\n    pass"]
+
+
+def test_a_variable_stays_when_a_chain_of_uses_leads_to_it() -> None:
+    text = "a = slow()\nb = a + 1\nc = 5\nd = {}\nd['k'] = b\ne = slow()\ndef f():\n    return d\n"
+    assert kept(text, set())[:3] == ["a = slow()", "b = a + 1", "d = {}"]
+    assert "e = slow()" not in kept(text, set())
+    assert "c = 5" in kept(text, {"c"})
+
+
+def test_a_local_variable_uses_nothing_of_the_same_name() -> None:
+    text = "x = slow()\ndef f(x):\n    y = x\n    return y\ny = slow()\n"
+    assert kept(text, set()) == ["def f(x):\n    y = x\n    return y"]
+
+
+def test_a_choice_between_imports_stays() -> None:
+    text = "try:\n    import a\nexcept ImportError:\n    a = None\n"
+    assert kept(text, set()) == [text.strip()]
+    assert kept("try:\n    main()\nexcept ValueError:\n    pass\n", set()) == []
+
+
+def test_a_decorated_definition_keeps_its_decorator() -> None:
+    assert kept("@wraps\ndef f():\n    pass\n", set()) == ["@wraps\ndef f():\n    pass"]
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("def f(x): pass", True),
+        ("async def f(x): pass", True),
+        ("class f: pass", True),
+        ("f = 1", True),
+        ("f: int = 1", True),
+        ("%%time\ndef f(x):", True),
+        ("f == 1", False),
+        ("  def f(x): pass", False),
+        ("def ff(x): pass", False),
+        ("g = f", False),
+        ("", False),
+    ],
+)
+def test_a_definition_is_known_by_the_look_of_its_line(text: str, found: bool) -> None:
+    assert source.defines(text, ["f"]) is found
+
+
+def test_names_are_those_that_the_top_level_binds() -> None:
+    text = "import a\nb = c = 1\n(d, e), f = g\nh: int = 2\nk[0] = l.m = 3\ndef n():\n    o = 1\n"
+    assert sorted(source.defined_names(text)) == ["b", "c", "d", "e", "f", "h", "n"]
+    assert source.imports(text) == "import a"
+
+
+@pytest.mark.parametrize("text", ["def f(:", "(" * 1000, "-" * 100_000 + "1", "a\0b"])
+def test_text_that_is_no_python_defines_nothing(text: str) -> None:
+    assert source.defined_names(text) == []
+    assert source.imports(text) == ""
+    assert isinstance(source.plain_python(text), str)
+
+
+def test_magics_become_python_and_keep_the_lines() -> None:
+    assert source.plain_python("%%time\nx = 1\n") == "\nx = 1\n"
+    assert source.plain_python("%%bash\nrm -rf /\n") == ""
+    magic = source.plain_python("%matplotlib inline\nx = 1\n!ls\ny = 2\n")
+    assert [type(node).__name__ for node in ast.parse(magic).body] == [
+        *("Expr", "Assign", "Expr", "Assign")
+    ]
+    assert magic.split("\n")[1] == "x = 1"

@@ -1,0 +1,84 @@
+"""From a submission only the text of its solution cells and its own definitions count."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from robust_slam_autograder.errors import Refused
+from robust_slam_autograder.reading.submission import OWN, Submission, notebook_in
+
+from tests.autograder import toy
+
+DOUBLE, APPLY = "def double(x): pass\n", "def apply(f, x, times): pass\n"
+
+
+def collect(*cells: dict[str, Any]) -> Submission:
+    return toy.submission(toy.notebook(list(cells)), toy.assignment())
+
+
+def labels(found: Submission) -> list[tuple[str, bool]]:
+    return [(piece.label, piece.own) for piece in found.pieces]
+
+
+def test_cells_are_matched_by_grade_id() -> None:
+    found = toy.submission(toy.answer(), toy.assignment())
+    assert labels(found) == [("double", False), ("apply", False)]
+    assert not found.missing and not found.notes
+
+
+def test_cells_without_their_grade_id_are_matched_by_name() -> None:
+    found = collect(toy.cell(APPLY + DOUBLE), toy.cell("x = 1\n"))
+    assert labels(found) == [("double", False), (OWN, True)]
+    assert not found.missing
+    assert found.notes == (
+        "The cell double was found by its function's name.",
+        "The cell apply was found by its function's name.",
+    )
+
+
+def test_a_grade_id_goes_before_a_name() -> None:
+    found = collect(toy.cell(DOUBLE), toy.cell("pass\n", "double", solution=True))
+    assert labels(found) == [(OWN, True), ("double", False)]
+
+
+def test_what_is_not_there_is_missing() -> None:
+    found = collect(toy.cell(DOUBLE, "double", solution=True))
+    assert found.missing == {"apply"}
+    assert found.notes == ("The cell apply was not found.",)
+
+
+def test_copies_run_in_order_with_a_note() -> None:
+    copies = [toy.cell(text, "double", solution=True) for text in ("x = 1\n", DOUBLE)]
+    found = collect(*copies, toy.cell(APPLY, "apply", solution=True))
+    assert [piece.source for piece in found.pieces] == ["x = 1\n", DOUBLE, APPLY]
+    assert found.notes == ("double stands in 2 cells: they ran in order.",)
+
+
+def test_the_instructors_cells_are_not_the_students() -> None:
+    found = collect(
+        toy.cell(toy.SETUP),
+        toy.test_cell("double = lambda x: 6\n", "double-random", 9),
+        toy.cell(toy.DOUBLE_VISIBLE),
+        toy.cell("# mine\n", "double", solution=True),
+        toy.cell(toy.SETUP + "# edited\n", "setup", locked=True),
+    )
+    assert labels(found)[-1] == (OWN, True) and len(found.pieces) == 2
+
+
+def test_the_notebook_of_a_folder_is_found_or_its_absence_told(tmp_path: Path) -> None:
+    with pytest.raises(Refused, match=r"no notebook in the folder: hand in one, named a\.ipynb"):
+        notebook_in(tmp_path, "a")
+    toy.write(tmp_path / "b\n.ipynb", toy.answer())
+    assert notebook_in(tmp_path, "a") == (
+        tmp_path / "b\n.ipynb",
+        ("b?.ipynb was taken for a.ipynb.",),
+    )
+    toy.write(tmp_path / "c.ipynb", toy.answer())
+    with pytest.raises(Refused, match="2 notebooks"):
+        notebook_in(tmp_path, "a")
+    toy.write(tmp_path / "a.ipynb", toy.answer())
+    assert notebook_in(tmp_path, "a") == (tmp_path / "a.ipynb", ())
+    with pytest.raises(Refused, match="cannot be read"):
+        notebook_in(tmp_path / "missing", "a")

@@ -1,0 +1,406 @@
+"""What student code behind the wall can see, reach and use up."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+from robust_slam_autograder import sandbox
+from robust_slam_autograder.errors import WrongUse
+from robust_slam_autograder.executor.session import Program, Session, SessionFault
+from robust_slam_autograder.reading.assignment import Limits, Piece
+from robust_slam_autograder.sandbox import Fork, Sandbox, Unsandboxed, bubblewrap, inside
+
+from tests import as_user
+from tests.autograder import toy
+from tests.conftest import leave_out
+
+ROOT = Path(__file__).resolve().parents[3]
+TOKEN = "planted-token-77"
+
+PROBE = """
+import ctypes, fcntl, glob, mmap, os, resource, signal, socket, struct, subprocess, sys
+
+def look():
+    facts = {
+        "environment": dict(os.environ),
+        "identity": [os.getuid(), os.getgid(), os.getgroups()],
+        "rights": rights(),
+        "processes": sorted(glob.glob("/proc/[0-9]*")),
+        "top": sorted(content("/") or []),
+        "etc": sorted(content("/etc") or []),
+        "descriptors": [n for n in range(200) if is_open(n)],
+        "arguments": sys.argv,
+    }
+    facts["readable"] = [path for path in PATHS if content(path)]
+    facts["writable"] = [path for path in (*WRITABLE, os.environ["HOME"]) if write(path)]
+    return facts
+
+def rights():
+    c = ctypes.CDLL(None)
+    found = (ctypes.c_uint * 6)()
+    c.capget(bytes(struct.pack("Ii", 0x20080522, 0)), found)
+    return {"capabilities": [found[n] for n in (0, 1, 3, 4)], "no new": c.prctl(39, 0, 0, 0, 0)}
+
+def is_open(number):
+    try:
+        os.fstat(number)
+        return True
+    except OSError:
+        return False
+
+def content(path):
+    try:
+        return os.listdir(path) if os.path.isdir(path) else open(path, "rb").read(20)
+    except OSError:
+        return None
+
+def write(folder):
+    try:
+        with open(os.path.join(folder, "mark"), "w") as file:
+            return file.write("mark")
+    except OSError:
+        return 0
+
+def attempt(what):
+    try:
+        return repr(what())
+    except BaseException as error:
+        return type(error).__name__
+
+def reach():
+    c = ctypes.CDLL(None, use_errno=True)
+    return {
+        "network": attempt(lambda: socket.create_connection(("127.0.0.1", 22), 0.2)),
+        "namespace": c.unshare(0x10000000),
+        "mount": c.mount(b"x", b"/tmp", b"tmpfs", 0, None),
+        "become root": attempt(lambda: os.setuid(0)),
+        "kill the parent": attempt(lambda: os.kill(1, 9)),
+        "another's limits": attempt(lambda: resource.prlimit(1, resource.RLIMIT_NOFILE)),
+        "memory without a process": attempt(lambda: os.memfd_create("x")),
+        "memory that nobody counts": attempt(lambda: mmap.mmap(-1, 4096)),
+        "a lease": attempt(lambda: fcntl.fcntl(open(os.__file__), fcntl.F_SETLEASE, 0)),
+        "datagrams": attempt(lambda: socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM)),
+        "another's memory": c.shmat(0, None, 0),
+        "watches": c.inotify_init(),
+        "raise a limit": attempt(lambda: resource.setrlimit(
+            resource.RLIMIT_AS, (2**40, 2**40))),
+        "subprocess": subprocess.run(["id", "-u"], capture_output=True, text=True).stdout,
+    }
+
+def use_up():
+    kids, full = 0, 0
+    try:
+        for _ in range(500):
+            if os.fork() == 0:
+                import time
+                time.sleep(20)
+                os._exit(0)
+            kids += 1
+    except OSError:
+        pass
+    try:
+        for n in range(1000):
+            with open(os.path.join(os.environ["HOME"], str(n)), "wb") as file:
+                full += file.write(bytes(2**20))
+    except OSError:
+        pass
+    return {
+        "processes": kids,
+        "disk": full,
+        "memory": attempt(lambda: bytearray(2**34)),
+        "files": attempt(lambda: [open("/dev/null") for _ in range(2000)]),
+    }
+"""
+
+
+def program(*texts: str, withheld: tuple[str, ...] = (), names: tuple[str, ...] = ()) -> Program:
+    pieces = [Piece(f"cell {n}", text, own=False) for n, text in enumerate(texts)]
+    return Program(setup=(), pieces=pieces, names=names, withheld=withheld)
+
+
+def run(wall: Sandbox, what: Program, name: str) -> Any:
+    """Run a program behind a wall and call one of its functions."""
+    limits = Limits(call_seconds=30, cell_seconds=30)
+    session = Session(wall, what, limits, time.monotonic() + 60)
+    try:
+        session.begin()
+        assert not session.errors, {label: str(error) for label, error in session.errors.items()}
+        return session.bindings()[name]()
+    finally:
+        session.close()
+
+
+SECRETS = (
+    *(ROOT / name for name in ("solutions", "chapters", "tests", "build", ".git", "README.md")),
+    *map(Path, ("/etc/passwd", "/etc/shadow", "/var", "/home", "/run", "/sys", "/root/.ssh")),
+    *map(Path, ("/proc/1/environ", "/proc/1/root/etc/passwd", "/proc/1/cwd/etc/passwd")),
+)
+WRITABLE = ("/", "/usr", "/etc", "/dev", "/proc", "/tmp", "/dev/shm", str(ROOT), sys.prefix)
+
+
+def walls() -> list[str]:
+    """All back ends; Landlock where student code can reach Python, else see the views."""
+    closed = as_user.may() and sandbox.BACK_ENDS["landlock"].problem() is not None
+    return [name for name in sandbox.BACK_ENDS if not (closed and name == "landlock")]
+
+
+@pytest.fixture(scope="module", params=walls())
+def wall(request: pytest.FixtureRequest) -> Sandbox:
+    """Every back end, working."""
+    found = sandbox.BACK_ENDS[request.param]
+    problem = found.problem()
+    if problem is not None:
+        leave_out(f"{request.param} does not work here: {problem}")
+    return found
+
+
+def fresh(wall: Sandbox) -> Sandbox:
+    """The same back end, without the servers that it has started already."""
+    return Fork(namespaces=is_private(wall)) if isinstance(wall, Fork) else wall
+
+
+def is_private(wall: Sandbox) -> bool:
+    """Whether it gives student code a root and processes of its own."""
+    return wall is not sandbox.BACK_ENDS["landlock"]
+
+
+@pytest.fixture(scope="module")
+def facts(wall: Sandbox, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """What one probe saw."""
+    planted = tmp_path_factory.mktemp("planted") / "secret.txt"
+    planted.write_text(TOKEN)
+    paths = [str(path) for path in (*SECRETS, planted, planted.parent)]
+    values = f"PATHS, WRITABLE = {paths!r}, {WRITABLE!r}"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("COURSE_TOKEN", TOKEN)
+        patch.setenv("ROBUST_SLAM_SEED", "31415926")
+        found: dict[str, Any] = run(wall, program(PROBE, values, names=("look",)), "look")
+    return found
+
+
+@pytest.mark.sandbox
+class TestWhatIsSeen:
+    def test_no_secret_file_is_there(self, facts: dict[str, Any], wall: Sandbox) -> None:
+        assert facts["readable"] == []
+        assert facts["etc"] == (["ld.so.cache"] if is_private(wall) else [])
+        known = {"bin", "dev", "etc", "lib", "lib64", "proc", "tmp", "usr"}
+        way = {path.parts[1] for path in (ROOT, Path(sys.base_prefix), Path(sys.prefix))}
+        assert set(facts["top"]) <= known | way
+
+    def test_the_environment_is_the_sandboxs_own(self, facts: dict[str, Any]) -> None:
+        assert set(facts["environment"]) <= {*inside.ENVIRONMENT, "PWD", "LC_CTYPE", "TMPDIR"}
+        assert TOKEN not in json.dumps(facts) and "31415926" not in json.dumps(facts)
+
+    def test_only_its_own_processes_are_there(self, facts: dict[str, Any], wall: Sandbox) -> None:
+        assert len(facts["processes"]) == (2 if is_private(wall) else 0)
+        assert facts["arguments"] == [""]
+
+    def test_it_has_no_rights_and_no_files_open(self, facts: dict[str, Any]) -> None:
+        assert facts["rights"] == {"capabilities": [0] * 4, "no new": 1}
+        assert facts["identity"][0] != 0
+        assert os.getuid() != 0 or facts["identity"][2] == []
+        assert len(facts["descriptors"]) == 6  # four that lead nowhere, and the two pipes
+
+    def test_only_scratch_folders_are_writable(self, facts: dict[str, Any], wall: Sandbox) -> None:
+        own = facts["environment"]["HOME"]
+        # The way to a course below /tmp is made of folders in the sandbox's own /tmp.
+        writable = [p for p in facts["writable"] if p == own or not p.startswith("/tmp/")]
+        assert writable == (["/tmp", "/dev/shm", own] if is_private(wall) else [own])
+        assert not (ROOT / "mark").exists()
+
+
+@pytest.mark.sandbox
+def test_what_is_out_of_reach(wall: Sandbox) -> None:
+    found = run(wall, program(PROBE, names=("reach",)), "reach")
+    assert found.pop("subprocess").strip().isdecimal()
+    # A user namespace does not know root; outside one, root is there and out of reach.
+    assert found.pop("become root") in ("PermissionError", "OSError")
+    # Its first process ignores the signal; only Landlock keeps the signal from it.
+    of_one_user = wall.name == "bubblewrap" and os.getuid() != 0
+    assert found == {
+        "network": "PermissionError",
+        "another's limits": "PermissionError",
+        "memory without a process": "PermissionError",
+        "memory that nobody counts": "PermissionError",
+        "a lease": "PermissionError",
+        "datagrams": "PermissionError",
+        "another's memory": -1,
+        "watches": -1,
+        "namespace": -1,
+        "mount": -1,
+        "kill the parent": "None" if of_one_user else "PermissionError",
+        "raise a limit": "ValueError",
+    }
+
+
+@pytest.mark.sandbox
+def test_what_is_limited(wall: Sandbox) -> None:
+    if not is_private(wall):
+        with pytest.raises(SessionFault):  # its keeper ends it
+            run(wall, program(PROBE, names=("use_up",)), "use_up")
+        return
+    found = run(wall, program(PROBE, names=("use_up",)), "use_up")
+    assert 0 < found["processes"] <= inside.PROCESSES
+    assert 0 < found["disk"] <= inside.SCRATCH_BYTES
+    assert (found["memory"], found["files"]) == ("MemoryError", "OSError")
+
+
+PACKAGE = {
+    "__init__.py": "",
+    "given.py": "ANSWER = 'given'\n",
+    "answers.py": "ANSWER = 'secret'\n",
+    "deep/__init__.py": "ANSWER = 'secret'\n",
+    "deep/inner.py": "ANSWER = 'secret'\n",
+}
+TRICKS = """
+import importlib, importlib.machinery, importlib.util, os, sys
+
+def read(path):
+    try:
+        with open(path, "rb") as file:
+            return file.read()
+    except OSError:
+        return b""
+
+def answer(load):
+    try:
+        return getattr(load(), "ANSWER", None)
+    except (ImportError, OSError):
+        return "no module"
+
+def from_file(path):
+    loader = importlib.machinery.SourceFileLoader("x", path)
+    module = importlib.util.module_from_spec(importlib.util.spec_from_loader("x", loader))
+    loader.exec_module(module)
+    return module
+
+def search():
+    import withheld_demo
+    folder = os.path.dirname(withheld_demo.__file__)
+    files = [os.path.join(top, name) for top, _, names in os.walk(folder) for name in names]
+    sys.meta_path[:] = [importlib.machinery.PathFinder]
+    sys.path_importer_cache.clear()
+    names = ("given", "answers", "alias", "deep", "deep.inner")
+    got = [answer(lambda: importlib.import_module("withheld_demo." + name)) for name in names]
+    got.append(answer(lambda: from_file(os.path.join(folder, "answers.py"))))
+    return {"files": [path for path in files if b"secret" in read(path)], "got": got}
+"""
+
+
+@pytest.mark.sandbox
+def test_a_withheld_module_is_not_even_a_file(
+    wall: Sandbox, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Neither its source nor its cached code is there, should a student clear the import hooks."""
+    package = tmp_path / "withheld_demo"
+    for name, text in PACKAGE.items():
+        (package / name).parent.mkdir(exist_ok=True)
+        (package / name).write_text(text)
+    (package / "alias.py").symlink_to("answers.py")
+    compile_all = [sys.executable, "-m", "compileall", "-q", str(package)]
+    assert os.spawnv(os.P_WAIT, sys.executable, compile_all) == 0
+    assert list(package.glob("__pycache__/answers.*"))
+    for folder in (tmp_path, *tmp_path.parents[:2]):
+        folder.chmod(0o755)
+    monkeypatch.syspath_prepend(tmp_path)
+    in_place = (*inside.packages_in_place(), package)
+    monkeypatch.setattr(inside, "packages_in_place", lambda: in_place)
+    withheld = ("withheld_demo.answers", "withheld_demo.deep")
+    found = run(fresh(wall), program(TRICKS, withheld=withheld, names=("search",)), "search")
+    assert found["files"] == []
+    assert found["got"][0] == "given" and "secret" not in found["got"]
+
+
+@pytest.mark.sandbox
+def test_a_whole_package_and_a_single_file_are_withheld_and_nothing_beside() -> None:
+    mounts = " ".join(bubblewrap._mounts(("numpy", "six", "no_such_module.part")))
+    import numpy as np
+    import six
+
+    site = Path(np.__file__).parents[1]
+    assert f"--tmpfs {Path(np.__file__).parent} " in mounts
+    assert f"--ro-bind /dev/null {six.__file__}" in mounts
+    assert f"--tmpfs {site} " not in mounts and "no_such_module" not in mounts
+
+
+@pytest.mark.sandbox
+def test_matplotlib_finds_its_list_of_fonts(
+    wall: Sandbox, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = "import matplotlib.pyplot as plt\nimport os\nplt.plot([1])\nplt.savefig('a.png')\n"
+    text += "def listed():\n    return os.access('/tmp/fontlist-v1.json', os.R_OK)\n"
+    tmp_path.chmod(0o755)
+    (tmp_path / "fontlist-v1.json").write_text("{}")
+    monkeypatch.setenv("MPLCONFIGDIR", str(tmp_path))
+    assert run(fresh(wall), program(text, names=("listed",)), "listed") is is_private(wall)
+
+
+def test_without_a_wall_hidden_tests_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sandbox, "BACK_ENDS", {"broken": toy.Broken()})
+    with pytest.raises(WrongUse, match=r"broken: it is not installed.*--unsandboxed"):
+        sandbox.choose(unsandboxed=False)
+    assert isinstance(sandbox.choose(unsandboxed=True), Unsandboxed)
+
+
+def test_a_user_without_a_wall_keeps_the_right_to_processes(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Where all of a user's processes count, a limit for one would stop its first thread."""
+    launch = sandbox.Launch(withheld=(), used=(), cpu_seconds=5)
+    monkeypatch.setattr(os, "getuid", lambda: 1000)
+    assert "RLIMIT_NPROC" not in inside.limits(launch, walled=False)
+    for release, limited in {"5.13.0-x": False, "5.14.0": True, "6.1": True, "odd": False}.items():
+        monkeypatch.setattr("platform.release", lambda release=release: release)
+        assert ("RLIMIT_NPROC" in inside.limits(launch, walled=True)) is limited
+
+
+def test_a_process_that_does_not_start_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
+    command = [sys.executable, "-c", "import sys; sys.exit('no such luck')"]
+    monkeypatch.setattr(inside, "python_command", lambda *arguments, **options: command)
+    running = Unsandboxed().start(sandbox.Launch(withheld=(), used=(), cpu_seconds=5))
+    assert running.await_ready() == "no such luck"
+    running.stop()
+
+
+def test_a_stopped_process_leaves_no_scratch_folder() -> None:
+    running = Unsandboxed().start(sandbox.Launch(withheld=(), used=(), cpu_seconds=5))
+    assert running.await_ready() is None
+    assert running.scratch is not None and Path(running.scratch.name).is_dir()
+    running.stop()
+    assert not Path(running.scratch.name).exists()
+    assert running.process.returncode is not None
+
+
+HONEST = """
+import asyncio, concurrent.futures, subprocess, sys, tempfile, threading
+import numpy as np
+import matplotlib.pyplot as plt
+
+def work():
+    with tempfile.NamedTemporaryFile("w+") as file:
+        file.write("1")
+        plt.plot([1, 2])
+        plt.savefig("picture.png")
+    with tempfile.TemporaryFile() as file:
+        file.write(b"1")
+    with concurrent.futures.ThreadPoolExecutor(4) as pool:
+        squares = list(pool.map(lambda x: x * x, range(5)))
+    printed = subprocess.run([sys.executable, "-S", "-c", "print(6 * 7)"], capture_output=True)
+    return [asyncio.run(answer()), squares, printed.stdout.decode(), np.random.random() < 1]
+
+async def answer():
+    await asyncio.sleep(0)
+    return 42
+"""
+
+
+@pytest.mark.sandbox
+def test_honest_work_goes_on(wall: Sandbox) -> None:
+    found = run(wall, program(HONEST, names=("work",)), "work")
+    assert found == [42, [0, 1, 4, 9, 16], "42\n", True]
