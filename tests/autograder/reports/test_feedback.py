@@ -27,7 +27,7 @@ from robust_slam_autograder.reports.markup import visible
 
 from tests.autograder import toy
 from tests.autograder.reports import samples
-from tests.autograder.test_markup import ANY_TEXT, GITHUB, TEXTS
+from tests.autograder.reports.test_markup import ANY_TEXT, GITHUB, TEXTS
 from tests.chromium import Opener, QuietHandler, Visit
 
 ROOT = Path(__file__).parents[3]
