@@ -7,6 +7,7 @@ import signal
 import subprocess
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import psutil
 
@@ -41,8 +42,14 @@ def lives(process: psutil.Process) -> bool:
         return False
 
 
-def wait_for(condition: Callable[[], bool]) -> None:
+def wait_for(condition: Callable[[], bool], left: Callable[[], object] = str) -> None:
+    """Wait until something holds; ``left`` says what is in its way."""
     end = time.monotonic() + PATIENCE
     while not condition():
-        assert time.monotonic() < end, "it takes too long"
+        assert time.monotonic() < end, f"it takes too long {left()}"
         time.sleep(0.005)
+
+
+def wait_until_empty(folder: Path) -> None:
+    """Wait until what ended processes leave behind is removed."""
+    wait_for(lambda: not list(folder.iterdir()), lambda: sorted(folder.rglob("*")))

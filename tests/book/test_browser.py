@@ -82,6 +82,7 @@ class TestPage:
 def test_the_search_finds_a_word_of_the_chapters(visits: Callable[[str, str], Visit]) -> None:
     for way in WAYS:
         found = visits("search", way)
+        found.page.wait_for_load_state("networkidle")  # what is still on its way would fail
         found.page.goto(found.page.url + "?q=huber")
         # Results are listed one after another: wait for the second page that has the word.
         found.page.locator("#search-results > ul > li").nth(1).wait_for()

@@ -22,6 +22,10 @@ from robust_slam_autograder.sandbox import Launch, Running, Sandbox
 Kind = Literal["timeout", "died"]
 
 
+PRELOAD = ("matplotlib.pyplot", "IPython.core.inputtransformer2")
+"""Modules that many a student's own cell imports, or that reading it takes."""
+
+
 class SessionFault(ChannelFault):
     """Student code hung or died. Not an Exception: a test's ``except`` must not swallow it."""
 
@@ -52,9 +56,9 @@ class Program:
 
     @property
     def preload(self) -> tuple[str, ...]:
-        """What the instructor's cells import, and so the student's process will want."""
+        """What the student's process will want: what the instructor's cells import, and plots."""
         found = [name for piece in self.setup for name in imported_modules(piece.source)]
-        return tuple(dict.fromkeys(found))
+        return tuple(dict.fromkeys([*PRELOAD, *found]))
 
 
 @dataclass

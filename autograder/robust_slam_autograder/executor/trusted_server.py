@@ -8,12 +8,15 @@ from __future__ import annotations
 
 import atexit
 import contextlib
+import gc
 import importlib
 import json
 import os
-import shutil
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from robust_slam_autograder.executor import temporary
 
 VARIABLE = "AUTOGRADER_TRUSTED_SERVER"
 
@@ -39,13 +42,16 @@ def told(settings: Settings) -> Iterator[None]:
 
 
 def make_ready(settings: Settings) -> None:
-    """Import, and see to the folder's end."""
+    """See to the folder's end, and import."""
+    # First: the batch may be killed during the imports. Forked processes end without this.
+    atexit.register(temporary.remove, Path(settings.folder))
     for module in settings.modules:
         # A module that fails will fail again where it is wanted, and be told of there.
         with contextlib.suppress(Exception):
             importlib.import_module(module)
-    # Processes that are forked from the server end without this.
-    atexit.register(shutil.rmtree, settings.folder, ignore_errors=True)
+    # A collection would touch, and so copy, every object that the processes share.
+    gc.collect()
+    gc.freeze()
 
 
 if VARIABLE in os.environ:

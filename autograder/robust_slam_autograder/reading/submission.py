@@ -117,5 +117,5 @@ def notebook_in(folder: Path, name: str) -> tuple[Path, tuple[str, ...]]:
         return right, ()
     if len(found) == 1:
         return found[0], (f"{shown(found[0].name)} was taken for {right.name}.",)
-    what = "no notebook" if not found else f"{len(found)} notebooks"
-    raise Refused(f"There are {what} in the folder: hand in one, named {right.name}.")
+    what = "There is no notebook" if not found else f"There are {len(found)} notebooks"
+    raise Refused(f"{what} in the folder: hand in one, named {right.name}.")

@@ -36,8 +36,6 @@ from robust_slam_autograder.sandbox.process import START_SECONDS
 END_SECONDS = 10.0
 LONGEST = 60
 """A temporary folder's path; a socket's may have 108 bytes in all."""
-PRELOAD = ("matplotlib.pyplot", "IPython.core.inputtransformer2")
-"""Beside what the instructor's own cells import."""
 
 
 @dataclass(frozen=True)
@@ -151,7 +149,7 @@ class Fork:
         settings = {
             "path": [str(path) for path in inside.import_path()],
             "withheld": launch.withheld,
-            "preload": [*PRELOAD, *launch.preload],
+            "preload": launch.preload,
             "home": str(self._home),
             "address": str(address),
             "owner": self._owner,

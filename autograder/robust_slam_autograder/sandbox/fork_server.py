@@ -12,11 +12,9 @@ import gc
 import importlib
 import os
 import select
-import shutil
 import signal
 import socket
 import sys
-import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -33,13 +31,18 @@ def main() -> None:
     settings = ast.literal_eval(sys.argv[1])
     sys.path[:] = settings["path"]
     sys.argv[:] = [""]
+    from robust_slam_autograder.executor import temporary
     from robust_slam_autograder.sandbox.inside import Files
     from robust_slam_autograder.sandbox.keeper import Place
 
-    files = Files(**{key: tuple(map(Path, paths)) for key, paths in settings["files"].items()})
-    owner = os.pidfd_open(settings["owner"])
-    preload(settings["preload"], settings["withheld"])
     home = Path(settings["home"])
+    files = Files(**{key: tuple(map(Path, paths)) for key, paths in settings["files"].items()})
+    try:
+        owner = os.pidfd_open(settings["owner"])
+    except ProcessLookupError:  # it was killed meanwhile
+        temporary.remove(home)
+        raise
+    preload(settings["preload"], settings["withheld"])
     with socket.socket(socket.AF_UNIX) as listener:
         before = os.umask(0o077)  # no other user may ask
         listener.bind(settings["address"])
@@ -49,16 +52,7 @@ def main() -> None:
         try:
             serve(listener, owner, Place(home, settings["namespaces"], files))
         finally:
-            remove(home)
-
-
-def remove(home: Path) -> None:
-    """Remove the servers' folder; who asks for a server just now may still put a file there."""
-    for _ in range(50):
-        shutil.rmtree(home, ignore_errors=True)
-        if not home.exists():
-            return
-        time.sleep(0.1)
+            temporary.remove(home)
 
 
 def preload(modules: list[str], withheld: tuple[str, ...]) -> None:

@@ -13,7 +13,7 @@ import psutil
 import pytest
 from robust_slam_autograder.executor import trusted
 
-from tests.autograder.killing import kill, wait_for
+from tests.autograder.killing import kill, wait_until_empty
 
 BATCH = """
 import sys
@@ -45,7 +45,7 @@ def test_a_killed_batch_takes_its_processes_and_its_folder_with_it(task: str) ->
         family = psutil.Process(batch.pid)
         # The server of the processes, multiprocessing's tracker, and the two.
         kill(batch, lambda: len(family.children(recursive=True)) >= 4, name)
-        wait_for(lambda: not list(Path(name).iterdir()))
+        wait_until_empty(Path(name))
 
 
 def test_a_module_that_fails_is_left_to_those_that_want_it() -> None:

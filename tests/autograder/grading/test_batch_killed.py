@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 from tests.autograder import toy
-from tests.autograder.killing import kill, wait_for
+from tests.autograder.killing import kill, wait_until_empty
 
 SEED = 11
 PATIENCE = 300.0
@@ -129,4 +129,4 @@ def test_a_batch_that_is_killed_ends_as_one_that_is_not(
     assert gradebook(out) == gradebook(whole) and len(gradebook(out)) == 60 * 4
     files = {path.name for path in out.rglob("*") if path.is_file()}
     assert files == OWN_FILES | {f"{toy.NAME}.json"}
-    wait_for(lambda: not list(temporary.iterdir()))
+    wait_until_empty(temporary)
