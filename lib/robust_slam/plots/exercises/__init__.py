@@ -1,0 +1,51 @@
+"""Pictures for the assignments: what a student's function does, beside the truth.
+
+One module per assignment, one function per exercise. The truth is the library's own.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from typing import ParamSpec
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
+
+from robust_slam.style import PALETTE
+
+NOT_YET = "A picture stands here once the visible checks above pass."
+
+P = ParamSpec("P")
+
+
+def once_it_works(draw: Callable[P, Figure]) -> Callable[P, Figure | None]:
+    """Draw only with functions that can be drawn; else say when there will be a picture.
+
+    A student's unfinished function may raise anything, or return anything: no picture is
+    worth a traceback below the checks that have told them already.
+    """
+
+    @functools.wraps(draw)
+    def drawn(*args: P.args, **kwargs: P.kwargs) -> Figure | None:
+        try:
+            return draw(*args, **kwargs)
+        except Exception:
+            print(NOT_YET)
+            return None
+
+    return drawn
+
+
+def draw_beside(
+    ax: Axes, x: ArrayLike, truth: ArrayLike, yours: ArrayLike, label: str = "yours"
+) -> Axes:
+    """Draw a curve over the true one; the arguments are of shape (n,).
+
+    Raises:
+        ValueError: matplotlib cannot draw them: their shapes differ.
+    """
+    ax.plot(x, truth, color=PALETTE["muted"], linewidth=6, alpha=0.4, label="the truth")
+    ax.plot(x, yours, color=PALETTE["estimate"], linestyle="--", label=label)
+    return ax
