@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 from nbgrader.api import Gradebook
 
+from tests import jupyterlab
 from tests.autograder import toy
+from tests.jupyterlab import SCRIPTS
 
 ROOT = Path(__file__).parents[3]
-SCRIPTS = Path(sys.executable).parent
 SEED = 4711
 SCHEME = "canary-of-the-marking-scheme"
 WHY = "Why twice?\n### BEGIN SOLUTION\nBecause canary-of-the-answer.\n### END SOLUTION"
@@ -70,18 +69,8 @@ def hand_in(course: Path, student: str, value: dict[str, Any]) -> Path:
 def environment(course: Path) -> dict[str, str]:
     """Variables for a user who has nothing set up but the course."""
     home = course / "home"
-    own = {f"JUPYTER_{name}_DIR": str(home / name) for name in ("CONFIG", "DATA", "RUNTIME")}
     home.mkdir(exist_ok=True)
-    return (
-        os.environ
-        | own
-        | {
-            "HOME": str(home),
-            "IPYTHONDIR": str(home / "ipython"),
-            "JUPYTER_CONFIG_PATH": "autograder",
-            "PATH": os.pathsep.join([str(SCRIPTS), os.environ.get("PATH", "")]),
-        }
-    )
+    return jupyterlab.environment(home) | {"JUPYTER_CONFIG_PATH": "autograder"}
 
 
 def nbgrader(course: Path, *arguments: object) -> subprocess.CompletedProcess[str]:

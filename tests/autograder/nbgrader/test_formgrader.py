@@ -7,37 +7,22 @@ from __future__ import annotations
 
 import json
 import shutil
-import socket
-import subprocess
-import time
-import urllib.error
-import urllib.request
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, FrameLocator, Page, Route, expect
+from playwright.sync_api import Browser, FrameLocator, Page, expect
 from robust_slam_autograder.grading import journal
 from robust_slam_autograder.sandbox import BACK_ENDS
 
-from tests import sample_class
+from tests import jupyterlab, sample_class
 from tests.assignments import answers
 from tests.autograder.nbgrader import course as course_of
 from tests.conftest import leave_out
 from tests.test_secrets import plain_lines, secret_lines
 
 BY_BUTTON, BY_COMMAND = "02-four-costs", "03-irls"
-TOKEN = "none-but-the-test"
-LAB = (
-    "--no-browser",
-    "--allow-root",
-    "--ip=127.0.0.1",
-    "--ServerApp.port_retries=0",
-    f"--IdentityProvider.token={TOKEN}",
-    "--LabApp.check_for_updates_class=jupyterlab.NeverCheckForUpdate",
-)
-START_SECONDS = 60.0
 GRADING_MILLISECONDS = 60_000
 
 Marks = dict[str, dict[str, float]]
@@ -104,57 +89,18 @@ def test_the_command_gives_the_command_lines_marks(sample: Class, wall_name: str
 @pytest.fixture
 def lab(sample: Class) -> Iterator[str]:
     """The address of a JupyterLab in the course, started as the grader's README says."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
-    command = [str(course_of.SCRIPTS / "jupyter"), "lab", *LAB, f"--ServerApp.port={port}"]
-    log = sample.course / "lab.log"
-    with log.open("w") as said:
-        environment = course_of.environment(sample.course)
-        process = subprocess.Popen(
-            command, cwd=sample.course, env=environment, stdout=said, stderr=said
-        )
-    try:
-        wait_for(f"http://127.0.0.1:{port}/api?token={TOKEN}", process, log)
-        yield f"http://127.0.0.1:{port}"
-    finally:
-        process.terminate()
-        try:
-            process.wait(timeout=20)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
-
-
-def wait_for(url: str, process: subprocess.Popen[bytes], log: Path) -> None:
-    end = time.monotonic() + START_SECONDS
-    while time.monotonic() < end and process.poll() is None:
-        try:
-            urllib.request.urlopen(url, timeout=5).close()
-        except (urllib.error.URLError, TimeoutError):
-            time.sleep(0.2)
-        else:
-            return
-    pytest.fail(f"JupyterLab did not start: {log.read_text('utf-8')[-2000:]}")
+    with jupyterlab.running(sample.course, course_of.environment(sample.course)) as address:
+        yield address
 
 
 @pytest.fixture
 def page(browser: Browser) -> Iterator[Page]:
-    """A page in Chromium that reaches this machine alone."""
-
-    def allow(route: Route) -> None:
-        own = route.request.url.startswith(("http://127.0.0.1:", "data:", "blob:"))
-        route.continue_() if own else route.abort()
-
-    context = browser.new_context(viewport={"width": 1400, "height": 1100})
-    made = context.new_page()
-    made.route("**/*", allow)
-    yield made
-    context.close()
+    with jupyterlab.page_of(browser) as made:
+        yield made
 
 
 def open_formgrader(page: Page, lab: str) -> FrameLocator:
-    page.goto(f"{lab}/lab?token={TOKEN}")
+    page.goto(f"{lab}/lab?token={jupyterlab.TOKEN}")
     page.get_by_role("menuitem", name="Nbgrader").click(timeout=GRADING_MILLISECONDS)
     page.get_by_role("menuitem", name="Formgrader", exact=True).first.click()
     return page.frame_locator("iframe")
