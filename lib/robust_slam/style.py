@@ -123,9 +123,17 @@ def use_style() -> None:
 
     Outside a notebook only matplotlib's settings change.
     """
+    mpl.rcParams.update(STYLE)
+    show_figures()
+
+
+def show_figures() -> None:
+    """Have a notebook show a figure that a cell ends with as SVG; elsewhere nothing happens.
+
+    Without this, or pyplot, a notebook prints the name of a figure and shows no picture.
+    """
     from IPython.core.getipython import get_ipython
 
-    mpl.rcParams.update(STYLE)
     if get_ipython() is not None:
         from matplotlib_inline.backend_inline import set_matplotlib_formats
 

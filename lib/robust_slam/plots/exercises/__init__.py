@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
-from robust_slam.style import PALETTE
+from robust_slam.style import PALETTE, figure_style, show_figures
 
 NOT_YET = "A picture stands here once the visible checks above pass."
 
@@ -21,7 +21,7 @@ P = ParamSpec("P")
 
 
 def once_it_works(draw: Callable[P, Figure]) -> Callable[P, Figure | None]:
-    """Draw only with functions that can be drawn; else say when there will be a picture.
+    """Draw in the course's style, with functions that can be drawn; else say when there will be.
 
     A student's unfinished function may raise anything, or return anything: no picture is
     worth a traceback below the checks that have told them already.
@@ -30,10 +30,13 @@ def once_it_works(draw: Callable[P, Figure]) -> Callable[P, Figure | None]:
     @functools.wraps(draw)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> Figure | None:
         try:
-            return draw(*args, **kwargs)
+            with figure_style():
+                figure = draw(*args, **kwargs)
         except Exception:
             print(NOT_YET)
             return None
+        show_figures()
+        return figure
 
     return drawn
 
