@@ -8,6 +8,7 @@ import importlib
 import os
 import shutil
 import sys
+import tempfile
 import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -128,9 +129,22 @@ def _whole(database: Path) -> Iterator[Path]:
         return
     folder = durable.part_of(database)
     shutil.rmtree(folder, ignore_errors=True)  # a killed run's, with SQLite's files beside it
-    yield folder / database.name
+    with durable.explained(database):
+        folder.mkdir()
+    with _temporary_files_in(folder):
+        yield folder / database.name
     os.replace(folder / database.name, database)
     folder.rmdir()
+
+
+@contextlib.contextmanager
+def _temporary_files_in(folder: Path) -> Iterator[None]:
+    """Have what nbgrader leaves behind in a kill go with the folder."""
+    before, tempfile.tempdir = tempfile.tempdir, str(folder)
+    try:
+        yield
+    finally:
+        tempfile.tempdir = before
 
 
 def _tell(graded: Sequence[Graded], options: argparse.Namespace) -> None:

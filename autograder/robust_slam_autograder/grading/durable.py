@@ -26,7 +26,7 @@ def write(path: Path, text: str, *, mode: int = 0o644) -> None:
         GraderFailure: it cannot be written; what was there before still is.
     """
     part = part_of(path)
-    with _cleared_up(path, part):
+    with explained(path, part):
         path.parent.mkdir(parents=True, exist_ok=True)
         descriptor = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, mode)
         with open(descriptor, "w", encoding="utf-8", errors="backslashreplace") as file:
@@ -44,12 +44,17 @@ def append(path: Path, lines: Iterable[str]) -> None:
         GraderFailure: it cannot be written.
     """
     text = "".join(f"{line}\n" for line in lines)
-    with _cleared_up(path), open(path, "a", encoding="utf-8") as file:
+    with explained(path), open(path, "a", encoding="utf-8") as file:
         file.write(text)
 
 
 @contextlib.contextmanager
-def _cleared_up(path: Path, part: Path | None = None) -> Iterator[None]:
+def explained(path: Path, part: Path | None = None) -> Iterator[None]:
+    """Say of a write that fails what to do; ``part`` is a half-made file to remove.
+
+    Raises:
+        GraderFailure: in place of an OSError.
+    """
     try:
         yield
     except OSError as error:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -218,6 +219,25 @@ def test_marks_reach_the_gradebook_once(course: Path, run: Run, wall_name: str) 
     assert "1 of them unchanged and reused" in run(*where)[1]
     assert database.stat().st_mtime_ns == before
     assert toy.result(course / "out", "ada")["sandbox"] == wall_name
+
+
+def test_a_kill_leaves_nothing_of_nbgraders_in_the_temporary_folder(
+    course: Path, run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What it puts there goes with the half-made gradebook, which the next run removes."""
+    seen = []
+
+    def record(database: Path, *arguments: object) -> None:
+        seen.append((tempfile.gettempdir(), database))
+        database.write_text("")
+
+    monkeypatch.setattr("robust_slam_autograder.nbgrader.gradebook.record", record)
+    before = tempfile.gettempdir()
+    folder = course / "submitted" / "ada" / toy.NAME
+    run("grade", folder, "--out", course / "out", "--unsandboxed")
+    part = course / "out" / ".gradebook.db.part"
+    assert seen == [(str(part), part / "gradebook.db")]
+    assert tempfile.gettempdir() == before and not part.exists()
 
 
 class TestCheck:
