@@ -49,6 +49,6 @@ def draw_beside(
     Raises:
         ValueError: matplotlib cannot draw them: their shapes differ.
     """
-    ax.plot(x, truth, color=PALETTE["muted"], linewidth=6, alpha=0.4, label="the truth")
+    ax.plot(x, truth, "-", color=PALETTE["muted"], linewidth=6, alpha=0.4, label="the truth")
     ax.plot(x, yours, color=PALETTE["estimate"], linestyle="--", label=label)
     return ax
