@@ -203,7 +203,7 @@ def wrong_no_annealing() -> None:
             if not np.any(w):
                 break
             x = np.average(z, weights=w)
-        return x, w + 1e-3 * (z == z[0])
+        return x, w
 
 
 def wrong_integers() -> None:
