@@ -11,7 +11,7 @@ from robust_slam_autograder.grading.results import CaseResult, ExerciseResult
 from robust_slam_autograder.reading import assignment as assignment_module
 from robust_slam_autograder.reading import notebook, submission
 from robust_slam_autograder.reading.assignment import Assignment
-from robust_slam_autograder.sandbox import Bubblewrap
+from robust_slam_autograder.sandbox import choose
 
 from tests.assignments import answers
 from tests.assignments.answers import Answer
@@ -43,13 +43,13 @@ def cases(*, right: bool) -> list[object]:
 
 
 def grade(
-    name: str, column: tuple[Answer, ...], seed: int, sandbox: Bubblewrap
+    name: str, column: tuple[Answer, ...], seed: int, wall: str
 ) -> dict[str, ExerciseResult]:
     sources = {answer.exercise: answer.source for answer in column}
     made = answers.with_answers(answers.source_notebook(name), sources)
     cells = notebook.parse(answers.text(made).encode(), "answers.ipynb")
     code = submission.collect(cells, load(name))
-    result = marking.grade(load(name), code, student="a", seed=seed, sandbox=sandbox)
+    result = marking.grade(load(name), code, student="a", seed=seed, sandbox=choose(wall))
     return {exercise.name: exercise for exercise in result.exercises}
 
 
@@ -57,9 +57,9 @@ def grade(
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize(("name", "column"), cases(right=True))
 def test_right_answers_get_full_marks(
-    name: str, column: tuple[Answer, ...], seed: int, bubblewrap: Bubblewrap
+    name: str, column: tuple[Answer, ...], seed: int, wall_name: str
 ) -> None:
-    marks = grade(name, column, seed, bubblewrap)
+    marks = grade(name, column, seed, wall_name)
     for answer in column:
         exercise = marks[answer.exercise]
         lost = [(case.name, case.message) for case in exercise.cases if case.earned < case.points]
@@ -70,9 +70,9 @@ def test_right_answers_get_full_marks(
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize(("name", "column"), cases(right=False))
 def test_wrong_answers_lose_where_they_say(
-    name: str, column: tuple[Answer, ...], seed: int, bubblewrap: Bubblewrap
+    name: str, column: tuple[Answer, ...], seed: int, wall_name: str
 ) -> None:
-    marks = grade(name, column, seed, bubblewrap)
+    marks = grade(name, column, seed, wall_name)
     for answer in column:
         lost = {
             f"{answer.exercise}-{case.name}": case
