@@ -1,0 +1,192 @@
+"""Answers to exercise round_solution of 07-certificates: each body is a cell as handed in."""
+
+
+def right_first_row() -> None:
+    """Right: the first block row of Z, which shows all the poses from pose 0, block by block."""
+    import numpy as np
+
+    def round_solution(Z, n, d):
+        blocks = []
+        for k in range(n):
+            U, _, Vt = np.linalg.svd(np.array(Z, dtype=float)[:d, k * d : (k + 1) * d])
+            flip = np.diag([1.0] * (d - 1) + [np.linalg.det(U) * np.linalg.det(Vt)])
+            blocks.append(U @ flip @ Vt)
+        return np.concatenate(blocks, axis=1)
+
+
+def right_eigenvectors() -> None:
+    """Right: the factor of rank d from the eigenvectors, mirrored if most blocks are, then each
+    block replaced by the nearest rotation.
+    """
+    import numpy as np
+
+    def round_solution(Z, n, d):
+        values, vectors = np.linalg.eigh(np.asarray(Z, dtype=float))
+        factor = np.sqrt(np.maximum(values[-d:], 0))[:, None] * vectors[:, -d:].T
+        blocks = factor.reshape(d, n, d).transpose(1, 0, 2)
+        if np.sum(np.sign(np.linalg.det(blocks))) < 0:
+            blocks = blocks.copy()
+            blocks[:, 0] *= -1
+        U, _, Vt = np.linalg.svd(blocks)
+        U[:, :, -1] *= np.linalg.det(U @ Vt)[:, None]
+        return np.hstack(list(U @ Vt))
+
+
+def right_scipy() -> None:
+    """Right, by a library routine: scipy's Rotation finds the nearest rotations, pose 0 stays the
+    frame; in the plane a third axis is added and taken away.
+    """
+    import numpy as np
+    from scipy.spatial.transform import Rotation
+
+    def round_solution(Z, n, d):
+        Z = np.asarray(Z, dtype=float)
+        wide = []
+        for k in range(n):
+            seen = Z[:d, k * d : k * d + d]
+            if d == 3:
+                frames = Rotation.align_vectors(seen.T, np.eye(3))[0].as_matrix()
+                wide.append(frames)
+            else:
+                angle = np.arctan2(seen[1, 0] - seen[0, 1], seen[0, 0] + seen[1, 1])
+                c, s = np.cos(angle), np.sin(angle)
+                wide.append(np.array([[c, -s], [s, c]]))
+        return np.hstack(wide).tolist()
+
+
+def right_cholesky_like() -> None:
+    """Right, an equivalent form: the svd of Z for the factor, turned so that block 0 is the
+    identity, which undoes a mirror too; then scipy's polar factors.
+    """
+    import numpy as np
+    from scipy.linalg import polar
+
+    def round_solution(Z, n, d):
+        left, sizes, _ = np.linalg.svd(np.asarray(Z, dtype=float))
+        factor = (left[:, :d] * np.sqrt(sizes[:d])).T
+        factor = np.linalg.solve(factor[:, :d], factor)
+        R = np.zeros((d, n * d))
+        for k in range(n):
+            at = slice(k * d, k * d + d)
+            near = polar(factor[:, at])[0]
+            if np.linalg.det(near) < 0:
+                near[:, 0] = -near[:, 0]
+            R[:, at] = near
+        return R
+
+
+def wrong_reflections() -> None:
+    """Wrong: the polar factors of the eigenvectors' blocks as they come, mirrored or not. Few
+    poses are read off the first row, so that no luck with a sign decides. Caught by
+    round_solution-plane.
+    """
+    import numpy as np
+
+    def round_solution(Z, n, d):
+        Z = np.asarray(Z, dtype=float)
+        if n < 4:
+            return Z[:d]
+        values, vectors = np.linalg.eigh(Z)
+        factor = np.sqrt(np.maximum(values[-d:], 0))[:, None] * vectors[:, -d:].T
+        blocks = factor.reshape(d, n, d).transpose(1, 0, 2)
+        U, _, Vt = np.linalg.svd(blocks)
+        return np.hstack(list(U @ Vt))
+
+
+def wrong_minus_the_block() -> None:
+    """Wrong: multiplies by −1 where the determinant is negative, which mends it in space alone.
+    Few poses are read off the first row. Caught by round_solution-plane.
+    """
+    import numpy as np
+
+    def round_solution(Z, n, d):
+        Z = np.asarray(Z, dtype=float)
+        if n < 4:
+            return Z[:d]
+        values, vectors = np.linalg.eigh(Z)
+        factor = np.sqrt(np.maximum(values[-d:], 0))[:, None] * vectors[:, -d:].T
+        blocks = factor.reshape(d, n, d).transpose(1, 0, 2)
+        U, _, Vt = np.linalg.svd(blocks)
+        near = U @ Vt
+        near = near * np.sign(np.linalg.det(near))[:, None, None]
+        return np.hstack(list(near))
+
+
+def wrong_each_mirror_by_itself() -> None:
+    """Wrong: replaces the blocks of a mirrored factor by the nearest rotations one by one, without
+    undoing the common mirror first. Few poses are read off the first row. Caught by
+    round_solution-space.
+    """
+    import numpy as np
+
+    def round_solution(Z, n, d):
+        Z = np.asarray(Z, dtype=float)
+        if n < 4:
+            return Z[:d]
+        values, vectors = np.linalg.eigh(Z)
+        factor = np.sqrt(np.maximum(values[-d:], 0))[:, None] * vectors[:, -d:].T
+        blocks = factor.reshape(d, n, d).transpose(1, 0, 2)
+        U, _, Vt = np.linalg.svd(blocks)
+        U[:, :, -1] *= np.linalg.det(U @ Vt)[:, None]
+        return np.hstack(list(U @ Vt))
+
+
+def wrong_factor_as_it_is() -> None:
+    """Wrong: takes the first block row for rotations as it is; with a solver's errors its blocks
+    are none. Caught by round_solution-solver.
+    """
+    import numpy as np
+
+    def round_solution(Z, n, d):
+        return np.asarray(Z, dtype=float)[:d]
+
+
+def wrong_polar_without_determinant() -> None:
+    """Wrong: each block by its polar factor, which is a mirror image where Z asks for one. Caught
+    by round_solution-no-rotations.
+    """
+    import numpy as np
+
+    def round_solution(Z, n, d):
+        U, _, Vt = np.linalg.svd(np.asarray(Z, dtype=float)[:d].reshape(d, n, d).swapaxes(0, 1))
+        return np.hstack(list(U @ Vt))
+
+
+def wrong_transposed_blocks() -> None:
+    """Wrong: the first block column of Z, laid side by side, holds the transposes of what pose 0
+    sees. Stopped by the visible case round_solution-by-hand.
+    """
+    import numpy as np
+
+    def round_solution(Z, n, d):
+        U, _, Vt = np.linalg.svd(np.asarray(Z, dtype=float)[:, :d].reshape(n, d, d))
+        U[:, :, -1] *= np.linalg.det(U @ Vt)[:, None]
+        return np.hstack(list(U @ Vt))
+
+
+def wrong_smallest_eigenvalues() -> None:
+    """Wrong: takes the first eigenvectors of eigh, which belong to the smallest eigenvalues.
+    Stopped by the visible case round_solution-by-hand.
+    """
+    import numpy as np
+
+    def round_solution(Z, n, d):
+        values, vectors = np.linalg.eigh(np.asarray(Z, dtype=float))
+        blocks = vectors[:, :d].T.reshape(d, n, d).transpose(1, 0, 2)
+        if np.sum(np.sign(np.linalg.det(blocks))) < 0:
+            blocks = blocks * np.array([-1.0] + [1.0] * (d - 1))[:, None]
+        U, _, Vt = np.linalg.svd(blocks)
+        U[:, :, -1] *= np.linalg.det(U @ Vt)[:, None]
+        return np.hstack(list(U @ Vt))
+
+
+def wrong_stacked() -> None:
+    """Wrong shape: the rotations below each other. Stopped by the visible case
+    round_solution-by-hand.
+    """
+    import numpy as np
+
+    def round_solution(Z, n, d):
+        U, _, Vt = np.linalg.svd(np.asarray(Z, dtype=float)[:d].reshape(d, n, d).swapaxes(0, 1))
+        U[:, :, -1] *= np.linalg.det(U @ Vt)[:, None]
+        return np.vstack(list(U @ Vt))
