@@ -42,22 +42,11 @@ def make_course(root: Path, assignment: str, submissions: int) -> None:
     measure(
         [str(SCRIPTS / "nbgrader"), "generate_assignment", assignment], cwd=root, env=ENVIRONMENT
     )
-    text = answers.text(solved(assignment, root / "release"))
+    text = answers.text(answers.solved(assignment, root / "release"))
     for number in range(submissions):
         path = root / "submitted" / f"student-{number:03}" / assignment / f"{assignment}.ipynb"
         path.parent.mkdir(parents=True)
         path.write_text(text, encoding="utf-8")
-
-
-def solved(assignment: str, release: Path) -> dict[str, object]:
-    """The released notebook with the instructor's answers typed in."""
-    source = answers.source_notebook(assignment)
-    done = {
-        cell["metadata"]["nbgrader"]["grade_id"]: "".join(cell["source"])
-        for cell in source["cells"]
-        if cell["metadata"].get("nbgrader", {}).get("solution")
-    }
-    return answers.with_answers(answers.source_notebook(assignment, release), done)
 
 
 def run_nbgrader(root: Path, assignment: str) -> Cost:

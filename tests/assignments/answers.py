@@ -101,6 +101,16 @@ def with_answers(notebook: Mapping[str, Any], sources: Mapping[str, str]) -> dic
     return changed
 
 
+def solved(assignment: str, release: Path) -> dict[str, Any]:
+    """The notebook of a release with the instructor's answers typed in."""
+    done = {
+        cell["metadata"]["nbgrader"]["grade_id"]: "".join(cell["source"])
+        for cell in source_notebook(assignment)["cells"]
+        if cell["metadata"].get("nbgrader", {}).get("solution")
+    }
+    return with_answers(source_notebook(assignment, release), done)
+
+
 def text(notebook: Mapping[str, Any]) -> str:
     """A notebook's file, as JupyterLab would write it."""
     return json.dumps(notebook, indent=1, ensure_ascii=False) + "\n"

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from functools import cache
 from itertools import zip_longest
+from pathlib import Path
 
 import pytest
 from robust_slam_autograder.grading import marking
 from robust_slam_autograder.grading.results import CaseResult, ExerciseResult
+from robust_slam_autograder.nbgrader.release import release
 from robust_slam_autograder.reading import assignment as assignment_module
 from robust_slam_autograder.reading import notebook, submission
 from robust_slam_autograder.reading.assignment import Assignment
@@ -17,6 +19,14 @@ from tests.assignments import answers
 from tests.assignments.answers import Answer
 
 SEEDS = (1, 20_260_101, 987_654_321)
+MORE_SEEDS = range(101, 118)
+"""With ``--soak``: twenty in all."""
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    if "seed" in metafunc.fixturenames:
+        more = MORE_SEEDS if metafunc.config.getoption("--soak") else ()
+        metafunc.parametrize("seed", (*SEEDS, *more))
 
 
 @cache
@@ -54,7 +64,6 @@ def grade(
 
 
 @pytest.mark.sandbox
-@pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize(("name", "column"), cases(right=True))
 def test_right_answers_get_full_marks(
     name: str, column: tuple[Answer, ...], seed: int, wall_name: str
@@ -67,7 +76,6 @@ def test_right_answers_get_full_marks(
 
 
 @pytest.mark.sandbox
-@pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize(("name", "column"), cases(right=False))
 def test_wrong_answers_lose_where_they_say(
     name: str, column: tuple[Answer, ...], seed: int, wall_name: str
@@ -92,6 +100,25 @@ def by_hidden(name: str, case: CaseResult, lost: dict[str, CaseResult]) -> bool:
     hints = {c.grade_id: c.hint or marking.NO_HINT for c in load(name).cases if c.has_hidden}
     grade_id = next(key for key, value in lost.items() if value is case)
     return case.message == hints.get(grade_id)
+
+
+@pytest.mark.sandbox
+@pytest.mark.parametrize("name", answers.assignments())
+def test_a_release_scores_nothing_and_the_solutions_all(
+    name: str, tmp_path: Path, wall_name: str
+) -> None:
+    release(answers.SOLUTIONS, [name], tmp_path)
+    most = sum(case.points for case in load(name).cases)
+    for made, score in (
+        (answers.source_notebook(name, tmp_path), 0),
+        (answers.solved(name, tmp_path), most),
+    ):
+        cells = notebook.parse(answers.text(made).encode(), "answers.ipynb")
+        code = submission.collect(cells, load(name))
+        result = marking.grade(
+            load(name), code, student="a", seed=SEEDS[0], sandbox=choose(wall_name)
+        )
+        assert result.score == score
 
 
 @pytest.mark.parametrize("name", answers.assignments())
