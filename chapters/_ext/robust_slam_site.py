@@ -2,6 +2,7 @@
 
 - MathJax comes from an installed package, as one file that loads nothing else.
 - Scripts for kernels in the cloud, and scripts that are emitted twice, are dropped.
+- Launch buttons need the public repository's address; without one there are none.
 - When the library changes, the notebooks run again: their outputs depend on it.
 - Every page has a description.
 - A build with warnings fails again until they are mended.
@@ -16,6 +17,7 @@ from html import escape
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 from docutils import nodes
 from sphinx.application import Sphinx
@@ -57,6 +59,16 @@ def follow_the_library(app: Sphinx, config: Config) -> None:
     config.robust_slam_library = digest.hexdigest()[:12]
     cache = Path(app.outdir).parent / ".jupyter_cache" / config.robust_slam_library
     config.nb_execution_cache_path = str(cache)
+
+
+def launch_from_the_repository(app: Sphinx, config: Config) -> None:
+    """Leave out the launch buttons where no repository is named that Colab can open."""
+    options = config.html_theme_options
+    address = urlsplit(options.get("repository_url") or "")
+    if address.hostname == "github.com" and len(address.path.strip("/").split("/")) == 2:
+        options["repository_url"] = address.geturl().rstrip("/").removesuffix(".git")
+    else:
+        options |= {"repository_url": "", "launch_buttons": {}}
 
 
 def drop_scripts(
@@ -103,6 +115,7 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.add_js_file(None, body=SEARCH_FROM_DISK)
     app.connect("config-inited", point_to_mathjax)
     app.connect("config-inited", follow_the_library)
+    app.connect("config-inited", launch_from_the_repository)
     app.connect("builder-inited", copy_mathjax)
     app.connect("html-page-context", drop_scripts, priority=900)
     app.connect("html-page-context", describe)

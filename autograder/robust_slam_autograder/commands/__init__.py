@@ -6,6 +6,6 @@ that runs it. A new command is a new module and its name in ``COMMANDS``.
 
 from __future__ import annotations
 
-from robust_slam_autograder.commands import check, doctor, feedback, grade, lint, release
+from robust_slam_autograder.commands import check, doctor, feedback, grade, lint, public, release
 
-COMMANDS = (release, check, grade, feedback, doctor, lint)
+COMMANDS = (release, check, grade, feedback, doctor, lint, public)

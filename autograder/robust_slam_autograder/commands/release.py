@@ -1,4 +1,4 @@
-"""``autograder release``: make the student release."""
+"""``autograder release``: the student release, of each assignment a folder and an archive."""
 
 from __future__ import annotations
 
@@ -22,5 +22,5 @@ def run(options: argparse.Namespace) -> int:
     )
 
     for path in release(options.solutions, options.names, options.out):
-        print(f"released {path}")
+        print(f"released {path} ({path.parent}.zip)")
     return 0

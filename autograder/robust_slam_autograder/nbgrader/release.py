@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import glob
-import re
-import shutil
-import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from nbgrader.converters import GenerateAssignment
@@ -15,15 +12,14 @@ from nbgrader.coursedir import CourseDirectory
 from nbgrader.preprocessors import SaveCells
 from traitlets.config import Config
 
-from robust_slam_autograder.errors import GraderFailure, Refused, WrongUse
+from robust_slam_autograder.errors import GraderFailure, WrongUse
+from robust_slam_autograder.publishing import course as courses
+from robust_slam_autograder.publishing import handout, secrets, staging
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading import notebook
 
 STUB = 'raise NotImplementedError("Exercise: write this function, then delete this line.")'
-TELLING_LENGTH = 24
-"""A line of a solution that is longer than this is nobody's by chance."""
 _STEPS = "robust_slam_autograder.nbgrader.steps"
-_SECRET = re.compile(r"BEGIN (SOLUTION|HIDDEN TESTS)[^\n]*\n(.*?)[^\n]*END \1", re.DOTALL)
 
 
 def nbgrader_settings(root: str, tree: str = "solutions", built: str = "build") -> Config:
@@ -75,10 +71,10 @@ def release(tree: Path, names: Sequence[str], out: Path) -> list[Path]:
     Args:
         tree: the instructor's source tree.
         names: which assignments; all of the tree where empty.
-        out: the releases' folder; ``<out>/<name>/`` is replaced as a whole.
+        out: the releases' folder; ``<out>/<name>/`` and ``<out>/<name>.zip`` are replaced.
 
     Returns:
-        the released notebooks.
+        the released notebooks, each with its archive beside its folder.
 
     Raises:
         WrongUse: an assignment does not exist or cannot be read.
@@ -88,24 +84,22 @@ def release(tree: Path, names: Sequence[str], out: Path) -> list[Path]:
     unknown = [name for name in names if name not in known]
     if unknown:
         raise WrongUse(f"{tree} has no assignment {unknown[0]}; it has {', '.join(known)}.")
-    return [_release_one(tree, name, out) for name in names or known]
-
-
-def _release_one(tree: Path, name: str, out: Path) -> Path:
-    source = assignments.notebook_path(tree / name)
-    assignments.load(source)
-    target = out / name
-    if target.resolve().is_relative_to(tree.resolve()):
-        raise WrongUse(f"{out} lies in the source tree, which must stay as it is: --out DIR.")
-    with tempfile.TemporaryDirectory(prefix="release-") as folder:
-        _run_nbgrader(tree, name, Path(folder))
-        made = Path(folder) / name
-        _inspect(source, made)
-        if target.exists():
-            shutil.rmtree(target)
-        target.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copytree(made, target)
-    return target / source.name
+    names = list(dict.fromkeys(names)) or known
+    sources = [assignments.notebook_path(tree / name) for name in names]
+    for name, source in zip(names, sources, strict=True):
+        assignments.load(source)
+        if (out / name).resolve().is_relative_to(tree.resolve()):
+            raise WrongUse(f"{out} lies in the source tree, which must stay as it is: --out DIR.")
+    course = courses.load(tree)
+    with staging.made_beside(out) as part:
+        for name, source in zip(names, sources, strict=True):
+            _run_nbgrader(tree, name, part)
+            _inspect(source, part / name)
+            handout.write(part / name, course, part / f"{name}.zip")
+        for name in names:
+            staging.put(part / name, out / name)
+            staging.put(part / f"{name}.zip", out / f"{name}.zip")
+    return [out / name / source.name for name, source in zip(names, sources, strict=True)]
 
 
 def _run_nbgrader(tree: Path, name: str, out: Path) -> None:
@@ -127,13 +121,12 @@ def _run_nbgrader(tree: Path, name: str, out: Path) -> None:
 
 def _inspect(source: Path, made: Path) -> None:
     """Look for hidden lines and solutions in a release, whatever nbgrader thinks of it."""
-    given = [cell.source for cell in notebook.read(source)]
-    secrets = _secret_lines(given)
-    for name, text in _texts(made):
+    telling = secrets.secret_lines([cell.source for cell in notebook.read(source)])
+    for name, lines in secrets.lines_below(made):
         for mark in (assignments.BEGIN_HIDDEN, "BEGIN SOLUTION", "# hint:"):
-            if mark in text:
+            if any(mark in line for line in lines):
                 raise GraderFailure(f"The release of {name} would hold {mark!r}: nothing written.")
-        leaks = sorted(secrets & {line.strip() for line in text.split("\n")})
+        leaks = sorted(telling & lines)
         if leaks:
             what = f"a line of a solution or a hidden test ({leaks[0]})"
             raise GraderFailure(f"The release of {name} would hold {what}: nothing written.")
@@ -141,21 +134,3 @@ def _inspect(source: Path, made: Path) -> None:
     for case in assignments.load(source).cases:
         if released.get(case.grade_id, "").strip() != case.visible.strip():
             raise GraderFailure(f"Case {case.grade_id} is not in the release as it should be.")
-
-
-def _secret_lines(sources: Sequence[str]) -> set[str]:
-    """Telling lines that stand in solutions and hidden tests and nowhere else."""
-    regions = [match.group(2) for source in sources for match in _SECRET.finditer(source)]
-    shown = {line.strip() for source in sources for line in _SECRET.sub("", source).split("\n")}
-    hidden = {line.strip() for region in regions for line in region.split("\n")}
-    return {line for line in hidden - shown if len(line) > TELLING_LENGTH}
-
-
-def _texts(folder: Path) -> Iterator[tuple[str, str]]:
-    """Every file's name and text; of a notebook the text of its cells."""
-    for path in sorted(path for path in folder.rglob("*") if path.is_file()):
-        try:
-            text = "\n".join(cell.source for cell in notebook.read(path))
-        except Refused:  # any other file
-            text = path.read_text(encoding="utf-8", errors="replace")
-        yield path.name, text

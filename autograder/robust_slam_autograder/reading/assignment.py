@@ -292,11 +292,11 @@ def load_config(path: Path) -> Config:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise WrongUse(f"{path} is not valid TOML: {error}.") from error
-    _check_table(path, table, _KEYS)
+    check_table(path, table, _KEYS)
     sections = table.get("sections", {})
-    _check_table(path, sections, dict.fromkeys(sections, str))
+    check_table(path, sections, dict.fromkeys(sections, str))
     limits = table.pop("limits", {})
-    _check_table(path, limits, dict.fromkeys(Limits.__dataclass_fields__, (int, float)))
+    check_table(path, limits, dict.fromkeys(Limits.__dataclass_fields__, (int, float)))
     if not all(0 < seconds <= MAX_SECONDS for seconds in limits.values()):
         raise WrongUse(f"{path}: limits are seconds, more than 0 and at most {MAX_SECONDS:.0f}.")
     withheld = table.pop("withheld", [])
@@ -305,7 +305,12 @@ def load_config(path: Path) -> Config:
     return Config(**table, withheld=tuple(withheld), limits=Limits(**limits))
 
 
-def _check_table(path: Path, table: dict[str, Any], types: dict[str, Any]) -> None:
+def check_table(path: Path, table: dict[str, Any], types: dict[str, Any]) -> None:
+    """Refuse keys of a TOML file that are unknown, or whose values have a wrong type.
+
+    Raises:
+        WrongUse: names the file and the key.
+    """
     for key, value in table.items():
         if key not in types:
             raise WrongUse(f"{path}: unknown key {key!r}; known are {', '.join(types)}.")

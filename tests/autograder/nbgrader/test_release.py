@@ -41,7 +41,9 @@ def change(tree: Path, what: Callable[[list[dict[str, Any]]], object]) -> None:
 
 
 def texts(folder: Path) -> str:
-    return "\n".join(path.read_text("utf-8") for path in folder.rglob("*") if path.is_file())
+    """All that a folder holds, as text; in archives nothing is compressed."""
+    paths = [path for path in folder.rglob("*") if path.is_file()]
+    return "\n".join(path.read_text("utf-8", "replace") for path in paths)
 
 
 def test_a_release_holds_stubs_and_visible_tests_alone(tree: Path, tmp_path: Path) -> None:
@@ -55,6 +57,7 @@ def test_a_release_holds_stubs_and_visible_tests_alone(tree: Path, tmp_path: Pat
     assert cells["double-by-hand"].source.strip() == toy.DOUBLE_VISIBLE.strip()
     assert cells["double-by-hand"].locked and cells["setup"].locked
     text = texts(tmp_path / "out")
+    assert text.count("def double(x):") == 2, "in the folder and in the archive"
     for secret in (toy.CANARY, SOLUTION_CANARY, "hint:", "history.append", "HIDDEN", "rng.normal"):
         assert secret not in text
     assert (path.parent / "autograder.toml").is_file()

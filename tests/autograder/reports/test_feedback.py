@@ -31,7 +31,8 @@ from tests.autograder.reports.test_markup import ANY_TEXT, GITHUB, TEXTS
 from tests.chromium import Opener, QuietHandler, Visit
 
 ROOT = Path(__file__).parents[3]
-SOLUTIONS = ROOT / "solutions"
+# The public course has the release in place of the instructor's sources.
+ASSIGNMENTS = ROOT / ("solutions" if (ROOT / "solutions").is_dir() else "assignments")
 SITE = "https://example.org/course/"
 CONFIG = Config(
     title="Twice, and *again*", chapter="07-toy", sections={"apply": "Half, or no half"}
@@ -181,7 +182,12 @@ class TestChapter:
             assignments.load_config(config)
 
 
-COURSE = [path.name for path in sorted(SOLUTIONS.iterdir()) if path.is_dir()]
+def has_a_chapter(name: str) -> bool:
+    config = assignments.load_config(ASSIGNMENTS / name / assignments.CONFIG_NAME)
+    return (ROOT / "chapters" / f"{config.chapter}.ipynb").is_file()
+
+
+COURSE = [name for name in assignments.find_names(ASSIGNMENTS) if has_a_chapter(name)]
 
 
 @pytest.mark.parametrize("name", COURSE)
@@ -189,14 +195,14 @@ class TestCourse:
     """The course's own assignments and chapters."""
 
     def test_every_exercise_names_a_heading_of_its_chapter(self, name: str) -> None:
-        loaded = assignments.load(SOLUTIONS / name / f"{name}.ipynb")
+        loaded = assignments.load(ASSIGNMENTS / name / f"{name}.ipynb")
         assert set(loaded.config.sections) == set(loaded.exercises)
         headings = chapter_headings(loaded.config.chapter)
         for heading in loaded.config.sections.values():
             assert headings.count(heading) == 1, heading
 
     def test_the_site_has_the_sections_that_pages_link_to(self, name: str) -> None:
-        config = assignments.load_config(SOLUTIONS / name / assignments.CONFIG_NAME)
+        config = assignments.load_config(ASSIGNMENTS / name / assignments.CONFIG_NAME)
         built = ROOT / "build" / "html" / "chapters" / f"{config.chapter}.html"
         assert built.is_file(), "build the site first: make book"
         ids = {
@@ -207,7 +213,7 @@ class TestCourse:
         assert {feedback.anchor(heading) for heading in config.sections.values()} <= ids
 
     def test_anchors_follow_the_books_rule(self, name: str) -> None:
-        config = assignments.load_config(SOLUTIONS / name / assignments.CONFIG_NAME)
+        config = assignments.load_config(ASSIGNMENTS / name / assignments.CONFIG_NAME)
         headings = chapter_headings(config.chapter)
         assert len(headings) > 10
         assert [feedback.anchor(each) for each in headings] == [make_id(each) for each in headings]

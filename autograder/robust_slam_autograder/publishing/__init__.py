@@ -1,0 +1,1 @@
+"""What others get of a course: archives of its assignments, and the course without its answers."""

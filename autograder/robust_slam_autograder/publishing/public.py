@@ -1,0 +1,192 @@
+"""The course as students and the public may have it: no solution, no hidden test, no history.
+
+Only files that git tracks and ``course.toml`` lists are copied, and the student release
+stands beside them. The copy is looked at before it is put in its place: no telling line of
+a solution or a hidden test, and no module that imports one which stays private.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from robust_slam_autograder.errors import GraderFailure, WrongUse
+from robust_slam_autograder.nbgrader.release import release
+from robust_slam_autograder.publishing import imports, staging
+from robust_slam_autograder.publishing import secrets as secret
+from robust_slam_autograder.publishing.course import COURSE_NAME, Course, Public, Repository, load
+from robust_slam_autograder.reading import assignment as assignments
+
+_PRIVATE = re.compile(r"<!-- private -->.*?<!-- /private -->(?:[ \t]*\n)?", re.DOTALL)
+_PUBLIC = re.compile(r"<!-- public\n(.*?)-->(?:[ \t]*\n)?", re.DOTALL)
+_MARK = re.compile(r"<!-- /?(private|public)\b")
+_INSTALL = """\
+# Where the course's library is missing, as in Colab, install it.
+from importlib.util import find_spec
+
+if {missing}:
+{lines}"""
+
+
+def publish(tree: Path, out: Path) -> list[str]:
+    """Write the public course; what was in ``out`` is replaced as a whole.
+
+    Args:
+        tree: the instructor's source tree; the course is the folder that it lies in.
+        out: the folder to write.
+
+    Returns:
+        the files that were written, below ``out``.
+
+    Raises:
+        WrongUse: ``course.toml`` or the README's marks are wrong, or ``out`` is in use.
+        GraderFailure: the copy would tell what is private, or cannot be made; ``out`` stays.
+    """
+    course = load(tree)
+    if course.public is None:
+        raise WrongUse(f"{tree / COURSE_NAME} has no [public]: it lists what the public may have.")
+    public = course.public
+    _refuse_in_use(course, public.assignments, out)
+    names = chosen(public, tracked(course.root), tree / COURSE_NAME)
+    with staging.made_beside(out) as part:
+        made = part / out.resolve().name
+        for name in names:
+            _copy(course.root, name, made)
+        release(tree, [], made / public.assignments)
+        _add_install_cells(made / public.book, course)
+        _look_for_secrets(tree, made)
+        imports.refuse_private(course.root, made)
+        written = sorted(p.relative_to(made).as_posix() for p in made.rglob("*") if p.is_file())
+        staging.put(made, out.resolve())
+    return written
+
+
+def _refuse_in_use(course: Course, released: str, out: Path) -> None:
+    """Only a public course, an empty folder or nothing may stand where one is written."""
+    target = out.resolve()
+    if course.root.is_relative_to(target) or target.is_relative_to(course.tree.resolve()):
+        raise WrongUse(f"{out} holds the course's own files: --out DIR.")
+    if not target.exists():
+        return
+    if not target.is_dir() or (target / ".git").exists() or (target / course.tree.name).exists():
+        raise WrongUse(f"{out} is a repository, or no folder: write elsewhere, --out DIR.")
+    if any(target.iterdir()) and not (target / released).is_dir():
+        raise WrongUse(f"{out} holds something else than a public course: --out DIR.")
+
+
+def tracked(root: Path) -> list[str]:
+    """Paths below a folder that git tracks and that are there.
+
+    Raises:
+        WrongUse: git is missing, or the folder is no part of a repository.
+    """
+    command = ["git", "-C", str(root), "ls-files", "-z", "--cached"]
+    try:
+        done = subprocess.run(command, capture_output=True, check=True)
+    except FileNotFoundError as error:
+        raise WrongUse("git is not installed: it says which files are the course's.") from error
+    except subprocess.CalledProcessError as error:
+        why = error.stderr.decode(errors="replace").strip().removeprefix("fatal: ")
+        raise WrongUse(f"git cannot say which files are the course's: {why}.") from error
+    names = done.stdout.decode(errors="surrogateescape").split("\0")
+    return sorted(name for name in names if name and os.path.lexists(root / name))
+
+
+def chosen(public: Public, names: Iterable[str], source: Path) -> list[str]:
+    """Of these paths those that the public may have.
+
+    Raises:
+        WrongUse: an entry of the list, in the file ``source``, stands for no path.
+    """
+    known = list(names)
+    for entry in (*public.files, *public.without):
+        if not any(_stands_for(entry, name) for name in known):
+            raise WrongUse(f"{source}: [public] lists {entry}, and git tracks no such file.")
+    taken = [name for name in known if any(_stands_for(entry, name) for entry in public.files)]
+    return [n for n in taken if not any(_stands_for(entry, n) for entry in public.without)]
+
+
+def _stands_for(entry: str, name: str) -> bool:
+    return name.startswith(entry) if entry.endswith("/") else name == entry
+
+
+def _copy(root: Path, name: str, made: Path) -> None:
+    source, target = root / name, made / name
+    if source.is_symlink() or not source.is_file():
+        raise GraderFailure(f"{source} is no plain file: nothing written.")
+    target.parent.mkdir(parents=True, exist_ok=True)
+    data = source.read_bytes()
+    if source.suffix == ".md" and source.parent == root:
+        data = for_the_public(data.decode(), name).encode()
+    target.write_bytes(data)
+    target.chmod(0o755 if os.access(source, os.X_OK) else 0o644)
+
+
+def for_the_public(text: str, name: str) -> str:
+    """A README, or its like, without its private parts and with its public ones.
+
+    ``<!-- private -->`` to ``<!-- /private -->`` goes; of a comment that begins with
+    ``<!-- public`` the marks go and the text stays.
+
+    Raises:
+        WrongUse: a mark has no partner.
+    """
+    text = _PUBLIC.sub(r"\1", _PRIVATE.sub("", text))
+    if _MARK.search(text):
+        raise WrongUse(f"{name}: a private or public part is not closed, or stands in another.")
+    return text
+
+
+def _add_install_cells(book: Path, course: Course) -> None:
+    packages = course.install.get("book", {})
+    if course.repository.url and packages:
+        for path in sorted(book.glob("*.ipynb")):
+            value = json.loads(path.read_text(encoding="utf-8"))
+            kinds = [cell["cell_type"] for cell in value["cells"]]
+            if "code" in kinds:
+                cell = install_cell(packages, course.repository)
+                value["cells"].insert(kinds.index("code"), cell)
+            text = json.dumps(value, indent=1, ensure_ascii=False)
+            path.write_text(f"{text}\n", encoding="utf-8")
+
+
+def install_cell(packages: Mapping[str, str], repository: Repository) -> dict[str, Any]:
+    """A cell that installs packages which are missing; the book does not show it."""
+    modules = [package.split("[")[0].replace("-", "_") for package in packages]
+    lines = []
+    for package, folder in packages.items():
+        name, where = repository.requirement(package, folder).split(" @ ")
+        # IPython puts the value in: the address makes a long line, and has one of its own.
+        lines += [f'    where = "{where}"', f'    %pip install -q "{name} @ {{where}}"']
+    missing = " or ".join(f'find_spec("{module}") is None' for module in modules)
+    source = _INSTALL.format(missing=missing, lines="\n".join(lines))
+    return {
+        "cell_type": "code",
+        "execution_count": None,
+        "id": "install",
+        "metadata": {"tags": ["remove-cell"]},
+        "outputs": [],
+        "source": source.splitlines(keepends=True),
+    }
+
+
+def _look_for_secrets(tree: Path, made: Path) -> None:
+    """Look for lines of solutions and hidden tests in the copy."""
+    secrets: dict[str, str] = {}
+    for name in assignments.find_names(tree):
+        found = secret.secrets_of(assignments.notebook_path(tree / name))
+        secrets |= dict.fromkeys(found, name)
+    for path, lines in secret.lines_below(made):
+        for line in sorted(lines & secrets.keys()):
+            raise GraderFailure(
+                f"{path} would tell a line of a solution or a hidden test of {secrets[line]} "
+                f"({line}): leave the file out in {COURSE_NAME}, or change one of the two. "
+                "Nothing written."
+            )
+    if any(part.name == tree.name for part in made.iterdir()):
+        raise GraderFailure(f"The public course would hold {tree.name}: nothing written.")

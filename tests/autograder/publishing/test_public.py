@@ -1,0 +1,273 @@
+"""The public course is what is listed and no answer; where it would tell, nothing is written."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from robust_slam_autograder import cli
+from robust_slam_autograder.errors import GraderFailure, WrongUse
+from robust_slam_autograder.publishing import public
+from robust_slam_autograder.publishing.public import for_the_public, install_cell, publish
+
+from tests.autograder import toy
+from tests.autograder.publishing import world
+
+SECRET = "history.append(f(history[-1])) or None"
+"""A telling line, once the toy's solution has it."""
+
+
+@pytest.fixture
+def tree(tmp_path: Path) -> Path:
+    """The source tree of a course whose solution has a telling line."""
+    tree = world.make(tmp_path / "course")
+    value = toy.source_notebook()
+    value["cells"][4]["source"] = toy.APPLY.replace("history.append(f(history[-1]))", SECRET)
+    toy.write(tree / toy.NAME / f"{toy.NAME}.ipynb", value)
+    return tree
+
+
+def test_it_holds_what_is_listed_and_the_release(tree: Path, tmp_path: Path) -> None:
+    out = tmp_path / "public"
+    written = publish(tree, out)
+    assert written == list(world.files(out)) == [
+        "LICENSE",
+        "README.md",
+        f"assignments/{toy.NAME}.zip",
+        f"assignments/{toy.NAME}/{toy.NAME}.ipynb",
+        f"assignments/{toy.NAME}/autograder.toml",
+        "chapters/00-one.ipynb",
+        "lib/toy_library.py",
+        "run.sh",
+        "tests/__init__.py",
+        "tests/lib/test_library.py",
+    ]  # fmt: skip
+    assert os.access(out / "run.sh", os.X_OK) and not os.access(out / "LICENSE", os.X_OK)
+    assert (out / "README.md").read_text() == "# Toy\n\nHave a look around.\n\nThe end.\n"
+    assert not [data for data in world.files(out).values() if SECRET.encode() in data]
+
+
+def test_the_same_course_gives_the_same_bytes(tree: Path, tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        publish(tree, tmp_path / name)
+    assert world.files(tmp_path / "a") == world.files(tmp_path / "b")
+
+
+def test_it_replaces_the_one_before_as_a_whole(tree: Path, tmp_path: Path) -> None:
+    out = tmp_path / "public"
+    publish(tree, out)
+    before = world.files(out)
+    (out / "lib" / "old.py").write_text("")
+    (tmp_path / ".public.part").mkdir()  # of a run that was killed
+    (tmp_path / ".public.part" / "half").touch()
+    publish(tree, out)
+    assert world.files(out) == before
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["course", "public"]
+
+
+def test_what_git_does_not_track_stays_here(tree: Path, tmp_path: Path) -> None:
+    (tree.parent / "lib" / "marks.csv").write_text("a student,3\n")
+    assert "lib/marks.csv" not in publish(tree, tmp_path / "public")
+
+
+def as_output(text: str) -> str:
+    cell = {
+        **toy.cell("1"),
+        "outputs": [{"output_type": "stream", "name": "stdout", "text": text}],
+    }
+    return json.dumps(toy.notebook([cell]))
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("lib/toy_library.py", f"def double(x):\n    {SECRET}\n"),
+        ("lib/data.txt", f"first\r\n\t{SECRET}\r\n"),
+        ("chapters/00-one.ipynb", json.dumps(toy.notebook([toy.cell(f"def a():\n  {SECRET}\n")]))),
+        ("chapters/00-one.ipynb", as_output(f"it was\n    {SECRET}\n")),
+        ("lib/deep.json", json.dumps({"a": [{f"x\n{SECRET}\ny": 1}]})),
+        ("tests/lib/test_library.py", f'TEXT = """\n{SECRET}\n"""\n'),
+        ("README.md", f"# Toy\n\n    {SECRET}\n"),
+        ("lib/toy_library.py", "last, history = apply(lambda value: 3 * value, start, 4)"),
+        ("lib/toy_library.py", "# hint: Call f once per time, each time with the value before."),
+    ],
+    ids=["code", "text", "cell", "output", "json", "string", "readme", "hidden-test", "hint"],
+)  # fmt: skip
+def test_a_file_that_tells_stops_it_and_leaves_what_was_there(
+    tree: Path, tmp_path: Path, name: str, text: str
+) -> None:
+    out = tmp_path / "public"
+    publish(tree, out)
+    before = world.files(out)
+    world.write(tree.parent, name, text)
+    world.track(tree.parent)
+    with pytest.raises(GraderFailure, match=f"{name} would tell a line .* of {toy.NAME}"):
+        publish(tree, out)
+    assert world.files(out) == before
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["course", "public"]
+
+
+def test_an_archive_is_looked_into(tree: Path, tmp_path: Path) -> None:
+    with zipfile.ZipFile(tree.parent / "lib" / "more.zip", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("a/b.py", f"x = 1\n{SECRET}\n")
+    world.track(tree.parent)
+    with pytest.raises(GraderFailure, match=r"lib/more\.zip would tell"):
+        publish(tree, tmp_path / "public")
+    assert not (tmp_path / "public").exists()
+
+
+def test_an_import_of_a_solution_tells_nothing(tree: Path, tmp_path: Path) -> None:
+    line = "from scipy.sparse.linalg import spsolve_triangular"
+    value = toy.source_notebook()
+    value["cells"][4]["source"] = toy.APPLY.replace(
+        "    history = [x]", f"    {line}\n    history = [x]"
+    )
+    toy.write(tree / toy.NAME / f"{toy.NAME}.ipynb", value)
+    world.write(tree.parent, "lib/toy_library.py", f"{line}\n")
+    assert publish(tree, tmp_path / "public")
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "from tests.answers import apply",
+        "from tests import answers",
+        "import tests.answers as a",
+        "def later():\n    from .. import answers",
+        "from ..answers import apply",
+    ],
+)
+def test_a_test_that_imports_what_stays_private_stops_it(
+    tree: Path, tmp_path: Path, line: str
+) -> None:
+    world.write(tree.parent, "tests/lib/test_new.py", f"{line}\n")
+    world.track(tree.parent)
+    with pytest.raises(GraderFailure, match=r"tests/lib/test_new\.py imports tests/answers\.py"):
+        publish(tree, tmp_path / "public")
+    assert not (tmp_path / "public").exists()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ('"LICENSE"', '"LICENCE"', "lists LICENCE, and git tracks no such file"),
+        ('"lib/private/"', '"lib/privat/"', "lists lib/privat/, and git tracks no such file"),
+        ('"lib/private/"', '"../notes"', "without wants a list of paths inside"),
+        ("files = ", "file = ", "unknown key 'file'"),
+        ('"autograder"', '"../autograder"', r"\[install\] wants package = its folder"),
+        ("[public]", "[public", "is not valid TOML"),
+        (world.COURSE[world.COURSE.index("[public]") :], "", r"has no \[public\]"),
+    ],
+)
+def test_what_is_wrong_in_the_list_is_named(
+    tree: Path, tmp_path: Path, old: str, new: str, sentence: str
+) -> None:
+    world.write(tree.parent, "solutions/course.toml", world.COURSE.replace(old, new))
+    with pytest.raises(WrongUse, match=sentence):
+        publish(tree, tmp_path / "public")
+    assert not (tmp_path / "public").exists()
+
+
+def a_repository(out: Path) -> None:
+    (out / ".git").mkdir(parents=True)
+
+
+def a_home(out: Path) -> None:
+    out.mkdir()
+    (out / "letters.txt").write_text("mine")
+
+
+@pytest.mark.parametrize("what", [a_repository, a_home, Path.touch])
+def test_nothing_else_is_overwritten(
+    tree: Path, tmp_path: Path, what: Callable[[Path], None]
+) -> None:
+    out = tmp_path / "public"
+    what(out)
+    before = world.files(tmp_path)
+    with pytest.raises(WrongUse, match="--out DIR"):
+        publish(tree, out)
+    assert world.files(tmp_path) == before
+
+
+@pytest.mark.parametrize("where", [".", "..", "solutions", "solutions/x"])
+def test_the_course_itself_is_never_overwritten(tree: Path, where: str) -> None:
+    with pytest.raises(WrongUse, match="holds the course's own files"):
+        publish(tree, tree.parent / where)
+
+
+def test_a_link_is_not_followed(tree: Path, tmp_path: Path) -> None:
+    (tree.parent / "lib" / "more.py").symlink_to("../solutions/course.toml")
+    world.track(tree.parent)
+    with pytest.raises(GraderFailure, match="no plain file"):
+        publish(tree, tmp_path / "public")
+
+
+def test_without_git_it_says_so(tmp_path: Path) -> None:
+    tree = toy.make_tree(tmp_path)
+    world.write(tmp_path, "solutions/course.toml", world.COURSE)
+    with pytest.raises(WrongUse, match=r"git cannot say .* not a git repository"):
+        publish(tree, tmp_path / "public")
+
+
+@pytest.mark.parametrize("text", ["a <!-- private --> b", "b <!-- /private -->", "<!-- public b"])
+def test_a_mark_without_a_partner_is_refused(text: str) -> None:
+    with pytest.raises(WrongUse, match="not closed"):
+        for_the_public(text, "README.md")
+
+
+class TestInstallCell:
+    """With a repository's address the book's notebooks can install what they need."""
+
+    def test_without_an_address_notebooks_are_as_they_were(
+        self, tree: Path, tmp_path: Path
+    ) -> None:
+        publish(tree, tmp_path / "public")
+        name = "chapters/00-one.ipynb"
+        assert world.files(tmp_path / "public")[name] == world.files(tree.parent)[name]
+
+    def test_it_stands_before_the_first_code(self, tmp_path: Path) -> None:
+        tree = world.make(tmp_path / "course", f"{world.URL}.git/")
+        publish(tree, tmp_path / "public")
+        value = json.loads((tmp_path / "public" / "chapters" / "00-one.ipynb").read_bytes())
+        assert [cell["id"] for cell in value["cells"]] == ["intro", "install", "imports"]
+        cell = value["cells"][1]
+        assert cell["metadata"]["tags"] == ["remove-cell"]
+        source = "".join(cell["source"])
+        assert f'where = "git+{world.URL}@main#subdirectory=lib"' in source
+        assert '%pip install -q "toy-library @ {where}"' in source
+
+    @pytest.mark.parametrize("present", [True, False])
+    def test_it_installs_only_what_is_missing(self, present: bool) -> None:
+        """IPython runs the cell, and a magic of ours stands in for pip."""
+        package = "robust-slam-autograder" if present else "no-such-library[extra]"
+        repository = public.Repository(world.URL)
+        source = "".join(install_cell({package: "some/folder"}, repository)["source"])
+        program = (
+            "from IPython.core.interactiveshell import InteractiveShell\n"
+            "shell = InteractiveShell.instance()\n"
+            "shell.register_magic_function(lambda line: print(line), 'line', 'pip')\n"
+            f"shell.run_cell({source!r}).raise_error()\n"
+        )
+        done = subprocess.run(
+            [sys.executable, "-c", program], capture_output=True, text=True, check=True
+        )
+        wanted = f'install -q "{package} @ git+{world.URL}@main#subdirectory=some/folder"'
+        assert done.stdout.strip() == ("" if present else wanted)
+
+
+def test_the_command_says_where_it_is(
+    tree: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "public"
+    assert cli.main(["--solutions", str(tree), "public", "--out", str(out)]) == 0
+    assert f"public course of 10 files: {out}" in capsys.readouterr().out
+    world.write(tree.parent, "lib/toy_library.py", SECRET)
+    assert cli.main(["--solutions", str(tree), "public", "--out", str(out)]) == 1
+    assert "Nothing written." in capsys.readouterr().err
+    assert cli.main(["--solutions", str(tree), "public", "--out", str(tree)]) == 2

@@ -1,0 +1,84 @@
+"""The public repository's address gives chapters launch buttons; without it there are none."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+import yaml
+
+from chapters._ext import robust_slam_site
+
+ROOT = Path(__file__).parents[2]
+SETTINGS = (ROOT / "_config.yml").read_text(encoding="utf-8")
+ADDRESS = "https://github.com/owner/course"
+LAUNCHES = "https://colab.research.google.com/github/owner/course/blob/main/chapters/00-one.ipynb"
+
+
+def with_address(url: str) -> str:
+    """The course's own settings with another address, the one that a person would change."""
+    changed, count = re.subn(r"(?m)^  url: .*$", f'  url: "{url}"', SETTINGS)
+    assert count == 1, "one setting in one place"
+    return changed
+
+
+def build(folder: Path, url: str) -> str:
+    """Build a book of one chapter with the course's settings, without a warning: its page."""
+    (folder / "chapters").mkdir()
+    for name in ("_ext", "assets"):
+        (folder / "chapters" / name).symlink_to(ROOT / "chapters" / name)
+    (folder / "chapters" / "references.bib").write_text("")
+    (folder / "chapters" / "index.md").write_text("# The course\n\nWelcome.\n")
+    markdown = {"cell_type": "markdown", "id": "intro", "metadata": {}, "source": "# One\n\nText."}
+    kernel = {"display_name": "Python 3", "language": "python", "name": "python3"}
+    chapter = {"nbformat": 4, "nbformat_minor": 5, "metadata": {"kernelspec": kernel}}
+    text = json.dumps(chapter | {"cells": [markdown]})
+    (folder / "chapters" / "00-one.ipynb").write_text(text)
+    (folder / "_config.yml").write_text(with_address(url), encoding="utf-8")
+    toc = {
+        "format": "jb-book",
+        "root": "chapters/index",
+        "chapters": [{"file": "chapters/00-one"}],
+    }
+    (folder / "_toc.yml").write_text(yaml.safe_dump(toc))
+    book = Path(sys.executable).with_name("jupyter-book")
+    command = [book, "build", ".", "--path-output", "build", "-W", "-n", "--keep-going"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    log = done.stdout + done.stderr
+    assert done.returncode == 0 and not re.search(r"WARNING:|ERROR:", log), log[-3000:]
+    page = folder / "build" / "_build" / "html" / "chapters" / "00-one.html"
+    return page.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("url", ["", ADDRESS, "https://gitlab.com/owner/course"])
+def test_the_address_makes_the_buttons(tmp_path: Path, url: str) -> None:
+    html = build(tmp_path, url)
+    assert [LAUNCHES] * (url == ADDRESS) == re.findall(r'href="([^"]*colab[^"]*)"', html)
+    assert ("btn-launch" in html or "launch-buttons" in html) == (url == ADDRESS)
+    assert "executablebooks/jupyter-book" not in html, "the default of another book"
+
+
+@pytest.mark.parametrize(
+    ("url", "opened"),
+    [
+        ("", ""),
+        (None, ""),
+        (ADDRESS, ADDRESS),
+        (f"{ADDRESS}/", ADDRESS),
+        (f"{ADDRESS}.git", ADDRESS),
+        ("https://github.com/owner", ""),
+        ("https://gitlab.com/owner/course", ""),
+        ("https://example.org/github.com/course", ""),
+    ],
+)
+def test_only_what_colab_can_open_has_a_button(url: str | None, opened: str) -> None:
+    options = {"repository_url": url, "launch_buttons": {"colab_url": "x"}, "other": 1}
+    config = SimpleNamespace(html_theme_options=options)
+    robust_slam_site.launch_from_the_repository(SimpleNamespace(), config)
+    assert options["repository_url"] == opened and options["other"] == 1
+    assert bool(options["launch_buttons"]) == bool(opened)
