@@ -1,0 +1,171 @@
+"""Answers to exercise ate of 08-showcase: each body is a cell as handed in."""
+
+
+def right_svd() -> None:
+    """Right: the best rotation by the singular value decomposition, its determinant held at 1."""
+    import numpy as np
+
+    def ate(estimate, truth):
+        p, q = np.array(estimate, dtype=float)[:, :2], np.array(truth, dtype=float)[:, :2]
+        p, q = p - p.mean(axis=0), q - q.mean(axis=0)
+        u, _, vt = np.linalg.svd(q.T @ p)
+        turn = u @ np.diag([1, np.sign(np.linalg.det(u @ vt))]) @ vt
+        return np.sqrt(np.mean(np.sum((p @ turn.T - q) ** 2, axis=1)))
+
+
+def right_scipy_rotation() -> None:
+    """Right, a library routine: scipy aligns vectors in space, here with its z axis held."""
+    import numpy as np
+    from scipy.spatial.transform import Rotation
+
+    def ate(estimate, truth):
+        p, q = np.array(estimate, dtype=float)[:, :2], np.array(truth, dtype=float)[:, :2]
+        p, q = p - p.mean(axis=0), q - q.mean(axis=0)
+        if len(p) == 1:
+            return 0.0
+        flat = np.zeros((len(p), 1))
+        above = [[0.0, 0.0, 1.0]]
+        weights = np.append(np.ones(len(p)), 1e9)
+        turn, _ = Rotation.align_vectors(
+            np.concatenate([np.hstack([q, flat]), above]),
+            np.concatenate([np.hstack([p, flat]), above]),
+            weights=weights,
+        )
+        moved = turn.apply(np.hstack([p, flat]))[:, :2]
+        return float(np.sqrt(np.mean(np.sum((moved - q) ** 2, axis=1))))
+
+
+def right_arctangent() -> None:
+    """Right: plain sums; the best angle is the arctangent of the crossed and the dotted ones."""
+    import math
+
+    def ate(estimate, truth):
+        n = len(truth)
+        mx, my = sum(p[0] for p in estimate) / n, sum(p[1] for p in estimate) / n
+        tx, ty = sum(p[0] for p in truth) / n, sum(p[1] for p in truth) / n
+        pairs = [(p[0] - mx, p[1] - my, q[0] - tx, q[1] - ty) for p, q in zip(estimate, truth)]
+        angle = math.atan2(
+            sum(a * d - b * c for a, b, c, d in pairs), sum(a * c + b * d for a, b, c, d in pairs)
+        )
+        c0, s0 = math.cos(angle), math.sin(angle)
+        square = sum(
+            (c0 * a - s0 * b - c) ** 2 + (s0 * a + c0 * b - d) ** 2 for a, b, c, d in pairs
+        )
+        return math.sqrt(square / n)
+
+
+def right_search() -> None:
+    """Right: looks for the angle on a grid, and then refines it."""
+    import numpy as np
+    from scipy.optimize import minimize_scalar
+
+    def ate(estimate, truth):
+        a, b = (np.array(m, dtype=float)[:, :2] @ [1, 1j] for m in (estimate, truth))
+        a, b = a - a.mean(), b - b.mean()
+
+        def rmse(angle):
+            return np.sqrt(np.mean(np.abs(np.exp(1j * angle) * a - b) ** 2))
+
+        start = min(np.linspace(-np.pi, np.pi, 721), key=rmse)
+        found = minimize_scalar(
+            rmse, bounds=(start - 0.01, start + 0.01), method="bounded", options={"xatol": 1e-12}
+        )
+        return min(rmse(start), found.fun)
+
+
+def wrong_not_aligned() -> None:
+    """Wrong: compares positions as they lie. Stopped by the visible case ate-by-hand."""
+    import numpy as np
+
+    def ate(estimate, truth):
+        gap = (np.array(estimate, dtype=float) - np.array(truth, dtype=float))[:, :2]
+        return np.sqrt(np.mean(np.sum(gap**2, axis=1)))
+
+
+def wrong_shift_only() -> None:
+    """Wrong: puts the middles on each other and does not turn. Stopped by the visible case
+    ate-moved.
+    """
+    import numpy as np
+
+    def ate(estimate, truth):
+        gap = (np.array(estimate, dtype=float) - np.array(truth, dtype=float))[:, :2]
+        return np.sqrt(np.sum(np.var(gap, axis=0)))
+
+
+def wrong_with_scale() -> None:
+    """Wrong: scales the estimate too, and a map of the wrong size has no error. Stopped by the
+    visible case ate-by-hand.
+    """
+    import numpy as np
+
+    def ate(estimate, truth):
+        a, b = (np.array(m, dtype=float)[:, :2] @ [1, 1j] for m in (estimate, truth))
+        a, b = a - a.mean(), b - b.mean()
+        scale = np.vdot(a, b) / max(np.vdot(a, a).real, 1e-300)
+        return np.sqrt(np.mean(np.abs(scale * a - b) ** 2))
+
+
+def wrong_mirrored() -> None:
+    """Wrong: takes the best orthogonal matrix, be it a reflection. Stopped by the visible case
+    ate-mirror.
+    """
+    import numpy as np
+
+    def ate(estimate, truth):
+        p, q = np.array(estimate, dtype=float)[:, :2], np.array(truth, dtype=float)[:, :2]
+        p, q = p - p.mean(axis=0), q - q.mean(axis=0)
+        u, _, vt = np.linalg.svd(q.T @ p)
+        return np.sqrt(np.mean(np.sum((p @ (u @ vt).T - q) ** 2, axis=1)))
+
+
+def wrong_mean_distance() -> None:
+    """Wrong: the mean of the distances in place of the root of the mean square. Caught by
+    ate-random.
+    """
+    import numpy as np
+
+    def ate(estimate, truth):
+        a, b = (np.array(m, dtype=float)[:, :2] @ [1, 1j] for m in (estimate, truth))
+        a, b = a - a.mean(), b - b.mean()
+        turn = np.exp(1j * np.angle(np.vdot(a, b)))
+        return np.mean(np.abs(turn * a - b))
+
+
+def wrong_sum_of_squares() -> None:
+    """Wrong: the root of the sum, so that a longer way is a worse one. Stopped by the visible case
+    ate-by-hand.
+    """
+    import numpy as np
+
+    def ate(estimate, truth):
+        a, b = (np.array(m, dtype=float)[:, :2] @ [1, 1j] for m in (estimate, truth))
+        a, b = a - a.mean(), b - b.mean()
+        turn = np.exp(1j * np.angle(np.vdot(a, b)))
+        return np.linalg.norm(turn * a - b)
+
+
+def wrong_aligned_by_the_first() -> None:
+    """Wrong: lays the first pose of one map on the first of the other, heading on heading. Stopped
+    by the visible case ate-by-hand.
+    """
+    import numpy as np
+
+    def ate(estimate, truth):
+        estimate, truth = np.array(estimate, dtype=float), np.array(truth, dtype=float)
+        a, b = (m[:, :2] @ [1, 1j] for m in (estimate, truth))
+        turn = np.exp(1j * (truth[0, 2] - estimate[0, 2]))
+        return np.sqrt(np.mean(np.abs(turn * (a - a[0]) - (b - b[0])) ** 2))
+
+
+def wrong_headings_judged() -> None:
+    """Wrong: the error of the headings is added. Stopped by the visible case ate-moved."""
+    import numpy as np
+
+    def ate(estimate, truth):
+        estimate, truth = np.array(estimate, dtype=float), np.array(truth, dtype=float)
+        a, b = (m[:, :2] @ [1, 1j] for m in (estimate, truth))
+        a, b = a - a.mean(), b - b.mean()
+        angle = np.angle(np.vdot(a, b))
+        turn = np.angle(np.exp(1j * (estimate[:, 2] + angle - truth[:, 2])))
+        return np.sqrt(np.mean(np.abs(np.exp(1j * angle) * a - b) ** 2 + turn**2))

@@ -1,0 +1,197 @@
+"""Answers to exercise jacobians of 08-showcase: each body is a cell as handed in."""
+
+
+def right_closed_form() -> None:
+    """Right: the inverse right Jacobian of the residual, and the adjoint for pose i."""
+    import numpy as np
+
+    def jacobians(pose_i, pose_j, z):
+        def seen(a, b):
+            c, s = np.cos(a[2]), np.sin(a[2])
+            step = np.array([[c, s], [-s, c]]) @ (b[:2] - a[:2])
+            return np.append(step, (b[2] - a[2] + np.pi) % (2 * np.pi) - np.pi)
+
+        i, j, z = (np.array(p, dtype=float) for p in (pose_i, pose_j, z))
+        x, y, angle = seen(z, seen(i, j))
+        half = angle / 2
+        q = np.cos(half) / np.sinc(half / np.pi)
+        bend = (1 - q) / angle if abs(angle) > 1e-3 else angle / 12
+        x, y = q * x + half * y, q * y - half * x
+        by_j = np.array([[q, -half, bend * x + y / 2], [half, q, bend * y - x / 2], [0, 0, 1]])
+        back = seen(j, i)
+        c, s = np.cos(back[2]), np.sin(back[2])
+        return -by_j @ np.array([[c, -s, back[1]], [s, c, -back[0]], [0, 0, 1]]), by_j
+
+
+def right_matrix_differences() -> None:
+    """Right, library routines: central differences of logarithms of matrices."""
+    import numpy as np
+    from scipy.linalg import expm, logm
+
+    def jacobians(pose_i, pose_j, z):
+        def matrix(pose):
+            x, y, angle = pose
+            c, s = np.cos(angle), np.sin(angle)
+            return np.array([[c, -s, x], [s, c, y], [0, 0, 1]])
+
+        def hat(d):
+            return np.array([[0, -d[2], d[0]], [d[2], 0, d[1]], [0, 0, 0]])
+
+        def error(by_i, by_j):
+            i, j = matrix(pose_i) @ expm(hat(by_i)), matrix(pose_j) @ expm(hat(by_j))
+            twist = logm(np.linalg.inv(matrix(z)) @ np.linalg.inv(i) @ j).real
+            return np.array([twist[0, 2], twist[1, 2], twist[1, 0]])
+
+        h, none = 1e-5, np.zeros(3)
+        by_i = [(error(h * e, none) - error(-h * e, none)) / (2 * h) for e in np.eye(3)]
+        by_j = [(error(none, h * e) - error(none, -h * e)) / (2 * h) for e in np.eye(3)]
+        return np.transpose(by_i), np.transpose(by_j)
+
+
+def right_scipy() -> None:
+    """Right: scipy's numerical Jacobian of a function of all six numbers; lists come back."""
+    import numpy as np
+    from scipy.optimize._numdiff import approx_derivative
+
+    def jacobians(pose_i, pose_j, z):
+        def moved(p, d):
+            angle = d[2]
+            bow = 1.0 if angle == 0 else (np.exp(1j * angle) - 1) / (1j * angle)
+            place = complex(p[0], p[1]) + np.exp(1j * p[2]) * complex(d[0], d[1]) * bow
+            return place, p[2] + angle
+
+        def residual(d):
+            (at_i, turn_i), (at_j, turn_j) = moved(pose_i, d[:3]), moved(pose_j, d[3:])
+            gap = (at_j - at_i) * np.exp(-1j * turn_i) - complex(z[0], z[1])
+            gap = gap * np.exp(-1j * z[2])
+            angle = np.angle(np.exp(1j * (turn_j - turn_i - z[2])))
+            half = angle / 2
+            rho = gap * (np.cos(half) / np.sinc(half / np.pi) - 1j * half)
+            return np.array([rho.real, rho.imag, angle])
+
+        both = approx_derivative(residual, np.zeros(6), method="3-point")
+        return both[:, :3].tolist(), both[:, 3:].tolist()
+
+
+def wrong_left_perturbation() -> None:
+    """Wrong: moves the poses on the left, by a step in the world's frame. Stopped by the visible
+    case jacobians-by-hand.
+    """
+    import numpy as np
+
+    def jacobians(pose_i, pose_j, z):
+        def moved(p, d):
+            angle = d[2]
+            bow = 1.0 if angle == 0 else (np.exp(1j * angle) - 1) / (1j * angle)
+            place = complex(d[0], d[1]) * bow + np.exp(1j * angle) * complex(p[0], p[1])
+            return place, p[2] + angle
+
+        def residual(d):
+            (at_i, turn_i), (at_j, turn_j) = moved(pose_i, d[:3]), moved(pose_j, d[3:])
+            gap = (at_j - at_i) * np.exp(-1j * turn_i) - complex(z[0], z[1])
+            gap = gap * np.exp(-1j * z[2])
+            angle = np.angle(np.exp(1j * (turn_j - turn_i - z[2])))
+            half = angle / 2
+            rho = gap * (np.cos(half) / np.sinc(half / np.pi) - 1j * half)
+            return np.array([rho.real, rho.imag, angle])
+
+        h = 1e-5 * np.eye(6)
+        both = np.transpose([(residual(e) - residual(-e)) / 2e-5 for e in h])
+        return both[:, :3], both[:, 3:]
+
+
+def wrong_without_the_bend() -> None:
+    """Wrong: takes the identity for pose j, and the adjoint alone for pose i, which is right for a
+    residual of zero only. Stopped by the visible case jacobians-random.
+    """
+    import numpy as np
+
+    def jacobians(pose_i, pose_j, z):
+        i, j = np.array(pose_i, dtype=float), np.array(pose_j, dtype=float)
+        c, s = np.cos(j[2]), np.sin(j[2])
+        x, y = np.array([[c, s], [-s, c]]) @ (i[:2] - j[:2])
+        c, s = np.cos(i[2] - j[2]), np.sin(i[2] - j[2])
+        return -np.array([[c, -s, y], [s, c, -x], [0, 0, 1]]), np.eye(3)
+
+
+def wrong_first_order_bend() -> None:
+    """Wrong: the bend of the logarithm to first order in the residual. Caught by
+    jacobians-random.
+    """
+    import numpy as np
+
+    def jacobians(pose_i, pose_j, z):
+        def seen(a, b):
+            c, s = np.cos(a[2]), np.sin(a[2])
+            step = np.array([[c, s], [-s, c]]) @ (b[:2] - a[:2])
+            return np.append(step, (b[2] - a[2] + np.pi) % (2 * np.pi) - np.pi)
+
+        i, j, z = (np.array(p, dtype=float) for p in (pose_i, pose_j, z))
+        x, y, angle = seen(z, seen(i, j))
+        half = angle / 2
+        q = np.cos(half) / np.sinc(half / np.pi)
+        x, y = q * x + half * y, q * y - half * x
+        by_j = np.array([[1, -half, y / 2], [half, 1, -x / 2], [0, 0, 1]])
+        back = seen(j, i)
+        c, s = np.cos(back[2]), np.sin(back[2])
+        return -by_j @ np.array([[c, -s, back[1]], [s, c, -back[0]], [0, 0, 1]]), by_j
+
+
+def wrong_additive_steps() -> None:
+    """Wrong: adds the step to x, y and θ of the pose, which is no step of the robot's. Stopped by
+    the visible case jacobians-small.
+    """
+    import numpy as np
+
+    def jacobians(pose_i, pose_j, z):
+        def residual(d):
+            i, j = np.asarray(pose_i) + d[:3], np.asarray(pose_j) + d[3:]
+            gap = complex(*(j - i)[:2]) * np.exp(-1j * i[2]) - complex(z[0], z[1])
+            gap = gap * np.exp(-1j * z[2])
+            angle = np.angle(np.exp(1j * (j[2] - i[2] - z[2])))
+            half = angle / 2
+            rho = gap * (np.cos(half) / np.sinc(half / np.pi) - 1j * half)
+            return np.array([rho.real, rho.imag, angle])
+
+        h = 1e-5 * np.eye(6)
+        both = np.transpose([(residual(e) - residual(-e)) / 2e-5 for e in h])
+        return both[:, :3], both[:, 3:]
+
+
+def wrong_transposed() -> None:
+    """Wrong: rows for columns. Stopped by the visible case jacobians-by-hand."""
+    import numpy as np
+
+    def jacobians(pose_i, pose_j, z):
+        i, j = np.array(pose_i, dtype=float), np.array(pose_j, dtype=float)
+        c, s = np.cos(j[2]), np.sin(j[2])
+        x, y = np.array([[c, s], [-s, c]]) @ (i[:2] - j[:2])
+        c, s = np.cos(i[2] - j[2]), np.sin(i[2] - j[2])
+        return -np.array([[c, -s, y], [s, c, -x], [0, 0, 1]]).T, np.eye(3)
+
+
+def wrong_turns_in_the_difference() -> None:
+    """Wrong: the angle of the residual keeps whole turns, which bends the logarithm. Caught by
+    jacobians-far.
+    """
+    import numpy as np
+
+    def jacobians(pose_i, pose_j, z):
+        def moved(p, d):
+            angle = d[2]
+            bow = 1.0 if angle == 0 else (np.exp(1j * angle) - 1) / (1j * angle)
+            place = complex(p[0], p[1]) + np.exp(1j * p[2]) * complex(d[0], d[1]) * bow
+            return place, p[2] + angle
+
+        def residual(d):
+            (at_i, turn_i), (at_j, turn_j) = moved(pose_i, d[:3]), moved(pose_j, d[3:])
+            gap = (at_j - at_i) * np.exp(-1j * turn_i) - complex(z[0], z[1])
+            gap = gap * np.exp(-1j * z[2])
+            angle = turn_j - turn_i - z[2]
+            half = angle / 2
+            rho = gap * (np.cos(half) / np.sinc(half / np.pi) - 1j * half)
+            return np.array([rho.real, rho.imag, angle])
+
+        h = 1e-5 * np.eye(6)
+        both = np.transpose([(residual(e) - residual(-e)) / 2e-5 for e in h])
+        return both[:, :3], both[:, 3:]

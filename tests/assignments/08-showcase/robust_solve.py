@@ -1,0 +1,357 @@
+"""Answers to exercise robust_solve of 08-showcase: each body is a cell as handed in."""
+
+
+def right_three_pieces() -> None:
+    """Right: the three pieces of the weight by np.where."""
+    import numpy as np
+
+    def robust_solve(graph, c, solve):
+        is_odometry = np.asarray(graph["is_odometry"], dtype=bool)
+        weights = np.ones(is_odometry.size)
+        poses, u = solve(graph, weights, None)
+        u = np.asarray(u)
+        worst = np.max(u[~is_odometry], initial=0.0)
+        if 2 * worst**2 <= c**2:
+            return poses, weights
+        mu = c**2 / (2 * worst**2 - c**2)
+        for _ in range(1000):
+            low, high = mu / (mu + 1) * c**2, (mu + 1) / mu * c**2
+            middle = c / np.maximum(u, 1e-300) * np.sqrt(mu * (mu + 1)) - mu
+            new = np.where(u**2 <= low, 1.0, np.where(u**2 >= high, 0.0, middle))
+            weights = np.where(is_odometry, 1.0, new)
+            poses, u = solve(graph, weights, poses)
+            u = np.asarray(u)
+            if np.all((weights == 0) | (weights == 1)):
+                break
+            mu *= 1.4
+        return poses, weights
+
+
+def right_one_by_one() -> None:
+    """Right: plain Python, one closure at a time, lists for arrays."""
+    import math
+
+    def robust_solve(graph, c, solve):
+        trusted = [bool(own) for own in graph["is_odometry"]]
+        weights = [1.0] * len(trusted)
+        poses, u = solve(graph, weights, None)
+        squares = [2 * float(v) ** 2 for v, own in zip(u, trusted) if not own]
+        if not squares or max(squares) <= c * c:
+            return poses, weights
+        mu = c * c / (max(squares) - c * c)
+        while True:
+            for k, own in enumerate(trusted):
+                if own:
+                    continue
+                square = float(u[k]) ** 2
+                if square <= mu / (mu + 1) * c * c:
+                    weights[k] = 1.0
+                elif square >= (mu + 1) / mu * c * c:
+                    weights[k] = 0.0
+                else:
+                    weights[k] = c / math.sqrt(square) * math.sqrt(mu * (mu + 1)) - mu
+            poses, u = solve(graph, weights, poses)
+            if set(weights) <= {0.0, 1.0}:
+                return poses, weights
+            mu = 1.4 * mu
+
+
+def right_counted_mu() -> None:
+    """Right, an equivalent form: μ is a power of the step's number, and the weight is clipped."""
+    import itertools
+
+    import numpy as np
+
+    def robust_solve(graph, c, solve):
+        loops = np.flatnonzero(~graph["is_odometry"])
+        weights = np.ones(len(graph["is_odometry"]))
+        poses, norms = solve(graph, weights.copy(), None)
+        u = np.array(norms)[loops] / c
+        if loops.size == 0 or np.max(u) <= np.sqrt(0.5):
+            return poses, weights
+        first = 1 / (2 * np.max(u) ** 2 - 1)
+        for step in itertools.count():
+            mu = first * 1.4**step
+            with np.errstate(divide="ignore"):
+                weights[loops] = np.clip(np.sqrt(mu * (mu + 1)) / u - mu, 0.0, 1.0)
+            poses, norms = solve(graph, weights.copy(), poses)
+            u = np.array(norms)[loops] / c
+            if np.isin(weights, (0.0, 1.0)).all():
+                return poses, weights
+
+
+def wrong_odometry_doubted() -> None:
+    """Wrong: weighs the odometry like the closures. Stopped by the visible case
+    robust_solve-map.
+    """
+    import numpy as np
+
+    def robust_solve(graph, c, solve):
+        is_odometry = np.asarray(graph["is_odometry"], dtype=bool)
+        weights = np.ones(is_odometry.size)
+        poses, u = solve(graph, weights, None)
+        u = np.asarray(u)
+        worst = np.max(u[~is_odometry], initial=0.0)
+        if 2 * worst**2 <= c**2:
+            return poses, weights
+        mu = c**2 / (2 * worst**2 - c**2)
+        for _ in range(1000):
+            low, high = mu / (mu + 1) * c**2, (mu + 1) / mu * c**2
+            middle = c / np.maximum(u, 1e-300) * np.sqrt(mu * (mu + 1)) - mu
+            new = np.where(u**2 <= low, 1.0, np.where(u**2 >= high, 0.0, middle))
+            weights = new
+            poses, u = solve(graph, weights, poses)
+            u = np.asarray(u)
+            if np.all((weights == 0) | (weights == 1)):
+                break
+            mu *= 1.4
+        return poses, weights
+
+
+def wrong_start_by_all_norms() -> None:
+    """Wrong: the odometry's norms too decide whether there is something to reject. Stopped by
+    the visible case robust_solve-trust.
+    """
+    import numpy as np
+
+    def robust_solve(graph, c, solve):
+        is_odometry = np.asarray(graph["is_odometry"], dtype=bool)
+        weights = np.ones(is_odometry.size)
+        poses, u = solve(graph, weights, None)
+        u = np.asarray(u)
+        worst = np.max(u, initial=0.0)
+        if 2 * worst**2 <= c**2:
+            return poses, weights
+        mu = c**2 / (2 * worst**2 - c**2)
+        for _ in range(1000):
+            low, high = mu / (mu + 1) * c**2, (mu + 1) / mu * c**2
+            middle = c / np.maximum(u, 1e-300) * np.sqrt(mu * (mu + 1)) - mu
+            new = np.where(u**2 <= low, 1.0, np.where(u**2 >= high, 0.0, middle))
+            weights = np.where(is_odometry, 1.0, new)
+            poses, u = solve(graph, weights, poses)
+            u = np.asarray(u)
+            if np.all((weights == 0) | (weights == 1)):
+                break
+            mu *= 1.4
+        return poses, weights
+
+
+def wrong_mu_before_the_solve() -> None:
+    """Wrong: multiplies μ before the first solve with it. Stopped by the visible case
+    robust_solve-by-hand.
+    """
+    import numpy as np
+
+    def robust_solve(graph, c, solve):
+        is_odometry = np.asarray(graph["is_odometry"], dtype=bool)
+        weights = np.ones(is_odometry.size)
+        poses, u = solve(graph, weights, None)
+        u = np.asarray(u)
+        worst = np.max(u[~is_odometry], initial=0.0)
+        if 2 * worst**2 <= c**2:
+            return poses, weights
+        mu = 1.4 * c**2 / (2 * worst**2 - c**2)
+        for _ in range(1000):
+            low, high = mu / (mu + 1) * c**2, (mu + 1) / mu * c**2
+            middle = c / np.maximum(u, 1e-300) * np.sqrt(mu * (mu + 1)) - mu
+            new = np.where(u**2 <= low, 1.0, np.where(u**2 >= high, 0.0, middle))
+            weights = np.where(is_odometry, 1.0, new)
+            poses, u = solve(graph, weights, poses)
+            u = np.asarray(u)
+            if np.all((weights == 0) | (weights == 1)):
+                break
+            mu *= 1.4
+        return poses, weights
+
+
+def wrong_c_for_its_square() -> None:
+    """Wrong: c where its square belongs, in the knees of the weight. Stopped by the visible case
+    robust_solve-by-hand.
+    """
+    import numpy as np
+
+    def robust_solve(graph, c, solve):
+        is_odometry = np.asarray(graph["is_odometry"], dtype=bool)
+        weights = np.ones(is_odometry.size)
+        poses, u = solve(graph, weights, None)
+        u = np.asarray(u)
+        worst = np.max(u[~is_odometry], initial=0.0)
+        if 2 * worst**2 <= c**2:
+            return poses, weights
+        mu = c**2 / (2 * worst**2 - c**2)
+        for _ in range(1000):
+            low, high = mu / (mu + 1) * c, (mu + 1) / mu * c
+            middle = c / np.maximum(u, 1e-300) * np.sqrt(mu * (mu + 1)) - mu
+            new = np.where(u**2 <= low, 1.0, np.where(u**2 >= high, 0.0, middle))
+            weights = np.where(is_odometry, 1.0, new)
+            poses, u = solve(graph, weights, poses)
+            u = np.asarray(u)
+            if np.all((weights == 0) | (weights == 1)):
+                break
+            mu *= 1.4
+        return poses, weights
+
+
+def wrong_no_middle_piece() -> None:
+    """Wrong: keeps or rejects at once, without the piece between. Stopped by the visible case
+    robust_solve-by-hand.
+    """
+    import numpy as np
+
+    def robust_solve(graph, c, solve):
+        is_odometry = np.asarray(graph["is_odometry"], dtype=bool)
+        weights = np.ones(is_odometry.size)
+        poses, u = solve(graph, weights, None)
+        u = np.asarray(u)
+        worst = np.max(u[~is_odometry], initial=0.0)
+        if 2 * worst**2 <= c**2:
+            return poses, weights
+        mu = c**2 / (2 * worst**2 - c**2)
+        for _ in range(1000):
+            low, high = mu / (mu + 1) * c**2, (mu + 1) / mu * c**2
+            middle = 0.0
+            new = np.where(u**2 <= low, 1.0, np.where(u**2 >= high, 0.0, middle))
+            weights = np.where(is_odometry, 1.0, new)
+            poses, u = solve(graph, weights, poses)
+            u = np.asarray(u)
+            if np.all((weights == 0) | (weights == 1)):
+                break
+            mu *= 1.4
+        return poses, weights
+
+
+def wrong_factor() -> None:
+    """Wrong: μ grows by 2. Caught by robust_solve-rows."""
+    import numpy as np
+
+    def robust_solve(graph, c, solve):
+        is_odometry = np.asarray(graph["is_odometry"], dtype=bool)
+        weights = np.ones(is_odometry.size)
+        poses, u = solve(graph, weights, None)
+        u = np.asarray(u)
+        worst = np.max(u[~is_odometry], initial=0.0)
+        if 2 * worst**2 <= c**2:
+            return poses, weights
+        mu = c**2 / (2 * worst**2 - c**2)
+        for _ in range(1000):
+            low, high = mu / (mu + 1) * c**2, (mu + 1) / mu * c**2
+            middle = c / np.maximum(u, 1e-300) * np.sqrt(mu * (mu + 1)) - mu
+            new = np.where(u**2 <= low, 1.0, np.where(u**2 >= high, 0.0, middle))
+            weights = np.where(is_odometry, 1.0, new)
+            poses, u = solve(graph, weights, poses)
+            u = np.asarray(u)
+            if np.all((weights == 0) | (weights == 1)):
+                break
+            mu *= 2
+        return poses, weights
+
+
+def wrong_stale_start() -> None:
+    """Wrong: begins every solve afresh, from no poses. Caught by robust_solve-map."""
+    import numpy as np
+
+    def robust_solve(graph, c, solve):
+        is_odometry = np.asarray(graph["is_odometry"], dtype=bool)
+        weights = np.ones(is_odometry.size)
+        poses, u = solve(graph, weights, None)
+        u = np.asarray(u)
+        worst = np.max(u[~is_odometry], initial=0.0)
+        if 2 * worst**2 <= c**2:
+            return poses, weights
+        mu = c**2 / (2 * worst**2 - c**2)
+        for _ in range(1000):
+            low, high = mu / (mu + 1) * c**2, (mu + 1) / mu * c**2
+            middle = c / np.maximum(u, 1e-300) * np.sqrt(mu * (mu + 1)) - mu
+            new = np.where(u**2 <= low, 1.0, np.where(u**2 >= high, 0.0, middle))
+            weights = np.where(is_odometry, 1.0, new)
+            poses, u = solve(graph, weights, None)
+            u = np.asarray(u)
+            if np.all((weights == 0) | (weights == 1)):
+                break
+            mu *= 1.4
+        return poses, weights
+
+
+def wrong_stops_when_converged_once() -> None:
+    """Wrong: the poses of the solve before the last. Stopped by the visible case
+    robust_solve-by-hand.
+    """
+    import numpy as np
+
+    def robust_solve(graph, c, solve):
+        is_odometry = np.asarray(graph["is_odometry"], dtype=bool)
+        weights = np.ones(is_odometry.size)
+        poses, u = solve(graph, weights, None)
+        u = np.asarray(u)
+        worst = np.max(u[~is_odometry], initial=0.0)
+        if 2 * worst**2 <= c**2:
+            return poses, weights
+        mu = c**2 / (2 * worst**2 - c**2)
+        for _ in range(1000):
+            low, high = mu / (mu + 1) * c**2, (mu + 1) / mu * c**2
+            middle = c / np.maximum(u, 1e-300) * np.sqrt(mu * (mu + 1)) - mu
+            new = np.where(u**2 <= low, 1.0, np.where(u**2 >= high, 0.0, middle))
+            weights = np.where(is_odometry, 1.0, new)
+            before = poses
+            poses, u = solve(graph, weights, poses)
+            u = np.asarray(u)
+            if np.all((weights == 0) | (weights == 1)):
+                break
+            mu *= 1.4
+        return before, weights
+
+
+def wrong_plain_tls() -> None:
+    """Wrong: no graduation: rejects what is past c from the least-squares fit on. Stopped by the
+    visible case robust_solve-by-hand.
+    """
+    import numpy as np
+
+    def robust_solve(graph, c, solve):
+        is_odometry = np.asarray(graph["is_odometry"], dtype=bool)
+        weights = np.ones(is_odometry.size)
+        poses, u = solve(graph, weights, None)
+        u = np.asarray(u)
+        worst = np.max(u[~is_odometry], initial=0.0)
+        if 2 * worst**2 <= c**2:
+            return poses, weights
+        mu = 1e9
+        for _ in range(1000):
+            low, high = mu / (mu + 1) * c**2, (mu + 1) / mu * c**2
+            middle = c / np.maximum(u, 1e-300) * np.sqrt(mu * (mu + 1)) - mu
+            new = np.where(u**2 <= low, 1.0, np.where(u**2 >= high, 0.0, middle))
+            weights = np.where(is_odometry, 1.0, new)
+            poses, u = solve(graph, weights, poses)
+            u = np.asarray(u)
+            if np.all((weights == 0) | (weights == 1)):
+                break
+            mu = 1e9
+        return poses, weights
+
+
+def wrong_never_nothing() -> None:
+    """Wrong: no look at whether there is something to reject, and μ is negative. Caught by
+    robust_solve-nothing.
+    """
+    import numpy as np
+
+    def robust_solve(graph, c, solve):
+        is_odometry = np.asarray(graph["is_odometry"], dtype=bool)
+        weights = np.ones(is_odometry.size)
+        poses, u = solve(graph, weights, None)
+        u = np.asarray(u)
+        worst = np.max(u[~is_odometry], initial=0.0)
+        if worst == 0:
+            return poses, weights
+        mu = c**2 / (2 * worst**2 - c**2)
+        for _ in range(1000):
+            low, high = mu / (mu + 1) * c**2, (mu + 1) / mu * c**2
+            middle = c / np.maximum(u, 1e-300) * np.sqrt(mu * (mu + 1)) - mu
+            new = np.where(u**2 <= low, 1.0, np.where(u**2 >= high, 0.0, middle))
+            weights = np.where(is_odometry, 1.0, new)
+            poses, u = solve(graph, weights, poses)
+            u = np.asarray(u)
+            if np.all((weights == 0) | (weights == 1)):
+                break
+            mu *= 1.4
+        return poses, weights
