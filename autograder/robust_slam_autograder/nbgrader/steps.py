@@ -29,6 +29,7 @@ from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.nbgrader import gradebook, graded_notebook, own_files
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.assignment import BEGIN_HIDDEN, split_hidden
+from robust_slam_autograder.reading.submission import is_student
 from robust_slam_autograder.sandbox import BACK_ENDS, Sandbox, choose
 
 PLACE = "autograder"
@@ -101,8 +102,11 @@ class SafeExporter(NotebookExporter):
         pattern = course.format_path(
             course.submitted_directory, course.student_id, course.assignment_id
         )
-        folders = (path for path in glob.glob(pattern) if os.path.isdir(path))
-        return {path: [f"{path}/{self._assignment.notebook}.ipynb"] for path in folders}
+        folders = [path for path in glob.glob(pattern) if os.path.isdir(path)]
+        plain = [path for path in folders if is_student(Path(path).parent.name)]
+        for path in sorted(set(folders) - set(plain)):
+            self.log.error("%r names no student: name its folder anew.", path)
+        return {path: [f"{path}/{self._assignment.notebook}.ipynb"] for path in plain}
 
     def from_filename(
         self,

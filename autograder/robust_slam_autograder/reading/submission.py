@@ -22,6 +22,7 @@ from robust_slam_autograder.reading.source import defines
 OWN = "own cell"
 MAX_STUDENT_BYTES = 200
 DATABASE_NAME = "gradebook.db"
+SQLITE_KEEPS = ("journal", "wal", "shm")
 
 
 @dataclass(frozen=True)
@@ -87,7 +88,12 @@ def with_notes(submission: Submission, notes: tuple[str, ...]) -> Submission:
 def is_student(name: str) -> bool:
     """Whether results may lie in a folder of this name, beside the batch's own files."""
     plain = name.isprintable() and "/" not in name and len(name.encode()) <= MAX_STUDENT_BYTES
-    return bool(name) and plain and not name.startswith(".") and name != DATABASE_NAME
+    return bool(name) and plain and not name.startswith(".") and not _is_databases(name)
+
+
+def _is_databases(name: str) -> bool:
+    """Whether a file of this name is the gradebook's, or one that SQLite keeps beside it."""
+    return name in (DATABASE_NAME, *(f"{DATABASE_NAME}-{kind}" for kind in SQLITE_KEEPS))
 
 
 def stand_in(name: str) -> str:

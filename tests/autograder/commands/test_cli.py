@@ -90,6 +90,7 @@ def test_a_notebook_is_its_stems(course: Path, grade: Run) -> None:
         (["submitted/ada/07-toy", "--student", "a\x1bb"], "is no name for a student"),
         (["submitted/ada/07-toy", "--student", "ä" * 101], "is no name for a student"),
         (["submitted/ada/07-toy", "--student", "gradebook.db"], "is no name for a student"),
+        (["submitted/ada/07-toy", "--student", "gradebook.db-wal"], "is no name for a student"),
         (["submitted/ada/07-toy", "copy.ipynb", "--student", "ada"], "is handed in twice"),
         (["submitted/ada/07-toy", "--seed", "-1"], "a seed is a whole number"),
         (["submitted/ada/07-toy", "--seed", "x"], "a seed is a whole number"),

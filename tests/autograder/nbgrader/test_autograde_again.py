@@ -124,3 +124,13 @@ def test_an_unusable_notebook_is_the_instructors_to_mend(course: Path) -> None:
     (course / "solutions" / toy.NAME / "autograder.toml").write_text("limit = 3\n")
     with pytest.raises(NbGraderException, match="unknown key 'limit'"):
         autograde(course)
+
+
+def test_a_student_named_as_sqlites_own_file_is_left_out(
+    course: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    course_of.hand_in(course, "gradebook.db-wal", course_of.answer())
+    for _ in range(2):  # the folder of that name would stop the second run
+        autograde(course)
+    assert set(course_of.rows(course_of.database(course), "auto_score")) == {"ada"}
+    assert "names no student" in caplog.text
