@@ -77,6 +77,7 @@ class Channel:
         named: Mapping[str, Callable[..., Any]] | None = None,
         describe: Callable[[BaseException], dict[str, Any]] | None = None,
         tells: type[BaseException] = Exception,
+        widen: bool = False,
     ) -> None:
         """Take over two descriptors.
 
@@ -86,6 +87,7 @@ class Channel:
             named: functions that the other side may call by name.
             describe: turns an exception into what is told of it.
             tells: exceptions of our functions that the other side is told of.
+            widen: as in ``wire.decode``.
         """
         self.deadline: float | None = None
         self.invoke: Callable[[Handle, tuple[Any, ...], Mapping[str, Any]], Any] = self.call
@@ -96,6 +98,7 @@ class Channel:
         self._named = named or {}
         self._describe = describe or describe_error
         self._tells = tells
+        self._widen = widen
         self._exported: list[Callable[..., Any]] = []
         self._keys: dict[int, int] = {}
         self._lock = threading.RLock()  # student code may call back from a thread of its own
@@ -205,7 +208,7 @@ class Channel:
         if length > wire.MAX_MESSAGE:
             raise ChannelClosed("a message larger than the limit")
         try:
-            message = wire.decode(self._read_exactly(length), self._import)
+            message = wire.decode(self._read_exactly(length), self._import, widen=self._widen)
         except WireError as error:
             raise ChannelClosed(str(error)) from error
         if not _is_message(message):

@@ -24,6 +24,7 @@ Kind = Literal["timeout", "died"]
 
 PRELOAD = ("matplotlib.pyplot", "IPython.core.inputtransformer2")
 """Modules that many a student's own cell imports, or that reading it takes."""
+_ENDS_OF_LOOPS = ("StopIteration", "StopAsyncIteration")
 
 
 class SessionFault(ChannelFault):
@@ -202,7 +203,7 @@ class Session:
         if problem is not None:
             self.close()
             raise GraderFailure(f"The sandbox ({self.sandbox.name}) did not start: {problem}")
-        return Channel(*self._running.pipes())
+        return Channel(*self._running.pipes(), widen=True)
 
     def _run_program(self, channel: Channel) -> bool:
         """Read all cells, then run them; False when the student's hung: a fresh start is due."""
@@ -251,9 +252,10 @@ def shows_answers(error: Exception, names: Sequence[str]) -> bool:
 def student_error(raised: RaisedThere) -> StudentError:
     """Make an exception that tests can catch by the builtin class that the student raised.
 
-    Only classes below Exception count, so that nothing a student raises ends the grader.
+    Only classes below Exception count, so that nothing a student raises ends the grader; and
+    none that ends a loop over ``map`` or ``zip`` as if it had seen all.
     """
-    known = (getattr(builtins, name, None) for name in raised.types)
+    known = (getattr(builtins, name, None) for name in raised.types if name not in _ENDS_OF_LOOPS)
     bases = [found for found in known if isinstance(found, type) and issubclass(found, Exception)]
     name = raised.types[0] if raised.types and raised.types[0].isidentifier() else "Exception"
     for base in [*bases, Exception]:

@@ -33,6 +33,7 @@ MAX_PAIR_BYTES = 64
 
 _ARRAY, _SCALAR, _TUPLE, _COMPLEX, _HANDLE, _INTEGER = range(1, 7)
 _DTYPES = frozenset("?bBhHiIlLqQefdFD")
+_DOUBLE = {"e": "d", "f": "d", "F": "D"}
 _MARK = object()
 """Stands at the head of a list that is a tuple. An extension that held the items would be
 copied once for each level that it is nested."""
@@ -138,8 +139,15 @@ def _pack_array(item: np.ndarray[Any, Any] | np.generic) -> object:
     return msgpack.ExtType(code, body)
 
 
-def decode(data: bytes, resolve: Import) -> Any:  # noqa: ANN401
-    """Turn bytes into plain data; ``resolve`` turns each handle into a callable.
+def decode(data: bytes, resolve: Import, *, widen: bool = False) -> Any:  # noqa: ANN401
+    """Turn bytes into plain data.
+
+    Args:
+        data: the message.
+        resolve: turns each handle into a callable.
+        widen: read single and half precision as double. Beside such a number numpy rounds
+            Python's own to as few digits, and so ``np.isclose(np.float16(0.30001), 0.3)``
+            holds at every tolerance.
 
     Raises:
         WireError: the bytes are not a message of plain data within the limits.
@@ -147,7 +155,7 @@ def decode(data: bytes, resolve: Import) -> Any:  # noqa: ANN401
     if len(data) > MAX_MESSAGE:
         raise WireError(f"a value of {len(data)} bytes is larger than {MAX_MESSAGE}")
     try:
-        value = _Reader(resolve).unpack(data)
+        value = _Reader(resolve, widen=widen).unpack(data)
         _refuse_foreign(value, 0)
     except WireError:
         raise
@@ -159,8 +167,9 @@ def decode(data: bytes, resolve: Import) -> Any:  # noqa: ANN401
 class _Reader:
     """Reads one message and counts what it costs."""
 
-    def __init__(self, resolve: Import) -> None:
+    def __init__(self, resolve: Import, *, widen: bool) -> None:
         self._resolve = resolve
+        self._widen = widen
         self._left = MAX_ITEMS
 
     def unpack(self, data: bytes) -> Any:  # noqa: ANN401
@@ -196,9 +205,9 @@ class _Reader:
         if code == _TUPLE and not body:
             return _MARK
         if code == _ARRAY:
-            return _unpack_array(body)
+            return _unpack_array(body, self._widen)
         if code == _SCALAR:
-            return _unpack_scalar(body)
+            return _unpack_scalar(body, self._widen)
         if code == _INTEGER and len(body) <= MAX_INTEGER_BYTES:
             return int.from_bytes(body, "little", signed=True)
         if code == _COMPLEX:
@@ -245,7 +254,7 @@ def _parts_of_key(key: object, depth: int) -> int:
     return 1
 
 
-def _unpack_array(body: bytes) -> np.ndarray[Any, Any]:
+def _unpack_array(body: bytes, widen: bool) -> np.ndarray[Any, Any]:
     char, shape, raw = msgpack.unpackb(body, max_array_len=MAX_DIMENSIONS)
     if char not in _DTYPES or not isinstance(shape, list) or not isinstance(raw, bytes):
         raise WireError("an array of an unknown type")
@@ -257,11 +266,12 @@ def _unpack_array(body: bytes) -> np.ndarray[Any, Any]:
     # A sum over the empty side of (0, 2**40) would fill the memory.
     if math.prod(max(n, 1) for n in shape) * dtype.itemsize > MAX_MESSAGE:
         raise WireError("an empty array that is too wide")
-    return np.frombuffer(raw, dtype=dtype).reshape(shape).astype(np.dtype(char))
+    native = np.dtype(_DOUBLE.get(char, char) if widen else char)
+    return np.frombuffer(raw, dtype=dtype).reshape(shape).astype(native)
 
 
-def _unpack_scalar(body: bytes) -> object:
-    array = _unpack_array(body)
+def _unpack_scalar(body: bytes, widen: bool) -> object:
+    array = _unpack_array(body, widen)
     if array.shape:
         raise WireError("a number that is an array")
     return array[()]

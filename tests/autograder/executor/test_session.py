@@ -181,6 +181,23 @@ def test_arrays_keep_type_shape_and_values(sessions: list[Session]) -> None:
         assert np.array_equal(got, array)
 
 
+@pytest.mark.parametrize("kind", ["float16", "float32", "complex64"])
+def test_few_digits_do_not_round_what_they_are_compared_with(
+    sessions: list[Session], kind: str
+) -> None:
+    code = f"import numpy as np\ndef f(x): return [np.{kind}(x), np.{kind}([x])]\n"
+    names = begin(sessions, code).bindings()
+    for got in names["f"](0.1):
+        assert got.dtype.itemsize == 8 * (1 + np.iscomplexobj(got))
+        assert not np.any(np.isclose(got, 0.1, rtol=1e-9, atol=0))
+
+
+def test_nothing_that_a_student_raises_empties_a_loop(sessions: list[Session]) -> None:
+    names = begin(sessions, "def f(x): raise StopIteration\n").bindings()
+    with pytest.raises(StudentError):
+        list(map(names["f"], [1, 2]))
+
+
 @pytest.mark.parametrize(
     ("types", "caught_by"),
     [
@@ -191,6 +208,8 @@ def test_arrays_keep_type_shape_and_values(sessions: list[Session]) -> None:
         (["KeyboardInterrupt"], StudentError),
         (["GeneratorExit", "BaseException"], StudentError),
         (["ExceptionGroup", "BaseExceptionGroup", "Exception"], StudentError),
+        (["StopIteration", "Exception"], StudentError),
+        (["StopAsyncIteration", "Exception"], StudentError),
         (["a\0b", "print", "__name__"], StudentError),
         (["a b\x1b", "Exception"], StudentError),
         ([], StudentError),
@@ -202,5 +221,6 @@ def test_an_error_is_an_exception_whatever_it_says_it_is(
     error = student_error(RaisedThere({"types": types, "message": "m", "line": 3}))
     assert isinstance(error, caught_by) and isinstance(error, StudentError)
     assert isinstance(error, Exception)
+    assert not isinstance(error, StopIteration | StopAsyncIteration)
     assert str(error) == "m" and error.line == 3
     assert type(error).__name__.isidentifier()
