@@ -104,6 +104,12 @@ class Session:
         self.fault = None
         self._cell_end = time.monotonic() + self.limits.cell_seconds
 
+    @property
+    def lacks_own_cells(self) -> bool:
+        """Whether a cell of the student's own hung or died, and is left out."""
+        setup = len(self.program.setup)
+        return any(self.program.pieces[number - setup].own for number in self.skip)
+
     def fail(self, kind: Kind) -> SessionFault:
         """End the process after a fault, and give the fault to raise."""
         self.close()

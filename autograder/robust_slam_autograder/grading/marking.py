@@ -50,6 +50,7 @@ ALARM_GRACE = 0.5
 """The pipe's own deadline comes first; the alarm is for tests that compute on this side."""
 MAX_MESSAGE = 600
 NO_HINT = "A hidden check of this case did not pass."
+LEFT_OUT = "A cell of your own ran longer than it may, or ended the process, and is left out"
 NOT_WRITTEN = "Not written yet: the function still raises NotImplementedError."
 
 
@@ -238,6 +239,8 @@ class _Cases:
         cell_error = self.session.errors.get(self.assignment.owner(case.exercise))
         if isinstance(cell_error, SessionFault):
             return _fault(cell_error)
+        if isinstance(error, NameError) and self.session.lacks_own_cells:
+            return Outcome(False, f"{LEFT_OUT}: {error}.", "timeout")
         if isinstance(error, NameError) and not isinstance(error, StudentError):
             cell_error = self.session.errors.get(
                 self.assignment.owner(error.name or ""), cell_error

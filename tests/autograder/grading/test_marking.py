@@ -142,6 +142,17 @@ def test_a_callback_that_computes_for_ever_is_ended() -> None:
     assert exercise(result, "apply").status == "passed"
 
 
+def test_what_an_own_cell_that_hangs_should_define_is_missing_for_want_of_time() -> None:
+    tests = toy.assignment(Config(limits=Limits(call_seconds=1, cell_seconds=1)))
+    slow = toy.cell("import time\nTWO = time.sleep(9) or 2\n")
+    answer = toy.answer("def double(x):\n    return TWO * np.asarray(x)\n", toy.APPLY, slow)
+    code = toy.submission(answer, tests)
+    result = marking.grade(tests, code, student="a", seed=3, sandbox=Unsandboxed())
+    assert exercise(result).status == "timeout"  # so that a batch grades it again, alone
+    assert exercise(result).message.startswith(f"{marking.LEFT_OUT}: name 'TWO'")
+    assert exercise(result, "apply").status == "passed"
+
+
 def test_a_submission_has_its_time_and_no_more() -> None:
     limits = Limits(call_seconds=20, cell_seconds=20, notebook_seconds=1)
     text = "def double(x):\n    while True: pass\n"
