@@ -1,0 +1,145 @@
+"""Answers to exercise suboptimality of 07-certificates: each body is a cell as handed in."""
+
+
+def right_formula() -> None:
+    """Right: the formula, with S made on the spot."""
+    import numpy as np
+
+    def suboptimality(Q, R):
+        Q, R = np.array(Q, dtype=float), np.array(R, dtype=float)
+        inside = np.kron(np.eye(len(Q) // len(R)), np.ones((len(R), len(R))))
+        A = inside * (Q @ R.T @ R)
+        lowest = np.linalg.eigvalsh(Q - (A + A.T) / 2)[0]
+        return np.maximum(0.0, -len(Q) * lowest)
+
+
+def right_largest_of_the_negative() -> None:
+    """Right, by a library routine: scipy's largest eigenvalue of Λ − Q, and a plain float."""
+    import numpy as np
+    from scipy.linalg import eigh
+
+    def suboptimality(Q, R):
+        R = np.asarray(R, dtype=float)
+        d, dn = R.shape
+        minus_s = -np.asarray(Q, dtype=float)
+        pulls = -minus_s @ R.T
+        for k in range(0, dn, d):
+            A = pulls[k : k + d] @ R[:, k : k + d]
+            minus_s[k : k + d, k : k + d] += (A + A.T) / 2
+        top = eigh(minus_s, eigvals_only=True, subset_by_index=[dn - 1, dn - 1])[0]
+        return float(dn * top) if top > 0 else 0.0
+
+
+def right_cost_minus_bound() -> None:
+    """Right, an equivalent form: the cost less the value of the dual problem, tr Λ + dn·λ_min;
+    rounding below 0 is cut off.
+    """
+    import numpy as np
+
+    def suboptimality(Q, R):
+        Q, R = np.array(Q, dtype=float), np.array(R, dtype=float)
+        d, dn = R.shape
+        Lambda = np.zeros_like(Q)
+        for k in range(0, dn, d):
+            at = slice(k, k + d)
+            A = Q[at] @ R.T @ R[:, at]
+            Lambda[at, at] = (A + A.T) / 2
+        shifted = Lambda + min(np.linalg.eigvalsh(Q - Lambda)) * np.eye(dn)
+        gap = np.trace(R @ Q @ R.T) - np.trace(shifted)
+        return gap if gap > 1e-12 * np.linalg.norm(Q) * dn else 0
+
+
+def wrong_without_dn() -> None:
+    """Wrong: −λ_min alone. Stopped by the visible case suboptimality-by-hand."""
+    import numpy as np
+
+    def suboptimality(Q, R):
+        Q, R = np.array(Q, dtype=float), np.array(R, dtype=float)
+        inside = np.kron(np.eye(len(Q) // len(R)), np.ones((len(R), len(R))))
+        A = inside * (Q @ R.T @ R)
+        return max(0.0, -np.linalg.eigvalsh(Q - (A + A.T) / 2)[0])
+
+
+def wrong_half() -> None:
+    """Wrong: counts one row for each pose, n for dn. Stopped by the visible case
+    suboptimality-by-hand.
+    """
+    import numpy as np
+
+    def suboptimality(Q, R):
+        Q, R = np.array(Q, dtype=float), np.array(R, dtype=float)
+        n = len(Q) // len(R)
+        inside = np.kron(np.eye(n), np.ones((len(R), len(R))))
+        A = inside * (Q @ R.T @ R)
+        return max(0.0, -n * np.linalg.eigvalsh(Q - (A + A.T) / 2)[0])
+
+
+def wrong_plane_only() -> None:
+    """Wrong: two rows for each pose, in space too. Caught by suboptimality-space."""
+    import numpy as np
+
+    def suboptimality(Q, R):
+        Q, R = np.array(Q, dtype=float), np.array(R, dtype=float)
+        n = len(Q) // len(R)
+        inside = np.kron(np.eye(n), np.ones((len(R), len(R))))
+        A = inside * (Q @ R.T @ R)
+        return max(0.0, -2 * n * np.linalg.eigvalsh(Q - (A + A.T) / 2)[0])
+
+
+def wrong_dn_of_four() -> None:
+    """Wrong: a factor of 4, which is dn for two poses in the plane. Caught by
+    suboptimality-plane.
+    """
+    import numpy as np
+
+    def suboptimality(Q, R):
+        Q, R = np.array(Q, dtype=float), np.array(R, dtype=float)
+        inside = np.kron(np.eye(len(Q) // len(R)), np.ones((len(R), len(R))))
+        A = inside * (Q @ R.T @ R)
+        return max(0.0, -4 * np.linalg.eigvalsh(Q - (A + A.T) / 2)[0])
+
+
+def wrong_negative() -> None:
+    """Wrong: nothing stops it at 0, so that rounding makes rotations better than the best. Caught
+    by suboptimality-best.
+    """
+    import numpy as np
+
+    def suboptimality(Q, R):
+        Q, R = np.array(Q, dtype=float), np.array(R, dtype=float)
+        inside = np.kron(np.eye(len(Q) // len(R)), np.ones((len(R), len(R))))
+        A = inside * (Q @ R.T @ R)
+        return -len(Q) * np.linalg.eigvalsh(Q - (A + A.T) / 2)[0]
+
+
+def wrong_cost() -> None:
+    """Wrong: gives the cost, which is the gap where the best cost is 0. Caught by
+    suboptimality-space.
+    """
+    import numpy as np
+
+    def suboptimality(Q, R):
+        return max(0.0, np.trace(R @ np.asarray(Q, dtype=float) @ np.transpose(R)))
+
+
+def wrong_without_multipliers() -> None:
+    """Wrong: the eigenvalue of Q and not of S. Stopped by the visible case
+    suboptimality-by-hand.
+    """
+    import numpy as np
+
+    def suboptimality(Q, R):
+        return max(0.0, -len(Q) * np.linalg.eigvalsh(Q)[0])
+
+
+def wrong_not_symmetrised() -> None:
+    """Wrong: the blocks of Λ as they come; eigvalsh then reads one half of S alone. Caught by
+    suboptimality-anywhere.
+    """
+    import numpy as np
+
+    def suboptimality(Q, R):
+        Q, R = np.array(Q, dtype=float), np.array(R, dtype=float)
+        inside = np.kron(np.eye(len(Q) // len(R)), np.ones((len(R), len(R))))
+        S = Q - inside * (Q @ R.T @ R)
+        return max(0.0, -len(Q) * np.linalg.eigvalsh(S)[0])
