@@ -1,0 +1,133 @@
+"""Answers to exercise cost of 04-non-convexity: each body is a cell as handed in."""
+
+
+def right_broadcast() -> None:
+    """Right: a table of residuals, summed over the measurements."""
+    import numpy as np
+
+    def cost(x, z, rho):
+        x, z = np.asarray(x, dtype=float), np.asarray(z, dtype=float)
+        return rho(x[..., None] - z).sum(axis=-1)
+
+
+def right_one_measurement_at_a_time() -> None:
+    """Right: adds the landscape of each measurement."""
+    import numpy as np
+
+    def cost(x, z, rho):
+        x = np.asarray(x, dtype=float)
+        total = np.zeros(x.shape)
+        for one in z:
+            total = total + rho(x - float(one))
+        return total
+
+
+def right_one_place_at_a_time() -> None:
+    """Right: plain Python over the places, a list out of a list."""
+
+    def cost(x, z, rho):
+        if hasattr(x, "__len__"):
+            return [cost(one, z, rho) for one in x]
+        return sum(float(rho(float(x) - float(one))) for one in z)
+
+
+def right_outer() -> None:
+    """Right: NumPy's table of differences, with the sign the other way round."""
+    import numpy as np
+
+    def cost(x, z, rho):
+        x = np.asarray(x, dtype=float)
+        table = np.subtract.outer(np.asarray(z, dtype=float), x)
+        return np.sum(rho(table), axis=0)
+
+
+def wrong_mean() -> None:
+    """Wrong: the mean over the measurements. Stopped by the visible case cost-by-hand."""
+    import numpy as np
+
+    def cost(x, z, rho):
+        x, z = np.asarray(x, dtype=float), np.asarray(z, dtype=float)
+        return np.mean(rho(x[..., None] - z), axis=-1)
+
+
+def wrong_cost_of_the_sum() -> None:
+    """Wrong: adds up the residuals first, where they cancel. Stopped by the visible case
+    cost-by-hand.
+    """
+    import numpy as np
+
+    def cost(x, z, rho):
+        x, z = np.asarray(x, dtype=float), np.asarray(z, dtype=float)
+        return rho(np.sum(x[..., None] - z, axis=-1))
+
+
+def wrong_always_the_square() -> None:
+    """Wrong: the square is written in and ρ is ignored. Stopped by the visible case
+    cost-robust.
+    """
+    import numpy as np
+
+    def cost(x, z, rho):
+        x, z = np.asarray(x, dtype=float), np.asarray(z, dtype=float)
+        return np.sum((x[..., None] - z) ** 2, axis=-1) / 2
+
+
+def wrong_cost_of_the_distance() -> None:
+    """Wrong: adds up squares and asks ρ for their root, one robust cost for all together. Stopped
+    by the visible case cost-robust.
+    """
+    import numpy as np
+
+    def cost(x, z, rho):
+        x, z = np.asarray(x, dtype=float), np.asarray(z, dtype=float)
+        return rho(np.sqrt(np.sum((x[..., None] - z) ** 2, axis=-1)))
+
+
+def wrong_pair_by_pair() -> None:
+    """Wrong where there are as many places as measurements: pairs them off. Stopped by the visible
+    case cost-as-many.
+    """
+    import numpy as np
+
+    def cost(x, z, rho):
+        x, z = np.asarray(x, dtype=float), np.asarray(z, dtype=float)
+        if x.shape == z.shape:
+            return rho(x - z)
+        return np.sum(rho(x[..., None] - z), axis=-1)
+
+
+def wrong_sum_over_places() -> None:
+    """Wrong where there are as many places as measurements: sums the table over the places, which
+    shows in the shape elsewhere, and is turned round there. Caught by cost-as-many.
+    """
+    import numpy as np
+
+    def cost(x, z, rho):
+        x, z = np.asarray(x, dtype=float), np.asarray(z, dtype=float)
+        table = rho(x[..., None] - z)
+        total = np.sum(table, axis=0)
+        return total if total.shape == x.shape else np.sum(table, axis=-1)
+
+
+def wrong_number_refused() -> None:
+    """Wrong for one place: a number comes out as a list of one. Stopped by the visible case
+    cost-shapes.
+    """
+    import numpy as np
+
+    def cost(x, z, rho):
+        return np.array([np.sum(rho(one - np.asarray(z, dtype=float))) for one in np.ravel(x)])
+
+
+def wrong_integers() -> None:
+    """Wrong for integers: keeps the costs in an array of the places' own type. Caught by
+    cost-shapes.
+    """
+    import numpy as np
+
+    def cost(x, z, rho):
+        x = np.asarray(x)
+        total = np.zeros_like(x)
+        for one in z:
+            total = total + rho(x - one).astype(x.dtype)
+        return total
