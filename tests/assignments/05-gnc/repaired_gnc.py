@@ -191,7 +191,7 @@ def wrong_mu_from_one() -> None:
 
 def wrong_no_annealing() -> None:
     """Wrong: TLS by reweighting from the mean; where the lie pulls that far away nobody is left.
-    Caught by repaired_gnc-binary.
+    Stopped by the visible case repaired_gnc-binary.
     """
     import numpy as np
 
