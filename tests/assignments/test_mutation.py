@@ -1,0 +1,194 @@
+"""The mutation tool kills what a case notices, tells what survives, and refuses old judgements."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from robust_slam_autograder.errors import WrongUse
+
+from tests.assignments import answers
+from tests.assignments.mutation import __main__ as command
+from tests.assignments.mutation import equivalents, run
+from tests.assignments.mutation.mutators import Mutant, mutants
+from tests.assignments.mutation.report import Report
+from tests.assignments.mutation.run import Verdict
+
+SOLUTION = """\
+def size(u):
+    ### BEGIN SOLUTION
+    if u < 0:
+        return -u
+    return u
+    ### END SOLUTION
+"""
+POSITIVE = "assert size(3) == 3\nassert size(0.5) == 0.5"
+NEGATIVE = "assert size(-0.5) == 0.5\nassert size(-3) == 3"
+MARKS = {"schema_version": 3, "locked": True, "task": False}
+
+
+def toy(tree: Path, cases: dict[str, str], solution: str = SOLUTION) -> Path:
+    """An assignment of one exercise in a source tree."""
+    solved = {"grade_id": "size", "grade": False, "solution": True}
+    cells = [cell(solution, solved | {"locked": False})]
+    for name, source in cases.items():
+        marks = {"grade_id": f"size-{name}", "grade": True, "solution": False, "points": 5}
+        cells.append(cell(source, marks))
+    notebook = {"cells": cells, "metadata": {}, "nbformat": 4, "nbformat_minor": 5}
+    path = tree / "toy" / "toy.ipynb"
+    path.parent.mkdir(parents=True)
+    path.write_text(json.dumps(notebook), encoding="utf-8")
+    return tree
+
+
+def cell(source: str, marks: dict[str, object]) -> dict[str, object]:
+    fields = {"metadata": {"nbgrader": MARKS | marks}, "source": source, "id": marks["grade_id"]}
+    return fields | {"cell_type": "code", "outputs": [], "execution_count": None}
+
+
+def mutate(tree: Path, judged: Path | None = None) -> Report:
+    return command.mutate("toy", tree, judged or tree, seed=1, jobs=1)
+
+
+def judge(folder: Path, line: str, becomes: str, reason: str = "0 is -0") -> Path:
+    path = folder / "toy" / equivalents.FILE
+    path.parent.mkdir(parents=True, exist_ok=True)
+    entry = {"exercise": "size", "line": line, "becomes": becomes, "reason": reason}
+    text = "".join(f"{key} = {json.dumps(value)}\n" for key, value in entry.items())
+    path.write_text(f"[[equivalent]]\n{text}", encoding="utf-8")
+    return folder
+
+
+def changes(source: str) -> set[str]:
+    """What may become of a solution's one line."""
+    text = f"def f(a, b):\n    ### BEGIN SOLUTION\n    {source}\n    ### END SOLUTION\n"
+    return {mutant.becomes for mutant in mutants("f", text)}
+
+
+@pytest.mark.parametrize(
+    ("source", "wanted"),
+    [
+        ("return a * b", {"return a / b", "return -(a * b)", "pass"}),
+        ("return a @ b", {"return a * b", "return b @ a"}),
+        ("return a <= b", {"return a < b", "return a > b"}),
+        ("return a and b", {"return a or b"}),
+        ("return (a + b) * 2", {"return (a - b) * 2", "return (a + b) * 4", "return (a + b) * 1"}),
+        ("return a[0]", {"return a[1]", "return a[-1]"}),
+        ("return a[b]", {"return a[b + 1]", "return a[b - 1]"}),
+        ("return a[:b]", {"return a[1:b]", "return a[:b - 1]", "return a[:b + 1]"}),
+        ("return [0 for _ in range(b)]", {"return [0 for _ in range(b - 1)]"}),
+        (
+            "return np.sum(a, axis=0)",
+            {"return np.mean(a, axis=0)", "return np.sum(a)", "return a"},
+        ),
+        ("return np.arctan2(a, b)", {"return np.arctan2(b, a)"}),
+        ("return a.T", {"return a"}),
+        ("return a, b", {"return (b, a)", "return -a, b", "return a, -b"}),
+        ("a += b", {"a -= b", "pass"}),
+        ("if f(a): a = True", {"if not f(a): a = True", "if f(a): a = False"}),
+        ("a = np.inf", {"a = np.nan"}),
+    ],
+)
+def test_a_line_is_changed_in_all_the_ways_that_it_can_be(source: str, wanted: set[str]) -> None:
+    assert wanted <= changes(source)
+
+
+def test_a_change_keeps_the_rest_of_the_text_and_every_mutant_differs() -> None:
+    text = (
+        "def f(ψ):\n    # as it was\n    ### BEGIN SOLUTION\n"
+        "    return ψ  -  2\n    ### END SOLUTION\n"
+    )
+    found = [mutant.source for mutant in mutants("f", text)]
+    assert len(set(found)) == len(found) > 4
+    assert text.replace("2", "3") in found
+    assert all("# as it was" in source for source in found)
+
+
+def test_only_solution_regions_are_changed_and_no_words_of_an_error() -> None:
+    text = (
+        "def f(a=1):\n    b = 2\n    ### BEGIN SOLUTION\n"
+        "    raise ValueError(f'{a + 1} of 3')\n    ### END SOLUTION\n"
+    )
+    assert [mutant.becomes for mutant in mutants("f", text)] == ["pass"]
+    with pytest.raises(ValueError, match="BEGIN SOLUTION"):
+        mutants("f", "def f(): return 1")
+
+
+def test_a_planted_mutant_is_killed_by_the_case_that_notices(tmp_path: Path) -> None:
+    report = mutate(toy(tmp_path, {"positive": POSITIVE, "negative": NEGATIVE}))
+    killers = {one.mutant.becomes: one.lost for one in report.verdicts}
+    assert killers["return u"] == ("size-negative",)
+    assert killers["if u < 1:"] == ("size-positive",)
+    # Zero is its own negative: no case can tell.
+    assert [one.mutant.becomes for one in report.survivors] == ["if u <= 0:"]
+
+
+def test_a_survivor_is_told_where_a_case_is_missing(tmp_path: Path) -> None:
+    report = mutate(toy(tmp_path, {"positive": POSITIVE}))
+    assert "return u" in {one.mutant.becomes for one in report.survivors}
+    assert "    - return -u\n    + return u" in str(report)
+    assert not report.is_good
+    assert report.raw_score == report.score < 0.95
+
+
+def test_what_is_judged_equivalent_counts_for_the_score_alone(tmp_path: Path) -> None:
+    tree = toy(tmp_path / "solutions", {"positive": POSITIVE, "negative": NEGATIVE})
+    report = mutate(tree, judge(tmp_path, "if u < 0:", "if u <= 0:"))
+    assert (len(report.equivalent), report.score) == (1, 1.0)
+    assert report.raw_score < 1.0
+
+
+@pytest.mark.parametrize(
+    ("line", "becomes", "told"),
+    [
+        ("if u < 7:", "if u <= 7:", "no mutant"),
+        ("if u < 0:", "if u >= 0:", "kills"),
+    ],
+)
+def test_a_stale_judgement_is_refused(tmp_path: Path, line: str, becomes: str, told: str) -> None:
+    tree = toy(tmp_path / "solutions", {"positive": POSITIVE, "negative": NEGATIVE})
+    with pytest.raises(equivalents.Stale, match=told):
+        mutate(tree, judge(tmp_path, line, becomes))
+
+
+def test_a_judgement_wants_a_reason(tmp_path: Path) -> None:
+    judge(tmp_path, "if u < 0:", "if u <= 0:", reason=" ")
+    with pytest.raises(equivalents.Stale, match="reason"):
+        equivalents.read(tmp_path / "toy" / equivalents.FILE)
+
+
+def test_an_endless_loop_is_cut_and_counts_as_killed(tmp_path: Path) -> None:
+    solution = SOLUTION.replace("if u < 0:\n", "while u < 0:\n")
+    (one,) = run.exercises(toy(tmp_path, {"negative": NEGATIVE}, solution) / "toy" / "toy.ipynb")
+    endless = "def size(u):\n    while True:\n        pass\n"
+    limited = run._with_limits(one, seed=1)
+    verdict = run._grade(limited, Mutant("size", "size", endless, "", ""), seed=1)
+    assert verdict == Verdict(verdict.mutant, (), "timeout")
+    assert verdict.is_killed
+
+
+def test_a_reference_that_loses_marks_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(WrongUse, match="size-negative"):
+        mutate(toy(tmp_path, {"negative": NEGATIVE.replace("== 3", "== 4")}))
+
+
+def test_the_commands_exit_status_says_how_it_went(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tree = toy(tmp_path / "solutions", {"positive": POSITIVE, "negative": NEGATIVE})
+    options = ["toy", "--solutions", str(tree), "--judged", str(tmp_path), "--jobs", "1"]
+    assert command.main(options) == 1  # one of sixteen survives
+    assert "survives in size" in capsys.readouterr().out
+    judge(tmp_path, "if u < 9:", "if u <= 9:")
+    assert command.main(options) == 2
+    assert "take it out" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", answers.assignments())
+def test_every_judgement_is_on_a_mutant_that_there_is(name: str) -> None:
+    path = answers.SOLUTIONS / name / f"{name}.ipynb"
+    every = [mutant for one in run.exercises(path) for mutant in run.of_exercise(one)]
+    judged = equivalents.read(answers.ANSWERS / name / equivalents.FILE)
+    equivalents.refuse_stale(judged, every, killed=[])
+    assert len(judged) <= len(every) / 10
