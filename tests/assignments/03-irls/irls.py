@@ -212,3 +212,34 @@ def wrong_solve_without_sigma() -> None:
             share = np.asarray(weight((z - history[-1]) / np.asarray(sigma, dtype=float)))
             history.append(np.dot(share, z) / np.sum(share))
         return history[-1], history
+
+
+def wrong_tolerance_of_its_own() -> None:
+    """Wrong: goes on until x stands still to the last digit, whatever tol was handed in. Stopped
+    by the visible case irls-tolerance.
+    """
+    import numpy as np
+
+    def irls(z, sigma, weight, x0, tol):
+        z = np.asarray(z, dtype=float)
+        sigma = np.broadcast_to(np.asarray(sigma, dtype=float), z.shape)
+        history = [float(x0)]
+        while len(history) < 2 or abs(history[-1] - history[-2]) > 1e-12:
+            share = np.asarray(weight((z - history[-1]) / sigma)) / sigma**2
+            history.append(np.dot(share, z) / np.sum(share))
+        return history[-1], history
+
+
+def wrong_one_hundred_steps() -> None:
+    """Wrong: does a hundred steps, and leaves tol out of account. Stopped by the visible case
+    irls-tolerance.
+    """
+    import numpy as np
+
+    def irls(z, sigma, weight, x0, tol):
+        history = [x0]
+        for _ in range(100):
+            u = (np.asarray(z) - history[-1]) / np.asarray(sigma)
+            share = np.asarray(weight(u)) / np.square(sigma)
+            history.append(np.average(z, weights=share))
+        return history[-1], history
