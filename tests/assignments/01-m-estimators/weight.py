@@ -1,0 +1,176 @@
+"""Answers to exercise weight of 01-m-estimators: each body is a cell as handed in."""
+
+
+def right_where() -> None:
+    """Right: replaces 0 before it divides, and the answer there."""
+    import numpy as np
+
+    def weight(psi, u):
+        u = np.asarray(u, dtype=float)
+        safe = np.where(u == 0, 1.0, u)
+        return np.where(u == 0, 1.0, psi(safe) / safe)
+
+
+def right_masked_division() -> None:
+    """Right: an array of ones, divided where u is not 0."""
+    import numpy as np
+
+    def weight(psi, u):
+        u = np.array(u, dtype=float)
+        w = np.ones_like(u)
+        np.divide(psi(u), u, out=w, where=u != 0)
+        return w
+
+
+def right_one_by_one() -> None:
+    """Right: plain Python, one number at a time; lists of lists come back."""
+
+    def weight(psi, u):
+        if hasattr(u, "__len__") and getattr(u, "shape", None) != ():
+            return [weight(psi, v) for v in u]
+        return 1.0 if u == 0 else float(psi(u)) / float(u)
+
+
+def right_nan_replaced() -> None:
+    """Right: divides with the warning off, and replaces what is no number by the limit."""
+    import numpy as np
+
+    def weight(psi, u):
+        u = np.asarray(u, dtype=float)
+        with np.errstate(invalid="ignore"):
+            w = np.asarray(psi(u)) / u
+        return np.where(np.isnan(w), 1.0, w)
+
+
+def right_nudged() -> None:
+    """Right to rounding: moves 0 to a number next to it, where ψ is like u."""
+    import numpy as np
+
+    def weight(psi, u):
+        u = np.asarray(u, dtype=float)
+        u = np.where(u == 0, 1e-100, u)
+        return psi(u) / u
+
+
+def wrong_plain_division() -> None:
+    """Wrong: 0/0 is NaN. Stopped by the visible case weight-zero."""
+    import numpy as np
+
+    def weight(psi, u):
+        u = np.asarray(u, dtype=float)
+        return psi(u) / u
+
+
+def wrong_zero_at_zero() -> None:
+    """Wrong: no residual, no weight. Caught by weight-zero."""
+    import numpy as np
+
+    def weight(psi, u):
+        u = np.asarray(u, dtype=float)
+        safe = np.where(u == 0, 1.0, u)
+        return np.where(u == 0, 0.0, psi(safe) / safe)
+
+
+def wrong_padded_divisor() -> None:
+    """Wrong: adds a little to u below the line, so that 0 gets the weight 0. Caught by
+    weight-zero.
+    """
+    import numpy as np
+
+    def weight(psi, u):
+        u = np.asarray(u, dtype=float)
+        return psi(u) / (u + 1e-12)
+
+
+def wrong_no_number_alone() -> None:
+    """Wrong for a number alone: the mask of an array is forgotten there. Caught by weight-zero."""
+    import numpy as np
+
+    def weight(psi, u):
+        if np.ndim(u) == 0:
+            u = np.float64(u)
+            return np.nan_to_num(psi(u) / u)
+        u = np.asarray(u, dtype=float)
+        safe = np.where(u == 0, 1.0, u)
+        return np.where(u == 0, 1.0, psi(safe) / safe)
+
+
+def wrong_clipped_divisor() -> None:
+    """Wrong left of 0: divides by the larger of u and a little. Stopped by the visible case
+    weight-negative.
+    """
+    import numpy as np
+
+    def weight(psi, u):
+        u = np.asarray(u, dtype=float)
+        safe = np.maximum(u, 1e-12)
+        return np.where(u == 0, 1.0, psi(u) / safe)
+
+
+def wrong_sign_kept() -> None:
+    """Wrong: divides by the size of u, so that a large negative residual weighs less than nothing.
+    Caught by weight-negative.
+    """
+    import numpy as np
+
+    def weight(psi, u):
+        u = np.asarray(u, dtype=float)
+        safe = np.where(u == 0, 1.0, np.where(u < -2.0, -u, u))
+        return np.where(u == 0, 1.0, psi(u) / safe)
+
+
+def wrong_divided_twice() -> None:
+    """Wrong: ψ/u². Stopped by the visible case weight-by-hand."""
+    import numpy as np
+
+    def weight(psi, u):
+        u = np.asarray(u, dtype=float)
+        safe = np.where(u == 0, 1.0, u)
+        return np.where(u == 0, 1.0, psi(safe) / safe**2)
+
+
+def wrong_slope() -> None:
+    """Wrong: the slope of ψ, which is 1 at 0 as well. Stopped by the visible case
+    weight-by-hand.
+    """
+    import numpy as np
+
+    def weight(psi, u):
+        u = np.asarray(u, dtype=float)
+        return (psi(u + 1e-5) - psi(u - 1e-5)) / 2e-5
+
+
+def wrong_capped_at_a_tenth() -> None:
+    """Wrong: keeps every weight above a tenth, lest a measurement be lost. Caught by
+    weight-positive.
+    """
+    import numpy as np
+
+    def weight(psi, u):
+        u = np.asarray(u, dtype=float)
+        safe = np.where(u == 0, 1.0, u)
+        return np.where(u == 0, 1.0, np.maximum(psi(safe) / safe, 0.1))
+
+
+def wrong_wide_zero() -> None:
+    """Wrong: takes every u below a thousandth for 0. Caught by weight-tiny."""
+    import numpy as np
+
+    def weight(psi, u):
+        u = np.asarray(u, dtype=float)
+        is_zero = np.abs(u) < 1e-3
+        safe = np.where(is_zero, 1.0, u)
+        return np.where(is_zero, 1.0, psi(safe) / safe)
+
+
+def wrong_integers() -> None:
+    """Wrong for integers: puts the weights into an array of u's own type. Caught by
+    weight-shapes.
+    """
+    import numpy as np
+
+    def weight(psi, u):
+        u = np.asarray(u)
+        w = np.ones_like(u)
+        w[u != 0] = psi(u[u != 0]) / u[u != 0]
+        return w
