@@ -174,3 +174,15 @@ def wrong_integers() -> None:
         w = np.ones_like(u)
         w[u != 0] = psi(u[u != 0]) / u[u != 0]
         return w
+
+
+def wrong_size_of_u() -> None:
+    """Wrong: asks ψ at the size of u, as if it were as strong on the left as on the right. Caught
+    by weight-negative.
+    """
+    import numpy as np
+
+    def weight(psi, u):
+        size = np.abs(np.asarray(u, dtype=float))
+        safe = np.where(size == 0, 1.0, size)
+        return np.where(size == 0, 1.0, psi(safe) / safe)
