@@ -178,13 +178,22 @@ def _counts(out: Path, graded: Sequence[Graded]) -> str:
     )
 
 
+class _NoAssignment(WrongUse):
+    """A path that does not say its assignment."""
+
+
 def _find_jobs(options: argparse.Namespace) -> list[Job]:
     names = assignments.find_names(options.solutions)
     loaded: dict[str, tuple[Assignment, Path]] = {}
     jobs: dict[str, Job] = {}
     # Not resolve(): a link must not choose the student.
+    strays: list[_NoAssignment] = []
     for path in dict.fromkeys(Path(os.path.abspath(path)) for path in options.paths):
-        student, name = _student_and_assignment(path, names, options)
+        try:
+            student, name = _student_and_assignment(path, names, options)
+        except _NoAssignment as error:
+            strays.append(error)
+            continue
         if name not in loaded:
             tests = assignments.notebook_path(options.solutions / name)
             loaded[name] = assignments.load(tests), tests
@@ -193,6 +202,10 @@ def _find_jobs(options: argparse.Namespace) -> list[Job]:
             both = f"{jobs[job.key].path} and {path}"
             raise WrongUse(f"{job.key} is handed in twice, as {both}: name one of them.")
         jobs[job.key] = job
+    if strays and not jobs:
+        raise strays[0]
+    for stray in strays:  # one student's draft must not stop the class
+        print(f"left out: {stray}", file=sys.stderr)
     return list(jobs.values())
 
 
@@ -207,8 +220,8 @@ def _student_and_assignment(
     guesses += names if len(names) == 1 and not is_folder else []
     name = options.assignment or next((guess for guess in guesses if guess in names), None)
     if name is None:
-        layout = " a folder is submitted/STUDENT/ASSIGNMENT;" if is_folder else ""
-        raise WrongUse(f"{path} does not say its assignment:{layout} add --assignment NAME.")
+        layout = f" did you mean {path}/*/*?" if is_folder else ""
+        raise _NoAssignment(f"{path} does not say its assignment:{layout} add --assignment NAME.")
     if name not in names:
         raise WrongUse(f"There is no assignment {name}; there are {', '.join(names)}.")
     student = options.student or (path.parent.name if is_folder else path.stem)

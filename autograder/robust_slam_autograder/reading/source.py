@@ -94,9 +94,9 @@ def _compiled(statement: ast.stmt) -> list[types.CodeType]:
 def helpers(cells: Sequence[ast.Module], used: set[str]) -> set[ast.stmt]:
     """Pick what of a student's own cells a solution may need.
 
-    Imports, functions and classes stay, and a variable that ``used`` or one of those
-    reads. What else stands there (a plot, a slow experiment, an error) is no part of
-    the answer, and nobody loses marks by it.
+    Imports, functions and classes stay, and every statement that makes or changes a
+    variable that the solutions, or what they use, read. What else stands there (a plot, a
+    slow experiment, an error) is no part of the answer, and nobody loses marks by it.
 
     Args:
         cells: the student's own cells.
@@ -106,18 +106,58 @@ def helpers(cells: Sequence[ast.Module], used: set[str]) -> set[ast.stmt]:
         statements of the cells' top levels.
     """
     statements = [node for cell in cells for node in cell.body]
-    kept = {node for node in statements if not _is_assignment(node) and _bound_by(node)}
-    used = used | used_names(*kept)
-    waiting = [node for node in statements if _is_assignment(node)]
-    while found := {node for node in waiting if used.intersection(_assigned_by(node))}:
+    variables = {name for node in statements for name in _changed_by(node, set())}
+    variables -= {name for node in statements for name in _defined_by(node)}
+    waiting = {node: _changed_by(node, variables) for node in statements}
+    kept: set[ast.stmt] = set()
+    while found := {node for node, names in waiting.items() if names & used}:
         kept |= found
-        waiting = [node for node in waiting if node not in found]
+        waiting = {node: names for node, names in waiting.items() if node not in found}
         used = used | used_names(*found)
-    return kept
+    return kept | {node for node in statements if _defined_by(node)}
 
 
-def _is_assignment(node: ast.stmt) -> bool:
-    return isinstance(node, ast.Assign | ast.AnnAssign | ast.AugAssign)
+def _defined_by(node: ast.stmt) -> list[str]:
+    """Names of imports, functions and classes; to bind them takes no time."""
+    return [] if isinstance(node, ast.Assign | ast.AnnAssign) else _bound_by(node)
+
+
+def _changed_by(node: ast.AST, variables: set[str]) -> set[str]:
+    """Names that a statement binds or changes, be it an item or an attribute of theirs.
+
+    A method may change a variable; of a module (``plt.plot``) it changes nothing here.
+    """
+    parts = list(ast.iter_child_nodes(node))
+    found: set[str] = set()
+    match node:
+        case (
+            ast.FunctionDef()
+            | ast.AsyncFunctionDef()
+            | ast.ClassDef()
+            | ast.Import()
+            | ast.ImportFrom()
+        ):
+            return set(_bound_by(node))
+        case ast.Lambda():
+            return found
+        case ast.comprehension():
+            parts = [node.iter, *node.ifs]  # its own variable lives in it alone
+        case ast.Name(ctx=ast.Store() | ast.Del()):
+            found = {node.id}
+        case (
+            ast.Attribute(ctx=ast.Store() | ast.Del()) | ast.Subscript(ctx=ast.Store() | ast.Del())
+        ):
+            found = _root(node)
+        case ast.Call(func=ast.Attribute()):
+            found = _root(node.func) & variables
+    return found.union(*(_changed_by(part, variables) for part in parts))
+
+
+def _root(node: ast.AST) -> set[str]:
+    """The name that ``name.attribute[item]`` begins with."""
+    while isinstance(node, ast.Attribute | ast.Subscript):
+        node = node.value
+    return {node.id} if isinstance(node, ast.Name) else set()
 
 
 def _bound_by(node: ast.stmt) -> list[str]:
@@ -129,7 +169,7 @@ def _bound_by(node: ast.stmt) -> list[str]:
             return [(alias.asname or alias.name).split(".")[0] for alias in node.names]
         case ast.Assign() | ast.AnnAssign():
             targets = node.targets if isinstance(node, ast.Assign) else [node.target]
-            return [name for target in targets for name in _names_in(target, ast.Store)]
+            return [name for target in targets for name in _names_in(target)]
         case ast.If() | ast.Try():
             # Such as: try one import, except take another.
             inner = [_bound_by(part) for part in _blocks(node) if not isinstance(part, ast.Pass)]
@@ -145,12 +185,6 @@ def _blocks(node: ast.If | ast.Try) -> list[ast.stmt]:
     return [*node.body, *handled, *node.orelse, *node.finalbody]
 
 
-def _assigned_by(node: ast.stmt) -> list[str]:
-    """Names that an assignment changes, be it an item or an attribute of what they name."""
-    targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", node)]
-    return [name for target in targets for name in _names_in(target, ast.expr_context)]
-
-
-def _names_in(node: ast.AST, context: type[ast.expr_context]) -> list[str]:
+def _names_in(node: ast.AST) -> list[str]:
     names = (part for part in ast.walk(node) if isinstance(part, ast.Name))
-    return [name.id for name in names if isinstance(name.ctx, context)]
+    return [name.id for name in names if isinstance(name.ctx, ast.Store)]

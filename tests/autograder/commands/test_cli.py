@@ -82,7 +82,7 @@ def test_a_notebook_is_its_stems(course: Path, grade: Run) -> None:
     ("arguments", "sentence"),
     [
         (["submitted/eve/07-toy"], "does not exist"),
-        (["submitted/ada"], "a folder is submitted/STUDENT/ASSIGNMENT; add --assignment"),
+        (["submitted/ada"], "ada/*/*? add --assignment"),
         (["submitted/ada/07-toy", "--assignment", "08"], "no assignment 08; there are 07-toy"),
         (["submitted/ada/07-toy/07-toy.ipynb"], "does not say whose it is: add --student"),
         (["submitted/ada/07-toy", "--student", "../eve"], "is no name for a student"),
@@ -120,6 +120,14 @@ def test_an_odd_folder_name_is_refused_and_the_batch_goes_on(
     assert toy.result(course / "out", "ada")["score"] == toy.MOST
     assert grade(odd, "--student", "ben")[0] == 0
     assert toy.result(course / "out", "ben")["score"] == toy.MOST
+
+
+def test_a_draft_beside_the_submissions_is_left_out_and_named(course: Path, grade: Run) -> None:
+    drafts = course / "submitted" / "ada" / "draft"
+    drafts.mkdir()
+    status, out, err = grade(course / "submitted" / "ada" / toy.NAME, drafts)
+    assert status == 0 and "1 graded" in out
+    assert f"left out: {drafts} does not say its assignment" in err
 
 
 def test_a_missing_source_tree_names_the_option(
@@ -301,5 +309,6 @@ class TestCheck:
 def test_release_writes_each_assignment(course: Path, run: Run) -> None:
     status, out, _ = run("release", "--out", course / "release")
     assert status == 0
-    assert out == f"released {course / 'release' / toy.NAME / toy.NAME}.ipynb\n"
+    released = course / "release" / toy.NAME
+    assert out == f"released {released / toy.NAME}.ipynb ({released}.zip)\n"
     assert run("release", "08", "--out", course / "release")[0] == 2

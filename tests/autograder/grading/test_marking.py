@@ -142,6 +142,17 @@ def test_a_callback_that_computes_for_ever_is_ended() -> None:
     assert exercise(result, "apply").status == "passed"
 
 
+def test_a_value_that_an_own_cell_builds_step_by_step_is_there() -> None:
+    own = toy.cell("T = []\nfor i in range(2):\n    print(i)\n    T.append(1)\n")
+    double = "def double(x):\n    return sum(T) * np.asarray(x)\n"
+    value = toy.answer(double)
+    value["cells"].insert(1, own)
+    tests = toy.assignment()
+    code = toy.submission(value, tests)
+    result = marking.grade(tests, code, student="a", seed=3, sandbox=Unsandboxed())
+    assert result.score == result.max_score
+
+
 def test_what_an_own_cell_that_hangs_should_define_is_missing_for_want_of_time() -> None:
     tests = toy.assignment(Config(limits=Limits(call_seconds=1, cell_seconds=1)))
     slow = toy.cell("import time\nTWO = time.sleep(9) or 2\n")

@@ -76,9 +76,10 @@ def test_files_that_an_assignment_needs_come_with_it(tmp_path: Path) -> None:
 def test_students_install_from_the_public_repository(tmp_path: Path, suffix: str) -> None:
     text = readme_of(world.make(tmp_path / "course", world.URL + suffix), tmp_path / "out")
     (command,) = re.findall(r"pip install (?:[^\n]*\\\n)*[^\n]*", text)
+    url = world.URL + suffix.rstrip("/")
     assert shlex.split(command.replace("\\\n", "")) == [
-        *("pip", "install", f"toy-library[extra] @ git+{world.URL}@main#subdirectory=lib"),
-        f"the-grader @ git+{world.URL}@main#subdirectory=autograder",
+        *("pip", "install", f"toy-library[extra] @ git+{url}@main#subdirectory=lib"),
+        f"the-grader @ git+{url}@main#subdirectory=autograder",
     ]
     assert "COURSE" not in text
 

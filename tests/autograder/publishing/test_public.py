@@ -232,7 +232,7 @@ class TestInstallCell:
         assert world.files(tmp_path / "public")[name] == world.files(tree.parent)[name]
 
     def test_it_stands_before_the_first_code(self, tmp_path: Path) -> None:
-        tree = world.make(tmp_path / "course", f"{world.URL}.git/")
+        tree = world.make(tmp_path / "course", f"{world.URL}/")
         publish(tree, tmp_path / "public")
         value = json.loads((tmp_path / "public" / "chapters" / "00-one.ipynb").read_bytes())
         assert [cell["id"] for cell in value["cells"]] == ["intro", "install", "imports"]

@@ -20,9 +20,47 @@ def test_definitions_stay_and_experiments_go() -> None:
 
 def test_a_variable_stays_when_a_chain_of_uses_leads_to_it() -> None:
     text = "a = slow()\nb = a + 1\nc = 5\nd = {}\nd['k'] = b\ne = slow()\ndef f():\n    return d\n"
-    assert kept(text, set())[:3] == ["a = slow()", "b = a + 1", "d = {}"]
-    assert "e = slow()" not in kept(text, set())
+    assert kept(text, {"f"})[:4] == ["a = slow()", "b = a + 1", "d = {}", "d['k'] = b"]
+    assert "e = slow()" not in kept(text, {"f"})
     assert "c = 5" in kept(text, {"c"})
+    assert kept(text, set()) == ["def f():\n    return d"]
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "for i in range(3):\n    T[i] = i",
+        "for i in range(3):\n    T.append(i)",
+        "T.append(2)",
+        "with open(p) as f:\n    T = f.read()",
+        "if True:\n    print(1)\n    T = 3",
+        "while len(T) < 3:\n    T += [1]",
+        "print((T := 4))",
+        "try:\n    T = load()\nexcept OSError:\n    print(2)",
+        "del T[0]",
+        "T.sort()",
+        "T.inner.items.append(2)",
+    ],
+)
+def test_whatever_changes_a_variable_that_a_solution_reads_stays(change: str) -> None:
+    text = f"T = []\n{change}\n"
+    assert kept(text, {"T"}) == ["T = []", ast.unparse(ast.parse(change))]
+    assert kept(text, set()) == []
+
+
+@pytest.mark.parametrize(
+    "experiment",
+    [
+        "np.save('a', slow())",
+        "plt.plot([T for T in slow()])",
+        "for i in range(9):\n    print(slow(i))",
+        "show(lambda T: T)",
+        "slow(T)",
+    ],
+)
+def test_an_experiment_that_changes_no_variable_goes(experiment: str) -> None:
+    text = f"import numpy as np\nimport matplotlib.pyplot as plt\nT = []\n{experiment}\n"
+    assert kept(text, {"T", "np", "plt", "slow"})[2:] == ["T = []"]
 
 
 def test_a_local_variable_uses_nothing_of_the_same_name() -> None:
