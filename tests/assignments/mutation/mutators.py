@@ -55,6 +55,12 @@ PAIRS = (
 NAMES = {name: other for pair in PAIRS for name, other in (pair, pair[::-1])} | {"inf": "nan"}
 SYMMETRIC = {"clip", "hypot", "isclose", "allclose", "max", "maximum", "min", "minimum"}
 """Functions whose arguments may be swapped; so may those of ``logical_and`` and its like."""
+ZEROS = {"np.zeros", "np.zeros_like"}
+"""What gives the same with a minus before it."""
+STRICT = "strict"
+"""zip's argument, which only refuses what nobody hands in."""
+FAR = 1000.0
+"""One more or one less is no change to a number of this size that is no count."""
 KEPT = (
     ast.FunctionDef,
     ast.ClassDef,
@@ -147,7 +153,8 @@ def _variants(site: _Site) -> Iterator[ast.AST]:
     if isinstance(node, ast.stmt):
         yield from _of_statement(node)
         return
-    if isinstance(getattr(node, "ctx", None), ast.Store | ast.Del):
+    is_strict = isinstance(site.parent, ast.keyword) and site.parent.arg == STRICT
+    if is_strict or isinstance(getattr(node, "ctx", None), ast.Store | ast.Del):
         return
     yield from _of_operator(node)
     yield from _of_constant(node)
@@ -191,9 +198,10 @@ def _of_constant(node: ast.expr) -> Iterator[ast.AST]:
     value = getattr(node, "value", None) if isinstance(node, ast.Constant) else None
     if isinstance(value, bool):
         yield ast.Constant(not value)
+    elif isinstance(value, float) and abs(value) >= FAR:
+        yield from (ast.Constant(value * 2), ast.Constant(value / 2))
     elif isinstance(value, int | float):
-        for other in (value + 1, value - 1, value * 2):
-            yield ast.Constant(other)
+        yield from (ast.Constant(other) for other in (value + 1, value - 1, value * 2))
 
 
 def _of_name(node: ast.expr) -> Iterator[ast.AST]:
@@ -208,8 +216,9 @@ def _of_name(node: ast.expr) -> Iterator[ast.AST]:
 
 def _of_call(node: ast.Call) -> Iterator[ast.AST]:
     args, keywords = node.args, node.keywords
-    for n in range(len(keywords)):
-        yield ast.Call(node.func, args, keywords[:n] + keywords[n + 1 :])
+    for n, keyword in enumerate(keywords):
+        if keyword.arg != STRICT:
+            yield ast.Call(node.func, args, keywords[:n] + keywords[n + 1 :])
     if any(isinstance(arg, ast.Starred) for arg in args):
         return
     name = ast.unparse(node.func).rpartition(".")[2]
@@ -240,7 +249,8 @@ def _of_place(site: _Site) -> Iterator[ast.AST]:
     is_returned = isinstance(parent, ast.Return) or site.field == "elts"
     numbers = (ast.BinOp, ast.Call, ast.Name, ast.Subscript)
     is_computed = isinstance(parent, ast.Assign) and isinstance(node, numbers[:2])
-    if is_computed or (is_returned and isinstance(node, numbers)):
+    is_zero = isinstance(node, ast.Call) and ast.unparse(node.func) in ZEROS
+    if not is_zero and (is_computed or (is_returned and isinstance(node, numbers))):
         yield ast.UnaryOp(ast.USub(), node)
     if isinstance(node, ast.Slice):
         yield from _of_slice(node)
