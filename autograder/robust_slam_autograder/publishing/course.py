@@ -129,4 +129,4 @@ def _repository(path: Path) -> Repository:
         raise WrongUse(f"{path}: repository.url wants an address https://… or nothing ({url!r}).")
     if not isinstance(branch, str) or not _BRANCH.fullmatch(branch):
         raise WrongUse(f"{path}: repository.branch wants a branch's name ({branch!r}).")
-    return Repository(url.rstrip("/").removesuffix(".git"), branch)
+    return Repository(url.rstrip("/"), branch)
