@@ -37,13 +37,13 @@ def right_knee() -> None:
 
 def right_nested_lists() -> None:
     """Right: plain Python, true or false, lists in and lists out."""
-    from math import log
+    import math
 
     def max_mixture_mode(r, sigma_in, sigma_out, pi_in):
         if hasattr(r, "__len__"):
             return [max_mixture_mode(one, sigma_in, sigma_out, pi_in) for one in r]
-        inlier = log(pi_in) - log(sigma_in) - 0.5 * (r / sigma_in) ** 2
-        outlier = log(1 - pi_in) - log(sigma_out) - 0.5 * (r / sigma_out) ** 2
+        inlier = math.log(pi_in) - math.log(sigma_in) - 0.5 * (r / sigma_in) ** 2
+        outlier = math.log(1 - pi_in) - math.log(sigma_out) - 0.5 * (r / sigma_out) ** 2
         return outlier > inlier
 
 
