@@ -1,6 +1,6 @@
 # The instructor's doors: they need solutions/, and the public course goes without them.
 
-.PHONY: course release class grade grade-class feedback public soak
+.PHONY: course release class grade grade-class feedback public mutants soak
 
 SUBMITTED ?= build/submitted
 RELEASED := build/.release
@@ -53,8 +53,11 @@ grade-class:
 	$(BIN)/autograder grade build/submitted/*/* $$flag; \
 	$(BIN)/autograder feedback --site ../../html
 
+mutants: setup ## change the reference solutions, and see that the assignments' cases notice
+	$(BIN)/python -m tests.assignments.mutation
+
 soak: setup ## the long tests: every wall and user, long fuzzing, our attacks on plain nbgrader
 	@sh tests/system-packages.sh
 	$(BIN)/python -m tests.autograder.hostile.soak
-	$(BIN)/pytest -q --soak tests/autograder
+	$(BIN)/pytest -q --soak tests/autograder tests/assignments/test_answers.py
 	$(BIN)/python -m benchmarks.attacks
