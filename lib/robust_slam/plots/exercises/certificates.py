@@ -33,7 +33,7 @@ def connection_matrix(build: Callable[..., ArrayLike]) -> Figure:
     turn, kappa = _plane(np.array([0.4, -0.9, 1.3, 0.2, -0.6, 2.0])), np.arange(1.0, 7.0)
     truth = sdp.connection_matrix(5, edges, turn, kappa)
     yours = _shaped(build(5, *edges.T, turn, kappa), (10, 10))
-    figure = Figure(figsize=(5.6, 3.3))
+    figure = Figure(figsize=(5.6, 3.55))
     panels = figure.subplots(1, 2, sharey=True)
     for ax, matrix, title in zip(panels, (yours, truth), ("yours", "the truth"), strict=True):
         _draw_blocks(ax, matrix, 5, title)
