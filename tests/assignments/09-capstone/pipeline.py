@@ -485,9 +485,7 @@ def wrong_poses_of_the_solver() -> None:
 
 
 def wrong_order_of_the_edges() -> None:
-    """Wrong: takes the steps in the order of the edges. Stopped by the visible case
-    pipeline-order.
-    """
+    """Wrong: takes the steps in the order of the edges. Caught by pipeline-order."""
     import numpy as np
 
     def pipeline(graph, gamma, c, tools):

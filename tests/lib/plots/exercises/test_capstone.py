@@ -9,6 +9,7 @@ import pytest
 from matplotlib.figure import Figure
 from robust_slam import certificate, generate, outliers, pcm
 from robust_slam import pipeline as library
+from robust_slam.errors import NotConverged
 from robust_slam.plots.exercises import NOT_YET, capstone
 from robust_slam.pose_graph import PoseGraph
 
@@ -118,6 +119,18 @@ def test_the_tool_for_pairs_takes_arrays_and_lists() -> None:
     np.testing.assert_array_equal(tool(*arrays, 3.0), want)
     np.testing.assert_array_equal(tool(*[array.tolist() for array in arrays], 3.0), want)
     assert tool(arrays[0], arrays[1], [], [], [], 3.0).shape == (0, 0)
+
+
+def test_a_torn_map_is_begun_from_the_odometry(monkeypatch: pytest.MonkeyPatch) -> None:
+    graph, is_lie = town()
+
+    def torn(problem):
+        raise NotConverged
+
+    monkeypatch.setattr(capstone.PoseGraphProblem, "initial", torn)
+    poses, weights = capstone.library_tools()["robust_solve"](as_dict(graph), 3.37)
+    assert poses.shape == (30, 3)
+    assert not np.any(weights[is_lie])
 
 
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
