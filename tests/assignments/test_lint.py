@@ -52,7 +52,7 @@ def test_a_comparison_that_nan_passes_is_found_wherever_it_is_planted(
     name: str, tmp_path: Path
 ) -> None:
     found, changed = linted(name, tmp_path, with_negated_comparison)
-    assert len(changed) > 15
+    assert len(changed) > 5
     assert {one.grade_id for one in found if one.rule == "nan-passes"} == changed
 
 
@@ -70,7 +70,7 @@ BETWEEN_RESULTS = {"rho_huber-shapes", "rho_cauchy-shapes", "rho_tls-shapes"}
 @pytest.mark.parametrize("name", NAMES)
 def test_a_shape_check_that_is_taken_away_is_missed(name: str, tmp_path: Path) -> None:
     found, changed = linted(name, tmp_path, without_shape_checks)
-    assert len(changed) > 15
+    assert len(changed) > 5
     missed = {one.grade_id for one in found if one.rule.endswith("-unchecked")}
     assert missed == changed - BETWEEN_RESULTS
 
