@@ -50,6 +50,8 @@ class Public:
     """The folder of the book's notebooks."""
     assignments: str = "assignments"
     """The folder that the student release goes to."""
+    known: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    """Per file its own lines that a solution or a hidden test happens to hold too."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +102,11 @@ def _install(path: Path, table: dict[str, Any]) -> dict[str, dict[str, str]]:
 
 
 def _public(path: Path, table: dict[str, Any]) -> Public:
-    check_table(path, table, {"files": list, "without": list, "book": str, "assignments": str})
+    kinds = {"files": list, "without": list, "book": str, "assignments": str, "known": dict}
+    check_table(path, table, kinds)
+    known = table.get("known", {})
+    check_table(path, known, dict.fromkeys(known, list))
+    table["known"] = {name: tuple(lines) for name, lines in known.items()}
     for key in ("files", "without"):
         names = table[key] = tuple(table.get(key, ()))
         if not all(isinstance(name, str) and _is_inside(name) for name in names):

@@ -113,6 +113,16 @@ def test_a_file_that_tells_stops_it_and_leaves_what_was_there(
     assert sorted(path.name for path in tmp_path.iterdir()) == ["course", "public"]
 
 
+def test_a_known_line_is_let_through_in_its_own_file_alone(tree: Path, tmp_path: Path) -> None:
+    known = f"[public.known]\n'lib/toy_library.py' = ['{SECRET}']\n"
+    world.write(tree.parent, "solutions/course.toml", world.COURSE + known)
+    world.write(tree.parent, "lib/toy_library.py", f"{SECRET}\n")
+    assert publish(tree, tmp_path / "public")
+    world.write(tree.parent, "LICENSE", f"{SECRET}\n")
+    with pytest.raises(GraderFailure, match="LICENSE would tell"):
+        publish(tree, tmp_path / "public")
+
+
 def test_an_archive_is_looked_into(tree: Path, tmp_path: Path) -> None:
     with zipfile.ZipFile(tree.parent / "lib" / "more.zip", "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("a/b.py", f"x = 1\n{SECRET}\n")
@@ -160,6 +170,7 @@ def test_a_test_that_imports_what_stays_private_stops_it(
         ('"lib/private/"', '"lib/privat/"', "lists lib/privat/, and git tracks no such file"),
         ('"lib/private/"', '"../notes"', "without wants a list of paths inside"),
         ("files = ", "file = ", "unknown key 'file'"),
+        ("[public]", "[public.known]\nx = 3\n[public]", "x has a value of the wrong type"),
         ('"autograder"', '"../autograder"', r"\[install\] wants package = its folder"),
         ("[public]", "[public", "is not valid TOML"),
         (world.COURSE[world.COURSE.index("[public]") :], "", r"has no \[public\]"),
