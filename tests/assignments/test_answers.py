@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 from functools import cache
 from itertools import zip_longest
 from pathlib import Path
@@ -140,6 +141,18 @@ def test_every_exercise_is_worth_ten_points_and_has_two_hidden_cases(name: str) 
         assert all(case.points == int(case.points) > 0 for case in mine), exercise
         assert sum(case.has_hidden for case in mine) >= 2, exercise
         assert all(case.hint for case in mine if case.has_hidden), exercise
+
+
+@pytest.mark.parametrize("name", answers.assignments())
+def test_every_exercise_has_a_picture_that_replaces_no_students_function(name: str) -> None:
+    cells = answers.source_notebook(name)["cells"]
+    pictures = {cell["id"]: "".join(cell["source"]) for cell in cells}
+    defined = {each for solution in load(name).solutions for each in solution.names}
+    for exercise in load(name).exercises:
+        nodes = ast.walk(ast.parse(pictures[f"picture-{exercise}"]))
+        imports = [node for node in nodes if isinstance(node, ast.Import | ast.ImportFrom)]
+        imported = {alias.asname or alias.name for node in imports for alias in node.names}
+        assert imported and not defined & imported, exercise
 
 
 @pytest.mark.parametrize("name", answers.assignments())

@@ -138,7 +138,7 @@ def walk(page: Page, address: str, path: Path, shots: Path) -> Iterator[str]:
     notebook.type_in({exercise: answer.source for exercise, answer in chosen.items()})
     cells = notebook.run_all()
     pictures = [cell for cell in cells if cell["id"].startswith("picture-")]
-    drawn = [cell for cell in pictures if "image/png" in str(cell["outputs"])]
+    drawn = [cell for cell in pictures if "image/" in str(cell["outputs"])]
     notebook.shoot(shots, "right", [cell["id"] for cell in pictures])
     told = [f"{cell_name(cell)}: {line}" for cell in cells for line in said(cell)]
     if told or len(drawn) < len(pictures):
