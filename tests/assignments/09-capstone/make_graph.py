@@ -445,7 +445,7 @@ def wrong_pairs_twice() -> None:
         angle = 0.5 * np.arange(n)
         truth = np.column_stack([1.45 * np.sin(angle), 1.45 - 1.45 * np.cos(angle), angle])
         first, second = np.triu_indices(n, 2)
-        drawn = rng.integers(0, max(first.size // 6, 1), loops)
+        drawn = rng.integers(0, first.size, loops)
         steps = np.arange(n - 1)
         i = np.concatenate([steps, first[drawn]])
         j = np.concatenate([steps + 1, second[drawn]])
