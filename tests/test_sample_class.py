@@ -75,12 +75,12 @@ def test_half_of_the_exercises_get_half_of_the_marks(graded: Path, assignment: s
 @pytest.mark.parametrize("assignment", ASSIGNMENTS)
 def test_the_lessons_misprints_lose_their_exercises(graded: Path, assignment: str) -> None:
     typed_in = set(sample_class.misprints(assignment))
-    assert typed_in, "the class wants a misprint in every assignment"
     assert lost(result(graded, "sample-misprints", assignment)) == typed_in
 
 
-def test_the_three_misprints_of_chapter_two_are_there() -> None:
+def test_the_misprints_of_chapters_two_and_three_are_there() -> None:
     assert set(sample_class.misprints("02-four-costs")) >= {"rho_cauchy", "table", "convex_until"}
+    assert set(sample_class.misprints("03-irls")) >= {"irls_step", "irls"}
 
 
 @pytest.mark.parametrize("assignment", ASSIGNMENTS)
