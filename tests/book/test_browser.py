@@ -26,28 +26,28 @@ Move = Callable[[Locator, int], None]
 
 
 @pytest.fixture(scope="module")
-def visits(site: Site, address: str, open_page: Opener) -> Callable[[str, str], Visit]:
+def visits(site: Site, address: str, open_page: Opener) -> Callable[..., Visit]:
     """Return a function that opens a page of the site once, and waits until math is set."""
-    known: dict[tuple[str, str], Visit] = {}
+    known: dict[tuple[str, str, str], Visit] = {}
 
-    def visit(page: str, way: str) -> Visit:
-        if (page, way) not in known:
+    def visit(page: str, way: str, query: str = "") -> Visit:
+        if (page, way, query) not in known:
             base = address if way == "http" else site.folder.as_uri()
-            opened = open_page(f"{base}/{page}.html")
+            opened = open_page(f"{base}/{page}.html{query}")
             opened.page.evaluate("MathJax.startup.promise")
-            known[page, way] = opened
-        return known[page, way]
+            known[page, way, query] = opened
+        return known[page, way, query]
 
     return visit
 
 
 @pytest.fixture(params=list(itertools.product(PAGES, WAYS)), ids="-".join)
-def visit(request: pytest.FixtureRequest, visits: Callable[[str, str], Visit]) -> Visit:
+def visit(request: pytest.FixtureRequest, visits: Callable[..., Visit]) -> Visit:
     return visits(*request.param)
 
 
 @pytest.fixture(params=list(itertools.product(NOTEBOOKS, WAYS)), ids="-".join)
-def chapter(request: pytest.FixtureRequest, visits: Callable[[str, str], Visit]) -> Visit:
+def chapter(request: pytest.FixtureRequest, visits: Callable[..., Visit]) -> Visit:
     return visits(*request.param)
 
 
@@ -79,14 +79,12 @@ class TestPage:
         assert visit.page.evaluate(broken) == []
 
 
-def test_the_search_finds_a_word_of_the_chapters(visits: Callable[[str, str], Visit]) -> None:
-    for way in WAYS:
-        found = visits("search", way)
-        found.page.wait_for_load_state("networkidle")  # what is still on its way would fail
-        found.page.goto(found.page.url + "?q=huber")
-        # Results are listed one after another: wait for the second page that has the word.
-        found.page.locator("#search-results > ul > li").nth(1).wait_for()
-        assert found.complaints == []
+@pytest.mark.parametrize("way", WAYS)
+def test_the_search_finds_a_word_of_the_chapters(visits: Callable[..., Visit], way: str) -> None:
+    found = visits("search", way, "?q=huber")
+    # Results are listed one after another: wait for the second page that has the word.
+    found.page.locator("#search-results > ul > li").nth(1).wait_for()
+    assert found.complaints == []
 
 
 def test_the_watch_sees_what_it_looks_for(tmp_path: Path, open_page: Opener) -> None:
