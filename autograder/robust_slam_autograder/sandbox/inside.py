@@ -182,7 +182,8 @@ def files(withheld: Sequence[str]) -> Files:
     lists = (path for path in font_folder().glob("fontlist-v*.json") if path.is_file())
     return Files(
         visible=(*shared, *apart, *packages_in_place()),
-        hidden=tuple(dict.fromkeys(found)),
+        # What lies in a hidden folder is hidden with it, and no longer there to be covered.
+        hidden=tuple(path for path in dict.fromkeys(found) if not within(path.parent, found)),
         fonts=tuple(lists),
     )
 

@@ -311,7 +311,7 @@ def test_a_withheld_module_is_not_even_a_file(
     monkeypatch.syspath_prepend(tmp_path)
     in_place = (*inside.packages_in_place(), package)
     monkeypatch.setattr(inside, "packages_in_place", lambda: in_place)
-    withheld = ("withheld_demo.answers", "withheld_demo.deep")
+    withheld = tuple(f"withheld_demo.{name}" for name in ("answers", "deep", "deep.inner"))
     found = run(fresh(wall), program(TRICKS, withheld=withheld, names=("search",)), "search")
     assert found["files"] == []
     assert found["got"][0] == "given" and "secret" not in found["got"]
