@@ -129,7 +129,8 @@ def grade(
     # A submission is read when its turn comes, and its fingerprint taken before it is graded:
     # one that changes meanwhile is graded again by the next run.
     tasks = ((job, fingerprint(job)) for job in waiting)
-    with closing(_grade_all(_start(waiting, run.seed, wall), tasks, workers)) as graded:
+    at_once = min(workers, len(waiting))
+    with closing(_grade_all(_start(waiting, run.seed, wall), tasks, at_once)) as graded:
         for (job, seen), result in graded:
             run.forget(job.key)
             path = results.write(out, result)

@@ -6,13 +6,14 @@ import os
 import resource
 import shutil
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pytest
 from robust_slam_autograder.errors import GraderFailure, Refused, WrongUse
+from robust_slam_autograder.executor import trusted
 from robust_slam_autograder.grading import batch, journal, results
 from robust_slam_autograder.grading.batch import Graded, Job
 from robust_slam_autograder.reading import assignment as assignments
@@ -131,6 +132,23 @@ def test_the_number_of_jobs_changes_no_result(done: Done) -> None:
 def test_a_limit_is_judged_alone(done: Done) -> None:
     """Submissions that hung or died beside others are graded once more, the last of all."""
     assert sorted(done.order[-2:]) == ["bob", "cem"]
+
+
+def test_who_was_alone_already_is_not_graded_again(
+    course: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    leave(course, "bob")
+    started: list[str] = []
+    run = trusted.run
+
+    def counted(tasks: Iterable[batch.Task], *arguments: Any, **options: Any) -> Any:
+        listed = list(tasks)
+        started.extend(job.student for job, _ in listed)
+        return run(listed, *arguments, **options)
+
+    monkeypatch.setattr(trusted, "run", counted)
+    assert marks(grade(course)) == [("bob", "graded", 10, ("timeout", "passed"))]
+    assert started == ["bob"]
 
 
 def test_the_same_seed_gives_the_same_marks_and_others_other_inputs(course: Path) -> None:
