@@ -16,4 +16,4 @@ class Refused(AutograderError):
 
 
 class GraderFailure(AutograderError):
-    """The grader itself failed on a submission (exit status 1); the student is not to blame."""
+    """The grader itself failed, or cannot write (exit status 1); the student is not to blame."""

@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from robust_slam_autograder.errors import WrongUse
+from robust_slam_autograder.errors import GraderFailure, WrongUse
 from robust_slam_autograder.grading import results
 from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.reading import assignment as assignments
@@ -53,10 +53,9 @@ def run(options: argparse.Namespace) -> int:
     for path in paths:
         result = _read(path)
         page = feedback.page(result, config(result.assignment), Book(options.site))
-        target = options.to / path.parent.name / path.stem
-        target.parent.mkdir(parents=True, exist_ok=True)
-        _write(target.with_name(f"{target.name}.html"), rendering.html(page))
-        _write(target.with_name(f"{target.name}.md"), rendering.markdown(page))
+        folder = options.to / path.parent.name
+        _write(folder / f"{path.stem}.html", rendering.html(page))
+        _write(folder / f"{path.stem}.md", rendering.markdown(page))
     students = len({path.parent for path in paths})
     print(f"feedback on {len(paths)} submissions of {students} students: {options.to}")
     return 0
@@ -86,4 +85,11 @@ def _config(tree: Path, name: str) -> Config:
 
 
 def _write(path: Path, text: str) -> None:
-    path.write_text(text, encoding="utf-8")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise GraderFailure(
+            f"{path} cannot be written ({error.strerror}): "
+            "make room or make its folder writable, or choose another with --to DIR."
+        ) from error

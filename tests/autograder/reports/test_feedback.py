@@ -356,6 +356,16 @@ class TestCommand:
         assert status == 2 and sentence in err and out == ""
         assert not (graded / "feedback").exists()
 
+    def test_a_place_that_cannot_be_written_is_named(self, graded: Path, run: Run) -> None:
+        (graded / "taken").write_text("a file")
+        status, out, err = run("--to", graded / "taken")
+        assert (status, out) == (1, "")
+        path = graded / "taken" / "<b>cleo" / f"{toy.NAME}.html"
+        assert err == (
+            f"autograder: {path} cannot be written (Not a directory): make room or make its "
+            "folder writable, or choose another with --to DIR.\n"
+        )
+
     @pytest.mark.parametrize("text", ["{", "[]", '{"schema": 1}', '{"schema": 1, "exercises": 7}'])
     def test_a_file_that_is_no_result_is_named(self, graded: Path, run: Run, text: str) -> None:
         (graded / "graded" / "ada" / f"{toy.NAME}.json").write_text(text)
