@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder import sandbox
+from robust_slam_autograder.commands import places
 from robust_slam_autograder.errors import Refused, WrongUse
 from robust_slam_autograder.grading import marking
 from robust_slam_autograder.reading import assignment as assignments
@@ -32,7 +33,13 @@ def add(commands: Any) -> None:  # noqa: ANN401
 
 def run(options: argparse.Namespace) -> int:
     """Check it; exit status 1 where a test does not pass."""
+    if options.markdown is not None:
+        places.refuse_unwritable("--markdown", options.markdown)
     path = Path(os.path.abspath(options.notebook))
+    if not os.path.lexists(path):
+        raise WrongUse(f"{options.notebook} does not exist: name the notebook to check.")
+    if path.is_dir():
+        raise WrongUse(f"{options.notebook} is a folder: name the notebook in it.")
     try:
         cells = notebook.read(path)
     except Refused as error:
@@ -69,6 +76,8 @@ def _first_of_each(cells: Sequence[Cell]) -> list[Cell]:
 
 
 def _released(folder: Path, path: Path) -> Path:
+    if not folder.is_dir():
+        raise WrongUse(f"There is no folder {folder}: --release DIR names the release's.")
     for name in (path.stem, path.parent.name):
         if (folder / name).is_dir():
             return assignments.notebook_path(folder / name)

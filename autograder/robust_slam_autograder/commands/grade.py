@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder import sandbox
+from robust_slam_autograder.commands import places
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading import batch, durable, journal, progress
 from robust_slam_autograder.grading.batch import Graded, Job
@@ -73,6 +74,9 @@ def run(options: argparse.Namespace) -> int:
     """Grade the batch; exit status 1 where the grader itself failed on a submission."""
     if options.json is not None and options.json == options.markdown:
         raise WrongUse("--json and --markdown want two places: - can be one of them.")
+    for option, target in {"--json": options.json, "--markdown": options.markdown}.items():
+        if target not in (None, STANDARD_OUTPUT):
+            places.refuse_unwritable(option, Path(target), made=options.out)
     jobs = _find_jobs(options)
     wall = sandbox.choose(options.sandbox, unsandboxed=options.unsandboxed)
     with batch.locked(options.out):
@@ -164,9 +168,8 @@ def _write(target: str, text: str) -> None:
     if target == STANDARD_OUTPUT:
         sys.stdout.write(text)
         return
-    path = Path(target)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text, encoding="utf-8")
+    with durable.explained(Path(target)):
+        Path(target).write_text(text, encoding="utf-8")
 
 
 def _counts(out: Path, graded: Sequence[Graded]) -> str:

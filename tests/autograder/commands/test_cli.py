@@ -184,7 +184,7 @@ class TestSummaries:
         return lambda *arguments: grade(*paths, *arguments)
 
     def test_files_are_written_beside_the_table(self, course: Path, both: Run) -> None:
-        where = course / "new" / "marks.json", course / "marks.md"
+        where = course / "out" / "marks.json", course / "marks.md"
         status, out, _ = both("--json", where[0], "--markdown", where[1])
         assert status == 0 and "ada      07-toy      20/20  all passed" in out
         value = json.loads(where[0].read_text(encoding="utf-8"))
@@ -202,6 +202,25 @@ class TestSummaries:
         status, out, err = both("--json", "-", "--markdown", "-")
         assert status == 2 and "want two places" in err and out == ""
         assert not (course / "out").exists()
+
+    @pytest.mark.parametrize("option", ["--json", "--markdown"])
+    def test_a_place_that_cannot_be_written_is_told_before_grading(
+        self, course: Path, both: Run, option: str
+    ) -> None:
+        mistyped = course / "maks" / "marks"
+        status, out, err = both(option, mistyped)
+        assert status == 2 and out == ""
+        assert err == (
+            f"autograder: There is no folder {mistyped.parent} for {option} {mistyped}: "
+            "make it, or mend the path.\n"
+        )
+        assert both(option, course)[2].endswith("is a folder: name a file in it.\n")
+        assert not mistyped.parent.exists() and not (course / "out").exists()
+
+    def test_a_place_that_fails_after_grading_is_named(self, course: Path, both: Run) -> None:
+        status, _, err = both("--json", "/dev/full")
+        assert status == 1
+        assert err.startswith("autograder: /dev/full cannot be written (No space left on device)")
 
     def test_without_names_no_output_has_one(self, course: Path, both: Run) -> None:
         where = course / "marks.json", course / "marks.md"
@@ -268,7 +287,23 @@ class TestCheck:
         (course / "mine.ipynb").write_text("{")
         status, _, err = run("check", course / "mine.ipynb")
         assert status == 2 and "not valid JSON" in err
-        assert run("check", course / "missing.ipynb")[0] == 2
+
+    def test_a_path_that_names_no_notebook_is_told(self, course: Path, run: Run) -> None:
+        missing = course / "missing.ipynb"
+        sentences = {
+            (missing,): f"{missing} does not exist: name the notebook to check.",
+            (course,): f"{course} is a folder: name the notebook in it.",
+        }
+        for arguments, sentence in sentences.items():
+            assert run("check", *arguments) == (2, "", f"autograder: {sentence}\n")
+
+    def test_other_places_that_are_not_there_are_told(self, course: Path, run: Run) -> None:
+        path, missing = toy.write(course / "mine.ipynb", toy.answer()), course / "none"
+        status, out, err = run("check", path, "--markdown", missing / "summary.md")
+        assert (status, out) == (2, "")
+        assert f"There is no folder {missing} for --markdown" in err
+        status, _, err = run("check", path, "--release", missing)
+        assert status == 2 and f"There is no folder {missing}: --release DIR names" in err
 
     def test_the_release_has_the_original_tests(self, course: Path, run: Run) -> None:
         release(course / "solutions", [], course / "release")
