@@ -318,6 +318,26 @@ class TestBarePage:
         assert (play.text_content(), steps(page).text_content()) == ("Play", "2 of 2")
         assert page.locator("[data-does=step]").first.get_attribute("aria-disabled") == "true"
 
+    def test_a_slider_plays_to_its_end_and_a_hand_stops_it(
+        self, tmp_path: Path, open_page: Opener
+    ) -> None:
+        knob = Slider("step", "step", [0, 1, 2], 1, play=True)
+        alone = Canvas(
+            "Alone", [knob], lambda step: draw(1, False, step), lambda step: f"step {step}"
+        )
+        path = tmp_path / "index.html"
+        path.write_text(f"<!doctype html><meta charset=utf-8><body>{alone.static_html()}")
+        page = open_page(path.as_uri()).page
+        play, slider = page.locator("[data-does=play]"), page.locator("input")
+        play.press("Enter")
+        page.wait_for_function("document.querySelector('input').value === '2'")
+        assert (play.text_content(), slider.get_attribute("aria-valuetext")) == ("Play", "2")
+        assert picture(canvases(open_page(path.as_uri()))[0]) != picture(page.locator("div").first)
+        play.press("Enter")
+        assert (play.text_content(), slider.input_value()) == ("Pause", "0")
+        slider.press("ArrowRight")
+        assert (play.text_content(), slider.input_value()) == ("Play", "1")
+
     def test_play_is_not_offered_where_motion_is_unwelcome(
         self, bare: str, open_page: Opener
     ) -> None:

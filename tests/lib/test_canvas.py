@@ -148,6 +148,15 @@ def test_play_is_offered_only_where_it_is_asked_for() -> None:
     assert ">Play<" not in small(controls=[still]).static_html()
 
 
+def test_a_slider_plays_only_where_it_is_asked_for() -> None:
+    still, playing = (
+        small(controls=[Slider("lie", "Lie", [0, 1, 2], 0, play=play)]).static_html()
+        for play in (False, True)
+    )
+    assert ">Play<" not in still
+    assert re.search(r"</label><button [^>]*data-does=\"play\">Play</button></span>", playing)
+
+
 def test_it_carries_no_id_and_calls_no_address(html: str) -> None:
     outside = [a for _, a in Elements(html).found if "id" in a or "href" in a]
     assert outside == []
@@ -214,6 +223,16 @@ class TestLive:
         assert (play.value, told.value) == (2, "2 of 2")
         restart.click()
         assert (play.value, told.value) == (0, "0 of 2")
+
+    def test_a_playing_slider_and_its_player_move_together(self) -> None:
+        view = small(controls=[Slider("lie", "Lie", [5, 6, 7], 6, play=True)]).live()
+        slider, player = view.children[1].children
+        assert (player.value, player.max) == (1, 2)
+        player.value = 2
+        assert slider.value == 7
+        assert "lie 7" in view.children[2].value
+        slider.value = 5
+        assert player.value == 0
 
     def test_the_words_are_those_of_the_page(self) -> None:
         (choice,) = self.parts(ipywidgets.Dropdown)

@@ -56,16 +56,16 @@
   }
 
   function walk(stepper, show) {
-    const at = stepper.querySelector("data");
+    const at = stepper.querySelector("[data-stride]");
     const button = (does) => stepper.querySelector(`[data-does=${does}]`);
-    const last = Number(at.dataset.max);
+    const last = Number(at.max ?? at.dataset.max);
     const play = button("play");
     let timer = 0;
 
     // A button that cannot go on keeps the keyboard's focus, so it is not disabled outright.
     function go(step) {
       at.value = step;
-      button("step").setAttribute("aria-disabled", String(step >= last));
+      button("step")?.setAttribute("aria-disabled", String(step >= last));
       show();
     }
     function pause() {
@@ -88,8 +88,9 @@
       if (calm.matches) pause();
     }
 
-    button("step").addEventListener("click", () => { pause(); next(); });
-    button("restart").addEventListener("click", () => { pause(); go(0); });
+    at.addEventListener("input", pause); // a slider that is moved by hand
+    button("step")?.addEventListener("click", () => { pause(); next(); });
+    button("restart")?.addEventListener("click", () => { pause(); go(0); });
     if (play) {
       play.addEventListener("click", toggle);
       calm.addEventListener("change", offer);

@@ -38,6 +38,8 @@ class Control(Protocol):
 class Slider:
     """A slider over the numbers `values`; `format` writes one of them, as in "{:g} m".
 
+    With `play` a button lets the values follow each other, from where the slider stands.
+
     Raises:
         ValueError: no values, or `initial` is not among them.
     """
@@ -47,6 +49,7 @@ class Slider:
     values: Sequence[float]
     initial: float
     format: str = "{:g}"
+    play: bool = field(default=False, kw_only=True)
 
     def __post_init__(self) -> None:
         _check_name(self.name)

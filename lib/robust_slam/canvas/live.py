@@ -9,7 +9,7 @@ import ipywidgets as widgets
 from IPython.core.getipython import get_ipython
 
 from robust_slam.canvas import page
-from robust_slam.canvas.controls import Checkbox, Choice, Control, Stepper
+from robust_slam.canvas.controls import Checkbox, Choice, Control, Slider, Stepper
 from robust_slam.canvas.frame import Frame
 
 MIME = "application/vnd.jupyter.widget-view+json"
@@ -67,7 +67,12 @@ def _widget(control: Control) -> tuple[widgets.ValueWidget, widgets.Widget]:
         description=control.label,
         style=_WIDE,
     )
-    return widget, widget
+    if not (isinstance(control, Slider) and control.play):
+        return widget, widget
+    player = widgets.Play(max=len(control.states) - 1, interval=_BEAT, show_repeat=False)
+    player.value = control.position
+    widgets.link((player, "value"), (widget, "index"))
+    return widget, widgets.HBox([widget, player])
 
 
 def _stepper(control: Stepper) -> tuple[widgets.ValueWidget, widgets.Widget]:

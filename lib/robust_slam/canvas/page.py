@@ -13,13 +13,15 @@ from collections.abc import Sequence
 from html import escape
 from importlib.resources import files
 
-from robust_slam.canvas.controls import Checkbox, Choice, Control, Stepper
+from robust_slam.canvas.controls import Checkbox, Choice, Control, Slider, Stepper
 from robust_slam.canvas.frame import Frame
 
 MAX_BYTES = 1_500_000
 
 STYLE = (files(__package__) / "canvas.css").read_text(encoding="utf-8")
 SCRIPT = (files(__package__) / "canvas.js").read_text(encoding="utf-8")
+
+_PLAY = '<button type="button" data-does="play">Play</button>'
 
 
 def group(title: str, controls: Sequence[Control], frames: Sequence[Frame]) -> str:
@@ -104,6 +106,9 @@ def _control(control: Control, stride: int) -> str:
             return f"<label>{label}{_select(control, stride)}</label>"
         case Stepper():
             return _stepper(control, stride)
+        case Slider(play=True):
+            slider = f"<label>{label}{_range(control, stride)}</label>"
+            return f'<span class="rs-stepper">{slider}{_PLAY}</span>'
         case _:
             return f"<label>{label}{_range(control, stride)}</label>"
 
@@ -128,7 +133,7 @@ def _select(control: Control, stride: int) -> str:
 
 
 def _stepper(control: Stepper, stride: int) -> str:
-    play = '<button type="button" data-does="play">Play</button>' if control.play else ""
+    play = _PLAY if control.play else ""
     return (
         f'<span class="rs-stepper"><button type="button" data-does="step">{escape(control.label)}'
         f'</button>{play}<button type="button" data-does="restart">Start again</button>'
