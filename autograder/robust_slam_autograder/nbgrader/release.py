@@ -44,7 +44,7 @@ def nbgrader_settings(root: str, tree: str = "solutions", built: str = "build") 
 
 
 def _put_executor(config: Config) -> None:
-    """Have nbgrader grade with this package, and show nothing hidden and no live HTML."""
+    """Have nbgrader grade with this package, and show nothing hidden and nothing that acts."""
     course = config.CourseDirectory
     submissions = glob.escape(f"{course.root}/{course.submitted_directory}") + "/*/*/"
     # What else a student hands in, be it a link to a file of the instructor's, is never copied.
@@ -60,6 +60,7 @@ def _put_executor(config: Config) -> None:
         "nbgrader.preprocessors.GetGrades",
         "nbconvert.preprocessors.CSSHTMLHeaderPreprocessor",
     ]
+    config.ExportApp.plugin_class = "robust_slam_autograder.nbgrader.spreadsheet.SafeCsv"
     config.HTMLExporter.filters = {
         "markdown2html": "robust_slam_autograder.nbgrader.safe_markdown.as_html"
     }
