@@ -78,6 +78,7 @@ def run(options: argparse.Namespace) -> int:
         if target not in (None, STANDARD_OUTPUT):
             places.refuse_unwritable(option, Path(target), made=options.out)
     jobs = _find_jobs(options)
+    _warn_of_look_alikes(jobs, names=not options.no_names)
     wall = sandbox.choose(options.sandbox, unsandboxed=options.unsandboxed)
     with batch.locked(options.out):
         run = journal.open_run(options.out, options.seed)
@@ -210,6 +211,16 @@ def _find_jobs(options: argparse.Namespace) -> list[Job]:
     for stray in strays:  # one student's draft must not stop the class
         print(f"left out: {stray}", file=sys.stderr)
     return list(jobs.values())
+
+
+def _warn_of_look_alikes(jobs: Sequence[Job], *, names: bool) -> None:
+    for group in submission.look_alike(job.student for job in jobs):
+        # ascii(): as text nobody could tell one from the other.
+        who = " and ".join(map(ascii, group)) if names else f"{len(group)} students' names"
+        print(
+            f"note: {who} look alike and are graded apart: name them alike if they are one.",
+            file=sys.stderr,
+        )
 
 
 def _student_and_assignment(

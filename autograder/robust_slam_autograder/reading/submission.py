@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import hashlib
 import os
+import unicodedata
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -99,6 +100,14 @@ def _is_databases(name: str) -> bool:
 def stand_in(name: str) -> str:
     """A name for the refusal of who has none that can be written down; the batch goes on."""
     return f"student-{hashlib.sha256(os.fsencode(name)).hexdigest()[:12]}"
+
+
+def look_alike(students: Iterable[str]) -> list[tuple[str, ...]]:
+    """Groups of names that differ in how their letters are written alone, as ë and e with ¨."""
+    groups: dict[str, set[str]] = {}
+    for name in students:
+        groups.setdefault(unicodedata.normalize("NFC", name), set()).add(name)
+    return [tuple(sorted(names)) for names in groups.values() if len(names) > 1]
 
 
 def notebook_in(folder: Path, name: str) -> tuple[Path, tuple[str, ...]]:

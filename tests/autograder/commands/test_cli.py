@@ -122,6 +122,19 @@ def test_an_odd_folder_name_is_refused_and_the_batch_goes_on(
     assert toy.result(course / "out", "ben")["score"] == toy.MOST
 
 
+def test_names_that_look_alike_are_two_students_and_are_named(course: Path, grade: Run) -> None:
+    composed, decomposed = "Zo\u00eb", "Zoe\u0308"
+    names = (composed, decomposed, "Zoe")
+    paths = [toy.hand_in(course / "submitted", name, toy.answer()) for name in names]
+    status, out, err = grade(*paths)
+    assert status == 0 and "3 graded" in out
+    assert "note: 'Zoe\\u0308' and 'Zo\\xeb' look alike and are graded apart" in err
+    assert err.count("note:") == 1
+    err = grade(*paths, "--no-names")[2]
+    assert "note: 2 students' names look alike" in err and "Zo" not in err
+    assert "note:" not in grade(*paths[1:])[2]
+
+
 def test_a_draft_beside_the_submissions_is_left_out_and_named(course: Path, grade: Run) -> None:
     drafts = course / "submitted" / "ada" / "draft"
     drafts.mkdir()
