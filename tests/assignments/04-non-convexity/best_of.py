@@ -169,9 +169,9 @@ def wrong_start_returned() -> None:
         return starts[int(np.argmin(costs))]
 
 
-def wrong_votes() -> None:
-    """Wrong: the end that keeps the most measurements, however badly they fit. Caught by
-    best_of-votes.
+def wrong_misprint() -> None:
+    """Wrong: on the lesson's flat floors who is kept costs nothing, so the end that keeps the most
+    wins, however badly they fit. Caught by best_of-votes.
     """
     import numpy as np
 

@@ -136,6 +136,15 @@ def wrong_one_per_measurement() -> None:
         return np.sort([x for x in ends if lo < x < hi])
 
 
+def wrong_misprint() -> None:
+    """Wrong: the lesson's bowls, one for each measurement and with its lowest point there. Stopped
+    by the visible case local_minima-by-hand.
+    """
+
+    def local_minima(z, rho, lo, hi):
+        return [place for place in sorted(set(z)) if lo < place < hi]
+
+
 def wrong_measurements_themselves() -> None:
     """Wrong: takes the groups of the measurements, by their means, for the minima. Stopped
     by the visible case local_minima-by-hand.

@@ -54,9 +54,9 @@ def right_recursion() -> None:
         return float(x0) if abs(step) < 1e-11 else tls_descent(z, c, x0 + step)
 
 
-def wrong_always_the_nearest() -> None:
-    """Wrong: goes to the nearest measurement, always to 10 in the example. Stopped by the visible
-    case tls_descent-lesson.
+def wrong_misprint() -> None:
+    """Wrong: who starts near 10 ends at 10, as the lesson says without a c: always the nearest.
+    Stopped by the visible case tls_descent-lesson.
     """
     import numpy as np
 

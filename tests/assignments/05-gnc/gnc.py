@@ -241,7 +241,7 @@ def wrong_mu_before_the_solve() -> None:
                 return x, w, history
 
 
-def wrong_row_with_the_next_mu() -> None:
+def wrong_misprint_next_mu() -> None:
     """Wrong: writes the next μ into the row, as the lesson prints it. Stopped by the visible case
     gnc-by-hand.
     """
@@ -316,7 +316,7 @@ def wrong_start_is_a_row() -> None:
             mu = max(mu / factor, 1.0) if kind == "gm" else mu * factor
 
 
-def wrong_plain_mean() -> None:
+def wrong_misprint_surrogate() -> None:
     """Wrong: anneals towards least squares: a large μ is soft, as in the lesson's listing, and x
     ends at the mean. Stopped by the visible case gnc-by-hand.
     """
@@ -391,7 +391,7 @@ def wrong_hard_from_the_start() -> None:
             mu = max(mu / factor, 1.0) if kind == "gm" else mu * factor
 
 
-def wrong_always_one() -> None:
+def wrong_misprint_start() -> None:
     """Wrong: begins TLS at μ = 1, as the lesson does, and forgets the largest residual. Stopped
     by the visible case gnc-by-hand.
     """

@@ -79,7 +79,7 @@ def wrong_mu_squared() -> None:
         return 1 / (1 + (np.asarray(u, dtype=float) / (c * mu)) ** 2) ** 2
 
 
-def wrong_surrogate_of_the_lesson() -> None:
+def wrong_misprint_surrogate() -> None:
     """Wrong: (μ+1)c² stands for μc², as in the lesson's surrogate. Stopped by the visible case
     gnc_gm_weight-by-hand.
     """

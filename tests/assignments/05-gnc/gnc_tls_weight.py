@@ -58,7 +58,7 @@ def right_outlier_process() -> None:
         return np.array([best(abs(one)) for one in u.ravel()]).reshape(u.shape)
 
 
-def wrong_surrogate_of_the_lesson() -> None:
+def wrong_misprint_surrogate() -> None:
     """Wrong: the weight of the lesson's printed surrogate, which never becomes TLS. Stopped by the
     visible case gnc_tls_weight-by-hand.
     """

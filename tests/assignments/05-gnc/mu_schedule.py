@@ -62,7 +62,7 @@ def wrong_direction() -> None:
         return values
 
 
-def wrong_both_grow() -> None:
+def wrong_misprint_both_grow() -> None:
     """Wrong: the lesson's one direction for both. Stopped by the visible case
     mu_schedule-by-hand.
     """

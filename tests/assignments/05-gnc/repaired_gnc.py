@@ -109,7 +109,7 @@ def wrong_nothing_to_reject() -> None:
         return x, w
 
 
-def wrong_listing() -> None:
+def wrong_misprint_listing() -> None:
     """Wrong: the listing as it stands, which walks back to the mean. Stopped by the visible case
     repaired_gnc-by-hand.
     """

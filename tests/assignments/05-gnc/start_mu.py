@@ -64,6 +64,15 @@ def wrong_swapped() -> None:
         return 2 * u_max**2 / c**2
 
 
+def wrong_misprint() -> None:
+    """Wrong: begins at μ = 1, whatever the residuals are, as the lesson does. Stopped by the
+    visible case start_mu-by-hand.
+    """
+
+    def start_mu(u_max, c, kind):
+        return 1.0
+
+
 def wrong_negative_mu() -> None:
     """Wrong for small residuals: the formula alone, which turns negative. Stopped by the visible
     case start_mu-nothing.
