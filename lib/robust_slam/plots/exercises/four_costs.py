@@ -86,9 +86,9 @@ def convex_until(student: Callable[[Cost, float, float], float]) -> Figure:
         colour = kernel_look(kernel.name).color
         if np.isfinite(found):
             ax.axvline(found, color=colour, linestyle="--", linewidth=1.2)
-            ax.text(found, 1.02, f"{found:.3f}", color=colour, ha="center", rotation=45)
+            ax.text(found, 1.02, f"{found:.3f}", color=colour, ha="center", rotation=90)
     ax.set(ylim=(-0.6, 1.0))
-    ax.set_title("Your lines cross ρ″ = 0 where each curve does", pad=32)
+    ax.set_title("Your lines cross ρ″ = 0 where each curve does", pad=42)
     ax.legend()
     return figure
 
@@ -101,7 +101,9 @@ def threshold(student: Callable[[float, int], float]) -> Figure:
     found = [float(student(0.99, d)) for d in (1, 3, 6)]
     ax.plot(found, np.zeros(3), "D", color=PALETTE["accent"], clip_on=False, label="yours")
     ax.set(xlim=(0.0, max(5.2, *found) + 0.1))
-    ax.set_title("One residual in a hundred lies right of its line", pad=14)
+    for number in ax.texts:  # upright they stay apart, however far out the student's are
+        number.set(rotation=90.0, verticalalignment="bottom")
+    ax.set_title("One residual in a hundred lies right of its line", pad=42)
     ax.legend(loc="center right")
     return figure
 

@@ -121,7 +121,7 @@ def gauss_newton(student: Callable[[Graph, Array, Array, float], ArrayLike]) -> 
     ax.plot(*yours[:, :2].T, "--", color=PALETTE["estimate"], label="yours")
     ax.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
     ax.set_title("The closures pull the way back into its streets")
-    ax.legend(loc=(0.48, 0.06))
+    ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
     return fig
 
 
@@ -158,7 +158,7 @@ def precision_recall(student: Callable[[Mask, Mask], tuple[float, float]]) -> Fi
         ax.set(ylabel=name, ylim=(-0.05, 1.1))
     axes[1].set(xlabel="closures are kept up to this norm")
     axes[0].set_title("Keep more, and recall rises while lies come in")
-    axes[0].legend(loc="lower left")
+    axes[1].legend(loc="lower right")
     return fig
 
 

@@ -176,8 +176,9 @@ def pairwise_consistent(
     student: Callable[..., ArrayLike],
 ) -> Figure:
     """Draw a drive with four lies, and who agrees with whom."""
-    rng = np.random.default_rng(5)
-    honest, poses = generate.circle(40, rng, laps=2, closures=8)
+    rng = np.random.default_rng(53)
+    noise = generate.Noise(closure=(0.3, 0.1))  # so that what is carried along decides
+    honest, poses = generate.manhattan(40, rng, block=2.0, side=3, closures=8, noise=noise)
     graph, is_lie = outliers.add_random_closures(honest, 4, rng, poses=poses)
     gamma = thresholds.chi_square_threshold(0.99, 3)
     own, loop = graph.is_odometry, ~graph.is_odometry
@@ -188,7 +189,7 @@ def pairwise_consistent(
     fig = Figure(figsize=(5.6, 6.6))
     top, bottom = fig.subplots(2, height_ratios=(2.0, 3.0))
     maps.draw_map(top, graph, poses, is_outlier=is_lie)
-    top.set_title("Two rounds; closures 8 to 11 are lies")
+    top.set_title("A walk through a town; closures 8 to 11 are lies")
     _draw_agreement(bottom, pcm.pairwise_consistent(graph, gamma), finite("A", yours, (m, m)))
     return fig
 
