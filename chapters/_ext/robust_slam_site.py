@@ -62,7 +62,7 @@ def follow_the_library(app: Sphinx, config: Config) -> None:
 
 
 def launch_from_the_repository(app: Sphinx, config: Config) -> None:
-    """Leave out the launch buttons where no repository is named that Colab can open."""
+    """Leave out the launch buttons where no repository is named that Colab and Binder can open."""
     options = config.html_theme_options
     address = urlsplit(options.get("repository_url") or "")
     if address.hostname == "github.com" and len(address.path.strip("/").split("/")) == 2:

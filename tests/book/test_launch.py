@@ -6,6 +6,7 @@ import json
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -17,7 +18,10 @@ from chapters._ext import robust_slam_site
 ROOT = Path(__file__).parents[2]
 SETTINGS = (ROOT / "_config.yml").read_text(encoding="utf-8")
 ADDRESS = "https://github.com/owner/course"
-LAUNCHES = "https://colab.research.google.com/github/owner/course/blob/main/chapters/00-one.ipynb"
+LAUNCHES = {
+    "https://colab.research.google.com/github/owner/course/blob/main/chapters/00-one.ipynb",
+    "https://mybinder.org/v2/gh/owner/course/main?urlpath=lab/tree/chapters/00-one.ipynb",
+}
 
 
 def with_address(url: str) -> str:
@@ -55,11 +59,12 @@ def build(folder: Path, url: str) -> str:
     return page.read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("url", ["", ADDRESS, "https://gitlab.com/owner/course"])
+@pytest.mark.parametrize("url", ["", ADDRESS])
 def test_the_address_makes_the_buttons(tmp_path: Path, url: str) -> None:
     html = build(tmp_path, url)
-    assert [LAUNCHES] * (url == ADDRESS) == re.findall(r'href="([^"]*colab[^"]*)"', html)
-    assert ("btn-launch" in html or "launch-buttons" in html) == (url == ADDRESS)
+    launches = set(re.findall(r'href="([^"]*(?:colab|binder)[^"]*)"', html))
+    assert launches == (LAUNCHES if url else set())
+    assert ("btn-launch" in html or "launch-buttons" in html) == bool(url)
     assert "executablebooks/jupyter-book" not in html, "the default of another book"
 
 
@@ -76,9 +81,20 @@ def test_the_address_makes_the_buttons(tmp_path: Path, url: str) -> None:
         ("https://example.org/github.com/course", ""),
     ],
 )
-def test_only_what_colab_can_open_has_a_button(url: str | None, opened: str) -> None:
+def test_only_what_both_can_open_has_buttons(url: str | None, opened: str) -> None:
     options = {"repository_url": url, "launch_buttons": {"colab_url": "x"}, "other": 1}
     config = SimpleNamespace(html_theme_options=options)
     robust_slam_site.launch_from_the_repository(SimpleNamespace(), config)
     assert options["repository_url"] == opened and options["other"] == 1
     assert bool(options["launch_buttons"]) == bool(opened)
+
+
+def test_binder_gets_what_a_chapters_cell_installs() -> None:
+    """It runs pip in the repository, and takes a Python that is too old unless told."""
+    lines = (ROOT / "binder" / "requirements.txt").read_text(encoding="utf-8").splitlines()
+    (wanted,) = [line for line in lines if not line.startswith("#")]
+    folder, extra = re.fullmatch(r"\./(\w+)\[(\w+)\]", wanted).groups()
+    project = tomllib.loads((ROOT / folder / "pyproject.toml").read_text("utf-8"))["project"]
+    assert extra in project["optional-dependencies"]
+    python = (ROOT / "binder" / "runtime.txt").read_text(encoding="utf-8").strip()
+    assert project["requires-python"] == f">={python.removeprefix('python-')}"
