@@ -1,5 +1,5 @@
 # Doors that are open to all; `make test` passes all tests. Each sets everything up on a bare machine
-# with python3 (3.11 or newer), git and make. The instructor's doors stand in instructor.mk.
+# with python3 (3.11 or newer), git and make.
 
 SHELL := /bin/bash
 .SHELLFLAGS := -o pipefail -ec
@@ -80,4 +80,5 @@ lock: ## pin every dependency again (wants uv)
 clean: ## remove all that was generated, the environment too
 	rm -rf build _build $(VENV) .mypy_cache .pytest_cache .ruff_cache .hypothesis
 
+# The instructor's doors; the public course goes without them.
 -include instructor.mk
