@@ -1,7 +1,8 @@
 """No solution and no hidden test reaches the release, its archives, the site or the public course.
 
-Two kinds of canary: text planted into a copy of the source tree, and every line of
-the real hidden regions and solutions that is long enough to be told apart.
+Two kinds of canary: text planted into all that is private in a copy of the course, and
+every line of the real solutions, hidden regions and answers that is long enough to be
+told apart. The copy has a public repository, so it also shows what an address changes.
 """
 
 from __future__ import annotations
@@ -17,9 +18,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+import yaml
 from robust_slam_autograder.nbgrader.release import release
 from robust_slam_autograder.publishing import course
-from robust_slam_autograder.publishing.public import publish
+from robust_slam_autograder.publishing.public import publish, tracked
 
 from tests.assignments import answers
 
@@ -27,7 +29,23 @@ REGION = re.compile(r"### BEGIN (SOLUTION|HIDDEN TESTS)\n(.*?)### END \1", re.DO
 CANARY = "canary-4c7e"
 TELLING = 32
 """Shorter lines, and imports, stand in many a chapter by chance and tell nothing."""
+TELLING_OF_AN_ANSWER = 48
+"""Answers are plain code of many kinds; more of their lines are alike by chance."""
 HTML = answers.ROOT / "build" / "html"
+ADDRESS = "https://github.com/owner/course"
+PRIVATE = (
+    ".ci/",
+    "benchmarks/grading.py",
+    "instructor.mk",
+    "solutions/course.toml",
+    "tests/assignments/",
+    "tests/autograder/nbgrader/test_formgrader.py",
+    "tests/lib/plots/exercises/",
+    "tests/sample_class.py",
+    "tests/test_sample_class.py",
+    "tests/test_secrets.py",
+)
+"""What stays here beside the notebooks: said once more, for ``course.toml`` may list too much."""
 
 
 def regions(source: str) -> Iterator[str]:
@@ -43,6 +61,16 @@ def secret_lines(name: str) -> set[str]:
         line.strip() for cell in cells for text in regions(cell) for line in text.split("\n")
     }
     return {line for line in hidden - shown if len(line) >= TELLING and "import " not in line}
+
+
+def answer_lines(name: str) -> set[str]:
+    """Lines of the right and wrong answers to an assignment that students are not shown."""
+    cells = ["".join(c["source"]) for c in answers.source_notebook(name)["cells"]]
+    shown = {line.strip() for cell in cells for line in REGION.sub("", cell).split("\n")}
+    files = [path for path in (answers.ANSWERS / name).iterdir() if path.is_file()]
+    lines = {line.strip() for path in files for line in path.read_text("utf-8").split("\n")}
+    telling = {line for line in lines - shown if len(line) >= TELLING_OF_AN_ANSWER}
+    return {line for line in telling if "import " not in line}
 
 
 def files_below(folder: Path) -> Iterator[tuple[Path, str]]:
@@ -75,24 +103,6 @@ def plain_lines(path: Path, text: str) -> set[str]:
     elif path.suffix == ".html":
         text = html.unescape(re.sub(r"<[^>]*>", "", text))
     return {line.strip() for line in text.split("\n")}
-
-
-@pytest.mark.parametrize("name", answers.assignments())
-def test_planted_canaries_do_not_reach_the_release(name: str, tmp_path: Path) -> None:
-    tree = tmp_path / "solutions"
-    shutil.copytree(answers.SOLUTIONS / name, tree / name)
-    path = tree / name / f"{name}.ipynb"
-    notebook = answers.source_notebook(name)
-    for number, cell in enumerate(notebook["cells"]):
-        source = "".join(cell["source"])
-        mark = f"\\g<0>\n    # {CANARY} {number}"
-        hidden = re.sub(r"# hint:.*", f"\\g<0> {CANARY}", source)
-        cell["source"] = re.sub(r"( *)### BEGIN SOLUTION", mark, hidden)
-    answers.write(path, notebook)
-    assert path.read_text(encoding="utf-8").count(CANARY) > 10
-    release(tree, [name], tmp_path / "release")
-    leaks = [file for file, text in files_below(tmp_path / "release") if CANARY in text]
-    assert not leaks
 
 
 @pytest.mark.parametrize("name", answers.assignments())
@@ -131,6 +141,122 @@ def test_a_canary_in_a_page_would_be_found(tmp_path: Path) -> None:
     assert secret in plain_lines(*found)
 
 
+def plant_in_notebook(path: Path) -> None:
+    """Put a canary into every region, every hint, and an output of every code cell."""
+    notebook = json.loads(path.read_text(encoding="utf-8"))
+    for number, cell in enumerate(notebook["cells"]):
+        source = re.sub(r"# hint:.*", f"\\g<0> {CANARY}", "".join(cell["source"]))
+        mark = f"    # {CANARY} {number}\n"
+        cell["source"] = re.sub(r"(?m)^ *### END (SOLUTION|HIDDEN TESTS)", mark + r"\g<0>", source)
+        if cell["cell_type"] == "code":
+            said = {"output_type": "stream", "name": "stdout", "text": f"{CANARY}\n"}
+            cell["outputs"] = [said]
+    answers.write(path, notebook)
+
+
+def plant(root: Path) -> int:
+    """Put a canary into every file of a course that is private, and where parts are, into those.
+
+    Returns:
+        how many files hold one.
+    """
+    notebooks = sorted(root.glob("solutions/*/*.ipynb"))
+    for path in notebooks:
+        plant_in_notebook(path)
+    whole = [root / name for name in tracked(root) if name.startswith(PRIVATE)]
+    for path in [*whole, root / "lib" / "robust_slam" / "untracked.py"]:
+        with path.open("a", encoding="utf-8") as file:
+            file.write(f"\n# {CANARY}\n")
+    readme = root / "README.md"
+    marked = readme.read_text(encoding="utf-8").replace(
+        "<!-- private -->", f"<!-- private --> {CANARY}"
+    )
+    readme.write_text(marked, encoding="utf-8")
+    return sum(CANARY in text for _, text in files_below(root))
+
+
+@pytest.fixture(scope="module")
+def planted(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The public course of a copy that has an address, and a canary in all that is private."""
+    root = tmp_path_factory.mktemp("planted") / "course"
+    names = tracked(answers.ROOT)
+    for name in names:
+        (root / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy2(answers.ROOT / name, root / name)
+    settings = root / "_config.yml"
+    text, count = re.subn(r"(?m)^  url: .*$", f'  url: "{ADDRESS}"', settings.read_text("utf-8"))
+    assert count == 1, "one setting in one place"
+    settings.write_text(text, encoding="utf-8")
+    for command in (["init", "-q"], ["add", "-A"]):
+        subprocess.run(["git", "-C", str(root), *command], check=True)
+    private = [name for name in names if name.startswith(PRIVATE)]
+    assert plant(root) == len(answers.assignments()) + len(private) + 2
+    out = root.with_name("public")
+    publish(root / "solutions", out)
+    return out
+
+
+class TestPlantedCanaries:
+    """``make public``, of a copy of this course in which all that is private is marked."""
+
+    def test_none_reaches_the_public_course(self, planted: Path) -> None:
+        files = dict(files_below(planted))
+        assert len(files) > 250
+        assert not [path for path, text in files.items() if CANARY in text]
+
+    def test_its_chapters_install_from_the_address(self, planted: Path) -> None:
+        for path in sorted((planted / "chapters").glob("*.ipynb")):
+            text = plain_lines(path, path.read_text(encoding="utf-8"))
+            assert f'where = "git+{ADDRESS}@main#subdirectory=lib"' in text
+            assert '%pip install -q "robust-slam[sdp] @ {where}"' in text
+
+    def test_its_assignments_install_from_the_address(self, planted: Path) -> None:
+        for name in answers.assignments():
+            with zipfile.ZipFile(planted / "assignments" / f"{name}.zip") as archive:
+                readme = archive.read(f"{name}/README.txt").decode()
+            for package, folder in (
+                ("robust-slam[sdp]", "lib"),
+                ("robust-slam-autograder", "autograder"),
+            ):
+                assert f'"{package} @ git+{ADDRESS}@main#subdirectory={folder}"' in readme
+
+    def test_it_passes_its_own_lint(self, planted: Path) -> None:
+        """With an address the chapters have one cell more than here, where lint looks."""
+        for command in (["check"], ["format", "--check"]):
+            ruff = [sys.executable, "-m", "ruff", *command, "--no-cache", "."]
+            done = subprocess.run(ruff, cwd=planted, capture_output=True, text=True, check=False)
+            assert done.returncode == 0, done.stdout
+
+    def test_its_chapters_have_launch_buttons(self, planted: Path, execution: str) -> None:
+        """The whole book is built, without a warning; its cells run in ``make soak`` alone."""
+        settings = yaml.safe_load((planted / "_config.yml").read_text(encoding="utf-8"))
+        settings["execute"]["execute_notebooks"] = execution
+        (planted / "settings.yml").write_text(yaml.safe_dump(settings), encoding="utf-8")
+        book = Path(sys.executable).with_name("jupyter-book")
+        command = [book, "build", ".", "--config", "settings.yml", "--path-output", execution]
+        command += ["-W", "-n", "--keep-going"]
+        done = subprocess.run(command, cwd=planted, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]
+        pages = planted / execution / "_build" / "html" / "chapters"
+        chapters = sorted(path.stem for path in (planted / "chapters").glob("*.ipynb"))
+        repository = ADDRESS.removeprefix("https://github.com/")
+        for name in chapters:
+            html = (pages / f"{name}.html").read_text(encoding="utf-8")
+            assert set(re.findall(r'href="([^"]*(?:colab|binder)[^"]*)"', html)) == {
+                f"https://colab.research.google.com/github/{repository}/blob/main/chapters/{name}.ipynb",
+                f"https://mybinder.org/v2/gh/{repository}/main?urlpath=lab/tree/chapters/{name}.ipynb",
+            }
+            assert "find_spec" not in html, "the cell that installs is not shown"
+        assert "colab" not in (pages / "index.html").read_text(encoding="utf-8")
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """The book is built without running its cells; with ``--soak`` also with them."""
+    if "execution" in metafunc.fixturenames:
+        soak = metafunc.config.getoption("--soak")
+        metafunc.parametrize("execution", ["off", "cache"] if soak else ["off"])
+
+
 @pytest.fixture(scope="module")
 def public(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The public course, written as `make public` writes it."""
@@ -152,6 +278,17 @@ class TestPublicCourse:
         for path, text in files.items():
             name = path.relative_to(public).as_posix()
             if found := (plain_lines(path, text) & secrets) - set(listed.known.get(name, ())):
+                leaks[name] = found
+        assert not leaks
+
+    def test_it_holds_no_line_of_an_answer(self, public: Path) -> None:
+        secrets = {line for name in answers.assignments() for line in answer_lines(name)}
+        assert len(secrets) > 1000
+        known = (course.load(answers.SOLUTIONS).public or course.Public()).known
+        leaks = {}
+        for path, text in files_below(public):
+            name = path.relative_to(public).as_posix()
+            if found := (plain_lines(path, text) & secrets) - set(known.get(name, ())):
                 leaks[name] = found
         assert not leaks
 
@@ -186,12 +323,34 @@ class TestPublicCourse:
         assert "Keep this repository private" not in readme and "make public" not in readme
         assert "<!--" not in readme and "solutions/" not in readme
 
-    def test_every_make_target_that_its_readme_names_is_there(self, public: Path) -> None:
-        readme = (public / "README.md").read_text(encoding="utf-8")
+    def test_every_make_target_that_its_texts_name_is_there(self, public: Path) -> None:
         makefile = (public / "Makefile").read_text(encoding="utf-8")
-        named = set(re.findall(r"(?:^|`)make ([a-z]+)", readme, re.M))
-        assert named >= {"book", "test", "lab"}
-        assert not [name for name in named if not re.search(rf"^{name}:", makefile, re.M)]
+        named: dict[str, set[str]] = {}
+        for path, text in files_below(public):
+            if path.suffix in (".md", ".ipynb", ".txt") and "tests" not in path.parts:
+                lines = "\n".join(plain_lines(path, text))
+                for target in re.findall(r"(?:^|`)make ([a-z]+)", lines, re.M):
+                    named.setdefault(target, set()).add(path.relative_to(public).as_posix())
+        assert set(named) >= {"book", "test", "lab"}
+        there = set(re.findall(r"(?m)^([a-z]+):", makefile))
+        assert not {target: paths for target, paths in named.items() if target not in there}
+
+    def test_every_path_that_its_readmes_name_is_there(self, public: Path) -> None:
+        """Links and tables; build/ is made, and a solution tree is what graders bring."""
+        for readme in (public / "README.md", public / "autograder" / "README.md"):
+            text = readme.read_text(encoding="utf-8")
+            linked = re.findall(r"\]\((?!https?:|#)([^)#]+)", text)
+            assert not [name for name in linked if not (readme.parent / name).exists()]
+        rows = re.findall(r"(?m)^\| `([^`]+)`", (public / "README.md").read_text("utf-8"))
+        assert len(rows) > 4
+        assert not [row for row in rows if row != "build/" and not (public / row).exists()]
+
+    def test_all_is_installed_from_the_one_address_or_nothing(self, public: Path) -> None:
+        url = course.load(answers.SOLUTIONS).repository.url
+        folders = (public / "chapters", public / "assignments")
+        texts = [text for folder in folders for _, text in files_below(folder)]
+        named = {found for text in texts for found in re.findall(r"git\+([^@\s]*)@", text)}
+        assert named == ({url} if url else set())
 
     def test_its_tests_can_all_be_collected(self, public: Path) -> None:
         """A test that reads solutions where it is collected would fail; make test runs them."""
