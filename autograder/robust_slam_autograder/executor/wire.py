@@ -145,9 +145,11 @@ def decode(data: bytes, resolve: Import, *, widen: bool = False) -> Any:  # noqa
     Args:
         data: the message.
         resolve: turns each handle into a callable.
-        widen: read single and half precision as double. Beside such a number numpy rounds
-            Python's own to as few digits, and so ``np.isclose(np.float16(0.30001), 0.3)``
-            holds at every tolerance.
+        widen: read single and half precision as double, and integers as int64. Beside a
+            number of few digits numpy rounds Python's own, and so
+            ``np.isclose(np.float16(0.30001), 0.3)`` holds at every tolerance; a difference
+            of two short or unsigned integers wraps, and ``np.diff(np.uint8([3, 2]))`` is 255.
+            What int64 cannot hold is read as double: 16 digits, and no sign that turns.
 
     Raises:
         WireError: the bytes are not a message of plain data within the limits.
@@ -266,8 +268,17 @@ def _unpack_array(body: bytes, widen: bool) -> np.ndarray[Any, Any]:
     # A sum over the empty side of (0, 2**40) would fill the memory.
     if math.prod(max(n, 1) for n in shape) * dtype.itemsize > MAX_MESSAGE:
         raise WireError("an empty array that is too wide")
-    native = np.dtype(_DOUBLE.get(char, char) if widen else char)
-    return np.frombuffer(raw, dtype=dtype).reshape(shape).astype(native)
+    array = np.frombuffer(raw, dtype=dtype).reshape(shape)
+    return array.astype(_wide(array) if widen else np.dtype(char))
+
+
+def _wide(array: np.ndarray[Any, Any]) -> np.dtype[Any]:
+    """The type to compute with in place of an array's own: it rounds and wraps no sooner."""
+    if array.dtype.kind in "iu":
+        fits = not array.size or int(array.max()) < 2**63
+        return np.dtype(np.int64) if fits else np.dtype(np.float64)
+    char: str = array.dtype.char
+    return np.dtype(_DOUBLE.get(char, char))
 
 
 def _unpack_scalar(body: bytes, widen: bool) -> object:

@@ -28,6 +28,10 @@ def crossed(value: object) -> Any:
     return wire.decode(wire.encode(value, export), resolve)
 
 
+def widened(value: object) -> Any:
+    return wire.decode(wire.encode(value, export), resolve, widen=True)
+
+
 @settings(max_examples=25)
 @given(st.integers(1, 60), st.sampled_from([list, tuple]))
 def test_a_sender_refuses_what_its_reader_would(depth: int, kind: type) -> None:
@@ -87,6 +91,30 @@ def test_arrays_are_copies_that_can_be_written_to() -> None:
     got = crossed(np.arange(6).reshape(2, 3).T)
     got[0, 0] = 5
     assert got.tolist() == [[5, 3], [1, 4], [2, 5]]
+
+
+@pytest.mark.parametrize("char", ["b", "B", "h", "H", "i", "I", "l", "L", "q", "Q"])
+def test_differences_of_a_students_integers_do_not_wrap(char: str) -> None:
+    """What falls does not seem to rise."""
+    least, most = np.iinfo(char).min, min(np.iinfo(char).max, 2**62)
+    for before, after in ((3, 2), (most, most - 1)):
+        array, scalar = widened([np.array([before, after], char), np.dtype(char).type(after)])
+        assert array.dtype == np.int64 and type(scalar) is np.int64
+        assert np.diff(array).tolist() == [-1] and scalar - before == -1
+    assert widened(np.array([least, 0], char)).tolist() == [least, 0]
+    assert widened(np.zeros((0, 2), char)).dtype == np.int64
+
+
+def test_integers_that_no_signed_type_holds_are_read_as_double() -> None:
+    array, scalar = widened([np.array([2**63, 2**64 - 1, 0], np.uint64), np.uint64(2**63)])
+    assert array.dtype == np.float64 and array.tolist() == [2.0**63, 2.0**64, 0.0]
+    assert type(scalar) is np.float64 and np.diff(array)[1] < 0
+
+
+def test_other_numbers_keep_their_kind() -> None:
+    half, single, truth = widened([np.float16(0.1), np.complex64(1j), np.array([True])])
+    assert (half.dtype, single.dtype, truth.dtype) == (np.float64, np.complex128, np.bool)
+    assert half == float(np.float16(0.1))
 
 
 def test_callables_cross_as_handles() -> None:
