@@ -30,9 +30,8 @@ class Bubblewrap:
         mounts, command = _mounts(launch.withheld), inside.python_command(launch, uid, walled=True)
         with _filter() as (options, descriptors):
             command = [*_walls(uid), *options, *mounts, "--", *command]
-            running = Process(popen(command, cwd="/", environment={}, pass_fds=descriptors))
-        running.watch()
-        return running
+            process = popen(command, cwd="/", environment={}, pass_fds=descriptors)
+        return Process(process, watched=True)
 
 
 @contextlib.contextmanager

@@ -6,11 +6,11 @@ import os
 from pathlib import Path
 
 from robust_slam_autograder.sandbox import system
-from robust_slam_autograder.sandbox.inside import SCRATCH_BYTES, Files
+from robust_slam_autograder.sandbox.inside import SCRATCH_BYTES, SCRATCH_FILES, Files
 
 DEVICES = ("null", "full", "random", "urandom")
 """Not zero: shared maps of it are memory that no process's size shows."""
-_SMALL = f"size={SCRATCH_BYTES},nr_inodes=20000,mode=1777"
+_SMALL = f"size={SCRATCH_BYTES},nr_inodes={SCRATCH_FILES},mode=1777"
 
 
 def enter(root: Path, files: Files) -> None:

@@ -17,6 +17,8 @@ import robust_slam_autograder
 from robust_slam_autograder.executor import untrusted
 
 SCRATCH_BYTES = 64 * 1024 * 1024
+SCRATCH_FILES = 20_000
+"""Files and folders in a scratch folder; each takes a kilobyte of the kernel's memory."""
 MEMORY_BYTES = 4 * 1024**3
 PROCESSES = 32
 """Processes and threads of one sandbox."""

@@ -25,19 +25,18 @@ class Process:
 
     process: subprocess.Popen[bytes]
     scratch: tempfile.TemporaryDirectory[str] | None = None
+    watched: bool = False
+    """Whether to end it when it and all that it starts use too much together."""
 
     def pipes(self) -> tuple[int, int]:
         """Descriptors to read its messages from and to write ours to."""
         assert self.process.stdin and self.process.stdout
         return self.process.stdout.fileno(), self.process.stdin.fileno()
 
-    def watch(self) -> None:
-        """From now on, end it when it and all that it starts use too much together."""
-        threading.Thread(target=self._watch, daemon=True).start()
-
     def _watch(self) -> None:
         while self.process.poll() is None:
-            if watch.uses_too_much(watch.descendants(self.process.pid), None):
+            found = watch.descendants(self.process.pid)
+            if watch.uses_too_much(found, None) or watch.holds_too_many_files(found):
                 self.process.kill()
             time.sleep(watch.SECONDS)
 
@@ -47,6 +46,8 @@ class Process:
         reader, _ = self.pipes()
         answers = select.select([reader], [], [], START_SECONDS)[0]
         if answers and os.read(reader, len(untrusted.READY)) == untrusted.READY:
+            if self.watched:  # not before: its /tmp was still the grader's own
+                threading.Thread(target=self._watch, daemon=True).start()
             return None
         self.process.kill()
         said = self.process.stderr.read().decode(errors="replace").strip()

@@ -251,6 +251,35 @@ def test_what_is_limited(wall: Sandbox) -> None:
     assert (found["memory"], found["files"]) == ("MemoryError", "OSError")
 
 
+MANY = """
+import os
+
+def make():
+    made = 0
+    try:
+        for n in range(200_000):
+            os.close(os.open(os.path.join(FOLDER, str(n)), os.O_CREAT | os.O_WRONLY))
+            made += 1
+    except OSError:
+        pass
+    return made
+"""
+
+
+@pytest.mark.sandbox
+@pytest.mark.parametrize("folder", ["/tmp", "/dev/shm"])
+def test_files_of_no_size_are_counted(wall: Sandbox, folder: str) -> None:
+    """Each takes some of the kernel's memory, which no process's size shows."""
+    where = repr(folder) if is_private(wall) else "os.environ['HOME']"
+    what = program(f"{MANY}\nFOLDER = {where}\n", names=("make",))
+    if wall is sandbox.BACK_ENDS["fork"]:
+        assert 0 < run(wall, what, "make") <= inside.SCRATCH_FILES
+        return
+    with pytest.raises(SessionFault) as caught:  # its keeper ends it
+        run(wall, what, "make")
+    assert caught.value.kind == "died"
+
+
 PACKAGE = {
     "__init__.py": "",
     "given.py": "ANSWER = 'given'\n",
