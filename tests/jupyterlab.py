@@ -27,16 +27,20 @@ _OPTIONS = (
     "--LabApp.check_for_updates_class=jupyterlab.NeverCheckForUpdate",
 )
 _START_SECONDS = 60.0
-_TRACKER = "@jupyterlab/notebook-extension/tracker.jupyterlab-settings"
+_SETTINGS: dict[str, dict[str, object]] = {
+    "notebook-extension/tracker": {"windowingMode": "none"},
+    "apputils-extension/notification": {"fetchNews": "false"},  # its question covers the cells
+}
 
 
 def environment(home: Path) -> dict[str, str]:
     """Variables for a user who has nothing set up; cells stay on the page when out of sight."""
     own = {f"JUPYTER_{name}_DIR": str(home / name) for name in ("CONFIG", "DATA", "RUNTIME")}
     settings = home / "settings"
-    tracker = settings / _TRACKER
-    tracker.parent.mkdir(parents=True, exist_ok=True)
-    tracker.write_text(json.dumps({"windowingMode": "none"}), encoding="utf-8")
+    for name, values in _SETTINGS.items():
+        file = settings / "@jupyterlab" / f"{name}.jupyterlab-settings"
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(json.dumps(values), encoding="utf-8")
     return {
         **os.environ,
         **own,

@@ -66,18 +66,33 @@ class Notebook:
                 self.page.keyboard.press("Escape")
 
     def run_all(self) -> list[dict[str, Any]]:
-        """Run each cell with Shift and Enter, also past errors; gives the cells."""
+        """Run each cell with Shift and Enter, also past errors; gives the cells.
+
+        One after the other: an error drops the cells that wait behind it.
+        """
         self.cells.first.click()
         self.page.keyboard.press("Escape")
-        for _ in self.read()[1:]:
-            self.page.keyboard.press("Shift+Enter")
-        self.page.keyboard.press("Control+Enter")  # the last one, without a new cell below
-        waiting = "[...document.querySelectorAll('.jp-InputPrompt')]"
+        cells = self.read()
+        for number, cell in enumerate(cells):
+            is_last = number == len(cells) - 1  # it gets no new cell below
+            keys = "Control+Enter" if is_last else "Shift+Enter"
+            if cell["cell_type"] == "code":
+                self._run(number, keys)
+            else:
+                self.page.keyboard.press(keys)
+        return self.save()
+
+    def _run(self, number: int, keys: str) -> None:
+        """Run the selected code cell, and wait until it has a new number."""
+        prompt = self.cells.nth(number).locator(".jp-InputPrompt")
+        before = prompt.text_content()
+        self.page.keyboard.press(keys)
         self.page.wait_for_function(
-            f"{waiting}.every(prompt => !prompt.textContent.includes('*'))",
+            "([prompt, before]) => /[0-9]/.test(prompt.textContent)"
+            " && prompt.textContent !== before",
+            arg=[prompt.element_handle(), before],
             timeout=NOTEBOOK_MILLISECONDS,
         )
-        return self.save()
 
     def shoot(self, folder: Path, name: str, grade_ids: list[str]) -> None:
         """Photograph cells as they stand on the screen."""
@@ -89,14 +104,15 @@ class Notebook:
 
 
 def said(cell: Mapping[str, Any]) -> list[str]:
-    """What a cell's outputs say: the last line of an error, and what was printed."""
-    found = []
-    for output in cell.get("outputs", []):
-        if output["output_type"] == "error":
-            found.append(f"{output['ename']}: {ANSI.sub('', output['evalue'])}")
-        elif output["output_type"] == "stream":
-            found.append("".join(output["text"]).strip())
-    return found
+    """What a cell's outputs say: what was printed, and the last line of an error."""
+    streams = [out for out in cell.get("outputs", []) if out["output_type"] == "stream"]
+    return ["".join(out["text"]).strip() for out in streams] + errors(cell)
+
+
+def errors(cell: Mapping[str, Any]) -> list[str]:
+    """The last line of each error among a cell's outputs."""
+    found = [out for out in cell.get("outputs", []) if out["output_type"] == "error"]
+    return [f"{out['ename']}: {ANSI.sub('', out['evalue'])}" for out in found]
 
 
 def wrong_answers(assignment: str) -> dict[str, Answer]:
@@ -133,14 +149,15 @@ def walk(page: Page, address: str, path: Path, shots: Path) -> Iterator[str]:
         yield f"{exercise}: {answer.name}: {answer.story}"
     for known, told in failed.items():
         yield f"  {known}: {' / '.join(told)}"
-    notebook.shoot(shots, "wrong", list(failed))
+    ungraded = [cell["id"] for cell in notebook.read() if "nbgrader" not in cell["metadata"]]
+    notebook.shoot(shots, "wrong", [*failed, *ungraded])
     chosen = right_answers(name)
     notebook.type_in({exercise: answer.source for exercise, answer in chosen.items()})
     cells = notebook.run_all()
+    notebook.shoot(shots, "right", ungraded)
     pictures = [cell for cell in cells if cell["id"].startswith("picture-")]
     drawn = [cell for cell in pictures if "image/" in str(cell["outputs"])]
-    notebook.shoot(shots, "right", [cell["id"] for cell in pictures])
-    told = [f"{cell_name(cell)}: {line}" for cell in cells for line in said(cell)]
+    told = [f"{cell_name(cell)}: {line}" for cell in cells for line in errors(cell)]
     if told or len(drawn) < len(pictures):
         raise RuntimeError(f"{name} with right answers: {told}, {len(drawn)} pictures")
     yield f"right answers: every check passes, {len(drawn)} of {len(pictures)} pictures drawn"
