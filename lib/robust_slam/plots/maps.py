@@ -172,6 +172,12 @@ def map_legend() -> list[Line2D]:
     return [Line2D([], [], **look.style(), label=look.label) for look in looks]
 
 
+def decision_legend() -> list[Line2D]:
+    """Return the handles of a legend for maps with decisions about honest and wrong closures."""
+    looks = (_ODOMETRY, _TRUE_KEPT, _TRUE_REJECTED, _LIE_KEPT, _LIE_REJECTED, _TRUTH)
+    return [Line2D([], [], **look.style(), marker=look.middle, label=look.label) for look in looks]
+
+
 def _or(value: ArrayLike | None, default: float, m: int) -> ArrayLike:
     return np.full(m, default) if value is None else value
 

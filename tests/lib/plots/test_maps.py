@@ -16,6 +16,7 @@ from robust_slam.generate import circle, sphere
 from robust_slam.outliers import add_random_closures
 from robust_slam.plots import opening
 from robust_slam.plots.maps import (
+    decision_legend,
     draw_chain,
     draw_headings,
     draw_map,
@@ -129,6 +130,17 @@ def test_a_wrong_decision_has_a_marker_at_the_middle_of_its_edge(ax: Axes) -> No
             np.testing.assert_allclose(marked, middles)
         elif line.get_label() in words:
             assert line.get_marker() == "None"
+
+
+def test_the_legend_of_decisions_names_every_look_that_a_map_draws(ax: Axes) -> None:
+    graph, is_lie, truth, kept, _ = decisions()
+    draw_map(ax, graph, truth, is_outlier=is_lie, kept=kept, truth=truth)
+    drawn = {
+        line.get_label().partition(" (")[0]: (line.get_color(), line.get_linestyle())
+        for line in ax.lines
+        if not line.get_label().startswith("_")
+    }
+    assert {h.get_label(): (h.get_color(), h.get_linestyle()) for h in decision_legend()} == drawn
 
 
 def test_without_the_truth_closures_are_kept_or_rejected(ax: Axes) -> None:
