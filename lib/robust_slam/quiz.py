@@ -1,7 +1,8 @@
 """A quiz in which every option has an answer of its own.
 
 Options are native disclosures: they open with scripts off, by keyboard and by mouse, and
-say whether they are right and why. Text is plain, with $math$, *emphasis* and `code`.
+say whether they are right and why. A letter names each, for a class that speaks of it and for
+readers to whom a formula is no name. Text is plain, with $math$, *emphasis* and `code`.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
+from string import ascii_uppercase
 
 _MARKED = re.compile(r"\$(?P<math>[^$]+)\$|`(?P<code>[^`]+)`|\*(?P<em>[^*]+)\*")
 
@@ -93,16 +95,16 @@ class Quiz:
 
 
 def _question(question: Question) -> str:
-    options = "".join(map(_option, question.options))
+    options = "".join(map(_option, ascii_uppercase, question.options))
     return f"<fieldset><legend>{_inline(question.prompt)}</legend>{options}</fieldset>"
 
 
-def _option(option: Option) -> str:
+def _option(letter: str, option: Option) -> str:
     verdict, kind = ("✓ Right.", "rs-right") if option.correct else ("✗ Not quite.", "rs-wrong")
     # JupyterLab leaves the keys to an element that carries this attribute.
     keys = 'data-lm-suppress-shortcuts="true"'
     return (
-        f"<details><summary {keys}>{_inline(option.text)}</summary>"
+        f"<details><summary {keys}><b>{letter}</b> {_inline(option.text)}</summary>"
         f'<p class="{kind}"><strong>{verdict}</strong> {_inline(option.answer)}</p></details>'
     )
 

@@ -14,7 +14,7 @@ WRONG = Option("TLS", "It lets go at $|u| > c$.")
 def test_every_option_opens_to_its_own_answer_and_says_whether_it_is_right() -> None:
     html = Quiz([Question("Which one?", [RIGHT, WRONG])]).html()
     options = re.findall(r"<details><summary.*?>(.*?)</summary><p.*?>(.*?)</p></details>", html)
-    assert [option for option, _ in options] == ["Huber", "TLS"]
+    assert [option for option, _ in options] == ["<b>A</b> Huber", "<b>B</b> TLS"]
     assert options[0][1].startswith("<strong>✓ Right.</strong> Its pull is")
     assert options[1][1].startswith("<strong>✗ Not quite.</strong> It lets go at")
 

@@ -34,6 +34,9 @@
     const image = find("img");
     let rest = 0;
 
+    // On a reload Firefox keeps what was ticked, while the picture is the first one again.
+    controls.forEach((c) => { if (c.type === "checkbox") c.checked = c.defaultChecked; });
+
     function show() {
       const index = controls.reduce((sum, c) => sum + position(c) * Number(c.dataset.stride), 0);
       const { svg, text, rows } = frames[index];

