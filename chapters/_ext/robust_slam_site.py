@@ -4,22 +4,17 @@
 - Scripts for kernels in the cloud, and scripts that are emitted twice, are dropped.
 - Launch buttons need the public repository's address; without one there are none.
 - When the library changes, the notebooks run again: their outputs depend on it.
-- Every page has a description.
 - A build with warnings fails again until they are mended.
 """
 
 from __future__ import annotations
 
 import hashlib
-import re
-import textwrap
-from html import escape
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
-from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.config import Config
 from sphinx.util.fileutil import copy_asset
@@ -85,21 +80,6 @@ def drop_scripts(
     context["script_files"] = kept
 
 
-def describe(
-    app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: nodes.document | None
-) -> None:
-    """Give a page without a description of its own its first sentences that need no TeX."""
-    if doctree is None or 'name="description"' in context["metatags"]:
-        return
-    paragraph = doctree.next_node(nodes.paragraph)
-    if paragraph is None:
-        return
-    sentences = re.split(r"(?<=[.?!])\s+", paragraph.astext())
-    sentences = [sentence for sentence in sentences if not re.search(r"[\\^_]", sentence)]
-    content = escape(textwrap.shorten(" ".join(sentences), 160, placeholder=" …"))
-    context["metatags"] += f'\n<meta content="{content}" name="description" />'
-
-
 def forget_if_warned(app: Sphinx, exception: Exception | None) -> None:
     """Let the next build read every page again when this one had warnings.
 
@@ -118,6 +98,5 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.connect("config-inited", launch_from_the_repository)
     app.connect("builder-inited", copy_mathjax)
     app.connect("html-page-context", drop_scripts, priority=900)
-    app.connect("html-page-context", describe)
     app.connect("build-finished", forget_if_warned)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,4 +1,4 @@
-"""The public repository's address gives chapters launch buttons; without it there are none."""
+"""The public repository's address gives chapters launch buttons and previews a picture."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from types import SimpleNamespace
 
 import pytest
 import yaml
+from matplotlib.image import imread
 
 from chapters._ext import robust_slam_site
 
@@ -66,6 +67,19 @@ def test_the_address_makes_the_buttons(tmp_path: Path, url: str) -> None:
     assert launches == (LAUNCHES if url else set())
     assert ("btn-launch" in html or "launch-buttons" in html) == bool(url)
     assert "executablebooks/jupyter-book" not in html, "the default of another book"
+    assert_previews(html, tmp_path / "build" / "_build" / "html", url)
+
+
+def assert_previews(html: str, site: Path, url: str) -> None:
+    tags = dict(re.findall(r'<meta property="([^"]*)" content="([^"]*)" />', html))
+    assert tags["og:title"] == "One" and tags["og:description"] == "Text."
+    picture = site / "_static" / "preview.png"
+    if not url:
+        assert "og:image" not in tags and not picture.exists()
+        return
+    assert tags["og:url"] == "https://owner.github.io/course/chapters/00-one.html"
+    assert tags["og:image"] == "https://owner.github.io/course/_static/preview.png"
+    assert imread(picture).shape[:2] == (630, 1200)
 
 
 @pytest.mark.parametrize(
