@@ -89,10 +89,12 @@ def pairwise_distances(
     """Return how far each two closures disagree, √(eᵀ Σ⁻¹ e) ``(m, m)``, without a unit.
 
     ``closures`` is a mask ``(M,)`` of the edges to compare, by default all that are not
-    odometry; row p is the p-th of them. An honest pair's square is χ² with 3 degrees of
-    freedom in SE(2) and 6 in SE(3), to first order. The matrix is symmetric, its diagonal
-    zero. ``shared_odometry`` counts steps that both odometry parts run over as the same
-    steps, which is exact to first order; the paper takes the parts as independent.
+    odometry; row p is the p-th of them. For p < q the cycle begins with z_p: where edges
+    stand in another order, its error is the inverse one, and as Σ is of first order the
+    distance differs a little. An honest pair's square is χ² with 3 degrees of freedom in
+    SE(2) and 6 in SE(3), to first order. The matrix is symmetric, its diagonal zero.
+    ``shared_odometry`` counts steps that both odometry parts run over as the same steps,
+    which is exact to first order; the paper takes the parts as independent.
 
     Raises:
         ValueError: the mask does not fit or marks odometry, or no odometry edge (k, k + 1)
