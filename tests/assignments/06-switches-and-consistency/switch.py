@@ -81,8 +81,8 @@ def wrong_root_of_the_switch() -> None:
         return lam * chi2 / (lam + chi2)
 
 
-def wrong_exactly_zero() -> None:
-    """Wrong: takes "near 0" for 0 and turns bad edges off for good. Caught by switch-far."""
+def wrong_misprint_switched_off() -> None:
+    """Wrong: takes the lesson's "switched off" for a switch of exactly 0. Caught by switch-far."""
     import numpy as np
 
     def switch(chi2, lam):

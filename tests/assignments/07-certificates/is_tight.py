@@ -46,7 +46,7 @@ def right_loops() -> None:
         return cost - bound <= tol * float(np.linalg.norm(Q, 2))
 
 
-def wrong_rank_one() -> None:
+def wrong_misprint_rank_one() -> None:
     """Wrong: asks for rank 1, as the lesson's text does. Stopped by the visible case
     is_tight-by-hand.
     """

@@ -129,6 +129,38 @@ def wrong_no_local_minima() -> None:
         return "not certified" if opposite else "certified"
 
 
+def wrong_misprint_at_rest() -> None:
+    """Wrong: what stands still is certified, as if an iterative solver could end at the best
+    rotations alone: so the lesson's text says. Stopped by the visible case verdict-plane.
+    """
+    import numpy as np
+
+    def verdict(Q, R, tol):
+        Q, R = np.array(Q, dtype=float), np.array(R, dtype=float)
+        inside = np.kron(np.eye(len(Q) // len(R)), np.ones((len(R), len(R))))
+        A = inside * (Q @ R.T @ R)
+        S = Q - (A + A.T) / 2
+        at_rest = np.abs(S @ R.T).max() <= tol * np.linalg.norm(Q, 2)
+        return "certified" if at_rest else "not stationary"
+
+
+def wrong_misprint_rank_one() -> None:
+    """Wrong: asks that the certificate matrix have rank 1, as the lesson's text does: its kernel
+    has d dimensions, and its rank is dn − d at most. Stopped by the visible case verdict-by-hand.
+    """
+    import numpy as np
+
+    def verdict(Q, R, tol):
+        Q, R = np.array(Q, dtype=float), np.array(R, dtype=float)
+        inside = np.kron(np.eye(len(Q) // len(R)), np.ones((len(R), len(R))))
+        A = inside * (Q @ R.T @ R)
+        S = Q - (A + A.T) / 2
+        if np.abs(S @ R.T).max() > tol * np.linalg.norm(Q, 2):
+            return "not stationary"
+        rank = np.linalg.matrix_rank(S, rtol=tol, hermitian=True)
+        return "certified" if rank == 1 else "not certified"
+
+
 def wrong_never_asks_for_stationary() -> None:
     """Wrong: looks at λ_min first, and calls not stationary only what that has refused. Caught by
     verdict-stationary.

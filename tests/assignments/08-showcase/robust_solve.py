@@ -329,6 +329,59 @@ def wrong_plain_tls() -> None:
         return poses, weights
 
 
+def wrong_misprint_surrogate() -> None:
+    """Wrong: the weight of the lesson's surrogate, which ends at least squares, lies and all.
+    Stopped by the visible case robust_solve-by-hand.
+    """
+    import numpy as np
+
+    def robust_solve(graph, c, solve):
+        is_odometry = np.asarray(graph["is_odometry"], dtype=bool)
+        weights = np.ones(is_odometry.size)
+        poses, u = solve(graph, weights, None)
+        worst = np.max(np.asarray(u)[~is_odometry], initial=0.0)
+        if 2 * worst**2 <= c**2:
+            return poses, weights
+        mu = c**2 / (2 * worst**2 - c**2)
+        for _ in range(1000):
+            square = np.asarray(u) ** 2 / c**2
+            new = mu * (mu + 1) / (mu + 1 + square) ** 2
+            weights = np.where(is_odometry, 1.0, new)
+            poses, u = solve(graph, weights, poses)
+            if np.allclose(weights, 1.0, rtol=1e-3):
+                break
+            mu *= 1.4
+        return poses, weights
+
+
+def wrong_misprint_start() -> None:
+    """Wrong: starts at μ = 1, as the lesson does, whatever the largest norm is. Stopped by the
+    visible case robust_solve-by-hand.
+    """
+    import numpy as np
+
+    def robust_solve(graph, c, solve):
+        is_odometry = np.asarray(graph["is_odometry"], dtype=bool)
+        weights = np.ones(is_odometry.size)
+        poses, u = solve(graph, weights, None)
+        u = np.asarray(u)
+        worst = np.max(u[~is_odometry], initial=0.0)
+        if 2 * worst**2 <= c**2:
+            return poses, weights
+        mu = 1.0
+        for _ in range(1000):
+            low, high = mu / (mu + 1) * c**2, (mu + 1) / mu * c**2
+            middle = c / np.maximum(u, 1e-300) * np.sqrt(mu * (mu + 1)) - mu
+            new = np.where(u**2 <= low, 1.0, np.where(u**2 >= high, 0.0, middle))
+            weights = np.where(is_odometry, 1.0, new)
+            poses, u = solve(graph, weights, poses)
+            u = np.asarray(u)
+            if np.all((weights == 0) | (weights == 1)):
+                break
+            mu *= 1.4
+        return poses, weights
+
+
 def wrong_never_nothing() -> None:
     """Wrong: no look at whether there is something to reject, and μ is negative. Caught by
     robust_solve-nothing.

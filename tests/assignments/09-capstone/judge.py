@@ -194,8 +194,10 @@ def wrong_trace() -> None:
         return "certified" if abs(np.trace(m - s) - cost) <= 1e-6 * (1 + cost) else "not certified"
 
 
-def wrong_stationary_is_best() -> None:
-    """Wrong: a map at rest is certified. Stopped by the visible case judge-by-hand."""
+def wrong_misprint_stationary_is_best() -> None:
+    """Wrong: a map at rest is certified, as if a solver could end at the best map alone: so the
+    lesson's text says. Stopped by the visible case judge-by-hand.
+    """
     import numpy as np
 
     def judge(graph, poses):
