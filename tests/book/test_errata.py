@@ -9,8 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from robust_slam import irls, kernels, linear, location
-from scipy.optimize import minimize_scalar
+from robust_slam import irls, kernels, linear, location, se2, switchable
+from scipy.linalg import solve_continuous_are
+from scipy.optimize import brentq, minimize_scalar
+from scipy.spatial.transform import Rotation
 
 PAGE = Path(__file__).parents[2] / "chapters" / "errata.md"
 NUMBER = re.compile(r"[-−]?[0-9]+(?:\.[0-9]+)?(?:/[0-9]+)?")
@@ -43,6 +45,9 @@ def assert_prints(cell: str, expected: list[float]) -> None:
             f"{text} in {cell!r}"
         )
 
+
+Z = np.array([0.1, -0.2, 0.15, -0.1, 5.0])
+"""The readings of the IRLS example."""
 
 # --- Chapter 0 -------------------------------------------------------------------------
 
@@ -78,6 +83,27 @@ def chapter_0() -> Iterator[list[float]]:
     yield []
 
 
+# --- Chapter 1 -------------------------------------------------------------------------
+
+
+def estimate(z: np.ndarray, sigma: float, kernel: kernels.Kernel) -> float:
+    problem = location.LocationProblem(z, sigma)
+    return float(irls.irls(problem, kernel, tol=1e-14, max_iterations=5000).x)
+
+
+def chapter_1() -> Iterator[list[float]]:
+    square, one = kernels.squared(), kernels.huber(1)
+    many = np.append(np.zeros(1000), 100.0)
+    moved = [estimate(many, 1.0, kernel) for kernel in (square, one, kernels.cauchy(1))]
+    pull, price = (float(f(10) / f(1)) for f in (square.psi, square.rho))
+    yield [pull, price]
+    yield [1, estimate(Z, 0.3, one), Z[:4].mean()]
+    costs = [float(square.rho(100)), 1000 * float(square.rho(1))]
+    pulls = [float(square.psi(100)), 1000 * float(square.psi(1))]
+    yield [*pulls, *costs, 1000, 100, moved[0], 1, moved[1], 1, moved[2]]
+    yield []
+
+
 # --- Chapter 2 -------------------------------------------------------------------------
 
 
@@ -100,7 +126,6 @@ def chapter_2() -> Iterator[list[float]]:
 
 # --- Chapter 3 -------------------------------------------------------------------------
 
-Z = np.array([0.1, -0.2, 0.15, -0.1, 5.0])
 DATA = location.LocationProblem(Z, 0.3)
 RUN = irls.irls(DATA, kernels.cauchy(1), max_iterations=1000)
 
@@ -131,6 +156,37 @@ def chapter_3() -> Iterator[list[float]]:
     yield [4.9, irls.irls(DATA, kernels.cauchy(1), 4.9, max_iterations=1000).x]
     yield [0, 1]
     yield [1, 0, listing.x, listing.weights[4]]
+
+
+# --- Chapter 4 -------------------------------------------------------------------------
+
+
+def tls_cost(c: float, x: float, z: list[float]) -> float:
+    """The cost without the ½."""
+    return 2 * float(kernels.tls(c).rho(np.asarray(z) - x).sum())
+
+
+def lowest(c: float) -> float:
+    """Where the TLS cost of readings at 0 and 10 is lowest, from 0 on."""
+    return min((0.0, 5.0), key=lambda x: tls_cost(c, x, [0, 10]))
+
+
+def chapter_4() -> Iterator[list[float]]:
+    pair, twenty = [0.0, 10.0], location.LocationProblem([0.0] * 20 + [10.0])
+    middle = np.mean(pair)
+    slope = (tls_cost(2, 5 + 1e-3, pair) - tls_cost(2, 5 - 1e-3, pair)) / 2e-3
+    switch = math.sqrt(50)
+    assert (lowest(switch - 1e-3), lowest(switch + 1e-3)) == (0, 5)
+    ends = [(irls.irls(twenty, kernels.tls(c), 8.0).x, c) for c in (1, 3, 9, 12)]
+    captured, escaped = (
+        irls.irls(DATA, kernels.cauchy(1), x0, max_iterations=1000).x for x0 in (4.9, 7.0)
+    )
+    yield [middle, float(kernels.squared().rho(np.asarray(pair) - middle).sum())]
+    yield [2, tls_cost(2, 0, pair), 0, 10, tls_cost(2, 5, pair), 5, slope]
+    yield [5, 5, switch]
+    yield [number for end in ends for number in end]
+    yield [captured, 7, 7, escaped]
+    yield []
 
 
 # --- Chapter 5 -------------------------------------------------------------------------
@@ -186,15 +242,92 @@ def chapter_5() -> Iterator[list[float]]:
     yield [5, tls_costs[0], 0, tls_costs[1], 10, 5, start, start, rejected, 0]
     yield [2, 10, surrogate(10, 1), 1, surrogate(10, 100), 100, surrogate(10, 1e4), 10000]
     yield [1, 3, 1, *two_minima(1), one_minimum]
+    yield from annealing()
+
+
+def anneal(z: list[float], factor: float = 1.4) -> list[tuple[float, ...]]:
+    """GNC-TLS with c = 2 from the mean and the right start of μ, for 60 steps."""
+    largest = max(abs(value - np.mean(z)) for value in z)
+    start = 4 / (2 * largest**2 - 4)
+    return gnc(z, tls_weight, (start * factor**k for k in range(60)))
+
+
+def listing(steps: int) -> tuple[float, float]:
+    """The lesson's loop with its own weights: x and the outlier's weight."""
+    x, mu, last = 0.0, 1.0, 0.0
+    for _ in range(steps):
+        w = mu * (mu + 1) / (mu + 1 + (Z - x) ** 2) ** 2
+        x, mu, last = w @ Z / w.sum(), 1.4 * mu, w[4]
+    return x, last
+
+
+def annealing() -> Iterator[list[float]]:
+    three = anneal([0, 0, 0, 10])
+    binary = next(k for k, (_, *w, _) in enumerate(three, 1) if set(w) <= {0.0, 1.0})
+    assert math.isclose(1.4**20, 836.68, abs_tol=0.005)
+    yield [0, 0, 0, 10, three[0][0], 2 * 7.5**2 / 4, 1]
+    yield [20, three[0][0], three[20][0], 0, 1, binary]
+    groups = [0, 0, 0, 0, 6, 6, 30]
+    fast, slow = (anneal(groups, factor)[-1][-1] for factor in (1.4, 1.2))
+    ends = [1.4, fast, tls_cost(2, fast, groups), 1.2, slow, tls_cost(2, slow, groups)]
+    yield [*groups, 2, *ends]
+    w = tls_weight(Z - 5.0, 1.0, 1.0)
+    yield [*Z, 1, 1, w @ Z / w.sum()]
+    apart, agreeing = [0, 0, 0, 20, -35, 50, -60], [0, 0, 10, 10, 10]
+    end = anneal(agreeing)[-1][-1]
+    costs = [tls_cost(2, end, agreeing), 0, tls_cost(2, 0, agreeing)]
+    yield [*apart, anneal(apart)[-1][-1], *agreeing, end, *costs]
+    yield [*listing(20), listing(80)[0]]
+
+
+# --- Chapters 6, 7 and 9 ---------------------------------------------------------------
+
+
+def chapter_6() -> Iterator[list[float]]:
+    yield [float(switchable.switch(100, 1.0)), 1, 100]
+    yield from ([], [], [])
+
+
+def rank(blocks: np.ndarray) -> int:
+    """The rank of Z for rotations (n, d, d), or for complex numbers (n, 1, 1)."""
+    stacked = np.concatenate(list(blocks), axis=1)
+    return int(np.linalg.matrix_rank(stacked.conj().T @ stacked))
+
+
+def chapter_7() -> Iterator[list[float]]:
+    turns = np.random.default_rng(7).uniform(-1, 1, (6, 3))
+    plane = se2.rotation(np.c_[np.zeros((6, 2)), turns[:, 0]])
+    space = Rotation.from_rotvec(turns).as_matrix()
+    ranks = [rank(plane), rank(space), rank(np.exp(1j * turns[:, :1])[:, :, np.newaxis])]
+    step = math.radians(72)
+    gap = se2.rotation([0, 0, step]) - np.eye(2)
+    yield ranks
+    yield ranks[1:2]
+    yield []
+    yield [360 / 72, 72, 5 * float(np.sum(gap**2)), 0]
+    yield from ([], [], [], [])
+
+
+def chapter_9() -> Iterator[list[float]]:
+    one = np.eye(1)
+    steady = solve_continuous_are(0 * one, one, one, one).item()
+    printed = brentq(lambda p: 1 - p**2 - p, 0, 1)
+    yield [0, 0, 1, steady, printed]
+    yield from ([], [], [], [], [], [])
 
 
 # --- The laws --------------------------------------------------------------------------
 
 CHAPTERS = {
     "errata-0": chapter_0,
+    "errata-1": chapter_1,
     "errata-2": chapter_2,
     "errata-3": chapter_3,
+    "errata-4": chapter_4,
     "errata-5": chapter_5,
+    "errata-6": chapter_6,
+    "errata-7": chapter_7,
+    "errata-9": chapter_9,
 }
 
 
