@@ -25,6 +25,9 @@ LAUNCHES = {
 }
 
 
+TEXT = "# One\n\nText.\n\nThere is `00-one.zip`, and there is no `01-two.zip`."
+
+
 def with_address(url: str) -> str:
     """The course's own settings with another address, the one that a person would change."""
     changed, count = re.subn(r"(?m)^  url: .*$", f'  url: "{url}"', SETTINGS)
@@ -39,12 +42,14 @@ def build(folder: Path, url: str) -> str:
         (folder / "chapters" / name).symlink_to(ROOT / "chapters" / name)
     (folder / "chapters" / "references.bib").write_text("")
     (folder / "chapters" / "index.md").write_text("# The course\n\nWelcome.\n")
-    markdown = {"cell_type": "markdown", "id": "intro", "metadata": {}, "source": "# One\n\nText."}
+    markdown = {"cell_type": "markdown", "id": "intro", "metadata": {}, "source": TEXT}
     kernel = {"display_name": "Python 3", "language": "python", "name": "python3"}
     chapter = {"nbformat": 4, "nbformat_minor": 5, "metadata": {"kernelspec": kernel}}
     text = json.dumps(chapter | {"cells": [markdown]})
     (folder / "chapters" / "00-one.ipynb").write_text(text)
     (folder / "_config.yml").write_text(with_address(url), encoding="utf-8")
+    (folder / "assignments").mkdir()
+    (folder / "assignments" / "00-one.zip").write_bytes(b"PK")
     toc = {
         "format": "jb-book",
         "root": "chapters/index",
@@ -61,13 +66,16 @@ def build(folder: Path, url: str) -> str:
 
 
 @pytest.mark.parametrize("url", ["", ADDRESS])
-def test_the_address_makes_the_buttons(tmp_path: Path, url: str) -> None:
+def test_the_address_makes_the_buttons_and_zips_are_linked(tmp_path: Path, url: str) -> None:
     html = build(tmp_path, url)
     launches = set(re.findall(r'href="([^"]*(?:colab|binder)[^"]*)"', html))
     assert launches == (LAUNCHES if url else set())
     assert ("btn-launch" in html or "launch-buttons" in html) == bool(url)
     assert "executablebooks/jupyter-book" not in html, "the default of another book"
-    assert_previews(html, tmp_path / "build" / "_build" / "html", url)
+    site = tmp_path / "build" / "_build" / "html"
+    assert_previews(html, site, url)
+    assert re.findall(r'href="([^"]*\.zip)"', html) == ["../assignments/00-one.zip"]
+    assert (site / "assignments" / "00-one.zip").read_bytes() == b"PK"
 
 
 def assert_previews(html: str, site: Path, url: str) -> None:
