@@ -78,9 +78,12 @@ def test_the_lessons_misprints_lose_their_exercises(graded: Path, assignment: st
     assert lost(result(graded, "sample-misprints", assignment)) == typed_in
 
 
-def test_the_misprints_of_chapters_two_and_three_are_there() -> None:
+def test_the_misprints_of_chapters_two_to_five_are_there() -> None:
     assert set(sample_class.misprints("02-four-costs")) >= {"rho_cauchy", "table", "convex_until"}
     assert set(sample_class.misprints("03-irls")) >= {"irls_step", "irls"}
+    for assignment in ("04-non-convexity", "05-gnc"):
+        exercises = answers.solution_ids(answers.source_notebook(assignment))
+        assert set(sample_class.misprints(assignment)) == set(exercises)
 
 
 @pytest.mark.parametrize("assignment", ASSIGNMENTS)
