@@ -14,6 +14,7 @@ from robust_slam.gauss_newton import PoseGraphProblem
 from robust_slam.generate import manhattan
 from robust_slam.gnc import gnc
 from robust_slam.irls import irls
+from robust_slam.linear import chain
 from robust_slam.location import LocationProblem
 from robust_slam.metrics import ate
 from robust_slam.outliers import add_random_closures
@@ -64,6 +65,14 @@ def anneal(z: np.ndarray, kind: str, factor: float = 1.4, mu: float | None = Non
 
 A_TLS, A_GM, B_GM = anneal(A, "tls"), anneal(A, "gm"), anneal(B, "gm")
 SEVEN_TLS = anneal(SEVEN, "tls")
+CHAIN = chain(
+    3,
+    [0, 1, 0, 0],
+    [1, 2, 2, 2],
+    [1.0, 1.0, 2.0, 0.0],
+    [0.1, 0.1, 0.05, 0.05],
+    trusted=[True, True, False, False],
+)
 ROOT = sqrt(8 / 217 * 225 / 217)
 AT_ONE = 4 * sqrt(2) / 5 - 1  # the weight of u = 2.5 for c = 2 and μ = 1
 
@@ -204,6 +213,7 @@ CLAIMS = {
     "0.897507": A_GM[0][1][0],
     "1.416797": A_GM[0][2],
     "0.190476": 4 / 21,
+    "1.99888848": irls(CHAIN, kernels.cauchy(1.0)).x[2],
     "100.1": gnc(LocationProblem(B + 100), 2.0).x,
 }
 
@@ -348,3 +358,9 @@ def test_how_often_each_finds_the_best_answer() -> None:
     assert (counts[2][0], counts[16]) == (95, (36, 89, 79))
     assert "in 89 of 100 with $80\\,\\%$. IRLS falls from 95 to 36" in TEXT
     assert "only 79 of 100" in TEXT
+
+
+def test_the_chain_is_two_long_again() -> None:
+    lengths = [step.x[2] for step in gnc(CHAIN, 3.0).history]
+    assert lengths[:2] == pytest.approx([18 / 17, 1.937885], abs=1e-6)
+    assert lengths[-1] == pytest.approx(2.0, abs=1e-12)
