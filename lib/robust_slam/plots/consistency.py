@@ -82,9 +82,8 @@ def _draw_pairs(ax: Axes, place: Array, joined: Mask, color: str, linewidth: flo
     """Draw all pairs as one line with gaps."""
     ends = place[np.argwhere(joined)]
     gaps = np.full((len(ends), 1, 2), np.nan)
-    ax.plot(
-        *np.concatenate([ends, gaps], axis=1).reshape(-1, 2).T, color=color, linewidth=linewidth
-    )
+    x, y = np.concatenate([ends, gaps], axis=1).reshape(-1, 2).T
+    ax.plot(x, y, "-", color=color, linewidth=linewidth)
 
 
 def _draw_vertices(ax: Axes, place: Array, kind: str, face: str) -> None:

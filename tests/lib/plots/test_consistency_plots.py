@@ -9,14 +9,16 @@ import pytest
 from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
 from robust_slam.plots.consistency import draw_consistency, draw_ranges
+from robust_slam.style import figure_style
 
 A = np.array([[1, 1, 1, 0], [1, 1, 1, 0], [1, 1, 1, 1], [0, 0, 1, 1]], dtype=bool)
 
 
 @pytest.fixture
 def ax() -> Iterator[Axes]:
-    figure, axes = plt.subplots()
-    yield axes
+    with figure_style():
+        figure, axes = plt.subplots()
+        yield axes
     plt.close(figure)
 
 
@@ -30,6 +32,7 @@ def test_every_pair_that_agrees_is_a_line_and_the_clique_is_apart(ax: Axes) -> N
     assert pairs(others) == 1
     assert pairs(clique) == 3
     assert clique.get_linewidth() > others.get_linewidth()
+    assert clique.get_linestyle() == others.get_linestyle() == "-"
 
 
 def test_members_are_filled_and_lies_are_crosses(ax: Axes) -> None:
