@@ -1,0 +1,317 @@
+"""Chapter 08 prints the numbers that the library computes, and no others."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from types import SimpleNamespace
+from typing import Any
+
+import nbformat
+import numpy as np
+import pytest
+from robust_slam import datasets, kernels, pcm, pipeline, pose_graph, start
+from robust_slam.certificate import Verdict
+from robust_slam.gauss_newton import PoseGraphProblem, gauss_newton
+from robust_slam.irls import irls
+from robust_slam.metrics import ate, precision_recall
+from robust_slam.outliers import add_random_closures
+from robust_slam.result import StopReason
+from robust_slam.thresholds import chi_square_threshold
+
+from tests.book import prose
+from tests.conftest import leave_out
+
+NOTEBOOK = nbformat.read(prose.CHAPTERS / "08-showcase.ipynb", as_version=4)
+CELLS = {cell["id"]: cell.source for cell in NOTEBOOK.cells}
+TEXT = prose.chapter_text("08-showcase.ipynb").replace("−", "-")
+C = chi_square_threshold(0.99, 3)
+SEEDS = range(5)
+CAUCHY = kernels.cauchy(2.385)
+
+# Noise, scales and the factor that are given, and the means of an exercise.
+GIVEN = {"0.05", "0.02", "0.1", "1.4", "2.385", "1.5", "2.5"}
+CSAIL = {"10.66", "0.04", "0.992", "3956.7", "4153.1", "1027.4", "746.3"}
+
+
+@pytest.fixture(scope="module")
+def page() -> dict[str, Any]:
+    """The names that the page's own cells define: its towns, its methods and its sweep."""
+    names: dict[str, Any] = {"C": C}
+    for cell in ("imports", "town", "methods", "canvas-draw", "sweep-run"):
+        exec(CELLS[cell].replace("use_style()\n", ""), names)
+    return names
+
+
+@pytest.fixture(scope="module")
+def towns(page: dict[str, Any]) -> SimpleNamespace:
+    return SimpleNamespace(**{name: page[name] for name in ("with_lies", "four_maps", "scores")})
+
+
+def kept_of(towns: SimpleNamespace, method: str, *world: object) -> tuple[int, int]:
+    """Return how many honest closures, and how many lies, a method keeps."""
+    graph, is_lie, _ = towns.with_lies(*world)
+    kept = towns.four_maps(*world)[method][1] & ~graph.is_odometry
+    return int(np.sum(kept & ~is_lie)), int(np.sum(kept & is_lie))
+
+
+def lost(page: dict[str, Any], kind: str, method: str) -> list[int]:
+    """Return how many of the five towns are more than 0.4 m off, for each share of lies."""
+    return np.sum(page["grid"][kind, method][..., 0] > 0.4, axis=0).tolist()
+
+
+@pytest.fixture(scope="module")
+def claims(page: dict[str, Any], towns: SimpleNamespace) -> dict[str, float]:
+    graph, _, truth = towns.with_lies("random", 0)
+    walked, solved = start.spanning_tree(graph), PoseGraphProblem(graph).initial()
+    walks = [
+        ate(start.spanning_tree(world), true)
+        for world, _, true in (towns.with_lies("random", 0, seed) for seed in SEEDS)
+    ]
+    quarter = math.pi / 4
+    noise = page["Noise"](odometry=(0.1, 0.1))
+    tired = [towns.scores("random", 12, seed, noise)["pipeline"] for seed in SEEDS]
+    tired_walks = [
+        ate(start.spanning_tree(world), true)
+        for world, _, true in (towns.with_lies("random", 0, seed, noise) for seed in SEEDS)
+    ]
+    assert prose.rounds_to(min(tired_walks), "0.9")
+    misled = [error for error, precision, _ in tired if precision < 1.0]
+    minority = towns.scores("consistent", 8, 3)["GNC-TLS"]
+    return {
+        "0.785398": quarter,
+        "1.570796": 2 * quarter,
+        "81.6210": math.sqrt(2 * (quarter / 0.05) ** 2 + (2 * quarter / 0.02) ** 2),
+        "3.3682": C,
+        "4.1002": chi_square_threshold(0.99, 6),
+        "1.75": (1 * 1 + 3 * 2) / (1 + 3),
+        "0.26": ate(walked, truth),
+        "0.10": ate(solved, truth),
+        "22.22": pose_graph.cost(solved, graph),
+        "1.414214": math.sqrt((1 + 1 + 4) / 3),
+        "1.732051": math.sqrt(9 / 3),
+        "0.9": 9 / 10,
+        "0.75": 9 / 12,
+        "0.917": 11 / 12,
+        "0.32": float(np.median(walks)),
+        "3.94": 2.385**2 * math.log(2),
+        "0.20": minority[1],
+        "0.17": minority[2],
+        "1.42": min(misled),
+        "2.48": max(misled),
+        "3.2": max(tired_walks),
+        "-0.1": -5 * 0.02,
+        "-0.02": -0.02,
+        "2.236068": math.sqrt(5),
+    }
+
+
+def test_each_claim_is_printed_and_rounds_to_its_value(claims: dict[str, float]) -> None:
+    printed = prose.decimals(TEXT)
+    for text, value in claims.items():
+        assert text in printed, f"{text} is no longer printed: drop the claim"
+        assert prose.rounds_to(float(value), text), f"{text} is printed, {value} is right"
+
+
+def test_no_decimal_is_printed_without_a_claim(claims: dict[str, float]) -> None:
+    assert prose.unchecked(TEXT, claims, GIVEN | CSAIL) == set()
+
+
+def test_what_is_given_is_printed() -> None:
+    assert prose.decimals(TEXT) >= GIVEN | CSAIL
+
+
+def test_the_cost_that_is_left_is_counted_as_the_text_counts_it(towns: SimpleNamespace) -> None:
+    graph, _, _ = towns.with_lies("random", 0)
+    assert (3 * len(graph.edges), 3 * (graph.n - 1)) == (303, 267)
+    assert "That leaves 18 on average" in TEXT
+    assert (303 - 267) / 2 == 18
+
+
+def test_pcm_finds_eleven_honest_closures_and_then_twelve_lies(towns: SimpleNamespace) -> None:
+    for kind, size, honest in (("random", 11, 11), ("consistent", 12, 0)):
+        graph, is_lie, _ = towns.with_lies(kind, 12)
+        said = pcm.pcm(graph, C)
+        true = ~is_lie[said.closures]
+        assert said.clique.members.size == size
+        assert np.sum(true[said.clique.members]) == honest
+        among_honest = said.adjacency[np.ix_(true, true)]
+        assert np.sum(np.triu(~among_honest, 1)) == 3
+        assert np.sum(~among_honest, axis=0).max() == 3
+
+
+def test_after_pcm_gnc_has_nothing_to_do(towns: SimpleNamespace) -> None:
+    graph, _, _ = towns.with_lies("random", 12)
+    answer = pipeline.solve(graph)
+    assert answer.result.stop is StopReason.NOTHING_TO_REJECT
+    assert answer.certificate.verdict is Verdict.CERTIFIED
+
+
+@pytest.mark.parametrize(
+    ("method", "kind", "count"),
+    [
+        ("least squares", "random", 1),
+        ("least squares", "consistent", 1),
+        ("GNC-TLS", "consistent", 12),
+        ("pipeline", "consistent", 12),
+        ("IRLS", "consistent", 36),
+    ],
+)
+def test_each_method_is_lost_in_the_town_from_the_named_number_of_lies_on(
+    method: str, kind: str, count: int, towns: SimpleNamespace, page: dict[str, Any]
+) -> None:
+    for lies in page["LIES"].values():
+        error = towns.scores(kind, lies)[method][0]
+        assert (error > 0.4) == (lies >= count), lies
+
+
+def test_at_60_percent_irls_has_the_smallest_error(towns: SimpleNamespace) -> None:
+    errors = {name: score[0] for name, score in towns.scores("consistent", 18).items()}
+    assert min(errors, key=errors.__getitem__) == "IRLS"
+    assert kept_of(towns, "pipeline", "consistent", 18) == (0, 18)
+
+
+def test_the_sweep_says_what_the_text_says(page: dict[str, Any]) -> None:
+    assert page["shares"] == [20, 40, 50, 60, 75]
+    assert lost(page, "random", "least squares") == [5] * 5
+    for method in ("IRLS", "GNC-TLS", "pipeline"):
+        assert lost(page, "random", method) == [0] * 5
+        values = page["grid"]["random", method]
+        assert values[..., 2].min() >= 11 / 12
+        assert values[..., 1].min() == 1.0
+    assert lost(page, "consistent", "least squares") == [5] * 5
+    assert lost(page, "consistent", "GNC-TLS") == [0, 2, 4, 4, 4]
+    assert lost(page, "consistent", "pipeline") == [0, 0, 1, 4, 4]
+    assert lost(page, "consistent", "IRLS") == [0, 0, 0, 0, 1]
+    solves = len(page["grid"]) * len(page["shares"]) * len(page["seeds"])
+    assert f"{solves} solves" in TEXT
+
+
+def test_a_fault_of_one_town_in_ten_is_missed_by_most_sweeps_of_five() -> None:
+    assert "0.9^5 = 59\\,\\%" in TEXT
+    assert round(100 * 0.9**5) == 59
+
+
+def test_a_minority_misleads_gnc_in_two_towns_and_costs_a_third_its_honest_closures(
+    towns: SimpleNamespace,
+) -> None:
+    errors = [towns.scores("consistent", 8, seed)["GNC-TLS"][0] for seed in SEEDS]
+    assert [seed for seed in SEEDS if errors[seed] > 0.4] == [0, 3]
+    assert kept_of(towns, "GNC-TLS", "consistent", 8, 3) == (2, 8)
+    assert kept_of(towns, "GNC-TLS", "consistent", 8, 4) == (6, 0)
+    assert all(kept_of(towns, "pipeline", "consistent", 8, seed)[1] == 0 for seed in SEEDS)
+
+
+def test_a_majority_gets_its_map_certified(towns: SimpleNamespace) -> None:
+    honest, lies = zip(
+        *(kept_of(towns, "pipeline", "consistent", 18, seed) for seed in SEEDS), strict=True
+    )
+    assert honest == (0, 0, 0, 0, 0)
+    assert lies == (18, 0, 18, 18, 17)
+    graph, _, truth = towns.with_lies("consistent", 18, 1)
+    assert ate(start.spanning_tree(graph), truth) == pytest.approx(
+        towns.scores("consistent", 18, 1)["pipeline"][0], abs=1e-6
+    )
+    for seed in SEEDS:
+        answer = pipeline.solve(towns.with_lies("consistent", 18, seed)[0])
+        assert answer.certificate.verdict is Verdict.CERTIFIED
+
+
+def test_tired_odometry_lets_single_random_lies_in(
+    page: dict[str, Any], towns: SimpleNamespace
+) -> None:
+    noise = page["Noise"](odometry=(0.1, 0.1))
+    kept = {
+        method: [kept_of(towns, method, "random", 12, seed, noise) for seed in SEEDS]
+        for method in ("IRLS", "GNC-TLS", "pipeline")
+    }
+    lies = {method: [wrong for _, wrong in each] for method, each in kept.items()}
+    assert lies["pipeline"] == [1, 0, 1, 0, 1]
+    assert sorted(lies["GNC-TLS"]) == [0, 0, 1, 1, 1]
+    assert sorted(lies["IRLS"]) == [0, 0, 0, 0, 1]
+    assert 12 - min(honest for honest, _ in kept["GNC-TLS"]) == 9
+
+
+@cache
+def csail() -> SimpleNamespace:
+    """CSAIL with 128 random lies, its reference, and the maps of the chapter."""
+    try:
+        graph = datasets.load("CSAIL")
+    except datasets.DatasetMissing as missing:
+        leave_out(str(missing))
+    reference = gauss_newton(graph, start.chordal(graph))
+    rng = np.random.default_rng(0)
+    spoiled, lies = add_random_closures(graph, 128, rng, poses=reference)
+    problem = PoseGraphProblem(spoiled)
+    runs = {
+        name: irls(problem, CAUCHY, first, tol=1e-6, max_iterations=300)
+        for name, first in (("odometry", problem.guess), ("reference", reference))
+    }
+    answer = pipeline.solve(spoiled)
+    return SimpleNamespace(
+        graph=graph, reference=reference, spoiled=spoiled, lies=lies, runs=runs, answer=answer
+    )
+
+
+def test_csail_is_the_graph_that_the_text_names() -> None:
+    world = csail()
+    assert world.graph.n == 1045
+    assert int(np.sum(~world.graph.is_odometry)) == 128
+
+
+def test_on_csail_irls_leaves_the_right_map_and_the_pipeline_finds_it() -> None:
+    world = csail()
+    loops = ~world.spoiled.is_odometry
+    for run in world.runs.values():
+        assert run.stop is StopReason.CONVERGED
+        assert prose.rounds_to(ate(run.x, world.reference), "10.66")
+        close = pose_graph.residual_norms(run.x, world.spoiled) <= C
+        precision, recall = precision_recall(close[loops], ~world.lies[loops])
+        assert prose.rounds_to(precision, "0.992")
+        assert recall == 1.0
+    assert prose.rounds_to(ate(world.answer.poses, world.reference), "0.04")
+    assert np.array_equal(world.answer.kept, ~world.lies)
+    assert world.answer.certificate.verdict is Verdict.CERTIFIED
+
+
+def test_on_csail_cauchy_prefers_the_wrong_map_and_tls_does_not() -> None:
+    world = csail()
+    loops = ~world.spoiled.is_odometry
+
+    def cost(kernel: kernels.Kernel, poses: np.ndarray) -> float:
+        u = pose_graph.residual_norms(poses, world.spoiled)
+        return float(kernel.rho(u[loops]).sum() + 0.5 * np.sum(u[~loops] ** 2))
+
+    there = world.runs["odometry"].x
+    assert prose.rounds_to(cost(CAUCHY, there), "3956.7")
+    assert prose.rounds_to(cost(CAUCHY, world.reference), "4153.1")
+    assert prose.rounds_to(cost(kernels.tls(C), there), "1027.4")
+    assert prose.rounds_to(cost(kernels.tls(C), world.reference), "746.3")
+    far = pose_graph.residual_norms(world.reference, world.spoiled)[world.lies]
+    assert round(float(np.median(far))) == 761
+
+
+def test_the_exercises_by_hand() -> None:
+    def line(*places: float) -> np.ndarray:
+        return np.array([[x, 0.0, 0.0] for x in places])
+
+    assert ate(line(0, 1, 2, 7), line(0, 1, 2, 3)) == pytest.approx(math.sqrt(3))
+    turned = pose_graph.PoseGraph(2, [[0, 1]], [[5.0, 0.0, 0.0]], [np.eye(3)], [False])
+    by_i, _ = pose_graph.jacobians(np.array([[0.0, 0, 0], [5.0, 0, 0]]), turned)
+    change = by_i[0][:, 2] * 0.02
+    assert change == pytest.approx([0, -0.1, -0.02])
+    assert np.linalg.norm(change / [0.05, 0.05, 0.02]) == pytest.approx(math.sqrt(5))
+
+
+def test_the_quiz_gives_nothing_away_by_place_or_length() -> None:
+    names: dict[str, Any] = {}
+    for cell in (name for name, source in CELLS.items() if "Question(" in source):
+        exec(CELLS[cell], names)
+    questions = [value for value in names.values() if isinstance(value, names["Question"])]
+    right = [[option.correct for option in q.options].index(True) for q in questions]
+    assert len(questions) == 5
+    assert set(right) == {0, 1, 2, 3}
+    for question, place in zip(questions, right, strict=True):
+        lengths = [len(option.text) for option in question.options]
+        others = lengths[:place] + lengths[place + 1 :]
+        assert lengths[place] <= 1.3 * max(others), question.prompt
