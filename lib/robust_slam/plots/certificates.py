@@ -19,6 +19,7 @@ from robust_slam.style import LOOKS, PALETTE
 
 _NOUGHT = 1e-5
 """The share of the largest |eigenvalue| up to which one counts as 0."""
+_ARROW = 0.42  # of the ring's radius: short enough to leave the words beside it free
 
 
 def draw_spectrum(ax: Axes, eigenvalues: ArrayLike) -> Axes:
@@ -57,19 +58,19 @@ def draw_ring(ax: Axes, angles: ArrayLike, turn: float) -> Axes:
     """
     heading = finite("angles", angles, (-1,))
     n = heading.size
-    around = np.pi / 2 - 2.0 * np.pi * np.arange(n) / n
+    around = 2.0 * np.pi * np.arange(n) / n
     spot = np.column_stack([np.cos(around), np.sin(around)])
     circle = np.linspace(0.0, 2.0 * np.pi, 121)
     ax.plot(np.cos(circle), np.sin(circle), "-", color=PALETTE["muted"], linewidth=1.0)
     ax.plot(*spot.T, "o", color=PALETTE["estimate"])
-    arrow = 0.5 * np.column_stack([np.cos(heading), np.sin(heading)])
+    arrow = _ARROW * np.column_stack([np.cos(heading), np.sin(heading)])
     style = {"arrowstyle": "-|>", "color": PALETTE["estimate"], "linewidth": 2.0, "shrinkA": 0}
     for place, tip in zip(spot, spot + arrow, strict=True):
         ax.annotate("", tip, place, arrowprops=style)
     missed = np.degrees(se2.wrap(np.roll(heading, -1) - heading - turn))
     for k, misfit in enumerate(missed):
-        middle = around[k] - np.pi / n
-        place = (0.62 * np.cos(middle), 0.62 * np.sin(middle))
+        middle = around[k] + np.pi / n
+        place = (1.32 * np.cos(middle), 1.32 * np.sin(middle))
         text = f"{round(misfit)}°".replace("-", "−")
         ax.text(*place, text, ha="center", va="center", color=PALETTE["truth"])
     ax.set(xlim=(-1.65, 1.65), ylim=(-1.65, 1.65), aspect="equal")
