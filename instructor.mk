@@ -56,8 +56,9 @@ grade-class:
 mutants: setup ## change the reference solutions, and see that the assignments' cases notice
 	$(BIN)/python -m tests.assignments.mutation
 
-soak: setup ## the long tests: every wall and user, long fuzzing, our attacks on plain nbgrader
+soak: setup ## the long tests: every wall and user, long fuzzing, a published book, plain nbgrader
 	@sh tests/system-packages.sh
 	$(BIN)/python -m tests.autograder.hostile.soak
-	$(BIN)/pytest -q --soak tests/autograder tests/assignments/test_answers.py
+	$(BIN)/pytest -q --soak tests/autograder tests/assignments/test_answers.py \
+		tests/test_secrets.py
 	$(BIN)/python -m benchmarks.attacks
