@@ -50,7 +50,7 @@ def draw_line_fit(
 def draw_pulls(ax: Axes, p: ArrayLike, pulls: ArrayLike, is_outlier: ArrayLike) -> Axes:
     """Draw each pull (m,) as a bar at its place p (m,), up or down; a lie's bar is hatched.
 
-    A lie's pull stands beside its bar as a number.
+    A lie's pull stands above its bar as a number.
     """
     places, heights = finite("p", p, (-1,)), finite("pulls", pulls, np.shape(p))
     for name, chosen in _kinds(is_outlier, places.size):
@@ -58,7 +58,8 @@ def draw_pulls(ax: Axes, p: ArrayLike, pulls: ArrayLike, is_outlier: ArrayLike) 
         ax.bar(at, height, width=0.7, color=PALETTE[name], edgecolor="white", hatch=hatch)
         if name == "outlier":
             for place, value in zip(at, height, strict=True):
-                ax.text(place, max(value, 0.0), f"{value:.2f}", ha="center", va="bottom")
+                number = f"{value:.3f}".replace("-", "−")
+                ax.text(place, max(value, 0.0), number, ha="center", va="bottom")
     ax.axhline(0.0, color=PALETTE["truth"], linewidth=0.8)
     ax.xaxis.set_major_locator(MaxNLocator(integer=True))
     ax.set(ylabel="pull ψ(u)")

@@ -54,7 +54,7 @@ def test_a_bar_is_as_high_as_its_pull_and_a_lie_is_hatched(ax: Axes) -> None:
     assert [bool(bars[at].get_hatch()) for at in (0.0, 1.0, 4.0)] == [False, False, True]
 
 
-@pytest.mark.parametrize(("pull", "printed", "height"), [(1.5, "1.50", 1.5), (-2.0, "-2.00", 0)])
+@pytest.mark.parametrize(("pull", "printed", "height"), [(1.5, "1.500", 1.5), (-2.0, "−2.000", 0)])
 def test_a_lie_s_pull_is_printed_above_its_bar(
     pull: float, printed: str, height: float, ax: Axes
 ) -> None:
