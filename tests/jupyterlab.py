@@ -13,6 +13,7 @@ import urllib.request
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from playwright.sync_api import Browser, Page, Route
 
@@ -27,6 +28,7 @@ _OPTIONS = (
     "--LabApp.check_for_updates_class=jupyterlab.NeverCheckForUpdate",
 )
 _START_SECONDS = 60.0
+_NOTEBOOK_MILLISECONDS = 300_000
 _SETTINGS: dict[str, dict[str, object]] = {
     "notebook-extension/tracker": {"windowingMode": "none"},
     "apputils-extension/notification": {"fetchNews": "false"},  # its question covers the cells
@@ -102,3 +104,77 @@ def page_of(browser: Browser) -> Iterator[Page]:
     made.route("**/*", allow)
     yield made
     context.close()
+
+
+class Notebook:
+    """A notebook that is open in JupyterLab."""
+
+    def __init__(self, page: Page, address: str, path: Path) -> None:
+        self.page, self.path = page, path
+        page.goto(f"{address}/lab/tree/{path.name}?token={TOKEN}")
+        self.cells = page.locator(".jp-Notebook .jp-Cell")
+        # Before its kernel is there a notebook looks idle too, and would ask for one.
+        page.locator(".jp-Toolbar-kernelName", has_text="Python").wait_for()
+        page.locator(".jp-Notebook-ExecutionIndicator[data-status='idle']").wait_for(
+            timeout=_NOTEBOOK_MILLISECONDS
+        )
+
+    def read(self) -> list[dict[str, Any]]:
+        """The cells of the file as it was last saved."""
+        found: list[dict[str, Any]] = json.loads(self.path.read_text("utf-8"))["cells"]
+        return found
+
+    def save(self) -> list[dict[str, Any]]:
+        """Save, and give the cells."""
+        with self.page.expect_response(
+            lambda answer: answer.request.method == "PUT" and "/api/contents/" in answer.url
+        ):
+            self.page.keyboard.press("Control+s")
+        return self.read()
+
+    def type_in(self, texts: Mapping[str, str]) -> None:
+        """Replace the text of solution cells."""
+        for number, cell in enumerate(self.read()):
+            text = texts.get(cell["metadata"].get("nbgrader", {}).get("grade_id", ""))
+            if text is not None:
+                self.cells.nth(number).locator(".cm-content").click()
+                self.page.keyboard.press("Control+a")
+                self.page.keyboard.insert_text(text)
+                self.page.keyboard.press("Escape")
+
+    def run_all(self) -> list[dict[str, Any]]:
+        """Run each cell with Shift and Enter, also past errors; gives the cells.
+
+        One after the other: an error drops the cells that wait behind it.
+        """
+        self.cells.first.click()
+        self.page.keyboard.press("Escape")
+        cells = self.read()
+        for number, cell in enumerate(cells):
+            is_last = number == len(cells) - 1  # it gets no new cell below
+            keys = "Control+Enter" if is_last else "Shift+Enter"
+            if cell["cell_type"] == "code":
+                self._run(number, keys)
+            else:
+                self.page.keyboard.press(keys)
+        return self.save()
+
+    def _run(self, number: int, keys: str) -> None:
+        """Run the selected code cell, and wait until it has a new number."""
+        prompt = self.cells.nth(number).locator(".jp-InputPrompt")
+        before = prompt.text_content()
+        self.page.keyboard.press(keys)
+        self.page.wait_for_function(
+            "([prompt, before]) => /[0-9]/.test(prompt.textContent)"
+            " && prompt.textContent !== before",
+            arg=[prompt.element_handle(), before],
+            timeout=_NOTEBOOK_MILLISECONDS,
+        )
+
+    def shoot(self, folder: Path, name: str, grade_ids: list[str]) -> None:
+        """Photograph cells as they stand on the screen."""
+        for number, cell in enumerate(self.read()):
+            known = cell["metadata"].get("nbgrader", {}).get("grade_id", cell["id"])
+            if known in grade_ids:
+                self.cells.nth(number).scroll_into_view_if_needed()
+                self.cells.nth(number).screenshot(path=folder / f"{name}-{known}.png")

@@ -10,7 +10,6 @@ drawn. Screenshots show both as the student sees them. The notebook is saved and
 from __future__ import annotations
 
 import argparse
-import json
 import re
 import shutil
 import subprocess
@@ -27,80 +26,7 @@ from tests.assignments import answers
 from tests.assignments.answers import Answer
 from tests.chromium import CHROMIUM
 
-NOTEBOOK_MILLISECONDS = 300_000
 ANSI = re.compile(r"\x1b\[[0-9;]*m")
-
-
-class Notebook:
-    """A notebook that is open in JupyterLab."""
-
-    def __init__(self, page: Page, address: str, path: Path) -> None:
-        self.page, self.path = page, path
-        page.goto(f"{address}/lab/tree/{path.name}?token={jupyterlab.TOKEN}")
-        self.cells = page.locator(".jp-Notebook .jp-Cell")
-        page.locator(".jp-Notebook-ExecutionIndicator[data-status='idle']").wait_for(
-            timeout=NOTEBOOK_MILLISECONDS
-        )
-
-    def read(self) -> list[dict[str, Any]]:
-        """The cells of the file as it was last saved."""
-        found: list[dict[str, Any]] = json.loads(self.path.read_text("utf-8"))["cells"]
-        return found
-
-    def save(self) -> list[dict[str, Any]]:
-        """Save, and give the cells."""
-        with self.page.expect_response(
-            lambda answer: answer.request.method == "PUT" and "/api/contents/" in answer.url
-        ):
-            self.page.keyboard.press("Control+s")
-        return self.read()
-
-    def type_in(self, texts: Mapping[str, str]) -> None:
-        """Replace the text of solution cells."""
-        for number, cell in enumerate(self.read()):
-            text = texts.get(cell["metadata"].get("nbgrader", {}).get("grade_id", ""))
-            if text is not None:
-                self.cells.nth(number).locator(".cm-content").click()
-                self.page.keyboard.press("Control+a")
-                self.page.keyboard.insert_text(text)
-                self.page.keyboard.press("Escape")
-
-    def run_all(self) -> list[dict[str, Any]]:
-        """Run each cell with Shift and Enter, also past errors; gives the cells.
-
-        One after the other: an error drops the cells that wait behind it.
-        """
-        self.cells.first.click()
-        self.page.keyboard.press("Escape")
-        cells = self.read()
-        for number, cell in enumerate(cells):
-            is_last = number == len(cells) - 1  # it gets no new cell below
-            keys = "Control+Enter" if is_last else "Shift+Enter"
-            if cell["cell_type"] == "code":
-                self._run(number, keys)
-            else:
-                self.page.keyboard.press(keys)
-        return self.save()
-
-    def _run(self, number: int, keys: str) -> None:
-        """Run the selected code cell, and wait until it has a new number."""
-        prompt = self.cells.nth(number).locator(".jp-InputPrompt")
-        before = prompt.text_content()
-        self.page.keyboard.press(keys)
-        self.page.wait_for_function(
-            "([prompt, before]) => /[0-9]/.test(prompt.textContent)"
-            " && prompt.textContent !== before",
-            arg=[prompt.element_handle(), before],
-            timeout=NOTEBOOK_MILLISECONDS,
-        )
-
-    def shoot(self, folder: Path, name: str, grade_ids: list[str]) -> None:
-        """Photograph cells as they stand on the screen."""
-        for number, cell in enumerate(self.read()):
-            known = cell["metadata"].get("nbgrader", {}).get("grade_id", cell["id"])
-            if known in grade_ids:
-                self.cells.nth(number).scroll_into_view_if_needed()
-                self.cells.nth(number).screenshot(path=folder / f"{name}-{known}.png")
 
 
 def said(cell: Mapping[str, Any]) -> list[str]:
@@ -141,7 +67,7 @@ def walk(page: Page, address: str, path: Path, shots: Path) -> Iterator[str]:
         RuntimeError: a right answer does not pass, or a picture is missing.
     """
     name = path.stem
-    notebook = Notebook(page, address, path)
+    notebook = jupyterlab.Notebook(page, address, path)
     wrong = wrong_answers(name)
     notebook.type_in({exercise: answer.source for exercise, answer in wrong.items()})
     failed = {cell_name(cell): told for cell in notebook.run_all() if (told := said(cell))}

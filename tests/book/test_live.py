@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import json
+import shutil
 import subprocess
 from pathlib import Path
 
 import pytest
+from playwright.sync_api import Browser, Locator, expect
 
+from tests import jupyterlab
 from tests.book.conftest import ROOT
 from tests.book.moving import by_keyboard, controls, picture, size
 from tests.chromium import Opener
-from tests.jupyterlab import SCRIPTS
 
 pytestmark = pytest.mark.browser
 
@@ -21,7 +24,7 @@ CHAPTER = ROOT / "chapters" / "03-irls.ipynb"
 def export(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A chapter, run and exported by nbconvert as anybody would."""
     folder = tmp_path_factory.mktemp("export")
-    command = [SCRIPTS / "jupyter", "nbconvert", "--execute", "--to", "html", CHAPTER]
+    command = [jupyterlab.SCRIPTS / "jupyter", "nbconvert", "--execute", "--to", "html", CHAPTER]
     subprocess.run([*command, "--output-dir", folder], check=True, capture_output=True)
     return folder / "03-irls.html"
 
@@ -40,3 +43,38 @@ def test_an_export_needs_no_kernel(export: Path, open_page: Opener) -> None:
     answer = page.locator(".rs-quiz details").first
     answer.locator("summary").click()
     assert answer.locator("p").is_visible()
+
+
+def test_a_kernel_draws_it_anew(browser: Browser, tmp_path: Path) -> None:
+    path = tmp_path / CHAPTER.name
+    shutil.copy(CHAPTER, path)
+    variables = jupyterlab.environment(tmp_path / "home")
+    with (
+        jupyterlab.running(tmp_path, variables) as address,
+        jupyterlab.page_of(browser) as page,
+    ):
+        notebook = jupyterlab.Notebook(page, address, path)
+        cells = notebook.run_all()
+        for number, cell in enumerate(cells):
+            if any("Canvas: " in text for text in texts(cell)):
+                moves(notebook.cells.nth(number))
+                assert not page.locator(".jp-OutputArea-output[data-mime-type*=stderr]").count()
+
+
+def texts(cell: dict[str, object]) -> list[str]:
+    return [json.dumps(output) for output in cell.get("outputs", [])]
+
+
+def moves(cell: Locator) -> None:
+    """Move each widget of a live canvas; the picture must follow."""
+    image = cell.locator(".jupyter-widgets img")
+    for widget in cell.locator("select, .noUi-handle, input[type=checkbox], button").all():
+        before = image.get_attribute("src")
+        match widget.evaluate("w => w.localName"):
+            case "select":
+                widget.select_option(index=1)
+            case "div":
+                widget.press("ArrowRight")
+            case _:
+                widget.click()
+        expect(image).not_to_have_attribute("src", str(before))
