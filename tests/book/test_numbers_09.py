@@ -1,0 +1,229 @@
+"""Chapter 09 prints the numbers that the library computes, and its formulas are right."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any
+
+import nbformat
+import numpy as np
+import pytest
+from robust_slam import kernels, pipeline, pose_graph
+from robust_slam.certificate import Verdict, certificate
+from robust_slam.plots.stages import STAGES
+from robust_slam.thresholds import chi_square_threshold
+from scipy.linalg import solve_continuous_are
+from scipy.stats import chi2
+
+from tests.book import prose
+
+NOTEBOOK = nbformat.read(prose.CHAPTERS / "09-frontiers.ipynb", as_version=4)
+CELLS = {cell["id"]: cell.source for cell in NOTEBOOK.cells}
+TEXT = prose.chapter_text("09-frontiers.ipynb")
+C = chi_square_threshold(0.99, 3)
+LEFT_BRANCH = ("sensors", "features", "views", "ransac", "odometry", "control")
+
+# Probabilities, ratios, noise, factors of other programs and data of exercises: what is given.
+GIVEN = {"0.01", "0.02", "0.05", "0.1", "0.25", "0.4", "0.5", "0.7", "0.75", "0.99", "0.999"}
+GIVEN |= {"1.4", "2.5", "99.9"}
+
+
+@pytest.fixture(scope="module")
+def page() -> dict[str, Any]:
+    """The names that the page's own cells define: its towns, faults and experiments."""
+    names: dict[str, Any] = {"C": C}
+    cells = ("imports", "tries", "promise-ransac", "promise-run", "world", "faults", "outcomes")
+    for cell in (
+        *cells,
+        "stage-words",
+        "canvas-draw",
+        "canvas-words",
+        "break-covariance-run",
+        "break-bus-run",
+    ):
+        exec(CELLS[cell].replace("use_style()\n", ""), names)
+    return names
+
+
+@pytest.fixture(scope="module")
+def outcomes(page: dict[str, Any]) -> dict[str, tuple[float, int, int, int, str]]:
+    return {stage: page["score"](stage) for stage in page["CHOICES"]}
+
+
+@pytest.fixture(scope="module")
+def by_factor(page: dict[str, Any]) -> dict[float, np.ndarray]:
+    """For each factor rows of: honest kept, lies kept, error in m, bound, chi² ratio."""
+    return {f: page["with_sigma"](f) for f in (0.25, 0.5, 1, 2, 4, 8)}
+
+
+@pytest.fixture(scope="module")
+def claims(page: dict[str, Any], outcomes: Any, by_factor: Any) -> dict[str, float]:
+    ratio = {f: float(np.median(rows[:, 4])) for f, rows in by_factor.items()}
+    errors = [outcomes[stage][0] for stage in LEFT_BRANCH]
+    return {
+        "16.008": math.log(0.01) / math.log(0.75),
+        "0.010023": 0.75**16,
+        "0.03125": 0.5**5,
+        "0.0576": 0.7**8,
+        "0.16807": 0.7**5,
+        "0.83193": 1 - 0.7**5,
+        "25.027": math.log(0.01) / math.log(1 - 0.7**5),
+        "0.992": 1 - 0.75**17,
+        "0.825": page["share_found"](17),
+        "0.618034": (math.sqrt(5) - 1) / 2,
+        "3.3682": C,
+        "1.6841": C / 2,
+        "2.5758": chi_square_threshold(0.99, 1),
+        "5.67": chi2.ppf(0.99, 3) / 2,
+        "0.2": 0.02 * math.sqrt(100),
+        "0.09": outcomes["nothing"][0],
+        "0.50": min(errors),
+        "1.82": max(errors),
+        "0.33": outcomes["plan"][0],
+        "0.94": ratio[1],
+        "0.23": ratio[2],
+        "2.36": ratio[0.5],
+        "1.00": ratio[8],
+        "2.40": by_factor[8][:, 2].max(),
+    }
+
+
+def test_each_claim_is_printed_and_rounds_to_its_value(claims: dict[str, float]) -> None:
+    printed = prose.decimals(TEXT)
+    for text, value in claims.items():
+        assert text in printed, f"{text} is no longer printed: drop the claim"
+        assert prose.rounds_to(float(value), text), f"{text} is printed, {value} is right"
+
+
+def test_no_decimal_is_printed_without_a_claim(claims: dict[str, float]) -> None:
+    assert prose.unchecked(TEXT, claims, GIVEN) == set()
+
+
+def test_what_is_given_is_printed() -> None:
+    assert prose.decimals(TEXT) >= GIVEN
+
+
+@pytest.mark.parametrize(
+    ("w", "s", "p", "count"),
+    [
+        (0.5, 8, 0.99, 1177),
+        (0.5, 5, 0.99, 146),
+        (0.5, 4, 0.99, 72),
+        (0.5, 2, 0.99, 17),
+        (0.7, 8, 0.99, 78),
+        (0.5, 5, 0.999, 218),
+        (0.7, 5, 0.99, 26),
+        (0.4, 2, 0.99, 27),
+    ],
+)
+def test_ransac_tries_are_the_fewest_that_suffice(
+    page: dict[str, Any], w: float, s: int, p: float, count: int
+) -> None:
+    assert page["tries"](w, s, p) == count
+    assert str(count) in TEXT
+    assert (1 - w**s) ** count <= 1 - p < (1 - w**s) ** (count - 1)
+
+
+def test_fifty_tries_find_the_motion_every_time(page: dict[str, Any]) -> None:
+    assert "With 50 tries it was found every time" in TEXT
+    assert page["share_found"](50) == 1.0
+
+
+def test_faults_of_the_odometry_reject_honest_closures_and_keep_no_lie(outcomes: Any) -> None:
+    kept = [outcomes[stage][1] for stage in LEFT_BRANCH]
+    assert kept == [4, 2, 7, 7, 3, 0]
+    assert "4, 2, 7, 7, 3 and 0 of the 18" in TEXT
+    assert all(outcomes[stage][2] == 0 for stage in LEFT_BRANCH)
+    assert outcomes["nothing"][1] == 12
+
+
+def test_lies_that_agree_are_all_kept(outcomes: Any) -> None:
+    assert outcomes["places"][1:] == (0, 18, 18, "certified")
+
+
+def test_the_certificate_refuses_the_two_searches_that_got_stuck(outcomes: Any) -> None:
+    refused = {stage for stage, score in outcomes.items() if score[4] != "certified"}
+    assert refused == {"solve", "certificate"}
+
+
+def test_pcm_can_be_left_out_here(outcomes: Any) -> None:
+    assert outcomes["pcm"] == pytest.approx(outcomes["nothing"][:3] + outcomes["pcm"][3:])
+
+
+def test_every_stage_can_be_lit_and_says_what_it_does(page: dict[str, Any]) -> None:
+    assert set(page["WORDS"]) == {"nothing", *STAGES} == set(page["CHOICES"])
+    for stage in STAGES:
+        said = page["describe"](stage)
+        assert said.startswith("In: ")
+        assert "; out: " in said
+
+
+def test_a_sigma_wrong_by_a_factor_does_what_the_text_says(by_factor: Any) -> None:
+    honest = {f: int(rows[:, 0].sum()) for f, rows in by_factor.items()}
+    lies = {f: int(rows[:, 1].sum()) for f, rows in by_factor.items()}
+    assert (60 - honest[0.5], 60 - honest[0.25]) == (25, 45)
+    assert "25 of 60" in TEXT
+    assert lies == {0.25: 0, 0.5: 0, 1: 0, 2: 0, 4: 2, 8: 16}
+    assert max(rows[:, 3].max() for rows in by_factor.values()) < 1e-3
+
+
+def test_half_a_sigma_passes_58_percent() -> None:
+    assert round(100 * chi2.cdf((C / 2) ** 2, 3)) == 58
+
+
+def test_a_common_factor_leaves_the_best_map_alone(page: dict[str, Any]) -> None:
+    graph, is_lie, _ = page["town"](0, "random", 12)
+    honest = pose_graph.select(graph, ~is_lie)
+    scaled = dataclasses.replace(honest, information=honest.information / 4)
+    one, two = (pipeline.certify(g, page["start"].chordal(g))[0] for g in (honest, scaled))
+    np.testing.assert_allclose(one, two, atol=1e-6)
+
+
+@pytest.mark.parametrize(("a", "q", "p"), [(0.0, 1.0, 1.0), (1.0, 3.0, 3.0)])
+def test_riccati_has_a_zero_on_its_left(a: float, q: float, p: float) -> None:
+    one = np.eye(1)
+    assert solve_continuous_are(a * one, one, q * one, one)[0, 0] == pytest.approx(p)
+    assert 2 * a * p - p**2 + q == 0
+
+
+def test_the_printed_switch_costs_geman_mcclure() -> None:
+    for chi2_, phi in ((5.0, 2.0), (0.3, 1.0)):
+        s = phi / (phi + chi2_)
+        cost = (s**2 * chi2_ + phi * (1 - s) ** 2) / 2
+        kernel = kernels.geman_mcclure(math.sqrt(phi))
+        assert cost == pytest.approx(float(kernel.rho(math.sqrt(chi2_))))
+
+
+def test_the_exercise_with_a_modest_sigma() -> None:
+    assert 0.25 / 0.1 < chi_square_threshold(0.99, 1) < 0.25 / 0.05
+
+
+def test_the_ring_of_the_capstone_costs_12_and_is_refused() -> None:
+    ends = [[k, (k + 1) % 6] for k in range(6)]
+    ring = pose_graph.PoseGraph(6, ends, np.zeros((6, 3)), [np.eye(3)] * 6, np.arange(6) < 5)
+    for turn, cost, verdict in (
+        (0.0, 0.0, Verdict.CERTIFIED),
+        (math.pi / 3, 6 * 4 * (1 - math.cos(math.pi / 3)), Verdict.NOT_CERTIFIED),
+        (math.radians(50), None, Verdict.NOT_STATIONARY),
+    ):
+        poses = np.outer(np.arange(6), [0.0, 0.0, turn])
+        proof = certificate(ring, poses)
+        assert proof.verdict is verdict
+        assert cost is None or proof.cost == pytest.approx(cost, abs=1e-9)
+
+
+def test_drift_grows_with_the_root_and_position_with_its_cube() -> None:
+    names: dict[str, Any] = {"np": np}
+    exec(CELLS["drift"], names)
+    rms = np.sqrt(np.mean(names["off"] ** 2, axis=0))
+    assert round(rms[399]) == 92
+    assert "92 m" in TEXT
+    assert rms[399] / rms[99] == pytest.approx(8, rel=0.05)
+    assert names["heading"][:, 99].std() == pytest.approx(0.2, rel=0.02)
+
+
+def test_the_bus_wins_when_it_has_more_matches(page: dict[str, Any]) -> None:
+    share = {bus: page["street_wins"](bus) for bus in (20, 30, 40, 50, 60)}
+    assert [share[bus] for bus in (20, 30, 50, 60)] == [1, 1, 0, 0]
+    assert 0.2 < share[40] < 0.8
