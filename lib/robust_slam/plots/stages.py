@@ -105,11 +105,8 @@ def _draw_box(ax: Axes, stage: Stage, *, lit: bool) -> None:
 
 def _draw_ways_round(ax: Axes, *, labels: bool) -> None:
     """Draw what skips stages: the IMU's way to the odometry, and the robot that moves on."""
-    left, right, line = (
-        0.0,
-        10.0,
-        {"color": PALETTE["odometry"], "linewidth": 1.0, "linestyle": "-"},
-    )
+    left, right = -0.15, 10.15
+    line: dict[str, Any] = {"color": PALETTE["odometry"], "linewidth": 1.0, "linestyle": "-"}
     ax.plot([2.8, left, left], [0.0, 0.0, -4.0], **line)
     ax.annotate("", (0.2, -4.0), (left, -4.0), arrowprops=_ARROW)
     ax.annotate("", (5.4, -7.0), (4.6, -7.0), arrowprops=_ARROW)
