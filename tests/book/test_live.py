@@ -68,7 +68,8 @@ def texts(cell: dict[str, object]) -> list[str]:
 def moves(cell: Locator) -> None:
     """Move each widget of a live canvas; the picture must follow."""
     image = cell.locator(".jupyter-widgets img")
-    for widget in cell.locator("select, .noUi-handle, input[type=checkbox], button").all():
+    kinds = ("select", ".noUi-handle", "input[type=checkbox]", "button")
+    for widget in cell.locator(", ".join(f".jupyter-widgets {kind}" for kind in kinds)).all():
         before = image.get_attribute("src")
         match widget.evaluate("w => w.localName"):
             case "select":
