@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import re
 from html.parser import HTMLParser
 from pathlib import Path
@@ -11,7 +12,7 @@ from urllib.parse import unquote, urlsplit
 import pytest
 
 from chapters._ext import robust_slam_site
-from tests.book.conftest import PAGES, Site
+from tests.book.conftest import NOTEBOOKS, PAGES, Site
 
 
 class Reader(HTMLParser):
@@ -112,6 +113,21 @@ def broken(page: Path, pages: dict[Path, Reader]) -> list[str]:
 def test_every_picture_has_words(pages: dict[Path, Reader]) -> None:
     wordless = [path.name for path, reader in pages.items() if not all(reader.alts)]
     assert wordless == []
+
+
+@pytest.mark.parametrize("page", NOTEBOOKS)
+def test_a_chapter_is_light_enough_for_a_phone(page: str, site: Site) -> None:
+    html = (site.folder / f"{page}.html").read_bytes()
+    assert len(gzip.compress(html)) <= 600_000
+
+
+@pytest.mark.parametrize("page", NOTEBOOKS)
+def test_every_drawing_has_a_caption(page: str, site: Site) -> None:
+    html = (site.folder / f"{page}.html").read_text(encoding="utf-8")
+    drawn = re.findall(r'<img [^>]*src="\.\./_images/', html)
+    figures = re.findall(r"<figure.*?</figure>", html, re.S)
+    told = [f for f in figures if "_images/" in f and re.search(r'caption-text">\s*\w', f)]
+    assert len(told) == len(drawn) > 0
 
 
 def test_mathjax_is_one_file(site: Site) -> None:
