@@ -115,4 +115,4 @@ def _draw_ways_round(ax: Axes, *, labels: bool) -> None:
     if labels:
         ax.text(-0.1, 0.1, "IMU", va="bottom", fontsize=10)
         ax.text(10.1, 0.1, "the robot moves", va="bottom", ha="right", fontsize=10)
-        ax.text(5.0, -6.9, "path", va="bottom", ha="center", fontsize=10)
+        ax.text(5.0, -7.12, "path", va="top", ha="center", fontsize=10)
