@@ -147,6 +147,16 @@ def test_the_certificate_refuses_the_two_searches_that_got_stuck(outcomes: Any) 
     assert refused == {"solve", "certificate"}
 
 
+def test_least_squares_among_the_lies_is_not_the_best_map(page: dict[str, Any]) -> None:
+    graph, _, _ = page["town"]()
+    stuck = certificate(graph, page["outcome"]("solve")[2])
+    _, other = page["certify"](graph, page["start"].chordal(graph))
+    assert (round(stuck.cost), round(other.cost)) == (39063, 36350)
+    assert "39063" in TEXT
+    assert "36350" in TEXT
+    assert other.verdict is Verdict.NOT_CERTIFIED
+
+
 def test_pcm_can_be_left_out_here(outcomes: Any) -> None:
     assert outcomes["pcm"] == pytest.approx(outcomes["nothing"][:3] + outcomes["pcm"][3:])
 
