@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import log, sqrt
+from math import sqrt
 
 import numpy as np
 import pytest
@@ -32,7 +32,6 @@ GIVEN = {
     "0.3",
     "0.03",
     "1.345",
-    "1.35",
     "1.5",
     "3.12",
     "14.9",
@@ -76,10 +75,7 @@ FIVE = np.append(HONEST, 5.0)
 CLOSURE, DEVIATIONS = np.array([0.3, -0.2, 0.03]), np.array([0.1, 0.1, 0.01])
 U = float(np.linalg.norm(CLOSURE / DEVIATIONS))
 POINTS = np.array([[0.1, -0.2], [-0.1, 0.1], [0.2, 0.0], [-0.2, 0.1], [6.0, 1.0]])
-DISTANCES = np.array([17.5, 21.0, 22.5, 20.01, 19.98, 20.9])
-SIGMAS = np.array([2.0, 2.0, 2.0, 0.02, 0.02, 0.02])
 WIDE_HUBER = kernels.huber(1.345)
-IN_METRES = at_rest(DISTANCES, WIDE_HUBER.psi, 1.0, 19, 22)
 CRUDE, GENTLE = wall(SQUARED.psi, 3.0), wall(kernels.cauchy(2.385).psi, 3.0)
 
 
@@ -115,8 +111,6 @@ CLAIMS = {
     "0.00000999900110": at_rest(THOUSAND, CAUCHY.psi, 1.0, 0, 0.5),
     "49.5": float(SQUARED.rho(10.0) - SQUARED.rho(1.0)),
     "9.5": float(HUBER.rho(10.0)),
-    "3.93": log(51),
-    "0.0196": 1 / 51,
     "4.690416": U,
     "0.286755": 1.345 / U,
     "0.361801": float(np.linalg.norm(CLOSURE)),
@@ -141,10 +135,6 @@ CLAIMS = {
     "0.02": lever(15.1, 1.0),
     "0.473": lever(14.9, 0.1),
     "0.002": lever(15.1, 0.1),
-    "20.0101": at_rest(DISTANCES, WIDE_HUBER.psi, SIGMAS, 19, 22),
-    "20.4725": IN_METRES,
-    "0.452": float(WIDE_HUBER.weight(17.5 - IN_METRES)),
-    "2.5": 20 - 17.5,
     "2.4": float(np.mean([0, 0, 0, 0, 12])),
 }
 READ_OFF = {"0.48"}  # a level of a curve, tested below
@@ -167,12 +157,6 @@ def test_cost_and_pull_have_the_printed_ratios() -> None:
     assert float(SQUARED.rho(10.0) / SQUARED.rho(1.0)) == 100
     assert float(SQUARED.psi(10.0) / SQUARED.psi(1.0)) == 10
     assert "| ratio | **100** | **10** |" in TEXT
-
-
-def test_one_at_a_hundred_dominates_the_cost_and_not_the_pull() -> None:
-    assert 1000 * float(SQUARED.rho(1.0)) == 500
-    assert float(SQUARED.rho(100.0)) == 5000
-    assert 1000 * float(SQUARED.psi(1.0)) > float(SQUARED.psi(100.0))
 
 
 @pytest.mark.parametrize(("kernel", "printed"), [(SQUARED, "2e-22"), (HUBER, "7e-05")])
@@ -244,13 +228,6 @@ def test_cauchy_stays_where_its_figure_says_if_it_starts_at_the_truth(place: flo
     problem = LinearProblem(arms[:, None], y, 0.3)
     found = irls(problem, kernels.cauchy(2.385), np.array([0.5]), max_iterations=1000).x[0]
     assert rounds_to(float(found), "0.48")
-
-
-def test_the_lie_through_the_window_is_45_deviations_off() -> None:
-    residuals = (DISTANCES - CLAIMS["20.0101"]) / SIGMAS
-    assert (DISTANCES[-1] - 20) / SIGMAS[-1] == pytest.approx(45)
-    assert rounds_to(float(WIDE_HUBER.weight(residuals[-1])), "0.03")
-    assert float(WIDE_HUBER.weight(DISTANCES[-1] - IN_METRES)) == 1.0
 
 
 @pytest.mark.parametrize(
