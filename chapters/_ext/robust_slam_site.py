@@ -27,6 +27,15 @@ SEARCH_FROM_DISK = """
 if (location.protocol === "file:") DOCUMENTATION_OPTIONS.SHOW_SEARCH_SUMMARY = false;
 """
 
+# Paper is white: a page that is dark on the screen is printed light.
+PRINT_LIGHT = """
+addEventListener("beforeprint", () => {
+  const {dataset} = document.documentElement, {theme} = dataset;
+  dataset.theme = "light";
+  addEventListener("afterprint", () => { dataset.theme = theme; }, {once: true});
+});
+"""
+
 
 def point_to_mathjax(app: Sphinx, config: Config) -> None:
     """Load MathJax from the site itself."""
@@ -93,6 +102,7 @@ def setup(app: Sphinx) -> dict[str, bool]:
     """Connect the above to the build."""
     app.add_config_value("robust_slam_library", "", "env")
     app.add_js_file(None, body=SEARCH_FROM_DISK)
+    app.add_js_file(None, body=PRINT_LIGHT)
     app.connect("config-inited", point_to_mathjax)
     app.connect("config-inited", follow_the_library)
     app.connect("config-inited", launch_from_the_repository)

@@ -86,6 +86,20 @@ def test_the_search_finds_a_word_of_the_chapters(visits: Callable[..., Visit], w
     assert found.complaints == []
 
 
+def test_paper_is_white(site: Site, open_page: Opener) -> None:
+    address = (site.folder / "chapters" / "03-irls.html").as_uri()
+    page = open_page(address, color_scheme="dark").page
+    theme = "document.documentElement.dataset.theme"
+    page.evaluate(f"addEventListener('beforeprint', () => {{ window.printed = {theme}; }})")
+    before = page.evaluate(theme)
+    page.pdf()
+    assert (before, page.evaluate("window.printed"), page.evaluate(theme)) == (
+        "dark",
+        "light",
+        "dark",
+    )
+
+
 def test_the_watch_sees_what_it_looks_for(tmp_path: Path, open_page: Opener) -> None:
     path = tmp_path / "bad.html"
     path.write_text("<img src=https://example.org/a.png><script>console.error('oh')</script>")
