@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import cos, degrees, pi, radians, sqrt
+from math import cos, pi, radians, sqrt
 
 import numpy as np
 import pytest
@@ -75,13 +75,6 @@ SIX_GRAPH = rotation_graph(6, SIX, NOISY)
 SIX_Q = sdp.connection_matrix(6, SIX, NOISY)
 DESCENDED, FIRST = certify(SIX_GRAPH, start.chordal(SIX_GRAPH))
 _, SECOND = solve_certified(SIX_GRAPH, DESCENDED)
-LIE_Q = sdp.connection_matrix(6, SIX, plane(np.append(np.zeros(7), 2.0)))
-LIE_R = sdp.round_solution(sdp.solve_sdp(LIE_Q, 2).Z, 2)
-
-
-def lie_errors():
-    turned = np.degrees(np.arctan2(LIE_R[1, ::2], LIE_R[0, ::2]))
-    return turned - turned.mean()
 
 
 def wave(alpha: float, k: int) -> float:
@@ -141,10 +134,6 @@ CLAIMS = {
     "0.33": ate(DOUBTING.x, LOOP_TRUTH),
     "0.07": ate(gauss_newton(LOOP, CLIMBED), LOOP_TRUTH),
     "1.5": sdp.solve_sdp(cycle(3, pi / 3), 2).eigenvalues[:4].mean(),
-    "114.6": degrees(2.0),
-    "33.0": np.abs(lie_errors()).max(),
-    "36.180340": cost(FIVE, headings(2 * TWIST)),
-    "-3.618034": sdp.dense_certificate(FIVE, headings(2 * TWIST))[1][0],
 }
 
 
@@ -228,7 +217,7 @@ def test_the_tie_has_rank_four_and_four_zeros() -> None:
         assert int(np.sum(np.abs(eigenvalues) < 1e-9)) == 4
 
 
-def test_at_rank_three_one_column_is_the_same_at_every_pose() -> None:
+def test_at_rank_three_the_cost_is_halved() -> None:
     assert rank_three() == pytest.approx(cost(FIVE, headings(TWIST)) / 2)
 
 
@@ -256,16 +245,6 @@ def test_what_to_look_for_on_the_canvas() -> None:
     space, flat = ranks(3, SEEDS[0]), ranks(2, SEEDS[2])
     assert space[:5] == [3, 3, 3, 3, 4]
     assert [rank > 2 for rank in flat[2:5]] == [True, True, False]
-    Q = sdp.connection_matrix(6, SIX, errors(3, 2.0, SEEDS[0]))
-    graph = rotation_graph(6, SIX, errors(3, 2.0, SEEDS[0]))
-    _, proof = certify(graph, start.chordal(graph))
-    assert proof.bound > proof.cost - sdp.solve_sdp(Q, 3).value > 0.1
-
-
-def test_a_lie_is_certified() -> None:
-    eigenvalues = sdp.dense_certificate(LIE_Q, LIE_R)[1]
-    assert sdp.is_tight(sdp.solve_sdp(LIE_Q, 2).Z, LIE_Q, LIE_R)
-    assert np.abs(eigenvalues[:2]).max() < 1e-6 < eigenvalues[2]
 
 
 def test_gnc_and_the_four_are_both_certified() -> None:
@@ -290,11 +269,6 @@ def test_the_table_of_times_says_what_is_read_from_it() -> None:
     assert [name for name, times in ratio.items() if times < 1] == ["garage"]
     assert round(ratio.pop("grid")) == 27
     assert np.mean(list(ratio.values())) == pytest.approx(3.0, abs=0.1)
-
-
-def test_twisted_twice_is_no_minimum() -> None:
-    turned = 2 * TWIST + np.eye(5)[0] * 0.01
-    assert cost(FIVE, headings(turned)) < cost(FIVE, headings(2 * TWIST))
 
 
 def test_the_exercise_of_two_poses() -> None:
