@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from itertools import combinations
-from math import inf, log, sqrt
+from math import inf, sqrt
 
 import numpy as np
 import pytest
@@ -114,13 +114,6 @@ def slope_at_mu_one(x: float) -> float:
     return one(x) - one(10 - x)
 
 
-def fixed_point(z: np.ndarray, x: float) -> float:
-    for _ in range(500):
-        w = gm(np.abs(z - x), 2.0, 1.0)
-        x = float(w @ z / w.sum())
-    return x
-
-
 def second_valley() -> float:
     """The minimum beside the lie of TLS on data A at its first μ."""
     x = np.linspace(9.0, 11.0, 200_001)
@@ -157,20 +150,16 @@ CLAIMS = {
     "0.119544": A_TLS[0][1][0],
     "0.015271": A_TLS[0][1][3],
     "0.408409": A_TLS[0][2],
-    "0.408": A_TLS[0][2],
     "0.051613": A_TLS[1][0],
     "0.443079": 2 * sqrt(A_TLS[1][0] / (A_TLS[1][0] + 1)),
     "9.027735": 2 * sqrt((A_TLS[1][0] + 1) / A_TLS[1][0]),
     "9.591591": 10 - A_TLS[0][2],
-    "10.606602": sqrt(2) * 7.5,
-    "28.125": first_mu(7.5, 2.0, "gm"),
     "0.816": sqrt(2 / 3),
     "9.925": second_valley(),
     "0.066": float(tls(np.array([1.0]), 1.0, 1 / 199)[0]),
     "0.002": float(tls(np.array([10.0]), 1.0, 1 / 199)[0]),
     "0.990": float(gm(np.array([1.0]), 1.0, 200.0)[0]),
     "0.444": float(gm(np.array([10.0]), 1.0, 200.0)[0]),
-    "15.7": log(200) / log(1.4),
     "3.125": 2.5**2 / 2,
     "0.131371": AT_ONE,
     "0.13": AT_ONE,
@@ -178,9 +167,7 @@ CLAIMS = {
     "0.410534": AT_ONE * 2.5**2 / 2,
     "1.535534": 2 * (1 - AT_ONE) / (1 + AT_ONE),
     "1.946068": 2 * 2.5 * sqrt(2) - (4 + 2.5**2) / 2,
-    "0.001484": A_GM[-1][1][3],
-    "0.004938": fixed_point(A, 0.0),
-    "0.105555": fixed_point(B, 0.1),
+    "0.0015": A_GM[-1][1][3],
     "3.3682": sqrt(chi2.ppf(0.99, 3)),
     "11.345": chi2.ppf(0.99, 3),
     "2.5758": sqrt(chi2.ppf(0.99, 1)),
@@ -214,7 +201,6 @@ CLAIMS = {
     "1.416797": A_GM[0][2],
     "0.190476": 4 / 21,
     "1.99888848": irls(CHAIN, kernels.cauchy(1.0)).x[2],
-    "100.1": gnc(LocationProblem(B + 100), 2.0).x,
 }
 
 
@@ -318,11 +304,6 @@ def test_the_first_solve_forgets_the_start_unless_it_is_skipped() -> None:
 
 def test_how_many_solves_each_family_takes() -> None:
     assert (len(A_TLS), len(A_GM), len(B_GM)) == (2, 11, 11)
-    assert 1 + int(np.ceil(log(200) / log(1.4))) == 17
-    soft, steps = 1 / 199, 0
-    while sqrt(soft / (soft + 1)) < 0.99 or sqrt((soft + 1) / soft) > 1.01:
-        soft, steps = soft * 1.4, steps + 1
-    assert steps + 1 == 29
 
 
 def test_nothing_to_reject_where_the_formula_is_not_positive() -> None:
