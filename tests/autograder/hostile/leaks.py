@@ -68,7 +68,8 @@ def recorded(target: Target, seed: int, *, one_generator: bool = False) -> list[
     names = module.__dict__
     with mock.patch.dict(os.environ, {SEED_VARIABLE: str(seed)}):
         for piece in target.assignment.setup:
-            _execute(piece.source, names)
+            if not piece.own:  # others are scratch: pictures of what a function does
+                _execute(piece.source, names)
         for solution in target.assignment.solutions:
             _execute(target.answers[solution.grade_id], names)
             for name in solution.names:
