@@ -25,12 +25,9 @@ PROBLEM = LocationProblem(CROWD)
 PAIR = LocationProblem([0.0, 10.0])
 FIVE = LocationProblem([0.1, -0.2, 0.15, -0.1, 5.0], 0.3)
 CLOSE = LocationProblem([0.0, 1.2])
-DRIFTED = LocationProblem(
-    np.append(CROWD, 8.0), np.append(np.ones(21), 2.0), trusted=np.arange(22) == 21
-)
 
 # Data that the chapter hands out, starts, thresholds to try, sections of other texts.
-GIVEN = {"0.1", "-0.2", "0.15", "-0.1", "0.3", "2.5", "1.2", "0.2", "0.5"}
+GIVEN = {"0.1", "-0.2", "0.15", "-0.1", "0.3", "2.5", "1.2", "0.2"}
 
 
 def from_eight(kernel: kernels.Kernel) -> float:
@@ -42,11 +39,6 @@ def pull(x: float, c: float) -> float:
     return float(kernels.cauchy(c).psi(x - CROWD).sum())
 
 
-def near_ten(c: float) -> float:
-    """The minimum near 10: to its left, at 10 − c, the lie pulls as hard as it can."""
-    return float(brentq(pull, 10.0 - c, 10.0, args=(c,), xtol=1e-13))
-
-
 def least_pull(c: float) -> float:
     """The lowest slope between 9 and 10: where it is positive there is no minimum near 10."""
     return float(minimize_scalar(pull, bounds=(9.0, 10.0), args=(c,)).fun)
@@ -54,10 +46,6 @@ def least_pull(c: float) -> float:
 
 def pair_minimum(c: float, side: int) -> float:
     return 5.0 + side * sqrt(25.0 - c**2)
-
-
-def drifted(x0: float | None) -> Result[float]:
-    return irls(DRIFTED, kernels.tls(3.0), x0)
 
 
 class Town:
@@ -95,35 +83,17 @@ FOUR_LIES = LocationProblem(np.repeat([0.0, 10.0], [5, 4]))
 CLAIMS = {
     "0.476190": from_eight(kernels.squared()),
     "9.523810": 10.0 - 10.0 / 21.0,
-    "47.619048": irls(PROBLEM, kernels.tls(12.0), 8.0).cost,
-    "9.759001": sqrt(2.0 * irls(PROBLEM, kernels.tls(12.0), 8.0).cost),
-    "0.1010205": pair_minimum(1.0, -1),
-    "9.8989795": pair_minimum(1.0, 1),
     "0.4174243": pair_minimum(2.0, -1),
     "9.5825757": pair_minimum(2.0, 1),
     "0.4": pair_minimum(2.0, -1),
     "9.6": pair_minimum(2.0, 1),
     "7.071068": sqrt(50.0),
-    "0.019267": from_eight(kernels.cauchy(2.0)),
     "0.004953": from_eight(kernels.cauchy(1.0)),
-    "0.001247": from_eight(kernels.cauchy(0.5)),
-    "0.000200": from_eight(kernels.cauchy(0.2)),
-    "0.000050": from_eight(kernels.cauchy(0.1)),
     "0.2441": brentq(least_pull, 0.2, 0.3),
-    "9.898337": near_ten(0.2),
-    "9.979083": near_ten(0.1),
     "4.922391": irls(FIVE, kernels.cauchy(1.0), x0=4.9).x,
     "4.92": irls(FIVE, kernels.cauchy(1.0), x0=4.9).x,
     "3.7507": JUMP.history[1].x,
     "3.75": JUMP.history[1].x,
-    "1.5": 3 * 0.5,
-    "1.25": 1 / 4 + 1,
-    "21.25": 1 / 4 + 21,
-    "20.25": 1 / 4 + 20,
-    "0.564706": drifted(None).history[0].x,
-    "0.098765": drifted(None).x,
-    "90.4": drifted(8.0).cost,
-    "12.4012": drifted(None).cost,
     "3.3682": TOWN.c,
     "147.48": TOWN.from_ls.cost,
     "91.90": TOWN.from_truth.cost,
@@ -133,7 +103,6 @@ CLAIMS = {
     "3.9": 2 * pi**2 / 5,
     "0.625": 180 / (4 * 72),
     "0.6": irls(CLOSE, kernels.tls(1.0)).x,
-    "6.168503": 5 * pi**2 / 8,
     "6.2": 5 * pi**2 / 8,
     "0.197392": 2 * pi**2 / 100,
     "3.6": 360 / 100,
@@ -159,7 +128,7 @@ def test_every_checked_number_is_still_printed() -> None:
     ("c", "end"),
     [(1.99, 8.0), (2.0, 10.0), (7.99, 10.0), (8.0, 0.0), (9.523, 0.0), (9.524, 10 / 21)],
 )
-def test_the_table_of_thresholds(c: float, end: float) -> None:
+def test_the_ends_from_eight(c: float, end: float) -> None:
     assert from_eight(kernels.tls(c)) == pytest.approx(end, abs=1e-12)
 
 
@@ -196,16 +165,6 @@ def test_five_readings_in_two_groups() -> None:
     costs = {x0: irls(problem, tls, x0).cost for x0 in (1.0, 5.0, 6.0, 9.0)}
     assert costs == {1.0: 6.0, 5.0: 10.0, 6.0: 10.0, 9.0: 4.0}
     assert irls(problem, tls).x == 6.0
-
-
-def test_seven_readings_hold_their_mean() -> None:
-    problem = LocationProblem([0, 0, 0, 0, 6, 6, 30])
-    from_mean, from_zero = (irls(problem, kernels.tls(2.0), x0) for x0 in (None, 0.0))
-    assert (from_mean.x, from_mean.cost, from_zero.x, from_zero.cost) == (6, 10, 0, 6)
-
-
-def test_drifted_odometry_leads_to_the_lie() -> None:
-    assert drifted(8.0).x == pytest.approx(9.6, abs=1e-12)
 
 
 def test_no_reading_leads_to_the_mean_of_a_close_pair() -> None:
@@ -259,11 +218,3 @@ def test_four_lies_that_agree_hand_tls_the_wrong_start() -> None:
     end = irls(FOUR_LIES, kernels.tls(2.0), CLAIMS["9.456533"])
     assert (end.x, end.cost) == (10.0, 10.0)
     assert irls(FOUR_LIES, kernels.tls(2.0), 0.0).cost == 8.0
-
-
-def test_most_of_a_crowd_out_of_reach_changes_nothing() -> None:
-    rng = np.random.default_rng(1)
-    for count in (20, 2000, 20000):
-        problem = LocationProblem(np.append(rng.standard_normal(count), 10.0))
-        for c in (2.0, 3.0):
-            assert irls(problem, kernels.tls(c), 8.0).x == 10.0
