@@ -201,6 +201,7 @@ CLAIMS = {
     "1.416797": A_GM[0][2],
     "0.190476": 4 / 21,
     "1.99888848": irls(CHAIN, kernels.cauchy(1.0)).x[2],
+    "100.1": gnc(LocationProblem(B + 100), 2.0).x,
 }
 
 
