@@ -69,6 +69,9 @@ class TestPage:
         assert page.evaluate("document.documentElement.scrollWidth") <= 390
         widths = "[...document.images].map(i => i.getBoundingClientRect().right)"
         assert all(right <= 390 for right in page.evaluate(widths))
+        for knob in page.locator(".rs-canvas :is(select, input, button)").all():
+            card = "c => c.closest('.rs-canvas').getBoundingClientRect().right"
+            assert knob.evaluate("c => c.getBoundingClientRect().right") <= knob.evaluate(card)
         page.set_viewport_size(usual)
 
     def test_every_picture_is_there_and_has_words(self, visit: Visit) -> None:
