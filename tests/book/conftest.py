@@ -21,6 +21,7 @@ ROOT = Path(__file__).parents[2]
 TOC = yaml.safe_load((ROOT / "_toc.yml").read_text(encoding="utf-8"))
 PAGES = [TOC["root"], *(page["file"] for part in TOC["parts"] for page in part["chapters"])]
 NOTEBOOKS = [page for page in PAGES if (ROOT / f"{page}.ipynb").exists()]
+WAYS = ("http", "file")
 
 
 @dataclass(frozen=True)
@@ -55,3 +56,8 @@ def address(site: Site) -> Iterator[str]:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         yield f"http://127.0.0.1:{server.server_port}"
         server.shutdown()
+
+
+def place(site: Site, address: str, page: str, way: str) -> str:
+    """The address of a page on the server, or on the disk."""
+    return f"{address if way == 'http' else site.folder.as_uri()}/{page}.html"

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 from urllib.parse import unquote
 
-from playwright.sync_api import Locator
+from playwright.sync_api import Locator, Page
 
 Move = Callable[[Locator, int], None]
 
@@ -35,24 +35,29 @@ def button(control: Locator, does: str) -> Locator:
     return control.locator(f"xpath=..//*[@data-does='{does}']")
 
 
+def at(control: Locator) -> int:
+    """Return the position of a control."""
+    place = "c => c.selectedIndex ?? Number(c.type === 'checkbox' ? c.checked : c.value)"
+    return int(control.evaluate(place))
+
+
 def by_keyboard(control: Locator, position: int) -> None:
-    """Bring a control from anywhere to a position with keys alone."""
+    """Bring a control from where it is to a position with keys alone."""
+    way = position - at(control)
     match kind(control):
         case "checkbox":
-            if control.is_checked() != bool(position):
-                control.press("Space")
-        case "stepper":
+            keys, held = ["Space"] * abs(way), control
+        case "stepper" if way < 0:
             button(control, "restart").press("Enter")
-            for _ in range(position):
-                button(control, "step").press("Enter")
+            keys, held = ["Enter"] * position, button(control, "step")
+        case "stepper":
+            keys, held = ["Enter"] * way, button(control, "step")
         case "range":
-            control.press("Home")
-            for _ in range(position):
-                control.press("ArrowRight")
+            keys, held = ["ArrowRight" if way > 0 else "ArrowLeft"] * abs(way), control
         case _:
-            control.press("Home")
-            for _ in range(position):
-                control.press("ArrowDown")
+            keys, held = ["ArrowDown" if way > 0 else "ArrowUp"] * abs(way), control
+    for key in keys:
+        held.press(key)
 
 
 def by_mouse(control: Locator, position: int) -> None:
@@ -86,3 +91,21 @@ def sweep(knobs: Sequence[Locator], move: Move) -> Iterator[None]:
 
 def picture(canvas: Locator) -> str:
     return unquote(canvas.locator("img").get_attribute("src") or "").partition(",")[2]
+
+
+SHOWN = """group => {
+  const image = group.querySelector("img");
+  const rows = [...group.querySelectorAll("tr")].map(r => [...r.cells].map(c => c.textContent));
+  const caption = group.querySelector("figcaption").textContent;
+  return {svg: decodeURIComponent(image.src.split(/,(.*)/s)[1]), alt: image.alt, caption, rows};
+}"""
+
+
+def assert_shows(canvas: Locator, frame: dict[str, Any]) -> None:
+    """Fail unless picture, alternative text, caption and numbers are those of the frame."""
+    svg, text, rows = frame["svg"], frame["text"], frame["rows"]
+    assert canvas.evaluate(SHOWN) == {"svg": svg, "alt": text, "caption": text, "rows": rows}
+
+
+def canvases(page: Page) -> list[Locator]:
+    return page.locator(".rs-canvas").all()
