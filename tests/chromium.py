@@ -5,10 +5,11 @@ from __future__ import annotations
 import http.server
 import shutil
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext, Page, Route, sync_playwright
+from playwright.sync_api import Browser, Page, Route, sync_playwright
 
 from tests.conftest import leave_out
 
@@ -53,22 +54,22 @@ class Visit:
 Opener = Callable[..., Visit]
 
 
-@pytest.fixture(scope="session")
+@contextmanager
+def visiting(browser: Browser, url: str, **options: object) -> Iterator[Visit]:
+    """Open an address in a context of its own, without network, and close it in the end."""
+    context = browser.new_context(**options)
+    visit = Visit(context.new_page())
+    watch(visit)
+    visit.page.goto(url)
+    yield visit
+    context.close()
+
+
+@pytest.fixture
 def open_page(browser: Browser) -> Iterator[Opener]:
-    """Return a function that opens an address in a context of its own, without network."""
-    contexts: list[BrowserContext] = []
-
-    def open_it(url: str, **options: object) -> Visit:
-        context = browser.new_context(**options)
-        contexts.append(context)
-        visit = Visit(context.new_page())
-        watch(visit)
-        visit.page.goto(url)
-        return visit
-
-    yield open_it
-    for context in contexts:
-        context.close()
+    """Return a function that visits an address; all visits end with the test."""
+    with ExitStack() as visits:
+        yield lambda url, **options: visits.enter_context(visiting(browser, url, **options))
 
 
 def watch(visit: Visit) -> None:
