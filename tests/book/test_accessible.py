@@ -21,6 +21,8 @@ FROM_THE_THEME = {
     ("color-contrast", ".search-button__default-text"),
 }
 SCHEMES = ("light", "dark")
+STILL = "Promise.allSettled(document.getAnimations().map(a => a.finished)).then(() => 0)"
+"""Resolves when nothing fades or moves any more."""
 
 
 def violations(page: Page) -> list[dict[str, object]]:
@@ -44,9 +46,7 @@ def grave(page: Page) -> set[tuple[str, str]]:
 def test_a_page_is_open_to_all(name: str, scheme: str, site: Site, open_page: Opener) -> None:
     page = open_page((site.folder / f"{name}.html").as_uri(), color_scheme=scheme).page
     page.evaluate("MathJax.startup.promise")
-    page.evaluate(
-        "Promise.allSettled(document.getAnimations().map(a => a.finished)).then(() => 0)"
-    )
+    page.evaluate(STILL)
     assert grave(page) - FROM_THE_THEME == set()
 
 
