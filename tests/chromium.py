@@ -57,12 +57,11 @@ Opener = Callable[..., Visit]
 @contextmanager
 def visiting(browser: Browser, url: str, **options: object) -> Iterator[Visit]:
     """Open an address in a context of its own, without network, and close it in the end."""
-    context = browser.new_context(**options)
-    visit = Visit(context.new_page())
-    watch(visit)
-    visit.page.goto(url)
-    yield visit
-    context.close()
+    with browser.new_context(**options) as context:
+        visit = Visit(context.new_page())
+        watch(visit)
+        visit.page.goto(url)
+        yield visit
 
 
 @pytest.fixture
