@@ -5,12 +5,13 @@ SHELL := /bin/bash
 .SHELLFLAGS := -o pipefail -ec
 MAKEFLAGS += --no-print-directory
 .DEFAULT_GOAL := help
-.PHONY: help test setup lab book data bench format check lock clean
+.PHONY: help test setup lab book data bench sweep format check lock clean
 
 PYTHON ?= python3
 VENV := .venv
 BIN := $(CURDIR)/$(VENV)/bin
 STRICT ?=
+JOBS ?= 1
 
 # The environment's scripts come first: nbgrader calls some of its own by name.
 export PATH := $(BIN):$(PATH)
@@ -56,6 +57,9 @@ data: setup ## download the public pose graphs; nothing else ever downloads them
 
 bench: setup ## both sides in one run: our estimators and GTSAM's, and the like
 	@for name in $(BENCHES); do $(BIN)/python -m benchmarks.$$name; done
+
+sweep: setup ## every method, kind of lies and rate, on many graphs; goes on where it stopped
+	$(BIN)/python -m benchmarks.sweep --jobs $(JOBS)
 
 test: setup ## set up and pass all tests; STRICT=1 fails where one would be left out
 	@sh tests/system-packages.sh

@@ -1,10 +1,8 @@
 """Which estimator sees through wrong closures? One public graph, many seeds, one table.
 
 Each seed adds random wrong closures to the graph until they are the asked share of all
-closures. The reference is the optimum without them. Every method starts from the same
-poses, dead reckoning, trusts the odometry, and takes at most ``steps`` Gauss–Newton steps
-for each set of weights. Closures count as kept when their whitened residual at its answer is
-within the 99 % threshold: the same question to all.
+closures. The reference is the optimum without them. ``methods`` says how each method runs and
+how it is scored.
 
     python -m benchmarks.wrong_closures --graph intel --share 0.3 --seeds 10
 """
@@ -12,133 +10,15 @@ within the 99 % threshold: the same question to all.
 from __future__ import annotations
 
 import argparse
-import time
-from collections.abc import Callable
-from dataclasses import dataclass
 
-import gtsam
 import numpy as np
-from robust_slam import gtsam_graph, pose_graph, start
-from robust_slam._arrays import Array, Mask
+from robust_slam import start
 from robust_slam.datasets import load
-from robust_slam.gauss_newton import PoseGraphProblem, gauss_newton
-from robust_slam.gnc import gnc
-from robust_slam.irls import irls
-from robust_slam.kernels import cauchy, dcs
-from robust_slam.max_mixture import max_mixture
-from robust_slam.metrics import ate, precision_recall
+from robust_slam.gauss_newton import gauss_newton
 from robust_slam.outliers import add_random_closures
-from robust_slam.pipeline import solve
-from robust_slam.pose_graph import PoseGraph
-from robust_slam.switchable import joint_switchable, switchable
-from robust_slam.thresholds import chi_square_threshold
 from tqdm import tqdm
 
-TOL, LIMIT = 1e-6, 500
-
-Method = Callable[[PoseGraphProblem, float], Array]
-METHODS: dict[str, Method] = {}
-
-
-@dataclass(frozen=True)
-class Score:
-    """What one run of one method was worth; ``seconds`` are of CPU time."""
-
-    precision: float
-    recall: float
-    ate: float
-    seconds: float
-
-
-def method(name: str) -> Callable[[Method], Method]:
-    """Enter a function (problem, threshold) -> poses into the table."""
-
-    def enter(function: Method) -> Method:
-        METHODS[name] = function
-        return function
-
-    return enter
-
-
-@method("least squares")
-def least_squares(problem: PoseGraphProblem, c: float) -> Array:
-    """Trust everything."""
-    return problem.initial()
-
-
-@method("IRLS, Cauchy")
-def irls_cauchy(problem: PoseGraphProblem, c: float) -> Array:
-    """Start at the guess, as every method does that is a descent."""
-    return irls(problem, cauchy(1.0), problem.guess, tol=TOL, max_iterations=LIMIT).x
-
-
-@method("GNC-TLS")
-def gnc_tls(problem: PoseGraphProblem, c: float) -> Array:
-    """Start at least squares, as graduation does."""
-    return gnc(problem, c).x
-
-
-@method("GNC-GM")
-def gnc_gm(problem: PoseGraphProblem, c: float) -> Array:
-    """Start at least squares, as graduation does."""
-    return gnc(problem, c, "gm").x
-
-
-@method("SC, closed form")
-def sc(problem: PoseGraphProblem, c: float) -> Array:
-    """Set the switches, solve, set the switches."""
-    return switchable(problem, c**2, problem.guess, tol=TOL, max_iterations=LIMIT).x
-
-
-@method("SC, jointly")
-def sc_jointly(problem: PoseGraphProblem, c: float) -> Array:
-    """Move poses and switches together, as the paper does."""
-    return joint_switchable(problem, c**2, problem.guess, tol=TOL).x
-
-
-@method("DCS")
-def dcs_weights(problem: PoseGraphProblem, c: float) -> Array:
-    """Reweight with the squared scaling, Φ = c²."""
-    return irls(problem, dcs(c), problem.guess, tol=TOL, max_iterations=LIMIT).x
-
-
-@method("max-mixture")
-def mixture(problem: PoseGraphProblem, c: float) -> Array:
-    """Let a null hypothesis, wide enough for any lie on the map, stand beside each closure."""
-    dof = problem.graph.group.DOF
-    return max_mixture(problem, 0.7, 1e4, dof, problem.guess, tol=TOL, max_iterations=LIMIT).x
-
-
-@method("PCM + GNC-TLS")
-def pcm_gnc(problem: PoseGraphProblem, c: float) -> Array:
-    """Run the pipeline, certificate included."""
-    return solve(problem.graph).poses
-
-
-@method("GTSAM's GNC-TLS")
-def gtsam_gnc(problem: PoseGraphProblem, c: float) -> Array:
-    """Run GTSAM's optimiser with its defaults, the odometry and the prior known inliers."""
-    factors, values = gtsam_graph.to_gtsam(problem.graph, problem.guess)
-    prior = len(problem.graph.edges)
-    known = [*np.flatnonzero(problem.trusted).tolist(), prior]
-    parameters = gtsam.GncGaussNewtonParams(gtsam.GaussNewtonParams())
-    parameters.setLossType(gtsam.GncLossType.TLS)
-    parameters.setKnownInliers(known)
-    optimiser = gtsam.GncGaussNewtonOptimizer(factors, values, parameters)
-    return gtsam_graph.poses_from_gtsam(optimiser.optimize(), problem.graph)
-
-
-def run(name: str, spoiled: PoseGraph, is_lie: Mask, reference: Array, steps: int) -> Score:
-    """Return the score of one method on one spoiled graph."""
-    c = chi_square_threshold(0.99, spoiled.group.DOF)
-    problem = PoseGraphProblem(spoiled, steps=steps)
-    began = time.process_time()
-    poses = METHODS[name](problem, c)
-    seconds = time.process_time() - began
-    kept = pose_graph.residual_norms(poses, spoiled) <= c
-    closures = ~spoiled.is_odometry
-    precision, recall = precision_recall(kept[closures], ~is_lie[closures])
-    return Score(precision, recall, ate(poses, reference), seconds)
+from benchmarks.methods import STEPS, Score, available, run
 
 
 def main() -> None:
@@ -149,7 +29,7 @@ def main() -> None:
     parser.add_argument("--graph", default="intel")
     parser.add_argument("--share", type=float, default=0.3)
     parser.add_argument("--seeds", type=int, default=10)
-    parser.add_argument("--steps", type=int, default=5)
+    parser.add_argument("--steps", type=int, default=STEPS)
     wanted = parser.parse_args()
     graph = load(wanted.graph)
     reference = gauss_newton(graph, start.chordal(graph))
@@ -159,8 +39,8 @@ def main() -> None:
         add_random_closures(graph, count, np.random.default_rng(seed), poses=reference)
         for seed in range(wanted.seeds)
     ]
-    scores: dict[str, list[Score]] = {name: [] for name in METHODS}
-    jobs = [(name, *world) for world in worlds for name in METHODS]
+    scores: dict[str, list[Score]] = {name: [] for name in available()}
+    jobs = [(name, *world) for world in worlds for name in scores]
     for name, spoiled, is_lie in tqdm(jobs, unit="solve"):
         scores[name].append(run(name, spoiled, is_lie, reference, wanted.steps))
     print(f"{wanted.graph}: {honest} honest and {count} wrong closures, {wanted.seeds} seeds")

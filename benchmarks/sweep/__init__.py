@@ -1,0 +1,5 @@
+"""Many graphs, kinds of lies, rates, seeds and methods: `make sweep`.
+
+``definition`` lists the runs, ``run`` does those of one world, ``execute`` says who does them,
+``journal`` remembers them, and ``summary`` writes the table.
+"""

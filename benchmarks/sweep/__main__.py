@@ -1,0 +1,79 @@
+"""Which methods hold, on which graphs, under which lies, up to which rate?
+
+Runs that are in the journal are not done again: kill it at any time, and start it again.
+Afterwards, or with --write at any time, the table of what there is goes to --table.
+
+    python -m benchmarks.sweep --jobs 2
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+from robust_slam.datasets import DatasetMissing, find
+from tqdm import tqdm
+
+from benchmarks import methods
+from benchmarks.sweep import journal, summary
+from benchmarks.sweep.definition import PLANS, worlds
+from benchmarks.sweep.execute import Executor, Task, processes
+
+ROOT = Path(__file__).parents[2]
+JOURNAL = ROOT / "build" / "sweep" / "journal.jsonl"
+TABLE = ROOT / "chapters" / "data" / "robustness.csv"
+
+
+def missing(done: dict[journal.Key, journal.Run], graphs: Sequence[str]) -> list[Task]:
+    """Return what is left to do on these graphs, a task for each world."""
+    names = methods.available()
+    tasks = [
+        (world, tuple(name for name in names if (world, name) not in done))
+        for world in worlds()
+        if world.graph in graphs
+    ]
+    return [task for task in tasks if task[1]]
+
+
+def sweep(path: Path, tasks: list[Task], execute: Executor) -> None:
+    """Do the tasks, and note each run as it ends."""
+    tqdm.monitor_interval = 0  # no thread of its own: runs are forked from here
+    with tqdm(total=sum(len(names) for _, names in tasks), unit="run") as bar:
+        for run in execute(tasks):
+            journal.append(path, run)
+            bar.update()
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Do what is left, and write the table."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--jobs", type=int, default=1, help="processes (default 1)")
+    parser.add_argument("--journal", type=Path, default=JOURNAL)
+    parser.add_argument("--table", type=Path, default=TABLE)
+    parser.add_argument("--graphs", nargs="+", choices=PLANS, default=list(PLANS))
+    parser.add_argument("--write", action="store_true", help="run nothing, write the table")
+    wanted = parser.parse_args(arguments)
+    if not wanted.write:
+        tasks = missing(journal.read(wanted.journal), [g for g in wanted.graphs if _is_here(g)])
+        sweep(wanted.journal, tasks, processes(wanted.jobs))
+    wanted.table.parent.mkdir(parents=True, exist_ok=True)
+    wanted.table.write_text(summary.text(journal.read(wanted.journal).values()), encoding="utf-8")
+    print(f"the table is in {wanted.table}")
+
+
+def _is_here(graph: str) -> bool:
+    if PLANS[graph].poses is not None:
+        return True
+    try:
+        find(graph)
+    except DatasetMissing as error:
+        print(f"left out: {error}")
+        return False
+    return True
+
+
+if __name__ == "__main__":
+    main()

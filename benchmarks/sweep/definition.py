@@ -1,0 +1,122 @@
+"""The list of runs: which graphs, which lies, how many, how often.
+
+A world is a graph with lies; all methods answer for the same worlds. A generated graph is
+drawn anew for each seed, and its truth is known. Of a public one a part of the closures is
+drawn where all would be too many, and the optimum without lies stands for the truth. The
+rate counts lies among all closures: 90 % are nine lies for each honest closure.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from robust_slam import datasets, start
+from robust_slam._arrays import Array, Mask
+from robust_slam.gauss_newton import gauss_newton
+from robust_slam.generate import manhattan, sphere
+from robust_slam.outliers import (
+    add_aliased_closures,
+    add_grouped_closures,
+    add_local_closures,
+    add_random_closures,
+)
+from robust_slam.pose_graph import PoseGraph, select
+
+from benchmarks import methods
+
+VERSION = 1
+"""Raise it when other code in this file gives the same world other measurements."""
+CPU_LIMIT = 120
+"""Seconds of CPU time after which a run is given up."""
+GROUP = 5
+"""Lies of a group, and of a consistent group."""
+LOST = 0.4
+"""ATE (m) above which a map counts as lost."""
+KINDS = ("random", "local", "group", "consistent")
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A graph of the sweep: its honest closures, its rates (%), and how many seeds.
+
+    ``poses`` is None for a public graph, which has the poses that it has.
+    """
+
+    closures: int
+    percents: tuple[int, ...]
+    seeds: int
+    poses: int | None = None
+
+
+PLANS = {
+    "manhattan": Plan(45, (10, 30, 50, 70, 90), 10, poses=200),
+    "sphere": Plan(45, (10, 30, 50, 70, 90), 10, poses=150),
+    "intel": Plan(90, (10, 50, 90), 3),
+    "CSAIL": Plan(128, (10, 50, 90), 3),
+}
+GENERATORS = {"manhattan": manhattan, "sphere": sphere}
+
+
+class World(NamedTuple):
+    """What names a world: all that is drawn in it follows from these four."""
+
+    graph: str
+    kind: str
+    percent: int
+    seed: int
+
+
+def digest() -> str:
+    """Return a name for what all runs have in common: those of another name do not compare."""
+    graphs = {name: (plan.poses, plan.closures) for name, plan in PLANS.items()}
+    shared = (graphs, CPU_LIMIT, GROUP, methods.STEPS, methods.TOL, methods.LIMIT)
+    return f"{VERSION}-{hashlib.sha256(repr(shared).encode()).hexdigest()[:8]}"
+
+
+def worlds() -> Iterator[World]:
+    """List all worlds, seed after seed: a sweep that is cut short has some of everything."""
+    for seed in range(max(plan.seeds for plan in PLANS.values())):
+        for name, plan in PLANS.items():
+            if seed < plan.seeds:
+                for kind in KINDS:
+                    yield from (World(name, kind, percent, seed) for percent in plan.percents)
+
+
+def make(world: World) -> tuple[PoseGraph, Mask, Array]:
+    """Return the spoiled graph, the mask ``(m,)`` of its lies, and the poses to come to.
+
+    Raises:
+        DatasetMissing: a public graph is not on this machine.
+    """
+    # The graph of a seed is the same for all kinds and rates.
+    of_graph, of_lies = np.random.default_rng(world.seed).spawn(2)
+    honest, reference = _honest(world.graph, of_graph)
+    lies = round(PLANS[world.graph].closures * world.percent / (100 - world.percent))
+    return *_spoiled(honest, world.kind, lies, reference, of_lies), reference
+
+
+def _honest(name: str, rng: np.random.Generator) -> tuple[PoseGraph, Array]:
+    plan = PLANS[name]
+    if plan.poses is not None:
+        return GENERATORS[name](plan.poses, rng, closures=plan.closures)
+    graph = datasets.load(name)
+    closures = np.flatnonzero(~graph.is_odometry)
+    chosen = rng.choice(closures, size=plan.closures, replace=False)
+    part = select(graph, graph.is_odometry | np.isin(np.arange(len(graph.edges)), chosen))
+    return part, gauss_newton(part, start.chordal(part))
+
+
+def _spoiled(
+    graph: PoseGraph, kind: str, lies: int, reference: Array, rng: np.random.Generator
+) -> tuple[PoseGraph, Mask]:
+    if kind == "random":
+        return add_random_closures(graph, lies, rng, poses=reference)
+    if kind == "local":
+        return add_local_closures(graph, lies, rng, poses=reference)
+    add = add_grouped_closures if kind == "group" else add_aliased_closures
+    groups = max(1, round(lies / GROUP))
+    return add(graph, groups, rng, size=GROUP, poses=reference)

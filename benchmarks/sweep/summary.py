@@ -1,0 +1,70 @@
+"""The table of a sweep: a row for each graph, kind of lies, rate and method.
+
+Precision, recall and ATE are over the runs that ended with a map; ``failed`` counts the others,
+and they are never among the ``good``. The median of CPU seconds is over all runs.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable, Iterator
+from statistics import fmean, median
+
+from benchmarks.methods import METHODS
+from benchmarks.sweep.definition import CPU_LIMIT, KINDS, LOST, PLANS, digest
+from benchmarks.sweep.journal import Run
+
+COMMAND = "make sweep"
+COLUMNS = (
+    *("graph", "kind", "percent", "method", "runs", "failed", "good"),
+    *("precision", "recall", "ate_median", "ate_worst", "cpu_median"),
+)
+
+
+def text(runs: Iterable[Run]) -> str:
+    """Return the table as CSV; lines that begin with # say how it was made."""
+    groups: dict[tuple[str, ...], list[Run]] = {}
+    for run in runs:
+        groups.setdefault(_place(run), []).append(run)
+    out = io.StringIO()
+    out.writelines(f"# {line}\n" for line in _header())
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    writer.writerows([*place, *_values(groups[place])] for place in sorted(groups, key=_order))
+    return out.getvalue()
+
+
+def _place(run: Run) -> tuple[str, ...]:
+    return run.world.graph, run.world.kind, str(run.world.percent), run.method
+
+
+def _order(place: tuple[str, ...]) -> tuple[int, ...]:
+    graph, kind, percent, method = place
+    ranks = (list(PLANS).index(graph), KINDS.index(kind), int(percent))
+    return *ranks, list(METHODS).index(method)
+
+
+def _header() -> Iterator[str]:
+    yield f"{COMMAND}; definition {digest()}"
+    seeds = (f"{name} 0 to {plan.seeds - 1}" for name, plan in PLANS.items())
+    yield f"seeds: {', '.join(seeds)}"
+    yield "precision, recall and ate (m) of the runs that did not fail; good: ate at most " + (
+        f"{LOST} m; failed: no map, or none within {CPU_LIMIT} s of CPU time"
+    )
+
+
+def _values(runs: list[Run]) -> list[object]:
+    scores = [run.score for run in runs if run.score is not None]
+    counts = [len(runs), len(runs) - len(scores), sum(one.ate <= LOST for one in scores)]
+    seconds = f"{median(run.seconds for run in runs):.2f}"
+    if not scores:
+        return [*counts, "", "", "", "", seconds]
+    errors = [one.ate for one in scores]
+    return [
+        *counts,
+        f"{fmean(one.precision for one in scores):.3f}",
+        f"{fmean(one.recall for one in scores):.3f}",
+        *(f"{value:.3f}" for value in (median(errors), max(errors))),
+        seconds,
+    ]
