@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, finite
 from robust_slam.errors import NotConverged, Underdetermined
-from robust_slam.pose_graph import PoseGraph, unreached
+from robust_slam.pose_graph import PoseGraph, residuals, squares, unreached
 
 ROUNDING = 1e-12
 """A relative rise of the cost that is taken for rounding."""
@@ -17,6 +17,21 @@ NOTHING = 1e-18
 """A cost that no measurement can tell from 0."""
 STEP_LIMIT = 500
 """Gross errors make Gauss–Newton slow: in trials with wrong closures up to 203 steps."""
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """Poses with their residuals ``(m, D)`` and the weighted cost, each found once."""
+
+    poses: Array
+    residuals: Array
+    cost: float
+
+    @classmethod
+    def at(cls, graph: PoseGraph, poses: Array, weights: Array) -> Place:
+        """Return the place of ``poses``, each edge of ``graph`` with its weight ``(m,)``."""
+        r = residuals(poses, graph)
+        return cls(poses, r, 0.5 * float(np.sum(weights * squares(r, graph))))
 
 
 @dataclass(frozen=True, eq=False)

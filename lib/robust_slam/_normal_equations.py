@@ -1,18 +1,17 @@
-"""The sparse normal equations of a pose graph: (Σ w Jᵀ Ω J) δ = −Σ w Jᵀ Ω r.
-
-Everything that could be made faster is behind ``NormalEquations.solve``.
-"""
+"""The sparse normal equations of a pose graph: (Σ w Jᵀ Ω J) δ = −Σ w Jᵀ Ω r."""
 
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import csc_array, diags_array
 
 from robust_slam import pose_graph
-from robust_slam._arrays import Array
-from robust_slam._block_pattern import factorise, find_pattern
+from robust_slam._arrays import Array, Mask
 from robust_slam.errors import Underdetermined
 from robust_slam.pose_graph import PoseGraph
+from robust_slam.sparse.pattern import find_pattern
+
+_SPARE = 0.9
+"""With a smaller share of the edges in use, a pattern of these alone pays for itself."""
 
 
 class NormalEquations:
@@ -21,67 +20,87 @@ class NormalEquations:
     def __init__(self, graph: PoseGraph) -> None:
         self.graph = graph
         self.pattern = find_pattern(graph.n, graph.edges, graph.group.DOF)
+        self._kept: tuple[Mask, NormalEquations] | None = None
 
-    def step(self, poses: Array, weights: Array, damping: float = 0.0) -> Array:
+    def without_idle_edges(self, weights: Array) -> tuple[NormalEquations, Array]:
+        """Return equations over fewer edges, and their weights.
+
+        An edge of weight 0 adds nothing, but its blocks fill in. Where there are many, the
+        rest of ``weights`` ``(m,)`` gets equations of its own. They are kept for the next
+        call: from one set of weights to the next little changes.
+        """
+        used = weights > 0.0
+        if used.sum() > _SPARE * used.size:
+            return self, weights
+        mask, smaller = self._kept or (np.zeros_like(used), self)
+        if np.any(used & ~mask) or used.sum() <= _SPARE * mask.sum():
+            mask, smaller = used, NormalEquations(pose_graph.part(self.graph, used))
+            self._kept = mask, smaller
+        return smaller, weights[mask]
+
+    def step(self, poses: Array, r: Array, weights: Array) -> Array:
         """Return the Gauss–Newton step δ ``(n, D)`` from ``poses``; row 0 is 0.
 
-        ``weights`` ``(m,)`` multiply the information of the edges. ``damping`` is that of
-        ``solve``.
+        ``r`` ``(m, D)`` are the residuals there, ``weights`` ``(m,)`` multiply the
+        information of the edges.
 
         Raises:
             Underdetermined: the matrix is singular to working precision.
         """
-        return self.solve(*weighted_edges(self.graph, poses, weights), damping)
+        return self.solve(*weighted_edges(self.graph, poses, r, weights))
 
     def solve(
         self, jacobian: Array, information: Array, pull: Array, damping: float = 0.0
     ) -> Array:
         """Return the δ ``(n, D)`` with (H + damping·diag H) δ = −Σ Jᵀ p; row 0 is 0.
 
-        H is Σ Jᵀ A J over the edges, with J ``(m, 2, D, D)`` the derivatives by both ends,
+        H is Σ Jᵀ A J over the edges, with J ``(m, D, 2 D)`` the derivatives by both ends,
         A ``(m, D, D)`` the ``information`` and p ``(m, D)`` the ``pull``.
 
         Raises:
             Underdetermined: the matrix is singular to working precision.
         """
         hessian, gradient = self.assemble(jacobian, information, pull)
-        if damping:
-            hessian = csc_array(hessian + diags_array(damping * hessian.diagonal()))
-        step = np.zeros((self.graph.n, self.pattern.block))
-        step[self.pattern.order] = -_solve(hessian, gradient).reshape(-1, self.pattern.block)
+        shift = damping * self.pattern.diagonal(hessian) if damping else None
+        factors = self.pattern.factorise(hessian, shift)
+        step = None if factors is None else -factors.solve(gradient)
+        if step is None or not np.all(np.isfinite(step)):
+            raise Underdetermined(
+                "the normal equations are singular to working precision: some edges weigh "
+                "almost nothing beside the others; give such edges weight 0 or trust more edges"
+            )
         return step
 
-    def assemble(
-        self, jacobian: Array, information: Array, pull: Array
-    ) -> tuple[csc_array, Array]:
-        """Return Σ Jᵀ A J and Σ Jᵀ p over the free poses, in elimination order."""
-        left = np.swapaxes(jacobian, -1, -2)
-        hessian = self.pattern.matrix(
-            (left @ information[:, None])[:, :, None] @ jacobian[:, None]
-        )
-        gradient = np.zeros((self.graph.n, self.pattern.block))
-        np.add.at(gradient, self.graph.edges, (left @ pull[:, None, :, None])[..., 0])
-        return hessian, gradient[self.pattern.order].ravel()
+    def assemble(self, jacobian: Array, information: Array, pull: Array) -> tuple[Array, Array]:
+        """Return Σ Jᵀ A J as the filled blocks of the pattern, and Σ Jᵀ p ``(n, D)``."""
+        d = self.pattern.block
+        both = np.swapaxes(jacobian, 1, 2)
+        products = both @ (information @ jacobian)
+        ends = np.stack([products[:, :d, :d], products[:, d:, d:]], axis=1)
+        gradient = np.zeros((self.graph.n, d))
+        np.add.at(gradient, self.graph.edges, (both @ pull[..., None]).reshape(-1, 2, d))
+        return self.pattern.sum(ends, products[:, :d, d:]), gradient
 
 
-def weighted_edges(graph: PoseGraph, poses: Array, weights: Array) -> tuple[Array, Array, Array]:
+def weighted_edges(
+    graph: PoseGraph, poses: Array, r: Array, weights: Array
+) -> tuple[Array, Array, Array]:
     """Return what each edge brings to the normal equations of least squares.
 
-    These are J ``(m, 2, D, D)``, A = w Ω ``(m, D, D)`` and p = w Ω r ``(m, D)``.
+    These are J ``(m, D, 2 D)``, A = w Ω ``(m, D, D)`` and p = w Ω r ``(m, D)`` for the
+    residuals ``r`` ``(m, D)`` at ``poses``.
     """
-    r, jacobian = pose_graph.linearise(poses, graph)
     information = weights[:, None, None] * graph.information
-    return jacobian, information, (information @ r[..., None])[..., 0]
+    pull = (information @ r[..., None])[..., 0]
+    return pose_graph.linearise(poses, r, graph), information, pull
 
 
-def _solve(hessian: csc_array, gradient: Array) -> Array:
-    try:
-        solution = factorise(hessian).solve(gradient)
-    except RuntimeError:
-        solution = np.full_like(gradient, np.nan)
-    if not np.all(np.isfinite(solution)):
-        raise Underdetermined(
-            "the normal equations are singular to working precision: some edges weigh "
-            "almost nothing beside the others; give such edges weight 0 or trust more edges"
-        )
-    return solution
+def linear_rise(jacobian: Array, information: Array, pull: Array, ends: Array) -> float:
+    """Return by how much the cost of the linearised residuals rises.
+
+    It is Σ pᵀ e + ½ eᵀ A e with e = J δ; ``ends`` ``(m, 2, D)`` are the δ of both poses, and
+    the other arguments those of ``NormalEquations.solve``.
+    """
+    change = jacobian @ ends.reshape(len(ends), -1, 1)
+    curved = 0.5 * information @ change + pull[..., None]
+    return float(np.sum(change * curved))

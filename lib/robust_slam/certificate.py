@@ -25,11 +25,9 @@ from enum import Enum
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import csc_array, diags_array
-from scipy.sparse.linalg import LinearOperator, SuperLU, eigsh
+from scipy.sparse.linalg import LinearOperator, eigsh
 
-from robust_slam._arrays import Array, Indices, positive
-from robust_slam._block_pattern import find_pattern
+from robust_slam._arrays import Array, positive
 from robust_slam.chordal import (
     ChordalProblem,
     certificate_blocks,
@@ -39,7 +37,8 @@ from robust_slam.chordal import (
 )
 from robust_slam.errors import Underdetermined
 from robust_slam.pose_graph import PoseGraph, check_poses
-from robust_slam.riemannian_newton import polish, positive_factors, stationarity
+from robust_slam.riemannian_newton import polish, stationarity
+from robust_slam.sparse.pattern import BlockPattern, PoseFactors, find_pattern
 
 STATIONARY = 1e-9
 """The largest stationarity of a map that counts as stationary; a polished one has 1e-13."""
@@ -198,54 +197,48 @@ def _multiplier_trace(problem: ChordalProblem, blocks: Array, cost: float) -> fl
 
 @dataclass(frozen=True, eq=False)
 class _CertificateMatrix:
-    """S with one position pinned, its unknowns in elimination order.
+    """S with one position pinned: its filled ``blocks`` and their ``pattern``.
 
-    The pin is a spring from the position of pose 0 to a fixed point. Moving all positions
-    together costs nothing in S, so the spring changes neither definiteness nor S_R.
-    ``poses`` is the order of elimination, ``turns`` the unknowns that are rotations.
+    The pin is a spring from the position of pose 0 to a fixed point, which the pattern
+    knows as a pose before all others. Moving all positions together costs nothing in S, so
+    the spring changes neither definiteness nor S_R. ``ceiling`` is a shift that must pass.
     """
 
-    matrix: csc_array
-    poses: Indices
-    turns: Indices
+    pattern: BlockPattern
+    blocks: Array
     ceiling: float
 
     @classmethod
     def at(cls, problem: ChordalProblem, blocks: Array) -> _CertificateMatrix:
-        """Return S at ``blocks``; ``ceiling`` is a shift that must pass."""
+        """Return S at ``blocks``."""
         d, width = problem.d, problem.d + 1
         spring = np.zeros((1, 2, 2, width, width))
         spring[0, 1, 1, d, d] = problem.pose_blocks[0, d, d]
         s = np.concatenate([spring, certificate_blocks(problem, blocks)])
         pattern = find_pattern(problem.n + 1, np.concatenate([[[0, 1]], problem.edges + 1]), width)
-        turns = np.flatnonzero(np.arange(width * problem.n) % width < d)
         multipliers = problem.edge_blocks - s[1:]
-        ceiling = 2.0 * float(np.abs(multipliers).sum())
-        return cls(pattern.matrix(s), pattern.order - 1, turns, ceiling)
+        total = pattern.sum(s[:, (0, 1), (0, 1)], s[:, 0, 1])
+        return cls(pattern, total, 2.0 * float(np.abs(multipliers).sum()))
 
-    def factorise(self, eta: float) -> SuperLU | None:
+    def factorise(self, eta: float) -> PoseFactors | None:
         """Return the factors of S + η·diag(I, 0), or None if it is not positive definite."""
-        shift = np.zeros(self.matrix.shape[0])
-        shift[self.turns] = eta
-        return positive_factors(csc_array(self.matrix + diags_array(shift)))
-
-    def solve(self, factors: SuperLU, right: Array) -> Array:
-        """Return the unknowns for a right-hand side over the rotations alone.
-
-        Its rotations are (S_R + ηI)⁻¹ ``right``: factors of all unknowns do the work of a
-        Schur complement.
-        """
-        full = np.zeros((self.matrix.shape[0], *right.shape[1:]))
-        full[self.turns] = right
-        return np.asarray(factors.solve(full))
-
-    def by_pose(self, unknowns: Array) -> Array:
-        """Return a vector of unknowns as ``(n, d + 1)``, in the order of the poses."""
-        rows = unknowns.reshape(len(self.poses), -1)
-        return np.asarray(rows[np.argsort(self.poses)])
+        shift = np.full((self.pattern.n, self.pattern.block), eta)
+        shift[:, -1] = 0.0
+        return self.pattern.factorise(self.blocks, shift)
 
 
-def _lowest(s: _CertificateMatrix, eta: float, passed: SuperLU | None) -> tuple[float, Array]:
+def _solved(factors: PoseFactors, turns: Array) -> Array:
+    """Return the unknowns ``(n, d + 1, …)`` for a right-hand side over the rotations alone.
+
+    Their rotations are (S_R + ηI)⁻¹ ``turns``, which is ``(n, d, …)``: factors of all
+    unknowns do the work of a Schur complement.
+    """
+    right = np.zeros((turns.shape[0] + 1, turns.shape[1] + 1, *turns.shape[2:]))
+    right[1:, :-1] = turns
+    return np.asarray(factors.solve(right)[1:])
+
+
+def _lowest(s: _CertificateMatrix, eta: float, passed: PoseFactors | None) -> tuple[float, Array]:
     """Return λ_min of S_R and its eigenvector ``(n, d + 1)`` with the best positions."""
     shift, factors = eta, passed
     while factors is None:
@@ -256,17 +249,18 @@ def _lowest(s: _CertificateMatrix, eta: float, passed: SuperLU | None) -> tuple[
             )
         shift *= 100.0
         factors = s.factorise(shift)
-    inverse, vector = _largest(s, factors)
-    full = s.by_pose(s.solve(factors, vector))
+    inverse, turns = _largest(s.pattern.n - 1, s.pattern.block - 1, factors)
+    full = _solved(factors, turns)
     return 1.0 / inverse - shift, full / np.linalg.norm(full[:, :-1])
 
 
-def _largest(s: _CertificateMatrix, factors: SuperLU) -> tuple[float, Array]:
-    """Return the largest eigenvalue of (S_R + ηI)⁻¹ and its eigenvector."""
-    size = s.turns.size
+def _largest(n: int, d: int, factors: PoseFactors) -> tuple[float, Array]:
+    """Return the largest eigenvalue of (S_R + ηI)⁻¹ and its eigenvector ``(n, d)``."""
+    size = n * d
 
     def apply(x: Array) -> Array:
-        return s.solve(factors, x)[s.turns]
+        turns = x.reshape(n, d, *x.shape[1:])
+        return _solved(factors, turns)[:, :-1].reshape(x.shape)
 
     if size <= _DENSE:
         full = apply(np.eye(size))
@@ -275,7 +269,7 @@ def _largest(s: _CertificateMatrix, factors: SuperLU) -> tuple[float, Array]:
         operator = LinearOperator((size, size), matvec=apply, dtype=np.float64)
         start = np.random.default_rng(0).normal(size=size)
         values, vectors = eigsh(operator, k=1, which="LM", v0=start)
-    return float(values[-1]), vectors[:, -1]
+    return float(values[-1]), vectors[:, -1].reshape(n, d)
 
 
 def _least_shift(s: _CertificateMatrix, above: float) -> float:

@@ -16,6 +16,7 @@ from robust_slam._arrays import Array, mask
 from robust_slam._descent import (
     STEP_LIMIT,
     Descent,
+    Place,
     check_limits,
     check_weights,
     is_small,
@@ -139,26 +140,23 @@ def descend(
     Raises:
         Underdetermined: the normal equations are singular.
     """
+    equations, weights = equations.without_idle_edges(weights)
     graph = equations.graph
-    cost = pose_graph.cost(poses, graph, weights)
-    size = np.inf
+    here, size = Place.at(graph, poses, weights), np.inf
     for _ in range(max_iterations):
-        step = equations.step(poses, weights)
+        step = equations.step(here.poses, here.residuals, weights)
         size = float(np.abs(step).max())
-        if is_small(step, poses, tol):
-            last = moved(graph, poses, step)
-            return Descent(last, pose_graph.cost(last, graph, weights), size, at_rest=True)
-        poses, cost = _shortened(graph, poses, weights, step, cost)
-    return Descent(poses, cost, size, at_rest=False)
+        if is_small(step, here.poses, tol):
+            last = Place.at(graph, moved(graph, here.poses, step), weights)
+            return Descent(last.poses, last.cost, size, at_rest=True)
+        here = _shortened(graph, here, weights, step)
+    return Descent(here.poses, here.cost, size, at_rest=False)
 
 
-def _shortened(
-    graph: PoseGraph, poses: Array, weights: Array, step: Array, cost: float
-) -> tuple[Array, float]:
-    """Return poses and cost after the longest of step, step/2, step/4, … that is no rise."""
+def _shortened(graph: PoseGraph, here: Place, weights: Array, step: Array) -> Place:
+    """Return the place after the longest of step, step/2, step/4, … that is no rise."""
     for halvings in range(_HALVINGS):
-        trial = moved(graph, poses, step * 0.5**halvings)
-        lower = pose_graph.cost(trial, graph, weights)
-        if not rises(lower, cost):
-            return trial, lower
-    return poses, cost
+        trial = Place.at(graph, moved(graph, here.poses, step * 0.5**halvings), weights)
+        if not rises(trial.cost, here.cost):
+            return trial
+    return here

@@ -11,11 +11,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_slam import pose_graph
 from robust_slam._arrays import Array
 from robust_slam._descent import (
     STEP_LIMIT,
     Descent,
+    Place,
     check_limits,
     check_weights,
     is_small,
@@ -23,7 +23,7 @@ from robust_slam._descent import (
     rises,
     shrink,
 )
-from robust_slam._normal_equations import NormalEquations, weighted_edges
+from robust_slam._normal_equations import NormalEquations, linear_rise, weighted_edges
 from robust_slam.pose_graph import PoseGraph, check_poses
 
 _FIRST_DAMPING = 1e-4
@@ -69,32 +69,31 @@ def descend_damped(
     Raises:
         Underdetermined: the normal equations are singular.
     """
+    equations, weights = equations.without_idle_edges(weights)
     graph = equations.graph
-    cost = pose_graph.cost(poses, graph, weights)
+    here = Place.at(graph, poses, weights)
     damping, growth, size = _FIRST_DAMPING, 2.0, np.inf
     for _ in range(max_iterations):
-        step, promised = _damped(equations, poses, weights, damping)
+        step, promised = _damped(equations, here, weights, damping)
         size = float(np.abs(step).max())
-        trial = moved(graph, poses, step)
-        lower = pose_graph.cost(trial, graph, weights)
-        if not rises(lower, cost):
-            at_rest = is_small(step, poses, tol)
-            gain = (cost - lower) / max(promised, np.finfo(float).tiny)
+        trial = Place.at(graph, moved(graph, here.poses, step), weights)
+        if not rises(trial.cost, here.cost):
+            at_rest = is_small(step, here.poses, tol)
+            gain = (here.cost - trial.cost) / max(promised, np.finfo(float).tiny)
             damping, growth = damping * shrink(gain), 2.0
-            poses, cost = trial, lower
+            here = trial
             if at_rest:
-                return Descent(poses, cost, size, at_rest=True)
+                return Descent(here.poses, here.cost, size, at_rest=True)
         else:
             damping, growth = damping * growth, 2.0 * growth
-    return Descent(poses, cost, size, at_rest=False)
+    return Descent(here.poses, here.cost, size, at_rest=False)
 
 
 def _damped(
-    equations: NormalEquations, poses: Array, weights: Array, damping: float
+    equations: NormalEquations, here: Place, weights: Array, damping: float
 ) -> tuple[Array, float]:
     """Return a damped step and how far it lowers the cost of the linearised residuals."""
-    jacobian, information, pull = weighted_edges(equations.graph, poses, weights)
-    step = equations.solve(jacobian, information, pull, damping)
-    change = np.einsum("keab,keb->ka", jacobian, step[equations.graph.edges])
-    rise = np.sum(pull * change) + 0.5 * np.einsum("ka,kab,kb->", change, information, change)
-    return step, -float(rise)
+    graph = equations.graph
+    edges = weighted_edges(graph, here.poses, here.residuals, weights)
+    step = equations.solve(*edges, damping)
+    return step, -linear_rise(*edges, step[graph.edges])

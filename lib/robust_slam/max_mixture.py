@@ -228,7 +228,8 @@ def max_mixture_modes(
     history = [here]
     for _ in range(max_iterations):
         chosen = mixture.chosen(here.modes)
-        step = equations.solve(*weighted_edges(chosen, here.x, np.ones(len(chosen.edges))))
+        r = pose_graph.residuals(here.x, chosen)
+        step = equations.solve(*weighted_edges(chosen, here.x, r, np.ones(len(r))))
         there = _shortened(mixture, here, step)
         history.append(there)
         if is_small(step, here.x, tol) and np.array_equal(there.modes, here.modes):

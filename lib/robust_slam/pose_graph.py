@@ -58,12 +58,7 @@ class PoseGraph:
         }
         for name, value in checked.items():
             object.__setattr__(self, name, value)
-        loose = unreached(self, np.ones(m, dtype=np.bool_))
-        if loose.size:
-            raise ValueError(
-                f"edges: pose {loose[0]} is not joined to pose 0 ({loose.size} poses are not); "
-                "add an edge or drop the poses"
-            )
+        _check_joined(self.n, edges)
 
     @property
     def group(self) -> Group:
@@ -131,13 +126,26 @@ def _information(value: ArrayLike, m: int, dof: int) -> Array:
     return information
 
 
+def _check_joined(n: int, edges: Indices) -> None:
+    loose = _unreached(n, edges)
+    if loose.size:
+        raise ValueError(
+            f"edges: pose {loose[0]} is not joined to pose 0 ({loose.size} poses are not); "
+            "add an edge or drop the poses"
+        )
+
+
 def unreached(graph: PoseGraph, used: Mask) -> Indices:
     """Return the poses, ascending, that the edges of the mask ``used`` ``(m,)`` leave loose.
 
     A pose is loose when no path of used edges joins it to pose 0.
     """
-    i, j = graph.edges[used].T
-    adjacency = coo_array((np.ones(i.size, dtype=np.int8), (i, j)), shape=(graph.n, graph.n))
+    return _unreached(graph.n, graph.edges[used])
+
+
+def _unreached(n: int, edges: Indices) -> Indices:
+    i, j = edges.T
+    adjacency = coo_array((np.ones(i.size, dtype=np.int8), (i, j)), shape=(n, n))
     _, label = connected_components(adjacency, directed=False)
     loose: Indices = np.flatnonzero(label != label[0])
     return loose
@@ -162,9 +170,13 @@ def residuals(poses: Array, graph: PoseGraph) -> Array:
 
 def squared_norms(poses: Array, graph: PoseGraph) -> Array:
     """Return the squared whitened residual rᵀ Ω r of each edge, ``(m,)``, without a unit."""
-    r = residuals(poses, graph)
-    squares: Array = np.einsum("ka,kab,kb->k", r, graph.information, r)
-    return np.maximum(squares, 0.0)
+    return squares(residuals(poses, graph), graph)
+
+
+def squares(r: Array, graph: PoseGraph) -> Array:
+    """Return rᵀ Ω r ``(m,)``, without a unit, for residuals ``r`` ``(m, D)`` in m and rad."""
+    loaded = (graph.information @ r[..., None])[..., 0]
+    return np.asarray(np.maximum(np.sum(r * loaded, axis=1), 0.0))
 
 
 def residual_norms(poses: Array, graph: PoseGraph) -> Array:
@@ -174,24 +186,23 @@ def residual_norms(poses: Array, graph: PoseGraph) -> Array:
 
 def cost(poses: Array, graph: PoseGraph, weights: Array | None = None) -> float:
     """Return ½ Σ w ‖whitened residual‖², every weight 1 if ``weights`` ``(m,)`` is None."""
-    squares = squared_norms(poses, graph)
-    return 0.5 * float(np.sum(squares if weights is None else weights * squares))
+    u2 = squared_norms(poses, graph)
+    return 0.5 * float(np.sum(u2 if weights is None else weights * u2))
 
 
-def linearise(poses: Array, graph: PoseGraph) -> tuple[Array, Array]:
-    """Return the residuals ``(m, D)`` and their derivatives ``(m, 2, D, D)`` by both ends.
+def linearise(poses: Array, r: Array, graph: PoseGraph) -> Array:
+    """Return the derivatives ``(m, D, 2 D)`` of the residuals, by pose i and then by pose j.
 
-    Poses are perturbed on the right, x ∘ Exp(δ): with e = Log(z⁻¹ ∘ x_i⁻¹ ∘ x_j) the
-    derivative by pose j is Jr⁻¹(e), and that by pose i is −Jr⁻¹(e) Ad(x_j⁻¹ ∘ x_i).
+    ``r`` ``(m, D)`` are the residuals at ``poses``. Poses are perturbed on the right,
+    x ∘ Exp(δ): the derivative by pose j is Jr⁻¹(r), that by pose i −Jr⁻¹(r) Ad(x_j⁻¹ ∘ x_i).
 
     Source: Solà et al. 2018, the chain rule over between, compose and Log.
     """
     i, j = graph.edges.T
     group = graph.group
-    error = residuals(poses, graph)
-    by_j = group.inverse_right_jacobian(error)
+    by_j = group.inverse_right_jacobian(r)
     by_i = -by_j @ group.adjoint(group.between(poses[j], poses[i]))
-    return error, np.stack([by_i, by_j], axis=1)
+    return np.concatenate([by_i, by_j], axis=2)
 
 
 def jacobians(poses: Array, graph: PoseGraph) -> tuple[Array, Array]:
@@ -199,8 +210,8 @@ def jacobians(poses: Array, graph: PoseGraph) -> tuple[Array, Array]:
 
     Source: as ``linearise``.
     """
-    _, both = linearise(poses, graph)
-    return both[:, 0], both[:, 1]
+    both = linearise(poses, residuals(poses, graph), graph)
+    return both[..., : graph.group.DOF], both[..., graph.group.DOF :]
 
 
 def select(graph: PoseGraph, used: ArrayLike) -> PoseGraph:
@@ -210,13 +221,22 @@ def select(graph: PoseGraph, used: ArrayLike) -> PoseGraph:
         ValueError: the mask does not fit, or leaves a pose unjoined to pose 0.
     """
     chosen = mask("used", used, len(graph.edges))
-    return PoseGraph(
-        n=graph.n,
-        edges=graph.edges[chosen],
-        measurement=graph.measurement[chosen],
-        information=graph.information[chosen],
-        is_odometry=graph.is_odometry[chosen],
-    )
+    _check_joined(graph.n, graph.edges[chosen])
+    return part(graph, chosen)
+
+
+def part(graph: PoseGraph, used: Mask) -> PoseGraph:
+    """Return ``graph`` with the edges of the mask ``used`` ``(m,)``, poses loose or not.
+
+    What was checked of an edge is not checked again.
+    """
+    smaller = object.__new__(PoseGraph)
+    object.__setattr__(smaller, "n", graph.n)
+    for name in ("edges", "measurement", "information", "is_odometry"):
+        chosen = getattr(graph, name)[used]
+        chosen.flags.writeable = False
+        object.__setattr__(smaller, name, chosen)
+    return smaller
 
 
 def with_closures(

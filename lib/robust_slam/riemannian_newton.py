@@ -19,11 +19,8 @@ from itertools import combinations, product
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import csc_array, diags_array
-from scipy.sparse.linalg import SuperLU
 
 from robust_slam._arrays import Array
-from robust_slam._block_pattern import BlockPattern, factorise, find_pattern
 from robust_slam._descent import ROUNDING, check_limits
 from robust_slam.chordal import (
     ChordalProblem,
@@ -36,6 +33,7 @@ from robust_slam.chordal import (
 from robust_slam.errors import NotConverged
 from robust_slam.group import Group
 from robust_slam.pose_graph import PoseGraph, check_poses
+from robust_slam.sparse.pattern import BlockPattern, find_pattern
 
 STEP_LIMIT = 200
 _FIRST_SHIFT = 1e-7
@@ -202,11 +200,9 @@ def _lower(
     basis = tangent_basis(point.blocks)
     hessian, gradient, scale = equations(problem, pattern, point, basis)
     while shift < _LAST_SHIFT:
-        factors = positive_factors(csc_array(hessian + diags_array(shift * scale)))
+        factors = pattern.factorise(hessian, shift * scale)
         if factors is not None:
-            step = np.zeros((problem.n, pattern.block))
-            step[pattern.order] = -factors.solve(gradient).reshape(-1, pattern.block)
-            trial = _point(problem, retract(point.blocks, basis, step))
+            trial = _point(problem, retract(point.blocks, basis, -factors.solve(gradient)))
             if trial.cost <= point.cost * (1.0 + ROUNDING):
                 return trial, _relaxed(shift)
         shift = max(_FIRST_SHIFT, _GROWTH * shift)
@@ -254,27 +250,20 @@ def retract(blocks: Array, basis: Array, step: Array) -> Array:
 
 def equations(
     problem: ChordalProblem, pattern: BlockPattern, point: Point, basis: Array
-) -> tuple[csc_array, Array, Array]:
-    """Return Hessian, gradient and the diagonal of the Hessian of Λ = 0, pose 0 left out.
+) -> tuple[Array, Array, Array]:
+    """Return Hessian, gradient and the diagonal of the Hessian of Λ = 0.
 
-    ``basis`` ``(n, p, r, d + 1)`` is the tangent basis at the point. Unknowns are those of
-    ``pattern``, in its order of elimination; all three are half the derivatives.
+    ``basis`` ``(n, p, r, d + 1)`` is the tangent basis at the point. The Hessian comes as the
+    filled blocks of ``pattern``, without pose 0, the others as ``(n, p)``; all three are
+    half the derivatives.
     """
     blocks = certificate_blocks(problem, point.blocks)
     _, p, r, width = basis.shape
     ends = basis[problem.edges]
     flat = ends.reshape(-1, 2, 1, p * r, width) @ blocks
     flat = flat.reshape(-1, 2, 2, p, r * width)
-    hessian = pattern.matrix(flat @ np.swapaxes(ends.reshape(-1, 1, 2, p, r * width), -1, -2))
+    pairs = flat @ np.swapaxes(ends.reshape(-1, 1, 2, p, r * width), -1, -2)
+    hessian = pattern.sum(pairs[:, (0, 1), (0, 1)], pairs[:, 0, 1])
     gradient = np.einsum("npcx,ncx->np", basis, _gradient(problem, point.blocks))
     scale = np.einsum("npcx,nxy,npcy->np", basis, problem.pose_blocks, basis)
-    return hessian, gradient[pattern.order].ravel(), scale[pattern.order].ravel()
-
-
-def positive_factors(matrix: csc_array) -> SuperLU | None:
-    """Return the factors of ``matrix``, or None if it is not positive definite."""
-    try:
-        factors = factorise(matrix)
-    except RuntimeError:
-        return None
-    return factors if np.all(factors.U.diagonal() > 0.0) else None
+    return hessian, gradient, scale

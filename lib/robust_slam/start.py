@@ -9,15 +9,15 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import csc_array, csr_array
+from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from robust_slam._arrays import Array, Indices, Mask
-from robust_slam._block_pattern import factorise, find_pattern
 from robust_slam._descent import check_weights
 from robust_slam.chordal import nearest_rotations, precisions
 from robust_slam.errors import Underdetermined
 from robust_slam.pose_graph import PoseGraph
+from robust_slam.sparse.pattern import find_pattern
 
 _LOST = 1e-13
 """The share of a diagonal entry below which its pivot has lost its digits."""
@@ -111,29 +111,17 @@ def _least(n: int, edges: Indices, blocks: Array, pull: Array) -> Array:
     of ``pull`` ``(m, 2, b, c)``.
     """
     pattern = find_pattern(n, edges, blocks.shape[-1])
-    x = np.zeros((n, *pull.shape[2:]))
-    np.add.at(x, edges, pull)
-    right = -x[pattern.order]
-    x[0] = 0.0
-    x[pattern.order] = _solve(pattern.matrix(blocks), right.reshape(-1, right.shape[-1])).reshape(
-        right.shape
-    )
-    return x
-
-
-def _solve(matrix: csc_array, right: Array) -> Array:
-    try:
-        factors = factorise(matrix)
-        # A pivot this small beside its diagonal entry is what rounding left of a 0.
-        sound = bool(np.all(factors.U.diagonal() > _LOST * matrix.diagonal()))
-    except RuntimeError:
-        sound = False
-    if not sound:
+    matrix = pattern.sum(blocks[:, (0, 1), (0, 1)], blocks[:, 0, 1])
+    factors = pattern.factorise(matrix)
+    # A pivot this small beside its diagonal entry is what rounding left of a 0.
+    if factors is None or np.any(factors.pivots[1:] <= _LOST * pattern.diagonal(matrix)[1:]):
         raise Underdetermined(
             "the chordal problem is singular to working precision: some edges weigh almost "
             "nothing beside the others; give such edges weight 0 or trust more edges"
         )
-    return np.asarray(factors.solve(right))
+    right = np.zeros((n, *pull.shape[2:]))
+    np.add.at(right, edges, pull)
+    return factors.solve(-right)
 
 
 def _tree(graph: PoseGraph, used: Mask) -> tuple[Indices, Indices]:

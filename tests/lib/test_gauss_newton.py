@@ -42,7 +42,9 @@ def noisy(seed, n=30, lies=0):
 
 def gradient(graph, poses, weights=None):
     weights = np.ones(len(graph.edges)) if weights is None else weights
-    return NormalEquations(graph).assemble(*weighted_edges(graph, poses, weights))[1]
+    r = pose_graph.residuals(poses, graph)
+    edges = weighted_edges(graph, poses, r, weights)
+    return NormalEquations(graph).assemble(*edges)[1][1:]
 
 
 def test_on_a_line_it_is_the_lesson_with_one_lie():
@@ -84,10 +86,8 @@ def test_at_the_end_the_gradient_is_zero_and_the_numbers_say_minimum(lies):
 def test_the_gradient_is_the_derivative_of_the_cost():
     graph, _, truth = noisy(3)
     weights = np.linspace(0.2, 1.0, len(graph.edges))
-    equations = NormalEquations(graph)
-    _, slopes = equations.assemble(*weighted_edges(graph, truth, weights))
     h = 1e-6
-    for pose, slope in zip(equations.pattern.order, slopes.reshape(-1, 3), strict=True):
+    for pose, slope in enumerate(gradient(graph, truth, weights), 1):
         for axis, e in enumerate(np.eye(3)):
             ahead, behind = truth.copy(), truth.copy()
             ahead[pose] = se2.compose(truth[pose], se2.exp(h * e))
@@ -104,16 +104,18 @@ def test_the_sparse_step_is_the_dense_one(group, seed, damping):
     weights = np.random.default_rng(seed).uniform(0.1, 1.0, len(graph.edges))
     dof = group.DOF
     dense, right = np.zeros((12 * dof, 12 * dof)), np.zeros(12 * dof)
-    r, jacobian = pose_graph.linearise(poses, graph)
+    r = pose_graph.residuals(poses, graph)
+    by_i, by_j = pose_graph.jacobians(poses, graph)
     for k, (i, j) in enumerate(graph.edges):
         row = np.zeros((dof, 12 * dof))
-        row[:, dof * i : dof * (i + 1)] = jacobian[k, 0]
-        row[:, dof * j : dof * (j + 1)] = jacobian[k, 1]
+        row[:, dof * i : dof * (i + 1)] = by_i[k]
+        row[:, dof * j : dof * (j + 1)] = by_j[k]
         dense += weights[k] * row.T @ graph.information[k] @ row
         right -= weights[k] * row.T @ graph.information[k] @ r[k]
     free = (dense + damping * np.diag(np.diag(dense)))[dof:, dof:]
     expected = np.linalg.solve(free, right[dof:]).reshape(-1, dof)
-    step = NormalEquations(graph).step(poses, weights, damping)
+    edges = weighted_edges(graph, poses, r, weights)
+    step = NormalEquations(graph).solve(*edges, damping)
     np.testing.assert_allclose(step[1:], expected, rtol=1e-7, atol=1e-10)
     np.testing.assert_array_equal(step[0], np.zeros(dof))
 
@@ -250,27 +252,31 @@ def test_bad_input_is_refused_by_name(arguments, told):
         gauss_newton(LIE, **({"poses": np.zeros((3, 3))} | arguments))
 
 
-def test_the_pattern_has_the_blocks_of_the_edges_and_no_others():
-    graph, _, truth = noisy(8, n=20, lies=3)
+def test_edges_of_weight_zero_leave_the_step_as_it_is_and_the_pattern_smaller():
+    graph, is_lie, truth = noisy(8, n=20, lies=12)
+    weights = np.where(is_lie, 0.0, 1.0)
     equations = NormalEquations(graph)
-    hessian, _ = equations.assemble(*weighted_edges(graph, truth, np.ones(len(graph.edges))))
-    free = graph.edges[np.all(graph.edges > 0, axis=1)]
-    joined = {tuple(sorted(edge)) for edge in free.tolist()}
-    assert hessian.nnz == 9 * (graph.n - 1 + 2 * len(joined))
-    assert sorted(equations.pattern.order) == list(range(1, graph.n))
-    assert hessian.has_sorted_indices
+    smaller, kept = equations.without_idle_edges(weights)
+    assert smaller.pattern.row.size < equations.pattern.row.size
+    np.testing.assert_array_equal(smaller.graph.edges, graph.edges[~is_lie])
+    whole, part = (
+        each.step(truth, pose_graph.residuals(truth, each.graph), w)
+        for each, w in ((equations, weights), (smaller, kept))
+    )
+    np.testing.assert_allclose(part, whole, rtol=1e-8, atol=1e-12)
 
 
-def test_a_tree_is_factorised_without_fill_in():
-    rng = np.random.default_rng(13)
-    name = np.concatenate([[0], 1 + rng.permutation(59)])
-    edges = name[[[rng.integers(k), k] for k in range(1, 60)]]
-    z = rng.normal(size=(59, 3))
-    graph = PoseGraph(60, edges, z, [np.eye(3)] * 59, [False] * 59)
-    edge_blocks = weighted_edges(graph, rng.normal(size=(60, 3)), np.ones(59))
-    hessian, _ = NormalEquations(graph).assemble(*edge_blocks)
-    factor = np.linalg.cholesky(hessian.toarray())
-    assert np.count_nonzero(factor) <= (hessian.nnz + 3 * 59) // 2
+def test_a_smaller_pattern_is_kept_until_an_edge_comes_back():
+    graph, is_lie, _ = noisy(8, n=20, lies=12)
+    equations, weights = NormalEquations(graph), np.where(is_lie, 0.0, 1.0)
+    assert equations.without_idle_edges(np.ones(len(weights)))[0] is equations
+    smaller, _ = equations.without_idle_edges(weights)
+    weights[0] = 0.5
+    again, kept = equations.without_idle_edges(weights)
+    assert again is smaller and kept[0] == 0.5
+    weights[np.argmax(is_lie)] = 0.1
+    other, kept = equations.without_idle_edges(weights)
+    assert other is not smaller and kept.size == np.count_nonzero(weights)
 
 
 def test_the_problem_starts_from_dead_reckoning_and_trusts_the_odometry():

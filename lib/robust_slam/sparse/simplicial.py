@@ -1,0 +1,88 @@
+"""A sparse Cholesky factorisation column by column, by the library QDLDL.
+
+It is the quicker one where the columns of the factor are short: on graphs in the plane.
+
+Source: Davis 2005, "Algorithm 849: a concise sparse Cholesky factorization package";
+Stellato et al. 2020, "OSQP", for QDLDL.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import qdldl
+from scipy.sparse import bsr_array, csc_array
+
+from robust_slam._arrays import Array, Indices
+
+
+class Simplicial:
+    """Factorises matrices of ``size`` block rows, ``row`` and ``column`` as in the pattern.
+
+    The analysis and the memory are used again and again, so factors are good until the
+    next factorisation.
+    """
+
+    def __init__(self, block: int, size: int, row: Indices, column: Indices) -> None:
+        self.shape = (size, block)
+        by_row = np.argsort(row, kind="stable")
+        starts = np.concatenate([[0], np.cumsum(np.bincount(row, minlength=size))])
+        number = np.arange(row.size * block**2).reshape(-1, block, block)
+        lower = bsr_array((number[by_row], column[by_row], starts)).tocsr()
+        # QDLDL wants the columns of the upper triangle: these are our rows up to the diagonal.
+        inside = np.repeat(np.arange(size * block), np.diff(lower.indptr)) >= lower.indices
+        self._source = lower.data[inside]
+        self._starts = np.concatenate([[0], np.cumsum(inside)])[lower.indptr]
+        self._indices = lower.indices[inside]
+        self._solver: qdldl.Solver | None = None
+        self._count = 0
+
+    def factorise(self, blocks: Array) -> SimplicialFactors | None:
+        """Return the factors, or None if the matrix is not positive definite."""
+        n = self.shape[0] * self.shape[1]
+        numbers = blocks.ravel()[self._source]
+        matrix = csc_array((numbers, self._indices, self._starts), shape=(n, n))
+        self._count += 1
+        try:
+            if self._solver is None:
+                self._solver = qdldl.Solver(matrix, upper=True)
+            else:
+                self._solver.update(matrix, upper=True)
+        except RuntimeError:
+            return None
+        _, diagonal, order = self._solver.factors()
+        pivots = np.empty(n)
+        pivots[order] = diagonal
+        if not np.all(pivots > 0.0):
+            return None
+        return SimplicialFactors(self, self._count, pivots.reshape(self.shape))
+
+    def solve(self, number: int, right: Array) -> Array:
+        """Return the solution ``(n,)`` by the factors of factorisation ``number``.
+
+        Raises:
+            RuntimeError: another matrix was factorised since.
+        """
+        if number != self._count or self._solver is None:
+            raise RuntimeError("the factors are stale: another matrix was factorised since")
+        return np.asarray(self._solver.solve(right))
+
+
+@dataclass(frozen=True, eq=False)
+class SimplicialFactors:
+    """Factors in the memory of QDLDL, as ``pattern.Factors``."""
+
+    owner: Simplicial
+    number: int
+    pivots: Array
+
+    def solve(self, right: Array) -> Array:
+        """Return the solutions ``(n − 1, b, c)``.
+
+        Raises:
+            RuntimeError: as ``Simplicial.solve``.
+        """
+        columns = right.reshape(-1, right.shape[-1]).T
+        solved = [self.owner.solve(self.number, column) for column in columns]
+        return np.stack(solved, axis=-1).reshape(right.shape)
