@@ -1,6 +1,7 @@
 """What the site needs beyond jupyter-book: it works offline, and follows the library.
 
 - MathJax comes from an installed package, as one file that loads nothing else.
+- A formula keeps the punctuation beside it on its line.
 - Scripts for kernels in the cloud, and scripts that are emitted twice, are dropped.
 - Launch buttons need the public repository's address; without one there are none.
 - When the library changes, the notebooks run again: their outputs depend on it.
@@ -33,6 +34,24 @@ addEventListener("beforeprint", () => {
   const {dataset} = document.documentElement, {theme} = dataset;
   dataset.theme = "light";
   addEventListener("afterprint", () => { dataset.theme = theme; }, {once: true});
+});
+"""
+
+# Browsers may break a line on either side of a formula: a full stop would begin the next one.
+KEEP_PUNCTUATION = r"""
+addEventListener("DOMContentLoaded", () => {
+  for (const math of document.querySelectorAll("span.math")) {
+    const before = math.previousSibling, after = math.nextSibling;
+    const opening = before?.nodeType === Node.TEXT_NODE ? before.data.match(/[(“‘]*$/)[0] : "";
+    const closing = after?.nodeType === Node.TEXT_NODE ? after.data.match(/^[.,;:!?)”’]*/)[0] : "";
+    if (!opening && !closing) continue;
+    const kept = document.createElement("span");
+    kept.className = "rs-kept";
+    math.before(kept);
+    if (opening) kept.append(before.splitText(before.length - opening.length));
+    kept.append(math);
+    if (closing) { after.splitText(closing.length); kept.append(after); }
+  }
 });
 """
 
@@ -103,6 +122,7 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.add_config_value("robust_slam_library", "", "env")
     app.add_js_file(None, body=SEARCH_FROM_DISK)
     app.add_js_file(None, body=PRINT_LIGHT)
+    app.add_js_file(None, body=KEEP_PUNCTUATION)
     app.connect("config-inited", point_to_mathjax)
     app.connect("config-inited", follow_the_library)
     app.connect("config-inited", launch_from_the_repository)
