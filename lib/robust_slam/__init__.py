@@ -18,6 +18,7 @@ Pose graphs, in the plane and in space:
 - ``outliers``: wrong closures, put in on purpose
 - ``start``, ``gauss_newton``, ``levenberg_marquardt``: first poses, then the descent
 - ``pcm``, ``clique``: closures that agree two by two
+- ``distributed``, ``robot``: GNC by a few robots, each with its own part of the graph
 - ``metrics``: how good a map is, and how good the choice of closures
 
 Is it the best map there is?
