@@ -66,18 +66,18 @@ def town(seed: int = 2) -> Town:
 
 def draw_opening(scene: Town) -> Figure:
     """Return the picture with its three panels."""
-    figure, axes = plt.subplots(1, 3, figsize=(9.0, 3.6), sharex=True, sharey=True)
+    figure, axes = plt.subplots(1, 3, figsize=(6.0, 2.8), sharex=True, sharey=True)
     panels = (
         ("without the lie", scene.before, None),
-        ("one lie, least squares", scene.folded, None),
-        ("one lie, robust kernel", scene.robust, scene.weights),
+        ("least squares", scene.folded, None),
+        ("robust kernel", scene.robust, scene.weights),
     )
     for ax, (title, poses, weights) in zip(axes, panels, strict=True):
         draw_map(
             ax, scene.graph, poses, is_outlier=scene.is_lie, weights=weights, truth=scene.truth
         )
         ax.set_title(title)
-    figure.legend(handles=map_legend(), loc="outside lower center", ncols=4)
+    figure.legend(handles=map_legend(), loc="outside lower center", ncols=2)
     return figure
 
 
