@@ -14,6 +14,23 @@ from tests.chromium import Opener, Visit, visiting
 
 pytestmark = pytest.mark.browser
 
+# The theme hides what sticks out of a formula in a line. Hidden formulas have no width.
+CUT_FORMULAS = """[...document.querySelectorAll(".math")].filter((math) => {
+  const drawn = math.querySelector("svg").getBoundingClientRect().width;
+  return math.clientWidth && drawn > math.clientWidth + 1;
+}).map((math) => math.textContent)"""
+
+# Punctuation right behind a formula that stands further left than where the formula ends.
+LONELY_PUNCTUATION = """[...document.querySelectorAll("span.math")].filter((math) => {
+  const next = math.nextSibling;
+  if (next?.nodeType !== Node.TEXT_NODE || !/^[.,;:!?)]/.test(next.data)) return false;
+  const mark = document.createRange();
+  mark.setStart(next, 0);
+  mark.setEnd(next, 1);
+  const { left, width } = mark.getBoundingClientRect();
+  return width && left < math.getBoundingClientRect().right - 1;
+}).map((math) => math.parentElement.textContent)"""
+
 
 @pytest.fixture(scope="module", params=list(itertools.product(PAGES, WAYS)), ids="-".join)
 def visit(
@@ -47,6 +64,8 @@ class TestPage:
         for knob in page.locator(".rs-canvas :is(select, input, button)").all():
             card = "c => c.closest('.rs-canvas').getBoundingClientRect().right"
             assert knob.evaluate("c => c.getBoundingClientRect().right") <= knob.evaluate(card)
+        assert page.evaluate(CUT_FORMULAS) == []
+        assert page.evaluate(LONELY_PUNCTUATION) == []
         page.set_viewport_size(usual)
 
     def test_every_picture_is_there_and_has_words(self, visit: Visit) -> None:
