@@ -54,7 +54,7 @@ class Plan:
 
 PLANS = {
     "manhattan": Plan(45, (10, 30, 50, 70, 90), 10, poses=200),
-    "sphere": Plan(45, (10, 30, 50, 70, 90), 10, poses=150),
+    "sphere": Plan(45, (10, 30, 50, 70, 90), 10, poses=100),
     "intel": Plan(90, (10, 50, 90), 3),
     "CSAIL": Plan(128, (10, 50, 90), 3),
 }
