@@ -1,0 +1,87 @@
+"""Print every ratio as a line `ratio NAME VALUE`, after a line that explains it.
+
+The certificates, which stand beside nothing, have a line each: `certificate/NAME …`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable
+from functools import partial
+
+from robust_slam.datasets import DatasetMissing
+from tqdm import tqdm
+
+from benchmarks.speed import certificates, cliques, descents, graduated, starts
+from benchmarks.speed.figure import Figure
+
+PLANAR = ("CSAIL", "intel", "M3500", "city10000")
+SPATIAL = ("sphere2500", "torus3D", "parking-garage")
+SPOILED = ("intel", "M3500", "sphere2500")
+PERCENT = (10, 30, 50)
+
+
+def measurements() -> dict[str, Callable[[], Figure | str]]:
+    """Return what is measured, by the names of the figures."""
+    found: dict[str, Callable[[], Figure | str]] = {}
+    for graph in PLANAR + SPATIAL:
+        found[f"gn/{graph}"] = partial(descents.measure, graph)
+        found[f"certificate/{graph}"] = partial(certificates.measure, graph)
+    for graph in SPATIAL:
+        found[f"chordal/{graph}"] = partial(starts.measure, graph)
+    found[f"clique/{cliques.CLOSURES}"] = cliques.measure
+    for kind, other in (("gnc", graduated.gtsam_gnc), ("gnc-onestep", graduated.one_step)):
+        for graph in SPOILED:
+            for percent in PERCENT:
+                name = f"{kind}/{graph}/{percent}"
+                found[name] = partial(graduated.measure, graph, percent, other)
+    return found
+
+
+def chosen(names: list[str], only: list[str]) -> list[str]:
+    """Return the names that are in ``only`` or below one of it, all if it is empty.
+
+    Raises:
+        ValueError: nothing has one of these names.
+    """
+    for wanted in only:
+        if not any(_is_below(name, wanted) for name in names):
+            raise ValueError(f"there is no figure {wanted}; the figures are {', '.join(names)}")
+    return [name for name in names if not only or any(_is_below(name, part) for part in only)]
+
+
+def _is_below(name: str, part: str) -> bool:
+    return name == part or name.startswith(f"{part}/")
+
+
+def main() -> int:
+    """Measure; return 0, 1 where a figure could not be had, 2 where there is no such figure."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--only", nargs="+", default=[], metavar="NAME", help="such as gn/intel")
+    only = parser.parse_args().only
+    everything = measurements()
+    try:
+        names = chosen(list(everything), only)
+    except ValueError as error:
+        print(error, file=sys.stderr)
+        return 2
+    missing = 0
+    for name in tqdm(names, unit="figure"):
+        try:
+            told = line(name, everything[name]())
+        except (RuntimeError, DatasetMissing) as error:
+            told, missing = f"none for {name}: {error}", missing + 1
+        tqdm.write(told)
+    return 1 if missing else 0
+
+
+def line(name: str, found: Figure | str) -> str:
+    """Return what is printed: for a ratio its remark, and below it the ratio on a line."""
+    if isinstance(found, str):
+        return f"{name} {found}"
+    return f"  {found.remark}\nratio {name} {found.ratio}"
+
+
+if __name__ == "__main__":
+    sys.exit(main())

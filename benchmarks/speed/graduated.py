@@ -1,0 +1,184 @@
+"""GNC-TLS on graphs with spoiled closures, against GTSAM's and against a loop over GTSAM.
+
+A share of the closures measures another place than it says. The odometry is trusted, and c² is
+the 99 % quantile of χ², which GTSAM halves as it halves its costs. All begin at dead reckoning:
+least squares over all closures, or a chordal start, is torn by the lies and costs recall.
+
+Ours takes one Gauss–Newton step for each μ and goes on from there, until the weights are 0
+or 1 and the map is at rest. The others are
+
+- GTSAM's ``GncGaussNewtonOptimizer`` with its defaults, the odometry and the prior known
+  inliers. For each μ it runs to the end, from the first poses again;
+- what one would write by hand to be quicker: the same loop as ours over GTSAM's optimiser, one
+  step for each μ. Closures whose weight changed are made anew, from Python.
+
+Each run is in a process of its own, which is stopped after two minutes of CPU time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import sqrt
+
+import gtsam
+import numpy as np
+from robust_slam import gtsam_graph, pose_graph, start
+from robust_slam._arrays import Array, Mask
+from robust_slam.datasets import load
+from robust_slam.gauss_newton import PoseGraphProblem, gauss_newton
+from robust_slam.gnc import gnc
+from robust_slam.metrics import ate, precision_recall
+from robust_slam.outliers import spoil_closures
+from robust_slam.pose_graph import PoseGraph
+from robust_slam.result import Result
+from robust_slam.thresholds import chi_square_threshold
+
+from benchmarks.speed.clock import Side, Spent, in_turns, spend_apart
+from benchmarks.speed.figure import Figure, shown
+
+SEED = 0
+STEPS = 1
+
+
+@dataclass(frozen=True, eq=False)
+class World:
+    """A spoiled graph, which edges are lies, the first poses, the scale, the map without lies."""
+
+    graph: PoseGraph
+    is_lie: Mask
+    guess: Array
+    c: float
+    reference: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Verdict:
+    """The poses of a run, and the edges ``(m,)`` that it kept."""
+
+    poses: Array
+    kept: Mask
+
+
+def spoiled(name: str, percent: int) -> World:
+    """Return a public graph with ``percent`` of its closures spoiled."""
+    honest = load(name)
+    reference = gauss_newton(honest, start.chordal(honest))
+    rng = np.random.default_rng(SEED)
+    graph, is_lie = spoil_closures(honest, percent / 100.0, rng, poses=reference)
+    c = chi_square_threshold(0.99, graph.group.DOF)
+    return World(graph, is_lie, start.spanning_tree(graph), c, reference)
+
+
+def measure(name: str, percent: int, other: Callable[[World], Side]) -> Figure:
+    """Return the figure of one graph against one of the others."""
+    world = spoiled(name, percent)
+    sides = [our_gnc(world), other(world)]
+    ours, theirs = in_turns(sides, spend_apart)
+    remark = "; ".join(
+        f"{side.name} {shown(spent)}{_score(world, spent)}"
+        for side, spent in zip(sides, (ours, theirs), strict=True)
+    )
+    return Figure(theirs, ours, remark)
+
+
+def our_gnc(world: World) -> Side:
+    """Ours, with ``STEPS`` Gauss–Newton steps for each μ."""
+
+    def run() -> Result[Array]:
+        problem = PoseGraphProblem(world.graph, world.guess, steps=STEPS)
+        return gnc(problem, world.c, x0=problem.guess)
+
+    return Side("ours", run, lambda result: Verdict(result.x, result.weights > 0.5))
+
+
+def gtsam_gnc(world: World) -> Side:
+    """GTSAM's, with its defaults.
+
+    Raises:
+        RuntimeError: its thresholds are not c²/2.
+    """
+    factors, values = gtsam_graph.to_gtsam(world.graph, world.guess)
+    prior = len(world.graph.edges)
+    known = [*np.flatnonzero(world.graph.is_odometry).tolist(), prior]
+
+    def run() -> tuple[gtsam.GncGaussNewtonOptimizer, gtsam.Values]:
+        parameters = gtsam.GncGaussNewtonParams(gtsam.GaussNewtonParams())
+        parameters.setLossType(gtsam.GncLossType.TLS)
+        parameters.setKnownInliers(known)
+        optimiser = gtsam.GncGaussNewtonOptimizer(factors, values, parameters)
+        return optimiser, optimiser.optimize()
+
+    def read(answer: tuple[gtsam.GncGaussNewtonOptimizer, gtsam.Values]) -> Verdict:
+        optimiser, last = answer
+        if not np.allclose(optimiser.getInlierCostThresholds(), 0.5 * world.c**2):
+            raise RuntimeError("GTSAM's thresholds are not c²/2; then the sides differ in c")
+        kept = np.asarray(optimiser.getWeights())[:prior] > 0.5
+        return Verdict(gtsam_graph.poses_from_gtsam(last, world.graph), kept)
+
+    return Side("GTSAM's GNC", run, read)
+
+
+def one_step(world: World) -> Side:
+    """Run our loop over GTSAM's optimiser, ``STEPS`` steps for each μ."""
+    factors, values = gtsam_graph.to_gtsam(world.graph, world.guess)
+    return Side(
+        "a loop over GTSAM",
+        lambda: gnc(GtsamProblem(world.graph, factors), world.c, x0=values),
+        lambda result: Verdict(
+            gtsam_graph.poses_from_gtsam(result.x, world.graph), result.weights > 0.5
+        ),
+    )
+
+
+class GtsamProblem:
+    """A pose graph for the loop, whose x are GTSAM's values and whose steps are GTSAM's.
+
+    ``factors`` are those of ``graph``, every weight 1.
+    """
+
+    def __init__(self, graph: PoseGraph, factors: gtsam.NonlinearFactorGraph) -> None:
+        self.graph = graph
+        self.trusted = graph.is_odometry
+        self._factors = factors
+
+    def residual_norms(self, x: gtsam.Values) -> Array:
+        """Return the whitened residual norm of every edge, ``(m,)``."""
+        return pose_graph.residual_norms(_poses(x, self.graph), self.graph)
+
+    def solve(self, weights: Array, x: gtsam.Values) -> gtsam.Values:
+        """Return the values after ``STEPS`` steps from ``x``."""
+        factors = gtsam.NonlinearFactorGraph(self._factors)
+        for k in np.flatnonzero(weights != 1.0):
+            if weights[k] == 0.0:
+                factors.remove(k)
+            else:
+                factors.replace(k, self._weighted(k, weights[k]))
+        optimiser = gtsam.GaussNewtonOptimizer(factors, x, gtsam.GaussNewtonParams())
+        for _ in range(STEPS):
+            optimiser.iterate()
+        return optimiser.values()
+
+    def _weighted(self, k: int, weight: float) -> gtsam.NonlinearFactor:
+        """Return factor k with its information multiplied by ``weight``."""
+        factor = self._factors.at(k)
+        noise = gtsam.noiseModel.Gaussian.SqrtInformation(sqrt(weight) * factor.noiseModel().R())
+        return type(factor)(*factor.keys(), factor.measured(), noise)
+
+
+def _poses(values: gtsam.Values, graph: PoseGraph) -> Array:
+    """Return all poses at once, which ``gtsam_graph`` reads one by one."""
+    if graph.group.DIMENSION == 2:
+        return np.asarray(gtsam.utilities.extractPose2(values))
+    rows = np.asarray(gtsam.utilities.extractPose3(values))
+    return graph.group.from_parts(rows[:, :9].reshape(-1, 3, 3), rows[:, 9:])
+
+
+def _score(world: World, spent: Spent) -> str:
+    if spent.stopped:
+        return ""
+    closures = ~world.graph.is_odometry
+    found: Verdict = spent.answer
+    precision, recall = precision_recall(found.kept[closures], ~world.is_lie[closures])
+    error = ate(found.poses, world.reference)
+    return f" (precision {precision:.4f}, recall {recall:.4f}, ATE {error:.3f} m)"

@@ -1,0 +1,34 @@
+"""The chordal start of spatial graphs, against GTSAM's ``InitializePose3``.
+
+Both relax the rotations to matrices, solve one linear problem, and take the nearest rotations.
+Positions are a second linear problem here; there they come from one Gauss–Newton step on whole
+poses, which moves the rotations too. The remark gives the cost where each ends.
+"""
+
+from __future__ import annotations
+
+import gtsam
+from robust_slam import gtsam_graph, pose_graph, start
+from robust_slam.datasets import load
+
+from benchmarks.speed.clock import Side, in_turns
+from benchmarks.speed.figure import Figure, shown
+
+
+def measure(name: str) -> Figure:
+    """Return the figure of one graph."""
+    graph = load(name)
+    factors, _ = gtsam_graph.to_gtsam(graph)
+    ours, other = in_turns(
+        [
+            Side(
+                "ours", lambda: start.chordal(graph), lambda poses: pose_graph.cost(poses, graph)
+            ),
+            Side("GTSAM", lambda: gtsam.InitializePose3.initialize(factors), factors.error),
+        ]
+    )
+    remark = (
+        f"GTSAM {shown(other)} to a cost of {other.answer:.4g}, "
+        f"ours {shown(ours)} to {ours.answer:.4g}"
+    )
+    return Figure(other, ours, remark)
