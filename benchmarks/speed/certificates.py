@@ -12,8 +12,6 @@ Source: SE-Sync (Rosen et al. 2019), run on the same files, for the optimal valu
 
 from __future__ import annotations
 
-from typing import Any
-
 from robust_slam import start
 from robust_slam.certificate import Certificate, Verdict, certificate
 from robust_slam.datasets import load
@@ -43,9 +41,9 @@ def measure(name: str) -> str:
         RuntimeError: the map is not certified.
     """
     graph = load(name)
-    first = spend(Side("start", lambda: gauss_newton(graph, start.chordal(graph)), _whole))
-    polished = spend(Side("polish", lambda: polish(graph, first.answer), _whole))
-    judged = spend(Side("certificate", lambda: certificate(graph, polished.answer), _whole))
+    first = spend(Side("start", lambda: gauss_newton(graph, start.chordal(graph))))
+    polished = spend(Side("polish", lambda: polish(graph, first.answer)))
+    judged = spend(Side("certificate", lambda: certificate(graph, polished.answer)))
     found: Certificate = judged.answer
     if found.verdict is not Verdict.CERTIFIED:
         raise RuntimeError(f"{found.verdict.value} at a cost of {found.cost:.6g}")
@@ -54,10 +52,6 @@ def measure(name: str) -> str:
         f"SE-Sync's {OPTIMAL[name]:.6g}{_difference(found.cost, OPTIMAL[name])}; "
         f"start {shown(first)}, polish {shown(polished)}, certificate {shown(judged)}"
     )
-
-
-def _whole(answer: Any) -> Any:
-    return answer
 
 
 def _difference(cost: float, optimal: float) -> str:

@@ -29,12 +29,12 @@ class Side:
     Attributes:
         name: what it is called.
         run: the task, under the clock.
-        read: what is wanted of its answer, as plain data; not under the clock.
+        read: what is wanted of its answer, by default all; not under the clock.
     """
 
     name: str
     run: Callable[[], Any]
-    read: Callable[[Any], Any]
+    read: Callable[[Any], Any] = lambda answer: answer
 
 
 @dataclass(frozen=True)
