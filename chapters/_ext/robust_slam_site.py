@@ -4,7 +4,7 @@
 - A formula keeps the punctuation beside it on its line.
 - Scripts for kernels in the cloud, and scripts that are emitted twice, are dropped.
 - Launch buttons need the public repository's address; without one there are none.
-- When the library changes, the notebooks run again: their outputs depend on it.
+- When the library or a table of the chapters changes, the notebooks run again.
 - A build with warnings fails again until they are mended.
 """
 
@@ -73,11 +73,11 @@ def copy_mathjax(app: Sphinx) -> None:
 
 
 def follow_the_library(app: Sphinx, config: Config) -> None:
-    """Keep executed notebooks under a name that changes with the library's sources."""
-    sources = sorted((Path(app.srcdir) / "lib" / "robust_slam").rglob("*.*"))
+    """Keep executed notebooks under a name that changes with the library and the tables."""
+    library, data = (Path(app.srcdir) / name for name in ("lib/robust_slam", "chapters/data"))
     digest = hashlib.sha256()
-    for path in sources:
-        if path.suffix in {".py", ".js", ".css"}:
+    for path in [*sorted(library.rglob("*.*")), *sorted(data.glob("*.csv"))]:
+        if path.suffix in {".py", ".js", ".css", ".csv"}:
             digest.update(path.read_bytes())
     config.robust_slam_library = digest.hexdigest()[:12]
     cache = Path(app.outdir).parent / ".jupyter_cache" / config.robust_slam_library

@@ -150,12 +150,16 @@ class TestExtension:
         outdir, doctrees = tmp_path / "build" / "html", tmp_path / "doctrees"
         return SimpleNamespace(srcdir=tmp_path, outdir=outdir, doctreedir=doctrees, **more)
 
-    def test_notebooks_run_again_when_the_library_changes(self, tmp_path: Path) -> None:
+    @pytest.mark.parametrize("name", ["lib/robust_slam/kernels.py", "chapters/data/growth.csv"])
+    def test_notebooks_run_again_when_what_they_read_changes(
+        self, name: str, tmp_path: Path
+    ) -> None:
         app, caches = self.application(tmp_path), []
-        module = tmp_path / "lib" / "robust_slam" / "kernels.py"
+        path = tmp_path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
         for text in ("a = 1", "a = 2", "a = 1"):
             config = SimpleNamespace()
-            module.write_text(text)
+            path.write_text(text)
             robust_slam_site.follow_the_library(app, config)
             caches.append((config.robust_slam_library, config.nb_execution_cache_path))
         assert caches[0] == caches[2] != caches[1]
