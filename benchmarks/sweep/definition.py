@@ -10,14 +10,14 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 from robust_slam import datasets, start
 from robust_slam._arrays import Array, Mask
 from robust_slam.gauss_newton import gauss_newton
-from robust_slam.generate import manhattan, sphere
+from robust_slam.generate import Noise, manhattan, sphere
 from robust_slam.outliers import (
     add_aliased_closures,
     add_grouped_closures,
@@ -43,18 +43,19 @@ KINDS = ("random", "local", "group", "consistent")
 class Plan:
     """A graph of the sweep: its honest closures, its rates (%), and how many seeds.
 
-    ``poses`` is None for a public graph, which has the poses that it has.
+    ``poses`` is None for a public graph, which has its own poses and noise.
     """
 
     closures: int
     percents: tuple[int, ...]
     seeds: int
     poses: int | None = None
+    noise: Noise = field(default_factory=Noise)
 
 
 PLANS = {
-    "manhattan": Plan(45, (10, 30, 50, 70, 90), 10, poses=200),
-    "sphere": Plan(45, (10, 30, 50, 70, 90), 10, poses=100),
+    "manhattan": Plan(45, (10, 30, 50, 70, 90), 10, 200, Noise((0.05, 0.05))),
+    "sphere": Plan(45, (10, 30, 50, 70, 90), 10, 100),
     "intel": Plan(90, (10, 50, 90), 3),
     "CSAIL": Plan(128, (10, 50, 90), 3),
 }
@@ -72,7 +73,7 @@ class World(NamedTuple):
 
 def digest() -> str:
     """Return a name for what all runs have in common: those of another name do not compare."""
-    graphs = {name: (plan.poses, plan.closures) for name, plan in PLANS.items()}
+    graphs = {name: (plan.closures, plan.poses, plan.noise) for name, plan in PLANS.items()}
     shared = (graphs, CPU_LIMIT, GROUP, methods.STEPS, methods.TOL, methods.LIMIT)
     return f"{VERSION}-{hashlib.sha256(repr(shared).encode()).hexdigest()[:8]}"
 
@@ -102,7 +103,7 @@ def make(world: World) -> tuple[PoseGraph, Mask, Array]:
 def _honest(name: str, rng: np.random.Generator) -> tuple[PoseGraph, Array]:
     plan = PLANS[name]
     if plan.poses is not None:
-        return GENERATORS[name](plan.poses, rng, closures=plan.closures)
+        return GENERATORS[name](plan.poses, rng, closures=plan.closures, noise=plan.noise)
     graph = datasets.load(name)
     closures = np.flatnonzero(~graph.is_odometry)
     chosen = rng.choice(closures, size=plan.closures, replace=False)
