@@ -1,0 +1,152 @@
+"""How the cost of a Gauss–Newton step grows with the map: seconds and memory against poses.
+
+Each size is a walk through a town with as many honest closures as poses, and has a process of its
+own, so that the largest memory is its own. The time of a step is the median of five at the
+chordal start, the pattern known; the set-up, which finds it, and that start stand beside it.
+
+    python -m benchmarks.growth
+    python -m benchmarks.growth --out chapters/data/growth.csv
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import resource
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import asdict, astuple, dataclass, fields
+from pathlib import Path
+from statistics import median
+
+# It is read when numpy is first imported.
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
+
+import numpy as np
+from robust_slam import start
+from robust_slam.gauss_newton import PoseGraphProblem
+from robust_slam.generate import manhattan
+from tqdm import tqdm
+
+SIZES = (1_000, 3_000, 10_000, 30_000, 100_000)
+SEED = 0
+STEPS = 5
+
+
+@dataclass(frozen=True)
+class Size:
+    """What one map costs.
+
+    Attributes:
+        poses: how many there are.
+        closures: how many there are.
+        start: CPU seconds of the chordal start.
+        setup: CPU seconds of the first step, the pattern found for it, less ``step``.
+        step: CPU seconds of a Gauss–Newton step.
+        memory: the largest memory of the process, in MB.
+        base: of it what Python and its modules take, in MB.
+    """
+
+    poses: int
+    closures: int
+    start: float
+    setup: float
+    step: float
+    memory: float
+    base: float
+
+
+def measure(poses: int) -> Size:
+    """Return what a map of so many poses costs; the memory is that of this process."""
+    base = _largest_memory()
+    graph, _ = manhattan(poses, np.random.default_rng(SEED), closures=poses)
+    ones = np.ones(len(graph.edges))
+    began = time.process_time()
+    first = start.chordal(graph)
+    started = time.process_time()
+    problem = PoseGraphProblem(graph, first, steps=1)
+    problem.solve(ones, first)
+    ready = time.process_time()
+    steps = []
+    for _ in range(STEPS):
+        before = time.process_time()
+        problem.solve(ones, first)
+        steps.append(time.process_time() - before)
+    step = median(steps)
+    setup = max(0.0, ready - started - step)
+    return Size(poses, poses, started - began, setup, step, _largest_memory(), base)
+
+
+def _largest_memory() -> float:
+    """Return the most that this process has held so far, in MB."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 / 1e6
+
+
+def measure_apart(poses: int) -> Size:
+    """Return what a map costs, measured in a process of its own.
+
+    Raises:
+        RuntimeError: the process fails.
+    """
+    command = [sys.executable, "-m", "benchmarks.growth", "--size", str(poses)]
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode != 0:
+        raise RuntimeError(f"{poses} poses: {done.stderr[-2000:]}")
+    return Size(**json.loads(done.stdout))
+
+
+def table(sizes: Sequence[Size]) -> str:
+    """Return the sizes as CSV, with a header of comments."""
+    lines = [
+        "# What a Gauss-Newton step costs on generated Manhattan graphs: CPU seconds and MB",
+        "# python -m benchmarks.growth --out chapters/data/growth.csv",
+        f"# numpy's default_rng({SEED}) for each graph, as many closures as poses",
+        f"# {', '.join(field.name for field in fields(Size))}",
+    ]
+    rows = [", ".join(f"{value:.4g}" for value in astuple(size)) for size in sizes]
+    return "\n".join([*lines, *rows]) + "\n"
+
+
+def exponents(sizes: Sequence[Size]) -> list[str]:
+    """Return how steps and memory grow: lines `exponent NAME VALUE`."""
+    # It brings matplotlib, which the processes of the sizes need not hold.
+    from robust_slam.plots.growth import fitted_exponent
+
+    poses = [size.poses for size in sizes]
+    costs = {
+        "step": [size.step for size in sizes],
+        "memory": [size.memory - size.base for size in sizes],
+    }
+    return [f"exponent {name} {fitted_exponent(poses, cost):.2f}" for name, cost in costs.items()]
+
+
+def main() -> None:
+    """Measure every size, print the exponents, and write the table if asked to."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--size", type=int, help="measure this size here, and print it as JSON")
+    parser.add_argument("--out", type=Path, help="write the table to this file")
+    wanted = parser.parse_args()
+    if wanted.size is not None:
+        print(json.dumps(asdict(measure(wanted.size))))
+        return
+    sizes = []
+    for poses in tqdm(SIZES, unit="size"):
+        sizes.append(measure_apart(poses))
+        last = sizes[-1]
+        tqdm.write(
+            f"growth/{poses} start {last.start:.3g} s, set-up {last.setup:.3g} s, "
+            f"step {last.step:.3g} s, memory {last.memory:.0f} MB"
+        )
+    for line in exponents(sizes):
+        print(line)
+    if wanted.out is not None:
+        wanted.out.write_text(table(sizes), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
