@@ -21,7 +21,7 @@ export OPENBLAS_NUM_THREADS := 1
 files = $(shell find $(1) -type f -not -path '*/__pycache__/*' -not -path '*/.ipynb_checkpoints/*' 2>/dev/null)
 READY := $(VENV)/.ready
 BOOK := build/.book
-BENCHES := wrong_closures
+BENCHES := speed growth wrong_closures
 
 help: ## say what there is
 	@awk -F':.*## ' '/^[a-z]+:.*## /{printf "  make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -78,7 +78,7 @@ check: setup ## lint, format and types
 
 lock: ## pin every dependency again (wants uv)
 	uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
-		--no-header --group book --group lab --group test --group check --group compare --group build \
+		--no-header --group book --group lab --group test --group check --group bench --group build \
 		--extra sdp --extra data lib/pyproject.toml autograder/pyproject.toml -o requirements.lock
 
 clean: ## remove all that was generated, the environment too
