@@ -106,8 +106,12 @@ def table(sizes: Sequence[Size]) -> str:
         f"# numpy's default_rng({SEED}) for each graph, as many closures as poses",
         f"# {', '.join(field.name for field in fields(Size))}",
     ]
-    rows = [", ".join(f"{value:.4g}" for value in astuple(size)) for size in sizes]
+    rows = [", ".join(_number(value) for value in astuple(size)) for size in sizes]
     return "\n".join([*lines, *rows]) + "\n"
+
+
+def _number(value: float) -> str:
+    return str(value) if isinstance(value, int) else f"{value:.4g}"
 
 
 def exponents(sizes: Sequence[Size]) -> list[str]:

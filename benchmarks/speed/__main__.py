@@ -73,6 +73,7 @@ def main() -> int:
         except (RuntimeError, DatasetMissing) as error:
             told, missing = f"none for {name}: {error}", missing + 1
         tqdm.write(told)
+        sys.stdout.flush()
     return 1 if missing else 0
 
 

@@ -53,7 +53,7 @@ class World:
 
 
 @dataclass(frozen=True, eq=False)
-class Verdict:
+class Found:
     """The poses of a run, and the edges ``(m,)`` that it kept."""
 
     poses: Array
@@ -89,7 +89,7 @@ def our_gnc(world: World) -> Side:
         problem = PoseGraphProblem(world.graph, world.guess, steps=STEPS)
         return gnc(problem, world.c, x0=problem.guess)
 
-    return Side("ours", run, lambda result: Verdict(result.x, result.weights > 0.5))
+    return Side("ours", run, lambda result: Found(result.x, result.weights > 0.5))
 
 
 def gtsam_gnc(world: World) -> Side:
@@ -109,12 +109,12 @@ def gtsam_gnc(world: World) -> Side:
         optimiser = gtsam.GncGaussNewtonOptimizer(factors, values, parameters)
         return optimiser, optimiser.optimize()
 
-    def read(answer: tuple[gtsam.GncGaussNewtonOptimizer, gtsam.Values]) -> Verdict:
+    def read(answer: tuple[gtsam.GncGaussNewtonOptimizer, gtsam.Values]) -> Found:
         optimiser, last = answer
         if not np.allclose(optimiser.getInlierCostThresholds(), 0.5 * world.c**2):
             raise RuntimeError("GTSAM's thresholds are not c²/2; then the sides differ in c")
         kept = np.asarray(optimiser.getWeights())[:prior] > 0.5
-        return Verdict(gtsam_graph.poses_from_gtsam(last, world.graph), kept)
+        return Found(gtsam_graph.poses_from_gtsam(last, world.graph), kept)
 
     return Side("GTSAM's GNC", run, read)
 
@@ -125,7 +125,7 @@ def one_step(world: World) -> Side:
     return Side(
         "a loop over GTSAM",
         lambda: gnc(GtsamProblem(world.graph, factors), world.c, x0=values),
-        lambda result: Verdict(
+        lambda result: Found(
             gtsam_graph.poses_from_gtsam(result.x, world.graph), result.weights > 0.5
         ),
     )
@@ -178,7 +178,7 @@ def _score(world: World, spent: Spent) -> str:
     if spent.stopped:
         return ""
     closures = ~world.graph.is_odometry
-    found: Verdict = spent.answer
+    found: Found = spent.answer
     precision, recall = precision_recall(found.kept[closures], ~world.is_lie[closures])
     error = ate(found.poses, world.reference)
     return f" (precision {precision:.4f}, recall {recall:.4f}, ATE {error:.3f} m)"
