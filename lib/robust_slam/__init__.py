@@ -17,6 +17,7 @@ Pose graphs, in the plane and in space:
 - ``generate``, ``datasets``, ``g2o``, ``gtsam_graph``: where graphs come from and go to
 - ``outliers``: wrong closures, put in on purpose
 - ``start``, ``gauss_newton``, ``levenberg_marquardt``: first poses, then the descent
+- ``sparse``: the linear solves inside
 - ``pcm``, ``clique``: closures that agree two by two
 - ``distributed``, ``robot``: GNC by a few robots, each with its own part of the graph
 - ``metrics``: how good a map is, and how good the choice of closures

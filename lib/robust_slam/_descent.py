@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robust_slam import pose_graph
 from robust_slam._arrays import Array, finite
 from robust_slam.errors import NotConverged, Underdetermined
-from robust_slam.pose_graph import PoseGraph, residuals, squares, unreached
+from robust_slam.pose_graph import PoseGraph, unreached
 
 ROUNDING = 1e-12
 """A relative rise of the cost that is taken for rounding."""
@@ -21,17 +22,23 @@ STEP_LIMIT = 500
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """Poses with their residuals ``(m, D)`` and the weighted cost, each found once."""
+    """Poses, what each edge sees there, its residual ``(m, D)``, and the weighted cost.
+
+    Each is found once, although both the cost and the next step want them. ``predicted``
+    is that of ``pose_graph.seen``.
+    """
 
     poses: Array
+    predicted: Array
     residuals: Array
     cost: float
 
     @classmethod
     def at(cls, graph: PoseGraph, poses: Array, weights: Array) -> Place:
         """Return the place of ``poses``, each edge of ``graph`` with its weight ``(m,)``."""
-        r = residuals(poses, graph)
-        return cls(poses, r, 0.5 * float(np.sum(weights * squares(r, graph))))
+        predicted = pose_graph.seen(poses, graph)
+        r = pose_graph.errors(predicted, graph)
+        return cls(poses, predicted, r, 0.5 * float(weights @ pose_graph.squares(r, graph)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,6 +6,7 @@ import numpy as np
 
 from robust_slam import pose_graph
 from robust_slam._arrays import Array, Mask
+from robust_slam._descent import Place
 from robust_slam.errors import Underdetermined
 from robust_slam.pose_graph import PoseGraph
 from robust_slam.sparse.pattern import find_pattern
@@ -38,23 +39,22 @@ class NormalEquations:
             self._kept = mask, smaller
         return smaller, weights[mask]
 
-    def step(self, poses: Array, r: Array, weights: Array) -> Array:
-        """Return the Gauss–Newton step δ ``(n, D)`` from ``poses``; row 0 is 0.
+    def step(self, place: Place, weights: Array) -> Array:
+        """Return the Gauss–Newton step δ ``(n, D)`` from a place; row 0 is 0.
 
-        ``r`` ``(m, D)`` are the residuals there, ``weights`` ``(m,)`` multiply the
-        information of the edges.
+        ``weights`` ``(m,)`` multiply the information of the edges.
 
         Raises:
             Underdetermined: the matrix is singular to working precision.
         """
-        return self.solve(*weighted_edges(self.graph, poses, r, weights))
+        return self.solve(*weighted_edges(self.graph, place, weights))
 
     def solve(
         self, jacobian: Array, information: Array, pull: Array, damping: float = 0.0
     ) -> Array:
         """Return the δ ``(n, D)`` with (H + damping·diag H) δ = −Σ Jᵀ p; row 0 is 0.
 
-        H is Σ Jᵀ A J over the edges, with J ``(m, D, 2 D)`` the derivatives by both ends,
+        H is Σ Jᵀ A J over the edges, with J ``(2, m, D, D)`` the derivatives by both ends,
         A ``(m, D, D)`` the ``information`` and p ``(m, D)`` the ``pull``.
 
         Raises:
@@ -73,34 +73,38 @@ class NormalEquations:
 
     def assemble(self, jacobian: Array, information: Array, pull: Array) -> tuple[Array, Array]:
         """Return Σ Jᵀ A J as the filled blocks of the pattern, and Σ Jᵀ p ``(n, D)``."""
-        d = self.pattern.block
-        both = np.swapaxes(jacobian, 1, 2)
-        products = both @ (information @ jacobian)
-        ends = np.stack([products[:, :d, :d], products[:, d:, d:]], axis=1)
-        gradient = np.zeros((self.graph.n, d))
-        np.add.at(gradient, self.graph.edges, (both @ pull[..., None]).reshape(-1, 2, d))
-        return self.pattern.sum(ends, products[:, :d, d:]), gradient
+        # numpy multiplies stacks of small matrices fastest where all are stored by rows.
+        turned, loaded = np.swapaxes(jacobian, 2, 3).copy(), information @ jacobian
+        pieces = np.empty((3, *information.shape))
+        np.matmul(turned, loaded, out=pieces[:2])
+        np.matmul(turned[0], loaded[1], out=pieces[2])
+        slopes = np.sum(jacobian * pull[:, :, None], axis=2).reshape(-1, self.pattern.block)
+        ends = self.graph.edges.T.ravel()
+        gradient: Array = np.stack([np.bincount(ends, slope, self.graph.n) for slope in slopes.T], axis=1)
+        return self.pattern.sum(pieces), gradient
 
 
-def weighted_edges(
-    graph: PoseGraph, poses: Array, r: Array, weights: Array
-) -> tuple[Array, Array, Array]:
-    """Return what each edge brings to the normal equations of least squares.
+def weighted_edges(graph: PoseGraph, place: Place, weights: Array) -> tuple[Array, Array, Array]:
+    """Return what each edge brings to the normal equations of least squares at a place.
 
-    These are J ``(m, D, 2 D)``, A = w Ω ``(m, D, D)`` and p = w Ω r ``(m, D)`` for the
-    residuals ``r`` ``(m, D)`` at ``poses``.
+    These are J ``(2, m, D, D)``, A = w Ω ``(m, D, D)`` and p = w Ω r ``(m, D)``.
     """
     information = weights[:, None, None] * graph.information
-    pull = (information @ r[..., None])[..., 0]
-    return pose_graph.linearise(poses, r, graph), information, pull
+    pull = (information @ place.residuals[..., None])[..., 0]
+    jacobian = pose_graph.linearise(place.predicted, place.residuals, graph)
+    return jacobian, information, pull
 
 
-def linear_rise(jacobian: Array, information: Array, pull: Array, ends: Array) -> float:
-    """Return by how much the cost of the linearised residuals rises.
+def linear_change(jacobian: Array, graph: PoseGraph, step: Array) -> Array:
+    """Return J δ ``(m, D)``: how a ``step`` δ ``(n, D)`` moves the linearised residuals."""
+    by_end = jacobian @ step[graph.edges.T][..., None]
+    return np.asarray(by_end.sum(axis=0)[..., 0])
 
-    It is Σ pᵀ e + ½ eᵀ A e with e = J δ; ``ends`` ``(m, 2, D)`` are the δ of both poses, and
-    the other arguments those of ``NormalEquations.solve``.
+
+def linear_rise(change: Array, information: Array, pull: Array) -> float:
+    """Return by how much the cost of the linearised residuals rises, Σ pᵀ e + ½ eᵀ A e.
+
+    ``change`` ``(m, D)`` is e = J δ, and A and p are those of ``NormalEquations.solve``.
     """
-    change = jacobian @ ends.reshape(len(ends), -1, 1)
-    curved = 0.5 * information @ change + pull[..., None]
+    curved = 0.5 * (information @ change[..., None])[..., 0] + pull
     return float(np.sum(change * curved))

@@ -144,7 +144,7 @@ def descend(
     graph = equations.graph
     here, size = Place.at(graph, poses, weights), np.inf
     for _ in range(max_iterations):
-        step = equations.step(here.poses, here.residuals, weights)
+        step = equations.step(here, weights)
         size = float(np.abs(step).max())
         if is_small(step, here.poses, tol):
             last = Place.at(graph, moved(graph, here.poses, step), weights)

@@ -23,7 +23,12 @@ from robust_slam._descent import (
     rises,
     shrink,
 )
-from robust_slam._normal_equations import NormalEquations, linear_rise, weighted_edges
+from robust_slam._normal_equations import (
+    NormalEquations,
+    linear_change,
+    linear_rise,
+    weighted_edges,
+)
 from robust_slam.pose_graph import PoseGraph, check_poses
 
 _FIRST_DAMPING = 1e-4
@@ -94,6 +99,6 @@ def _damped(
 ) -> tuple[Array, float]:
     """Return a damped step and how far it lowers the cost of the linearised residuals."""
     graph = equations.graph
-    edges = weighted_edges(graph, here.poses, here.residuals, weights)
-    step = equations.solve(*edges, damping)
-    return step, -linear_rise(*edges, step[graph.edges])
+    jacobian, information, pull = weighted_edges(graph, here, weights)
+    step = equations.solve(jacobian, information, pull, damping)
+    return step, -linear_rise(linear_change(jacobian, graph, step), information, pull)

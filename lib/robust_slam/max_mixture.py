@@ -30,7 +30,7 @@ from numpy.typing import ArrayLike
 
 from robust_slam import pose_graph
 from robust_slam._arrays import Array, Indices, Mask, finite, positive
-from robust_slam._descent import ROUNDING, check_limits, is_small, moved
+from robust_slam._descent import ROUNDING, Place, check_limits, is_small, moved
 from robust_slam._normal_equations import NormalEquations, weighted_edges
 from robust_slam.gauss_newton import PoseGraphProblem
 from robust_slam.loop import Problem, reweight
@@ -223,13 +223,12 @@ def max_mixture_modes(
     """
     check_limits(tol, max_iterations)
     mixture = _mixture(problem.graph, alternatives, ~problem.trusted)
-    equations = NormalEquations(problem.graph)
+    equations, ones = NormalEquations(problem.graph), np.ones(len(problem.graph.edges))
     here = mixture.at(problem.guess if x0 is None else check_poses("x0", x0, problem.graph))
     history = [here]
     for _ in range(max_iterations):
         chosen = mixture.chosen(here.modes)
-        r = pose_graph.residuals(here.x, chosen)
-        step = equations.solve(*weighted_edges(chosen, here.x, r, np.ones(len(r))))
+        step = equations.solve(*weighted_edges(chosen, Place.at(chosen, here.x, ones), ones))
         there = _shortened(mixture, here, step)
         history.append(there)
         if is_small(step, here.x, tol) and np.array_equal(there.modes, here.modes):

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from robust_slam import se2
 from robust_slam._arrays import Array, Indices, Mask, finite, mask
 from robust_slam.group import Group, group_of
 
@@ -78,6 +79,8 @@ class PoseGraph:
 
 def _poses(name: str, value: ArrayLike, group: Group, count: int) -> Array:
     poses = finite(name, value, (count, *group.POSE_SHAPE))
+    if group is se2:
+        return poses
     turn = group.rotation(poses)
     gap = np.abs(turn @ np.swapaxes(turn, 1, 2) - np.eye(group.DIMENSION))
     crooked = (gap.max(axis=(1, 2), initial=0.0) > _CROOKED) | (np.linalg.det(turn) < 0.0)
@@ -162,9 +165,18 @@ def check_poses(name: str, poses: ArrayLike, graph: PoseGraph) -> Array:
 
 def residuals(poses: Array, graph: PoseGraph) -> Array:
     """Return Log(z⁻¹ ∘ x_i⁻¹ ∘ x_j) ``(m, D)`` in m and rad, not whitened."""
+    return errors(seen(poses, graph), graph)
+
+
+def seen(poses: Array, graph: PoseGraph) -> Array:
+    """Return x_i⁻¹ ∘ x_j, pose j as pose i sees it, for each edge: ``(m, 3)`` or ``(m, 3, 4)``."""
     i, j = graph.edges.T
+    return graph.group.between(poses[i], poses[j])
+
+
+def errors(predicted: Array, graph: PoseGraph) -> Array:
+    """Return Log(z⁻¹ ∘ p) ``(m, D)`` in m and rad; p, ``predicted``, is what ``seen`` gives."""
     group = graph.group
-    predicted = group.between(poses[i], poses[j])
     return group.log(group.between(graph.measurement, predicted))
 
 
@@ -190,19 +202,20 @@ def cost(poses: Array, graph: PoseGraph, weights: Array | None = None) -> float:
     return 0.5 * float(np.sum(u2 if weights is None else weights * u2))
 
 
-def linearise(poses: Array, r: Array, graph: PoseGraph) -> Array:
-    """Return the derivatives ``(m, D, 2 D)`` of the residuals, by pose i and then by pose j.
+def linearise(predicted: Array, r: Array, graph: PoseGraph) -> Array:
+    """Return the derivatives ``(2, m, D, D)`` of the residuals, by pose i and then by pose j.
 
-    ``r`` ``(m, D)`` are the residuals at ``poses``. Poses are perturbed on the right,
-    x ∘ Exp(δ): the derivative by pose j is Jr⁻¹(r), that by pose i −Jr⁻¹(r) Ad(x_j⁻¹ ∘ x_i).
+    ``predicted`` is what ``seen`` gives, and ``r`` ``(m, D)`` are its ``errors``. Poses are
+    perturbed on the right, x ∘ Exp(δ): the derivative by pose j is Jr⁻¹(r), that by pose i
+    is −Jr⁻¹(r) Ad(x_j⁻¹ ∘ x_i).
 
     Source: Solà et al. 2018, the chain rule over between, compose and Log.
     """
-    i, j = graph.edges.T
     group = graph.group
-    by_j = group.inverse_right_jacobian(r)
-    by_i = -by_j @ group.adjoint(group.between(poses[j], poses[i]))
-    return np.concatenate([by_i, by_j], axis=2)
+    both = np.empty((2, *graph.information.shape))
+    both[1] = group.inverse_right_jacobian(r)
+    np.matmul(both[1], -group.adjoint(group.inverse(predicted)), out=both[0])
+    return both
 
 
 def jacobians(poses: Array, graph: PoseGraph) -> tuple[Array, Array]:
@@ -210,8 +223,9 @@ def jacobians(poses: Array, graph: PoseGraph) -> tuple[Array, Array]:
 
     Source: as ``linearise``.
     """
-    both = linearise(poses, residuals(poses, graph), graph)
-    return both[..., : graph.group.DOF], both[..., graph.group.DOF :]
+    predicted = seen(poses, graph)
+    by_i, by_j = linearise(predicted, errors(predicted, graph), graph)
+    return by_i, by_j
 
 
 def select(graph: PoseGraph, used: ArrayLike) -> PoseGraph:

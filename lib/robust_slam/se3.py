@@ -21,6 +21,8 @@ DIMENSION = 3
 DOF = 6
 POSE_SHAPE: tuple[int, ...] = (3, 4)
 
+_FAR = -0.5
+"""The cosine of an angle beyond which a rotation matrix is read as a quaternion."""
 _SMALL = 0.3
 """Below this angle (rad) a series stands in for a quotient that loses its digits."""
 
@@ -119,12 +121,15 @@ def inverse_right_jacobian(xi: ArrayLike) -> Array:
     such that 1 + a z² + b z⁴ has the value and the slope of g at z = iθ.
     """
     xi = _twist("xi", xi)
-    rho, phi = xi[..., :3], xi[..., 3:]
-    angle = np.linalg.norm(phi, axis=-1)[..., None, None]
+    turn, shift = _cross_matrix(xi[..., 3:]), _cross_matrix(xi[..., :3])
+    angle = np.linalg.norm(xi[..., 3:], axis=-1)[..., None, None]
     a, b = _even_coefficients(angle)
-    once = _block_triangle(_cross_matrix(phi), _cross_matrix(rho))
-    twice = once @ once
-    return np.asarray(np.eye(6) + 0.5 * once + a * twice + b * (twice @ twice))
+    # With A = [[Φ, P], [0, Φ]] the corner of A² is Q = ΦP + PΦ, and Φ⁴ = −θ² Φ².
+    mixed, squared = turn @ shift, turn @ turn
+    mixed = mixed + np.swapaxes(mixed, -1, -2)
+    product = squared @ mixed
+    corner = 0.5 * shift + a * mixed + b * (product + np.swapaxes(product, -1, -2))
+    return _block_triangle(np.eye(3) + 0.5 * turn + (a - b * angle**2) * squared, corner)
 
 
 def _pose(name: str, value: ArrayLike) -> Array:
@@ -151,8 +156,15 @@ def _matrices(phi: Array) -> Array:
 
 
 def _rotation_vectors(matrix: Array) -> Array:
-    flat = Rotation.from_matrix(matrix.reshape(-1, 3, 3)).as_rotvec()
-    return np.asarray(flat).reshape(matrix.shape[:-1])
+    """Return φ of exp([φ]): R − Rᵀ is 2 sin θ/θ [φ], and the trace of R is 1 + 2 cos θ."""
+    flat = matrix.reshape(-1, 3, 3)
+    skew = 0.5 * (flat[:, [2, 0, 1], [1, 2, 0]] - flat[:, [1, 2, 0], [2, 0, 1]])
+    sine, cosine = np.linalg.norm(skew, axis=1), 0.5 * (np.trace(flat, axis1=1, axis2=2) - 1.0)
+    phi = skew / np.sinc(np.arctan2(sine, cosine) / np.pi)[:, None]
+    # Near half a turn R is symmetric, and R − Rᵀ has no digits left to give.
+    far = cosine < _FAR
+    phi[far] = Rotation.from_matrix(flat[far]).as_rotvec()
+    return phi.reshape(matrix.shape[:-1])
 
 
 def _cross_matrix(v: Array) -> Array:

@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike
 from robust_slam import kernels, pose_graph
 from robust_slam._arrays import Array, Mask, finite, positive
 from robust_slam._descent import check_limits, is_small, moved, rises, shrink
-from robust_slam._normal_equations import NormalEquations, linear_rise
+from robust_slam._normal_equations import NormalEquations, linear_change, linear_rise
 from robust_slam.gauss_newton import PoseGraphProblem
 from robust_slam.irls import irls
 from robust_slam.loop import Problem
@@ -234,8 +234,9 @@ class _Switched:
         The derivative of s·r by s is r, not s·r: from s = 0 the switch still moves.
         """
         graph, s = self.graph, place.switches
-        r = pose_graph.residuals(place.poses, graph)
-        jacobian = pose_graph.linearise(place.poses, r, graph)
+        predicted = pose_graph.seen(place.poses, graph)
+        r = pose_graph.errors(predicted, graph)
+        jacobian = pose_graph.linearise(predicted, r, graph)
         v = (graph.information @ r[..., None])[..., 0]
         chi2 = np.sum(r * v, axis=1)
         # A trusted edge is one whose switch is infinitely stiff: h = ∞ leaves A = Ω, p = Ωr.
@@ -247,11 +248,9 @@ class _Switched:
         pull = (s**2 - s * slope * inverse)[:, None] * v
         reduced = s[:, None, None] ** 2 * shrunk
         motion = self.equations.solve(jacobian, reduced, pull, damping)
-        ends = motion[graph.edges]
-        change = (jacobian @ ends.reshape(len(ends), -1, 1))[..., 0]
+        change = linear_change(jacobian, graph, motion)
         turn = -inverse * (slope + s * np.sum(v * change, axis=1))
-        rise = linear_rise(jacobian, reduced, pull, ends)
-        promised = 0.5 * float(np.sum(inverse * slope**2)) - rise
+        promised = 0.5 * float(np.sum(inverse * slope**2)) - linear_rise(change, reduced, pull)
         return motion, turn, max(promised, np.finfo(float).tiny)
 
 

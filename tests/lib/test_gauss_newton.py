@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from robust_slam import pose_graph, se2
+from robust_slam._descent import Place
 from robust_slam._normal_equations import NormalEquations, weighted_edges
 from robust_slam.errors import NotConverged, Underdetermined
 from robust_slam.gauss_newton import PoseGraphProblem, descend, gauss_newton
@@ -42,8 +43,7 @@ def noisy(seed, n=30, lies=0):
 
 def gradient(graph, poses, weights=None):
     weights = np.ones(len(graph.edges)) if weights is None else weights
-    r = pose_graph.residuals(poses, graph)
-    edges = weighted_edges(graph, poses, r, weights)
+    edges = weighted_edges(graph, Place.at(graph, poses, weights), weights)
     return NormalEquations(graph).assemble(*edges)[1][1:]
 
 
@@ -114,7 +114,7 @@ def test_the_sparse_step_is_the_dense_one(group, seed, damping):
         right -= weights[k] * row.T @ graph.information[k] @ r[k]
     free = (dense + damping * np.diag(np.diag(dense)))[dof:, dof:]
     expected = np.linalg.solve(free, right[dof:]).reshape(-1, dof)
-    edges = weighted_edges(graph, poses, r, weights)
+    edges = weighted_edges(graph, Place.at(graph, poses, weights), weights)
     step = NormalEquations(graph).solve(*edges, damping)
     np.testing.assert_allclose(step[1:], expected, rtol=1e-7, atol=1e-10)
     np.testing.assert_array_equal(step[0], np.zeros(dof))
@@ -260,7 +260,7 @@ def test_edges_of_weight_zero_leave_the_step_as_it_is_and_the_pattern_smaller():
     assert smaller.pattern.row.size < equations.pattern.row.size
     np.testing.assert_array_equal(smaller.graph.edges, graph.edges[~is_lie])
     whole, part = (
-        each.step(truth, pose_graph.residuals(truth, each.graph), w)
+        each.step(Place.at(each.graph, truth, w), w)
         for each, w in ((equations, weights), (smaller, kept))
     )
     np.testing.assert_allclose(part, whole, rtol=1e-8, atol=1e-12)

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import qdldl
-from scipy.sparse import csc_array, eye_array
+from scipy.sparse import csc_array
 
 from robust_slam._arrays import Indices
 
@@ -65,11 +65,13 @@ def find_elimination(n: int, edges: Indices) -> Elimination:
 
     Source: the approximate minimum degree of Amestoy, Davis and Duff 1996, by QDLDL.
     """
-    low, high = np.sort(edges, axis=1).T
-    joined = csc_array((-np.ones(low.size), (low, high)), shape=(n, n))
+    each = np.arange(n)
+    row = np.concatenate([edges.min(axis=1), each])
+    column = np.concatenate([edges.max(axis=1), each])
     # The diagonal outweighs its row, so no entry of the factor cancels.
-    heavy = eye_array(n, format="csc") * (2.0 * low.size + 1.0)
-    factor, _, order = qdldl.Solver(csc_array(joined + heavy), upper=True).factors()
+    numbers = np.concatenate([np.full(len(edges), -1.0), np.full(n, 2.0 * len(edges) + 1.0)])
+    joined = csc_array((numbers, (row, column)), shape=(n, n))
+    factor, _, order = qdldl.Solver(joined, upper=True).factors()
     return Elimination(np.asarray(order, dtype=np.intp), csc_array(factor))
 
 

@@ -22,7 +22,7 @@ from scipy.linalg.lapack import dpotrf
 from robust_slam._arrays import Array, Indices
 from robust_slam.sparse.elimination import Fronts
 
-_RUNS = 16
+_RUNS = 24
 """An update of up to so many runs of neighbouring rows is added run by run."""
 
 Place = tuple[slice, slice] | tuple[NDArray[np.intp], ...]

@@ -41,8 +41,8 @@ class BlockPattern:
     Each of the others has ``block`` unknowns. ``order`` ``(n − 1,)`` lists them as they
     are eliminated. Only the blocks on and below the diagonal are kept: number k stands in
     row ``row[k]`` and column ``column[k]``, places in that order, sorted by column and then
-    by row. ``onto`` adds up what the edges bring: first the blocks at their ends, then
-    those across, of which ``flipped`` ``(m,)`` are transposed. ``method`` factorises.
+    by row. ``onto`` adds up what the edges bring, first at their ends and then across,
+    where those of ``flipped`` ``(m,)`` are transposed. ``method`` factorises.
     """
 
     n: int
@@ -50,19 +50,21 @@ class BlockPattern:
     order: Indices
     row: Indices
     column: Indices
-    onto: csr_array
+    onto: tuple[csr_array, csr_array]
     flipped: Mask
     method: Simplicial | Multifrontal
 
-    def sum(self, ends: Array, across: Array) -> Array:
+    def sum(self, pieces: Array) -> Array:
         """Return the filled blocks ``(k, block, block)`` that the edges add up to.
 
-        ``ends`` ``(m, 2, block, block)`` are theirs on the diagonal, at pose i and pose j,
-        ``across`` ``(m, block, block)`` those in the rows of i and the columns of j.
+        ``pieces`` ``(3, m, block, block)`` are what they bring: the blocks on the diagonal
+        at pose i, those at pose j, and those in the rows of i and the columns of j.
         """
-        turned = np.where(self.flipped[:, None, None], np.swapaxes(across, 1, 2), across)
-        pieces = [ends.reshape(-1, self.block**2), turned.reshape(-1, self.block**2)]
-        total = self.onto @ np.concatenate(pieces)
+        across = pieces[2].copy()
+        across[self.flipped] = np.swapaxes(pieces[2, self.flipped], 1, 2)
+        first, last = self.onto
+        size = self.block**2
+        total = first @ pieces[:2].reshape(-1, size) + last @ across.reshape(-1, size)
         return np.asarray(total).reshape(-1, self.block, self.block)
 
     def diagonal(self, blocks: Array) -> Array:
@@ -131,14 +133,23 @@ def find_pattern(n: int, edges: Indices, block: int) -> BlockPattern:
     return BlockPattern(n, block, order, row, column, onto, flipped, method)
 
 
-def _filled(ends: Indices, size: int) -> tuple[Indices, Indices, csr_array]:
+def pieces(blocks: Array) -> Array:
+    """Return the pieces ``(3, m, b, b)`` of ``sum`` of symmetric edge blocks.
+
+    ``blocks`` ``(m, 2, 2, b, b)`` go over both ends twice, rows and columns.
+    """
+    return np.stack([blocks[:, 0, 0], blocks[:, 1, 1], blocks[:, 0, 1]])
+
+
+def _filled(ends: Indices, size: int) -> tuple[Indices, Indices, tuple[csr_array, csr_array]]:
     """Return rows and columns of the filled blocks, and what adds the edges up to them.
 
     ``ends`` ``(m, 2)`` are places of poses, −1 for the one that is left out.
     """
-    row = np.concatenate([ends.ravel(), ends.max(axis=1)])
-    column = np.concatenate([ends.ravel(), ends.min(axis=1)])
+    m = len(ends)
+    row = np.concatenate([ends.T.ravel(), ends.max(axis=1)])
+    column = np.concatenate([ends.T.ravel(), ends.min(axis=1)])
     free = np.flatnonzero(column >= 0)
     filled, at = np.unique(column[free] * size + row[free], return_inverse=True)
-    onto = csr_array((np.ones(at.size), (at, free)), shape=(filled.size, row.size))
-    return filled % size, filled // size, onto
+    onto = csr_array((np.ones(at.size), (at, free)), shape=(filled.size, 3 * m))
+    return filled % size, filled // size, (onto[:, : 2 * m], onto[:, 2 * m :])

@@ -33,29 +33,28 @@ class Simplicial:
         # QDLDL wants the columns of the upper triangle: these are our rows up to the diagonal.
         inside = np.repeat(np.arange(size * block), np.diff(lower.indptr)) >= lower.indices
         self._source = lower.data[inside]
-        self._starts = np.concatenate([[0], np.cumsum(inside)])[lower.indptr]
-        self._indices = lower.indices[inside]
+        starts = np.concatenate([[0], np.cumsum(inside)])[lower.indptr]
+        numbers = np.ones(self._source.size)
+        self._matrix = csc_array((numbers, lower.indices[inside], starts), shape=lower.shape)
         self._solver: qdldl.Solver | None = None
         self._count = 0
 
     def factorise(self, blocks: Array) -> SimplicialFactors | None:
         """Return the factors, or None if the matrix is not positive definite."""
-        n = self.shape[0] * self.shape[1]
-        numbers = blocks.ravel()[self._source]
-        matrix = csc_array((numbers, self._indices, self._starts), shape=(n, n))
+        np.take(blocks.ravel(), self._source, out=self._matrix.data)
         self._count += 1
         try:
             if self._solver is None:
-                self._solver = qdldl.Solver(matrix, upper=True)
+                self._solver = qdldl.Solver(self._matrix, upper=True)
             else:
-                self._solver.update(matrix, upper=True)
+                self._solver.update(self._matrix, upper=True)
         except RuntimeError:
             return None
         _, diagonal, order = self._solver.factors()
-        pivots = np.empty(n)
-        pivots[order] = diagonal
-        if not np.all(pivots > 0.0):
+        if not np.all(diagonal > 0.0):
             return None
+        pivots = np.empty(diagonal.size)
+        pivots[order] = diagonal
         return SimplicialFactors(self, self._count, pivots.reshape(self.shape))
 
     def solve(self, number: int, right: Array) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from robust_slam.sparse.multifrontal import Multifrontal
-from robust_slam.sparse.pattern import find_pattern
+from robust_slam.sparse.pattern import find_pattern, pieces
 from robust_slam.sparse.simplicial import Simplicial
 
 METHODS = {"simplicial": Simplicial, "multifrontal": Multifrontal}
@@ -26,7 +26,7 @@ def edge_blocks(m, block, rng):
 
 
 def summed(pattern, blocks):
-    return pattern.sum(blocks[:, (0, 1), (0, 1)], blocks[:, 0, 1])
+    return pattern.sum(pieces(blocks))
 
 
 def dense(n, edges, blocks):
