@@ -56,7 +56,8 @@ data: setup ## download the public pose graphs; nothing else ever downloads them
 	$(BIN)/python -m robust_slam.datasets
 
 bench: setup ## both sides in one run: our estimators and GTSAM's, and the like
-	@for name in $(BENCHES); do $(BIN)/python -m benchmarks.$$name; done
+	@failed=0; for name in $(BENCHES); do $(BIN)/python -m benchmarks.$$name || failed=1; done; \
+	exit $$failed
 
 sweep: setup ## every method, kind of lies and rate, on many graphs; goes on where it stopped
 	$(BIN)/python -m benchmarks.sweep --jobs $(JOBS)

@@ -30,7 +30,7 @@ def draw_growth(ax: Axes, sizes: ArrayLike, costs: ArrayLike) -> Axes:
     exponent, factor = _power_law(sizes, costs)
     ends = np.array([np.min(sizes), np.max(sizes)], dtype=np.float64)
     law = np.exp(factor) * ends**exponent
-    ax.plot(ends, law, color=PALETTE["muted"], linestyle="--", label=f"∝ n^{exponent:.2f}")
+    ax.plot(ends, law, color=PALETTE["muted"], linestyle="--", label=f"∝ $n^{{{exponent:.2f}}}$")
     ax.plot(sizes, costs, "o", color=PALETTE["estimate"], label="measured")
     ax.set(xscale="log", yscale="log", xlabel="poses n")
     return ax

@@ -34,7 +34,7 @@ def test_points_and_the_fitted_line_are_drawn_over_logarithmic_axes(ax: Axes) ->
     law, points = ax.lines
     assert ax.get_xscale() == ax.get_yscale() == "log"
     assert points.get_xdata().tolist() == SIZES
-    assert law.get_label() == "∝ n^1.25"
+    assert law.get_label() == "∝ $n^{1.25}$"
     assert law.get_ydata() == pytest.approx(2.0 * np.array([10.0, 1000.0]) ** 1.25)
 
 

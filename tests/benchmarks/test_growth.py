@@ -1,0 +1,39 @@
+"""The table of growth: as written, as committed, as read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks import growth
+from benchmarks.growth import Size
+
+COMMITTED = Path(__file__).resolve().parents[2] / "chapters" / "data" / "growth.csv"
+
+
+def test_a_written_table_reads_back(tmp_path: Path) -> None:
+    path = tmp_path / "growth.csv"
+    path.write_text(growth.table([Size(10, 11, 0.5, 0.25, 0.125, 90.0, 70.0)] * 2))
+    assert np.loadtxt(path, delimiter=",")[1].tolist() == [10, 11, 0.5, 0.25, 0.125, 90, 70]
+
+
+def test_a_small_map_costs_time_and_memory() -> None:
+    size = growth.measure_apart(200)
+    assert (size.poses, size.closures) == (200, 200)
+    assert 0.0 < size.step < 1.0
+    assert size.base <= size.memory < 1000.0
+
+
+def test_the_exponents_are_those_of_step_and_of_memory_above_the_base() -> None:
+    sizes = [Size(n, n, 0.0, 0.0, 1e-6 * n**1.5, 70.0 + 0.01 * n, 70.0) for n in (10, 100, 1000)]
+    assert growth.exponents(sizes) == ["exponent step 1.50", "exponent memory 1.00"]
+
+
+def test_the_committed_table_has_every_size_its_command_and_its_seed() -> None:
+    header = [line for line in COMMITTED.read_text().splitlines() if line.startswith("#")]
+    assert header == [line for line in growth.table([]).splitlines() if line]
+    rows = np.loadtxt(COMMITTED, delimiter=",")
+    assert rows[:, 0] == pytest.approx(growth.SIZES)
+    assert np.all(np.diff(rows[:, 4]) > 0.0)

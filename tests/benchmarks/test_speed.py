@@ -1,0 +1,151 @@
+"""How speed is measured: in turns, on one thread, with an end; and what is printed of it."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import threading
+from types import ModuleType
+
+import numpy as np
+import pytest
+from robust_slam import start
+from robust_slam.gauss_newton import PoseGraphProblem
+from robust_slam.generate import manhattan, sphere
+
+from benchmarks.speed import clock
+from benchmarks.speed.clock import Side, Spent, in_turns, spend, spend_apart
+from benchmarks.speed.figure import Figure, shown
+from tests.conftest import leave_out
+from tests.lib.worlds import assert_same_poses
+
+
+def need(*names: str) -> None:
+    """Leave the test out where one of the packages is missing."""
+    for name in names:
+        if importlib.util.find_spec(name) is None:
+            leave_out(f"{name} is not installed; nothing is measured beside it")
+
+
+@pytest.fixture(name="figures")
+def all_figures() -> ModuleType:
+    need("gtsam", "networkx")
+    from benchmarks.speed import __main__
+
+    return __main__
+
+
+class TestTheClock:
+    def sides(self, seconds: dict[str, list[float]]) -> tuple[list[Side], list[str]]:
+        """Sides whose runs return these times, and the names of those that have run."""
+        turns: list[str] = []
+
+        def side(name: str) -> Side:
+            left = iter(seconds[name])
+            return Side(name, lambda: (turns.append(name), next(left))[1])
+
+        return [side(name) for name in seconds], turns
+
+    def told(self, side: Side) -> Spent:
+        return Spent(side.run(), side.name)
+
+    def test_sides_take_turns_and_the_median_counts(self) -> None:
+        sides, turns = self.sides({"a": [1.0, 9.0, 2.0], "b": [4.0, 3.0, 5.0]})
+        a, b = in_turns(sides, self.told, runs=3)
+        assert turns == ["a", "b"] * 3
+        assert (a, b) == (Spent(2.0, "a", 3), Spent(4.0, "b", 3))
+
+    def test_a_long_run_stands_alone(self) -> None:
+        sides, turns = self.sides({"a": [1.0, 1.0], "b": [clock.LONG + 0.1]})
+        assert [spent.runs for spent in in_turns(sides, self.told, runs=2)] == [2, 1]
+        assert turns == ["a", "b", "a"]
+
+    def test_the_answer_is_read(self) -> None:
+        assert spend(Side("sum", lambda: [1, 2], sum)).answer == 3
+
+    def test_two_threads_are_noticed(self) -> None:
+        data = bytes(50_000_000)
+
+        def run() -> None:
+            other = threading.Thread(target=hashlib.sha256, args=(data,))
+            other.start()
+            other.join()
+
+        with pytest.raises(RuntimeError, match="one"):
+            spend(Side("two threads", run))
+
+    def test_a_run_apart_gives_its_answer_and_time(self) -> None:
+        spent = spend_apart(Side("sum", lambda: sum(range(1_000_000))))
+        assert spent.answer == 499999500000
+        assert 0.0 < spent.seconds < 5.0 and not spent.stopped
+
+    def test_a_run_apart_is_stopped(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(clock, "LIMIT", 1)
+
+        def forever() -> None:
+            while True:
+                pass
+
+        spent = spend_apart(Side("forever", forever))
+        assert spent.stopped and spent.seconds == 1.0 and spent.answer is None
+
+    def test_a_failure_apart_is_told(self) -> None:
+        with pytest.raises(RuntimeError, match="halves fails: division by zero"):
+            spend_apart(Side("halves", lambda: 1 / 0))
+
+
+class TestWhatIsPrinted:
+    def test_a_ratio_is_other_by_ours(self) -> None:
+        assert Figure(Spent(3.0, None), Spent(2.0, None), "").ratio == "1.50"
+
+    def test_a_run_that_was_stopped_gives_a_bound(self) -> None:
+        stopped = Spent(120.0, None, stopped=True)
+        assert Figure(stopped, Spent(2.0, None), "").ratio == "> 60.00"
+        assert shown(stopped) == "stopped after 120 s"
+
+    def test_seconds_are_short_and_say_how_often(self) -> None:
+        assert shown(Spent(0.0412, None, runs=5)) == "41.2 ms"
+        assert shown(Spent(3.4, None)) == "3.40 s (once)"
+
+    def test_the_ratio_has_a_line_of_its_own(self, figures: ModuleType) -> None:
+        figure = Figure(Spent(3.0, None), Spent(2.0, None), "seconds")
+        assert figures.line("gn/intel", figure).splitlines() == [
+            "  seconds",
+            "ratio gn/intel 1.50",
+        ]
+
+
+class TestTheFigures:
+    def test_every_graph_and_share_has_its_figures(self, figures: ModuleType) -> None:
+        kinds = [name.split("/")[0] for name in figures.measurements()]
+        assert {kind: kinds.count(kind) for kind in kinds} == {
+            "gn": 7, "certificate": 7, "chordal": 3, "clique": 1, "gnc": 9, "gnc-onestep": 9,
+        }  # fmt: skip
+
+    def test_a_name_chooses_itself_and_what_is_below(self, figures: ModuleType) -> None:
+        names = ["gn/intel", "gnc/intel/10", "gnc/intel/30", "gnc/CSAIL/10"]
+        assert figures.chosen(names, []) == names
+        assert figures.chosen(names, ["gn"]) == ["gn/intel"]
+        assert figures.chosen(names, ["gnc/intel"]) == ["gnc/intel/10", "gnc/intel/30"]
+
+    def test_an_unknown_name_is_refused(self, figures: ModuleType) -> None:
+        with pytest.raises(ValueError, match="no figure gn/inte;"):
+            figures.chosen(["gn/intel"], ["gn/inte"])
+
+
+@pytest.mark.parametrize("make", [manhattan, sphere], ids=["plane", "space"])
+def test_the_loop_over_gtsam_takes_our_steps(make) -> None:
+    need("gtsam")
+    from robust_slam import gtsam_graph
+
+    from benchmarks.speed.graduated import STEPS, GtsamProblem
+
+    graph, _ = make(60, np.random.default_rng(0), closures=20)
+    guess = start.spanning_tree(graph)
+    weights = np.where(graph.is_odometry, 1.0, np.arange(len(graph.edges)) % 3 / 2.0)
+    factors, values = gtsam_graph.to_gtsam(graph, guess)
+    problem = GtsamProblem(graph, factors)
+    ours = PoseGraphProblem(graph, guess, steps=STEPS)
+    assert problem.residual_norms(values) == pytest.approx(ours.residual_norms(guess))
+    stepped = gtsam_graph.poses_from_gtsam(problem.solve(weights, values), graph)
+    assert_same_poses(graph.group, stepped, ours.solve(weights, guess), 1e-5)
