@@ -57,14 +57,13 @@ def _header() -> Iterator[str]:
 def _values(runs: list[Run]) -> list[object]:
     scores = [run.score for run in runs if run.score is not None]
     counts = [len(runs), len(runs) - len(scores), sum(one.ate <= LOST for one in scores)]
-    seconds = f"{median(run.seconds for run in runs):.2f}"
+    seconds = _short(median(run.seconds for run in runs), 2)
     if not scores:
         return [*counts, "", "", "", "", seconds]
     errors = [one.ate for one in scores]
-    return [
-        *counts,
-        f"{fmean(one.precision for one in scores):.3f}",
-        f"{fmean(one.recall for one in scores):.3f}",
-        *(f"{value:.3f}" for value in (median(errors), max(errors))),
-        seconds,
-    ]
+    means = (fmean(one.precision for one in scores), fmean(one.recall for one in scores))
+    return [*counts, *map(_short, (*means, median(errors), max(errors))), seconds]
+
+
+def _short(value: float, digits: int = 3) -> str:
+    return f"{round(value, digits):g}"
