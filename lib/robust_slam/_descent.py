@@ -22,15 +22,16 @@ STEP_LIMIT = 500
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """Poses, what each edge sees there, its residual ``(m, D)``, and the weighted cost.
+    """Poses, and what both their cost and the next step from there want to know.
 
-    Each is found once, although both the cost and the next step want them. ``predicted``
-    is that of ``pose_graph.seen``.
+    ``predicted`` is what ``pose_graph.seen`` gives, ``residuals`` ``(m, D)`` are the r of
+    the edges, and ``pull`` ``(m, D)`` is w Ω r.
     """
 
     poses: Array
     predicted: Array
     residuals: Array
+    pull: Array
     cost: float
 
     @classmethod
@@ -38,7 +39,8 @@ class Place:
         """Return the place of ``poses``, each edge of ``graph`` with its weight ``(m,)``."""
         predicted = pose_graph.seen(poses, graph)
         r = pose_graph.errors(predicted, graph)
-        return cls(poses, predicted, r, 0.5 * float(weights @ pose_graph.squares(r, graph)))
+        pull = weights[:, None] * pose_graph.loaded(r, graph)
+        return cls(poses, predicted, r, pull, 0.5 * float(np.sum(r * pull)))
 
 
 @dataclass(frozen=True, eq=False)

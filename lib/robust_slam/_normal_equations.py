@@ -78,9 +78,11 @@ class NormalEquations:
         pieces = np.empty((3, *information.shape))
         np.matmul(turned, loaded, out=pieces[:2])
         np.matmul(turned[0], loaded[1], out=pieces[2])
-        slopes = np.sum(jacobian * pull[:, :, None], axis=2).reshape(-1, self.pattern.block)
+        slopes = (turned @ pull[..., None]).reshape(-1, self.pattern.block)
         ends = self.graph.edges.T.ravel()
-        gradient: Array = np.stack([np.bincount(ends, slope, self.graph.n) for slope in slopes.T], axis=1)
+        gradient: Array = np.stack(
+            [np.bincount(ends, slope, self.graph.n) for slope in slopes.T], axis=1
+        )
         return self.pattern.sum(pieces), gradient
 
 
@@ -89,10 +91,8 @@ def weighted_edges(graph: PoseGraph, place: Place, weights: Array) -> tuple[Arra
 
     These are J ``(2, m, D, D)``, A = w Ω ``(m, D, D)`` and p = w Ω r ``(m, D)``.
     """
-    information = weights[:, None, None] * graph.information
-    pull = (information @ place.residuals[..., None])[..., 0]
     jacobian = pose_graph.linearise(place.predicted, place.residuals, graph)
-    return jacobian, information, pull
+    return jacobian, weights[:, None, None] * graph.information, place.pull
 
 
 def linear_change(jacobian: Array, graph: PoseGraph, step: Array) -> Array:

@@ -182,13 +182,13 @@ def errors(predicted: Array, graph: PoseGraph) -> Array:
 
 def squared_norms(poses: Array, graph: PoseGraph) -> Array:
     """Return the squared whitened residual rᵀ Ω r of each edge, ``(m,)``, without a unit."""
-    return squares(residuals(poses, graph), graph)
+    r = residuals(poses, graph)
+    return np.asarray(np.maximum(np.sum(r * loaded(r, graph), axis=1), 0.0))
 
 
-def squares(r: Array, graph: PoseGraph) -> Array:
-    """Return rᵀ Ω r ``(m,)``, without a unit, for residuals ``r`` ``(m, D)`` in m and rad."""
-    loaded = (graph.information @ r[..., None])[..., 0]
-    return np.asarray(np.maximum(np.sum(r * loaded, axis=1), 0.0))
+def loaded(r: Array, graph: PoseGraph) -> Array:
+    """Return Ω r ``(m, D)`` for residuals ``r`` ``(m, D)`` in m and rad."""
+    return np.asarray((graph.information @ r[..., None])[..., 0])
 
 
 def residual_norms(poses: Array, graph: PoseGraph) -> Array:

@@ -78,7 +78,7 @@ def exp(xi: ArrayLike) -> Array:
     """
     xi = _twist("xi", xi)
     rho, phi = xi[..., :3], xi[..., 3:]
-    angle = np.linalg.norm(phi, axis=-1)
+    angle = _length(phi)
     # V = I + (1 − cos θ)/θ² [φ] + (θ − sin θ)/θ³ [φ]²; np.sinc holds at 0.
     once = 0.5 * np.sinc(angle / (2.0 * np.pi)) ** 2
     turned = np.cross(phi, rho)
@@ -95,7 +95,7 @@ def log(p: ArrayLike) -> Array:
     phi = _rotation_vectors(p[..., :3])
     place = p[..., 3]
     # V⁻¹ = I − ½ [φ] + (1 − (θ/2) cot(θ/2))/θ² [φ]²
-    bend = _bend(np.linalg.norm(phi, axis=-1))
+    bend = _bend(_length(phi))
     turned = np.cross(phi, place)
     rho = place - 0.5 * turned + bend[..., None] * np.cross(phi, turned)
     return np.concatenate([rho, phi], axis=-1)
@@ -122,14 +122,15 @@ def inverse_right_jacobian(xi: ArrayLike) -> Array:
     """
     xi = _twist("xi", xi)
     turn, shift = _cross_matrix(xi[..., 3:]), _cross_matrix(xi[..., :3])
-    angle = np.linalg.norm(xi[..., 3:], axis=-1)[..., None, None]
-    a, b = _even_coefficients(angle)
+    angle = _length(xi[..., 3:])[..., None, None]
+    bend, b = _even_coefficients(angle)
+    a = bend + b * angle**2
     # With A = [[Φ, P], [0, Φ]] the corner of A² is Q = ΦP + PΦ, and Φ⁴ = −θ² Φ².
     mixed, squared = turn @ shift, turn @ turn
     mixed = mixed + np.swapaxes(mixed, -1, -2)
     product = squared @ mixed
     corner = 0.5 * shift + a * mixed + b * (product + np.swapaxes(product, -1, -2))
-    return _block_triangle(np.eye(3) + 0.5 * turn + (a - b * angle**2) * squared, corner)
+    return _block_triangle(np.eye(3) + 0.5 * turn + bend * squared, corner)
 
 
 def _pose(name: str, value: ArrayLike) -> Array:
@@ -146,6 +147,10 @@ def _twist(name: str, value: ArrayLike) -> Array:
     return array
 
 
+def _length(v: Array) -> Array:
+    return np.asarray(np.sqrt(np.sum(v * v, axis=-1)))
+
+
 def _times(matrix: Array, v: Array) -> Array:
     return np.asarray((matrix @ v[..., None])[..., 0])
 
@@ -159,12 +164,12 @@ def _rotation_vectors(matrix: Array) -> Array:
     """Return φ of exp([φ]): R − Rᵀ is 2 sin θ/θ [φ], and the trace of R is 1 + 2 cos θ."""
     flat = matrix.reshape(-1, 3, 3)
     skew = 0.5 * (flat[:, [2, 0, 1], [1, 2, 0]] - flat[:, [1, 2, 0], [2, 0, 1]])
-    sine, cosine = np.linalg.norm(skew, axis=1), 0.5 * (np.trace(flat, axis1=1, axis2=2) - 1.0)
+    sine, cosine = _length(skew), 0.5 * (np.trace(flat, axis1=1, axis2=2) - 1.0)
     phi = skew / np.sinc(np.arctan2(sine, cosine) / np.pi)[:, None]
     # Near half a turn R is symmetric, and R − Rᵀ has no digits left to give.
     far = cosine < _FAR
     phi[far] = Rotation.from_matrix(flat[far]).as_rotvec()
-    return phi.reshape(matrix.shape[:-1])
+    return np.asarray(phi.reshape(matrix.shape[:-1]))
 
 
 def _cross_matrix(v: Array) -> Array:
@@ -177,9 +182,10 @@ def _cross_matrix(v: Array) -> Array:
 
 def _block_triangle(diagonal: Array, corner: Array) -> Array:
     """Return [[diagonal, corner], [0, diagonal]] of blocks ``(…, 3, 3)``."""
-    full = np.zeros((*diagonal.shape[:-2], 6, 6))
+    full = np.empty((*diagonal.shape[:-2], 6, 6))
     full[..., :3, :3] = full[..., 3:, 3:] = diagonal
     full[..., :3, 3:] = corner
+    full[..., 3:, :3] = 0.0
     return full
 
 
@@ -201,7 +207,7 @@ def _bend(angle: Array) -> Array:
 
 
 def _even_coefficients(angle: Array) -> tuple[Array, Array]:
-    """Return a and b of ``inverse_right_jacobian``.
+    """Return a − b θ² and b of ``inverse_right_jacobian``.
 
     With γ = (θ/2) cot(θ/2) they solve 1 − a θ² + b θ⁴ = γ and −2 a θ + 4 b θ³ = dγ/dθ.
     """
@@ -211,7 +217,7 @@ def _even_coefficients(angle: Array) -> tuple[Array, Array]:
     slope = 0.5 * np.cos(safe / 2.0) / sine - 0.25 * safe / sine**2
     series = _power_series(angle, -1 / 720, -1 / 15120, -1 / 403200, -1 / 11975040)
     b = np.where(small, series, (slope + 2.0 * safe * _bend(safe)) / (2.0 * safe**3))
-    return _bend(angle) + b * angle**2, b
+    return _bend(angle), b
 
 
 def _power_series(angle: Array, *coefficients: float) -> Array:

@@ -12,6 +12,7 @@ elimination tree and minimum degree; Ashcraft and Grimes 1989 for fronts with a 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import qdldl
@@ -19,9 +20,9 @@ from scipy.sparse import csc_array
 
 from robust_slam._arrays import Indices
 
-_ZEROS = ((4, 1.0), (16, 0.8), (48, 0.1))
-"""Up to this many poses wide, a front may hold this share of zeros; wider ones hold less."""
-_ZEROS_BEYOND = 0.05
+_FRONT, _MULTIPLICATION, _UPDATE, _STORED = 16e-6, 1e-10, 4e-9, 2e-9
+"""Seconds that a front takes, each of its multiplications, each entry that it hands on, and
+each that it keeps. What counts are their ratios, which are much the same everywhere."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,10 +76,10 @@ def find_elimination(n: int, edges: Indices) -> Elimination:
     return Elimination(np.asarray(order, dtype=np.intp), csc_array(factor))
 
 
-def find_fronts(elimination: Elimination) -> Fronts:
+def find_fronts(elimination: Elimination, block: int) -> Fronts:
     """Return the fronts of an elimination, its order changed so that each is in one piece.
 
-    The new order makes the same fill-in.
+    The new order makes the same fill-in. A vertex stands for ``block`` unknowns.
     """
     factor, height = elimination.factor, elimination.filled
     parent = np.full(height.size, -1, dtype=np.intp)
@@ -89,7 +90,7 @@ def find_fronts(elimination: Elimination) -> Fronts:
     leading = _leading_first(parent)
     place = np.argsort(leading)
     parent = np.where(parent >= 0, place[parent], -1)[leading]
-    first = _first_columns(parent.tolist(), height[leading].tolist())
+    first = _first_columns(parent.tolist(), height[leading], block)
     last = leading[np.append(first[1:], height.size) - 1]
     rows = (factor.indices[factor.indptr[v] : factor.indptr[v + 1]] for v in last.tolist())
     return Fronts(
@@ -113,30 +114,31 @@ def _leading_first(parent: Indices) -> Indices:
     return np.array(backwards[::-1], dtype=np.intp)
 
 
-def _first_columns(parent: list[int], below: list[int]) -> Indices:
+def _first_columns(parent: list[int], below: Indices, block: int) -> Indices:
     """Return the first column of each front.
 
-    Every column is joined with the fronts right before it that lead to it, where that
-    pays. Their rows are then as long as its own, and some entries are zeros.
+    Every column is joined with the fronts right before it that lead to it, as long as the
+    joint front takes less time than both. Its columns are all as long as the longest, so
+    it holds some zeros.
     """
     firsts: list[int] = []
-    zeros: list[int] = []
-    for column, height in enumerate(below):
-        first, empty = column, 0
+    seconds: list[float] = []
+    rows = (block * below).tolist()
+    alone = _seconds(block, block * below).tolist()
+    for column, own in enumerate(alone):
+        first = column
         while firsts and first <= parent[first - 1] <= column:
-            width = column - firsts[-1] + 1
-            longer = column - first + 1 + height - below[first - 1]
-            joint = empty + zeros[-1] + (first - firsts[-1]) * longer
-            if joint and not _pays(joint, width, height):
+            joint = _seconds(block * (column - firsts[-1] + 1), rows[column])
+            if joint > own + seconds[-1]:
                 break
-            first, empty = firsts.pop(), joint
-            zeros.pop()
+            first, own = firsts.pop(), joint
+            seconds.pop()
         firsts.append(first)
-        zeros.append(empty)
+        seconds.append(own)
     return np.array(firsts, dtype=np.intp)
 
 
-def _pays(zeros: int, width: int, below: int) -> bool:
-    """Tell whether so many zeros cost less than one more front."""
-    allowed = next((share for most, share in _ZEROS if width <= most), _ZEROS_BEYOND)
-    return zeros <= allowed * width * ((width + 1) / 2 + below)
+def _seconds(k: int, r: Any) -> Any:
+    """Return what a front of k columns with r rows below takes, in seconds."""
+    multiplications = k * (k * k / 3 + r * (k + r))
+    return _FRONT + _MULTIPLICATION * multiplications + _UPDATE * r * r + _STORED * k * (k + r)

@@ -127,9 +127,9 @@ def _plans(block: int, fronts: Fronts) -> list[_Plan]:
 
 def _pieces(rows: Indices, parent: _Plan) -> list[tuple[int, Place, Place]]:
     """Return how an update over ``rows`` is added to the three parts of ``parent``."""
-    split = int(np.searchsorted(rows, parent.own.stop))
+    split = int(rows.searchsorted(parent.own.stop))
     inside = rows[:split] - parent.own.start
-    below = np.searchsorted(parent.rows, rows[split:])
+    below = parent.rows.searchsorted(rows[split:])
     tops, sides = _runs(inside, 0), _runs(below, split)
     if len(tops) + len(sides) > _RUNS:
         here, after = slice(0, split), slice(split, None)
@@ -153,12 +153,13 @@ def _runs(places: Indices, offset: int) -> list[tuple[slice, slice]]:
     """Return the slices that make up ``places``, and where they stand, from ``offset`` on."""
     if not places.size:
         return []
-    cuts = (np.flatnonzero(places[1:] - places[:-1] != 1) + 1).tolist()
-    bounds = list(pairwise([0, *cuts, places.size]))
-    starts = places[[a for a, _ in bounds]].tolist()
+    cuts = (places[1:] - places[:-1] != 1).nonzero()[0] + 1
+    starts = [0, *cuts.tolist()]
     return [
-        (slice(start, start + b - a), slice(offset + a, offset + b))
-        for start, (a, b) in zip(starts, bounds, strict=True)
+        (slice(place, place + b - a), slice(offset + a, offset + b))
+        for place, a, b in zip(
+            places[starts].tolist(), starts, [*starts[1:], places.size], strict=True
+        )
     ]
 
 

@@ -118,7 +118,7 @@ def find_pattern(n: int, edges: Indices, block: int) -> BlockPattern:
     """
     elimination = find_elimination(n - 1, edges[np.all(edges > 0, axis=1)] - 1)
     dense = elimination.multiplications * block**3 > _DENSE * n
-    fronts = find_fronts(elimination) if dense else None
+    fronts = find_fronts(elimination, block) if dense else None
     order = (elimination.order if fronts is None else fronts.order) + 1
     place = np.full(n, -1, dtype=np.intp)
     place[order] = np.arange(n - 1)

@@ -38,7 +38,7 @@ def test_the_factor_has_the_fill_in_of_the_order(seed):
 @pytest.mark.parametrize(("n", "more"), [(1, 0), (2, 0), (40, 0), (40, 60), (25, 300)])
 def test_fronts_cover_all_columns_and_hold_what_is_filled_in(seed, n, more):
     edges = random_edges(n, more, np.random.default_rng(seed)) if n > 1 else np.empty((0, 2), int)
-    fronts = find_fronts(find_elimination(n, edges))
+    fronts = find_fronts(find_elimination(n, edges), 3)
     assert sorted(fronts.order.tolist()) == list(range(n))
     assert fronts.first[0] == 0 and fronts.first[-1] == n and np.all(np.diff(fronts.first) > 0)
     expected = fill(n, edges, fronts.order)
@@ -54,7 +54,7 @@ def test_a_tree_is_eliminated_without_fill_in():
 
 
 def test_a_forest_of_single_vertices_has_a_front_for_each():
-    fronts = find_fronts(find_elimination(3, np.empty((0, 2), dtype=int)))
+    fronts = find_fronts(find_elimination(3, np.empty((0, 2), dtype=int)), 6)
     assert [rows.tolist() for rows in fronts.rows] == [[], [], []]
 
 
