@@ -12,7 +12,6 @@ elimination tree and minimum degree; Ashcraft and Grimes 1989 for fronts with a 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import qdldl
@@ -124,11 +123,10 @@ def _first_columns(parent: list[int], below: Indices, block: int) -> Indices:
     firsts: list[int] = []
     seconds: list[float] = []
     rows = (block * below).tolist()
-    alone = _seconds(block, block * below).tolist()
-    for column, own in enumerate(alone):
-        first = column
+    for column, height in enumerate(rows):
+        first, own = column, _seconds(block, height)
         while firsts and first <= parent[first - 1] <= column:
-            joint = _seconds(block * (column - firsts[-1] + 1), rows[column])
+            joint = _seconds(block * (column - firsts[-1] + 1), height)
             if joint > own + seconds[-1]:
                 break
             first, own = firsts.pop(), joint
@@ -138,7 +136,7 @@ def _first_columns(parent: list[int], below: Indices, block: int) -> Indices:
     return np.array(firsts, dtype=np.intp)
 
 
-def _seconds(k: int, r: Any) -> Any:
+def _seconds(k: int, r: int) -> float:
     """Return what a front of k columns with r rows below takes, in seconds."""
     multiplications = k * (k * k / 3 + r * (k + r))
     return _FRONT + _MULTIPLICATION * multiplications + _UPDATE * r * r + _STORED * k * (k + r)
