@@ -42,6 +42,7 @@ def page() -> dict[str, Any]:
         "canvas-draw",
         "canvas-words",
         "canvas-ransac",
+        "robots-town",
         "robots-world",
         "robots-draw",
         "robots-words",

@@ -37,14 +37,9 @@ def draw_robots(
     if robot.max() >= len(_ROBOTS):
         raise ValueError(f"labels: {robot.max() + 1} robots, but there are {len(_ROBOTS)} looks")
     for name in np.unique(robot):
-        look = _ROBOTS[name]
-        style: dict[str, Any] = {
-            "color": look.color,
-            "marker": look.marker,
-            "linewidth": 1.6,
-            "markersize": 4.5,
-        }
-        ax.plot(*xy[robot == name].T, **style, label=f"robot {name}")
+        look, own = _ROBOTS[name], xy[robot == name]
+        style: dict[str, Any] = {"color": look.color, "marker": look.marker, "markersize": 4.5}
+        ax.plot(*own.T, linestyle="-", linewidth=1.6, **style, label=f"robot {name}")
     shared = robot[graph.edges[:, 0]] != robot[graph.edges[:, 1]]
     border = xy[np.unique(graph.edges[shared])]
     ring: dict[str, Any] = {"mfc": "none", "mec": PALETTE["truth"], "markersize": 9, "mew": 0.9}
@@ -55,7 +50,7 @@ def draw_robots(
     _draw_edges(ax, ends[doubted], PALETTE["inlier"], (0.0, (4.0, 2.0)), "in doubt")
     _draw_edges(ax, ends[w == 0.0], PALETTE["muted"], (0.0, (1.0, 2.0)), "rejected")
     lies = ends[mask("is_outlier", is_outlier, len(graph.edges))[shared]].mean(axis=1)
-    ax.plot(*lies.T, "X", color=PALETTE["outlier"], label=f"on a lie ({len(lies)})")
+    ax.plot(*lies.T, "X", color=PALETTE["outlier"], label=f"lie ({len(lies)})")
     ax.set_aspect("equal", adjustable="box")
     ax.set_axis_off()
     return ax

@@ -42,13 +42,11 @@ def test_rings_are_on_the_boundary_and_nowhere_else(lines: dict[str, Line2D]) ->
 def test_shared_closures_are_counted_by_what_is_thought_of_them(
     lines: dict[str, Line2D],
 ) -> None:
-    assert {"trusted (1)", "in doubt (1)", "rejected (1)", "on a lie (1)"} <= set(lines)
+    assert {"trusted (1)", "in doubt (1)", "rejected (1)", "lie (1)"} <= set(lines)
     np.testing.assert_array_equal(
         np.asarray(lines["trusted (1)"].get_xydata())[:2], POSES[[0, 3], :2]
     )
-    np.testing.assert_array_equal(
-        lines["on a lie (1)"].get_xydata(), [POSES[[2, 4], :2].mean(axis=0)]
-    )
+    np.testing.assert_array_equal(lines["lie (1)"].get_xydata(), [POSES[[2, 4], :2].mean(axis=0)])
 
 
 def test_there_are_not_looks_for_any_number_of_robots() -> None:
