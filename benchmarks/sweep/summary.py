@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator
 from statistics import fmean, median
 
 from benchmarks.methods import METHODS
-from benchmarks.sweep.definition import CPU_LIMIT, KINDS, LOST, PLANS, digest
+from benchmarks.sweep.definition import CPU_LIMIT, KINDS, LOST, PLANS, digest, worlds
 from benchmarks.sweep.journal import Run
 
 COMMAND = "make sweep"
@@ -25,10 +25,11 @@ COLUMNS = (
 def text(runs: Iterable[Run]) -> str:
     """Return the table as CSV; lines that begin with # say how it was made."""
     groups: dict[tuple[str, ...], list[Run]] = {}
+    runs = list(runs)
     for run in runs:
         groups.setdefault(_place(run), []).append(run)
     out = io.StringIO()
-    out.writelines(f"# {line}\n" for line in _header())
+    out.writelines(f"# {line}\n" for line in _header(len(runs)))
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(COLUMNS)
     writer.writerows([*place, *_values(groups[place])] for place in sorted(groups, key=_order))
@@ -45,8 +46,9 @@ def _order(place: tuple[str, ...]) -> tuple[int, ...]:
     return *ranks, list(METHODS).index(method)
 
 
-def _header() -> Iterator[str]:
-    yield f"{COMMAND}; definition {digest()}"
+def _header(done: int) -> Iterator[str]:
+    wanted = len(METHODS) * sum(1 for _ in worlds())
+    yield f"{COMMAND}; definition {digest()}; {done} of {wanted} runs"
     seeds = (f"{name} 0 to {plan.seeds - 1}" for name, plan in PLANS.items())
     yield f"seeds: {', '.join(seeds)}"
     yield "precision, recall and ate (m) of the runs that did not fail; good: ate at most " + (

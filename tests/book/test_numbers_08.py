@@ -10,7 +10,7 @@ from typing import Any
 import nbformat
 import numpy as np
 import pytest
-from robust_slam import datasets, kernels, pcm, pipeline, pose_graph, start
+from robust_slam import datasets, gnc, kernels, pcm, pipeline, pose_graph, start
 from robust_slam.certificate import Verdict
 from robust_slam.gauss_newton import PoseGraphProblem, gauss_newton
 from robust_slam.irls import irls
@@ -60,6 +60,17 @@ def lost(page: dict[str, Any], kind: str, method: str) -> list[int]:
     return np.sum(page["grid"][kind, method][..., 0] > 0.4, axis=0).tolist()
 
 
+def first_mus(towns: SimpleNamespace, seed: int) -> tuple[float, float]:
+    """Return the first μ of GNC with 12 consistent lies: from least squares, and from odometry."""
+    graph, _, _ = towns.with_lies("consistent", 12, seed)
+    problem = PoseGraphProblem(graph, steps=1, tol=1e-6)
+    one, other = (
+        gnc.start_mu(float(problem.residual_norms(poses)[~graph.is_odometry].max()), C)
+        for poses in (problem.initial(), problem.guess)
+    )
+    return one, other
+
+
 @pytest.fixture(scope="module")
 def claims(page: dict[str, Any], towns: SimpleNamespace) -> dict[str, float]:
     graph, _, truth = towns.with_lies("random", 0)
@@ -78,12 +89,17 @@ def claims(page: dict[str, Any], towns: SimpleNamespace) -> dict[str, float]:
     assert prose.rounds_to(min(tired_walks), "0.9")
     misled = [error for error, precision, _ in tired if precision < 1.0]
     minority = towns.scores("consistent", 8, 3)["GNC-TLS"]
+    bold, timid = first_mus(towns, page["SEED"])
     return {
         "0.785398": quarter,
         "1.570796": 2 * quarter,
         "81.6210": math.sqrt(2 * (quarter / 0.05) ** 2 + (2 * quarter / 0.02) ** 2),
         "3.3682": C,
         "4.1002": chi_square_threshold(0.99, 6),
+        "0.0154": bold,
+        "0.000539": timid,
+        "0.110": float(gnc.tls_weight(C, C, bold)),
+        "0.023": float(gnc.tls_weight(C, C, timid)),
         "1.75": (1 * 1 + 3 * 2) / (1 + 3),
         "0.26": ate(walked, truth),
         "0.10": ate(solved, truth),

@@ -1,0 +1,81 @@
+"""Chapter 08's larger sweep: what the page says of the table, and of GTSAM's first μ."""
+
+from __future__ import annotations
+
+import csv
+import importlib.util
+from collections.abc import Iterator
+from typing import Any
+
+import nbformat
+import numpy as np
+import pytest
+from robust_slam.gauss_newton import PoseGraphProblem
+from robust_slam.gnc import gnc, start_mu
+from robust_slam.metrics import ate
+from robust_slam.thresholds import chi_square_threshold
+
+from tests.book import prose
+from tests.conftest import leave_out
+
+NOTEBOOK = nbformat.read(prose.CHAPTERS / "08-showcase.ipynb", as_version=4)
+CELLS = {cell["id"]: cell.source for cell in NOTEBOOK.cells}
+C = chi_square_threshold(0.99, 3)
+LINES = (prose.CHAPTERS / "data" / "robustness.csv").read_text(encoding="utf-8").splitlines()
+ROWS = list(csv.DictReader(line for line in LINES if not line.startswith("#")))
+
+
+def chosen(**wanted: str) -> Iterator[dict[str, str]]:
+    return (row for row in ROWS if all(row[key] == value for key, value in wanted.items()))
+
+
+def good(**wanted: str) -> float:
+    """Return the share of good maps among the runs."""
+    rows = list(chosen(**wanted))
+    return sum(int(row["good"]) for row in rows) / sum(int(row["runs"]) for row in rows)
+
+
+@pytest.fixture(scope="module")
+def town() -> Any:
+    """The page's function (kind, count, seed) -> graph, lies, truth."""
+    names: dict[str, Any] = {"C": C}
+    for cell in ("imports", "town"):
+        exec(CELLS[cell].replace("use_style()\n", ""), names)
+    return names["with_lies"]
+
+
+def timid(graph: Any) -> np.ndarray:
+    """GNC-TLS with the first μ of dead reckoning, as on the page."""
+    problem = PoseGraphProblem(graph, steps=1, tol=1e-6)
+    u = problem.residual_norms(problem.guess)[~graph.is_odometry]
+    return gnc(problem, C, mu0=start_mu(float(u.max()), C), tol=1e-6).x
+
+
+@pytest.mark.parametrize(
+    ("count", "bold_loses", "timid_loses"), [(12, [0, 2, 3, 4], []), (18, [0, 2, 3, 4], [0, 3])]
+)
+def test_the_first_mu_of_dead_reckoning_brings_towns_back(
+    count: int, bold_loses: list[int], timid_loses: list[int], town: Any
+) -> None:
+    lost: dict[str, list[int]] = {"bold": [], "timid": []}
+    for seed in range(5):
+        graph, _, truth = town("consistent", count, seed)
+        bold = gnc(PoseGraphProblem(graph, steps=1, tol=1e-6), C, tol=1e-6).x
+        for name, poses in (("bold", bold), ("timid", timid(graph))):
+            lost[name] += [seed] if ate(poses, truth) > 0.4 else []
+    assert lost == {"bold": bold_loses, "timid": timid_loses}
+
+
+@pytest.mark.parametrize("count", [12, 18])
+def test_gtsam_loses_what_the_first_mu_loses(count: int, town: Any) -> None:
+    if importlib.util.find_spec("gtsam") is None:
+        leave_out("gtsam is not installed; nothing is compared with it")
+    from benchmarks.methods import GTSAM, METHODS
+
+    for seed in range(5):
+        graph, _, truth = town("consistent", count, seed)
+        odometry = PoseGraphProblem(graph, steps=1, tol=1e-6)
+        squares = PoseGraphProblem(graph, odometry.initial(), steps=1)
+        theirs, bent = (ate(METHODS[GTSAM](one, C), truth) for one in (odometry, squares))
+        assert (theirs > 0.4) == (ate(timid(graph), truth) > 0.4)
+        assert (bent > 0.4) == (seed in (0, 2, 3, 4))
