@@ -31,6 +31,7 @@ CAUCHY = kernels.cauchy(2.385)
 
 # Noise, scales, the factor, and the error from which on a town counts as lost.
 GIVEN = {"0.05", "0.02", "0.1", "1.4", "2.385", "0.4"}
+INTEL = {"0.11"}
 CSAIL = {"10.66", "0.04", "0.992", "3956.7", "4153.1", "1027.4", "746.3"}
 
 
@@ -96,6 +97,7 @@ def claims(page: dict[str, Any], towns: SimpleNamespace) -> dict[str, float]:
         "81.6210": math.sqrt(2 * (quarter / 0.05) ** 2 + (2 * quarter / 0.02) ** 2),
         "3.3682": C,
         "4.1002": chi_square_threshold(0.99, 6),
+        "1.73": math.sqrt(3),
         "0.0154": bold,
         "0.000539": timid,
         "0.110": float(gnc.tls_weight(C, C, bold)),
@@ -130,11 +132,11 @@ def test_each_claim_is_printed_and_rounds_to_its_value(claims: dict[str, float])
 
 
 def test_no_decimal_is_printed_without_a_claim(claims: dict[str, float]) -> None:
-    assert prose.unchecked(TEXT, claims, GIVEN | CSAIL) == set()
+    assert prose.unchecked(TEXT, claims, GIVEN | CSAIL | INTEL) == set()
 
 
 def test_what_is_given_is_printed() -> None:
-    assert prose.decimals(TEXT) >= GIVEN | CSAIL
+    assert prose.decimals(TEXT) >= GIVEN | CSAIL | INTEL
 
 
 def test_the_cost_that_is_left_is_counted_as_the_text_counts_it(towns: SimpleNamespace) -> None:

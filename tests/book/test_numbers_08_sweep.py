@@ -10,11 +10,14 @@ from typing import Any
 import nbformat
 import numpy as np
 import pytest
-from robust_slam.gauss_newton import PoseGraphProblem
+from robust_slam import datasets, start
+from robust_slam.gauss_newton import PoseGraphProblem, gauss_newton
 from robust_slam.gnc import gnc, start_mu
 from robust_slam.metrics import ate
+from robust_slam.pose_graph import residual_norms
 from robust_slam.thresholds import chi_square_threshold
 
+from benchmarks.sweep.definition import GROUP, PLANS
 from tests.book import prose
 from tests.conftest import leave_out
 
@@ -33,6 +36,44 @@ def good(**wanted: str) -> float:
     """Return the share of good maps among the runs."""
     rows = list(chosen(**wanted))
     return sum(int(row["good"]) for row in rows) / sum(int(row["runs"]) for row in rows)
+
+
+def of(graph: str, method: str) -> list[dict[str, str]]:
+    return list(chosen(graph=graph, method=method))
+
+
+def test_pcm_and_max_mixture_change_places_between_the_town_and_intel() -> None:
+    assert good(graph="manhattan", method="PCM + GNC-TLS") >= 0.95
+    assert good(graph="intel", method="PCM + GNC-TLS") < 0.5
+    assert good(graph="manhattan", method="max-mixture") <= 0.05
+    assert good(graph="intel", method="max-mixture") >= 0.75
+    assert all(float(row["precision"]) == 1 for row in of("manhattan", "max-mixture"))
+
+
+@pytest.mark.parametrize("method", ["SC, jointly", "SC, closed form"])
+def test_switches_keep_nearly_every_map(method: str) -> None:
+    assert min(good(graph=graph, method=method) for graph in {row["graph"] for row in ROWS}) >= 0.9
+
+
+@pytest.mark.parametrize("graph", ["manhattan", "intel"])
+def test_gnc_from_least_squares_loses_maps_that_irls_keeps(graph: str) -> None:
+    irls = good(graph=graph, method="IRLS, Cauchy")
+    assert irls > good(graph=graph, method="GNC-TLS") > good(graph=graph, method="GNC-GM")
+
+
+def test_small_consistent_groups_never_outvote_the_honest_closures() -> None:
+    town = {"graph": "manhattan", "kind": "consistent", "percent": "90"}
+    assert good(**town, method="PCM + GNC-TLS") >= 0.9
+    assert (GROUP, PLANS["manhattan"].closures) == (5, 45)
+
+
+def test_the_odometry_of_intel_is_better_than_it_says() -> None:
+    try:
+        graph = datasets.load("intel")
+    except datasets.DatasetMissing as missing:
+        leave_out(str(missing))
+    norms = residual_norms(gauss_newton(graph, start.chordal(graph)), graph)[graph.is_odometry]
+    assert prose.rounds_to(float(np.sqrt(np.mean(norms**2))), "0.11")
 
 
 @pytest.fixture(scope="module")
