@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import importlib.util
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import nbformat
@@ -36,6 +37,30 @@ def good(**wanted: str) -> float:
     """Return the share of good maps among the runs."""
     rows = list(chosen(**wanted))
     return sum(int(row["good"]) for row in rows) / sum(int(row["runs"]) for row in rows)
+
+
+def test_the_graphs_are_those_that_the_text_names() -> None:
+    sizes = {name: (plan.poses, plan.closures, plan.seeds) for name, plan in PLANS.items()}
+    assert sizes == {
+        "manhattan": (200, 45, 10),
+        "sphere": (100, 45, 10),
+        "intel": (None, 90, 3),
+        "CSAIL": (None, 128, 3),
+    }
+    assert PLANS["manhattan"].noise.odometry == (0.05, 0.05)
+    assert PLANS["sphere"].noise.odometry == (0.05, 0.02)
+
+
+def test_without_the_table_the_page_says_where_it_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, Any] = {"np": np}
+    for cell in ("larger-load", "larger-figure", "larger-table", "growth-figure"):
+        exec(CELLS[cell], names)
+    said = capsys.readouterr().out
+    assert "make sweep" in said
+    assert said.count("chapters/data") == 2
 
 
 def of(graph: str, method: str) -> list[dict[str, str]]:
@@ -72,6 +97,7 @@ def test_the_odometry_of_intel_is_better_than_it_says() -> None:
         graph = datasets.load("intel")
     except datasets.DatasetMissing as missing:
         leave_out(str(missing))
+    assert graph.n == 1728
     norms = residual_norms(gauss_newton(graph, start.chordal(graph)), graph)[graph.is_odometry]
     assert prose.rounds_to(float(np.sqrt(np.mean(norms**2))), "0.11")
 
