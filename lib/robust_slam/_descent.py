@@ -38,7 +38,13 @@ class Place:
     def at(cls, graph: PoseGraph, poses: Array, weights: Array) -> Place:
         """Return the place of ``poses``, each edge of ``graph`` with its weight ``(m,)``."""
         predicted = pose_graph.seen(poses, graph)
-        r = pose_graph.errors(predicted, graph)
+        return cls.of(graph, poses, predicted, pose_graph.errors(predicted, graph), weights)
+
+    @classmethod
+    def of(
+        cls, graph: PoseGraph, poses: Array, predicted: Array, r: Array, weights: Array
+    ) -> Place:
+        """Return the place where the edges are known to see ``predicted``, with residuals r."""
         pull = weights[:, None] * pose_graph.loaded(r, graph)
         return cls(poses, predicted, r, pull, 0.5 * float(np.sum(r * pull)))
 
@@ -105,7 +111,9 @@ def check_weights(weights: ArrayLike | None, graph: PoseGraph) -> Array:
     full = np.ones(m) if weights is None else finite("weights", weights, (m,))
     if np.any(full < 0.0):
         raise ValueError(f"weights: edge {int(np.argmax(full < 0.0))} weighs less than 0")
-    loose = unreached(graph, full > 0.0) if np.any(full == 0.0) else np.empty(0, dtype=np.intp)
+    if graph.odometry_joins_all and np.all(full[graph.is_odometry] > 0.0):
+        return full
+    loose = unreached(graph, full > 0.0)
     if loose.size:
         raise Underdetermined(
             f"weights: no edge of positive weight joins pose {loose[0]} to pose 0 "

@@ -23,8 +23,8 @@ class NormalEquations:
         self.pattern = find_pattern(graph.n, graph.edges, graph.group.DOF)
         self._kept: tuple[Mask, NormalEquations] | None = None
 
-    def without_idle_edges(self, weights: Array) -> tuple[NormalEquations, Array]:
-        """Return equations over fewer edges, and their weights.
+    def without_idle_edges(self, weights: Array) -> tuple[NormalEquations, Mask | slice, Array]:
+        """Return equations over fewer edges, which edges these are, and their weights.
 
         An edge of weight 0 adds nothing, but its blocks fill in. Where there are many, the
         rest of ``weights`` ``(m,)`` gets equations of its own. They are kept for the next
@@ -32,12 +32,12 @@ class NormalEquations:
         """
         used = weights > 0.0
         if used.sum() > _SPARE * used.size:
-            return self, weights
+            return self, slice(None), weights
         mask, smaller = self._kept or (np.zeros_like(used), self)
         if np.any(used & ~mask) or used.sum() <= _SPARE * mask.sum():
             mask, smaller = used, NormalEquations(pose_graph.part(self.graph, used))
             self._kept = mask, smaller
-        return smaller, weights[mask]
+        return smaller, mask, weights[mask]
 
     def step(self, place: Place, weights: Array) -> Array:
         """Return the Gauss–Newton step δ ``(n, D)`` from a place; row 0 is 0.
@@ -62,7 +62,7 @@ class NormalEquations:
         """
         hessian, gradient = self.assemble(jacobian, information, pull)
         shift = damping * self.pattern.diagonal(hessian) if damping else None
-        factors = self.pattern.factorise(hessian, shift)
+        factors = self.pattern.factorise(hessian, shift, check=False)
         step = None if factors is None else -factors.solve(gradient)
         if step is None or not np.all(np.isfinite(step)):
             raise Underdetermined(

@@ -94,6 +94,7 @@ class PoseGraphProblem:
         self.tol = tol
         self.steps = steps
         self._equations = NormalEquations(graph)
+        self._last_look = (np.empty(0), np.empty(0), np.empty(0))
 
     def initial(self) -> Array:
         """Return the least-squares poses, from the guess, every weight 1.
@@ -115,7 +116,8 @@ class PoseGraphProblem:
 
     def residual_norms(self, x: Array) -> Array:
         """Return the whitened residual norm of every edge, ``(m,)``."""
-        return pose_graph.residual_norms(np.asarray(x), self.graph)
+        _, r = self._look(np.asarray(x))
+        return np.sqrt(pose_graph.squares(r, self.graph))
 
     def solve(self, weights: Array, x: Array) -> Array:
         """Return the poses that Gauss–Newton reaches from ``x``.
@@ -125,7 +127,23 @@ class PoseGraphProblem:
         """
         start = check_poses("x", x, self.graph)
         full = check_weights(weights, self.graph)
-        return descend(self._equations, start, full, self.tol, self.steps).poses
+        predicted, r = self._look(start)
+        equations, used, left = self._equations.without_idle_edges(full)
+        place = Place.of(equations.graph, start, predicted[used], r[used], left)
+        return _descend(equations, place, left, self.tol, self.steps).poses
+
+    def _look(self, x: Array) -> tuple[Array, Array]:
+        """Return what the edges see at ``x`` and their residuals.
+
+        The loop asks for the norms at its x and then solves from there, so the last look
+        is kept.
+        """
+        last, predicted, r = self._last_look
+        if not np.array_equal(last, x):
+            predicted = pose_graph.seen(x, self.graph)
+            r = pose_graph.errors(predicted, self.graph)
+            self._last_look = (x.copy(), predicted, r)
+        return predicted, r
 
 
 def descend(
@@ -140,9 +158,14 @@ def descend(
     Raises:
         Underdetermined: the normal equations are singular.
     """
-    equations, weights = equations.without_idle_edges(weights)
-    graph = equations.graph
-    here, size = Place.at(graph, poses, weights), np.inf
+    equations, _, left = equations.without_idle_edges(weights)
+    return _descend(equations, Place.at(equations.graph, poses, left), left, tol, max_iterations)
+
+
+def _descend(
+    equations: NormalEquations, here: Place, weights: Array, tol: float, max_iterations: int
+) -> Descent:
+    graph, size = equations.graph, np.inf
     for _ in range(max_iterations):
         step = equations.step(here, weights)
         size = float(np.abs(step).max())

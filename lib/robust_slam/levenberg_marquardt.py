@@ -74,7 +74,7 @@ def descend_damped(
     Raises:
         Underdetermined: the normal equations are singular.
     """
-    equations, weights = equations.without_idle_edges(weights)
+    equations, _, weights = equations.without_idle_edges(weights)
     graph = equations.graph
     here = Place.at(graph, poses, weights)
     damping, growth, size = _FIRST_DAMPING, 2.0, np.inf

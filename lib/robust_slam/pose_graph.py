@@ -12,6 +12,7 @@ Source: Grisetti et al. 2010, "A tutorial on graph-based SLAM", with the full lo
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -65,6 +66,11 @@ class PoseGraph:
     def group(self) -> Group:
         """The module ``se2`` or ``se3`` that the poses belong to."""
         return group_of(self.measurement)
+
+    @cached_property
+    def odometry_joins_all(self) -> bool:
+        """Whether the odometry alone joins every pose to pose 0."""
+        return unreached(self, self.is_odometry).size == 0
 
     @property
     def rotation(self) -> Array:
@@ -182,7 +188,11 @@ def errors(predicted: Array, graph: PoseGraph) -> Array:
 
 def squared_norms(poses: Array, graph: PoseGraph) -> Array:
     """Return the squared whitened residual rᵀ Ω r of each edge, ``(m,)``, without a unit."""
-    r = residuals(poses, graph)
+    return squares(residuals(poses, graph), graph)
+
+
+def squares(r: Array, graph: PoseGraph) -> Array:
+    """Return rᵀ Ω r ``(m,)``, without a unit, for residuals ``r`` ``(m, D)`` in m and rad."""
     return np.asarray(np.maximum(np.sum(r * loaded(r, graph), axis=1), 0.0))
 
 

@@ -256,7 +256,8 @@ def test_edges_of_weight_zero_leave_the_step_as_it_is_and_the_pattern_smaller():
     graph, is_lie, truth = noisy(8, n=20, lies=12)
     weights = np.where(is_lie, 0.0, 1.0)
     equations = NormalEquations(graph)
-    smaller, kept = equations.without_idle_edges(weights)
+    smaller, used, kept = equations.without_idle_edges(weights)
+    np.testing.assert_array_equal(used, ~is_lie)
     assert smaller.pattern.row.size < equations.pattern.row.size
     np.testing.assert_array_equal(smaller.graph.edges, graph.edges[~is_lie])
     whole, part = (
@@ -270,13 +271,30 @@ def test_a_smaller_pattern_is_kept_until_an_edge_comes_back():
     graph, is_lie, _ = noisy(8, n=20, lies=12)
     equations, weights = NormalEquations(graph), np.where(is_lie, 0.0, 1.0)
     assert equations.without_idle_edges(np.ones(len(weights)))[0] is equations
-    smaller, _ = equations.without_idle_edges(weights)
+    smaller, _, _ = equations.without_idle_edges(weights)
     weights[0] = 0.5
-    again, kept = equations.without_idle_edges(weights)
+    again, _, kept = equations.without_idle_edges(weights)
     assert again is smaller and kept[0] == 0.5
     weights[np.argmax(is_lie)] = 0.1
-    other, kept = equations.without_idle_edges(weights)
+    other, _, kept = equations.without_idle_edges(weights)
     assert other is not smaller and kept.size == np.count_nonzero(weights)
+
+
+def test_a_look_is_kept_only_for_the_poses_that_it_was_at():
+    graph, _, truth = noisy(6, lies=2)
+    problem = PoseGraphProblem(graph)
+    first = problem.residual_norms(truth)
+    there = truth.copy()
+    np.testing.assert_array_equal(problem.residual_norms(there), first)
+    there[1, 0] += 0.5
+    np.testing.assert_array_equal(
+        problem.residual_norms(there), pose_graph.residual_norms(there, graph)
+    )
+    step = PoseGraphProblem(graph, steps=1)
+    expected = step.solve(np.ones(len(graph.edges)), there)
+    np.testing.assert_array_equal(problem.residual_norms(truth), first)
+    problem.steps = 1
+    np.testing.assert_array_equal(problem.solve(np.ones(len(graph.edges)), there), expected)
 
 
 def test_the_problem_starts_from_dead_reckoning_and_trusts_the_odometry():

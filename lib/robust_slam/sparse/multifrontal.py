@@ -61,8 +61,11 @@ class Multifrontal:
         self.plans = _plans(block, fronts)
         self._target = _targets(block, fronts, self.plans, row, column)
 
-    def factorise(self, blocks: Array) -> MultifrontalFactors | None:
-        """Return the factors, or None if the matrix is not positive definite."""
+    def factorise(self, blocks: Array, check: bool) -> MultifrontalFactors | None:
+        """Return the factors, or None if the matrix is not positive definite.
+
+        That is noticed in any case, so ``check`` changes nothing.
+        """
         memory = np.zeros(self.plans[-1].side.stop)
         memory[self._target] = blocks
         given: dict[int, Array] = {}

@@ -71,19 +71,22 @@ class BlockPattern:
         """Return the diagonal of the matrix ``(n, block)``; that of pose 0 is 0."""
         return self._by_pose(np.einsum("kaa->ka", blocks[self.row == self.column]))
 
-    def factorise(self, blocks: Array, shift: Array | None = None) -> PoseFactors | None:
+    def factorise(
+        self, blocks: Array, shift: Array | None = None, *, check: bool = True
+    ) -> PoseFactors | None:
         """Return the factors of the matrix + diag(``shift``), or None.
 
         ``blocks`` are from ``sum``; ``shift`` is ``(n, block)``, that of pose 0 without
-        effect. None says that the matrix is not positive definite. With the next
-        factorisation on this pattern the factors may become stale, and say so.
+        effect. None says that the matrix is not positive definite; a matrix that cannot be
+        otherwise, but for rounding, need not be checked. With the next factorisation on
+        this pattern the factors may become stale, and say so.
         """
         moved = blocks
         if shift is not None:
             moved, at = blocks.copy(), np.arange(self.block)
             own = np.flatnonzero(self.row == self.column)
             moved[own[:, None], at, at] += shift[self.order]
-        factors = self.method.factorise(moved)
+        factors = self.method.factorise(moved, check)
         return None if factors is None else PoseFactors(self, factors)
 
     def _by_pose(self, values: Array) -> Array:

@@ -39,8 +39,11 @@ class Simplicial:
         self._solver: qdldl.Solver | None = None
         self._count = 0
 
-    def factorise(self, blocks: Array) -> SimplicialFactors | None:
-        """Return the factors, or None if the matrix is not positive definite."""
+    def factorise(self, blocks: Array, check: bool) -> SimplicialFactors | None:
+        """Return the factors, or None if the matrix is not positive definite.
+
+        Without ``check`` only a pivot of exactly 0 is noticed.
+        """
         np.take(blocks.ravel(), self._source, out=self._matrix.data)
         self._count += 1
         try:
@@ -50,38 +53,40 @@ class Simplicial:
                 self._solver.update(self._matrix, upper=True)
         except RuntimeError:
             return None
-        _, diagonal, order = self._solver.factors()
-        if not np.all(diagonal > 0.0):
-            return None
-        pivots = np.empty(diagonal.size)
-        pivots[order] = diagonal
-        return SimplicialFactors(self, self._count, pivots.reshape(self.shape))
+        factors = SimplicialFactors(self, self._count)
+        return None if check and np.any(factors.pivots <= 0.0) else factors
 
-    def solve(self, number: int, right: Array) -> Array:
-        """Return the solution ``(n,)`` by the factors of factorisation ``number``.
+    def solver(self, number: int) -> qdldl.Solver:
+        """Return QDLDL's solver if it holds the factors of factorisation ``number``.
 
         Raises:
             RuntimeError: another matrix was factorised since.
         """
         if number != self._count or self._solver is None:
             raise RuntimeError("the factors are stale: another matrix was factorised since")
-        return np.asarray(self._solver.solve(right))
+        return self._solver
 
 
 @dataclass(frozen=True, eq=False)
 class SimplicialFactors:
-    """Factors in the memory of QDLDL, as ``pattern.Factors``."""
+    """Factors in the memory of QDLDL, as ``pattern.Factors``.
+
+    Its methods raise RuntimeError where ``Simplicial.solver`` does.
+    """
 
     owner: Simplicial
     number: int
-    pivots: Array
+
+    @property
+    def pivots(self) -> Array:
+        """The diagonal of the factors, ``(n − 1, b)``."""
+        _, diagonal, order = self.owner.solver(self.number).factors()
+        pivots = np.empty(diagonal.size)
+        pivots[order] = diagonal
+        return pivots.reshape(self.owner.shape)
 
     def solve(self, right: Array) -> Array:
-        """Return the solutions ``(n − 1, b, c)``.
-
-        Raises:
-            RuntimeError: as ``Simplicial.solve``.
-        """
+        """Return the solutions ``(n − 1, b, c)``."""
+        solver = self.owner.solver(self.number)
         columns = right.reshape(-1, right.shape[-1]).T
-        solved = [self.owner.solve(self.number, column) for column in columns]
-        return np.stack(solved, axis=-1).reshape(right.shape)
+        return np.stack([solver.solve(column) for column in columns], axis=-1).reshape(right.shape)
