@@ -21,10 +21,28 @@ class NormalEquations:
     def __init__(self, graph: PoseGraph) -> None:
         self.graph = graph
         self.pattern = find_pattern(graph.n, graph.edges, graph.group.DOF)
-        self._kept: tuple[Mask, NormalEquations] | None = None
+        self._last_look = (np.empty(0), np.empty(0), np.empty(0))
+        self._kept: tuple[Mask, _FewerEdges] | None = None
 
-    def without_idle_edges(self, weights: Array) -> tuple[NormalEquations, Mask | slice, Array]:
-        """Return equations over fewer edges, which edges these are, and their weights.
+    def at(self, poses: Array, weights: Array) -> Place:
+        """Return the place of ``poses``, each edge with its weight ``(m,)``."""
+        return Place.of(self.graph, poses, *self.look(poses), weights)
+
+    def look(self, poses: Array) -> tuple[Array, Array]:
+        """Return what ``pose_graph.seen`` and ``errors`` say of all edges at ``poses``.
+
+        The last look is kept: whoever asks for the norms at some poses often goes on from
+        there.
+        """
+        last, predicted, r = self._last_look
+        if not np.array_equal(last, poses):
+            predicted = pose_graph.seen(poses, self.graph)
+            r = pose_graph.errors(predicted, self.graph)
+            self._last_look = (poses.copy(), predicted, r)
+        return predicted, r
+
+    def without_idle_edges(self, weights: Array) -> tuple[NormalEquations, Array]:
+        """Return equations over fewer edges, and their weights.
 
         An edge of weight 0 adds nothing, but its blocks fill in. Where there are many, the
         rest of ``weights`` ``(m,)`` gets equations of its own. They are kept for the next
@@ -32,12 +50,12 @@ class NormalEquations:
         """
         used = weights > 0.0
         if used.sum() > _SPARE * used.size:
-            return self, slice(None), weights
-        mask, smaller = self._kept or (np.zeros_like(used), self)
-        if np.any(used & ~mask) or used.sum() <= _SPARE * mask.sum():
-            mask, smaller = used, NormalEquations(pose_graph.part(self.graph, used))
+            return self, weights
+        mask, smaller = self._kept or (np.zeros_like(used), None)
+        if smaller is None or np.any(used & ~mask) or used.sum() <= _SPARE * mask.sum():
+            mask, smaller = used, _FewerEdges(self, used)
             self._kept = mask, smaller
-        return smaller, mask, weights[mask]
+        return smaller, weights[mask]
 
     def step(self, place: Place, weights: Array) -> Array:
         """Return the Gauss–Newton step δ ``(n, D)`` from a place; row 0 is 0.
@@ -84,6 +102,19 @@ class NormalEquations:
             [np.bincount(ends, slope, self.graph.n) for slope in slopes.T], axis=1
         )
         return self.pattern.sum(pieces), gradient
+
+
+class _FewerEdges(NormalEquations):
+    """The equations over a part of the edges; it looks through the eyes of the whole."""
+
+    def __init__(self, whole: NormalEquations, used: Mask) -> None:
+        super().__init__(pose_graph.part(whole.graph, used))
+        self._whole, self._used = whole, used
+
+    def look(self, poses: Array) -> tuple[Array, Array]:
+        """Return what the whole sees along the edges that are left."""
+        predicted, r = self._whole.look(poses)
+        return predicted[self._used], r[self._used]
 
 
 def weighted_edges(graph: PoseGraph, place: Place, weights: Array) -> tuple[Array, Array, Array]:

@@ -94,7 +94,6 @@ class PoseGraphProblem:
         self.tol = tol
         self.steps = steps
         self._equations = NormalEquations(graph)
-        self._last_look = (np.empty(0), np.empty(0), np.empty(0))
 
     def initial(self) -> Array:
         """Return the least-squares poses, from the guess, every weight 1.
@@ -116,7 +115,7 @@ class PoseGraphProblem:
 
     def residual_norms(self, x: Array) -> Array:
         """Return the whitened residual norm of every edge, ``(m,)``."""
-        _, r = self._look(np.asarray(x))
+        _, r = self._equations.look(np.asarray(x))
         return np.sqrt(pose_graph.squares(r, self.graph))
 
     def solve(self, weights: Array, x: Array) -> Array:
@@ -127,23 +126,7 @@ class PoseGraphProblem:
         """
         start = check_poses("x", x, self.graph)
         full = check_weights(weights, self.graph)
-        predicted, r = self._look(start)
-        equations, used, left = self._equations.without_idle_edges(full)
-        place = Place.of(equations.graph, start, predicted[used], r[used], left)
-        return _descend(equations, place, left, self.tol, self.steps).poses
-
-    def _look(self, x: Array) -> tuple[Array, Array]:
-        """Return what the edges see at ``x`` and their residuals.
-
-        The loop asks for the norms at its x and then solves from there, so the last look
-        is kept.
-        """
-        last, predicted, r = self._last_look
-        if not np.array_equal(last, x):
-            predicted = pose_graph.seen(x, self.graph)
-            r = pose_graph.errors(predicted, self.graph)
-            self._last_look = (x.copy(), predicted, r)
-        return predicted, r
+        return descend(self._equations, start, full, self.tol, self.steps).poses
 
 
 def descend(
@@ -158,28 +141,22 @@ def descend(
     Raises:
         Underdetermined: the normal equations are singular.
     """
-    equations, _, left = equations.without_idle_edges(weights)
-    return _descend(equations, Place.at(equations.graph, poses, left), left, tol, max_iterations)
-
-
-def _descend(
-    equations: NormalEquations, here: Place, weights: Array, tol: float, max_iterations: int
-) -> Descent:
-    graph, size = equations.graph, np.inf
+    equations, weights = equations.without_idle_edges(weights)
+    here, size = equations.at(poses, weights), np.inf
     for _ in range(max_iterations):
         step = equations.step(here, weights)
         size = float(np.abs(step).max())
         if is_small(step, here.poses, tol):
-            last = Place.at(graph, moved(graph, here.poses, step), weights)
+            last = equations.at(moved(equations.graph, here.poses, step), weights)
             return Descent(last.poses, last.cost, size, at_rest=True)
-        here = _shortened(graph, here, weights, step)
+        here = _shortened(equations, here, weights, step)
     return Descent(here.poses, here.cost, size, at_rest=False)
 
 
-def _shortened(graph: PoseGraph, here: Place, weights: Array, step: Array) -> Place:
+def _shortened(equations: NormalEquations, here: Place, weights: Array, step: Array) -> Place:
     """Return the place after the longest of step, step/2, step/4, … that is no rise."""
     for halvings in range(_HALVINGS):
-        trial = Place.at(graph, moved(graph, here.poses, step * 0.5**halvings), weights)
+        trial = equations.at(moved(equations.graph, here.poses, step * 0.5**halvings), weights)
         if not rises(trial.cost, here.cost):
             return trial
     return here

@@ -74,14 +74,13 @@ def descend_damped(
     Raises:
         Underdetermined: the normal equations are singular.
     """
-    equations, _, weights = equations.without_idle_edges(weights)
-    graph = equations.graph
-    here = Place.at(graph, poses, weights)
+    equations, weights = equations.without_idle_edges(weights)
+    here = equations.at(poses, weights)
     damping, growth, size = _FIRST_DAMPING, 2.0, np.inf
     for _ in range(max_iterations):
         step, promised = _damped(equations, here, weights, damping)
         size = float(np.abs(step).max())
-        trial = Place.at(graph, moved(graph, here.poses, step), weights)
+        trial = equations.at(moved(equations.graph, here.poses, step), weights)
         if not rises(trial.cost, here.cost):
             at_rest = is_small(step, here.poses, tol)
             gain = (here.cost - trial.cost) / max(promised, np.finfo(float).tiny)
