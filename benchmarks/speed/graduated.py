@@ -13,6 +13,16 @@ or 1 and the map is at rest. The others are
   step for each μ. Closures whose weight changed are made anew, from Python.
 
 Each run is in a process of its own, which is stopped after two minutes of CPU time.
+
+What the scores on M3500 mean, from seeds 0 to 4 with 30 % spoiled. On three seeds ours and
+GTSAM's GNC keep as many closures, at the same cost; on two they differ by one or two, once in
+each one's favour. Some 20 of 1368 true closures are lost, and not for want of search: on every
+seed the truncated cost is *lower* for it. On seed 0 it is 4487, and 4529 at the map that keeps
+every true closure and no lie. There the lost ones are within c, 2.97 at most; without them the
+rest fits better by more than the price c²/2 of each.
+
+The ATE is against the optimum of the honest graph. The map without the spoiled closures is itself
+0.16 to 0.66 m away from that; GNC's map is 0.03 to 0.15 m from the map without them.
 """
 
 from __future__ import annotations
