@@ -121,15 +121,17 @@ def inverse_right_jacobian(xi: ArrayLike) -> Array:
     such that 1 + a z² + b z⁴ has the value and the slope of g at z = iθ.
     """
     xi = _twist("xi", xi)
-    turn, shift = _cross_matrix(xi[..., 3:]), _cross_matrix(xi[..., :3])
-    angle = _length(xi[..., 3:])[..., None, None]
-    bend, b = _even_coefficients(angle)
-    a = bend + b * angle**2
-    # With A = [[Φ, P], [0, Φ]] the corner of A² is Q = ΦP + PΦ, and Φ⁴ = −θ² Φ².
-    mixed, squared = turn @ shift, turn @ turn
-    mixed = mixed + np.swapaxes(mixed, -1, -2)
-    product = squared @ mixed
-    corner = 0.5 * shift + a * mixed + b * (product + np.swapaxes(product, -1, -2))
+    rho, phi = xi[..., :3], xi[..., 3:]
+    turn, shift = _cross_matrix(phi), _cross_matrix(rho)
+    angle = _length(phi)
+    bend, b = _bend(angle), _fourth_coefficient(angle)
+    # With A = [[Φ, P], [0, Φ]] the corner of A² is Q = ΦP + PΦ. As Φ³ = −θ² Φ, that of A⁴ is
+    # −θ² Q − 2 (φ·ρ) Φ², and a − b θ² is the same bend as in Log.
+    squared, mixed = turn @ turn, turn @ shift
+    mixed += np.swapaxes(mixed, -1, -2)
+    along = 2.0 * b * np.sum(phi * rho, axis=-1)
+    bend, along = bend[..., None, None], along[..., None, None]
+    corner = 0.5 * shift + bend * mixed - along * squared
     return _block_triangle(np.eye(3) + 0.5 * turn + bend * squared, corner)
 
 
@@ -199,25 +201,25 @@ def _swing(angle: Array) -> Array:
 
 def _bend(angle: Array) -> Array:
     """Return (1 − (θ/2) cot(θ/2))/θ², which is 1/12 at 0."""
-    small = angle < _SMALL
-    safe = np.where(small, 1.0, angle)
-    series = _power_series(angle, 1 / 12, 1 / 720, 1 / 30240, 1 / 1209600, 1 / 47900160)
-    half_cotangent = np.cos(safe / 2.0) / np.sinc(safe / (2.0 * np.pi))
-    return np.where(small, series, (1.0 - half_cotangent) / safe**2)
+    bend = _power_series(angle, 1 / 12, 1 / 720, 1 / 30240, 1 / 1209600, 1 / 47900160)
+    large = angle >= _SMALL
+    half = angle[large] / 2.0
+    bend[large] = (1.0 - half / np.tan(half)) / (4.0 * half**2)
+    return bend
 
 
-def _even_coefficients(angle: Array) -> tuple[Array, Array]:
-    """Return a − b θ² and b of ``inverse_right_jacobian``.
+def _fourth_coefficient(angle: Array) -> Array:
+    """Return the b of ``inverse_right_jacobian``, which is −1/720 at 0.
 
-    With γ = (θ/2) cot(θ/2) they solve 1 − a θ² + b θ⁴ = γ and −2 a θ + 4 b θ³ = dγ/dθ.
+    With γ = (θ/2) cot(θ/2) it solves 1 − a θ² + b θ⁴ = γ and −2 a θ + 4 b θ³ = dγ/dθ.
     """
-    small = angle < _SMALL
-    safe = np.where(small, 1.0, angle)
-    sine = np.sin(safe / 2.0)
-    slope = 0.5 * np.cos(safe / 2.0) / sine - 0.25 * safe / sine**2
-    series = _power_series(angle, -1 / 720, -1 / 15120, -1 / 403200, -1 / 11975040)
-    b = np.where(small, series, (slope + 2.0 * safe * _bend(safe)) / (2.0 * safe**3))
-    return _bend(angle), b
+    b = _power_series(angle, -1 / 720, -1 / 15120, -1 / 403200, -1 / 11975040)
+    large = angle >= _SMALL
+    turn = angle[large]
+    sine = np.sin(turn / 2.0)
+    slope = 0.5 * np.cos(turn / 2.0) / sine - 0.25 * turn / sine**2
+    b[large] = (slope + 2.0 * turn * _bend(turn)) / (2.0 * turn**3)
+    return b
 
 
 def _power_series(angle: Array, *coefficients: float) -> Array:
