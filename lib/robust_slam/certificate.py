@@ -38,7 +38,7 @@ from robust_slam.chordal import (
 from robust_slam.errors import Underdetermined
 from robust_slam.pose_graph import PoseGraph, check_poses
 from robust_slam.riemannian_newton import polish, stationarity
-from robust_slam.sparse.pattern import BlockPattern, PoseFactors, find_pattern, pieces
+from robust_slam.sparse.pattern import BlockPattern, PoseFactors, find_pattern, pieces_of
 
 STATIONARY = 1e-9
 """The largest stationarity of a map that counts as stationary; a polished one has 1e-13."""
@@ -217,7 +217,7 @@ class _CertificateMatrix:
         s = np.concatenate([spring, certificate_blocks(problem, blocks)])
         pattern = find_pattern(problem.n + 1, np.concatenate([[[0, 1]], problem.edges + 1]), width)
         multipliers = problem.edge_blocks - s[1:]
-        return cls(pattern, pattern.sum(pieces(s)), 2.0 * float(np.abs(multipliers).sum()))
+        return cls(pattern, pattern.sum(pieces_of(s)), 2.0 * float(np.abs(multipliers).sum()))
 
     def factorise(self, eta: float) -> PoseFactors | None:
         """Return the factors of S + η·diag(I, 0), or None if it is not positive definite."""

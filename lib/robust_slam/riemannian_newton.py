@@ -33,7 +33,7 @@ from robust_slam.chordal import (
 from robust_slam.errors import NotConverged
 from robust_slam.group import Group
 from robust_slam.pose_graph import PoseGraph, check_poses
-from robust_slam.sparse.pattern import BlockPattern, find_pattern, pieces
+from robust_slam.sparse.pattern import BlockPattern, find_pattern, pieces_of
 
 STEP_LIMIT = 200
 _FIRST_SHIFT = 1e-7
@@ -263,7 +263,7 @@ def equations(
     flat = ends.reshape(-1, 2, 1, p * r, width) @ blocks
     flat = flat.reshape(-1, 2, 2, p, r * width)
     pairs = flat @ np.swapaxes(ends.reshape(-1, 1, 2, p, r * width), -1, -2)
-    hessian = pattern.sum(pieces(pairs))
+    hessian = pattern.sum(pieces_of(pairs))
     gradient = np.einsum("npcx,ncx->np", basis, _gradient(problem, point.blocks))
     scale = np.einsum("npcx,nxy,npcy->np", basis, problem.pose_blocks, basis)
     return hessian, gradient, scale

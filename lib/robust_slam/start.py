@@ -17,7 +17,7 @@ from robust_slam._descent import check_weights
 from robust_slam.chordal import nearest_rotations, precisions
 from robust_slam.errors import Underdetermined
 from robust_slam.pose_graph import PoseGraph
-from robust_slam.sparse.pattern import find_pattern, pieces
+from robust_slam.sparse.pattern import find_pattern, pieces_of
 
 _LOST = 1e-13
 """The share of a diagonal entry below which its pivot has lost its digits."""
@@ -111,7 +111,7 @@ def _least(n: int, edges: Indices, blocks: Array, pull: Array) -> Array:
     of ``pull`` ``(m, 2, b, c)``.
     """
     pattern = find_pattern(n, edges, blocks.shape[-1])
-    matrix = pattern.sum(pieces(blocks))
+    matrix = pattern.sum(pieces_of(blocks))
     factors = pattern.factorise(matrix)
     # A pivot this small beside its diagonal entry is what rounding left of a 0.
     if factors is None or np.any(factors.pivots[1:] <= _LOST * pattern.diagonal(matrix)[1:]):

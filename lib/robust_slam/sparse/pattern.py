@@ -50,7 +50,7 @@ class BlockPattern:
     order: Indices
     row: Indices
     column: Indices
-    onto: tuple[csr_array, csr_array]
+    onto: csr_array
     flipped: Mask
     method: Simplicial | Multifrontal
 
@@ -58,13 +58,11 @@ class BlockPattern:
         """Return the filled blocks ``(k, block, block)`` that the edges add up to.
 
         ``pieces`` ``(3, m, block, block)`` are what they bring: the blocks on the diagonal
-        at pose i, those at pose j, and those in the rows of i and the columns of j.
+        at pose i, those at pose j, and those in the rows of i and the columns of j. The
+        last are turned in place, so the pieces are used up.
         """
-        across = pieces[2].copy()
-        across[self.flipped] = np.swapaxes(pieces[2, self.flipped], 1, 2)
-        first, last = self.onto
-        size = self.block**2
-        total = first @ pieces[:2].reshape(-1, size) + last @ across.reshape(-1, size)
+        pieces[2, self.flipped] = np.swapaxes(pieces[2, self.flipped], 1, 2)
+        total = self.onto @ pieces.reshape(-1, self.block**2)
         return np.asarray(total).reshape(-1, self.block, self.block)
 
     def diagonal(self, blocks: Array) -> Array:
@@ -136,7 +134,7 @@ def find_pattern(n: int, edges: Indices, block: int) -> BlockPattern:
     return BlockPattern(n, block, order, row, column, onto, flipped, method)
 
 
-def pieces(blocks: Array) -> Array:
+def pieces_of(blocks: Array) -> Array:
     """Return the pieces ``(3, m, b, b)`` of ``sum`` of symmetric edge blocks.
 
     ``blocks`` ``(m, 2, 2, b, b)`` go over both ends twice, rows and columns.
@@ -144,15 +142,14 @@ def pieces(blocks: Array) -> Array:
     return np.stack([blocks[:, 0, 0], blocks[:, 1, 1], blocks[:, 0, 1]])
 
 
-def _filled(ends: Indices, size: int) -> tuple[Indices, Indices, tuple[csr_array, csr_array]]:
+def _filled(ends: Indices, size: int) -> tuple[Indices, Indices, csr_array]:
     """Return rows and columns of the filled blocks, and what adds the edges up to them.
 
     ``ends`` ``(m, 2)`` are places of poses, −1 for the one that is left out.
     """
-    m = len(ends)
     row = np.concatenate([ends.T.ravel(), ends.max(axis=1)])
     column = np.concatenate([ends.T.ravel(), ends.min(axis=1)])
     free = np.flatnonzero(column >= 0)
     filled, at = np.unique(column[free] * size + row[free], return_inverse=True)
-    onto = csr_array((np.ones(at.size), (at, free)), shape=(filled.size, 3 * m))
-    return filled % size, filled // size, (onto[:, : 2 * m], onto[:, 2 * m :])
+    onto = csr_array((np.ones(at.size), (at, free)), shape=(filled.size, row.size))
+    return filled % size, filled // size, onto

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from robust_slam.sparse.multifrontal import Multifrontal
-from robust_slam.sparse.pattern import find_pattern, pieces
+from robust_slam.sparse.pattern import find_pattern, pieces_of
 from robust_slam.sparse.simplicial import Simplicial
 
 METHODS = {"simplicial": Simplicial, "multifrontal": Multifrontal}
@@ -26,7 +26,7 @@ def edge_blocks(m, block, rng):
 
 
 def summed(pattern, blocks):
-    return pattern.sum(pieces(blocks))
+    return pattern.sum(pieces_of(blocks))
 
 
 def dense(n, edges, blocks):
