@@ -66,7 +66,7 @@ test: setup ## set up and pass all tests; STRICT=1 fails where one would be left
 	@sh tests/system-packages.sh
 	@$(MAKE) check
 	@$(MAKE) book
-	ROBUST_SLAM_STRICT=$(filter-out 0,$(STRICT)) $(BIN)/pytest -q -n 2 --dist loadgroup
+	ROBUST_SLAM_STRICT=$(filter-out 0,$(STRICT)) $(BIN)/pytest -q -n 2 --dist loadfile
 
 format: setup ## format code and notebooks
 	$(BIN)/ruff check --fix-only -q .

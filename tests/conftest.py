@@ -61,20 +61,6 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
         terminalreporter.write_line(f"fuzz: {inputs}, {len(failed)} tests failed")
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Keep a file's tests on one worker, which shares their fixtures; the answers' file is cut.
-
-    It takes longer than all others: each assignment is a group of its own.
-    """
-    for item in items:
-        group = item.nodeid.split("::")[0]
-        if group.startswith("tests/assignments/") and isinstance(item, pytest.Function):
-            group += (
-                f":{item.callspec.params.get('name', '')}" if hasattr(item, "callspec") else ""
-            )
-        item.add_marker(pytest.mark.xdist_group(group))
-
-
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     """A test that asks for ``wall_name`` runs with the first back end that works, or with all."""
     if "wall_name" in metafunc.fixturenames:

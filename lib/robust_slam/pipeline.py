@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from robust_slam import start
 from robust_slam._arrays import Array, Mask
 from robust_slam.certificate import Certificate, certify
-from robust_slam.gauss_newton import PoseGraphProblem
+from robust_slam.gauss_newton import PoseGraphProblem, gauss_newton
 from robust_slam.gnc import Kind, gnc
 from robust_slam.pcm import PcmResult, pcm
 from robust_slam.pose_graph import PoseGraph, select
@@ -60,5 +60,5 @@ def solve(graph: PoseGraph, probability: float = 0.99, *, kind: Kind = "tls") ->
     # Without the lies a start that needs no first poses is near the optimum; the path
     # that graduation took among them may have ended in a local minimum.
     honest = select(graph, kept)
-    poses, certificate = certify(honest, start.chordal(honest))
+    poses, certificate = certify(honest, gauss_newton(honest, start.chordal(honest)))
     return Answer(poses, kept, consistency, result, certificate)

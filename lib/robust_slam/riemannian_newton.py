@@ -80,7 +80,8 @@ def polish(
     ``poses``, ``(n, 3)`` or ``(n, 3, 4)``, are the start; pose 0 is kept. ``weights``
     ``(m,)`` multiply κ and τ and are 1 if None. It ends when the stationarity of
     ``stationarity`` is at most ``tol``, or at rounding level, where a step does not halve
-    it. Near a minimum the convergence is quadratic.
+    it. Near a minimum the convergence is quadratic; far away it may crawl, and ``gauss_newton``
+    is the better way to come near.
 
     Raises:
         ValueError: ``poses`` or ``weights`` have the wrong shape or are not finite, a
