@@ -9,7 +9,7 @@ from robust_slam._arrays import Array, Mask
 from robust_slam._descent import Place
 from robust_slam.errors import Underdetermined
 from robust_slam.pose_graph import PoseGraph
-from robust_slam.sparse.pattern import find_pattern
+from robust_slam.sparse.pattern import by_pose, find_pattern
 
 _SPARE = 0.9
 """With a smaller share of the edges in use, a pattern of these alone pays for itself."""
@@ -96,11 +96,8 @@ class NormalEquations:
         pieces = np.empty((3, *information.shape))
         np.matmul(turned, loaded, out=pieces[:2])
         np.matmul(turned[0], loaded[1], out=pieces[2])
-        slopes = (turned @ pull[..., None]).reshape(-1, self.pattern.block)
-        ends = self.graph.edges.T.ravel()
-        gradient: Array = np.stack(
-            [np.bincount(ends, slope, self.graph.n) for slope in slopes.T], axis=1
-        )
+        slopes = (turned @ pull[..., None])[..., 0]
+        gradient = by_pose(self.graph.n, self.graph.edges, slopes)
         return self.pattern.sum(pieces), gradient
 
 

@@ -45,7 +45,13 @@ def precisions(graph: PoseGraph) -> tuple[Array, Array]:
 
 
 def _inverse_traces(blocks: Array) -> Array:
-    return np.asarray(np.trace(np.linalg.inv(blocks), axis1=1, axis2=2))
+    """Return tr(B⁻¹) ``(m,)``: the principal minors of one row less, over the determinant."""
+    minors = np.trace(blocks, axis1=1, axis2=2)
+    if blocks.shape[-1] == 3:
+        # ½ (tr(B)² − tr(B²)), written so that nothing large cancels.
+        pairs = [blocks[:, [i, i, j, j], [i, j, i, j]] for i, j in ((0, 1), (0, 2), (1, 2))]
+        minors = sum(p[:, 0] * p[:, 3] - p[:, 1] * p[:, 2] for p in pairs)
+    return np.asarray(minors / np.linalg.det(blocks))
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,8 @@ from robust_slam._descent import check_weights
 from robust_slam.chordal import nearest_rotations, precisions
 from robust_slam.errors import Underdetermined
 from robust_slam.pose_graph import PoseGraph
-from robust_slam.sparse.pattern import find_pattern, pieces_of
+from robust_slam.sparse.elimination import Elimination
+from robust_slam.sparse.pattern import by_pose, find_pattern, free_elimination, pieces_of
 
 _LOST = 1e-13
 """The share of a diagonal entry below which its pivot has lost its digits."""
@@ -75,15 +76,16 @@ def chordal(graph: PoseGraph, weights: ArrayLike | None = None) -> Array:
     used = np.flatnonzero(full)
     kappa, tau = ((full * precision)[used] for precision in precisions(graph))
     edges = graph.edges[used]
-    turn = _rotations(graph.n, edges, graph.rotation[used], kappa)
+    elimination = free_elimination(graph.n, edges)
+    turn = _rotations(edges, graph.rotation[used], kappa, elimination)
     step = (turn[edges[:, 0]] @ graph.translation[used][..., None])[..., 0]
-    place = _positions(graph.n, edges, step, tau)
+    place = _positions(edges, step, tau, elimination)
     return graph.group.from_parts(turn, place)
 
 
-def _rotations(n: int, edges: Indices, measured: Array, kappa: Array) -> Array:
+def _rotations(edges: Indices, measured: Array, kappa: Array, elimination: Elimination) -> Array:
     """Return the rotations ``(n, d, d)`` nearest to the relaxed optimum with R_0 = I."""
-    d = measured.shape[-1]
+    n, d = elimination.order.size + 1, measured.shape[-1]
     one = np.broadcast_to(np.eye(d), measured.shape)
     # The unknowns are the transposed rotations, one below the other: their d columns are
     # d problems with the same matrix.
@@ -92,25 +94,25 @@ def _rotations(n: int, edges: Indices, measured: Array, kappa: Array) -> Array:
     first = np.zeros((n, d, d))
     first[0] = np.eye(d)
     pull = (blocks @ first[edges][:, None]).sum(axis=2)
-    relaxed = first + _least(n, edges, blocks, pull)
+    relaxed = first + _least(edges, blocks, np.swapaxes(pull, 0, 1), elimination)
     return nearest_rotations(np.swapaxes(relaxed, 1, 2))
 
 
-def _positions(n: int, edges: Indices, step: Array, tau: Array) -> Array:
+def _positions(edges: Indices, step: Array, tau: Array, elimination: Elimination) -> Array:
     """Return the positions ``(n, d)`` of least Σ τ ‖t_j − t_i − step‖² with t_0 = 0."""
     difference = np.array([[1.0, -1.0], [-1.0, 1.0]])
     blocks = tau[:, None, None] * difference
-    pull = (tau[:, None] * step)[:, None] * np.array([1.0, -1.0])[:, None]
-    return _least(n, edges, blocks[..., None, None], pull[:, :, None])[:, 0]
+    pull = np.stack([tau[:, None] * step, -tau[:, None] * step])
+    return _least(edges, blocks[..., None, None], pull[:, :, None], elimination)[:, 0]
 
 
-def _least(n: int, edges: Indices, blocks: Array, pull: Array) -> Array:
+def _least(edges: Indices, blocks: Array, pull: Array, elimination: Elimination) -> Array:
     """Return the x ``(n, b, c)`` with x_0 = 0 that minimises ½ tr(xᵀ H x) + tr(gᵀ x).
 
     H is the sum of ``blocks`` ``(m, 2, 2, b, b)`` over both ends of the edges, and g that
-    of ``pull`` ``(m, 2, b, c)``.
+    of ``pull`` ``(2, m, b, c)``.
     """
-    pattern = find_pattern(n, edges, blocks.shape[-1])
+    pattern = find_pattern(elimination.order.size + 1, edges, blocks.shape[-1], elimination)
     matrix = pattern.sum(pieces_of(blocks))
     factors = pattern.factorise(matrix)
     # A pivot this small beside its diagonal entry is what rounding left of a 0.
@@ -119,9 +121,7 @@ def _least(n: int, edges: Indices, blocks: Array, pull: Array) -> Array:
             "the chordal problem is singular to working precision: some edges weigh almost "
             "nothing beside the others; give such edges weight 0 or trust more edges"
         )
-    right = np.zeros((n, *pull.shape[2:]))
-    np.add.at(right, edges, pull)
-    return factors.solve(-right)
+    return factors.solve(-by_pose(pattern.n, edges, pull))
 
 
 def _tree(graph: PoseGraph, used: Mask) -> tuple[Indices, Indices]:

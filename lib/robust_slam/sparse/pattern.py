@@ -13,7 +13,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from robust_slam._arrays import Array, Indices, Mask
-from robust_slam.sparse.elimination import find_elimination, find_fronts
+from robust_slam.sparse.elimination import Elimination, find_elimination, find_fronts
 from robust_slam.sparse.multifrontal import Multifrontal
 from robust_slam.sparse.simplicial import Simplicial
 
@@ -112,12 +112,20 @@ class PoseFactors:
         return self.pattern._by_pose(self.factors.pivots)
 
 
-def find_pattern(n: int, edges: Indices, block: int) -> BlockPattern:
+def free_elimination(n: int, edges: Indices) -> Elimination:
+    """Return the elimination of ``n`` ≥ 2 poses with ``edges`` ``(m, 2)``, pose 0 left out."""
+    return find_elimination(n - 1, edges[np.all(edges > 0, axis=1)] - 1)
+
+
+def find_pattern(
+    n: int, edges: Indices, block: int, elimination: Elimination | None = None
+) -> BlockPattern:
     """Return the pattern of a connected graph of ``n`` ≥ 2 poses with ``edges`` ``(m, 2)``.
 
-    ``block`` is the number of unknowns of a pose.
+    ``block`` is the number of unknowns of a pose; ``elimination``, where it is known, is
+    that of ``free_elimination``.
     """
-    elimination = find_elimination(n - 1, edges[np.all(edges > 0, axis=1)] - 1)
+    elimination = elimination or free_elimination(n, edges)
     dense = elimination.multiplications * block**3 > _DENSE * n
     fronts = find_fronts(elimination, block) if dense else None
     order = (elimination.order if fronts is None else fronts.order) + 1
@@ -132,6 +140,17 @@ def find_pattern(n: int, edges: Indices, block: int) -> BlockPattern:
     )
     flipped = ends[:, 0] < ends[:, 1]
     return BlockPattern(n, block, order, row, column, onto, flipped, method)
+
+
+def by_pose(n: int, edges: Indices, values: Array) -> Array:
+    """Return for each of ``n`` poses the sum ``(n, …)`` of what the edges bring to it.
+
+    ``values`` ``(2, m, …)`` are theirs for pose i and for pose j of ``edges`` ``(m, 2)``.
+    """
+    ends = edges.T.ravel()
+    columns = values.reshape(ends.size, -1).T
+    total = np.stack([np.bincount(ends, column, n) for column in columns], axis=-1)
+    return np.asarray(total.reshape(n, *values.shape[2:]))
 
 
 def pieces_of(blocks: Array) -> Array:
