@@ -29,8 +29,8 @@ C = chi_square_threshold(0.99, 3)
 SEEDS = range(5)
 CAUCHY = kernels.cauchy(2.385)
 
-# Noise, scales, the factor, and the error from which on a town counts as lost.
-GIVEN = {"0.05", "0.02", "0.1", "1.4", "2.385", "0.4"}
+# Noise, scales, and the error from which on a town counts as lost.
+GIVEN = {"0.05", "0.02", "0.1", "2.385", "0.4"}
 INTEL = {"0.11"}
 CSAIL = {"10.66", "0.04", "0.992", "3956.7", "4153.1", "1027.4", "746.3"}
 
@@ -102,7 +102,6 @@ def claims(page: dict[str, Any], towns: SimpleNamespace) -> dict[str, float]:
         "0.000539": timid,
         "0.110": float(gnc.tls_weight(C, C, bold)),
         "0.023": float(gnc.tls_weight(C, C, timid)),
-        "1.75": (1 * 1 + 3 * 2) / (1 + 3),
         "0.26": ate(walked, truth),
         "0.10": ate(solved, truth),
         "22.22": pose_graph.cost(solved, graph),
