@@ -72,6 +72,11 @@ class PoseGraph:
         """Whether the odometry alone joins every pose to pose 0."""
         return unreached(self, self.is_odometry).size == 0
 
+    @cached_property
+    def inverse_measurement(self) -> Array:
+        """The pose of i seen from j of each edge, ``(m, 3)`` or ``(m, 3, 4)``."""
+        return self.group.inverse(self.measurement)
+
     @property
     def rotation(self) -> Array:
         """The rotation matrices ``(m, d, d)`` of the measurements; d is 2 or 3."""
@@ -183,7 +188,7 @@ def seen(poses: Array, graph: PoseGraph) -> Array:
 def errors(predicted: Array, graph: PoseGraph) -> Array:
     """Return Log(z⁻¹ ∘ p) ``(m, D)`` in m and rad; p, ``predicted``, is what ``seen`` gives."""
     group = graph.group
-    return group.log(group.between(graph.measurement, predicted))
+    return group.log(group.compose(graph.inverse_measurement, predicted))
 
 
 def squared_norms(poses: Array, graph: PoseGraph) -> Array:

@@ -165,9 +165,14 @@ def _matrices(phi: Array) -> Array:
 def _rotation_vectors(matrix: Array) -> Array:
     """Return φ of exp([φ]): R − Rᵀ is 2 sin θ/θ [φ], and the trace of R is 1 + 2 cos θ."""
     flat = matrix.reshape(-1, 3, 3)
-    skew = 0.5 * (flat[:, [2, 0, 1], [1, 2, 0]] - flat[:, [1, 2, 0], [2, 0, 1]])
-    sine, cosine = _length(skew), 0.5 * (np.trace(flat, axis1=1, axis2=2) - 1.0)
-    phi = skew / np.sinc(np.arctan2(sine, cosine) / np.pi)[:, None]
+    skew = np.empty((len(flat), 3))
+    for axis, (i, j) in enumerate(((2, 1), (0, 2), (1, 0))):
+        np.subtract(flat[:, i, j], flat[:, j, i], out=skew[:, axis])
+    sine = 0.5 * _length(skew)
+    cosine = 0.5 * (flat[:, 0, 0] + flat[:, 1, 1] + flat[:, 2, 2] - 1.0)
+    # At no turn at all the quotient of angle and sine is 1.
+    turned = np.divide(np.arctan2(sine, cosine), sine, out=np.ones_like(sine), where=sine > 0.0)
+    phi = 0.5 * turned[:, None] * skew
     # Near half a turn R is symmetric, and R − Rᵀ has no digits left to give.
     far = cosine < _FAR
     phi[far] = Rotation.from_matrix(flat[far]).as_rotvec()

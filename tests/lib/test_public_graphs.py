@@ -24,7 +24,16 @@ LEAST_SQUARES = {
     "torus3D": 12117.636886,
     "parking-garage": 0.634192,
 }
-CHORDAL = {"CSAIL": 31.7037, "intel": 52.3482, "M3500": 6431.39, "sphere2500": 1687.01}
+CHORDAL = {
+    "CSAIL": 31.7037,
+    "intel": 52.3482,
+    "M3500": 6431.39,
+    "city10000": 638.625,
+    "sphere2500": 1687.01,
+    "torus3D": 24227.0,
+    # SE-Sync's 1.26249 lies below what the certificate proves to be the least, 1.262524.
+    "parking-garage": 1.262524,
+}
 
 
 @cache
