@@ -83,7 +83,7 @@ def run(options: argparse.Namespace) -> int:
     with batch.locked(options.out):
         run = journal.open_run(options.out, options.seed)
         graded = _grade_with_progress(jobs, run, wall, options)
-        _record(options.out, run, jobs, graded)
+        record(options.out, run, jobs, graded)
     _tell(graded, options)
     return 1 if any(item.status == "failed" for item in graded) else 0
 
@@ -109,7 +109,12 @@ def _import_meanwhile(module: str) -> None:
     threading.Thread(target=importlib.import_module, args=(module,), daemon=True).start()
 
 
-def _record(out: Path, run: Run, jobs: Sequence[Job], graded: Sequence[Graded]) -> None:
+def record(out: Path, run: Run, jobs: Sequence[Job], graded: Sequence[Graded]) -> None:
+    """Write into the gradebook what it does not have yet of these results.
+
+    Raises:
+        GraderFailure: it cannot be written.
+    """
     database = out / submission.DATABASE_NAME
     if not database.exists():
         run.forget_recorded()

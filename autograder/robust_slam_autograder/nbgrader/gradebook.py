@@ -57,7 +57,7 @@ def record(
         GraderFailure: the file is no gradebook, or cannot be written.
     """
     known = {assignment.name: assignment for assignment in assignments}
-    with _opened(database) as gradebook:
+    with opened(database) as gradebook:
         for name in dict.fromkeys(result.assignment for result in marks):
             _declare(gradebook, known[name])
         for first in range(0, len(marks), TOGETHER):
@@ -73,12 +73,17 @@ def declare(database: Path | str, assignment: Assignment) -> None:
     Raises:
         GraderFailure: the file is no gradebook, or cannot be written.
     """
-    with _opened(database) as gradebook:
+    with opened(database) as gradebook:
         _declare(gradebook, assignment)
 
 
 @contextlib.contextmanager
-def _opened(database: Path | str) -> Iterator[Gradebook]:
+def opened(database: Path | str) -> Iterator[Gradebook]:
+    """A gradebook, made where it is missing.
+
+    Raises:
+        GraderFailure: the file is no gradebook, or cannot be written.
+    """
     url = str(database)
     try:
         if isinstance(database, Path):

@@ -46,7 +46,7 @@ def run(course: Path, capsys: pytest.CaptureFixture[str]) -> Run:
 @pytest.fixture
 def grade(course: Path, run: Run, monkeypatch: pytest.MonkeyPatch) -> Run:
     """Grade paths without a wall and without a gradebook."""
-    monkeypatch.setattr(grade_command, "_record", lambda *arguments: None)
+    monkeypatch.setattr(grade_command, "record", lambda *arguments: None)
     where = ("--out", course / "out", "--unsandboxed", "--seed", 1)
     return lambda *arguments: run("grade", *where, *arguments)
 

@@ -288,7 +288,7 @@ def run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Run:
 @pytest.fixture
 def graded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with a source tree and results of three students, one of them hostile."""
-    monkeypatch.setattr("robust_slam_autograder.commands.grade._record", lambda *_: None)
+    monkeypatch.setattr("robust_slam_autograder.commands.grade.record", lambda *_: None)
     config = 'title = "Twice"\nchapter = "07-toy"\nwithheld = ["xml.dom"]\n'
     tree = toy.make_tree(tmp_path, config)
     paths = [
