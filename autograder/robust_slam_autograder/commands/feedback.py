@@ -11,7 +11,6 @@ from typing import Any
 
 from robust_slam_autograder.errors import GraderFailure, WrongUse
 from robust_slam_autograder.grading import results
-from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.assignment import Config
 from robust_slam_autograder.reports import feedback, rendering
@@ -51,7 +50,7 @@ def run(options: argparse.Namespace) -> int:
     paths = _results(options.out, options.students)
     config = cache(lambda name: _config(options.solutions, name))
     for path in paths:
-        result = _read(path)
+        result = results.read_checked(path)
         page = feedback.page(result, config(result.assignment), Book(options.site))
         folder = options.to / path.parent.name
         _write(folder / f"{path.stem}.html", rendering.html(page))
@@ -70,14 +69,6 @@ def _results(out: Path, students: Sequence[str]) -> list[Path]:
         if student not in known:
             raise WrongUse(f"{out} holds no result of {student}: grade that submission first.")
     return [path for path in paths if not students or path.parent.name in students]
-
-
-def _read(path: Path) -> Result:
-    try:
-        return results.read(path)
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        mend = "delete it and grade that submission again"
-        raise WrongUse(f"{path} is no result file: {mend}.") from error
 
 
 def _config(tree: Path, name: str) -> Config:

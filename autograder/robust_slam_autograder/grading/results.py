@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading import durable
 
 SCHEMA = 1
@@ -94,6 +95,19 @@ def read(path: Path) -> Result:
         for exercise in value.pop("exercises")
     ]
     return Result(**value, exercises=tuple(exercises))
+
+
+def read_checked(path: Path) -> Result:
+    """Read a result file that somebody may have spoilt.
+
+    Raises:
+        WrongUse: it cannot be read, or is no result file.
+    """
+    try:
+        return read(path)
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        mend = "delete it and grade that submission again"
+        raise WrongUse(f"{path} is no result file: {mend}.") from error
 
 
 def _cases(values: Sequence[dict[str, Any]]) -> tuple[CaseResult, ...]:
