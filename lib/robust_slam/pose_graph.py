@@ -11,7 +11,7 @@ Source: Grisetti et al. 2010, "A tutorial on graph-based SLAM", with the full lo
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
@@ -261,10 +261,10 @@ def part(graph: PoseGraph, used: Mask) -> PoseGraph:
     """
     smaller = object.__new__(PoseGraph)
     object.__setattr__(smaller, "n", graph.n)
-    for name in ("edges", "measurement", "information", "is_odometry"):
-        chosen = getattr(graph, name)[used]
+    for of_edges in fields(graph)[1:]:
+        chosen = getattr(graph, of_edges.name)[used]
         chosen.flags.writeable = False
-        object.__setattr__(smaller, name, chosen)
+        object.__setattr__(smaller, of_edges.name, chosen)
     return smaller
 
 
