@@ -6,6 +6,15 @@ that runs it. A new command is a new module and its name in ``COMMANDS``.
 
 from __future__ import annotations
 
-from robust_slam_autograder.commands import check, doctor, feedback, grade, lint, public, release
+from robust_slam_autograder.commands import (
+    check,
+    doctor,
+    export,
+    feedback,
+    grade,
+    lint,
+    public,
+    release,
+)
 
-COMMANDS = (release, check, grade, feedback, doctor, lint, public)
+COMMANDS = (release, check, grade, feedback, export, doctor, lint, public)

@@ -1,0 +1,176 @@
+"""``autograder export``: the gradebook's marks as a file that Canvas or Moodle imports."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from robust_slam_autograder.commands import places
+from robust_slam_autograder.errors import WrongUse
+from robust_slam_autograder.grading import durable
+
+if TYPE_CHECKING:
+    from robust_slam_autograder.lms.late import Rules
+    from robust_slam_autograder.lms.ledger import Ledger
+    from robust_slam_autograder.lms.marks import Column
+    from robust_slam_autograder.lms.matching import Matching
+    from robust_slam_autograder.lms.roster import Roster, Row
+    from robust_slam_autograder.lms.systems import System, Values
+
+_PRIVATE = 0o600
+
+
+def add(commands: Any) -> None:  # noqa: ANN401
+    """Declare the command."""
+    parser = commands.add_parser("export", help="write marks for Canvas or Moodle")
+    parser.add_argument("names", nargs="*", metavar="NAME", help="assignments; all where none")
+    parser.add_argument("--format", choices=["canvas", "moodle"], required=True)
+    parser.add_argument(
+        "--roster",
+        type=Path,
+        required=True,
+        metavar="FILE",
+        help="the gradebook's CSV, as the system exports it",
+    )
+    parser.add_argument(
+        "--match",
+        metavar="COLUMN",
+        help="the roster's column that holds the names of the submissions' folders; "
+        "default: SIS Login ID (canvas), Email address (moodle)",
+    )
+    parser.add_argument(
+        "--column",
+        type=_pair,
+        action="append",
+        default=[],
+        metavar="NAME=HEADER",
+        help="the roster's column of an assignment, where neither name nor title says it",
+    )
+    parser.add_argument(
+        "--late", type=Path, metavar="FILE", help="due times and what lateness costs, in TOML"
+    )
+    parser.add_argument(
+        "--submitted",
+        type=Path,
+        default=Path("build/submitted"),
+        metavar="DIR",
+        help="for --late: where the submissions lie, with their times",
+    )
+    parser.add_argument(
+        "--missing-as-zero", action="store_true", help="0 for who is on the roster without work"
+    )
+    parser.add_argument(
+        "--out", type=Path, default=Path("build/graded"), metavar="DIR", help="the results' folder"
+    )
+    parser.add_argument(
+        "--to", type=Path, metavar="FILE", help="default: build/canvas.csv, build/moodle.csv"
+    )
+    parser.set_defaults(run=run)
+
+
+def _pair(text: str) -> tuple[str, str]:
+    name, mark, header = text.partition("=")
+    if not (name and mark and header.strip()):
+        raise argparse.ArgumentTypeError("an assignment and its column, as 02-name=Header (12345)")
+    return name, header.strip()
+
+
+def run(options: argparse.Namespace) -> int:
+    """Write the file; exit status 1 where a mark is not in it."""
+    to = options.to or Path("build", f"{options.format}.csv")
+    places.refuse_unwritable("--to", to, made=Path("build"))
+    if to.exists() and options.roster.exists() and to.samefile(options.roster):
+        raise WrongUse(f"--to {to} is the roster itself: name another file.")
+    # nbgrader takes a second to import
+    from robust_slam_autograder.lms import late, ledger, matching, roster, systems
+
+    system = systems.SYSTEMS[options.format]
+    people = roster.read(options.roster)
+    match = people.column(options.match or system.match, "--match")
+    students = roster.by_key(people, system.students(people), match)
+    rules = None if options.late is None else late.load(options.late)
+    marks = ledger.read(
+        options.solutions, options.names, out=options.out, rules=rules, submitted=options.submitted
+    )
+    matched = matching.match(marks.students, students)
+    if not matched.owners:
+        raise WrongUse(
+            f"{options.roster}: nobody in its column {people.header[match]!r} has a mark: "
+            f"name another with --match; there are {', '.join(filter(None, people.header))}."
+        )
+    values = systems.Values(
+        match,
+        marks.columns,
+        _places(system, people, marks, options),
+        _cell(matched, marks, options),
+    )
+    durable.write(to, systems.as_csv(system.table(people, values)), mode=_PRIVATE)
+    _tell(rules, matched, marks, values, options)
+    print(
+        f"{len(matched.owners)} of {len(students)} students have marks, matched by "
+        f"{people.header[match]}. To import into {system.title}: {to}"
+    )
+    return 1 if matched.strangers or marks.failed else 0
+
+
+def _places(
+    system: System, people: Roster, marks: Ledger, options: argparse.Namespace
+) -> dict[str, int]:
+    """By assignment the roster's column, named on the command line or found."""
+    from robust_slam_autograder.lms import systems
+
+    named = dict(options.column)
+    unknown = named.keys() - {column.name for column in marks.columns}
+    if unknown:
+        raise WrongUse(f"--column {min(unknown)}=…: there is no mark of {min(unknown)}.")
+    found = {
+        column.name: people.column(named[column.name], "--column")
+        if column.name in named
+        else systems.find(system, people, column)
+        for column in marks.columns
+    }
+    places = {name: place for name, place in found.items() if place is not None}
+    for name, place in places.items():
+        shared = [other for other, there in places.items() if there == place]
+        if len(shared) > 1:
+            head = people.header[place]
+            raise WrongUse(
+                f"{' and '.join(shared)} are both {head!r}: say --column {name}=HEADER."
+            )
+    return places
+
+
+def _cell(
+    matched: Matching, marks: Ledger, options: argparse.Namespace
+) -> Callable[[Row, Column], str | None]:
+    def cell(row: Row, column: Column) -> str | None:
+        mark = matched.mark(row, column)
+        if mark is not None:
+            return str(mark.after)
+        lost = (matched.owners.get(row.line), column.name) in marks.failed
+        return "0" if options.missing_as_zero and not lost else None
+
+    return cell
+
+
+def _tell(
+    rules: Rules | None,
+    matched: Matching,
+    marks: Ledger,
+    values: Values,
+    options: argparse.Namespace,
+) -> None:
+    from robust_slam_autograder.reports import exported
+
+    every = [mark for column in marks.columns for mark in column.marks.values()]
+    if rules is not None or any(mark.before != mark.after for mark in every):
+        print(exported.late_table(marks.columns, rules))
+    new = [column.name for column in marks.columns if column.name not in values.places]
+    if new:
+        print(f"new columns, for the roster has none: {', '.join(new)}", file=sys.stderr)
+    said = exported.remarks(matched, marks.columns, marks.failed, zero=options.missing_as_zero)
+    for line in said:
+        print(line, file=sys.stderr)

@@ -1,0 +1,1 @@
+"""Marks for a learning management system: rosters, late work, Canvas and Moodle."""

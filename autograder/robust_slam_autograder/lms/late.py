@@ -1,0 +1,160 @@
+"""Late work: a due time per assignment, and what a day costs.
+
+By hand: an assignment of 20 points, 10 % a day. Handed in 25 hours late, two days have
+begun; that is 20 % of 20 points, 4 off. A mark of 15 becomes 11, and none falls below 0.
+"""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any
+from zoneinfo import ZoneInfo
+
+from robust_slam_autograder.errors import WrongUse
+from robust_slam_autograder.reading.assignment import check_table
+
+NONE = "none"
+"""A due time that never comes."""
+DAY = timedelta(hours=24)
+_KEYS = {"timezone": str, "due": dict, "policy": dict, "extensions": dict}
+_POLICY = dict.fromkeys(("grace_minutes", "percent_per_day", "cap_percent"), (int, float))
+
+
+@dataclass(frozen=True)
+class Policy:
+    """What lateness costs."""
+
+    percent_per_day: float
+    """Of the assignment's points, for each 24 hours that have begun."""
+    grace_minutes: float = 0.0
+    """Minutes after the due time that cost nothing; days are counted from their end."""
+    cap_percent: float = 100.0
+    """The most that is taken off, of the assignment's points."""
+
+    def penalty(self, lateness: timedelta, max_score: float) -> float:
+        """Points off for work that came ``lateness`` after its due time."""
+        beyond = lateness - timedelta(minutes=self.grace_minutes)
+        days = max(0, math.ceil(beyond / DAY))
+        return max_score * min(self.percent_per_day * days, self.cap_percent) / 100
+
+    def __str__(self) -> str:
+        return (
+            f"{self.percent_per_day:g} % of the points for each 24 hours begun, "
+            f"after {self.grace_minutes:g} minutes' grace, at most {self.cap_percent:g} %"
+        )
+
+
+@dataclass(frozen=True)
+class Rules:
+    """A course's due times, with a time zone each."""
+
+    path: Path
+    timezone: ZoneInfo | None
+    policy: Policy
+    due: Mapping[str, datetime | None]
+    """By assignment; None where there is no due time."""
+    extensions: Mapping[str, Mapping[str, datetime | None]]
+    """By assignment and student a due time of their own."""
+
+    def due_for(self, assignment: str, student: str) -> datetime | None:
+        """When a student's work is due.
+
+        Raises:
+            WrongUse: the file does not say.
+        """
+        if assignment not in self.due:
+            raise WrongUse(
+                f"{self.path}: there is no due time for {assignment}: write it under [due], "
+                f'or "{NONE}".'
+            )
+        own = self.extensions.get(assignment, {})
+        return own[student] if student in own else self.due[assignment]
+
+
+def load(path: Path) -> Rules:
+    """Read due times and policy from a TOML file.
+
+    Raises:
+        WrongUse: names the file and the key that is missing, unknown or no time.
+    """
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise WrongUse(f"{path} cannot be read as TOML: {error}") from error
+    check_table(path, table, _KEYS)
+    check_table(
+        path, table.get("extensions", {}), dict.fromkeys(table.get("extensions", {}), dict)
+    )
+    if "policy" not in table or "due" not in table:
+        raise WrongUse(f"{path}: [policy] and [due] are wanted.")
+    zone = _zone(path, table.get("timezone"))
+    return Rules(
+        path,
+        zone,
+        _policy(path, table["policy"]),
+        _times(path, "due", table["due"], zone),
+        {
+            name: _times(path, f"extensions.{name}", times, zone)
+            for name, times in table.get("extensions", {}).items()
+        },
+    )
+
+
+def _zone(path: Path, name: str | None) -> ZoneInfo | None:
+    try:
+        return None if name is None else ZoneInfo(name)
+    except (ValueError, OSError, LookupError) as error:
+        raise WrongUse(f'{path}: {name!r} is no time zone, as "Europe/Berlin" is.') from error
+
+
+def _policy(path: Path, table: dict[str, Any]) -> Policy:
+    check_table(path, table, _POLICY)
+    if "percent_per_day" not in table:
+        raise WrongUse(f"{path}: [policy] wants percent_per_day; 0 takes nothing off.")
+    for key, value in table.items():
+        most = 100 if "percent" in key else 7 * 24 * 60
+        if not 0 <= value <= most:
+            raise WrongUse(f"{path}: {key} is a number from 0 to {most}, not {value}.")
+    return Policy(**table)
+
+
+def _times(
+    path: Path,
+    where: str,
+    table: dict[str, Any],
+    zone: ZoneInfo | None,
+) -> dict[str, datetime | None]:
+    return {name: _time(path, f"{where}.{name}", value, zone) for name, value in table.items()}
+
+
+def _time(path: Path, where: str, value: Any, zone: ZoneInfo | None) -> datetime | None:  # noqa: ANN401
+    if value == NONE:
+        return None
+    if not isinstance(value, datetime):
+        raise WrongUse(
+            f'{path}: {where} wants a date with a time, as 2026-10-20T23:59:00, or "{NONE}".'
+        )
+    if value.tzinfo is not None:
+        return value
+    if zone is None:
+        raise WrongUse(
+            f'{path}: {where} has no time zone: write timezone = "…" above, or end it in Z '
+            "or +02:00."
+        )
+    local = value.replace(tzinfo=zone)
+    if local.utcoffset() != local.replace(fold=1).utcoffset():
+        raise WrongUse(
+            f"{path}: {where} comes twice or never in {zone}, for clocks change then: "
+            "end it in +01:00 or the like."
+        )
+    return local
+
+
+def as_utc(moment: datetime) -> datetime:
+    """The same moment on one clock, so that two zones' differences are true."""
+    return moment.astimezone(UTC)

@@ -1,0 +1,137 @@
+"""A roster: the CSV that Canvas or Moodle exports of a course's gradebook.
+
+It is read strictly. A mark that goes to the wrong person is worse than none, so whatever
+is doubtful stops the export, with the file and the line.
+"""
+
+from __future__ import annotations
+
+import codecs
+import csv
+import io
+import unicodedata
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from robust_slam_autograder.errors import WrongUse
+
+DELIMITERS = (",", ";", "\t")
+"""The systems write a comma, or a semicolon where the comma is in numbers."""
+MAX_BYTES = 20 * 2**20
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of the file."""
+
+    line: int
+    """Where it begins, counted from 1."""
+    cells: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Roster:
+    """The file, with students apart from what else stands between the header and them."""
+
+    path: Path
+    header: tuple[str, ...]
+    rows: tuple[Row, ...]
+
+    def column(self, name: str, option: str) -> int:
+        """Where a column stands.
+
+        Args:
+            name: its header, spaces around it aside.
+            option: who names it, as on the command line.
+
+        Raises:
+            WrongUse: there is none, or there are two.
+        """
+        if name.strip() not in self.header:
+            there = ", ".join(filter(None, self.header))
+            raise WrongUse(
+                f"{self.path}:1: there is no column {name!r} for {option}; there are {there}."
+            )
+        return self.header.index(name.strip())
+
+
+def key(text: str) -> str:
+    """What two spellings of one name have in common: é is one letter, or e with an accent."""
+    return unicodedata.normalize("NFC", text.strip())
+
+
+def read(path: Path) -> Roster:
+    """Read a roster: UTF-8 with or without BOM, any line ends, one of three delimiters.
+
+    Raises:
+        WrongUse: names the file and the line where it cannot be read as a table.
+    """
+    text = _text(path)
+    rows = [row for row in _rows(path, text) if any(map(str.strip, row.cells))]
+    if len(rows) < 2:
+        raise WrongUse(f"{path}:1: a header and students are wanted: export the gradebook again.")
+    header = tuple(cell.strip() for cell in rows[0].cells)
+    for name in filter(None, header):
+        if header.count(name) > 1:
+            raise WrongUse(f"{path}:{rows[0].line}: two columns are named {name!r}.")
+    for row in rows[1:]:
+        if len(row.cells) != len(header):
+            raise WrongUse(
+                f"{path}:{row.line}: {len(row.cells)} cells under {len(header)} columns: "
+                "export the gradebook again, or mend the line."
+            )
+    return Roster(path, header, tuple(rows[1:]))
+
+
+def _text(path: Path) -> str:
+    try:
+        with open(path, "rb") as file:
+            data = file.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise WrongUse(f"{path} cannot be read ({error.strerror}): name the roster.") from error
+    if len(data) > MAX_BYTES:
+        raise WrongUse(f"{path} is larger than {MAX_BYTES // 2**20} MiB: it is no roster.")
+    data = data.removeprefix(codecs.BOM_UTF8)
+    try:
+        return data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        line = len((data[: error.start] + b"?").splitlines())
+        raise WrongUse(f"{path}:{line}: this is not UTF-8: save it as CSV UTF-8.") from error
+
+
+def _delimiter(text: str) -> str:
+    """The mark that parts the header into most columns."""
+    first = text.lstrip().splitlines()[:1]
+    return max(DELIMITERS, key=lambda mark: len(next(csv.reader(first, delimiter=mark), [])))
+
+
+def _rows(path: Path, text: str) -> Iterator[Row]:
+    delimiter = _delimiter(text)
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
+    begins = 1
+    try:
+        for cells in reader:
+            yield Row(begins, tuple(cells))
+            begins = reader.line_num + 1
+    except csv.Error as error:
+        raise WrongUse(f"{path}:{begins}: this is not CSV ({error}).") from error
+
+
+def by_key(roster: Roster, students: tuple[Row, ...], column: int) -> dict[str, Row]:
+    """Students by what the matched column says of them; who has nothing there is left out.
+
+    Raises:
+        WrongUse: two lines say the same, and nobody knows whose the mark would be.
+    """
+    found: dict[str, Row] = {}
+    for row in students:
+        name = key(row.cells[column])
+        if name in found:
+            raise WrongUse(
+                f"{roster.path}:{row.line}: {name!r} stands in line {found[name].line} already "
+                f"(column {roster.header[column]!r}): remove one of them."
+            )
+        if name:
+            found[name] = row
+    return found

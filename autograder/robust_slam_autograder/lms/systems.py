@@ -1,0 +1,210 @@
+"""What Canvas and Moodle import: a roster's people, and a column for each assignment.
+
+Canvas's importer wants the roster's first columns up to ``Section`` as they are, then
+``Title (id)`` for an assignment that it knows, and a row ``Points Possible``, which it
+would take over. Moodle's wants a column that names the user, and a column for each grade
+item; the instructor says on its page which is which. An empty cell empties a grade that
+is there, so who has no mark keeps what the roster says.
+
+Source: Canvas, lib/gradebook_importer.rb; Moodle, grade/import/csv/classes/load_data.php.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from robust_slam_autograder.errors import WrongUse
+from robust_slam_autograder.lms.marks import Column
+from robust_slam_autograder.lms.roster import Roster, Row
+from robust_slam_autograder.nbgrader.spreadsheet import as_text
+
+POINTS = "Points Possible"
+_POINTS_CELL = f"    {POINTS}"
+_NOT_A_STUDENT = re.compile(r"\s*(Muted|Manual Posting.*)?\s*", re.IGNORECASE)
+_CANVAS_ID = re.compile(r"\s*\(\d+\)$")
+_MOODLE_KIND = re.compile(r"\s*\(([^()]*)\)$")
+_MOODLE_OTHER = ("Percentage", "Letter", "Feedback")
+_MOODLE_USER = (
+    *("First name", "Last name", "Surname", "Full name"),
+    *("Username", "ID number", "Email address"),
+)
+_PLAIN = re.compile(r"-|EX|N/A|-?\d+([.,]\d+)?|", re.IGNORECASE)
+"""A grade as the systems write one; a spreadsheet computes none of these."""
+
+
+@dataclass(frozen=True)
+class Values:
+    """Where the marks go."""
+
+    matched: int
+    """The roster's column that holds the names which submissions have."""
+    columns: Sequence[Column]
+    places: Mapping[str, int]
+    """By assignment the roster's column that it has already."""
+    cell: Callable[[Row, Column], str | None]
+    """A student's mark; None leaves what the roster says."""
+
+
+def canvas_students(roster: Roster) -> tuple[Row, ...]:
+    """The lines that are about students."""
+    _canvas_people(roster)
+    return tuple(
+        row
+        for row in roster.rows
+        if POINTS not in row.cells[0] and not all(map(_NOT_A_STUDENT.fullmatch, row.cells))
+    )
+
+
+def _canvas_people(roster: Roster) -> int:
+    """How many columns are about the student."""
+    header = roster.header
+    if header[0] not in ("Student", "LastName") or not {"ID", "Section"} <= set(header):
+        raise WrongUse(
+            f"{roster.path}:1: this is no gradebook of Canvas, which begins with Student, ID and "
+            "has Section: take Grades → Export, or --format moodle."
+        )
+    return header.index("Section") + 1
+
+
+def canvas_names(header: str) -> set[str]:
+    """What an assignment of Canvas's may be called here."""
+    return {header, _CANVAS_ID.sub("", header)}
+
+
+def canvas_table(roster: Roster, values: Values) -> Iterator[list[str]]:
+    """The lines of the file to import.
+
+    Raises:
+        WrongUse: Canvas has an assignment out of other points, or a student without an ID
+            has a login that is guarded, by which it would not be found.
+    """
+    people = _canvas_people(roster)
+    _refuse_other_points(roster, values)
+    heads = [_head(roster, column, values) for column in values.columns]
+    yield [*roster.header[:people], *heads]
+    yield [_POINTS_CELL, *[""] * (people - 1), *(str(c.max_score) for c in values.columns)]
+    number = roster.header.index("ID")
+    for row in canvas_students(roster):
+        if not row.cells[number].strip().isdecimal():
+            _refuse_guarded(roster, row, number, values.matched)
+        yield [*(as_text(cell) or "" for cell in row.cells[:people]), *_marks(row, values)]
+
+
+def _refuse_other_points(roster: Roster, values: Values) -> None:
+    rows = [row for row in roster.rows if POINTS in row.cells[0]]
+    for row in rows:
+        for column in values.columns:
+            if column.name not in values.places:
+                continue
+            there = row.cells[values.places[column.name]].strip()
+            if there and _number(there) != column.max_score:
+                raise WrongUse(
+                    f"{roster.path}:{row.line}: Canvas has {column.name} out of {there}, its "
+                    f"tests are out of {column.max_score}: set its points in Canvas to that, "
+                    "and export the roster again."
+                )
+
+
+def _number(text: str) -> float | None:
+    try:
+        return float(text.replace(",", "."))
+    except ValueError:
+        return None
+
+
+def moodle_students(roster: Roster) -> tuple[Row, ...]:
+    """The lines that are about students: all of them."""
+    return roster.rows
+
+
+def moodle_names(header: str) -> set[str]:
+    """What a grade item of Moodle's may be called here, of ``Assignment: Title (Real)``."""
+    kind = _MOODLE_KIND.search(header)
+    if kind and kind.group(1) in _MOODLE_OTHER:
+        return set()
+    bare = _MOODLE_KIND.sub("", header)
+    return {header, bare, bare.partition(": ")[2]} - {""}
+
+
+def moodle_table(roster: Roster, values: Values) -> Iterator[list[str]]:
+    """The lines of the file to import.
+
+    Raises:
+        WrongUse: what identifies a student is guarded, and Moodle would not find who it is.
+    """
+    people = [
+        n for n, name in enumerate(roster.header) if name in _MOODLE_USER or n == values.matched
+    ]
+    yield [roster.header[n] for n in people] + [_head(roster, c, values) for c in values.columns]
+    for row in roster.rows:
+        _refuse_guarded(roster, row, values.matched)
+        yield [*(as_text(row.cells[n]) or "" for n in people), *_marks(row, values)]
+
+
+def _head(roster: Roster, column: Column, values: Values) -> str:
+    place = values.places.get(column.name)
+    return (as_text(column.name) or "") if place is None else roster.header[place]
+
+
+def _marks(row: Row, values: Values) -> Iterator[str]:
+    for column in values.columns:
+        mark = values.cell(row, column)
+        place = values.places.get(column.name)
+        kept = "" if place is None else row.cells[place].strip()
+        safe = kept if _PLAIN.fullmatch(kept) else as_text(kept) or ""
+        yield safe if mark is None else mark
+
+
+def _refuse_guarded(roster: Roster, row: Row, *columns: int) -> None:
+    for column in columns:
+        if as_text(row.cells[column]) != row.cells[column]:
+            raise WrongUse(
+                f"{roster.path}:{row.line}: {roster.header[column]} {row.cells[column]!r} begins "
+                "as a formula; with the apostrophe that it would get nobody is found by it."
+            )
+
+
+@dataclass(frozen=True)
+class System:
+    """A learning management system."""
+
+    title: str
+    match: str
+    """The roster's column that most often holds what submissions are named for."""
+    students: Callable[[Roster], tuple[Row, ...]]
+    names: Callable[[str], set[str]]
+    table: Callable[[Roster, Values], Iterator[list[str]]]
+
+
+SYSTEMS = {
+    "canvas": System("Canvas", "SIS Login ID", canvas_students, canvas_names, canvas_table),
+    "moodle": System("Moodle", "Email address", moodle_students, moodle_names, moodle_table),
+}
+
+
+def find(system: System, roster: Roster, column: Column) -> int | None:
+    """The roster's column of an assignment, by its name or its title; None where it is new.
+
+    Raises:
+        WrongUse: there are several.
+    """
+    wanted = {column.name, column.title} - {""}
+    found = [n for n, head in enumerate(roster.header) if wanted & system.names(head)]
+    if len(found) > 1:
+        both = " and ".join(repr(roster.header[n]) for n in found[:2])
+        raise WrongUse(
+            f"{roster.path}:1: {both} may both be {column.name}: "
+            f"say which with --column {column.name}=HEADER."
+        )
+    return found[0] if found else None
+
+
+def as_csv(rows: Iterator[list[str]]) -> str:
+    """The file's text."""
+    file = io.StringIO(newline="")
+    csv.writer(file, lineterminator="\n").writerows(rows)
+    return file.getvalue()

@@ -1,0 +1,88 @@
+"""What an export did, for a terminal: who is where, and what lateness cost."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from datetime import UTC, timedelta, tzinfo
+
+from robust_slam_autograder.lms.late import Rules
+from robust_slam_autograder.lms.marks import Column, Mark
+from robust_slam_autograder.lms.matching import Matching
+from robust_slam_autograder.reports.markup import one_line
+
+
+def late_table(columns: Sequence[Column], rules: Rules | None) -> str:
+    """Every mark before and after what lateness costs, with the time that it follows from.
+
+    Args:
+        columns: the marks.
+        rules: the late policy; None where nbgrader's own has taken something off.
+    """
+    zone = UTC if rules is None or rules.timezone is None else rules.timezone
+    head = ("student", "assignment", "handed in", "says", "late", "before", "after")
+    rows = [head]
+    for column in columns:
+        for student, mark in sorted(column.marks.items()):
+            rows.append((one_line(student), column.name, *_times(mark, zone), *_points(mark)))
+    widths = [max(len(row[n]) for row in rows) for n in range(len(head))]
+    lines = [
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    ]
+    said = "nbgrader's own late policy" if rules is None else f"{rules.path}: {rules.policy}"
+    return "\n".join([*lines, f"Late work: {said}. Times are in {zone}."])
+
+
+def _times(mark: Mark, zone: tzinfo) -> tuple[str, str, str]:
+    if mark.handed_in is None:
+        return "", "", ""
+    at = mark.handed_in.at.astimezone(zone).strftime("%Y-%m-%d %H:%M:%S %z")
+    return at, one_line(mark.handed_in.source), span(mark.late)
+
+
+def _points(mark: Mark) -> tuple[str, str]:
+    return str(mark.before), str(mark.after)
+
+
+def span(late: timedelta) -> str:
+    """A duration as days, hours, minutes and seconds, as ``1d 2h 03m 04s``; empty for none."""
+    if not late:
+        return ""
+    minutes, seconds = divmod(late.total_seconds(), 60)
+    hours, minutes = divmod(int(minutes), 60)
+    days, hours = divmod(hours, 24)
+    return f"{days}d {hours}h {minutes:02d}m {seconds:02.0f}s"
+
+
+def remarks(
+    matching: Matching,
+    columns: Sequence[Column],
+    failed: Sequence[tuple[str, str]],
+    *,
+    zero: bool,
+) -> Iterator[str]:
+    """One line for each kind of thing that an instructor must know of the file.
+
+    Args:
+        matching: the roster and the submissions.
+        columns: the marks.
+        failed: students and assignments on which the grader failed.
+        zero: whether who has no submission gets 0.
+    """
+    if matching.strangers:
+        yield f"not on the roster, and not in the file: {_listed(matching.strangers)}"
+    for student, name in failed:
+        yield f"the grader failed on {one_line(student)}/{name}: no mark; grade it again"
+    for column in columns:
+        lost = {student for student, name in failed if name == column.name}
+        absent = [name for name in matching.missing(column) if name not in lost]
+        what = "0" if zero else "left as the roster has it"
+        if absent:
+            yield f"no submission of {column.name}, {what}: {_listed(absent)}"
+        waiting = sorted(student for student, mark in column.marks.items() if mark.waits)
+        if waiting:
+            yield f"{column.name} waits for a person's marks: {_listed(waiting)}"
+
+
+def _listed(names: Sequence[str]) -> str:
+    return f"{len(names)} ({', '.join(map(one_line, names))})"

@@ -1,0 +1,91 @@
+"""Rosters: read as the systems write them, or refused with the file and the line."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from robust_slam_autograder.errors import WrongUse
+from robust_slam_autograder.lms import roster
+
+PLAIN = "Name,Mail\nÅsa,asa\nBob,bob\n"
+
+
+def written(folder: Path, text: str | bytes) -> Path:
+    path = folder / "roster.csv"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return path
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        PLAIN,
+        "\ufeff" + PLAIN,
+        PLAIN.replace("\n", "\r\n"),
+        PLAIN.replace("\n", "\r"),
+        PLAIN.replace(",", ";"),
+        PLAIN.replace(",", "\t"),
+        PLAIN.rstrip("\n"),
+        '"Name" , "Mail" \nÅsa,asa\nBob,bob\n'.replace(" ", ""),
+        PLAIN.replace("Bob", "\n,\nBob"),
+    ],
+    ids=["plain", "BOM", "CRLF", "CR", "semicolon", "tab", "no end", "quoted", "empty lines"],
+)
+def test_every_way_of_writing_it_is_one_table(tmp_path: Path, text: str) -> None:
+    read = roster.read(written(tmp_path, text))
+    assert read.header == ("Name", "Mail")
+    assert [row.cells for row in read.rows] == [("Åsa", "asa"), ("Bob", "bob")]
+
+
+def test_a_line_is_where_it_begins(tmp_path: Path) -> None:
+    read = roster.read(written(tmp_path, 'Name,Mail\n"two\nlines",x\n\nBob,y\n'))
+    assert [row.line for row in read.rows] == [2, 5]
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "words"),
+    [
+        ("", 1, "a header and students are wanted"),
+        ("Name,Mail\n", 1, "a header and students are wanted"),
+        ("Name,Name\na,b\n", 1, "two columns are named 'Name'"),
+        ("Name,Mail\na,b\na\n", 3, "1 cells under 2 columns"),
+        ("Name,Mail\na,b\na,b,c\n", 3, "3 cells under 2 columns"),
+        ('Name,Mail\na,b\n"a,b\n', 3, "this is not CSV"),
+        ('Name,Mail\n"a"b,c\n', 2, "this is not CSV"),
+        (b"Name,Mail\na,b\n\xc5sa,c\n", 3, "this is not UTF-8"),
+        ("Name,Mail\na,b\n".encode("utf-16"), 1, "this is not UTF-8"),
+    ],
+)
+def test_what_is_no_table_is_named_with_its_line(
+    tmp_path: Path, text: str | bytes, line: int, words: str
+) -> None:
+    path = written(tmp_path, text)
+    with pytest.raises(WrongUse, match=f"{re.escape(str(path))}:{line}: .*{re.escape(words)}"):
+        roster.read(path)
+
+
+def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
+    with pytest.raises(WrongUse, match=r"none\.csv cannot be read"):
+        roster.read(tmp_path / "none.csv")
+
+
+def test_a_missing_column_is_told_with_those_that_there_are(tmp_path: Path) -> None:
+    read = roster.read(written(tmp_path, PLAIN))
+    assert read.column(" Mail", "--match") == 1
+    with pytest.raises(WrongUse, match=r"no column 'Email' for --match; there are Name, Mail"):
+        read.column("Email", "--match")
+
+
+def test_a_student_stands_there_once(tmp_path: Path) -> None:
+    decomposed = "A\u030asa"
+    read = roster.read(written(tmp_path, f"{PLAIN}{decomposed},else\n"))
+    assert set(roster.by_key(read, read.rows, 1)) == {"asa", "bob", "else"}
+    with pytest.raises(WrongUse, match=r"roster\.csv:4: 'Åsa' stands in line 2 already"):
+        roster.by_key(read, read.rows, 0)
+
+
+def test_who_has_nothing_in_the_matched_column_is_nobody(tmp_path: Path) -> None:
+    read = roster.read(written(tmp_path, "Name,Mail\na,\nb,\nc,x\n"))
+    assert set(roster.by_key(read, read.rows, 1)) == {"x"}
