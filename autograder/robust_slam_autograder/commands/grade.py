@@ -37,13 +37,7 @@ def add(commands: Any) -> None:  # noqa: ANN401
     parser.add_argument("--student", metavar="NAME")
     parser.add_argument("--out", type=Path, default=Path("build/graded"), metavar="DIR")
     parser.add_argument("--seed", type=_seed, metavar="N", help="default: the batch's own, secret")
-    parser.add_argument("--jobs", type=_jobs, default=_processors(), metavar="N")
-    parser.add_argument(
-        "--sandbox", choices=list(sandbox.BACK_ENDS), help="default: the first that works here"
-    )
-    parser.add_argument(
-        "--unsandboxed", action="store_true", help="trust the submissions: run them without a wall"
-    )
+    add_how(parser)
     parser.add_argument(
         "--json", metavar="FILE", help="also write the marks as JSON; - is standard output"
     )
@@ -52,6 +46,17 @@ def add(commands: Any) -> None:  # noqa: ANN401
         "--no-names", action="store_true", help="leave students out of all that is shown"
     )
     parser.set_defaults(run=run)
+
+
+def add_how(parser: argparse.ArgumentParser) -> None:
+    """Declare how student code is run: how many at once, and behind which wall."""
+    parser.add_argument("--jobs", type=_jobs, default=_processors(), metavar="N")
+    parser.add_argument(
+        "--sandbox", choices=list(sandbox.BACK_ENDS), help="default: the first that works here"
+    )
+    parser.add_argument(
+        "--unsandboxed", action="store_true", help="trust the submissions: run them without a wall"
+    )
 
 
 def _seed(text: str) -> int:
@@ -163,14 +168,15 @@ def _tell(graded: Sequence[Graded], options: argparse.Namespace) -> None:
     wanted = {options.json: summary.as_json, options.markdown: summary.as_markdown}
     for target, render in wanted.items():
         if target is not None:
-            _write(target, render(marks, batch.counts(graded), names=names))
+            write(target, render(marks, batch.counts(graded), names=names))
     # Where a summary goes to standard output it has that for itself.
     people = sys.stderr if STANDARD_OUTPUT in wanted else sys.stdout
     print(terminal.marks_table(marks, names=names), file=people)
     print(_counts(options.out, graded), file=people)
 
 
-def _write(target: str, text: str) -> None:
+def write(target: str, text: str) -> None:
+    """Write to a file, or to standard output where the target is ``-``."""
     if target == STANDARD_OUTPUT:
         sys.stdout.write(text)
         return
