@@ -4,6 +4,7 @@
 missing=
 command -v chromium >/dev/null 2>&1 || missing="chromium"
 command -v bwrap >/dev/null 2>&1 || missing="$missing bubblewrap"
+command -v gpg >/dev/null 2>&1 || missing="$missing gnupg"
 [ -n "$missing" ] || exit 0
 
 run=
@@ -11,7 +12,7 @@ if [ "$(id -u)" -ne 0 ]; then
     if sudo -n true 2>/dev/null; then run="sudo -n"; else run=no; fi
 fi
 if [ "$run" = no ] || ! command -v apt-get >/dev/null 2>&1; then
-    echo "Missing:$missing. The tests marked browser or sandbox are left out;" \
+    echo "Missing:$missing. Tests that need them are left out;" \
         "install with: sudo apt-get install $missing"
     exit 0
 fi

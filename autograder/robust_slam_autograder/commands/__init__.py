@@ -12,9 +12,10 @@ from robust_slam_autograder.commands import (
     export,
     feedback,
     grade,
+    init_ci,
     lint,
     public,
     release,
 )
 
-COMMANDS = (release, check, grade, feedback, export, doctor, lint, public)
+COMMANDS = (release, check, grade, feedback, export, doctor, lint, public, init_ci)

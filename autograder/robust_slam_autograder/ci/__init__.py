@@ -1,0 +1,1 @@
+"""Grading where others run the machine: workflow files, and an autograder for Gradescope."""

@@ -1,0 +1,89 @@
+"""Gradescope's autograder archive: one assignment, its tests, and what grades it.
+
+It holds hidden tests, answers and the seed: it is for Gradescope alone.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import secrets
+import zipfile
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from robust_slam_autograder.ci.gradescope import SEED_NAME, TREE_NAME
+from robust_slam_autograder.ci.workflows import quoted, substitute, template
+from robust_slam_autograder.errors import WrongUse
+from robust_slam_autograder.grading import durable
+from robust_slam_autograder.publishing.course import COURSE_NAME, Course
+from robust_slam_autograder.publishing.public import tracked
+from robust_slam_autograder.reading import assignment as assignments
+
+PROGRAMS = ("setup.sh", "run_autograder")
+LOCK_NAME = "requirements.lock"
+_PINNED = re.compile(r"^[A-Za-z0-9][\w.-]*==[^\\\n]*", re.MULTILINE)
+
+
+def write(course: Course, name: str, archive: Path) -> None:
+    """Write the archive of an assignment, readable by its owner only.
+
+    Args:
+        course: says what to install.
+        name: the assignment.
+        archive: the file to write; what was there is replaced.
+
+    Raises:
+        WrongUse: the course does not say what to install, or is in no repository.
+    """
+    packages = course.install.get("assignments", {})
+    if not packages:
+        raise WrongUse(
+            f"{course.tree / COURSE_NAME} has no [install.assignments]: it says what to install."
+        )
+    entries = dict(_programs(packages))
+    entries[SEED_NAME] = f"{secrets.randbits(63)}\n".encode()
+    entries["constraints.txt"] = _constraints(course.root).encode()
+    entries |= _sources(course, name)
+    part = durable.part_of(archive)
+    part.unlink(missing_ok=True)
+    part.touch(mode=0o600)
+    with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as made:
+        for entry, data in entries.items():
+            _add(made, entry, data)
+    os.replace(part, archive)
+
+
+def _programs(packages: Mapping[str, str]) -> Iterator[tuple[str, bytes]]:
+    extras = {name: name[name.find("[") :] if "[" in name else "" for name in packages}
+    words = [f'"$source"/{quoted(folder + extras[name])}' for name, folder in packages.items()]
+    values = {"INSTALL": " \\\n    ".join(words)}
+    for name in PROGRAMS:
+        yield name, substitute(template(f"gradescope/{name}"), values).encode()
+
+
+def _constraints(root: Path) -> str:
+    """Versions as the course pins them, so that marks there are those from here."""
+    lock = root / LOCK_NAME
+    text = lock.read_text(encoding="utf-8") if lock.is_file() else ""
+    return "".join(f"{line.strip()}\n" for line in _PINNED.findall(text))
+
+
+def _sources(course: Course, name: str) -> dict[str, bytes]:
+    """The packages as git tracks them, and the assignment; by their places in the archive."""
+    folders = tuple(f"{folder}/" for folder in course.install["assignments"].values())
+    chosen = [path for path in tracked(course.root) if path.startswith(folders)]
+    tests = assignments.notebook_path(course.tree / name)
+    found = {path: course.root / path for path in chosen}
+    for path in (tests, tests.with_name(assignments.CONFIG_NAME)):
+        if path.is_file():
+            found[f"{TREE_NAME}/{name}/{path.name}"] = path
+    return {place: path.read_bytes() for place, path in found.items()}
+
+
+def _add(made: zipfile.ZipFile, name: str, data: bytes) -> None:
+    entry = zipfile.ZipInfo(name)
+    entry.create_system = 3  # Unix, whose modes these are
+    entry.external_attr = (0o100755 if name in PROGRAMS else 0o100600) << 16
+    entry.compress_type = zipfile.ZIP_DEFLATED
+    made.writestr(entry, data)

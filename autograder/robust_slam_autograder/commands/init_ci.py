@@ -1,0 +1,88 @@
+"""``autograder init-ci``: files that have GitHub, GitLab or Gradescope check and grade."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from robust_slam_autograder.ci import workflows
+from robust_slam_autograder.errors import WrongUse
+from robust_slam_autograder.publishing import course as courses
+from robust_slam_autograder.publishing.course import Course
+from robust_slam_autograder.reading import assignment as assignments
+
+GRADESCOPE = "gradescope"
+TARGETS = (*workflows.WORKFLOWS, GRADESCOPE)
+
+
+def add(commands: Any) -> None:  # noqa: ANN401
+    """Declare the command."""
+    parser = commands.add_parser("init-ci", help="write files for GitHub, GitLab or Gradescope")
+    parser.add_argument("target", choices=TARGETS, metavar="TARGET", help=", ".join(TARGETS))
+    parser.add_argument(
+        "names", nargs="*", metavar="NAME", help=f"assignments, for {GRADESCOPE}; all where none"
+    )
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help=f"the repository's folder (default .), or {GRADESCOPE}'s (build/gradescope)",
+    )
+    parser.add_argument(
+        "--install",
+        action="append",
+        default=[],
+        metavar="WHAT",
+        help="what students install, as pip takes it; default: from the public repository",
+    )
+    parser.add_argument("--force", action="store_true", help="replace files that are there")
+    parser.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Write them, and say what to do next."""
+    course = courses.load(options.solutions)
+    if options.target == GRADESCOPE:
+        return _write_archives(course, options)
+    if options.names:
+        raise WrongUse(f"{options.target} is for all assignments: leave out {options.names[0]}.")
+    workflow = workflows.WORKFLOWS[options.target]
+    path = (options.out or Path()) / workflow.place
+    _refuse_there([path], force=options.force)
+    text = workflows.fill(options.target, course, options.install)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+    print(f"wrote {path}\nNext: {workflow.then}")
+    return 0
+
+
+def _write_archives(course: Course, options: argparse.Namespace) -> int:
+    if options.install:
+        raise WrongUse(f"{GRADESCOPE} installs the course's own packages: leave out --install.")
+    known = assignments.find_names(options.solutions)
+    if unknown := [name for name in options.names if name not in known]:
+        raise WrongUse(f"There is no assignment {unknown[0]}; there are {', '.join(known)}.")
+    out = options.out or Path("build") / GRADESCOPE
+    archives = {name: out / f"{name}.zip" for name in options.names or known}
+    _refuse_there(list(archives.values()), force=options.force)
+    out.mkdir(parents=True, exist_ok=True)
+    from robust_slam_autograder.ci import container  # nbgrader takes a second to import
+
+    for name, path in archives.items():
+        container.write(course, name, path)
+        print(f"wrote {path}")
+    print(
+        "Next: upload each under Configure Autograder, and test it there with a submission before "
+        "students come.\nAn archive holds hidden tests and answers: give it to nobody else."
+    )
+    return 0
+
+
+def _refuse_there(paths: Sequence[Path], *, force: bool) -> None:
+    there = [path for path in paths if path.exists()]
+    if there and not force:
+        raise WrongUse(
+            f"{there[0]} is there already: --force replaces it, --out DIR is elsewhere."
+        )

@@ -1,0 +1,1 @@
+"""Workflow files and the archive for Gradescope: linted, and their commands run."""

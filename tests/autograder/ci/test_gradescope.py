@@ -1,0 +1,277 @@
+"""The archive for Gradescope: unpacked, set up, run, and its results read as documented."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+import sysconfig
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+from robust_slam_autograder import cli
+from robust_slam_autograder.ci import gradescope
+from robust_slam_autograder.ci.gradescope import as_gradescope
+from robust_slam_autograder.grading.results import CaseResult, ExerciseResult, Result
+
+from tests import as_user
+from tests.autograder import toy
+from tests.autograder.ci import running
+from tests.autograder.publishing import world
+
+VISIBILITY = {"enum": ["hidden", "after_due_date", "after_published", "visible"]}
+FORMAT = {"enum": ["text", "simple_format", "html", "md", "ansi"]}
+NUMBER, TEXT, OBJECT = {"type": "number"}, {"type": "string"}, {"type": "object"}
+TEST = {
+    "type": "object",
+    "additionalProperties": False,
+    "properties": {
+        "score": NUMBER,
+        "max_score": NUMBER,
+        "status": {"enum": ["passed", "failed"]},
+        "name": TEXT,
+        "name_format": FORMAT,
+        "number": TEXT,
+        "output": TEXT,
+        "output_format": FORMAT,
+        "tags": {"type": "array", "items": TEXT},
+        "visibility": VISIBILITY,
+        "extra_data": OBJECT,
+    },
+}
+SCHEMA = {
+    "type": "object",
+    "additionalProperties": False,
+    "properties": {
+        "score": NUMBER,
+        "execution_time": NUMBER,
+        "output": TEXT,
+        "output_format": FORMAT,
+        "test_output_format": FORMAT,
+        "test_name_format": FORMAT,
+        "visibility": VISIBILITY,
+        "stdout_visibility": VISIBILITY,
+        "extra_data": OBJECT,
+        "tests": {"type": "array", "items": TEST},
+        "leaderboard": {"type": "array"},
+    },
+    # A total is wanted where not every test has a score.
+    "anyOf": [
+        {"required": ["score"]},
+        {
+            "required": ["tests"],
+            "properties": {"tests": {"minItems": 1, "items": {"required": ["score"]}}},
+        },
+    ],
+}
+"""Gradescope's format: https://gradescope-autograders.readthedocs.io/en/latest/specs/."""
+CURIOUS = f'''\
+import os
+from pathlib import Path
+
+def double(x):
+    """Look around for what the container holds, and tell."""
+    root = Path("ROOT")
+    notebook = "source/solutions/{toy.NAME}/{toy.NAME}.ipynb"
+    for name in ("source/seed", notebook, "submission_metadata.json"):
+        try:
+            return len((root / name).read_text())
+        except OSError:
+            pass
+    try:
+        (root / "results" / "results.json").write_text('{{"score": 100}}')
+    except OSError:
+        pass
+    return 2 * np.asarray(x)
+'''
+
+
+@pytest.fixture(scope="module")
+def archive(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The toy's archive, from a course that carries the grader."""
+    root = tmp_path_factory.mktemp("course")
+    tree = world.make(root)
+    listed = ["git", "-C", str(as_user.ROOT), "ls-files", "-z", "autograder"]
+    done = subprocess.run(listed, capture_output=True, text=True)
+    # Where the course is in no repository, as the public one may be, the folder itself.
+    known = [name for name in done.stdout.split("\0") if name]
+    for name in known or [str(p.relative_to(as_user.ROOT)) for p in running.GRADER.rglob("*")]:
+        if (as_user.ROOT / name).is_file() and "__pycache__" not in name:
+            (root / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(as_user.ROOT / name, root / name)
+    world.write(
+        root,
+        "solutions/course.toml",
+        '[install.assignments]\nrobust-slam-autograder = "autograder"\n',
+    )
+    world.track(root)
+    assert cli.main(["--solutions", str(tree), "init-ci", "gradescope", "--out", str(root)]) == 0
+    return root / f"{toy.NAME}.zip"
+
+
+@pytest.fixture(scope="module")
+def container(
+    archive: Path, tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest
+) -> Path:
+    """``/autograder`` when the image is built; with ``--soak`` it installs from the network."""
+    offline = not request.config.getoption("--soak")
+    root = tmp_path_factory.mktemp("machine") / "autograder"
+    source = root / "source"
+    with zipfile.ZipFile(archive) as opened:
+        opened.extractall(source)
+        for entry in opened.infolist():
+            (source / entry.filename).chmod(entry.external_attr >> 16 & 0o777)
+    shutil.copy(source / "run_autograder", root)
+    for name in ("results", "submission"):
+        (root / name).mkdir()
+    runner = running.Runner(root.parent / "runner", offline=offline, with_python=False)
+    done = subprocess.run(
+        ["bash", str(source / "setup.sh")],
+        cwd=root,
+        env=runner.environment(),
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    (site,) = (root / "python").glob("lib/python*/site-packages")
+    installed = site / "robust_slam_autograder" / "ci" / "templates" / "gradescope" / "setup.sh"
+    assert installed.is_file()
+    if offline:
+        shutil.rmtree(site)
+        site.symlink_to(sysconfig.get_path("purelib"))
+    return root
+
+
+Submit = Callable[[dict[str, Any]], dict[str, Any] | None]
+
+
+@pytest.fixture
+def submit(container: Path) -> Submit:
+    """Hand in a notebook, and give what Gradescope then reads."""
+
+    def run(value: dict[str, Any]) -> dict[str, Any] | None:
+        shutil.rmtree(container / "submission")
+        toy.write(container / "submission" / f"{toy.NAME}.ipynb", value)
+        (container / "submission_metadata.json").write_text('{"users": [{"name": "Ada"}]}')
+        found = container / "results" / "results.json"
+        found.unlink(missing_ok=True)
+        environment = {"PATH": "/usr/bin:/bin", "HOME": "/"}
+        done = subprocess.run(
+            [str(container / "run_autograder")],
+            cwd=container,
+            env=environment,
+            capture_output=True,
+            text=True,
+        )
+        assert done.returncode == 0 or not found.exists()
+        assert found.exists() or done.stderr.startswith("Not graded: ")
+        return json.loads(found.read_text("utf-8")) if found.exists() else None
+
+    return run
+
+
+@pytest.mark.sandbox
+def test_a_submission_has_its_marks_in_gradescopes_format(submit: Submit, wall_name: str) -> None:
+    value = submit(toy.answer())
+    assert value is not None
+    jsonschema.validate(value, SCHEMA)
+    assert value["score"] == toy.MOST
+    assert sum(test["max_score"] for test in value["tests"]) == toy.MOST
+    shown = {test["name"]: test["visibility"] for test in value["tests"]}
+    assert shown == {
+        "double: by-hand": "visible",
+        "double: random": "after_published",
+        "apply: by-hand": "visible",
+        "apply: twice": "after_published",
+    }
+
+
+@pytest.mark.sandbox
+def test_student_code_sees_neither_tests_nor_seed_and_writes_no_marks(
+    submit: Submit, container: Path, wall_name: str
+) -> None:
+    curious = CURIOUS.replace("ROOT", str(container))
+    value = submit(toy.answer(double=curious))
+    assert value is not None
+    jsonschema.validate(value, SCHEMA)
+    assert value["score"] == toy.MOST  # it found nothing, and answered as if it had not looked
+
+
+@pytest.mark.sandbox
+def test_a_wrong_answer_and_a_broken_notebook_are_told_without_a_hidden_input(
+    submit: Submit, container: Path, wall_name: str
+) -> None:
+    value = submit(toy.answer(double="def double(x):\n    return abs(2 * np.asarray(x))\n"))
+    assert value is not None and value["score"] == toy.MOST - 6
+    (failed,) = [test for test in value["tests"] if test["status"] == "failed"]
+    assert failed["visibility"] == "after_published"
+    assert failed["output"] == "Try negative numbers."
+    seed = int((container / "source" / "seed").read_text())
+    assert not [text for text in toy.hidden_inputs(seed) if text in json.dumps(value)]
+    assert toy.CANARY not in json.dumps(value)
+    refused = submit({"no": "notebook"})
+    assert refused is not None and refused["score"] == 0 and refused["tests"] == []
+    jsonschema.validate(refused, SCHEMA)
+    assert refused["output"].startswith("Not graded: ")
+
+
+def test_where_no_sandbox_works_there_is_no_mark(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    toy.make_tree(tmp_path / "source")
+    (tmp_path / "source" / "seed").write_text("7\n")
+    toy.write(tmp_path / "submission" / "a.ipynb", toy.answer())
+    (tmp_path / "results").mkdir()
+    (tmp_path / "results" / "results.json").write_text('{"score": 20}')
+    monkeypatch.setattr("robust_slam_autograder.sandbox.BACK_ENDS", {"broken": toy.Broken()})
+    assert gradescope.main(tmp_path) == 1
+    assert not (tmp_path / "results" / "results.json").exists()
+    assert "No sandbox works here (broken: it is not installed)" in capsys.readouterr().err
+
+
+def result(**changes: Any) -> Result:
+    """A submission's result with one exercise of two cases."""
+    cases = (
+        CaseResult("by-hand", 4, 4, visible=True, message=""),
+        CaseResult("random", 6, 0, visible=False, message="Try \u202enegative numbers."),
+    )
+    exercise = ExerciseResult("double", 4, 10, "timeout", "Took longer than 10 s.", cases)
+    value: dict[str, Any] = {
+        "student": "ada",
+        "assignment": toy.NAME,
+        "score": 4,
+        "max_score": 10,
+        "status": "graded",
+        "reason": "",
+        "sandbox": "fork",
+        "seconds": 3.25,
+        "exercises": (exercise,),
+    }
+    return Result(**{**value, **changes})
+
+
+def test_before_marks_are_published_nothing_of_hidden_inputs_shows() -> None:
+    value = as_gradescope(result())
+    jsonschema.validate(value, SCHEMA)
+    shown = [test for test in value["tests"] if test["visibility"] == "visible"]
+    before = json.dumps([value["output"], shown])
+    assert "timeout" not in before and "longer" not in before and "negative" not in before
+    assert "3.25" not in json.dumps(value) and "ada" not in json.dumps(value)
+    assert "execution_time" not in value and value["stdout_visibility"] == "hidden"
+    assert "\\u202enegative" in value["tests"][1]["output"]
+    # Students see no total while a test is hidden, says the format.
+    assert any(test["visibility"] != "visible" for test in value["tests"])
+
+
+def test_an_absent_answer_is_told_at_once() -> None:
+    (exercise,) = result().exercises
+    absent = ExerciseResult(
+        exercise.name, 0, 10, "missing", "There is no cell double.", exercise.cases
+    )
+    output = as_gradescope(result(score=0, exercises=(absent,)))["output"]
+    assert re.search("^double: The notebook holds no answer", output)

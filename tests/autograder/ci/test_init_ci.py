@@ -1,0 +1,147 @@
+"""``autograder init-ci``: every target in a clean folder, nothing replaced unasked."""
+
+from __future__ import annotations
+
+import re
+import stat
+import zipfile
+from pathlib import Path
+
+import pytest
+import yaml
+from robust_slam_autograder import cli
+from robust_slam_autograder.ci.workflows import WORKFLOWS
+from robust_slam_autograder.commands import init_ci
+
+from tests.autograder import toy
+from tests.autograder.ci import running
+from tests.autograder.publishing import world
+
+
+@pytest.fixture
+def course(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A course with a public repository; the commands run in it."""
+    root = tmp_path / "course"
+    world.make(root, world.URL)
+    world.write(root, "autograder/grader.py", "")
+    world.track(root)
+    monkeypatch.chdir(root)
+    return root
+
+
+def files_of(target: str, out: Path) -> list[Path]:
+    if target == init_ci.GRADESCOPE:
+        return [out / f"{toy.NAME}.zip"]
+    return [out / WORKFLOWS[target].place]
+
+
+@pytest.mark.parametrize("target", init_ci.TARGETS)
+def test_a_target_is_one_file_and_says_what_to_do_next(
+    course: Path, tmp_path: Path, target: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "clean"
+    assert cli.main(["init-ci", target, "--out", str(out)]) == 0
+    (path,) = files_of(target, out)
+    assert [out / name for name in world.files(out)] == [path]
+    told = capsys.readouterr().out
+    assert f"wrote {path}\n" in told and "\nNext: " in told
+    if path.suffix != ".zip":
+        text = path.read_text("utf-8")
+        assert yaml.safe_load(text) and not re.search(r"@[A-Z_]+@", text)
+
+
+@pytest.mark.parametrize("target", init_ci.TARGETS)
+def test_what_is_there_stays_unless_forced(
+    course: Path, tmp_path: Path, target: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["init-ci", target, "--out", str(tmp_path / "out")]
+    (path,) = files_of(target, tmp_path / "out")
+    path.parent.mkdir(parents=True)
+    path.write_text("mine")
+    assert cli.main(command) == 2
+    assert path.read_text() == "mine"
+    assert "is there already: --force replaces it" in capsys.readouterr().err
+    assert cli.main([*command, "--force"]) == 0
+    assert path.read_bytes() != b"mine"
+    assert [p.name for p in path.parent.iterdir()] == [path.name]
+
+
+def test_students_install_from_the_public_repository(course: Path) -> None:
+    for target, job in (("github-student", "check"), ("gitlab-student", "")):
+        assert cli.main(["init-ci", target]) == 0
+        (path,) = files_of(target, course)
+        script = (
+            running.scripts(path, job)["Install"]["run"]
+            if job
+            else running.load(path)["public-checks"]["script"][0]
+        )
+        assert script == (
+            "python -m pip install \\\n"
+            f"  'toy-library[extra] @ git+{world.URL}@main#subdirectory=lib' \\\n"
+            f"  'the-grader @ git+{world.URL}@main#subdirectory=autograder'\n"
+        )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["nowhere"], "invalid choice"),
+        (["github-student", "07-toy"], "is for all assignments"),
+        (["gradescope", "--install", "x"], "leave out --install"),
+        (["gradescope", "08-none"], "There is no assignment 08-none; there are 07-toy"),
+        (["github-student", "--install", "a\nb"], "cannot be installed"),
+        (["github-student", "--install", "${{ secrets.X }}"], "cannot be installed"),
+        (["github-student", "--install", " "], "cannot be installed"),
+    ],
+)
+def test_wrong_use_is_told_and_nothing_written(
+    course: Path, arguments: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = world.files(course)
+    try:
+        status = cli.main(["init-ci", *arguments])
+    except SystemExit as error:  # how argparse ends
+        status = int(error.code or 0)
+    assert status == 2 and sentence in capsys.readouterr().err
+    assert world.files(course) == before
+
+
+@pytest.mark.parametrize("target", ["github-student", "gitlab-student", "gradescope"])
+def test_a_course_that_does_not_say_what_to_install_is_told_so(
+    tmp_path: Path, target: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tree = toy.make_tree(tmp_path)
+    out = tmp_path / "out"
+    command = ["--solutions", str(tree), "init-ci", target, "--out", str(out)]
+    assert cli.main(command) == 2
+    assert "course.toml" in capsys.readouterr().err
+    assert not out.exists() or not world.files(out)
+
+
+def test_what_pip_gets_is_one_word_of_the_shells(course: Path) -> None:
+    assert cli.main(["init-ci", "github-student", "--install", "a'; touch made; '"]) == 0
+    (path,) = files_of("github-student", course)
+    script = running.scripts(path, "check")["Install"]["run"]
+    assert "'a'\"'\"'; touch made; '\"'\"''" in script
+
+
+def test_the_archive_is_its_owners_and_has_what_it_needs(course: Path) -> None:
+    assert cli.main(["init-ci", "gradescope"]) == 0
+    path = course / "build" / "gradescope" / f"{toy.NAME}.zip"
+    assert stat.S_IMODE(path.stat().st_mode) == 0o600
+    with zipfile.ZipFile(path) as archive:
+        names = archive.namelist()
+        programs = {e.filename for e in archive.infolist() if e.external_attr >> 16 & 0o111}
+        seed = archive.read("seed")
+        setup = archive.read("setup.sh").decode()
+    # At the root of the archive: elsewhere Gradescope does not find them.
+    assert programs == {"setup.sh", "run_autograder"}
+    assert {"constraints.txt", "lib/toy_library.py", "autograder/grader.py"} < set(names)
+    assert [n for n in names if n.startswith("solutions/")] == [
+        f"solutions/{toy.NAME}/{toy.NAME}.ipynb",
+        f"solutions/{toy.NAME}/autograder.toml",
+    ]
+    assert '"$source"/\'lib[extra]\' \\\n    "$source"/autograder\n' in setup
+    assert cli.main(["init-ci", "gradescope", "--force"]) == 0
+    with zipfile.ZipFile(path) as archive:
+        assert archive.read("seed") != seed

