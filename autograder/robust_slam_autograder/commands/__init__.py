@@ -15,7 +15,8 @@ from robust_slam_autograder.commands import (
     init_ci,
     lint,
     public,
+    regrade,
     release,
 )
 
-COMMANDS = (release, check, grade, feedback, export, doctor, lint, public, init_ci)
+COMMANDS = (release, check, grade, regrade, feedback, export, doctor, lint, public, init_ci)

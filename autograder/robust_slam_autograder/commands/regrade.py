@@ -1,0 +1,103 @@
+"""``autograder regrade``: what tests that were mended make of marks that were given."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from robust_slam_autograder import sandbox
+from robust_slam_autograder.commands import grade, places
+from robust_slam_autograder.grading import batch, journal, progress, regrading
+from robust_slam_autograder.grading.journal import Run
+from robust_slam_autograder.grading.regrading import Plan, Trial
+from robust_slam_autograder.reading.submission import DATABASE_NAME
+
+if TYPE_CHECKING:
+    from robust_slam_autograder.reports.changes import Regrade
+
+
+def add(commands: Any) -> None:  # noqa: ANN401
+    """Declare the command."""
+    parser = commands.add_parser("regrade", help="grade again with tests that were mended")
+    parser.add_argument("assignment", metavar="ASSIGNMENT")
+    parser.add_argument(
+        "--diff",
+        action="store_true",
+        help="show who changes and by how much, which is what it does without --apply too",
+    )
+    parser.add_argument(
+        "--apply", action="store_true", help="put the new marks into results and gradebook"
+    )
+    parser.add_argument(
+        "--submitted",
+        type=Path,
+        default=Path("build/submitted"),
+        metavar="DIR",
+        help="where the submissions lie, DIR/<student>/<assignment>/",
+    )
+    parser.add_argument(
+        "--out", type=Path, default=Path("build/graded"), metavar="DIR", help="the results' folder"
+    )
+    grade.add_how(parser)
+    parser.add_argument(
+        "--json",
+        nargs="?",
+        const=grade.STANDARD_OUTPUT,
+        metavar="FILE",
+        help="also write the changes as JSON; - or nothing is standard output",
+    )
+    parser.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Grade again; exit status 1 where the grader failed on a submission."""
+    if options.json not in (None, grade.STANDARD_OUTPUT):
+        places.refuse_unwritable("--json", Path(options.json))
+    plan = regrading.plan(
+        options.solutions, options.assignment, out=options.out, submitted=options.submitted
+    )
+    wall = sandbox.choose(options.sandbox, unsandboxed=options.unsandboxed)
+    with batch.locked(options.out):
+        batch_run = journal.open_run(options.out, None)
+        stale = regrading.outdated(plan.jobs, batch_run, wall)
+        with progress.shown(len(stale)) as step:
+            trial = regrading.attempt(
+                stale, batch_run, wall=wall, workers=options.jobs, report=step
+            )
+        found = _compare(plan, trial, batch_run, options)
+        if options.apply:
+            regrading.apply(trial, batch_run)
+            jobs, standing = regrading.standing(plan.jobs, batch_run)
+            grade.record(options.out, batch_run, jobs, standing)
+            regrading.clear(batch_run)
+    _tell(found, options)
+    return 1 if found.failed else 0
+
+
+def _compare(plan: Plan, trial: Trial, run: Run, options: argparse.Namespace) -> Regrade:
+    from robust_slam_autograder.nbgrader import preview  # nbgrader takes a second to import
+    from robust_slam_autograder.reports import changes
+
+    again = regrading.compare(trial, options.out)
+    news = [(job, result) for job, result in trial.results() if result.status != "failed"]
+    news += regrading.unrecorded(plan.jobs, trial, run)
+    return changes.Regrade(
+        options.assignment,
+        again,
+        kept=len(plan.jobs) - len(trial.jobs),
+        failed=[job.student for job, result in trial.results() if result.status == "failed"],
+        left_out=plan.left_out,
+        effects=preview.effects(options.out / DATABASE_NAME, options.assignment, news),
+        applied=options.apply,
+    )
+
+
+def _tell(found: Regrade, options: argparse.Namespace) -> None:
+    from robust_slam_autograder.reports import changes
+
+    if options.json is not None:
+        grade.write(options.json, changes.as_json(found))
+    people = sys.stderr if options.json == grade.STANDARD_OUTPUT else sys.stdout
+    print(changes.table(found), file=people)

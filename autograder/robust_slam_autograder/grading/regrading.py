@@ -1,0 +1,208 @@
+"""Grading again what was graded before: whose marks change, by how much, and why.
+
+The new results lie in a folder of their own, ``<out>/.regrade``, with a journal of their
+own, until they are applied: to look is not to change, and a look that was stopped goes on.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from robust_slam_autograder.errors import Refused, WrongUse
+from robust_slam_autograder.grading import batch, journal, results
+from robust_slam_autograder.grading.batch import Graded, Job
+from robust_slam_autograder.grading.journal import Run
+from robust_slam_autograder.grading.results import ExerciseResult, Result
+from robust_slam_autograder.reading import assignment as assignments
+from robust_slam_autograder.sandbox import Sandbox
+
+FOLDER_NAME = ".regrade"
+
+
+@dataclass(frozen=True)
+class ExerciseChange:
+    """One exercise whose points change; None where it was not there."""
+
+    name: str
+    before: ExerciseResult | None
+    after: ExerciseResult | None
+
+
+@dataclass(frozen=True)
+class Regraded:
+    """One submission, as it was graded and as it is now."""
+
+    before: Result
+    after: Result
+    is_newer: bool
+    """Whether the notebook has been written since it was graded: then not only tests changed."""
+
+    @property
+    def is_changed(self) -> bool:
+        """Whether its points or its status are others."""
+        return bool(self.exercises) or _worth(self.before) != _worth(self.after)
+
+    @property
+    def exercises(self) -> tuple[ExerciseChange, ...]:
+        """Exercises whose points change."""
+        old = {exercise.name: exercise for exercise in self.before.exercises}
+        new = {exercise.name: exercise for exercise in self.after.exercises}
+        pairs = (ExerciseChange(n, old.get(n), new.get(n)) for n in dict.fromkeys([*old, *new]))
+        return tuple(pair for pair in pairs if _points(pair.before) != _points(pair.after))
+
+
+def _worth(result: Result) -> tuple[float, float, str]:
+    return result.score, result.max_score, result.status
+
+
+def _points(exercise: ExerciseResult | None) -> tuple[float, float] | None:
+    return None if exercise is None else (exercise.score, exercise.max_score)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Which submissions of an assignment there are to grade again."""
+
+    jobs: tuple[Job, ...]
+    left_out: tuple[str, ...]
+    """Students who have a result and no submission where it was looked for."""
+
+
+def plan(tree: Path, name: str, *, out: Path, submitted: Path) -> Plan:
+    """Find the submissions that have a result already.
+
+    Args:
+        tree: the instructor's source tree.
+        name: the assignment.
+        out: the results' folder.
+        submitted: where ``<student>/<assignment>/`` lie.
+
+    Raises:
+        WrongUse: nothing of this assignment has been graded, the batch's seed is lost, or
+            none of the submissions is there.
+    """
+    known = assignments.find_names(tree)
+    if name not in known:
+        raise WrongUse(f"There is no assignment {name}; there are {', '.join(known)}.")
+    students = sorted(path.parent.name for path in out.glob(f"*/{name}.json"))
+    if not students:
+        raise WrongUse(f"{out} holds no result of {name}: grade it first, or say --out DIR.")
+    if not (out / journal.RUN_NAME).is_file():
+        raise WrongUse(
+            f"{out / journal.RUN_NAME} is gone, and with it the seed: other inputs would change "
+            "marks too. Grade anew."
+        )
+    tests = assignments.notebook_path(tree / name)
+    assignment = assignments.load(tests)
+    there = [one for one in students if (submitted / one / name).is_dir()]
+    if not there:
+        raise WrongUse(f"{submitted} has no submission of {name}: say --submitted DIR.")
+    jobs = (Job(one, assignment, tests, submitted / one / name) for one in there)
+    return Plan(tuple(jobs), tuple(one for one in students if one not in there))
+
+
+def outdated(jobs: Sequence[Job], run: Run, wall: Sandbox) -> list[Job]:
+    """Submissions whose result does not follow from the tests, the text and the grader of now."""
+    fingerprint = batch.Fingerprints(run.seed, wall).of
+    return [job for job in jobs if run.graded.get(job.key) != fingerprint(job)]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """New results, beside the old ones."""
+
+    jobs: tuple[Job, ...]
+    graded: tuple[Graded, ...]
+    run: Run
+    """The new results' own journal."""
+
+    def results(self) -> list[tuple[Job, Result]]:
+        """Each submission with its new result."""
+        return [(job, item.result) for job, item in zip(self.jobs, self.graded, strict=True)]
+
+
+def attempt(
+    jobs: Sequence[Job], run: Run, *, wall: Sandbox, workers: int, report: Callable[[], None]
+) -> Trial:
+    """Grade submissions again with the batch's own seed, beside the results that there are.
+
+    Args:
+        jobs: the submissions.
+        run: the batch, whose folder is locked.
+        wall: where student code runs.
+        workers: how many submissions at once.
+        report: called after each.
+
+    Raises:
+        GraderFailure: a result cannot be written.
+    """
+    folder = run.out / FOLDER_NAME
+    folder.mkdir(exist_ok=True)
+    own = journal.open_run(folder, run.seed)
+    graded = batch.grade(
+        jobs, out=folder, run=own, wall=wall, workers=workers, report=lambda done: report()
+    )
+    return Trial(tuple(jobs), tuple(graded), own)
+
+
+def compare(trial: Trial, out: Path) -> list[Regraded]:
+    """Old and new results; where the grader failed now, the old one stays and there is none.
+
+    Raises:
+        WrongUse: an old result cannot be read.
+    """
+    return [
+        Regraded(
+            results.read_checked(results.path_of(out, job.student, job.assignment.name)),
+            after,
+            _is_newer(job, out),
+        )
+        for job, after in trial.results()
+        if after.status != "failed"
+    ]
+
+
+def _is_newer(job: Job, out: Path) -> bool:
+    try:
+        path, _ = batch.locate(job)
+        graded = results.path_of(out, job.student, job.assignment.name)
+        return path.stat().st_mtime_ns > graded.stat().st_mtime_ns
+    except (Refused, OSError):
+        return False
+
+
+def apply(trial: Trial, run: Run) -> None:
+    """Put the new results in the old ones' place; those on which the grader failed stay.
+
+    Raises:
+        GraderFailure: a result cannot be written; the same command again goes on from there.
+    """
+    for job, result in trial.results():
+        if result.status != "failed":
+            run.forget(job.key)
+            results.write(run.out, result)
+            run.remember(job.key, trial.run.graded[job.key])
+
+
+def standing(jobs: Sequence[Job], run: Run) -> tuple[list[Job], list[Graded]]:
+    """Submissions whose results hold, with these results, as ``batch.grade`` would give them."""
+    held = [job for job in jobs if job.key in run.graded]
+    paths = [results.path_of(run.out, job.student, job.assignment.name) for job in held]
+    graded = [Graded(path, results.read_checked(path).status, reused=True) for path in paths]
+    return held, graded
+
+
+def unrecorded(jobs: Sequence[Job], trial: Trial, run: Run) -> list[tuple[Job, Result]]:
+    """Results that hold and are not in the gradebook yet, for a run before was stopped."""
+    again = {job.key for job in trial.jobs}
+    held, graded = standing([job for job in jobs if job.key not in again], run)
+    due = batch.unrecorded(held, graded, run)
+    return [(job, due[job.key].result) for job in held if job.key in due]
+
+
+def clear(run: Run) -> None:
+    """Remove the results that have been applied."""
+    shutil.rmtree(run.out / FOLDER_NAME)
