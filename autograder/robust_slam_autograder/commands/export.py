@@ -110,7 +110,7 @@ def run(options: argparse.Namespace) -> int:
     durable.write(to, systems.as_csv(system.table(people, values)), mode=_PRIVATE)
     _tell(rules, matched, marks, values, options)
     print(
-        f"{len(matched.owners)} of {len(students)} students have marks, matched by "
+        f"{matched.marked(marks.columns)} of {len(students)} students have marks, matched by "
         f"{people.header[match]}. To import into {system.title}: {to}"
     )
     return 1 if matched.strangers or marks.failed else 0

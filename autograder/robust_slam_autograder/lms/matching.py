@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from robust_slam_autograder.errors import WrongUse
@@ -25,6 +25,11 @@ class Matching:
     def mark(self, row: Row, column: Column) -> Mark | None:
         """A line's mark in an assignment; None where there is none."""
         return column.marks.get(self.owners.get(row.line, ""))
+
+    def marked(self, columns: Sequence[Column]) -> int:
+        """How many of the roster's students have a mark in one of these assignments."""
+        rows = self.students.values()
+        return sum(any(self.mark(row, column) for column in columns) for row in rows)
 
     def missing(self, column: Column) -> list[str]:
         """Who is on the roster and has no mark in an assignment."""

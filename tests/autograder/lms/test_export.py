@@ -166,8 +166,9 @@ def test_who_is_not_on_the_roster_is_named_and_the_status_says_so(
 def test_a_failure_of_the_grader_is_no_mark(course: Path, export: Run) -> None:
     failed = without_grade("failed", "why", student="ada", assignment=toy.NAME, max_score=20)
     record(course, failed)
-    status, _, err = export("canvas", CANVAS, "--missing-as-zero")
-    assert status == 1 and "the grader failed on ada/07-toy: no mark" in err
+    status, out, err = export("canvas", CANVAS, "--missing-as-zero")
+    assert status == 1 and "1 of 3 students have marks" in out
+    assert "the grader failed on ada/07-toy: no mark" in err
     assert [row[5] for row in rows(course)[2:5]] == ["", "4", "0"]
 
 
