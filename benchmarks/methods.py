@@ -16,7 +16,7 @@ from robust_slam import gtsam_graph, pose_graph
 from robust_slam._arrays import Array, Mask
 from robust_slam.errors import NotConverged
 from robust_slam.gauss_newton import PoseGraphProblem
-from robust_slam.gnc import gnc, start_mu
+from robust_slam.gnc import gnc
 from robust_slam.irls import irls
 from robust_slam.kernels import cauchy, dcs
 from robust_slam.max_mixture import max_mixture
@@ -80,11 +80,10 @@ def gnc_tls(problem: PoseGraphProblem, c: float) -> Array:
     return gnc(problem, c).x
 
 
-@method("GNC-TLS, low μ₀")
-def gnc_low(problem: PoseGraphProblem, c: float) -> Array:
-    """Take the first μ from the norms at dead reckoning, as GTSAM does; they are larger."""
-    norms = problem.residual_norms(problem.guess)[~problem.trusted]
-    return gnc(problem, c, mu0=start_mu(float(norms.max()), c)).x
+@method("GNC-TLS, odom.")
+def gnc_from_odometry(problem: PoseGraphProblem, c: float) -> Array:
+    """Start at dead reckoning, where no lie has bent the map, as GTSAM does."""
+    return gnc(problem, c, x0=problem.guess).x
 
 
 @method("GNC-GM")
