@@ -287,10 +287,12 @@ def gnc(
     ``GncTls`` and ``GncGm``. Weights are ``(m,)``; ``tol`` is how little a residual,
     relative to 1 + u, may still move in the last solve.
 
-    It needs no first x: it starts from the unweighted solution, whatever one might guess,
-    and so it should wherever that can be had. A large pose graph may be so torn by lies
-    that its unweighted descent does not come to rest; then give ``x0=problem.guess``, and
-    the first weights come from the residuals there, as GTSAM has it.
+    It needs no first x: without ``x0`` it starts from the unweighted solution, as the paper
+    does. Lies that agree have bent that map already, and look small there. On a pose graph
+    with trusted odometry dead reckoning is the better start, ``x0=problem.guess``: the
+    first weights come from the residuals there, as GTSAM has it, and more maps come through
+    on every graph of ``chapters/data/robustness.csv``. It is also the way out where the
+    unweighted descent of a torn graph does not come to rest.
 
     A pose graph may take a few steps for each μ (``PoseGraphProblem(graph, steps=5)``),
     which is quicker; the last solve is brought to rest either way. One step is allowed, but
