@@ -60,5 +60,5 @@ soak: setup ## the long tests: every wall and user, long fuzzing, a published bo
 	@sh tests/system-packages.sh
 	$(BIN)/python -m tests.autograder.hostile.soak
 	$(BIN)/pytest -q --soak tests/autograder tests/assignments/test_answers.py \
-		tests/test_secrets.py
+		tests/test_secrets.py tests/test_ci_doors.py
 	$(BIN)/python -m benchmarks.attacks

@@ -1,13 +1,18 @@
-"""The workflows of the private repository go through doors that are there."""
+"""The workflows of the private repository go through doors that are there, and that open."""
 
 from __future__ import annotations
 
 import re
+import shutil
+from pathlib import Path
 
 import pytest
-from robust_slam_autograder.ci.workflows import template
+from robust_slam_autograder import cli
+from robust_slam_autograder.ci.workflows import WORKFLOWS, template
 
 from tests.as_user import ROOT
+from tests.assignments import answers
+from tests.autograder.ci import running
 
 
 @pytest.mark.parametrize("name", ["github-course.yml", "github-grading.yml"])
@@ -19,3 +24,33 @@ def test_every_door_that_a_workflow_names_is_there(name: str) -> None:
         # The public course has no instructor's doors.
         found = "".join(makefiles[:1] if in_public else makefiles)
         assert re.search(rf"^{door}:", found, re.MULTILINE), door
+
+
+@pytest.mark.sandbox
+def test_this_course_grades_and_publishes_in_a_fresh_clone(
+    tmp_path: Path, request: pytest.FixtureRequest, wall_name: str
+) -> None:
+    if not request.config.getoption("--soak"):
+        pytest.skip("it installs everything anew: --soak")
+    name = answers.assignments()[0]
+    known = {"inputs.submitted": "submitted", "inputs.assignment": name}
+    machine = running.Runner(tmp_path / "machine", offline=False, known=known)
+    machine.check_out(ROOT)
+    submission = machine.clone / "submitted" / "ada" / name
+    shutil.copytree(answers.SOLUTIONS / name, submission)
+    said = []
+    for target, job in (("github-grading", "grade"), ("github-course", "build")):
+        command = ["--solutions", str(answers.SOLUTIONS), "init-ci", target]
+        assert cli.main([*command, "--out", str(machine.clone)]) == 0
+        for step in running.scripts(machine.clone / WORKFLOWS[target].place, job).values():
+            script = step["run"]
+            # Root's alone, the network's, or said by tests of their own.
+            if re.search("sudo|exit 1$|make data|make test|marks.asc|book$", script.strip()):
+                continue
+            done = machine.run(step)
+            assert done.returncode == 0, done.stdout + done.stderr
+            said.append(script)
+    assert {"make setup", "make public", ".venv/bin/autograder doctor"} < set(said)
+    summary = machine.summary.read_text("utf-8")
+    assert "✓ All checks passed" in summary and "ada" not in summary
+    assert (machine.clone / "build" / "public" / "assignments" / name).is_dir()
