@@ -72,8 +72,9 @@ class NormalEquations:
     ) -> Array:
         """Return the δ ``(n, D)`` with (H + damping·diag H) δ = −Σ Jᵀ p; row 0 is 0.
 
-        H is Σ Jᵀ A J over the edges, with J ``(2, m, D, D)`` the derivatives by both ends,
-        A ``(m, D, D)`` the ``information`` and p ``(m, D)`` the ``pull``.
+        H is Σ Jᵀ A J over the edges, with the derivatives J by both ends as the two factors
+        ``(2, m, D, D)`` of ``pose_graph.linearise``, A ``(m, D, D)`` the ``information`` and p
+        ``(m, D)`` the ``pull``.
 
         Raises:
             Underdetermined: the matrix is singular to working precision.
@@ -91,13 +92,17 @@ class NormalEquations:
 
     def assemble(self, jacobian: Array, information: Array, pull: Array) -> tuple[Array, Array]:
         """Return Σ Jᵀ A J as the filled blocks of the pattern, and Σ Jᵀ p ``(n, D)``."""
-        # numpy multiplies stacks of small matrices fastest where all are stored by rows.
-        turned, loaded = np.swapaxes(jacobian, 2, 3).copy(), information @ jacobian
+        # With G = Jᵀ A J at pose j and the lever L the blocks of an edge are Lᵀ G L, Lᵀ G and
+        # G. numpy multiplies stacks of small matrices fastest where all are stored by rows.
+        turned = np.swapaxes(jacobian, 2, 3).copy()
         pieces = np.empty((3, *information.shape))
-        np.matmul(turned, loaded, out=pieces[:2])
-        np.matmul(turned[0], loaded[1], out=pieces[2])
-        slopes = (turned @ pull[..., None])[..., 0]
-        gradient = by_pose(self.graph.n, self.graph.edges, slopes)
+        np.matmul(turned[0], information @ jacobian[0], out=pieces[1])
+        np.matmul(turned[1], pieces[1], out=pieces[2])
+        np.matmul(pieces[2], jacobian[1], out=pieces[0])
+        slopes = np.empty((2, *pull.shape, 1))
+        np.matmul(turned[0], pull[..., None], out=slopes[1])
+        np.matmul(turned[1], slopes[1], out=slopes[0])
+        gradient = by_pose(self.graph.n, self.graph.edges, slopes[..., 0])
         return self.pattern.sum(pieces), gradient
 
 
@@ -117,7 +122,7 @@ class _FewerEdges(NormalEquations):
 def weighted_edges(graph: PoseGraph, place: Place, weights: Array) -> tuple[Array, Array, Array]:
     """Return what each edge brings to the normal equations of least squares at a place.
 
-    These are J ``(2, m, D, D)``, A = w Ω ``(m, D, D)`` and p = w Ω r ``(m, D)``.
+    These are the factors ``(2, m, D, D)`` of J, A = w Ω ``(m, D, D)`` and p = w Ω r ``(m, D)``.
     """
     jacobian = pose_graph.linearise(place.predicted, place.residuals, graph)
     return jacobian, weights[:, None, None] * graph.information, place.pull
@@ -125,8 +130,9 @@ def weighted_edges(graph: PoseGraph, place: Place, weights: Array) -> tuple[Arra
 
 def linear_change(jacobian: Array, graph: PoseGraph, step: Array) -> Array:
     """Return J δ ``(m, D)``: how a ``step`` δ ``(n, D)`` moves the linearised residuals."""
-    by_end = jacobian @ step[graph.edges.T][..., None]
-    return np.asarray(by_end.sum(axis=0)[..., 0])
+    at_i, at_j = step[graph.edges.T][..., None]
+    by_j, lever = jacobian
+    return np.asarray((by_j @ (lever @ at_i + at_j))[..., 0])
 
 
 def linear_rise(change: Array, information: Array, pull: Array) -> float:

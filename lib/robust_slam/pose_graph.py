@@ -218,18 +218,19 @@ def cost(poses: Array, graph: PoseGraph, weights: Array | None = None) -> float:
 
 
 def linearise(predicted: Array, r: Array, graph: PoseGraph) -> Array:
-    """Return the derivatives ``(2, m, D, D)`` of the residuals, by pose i and then by pose j.
+    """Return the derivatives of the residuals as two factors, ``(2, m, D, D)``.
 
     ``predicted`` is what ``seen`` gives, and ``r`` ``(m, D)`` are its ``errors``. Poses are
-    perturbed on the right, x ∘ Exp(δ): the derivative by pose j is Jr⁻¹(r), that by pose i
-    is −Jr⁻¹(r) Ad(x_j⁻¹ ∘ x_i).
+    perturbed on the right, x ∘ Exp(δ). The first factor is the derivative by pose j,
+    Jr⁻¹(r). The second is the *lever* −Ad(x_j⁻¹ ∘ x_i), which carries a step of pose i over
+    to pose j: the derivative by pose i is the first times the second.
 
     Source: Solà et al. 2018, the chain rule over between, compose and Log.
     """
     group = graph.group
     both = np.empty((2, *graph.information.shape))
-    both[1] = group.inverse_right_jacobian(r)
-    np.matmul(both[1], -group.adjoint(group.inverse(predicted)), out=both[0])
+    both[0] = group.inverse_right_jacobian(r)
+    np.negative(group.adjoint(group.inverse(predicted)), out=both[1])
     return both
 
 
@@ -239,8 +240,8 @@ def jacobians(poses: Array, graph: PoseGraph) -> tuple[Array, Array]:
     Source: as ``linearise``.
     """
     predicted = seen(poses, graph)
-    by_i, by_j = linearise(predicted, errors(predicted, graph), graph)
-    return by_i, by_j
+    by_j, lever = linearise(predicted, errors(predicted, graph), graph)
+    return by_j @ lever, by_j
 
 
 def select(graph: PoseGraph, used: ArrayLike) -> PoseGraph:
