@@ -81,8 +81,7 @@ class NormalEquations:
         """
         hessian, gradient = self.assemble(jacobian, information, pull)
         shift = damping * self.pattern.diagonal(hessian) if damping else None
-        factors = self.pattern.factorise(hessian, shift, check=False)
-        step = None if factors is None else -factors.solve(gradient)
+        step = self.pattern.solve(hessian, -gradient, shift)
         if step is None or not np.all(np.isfinite(step)):
             raise Underdetermined(
                 "the normal equations are singular to working precision: some edges weigh "

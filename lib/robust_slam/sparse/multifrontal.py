@@ -70,10 +70,20 @@ class Multifrontal:
         self.shape = (fronts.order.size, block)
         self.plans = _plans(block, fronts, row, column)
 
-    def factorise(self, blocks: Array, check: bool) -> MultifrontalFactors | None:
-        """Return the factors, or None if the matrix is not positive definite.
+    def solve(self, blocks: Array, right: Array) -> Array | None:
+        """Return the solutions ``(n − 1, b, c)``, or None where there are no factors."""
+        x = right.reshape(-1, right.shape[-1]).copy()
+        factors = self.factorise(blocks, forwards=x)
+        return None if factors is None else factors.backwards(x).reshape(right.shape)
 
-        That is noticed in any case, so ``check`` changes nothing.
+    def factorise(
+        self, blocks: Array, check: bool = True, forwards: Array | None = None
+    ) -> MultifrontalFactors | None:
+        """Return the factors L, or None if the matrix is not positive definite.
+
+        That is noticed in any case, so ``check`` changes nothing. Right-hand sides
+        ``forwards`` ``(unknowns, c)`` become the y of L y = ``forwards`` on the way, while
+        each front is still in the processor's cache.
         """
         factors: list[tuple[Array, Array]] = []
         updates: dict[int, Array] = {}
@@ -93,6 +103,8 @@ class Multifrontal:
                 updates[number] = dsyrk(-1.0, side, beta=0.0, c=own, lower=1, overwrite_c=1)
                 for gift, update in given:
                     _add(updates[number], gift.update, update)
+            if forwards is not None:
+                _forwards(plan, top, side, forwards)
             factors.append((top, side))
         return MultifrontalFactors(self, factors)
 
@@ -118,14 +130,23 @@ class MultifrontalFactors:
     def solve(self, right: Array) -> Array:
         """Return the solutions ``(n − 1, b, c)``: forwards L y = ``right``, back Lᵀ x = y."""
         x = right.reshape(-1, right.shape[-1]).copy()
-        steps = list(zip(self.owner.plans, self.fronts, strict=True))
-        for plan, (top, side) in steps:
-            x[plan.own] = y = dtrsm(1.0, top, x[plan.own], lower=1)
-            x[plan.rows] -= side @ y
-        for plan, (top, side) in reversed(steps):
+        for plan, (top, side) in zip(self.owner.plans, self.fronts, strict=True):
+            _forwards(plan, top, side, x)
+        return self.backwards(x).reshape(right.shape)
+
+    def backwards(self, x: Array) -> Array:
+        """Return the x of Lᵀ x = y; y ``(unknowns, c)`` is given as ``x`` and replaced."""
+        for plan, (top, side) in zip(
+            reversed(self.owner.plans), reversed(self.fronts), strict=True
+        ):
             y = x[plan.own] - side.T @ x[plan.rows]
             x[plan.own] = dtrsm(1.0, top, y, lower=1, trans_a=1)
-        return x.reshape(right.shape)
+        return x
+
+
+def _forwards(plan: _Plan, top: Array, side: Array, x: Array) -> None:
+    x[plan.own] = y = dtrsm(1.0, top, x[plan.own], lower=1)
+    x[plan.rows] -= side @ y
 
 
 def _plans(block: int, fronts: Fronts, row: Indices, column: Indices) -> list[_Plan]:

@@ -69,23 +69,34 @@ class BlockPattern:
         """Return the diagonal of the matrix ``(n, block)``; that of pose 0 is 0."""
         return self._by_pose(np.einsum("kaa->ka", blocks[self.row == self.column]))
 
-    def factorise(
-        self, blocks: Array, shift: Array | None = None, *, check: bool = True
-    ) -> PoseFactors | None:
+    def factorise(self, blocks: Array, shift: Array | None = None) -> PoseFactors | None:
         """Return the factors of the matrix + diag(``shift``), or None.
 
         ``blocks`` are from ``sum``; ``shift`` is ``(n, block)``, that of pose 0 without
-        effect. None says that the matrix is not positive definite; a matrix that cannot be
-        otherwise, but for rounding, need not be checked. With the next factorisation on
-        this pattern the factors may become stale, and say so.
+        effect. None says that the matrix is not positive definite. With the next
+        factorisation on this pattern the factors may become stale, and say so.
         """
-        moved = blocks
-        if shift is not None:
-            moved, at = blocks.copy(), np.arange(self.block)
-            own = np.flatnonzero(self.row == self.column)
-            moved[own[:, None], at, at] += shift[self.order]
-        factors = self.method.factorise(moved, check)
+        factors = self.method.factorise(self._shifted(blocks, shift))
         return None if factors is None else PoseFactors(self, factors)
+
+    def solve(self, blocks: Array, right: Array, shift: Array | None = None) -> Array | None:
+        """Return what ``PoseFactors.solve`` does, in one go, for a sum of squares.
+
+        Such a matrix is never indefinite, so that is not checked. None, or numbers that are
+        not finite, say that a pivot was 0, or below it by rounding.
+        """
+        chosen = right[self.order]
+        flat = chosen.reshape(*chosen.shape[:2], -1)
+        solved = self.method.solve(self._shifted(blocks, shift), flat)
+        return None if solved is None else self._by_pose(solved.reshape(chosen.shape))
+
+    def _shifted(self, blocks: Array, shift: Array | None) -> Array:
+        if shift is None:
+            return blocks
+        moved, at = blocks.copy(), np.arange(self.block)
+        own = np.flatnonzero(self.row == self.column)
+        moved[own[:, None], at, at] += shift[self.order]
+        return moved
 
     def _by_pose(self, values: Array) -> Array:
         full = np.zeros((self.n, *values.shape[1:]))

@@ -39,7 +39,12 @@ class Simplicial:
         self._solver: qdldl.Solver | None = None
         self._count = 0
 
-    def factorise(self, blocks: Array, check: bool) -> SimplicialFactors | None:
+    def solve(self, blocks: Array, right: Array) -> Array | None:
+        """Return the solutions ``(n − 1, b, c)``, or None where there are no factors."""
+        factors = self.factorise(blocks, check=False)
+        return None if factors is None else factors.solve(right)
+
+    def factorise(self, blocks: Array, check: bool = True) -> SimplicialFactors | None:
         """Return the factors, or None if the matrix is not positive definite.
 
         Without ``check`` only a pivot of exactly 0 is noticed.

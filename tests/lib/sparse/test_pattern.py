@@ -65,6 +65,8 @@ def test_the_solution_is_the_dense_one_and_zero_at_pose_0(case, method, n, more,
     expected = np.linalg.solve(full, right[1:].reshape((n - 1) * block, -1))
     np.testing.assert_allclose(x[1:].reshape(expected.shape), expected, rtol=1e-7, atol=1e-9)
     np.testing.assert_array_equal(x[0], np.zeros((block, *columns)))
+    at_once = pattern.solve(summed(pattern, blocks), right)
+    np.testing.assert_allclose(at_once, x, rtol=1e-9, atol=1e-12)
 
 
 @both_methods
@@ -74,6 +76,7 @@ def test_a_shift_is_added_to_the_diagonal(case, method):
     total = summed(pattern, blocks)
     before = total.copy()
     x = pattern.factorise(total, shift).solve(right)
+    np.testing.assert_allclose(pattern.solve(total, right, shift), x, rtol=1e-9, atol=1e-12)
     full = dense(30, edges, blocks)[3:, 3:] + np.diag(shift[1:].ravel())
     np.testing.assert_allclose(x[1:].ravel(), np.linalg.solve(full, right[1:].ravel()), rtol=1e-7)
     np.testing.assert_array_equal(total, before)
@@ -91,6 +94,8 @@ def test_a_matrix_that_is_not_positive_definite_has_no_factors(case, method, see
     assert pattern.factorise(total, -(1.0 - 1e-6) * lowest * ones) is not None
     assert pattern.factorise(total, -(1.0 + 1e-6) * lowest * ones) is None
     assert pattern.factorise(0.0 * total) is None
+    solved = pattern.solve(0.0 * total, ones)
+    assert solved is None or not np.all(np.isfinite(solved))
 
 
 @both_methods
