@@ -77,13 +77,12 @@ class Multifrontal:
         return None if factors is None else factors.backwards(x).reshape(right.shape)
 
     def factorise(
-        self, blocks: Array, check: bool = True, forwards: Array | None = None
+        self, blocks: Array, forwards: Array | None = None
     ) -> MultifrontalFactors | None:
         """Return the factors L, or None if the matrix is not positive definite.
 
-        That is noticed in any case, so ``check`` changes nothing. Right-hand sides
-        ``forwards`` ``(unknowns, c)`` become the y of L y = ``forwards`` on the way, while
-        each front is still in the processor's cache.
+        Right-hand sides ``forwards`` ``(unknowns, c)`` become the y of L y = ``forwards`` on
+        the way, while each front is still in the processor's cache.
         """
         factors: list[tuple[Array, Array]] = []
         updates: dict[int, Array] = {}

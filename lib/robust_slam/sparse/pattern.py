@@ -80,10 +80,9 @@ class BlockPattern:
         return None if factors is None else PoseFactors(self, factors)
 
     def solve(self, blocks: Array, right: Array, shift: Array | None = None) -> Array | None:
-        """Return what ``PoseFactors.solve`` does, in one go, for a sum of squares.
+        """Return what ``PoseFactors.solve`` does, or None where there are no factors.
 
-        Such a matrix is never indefinite, so that is not checked. None, or numbers that are
-        not finite, say that a pivot was 0, or below it by rounding.
+        In one go this is quicker than to factorise and solve.
         """
         chosen = right[self.order]
         flat = chosen.reshape(*chosen.shape[:2], -1)

@@ -41,14 +41,11 @@ class Simplicial:
 
     def solve(self, blocks: Array, right: Array) -> Array | None:
         """Return the solutions ``(n − 1, b, c)``, or None where there are no factors."""
-        factors = self.factorise(blocks, check=False)
+        factors = self.factorise(blocks)
         return None if factors is None else factors.solve(right)
 
-    def factorise(self, blocks: Array, check: bool = True) -> SimplicialFactors | None:
-        """Return the factors, or None if the matrix is not positive definite.
-
-        Without ``check`` only a pivot of exactly 0 is noticed.
-        """
+    def factorise(self, blocks: Array) -> SimplicialFactors | None:
+        """Return the factors, or None if the matrix is not positive definite."""
         np.take(blocks.ravel(), self._source, out=self._matrix.data)
         self._count += 1
         try:
@@ -58,8 +55,9 @@ class Simplicial:
                 self._solver.update(self._matrix, upper=True)
         except RuntimeError:
             return None
+        # An update that meets a pivot of 0 stops there, and says nothing.
         factors = SimplicialFactors(self, self._count)
-        return None if check and np.any(factors.pivots <= 0.0) else factors
+        return factors if np.all(factors.pivots > 0.0) else None
 
     def solver(self, number: int) -> qdldl.Solver:
         """Return QDLDL's solver if it holds the factors of factorisation ``number``.
