@@ -26,12 +26,10 @@ def test_every_door_that_a_workflow_names_is_there(name: str) -> None:
         assert re.search(rf"^{door}:", found, re.MULTILINE), door
 
 
+@pytest.mark.soak
 @pytest.mark.sandbox
-def test_this_course_grades_and_publishes_in_a_fresh_clone(
-    tmp_path: Path, request: pytest.FixtureRequest, wall_name: str
-) -> None:
-    if not request.config.getoption("--soak"):
-        pytest.skip("it installs everything anew: --soak")
+def test_this_course_grades_and_publishes_in_a_fresh_clone(tmp_path: Path, wall_name: str) -> None:
+    """It installs everything anew."""
     name = answers.assignments()[0]
     known = {"inputs.submitted": "submitted", "inputs.assignment": name}
     machine = running.Runner(tmp_path / "machine", offline=False, known=known)
