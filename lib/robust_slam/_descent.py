@@ -111,9 +111,10 @@ def check_weights(weights: ArrayLike | None, graph: PoseGraph) -> Array:
     full = np.ones(m) if weights is None else finite("weights", weights, (m,))
     if np.any(full < 0.0):
         raise ValueError(f"weights: edge {int(np.argmax(full < 0.0))} weighs less than 0")
-    if graph.odometry_joins_all and np.all(full[graph.is_odometry] > 0.0):
+    used = full > 0.0
+    if np.all(used) or (graph.odometry_joins_all and np.all(used[graph.is_odometry])):
         return full
-    loose = unreached(graph, full > 0.0)
+    loose = unreached(graph, used)
     if loose.size:
         raise Underdetermined(
             f"weights: no edge of positive weight joins pose {loose[0]} to pose 0 "

@@ -91,7 +91,7 @@ class PoseGraph:
 def _poses(name: str, value: ArrayLike, group: Group, count: int) -> Array:
     poses = finite(name, value, (count, *group.POSE_SHAPE))
     if group is se2:
-        return poses
+        return poses  # an angle is never crooked
     turn = group.rotation(poses)
     gap = np.abs(turn @ np.swapaxes(turn, 1, 2) - np.eye(group.DIMENSION))
     crooked = (gap.max(axis=(1, 2), initial=0.0) > _CROOKED) | (np.linalg.det(turn) < 0.0)
