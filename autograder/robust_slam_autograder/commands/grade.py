@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import functools
 import importlib
 import os
 import shutil
@@ -17,8 +18,9 @@ from typing import Any
 from robust_slam_autograder import sandbox
 from robust_slam_autograder.commands import places
 from robust_slam_autograder.errors import WrongUse
-from robust_slam_autograder.grading import batch, durable, journal, progress
-from robust_slam_autograder.grading.batch import Graded, Job
+from robust_slam_autograder.executor.cluster import connected
+from robust_slam_autograder.grading import batch, cluster, durable, journal, progress
+from robust_slam_autograder.grading.batch import Door, Graded, Job
 from robust_slam_autograder.grading.journal import Run
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading import submission
@@ -38,6 +40,9 @@ def add(commands: Any) -> None:  # noqa: ANN401
     parser.add_argument("--out", type=Path, default=Path("build/graded"), metavar="DIR")
     parser.add_argument("--seed", type=_seed, metavar="N", help="default: the batch's own, secret")
     add_how(parser)
+    parser.add_argument(
+        "--scheduler", metavar="ADDRESS", help="grade on a Dask cluster, say tcp://HOST:8786"
+    )
     parser.add_argument(
         "--json", metavar="FILE", help="also write the marks as JSON; - is standard output"
     )
@@ -85,16 +90,26 @@ def run(options: argparse.Namespace) -> int:
     jobs = _find_jobs(options)
     _warn_of_look_alikes(jobs, names=not options.no_names)
     wall = sandbox.choose(options.sandbox, unsandboxed=options.unsandboxed)
-    with batch.locked(options.out):
+    with _door(options) as door, batch.locked(options.out):
         run = journal.open_run(options.out, options.seed)
-        graded = _grade_with_progress(jobs, run, wall, options)
+        graded = _grade_with_progress(jobs, run, wall, door, options)
         record(options.out, run, jobs, graded)
     _tell(graded, options)
     return 1 if any(item.status == "failed" for item in graded) else 0
 
 
+@contextlib.contextmanager
+def _door(options: argparse.Namespace) -> Iterator[Door]:
+    """Who grades: processes of this machine, or a cluster's workers."""
+    if options.scheduler is None:
+        yield batch.processes
+        return
+    with connected(options.scheduler) as workers:
+        yield functools.partial(cluster.door, workers)
+
+
 def _grade_with_progress(
-    jobs: Sequence[Job], run: Run, wall: Sandbox, options: argparse.Namespace
+    jobs: Sequence[Job], run: Run, wall: Sandbox, door: Door, options: argparse.Namespace
 ) -> list[Graded]:
     if any(job.key not in run.graded for job in jobs):
         _import_meanwhile("robust_slam_autograder.nbgrader.gradebook")
@@ -104,8 +119,10 @@ def _grade_with_progress(
             out=options.out,
             run=run,
             wall=wall,
-            workers=options.jobs,
+            # A cluster has as many places as it has workers.
+            workers=options.jobs if options.scheduler is None else len(jobs),
             report=lambda graded: step(),
+            door=door,
         )
 
 

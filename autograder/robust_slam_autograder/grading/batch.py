@@ -53,6 +53,19 @@ class Job:
 
 
 @dataclass(frozen=True)
+class Handed:
+    """What a submission holds, read once: where it lies does not matter any more."""
+
+    name: str = ""
+    """The notebook's, with its ending."""
+    data: bytes = b""
+    notes: tuple[str, ...] = ()
+    """Sentences on what was found in an unusual place."""
+    refusal: str = ""
+    """Why it could not be read; empty where it could."""
+
+
+@dataclass(frozen=True)
 class Graded:
     """What became of one submission; its result stays on the disk until it is asked for."""
 
@@ -99,6 +112,7 @@ def grade(
     wall: Sandbox,
     workers: int,
     report: Callable[[Graded], None],
+    door: Door | None = None,
 ) -> list[Graded]:
     """Grade submissions, writing each result as it comes.
 
@@ -109,6 +123,7 @@ def grade(
         wall: where student code runs.
         workers: how many submissions at once.
         report: called after each submission.
+        door: who grades; by default processes of this machine.
 
     Returns:
         what became of each submission, in the order of ``jobs``.
@@ -130,7 +145,8 @@ def grade(
     # one that changes meanwhile is graded again by the next run.
     tasks = ((job, fingerprint(job)) for job in waiting)
     at_once = min(workers, len(waiting))
-    with closing(_grade_all(_start(waiting, run.seed, wall), tasks, at_once)) as graded:
+    start = (door or processes)(waiting, run.seed, wall)
+    with closing(_grade_all(start, tasks, at_once)) as graded:
         for (job, seen), result in graded:
             run.forget(job.key)
             path = results.write(out, result)
@@ -156,19 +172,20 @@ class Fingerprints:
     """Digests of all that a submission's result depends on."""
 
     def __init__(self, seed: int, wall: Sandbox) -> None:
-        self._common = f"{seed} {wall.name} {_code_digest()}"
+        self._common = f"{seed} {wall.name} {code_digest()}"
         self._tests: dict[Path, bytes] = {}
 
     def of(self, job: Job) -> str:
         """The digest of one submission, as it lies on the disk now."""
+        return self.as_read(job, read(job))
+
+    def as_read(self, job: Job, handed: Handed) -> str:
+        """The digest of one submission, as it was read."""
         if job.tests not in self._tests:
             self._tests[job.tests] = self._digest_of_tests(job.tests)
         digest = hashlib.sha256(self._tests[job.tests])
-        try:
-            path, _ = locate(job)
-            digest.update(path.name.encode(errors="surrogateescape") + notebook.read_bytes(path))
-        except Refused as error:
-            digest.update(str(error).encode())
+        digest.update(handed.refusal.encode())
+        digest.update(handed.name.encode(errors="surrogateescape") + handed.data)
         return digest.hexdigest()
 
     def _digest_of_tests(self, tests: Path) -> bytes:
@@ -180,11 +197,11 @@ class Fingerprints:
 
 
 @functools.cache
-def _code_digest() -> str:
+def code_digest() -> str:
     """Digest of the interpreter and of all code that tests and grader may import."""
     # Their folders are named for name and version; to read the metadata takes far longer.
     folders = (Path(entry) for entry in sys.path if entry)
-    installed = sorted(path.name for folder in folders for path in folder.glob("*.dist-info"))
+    installed = sorted({path.name for folder in folders for path in folder.glob("*.dist-info")})
     digest = hashlib.sha256(repr([sys.version, installed]).encode())
     for folder in dict.fromkeys(
         [Path(robust_slam_autograder.__file__).parent, *inside.packages_in_place()]
@@ -212,11 +229,23 @@ def locate(job: Job) -> tuple[Path, tuple[str, ...]]:
     return submission.notebook_in(job.path, job.assignment.notebook)
 
 
+def read(job: Job) -> Handed:
+    """Read what is handed in, or say why it cannot be."""
+    try:
+        path, notes = locate(job)
+        return Handed(path.name, notebook.read_bytes(path), notes)
+    except Refused as error:
+        return Handed(refusal=str(error))
+
+
 Task = tuple[Job, str]
 """A submission and its fingerprint."""
 
 Start = Callable[..., Iterator[tuple[Task, Result | trusted.Broken]]]
-"""``trusted.run``, told what a task is."""
+"""``trusted.run``, told what a task is; ``at_once=1`` is for those that are to be graded alone."""
+
+Door = Callable[[Sequence[Job], int, Sandbox], Start]
+"""Who grades: told of the submissions, the seed and the wall, it is ready to start."""
 
 
 def _grade_all(
@@ -251,15 +280,20 @@ def _results(
             yield task, answer
 
 
-def _start(jobs: Sequence[Job], seed: int, wall: Sandbox) -> Start:
-    used = {job.assignment.name: job.assignment for job in jobs}
-    imported = [name for assignment in used.values() for name in _imported(assignment)]
+def processes(jobs: Sequence[Job], seed: int, wall: Sandbox) -> Start:
+    """The door to processes of this machine."""
     return functools.partial(
         trusted.run,
         work=functools.partial(_grade_task, seed=seed, wall=wall),
         seconds=_seconds,
-        preload=[*PRELOAD, *imported],
+        preload=preload(jobs),
     )
+
+
+def preload(jobs: Sequence[Job]) -> list[str]:
+    """Modules that trusted processes want for these submissions."""
+    used = {job.assignment.name: job.assignment for job in jobs}
+    return [*PRELOAD, *(name for assignment in used.values() for name in _imported(assignment))]
 
 
 def _imported(assignment: Assignment) -> Iterator[str]:
@@ -270,19 +304,26 @@ def _imported(assignment: Assignment) -> Iterator[str]:
 
 
 def _seconds(task: Task) -> float:
-    return task[0].assignment.config.limits.notebook_seconds + GRACE_SECONDS
+    return patience(task[0])
+
+
+def patience(job: Job) -> float:
+    """Seconds after which a submission's trusted process is ended."""
+    return job.assignment.config.limits.notebook_seconds + GRACE_SECONDS
 
 
 def _grade_task(task: Task, *, seed: int, wall: Sandbox) -> Result:
     return grade_one(task[0], seed, wall)
 
 
-def grade_one(job: Job, seed: int, wall: Sandbox) -> Result:
-    """Read and grade one submission; a refusal or a failure of the grader is a result too."""
+def grade_one(job: Job, seed: int, wall: Sandbox, handed: Handed | None = None) -> Result:
+    """Grade one submission, read here if it is not yet; a refusal or a failure is a result too."""
     try:
-        path, notes = locate(job)
-        code = submission.collect(notebook.read(path), job.assignment)
-        code = submission.with_notes(code, notes)
+        handed = handed or read(job)
+        if handed.refusal:
+            raise Refused(handed.refusal)
+        cells = notebook.parse(handed.data, notebook.shown(handed.name))
+        code = submission.with_notes(submission.collect(cells, job.assignment), handed.notes)
         return marking.grade(job.assignment, code, student=job.student, seed=seed, sandbox=wall)
     except Refused as error:
         return _without_grade("refused", str(error), job)

@@ -81,14 +81,24 @@ def write(out: Path, result: Result) -> Path:
         GraderFailure: the file cannot be written.
     """
     path = path_of(out, result.student, result.assignment)
-    value = {"schema": SCHEMA, **asdict(result)}
-    durable.write(path, json.dumps(value, indent=1, ensure_ascii=False) + "\n")
+    durable.write(path, as_text(result))
     return path
+
+
+def as_text(result: Result) -> str:
+    """What stands in a result's file."""
+    value = {"schema": SCHEMA, **asdict(result)}
+    return json.dumps(value, indent=1, ensure_ascii=False) + "\n"
 
 
 def read(path: Path) -> Result:
     """Read a result file back."""
-    value = json.loads(path.read_text(encoding="utf-8"))
+    return from_text(path.read_text(encoding="utf-8"))
+
+
+def from_text(text: str) -> Result:
+    """Read back what ``as_text`` gave; of anything else an error, as ``read_checked`` knows it."""
+    value = json.loads(text)
     value.pop("schema")
     exercises = [
         ExerciseResult(**{**exercise, "cases": _cases(exercise["cases"])})

@@ -1,0 +1,257 @@
+"""Tasks on the workers of a Dask cluster: each on a worker that is fit for it, its answer once.
+
+Which worker does what is decided here, and Dask carries it. So a worker that is unfit or gone is
+known by its name, and a task that ends its workers is told from those that waited behind it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import multiprocessing
+import queue
+import sys
+import time
+from collections import Counter, deque
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from urllib.parse import urlsplit
+
+from robust_slam_autograder.errors import GraderFailure, WrongUse
+from robust_slam_autograder.executor.trusted import Broken
+
+if TYPE_CHECKING:
+    from distributed import Client, Future
+
+IN_FLIGHT = 2
+"""Tasks that a worker has at once: one that it does, and one so that it need not wait."""
+MOST_DEATHS = 3
+"""A task whose worker ended so often is given up."""
+CONNECT_SECONDS = 10.0
+LOOK_SECONDS = 1.0
+"""How often we look which workers there are."""
+PATIENCE_SECONDS = 60.0
+"""How long we wait for a worker that is fit, where there is none."""
+FETCH_SECONDS = 60.0
+"""How long an answer may be on its way."""
+LARGEST_TASK = "1 GiB"
+"""Dask warns of larger ones; a notebook may have 20 MiB."""
+
+T = TypeVar("T")
+Call = tuple[Any, ...]
+"""A function that workers can import, and its arguments."""
+
+
+@dataclass(frozen=True)
+class Unfit:
+    """A worker's answer where it may not do such tasks."""
+
+    why: str
+
+
+@dataclass(frozen=True)
+class _Item(Generic[T]):
+    """A task, where it is, and how many workers have ended over it."""
+
+    task: T
+    worker: str = ""
+    deaths: int = 0
+
+
+@dataclass
+class _Flow(Generic[T]):
+    """The tasks of one run: those to come, those to be sent again, those that are out."""
+
+    waiting: Iterator[T]
+    again: deque[_Item[T]] = field(default_factory=deque)
+    sent: dict[Future[Any], _Item[T]] = field(default_factory=dict)
+    done: queue.SimpleQueue[Future[Any]] = field(default_factory=queue.SimpleQueue)
+
+    def take(self, *, idle: bool) -> _Item[T] | None:
+        """The next task for a worker; one that others ended over goes to an idle one alone."""
+        for item in self.again:
+            if idle or not item.deaths:
+                self.again.remove(item)
+                return item
+        task = next(self.waiting, None)
+        return None if task is None else _Item(task)
+
+    def is_left(self) -> bool:
+        """Whether there is anything to send or to wait for."""
+        if not self.sent and not self.again and (item := self.take(idle=True)) is not None:
+            self.again.append(item)
+        return bool(self.sent or self.again)
+
+    def died(self, item: _Item[T]) -> Iterator[tuple[T, Broken]]:
+        """Have a task sent again, or give it up."""
+        deaths = item.deaths + 1
+        if deaths < MOST_DEATHS:
+            self.again.append(_Item(item.task, deaths=deaths))
+        else:
+            yield item.task, Broken(f"lost its worker {deaths} times")
+
+
+@contextlib.contextmanager
+def connected(address: str) -> Iterator[Cluster]:
+    """Connect with a scheduler; certificates for ``tls://`` come from Dask's own configuration.
+
+    Raises:
+        WrongUse: Dask is not installed, or no scheduler answers there.
+    """
+    try:
+        import dask
+        from distributed import Client
+    except ImportError as error:
+        mend = "pip install 'robust-slam-autograder[cluster]'"
+        raise WrongUse(f"--scheduler needs Dask, which is not installed: {mend}.") from error
+    dask.config.set({"distributed.admin.large-graph-warning-threshold": LARGEST_TASK})
+    try:
+        client = Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
+    except (OSError, ValueError, TypeError, RuntimeError) as error:
+        mend = "start one there with `dask scheduler`, or mend the address (tcp://HOST:8786)"
+        raise WrongUse(f"No Dask scheduler answers at {address} ({error}): {mend}.") from error
+    with client:
+        yield Cluster(client, address)
+
+
+class Cluster:
+    """The workers of a scheduler; whom we found unfit stays so while it is there."""
+
+    def __init__(self, client: Client, address: str) -> None:
+        self._client = client
+        self._address = address
+        self._present: set[str] = set()
+        self._unfit: dict[str, str] = {}
+        self._next_look = 0.0
+        self._last_fit = time.monotonic()
+
+    def run(
+        self, tasks: Iterable[T], call: Callable[[T], Call], *, alone: bool = False
+    ) -> Iterator[tuple[T, Any]]:
+        """Do tasks, and give the answers as they come.
+
+        Args:
+            tasks: taken one by one, as workers get free.
+            call: what a worker is to do for a task: a function, which may answer ``Unfit``,
+                and its arguments.
+            alone: whether a machine gets one task at a time.
+
+        Returns:
+            each task once, with what the function gave, or ``Broken``.
+
+        Raises:
+            GraderFailure: the scheduler is gone, or there is no fit worker for a minute.
+        """
+        flow = _Flow(iter(tasks))
+        try:
+            while flow.is_left():
+                self._look()
+                yield from self._give_up_on_the_gone(flow)
+                self._send(flow, call, alone)
+                yield from self._collect(flow)
+        finally:
+            with contextlib.suppress(Exception):  # the scheduler may be gone
+                self._client.cancel(list(flow.sent), force=True)
+
+    def _look(self) -> None:
+        now = time.monotonic()
+        if now < self._next_look:
+            return
+        self._next_look = now + LOOK_SECONDS
+        try:
+            threads = self._client.nthreads()
+        except OSError as error:
+            raise self._gone() from error
+        self._present = set(threads)
+        self._unfit = {worker: why for worker, why in self._unfit.items() if worker in threads}
+        for worker, count in threads.items():
+            if count != 1:
+                self._refuse(worker, f"it has {count} threads: start it with --nthreads 1")
+        if self._fit():
+            self._last_fit = now
+        elif now - self._last_fit > PATIENCE_SECONDS:
+            raise GraderFailure(self._none_is_fit())
+
+    def _fit(self) -> list[str]:
+        return sorted(self._present - self._unfit.keys())
+
+    def _refuse(self, worker: str, why: str) -> None:
+        if worker not in self._unfit:
+            self._unfit[worker] = why
+            print(f"The worker {worker} is left out: {why}.", file=sys.stderr)
+
+    def _give_up_on_the_gone(self, flow: _Flow[T]) -> Iterator[tuple[T, Broken]]:
+        gone = [future for future, item in flow.sent.items() if item.worker not in self._present]
+        if gone:
+            self._client.cancel(gone, force=True)
+        for future in gone:
+            yield from flow.died(flow.sent.pop(future))
+
+    def _send(self, flow: _Flow[T], call: Callable[[T], Call], alone: bool) -> None:
+        """Fill up the workers: all get one task before any gets another."""
+        load: Counter[str] = Counter()
+        for item in flow.sent.values():
+            load[_place(item.worker, alone)] += IN_FLIGHT if item.deaths else 1
+        for there in range(1 if alone else IN_FLIGHT):
+            for worker in self._fit():
+                place = _place(worker, alone)
+                if load[place] != there or (next_ := flow.take(idle=there == 0)) is None:
+                    continue
+                load[place] += IN_FLIGHT if next_.deaths else 1
+                function, *arguments = call(next_.task)
+                future = self._client.submit(function, *arguments, workers=[worker], pure=False)
+                flow.sent[future] = _Item(next_.task, worker, next_.deaths)
+                future.add_done_callback(flow.done.put)
+
+    def _collect(self, flow: _Flow[T]) -> Iterator[tuple[T, Any]]:
+        """Wait for the next answer; of a task that was given up nothing counts any more."""
+        try:
+            future = flow.done.get(timeout=LOOK_SECONDS)
+        except queue.Empty:
+            return
+        item = flow.sent.pop(future, None)
+        if item is None:
+            return
+        if future.status in ("cancelled", "lost"):
+            raise self._gone()
+        try:
+            answer = future.result(timeout=FETCH_SECONDS)
+        except Exception as error:
+            if not _is_death(error):
+                self._refuse(item.worker, f"it failed ({type(error).__name__}: {error})")
+            yield from flow.died(item)
+            return
+        if isinstance(answer, Unfit):
+            self._refuse(item.worker, answer.why)
+            flow.again.append(_Item(item.task, deaths=item.deaths))
+        else:
+            yield item.task, answer
+
+    def _gone(self) -> GraderFailure:
+        mend = "start it again, with its workers; the same command goes on from here"
+        return GraderFailure(f"The Dask scheduler at {self._address} is gone: {mend}.")
+
+    def _none_is_fit(self) -> str:
+        found = "; ".join(f"{worker}: {why}" for worker, why in sorted(self._unfit.items()))
+        command = f"`dask worker {self._address} --nthreads 1`"
+        return (
+            f"No worker of {self._address} can be used ({found or 'there is none'}): "
+            f"start some with {command}; the same command goes on from here."
+        )
+
+
+def _place(worker: str, alone: bool) -> str:
+    """What may hold so many tasks: a worker, or all workers of a machine."""
+    return urlsplit(worker).hostname or worker if alone else worker
+
+
+def _is_death(error: Exception) -> bool:
+    """Whether it says that a worker ended, and nothing of whether it was fit."""
+    from distributed import KilledWorker
+
+    return isinstance(error, (KilledWorker, TimeoutError))
+
+
+def may_have_children() -> None:
+    """Let this worker start processes, which ``multiprocessing`` denies to Dask's nanny's."""
+    multiprocessing.current_process().daemon = False
