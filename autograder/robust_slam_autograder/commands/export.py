@@ -52,19 +52,12 @@ def add(commands: Any) -> None:  # noqa: ANN401
     parser.add_argument(
         "--late", type=Path, metavar="FILE", help="due times and what lateness costs, in TOML"
     )
-    parser.add_argument(
-        "--submitted",
-        type=Path,
-        default=Path("build/submitted"),
-        metavar="DIR",
-        help="for --late: where the submissions lie, with their times",
-    )
+    places.add_submitted(parser, "for --late: where the submissions")
     parser.add_argument(
         "--missing-as-zero", action="store_true", help="0 for who is on the roster without work"
     )
-    parser.add_argument(
-        "--out", type=Path, default=Path("build/graded"), metavar="DIR", help="the results' folder"
-    )
+    places.add_out(parser)
+    places.add_gradebook(parser)
     parser.add_argument(
         "--to", type=Path, metavar="FILE", help="default: build/canvas.csv, build/moodle.csv"
     )
@@ -93,7 +86,12 @@ def run(options: argparse.Namespace) -> int:
     students = roster.by_key(people, system.students(people), match)
     rules = None if options.late is None else late.load(options.late)
     marks = ledger.read(
-        options.solutions, options.names, out=options.out, rules=rules, submitted=options.submitted
+        options.solutions,
+        options.names,
+        place=places.gradebook(options),
+        out=options.out,
+        rules=rules,
+        submitted=options.submitted,
     )
     matched = matching.match(marks.students, students)
     if not matched.owners:

@@ -9,6 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from robust_slam_autograder.commands import places
 from robust_slam_autograder.errors import GraderFailure, WrongUse
 from robust_slam_autograder.grading import results
 from robust_slam_autograder.reading import assignment as assignments
@@ -23,9 +24,7 @@ def add(commands: Any) -> None:  # noqa: ANN401
     """Declare the command."""
     parser = commands.add_parser("feedback", help="make a page per submission for its student")
     parser.add_argument("students", nargs="*", metavar="STUDENT", help="all where none")
-    parser.add_argument(
-        "--out", type=Path, default=Path("build/graded"), metavar="DIR", help="the results' folder"
-    )
+    places.add_out(parser)
     parser.add_argument("--to", type=Path, default=Path("build/feedback"), metavar="DIR")
     parser.add_argument(
         "--site",

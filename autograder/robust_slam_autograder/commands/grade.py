@@ -7,9 +7,7 @@ import contextlib
 import functools
 import importlib
 import os
-import shutil
 import sys
-import tempfile
 import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -37,7 +35,8 @@ def add(commands: Any) -> None:  # noqa: ANN401
     parser.add_argument("paths", nargs="+", type=Path, metavar="PATH")
     parser.add_argument("--assignment", metavar="NAME")
     parser.add_argument("--student", metavar="NAME")
-    parser.add_argument("--out", type=Path, default=Path("build/graded"), metavar="DIR")
+    places.add_out(parser)
+    places.add_gradebook(parser)
     parser.add_argument("--seed", type=_seed, metavar="N", help="default: the batch's own, secret")
     add_how(parser)
     parser.add_argument(
@@ -90,10 +89,11 @@ def run(options: argparse.Namespace) -> int:
     jobs = _find_jobs(options)
     _warn_of_look_alikes(jobs, names=not options.no_names)
     wall = sandbox.choose(options.sandbox, unsandboxed=options.unsandboxed)
+    gradebook = places.gradebook(options)
     with _door(options) as door, batch.locked(options.out):
         run = journal.open_run(options.out, options.seed)
         graded = _grade_with_progress(jobs, run, wall, door, options)
-        record(options.out, run, jobs, graded)
+        record(gradebook, run, jobs, graded)
     _tell(graded, options)
     return 1 if any(item.status == "failed" for item in graded) else 0
 
@@ -131,52 +131,23 @@ def _import_meanwhile(module: str) -> None:
     threading.Thread(target=importlib.import_module, args=(module,), daemon=True).start()
 
 
-def record(out: Path, run: Run, jobs: Sequence[Job], graded: Sequence[Graded]) -> None:
+def record(place: Path | str, run: Run, jobs: Sequence[Job], graded: Sequence[Graded]) -> None:
     """Write into the gradebook what it does not have yet of these results.
 
     Raises:
         GraderFailure: it cannot be written.
     """
-    database = out / submission.DATABASE_NAME
-    if not database.exists():
-        run.forget_recorded()
-    due = batch.unrecorded(jobs, graded, run)
+    from robust_slam_autograder.nbgrader import database
+
+    due = batch.unrecorded(jobs, graded, run, database.recorded(place))
     if not due:
         return
     from robust_slam_autograder.nbgrader import gradebook, graded_notebook
 
     used = {job.assignment.name: job.assignment for job in jobs}
     blank = {job.key: graded_notebook.unanswered(job) for job in jobs if job.key in due}
-    with _whole(database) as place:
-        marks = [item.result for item in due.values()]
-        gradebook.record(place, list(used.values()), marks, blank)
-    run.remember_recorded(due)
-
-
-@contextlib.contextmanager
-def _whole(database: Path) -> Iterator[Path]:
-    """Where to write a gradebook, so that a kill leaves no half-made one."""
-    if database.exists():
-        yield database
-        return
-    folder = durable.part_of(database)
-    shutil.rmtree(folder, ignore_errors=True)  # a killed run's, with SQLite's files beside it
-    with durable.explained(database):
-        folder.mkdir()
-    with _temporary_files_in(folder):
-        yield folder / database.name
-    os.replace(folder / database.name, database)
-    folder.rmdir()
-
-
-@contextlib.contextmanager
-def _temporary_files_in(folder: Path) -> Iterator[None]:
-    """Have what nbgrader leaves behind in a kill go with the folder."""
-    before, tempfile.tempdir = tempfile.tempdir, str(folder)
-    try:
-        yield
-    finally:
-        tempfile.tempdir = before
+    marks = [item.result for item in due.values()]
+    gradebook.record(place, list(used.values()), marks, blank, run.graded)
 
 
 def _tell(graded: Sequence[Graded], options: argparse.Namespace) -> None:

@@ -1,11 +1,68 @@
-"""Where a command shall write, looked at before it works: a mistyped path costs nothing then."""
+"""Where things lie, as the commands' options say it, looked at before a command works."""
 
 from __future__ import annotations
 
+import argparse
 import os
 from pathlib import Path
 
-from robust_slam_autograder.errors import WrongUse
+from robust_slam_autograder.errors import GraderFailure, WrongUse
+from robust_slam_autograder.reading.submission import DATABASE_NAME, DATABASE_VARIABLE
+
+
+def add_out(parser: argparse.ArgumentParser) -> None:
+    """Declare the results' folder."""
+    parser.add_argument(
+        "--out", type=Path, default=Path("build/graded"), metavar="DIR", help="the results' folder"
+    )
+
+
+def add_submitted(parser: argparse.ArgumentParser, what: str) -> None:
+    """Declare the submissions' folder, with what it is for."""
+    parser.add_argument(
+        "--submitted",
+        type=Path,
+        default=Path("build/submitted"),
+        metavar="DIR",
+        help=f"{what} lie, DIR/<student>/<assignment>/",
+    )
+
+
+def add_gradebook(parser: argparse.ArgumentParser) -> None:
+    """Declare the gradebook's address."""
+    parser.add_argument(
+        "--gradebook",
+        metavar="URL",
+        help=f"a shared gradebook, postgresql://HOST/NAME; default: ${DATABASE_VARIABLE}, "
+        f"else {DATABASE_NAME} in --out",
+    )
+
+
+def gradebook(options: argparse.Namespace) -> Path | str:
+    """The gradebook that a command shall use, which can be reached.
+
+    Raises:
+        WrongUse: it cannot, or a password stands where everybody on the machine can read it.
+    """
+    named = options.gradebook or os.environ.get(DATABASE_VARIABLE)
+    if not named:
+        return Path(options.out, DATABASE_NAME)
+    from robust_slam_autograder.nbgrader import database  # it takes its time to import
+
+    if options.gradebook and database.has_password(named):
+        raise WrongUse(
+            "--gradebook holds a password, and others can read a command line: put it into "
+            f"~/.pgpass or $PGPASSWORD, or the whole address into ${DATABASE_VARIABLE}."
+        )
+    file = database.file_of(named)
+    if file is not None:
+        who = "--gradebook" if options.gradebook else f"${DATABASE_VARIABLE}"
+        refuse_unwritable(who, file, made=options.out)
+    try:
+        database.exists(named)
+    except GraderFailure as error:
+        raise WrongUse(str(error)) from error
+    return str(named)
 
 
 def refuse_unwritable(option: str, path: Path, *, made: Path | None = None) -> None:

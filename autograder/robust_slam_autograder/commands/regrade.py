@@ -12,7 +12,6 @@ from robust_slam_autograder.commands import grade, places
 from robust_slam_autograder.grading import batch, journal, progress, regrading
 from robust_slam_autograder.grading.journal import Run
 from robust_slam_autograder.grading.regrading import Plan, Trial
-from robust_slam_autograder.reading.submission import DATABASE_NAME
 
 if TYPE_CHECKING:
     from robust_slam_autograder.reports.changes import Regrade
@@ -30,16 +29,9 @@ def add(commands: Any) -> None:  # noqa: ANN401
     parser.add_argument(
         "--apply", action="store_true", help="put the new marks into results and gradebook"
     )
-    parser.add_argument(
-        "--submitted",
-        type=Path,
-        default=Path("build/submitted"),
-        metavar="DIR",
-        help="where the submissions lie, DIR/<student>/<assignment>/",
-    )
-    parser.add_argument(
-        "--out", type=Path, default=Path("build/graded"), metavar="DIR", help="the results' folder"
-    )
+    places.add_submitted(parser, "where the submissions")
+    places.add_out(parser)
+    places.add_gradebook(parser)
     grade.add_how(parser)
     parser.add_argument(
         "--json",
@@ -59,6 +51,7 @@ def run(options: argparse.Namespace) -> int:
         options.solutions, options.assignment, out=options.out, submitted=options.submitted
     )
     wall = sandbox.choose(options.sandbox, unsandboxed=options.unsandboxed)
+    gradebook = places.gradebook(options)
     with batch.locked(options.out):
         batch_run = journal.open_run(options.out, None)
         stale = regrading.outdated(plan.jobs, batch_run, wall)
@@ -66,30 +59,33 @@ def run(options: argparse.Namespace) -> int:
             trial = regrading.attempt(
                 stale, batch_run, wall=wall, workers=options.jobs, report=step
             )
-        found = _compare(plan, trial, batch_run, options)
+        found = _compare(plan, trial, batch_run, gradebook, options)
         if options.apply:
             regrading.apply(trial, batch_run)
             jobs, standing = regrading.standing(plan.jobs, batch_run)
-            grade.record(options.out, batch_run, jobs, standing)
+            grade.record(gradebook, batch_run, jobs, standing)
             regrading.clear(batch_run)
     _tell(found, options)
     return 1 if found.failed else 0
 
 
-def _compare(plan: Plan, trial: Trial, run: Run, options: argparse.Namespace) -> Regrade:
-    from robust_slam_autograder.nbgrader import preview  # nbgrader takes a second to import
+def _compare(
+    plan: Plan, trial: Trial, run: Run, gradebook: Path | str, options: argparse.Namespace
+) -> Regrade:
+    # nbgrader takes a second to import
+    from robust_slam_autograder.nbgrader import database, preview
     from robust_slam_autograder.reports import changes
 
     again = regrading.compare(trial, options.out)
     news = [(job, result) for job, result in trial.results() if result.status != "failed"]
-    news += regrading.unrecorded(plan.jobs, trial, run)
+    news += regrading.unrecorded(plan.jobs, trial, run, database.recorded(gradebook))
     return changes.Regrade(
         options.assignment,
         again,
         kept=len(plan.jobs) - len(trial.jobs),
         failed=[job.student for job, result in trial.results() if result.status == "failed"],
         left_out=plan.left_out,
-        effects=preview.effects(options.out / DATABASE_NAME, options.assignment, news),
+        effects=preview.effects(gradebook, options.assignment, news),
         applied=options.apply,
     )
 

@@ -355,8 +355,10 @@ def counts(graded: Sequence[Graded]) -> Mapping[str, int]:
     return found
 
 
-def unrecorded(jobs: Sequence[Job], graded: Sequence[Graded], run: Run) -> dict[str, Graded]:
+def unrecorded(
+    jobs: Sequence[Job], graded: Sequence[Graded], run: Run, recorded: Mapping[str, str]
+) -> dict[str, Graded]:
     """By key what the gradebook does not have yet; where the grader failed there is nothing."""
     pairs = ((job.key, item) for job, item in zip(jobs, graded, strict=True))
-    due = ((key, item) for key, item in pairs if run.recorded.get(key) != run.graded.get(key))
+    due = ((key, item) for key, item in pairs if recorded.get(key) != run.graded.get(key))
     return {key: item for key, item in due if item.status != "failed"}

@@ -1,15 +1,14 @@
 """What a batch remembers: its seed, and which submissions are done.
 
 ``.run.json`` holds the seed. ``.run.log`` beside it gets a line for each submission
-that has its result, and for each that is in the gradebook; a line that a kill cut
-short counts for nothing. Both are for their owner's eyes only.
+that has its result; a line that a kill cut short counts for nothing. Both are for their
+owner's eyes only. Whose marks the gradebook has stands in the gradebook: there may be another.
 """
 
 from __future__ import annotations
 
 import json
 import secrets
-from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -29,51 +28,33 @@ class Run:
         out: the results' folder.
         seed: the batch's secret.
         graded: of those that have a result file.
-        recorded: of those whose marks are in the gradebook.
     """
 
     out: Path
     seed: int
     graded: dict[str, str] = field(default_factory=dict)
-    recorded: dict[str, str] = field(default_factory=dict)
 
     def remember(self, key: str, fingerprint: str) -> None:
         """Note that a submission has its result file."""
         self.graded[key] = fingerprint
-        self._append([_line("graded", key, fingerprint)])
+        self._append(key, fingerprint)
 
     def forget(self, key: str) -> None:
         """Note that a submission's result file is no longer one to keep."""
         if self.graded.pop(key, None) is not None:
-            self._append([_line("graded", key, None)])
-
-    def remember_recorded(self, keys: Iterable[str]) -> None:
-        """Note that these submissions' marks, as graded, are in the gradebook."""
-        new = {key: self.graded[key] for key in keys}
-        self.recorded |= new
-        self._append(_line("recorded", key, fingerprint) for key, fingerprint in new.items())
-
-    def forget_recorded(self) -> None:
-        """Note that there is no gradebook."""
-        self.recorded.clear()
-        self.tidy()
+            self._append(key, None)
 
     def tidy(self) -> None:
         """Write the log anew, with what still counts."""
-        durable.write(
-            self.out / LOG_NAME, "".join(f"{line}\n" for line in self._lines()), mode=_PRIVATE
-        )
+        lines = [f"{_line(key, fingerprint)}\n" for key, fingerprint in self.graded.items()]
+        durable.write(self.out / LOG_NAME, "".join(lines), mode=_PRIVATE)
 
-    def _lines(self) -> Iterator[str]:
-        for what, prints in (("graded", self.graded), ("recorded", self.recorded)):
-            yield from (_line(what, key, fingerprint) for key, fingerprint in prints.items())
-
-    def _append(self, lines: Iterable[str]) -> None:
-        durable.append(self.out / LOG_NAME, lines)
+    def _append(self, key: str, fingerprint: str | None) -> None:
+        durable.append(self.out / LOG_NAME, [_line(key, fingerprint)])
 
 
-def _line(what: str, key: str, fingerprint: str | None) -> str:
-    return json.dumps([what, key, fingerprint])
+def _line(key: str, fingerprint: str | None) -> str:
+    return json.dumps(["graded", key, fingerprint])
 
 
 def open_run(out: Path, seed: int | None) -> Run:
@@ -118,8 +99,6 @@ def _read_log(path: Path, run: Run) -> None:
                     run.graded[key] = fingerprint
                 case ["graded", str(key), None]:
                     run.graded.pop(key, None)
-                case ["recorded", str(key), str(fingerprint)]:
-                    run.recorded[key] = fingerprint
 
 
 def _parsed(line: str) -> object:

@@ -7,7 +7,7 @@ own, until they are applied: to look is not to change, and a look that was stopp
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -195,11 +195,13 @@ def standing(jobs: Sequence[Job], run: Run) -> tuple[list[Job], list[Graded]]:
     return held, graded
 
 
-def unrecorded(jobs: Sequence[Job], trial: Trial, run: Run) -> list[tuple[Job, Result]]:
+def unrecorded(
+    jobs: Sequence[Job], trial: Trial, run: Run, recorded: Mapping[str, str]
+) -> list[tuple[Job, Result]]:
     """Results that hold and are not in the gradebook yet, for a run before was stopped."""
     again = {job.key for job in trial.jobs}
     held, graded = standing([job for job in jobs if job.key not in again], run)
-    due = batch.unrecorded(held, graded, run)
+    due = batch.unrecorded(held, graded, run, recorded)
     return [(job, due[job.key].result) for job in held if job.key in due]
 
 

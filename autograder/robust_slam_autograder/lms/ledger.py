@@ -11,10 +11,10 @@ from robust_slam_autograder.grading import results
 from robust_slam_autograder.lms import marks
 from robust_slam_autograder.lms.late import Rules
 from robust_slam_autograder.lms.marks import Column
-from robust_slam_autograder.nbgrader import totals
+from robust_slam_autograder.nbgrader import database, totals
+from robust_slam_autograder.nbgrader.database import Place
 from robust_slam_autograder.nbgrader.totals import Totals
 from robust_slam_autograder.reading import assignment as assignments
-from robust_slam_autograder.reading.submission import DATABASE_NAME
 
 TOLERANCE = 1e-6
 """Points between a sum here and the same sum in the gradebook."""
@@ -36,23 +36,32 @@ class Ledger:
 
 
 def read(
-    tree: Path, names: Sequence[str], *, out: Path, rules: Rules | None, submitted: Path
+    tree: Path,
+    names: Sequence[str],
+    *,
+    place: Place,
+    out: Path,
+    rules: Rules | None,
+    submitted: Path,
 ) -> Ledger:
     """Read marks from the gradebook, which has what a person entered too.
 
     Args:
         tree: the instructor's source tree.
         names: assignments; all that somebody has handed in where empty.
-        out: the results' folder, with the gradebook.
+        place: the gradebook.
+        out: the results' folder.
         rules: the late policy.
         submitted: where the submissions lie.
 
     Raises:
         WrongUse: there are no marks, or the gradebook does not have all results.
     """
-    database = out / DATABASE_NAME
-    if not database.is_file():
-        raise WrongUse(f"There is no gradebook in {out}: grade first, or say --out DIR.")
+    if not database.exists(place):
+        raise WrongUse(
+            f"There is no gradebook {database.shown(place)}: grade first, or say --out DIR or "
+            "--gradebook URL."
+        )
     known = assignments.find_names(tree)
     unknown = [name for name in names if name not in known]
     if unknown:
@@ -60,7 +69,7 @@ def read(
     columns: list[Column] = []
     failed: list[tuple[str, str]] = []
     for name in dict.fromkeys(names or known):
-        total = totals.read(database, name)
+        total = totals.read(place, name)
         broken = _failed(out, name, total)
         failed += [(student, name) for student in broken]
         total = _without(total, broken)

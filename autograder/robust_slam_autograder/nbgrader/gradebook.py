@@ -1,13 +1,10 @@
-"""nbgrader's gradebook (SQLite by default): one writer, and what a person entered stays."""
+"""nbgrader's gradebook: whoever else writes, nothing is lost, and what a person entered stays."""
 
 from __future__ import annotations
 
 import contextlib
-import os
-import sys
 import warnings
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 from nbgrader.api import (
@@ -15,17 +12,19 @@ from nbgrader.api import (
     Grade,
     Gradebook,
     GradeCell,
+    InvalidEntry,
     SolutionCell,
     SourceCell,
     SubmittedNotebook,
     TaskCell,
 )
 from nbgrader.utils import compute_checksum
+from sqlalchemy import delete, insert, text
 from sqlalchemy.exc import SAWarning, SQLAlchemyError
 
-from robust_slam_autograder.errors import GraderFailure
 from robust_slam_autograder.grading.results import Result
-from robust_slam_autograder.nbgrader import marked_cells
+from robust_slam_autograder.nbgrader import database, marked_cells
+from robust_slam_autograder.nbgrader.database import Place
 from robust_slam_autograder.reading.assignment import Assignment
 from robust_slam_autograder.reports.markup import visible
 
@@ -36,90 +35,82 @@ NO_ANSWER = "No response."
 
 
 def record(
-    database: Path | str,
+    place: Place,
     assignments: Sequence[Assignment],
     marks: Sequence[Result],
     unanswered: Mapping[str, Collection[str]] | None = None,
+    fingerprints: Mapping[str, str] | None = None,
 ) -> None:
     """Write results into a gradebook, making assignments and students that are new to it.
 
     What a person entered (scores, extra credit, comments) stays. As in nbgrader, a cell that
-    has a manual score is put up for review.
+    has a manual score is put up for review. Several programs may record at once.
 
     Args:
-        database: the SQLite file, made where it is missing, or a database's URL.
+        place: the gradebook, made where there is none.
         assignments: every assignment that a result belongs to.
         marks: results; of a refused one every case earns 0.
         unanswered: by ``student/assignment`` the grade ids of free-text cells without an
             answer; they earn 0 and wait for nobody.
+        fingerprints: by ``student/assignment`` what ``database.recorded`` shall say of it.
 
     Raises:
-        GraderFailure: the file is no gradebook, or cannot be written.
+        GraderFailure: it is no gradebook, or cannot be written.
     """
     known = {assignment.name: assignment for assignment in assignments}
-    with opened(database) as gradebook:
-        for name in dict.fromkeys(result.assignment for result in marks):
-            _declare(gradebook, known[name])
+    database.make(place)
+    with opened(place) as gradebook:
         for first in range(0, len(marks), TOGETHER):
+            some = marks[first : first + TOGETHER]
             with _one_transaction(gradebook):
-                for result in marks[first : first + TOGETHER]:
-                    blank = (unanswered or {}).get(f"{result.student}/{result.assignment}", ())
-                    _record_one(gradebook, known[result.assignment], result, blank)
+                # Another grader may have other tests: what these marks are for is said with them.
+                for name in dict.fromkeys(result.assignment for result in some):
+                    _declare(gradebook, known[name])
+                for result in some:
+                    key = f"{result.student}/{result.assignment}"
+                    blank = (unanswered or {}).get(key, ())
+                    notebook = _record_one(gradebook, known[result.assignment], result, blank)
+                    _sign(gradebook, notebook.assignment_id, (fingerprints or {}).get(key))
 
 
-def declare(database: Path | str, assignment: Assignment) -> None:
+def declare(place: Place, assignment: Assignment) -> None:
     """Make the assignment and its cells in a gradebook as the instructor's notebook has them.
 
     Raises:
-        GraderFailure: the file is no gradebook, or cannot be written.
+        GraderFailure: it is no gradebook, or cannot be written.
     """
-    with opened(database) as gradebook:
+    database.make(place)
+    with opened(place) as gradebook, _one_transaction(gradebook):
         _declare(gradebook, assignment)
 
 
 @contextlib.contextmanager
-def opened(database: Path | str) -> Iterator[Gradebook]:
-    """A gradebook, made where it is missing.
+def opened(place: Place) -> Iterator[Gradebook]:
+    """A gradebook that is there.
 
     Raises:
-        GraderFailure: the file is no gradebook, or cannot be written.
+        GraderFailure: it is no gradebook, or cannot be written.
     """
-    url = str(database)
-    try:
-        if isinstance(database, Path):
-            database.parent.mkdir(parents=True, exist_ok=True)
-            url = f"sqlite:///{database}"
-        with _quiet_nbgrader(), Gradebook(url) as gradebook:
-            yield gradebook
-    except (SQLAlchemyError, OSError) as error:
-        why = str(error).split("\n")[0]
-        raise GraderFailure(f"The gradebook {database} cannot be written: {why}") from error
+    with database.explained(place), warnings.catch_warnings():
+        warnings.simplefilter("ignore", SAWarning)  # nbgrader's own
+        try:
+            with Gradebook(database.url_of(place)) as gradebook:
+                yield gradebook
+        except InvalidEntry as error:  # an error of the database's that nbgrader has renamed
+            raise SQLAlchemyError(*error.args) from None
 
 
 @contextlib.contextmanager
 def _one_transaction(gradebook: Gradebook) -> Iterator[None]:
-    """Put off commits to the end: nbgrader makes one for each row, and each waits for the disk."""
+    """Write alone, and put off commits to the end: nbgrader makes one for each row."""
     session = gradebook.db()
     commit, session.commit = session.commit, session.flush
     try:
+        session.execute(text(database.LOCKS[gradebook.engine.dialect.name]))
         yield
     finally:
         session.commit = commit
     session.commit()
-
-
-@contextlib.contextmanager
-def _quiet_nbgrader() -> Iterator[None]:
-    """Let nbgrader find its ``alembic`` command, and keep its own warnings from the terminal."""
-    before = os.environ.get("PATH", "")
-    # An environment that is not activated does not have its scripts on the path.
-    os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), before])
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", SAWarning)
-            yield
-    finally:
-        os.environ["PATH"] = before
 
 
 def _declare(gradebook: Gradebook, assignment: Assignment) -> None:
@@ -136,6 +127,7 @@ def _declare(gradebook: Gradebook, assignment: Assignment) -> None:
             setattr(row, field, value)
         gradebook.db.add(row)
     gradebook.db.commit()
+    gradebook.db.expire_all()  # lists of cells that have been read do not follow
 
 
 def _cells(notebook: Any) -> list[Any]:  # noqa: ANN401
@@ -174,7 +166,7 @@ def _forget(gradebook: Gradebook, cell: Any) -> None:  # noqa: ANN401
 
 def _record_one(
     gradebook: Gradebook, assignment: Assignment, result: Result, unanswered: Collection[str]
-) -> None:
+) -> Any:  # noqa: ANN401
     gradebook.update_or_create_student(result.student)
     notebook = _submitted(gradebook, assignment, result.student)
     scores = _scores(assignment, result, unanswered)
@@ -185,6 +177,16 @@ def _record_one(
     for row in notebook.comments:
         row.auto_comment = comments.get(row.name)
     gradebook.db.commit()
+    return notebook
+
+
+def _sign(gradebook: Gradebook, submission: str, fingerprint: str | None) -> None:
+    """Note where a submission's marks come from; without a word of it they count as unknown."""
+    row = {"submission_id": submission, "fingerprint": fingerprint}
+    table = database.RECORDED
+    gradebook.db.execute(delete(table).where(table.c.submission_id == submission))
+    if fingerprint is not None:
+        gradebook.db.execute(insert(table).values(row))
 
 
 def _submitted(gradebook: Gradebook, assignment: Assignment, student: str) -> Any:  # noqa: ANN401

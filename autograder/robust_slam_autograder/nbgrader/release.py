@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import glob
+import os
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -13,10 +14,12 @@ from nbgrader.preprocessors import SaveCells
 from traitlets.config import Config
 
 from robust_slam_autograder.errors import GraderFailure, WrongUse
+from robust_slam_autograder.nbgrader import database
 from robust_slam_autograder.publishing import course as courses
 from robust_slam_autograder.publishing import handout, secrets, staging
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading import notebook
+from robust_slam_autograder.reading.submission import DATABASE_NAME, DATABASE_VARIABLE
 
 STUB = 'raise NotImplementedError("Exercise: write this function, then delete this line.")'
 _STEPS = "robust_slam_autograder.nbgrader.steps"
@@ -36,7 +39,8 @@ def nbgrader_settings(root: str, tree: str = "solutions", built: str = "build") 
     for step in ("release", "submitted", "autograded", "feedback"):
         config.CourseDirectory[f"{step}_directory"] = f"{built}/{step}"
     graded = Path(root).resolve() / built / "graded"
-    config.CourseDirectory.db_url = f"sqlite:///{graded / 'gradebook.db'}"
+    shared = os.environ.get(DATABASE_VARIABLE)
+    config.CourseDirectory.db_url = database.for_nbgrader(shared or graded / DATABASE_NAME)
     config.SafeExporter.results_directory = str(graded)
     config.ClearSolutions.code_stub = {"python": STUB}
     _put_executor(config)

@@ -193,8 +193,8 @@ class SaveMarks(NbGraderPreprocessor):  # type: ignore[misc]
                 [job.assignment],
                 [results.read(path)],
                 {job.key: graded_notebook.unanswered(job)},
+                run.graded,
             )
-            run.remember_recorded([job.key])
         return nb, resources
 
 

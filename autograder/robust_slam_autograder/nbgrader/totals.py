@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 from nbgrader.api import MissingEntry
 
 from robust_slam_autograder.nbgrader import gradebook
+from robust_slam_autograder.nbgrader.database import Place
 
 
 @dataclass(frozen=True)
@@ -33,17 +33,17 @@ class Totals:
     students: Mapping[str, Total]
 
 
-def read(database: Path, assignment: str) -> Totals:
+def read(place: Place, assignment: str) -> Totals:
     """Read an assignment's totals; an assignment that is not there has no students.
 
     Args:
-        database: the SQLite file, which must exist: nbgrader would make one.
+        place: the gradebook, which must be there: nbgrader would make one.
         assignment: its name.
 
     Raises:
-        GraderFailure: the file is no gradebook.
+        GraderFailure: it is no gradebook.
     """
-    with gradebook.opened(database) as book:
+    with gradebook.opened(place) as book:
         try:
             max_score = book.find_assignment(assignment).max_score
         except MissingEntry:

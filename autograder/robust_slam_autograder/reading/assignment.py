@@ -21,6 +21,8 @@ from robust_slam_autograder.reading.source import defined_names, imports, plain_
 CONFIG_NAME = "autograder.toml"
 BEGIN_HIDDEN = "BEGIN HIDDEN TESTS"
 END_HIDDEN = "END HIDDEN TESTS"
+MAX_NAME = 128
+"""Characters of a name in nbgrader's gradebook; PostgreSQL takes no more."""
 _HINT = re.compile(r"\s*#\s*hint:\s*(.+)")
 _MODULE = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*")
 _KEYS = {"title": str, "chapter": str, "sections": dict, "withheld": list, "limits": dict}
@@ -198,6 +200,9 @@ def from_cells(cells: Sequence[Cell], *, name: str, notebook: str, config: Confi
     """
     code = [cell for cell in cells if cell.kind == "code"]
     _refuse_bad_ids(name, cells)
+    for long in [name, notebook, *(cell.grade_id or "" for cell in cells)]:
+        if len(long) > MAX_NAME:
+            raise WrongUse(f"{long} is a name of more than {MAX_NAME} characters: shorten it.")
     answers = [replace(cell, source=plain_python(cell.source)) for cell in code if cell.solution]
     solutions = tuple(
         Solution(cell.grade_id or "", tuple(defined_names(cell.source))) for cell in answers

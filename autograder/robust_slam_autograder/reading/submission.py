@@ -16,13 +16,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from robust_slam_autograder.errors import Refused
-from robust_slam_autograder.reading.assignment import Assignment, Piece
+from robust_slam_autograder.reading.assignment import MAX_NAME, Assignment, Piece
 from robust_slam_autograder.reading.notebook import Cell, shown
 from robust_slam_autograder.reading.source import defines
 
 OWN = "own cell"
 MAX_STUDENT_BYTES = 200
 DATABASE_NAME = "gradebook.db"
+DATABASE_VARIABLE = "ROBUST_SLAM_GRADEBOOK"
+"""The environment's word for another gradebook, for nbgrader's own commands too."""
 SQLITE_KEEPS = ("journal", "wal", "shm")
 
 
@@ -88,8 +90,9 @@ def with_notes(submission: Submission, notes: tuple[str, ...]) -> Submission:
 
 def is_student(name: str) -> bool:
     """Whether results may lie in a folder of this name, beside the batch's own files."""
-    plain = name.isprintable() and "/" not in name and len(name.encode()) <= MAX_STUDENT_BYTES
-    return bool(name) and plain and not name.startswith(".") and not _is_databases(name)
+    plain = name.isprintable() and "/" not in name and not name.startswith(".")
+    short = len(name) <= MAX_NAME and len(name.encode(errors="replace")) <= MAX_STUDENT_BYTES
+    return bool(name) and plain and short and not _is_databases(name)
 
 
 def _is_databases(name: str) -> bool:

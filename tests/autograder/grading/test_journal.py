@@ -47,13 +47,10 @@ def test_what_is_remembered_is_read_back(tmp_path: Path) -> None:
     run = open_run(tmp_path, 1)
     for key in ("ada/x", "bob/x", "zoë/x", "eve\udcff/x"):
         run.remember(key, f"print of {key!a}")
-    run.remember_recorded(["ada/x", "bob/x"])
     run.forget("bob/x")
     run.forget("nobody/x")
     assert open_run(tmp_path, None) == run
     assert list(run.graded) == ["ada/x", "zoë/x", "eve\udcff/x"]
-    run.forget_recorded()
-    assert open_run(tmp_path, None).recorded == {}
 
 
 def test_a_line_that_was_cut_short_counts_for_nothing(tmp_path: Path) -> None:

@@ -266,7 +266,7 @@ def test_what_is_doubtful_is_refused_and_nothing_written(
         (["--column", "07-toy=Nothing"], "there is no column 'Nothing' for --column"),
         (["--column", "07-toy"], "an assignment and its column"),
         (["--late", "none.toml"], "none.toml cannot be read"),
-        (["--out", "nowhere"], "There is no gradebook in nowhere: grade first"),
+        (["--out", "nowhere"], "There is no gradebook nowhere/gradebook.db: grade first"),
         (["--to", "nowhere/marks.csv"], "There is no folder nowhere for --to"),
     ],
 )

@@ -1,0 +1,255 @@
+"""Where a gradebook lies, SQLite's file or a PostgreSQL database: one of us writes at a time.
+
+nbgrader looks whether a row is there and then adds it. Two programs that do so at once both
+add it, and one of them fails. So each of our transactions begins with the database's own lock,
+and whoever comes second waits for its end. nbgrader itself takes no such lock.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from pathlib import Path
+
+from sqlalchemy import (
+    URL,
+    Column,
+    Connection,
+    Engine,
+    MetaData,
+    String,
+    Table,
+    create_engine,
+    delete,
+    insert,
+    inspect,
+    make_url,
+    select,
+    text,
+)
+from sqlalchemy.exc import ArgumentError, DBAPIError, SQLAlchemyError
+
+from robust_slam_autograder.errors import GraderFailure, WrongUse
+
+Place = Path | str | URL
+"""SQLite's file, or a database's address as SQLAlchemy has it."""
+
+LOCKS = {
+    "sqlite": "BEGIN IMMEDIATE",
+    # Any number will do that no other program in the same database takes.
+    "postgresql": "SELECT pg_advisory_xact_lock(774411902)",
+}
+"""The first statement of a transaction that writes, by kind of database."""
+_SNAPSHOT = {
+    "sqlite": "BEGIN",
+    "postgresql": "SET TRANSACTION ISOLATION LEVEL REPEATABLE READ",
+}
+_PATIENCE = {"sqlite": {"timeout": "60"}, "postgresql": {"connect_timeout": "10"}}
+"""Seconds: for another writer's transaction, and for a server that does not answer."""
+
+RECORDED = Table(
+    "autograder_recorded",
+    MetaData(),
+    Column("submission_id", String(32), primary_key=True),
+    Column("fingerprint", String(64), nullable=False),
+)
+"""From which text, tests and seed a submission's marks come; nbgrader leaves the table alone."""
+_FIND_RECORDED = text(
+    "SELECT submitted.student_id, assignment.name, recorded.fingerprint"
+    " FROM autograder_recorded AS recorded"
+    " JOIN submitted_assignment AS submitted ON submitted.id = recorded.submission_id"
+    " JOIN assignment ON assignment.id = submitted.assignment_id"
+)
+
+
+def url_of(place: Place) -> URL:
+    """A gradebook's address, with how long to wait.
+
+    Raises:
+        WrongUse: it is none, or one of another kind of database. A password in it is not told.
+    """
+    url = _url(place)
+    return url.set(query={**_PATIENCE[url.get_backend_name()], **url.query})
+
+
+def for_nbgrader(place: Place) -> str:
+    """A gradebook's address for nbgrader's own settings; it holds the password, if any.
+
+    Raises:
+        WrongUse: it is none.
+    """
+    return _url(place).render_as_string(hide_password=False)
+
+
+def _url(place: Place) -> URL:
+    if isinstance(place, Path):
+        place = URL.create("sqlite", database=str(place))
+    try:
+        url = make_url(place)
+    except (ArgumentError, ValueError) as error:
+        raise WrongUse(
+            "That is no gradebook's address: it looks like postgresql://HOST/NAME, or "
+            "sqlite:////FOLDER/gradebook.db."
+        ) from error
+    kind = url.get_backend_name()
+    if kind not in LOCKS:
+        raise WrongUse(f"A gradebook lies in PostgreSQL or SQLite, not in {kind}.")
+    if kind == "sqlite" and url.database in (None, "", ":memory:"):
+        raise WrongUse("The gradebook's address names no file: sqlite:////FOLDER/gradebook.db.")
+    # Which driver SQLAlchemy takes where none is named depends on its version.
+    return url.set(drivername="postgresql+psycopg2") if url.drivername == "postgresql" else url
+
+
+def file_of(place: Place) -> Path | None:
+    """The file of an SQLite gradebook."""
+    url = url_of(place)
+    return Path(url.database or "") if url.get_backend_name() == "sqlite" else None
+
+
+def has_password(place: Place) -> bool:
+    """Whether the address itself holds a password."""
+    return bool(_secrets(url_of(place)))
+
+
+def _secrets(url: URL) -> list[str]:
+    hidden = [str(value) for key, value in url.query.items() if "password" in key]
+    return [*([str(url.password)] if url.password else []), *hidden]
+
+
+def shown(place: Place) -> str:
+    """The address for people: without passwords."""
+    url = url_of(place)
+    file = file_of(url)
+    hidden = [key for key in url.query if "password" in key or key in _PATIENCE["postgresql"]]
+    return str(file or url.difference_update_query(hidden).render_as_string(hide_password=True))
+
+
+@contextlib.contextmanager
+def explained(place: Place, doing: str = "written") -> Iterator[None]:
+    """Say of what a database refuses whose it is, why, and what to do; never a password.
+
+    Raises:
+        GraderFailure: in place of the database's own errors.
+        WrongUse: the package that speaks with PostgreSQL is missing.
+    """
+    url = url_of(place)
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        raise WrongUse(
+            f"{error.name} is missing, which speaks with {url.get_backend_name()}: "
+            "pip install psycopg2-binary."
+        ) from error
+    except (SQLAlchemyError, OSError) as error:
+        # Its own traceback would show the values that were sent, and so students' names.
+        raise GraderFailure(
+            f"The gradebook {shown(url)} cannot be {doing}: {_why(error, url)}"
+        ) from None
+
+
+def _why(error: Exception, url: URL) -> str:
+    said = error.orig if isinstance(error, DBAPIError) and error.orig is not None else error
+    why = str(said).split("\n")[0].rstrip(".")
+    for secret in _secrets(url):
+        why = why.replace(secret, "***")
+    if url.get_backend_name() == "sqlite":
+        return f"{why}."
+    if f'database "{url.database}"' in why:
+        return f"{why}. Make it on its server: createdb {url.database}"
+    if isinstance(error, DBAPIError) and getattr(said, "pgcode", None) is None:
+        return f"{why}. See that the server runs and takes connections from here, and as whom."
+    return f"{why}."
+
+
+@contextlib.contextmanager
+def _engine(url: URL) -> Iterator[Engine]:
+    engine = create_engine(url)
+    try:
+        yield engine
+    finally:
+        engine.dispose()
+
+
+def exists(place: Place) -> bool:
+    """Whether there is a gradebook.
+
+    Raises:
+        GraderFailure: the server cannot be reached, or the file is no database.
+    """
+    file = file_of(place)
+    if file is not None and not file.exists():
+        return False
+    with explained(place, "read"), _engine(url_of(place)) as engine:
+        return inspect(engine).has_table("assignment")
+
+
+def recorded(place: Place) -> dict[str, str]:
+    """By ``student/assignment`` the fingerprint of each submission whose marks are there.
+
+    Raises:
+        GraderFailure: it cannot be read.
+    """
+    if not exists(place):
+        return {}
+    with explained(place, "read"), _engine(url_of(place)) as engine, engine.connect() as book:
+        if not inspect(book).has_table(RECORDED.name):
+            return {}
+        return {f"{student}/{name}": seen for student, name, seen in book.execute(_FIND_RECORDED)}
+
+
+def make(place: Place) -> None:
+    """Make a gradebook where there is none: all of it, or nothing where this is killed.
+
+    Raises:
+        GraderFailure: it cannot be written.
+    """
+    url, file = url_of(place), file_of(place)
+    with explained(url), _engine(url) as engine:
+        if file is not None:
+            file.parent.mkdir(parents=True, exist_ok=True)
+        if inspect(engine).has_table(RECORDED.name):
+            return
+        with engine.begin() as book:
+            book.execute(text(LOCKS[book.dialect.name]))
+            if not inspect(book).has_table("assignment"):
+                _make_nbgraders(book)
+            RECORDED.create(book, checkfirst=True)
+
+
+def _make_nbgraders(book: Connection) -> None:
+    """Make what ``nbgrader.api.Gradebook`` makes in several transactions, in one."""
+    from alembic.script import ScriptDirectory  # these take a second to import
+    from nbgrader.api import Base, Course
+    from nbgrader.dbutil import ALEMBIC_DIR
+
+    Base.metadata.create_all(book)
+    book.execute(insert(Course.__table__).values(id="default_course"))
+    version = ScriptDirectory(ALEMBIC_DIR).get_current_head()
+    book.execute(text("CREATE TABLE alembic_version (version_num VARCHAR(32) NOT NULL)"))
+    book.execute(text("INSERT INTO alembic_version VALUES (:version)"), {"version": version})
+
+
+def copy(place: Place, to: Path) -> None:
+    """Copy a gradebook, as it is at one moment, into a new SQLite file; empty where there is none.
+
+    Raises:
+        GraderFailure: it cannot be read.
+    """
+    from nbgrader.api import Base  # it takes a second to import
+
+    make(to)
+    if not exists(place):
+        return
+    with (
+        explained(place, "read"),
+        _engine(url_of(place)) as old,
+        _engine(url_of(to)) as new,
+        old.connect() as book,
+        new.begin() as copied,
+    ):
+        book.execute(text(_SNAPSHOT[book.dialect.name]))
+        for table in Base.metadata.sorted_tables:
+            copied.execute(delete(table))
+            rows = [row._asdict() for row in book.execute(select(table))]
+            if rows:
+                copied.execute(insert(table), rows)
