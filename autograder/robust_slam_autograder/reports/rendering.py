@@ -1,40 +1,20 @@
 """A feedback page as HTML and as Markdown.
 
-The HTML page asks for nothing: no script, no font, no picture from elsewhere, and its
-policy forbids it. Markdown holds other people's text in code spans alone.
+Markdown holds other people's text in code spans alone.
 """
 
 from __future__ import annotations
 
-import base64
-import hashlib
 from collections.abc import Iterator
-from importlib import resources
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
-
+from robust_slam_autograder.reports import documents
 from robust_slam_autograder.reports.feedback import Case, Exercise, Page, Reading
-from robust_slam_autograder.reports.markup import cell, code, one_line, prose
-
-TEMPLATE = "feedback.html"
-STYLE = "feedback.css"
+from robust_slam_autograder.reports.markup import cell, code, prose
 
 
 def html(page: Page) -> str:
     """The page as one self-contained file."""
-    templates = Environment(
-        loader=PackageLoader(__package__),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    style = resources.files(__package__).joinpath("templates", STYLE).read_text("utf-8")
-    digest = base64.b64encode(hashlib.sha256(style.encode()).digest()).decode()
-    return templates.get_template(TEMPLATE).render(
-        page=page, style=Markup(style), style_digest=digest, one_line=one_line
-    )
+    return documents.html("feedback", page=page)
 
 
 def markdown(page: Page) -> str:
