@@ -17,6 +17,19 @@ from robust_slam_autograder.commands import (
     public,
     regrade,
     release,
+    report,
 )
 
-COMMANDS = (release, check, grade, regrade, feedback, export, doctor, lint, public, init_ci)
+COMMANDS = (
+    release,
+    check,
+    grade,
+    regrade,
+    feedback,
+    report,
+    export,
+    doctor,
+    lint,
+    public,
+    init_ci,
+)

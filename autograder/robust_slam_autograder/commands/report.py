@@ -1,0 +1,119 @@
+"""``autograder report``: for the instructor, a page for each assignment and all side by side."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from robust_slam_autograder.errors import GraderFailure, WrongUse
+from robust_slam_autograder.grading import results
+from robust_slam_autograder.grading.results import Result
+from robust_slam_autograder.reading import assignment as assignments
+from robust_slam_autograder.reports import class_pages, class_report
+from robust_slam_autograder.reports.class_pages import Entry
+from robust_slam_autograder.reports.class_report import Report, Source
+
+INDEX = "index.html"
+
+
+def add(commands: Any) -> None:  # noqa: ANN401
+    """Declare the command."""
+    parser = commands.add_parser("report", help="make a page per assignment for the instructor")
+    parser.add_argument(
+        "assignments", nargs="*", metavar="ASSIGNMENT", help="pages of these; all where none"
+    )
+    parser.add_argument(
+        "--out", type=Path, default=Path("build/graded"), metavar="DIR", help="the results' folder"
+    )
+    parser.add_argument("--to", type=Path, default=Path("build/report"), metavar="DIR")
+    parser.add_argument(
+        "--feedback",
+        type=Path,
+        default=Path("build/feedback"),
+        metavar="DIR",
+        help="the students' pages; names link to those that are there",
+    )
+    parser.add_argument(
+        "--no-names", action="store_true", help="leave students and their own words out"
+    )
+    parser.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Write the pages; of assignments that are not named, the index alone is made anew."""
+    found = _results(options.out, options.assignments)
+    students = frozenset(path.parent.name for paths in found.values() for path in paths)
+    entries = []
+    for name, paths in found.items():
+        report = class_report.report(_source(name, paths, students, options))
+        page = options.to / f"{name}.html"
+        if not options.assignments or name in options.assignments:
+            _write(page, class_pages.html(report))
+            entries.append(Entry(report, quote(page.name)))
+        else:
+            entries.append(_entry_of_before(report, page))
+    _write(options.to / INDEX, class_pages.index(entries, names=not options.no_names))
+    pages = len(options.assignments or found)
+    print(f"report on {pages} of {len(found)} assignments: {options.to / INDEX}")
+    return 0
+
+
+def _entry_of_before(report: Report, page: Path) -> Entry:
+    """An assignment whose page is as it was; that one may hold names."""
+    return Entry(report, quote(page.name) if report.names and page.is_file() else "")
+
+
+def _results(out: Path, wanted: Sequence[str]) -> dict[str, list[Path]]:
+    """The result files of each assignment."""
+    found: dict[str, list[Path]] = {}
+    for path in sorted(out.glob("*/*.json"), key=lambda path: (path.stem, path)):
+        if not path.name.startswith(".") and not path.parent.name.startswith("."):
+            found.setdefault(path.stem, []).append(path)
+    if not found:
+        raise WrongUse(f"{out} holds no result: grade first, or name the folder with --out DIR.")
+    for name in wanted:
+        if name not in found:
+            raise WrongUse(f"{out} holds no result of {name}; there are {', '.join(found)}.")
+    return found
+
+
+def _source(
+    name: str, paths: Sequence[Path], students: frozenset[str], options: argparse.Namespace
+) -> Source:
+    marks = [results.read_checked(path) for path in paths]
+    config = assignments.load_config(options.solutions / name / assignments.CONFIG_NAME)
+    return Source(
+        assignment=name,
+        title=config.title,
+        results=marks,
+        names=not options.no_names,
+        links={} if options.no_names else _links(paths, marks, options),
+        students=students,
+    )
+
+
+def _links(
+    paths: Sequence[Path], marks: Sequence[Result], options: argparse.Namespace
+) -> Mapping[str, str]:
+    """By student, the address of the feedback page from a page of the report."""
+    links = {}
+    for path, result in zip(paths, marks, strict=True):
+        page = options.feedback / path.parent.name / f"{path.stem}.html"
+        if page.is_file():
+            links[result.student] = quote(os.fsencode(os.path.relpath(page, options.to)))
+    return links
+
+
+def _write(path: Path, text: str) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise GraderFailure(
+            f"{path} cannot be written ({error.strerror}): "
+            "make room or make its folder writable, or choose another with --to DIR."
+        ) from error

@@ -1,0 +1,72 @@
+"""Reports for the instructor as HTML: a page for each assignment, and all side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from robust_slam_autograder.reports import documents, pictures
+from robust_slam_autograder.reports.class_report import Report
+
+STYLE = "report"
+HINTS = 3
+"""How many texts of an exercise are open to see; the others are folded away."""
+MOST_HINTS = 30
+ATTENTION = 12
+"""Lists that are longer are folded."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """An assignment among all, with its page's address; empty where it has no page."""
+
+    report: Report
+    address: str
+
+
+def html(report: Report) -> str:
+    """An assignment's page as one self-contained file."""
+    return documents.html(
+        "report",
+        report=report,
+        pictures=pictures,
+        percent=percent,
+        duration=duration,
+        hints_open=HINTS,
+        hints_most=MOST_HINTS,
+        attention_open=ATTENTION,
+    )
+
+
+def index(entries: Sequence[Entry], *, names: bool) -> str:
+    """The page that shows all assignments side by side."""
+    return documents.html(
+        "report-index",
+        style=STYLE,
+        entries=entries,
+        names=names,
+        pictures=pictures,
+        percent=percent,
+    )
+
+
+def percent(share: float | None) -> str:
+    """A share in per cent, which says 0 and 100 where nothing and everything is meant alone."""
+    if share is None:
+        return "–"
+    if 0 < share < 0.01:
+        return "<1 %"
+    if 0.99 < share < 1:
+        return ">99 %"
+    return f"{100 * share:.0f} %"
+
+
+def duration(seconds: float) -> str:
+    """Seconds for people: two digits, then minutes, then hours."""
+    if seconds < 9.95:
+        return f"{seconds:.1f} s"
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    if hours:
+        return f"{hours} h {minutes:02d} min"
+    return f"{minutes} min {rest:02d} s" if minutes else f"{rest} s"

@@ -1,0 +1,369 @@
+"""What an instructor wants to know of an assignment: plain data, from the results alone.
+
+Results hold no hidden code and no hidden input. Without names, a report holds neither a
+student's name nor text that may hold one: reasons, and students' own words.
+"""
+
+from __future__ import annotations
+
+import itertools
+import statistics
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from robust_slam_autograder.grading.results import CaseResult, ExerciseResult, Result, Status, tidy
+from robust_slam_autograder.reports import versions
+from robust_slam_autograder.reports.hints import Hint, Reader, collect
+from robust_slam_autograder.reports.markup import one_line, visible
+from robust_slam_autograder.reports.versions import Version
+
+MOST_BINS = 12
+SLOWEST = 5
+FEWEST = 2
+"""From this many students on, what all of them have in common says something of a test."""
+
+EASY = "everybody passes: too easy?"
+BROKEN = "nobody passes: is the test right?"
+
+
+@dataclass(frozen=True)
+class Bin:
+    """Marks from ``low`` to ``high``, in points."""
+
+    low: float
+    high: float
+    students: int
+    label: str
+
+
+@dataclass(frozen=True)
+class Marks:
+    """How the marks of those who were graded are spread, in points."""
+
+    max_score: float
+    lowest: float
+    lower_quartile: float
+    median: float
+    upper_quartile: float
+    highest: float
+    bins: tuple[Bin, ...]
+    unit: float
+    """The step between marks: 1 where all are whole, else 0."""
+
+    @property
+    def students(self) -> int:
+        """How many marks there are."""
+        return sum(found.students for found in self.bins)
+
+    @property
+    def has_quartiles(self) -> bool:
+        """Whether there are enough marks to speak of half of a class."""
+        return self.students >= 4
+
+
+@dataclass(frozen=True)
+class Case:
+    """How one case went."""
+
+    name: str
+    hidden: bool
+    points: float
+    passed: int
+    students: int
+
+    @property
+    def share(self) -> float:
+        """Of the students, who pass it."""
+        return self.passed / self.students
+
+    @property
+    def remark(self) -> str:
+        """What should make an instructor look at the test; empty for most."""
+        if self.students < FEWEST or 0 < self.passed < self.students:
+            return ""
+        return (
+            "everybody passes: too easy?" if self.passed else "nobody passes: is the test right?"
+        )
+
+
+@dataclass(frozen=True)
+class Exercise:
+    """How one exercise went."""
+
+    name: str
+    share: float | None
+    """Of its points, over all students; None where it has none."""
+    students: int
+    whole: int
+    partly: int
+    none: int
+    missing: int
+    """The four numbers of students: all of the points, some, none, and no answer at all."""
+    timeouts: int
+    deaths: int
+    cases: tuple[Case, ...]
+    hints: tuple[Hint, ...]
+
+    @property
+    def limits(self) -> int:
+        """How many students ran into a limit here."""
+        return self.timeouts + self.deaths
+
+    @property
+    def remarks(self) -> Counter[str]:
+        """How many of its cases have which remark."""
+        return Counter(case.remark for case in self.cases if case.remark)
+
+
+@dataclass(frozen=True)
+class Slow:
+    """A submission that took long."""
+
+    student: str
+    link: str
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Time:
+    """How long grading took, in seconds."""
+
+    median: float
+    longest: float
+    total: float
+    slowest: tuple[Slow, ...]
+    """Empty without names."""
+
+
+@dataclass(frozen=True)
+class Attention:
+    """A submission that somebody should look at."""
+
+    student: str
+    link: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Kind:
+    """Submissions that somebody should look at for the same reason."""
+
+    name: str
+    students: int
+    list: tuple[Attention, ...]
+    """These submissions; empty without names."""
+
+
+@dataclass(frozen=True)
+class OtherVersion:
+    """Submissions that were graded by other tests than most."""
+
+    students: int
+    differences: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Report:
+    """All that a page shows."""
+
+    assignment: str
+    title: str
+    names: bool
+    handed_in: int
+    graded: int
+    refused: int
+    failed: int
+    marks: Marks | None
+    """None where nothing was graded."""
+    exercises: tuple[Exercise, ...]
+    """Hardest first."""
+    time: Time | None
+    attention: tuple[Kind, ...]
+    """Submissions that somebody should look at, the most pressing first."""
+    others: tuple[OtherVersion, ...]
+    """What was graded by other tests than most, and is in ``attention`` alone."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where a report comes from.
+
+    Attributes:
+        assignment: its name.
+        title: its title; empty where it has none.
+        results: one per student.
+        names: whether students may be named.
+        links: by student, the address of the feedback page, where there is one.
+        students: everybody whose name must not be shown without names.
+    """
+
+    assignment: str
+    title: str
+    results: Sequence[Result]
+    names: bool = True
+    links: Mapping[str, str] = field(default_factory=dict)
+    students: frozenset[str] = frozenset()
+
+    def link(self, result: Result) -> str:
+        """The address of a student's feedback page; empty where there is none."""
+        return self.links.get(result.student, "")
+
+
+def report(source: Source) -> Report:
+    """Make the report of an assignment."""
+    found = versions.of(source.results)
+    shown = found[0].results if found else ()
+    status = Counter(result.status for result in source.results)
+    return Report(
+        assignment=visible(source.assignment),
+        title=source.title or visible(source.assignment),
+        names=source.names,
+        handed_in=len(source.results),
+        graded=status["graded"],
+        refused=status["refused"],
+        failed=status["failed"],
+        marks=_marks(shown) if shown else None,
+        exercises=_exercises(shown, source),
+        time=_time(shown, source) if shown else None,
+        attention=tuple(_attention(source, found)),
+        others=tuple(OtherVersion(len(one.results), one.differences) for one in found[1:]),
+    )
+
+
+def _marks(results: Sequence[Result]) -> Marks:
+    scores, most = sorted(result.score for result in results), results[0].max_score
+    # Of one mark there are no quartiles but itself.
+    quarters = statistics.quantiles(scores * (2 if len(scores) == 1 else 1), method="inclusive")
+    whole = all(float(score).is_integer() for score in [*scores, most])
+    return Marks(
+        max_score=tidy(most),
+        lowest=tidy(scores[0]),
+        lower_quartile=tidy(quarters[0]),
+        median=tidy(statistics.median(scores)),
+        upper_quartile=tidy(quarters[2]),
+        highest=tidy(scores[-1]),
+        bins=_bins(scores, most, whole=whole),
+        unit=1 if whole else 0,
+    )
+
+
+def _bins(scores: Sequence[float], most: float, *, whole: bool) -> tuple[Bin, ...]:
+    """Count marks in bins of 1, 2, 5, 10, … points; full marks end the last one."""
+    steps = (digit * 10**power for power in itertools.count() for digit in (1, 2, 5))
+    step = next(step for step in steps if most <= MOST_BINS * step)
+    number = int(most // step) + 1
+    counts = Counter(max(0, min(int(score // step), number - 1)) for score in scores)
+    bins = []
+    for n in range(number):
+        low, after = n * step, (n + 1) * step
+        high = tidy(min(after - whole, most))
+        to = "–" if whole or n == number - 1 else "–<"
+        label = f"{low}{to}{high}" if high > low else f"{low}"
+        bins.append(Bin(low, high, counts[n], label))
+    return tuple(bins)
+
+
+def _exercises(results: Sequence[Result], source: Source) -> tuple[Exercise, ...]:
+    reader = Reader(source.names, source.students)
+    exercises = [
+        _exercise([result.exercises[n] for result in results], reader)
+        for n in range(len(results[0].exercises) if results else 0)
+    ]
+    return tuple(sorted(exercises, key=lambda e: 2.0 if e.share is None else e.share))
+
+
+def _exercise(mine: Sequence[ExerciseResult], reader: Reader) -> Exercise:
+    most = sum(exercise.max_score for exercise in mine)
+    status = Counter(exercise.status for exercise in mine)
+    partly = sum(e.score > 0 for e in mine if e.status != "passed")
+    return Exercise(
+        name=visible(mine[0].name),
+        share=sum(exercise.score for exercise in mine) / most if most else None,
+        students=len(mine),
+        whole=status["passed"],
+        partly=partly,
+        none=len(mine) - status["passed"] - partly - status["missing"],
+        missing=status["missing"],
+        timeouts=status["timeout"],
+        deaths=status["died"],
+        cases=tuple(map(_case, zip(*(e.cases for e in mine), strict=True))),
+        hints=collect(mine, reader),
+    )
+
+
+def _case(outcomes: Sequence[CaseResult]) -> Case:
+    first = outcomes[0]
+    return Case(
+        name=visible(first.name),
+        hidden=not first.visible,
+        points=first.points,
+        passed=sum(not outcome.message for outcome in outcomes),
+        students=len(outcomes),
+    )
+
+
+def _time(results: Sequence[Result], source: Source) -> Time:
+    seconds = [result.seconds for result in results]
+    slowest = sorted(results, key=lambda r: (-r.seconds, r.student))[:SLOWEST]
+    return Time(
+        median=statistics.median(seconds),
+        longest=max(seconds),
+        total=sum(seconds),
+        slowest=tuple(
+            Slow(one_line(result.student), source.link(result), result.seconds)
+            for result in (slowest if source.names else ())
+        ),
+    )
+
+
+def _without(status: Status) -> Callable[[Result], str]:
+    """Say why there is no mark."""
+    return lambda r: (visible(r.reason) or "no reason is known") if r.status == status else ""
+
+
+def _stopped(result: Result) -> str:
+    said = {"timeout": "ran too long", "died": "ended its process"}
+    told = (f"{visible(e.name)} {said[e.status]}" for e in result.exercises if e.status in said)
+    return ", ".join(told)
+
+
+def _nothing(result: Result) -> str:
+    lost = result.status == "graded" and result.max_score > 0 and not result.score
+    return _points(result) if lost else ""
+
+
+def _points(result: Result) -> str:
+    return f"{tidy(result.score)} of {tidy(result.max_score)} points"
+
+
+_KINDS: Mapping[str, Callable[[Result], str]] = {
+    "the grader failed": _without("failed"),
+    "refused": _without("refused"),
+    "ran into a limit": _stopped,
+    "no points": _nothing,
+}
+"""Why somebody should look at a submission, the most pressing first, and what is to be said."""
+
+
+def _attention(source: Source, found: Sequence[Version]) -> Iterator[Kind]:
+    told: set[str] = set()
+    for name, reason in _KINDS.items():
+        mine = [result for result in source.results if result.student not in told]
+        mine = [result for result in mine if reason(result)]
+        told |= {result.student for result in mine}
+        if mine:
+            yield _kind(name, mine, reason, source)
+    if others := [result for version in found[1:] for result in version.results]:
+        yield _kind("graded by other tests than most", others, _points, source)
+
+
+def _kind(
+    name: str, results: Sequence[Result], reason: Callable[[Result], str], source: Source
+) -> Kind:
+    shown = sorted(results, key=lambda result: result.student) if source.names else []
+    return Kind(
+        name=name,
+        students=len(results),
+        list=tuple(Attention(one_line(r.student), source.link(r), reason(r)) for r in shown),
+    )

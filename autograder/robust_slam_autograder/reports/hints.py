@@ -1,0 +1,126 @@
+"""What an exercise's students were told: the same text once per student, the commonest first.
+
+A student's own words, which stand in exception texts, are grouped by what was raised.
+"""
+
+from __future__ import annotations
+
+import builtins
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+
+from robust_slam_autograder.grading.results import ExerciseResult
+from robust_slam_autograder.reports.markup import visible
+
+_OWN_WORDS = re.compile(
+    r"(?P<said>Your function raised |Your cell stops with "
+    r"|The check could not use what came back: )"
+    r"(?P<raised>\w+)"
+    r"|(?P<other>What your function returned cannot be checked"
+    r"|A cell of your own ran longer than it may, or ended the process, and is left out)"
+)
+"""How the grader's sentences begin that go on with a student's words."""
+UNNAMED = "an exception of the student's own"
+WITHHELD = "A text that holds a student's name."
+
+
+@dataclass(frozen=True)
+class Hint:
+    """One text, or texts that begin alike and go on with students' own words."""
+
+    text: str
+    students: int
+    """How many got it; a student who got it in several cases counts once."""
+    cases: tuple[str, ...]
+    """Where it was said; empty if it stands for the exercise as a whole."""
+    example: str
+    """With the words of one student, as most put it; empty where they have no words in it."""
+    wordings: int
+    """How many different texts this stands for."""
+
+
+@dataclass(frozen=True)
+class Reader:
+    """Tells which texts belong together, and what may be shown of them.
+
+    Attributes:
+        names: whether students' names and words may be shown.
+        students: the names that else must not.
+    """
+
+    names: bool
+    students: frozenset[str] = frozenset()
+    _named: re.Pattern[str] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        known = "|".join(re.escape(name) for name in sorted(self.students) if name) or r"\b\B"
+        object.__setattr__(self, "_named", re.compile(rf"(?<!\w)(?:{known})(?!\w)", re.I))
+
+    def group(self, text: str) -> str:
+        """What a text has in common with those that it is counted with."""
+        found = _OWN_WORDS.match(text)
+        if found is None:
+            return text if self.names or not self._named.search(text) else WITHHELD
+        if found["other"]:
+            return f"{found['other']}."
+        known = self.names or hasattr(builtins, found["raised"])
+        return f"{found['said']}{found['raised'] if known else UNNAMED}."
+
+    def may_quote(self, text: str) -> bool:
+        """Whether the text is an example of students' words, and may be shown."""
+        return self.names and _OWN_WORDS.match(text) is not None
+
+
+@dataclass
+class _Group:
+    students: int = 0
+    cases: dict[str, None] = field(default_factory=dict)
+    wordings: Counter[str] = field(default_factory=Counter)
+
+    def add(self, told: Sequence[tuple[str, str]]) -> None:
+        """Add what one student was told, as pairs of case and text."""
+        self.students += 1
+        self.cases.update((case, None) for case, _ in told if case)
+        self.wordings.update({text for _, text in told})
+
+
+def collect(exercises: Iterable[ExerciseResult], reader: Reader) -> tuple[Hint, ...]:
+    """Count what was told.
+
+    Args:
+        exercises: one exercise's results, one per student.
+        reader: tells which texts belong together.
+    """
+    groups: dict[str, _Group] = {}
+    for exercise in exercises:
+        mine: dict[str, list[tuple[str, str]]] = {}
+        for case, text in _told(exercise):
+            mine.setdefault(reader.group(text), []).append((case, text))
+        for key, told in mine.items():
+            groups.setdefault(key, _Group()).add(told)
+    hints = (_hint(key, group, reader) for key, group in groups.items())
+    return tuple(sorted(hints, key=lambda hint: (-hint.students, hint.text)))
+
+
+def _told(exercise: ExerciseResult) -> Iterator[tuple[str, str]]:
+    """Pairs of case and text; a missing cell is said once, not by each case that wants it."""
+    if exercise.status == "missing":
+        yield "", exercise.message
+        return
+    told = [(case.name, case.message) for case in exercise.cases if case.message]
+    yield from told
+    if exercise.message and exercise.message not in (text for _, text in told):
+        yield "", exercise.message
+
+
+def _hint(key: str, group: _Group, reader: Reader) -> Hint:
+    text, _ = min(group.wordings.items(), key=lambda item: (-item[1], item[0]))
+    return Hint(
+        text=visible(key),
+        students=group.students,
+        cases=tuple(map(visible, group.cases)),
+        example=visible(text) if reader.may_quote(text) else "",
+        wordings=len(group.wordings),
+    )
