@@ -191,9 +191,11 @@ def _find_jobs(options: argparse.Namespace) -> list[Job]:
     jobs: dict[str, Job] = {}
     # Not resolve(): a link must not choose the student.
     strays: list[_NoAssignment] = []
-    for path in dict.fromkeys(Path(os.path.abspath(path)) for path in options.paths):
+    paths = dict.fromkeys(Path(os.path.abspath(path)) for path in options.paths)
+    for number, path in enumerate(paths, start=1):
+        said = f"path {number} of {len(paths)}" if options.no_names else str(path)
         try:
-            student, name = _student_and_assignment(path, names, options)
+            student, name = _student_and_assignment(path, said, names, options)
         except _NoAssignment as error:
             strays.append(error)
             continue
@@ -202,8 +204,8 @@ def _find_jobs(options: argparse.Namespace) -> list[Job]:
             loaded[name] = assignments.load(tests), tests
         job = Job(student, *loaded[name], path)
         if job.key in jobs:
-            both = f"{jobs[job.key].path} and {path}"
-            raise WrongUse(f"{job.key} is handed in twice, as {both}: name one of them.")
+            key, first = ("It", "another") if options.no_names else (job.key, jobs[job.key].path)
+            raise WrongUse(f"{key} is handed in twice, as {first} and {said}: name one of them.")
         jobs[job.key] = job
     if strays and not jobs:
         raise strays[0]
@@ -223,23 +225,26 @@ def _warn_of_look_alikes(jobs: Sequence[Job], *, names: bool) -> None:
 
 
 def _student_and_assignment(
-    path: Path, names: Sequence[str], options: argparse.Namespace
+    path: Path, said: str, names: Sequence[str], options: argparse.Namespace
 ) -> tuple[str, str]:
-    """Whose submission a path is and of what, from the options or from the path's own parts."""
+    """Whose submission a path is and of what, from the options or from the path's own parts.
+
+    What goes wrong is told of ``said``: the path itself may be a name.
+    """
     if not os.path.lexists(path):
-        raise WrongUse(f"{path} does not exist.")
+        raise WrongUse(f"{said} does not exist.")
     is_folder = path.is_dir()
     guesses = [path.name] if is_folder else [path.stem, path.parent.name]
     guesses += names if len(names) == 1 and not is_folder else []
     name = options.assignment or next((guess for guess in guesses if guess in names), None)
     if name is None:
-        layout = f" did you mean {path}/*/*?" if is_folder else ""
-        raise _NoAssignment(f"{path} does not say its assignment:{layout} add --assignment NAME.")
+        layout = f" did you mean {path}/*/*?" if is_folder and not options.no_names else ""
+        raise _NoAssignment(f"{said} does not say its assignment:{layout} add --assignment NAME.")
     if name not in names:
         raise WrongUse(f"There is no assignment {name}; there are {', '.join(names)}.")
     student = options.student or (path.parent.name if is_folder else path.stem)
     if student in names:
-        raise WrongUse(f"{path} does not say whose it is: add --student NAME, or name its folder.")
+        raise WrongUse(f"{said} does not say whose it is: add --student NAME, or name its folder.")
     if submission.is_student(student):
         return student, name
     if options.student:

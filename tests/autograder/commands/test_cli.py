@@ -142,6 +142,26 @@ def test_a_draft_beside_the_submissions_is_left_out_and_named(course: Path, grad
     status, out, err = grade(course / "submitted" / "ada" / toy.NAME, drafts)
     assert status == 0 and "1 graded" in out
     assert f"left out: {drafts} does not say its assignment" in err
+    err = grade(course / "submitted" / "ada" / toy.NAME, drafts, "--no-names")[2]
+    assert "left out: path 2 of 2 does not say its assignment" in err and "ada" not in err
+
+
+@pytest.mark.parametrize(
+    ("paths", "complaint"),
+    [
+        (["ada/07-toy", "eve/07-toy"], "path 2 of 2 does not exist"),
+        (["ada"], "path 1 of 1 does not say its assignment"),
+        (["ada/07-toy", "ada/07-toy/07-toy.ipynb"], "path 2 of 2 does not say whose it is"),
+        (["ada/07-toy", "more/ada.ipynb"], "It is handed in twice, as another and path 2 of 2"),
+    ],
+)
+def test_without_names_a_complaint_numbers_the_paths(
+    course: Path, grade: Run, paths: list[str], complaint: str
+) -> None:
+    toy.write(course / "submitted" / "more" / "ada.ipynb", toy.answer())
+    status, out, err = grade(*(course / "submitted" / path for path in paths), "--no-names")
+    assert status == 2 and complaint in err
+    assert not [name for name in ("ada", "eve") if name in out + err]
 
 
 def test_a_missing_source_tree_names_the_option(
