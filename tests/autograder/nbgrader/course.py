@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from nbgrader.api import Gradebook
+from robust_slam_autograder.nbgrader.database import Place, url_of
 
 from tests import jupyterlab
 from tests.autograder import toy
@@ -101,9 +102,9 @@ def database(course: Path) -> Path:
     return course / "build" / "graded" / "gradebook.db"
 
 
-def rows(database: Path, what: str, assignment: str = toy.NAME) -> dict[str, dict[str, Any]]:
+def rows(place: Place, what: str, assignment: str = toy.NAME) -> dict[str, dict[str, Any]]:
     """By student and grade id a column of the marks, or ``comment``."""
-    with Gradebook(f"sqlite:///{database}") as book:
+    with Gradebook(url_of(place)) as book:
         return {
             submission.student.id: {
                 row.name: getattr(row, what)
@@ -114,9 +115,9 @@ def rows(database: Path, what: str, assignment: str = toy.NAME) -> dict[str, dic
         }
 
 
-def enter(database: Path, student: str, grade_id: str, score: float) -> None:
+def enter(place: Place, student: str, grade_id: str, score: float) -> None:
     """Do what formgrader does where an instructor enters a score."""
-    with Gradebook(f"sqlite:///{database}") as book:
+    with Gradebook(url_of(place)) as book:
         row = book.find_grade(grade_id, toy.NAME, toy.NAME, student)
         row.manual_score = score
         row.needs_manual_grade = False

@@ -1,0 +1,352 @@
+"""A gradebook that several graders share: nothing is lost, be it PostgreSQL or SQLite."""
+
+from __future__ import annotations
+
+import itertools
+import multiprocessing
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from nbgrader import dbutil
+from robust_slam_autograder import cli
+from robust_slam_autograder.commands import places
+from robust_slam_autograder.errors import WrongUse
+from robust_slam_autograder.nbgrader import database, gradebook, release, totals
+from robust_slam_autograder.nbgrader.database import Place
+from robust_slam_autograder.reading import assignment as assignments
+from robust_slam_autograder.reading.assignment import MAX_NAME
+from robust_slam_autograder.reading.submission import DATABASE_VARIABLE
+from sqlalchemy import URL
+
+from tests.autograder import toy
+from tests.autograder.nbgrader import course as course_of
+from tests.autograder.nbgrader import postgresql
+from tests.autograder.nbgrader.postgresql import PASSWORD, Server
+from tests.autograder.nbgrader.test_gradebook import result, with_text
+from tests.conftest import leave_out
+
+FULL = [4.0, 6.0, 5.0, 5.0]
+CLASS = 24
+NUMBERS = itertools.count()
+Run = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[Server]:
+    """A server of this module's own."""
+    if postgresql.programs() is None:
+        leave_out("PostgreSQL is not installed: apt install postgresql")
+    with postgresql.running() as started:
+        yield started
+
+
+@pytest.fixture
+def shared(server: Server) -> URL:
+    """The address of an empty database."""
+    name = f"test{next(NUMBERS)}"
+    server.run(f"CREATE DATABASE {name}")
+    return server.url(name)
+
+
+@pytest.fixture(params=["sqlite", "postgresql"])
+def place(request: pytest.FixtureRequest, tmp_path: Path) -> Place:
+    """Where there is no gradebook yet, of each kind."""
+    if request.param == "sqlite":
+        return tmp_path / "shared" / "gradebook.db"
+    url: URL = request.getfixturevalue("shared")
+    return url
+
+
+def scores(place: Place) -> dict[str, float]:
+    return {
+        student: total.score for student, total in totals.read(place, toy.NAME).students.items()
+    }
+
+
+def at_once(*tasks: tuple[Callable[..., object], tuple[object, ...]]) -> None:
+    """Run functions in processes of their own, which all begin at the same moment."""
+    fork = multiprocessing.get_context("fork")
+    barrier = fork.Barrier(len(tasks))
+    started = [fork.Process(target=_then, args=(barrier, *task)) for task in tasks]
+    for process in started:
+        process.start()
+    for process in started:
+        process.join()
+    assert [process.exitcode for process in started] == [0] * len(tasks)
+
+
+def _then(barrier: Any, function: Callable[..., object], arguments: tuple[object, ...]) -> None:
+    barrier.wait()
+    function(*arguments)
+
+
+def record_some(place: Place, students: Sequence[str], points: Sequence[float]) -> None:
+    """Record in small transactions, so that those of two graders alternate."""
+    gradebook.TOGETHER = 3
+    tests = toy.assignment()
+    gradebook.record(place, [tests], [result(name, list(points), tests) for name in students])
+
+
+def enter_scores(place: Place, students: Sequence[str]) -> None:
+    """Enter a person's scores, one after the other."""
+    for name in students:
+        course_of.enter(place, name, "double-random", 1)
+
+
+class TestTwoAtOnce:
+    """Two processes on one gradebook."""
+
+    def test_they_make_it_and_record_the_same_assignment(self, place: Place) -> None:
+        ours, theirs = ([f"{who}{n:02}" for n in range(CLASS)] for who in ("ann", "bob"))
+        both = ["zoe", "zoë"]
+        at_once(
+            (record_some, (place, [*both, *ours], FULL)),
+            (record_some, (place, [*theirs, *both], FULL)),
+        )
+        assert scores(place) == dict.fromkeys([*ours, *theirs, *both], 20)
+        with gradebook.opened(place) as book:
+            assert [one.name for one in book.assignments] == [toy.NAME]
+            (notebook,) = book.find_assignment(toy.NAME).notebooks
+            assert len(notebook.grade_cells) == 4 and len(notebook.solution_cells) == 2
+
+    def test_what_a_person_enters_meanwhile_stays(self, place: Place) -> None:
+        students = [f"ann{n:02}" for n in range(CLASS)]
+        record_some(place, students, FULL)
+        others = [f"bob{n:02}" for n in range(CLASS)]
+        at_once(
+            (record_some, (place, students[::-1], [0, 0, 0, 0])),
+            (record_some, (place, others, FULL)),
+            (enter_scores, (place, students)),
+        )
+        assert scores(place) == dict.fromkeys(students, 1) | dict.fromkeys(others, 20)
+
+    def test_two_commands_grade_a_class_each(self, shared: URL, tmp_path: Path) -> None:
+        toy.make_tree(tmp_path)
+        graders = []
+        for name in ("ann", "bob"):
+            handed_in = toy.hand_in(tmp_path / name, f"of-{name}", toy.answer())
+            command = [sys.executable, "-m", "robust_slam_autograder.cli", "grade", handed_in]
+            more = ["--out", tmp_path / f"{name}-out", "--unsandboxed", "--jobs", "1"]
+            graders.append(
+                subprocess.Popen(
+                    [str(word) for word in [*command, *more]],
+                    cwd=tmp_path,
+                    env=os.environ | {DATABASE_VARIABLE: database.for_nbgrader(shared)},
+                    stdout=subprocess.PIPE,
+                    stderr=subprocess.STDOUT,
+                    text=True,
+                )
+            )
+        for grader in graders:
+            said, _ = grader.communicate()
+            assert grader.returncode == 0, said
+            assert PASSWORD not in said
+        assert scores(shared) == {"of-ann": 20, "of-bob": 20}
+        assert not list(tmp_path.glob("*-out/gradebook.db"))
+
+
+class TestPostgresIsStrict:
+    """What SQLite takes as it comes."""
+
+    def test_the_longest_names_fit(self, shared: URL) -> None:
+        long = "ä" * 50 + "x" * (MAX_NAME - 50)
+        value = toy.source_notebook()
+        value["cells"][3]["metadata"]["nbgrader"]["grade_id"] = f"double-{'r' * (MAX_NAME - 7)}"
+        tests = replace(toy.assignment(value=value), name=long, notebook=long)
+        gradebook.record(shared, [tests], [result(long, FULL, tests)])
+        assert totals.read(shared, long).students[long].score == 20
+
+    @pytest.mark.parametrize("part", ["name", "grade id"])
+    def test_a_name_that_does_not_fit_is_refused_before_grading(
+        self, tmp_path: Path, part: str
+    ) -> None:
+        value = toy.source_notebook()
+        name = "n" * (MAX_NAME + 1) if part == "name" else toy.NAME
+        if part == "grade id":
+            value["cells"][3]["metadata"]["nbgrader"]["grade_id"] = "g" * (MAX_NAME + 1)
+        toy.write(tmp_path / "solutions" / name / f"{name}.ipynb", value)
+        with pytest.raises(WrongUse, match="a name of more than 128 characters: shorten it"):
+            assignments.load(tmp_path / "solutions" / name / f"{name}.ipynb")
+
+    def test_any_message_is_a_comment(self, shared: URL) -> None:
+        tests = toy.assignment()
+        mark = result("ada", FULL, tests)
+        odd = replace(mark.exercises[0], message="a\0b \udcff 😀 %s %(x)s ' " + "long " * 50_000)
+        gradebook.record(shared, [tests], [replace(mark, exercises=(odd, *mark.exercises[1:]))])
+        said = course_of.rows(shared, "comment")["ada"]["double"]
+        assert said.startswith("a\\x00b \\udcff 😀 %s %(x)s ' long ") and len(said) > 250_000
+
+    def test_cells_go_with_the_marks_that_a_person_gave(self, shared: URL) -> None:
+        tests = with_text()
+        mark = result("ada", FULL, tests)
+        for known in (tests, toy.assignment(), tests):
+            gradebook.record(shared, [known], [mark])
+            if known is tests:
+                course_of.enter(shared, "ada", "why", 2)
+        kept = course_of.rows(shared, "manual_score")["ada"]
+        assert kept["why"] == 2 and set(kept) >= {"why", "draw", "double-random"}
+
+    def test_nbgraders_own_upgrade_has_nothing_to_do(
+        self, shared: URL, server: Server, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setenv("PATH", f"{course_of.SCRIPTS}{os.pathsep}{os.environ['PATH']}")
+        record_some(shared, ["ada"], FULL)
+        versions = [server.run("SELECT version_num FROM alembic_version", shared.database or "")]
+        # Its configuration file gives % a meaning of its own.
+        dbutil.upgrade(database.for_nbgrader(shared).replace("%", "%%"))
+        versions += [server.run("SELECT version_num FROM alembic_version", shared.database or "")]
+        assert versions[0] == versions[1] and len(versions[0]) == 1
+        assert scores(shared) == {"ada": 20}
+
+
+@pytest.fixture
+def course(tmp_path: Path) -> Path:
+    """A course with two submissions."""
+    toy.make_tree(tmp_path)
+    for student in ("ada", "bob"):
+        toy.hand_in(tmp_path / "submitted", student, toy.answer())
+    return tmp_path
+
+
+@pytest.fixture
+def run(course: Path, capfd: pytest.CaptureFixture[str]) -> Run:
+    """Run a command on the course: exit status, output, errors."""
+
+    def command(name: str, *arguments: object) -> tuple[int, str, str]:
+        where = ("--solutions", course / "solutions", name, "--out", course / "out")
+        status = cli.main([*map(str, where), *map(str, arguments)])
+        return (status, *capfd.readouterr())
+
+    return command
+
+
+def grade(run: Run, course: Path, *arguments: object) -> str:
+    paths = sorted((course / "submitted").glob("*/*"))
+    status, out, err = run("grade", *paths, "--unsandboxed", "--jobs", 1, *arguments)
+    assert status == 0, err
+    return out
+
+
+class TestCommands:
+    """The commands with a shared gradebook."""
+
+    def test_what_a_gradebook_has_is_asked_of_the_gradebook(
+        self, course: Path, run: Run, server: Server, shared: URL, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        own = course / "out" / "gradebook.db"
+        grade(run, course)
+        before = own.read_bytes()
+        monkeypatch.setenv(DATABASE_VARIABLE, database.for_nbgrader(shared))
+        assert "2 of them unchanged and reused" in grade(run, course)
+        assert scores(shared) == scores(own) == {"ada": 20, "bob": 20}
+        record_some(shared, ["bob"], [0, 0, 0, 0])  # by somebody else
+        with gradebook.opened(shared) as book:
+            book.remove_submission(toy.NAME, "ada")
+        grade(run, course)
+        assert scores(shared) == {"ada": 20, "bob": 20}
+        for statement in ("DROP DATABASE {}", "CREATE DATABASE {}"):
+            server.run(statement.format(shared.database))
+        grade(run, course)
+        assert scores(shared) == {"ada": 20, "bob": 20}
+        assert own.read_bytes() == before
+
+    def test_regrade_looks_at_a_copy_and_export_reads_all(
+        self, course: Path, run: Run, shared: URL, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setenv(DATABASE_VARIABLE, database.for_nbgrader(shared))
+        record_some(shared, ["eve"], [4, 6, 0, 0])  # another grader's
+        grade(run, course)
+        value = toy.source_notebook()
+        value["cells"][2]["source"] = "assert double(3) == 7\n"
+        toy.write(course / "solutions" / toy.NAME / f"{toy.NAME}.ipynb", value)
+        again = ("regrade", toy.NAME, "--submitted", course / "submitted", "--unsandboxed")
+        status, out, _ = run(*again)
+        assert status == 0 and "gradebook would change: ada 20 → 16" in out
+        assert scores(shared) == {"ada": 20, "bob": 20, "eve": 10}
+        assert run(*again, "--apply")[0] == 0
+        roster = course / "roster.csv"
+        people = "".join(f"{name},{name},1,{name},One\n" for name in ("ada", "bob", "eve"))
+        roster.write_text("Student,ID,SIS User ID,SIS Login ID,Section\n" + people)
+        to = course / "marks.csv"
+        system = ("--format", "canvas", "--roster", roster, "--to", to)
+        status, _, err = run("export", *system)
+        assert status == 0, err
+        marks = [line.rsplit(",", 1)[-1] for line in to.read_text("utf-8-sig").splitlines()]
+        assert marks[-3:] == ["16", "16", "10"]
+
+    def test_nbgraders_own_commands_write_there_too(
+        self, tmp_path: Path, shared: URL, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        made = course_of.make(tmp_path)
+        course_of.hand_in(made, "ada", course_of.answer())
+        address = database.for_nbgrader(shared)
+        done = course_of.nbgrader(
+            made,
+            *("autograde", toy.NAME, "--SafeExporter.unsandboxed=True"),
+            f"--CourseDirectory.db_url={address}",
+        )
+        assert done.returncode == 0, done.stderr
+        assert PASSWORD not in done.stdout + done.stderr
+        assert scores(shared) == {"ada": 20}
+        assert database.recorded(shared).keys() == {f"ada/{toy.NAME}"}
+        monkeypatch.setenv(DATABASE_VARIABLE, "postgresql://host/grades")
+        settings = release.nbgrader_settings(str(tmp_path))
+        assert settings.CourseDirectory.db_url == "postgresql+psycopg2://host/grades"
+
+
+class TestMistakes:
+    """What is wrong is said with its mend, and never a password."""
+
+    @pytest.mark.parametrize(
+        ("address", "sentence"),
+        [
+            ("gradebook.db", "looks like postgresql://HOST/NAME"),
+            (f"postgresql//ta:{PASSWORD}@host/grades", "looks like postgresql://HOST/NAME"),
+            ("postgresql://ta:secret@host:port/grades", "looks like postgresql://HOST/NAME"),
+            ("mysql://host/grades", "not in mysql"),
+            ("sqlite://", "names no file"),
+            ("sqlite:////nowhere/at/all/gradebook.db", "There is no folder /nowhere/at/all"),
+            ("postgresql://ta:secret@host/grades", "put it into ~/.pgpass or $PGPASSWORD"),
+            ("postgresql://host/grades?password=secret", "put it into ~/.pgpass or $PGPASSWORD"),
+            ("postgresql://127.0.0.1:1/grades", "See that the server runs"),
+            ("postgresql+psycopg://127.0.0.1:1/grades", "psycopg is missing"),
+        ],
+    )
+    def test_nothing_is_graded(self, course: Path, run: Run, address: str, sentence: str) -> None:
+        paths = (course / "submitted" / "ada" / toy.NAME, "--unsandboxed")
+        status, out, err = run("grade", *paths, "--gradebook", address)
+        assert status == 2 and sentence in err and out == ""
+        assert "secret" not in err and PASSWORD not in err and "Traceback" not in err
+        assert not (course / "out").exists()
+
+    def test_a_database_that_is_not_there_and_a_wrong_password(
+        self, course: Path, run: Run, server: Server, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        paths = (course / "submitted" / "ada" / toy.NAME, "--unsandboxed")
+        for url, sentence in {
+            server.url("grades"): "Make it on its server: createdb grades",
+            server.url("postgres").set(password=f"wrong{PASSWORD}"): "authentication failed",
+        }.items():
+            monkeypatch.setenv(DATABASE_VARIABLE, database.for_nbgrader(url))
+            status, _, err = run("grade", *paths)
+            assert status == 2 and sentence in err and PASSWORD not in err
+        assert not (course / "out").exists()
+
+    def test_a_server_that_goes_away_costs_no_result(
+        self, course: Path, run: Run, server: Server, shared: URL, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        paths = (course / "submitted" / "ada" / toy.NAME, "--unsandboxed")
+        gone = server.url("gone")
+        with monkeypatch.context() as there_at_first:
+            there_at_first.setattr(places, "gradebook", lambda options: gone)
+            status, _, err = run("grade", *paths)
+        assert status == 1 and 'database "gone" does not exist' in err and PASSWORD not in err
+        monkeypatch.setenv(DATABASE_VARIABLE, database.for_nbgrader(shared))
+        assert "1 of them unchanged and reused" in run("grade", *paths)[1]
+        assert scores(shared) == {"ada": 20}
