@@ -1,0 +1,73 @@
+"""One shell for a whole page."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import select
+import signal
+import subprocess
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Said:
+    """What a command printed, and its exit status."""
+
+    status: int
+    text: str
+
+
+class Terminal:
+    """A shell: what a command exports or starts in it is there for the next.
+
+    Args:
+        folder: where it starts.
+        environment: its variables.
+        log: a file for all that is printed.
+    """
+
+    def __init__(self, folder: Path, environment: Mapping[str, str], log: Path) -> None:
+        self._log = log
+        commands, self._type = os.pipe()
+        self._statuses, self._told = os.pipe()
+        with log.open("ab") as output:
+            self._shell = subprocess.Popen(
+                ["bash", "--noprofile", "--norc", f"/dev/fd/{commands}"],
+                cwd=folder,
+                env=environment,
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                pass_fds=(commands, self._told),
+                start_new_session=True,
+            )
+        os.close(commands)
+
+    def run(self, command: str) -> Said:
+        """Type a command, and wait until the shell is ready for the next.
+
+        Raises:
+            RuntimeError: the shell has ended.
+        """
+        before = self._log.stat().st_size
+        os.write(self._type, f"{command}\nprintf '%d\\n' $? >&{self._told}\n".encode())
+        status = b""
+        while not status.endswith(b"\n"):
+            # What it started may hold the pipe open after its end.
+            if select.select([self._statuses], [], [], 1.0)[0]:
+                status += os.read(self._statuses, 1)
+            elif self._shell.poll() is not None:
+                raise RuntimeError(f"the shell ended at: {command}")
+        said = self._log.read_bytes()[before:]
+        return Said(int(status), said.decode("utf-8", errors="replace"))
+
+    def close(self) -> None:
+        """End the shell, and what was started in it."""
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self._shell.pid, signal.SIGTERM)
+        self._shell.wait()
+        for pipe in (self._type, self._statuses, self._told):
+            os.close(pipe)

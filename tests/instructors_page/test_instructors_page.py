@@ -1,0 +1,228 @@
+"""Who follows the instructors' page literally gets what it promises."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.instructors_page import clone, page
+from tests.instructors_page.page import Command, File, Step
+from tests.instructors_page.terminal import Said, Terminal
+
+SOURCE = page.source()
+BLOCKS = page.blocks(SOURCE)
+STEPS = list(page.steps(SOURCE))
+TYPED = [step for step in STEPS if isinstance(step, Command)]
+
+
+@dataclass(frozen=True)
+class Promise:
+    """What the page says that a command does."""
+
+    says: tuple[str, ...] = ()
+    makes: tuple[str, ...] = ()
+    by_hand: Callable[[Path], None] | None = None
+    """What the page has its reader do in the folder just before."""
+
+
+def mend_a_test(folder: Path) -> None:
+    """Take the check of Cauchy's cost at u = c out of its first case."""
+    path = folder / "solutions" / "02-four-costs" / "02-four-costs.ipynb"
+    notebook = json.loads(path.read_text("utf-8"))
+    (cell,) = (c for c in notebook["cells"] if _grade_id(c) == "rho_cauchy-by-hand")
+    kept = [line for line in cell["source"] if "assert np.allclose(rho_cauchy(1.0" not in line]
+    assert len(kept) == len(cell["source"]) - 1
+    cell["source"] = kept
+    path.write_text(json.dumps(notebook), "utf-8")
+
+
+def _grade_id(cell: dict[str, Any]) -> str | None:
+    name: str | None = cell["metadata"].get("nbgrader", {}).get("grade_id")
+    return name
+
+
+def printed(heading: str) -> tuple[str, ...]:
+    """The lines that the page shows as printed, in a section."""
+    start = SOURCE.count("\n", 0, SOURCE.index(f"\n## {heading}\n")) + 1
+    shown = next(block for block in BLOCKS if block.kind == "text" and block.line > start)
+    return tuple(shown.body.splitlines())
+
+
+EXPORT = ".venv/bin/autograder export"
+REGRADE = ".venv/bin/autograder regrade 02-four-costs --submitted submitted"
+FEEDBACK = ("build/feedback/sample-half/02-four-costs.html",)
+MATCHED = "5 of 5 students have marks, matched by "
+PROMISES = {
+    "make setup": Promise(says=("Nothing to be done",), makes=(".venv/bin/autograder",)),
+    ".venv/bin/autograder grade solutions/03-irls/03-irls.ipynb --student me --out build/first": (
+        Promise(says=("40/40  all passed",), makes=("build/first/me/03-irls.json",))
+    ),
+    "make course": Promise(
+        says=("[2/4] the book", "sample-half ", "Where each thing is:", "build/feedback"),
+        makes=("build/html/index.html", "build/release", "build/graded/gradebook.db", *FEEDBACK),
+    ),
+    "make book": Promise(makes=("build/html/index.html",)),
+    "make release": Promise(
+        makes=("build/release/03-irls.zip", "build/release/03-irls/03-irls.ipynb")
+    ),
+    ".venv/bin/autograder lint --strict --answers tests/assignments": Promise(
+        says=("0 errors, 0 warnings in 10 assignments",)
+    ),
+    "cp -R build/submitted submitted": Promise(
+        makes=("submitted/sample-half/02-four-costs/02-four-costs.ipynb",)
+    ),
+    ".venv/bin/autograder doctor": Promise(says=("✓ works",)),
+    "make grade SUBMITTED=submitted": Promise(
+        says=("40 graded, 10 refused, 0 failed, 50 of them unchanged and reused",),
+        makes=("build/graded/sample-half/02-four-costs.json", "build/graded/.run.json"),
+    ),
+    "make feedback": Promise(says=("50 submissions of 5 students",), makes=FEEDBACK),
+    "JUPYTER_CONFIG_PATH=autograder .venv/bin/nbgrader export": Promise(makes=("grades.csv",)),
+    f"{EXPORT} --format canvas --roster roster.csv": Promise(
+        says=(f"{MATCHED}SIS Login ID",), makes=("build/canvas.csv",)
+    ),
+    f'{EXPORT} --format moodle --roster moodle-roster.csv --match "ID number"': Promise(
+        says=(f"{MATCHED}ID number",), makes=("build/moodle.csv",)
+    ),
+    f"{EXPORT} 02-four-costs 03-irls --format canvas --roster roster.csv \\\n"
+    "    --late late.toml --submitted submitted": Promise(
+        says=("before  after", "10 % of the points for each 24 hours begun", "build/canvas.csv")
+    ),
+    f"{REGRADE} --diff": Promise(says=printed("Regrade"), by_hand=mend_a_test),
+    f"{REGRADE} --apply": Promise(says=("gradebook: sample-misprints 45 → 46",)),
+    "make public": Promise(makes=("build/public/assignments/03-irls.zip", "build/public/lib")),
+    ".venv/bin/autograder init-ci github-grading --out .": Promise(
+        says=("Next:",), makes=(".github/workflows/grading.yml",)
+    ),
+    "chmod 700 build": Promise(),
+}
+"""By command what it promises; its exit status is 0."""
+NOT_RUN = {
+    "make lab",
+    "make test",
+    "rm -r build/graded build/feedback",
+    "gpg --quick-gen-key you@example.edu",
+    "gpg --armor --export you@example.edu > .github/marks.asc",
+    "gpg --decrypt marks.tar.gz.gpg | tar -xz",
+}
+"""Commands that the page marks as not run; why stands there, above them."""
+
+
+class Reader:
+    """Who follows the page, and is never sent back."""
+
+    def __init__(self, folder: Path) -> None:
+        self.course = folder / "course"
+        self.course.mkdir()
+        clone.make(self.course)
+        clone.lend_environment(self.course)
+        clone.lend_executed_notebooks(self.course)
+        home = folder / "home"
+        home.mkdir()
+        self.terminal = Terminal(self.course, clone.environment(home), folder / "terminal.log")
+        self.done = 0
+
+    def follow(self, until: Command) -> Said:
+        """Do all that stands above a command, and the command."""
+        end = STEPS.index(until)
+        for step in STEPS[self.done : end]:
+            self.do(step)
+        said = self.do(until)
+        self.done = end + 1
+        assert said is not None
+        return said
+
+    def do(self, step: Step) -> Said | None:
+        """Save a file, or type a command."""
+        if isinstance(step, File):
+            (self.course / step.name).write_text(step.text, "utf-8")
+            return None
+        promise = PROMISES.get(step.text, Promise())
+        if promise.by_hand is not None:
+            promise.by_hand(self.course)
+        return self.terminal.run(step.text)
+
+
+@pytest.fixture(scope="module")
+def follower(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Reader]:
+    someone = Reader(tmp_path_factory.mktemp("instructor"))
+    yield someone
+    someone.terminal.close()
+
+
+@pytest.mark.sandbox
+@pytest.mark.parametrize("command", TYPED, ids=lambda command: f"{command.line}: {command.text}")
+def test_a_command_does_what_the_page_promises(follower: Reader, command: Command) -> None:
+    said = follower.follow(command)
+    assert said.status == 0, said.text
+    promise = PROMISES[command.text]
+    assert not [words for words in promise.says if words not in said.text], said.text
+    assert not [name for name in promise.makes if not (follower.course / name).exists()]
+
+
+def test_a_block_says_what_it_is() -> None:
+    fences = re.findall(r"^\s*(?:```|~~~)", SOURCE, re.M)
+    assert len(fences) == 2 * len(BLOCKS)
+    assert not [(block.line, block.kind) for block in BLOCKS if block.kind not in page.KINDS]
+
+
+def test_a_remark_is_about_the_block_below_it() -> None:
+    remarks = [remark for block in BLOCKS for remark in block.remarks]
+    assert re.findall(r"^%.*", SOURCE, re.M) == remarks
+    assert not [remark for block in BLOCKS for remark in page.unknown_remarks(block)]
+
+
+def test_what_is_not_run_is_known() -> None:
+    assert {command for block in BLOCKS for command in page.not_run(block)} == NOT_RUN
+
+
+def test_every_command_that_is_run_promises_something() -> None:
+    assert {command.text for command in TYPED} == set(PROMISES)
+
+
+PAGE = """\
+% not run: make lab: it serves
+% file: a.toml
+```sh
+make lab      # a comment
+echo one \\
+    two  # three
+```
+"""
+
+
+def test_a_command_is_run_unless_a_reason_is_given() -> None:
+    file, command = page.steps(PAGE)
+    assert file == File(3, "a.toml", "".join(PAGE.splitlines(True)[3:6]))
+    assert command == Command(5, "echo one \\\n    two")
+    (block,) = page.blocks(PAGE.replace(": it serves", ""))
+    assert page.commands(block)[0].text == "make lab"
+    assert page.not_run(block) == {} and page.unknown_remarks(block) == ["% not run: make lab"]
+    (stale,) = page.blocks(PAGE.replace("make lab ", "make test "))
+    assert page.unknown_remarks(stale) == ["% not run: make lab: it serves"]
+
+
+def test_a_terminal_keeps_what_was_exported_and_ends_what_was_started(tmp_path: Path) -> None:
+    terminal = Terminal(tmp_path, {"PATH": os.defpath}, tmp_path / "log")
+    assert terminal.run("export NAME=ada; false") == Said(1, "")
+    assert terminal.run("sleep 1000 & echo $NAME $!").status == 0
+    name, process = terminal.run("echo $NAME $!").text.split()
+    assert name == "ada" and Path("/proc", process).exists()
+    with pytest.raises(RuntimeError, match="exit 3"):
+        terminal.run("exit 3")
+    terminal.close()
+    while Path("/proc", process).exists() and _state(process) != "Z":
+        time.sleep(0.01)
+
+
+def _state(process: str) -> str:
+    """A process's state, as its status file has it in one letter; Z has ended."""
+    return Path("/proc", process, "stat").read_text().rpartition(")")[2].split()[0]
