@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
+from robust_slam_autograder.commands import places
 from robust_slam_autograder.errors import GraderFailure, WrongUse
 from robust_slam_autograder.grading import results
 from robust_slam_autograder.grading.results import Result
@@ -26,9 +27,7 @@ def add(commands: Any) -> None:  # noqa: ANN401
     parser.add_argument(
         "assignments", nargs="*", metavar="ASSIGNMENT", help="pages of these; all where none"
     )
-    parser.add_argument(
-        "--out", type=Path, default=Path("build/graded"), metavar="DIR", help="the results' folder"
-    )
+    places.add_out(parser)
     parser.add_argument("--to", type=Path, default=Path("build/report"), metavar="DIR")
     parser.add_argument(
         "--feedback",

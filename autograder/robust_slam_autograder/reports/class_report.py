@@ -276,7 +276,7 @@ def _exercises(results: Sequence[Result], source: Source) -> tuple[Exercise, ...
 def _exercise(mine: Sequence[ExerciseResult], reader: Reader) -> Exercise:
     most = sum(exercise.max_score for exercise in mine)
     status = Counter(exercise.status for exercise in mine)
-    partly = sum(e.score > 0 for e in mine if e.status != "passed")
+    partly = sum(e.score > 0 for e in mine if e.status not in ("passed", "missing"))
     return Exercise(
         name=visible(mine[0].name),
         share=sum(exercise.score for exercise in mine) / most if most else None,
@@ -317,7 +317,11 @@ def _time(results: Sequence[Result], source: Source) -> Time:
     )
 
 
-def _without(status: Status) -> Callable[[Result], str]:
+Reason = Callable[[Result], str]
+"""What is to be said of a submission; empty where there is nothing to look at."""
+
+
+def _without(status: Status) -> Reason:
     """Say why there is no mark."""
     return lambda r: (visible(r.reason) or "no reason is known") if r.status == status else ""
 
@@ -337,30 +341,25 @@ def _points(result: Result) -> str:
     return f"{tidy(result.score)} of {tidy(result.max_score)} points"
 
 
-_KINDS: Mapping[str, Callable[[Result], str]] = {
-    "the grader failed": _without("failed"),
-    "refused": _without("refused"),
-    "ran into a limit": _stopped,
-    "no points": _nothing,
-}
-"""Why somebody should look at a submission, the most pressing first, and what is to be said."""
-
-
 def _attention(source: Source, found: Sequence[Version]) -> Iterator[Kind]:
-    told: set[str] = set()
-    for name, reason in _KINDS.items():
-        mine = [result for result in source.results if result.student not in told]
-        mine = [result for result in mine if reason(result)]
-        told |= {result.student for result in mine}
+    """Put each submission under the most pressing reason that it has."""
+    others = {result.student for version in found[1:] for result in version.results}
+    reasons: Mapping[str, Reason] = {
+        "the grader failed": _without("failed"),
+        "refused": _without("refused"),
+        "graded by other tests than most": lambda r: _points(r) if r.student in others else "",
+        "ran into a limit": _stopped,
+        "no points": _nothing,
+    }
+    left = list(source.results)
+    for name, reason in reasons.items():
+        mine = [result for result in left if reason(result)]
+        left = [result for result in left if not reason(result)]
         if mine:
             yield _kind(name, mine, reason, source)
-    if others := [result for version in found[1:] for result in version.results]:
-        yield _kind("graded by other tests than most", others, _points, source)
 
 
-def _kind(
-    name: str, results: Sequence[Result], reason: Callable[[Result], str], source: Source
-) -> Kind:
+def _kind(name: str, results: Sequence[Result], reason: Reason, source: Source) -> Kind:
     shown = sorted(results, key=lambda result: result.student) if source.names else []
     return Kind(
         name=name,

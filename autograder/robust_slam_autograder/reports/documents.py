@@ -7,6 +7,7 @@ forbids it. What other people wrote is escaped.
 from __future__ import annotations
 
 import base64
+import functools
 import hashlib
 from importlib import resources
 
@@ -26,19 +27,26 @@ def html(name: str, *, style: str = "", **content: object) -> str:
         style: name of the style that goes on where the shared one ends.
         content: what the template shows.
     """
-    templates = Environment(
+    rules = _style(SHARED_STYLE) + _style(style or name)
+    digest = base64.b64encode(hashlib.sha256(rules.encode()).digest()).decode()
+    return (
+        _templates()
+        .get_template(f"{name}.html")
+        .render(**content, style=Markup(rules), style_digest=digest, one_line=one_line)
+    )
+
+
+@functools.cache
+def _templates() -> Environment:
+    return Environment(
         loader=PackageLoader(__package__),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    rules = _style(SHARED_STYLE) + _style(style or name)
-    digest = base64.b64encode(hashlib.sha256(rules.encode()).digest()).decode()
-    return templates.get_template(f"{name}.html").render(
-        **content, style=Markup(rules), style_digest=digest, one_line=one_line
-    )
 
 
+@functools.cache
 def _style(name: str) -> str:
     return resources.files(__package__).joinpath("templates", f"{name}.css").read_text("utf-8")

@@ -1,0 +1,170 @@
+"""``autograder report``: from results to pages, and no name where none is wanted."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from urllib.parse import unquote
+
+import pytest
+from robust_slam_autograder import cli
+from robust_slam_autograder.grading import results
+
+from tests.autograder import toy
+from tests.autograder.reports import samples
+
+Run = Callable[..., tuple[int, str, str]]
+STUDENTS = ("ada lovelace", "ben:#1?", "cleo")
+OTHER = "08-other"
+
+
+@pytest.fixture
+def graded(tmp_path: Path) -> Path:
+    """A folder with the results of three students in two assignments."""
+    out = tmp_path / "graded"
+    for student in STUDENTS:
+        results.write(out, samples.result(*samples.EVERY_STATUS, student=student))
+        other = samples.result(samples.UNWRITTEN, student=student)
+        results.write(out, replace(other, assignment=OTHER))
+    results.write(out, samples.refused("dora.ipynb is not valid JSON.", student="dora"))
+    return tmp_path
+
+
+@pytest.fixture
+def run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Run:
+    """Run ``report``: exit status, output, errors."""
+
+    def command(*arguments: object) -> tuple[int, str, str]:
+        where = ("--out", tmp_path / "graded", "--to", tmp_path / "report")
+        links = ("--feedback", tmp_path / "feedback")
+        tree = ("--solutions", str(tmp_path / "solutions"))
+        status = cli.main([*tree, "report", *map(str, [*where, *links, *arguments])])
+        return (status, *capsys.readouterr())
+
+    return command
+
+
+def pages(folder: Path) -> dict[str, str]:
+    """The report's files by name."""
+    return {
+        str(path.relative_to(folder / "report")): path.read_text("utf-8")
+        for path in (folder / "report").rglob("*")
+    }
+
+
+def links(page: str) -> list[str]:
+    return re.findall(r'href="(?!#|data:)([^"]*)"', page)
+
+
+def test_each_assignment_has_a_page_and_the_index_leads_there(graded: Path, run: Run) -> None:
+    status, out, err = run()
+    assert (status, err) == (0, "")
+    assert out == f"report on 2 of 2 assignments: {graded / 'report' / 'index.html'}\n"
+    found = pages(graded)
+    assert set(found) == {"index.html", f"{toy.NAME}.html", f"{OTHER}.html"}
+    assert links(found["index.html"]) == [f"{toy.NAME}.html", f"{OTHER}.html"]
+    assert links(found[f"{OTHER}.html"]) == ["index.html"]
+
+
+def test_a_title_is_the_assignments_own(graded: Path, run: Run) -> None:
+    toy.make_tree(graded, 'title = "Twice, and again"\n')
+    assert run()[0] == 0
+    assert "<h1>Twice, and again</h1>" in pages(graded)[f"{toy.NAME}.html"]
+    assert f"<h1>{OTHER}</h1>" in pages(graded)[f"{OTHER}.html"]
+
+
+def test_one_page_may_be_made_anew_and_the_index_still_has_all(graded: Path, run: Run) -> None:
+    status, out, _ = run(OTHER)
+    assert status == 0 and out.startswith("report on 1 of 2 assignments")
+    assert set(pages(graded)) == {"index.html", f"{OTHER}.html"}
+    assert links(pages(graded)["index.html"]) == [f"{OTHER}.html"]
+    assert toy.NAME in pages(graded)["index.html"]
+    assert run(toy.NAME)[0] == 0
+    assert links(pages(graded)["index.html"]) == [f"{toy.NAME}.html", f"{OTHER}.html"]
+
+
+def test_names_lead_to_the_feedback_that_there_is(graded: Path, run: Run) -> None:
+    for student in STUDENTS[:2]:
+        page = graded / "feedback" / student / f"{toy.NAME}.html"
+        page.parent.mkdir(parents=True)
+        page.touch()
+    assert run()[0] == 0
+    found = set(links(pages(graded)[f"{toy.NAME}.html"])) - {"index.html"}
+    targets = {(graded / "report" / unquote(link)).resolve() for link in found}
+    assert targets == {
+        (graded / "feedback" / student / f"{toy.NAME}.html").resolve() for student in STUDENTS[:2]
+    }
+
+
+def test_without_names_no_file_and_no_page_tells_one(graded: Path, run: Run) -> None:
+    shutil.copytree(graded / "graded", graded / "feedback")
+    assert run("--no-names")[0] == 0
+    shown = repr(pages(graded))
+    assert not [name for name in (*STUDENTS, "dora") if name in shown]
+    assert "1 refused" in pages(graded)[f"{toy.NAME}.html"]
+
+
+def test_without_names_the_index_leads_to_no_page_of_before(graded: Path, run: Run) -> None:
+    assert run()[0] == 0
+    assert run(OTHER, "--no-names")[0] == 0
+    assert links(pages(graded)["index.html"]) == [f"{OTHER}.html"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["09-none"], f"holds no result of 09-none; there are {toy.NAME}, {OTHER}."),
+        (["--out", "nowhere"], "nowhere holds no result: grade first"),
+    ],
+)
+def test_wrong_use_is_told(graded: Path, run: Run, arguments: list[str], sentence: str) -> None:
+    status, out, err = run(*arguments)
+    assert (status, out) == (2, "") and sentence in err
+    assert not (graded / "report").exists()
+
+
+def test_a_place_that_cannot_be_written_is_named(graded: Path, run: Run) -> None:
+    (graded / "report").write_text("a file")
+    status, out, err = run()
+    assert (status, out) == (1, "")
+    assert f"{graded / 'report' / toy.NAME}.html cannot be written" in err
+
+
+def test_a_file_that_is_no_result_is_named(graded: Path, run: Run) -> None:
+    (graded / "graded" / "cleo" / f"{toy.NAME}.json").write_text("{")
+    status, _, err = run()
+    assert status == 2 and f"{toy.NAME}.json is no result file" in err
+    assert not (graded / "report").exists()
+
+
+SEED = 20_262
+
+
+TELLS = """\
+def double(x):
+    if np.size(x) == {size}:
+        raise ValueError(f"called with {{np.asarray(x).tolist()}}")
+    return 2 * np.asarray(x)
+"""
+
+
+def test_no_page_tells_what_is_hidden(
+    tmp_path: Path, run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two submissions that say what they were called with: by a visible test, by a hidden one."""
+    monkeypatch.setattr("robust_slam_autograder.commands.grade.record", lambda *_: None)
+    tree = toy.make_tree(tmp_path)
+    paths = [
+        toy.hand_in(tmp_path / "submitted", student, toy.answer(TELLS.format(size=size)))
+        for student, size in {"ada": 2, "ben": 5}.items()
+    ]
+    where = ["--out", str(tmp_path / "graded"), "--unsandboxed", "--seed", str(SEED)]
+    assert cli.main(["--solutions", str(tree), "grade", *where, *map(str, paths)]) == 0
+    assert run()[0] == 0
+    shown = "".join(pages(tmp_path).values())
+    assert "ValueError: called with [1, 2]" in shown and "Try negative numbers." in shown
+    secrets = [toy.CANARY, "rng.normal", str(SEED), *toy.hidden_inputs(SEED)]
+    assert not [secret for secret in secrets if secret in shown]

@@ -1,0 +1,340 @@
+"""What an instructor is told of a class: counts that add up, and names only where asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from robust_slam_autograder.grading import marking
+from robust_slam_autograder.grading.results import ExerciseResult, Result, without_grade
+from robust_slam_autograder.reports import class_report, hints, pictures
+from robust_slam_autograder.reports.class_report import BROKEN, EASY, Report, Source
+from robust_slam_autograder.reports.hints import Hint, Reader
+from robust_slam_autograder.sandbox import Unsandboxed
+
+from tests.autograder import toy
+from tests.autograder.reports import samples
+from tests.autograder.reports.samples import case, exercise, result
+
+MARKS = st.lists(st.integers(0, 60), min_size=1, max_size=40)
+
+
+def report(*results: Result, **fields: Any) -> Report:
+    known = frozenset(each.student for each in results)
+    return class_report.report(Source("07-toy", "Twice", results, students=known, **fields))
+
+
+def marked(marks: Sequence[float], most: float = 60) -> Report:
+    """A class with these marks."""
+    results = [result(student=f"s{n}") for n in range(len(marks))]
+    return report(
+        *(
+            replace(one, score=mark, max_score=most)
+            for one, mark in zip(results, marks, strict=True)
+        )
+    )
+
+
+def labels(made: Report) -> list[tuple[str, int]]:
+    assert made.marks is not None
+    return [(found.label, found.students) for found in made.marks.bins if found.students]
+
+
+class TestMarks:
+    def test_bins_are_of_round_numbers_and_full_marks_have_their_own(self) -> None:
+        made = marked([0, 4, 5, 59, 60])
+        assert labels(made) == [("0–4", 2), ("5–9", 1), ("55–59", 1), ("60", 1)]
+        assert made.marks is not None and made.marks.median == 5
+
+    @pytest.mark.parametrize(
+        ("marks", "most", "wanted"),
+        [
+            ([7], 12, [("7", 1)]),
+            ([0, 0], 0, [("0", 2)]),
+            ([61, 63], 63, [("60–63", 2)]),
+            ([4.5, 60], 60, [("0–<5", 1), ("60", 1)]),
+            ([0.5], 0.5, [("0–0.5", 1)]),
+            ([1234, 2000], 2000, [("1200–1399", 1), ("2000", 1)]),
+        ],
+    )
+    def test_labels_say_what_is_in_a_bin(
+        self, marks: list[float], most: float, wanted: list[tuple[str, int]]
+    ) -> None:
+        assert labels(marked(marks, most)) == wanted
+
+    @given(MARKS)
+    def test_every_mark_is_in_the_one_bin_that_says_so(self, marks: list[int]) -> None:
+        found = marked(marks).marks
+        assert found is not None and found.students == len(marks)
+        assert [sum(b.low <= mark <= b.high for mark in marks) for b in found.bins] == [
+            b.students for b in found.bins
+        ]
+        ends = [found.lowest, found.lower_quartile, found.median, found.upper_quartile]
+        assert ends == sorted(ends) and found.highest == max(marks)
+
+    @given(MARKS)
+    def test_the_median_is_drawn_in_its_bin(self, marks: list[int]) -> None:
+        found = marked(marks).marks
+        assert found is not None
+        drawn = pictures.histogram(found)
+        n = int(drawn.median * len(found.bins) / 100 - 1e-9)
+        assert found.bins[n].low - 0.5 <= found.median <= found.bins[n].high + 0.5
+        assert max(bar.height for bar in drawn.bars) == pictures.HEIGHT
+
+    def test_who_has_no_mark_is_counted_apart(self) -> None:
+        failed = without_grade("failed", "It died.", student="z", assignment="a", max_score=20)
+        made = report(result(samples.PASSED), samples.refused("No.", student="b"), failed)
+        assert (made.handed_in, made.graded, made.refused, made.failed) == (3, 1, 1, 1)
+        assert made.marks is not None and made.marks.students == 1
+
+    def test_where_nothing_was_graded_there_are_no_marks(self) -> None:
+        made = report(samples.refused("No.", student="b"))
+        assert (made.marks, made.time, made.exercises) == (None, None, ())
+        assert [kind.name for kind in made.attention] == ["refused"]
+
+    def test_a_spread_is_in_per_cent_of_the_points(self) -> None:
+        marks = marked([0, 30, 60]).marks
+        assert marks is not None
+        assert pictures.spread(marks) == pictures.Spread(0, 25, 50, 75, 100)
+        none = marked([0], 0).marks
+        assert none is not None and pictures.spread(none) is None
+
+
+EASIER = exercise("double", "passed", case("by-hand", visible=True), case("random"))
+HARDER = exercise("apply", "failed", case("by-hand", "Look.", visible=True), case("twice", "No."))
+HALF = exercise("apply", "partial", case("by-hand", visible=True), case("twice", "No."))
+GONE = replace(HARDER, status="missing", message="There is no cell apply.")
+LATE = replace(HALF, status="timeout")
+UNSOLVED = exercise("double", "failed", case("by-hand", "x", visible=True), case("random", "x"))
+CLASS = tuple(
+    result(EASIER, second, student=name)
+    for name, second in {"ada": HARDER, "ben": HALF, "cleo": GONE, "dora": LATE}.items()
+)
+
+
+class TestExercises:
+    def test_the_hardest_is_first_and_shares_are_of_points(self) -> None:
+        made = report(*CLASS)
+        assert [each.name for each in made.exercises] == ["apply", "double"]
+        assert [each.share for each in made.exercises] == [0.25, 1]
+
+    def test_every_student_is_in_one_part(self) -> None:
+        apply, double = report(*CLASS).exercises
+        assert (apply.whole, apply.partly, apply.none, apply.missing) == (0, 2, 1, 1)
+        assert (double.whole, double.partly, double.none, double.missing) == (4, 0, 0, 0)
+        assert (apply.timeouts, apply.deaths, double.limits) == (1, 0, 0)
+        parts = pictures.parts(apply)
+        assert [(part.kind, part.x, part.width) for part in parts] == [
+            ("partly", 0, 50),
+            ("none", 50, 25),
+            ("missing", 75, 25),
+        ]
+
+    def test_a_case_says_who_passes_it_and_whether_it_is_hidden(self) -> None:
+        apply, _ = report(*CLASS).exercises
+        assert [(c.name, c.hidden, c.passed, c.share) for c in apply.cases] == [
+            ("by-hand", False, 2, 0.5),
+            ("twice", True, 0, 0),
+        ]
+
+    def test_what_all_have_in_common_is_marked(self) -> None:
+        apply, double = report(*CLASS).exercises
+        assert [c.remark for c in apply.cases] == ["", BROKEN]
+        assert [c.remark for c in double.cases] == [EASY, EASY]
+        assert double.remarks == {EASY: 2}
+
+    def test_one_student_is_no_reason_to_doubt_a_test(self) -> None:
+        assert not any(each.remarks for each in report(CLASS[0]).exercises)
+
+    def test_an_exercise_of_no_points_has_no_share_and_comes_last(self) -> None:
+        free = exercise("free", "passed", case("first", points=0))
+        made = report(result(free, HARDER), result(free, HARDER, student="b"))
+        assert [(each.name, each.share) for each in made.exercises] == [
+            ("apply", 0),
+            ("free", None),
+        ]
+
+    def test_an_assignment_where_nothing_passes_has_its_picture(self) -> None:
+        made = report(result(HARDER), result(HARDER, student="ben"))
+        assert made.marks is not None and made.marks.highest == 0
+        assert [part.kind for part in pictures.parts(made.exercises[0])] == ["none"]
+        (kind,) = made.attention
+        assert (kind.name, kind.students) == ("no points", 2)
+
+
+class TestVersions:
+    """Marks that different tests gave are not mixed."""
+
+    def test_the_most_common_one_is_shown_and_the_others_are_told(self) -> None:
+        old = [result(EASIER, student=f"old{n}") for n in range(2)]
+        made = report(*old, *CLASS)
+        assert made.graded == 6 and made.marks is not None
+        assert made.marks.students == 4 and made.marks.max_score == 20
+        (other,) = made.others
+        assert other.students == 2
+        assert other.differences == (
+            "10 points in all in place of 20",
+            "without the exercise apply",
+        )
+        assert next((k.name, [one.reason for one in k.list]) for k in made.attention) == (
+            "graded by other tests than most",
+            ["10 of 10 points"] * 2,
+        )
+
+    @pytest.mark.parametrize(
+        ("other", "said"),
+        [
+            (exercise("double", "passed", case("by-hand"), case("random")), "5 points, hidden in"),
+            (exercise("double", "passed", case("random"), case("by-hand", visible=True)), "order"),
+            (exercise("double", "passed", case("by-hand", visible=True), case("new")), "random"),
+            (exercise("double", "passed", case("by-hand", visible=True, points=1)), "1 point, v"),
+        ],
+    )
+    def test_each_difference_makes_a_version_and_is_named(
+        self, other: ExerciseResult, said: str
+    ) -> None:
+        same = replace(EASIER, cases=EASIER.cases)
+        made = report(result(same), result(EASIER, student="b"), result(other, student="c"))
+        assert len(made.others) == 1
+        assert said in "; ".join(made.others[0].differences)
+
+    def test_a_case_that_is_failed_makes_no_version(self) -> None:
+        assert report(*CLASS).others == ()
+
+
+def told(*exercises: ExerciseResult, names: bool = True, students: str = "") -> list[Hint]:
+    return list(hints.collect(exercises, Reader(names, frozenset(students.split()))))
+
+
+class TestHints:
+    def test_a_text_counts_once_for_each_student(self) -> None:
+        (first, second) = told(samples.UNWRITTEN, samples.UNWRITTEN, HARDER)[:2]
+        assert (first.text, first.students, first.cases) == ("Not written.", 2, ("first", "next"))
+        assert (second.students, second.wordings, second.example) == (1, 1, "")
+
+    def test_a_missing_cell_is_said_once(self) -> None:
+        assert [(hint.text, hint.cases) for hint in told(GONE)] == [
+            ("There is no cell apply.", ())
+        ]
+
+    def test_a_passed_exercise_says_nothing(self) -> None:
+        assert told(EASIER) == []
+
+    def test_students_words_are_grouped_by_what_was_raised(self) -> None:
+        texts = ["ValueError: shapes (3,)", "ValueError: shapes (2,)", "KeyError: 'a'"]
+        texts.append(texts[1])
+        failed = (exercise("e", "failed", case("c", f"Your function raised {t}.")) for t in texts)
+        values, keys = told(*failed)
+        assert (values.text, values.students, values.wordings) == (
+            "Your function raised ValueError.",
+            3,
+            2,
+        )
+        assert values.example == "Your function raised ValueError: shapes (2,)."
+        assert (keys.text, keys.students) == ("Your function raised KeyError.", 1)
+
+    @pytest.mark.parametrize(
+        ("double", "start"),
+        [
+            ("raise ValueError('WORDS')", "Your function raised ValueError."),
+            ("return {'WORDS'}", "What your function returned cannot be checked."),
+            ("return 'WORDS'\nWORDS(", "Your cell stops with SyntaxError."),
+            ("return type('WORDS', (), {})()", "What your function returned cannot be checked."),
+            ("raise type('WORDS', (KeyError,), {})", f"Your function raised {hints.UNNAMED}."),
+        ],
+    )
+    def test_what_the_grader_says_is_told_from_what_students_say(
+        self, double: str, start: str
+    ) -> None:
+        """The grader's own sentences, from a submission that was graded."""
+        tests = toy.assignment()
+        code = toy.submission(toy.answer(f"def double(x):\n    {double}\n"), tests)
+        graded = marking.check(tests, code, sandbox=Unsandboxed()).exercises[0]
+        (hint, *_) = told(graded, names=False)
+        assert hint.text == start
+        assert "WORDS" not in repr(told(graded, names=False))
+
+    def test_a_text_that_names_a_student_is_withheld_without_names(self) -> None:
+        failed = exercise("e", "failed", case("c", "Not (Ada) but ben."), case("d", "adamant"))
+        texts = {hint.text for hint in told(failed, names=False, students="ada ben a.b")}
+        assert texts == {hints.WITHHELD, "adamant"}
+        assert "Not (Ada) but ben." in {hint.text for hint in told(failed, students="ada")}
+
+    def test_without_students_nothing_is_withheld(self) -> None:
+        assert [hint.text for hint in told(HARDER, names=False)] == ["Look.", "No."]
+
+
+class TestAttention:
+    def test_each_student_stands_under_the_most_pressing_reason(self) -> None:
+        hung = [replace(HARDER, status="timeout"), replace(EASIER, status="died")]
+        made = report(
+            result(EASIER, HARDER, student="gus"),
+            result(*reversed(hung), student="hal"),
+            result(EASIER, student="old"),
+            result(replace(UNSOLVED, status="timeout"), HARDER, student="pat"),
+            result(UNSOLVED, HARDER, student="ned"),
+            samples.refused("Bad\x1b.", student="ben"),
+            without_grade("failed", "It died.", student="zoe", assignment="a", max_score=20),
+        )
+        assert [
+            (kind.name, [(one.student, one.reason) for one in kind.list])
+            for kind in made.attention
+        ] == [
+            ("the grader failed", [("zoe", "It died.")]),
+            ("refused", [("ben", "Bad\\x1b.")]),
+            ("graded by other tests than most", [("old", "10 of 10 points")]),
+            (
+                "ran into a limit",
+                [
+                    ("hal", "double ended its process, apply ran too long"),
+                    ("pat", "double ran too long"),
+                ],
+            ),
+            ("no points", [("ned", "0 of 20 points")]),
+        ]
+
+    def test_no_points_of_none_need_no_attention(self) -> None:
+        free = exercise("free", "passed", case("first", points=0))
+        assert report(result(free)).attention == ()
+
+    def test_links_are_those_that_there_are(self) -> None:
+        nothing = [result(samples.UNWRITTEN, student=name) for name in ("ada", "ben")]
+        made = report(*nothing, links={"ben": "b.html"})
+        assert [one.link for one in made.attention[0].list] == ["", "b.html"]
+        assert made.time is not None
+        assert [one.link for one in made.time.slowest] == ["", "b.html"]
+
+
+class TestTime:
+    def test_the_slowest_are_named_and_refusals_take_no_part(self) -> None:
+        slow = [result(EASIER, student=f"s{n}", seconds=float(n)) for n in range(9)]
+        time = report(*slow, samples.refused("No.", student="b")).time
+        assert time is not None
+        assert (time.median, time.longest, time.total) == (4, 8, 36)
+        assert [one.student for one in time.slowest] == ["s8", "s7", "s6", "s5", "s4"]
+
+
+def test_without_names_nothing_tells_who_it_was() -> None:
+    mine = "Your function raised AdaError: by ada-lovelace."
+    own = exercise("double", "failed", case("by-hand", mine, visible=True), case("random", "ada"))
+    made = report(
+        result(own, HARDER, student="ada"),
+        result(EASIER, LATE, student="ben", reason="ben copied a cell."),
+        result(samples.UNWRITTEN, student="cleo"),
+        samples.refused("dora.ipynb is not valid JSON.", student="dora"),
+        names=False,
+        links={"ada": "ada.html"},
+    )
+    shown = repr(made).lower()
+    assert not [name for name in ("ada", "ben", "cleo", "dora", "lovelace") if name in shown]
+    assert [(kind.name, kind.students) for kind in made.attention] == [
+        ("refused", 1),
+        ("graded by other tests than most", 1),
+        ("ran into a limit", 1),
+        ("no points", 1),
+    ]
+    assert made.time is not None and made.time.longest > 0
