@@ -1,0 +1,458 @@
+"""A batch on a Dask cluster: the marks of one process, whatever becomes of the workers."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import json
+import os
+import pickle
+import subprocess
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pytest
+from robust_slam_autograder import cli
+from robust_slam_autograder.errors import GraderFailure
+from robust_slam_autograder.executor import cluster as engine
+from robust_slam_autograder.executor.cluster import Cluster, Unfit
+from robust_slam_autograder.executor.trusted import Broken
+from robust_slam_autograder.grading import batch, cluster, journal, results
+from robust_slam_autograder.grading.batch import Graded, Job
+from robust_slam_autograder.sandbox import BACK_ENDS, Sandbox, Unsandboxed
+
+from tests.autograder import toy
+from tests.autograder.grading.test_batch import jobs, leave, make_course, marks
+from tests.autograder.killing import wait_for
+
+SLOW = f"import time\ntime.sleep(0.4)\n{toy.DOUBLE}"
+KILLER = f"""
+import os, signal
+pid = os.getpid()
+for _ in range(3):  # the trusted process, its server, the worker
+    stat = open(f"/proc/{{pid}}/stat").read()
+    pid = int(stat.rpartition(")")[2].split()[1])
+os.kill(pid, signal.SIGKILL)
+{toy.DOUBLE}"""
+
+
+@dataclass
+class Machines:
+    """A scheduler and workers, each a process on this machine."""
+
+    folder: Path
+    processes: list[subprocess.Popen[bytes]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self._file = self.folder / "scheduler.json"
+        where = ["--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(self._file)]
+        self._start("scheduler", *where)
+        wait_for(self._file.exists)
+        self.address = json.loads(self._file.read_text())["address"]
+
+    def worker(self, *options: str, path: Path | None = None) -> subprocess.Popen[bytes]:
+        """Start one; ``path`` is where it looks for packages, too."""
+        where = ["--scheduler-file", str(self._file), "--local-directory", str(self.folder)]
+        return self._start("worker", *where, "--nthreads", "1", *options, path=path)
+
+    def _start(self, what: str, *options: str, path: Path | None = None) -> Any:
+        command = [sys.executable, "-m", "dask", what, "--no-dashboard", *options]
+        environment = os.environ | {"PYTHONPATH": str(path or "")}
+        with open(self.folder / f"{what}-{len(self.processes)}.log", "wb") as log:
+            process = subprocess.Popen(command, env=environment, stdout=log, stderr=log)
+        self.processes.append(process)
+        return process
+
+    def stop(self) -> None:
+        """Kill them all: what they have started ends with them, and to say goodbye takes long."""
+        for process in reversed(self.processes):
+            process.kill()
+            process.wait()
+
+
+@pytest.fixture
+def machines(tmp_path: Path) -> Iterator[Machines]:
+    """A scheduler of the test's own."""
+    (tmp_path / "dask").mkdir()
+    started = Machines(tmp_path / "dask")
+    yield started
+    started.stop()
+
+
+@pytest.fixture(scope="module")
+def two(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Machines]:
+    """A scheduler with two workers, for tests that leave them alive."""
+    started = Machines(tmp_path_factory.mktemp("dask"))
+    for _ in range(2):
+        started.worker("--no-nanny")
+    yield started
+    started.stop()
+
+
+@contextlib.contextmanager
+def connected(machines: Machines, workers: int) -> Iterator[Cluster]:
+    with engine.connected(machines.address) as found:
+        found._client.wait_for_workers(workers)
+        yield found
+
+
+def grade(
+    course: Path,
+    workers: Cluster,
+    out: str = "out",
+    report: Callable[[Graded], None] = lambda graded: None,
+    wall: Sandbox | None = None,
+    given: list[Job] | None = None,
+) -> list[Graded]:
+    listed = jobs(course) if given is None else given
+    return batch.grade(
+        listed,
+        out=course / out,
+        run=journal.open_run(course / out, 1),
+        wall=wall or Unsandboxed(),
+        workers=len(listed),
+        report=report,
+        door=functools.partial(cluster.door, workers),
+    )
+
+
+def lines(out: Path) -> Counter[str]:
+    """How often the journal says that a submission has its result."""
+    parsed = [json.loads(line) for line in (out / journal.LOG_NAME).read_text().splitlines()]
+    return Counter(key for what, key, fingerprint in parsed if what == "graded" and fingerprint)
+
+
+@pytest.mark.sandbox
+def test_marks_are_those_of_one_process(tmp_path: Path, two: Machines, wall_name: str) -> None:
+    """Refusals too, in the same words, and what ran into a limit was graded again, alone."""
+    course = make_course(tmp_path)
+    (course / "submitted" / "zoe").symlink_to("ada")
+    (course / "submitted" / "yan" / toy.NAME).mkdir(parents=True)
+    odd = toy.hand_in(course / "submitted", "xia", toy.answer())
+    (odd / f"{toy.NAME}.ipynb").rename(odd / os.fsdecode(b"m\xffine.ipynb"))
+    wall = BACK_ENDS[wall_name]
+    serial = batch.grade(
+        jobs(course),
+        out=course / "serial",
+        run=journal.open_run(course / "serial", 1),
+        wall=wall,
+        workers=1,
+        report=lambda graded: None,
+    )
+    order: list[str] = []
+    with connected(two, 2) as workers:
+        found = grade(course, workers, report=lambda g: order.append(g.result.student), wall=wall)
+        assert lines(course / "out") == Counter(job.key for job in jobs(course))
+        assert all(item.reused for item in grade(course, workers, wall=wall))
+    for a, b in zip(serial, found, strict=True):
+        assert vars(a.result) | {"seconds": 0.0} == vars(b.result) | {"seconds": 0.0}
+    assert {item.result.sandbox for item in found} == {wall.name, "none"}
+    assert sorted(order[-2:]) == ["bob", "cem"]
+
+
+def test_a_worker_is_killed_and_another_joins_and_each_has_one_result(
+    tmp_path: Path, machines: Machines, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    toy.make_tree(tmp_path)
+    for number in range(16):
+        toy.hand_in(tmp_path / "submitted", f"{number:02}", toy.answer(SLOW))
+    first, _ = (machines.worker("--no-nanny") for _ in range(2))
+    reported: list[Graded] = []
+    used: list[str] = []
+    with connected(machines, 2) as workers:
+        submit = workers._client.submit
+
+        def noted(*arguments: Any, **options: Any) -> Any:
+            used.extend(options["workers"])
+            return submit(*arguments, **options)
+
+        monkeypatch.setattr(workers._client, "submit", noted)
+
+        def change(graded: Graded) -> None:
+            reported.append(graded)
+            if len(reported) == 3:
+                first.kill()
+                machines.worker("--no-nanny")
+
+        graded = grade(tmp_path, workers, report=change)
+    assert [item.result.score for item in graded] == [20] * 16
+    assert len(reported) == 16
+    assert lines(tmp_path / "out") == Counter(job.key for job in jobs(tmp_path))
+    assert len(set(used)) == 3, "the one that joined had no submission"
+    assert 16 < len(used) <= 18, "those of the killed one, and no others, were sent again"
+
+
+def test_who_kills_every_worker_fails_alone(
+    tmp_path: Path, machines: Machines, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(engine, "MOST_DEATHS", 2)
+    toy.make_tree(tmp_path)
+    for student in ("ada", "bob", "cem", "dot"):
+        answer = toy.answer(KILLER) if student == "bob" else toy.answer()
+        toy.hand_in(tmp_path / "submitted", student, answer)
+    machines.worker("--nworkers", "2")
+    with connected(machines, 2) as workers:
+        found = {item.result.student: item.result for item in grade(tmp_path, workers)}
+    bob = found.pop("bob")
+    assert bob.reason == "The grader lost its worker 2 times on this submission."
+    assert [result.score for result in found.values()] == [20] * 3
+    assert set(journal.open_run(tmp_path / "out", None).graded) == {
+        f"{student}/{toy.NAME}" for student in found
+    }
+
+
+def test_a_worker_with_another_package_grades_nothing(
+    tmp_path: Path, two: Machines, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "else" / "something-1.0.dist-info").mkdir(parents=True)
+    other = two.worker("--no-nanny", path=tmp_path / "else")
+    course = make_course(tmp_path)
+    leave(course, "ada", "dot", "eve")
+    with connected(two, 3) as workers:
+        found = grade(course, workers)
+        other.kill()
+    assert marks(found)[:2] == [
+        ("ada", "graded", 20, ("passed", "passed")),
+        ("dot", "graded", 14, ("partial", "passed")),
+    ]
+    said = capsys.readouterr().err
+    assert said.count("is left out") == 1
+    assert "install the same commit from the same requirements.lock" in said
+
+
+def test_a_stop_cancels_what_waits(tmp_path: Path, two: Machines) -> None:
+    toy.make_tree(tmp_path)
+    for number in range(8):
+        toy.hand_in(tmp_path / "submitted", f"{number:02}", toy.answer())
+
+    def stop(graded: Graded) -> None:
+        raise KeyboardInterrupt
+
+    def tasks(dask_scheduler: Any) -> int:
+        return len(dask_scheduler.tasks)
+
+    with connected(two, 2) as workers:
+        with pytest.raises(KeyboardInterrupt):
+            grade(tmp_path, workers, report=stop)
+        wait_for(lambda: workers._client.run_on_scheduler(tasks) == 0)
+        assert sum(lines(tmp_path / "out").values()) == 1
+        assert sum(item.reused for item in grade(tmp_path, workers)) == 1
+
+
+def run(*arguments: str) -> int:
+    return cli.main(list(arguments))
+
+
+def test_the_command_says_what_is_missing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tree = toy.make_tree(tmp_path)
+    folder = toy.hand_in(tmp_path / "submitted", "ada", toy.answer())
+    command = ["--solutions", str(tree), "grade", str(folder), "--unsandboxed"]
+    command += ["--out", str(tmp_path / "out"), "--scheduler"]
+    monkeypatch.setattr(engine, "CONNECT_SECONDS", 0.5)
+    for address in ("tcp://127.0.0.1:9", "127.0.0.1", "tls://127.0.0.1:9", "nonsense://x"):
+        assert run(*command, address) == 2
+        said = capsys.readouterr().err
+        assert f"No Dask scheduler answers at {address} (" in said
+        assert "`dask scheduler`" in said
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    assert run(*command, "tcp://127.0.0.1:9") == 2
+    assert "pip install 'robust-slam-autograder[cluster]'" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_command_grades_on_a_cluster(
+    tmp_path: Path, two: Machines, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tree = toy.make_tree(tmp_path)
+    folder = toy.hand_in(tmp_path / "submitted", "ada", toy.answer())
+    command = ["--solutions", str(tree), "grade", str(folder), "--unsandboxed"]
+    command += ["--out", str(tmp_path / "out"), "--scheduler", two.address]
+    assert run(*command) == 0
+    assert toy.result(tmp_path / "out", "ada")["score"] == 20
+    assert "1 graded, 0 refused, 0 failed" in capsys.readouterr().out
+
+
+class TestWhatAWorkerMayDo:
+    def test_it_unpacks_nothing_from_other_code(self) -> None:
+        answer = cluster.grade_on_worker("0", cluster.UNSANDBOXED, b"no pickle")
+        assert answer == Unfit(cluster.OTHER_CODE)
+
+    def test_it_runs_nothing_without_the_wall_that_was_asked_for(
+        self, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setitem(BACK_ENDS, "fork", toy.Broken())
+        answer = cluster.grade_on_worker(batch.code_digest(), "fork", b"no pickle")
+        assert isinstance(answer, Unfit) and "(it is not installed)" in answer.why
+
+    def test_each_wall_has_a_name_of_its_own(self) -> None:
+        names = {cluster.name_of(wall) for wall in (*BACK_ENDS.values(), Unsandboxed())}
+        assert names == {*BACK_ENDS, cluster.UNSANDBOXED}
+
+    def test_a_submission_travels_as_it_was_read(self, tmp_path: Path) -> None:
+        """What changes on the disk meanwhile has another fingerprint than what was sent."""
+        course = make_course(tmp_path)
+        leave(course, "ada")
+        (job,) = jobs(course)
+        fake = Fake({"tcp://a:1": 1})
+        sent: list[cluster.Parcel] = []
+
+        def answer(worker: str, code: str, wall: str, parcel: bytes) -> tuple[str, str]:
+            sent.append(pickle.loads(parcel))
+            path = job.path / f"{toy.NAME}.ipynb"
+            path.write_text(path.read_text() + " ")
+            return "result", results.as_text(batch.grade_one(job, 1, Unsandboxed()))
+
+        fake.answer = answer
+        batch.grade(
+            [job],
+            out=course / "out",
+            run=journal.open_run(course / "out", 1),
+            wall=Unsandboxed(),
+            workers=1,
+            report=lambda graded: None,
+            door=functools.partial(cluster.door, fake.cluster()),
+        )
+        noted = journal.open_run(course / "out", 1).graded[job.key]
+        prints = batch.Fingerprints(1, Unsandboxed())
+        assert noted == prints.as_read(job, sent[0].handed) != prints.of(job)
+
+
+@pytest.mark.parametrize("answer", [None, "result", ("result", "{}"), ("result", 3), ("x", "y")])
+def test_what_is_no_result_is_a_failure_of_the_grader(tmp_path: Path, answer: Any) -> None:
+    (job, *_) = jobs(make_course(tmp_path))
+    assert cluster._checked(answer, job) == Broken("sent back no result")
+
+
+def test_a_result_of_another_is_a_failure_of_the_grader(tmp_path: Path) -> None:
+    first, second, *_ = jobs(make_course(tmp_path))
+    text = results.as_text(batch.grade_one(first, 1, Unsandboxed()))
+    assert cluster._checked(("result", text), second) == Broken("sent back no result")
+
+
+@dataclass(eq=False)
+class FakeFuture:
+    """An answer that is there as soon as somebody wants it."""
+
+    value: Any
+    status: str = "finished"
+
+    def add_done_callback(self, call: Callable[[Any], object]) -> None:
+        if self.status != "pending":
+            call(self)
+
+    def result(self, timeout: float) -> Any:
+        if isinstance(self.value, Exception):
+            raise self.value
+        return self.value
+
+
+@dataclass
+class Fake:
+    """A client whose workers answer at once, or not at all."""
+
+    threads: dict[str, int]
+    answer: Callable[..., Any] = lambda worker, *arguments: worker
+    sent: list[tuple[str, Any]] = field(default_factory=list)
+
+    def cluster(self) -> Cluster:
+        return Cluster(self, "tcp://scheduler")
+
+    def nthreads(self) -> dict[str, int]:
+        return dict(self.threads)
+
+    def submit(self, function: Any, *arguments: Any, workers: list[str], pure: bool) -> Any:
+        (worker,) = workers
+        self.sent.append((worker, arguments))
+        value = self.answer(worker, *arguments)
+        if value == "dies":
+            del self.threads[worker]
+        return FakeFuture(value, "pending" if value in ("dies", "waits") else "finished")
+
+    def cancel(self, futures: list[Any], force: bool) -> None:
+        pass
+
+
+def done(fake: Fake, tasks: int, **options: Any) -> list[tuple[int, Any]]:
+    return list(fake.cluster().run(range(tasks), lambda task: (print, task), **options))
+
+
+class TestEngine:
+    @pytest.fixture(autouse=True)
+    def quick(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """Look often, and lose patience soon."""
+        monkeypatch.setattr(engine, "LOOK_SECONDS", 0.01)
+        monkeypatch.setattr(engine, "PATIENCE_SECONDS", 0.1)
+
+    def test_a_worker_that_is_unfit_is_asked_no_more(
+        self, capsys: pytest.CaptureFixture[str]
+    ) -> None:
+        fake = Fake({"tcp://a:1": 1, "tcp://b:1": 1})
+        fake.answer = lambda worker, task: Unfit("rusty") if "a:" in worker else task
+        assert sorted(done(fake, 9)) == [(task, task) for task in range(9)]
+        assert sum("a:" in worker for worker, _ in fake.sent) <= engine.IN_FLIGHT
+        assert capsys.readouterr().err == "The worker tcp://a:1 is left out: rusty.\n"
+
+    def test_a_worker_that_fails_is_asked_no_more(self) -> None:
+        fake = Fake({"tcp://a:1": 1, "tcp://b:1": 1})
+        fake.answer = lambda worker, task: ImportError("gone") if "a:" in worker else task
+        assert sorted(done(fake, 9)) == [(task, task) for task in range(9)]
+        assert sum("a:" in worker for worker, _ in fake.sent) <= engine.IN_FLIGHT
+
+    def test_several_threads_are_refused_and_nobody_is_waited_for_forever(self) -> None:
+        with pytest.raises(GraderFailure, match=r"has 4 threads: start it with --nthreads 1"):
+            done(Fake({"tcp://a:1": 4}), 1)
+        with pytest.raises(GraderFailure, match=r"there is none.*dask worker tcp://scheduler"):
+            done(Fake({}), 1)
+        assert done(Fake({}), 0) == []
+
+    def test_tasks_are_taken_as_workers_get_free(self) -> None:
+        fake = Fake({"tcp://a:1": 1, "tcp://b:1": 1}, answer=lambda worker, task: "waits")
+        taken: list[int] = []
+        tasks = (taken.append(number) or number for number in range(99))
+        found = fake.cluster().run(tasks, lambda task: (print, task))
+        fake.answer = lambda worker, task: task if task == 3 else "waits"
+        assert next(found) == (3, 3)
+        assert taken == [0, 1, 2, 3]
+        assert Counter(worker for worker, _ in fake.sent) == {"tcp://a:1": 2, "tcp://b:1": 2}
+
+    def test_alone_is_one_on_each_machine(self) -> None:
+        fake = Fake({"tcp://a:1": 1, "tcp://a:2": 1, "tcp://b:1": 1})
+        fake.answer = lambda worker, task: task if task == 1 else "waits"
+        found = fake.cluster().run(range(9), lambda task: (print, task), alone=True)
+        assert next(found) == (1, 1)
+        assert [worker for worker, _ in fake.sent] == ["tcp://a:1", "tcp://b:1"]
+
+    def test_who_stood_behind_a_killer_is_not_blamed(self) -> None:
+        """One machine, whose worker comes again each time, as under a nanny."""
+        fake = Fake({"tcp://a:1": 1})
+
+        def answer(worker: str, task: int) -> Any:
+            if task == 0:
+                fake.threads[f"tcp://a:{len(fake.sent) + 1}"] = 1
+                return "dies"
+            return task if worker in fake.threads else "waits"
+
+        fake.answer = answer
+        found = dict(done(fake, 4))
+        assert found == {0: Broken("lost its worker 3 times"), 1: 1, 2: 2, 3: 3}
+
+    def test_a_scheduler_that_is_gone_is_told(self) -> None:
+        fake = Fake({"tcp://a:1": 1})
+        fake.answer = lambda worker, task: "waits"
+
+        def gone() -> dict[str, int]:
+            raise OSError
+
+        found = fake.cluster()
+        found._look()
+        fake.nthreads = gone  # type: ignore[method-assign]
+        time.sleep(0.02)
+        with pytest.raises(GraderFailure, match=r"tcp://scheduler is gone: start it again"):
+            list(found.run(range(3), lambda task: (print, task)))
