@@ -1,6 +1,6 @@
 # The instructor's doors: they need solutions/, and the public course goes without them.
 
-.PHONY: course release class grade grade-class feedback public mutants soak
+.PHONY: course release class grade grade-class feedback report public mutants soak
 
 SUBMITTED ?= build/submitted
 RELEASED := build/.release
@@ -16,7 +16,7 @@ course: ## set up, build the book, make the release, grade the sample class
 	@printf '\n%s\n' 'Where each thing is:'
 	@printf '  %-18s %s\n' 'the book' build/html/index.html 'student release' build/release \
 		'sample class' build/submitted 'marks, gradebook' build/graded \
-		'feedback' build/feedback
+		'feedback' build/feedback 'class report' build/report
 
 # A step of `make course`: it says when nothing has changed, and then does nothing.
 define step
@@ -45,13 +45,17 @@ grade: setup ## grade SUBMITTED (default build/submitted): <student>/<assignment
 feedback: setup ## write a page for each submission, build/feedback
 	$(BIN)/autograder feedback --site ../../html
 
+report: setup ## write a page for each assignment, for the instructor, build/report
+	$(BIN)/autograder report
+
 # Only this class, which the course made itself, may be graded without a sandbox.
 grade-class:
 	@$(BIN)/autograder doctor > /dev/null || { flag=--unsandboxed; \
 		echo 'No sandbox works here (see `autograder doctor`): the sample class, which is our own,' \
 		'is graded without one. Mend that before you grade anything else.'; }; \
 	$(BIN)/autograder grade build/submitted/*/* $$flag; \
-	$(BIN)/autograder feedback --site ../../html
+	$(BIN)/autograder feedback --site ../../html; \
+	$(BIN)/autograder report
 
 mutants: setup ## change the reference solutions, and see that the assignments' cases notice
 	$(BIN)/python -m tests.assignments.mutation

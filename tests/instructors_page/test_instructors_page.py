@@ -85,6 +85,10 @@ PROMISES = {
         makes=("build/graded/sample-half/02-four-costs.json", "build/graded/.run.json"),
     ),
     "make feedback": Promise(says=("50 submissions of 5 students",), makes=FEEDBACK),
+    "make report": Promise(
+        says=("report on 10 of 10 assignments",),
+        makes=("build/report/index.html", "build/report/02-four-costs.html"),
+    ),
     "JUPYTER_CONFIG_PATH=autograder .venv/bin/nbgrader export": Promise(makes=("grades.csv",)),
     f"{EXPORT} --format canvas --roster roster.csv": Promise(
         says=(f"{MATCHED}SIS Login ID",), makes=("build/canvas.csv",)
@@ -108,7 +112,7 @@ PROMISES = {
 NOT_RUN = {
     "make lab",
     "make test",
-    "rm -r build/graded build/feedback",
+    "rm -r build/graded build/feedback build/report",
     "gpg --quick-gen-key you@example.edu",
     "gpg --armor --export you@example.edu > .github/marks.asc",
     "gpg --decrypt marks.tar.gz.gpg | tar -xz",
