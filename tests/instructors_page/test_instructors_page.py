@@ -113,6 +113,8 @@ NOT_RUN = {
     "make lab",
     "make test",
     "rm -r build/graded build/feedback build/report",
+    "createdb grades",
+    "export ROBUST_SLAM_GRADEBOOK=postgresql://ada@db.example.edu/grades",
     "gpg --quick-gen-key you@example.edu",
     "gpg --armor --export you@example.edu > .github/marks.asc",
     "gpg --decrypt marks.tar.gz.gpg | tar -xz",
