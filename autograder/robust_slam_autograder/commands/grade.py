@@ -94,7 +94,7 @@ def run(options: argparse.Namespace) -> int:
         run = journal.open_run(options.out, options.seed)
         graded = _grade_with_progress(jobs, run, wall, door, options)
         record(gradebook, run, jobs, graded)
-    _tell(graded, options)
+    _tell(graded, gradebook, options)
     return 1 if any(item.status == "failed" for item in graded) else 0
 
 
@@ -150,7 +150,7 @@ def record(place: Path | str, run: Run, jobs: Sequence[Job], graded: Sequence[Gr
     gradebook.record(place, list(used.values()), marks, blank, run.graded)
 
 
-def _tell(graded: Sequence[Graded], options: argparse.Namespace) -> None:
+def _tell(graded: Sequence[Graded], gradebook: Path | str, options: argparse.Namespace) -> None:
     """Write the summaries, and the table for people."""
     marks, names = [item.result for item in graded], not options.no_names
     wanted = {options.json: summary.as_json, options.markdown: summary.as_markdown}
@@ -160,7 +160,7 @@ def _tell(graded: Sequence[Graded], options: argparse.Namespace) -> None:
     # Where a summary goes to standard output it has that for itself.
     people = sys.stderr if STANDARD_OUTPUT in wanted else sys.stdout
     print(terminal.marks_table(marks, names=names), file=people)
-    print(_counts(options.out, graded), file=people)
+    print(f"{_counts(graded)} {_places(options.out, gradebook)}", file=people)
 
 
 def write(target: str, text: str) -> None:
@@ -172,13 +172,20 @@ def write(target: str, text: str) -> None:
         Path(target).write_text(text, encoding="utf-8")
 
 
-def _counts(out: Path, graded: Sequence[Graded]) -> str:
+def _counts(graded: Sequence[Graded]) -> str:
     counts = batch.counts(graded)
     kept = f", {counts['kept']} of them unchanged and reused" if counts["kept"] else ""
     return (
-        f"{counts['graded']} graded, {counts['refused']} refused, "
-        f"{counts['failed']} failed{kept}. Results and gradebook: {out}"
+        f"{counts['graded']} graded, {counts['refused']} refused, {counts['failed']} failed{kept}."
     )
+
+
+def _places(out: Path, gradebook: Path | str) -> str:
+    if isinstance(gradebook, Path):
+        return f"Results and gradebook: {out}"
+    from robust_slam_autograder.nbgrader import database
+
+    return f"Results: {out}. Gradebook: {database.shown(gradebook)}"
 
 
 class _NoAssignment(WrongUse):

@@ -121,7 +121,8 @@ def shown(place: Place) -> str:
     url = url_of(place)
     file = file_of(url)
     hidden = [key for key in url.query if "password" in key or key in _PATIENCE["postgresql"]]
-    return str(file or url.difference_update_query(hidden).render_as_string(hide_password=True))
+    plain = url.set(drivername=url.get_backend_name()).difference_update_query(hidden)
+    return str(file or plain.render_as_string(hide_password=True))
 
 
 @contextlib.contextmanager

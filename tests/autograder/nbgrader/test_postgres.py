@@ -243,7 +243,9 @@ class TestCommands:
         grade(run, course)
         before = own.read_bytes()
         monkeypatch.setenv(DATABASE_VARIABLE, database.for_nbgrader(shared))
-        assert "2 of them unchanged and reused" in grade(run, course)
+        said = grade(run, course)
+        assert "2 of them unchanged and reused" in said and PASSWORD not in said
+        assert f"Gradebook: postgresql://grader:***@/{shared.database}" in said
         assert scores(shared) == scores(own) == {"ada": 20, "bob": 20}
         record_some(shared, ["bob"], [0, 0, 0, 0])  # by somebody else
         with gradebook.opened(shared) as book:
