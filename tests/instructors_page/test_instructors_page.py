@@ -59,6 +59,7 @@ def printed(heading: str) -> tuple[str, ...]:
 EXPORT = ".venv/bin/autograder export"
 REGRADE = ".venv/bin/autograder regrade 02-four-costs --submitted submitted"
 FEEDBACK = ("build/feedback/sample-half/02-four-costs.html",)
+REPORT = ("build/report/index.html", "build/report/02-four-costs.html")
 MATCHED = "5 of 5 students have marks, matched by "
 PROMISES = {
     "make setup": Promise(says=("Nothing to be done",), makes=(".venv/bin/autograder",)),
@@ -88,6 +89,10 @@ PROMISES = {
     "make report": Promise(
         says=("report on 10 of 10 assignments",),
         makes=("build/report/index.html", "build/report/02-four-costs.html"),
+    ),
+    "make report": Promise(makes=REPORT),
+    ".venv/bin/autograder report --no-names --to build/report-no-names": Promise(
+        makes=("build/report-no-names/index.html",)
     ),
     "JUPYTER_CONFIG_PATH=autograder .venv/bin/nbgrader export": Promise(makes=("grades.csv",)),
     f"{EXPORT} --format canvas --roster roster.csv": Promise(
