@@ -345,11 +345,11 @@ def _attention(source: Source, found: Sequence[Version]) -> Iterator[Kind]:
     """Put each submission under the most pressing reason that it has."""
     others = {result.student for version in found[1:] for result in version.results}
     reasons: Mapping[str, Reason] = {
-        "the grader failed": _without("failed"),
-        "refused": _without("refused"),
-        "graded by other tests than most": lambda r: _points(r) if r.student in others else "",
-        "ran into a limit": _stopped,
-        "no points": _nothing,
+        "The grader failed": _without("failed"),
+        "Refused": _without("refused"),
+        "Graded by other tests than most": lambda r: _points(r) if r.student in others else "",
+        "Ran into a limit": _stopped,
+        "No points": _nothing,
     }
     left = list(source.results)
     for name, reason in reasons.items():

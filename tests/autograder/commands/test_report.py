@@ -104,7 +104,7 @@ def test_without_names_no_file_and_no_page_tells_one(graded: Path, run: Run) -> 
     assert run("--no-names")[0] == 0
     shown = repr(pages(graded))
     assert not [name for name in (*STUDENTS, "dora") if name in shown]
-    assert "1 refused" in pages(graded)[f"{toy.NAME}.html"]
+    assert "Refused: 1" in pages(graded)[f"{toy.NAME}.html"]
 
 
 def test_without_names_the_index_leads_to_no_page_of_before(graded: Path, run: Run) -> None:

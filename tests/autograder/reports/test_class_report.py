@@ -94,7 +94,7 @@ class TestMarks:
     def test_where_nothing_was_graded_there_are_no_marks(self) -> None:
         made = report(samples.refused("No.", student="b"))
         assert (made.marks, made.time, made.exercises) == (None, None, ())
-        assert [kind.name for kind in made.attention] == ["refused"]
+        assert [kind.name for kind in made.attention] == ["Refused"]
 
     def test_a_spread_is_in_per_cent_of_the_points(self) -> None:
         marks = marked([0, 30, 60]).marks
@@ -163,7 +163,7 @@ class TestExercises:
         assert made.marks is not None and made.marks.highest == 0
         assert [part.kind for part in pictures.parts(made.exercises[0])] == ["none"]
         (kind,) = made.attention
-        assert (kind.name, kind.students) == ("no points", 2)
+        assert (kind.name, kind.students) == ("No points", 2)
 
 
 class TestVersions:
@@ -181,7 +181,7 @@ class TestVersions:
             "without the exercise apply",
         )
         assert next((k.name, [one.reason for one in k.list]) for k in made.attention) == (
-            "graded by other tests than most",
+            "Graded by other tests than most",
             ["10 of 10 points"] * 2,
         )
 
@@ -284,17 +284,17 @@ class TestAttention:
             (kind.name, [(one.student, one.reason) for one in kind.list])
             for kind in made.attention
         ] == [
-            ("the grader failed", [("zoe", "It died.")]),
-            ("refused", [("ben", "Bad\\x1b.")]),
-            ("graded by other tests than most", [("old", "10 of 10 points")]),
+            ("The grader failed", [("zoe", "It died.")]),
+            ("Refused", [("ben", "Bad\\x1b.")]),
+            ("Graded by other tests than most", [("old", "10 of 10 points")]),
             (
-                "ran into a limit",
+                "Ran into a limit",
                 [
                     ("hal", "double ended its process, apply ran too long"),
                     ("pat", "double ran too long"),
                 ],
             ),
-            ("no points", [("ned", "0 of 20 points")]),
+            ("No points", [("ned", "0 of 20 points")]),
         ]
 
     def test_no_points_of_none_need_no_attention(self) -> None:
@@ -332,9 +332,9 @@ def test_without_names_nothing_tells_who_it_was() -> None:
     shown = repr(made).lower()
     assert not [name for name in ("ada", "ben", "cleo", "dora", "lovelace") if name in shown]
     assert [(kind.name, kind.students) for kind in made.attention] == [
-        ("refused", 1),
-        ("graded by other tests than most", 1),
-        ("ran into a limit", 1),
-        ("no points", 1),
+        ("Refused", 1),
+        ("Graded by other tests than most", 1),
+        ("Ran into a limit", 1),
+        ("No points", 1),
     ]
     assert made.time is not None and made.time.longest > 0
