@@ -137,9 +137,9 @@ def explained(place: Place, doing: str = "written") -> Iterator[None]:
     try:
         yield
     except ModuleNotFoundError as error:
+        package = "psycopg2-binary" if error.name == "psycopg2" else error.name
         raise WrongUse(
-            f"{error.name} is missing, which speaks with {url.get_backend_name()}: "
-            "pip install psycopg2-binary."
+            f"{error.name} is missing, which speaks with PostgreSQL: pip install {package}"
         ) from error
     except (SQLAlchemyError, OSError) as error:
         # Its own traceback would show the values that were sent, and so students' names.
@@ -156,7 +156,8 @@ def _why(error: Exception, url: URL) -> str:
     if url.get_backend_name() == "sqlite":
         return f"{why}."
     if f'database "{url.database}"' in why:
-        return f"{why}. Make it on its server: createdb {url.database}"
+        owner = f"--owner={url.username} " if url.username else ""
+        return f"{why}. Make it on its server: createdb {owner}{url.database}"
     if isinstance(error, DBAPIError) and getattr(said, "pgcode", None) is None:
         return f"{why}. See that the server runs and takes connections from here, and as whom."
     return f"{why}."

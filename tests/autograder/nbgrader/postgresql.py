@@ -59,8 +59,8 @@ def running() -> Iterator[Server]:
     """Make and start a server; it is stopped and removed however this ends."""
     at = programs()
     assert at is not None
-    # A socket's path has to be short.
-    folder = Path(tempfile.mkdtemp(prefix="pg"))
+    # A socket's path has to be short, and the server's user has to reach it.
+    folder = Path(tempfile.mkdtemp(prefix="pg", dir="/tmp"))
     who = _who()
     secret = folder / "password"
     secret.write_text(PASSWORD)

@@ -317,10 +317,20 @@ class TestMistakes:
             ("postgresql://ta:secret@host/grades", "put it into ~/.pgpass or $PGPASSWORD"),
             ("postgresql://host/grades?password=secret", "put it into ~/.pgpass or $PGPASSWORD"),
             ("postgresql://127.0.0.1:1/grades", "See that the server runs"),
-            ("postgresql+psycopg://127.0.0.1:1/grades", "psycopg is missing"),
+            ("postgresql+missing://host/grades", "pip install psycopg2-binary"),
         ],
     )
-    def test_nothing_is_graded(self, course: Path, run: Run, address: str, sentence: str) -> None:
+    def test_nothing_is_graded(
+        self,
+        course: Path,
+        run: Run,
+        monkeypatch: pytest.MonkeyPatch,
+        address: str,
+        sentence: str,
+    ) -> None:
+        if "+missing" in address:
+            monkeypatch.setitem(sys.modules, "psycopg2", None)
+            address = address.replace("+missing", "")
         paths = (course / "submitted" / "ada" / toy.NAME, "--unsandboxed")
         status, out, err = run("grade", *paths, "--gradebook", address)
         assert status == 2 and sentence in err and out == ""
@@ -332,7 +342,7 @@ class TestMistakes:
     ) -> None:
         paths = (course / "submitted" / "ada" / toy.NAME, "--unsandboxed")
         for url, sentence in {
-            server.url("grades"): "Make it on its server: createdb grades",
+            server.url("grades"): "Make it on its server: createdb --owner=grader grades",
             server.url("postgres").set(password=f"wrong{PASSWORD}"): "authentication failed",
         }.items():
             monkeypatch.setenv(DATABASE_VARIABLE, database.for_nbgrader(url))
