@@ -6,6 +6,7 @@ A student's own words, which stand in exception texts, are grouped by what was r
 from __future__ import annotations
 
 import builtins
+import functools
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
@@ -94,10 +95,11 @@ def collect(exercises: Iterable[ExerciseResult], reader: Reader) -> tuple[Hint, 
         reader: tells which texts belong together.
     """
     groups: dict[str, _Group] = {}
+    keys = functools.cache(reader.group)  # many students get few texts
     for exercise in exercises:
         mine: dict[str, list[tuple[str, str]]] = {}
         for case, text in _told(exercise):
-            mine.setdefault(reader.group(text), []).append((case, text))
+            mine.setdefault(keys(text), []).append((case, text))
         for key, told in mine.items():
             groups.setdefault(key, _Group()).add(told)
     hints = (_hint(key, group, reader) for key, group in groups.items())
