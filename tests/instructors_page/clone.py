@@ -12,7 +12,7 @@ from pathlib import Path
 from tests.as_user import ROOT
 from tests.autograder.ci.running import repository
 
-_BOOK = Path("build", "_build", ".jupyter_cache")
+_EXECUTED = Path("build", "_build", ".jupyter_cache")
 
 
 def make(folder: Path) -> None:
@@ -37,14 +37,12 @@ def lend_environment(folder: Path) -> None:
 
 
 def lend_executed_notebooks(folder: Path) -> None:
-    """Copy the newest set of executed notebooks, so that the book is built as a second time."""
+    """Copy the notebooks that were executed here, so that the book is built as a second time."""
     (ROOT / "build").mkdir(exist_ok=True)
     with (ROOT / "build" / ".book.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        sets = [path for path in (ROOT / _BOOK).glob("*") if path.is_dir()]
-        if sets:
-            newest = max(sets, key=lambda path: path.stat().st_mtime)
-            shutil.copytree(newest, folder / _BOOK / newest.name)
+        if (ROOT / _EXECUTED).exists():
+            shutil.copytree(ROOT / _EXECUTED, folder / _EXECUTED)
 
 
 def environment(home: Path) -> dict[str, str]:
