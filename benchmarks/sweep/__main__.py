@@ -4,6 +4,13 @@ Runs that are in the journal are not done again: kill it at any time, and start 
 Afterwards, or with --write at any time, the table of what there is goes to --table.
 
     python -m benchmarks.sweep --jobs 2
+
+With --scheduler the workers of a Dask cluster do them, and this process alone writes. Start
+the scheduler and each worker in this folder: they want these packages too.
+
+    python -m dask scheduler --host 127.0.0.1 --port 8786
+    python -m dask worker tcp://127.0.0.1:8786 --nthreads 1 --nworkers 2
+    python -m benchmarks.sweep --scheduler tcp://127.0.0.1:8786
 """
 
 from __future__ import annotations
@@ -18,7 +25,7 @@ from tqdm import tqdm
 from benchmarks import methods
 from benchmarks.sweep import journal, summary
 from benchmarks.sweep.definition import PLANS, worlds
-from benchmarks.sweep.execute import Executor, Task, processes
+from benchmarks.sweep.execute import Executor, Task, on_cluster, processes
 
 ROOT = Path(__file__).parents[2]
 JOURNAL = ROOT / "build" / "sweep" / "journal.jsonl"
@@ -51,6 +58,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--jobs", type=int, default=1, help="processes (default 1)")
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask cluster, to do them all")
     parser.add_argument("--journal", type=Path, default=JOURNAL)
     parser.add_argument("--table", type=Path, default=TABLE)
     parser.add_argument("--graphs", nargs="+", choices=PLANS, default=list(PLANS))
@@ -58,7 +66,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     wanted = parser.parse_args(arguments)
     if not wanted.write:
         tasks = missing(journal.read(wanted.journal), [g for g in wanted.graphs if _is_here(g)])
-        sweep(wanted.journal, tasks, processes(wanted.jobs))
+        execute = on_cluster(wanted.scheduler) if wanted.scheduler else processes(wanted.jobs)
+        sweep(wanted.journal, tasks, execute)
     wanted.table.parent.mkdir(parents=True, exist_ok=True)
     wanted.table.write_text(summary.text(journal.read(wanted.journal).values()), encoding="utf-8")
     print(f"the table is in {wanted.table}")

@@ -10,15 +10,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 from robust_slam.errors import NotConverged
+from robust_slam_autograder.executor.cluster import Unfit
 
 from benchmarks import methods
 from benchmarks.methods import Score
 from benchmarks.sweep import __main__ as door
-from benchmarks.sweep import journal, summary
+from benchmarks.sweep import execute, journal, summary
 from benchmarks.sweep.definition import KINDS, PLANS, World, digest, make, worlds
-from benchmarks.sweep.execute import Task, here, processes
+from benchmarks.sweep.execute import Task, here, on_cluster, processes
 from benchmarks.sweep.journal import Run
 from benchmarks.sweep.run import run_world
+from tests.autograder.machines import Machines
 
 WORLD = World("manhattan", "random", 10, 0)
 SCORE = Score(precision=0.5, recall=0.25, ate=0.125, seconds=2.0)
@@ -146,6 +148,26 @@ class TestRuns:
         with pytest.raises(RuntimeError, match="broken in World"):
             list(run_world(WORLD, ["broken"]))
         assert "ZeroDivisionError" in capfd.readouterr().err
+
+    def test_a_cluster_finds_what_one_process_finds(self, tmp_path: Path) -> None:
+        tasks: list[Task] = [(world, ("DCS",)) for world in (WORLD, WORLD._replace(seed=1))]
+        machines = Machines(tmp_path)
+        try:
+            machines.worker("--no-nanny")
+            there = {run.key: run.score for run in on_cluster(machines.address)(tasks)}
+        finally:
+            machines.stop()
+        alone = {run.key: run.score for run in here(tasks)}
+        assert there.keys() == alone.keys()
+        for key, score in alone.items():
+            assert there[key].ate == pytest.approx(score.ate, rel=1e-6)
+
+    def test_a_worker_with_another_sweep_does_nothing(
+        self, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        code = execute._code()
+        monkeypatch.setattr(methods, "STEPS", methods.STEPS + 1)
+        assert isinstance(execute._on_worker(code, WORLD, ("DCS",)), Unfit)
 
 
 class TestTable:

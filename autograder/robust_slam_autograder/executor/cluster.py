@@ -7,8 +7,10 @@ known by its name, and a task that ends its workers is told from those that wait
 from __future__ import annotations
 
 import contextlib
+import logging
 import multiprocessing
 import queue
+import re
 import sys
 import time
 from collections import Counter, deque
@@ -34,8 +36,11 @@ PATIENCE_SECONDS = 60.0
 """How long we wait for a worker that is fit, where there is none."""
 FETCH_SECONDS = 60.0
 """How long an answer may be on its way."""
+MOST_SAID = 300
 LARGEST_TASK = "1 GiB"
 """Dask warns of larger ones; a notebook may have 20 MiB."""
+
+_ADDRESS = re.compile(r"(tcp|tls)://(\[[0-9a-fA-F:]+\]|[^][/:@\s]+):[0-9]{1,5}")
 
 T = TypeVar("T")
 Call = tuple[Any, ...]
@@ -100,15 +105,23 @@ def connected(address: str) -> Iterator[Cluster]:
     """
     try:
         import dask
-        from distributed import Client
+        from distributed import Client, Security
     except ImportError as error:
         mend = "pip install 'robust-slam-autograder[cluster]'"
         raise WrongUse(f"--scheduler needs Dask, which is not installed: {mend}.") from error
+    # Before Dask sees it: its client takes long to give up an address that is none.
+    security = Security()
+    if not _ADDRESS.fullmatch(address):
+        raise WrongUse(f"{address} is no scheduler's address: it wants tcp:// or tls://HOST:PORT.")
+    if address.startswith("tls:") and not security.get_connection_args("client")["ssl_context"]:
+        mend = "set distributed.comm.tls.ca-file and .client.cert and .key in Dask's configuration"
+        raise WrongUse(f"{address} wants certificates: {mend}.")
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # we say it in a sentence
     dask.config.set({"distributed.admin.large-graph-warning-threshold": LARGEST_TASK})
     try:
-        client = Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
-    except (OSError, ValueError, TypeError, RuntimeError) as error:
-        mend = "start one there with `dask scheduler`, or mend the address (tcp://HOST:8786)"
+        client = Client(address, timeout=CONNECT_SECONDS, security=security, set_as_default=False)
+    except OSError as error:
+        mend = "start one there with `dask scheduler`, or mend the address"
         raise WrongUse(f"No Dask scheduler answers at {address} ({error}): {mend}.") from error
     with client:
         yield Cluster(client, address)
@@ -150,8 +163,9 @@ class Cluster:
                 self._send(flow, call, alone)
                 yield from self._collect(flow)
         finally:
-            with contextlib.suppress(Exception):  # the scheduler may be gone
-                self._client.cancel(list(flow.sent), force=True)
+            if flow.sent:
+                with contextlib.suppress(Exception):  # the scheduler may be gone
+                    self._client.cancel(list(flow.sent), force=True)
 
     def _look(self) -> None:
         now = time.monotonic()
@@ -218,7 +232,8 @@ class Cluster:
             answer = future.result(timeout=FETCH_SECONDS)
         except Exception as error:
             if not _is_death(error):
-                self._refuse(item.worker, f"it failed ({type(error).__name__}: {error})")
+                said = " ".join(str(error).split())[:MOST_SAID]
+                self._refuse(item.worker, f"it failed ({type(error).__name__}: {said})")
             yield from flow.died(item)
             return
         if isinstance(answer, Unfit):

@@ -7,7 +7,6 @@ import functools
 import json
 import os
 import pickle
-import subprocess
 import sys
 import time
 from collections import Counter
@@ -29,6 +28,7 @@ from robust_slam_autograder.sandbox import BACK_ENDS, Sandbox, Unsandboxed
 from tests.autograder import toy
 from tests.autograder.grading.test_batch import jobs, leave, make_course, marks
 from tests.autograder.killing import wait_for
+from tests.autograder.machines import Machines
 
 SLOW = f"import time\ntime.sleep(0.4)\n{toy.DOUBLE}"
 KILLER = f"""
@@ -39,40 +39,6 @@ for _ in range(3):  # the trusted process, its server, the worker
     pid = int(stat.rpartition(")")[2].split()[1])
 os.kill(pid, signal.SIGKILL)
 {toy.DOUBLE}"""
-
-
-@dataclass
-class Machines:
-    """A scheduler and workers, each a process on this machine."""
-
-    folder: Path
-    processes: list[subprocess.Popen[bytes]] = field(default_factory=list)
-
-    def __post_init__(self) -> None:
-        self._file = self.folder / "scheduler.json"
-        where = ["--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(self._file)]
-        self._start("scheduler", *where)
-        wait_for(self._file.exists)
-        self.address = json.loads(self._file.read_text())["address"]
-
-    def worker(self, *options: str, path: Path | None = None) -> subprocess.Popen[bytes]:
-        """Start one; ``path`` is where it looks for packages, too."""
-        where = ["--scheduler-file", str(self._file), "--local-directory", str(self.folder)]
-        return self._start("worker", *where, "--nthreads", "1", *options, path=path)
-
-    def _start(self, what: str, *options: str, path: Path | None = None) -> Any:
-        command = [sys.executable, "-m", "dask", what, "--no-dashboard", *options]
-        environment = os.environ | {"PYTHONPATH": str(path or "")}
-        with open(self.folder / f"{what}-{len(self.processes)}.log", "wb") as log:
-            process = subprocess.Popen(command, env=environment, stdout=log, stderr=log)
-        self.processes.append(process)
-        return process
-
-    def stop(self) -> None:
-        """Kill them all: what they have started ends with them, and to say goodbye takes long."""
-        for process in reversed(self.processes):
-            process.kill()
-            process.wait()
 
 
 @pytest.fixture
@@ -256,11 +222,14 @@ def test_the_command_says_what_is_missing(
     command = ["--solutions", str(tree), "grade", str(folder), "--unsandboxed"]
     command += ["--out", str(tmp_path / "out"), "--scheduler"]
     monkeypatch.setattr(engine, "CONNECT_SECONDS", 0.5)
-    for address in ("tcp://127.0.0.1:9", "127.0.0.1", "tls://127.0.0.1:9", "nonsense://x"):
+    for address, why in {
+        "tcp://127.0.0.1:9": "No Dask scheduler answers at tcp://127.0.0.1:9 (",
+        "127.0.0.1:9": "127.0.0.1:9 is no scheduler's address: it wants tcp://",
+        "tcp://127.0.0.1": "is no scheduler's address",
+        "tls://127.0.0.1:9": "tls://127.0.0.1:9 wants certificates: set distributed.comm.tls.ca",
+    }.items():
         assert run(*command, address) == 2
-        said = capsys.readouterr().err
-        assert f"No Dask scheduler answers at {address} (" in said
-        assert "`dask scheduler`" in said
+        assert why in capsys.readouterr().err
     monkeypatch.setitem(sys.modules, "distributed", None)
     assert run(*command, "tcp://127.0.0.1:9") == 2
     assert "pip install 'robust-slam-autograder[cluster]'" in capsys.readouterr().err
