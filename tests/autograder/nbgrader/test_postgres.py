@@ -32,7 +32,7 @@ from tests.autograder.nbgrader.test_gradebook import result, with_text
 from tests.conftest import leave_out
 
 FULL = [4.0, 6.0, 5.0, 5.0]
-CLASS = 24
+CLASS = 12
 NUMBERS = itertools.count()
 Run = Callable[..., tuple[int, str, str]]
 
