@@ -31,11 +31,14 @@ def measurements() -> dict[str, Callable[[], Figure | str]]:
     for graph in SPATIAL:
         found[f"chordal/{graph}"] = partial(starts.measure, graph)
     found[f"clique/{cliques.CLOSURES}"] = cliques.measure
-    for kind, other in (("gnc", graduated.gtsam_gnc), ("gnc-onestep", graduated.one_step)):
+    for kind, other, adaptive in (
+        ("gnc", graduated.gtsam_gnc, True),
+        ("gnc-onestep", graduated.one_step, False),
+    ):
         for graph in SPOILED:
             for percent in PERCENT:
                 name = f"{kind}/{graph}/{percent}"
-                found[name] = partial(graduated.measure, graph, percent, other)
+                found[name] = partial(graduated.measure, graph, percent, other, adaptive=adaptive)
     return found
 
 

@@ -170,7 +170,7 @@ def solve(
         if len(fleet.rounds) > max_rounds:
             return Outcome(tuple(fleet.rounds), StopReason.ITERATION_LIMIT)
         fleet.descend(state, tol, every)
-        state = rule.next(state)
+        state *= factor
     return fleet.settled(StopReason.BINARY_WEIGHTS, state, tol, max_rounds)
 
 

@@ -33,7 +33,7 @@ class IrlsRule:
         """Return ψ(u)/u."""
         return self.kernel.weight(norms)
 
-    def next(self, state: None) -> None:
+    def next(self, state: None, weights: Array, moved: Array) -> None:
         """Return None."""
 
     def cost(self, norms: Array) -> float:

@@ -65,8 +65,12 @@ class Rule(Protocol[State]):
         """Return one weight in [0, 1] for each residual norm."""
         ...
 
-    def next(self, state: State) -> State:
-        """Return the state of the next step."""
+    def next(self, state: State, weights: Array, moved: Array) -> State:
+        """Return the state of the next step.
+
+        ``weights`` ``(k,)`` are those of this step, and ``moved`` ``(k,)`` is by how much it
+        changed each residual norm u, as a share of 1 + u.
+        """
         ...
 
     def cost(self, norms: Array) -> float:
@@ -124,10 +128,11 @@ def reweight(
         history.append(Step(x, weights, _cost(rule, norms, doubted), state))
         if solution is None:
             return Result.ending(history, StopReason.ALL_REJECTED)
-        stop = rule.finished(weights[doubted], state, _is_settled(before, norms, tol))
+        moved = _moved(before, norms)
+        stop = rule.finished(weights[doubted], state, bool(np.all(moved <= tol)))
         if stop is not None:
             return Result.ending(history, stop)
-        state = rule.next(state)
+        state = rule.next(state, weights[doubted], moved[doubted])
     return Result.ending(history, StopReason.ITERATION_LIMIT)
 
 
@@ -148,17 +153,17 @@ def settle(problem: Problem[X], rule: Rule[State], result: Result[X], tol: float
     for _ in range(_SOLVES):
         x = problem.solve(result.weights, x)
         before, norms = norms, problem.residual_norms(x)
-        if _is_settled(before, norms, tol) or result.weights @ (norms**2 - before**2) >= 0.0:
+        if np.all(_moved(before, norms) <= tol) or result.weights @ (norms**2 - before**2) >= 0.0:
             stop = result.stop
             break
-    if stop is result.stop and _is_settled(first, norms, tol):
+    if stop is result.stop and np.all(_moved(first, norms) <= tol):
         return result
     last = Step(x, result.weights, _cost(rule, norms, ~problem.trusted), result.history[-1].mu)
     return Result.ending([*result.history, last], stop)
 
 
-def _is_settled(before: Array, norms: Array, tol: float) -> bool:
-    return bool(np.all(np.abs(norms - before) <= tol * (1.0 + before)))
+def _moved(before: Array, norms: Array) -> Array:
+    return np.asarray(np.abs(norms - before) / (1.0 + before))
 
 
 def _check_limits(tol: float, max_iterations: int) -> None:

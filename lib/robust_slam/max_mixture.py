@@ -95,8 +95,8 @@ class NullHypothesis:
         inlier, outlier = self._costs(norms)
         return np.where(inlier <= outlier, 1.0, self.ratio**-2)
 
-    def next(self, state: None) -> None:
-        """Return None."""
+    def next(self, state: None, weights: Array, moved: Array) -> None:
+        """Return None, whatever the weights ``(k,)``."""
 
     def cost(self, norms: Array) -> float:
         """Return Σ min(u²/2, u²/(2 ratio²) + offset) over the norms ``(k,)``."""

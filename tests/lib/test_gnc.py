@@ -13,7 +13,7 @@ from robust_slam import gnc as g
 from robust_slam import kernels
 from robust_slam.gauss_newton import PoseGraphProblem
 from robust_slam.generate import circle, manhattan
-from robust_slam.gnc import GncGm, GncTls, gnc, start_mu
+from robust_slam.gnc import GncGm, GncTls, gnc, start_mu, strides
 from robust_slam.irls import irls
 from robust_slam.linear import chain
 from robust_slam.location import LocationProblem
@@ -494,6 +494,46 @@ def test_gm_on_a_pose_graph_ends_near_the_map_without_lies():
 def test_the_rule_and_the_function_say_the_same():
     rule, problem = GncTls(2.0), LocationProblem(B)
     assert reweight(problem, rule, tol=1e-9, max_iterations=50).x == gnc(problem, 2.0).x
+
+
+@pytest.mark.parametrize(
+    ("most", "count"), [(0.0, 3), (0.05, 3), (0.051, 2), (0.1, 2), (0.101, 1), (9.0, 1)]
+)
+def test_mu_takes_two_factors_where_little_moves_and_three_where_less_does(most, count):
+    moved = np.full(200, most)
+    assert strides(moved) == count
+    moved[0] = 1e6  # one in two hundred may do what it likes
+    assert strides(moved) == count
+    moved[:3] = 1e6
+    assert strides(moved) == 1
+
+
+def test_with_nothing_to_doubt_nothing_moves():
+    assert strides(np.empty(0)) == 3
+
+
+def test_an_adaptive_mu_moves_on_by_two_factors_until_a_weight_is_one_and_then_by_strides():
+    rule = GncTls(2.0, factor=1.5, adaptive=True)
+    assert rule.next(0.1, np.array([0.5, 0.0]), np.array([9.0, 9.0])) == pytest.approx(0.225)
+    assert rule.next(0.1, np.array([1.0, 0.0]), np.array([9.0, 9.0])) == pytest.approx(0.15)
+    assert rule.next(0.1, np.array([1.0, 0.0]), np.array([0.0, 0.0])) == pytest.approx(0.3375)
+    down = GncGm(2.0, factor=1.5, adaptive=True)
+    assert down.next(9.0, np.array([0.5]), np.array([0.0])) == pytest.approx(9.0 / 1.5**3)
+    assert down.next(2.0, np.array([0.5]), np.array([0.0])) == 1.0
+
+
+@pytest.mark.parametrize("kind", ["tls", "gm"])
+def test_an_adaptive_schedule_ends_where_the_fixed_one_does_with_fewer_solves(kind):
+    rng = np.random.default_rng(5)
+    graph, truth = circle(40, rng, laps=2, closures=12)
+    spoiled, is_lie = add_random_closures(graph, 5, rng, poses=truth)
+    problem, c = PoseGraphProblem(spoiled, steps=1), chi_square_threshold(0.99, 3)
+    fixed, adaptive = (
+        gnc(problem, c, kind, problem.guess, adaptive=adaptive) for adaptive in (False, True)
+    )
+    assert adaptive.weights == pytest.approx(fixed.weights, abs=0.05)
+    assert adaptive.weights[is_lie].max() < 0.01
+    assert len(adaptive.history) < 0.7 * len(fixed.history)
 
 
 @pytest.mark.parametrize(

@@ -30,7 +30,7 @@ class HalvingRule:
         self.seen.append(norms.size)
         return np.where(norms > 1.0, state, 1.0)
 
-    def next(self, state):
+    def next(self, state, weights, moved):
         return state / 2.0
 
     def cost(self, norms):

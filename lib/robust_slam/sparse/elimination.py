@@ -66,8 +66,8 @@ def find_elimination(n: int, edges: Indices) -> Elimination:
     Source: the approximate minimum degree of Amestoy, Davis and Duff 1996, by QDLDL.
     """
     each = np.arange(n)
-    row = np.concatenate([edges.min(axis=1), each])
-    column = np.concatenate([edges.max(axis=1), each])
+    row = np.concatenate([np.minimum(*edges.T), each])
+    column = np.concatenate([np.maximum(*edges.T), each])
     # The diagonal outweighs its row, so no entry of the factor cancels.
     numbers = np.concatenate([np.full(len(edges), -1.0), np.full(n, 2.0 * len(edges) + 1.0)])
     joined = csc_array((numbers, (row, column)), shape=(n, n))

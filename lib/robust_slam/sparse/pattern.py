@@ -176,9 +176,14 @@ def _filled(ends: Indices, size: int) -> tuple[Indices, Indices, csr_array]:
 
     ``ends`` ``(m, 2)`` are places of poses, −1 for the one that is left out.
     """
-    row = np.concatenate([ends.T.ravel(), ends.max(axis=1)])
-    column = np.concatenate([ends.T.ravel(), ends.min(axis=1)])
+    row = np.concatenate([ends.T.ravel(), np.maximum(*ends.T)])
+    column = np.concatenate([ends.T.ravel(), np.minimum(*ends.T)])
     free = np.flatnonzero(column >= 0)
-    filled, at = np.unique(column[free] * size + row[free], return_inverse=True)
-    onto = csr_array((np.ones(at.size), (at, free)), shape=(filled.size, row.size))
+    block = column[free] * size + row[free]
+    by_block = np.argsort(block, kind="stable")
+    sorted_blocks = block[by_block]
+    first = np.flatnonzero(np.diff(sorted_blocks, prepend=-1))
+    starts = np.append(first, free.size)
+    onto = csr_array((np.ones(free.size), free[by_block], starts), shape=(first.size, row.size))
+    filled = sorted_blocks[first]
     return filled % size, filled // size, onto

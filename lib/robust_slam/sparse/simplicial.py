@@ -56,8 +56,8 @@ class Simplicial:
         except RuntimeError:
             return None
         # An update that meets a pivot of 0 stops there, and says nothing.
-        factors = SimplicialFactors(self, self._count)
-        return factors if np.all(factors.pivots > 0.0) else None
+        _, pivots, _ = self._solver.factors()
+        return SimplicialFactors(self, self._count) if pivots.min() > 0.0 else None
 
     def solver(self, number: int) -> qdldl.Solver:
         """Return QDLDL's solver if it holds the factors of factorisation ``number``.

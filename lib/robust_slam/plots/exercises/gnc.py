@@ -67,7 +67,7 @@ def mu_schedule(schedule: Callable[[float, float, int, str], ArrayLike]) -> Figu
         rule, first = library.RULES[kind](2.0), library.start_mu(7.5, 2.0, kind)
         truth = [first]
         while len(truth) < 21 and (kind == "tls" or truth[-1] > 1.0):
-            truth.append(rule.next(truth[-1]))
+            truth.append(rule.next(truth[-1], np.empty(0), np.empty(0)))
         yours = np.asarray(schedule(first, 1.4, 21, kind), dtype=float)
         _beside(ax, np.arange(len(truth)), truth, yours)
         ax.lines[-1].set(
