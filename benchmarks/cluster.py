@@ -1,0 +1,116 @@
+"""How many submissions an hour, on one process, on several, and on a Dask cluster's workers?
+
+The sample class is graded each way in one run, on this machine, hidden tests included, and what a
+cluster takes to start and to end is measured alone and taken off. From its seconds follows how
+many cores grade ten thousand submissions in a night.
+
+    python -m benchmarks.cluster
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from robust_slam_autograder import cli
+from robust_slam_autograder.sandbox import BACK_ENDS
+
+from benchmarks.cost import Cost, measure
+from tests import sample_class
+
+ROOT = Path(__file__).parents[1]
+SOLUTIONS = ROOT / "solutions"
+WORKERS = 2
+PLANNED = 10_000
+"""Submissions in a night."""
+NIGHT_HOURS = 8.0
+LIMIT_SECONDS = 120.0
+"""What a submission may take at most, as most assignments have it."""
+
+
+def grade(folders: Sequence[Path], out: Path, *options: str) -> list[str]:
+    """The grader's arguments for a class."""
+    command = ["--solutions", str(SOLUTIONS), "grade", *map(str, folders)]
+    return [*command, "--out", str(out), "--seed", "1", *options]
+
+
+def on_dask(arguments: Sequence[str]) -> int:
+    """Start a cluster, grade on it where there is something to grade, and end it."""
+    from distributed import LocalCluster
+
+    with LocalCluster(n_workers=WORKERS, threads_per_worker=1, dashboard_address=":0") as cluster:
+        cluster.wait_for_workers(WORKERS)
+        if not arguments:
+            return 0
+        return cli.main([*arguments, "--scheduler", cluster.scheduler_address])
+
+
+def compare(root: Path, wall: str) -> None:
+    """Measure all ways, one after the other, and print the table and the plan."""
+    release = root / "release"
+    _run("-m", "robust_slam_autograder.cli", "release", "--out", str(release))
+    folders = sample_class.write(release, root / "submitted")
+    print(f"{len(folders)} submissions, {wall}; load average before: {os.getloadavg()[0]:.1f}")
+    print(f"{'':<32} {'seconds':>8} {'each':>8} {'each, CPU':>10} {'an hour':>8}", flush=True)
+    for jobs in (1, WORKERS):
+        options = ("--sandbox", wall, "--jobs", str(jobs))
+        command = grade(folders, root / f"local-{jobs}", *options)
+        name = f"{jobs} local process{'es' if jobs > 1 else ''}"
+        tell(name, _run("-m", "robust_slam_autograder.cli", *command), len(folders))
+    start = _run("-m", "benchmarks.cluster", "--dask")
+    print(f"{f'{WORKERS} Dask workers, start and end':<32} {start.wall:8.1f}", flush=True)
+    command = grade(folders, root / "dask", "--sandbox", wall)
+    whole = _run("-m", "benchmarks.cluster", "--dask", *command)
+    cost = Cost(whole.wall - start.wall, whole.cpu and start.cpu and whole.cpu - start.cpu)
+    tell(f"{WORKERS} Dask workers, grading", cost, len(folders))
+    print(plan(WORKERS * cost.wall / len(folders)))
+
+
+def _run(*arguments: str) -> Cost:
+    return measure([sys.executable, *arguments], cwd=ROOT, env={"OPENBLAS_NUM_THREADS": "1"})
+
+
+def tell(name: str, cost: Cost, submissions: int) -> None:
+    """Print a line of the table."""
+    cpu = "–" if cost.cpu is None else f"{cost.cpu / submissions:.2f}"
+    each = cost.wall / submissions
+    print(f"{name:<32} {cost.wall:8.1f} {each:8.2f} {cpu:>10} {3600 / each:8.0f}", flush=True)
+
+
+def plan(seconds: float) -> str:
+    """Say how many cores a night wants.
+
+    Args:
+        seconds: what a submission takes a worker.
+    """
+    cores = math.ceil(PLANNED * seconds / (NIGHT_HOURS * 3600))
+    hours = 100 * LIMIT_SECONDS / 3600
+    return (
+        f"{PLANNED:,} submissions like these, {seconds:.2f} s of a worker each: "
+        f"{PLANNED * seconds / 3600:.1f} hours of one core, so {cores} core{'s' * (cores > 1)} of this kind for a "
+        f"night of {NIGHT_HOURS:.0f} hours.\n"
+        f"Those that run into a limit are graded once more, one at a time on each machine: a "
+        f"hundred that hang for {LIMIT_SECONDS:.0f} s take one machine {hours:.1f} hours more."
+    )
+
+
+def main() -> int:
+    """Read the arguments; with ``--dask`` this is the process that is measured."""
+    if sys.argv[1:2] == ["--dask"]:
+        return on_dask(sys.argv[2:])
+    argparse.ArgumentParser(description="Throughput of the grader, and a plan.").parse_args()
+    walls = [name for name, wall in BACK_ENDS.items() if wall.problem() is None]
+    if not walls:
+        sys.exit("No sandbox works here: see `autograder doctor`.")
+    with tempfile.TemporaryDirectory(prefix="benchmark-") as folder:
+        compare(Path(folder), walls[0])
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
