@@ -89,11 +89,12 @@ def plan(seconds: float) -> str:
         seconds: what a submission takes a worker.
     """
     cores = math.ceil(PLANNED * seconds / (NIGHT_HOURS * 3600))
+    wanted = f"{cores} core{'s' * (cores > 1)} of this kind"
     hours = 100 * LIMIT_SECONDS / 3600
     return (
         f"{PLANNED:,} submissions like these, {seconds:.2f} s of a worker each: "
-        f"{PLANNED * seconds / 3600:.1f} hours of one core, so {cores} core{'s' * (cores > 1)} of this kind for a "
-        f"night of {NIGHT_HOURS:.0f} hours.\n"
+        f"{PLANNED * seconds / 3600:.1f} hours of one core, so {wanted} for a night of "
+        f"{NIGHT_HOURS:.0f} hours.\n"
         f"Those that run into a limit are graded once more, one at a time on each machine: a "
         f"hundred that hang for {LIMIT_SECONDS:.0f} s take one machine {hours:.1f} hours more."
     )
