@@ -86,6 +86,13 @@ PROMISES = {
         says=("40 graded, 10 refused, 0 failed, 50 of them unchanged and reused",),
         makes=("build/graded/sample-half/02-four-costs.json", "build/graded/.run.json"),
     ),
+    ".venv/bin/dask scheduler --host 127.0.0.1 --port 8786 &": Promise(),
+    ".venv/bin/dask worker tcp://127.0.0.1:8786 --nthreads 1 --nworkers 2 &": Promise(),
+    ".venv/bin/autograder grade submitted/*/03-irls --out build/trial "
+    "--scheduler tcp://127.0.0.1:8786": Promise(
+        says=("4 graded, 1 refused, 0 failed. ",), makes=("build/trial/sample-half/03-irls.json",)
+    ),
+    "kill %1 %2": Promise(),
     "make feedback": Promise(says=("50 submissions of 5 students",), makes=FEEDBACK),
     "make report": Promise(
         says=("report on 10 of 10 assignments",),

@@ -29,7 +29,7 @@ IN_FLIGHT = 2
 """Tasks that a worker has at once: one that it does, and one so that it need not wait."""
 MOST_DEATHS = 3
 """A task whose worker ended so often is given up."""
-CONNECT_SECONDS = 10.0
+CONNECT_SECONDS = 30.0
 LOOK_SECONDS = 1.0
 """How often we look which workers there are."""
 PATIENCE_SECONDS = 60.0
