@@ -107,7 +107,7 @@ def connected(address: str) -> Iterator[Cluster]:
         import dask
         from distributed import Client, Security
     except ImportError as error:
-        mend = "pip install 'robust-slam-autograder[cluster]'"
+        mend = "pip install distributed, which is the extra `cluster` of this package"
         raise WrongUse(f"--scheduler needs Dask, which is not installed: {mend}.") from error
     # Before Dask sees it: its client takes long to give up an address that is none.
     security = Security()
