@@ -50,8 +50,7 @@ def solve(graph: PoseGraph, probability: float = 0.99, *, kind: Kind = "tls") ->
     Raises:
         ValueError: ``probability`` is not inside (0, 1), ``kind`` is unknown, or the
             odometry does not lead to every pose.
-        NotConverged: least squares over the consistent closures, or the polish of the last
-            map, did not come to rest.
+        NotConverged: the polish of the last map did not come to rest.
 
     Source: Mangelson et al. 2018 for PCM, Yang et al. 2020 for GNC, Rosen et al. 2019 for
     the certificate; in this order as in the SLAM Handbook 2026, chapter 3.
@@ -59,7 +58,9 @@ def solve(graph: PoseGraph, probability: float = 0.99, *, kind: Kind = "tls") ->
     threshold = chi_square_threshold(probability, graph.group.DOF)
     consistency = pcm(graph, threshold)
     consistent = select(graph, consistency.kept)
-    result = gnc(PoseGraphProblem(consistent, steps=5), threshold, kind)
+    # Least squares is bent by the lies that are left; dead reckoning knows none of them.
+    problem = PoseGraphProblem(consistent, steps=1)
+    result = gnc(problem, threshold, kind, problem.guess)
     kept = consistency.kept.copy()
     kept[kept] = result.weights > 0.5
     # Without the lies a start that needs no first poses is near the optimum; the path
