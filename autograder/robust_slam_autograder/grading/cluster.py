@@ -57,7 +57,7 @@ def door(cluster: Cluster, jobs: Sequence[Job], seed: int, wall: Sandbox) -> Sta
         WrongUse: the wall is none that workers know by a name.
     """
     wanted, digest_of = name_of(wall), batch.Fingerprints(seed, wall).as_read
-    preload = tuple(batch.preload(jobs))
+    preload = (*batch.preload(jobs), __name__)
 
     def pack(task: Task) -> _Packed:
         job, _ = task
