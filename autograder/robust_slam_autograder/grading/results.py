@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading import durable
@@ -57,6 +58,9 @@ class Result:
     exercises: tuple[ExerciseResult, ...]
 
 
+Record = TypeVar("Record", CaseResult, ExerciseResult, Result)
+
+
 def tidy(points: float) -> float:
     """Whole points as an int, so that 60 is written as 60."""
     return int(points) if float(points).is_integer() else points
@@ -101,10 +105,10 @@ def from_text(text: str) -> Result:
     value = json.loads(text)
     value.pop("schema")
     exercises = [
-        ExerciseResult(**{**exercise, "cases": _cases(exercise["cases"])})
+        _checked(ExerciseResult(**{**exercise, "cases": _cases(exercise["cases"])}))
         for exercise in value.pop("exercises")
     ]
-    return Result(**value, exercises=tuple(exercises))
+    return _checked(Result(**value, exercises=tuple(exercises)))
 
 
 def read_checked(path: Path) -> Result:
@@ -121,4 +125,17 @@ def read_checked(path: Path) -> Result:
 
 
 def _cases(values: Sequence[dict[str, Any]]) -> tuple[CaseResult, ...]:
-    return tuple(CaseResult(**value) for value in values)
+    return tuple(_checked(CaseResult(**value)) for value in values)
+
+
+def _checked(record: Record) -> Record:
+    """A record whose numbers are numbers and whose texts are texts."""
+    for field in fields(record):
+        value = getattr(record, field.name)
+        is_right = {
+            "float": type(value) in (int, float) and math.isfinite(value),
+            "bool": type(value) is bool,
+        }.get(str(field.type), isinstance(value, str | tuple))
+        if not is_right:
+            raise TypeError(f"{field.name} is {value!r}")
+    return record
