@@ -24,7 +24,6 @@ from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading import submission
 from robust_slam_autograder.reading.assignment import Assignment
 from robust_slam_autograder.reports import summary, terminal
-from robust_slam_autograder.sandbox import Sandbox
 
 STANDARD_OUTPUT = "-"
 
@@ -40,9 +39,6 @@ def add(commands: Any) -> None:  # noqa: ANN401
     parser.add_argument("--seed", type=_seed, metavar="N", help="default: the batch's own, secret")
     add_how(parser)
     parser.add_argument(
-        "--scheduler", metavar="ADDRESS", help="grade on a Dask cluster, say tcp://HOST:8786"
-    )
-    parser.add_argument(
         "--json", metavar="FILE", help="also write the marks as JSON; - is standard output"
     )
     parser.add_argument("--markdown", metavar="FILE", help="also write them as a Markdown table")
@@ -53,8 +49,11 @@ def add(commands: Any) -> None:  # noqa: ANN401
 
 
 def add_how(parser: argparse.ArgumentParser) -> None:
-    """Declare how student code is run: how many at once, and behind which wall."""
+    """Declare how student code is run: where, how many at once, and behind which wall."""
     parser.add_argument("--jobs", type=_jobs, default=_processors(), metavar="N")
+    parser.add_argument(
+        "--scheduler", metavar="ADDRESS", help="grade on a Dask cluster, say tcp://HOST:8786"
+    )
     parser.add_argument(
         "--sandbox", choices=list(sandbox.BACK_ENDS), help="default: the first that works here"
     )
@@ -90,40 +89,38 @@ def run(options: argparse.Namespace) -> int:
     _warn_of_look_alikes(jobs, names=not options.no_names)
     wall = sandbox.choose(options.sandbox, unsandboxed=options.unsandboxed)
     gradebook = places.gradebook(options)
-    with _door(options) as door, batch.locked(options.out):
+    with door(options) as (graders, at_once), batch.locked(options.out):
         run = journal.open_run(options.out, options.seed)
-        graded = _grade_with_progress(jobs, run, wall, door, options)
+        if any(job.key not in run.graded for job in jobs):
+            _import_meanwhile("robust_slam_autograder.nbgrader.gradebook")
+        with progress.shown(len(jobs)) as step:
+            graded = batch.grade(
+                jobs,
+                out=options.out,
+                run=run,
+                wall=wall,
+                workers=at_once,
+                report=lambda graded: step(),
+                door=graders,
+            )
         record(gradebook, run, jobs, graded)
     _tell(graded, gradebook, options)
     return 1 if any(item.status == "failed" for item in graded) else 0
 
 
 @contextlib.contextmanager
-def _door(options: argparse.Namespace) -> Iterator[Door]:
-    """Who grades: processes of this machine, or a cluster's workers."""
+def door(options: argparse.Namespace) -> Iterator[tuple[Door, int]]:
+    """Who grades, processes of this machine or a cluster's workers, and how many at once.
+
+    Raises:
+        WrongUse: the scheduler cannot be used.
+    """
     if options.scheduler is None:
-        yield batch.processes
+        yield batch.processes, options.jobs
         return
     with connected(options.scheduler) as workers:
-        yield functools.partial(cluster.door, workers)
-
-
-def _grade_with_progress(
-    jobs: Sequence[Job], run: Run, wall: Sandbox, door: Door, options: argparse.Namespace
-) -> list[Graded]:
-    if any(job.key not in run.graded for job in jobs):
-        _import_meanwhile("robust_slam_autograder.nbgrader.gradebook")
-    with progress.shown(len(jobs)) as step:
-        return batch.grade(
-            jobs,
-            out=options.out,
-            run=run,
-            wall=wall,
-            # A cluster has as many places as it has workers.
-            workers=options.jobs if options.scheduler is None else len(jobs),
-            report=lambda graded: step(),
-            door=door,
-        )
+        # A cluster has as many places as it has workers.
+        yield functools.partial(cluster.door, workers), sys.maxsize
 
 
 def _import_meanwhile(module: str) -> None:

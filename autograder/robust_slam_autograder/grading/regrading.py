@@ -13,7 +13,7 @@ from pathlib import Path
 
 from robust_slam_autograder.errors import Refused, WrongUse
 from robust_slam_autograder.grading import batch, journal, results
-from robust_slam_autograder.grading.batch import Graded, Job
+from robust_slam_autograder.grading.batch import Door, Graded, Job
 from robust_slam_autograder.grading.journal import Run
 from robust_slam_autograder.grading.results import ExerciseResult, Result
 from robust_slam_autograder.reading import assignment as assignments
@@ -125,7 +125,13 @@ class Trial:
 
 
 def attempt(
-    jobs: Sequence[Job], run: Run, *, wall: Sandbox, workers: int, report: Callable[[], None]
+    jobs: Sequence[Job],
+    run: Run,
+    *,
+    wall: Sandbox,
+    workers: int,
+    report: Callable[[], None],
+    door: Door,
 ) -> Trial:
     """Grade submissions again with the batch's own seed, beside the results that there are.
 
@@ -135,6 +141,7 @@ def attempt(
         wall: where student code runs.
         workers: how many submissions at once.
         report: called after each.
+        door: who grades, as for ``batch.grade``.
 
     Raises:
         GraderFailure: a result cannot be written.
@@ -143,7 +150,13 @@ def attempt(
     folder.mkdir(exist_ok=True)
     own = journal.open_run(folder, run.seed)
     graded = batch.grade(
-        jobs, out=folder, run=own, wall=wall, workers=workers, report=lambda done: report()
+        jobs,
+        out=folder,
+        run=own,
+        wall=wall,
+        workers=workers,
+        report=lambda done: report(),
+        door=door,
     )
     return Trial(tuple(jobs), tuple(graded), own)
 

@@ -248,6 +248,24 @@ def test_the_command_grades_on_a_cluster(
     assert "1 graded, 0 refused, 0 failed" in capsys.readouterr().out
 
 
+def test_the_command_grades_again_on_a_cluster(
+    tmp_path: Path, two: Machines, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tree = toy.make_tree(tmp_path)
+    wrong = toy.DOUBLE.replace("2 *", "3 *")
+    assert wrong != toy.DOUBLE
+    folder = toy.hand_in(tmp_path / "submitted", "ada", toy.answer())
+    out = ["--unsandboxed", "--out", str(tmp_path / "out")]
+    assert run("--solutions", str(tree), "grade", str(folder), *out) == 0
+    toy.hand_in(tmp_path / "submitted", "ada", toy.answer(wrong))
+    capsys.readouterr()
+    command = ["regrade", toy.NAME, "--submitted", str(tmp_path / "submitted"), "--json"]
+    status = run("--solutions", str(tree), *command, *out, "--scheduler", two.address)
+    (change,) = json.loads(capsys.readouterr().out)["changes"]
+    assert status == 0
+    assert change["after"]["score"] < change["before"]["score"] == 20
+
+
 class TestWhatAWorkerMayDo:
     def test_it_unpacks_nothing_from_other_code(self) -> None:
         answer = cluster.grade_on_worker("0", cluster.UNSANDBOXED, b"no pickle")
