@@ -44,18 +44,19 @@ def test_the_tour_takes_a_dozen_lines() -> None:
     assert sum(1 for line in text.splitlines() if line.strip()) <= 12
 
 
-def test_the_tour_rejects_every_lie_and_ends_certified(tour: str) -> None:
-    end = taken(tour)
+@pytest.mark.parametrize("seed", range(10))
+def test_the_tour_rejects_every_lie_and_ends_certified(tour: str, seed: int) -> None:
+    end = taken(tour.replace("default_rng(1)", f"default_rng({seed})"))
     answer, is_lie = end["answer"], end["is_lie"]
     assert not np.any(answer.kept[is_lie])
     assert np.mean(answer.kept[~is_lie]) > 0.99
     assert answer.certificate.verdict is Verdict.CERTIFIED
 
 
-def test_with_seed_0_one_lie_bends_the_map_and_the_certificate_refuses_it(tour: str) -> None:
-    end = taken(tour.replace("default_rng(1)", "default_rng(0)"))
+def test_four_small_lies_are_kept_and_the_map_is_certified(tour: str) -> None:
+    end = taken(tour.replace("add_random_closures", "add_local_closures"))
     graph, answer, is_lie = end["graph"], end["answer"], end["is_lie"]
-    assert np.count_nonzero(answer.kept[is_lie]) == 1
+    assert (np.count_nonzero(answer.kept[is_lie]), np.count_nonzero(is_lie)) == (4, 100)
     best = gauss_newton(graph, start.chordal(graph))
-    assert 3.0 < metrics.ate(answer.poses, best) < 4.0
-    assert answer.certificate.verdict is Verdict.NOT_CERTIFIED
+    assert 0.055 < metrics.ate(answer.poses, best) < 0.065
+    assert answer.certificate.verdict is Verdict.CERTIFIED
