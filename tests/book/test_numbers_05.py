@@ -317,6 +317,20 @@ def test_the_town_keeps_what_the_text_says() -> None:
     assert round(100 * 30 / 42) == 71
 
 
+def test_strides_spare_solves_and_end_in_the_same_weights() -> None:
+    rng = np.random.default_rng(2)
+    honest, truth = manhattan(100, rng, side=9, turn=0.25, closures=12)
+    graph, _ = add_random_closures(honest, 30, rng, poses=truth)
+    town = PoseGraphProblem(graph), chi_square_threshold(0.99, 3)
+    counts = []
+    for problem, c in (town, (LocationProblem(SEVEN), 2.0)):
+        runs = [gnc(problem, c, adaptive=adaptive) for adaptive in (False, True)]
+        np.testing.assert_array_equal(runs[0].weights, runs[1].weights)
+        counts.append(tuple(len(run.history) - 1 for run in runs))
+    assert counts == [(18, 14), (14, 8)]
+    assert "14 solves in place of 18, the seven readings 8 in place of 14" in TEXT
+
+
 def best_cost(z: np.ndarray, c: float) -> float:
     """The least TLS cost, by trying every run of neighbours as the kept ones."""
     z = np.sort(z)
