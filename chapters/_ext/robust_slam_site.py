@@ -2,6 +2,7 @@
 
 - MathJax comes from an installed package, as one file that loads nothing else.
 - A formula keeps the punctuation beside it on its line.
+- What a cell prints stands as it was printed, in however many pieces the kernel sent it.
 - Scripts for kernels in the cloud, and scripts that are emitted twice, are dropped.
 - Launch buttons need the public repository's address; without one there are none.
 - When the library or a table of the chapters changes, the notebooks run again.
@@ -11,11 +12,14 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
+from myst_nb.core import render
+from nbformat import NotebookNode
 from sphinx.application import Sphinx
 from sphinx.config import Config
 from sphinx.util.fileutil import copy_asset
@@ -54,6 +58,30 @@ addEventListener("DOMContentLoaded", () => {
   }
 });
 """
+
+
+Merge = Callable[[list[NotebookNode]], list[NotebookNode]]
+"""Makes one output of all that a cell prints."""
+
+
+def joining(merge: Merge) -> Merge:
+    """Join neighbouring pieces of what a cell printed before they are merged.
+
+    A kernel sends what is printed five times a second, in the middle of a line too; myst-nb alone
+    would begin a new line there, or leave one empty.
+    """
+
+    def joined(outputs: list[NotebookNode]) -> list[NotebookNode]:
+        whole: list[NotebookNode] = []
+        for output in outputs:
+            is_stream = output.output_type == "stream"
+            if is_stream and whole and whole[-1].get("name") == output.name:
+                whole[-1].text += output.text
+            else:
+                whole.append(NotebookNode(output))
+        return merge(whole)
+
+    return joined
 
 
 def point_to_mathjax(app: Sphinx, config: Config) -> None:
@@ -123,6 +151,7 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.add_js_file(None, body=SEARCH_FROM_DISK)
     app.add_js_file(None, body=PRINT_LIGHT)
     app.add_js_file(None, body=KEEP_PUNCTUATION)
+    render.coalesce_streams = joining(render.coalesce_streams)
     app.connect("config-inited", point_to_mathjax)
     app.connect("config-inited", follow_the_library)
     app.connect("config-inited", launch_from_the_repository)

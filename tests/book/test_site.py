@@ -7,9 +7,12 @@ import re
 from html.parser import HTMLParser
 from pathlib import Path
 from types import SimpleNamespace
+from unittest.mock import MagicMock
 from urllib.parse import unquote, urlsplit
 
 import pytest
+from myst_nb.core import render
+from nbformat.v4 import new_output
 
 from chapters._ext import robust_slam_site
 from tests.book.conftest import NOTEBOOKS, PAGES, Site
@@ -54,6 +57,17 @@ def test_the_build_succeeds_without_a_warning(site: Site) -> None:
     warnings = [line for line in site.log.splitlines() if re.search(r"WARNING:|ERROR:", line)]
     assert warnings == []
     assert site.status == 0, site.log[-3000:]
+
+
+def test_what_a_kernel_sends_in_pieces_stands_as_it_was_printed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(render, "coalesce_streams", render.coalesce_streams)
+    robust_slam_site.setup(MagicMock())
+    pieces = ("c = 1:", " 31.7%\nd = 3:", " 80.1%", "\n  e = 6\n\n", "end\n")
+    sent = [new_output("stream", name="stdout", text=piece) for piece in pieces]
+    (shown,) = render.coalesce_streams(sent)
+    assert shown.text == "c = 1: 31.7%\nd = 3: 80.1%\n  e = 6\n\nend\n"
 
 
 @pytest.mark.parametrize("page", PAGES)
