@@ -332,7 +332,7 @@ def _message(error: Exception, source: str, case: Case) -> str:
 
 def _told(error: StudentError) -> str:
     what = f"{type(error).__name__}: {error}".rstrip(" :.")
-    return f"{what} in line {error.line} of your cell" if error.line else what
+    return f"{what} (line {error.line} of your cell)" if error.line else what
 
 
 def _failing_check(error: BaseException, source: str, case: Case) -> str:

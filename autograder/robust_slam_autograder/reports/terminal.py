@@ -6,7 +6,12 @@ from collections.abc import Sequence
 
 from robust_slam_autograder.grading.results import ExerciseResult, Result
 from robust_slam_autograder.reports.markup import one_line
-from robust_slam_autograder.reports.verdict import check_verdict, failed_cases, has_hidden
+from robust_slam_autograder.reports.verdict import (
+    ADVICE,
+    check_verdict,
+    failed_cases,
+    has_hidden,
+)
 
 
 def marks_table(marks: Sequence[Result], *, names: bool = True) -> str:
@@ -49,4 +54,6 @@ def _exercise_line(exercise: ExerciseResult) -> str:
     if exercise.status == "passed":
         return f"✓ passed   {exercise.name}"
     where = f" ({', '.join(failed)})" if (failed := failed_cases(exercise)) else ""
-    return f"✗ {exercise.status:<8} {exercise.name}{where}: {one_line(exercise.message)}"
+    said = f"✗ {exercise.status:<8} {exercise.name}{where}: {one_line(exercise.message)}"
+    stopped = exercise.status in ("timeout", "died")
+    return f"{said} {ADVICE[exercise.status]}" if stopped else said

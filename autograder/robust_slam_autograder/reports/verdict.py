@@ -18,7 +18,10 @@ MEANINGS: Mapping[ExerciseStatus, str] = {
 ADVICE: Mapping[ExerciseStatus, str] = {
     "passed": "",
     "partial": "Look at the first failed case: its message says where to look.",
-    "failed": "Begin with the first case, by hand and with small numbers.",
+    "failed": (
+        "Begin with the first case: its message says where to look. Then try it by hand, "
+        "with small numbers."
+    ),
     "missing": (
         "Copy the exercise's cell from the release again, or define its functions under the names "
         "that the exercise gives them."

@@ -54,10 +54,10 @@ def test_visible_failures_tell_what_happened() -> None:
     sentences = {
         "def double(x): return 7\n": "double(3) is 6: add the number to itself",
         "def double(x): raise NotImplementedError\n": marking.NOT_WRITTEN,
-        "def double(x):\n    return x['a']\n": "TypeError: 'int' object is not subscriptable in"
-        " line 2 of your cell",
+        "def double(x):\n    return x['a']\n": "TypeError: 'int' object is not subscriptable"
+        " (line 2 of your cell).",
         "def double(x): return {1}\n": "What your function returned cannot be checked: a value",
-        "double = (\n": "Your cell stops with SyntaxError: '(' was never closed in line 1",
+        "double = (\n": "Your cell stops with SyntaxError: '(' was never closed (line 1",
         "Double = 3\n": "double is not defined in your notebook",
         "double = {1}\n": "double is not defined in your notebook, or is nothing that can be",
         "double = 3\n": "The check could not use what came back: TypeError: 'int' object is not",

@@ -76,7 +76,9 @@ def test_a_check_names_each_exercise_and_what_it_lost() -> None:
         "✓ passed   one",
         "✗ partial  two (case-1, case-2): Add the ½.",
         "✗ failed   three (case-0): Add the ½.",
-        "✗ timeout  four: Your code ran longer than it may.",
+        "✗ timeout  four: Your code ran longer than it may. Call your function with a small"
+        " input. Look for a loop that never ends, and for a step that is repeated more often than"
+        " it needs to be.",
         "Note: A cell was copied.",
         "Not all public checks passed: 1 of 4 exercises. Grading runs hidden checks too.",
     ]
