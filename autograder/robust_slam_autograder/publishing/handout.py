@@ -30,11 +30,13 @@ You need Python 3.11 or newer; on Windows, WSL.
 
      autograder check {notebook}
 
-   It runs the checks that you see, from top to bottom, and names the likely
-   slip of each that fails. The mark also counts checks that you do not see.
+   It runs the checks that you see, from top to bottom. Of each exercise it
+   names those that fail, and the likely slip of the first. The mark also
+   counts checks that you do not see.
 
 4. Hand in
    Save the notebook and hand in {notebook}: this one file, under this name.
+   It need not be finished: every check that passes counts.
 """
 _ENVIRONMENT = """\
    In a terminal, in a folder of your own:
@@ -43,11 +45,14 @@ _ENVIRONMENT = """\
      . .venv/bin/activate
      pip install {packages}
 
-   The second line again in every new terminal.{where}
+   It takes a minute or two, and 1 GB of disk. In every new terminal the second
+   line again.{where}
 """
 _FROM_GIT = " pip needs git for the third."
-_FROM_FOLDER = """ COURSE is the course's
-   folder, which holds {folders}: write its path."""
+_FROM_FOLDER = """
+
+   COURSE is the course's folder, which holds {folders}:
+   write its path."""
 _ASK = """
    What the notebook imports, JupyterLab and the grader (autograder): your
    instructor says how.
