@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import glob
+import logging
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 from nbgrader.converters import GenerateAssignment
@@ -116,12 +118,30 @@ def _run_nbgrader(tree: Path, name: str, out: Path) -> None:
     converter = GenerateAssignment(coursedir=CourseDirectory(config=config), config=config)
     # The gradebook is the grader's to write; a release needs none.
     converter.preprocessors = [pp for pp in converter.preprocessors if pp is not SaveCells]
+    with _errors(converter.log) as said:
+        try:
+            converter.start()
+        except NbGraderException as error:
+            raise GraderFailure(f"nbgrader could not release {name}: {_reason(said)}") from error
+
+
+@contextmanager
+def _errors(log: logging.Logger) -> Iterator[list[str]]:
+    """Collect what nbgrader logs as errors: outside its own commands nobody else reads it."""
+    said: list[str] = []
+    handler = logging.Handler(logging.ERROR)
+    handler.emit = lambda record: said.append(record.getMessage())  # type: ignore[method-assign]
+    log.addHandler(handler)
     try:
-        converter.start()
-    except NbGraderException as error:
-        raise GraderFailure(
-            f"nbgrader could not release {name}: see its message above."
-        ) from error
+        yield said
+    finally:
+        log.removeHandler(handler)
+
+
+def _reason(said: Sequence[str]) -> str:
+    """The last line of a traceback, which says what was wrong; else of all that was said."""
+    tracebacks = [text for text in said if text.startswith("Traceback")]
+    return [*said, *tracebacks][-1].strip().splitlines()[-1]
 
 
 def _inspect(source: Path, made: Path) -> None:

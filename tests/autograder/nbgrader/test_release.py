@@ -100,7 +100,8 @@ def test_a_solution_outside_its_region_stops_the_release(tree: Path, tmp_path: P
     # The line now stands in the open: it is no secret any more, and the release goes through.
     assert release(tree, [], tmp_path / "out")
     change(tree, lambda cells: cells.insert(0, toy.cell(toy.APPLY) | {"id": "c"}))
-    with pytest.raises(GraderFailure, match="nbgrader could not release"):
+    said = f"nbgrader could not release {toy.NAME}: RuntimeError: Solution region detected"
+    with pytest.raises(GraderFailure, match=said):
         release(tree, [], tmp_path / "new")
 
 
