@@ -15,11 +15,15 @@ from robust_slam_autograder.lint.subject import (
     regions,
     words,
 )
-from robust_slam_autograder.reading.assignment import Case
+from robust_slam_autograder.reading.assignment import BEGIN_HIDDEN, Case
 from robust_slam_autograder.reading.notebook import Cell
 from robust_slam_autograder.reading.source import defined_names, plain_python
 
 LEAST_HIDDEN = 2
+_MARKED = {
+    BEGIN_HIDDEN: "Autograded tests, with the ID <exercise>-<case>",
+    BEGIN_SOLUTION: "Autograded answer, with the ID <exercise>",
+}
 
 
 def _unreadable(subject: Subject) -> Iterator[Found]:
@@ -36,7 +40,7 @@ def _few_hidden_cases(subject: Subject) -> Iterator[Found]:
             yield Found(
                 cell.grade_id or "",
                 1,
-                f"This exercise has {hidden} hidden cases: {LEAST_HIDDEN} at least, so that "
+                f"Cases with hidden checks: {hidden}. Make it {LEAST_HIDDEN} at least, so that "
                 "an answer that is fitted to what is visible loses.",
             )
 
@@ -127,6 +131,30 @@ def _no_solution_region(subject: Subject) -> Iterator[Found]:
             )
 
 
+def _region_unmarked(subject: Subject) -> Iterator[Found]:
+    """Regions in cells that nbgrader takes for something else; it would release none of them."""
+    for code in subject.setup:
+        yield from _strays(code.grade_id, code.source, BEGIN_HIDDEN, BEGIN_SOLUTION)
+    for code in subject.tests:
+        yield from _strays(code.grade_id, code.source, BEGIN_SOLUTION)
+    for cell in subject.solutions:
+        yield from _strays(cell.grade_id or "", cell.source, BEGIN_HIDDEN)
+
+
+def _strays(grade_id: str, source: str, *marks: str) -> Iterator[Found]:
+    lines = source.split("\n")
+    opening = next(filter(None, map(str.strip, lines)), "")
+    for number, line in enumerate(lines, start=1):
+        for mark in marks:
+            if mark in line:
+                yield Found(
+                    grade_id,
+                    number,
+                    f"{mark} stands in a cell that is not marked for it ({opening}): in "
+                    f"JupyterLab, Nbgrader, Create assignment, make it {_MARKED[mark]}.",
+                )
+
+
 RULES = (
     Rule("unreadable", "error", "A test cell or set-up cell must be Python.", _unreadable),
     Rule(
@@ -144,5 +172,11 @@ RULES = (
         "error",
         "A solution cell marks what the release leaves out.",
         _no_solution_region,
+    ),
+    Rule(
+        "region-unmarked",
+        "error",
+        "Hidden checks stand in a test cell, and answers in a solution cell.",
+        _region_unmarked,
     ),
 )

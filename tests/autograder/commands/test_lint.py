@@ -278,6 +278,22 @@ def test_a_solution_cell_without_its_region_is_found(tmp_path: Path) -> None:
     assert not lines(found, "no-solution-region", "apply")
 
 
+def test_a_region_in_a_cell_that_is_not_marked_for_it_is_found(tmp_path: Path) -> None:
+    region = "def half(x):\n    ### BEGIN SOLUTION\n    return x / 2\n    ### END SOLUTION\n"
+    value = toy.source_notebook()
+    value["cells"] += [
+        toy.cell(region) | {"id": "a"},
+        toy.cell(toy.DOUBLE_RANDOM) | {"id": "b"},
+        toy.cell(region + REGION.format(GOOD), "half", solution=True),
+        toy.test_cell(region, "half-twice", 1),
+    ]
+    found = [one for one in lint(tmp_path, value) if one.rule == "region-unmarked"]
+    assert {(one.grade_id, one.line) for one in found} == {
+        *(("set-up 2", 2), ("set-up 3", 2), ("half", 5), ("half-twice", 2)),
+    }
+    assert "(def half(x):)" in found[0].message and "Autograded answer" in found[0].message
+
+
 def test_a_set_up_cell_that_draws_is_found_and_a_function_in_it_may(tmp_path: Path) -> None:
     value = toy.source_notebook()
     value["cells"][0]["source"] += (
