@@ -36,7 +36,7 @@ You need Python 3.11 or newer; on Windows, WSL.
 
 4. Hand in
    Save the notebook and hand in {notebook}: this one file, under this name.
-   It need not be finished: every check that passes counts.
+   It need not be finished: every case that passes counts.
 """
 _ENVIRONMENT = """\
    In a terminal, in a folder of your own:
