@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder.commands import places
-from robust_slam_autograder.errors import GraderFailure, WrongUse
+from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading import results
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.assignment import Config
@@ -52,8 +52,8 @@ def run(options: argparse.Namespace) -> int:
         result = results.read_checked(path)
         page = feedback.page(result, config(result.assignment), Book(options.site))
         folder = options.to / path.parent.name
-        _write(folder / f"{path.stem}.html", rendering.html(page))
-        _write(folder / f"{path.stem}.md", rendering.markdown(page))
+        places.write_page(folder / f"{path.stem}.html", rendering.html(page))
+        places.write_page(folder / f"{path.stem}.md", rendering.markdown(page))
     students = len({path.parent for path in paths})
     print(f"feedback on {len(paths)} submissions of {students} students: {options.to}")
     return 0
@@ -72,14 +72,3 @@ def _results(out: Path, students: Sequence[str]) -> list[Path]:
 
 def _config(tree: Path, name: str) -> Config:
     return assignments.load_config(tree / name / assignments.CONFIG_NAME)
-
-
-def _write(path: Path, text: str) -> None:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise GraderFailure(
-            f"{path} cannot be written ({error.strerror}): "
-            "make room or make its folder writable, or choose another with --to DIR."
-        ) from error

@@ -87,3 +87,19 @@ def refuse_unwritable(option: str, path: Path, *, made: Path | None = None) -> N
         )
     if not os.access(path if path.exists() else folder, os.W_OK):
         raise WrongUse(f"{option} {path} cannot be written: make it writable, or name another.")
+
+
+def write_page(path: Path, text: str) -> None:
+    """Write a page into the folder that ``--to`` names.
+
+    Raises:
+        GraderFailure: it cannot be written.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise GraderFailure(
+            f"{path} cannot be written ({error.strerror}): "
+            "make room or make its folder writable, or choose another with --to DIR."
+        ) from error

@@ -10,7 +10,7 @@ from typing import Any
 from urllib.parse import quote
 
 from robust_slam_autograder.commands import places
-from robust_slam_autograder.errors import GraderFailure, WrongUse
+from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading import results
 from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.reading import assignment as assignments
@@ -51,11 +51,11 @@ def run(options: argparse.Namespace) -> int:
         report = class_report.report(_source(name, paths, students, options))
         page = options.to / f"{name}.html"
         if not options.assignments or name in options.assignments:
-            _write(page, class_pages.html(report))
+            places.write_page(page, class_pages.html(report))
             entries.append(Entry(report, quote(page.name)))
         else:
             entries.append(_entry_of_before(report, page))
-    _write(options.to / INDEX, class_pages.index(entries, names=not options.no_names))
+    places.write_page(options.to / INDEX, class_pages.index(entries, names=not options.no_names))
     pages = len(options.assignments or found)
     print(f"report on {pages} of {len(found)} assignments: {options.to / INDEX}")
     return 0
@@ -105,14 +105,3 @@ def _links(
         if page.is_file():
             links[result.student] = quote(os.fsencode(os.path.relpath(page, options.to)))
     return links
-
-
-def _write(path: Path, text: str) -> None:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise GraderFailure(
-            f"{path} cannot be written ({error.strerror}): "
-            "make room or make its folder writable, or choose another with --to DIR."
-        ) from error
