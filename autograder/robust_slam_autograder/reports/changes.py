@@ -25,7 +25,7 @@ class Regrade:
     again: Sequence[Regraded]
     """What was graded again."""
     kept: int
-    """How many are as their tests are now, and were not."""
+    """How many had been graded with these tests already."""
     failed: Sequence[str]
     """Students on whose submission the grader failed now."""
     left_out: Sequence[str]
@@ -79,7 +79,7 @@ def _summary(regrade: Regrade) -> Iterator[str]:
     down = sum(one.after.score < one.before.score for one in changed)
     yield (
         f"{regrade.assignment}: {len(regrade.again)} graded again, {len(changed)} changed "
-        f"({up} up, {down} down); {regrade.kept} are as their tests are now."
+        f"({up} up, {down} down); {regrade.kept} had these tests already."
     )
     for student in regrade.failed:
         yield f"the grader failed on {one_line(student)}: the mark stays as it is"
@@ -91,7 +91,7 @@ def _summary(regrade: Regrade) -> Iterator[str]:
         yield f"{verb}: {one_line(student)} {_effect(effect)}"
     if regrade.applied:
         yield "Applied: results and gradebook are as shown."
-    else:
+    elif regrade.again or regrade.effects:
         yield "Nothing was changed; --apply does it."
 
 

@@ -110,7 +110,7 @@ ada      double    6/10    10/10  +4
 ada      total     16/20   20/20  +4
 eve      double    6/10    10/10  +4
 eve      total     6/20    10/20  +4
-07-toy: 3 graded again, 2 changed (2 up, 0 down); 0 are as their tests are now.
+07-toy: 3 graded again, 2 changed (2 up, 0 down); 0 had these tests already.
 gradebook would change: ada 16 → 20
 gradebook would change: eve 6 → 10
 Nothing was changed; --apply does it.
