@@ -169,6 +169,8 @@ def _tell(
     new = [column.name for column in marks.columns if column.name not in values.places]
     if new:
         print(f"new columns, for the roster has none: {', '.join(new)}", file=sys.stderr)
-    said = exported.remarks(matched, marks.columns, marks.failed, zero=options.missing_as_zero)
+    said = exported.remarks(
+        matched, marks.columns, marks.failed, rules=rules, zero=options.missing_as_zero
+    )
     for line in said:
         print(line, file=sys.stderr)

@@ -59,6 +59,7 @@ def remarks(
     columns: Sequence[Column],
     failed: Sequence[tuple[str, str]],
     *,
+    rules: Rules | None,
     zero: bool,
 ) -> Iterator[str]:
     """One line for each kind of thing that an instructor must know of the file.
@@ -67,6 +68,7 @@ def remarks(
         matching: the roster and the submissions.
         columns: the marks.
         failed: students and assignments on which the grader failed.
+        rules: the late policy, if there is one.
         zero: whether who has no submission gets 0.
     """
     if matching.strangers:
@@ -82,6 +84,10 @@ def remarks(
         waiting = sorted(student for student, mark in column.marks.items() if mark.waits)
         if waiting:
             yield f"{column.name} waits for a person's marks: {_listed(waiting)}"
+        own = {} if rules is None else rules.extensions.get(column.name, {})
+        unknown = sorted(own.keys() - column.marks.keys())
+        if unknown:
+            yield f"an extension for {column.name}, and no mark of theirs: {_listed(unknown)}"
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -210,6 +210,18 @@ def test_late_work_is_shown_before_and_after(course: Path, export: Run) -> None:
         assert book.find_submission(toy.NAME, "ada").score == 15  # the gradebook keeps its own
 
 
+def test_an_extension_of_nobody_is_named(course: Path, export: Run) -> None:
+    later = "= 2026-12-24T12:00:00\n"
+    extensions = f"[extensions.07-toy]\nada {later}aad {later}[extensions.08]\nbob {later}"
+    (course / "late.toml").write_text(POLICY + extensions)
+    when = {"ada": "2026-10-21 10:00:01 UTC", ZOE: "2026-10-20 12:00:00 UTC"}
+    status, _, err = export(
+        "canvas", CANVAS, "--late", course / "late.toml", *submitted(course, **when)
+    )
+    assert status == 0
+    assert "an extension for 07-toy, and no mark of theirs: 1 (aad)" in err and "bob" not in err
+
+
 def test_a_mark_does_not_fall_below_nothing(course: Path, export: Run) -> None:
     (course / "late.toml").write_text(POLICY)
     when = {"ada": "2026-12-24 10:00:01 UTC", ZOE: "2026-12-24 12:00:00 UTC"}
