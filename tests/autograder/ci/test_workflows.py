@@ -120,6 +120,16 @@ def test_a_workflow_has_few_rights_and_an_end(written: dict[str, Path], name: st
             assert "${{" not in step.get("run", "")
 
 
+@pytest.mark.parametrize("name", ON_GITHUB)
+def test_a_script_with_a_pipe_runs_in_a_shell_that_fails_with_its_first(
+    written: dict[str, Path], name: str
+) -> None:
+    for job in running.load(written[name])["jobs"].values():
+        for step in job["steps"]:
+            if re.search(r"[^|]\|[^|]", step.get("run", "")):
+                assert step["shell"] == "bash"
+
+
 def test_only_a_job_without_the_courses_code_may_publish(written: dict[str, Path]) -> None:
     jobs = running.load(written["github-course"])["jobs"]
     assert [name for name, job in jobs.items() if "permissions" in job] == ["publish"]
@@ -303,7 +313,7 @@ def test_marks_leave_the_machine_encrypted_and_without_a_name(
         capture_output=True,
     )
     assert toy.result(grader.temp / "graded", STUDENT)["score"] == toy.MOST
-    assert "draft" in (grader.temp / "graded" / "complaints.txt").read_text("utf-8")
+    assert "path 2 of 3" in (grader.temp / "graded" / "complaints.txt").read_text("utf-8")
     assert (grader.temp / "feedback" / "bob" / f"{toy.NAME}.html").is_file()
 
 
