@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import shutil
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -162,6 +164,16 @@ def test_without_names_a_complaint_numbers_the_paths(
     status, out, err = grade(*(course / "submitted" / path for path in paths), "--no-names")
     assert status == 2 and complaint in err
     assert not [name for name in ("ada", "eve") if name in out + err]
+
+
+def test_a_reader_who_has_enough_is_no_error() -> None:
+    command = [sys.executable, "-m", "robust_slam_autograder.cli", "doctor"]
+    # The pipe's reading end is closed before anything is written.
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdout is not None and process.stderr is not None
+        process.stdout.close()
+        assert process.stderr.read() == b""
+    assert process.returncode == 1
 
 
 def test_a_missing_source_tree_names_the_option(
