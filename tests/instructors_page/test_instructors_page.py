@@ -64,8 +64,9 @@ FEEDBACK = ("build/feedback/sample-half/02-four-costs.html",)
 MATCHED = "5 of 5 students have marks, matched by "
 PROMISES = {
     "make setup": Promise(says=("Nothing to be done",), makes=(".venv/bin/autograder",)),
-    ".venv/bin/autograder grade solutions/03-irls/03-irls.ipynb --student me --out build/first": (
-        Promise(says=("40/40  all passed",), makes=("build/first/me/03-irls.json",))
+    ".venv/bin/autograder grade solutions/03-irls/03-irls.ipynb \\\n"
+    "    --student me --out build/first": Promise(
+        says=("40/40  all passed",), makes=("build/first/me/03-irls.json",)
     ),
     "make course": Promise(
         says=("[2/4] the book", "sample-half ", "Where each thing is:", "build/feedback"),
@@ -124,6 +125,7 @@ PROMISES = {
 NOT_RUN = {
     "make lab",
     "make test",
+    ".venv/bin/pytest -q tests/assignments -k 01-m-estimators",
     "rm -r build/graded build/feedback build/report",
     "createuser --pwprompt grader",
     "createdb --owner=grader grades",
