@@ -19,7 +19,6 @@ from robust_slam import certificate as certificates
 from robust_slam import clique, datasets, generate, metrics, outliers, pcm, pose_graph
 from robust_slam import gnc as annealing
 from robust_slam._arrays import Array, Indices, Mask, finite, mask
-from robust_slam.errors import NotConverged
 from robust_slam.gauss_newton import PoseGraphProblem
 from robust_slam.plots import maps
 from robust_slam.plots.exercises import once_it_works
@@ -227,15 +226,9 @@ def _largest_consistent_set(agree: ArrayLike) -> Indices:
 
 
 def _robust_solve(graph: Graph, c: float) -> tuple[Array, Array]:
-    """Return poses and weights of GNC-TLS, the odometry trusted.
-
-    A map so torn that least squares does not come to rest is begun from the odometry.
-    """
-    problem = PoseGraphProblem(PoseGraph(**graph), steps=5)
-    try:
-        result = annealing.gnc(problem, c)
-    except NotConverged:
-        result = annealing.gnc(problem, c, x0=problem.guess)
+    """Return poses and weights of GNC-TLS as the library's pipeline runs it."""
+    problem = PoseGraphProblem(PoseGraph(**graph), steps=1)
+    result = annealing.gnc(problem, c, x0=problem.guess)
     return result.x, result.weights
 
 

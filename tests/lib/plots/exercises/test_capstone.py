@@ -9,7 +9,6 @@ import pytest
 from matplotlib.figure import Figure
 from robust_slam import certificate, generate, outliers, pcm
 from robust_slam import pipeline as library
-from robust_slam.errors import NotConverged
 from robust_slam.plots.exercises import NOT_YET, capstone
 from robust_slam.pose_graph import PoseGraph
 
@@ -69,10 +68,10 @@ def drawn(name: str) -> Figure:
     return figure
 
 
-def town():
-    rng = np.random.default_rng(7)
+def town(seed=7, lies=6):
+    rng = np.random.default_rng(seed)
     graph, truth = generate.manhattan(30, rng, side=5, closures=12)
-    graph, is_lie = outliers.add_random_closures(graph, 6, rng, poses=truth)
+    graph, is_lie = outliers.add_random_closures(graph, lies, rng, poses=truth)
     return graph, is_lie
 
 
@@ -97,14 +96,16 @@ def test_decisions_are_told_in_the_title() -> None:
     assert drawn("pipeline").axes[0].get_title() == "precision 1.00, recall 1.00: certified"
 
 
-def test_tools_put_together_decide_as_the_library_does() -> None:
-    graph, _ = town()
+# In the second town GNC decides otherwise where it begins at least squares.
+@pytest.mark.parametrize(("seed", "lies"), [(7, 6), (6, 8)])
+def test_tools_put_together_decide_as_the_library_does(seed: int, lies: int) -> None:
+    graph, _ = town(seed, lies)
     whole = library.solve(graph)
     limit = 3.3682141752187276
     answer = pipeline(as_dict(graph), limit, limit, capstone.library_tools())
     np.testing.assert_array_equal(answer["kept"], whole.kept)
     np.testing.assert_allclose(answer["poses"], whole.poses, atol=1e-6)
-    assert (answer["verdict"], whole.certificate.verdict.value) == ("certified", "certified")
+    assert answer["verdict"] == whole.certificate.verdict.value
     assert answer["gap"] == pytest.approx(whole.certificate.bound, abs=1e-6)
 
 
@@ -119,18 +120,6 @@ def test_the_tool_for_pairs_takes_arrays_and_lists() -> None:
     np.testing.assert_array_equal(tool(*arrays, 3.0), want)
     np.testing.assert_array_equal(tool(*[array.tolist() for array in arrays], 3.0), want)
     assert tool(arrays[0], arrays[1], [], [], [], 3.0).shape == (0, 0)
-
-
-def test_a_torn_map_is_begun_from_the_odometry(monkeypatch: pytest.MonkeyPatch) -> None:
-    graph, is_lie = town()
-
-    def torn(problem):
-        raise NotConverged
-
-    monkeypatch.setattr(capstone.PoseGraphProblem, "initial", torn)
-    poses, weights = capstone.library_tools()["robust_solve"](as_dict(graph), 3.37)
-    assert poses.shape == (30, 3)
-    assert not np.any(weights[is_lie])
 
 
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
