@@ -200,7 +200,7 @@ class Fingerprints:
 def code_digest() -> str:
     """Digest of the interpreter and of all code that tests and grader may import."""
     # Their folders are named for name and version; to read the metadata takes far longer.
-    folders = (Path(entry) for entry in sys.path if entry)
+    folders = [Path(entry) for entry in sys.path if entry and not _in_a_package(Path(entry))]
     installed = sorted({path.name for folder in folders for path in folder.glob("*.dist-info")})
     digest = hashlib.sha256(repr([sys.version, installed]).encode())
     for folder in dict.fromkeys(
@@ -209,6 +209,11 @@ def code_digest() -> str:
         for path in sorted(folder.rglob("*.py")):
             digest.update(path.read_bytes())
     return digest.hexdigest()
+
+
+def _in_a_package(folder: Path) -> bool:
+    """Whether it lies in an installed package: setuptools, once imported, enters its own."""
+    return any(parent.name in ("site-packages", "dist-packages") for parent in folder.parents)
 
 
 def locate(job: Job) -> tuple[Path, tuple[str, ...]]:

@@ -181,6 +181,17 @@ def test_what_has_not_changed_is_reused(course: Path) -> None:
     assert not any(item.reused for item in grade(course, seed=2))
 
 
+@pytest.mark.parametrize(("place", "counts"), [("", True), ("tool/_vendor", False)])
+def test_what_is_installed_counts_and_not_what_a_package_carries(
+    place: str, counts: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = batch.code_digest.__wrapped__()
+    folder = tmp_path / "site-packages" / place
+    (folder / "tool-1.0.dist-info").mkdir(parents=True)
+    monkeypatch.syspath_prepend(folder)
+    assert (batch.code_digest.__wrapped__() != before) == counts
+
+
 def test_a_second_batch_waits_for_its_turn(tmp_path: Path) -> None:
     with (
         batch.locked(tmp_path / "out"),
