@@ -5,8 +5,9 @@ w(0) = 1. Every kernel is even in u, and |u| = scale belongs to the inner piece.
 Papers on graduated non-convexity drop the ½ and write w = ρ'/(2u): the weights are
 the same numbers (Yang et al. 2020).
 
-A new kernel needs its constructor and one line in ``KERNELS``, nothing else: tests and
-figures walk over them.
+A new kernel needs its constructor and one line in ``KERNELS``: the tests of the laws walk
+over them, and figures find a look for each by its place there. A figure draws the kernels
+that its chapter names.
 """
 
 from __future__ import annotations
@@ -235,4 +236,4 @@ KERNELS: dict[str, Callable[[float], Kernel]] = {
     "dcs": dcs,
     "welsch": welsch,
 }
-"""Every kernel by its name; the value takes the scale. Tests and pages walk over it."""
+"""Every kernel by its name; the value takes the scale."""
