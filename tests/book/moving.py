@@ -16,6 +16,10 @@ def frames(canvas: Locator) -> list[dict[str, Any]]:
     return list(json.loads(canvas.locator(".rs-frames").text_content() or "[]"))
 
 
+def title(canvas: Locator) -> str:
+    return str(canvas.get_attribute("aria-label"))
+
+
 def controls(canvas: Locator) -> list[Locator]:
     return canvas.locator("[data-stride]").all()
 

@@ -21,6 +21,7 @@ from tests.book.moving import (
     picture,
     size,
     sweep,
+    title,
 )
 from tests.chromium import Visit, visiting
 
@@ -57,8 +58,19 @@ class TestCanvas:
                 for position in range(size(control)):
                     move(control, position)
                     seen.append(picture(canvas))
-                assert len(set(seen)) > 1, control.evaluate("c => c.outerHTML")
+                assert len(set(seen)) > 1, (
+                    f"{title(canvas)}: the picture stays, whatever is done to "
+                    + str(control.evaluate("c => c.closest('label, span').innerText"))
+                )
         assert chapter.complaints == []
+
+    def test_pictures_that_differ_have_words_that_differ(self, chapter: Visit) -> None:
+        for canvas in canvases(chapter.page):
+            looks: dict[str, set[str]] = {}
+            for frame in frames(canvas):
+                looks.setdefault(frame["text"], set()).add(frame["svg"])
+            alike = [text for text, pictures in looks.items() if len(pictures) > 1]
+            assert alike == [], f"{title(canvas)}: these words stand under several pictures"
 
     def test_a_slider_says_its_value_and_a_rest_is_spoken(self, chapter: Visit) -> None:
         for canvas in canvases(chapter.page):

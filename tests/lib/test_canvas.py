@@ -332,3 +332,12 @@ class TestBadInput:
 
 def test_a_slider_forgives_rounding_of_its_initial_value() -> None:
     assert Slider("c", "c", np.arange(0.1, 0.5, 0.1), 0.3).position == 2
+
+    def test_a_title_a_label_or_a_description_without_words(self) -> None:
+        with pytest.raises(ValueError, match="title: empty"):
+            small(title=" ")
+        with pytest.raises(ValueError, match="label: empty"):
+            Checkbox("lie", "")
+        late = small(describe=lambda lie: "" if lie else "no lie")
+        with pytest.raises(ValueError, match=r"describe, for {'lie': True}: empty"):
+            late.static_html()

@@ -14,7 +14,7 @@ import ipywidgets
 from matplotlib.figure import Figure
 
 from robust_slam.canvas import live, page
-from robust_slam.canvas.controls import Control
+from robust_slam.canvas.controls import Control, check_words
 from robust_slam.canvas.frame import Frame, to_svg, to_text
 from robust_slam.style import figure_style
 
@@ -30,7 +30,7 @@ class Canvas:
     the numbers behind the picture as (name, value) pairs.
 
     Raises:
-        ValueError: no controls, two with one name, or more than 60 states in all.
+        ValueError: no title, no controls, two with one name, or more than 60 states in all.
         TypeError: a function does not take the controls' names.
     """
 
@@ -41,6 +41,7 @@ class Canvas:
     table: Callable[..., Iterable[tuple[str, object]]] | None = None
 
     def __post_init__(self) -> None:
+        check_words("title", self.title)
         _check_controls(self.controls)
         for argument in ("draw", "describe", "table"):
             if getattr(self, argument) is not None:
@@ -50,7 +51,7 @@ class Canvas:
         """Draw one state; each control's name is given one of its values.
 
         Raises:
-            ValueError: a name or a value that no control has.
+            ValueError: a name or a value that no control has, or no words for the picture.
             TypeError: `draw` returns no figure, or `describe` no text.
         """
         _check_values(values, self.controls)
@@ -62,6 +63,7 @@ class Canvas:
         text = self.describe(**values)
         if not isinstance(text, str):
             raise TypeError(f"describe: it returned {text!r}; return a sentence (str).")
+        check_words(f"describe, for {values}", text)
         rows = [] if self.table is None else self.table(**values)
         return Frame(svg, text, tuple((str(name), to_text(value)) for name, value in rows))
 

@@ -41,7 +41,7 @@ class Slider:
     With `play` a button lets the values follow each other, from where the slider stands.
 
     Raises:
-        ValueError: no values, or `initial` is not among them.
+        ValueError: no label, no values, or `initial` is not among them.
     """
 
     name: str
@@ -53,6 +53,7 @@ class Slider:
 
     def __post_init__(self) -> None:
         _check_name(self.name)
+        check_words("label", self.label)
         _check_some("values", self.states)
         _ = self.position
 
@@ -88,6 +89,7 @@ class Checkbox:
 
     def __post_init__(self) -> None:
         _check_name(self.name)
+        check_words("label", self.label)
 
     @property
     def states(self) -> tuple[bool, ...]:
@@ -110,7 +112,7 @@ class Choice:
     """A list to choose from: words, or a mapping from the value that `draw` receives to words.
 
     Raises:
-        ValueError: no options, or `initial` is not among them.
+        ValueError: no label, no options, or `initial` is not among them.
     """
 
     name: str
@@ -120,6 +122,7 @@ class Choice:
 
     def __post_init__(self) -> None:
         _check_name(self.name)
+        check_words("label", self.label)
         _check_some("options", self.states)
         if self.initial not in self.states:
             raise ValueError(
@@ -152,7 +155,7 @@ class Stepper:
     button lets the steps follow each other.
 
     Raises:
-        ValueError: `count` is less than 1.
+        ValueError: no label, or `count` is less than 1.
     """
 
     name: str
@@ -162,6 +165,7 @@ class Stepper:
 
     def __post_init__(self) -> None:
         _check_name(self.name)
+        check_words("label", self.label)
         if self.count < 1:
             raise ValueError(f"count: a stepper needs at least one step, not {self.count}.")
 
@@ -184,6 +188,16 @@ class Stepper:
 def _check_name(name: str) -> None:
     if not name.isidentifier():
         raise ValueError(f"name: {name!r} is no Python name; `draw` takes it as a keyword.")
+
+
+def check_words(argument: str, text: str) -> None:
+    """Check that there is something to read.
+
+    Raises:
+        ValueError: there is not.
+    """
+    if not text.strip():
+        raise ValueError(f"{argument}: empty; some hear a page and do not see it, so give words.")
 
 
 def _check_some(argument: str, states: Sequence[object]) -> None:
