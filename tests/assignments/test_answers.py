@@ -148,6 +148,7 @@ def test_every_exercise_has_a_picture_that_replaces_no_students_function(name: s
     pictures = {cell["id"]: "".join(cell["source"]) for cell in cells}
     defined = {each for solution in load(name).solutions for each in solution.names}
     for exercise in load(name).exercises:
+        assert f"picture-{exercise}" in pictures, "no cell of this id below the exercise"
         nodes = ast.walk(ast.parse(pictures[f"picture-{exercise}"]))
         imports = [node for node in nodes if isinstance(node, ast.Import | ast.ImportFrom)]
         imported = {alias.asname or alias.name for node in imports for alias in node.names}

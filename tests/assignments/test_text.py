@@ -2,9 +2,20 @@
 
 from __future__ import annotations
 
+import re
+
+import nbformat
 import pytest
+from robust_slam_autograder.reading import assignment as assignment_module
+from robust_slam_autograder.reading.assignment import Assignment
 
 from tests.assignments import answers
+
+NUMBERS = ("No", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine", "Ten")
+
+
+def load(name: str) -> Assignment:
+    return assignment_module.load(answers.SOLUTIONS / name / f"{name}.ipynb")
 
 
 @pytest.mark.parametrize("name", answers.assignments())
@@ -24,3 +35,19 @@ def test_a_picture_stands_below_every_exercise(name: str) -> None:
     pictures = [known.removeprefix("picture-") for known, _ in fields if "picture-" in known]
     assert exercises == pictures
     assert "picture" in "".join(cells[0]["source"])
+
+
+@pytest.mark.parametrize("name", answers.assignments())
+def test_the_first_cell_says_how_many_exercises_there_are(name: str) -> None:
+    first = "".join(answers.source_notebook(name)["cells"][0]["source"])
+    assert f"{NUMBERS[len(load(name).exercises)]} exercises, ten points each." in first
+
+
+@pytest.mark.parametrize("name", answers.assignments())
+def test_every_exercise_names_a_section_of_its_chapter(name: str) -> None:
+    config = load(name).config
+    assert set(config.sections) == set(load(name).exercises), "[sections] in autograder.toml"
+    chapter = answers.ROOT / "chapters" / f"{config.chapter}.ipynb"
+    texts = [cell.source for cell in nbformat.read(chapter, as_version=4).cells]
+    headings = re.findall(r"^#+ (.+)$", "\n".join(texts), re.MULTILINE)
+    assert not set(config.sections.values()) - set(headings), "no such heading in the chapter"

@@ -190,6 +190,10 @@ class TestTable:
         assert f"definition {digest()}; {runs} of" in text.splitlines()[0]
         assert len(text.encode()) <= 50 * 1024
 
+    def test_the_committed_table_has_every_method(self) -> None:
+        found = {row["method"] for row in rows(door.TABLE.read_text(encoding="utf-8"))}
+        assert found == set(methods.METHODS), "measure them: `make sweep`"
+
     def test_a_row_of_the_committed_table_comes_out_again(self) -> None:
         method = "GNC-TLS"
         (committed,) = (
