@@ -33,10 +33,12 @@ $(READY): requirements.lock lib/pyproject.toml autograder/pyproject.toml
 		{ echo 'python3 3.11 or newer is needed, with venv (Debian: apt install python3-venv);' \
 		'name another one with make PYTHON=python3.12 …'; exit 1; }
 	@$(PYTHON) -m venv $(VENV)
-	@total=$$(grep -c '^[a-zA-Z0-9].*==' requirements.lock); \
+	@total=$$(grep -c '^[a-zA-Z0-9].*==' requirements.lock); live=; [ -t 1 ] && live=1; \
 	$(BIN)/pip install --progress-bar off --require-hashes -r requirements.lock 2>&1 | \
-		awk -v total=$$total '/^(Collecting|Processing|Ignoring) / {printf "\r  %d of about %d packages", ++n, total; fflush()} \
-		/^Installing collected/ {printf "\n  installing them, about a minute\n"; fflush()} \
+		awk -v total=$$total -v live=$$live \
+		'/^(Collecting|Processing|Ignoring) / {++n; if (live || n % 50 == 0) \
+		printf "%s  %d of about %d packages%s", live ? "\r" : "", n, total, live ? "" : "\n"; fflush()} \
+		/^Installing collected/ {printf "%s  installing them, about a minute\n", live ? "\n" : ""; fflush()} \
 		/ERROR|error:/ {print}'
 	@$(BIN)/pip install --quiet --no-deps --no-build-isolation -e lib -e autograder
 	@touch $@
