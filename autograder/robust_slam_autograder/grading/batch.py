@@ -363,7 +363,14 @@ def counts(graded: Sequence[Graded]) -> Mapping[str, int]:
 def unrecorded(
     jobs: Sequence[Job], graded: Sequence[Graded], run: Run, recorded: Mapping[str, str]
 ) -> dict[str, Graded]:
-    """By key what the gradebook does not have yet; where the grader failed there is nothing."""
+    """By key what the gradebook does not have yet; where the grader failed there is nothing.
+
+    The same text, tests and seed need not earn the same twice: a student's code may throw dice.
+    """
     pairs = ((job.key, item) for job, item in zip(jobs, graded, strict=True))
-    due = ((key, item) for key, item in pairs if recorded.get(key) != run.graded.get(key))
-    return {key: item for key, item in due if item.status != "failed"}
+    return {
+        key: item
+        for key, item in pairs
+        if item.status != "failed"
+        and recorded.get(key) != results.signature(item.result, run.graded[key])
+    }

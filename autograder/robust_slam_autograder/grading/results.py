@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
@@ -95,6 +96,15 @@ def as_text(result: Result) -> str:
     return json.dumps(value, indent=1, ensure_ascii=False) + "\n"
 
 
+def signature(result: Result, fingerprint: str) -> str:
+    """Digest of what is said of a submission, and of all that it follows from.
+
+    Not of the seconds, which differ from run to run and change no mark.
+    """
+    text = f"{fingerprint} {as_text(replace(result, seconds=0))}"
+    return hashlib.sha256(text.encode(errors="backslashreplace")).hexdigest()
+
+
 def read(path: Path) -> Result:
     """Read a result file back."""
     return from_text(path.read_text(encoding="utf-8"))
@@ -102,7 +112,10 @@ def read(path: Path) -> Result:
 
 def from_text(text: str) -> Result:
     """Read back what ``as_text`` gave; of anything else an error, as ``read_checked`` knows it."""
-    value = json.loads(text)
+    try:
+        value = json.loads(text)
+    except RecursionError as error:
+        raise ValueError("it is nested too deeply") from error
     value.pop("schema")
     exercises = [
         _checked(ExerciseResult(**{**exercise, "cases": _cases(exercise["cases"])}))

@@ -22,7 +22,7 @@ from nbgrader.utils import compute_checksum
 from sqlalchemy import delete, insert, text
 from sqlalchemy.exc import SAWarning, SQLAlchemyError
 
-from robust_slam_autograder.grading.results import Result
+from robust_slam_autograder.grading.results import Result, signature
 from robust_slam_autograder.nbgrader import database, marked_cells
 from robust_slam_autograder.nbgrader.database import Place
 from robust_slam_autograder.reading.assignment import Assignment
@@ -52,7 +52,8 @@ def record(
         marks: results; of a refused one every case earns 0.
         unanswered: by ``student/assignment`` the grade ids of free-text cells without an
             answer; they earn 0 and wait for nobody.
-        fingerprints: by ``student/assignment`` what ``database.recorded`` shall say of it.
+        fingerprints: by ``student/assignment`` what a result follows from: with them
+            ``database.recorded`` tells a result that is there from another.
 
     Raises:
         GraderFailure: it is no gradebook, or cannot be written.
@@ -70,7 +71,7 @@ def record(
                     key = f"{result.student}/{result.assignment}"
                     blank = (unanswered or {}).get(key, ())
                     notebook = _record_one(gradebook, known[result.assignment], result, blank)
-                    _sign(gradebook, notebook.assignment_id, (fingerprints or {}).get(key))
+                    _sign(gradebook, notebook, result, (fingerprints or {}).get(key))
 
 
 def declare(place: Place, assignment: Assignment) -> None:
@@ -180,12 +181,12 @@ def _record_one(
     return notebook
 
 
-def _sign(gradebook: Gradebook, submission: str, fingerprint: str | None) -> None:
-    """Note where a submission's marks come from; without a word of it they count as unknown."""
-    row = {"submission_id": submission, "fingerprint": fingerprint}
-    table = database.RECORDED
+def _sign(gradebook: Gradebook, notebook: Any, result: Result, fingerprint: str | None) -> None:  # noqa: ANN401
+    """Note which result it is; without its fingerprint the marks count as unknown."""
+    submission, table = notebook.assignment_id, database.RECORDED
     gradebook.db.execute(delete(table).where(table.c.submission_id == submission))
     if fingerprint is not None:
+        row = {"submission_id": submission, "fingerprint": signature(result, fingerprint)}
         gradebook.db.execute(insert(table).values(row))
 
 

@@ -10,9 +10,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from nbgrader.api import Gradebook
 from robust_slam_autograder import cli, sandbox
 from robust_slam_autograder.commands import grade as grade_command
+from robust_slam_autograder.nbgrader import database
 from robust_slam_autograder.nbgrader.release import release
+from robust_slam_autograder.reading.submission import DATABASE_NAME
 
 from tests.autograder import toy
 
@@ -293,6 +296,19 @@ def test_marks_reach_the_gradebook_once(course: Path, run: Run, wall_name: str) 
     assert "1 of them unchanged and reused" in run(*where)[1]
     assert database.stat().st_mtime_ns == before
     assert toy.result(course / "out", "ada")["sandbox"] == wall_name
+
+
+def test_the_gradebook_follows_a_result_that_came_out_otherwise(course: Path, run: Run) -> None:
+    dice = course / "dice"
+    code = f"{RIGHT}if not __import__('os').path.exists({str(dice)!r}):\n    double = abs\n"
+    folder = toy.hand_in(course / "submitted", "ada", toy.answer(code))
+    out = course / "out"
+    for points in (10, 20):
+        assert run("grade", folder, "--out", out, "--unsandboxed")[0] == 0
+        (out / "ada" / f"{toy.NAME}.json").unlink()
+        dice.touch()
+        with Gradebook(database.url_of(out / DATABASE_NAME)) as gradebook:
+            assert gradebook.find_submission(toy.NAME, "ada").score == points
 
 
 class TestCheck:

@@ -311,7 +311,11 @@ class TestWhatAWorkerMayDo:
         assert noted == prints.as_read(job, sent[0].handed) != prints.of(job)
 
 
-@pytest.mark.parametrize("answer", [None, "result", ("result", "{}"), ("result", 3), ("x", "y")])
+@pytest.mark.parametrize(
+    "answer",
+    [None, "result", ("result", "{}"), ("result", 3), ("x", "y"), ("result", "[" * 100_000)],
+    ids=range(6),
+)
 def test_what_is_no_result_is_a_failure_of_the_grader(tmp_path: Path, answer: Any) -> None:
     (job, *_) = jobs(make_course(tmp_path))
     assert cluster._checked(answer, job) == Broken("sent back no result")
