@@ -53,7 +53,8 @@ RECORDED = Table(
     Column("submission_id", String(32), primary_key=True),
     Column("fingerprint", String(64), nullable=False),
 )
-"""From which text, tests and seed a submission's marks come; nbgrader leaves the table alone."""
+"""``results.signature`` of the result that a submission's marks are; nbgrader leaves the table
+alone."""
 _FIND_RECORDED = text(
     "SELECT submitted.student_id, assignment.name, recorded.fingerprint"
     " FROM autograder_recorded AS recorded"
@@ -91,6 +92,11 @@ def _url(place: Place) -> URL:
             "That is no gradebook's address: it looks like postgresql://HOST/NAME, or "
             "sqlite:////FOLDER/gradebook.db."
         ) from error
+    if url.host and "@" in f"{url.host}{url.database}":
+        # What follows the first one is the password's rest, and would be shown as the host.
+        raise WrongUse(
+            "The gradebook's address has an @ too many: a password's own is written %40 there."
+        )
     kind = url.get_backend_name()
     if kind not in LOCKS:
         raise WrongUse(f"A gradebook lies in PostgreSQL or SQLite, not in {kind}.")
@@ -186,7 +192,7 @@ def exists(place: Place) -> bool:
 
 
 def recorded(place: Place) -> dict[str, str]:
-    """By ``student/assignment`` the fingerprint of each submission whose marks are there.
+    """By ``student/assignment`` the signature of each result whose marks are there.
 
     Raises:
         GraderFailure: it cannot be read.

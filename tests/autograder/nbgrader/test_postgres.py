@@ -350,6 +350,14 @@ class TestMistakes:
             assert status == 2 and sentence in err and PASSWORD not in err
         assert not (course / "out").exists()
 
+    @pytest.mark.parametrize("rest", ["secret@host/grades", "secret/x@host/grades"])
+    def test_a_password_is_not_told_where_its_own_at_sign_ends_it(
+        self, course: Path, run: Run, monkeypatch: pytest.MonkeyPatch, rest: str
+    ) -> None:
+        monkeypatch.setenv(DATABASE_VARIABLE, f"postgresql://ta:a@{rest}")
+        status, out, err = run("grade", course / "submitted" / "ada" / toy.NAME, "--unsandboxed")
+        assert status == 2 and "%40" in err and "secret" not in out + err
+
     def test_a_server_that_goes_away_costs_no_result(
         self, course: Path, run: Run, server: Server, shared: URL, monkeypatch: pytest.MonkeyPatch
     ) -> None:
