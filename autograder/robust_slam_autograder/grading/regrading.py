@@ -87,7 +87,7 @@ def plan(tree: Path, name: str, *, out: Path, submitted: Path) -> Plan:
     known = assignments.find_names(tree)
     if name not in known:
         raise WrongUse(f"There is no assignment {name}; there are {', '.join(known)}.")
-    students = sorted(path.parent.name for path in out.glob(f"*/{name}.json"))
+    students = sorted(path.parent.name for path in results.files_of(out, name))
     if not students:
         raise WrongUse(f"{out} holds no result of {name}: grade it first, or say --out DIR.")
     if not (out / journal.RUN_NAME).is_file():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import hashlib
 import json
 import math
@@ -77,6 +78,11 @@ def without_grade(
 def path_of(out: Path, student: str, assignment: str) -> Path:
     """Where a submission's result file lies."""
     return out / student / f"{assignment}.json"
+
+
+def files_of(out: Path, assignment: str) -> list[Path]:
+    """An assignment's result files, whatever its name."""
+    return sorted(out.glob(f"*/{glob.escape(assignment)}.json"))
 
 
 def write(out: Path, result: Result) -> Path:

@@ -88,7 +88,7 @@ def _failed(out: Path, name: str, recorded: Totals) -> list[str]:
         WrongUse: a result is not in the gradebook as it is, for grading was stopped.
     """
     failed = []
-    for path in sorted(out.glob(f"*/{name}.json")):
+    for path in results.files_of(out, name):
         result = results.read_checked(path)
         student = path.parent.name
         total = recorded.students.get(student)

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 from robust_slam_autograder import cli
-from robust_slam_autograder.grading import batch, regrading, results
+from robust_slam_autograder.grading import batch, journal, regrading, results
 from robust_slam_autograder.grading.results import without_grade
 
 from tests.autograder import toy
@@ -274,6 +274,20 @@ def test_a_kill_while_applying_is_made_good_by_the_same_command(
     assert [(row["student"], row["after"]) for row in told] == [("ada", 20), ("eve", 10)]
     rows = course_of.rows(course / "out" / "gradebook.db", "auto_score")
     assert sum(rows["ada"].values()) == 20
+
+
+def test_a_name_in_brackets_is_no_pattern(tmp_path: Path) -> None:
+    name = "07-toy[draft]"
+    toy.write(tmp_path / "solutions" / name / "07-toy.ipynb", toy.source_notebook())
+    (tmp_path / "submitted" / "ada" / name).mkdir(parents=True)
+    results.write(
+        tmp_path, without_grade("failed", "", student="ada", assignment=name, max_score=1)
+    )
+    journal.open_run(tmp_path, 1)
+    plan = regrading.plan(
+        tmp_path / "solutions", name, out=tmp_path, submitted=tmp_path / "submitted"
+    )
+    assert [job.student for job in plan.jobs] == ["ada"]
 
 
 @pytest.mark.parametrize(
