@@ -74,6 +74,8 @@ def _results(out: Path, wanted: Sequence[str]) -> dict[str, list[Path]]:
             found.setdefault(path.stem, []).append(path)
     if not found:
         raise WrongUse(f"{out} holds no result: grade first, or name the folder with --out DIR.")
+    if Path(INDEX).stem in found:
+        raise WrongUse(f"An assignment named index would take the place of {INDEX}: name it anew.")
     for name in wanted:
         if name not in found:
             raise WrongUse(f"{out} holds no result of {name}; there are {', '.join(found)}.")

@@ -313,7 +313,7 @@ def test_marks_leave_the_machine_encrypted_and_without_a_name(
         capture_output=True,
     )
     assert toy.result(grader.temp / "graded", STUDENT)["score"] == toy.MOST
-    assert "path 2 of 3" in (grader.temp / "graded" / "complaints.txt").read_text("utf-8")
+    assert "path 2 of 3" in (grader.temp / "complaints.txt").read_text("utf-8")
     assert (grader.temp / "feedback" / "bob" / f"{toy.NAME}.html").is_file()
 
 

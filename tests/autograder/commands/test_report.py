@@ -126,6 +126,14 @@ def test_wrong_use_is_told(graded: Path, run: Run, arguments: list[str], sentenc
     assert not (graded / "report").exists()
 
 
+def test_no_assignment_takes_the_place_of_the_index(graded: Path, run: Run) -> None:
+    made = graded / "graded" / "cleo" / f"{toy.NAME}.json"
+    shutil.copy(made, made.with_name("index.json"))
+    status, _, err = run()
+    assert status == 2 and "named index" in err
+    assert not (graded / "report").exists()
+
+
 def test_a_place_that_cannot_be_written_is_named(graded: Path, run: Run) -> None:
     (graded / "report").write_text("a file")
     status, out, err = run()
