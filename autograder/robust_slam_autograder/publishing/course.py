@@ -22,6 +22,7 @@ from robust_slam_autograder.reading.assignment import check_table
 COURSE_NAME = "course.toml"
 BOOK_NAME = "_config.yml"
 _ADDRESS = re.compile(r"[a-z][a-z0-9+.-]*://[^\s\"'`{}\\]+")
+_PASSWORD = re.compile(r"://[^/@]*:[^/]*@")
 _BRANCH = re.compile(r"[\w][\w./-]*")
 _PACKAGE = re.compile(r"[A-Za-z0-9][\w.-]*(\[[\w,.-]+\])?")
 
@@ -133,6 +134,10 @@ def _repository(path: Path) -> Repository:
     url, branch = table.get("url") or "", table.get("branch") or "main"
     if not isinstance(url, str) or not (url == "" or _ADDRESS.fullmatch(url)):
         raise WrongUse(f"{path}: repository.url wants an address https://… or nothing ({url!r}).")
+    if _PASSWORD.search(url):
+        raise WrongUse(
+            f"{path}: repository.url holds a password, and students would get it: take it out."
+        )
     if not isinstance(branch, str) or not _BRANCH.fullmatch(branch):
         raise WrongUse(f"{path}: repository.branch wants a branch's name ({branch!r}).")
     return Repository(url.rstrip("/"), branch)
