@@ -18,7 +18,7 @@ from traitlets.config import Config
 from robust_slam_autograder.errors import GraderFailure, WrongUse
 from robust_slam_autograder.nbgrader import database
 from robust_slam_autograder.publishing import course as courses
-from robust_slam_autograder.publishing import handout, secrets, staging
+from robust_slam_autograder.publishing import handout, secret_lines, staging
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading import notebook
 from robust_slam_autograder.reading.submission import DATABASE_NAME, DATABASE_VARIABLE
@@ -146,8 +146,8 @@ def _reason(said: Sequence[str]) -> str:
 
 def _inspect(source: Path, made: Path) -> None:
     """Look for hidden lines and solutions in a release, whatever nbgrader thinks of it."""
-    telling = secrets.secret_lines([cell.source for cell in notebook.read(source)])
-    for name, lines in secrets.lines_below(made):
+    telling = secret_lines.telling_lines([cell.source for cell in notebook.read(source)])
+    for name, lines in secret_lines.lines_below(made):
         for mark in (assignments.BEGIN_HIDDEN, "BEGIN SOLUTION", "# hint:"):
             if any(mark in line for line in lines):
                 raise GraderFailure(f"The release of {name} would hold {mark!r}: nothing written.")

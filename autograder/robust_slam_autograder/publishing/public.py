@@ -17,8 +17,7 @@ from typing import Any
 
 from robust_slam_autograder.errors import GraderFailure, WrongUse
 from robust_slam_autograder.nbgrader.release import release
-from robust_slam_autograder.publishing import imports, staging
-from robust_slam_autograder.publishing import secrets as secret
+from robust_slam_autograder.publishing import imports, secret_lines, staging
 from robust_slam_autograder.publishing.course import COURSE_NAME, Course, Public, Repository, load
 from robust_slam_autograder.reading import assignment as assignments
 
@@ -179,9 +178,9 @@ def _look_for_secrets(tree: Path, made: Path, known: Mapping[str, tuple[str, ...
     """Look for lines of solutions and hidden tests in the copy."""
     secrets: dict[str, str] = {}
     for name in assignments.find_names(tree):
-        found = secret.secrets_of(assignments.notebook_path(tree / name))
+        found = secret_lines.secrets_of(assignments.notebook_path(tree / name))
         secrets |= dict.fromkeys(found, name)
-    for path, lines in secret.lines_below(made):
+    for path, lines in secret_lines.lines_below(made):
         for line in sorted(lines & secrets.keys() - set(known.get(path, ()))):
             raise GraderFailure(
                 f"{path} would tell a line of a solution or a hidden test of {secrets[line]} "

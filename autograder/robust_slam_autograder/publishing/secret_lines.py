@@ -21,7 +21,7 @@ _SECRET = re.compile(r"BEGIN (SOLUTION|HIDDEN TESTS)[^\n]*\n(.*?)[^\n]*END \1", 
 _IMPORT = re.compile(r"import |from \S+ import ")
 
 
-def secret_lines(sources: Sequence[str], telling: int = TELLING_IN_A_RELEASE) -> set[str]:
+def telling_lines(sources: Sequence[str], telling: int = TELLING_IN_A_RELEASE) -> set[str]:
     """Lines longer than ``telling`` that stand in solutions and hidden tests and nowhere else."""
     regions = [match.group(2) for source in sources for match in _SECRET.finditer(source)]
     shown = {line.strip() for source in sources for line in _SECRET.sub("", source).split("\n")}
@@ -31,7 +31,7 @@ def secret_lines(sources: Sequence[str], telling: int = TELLING_IN_A_RELEASE) ->
 
 def secrets_of(source: Path) -> set[str]:
     """Lines of an instructor's notebook that must stand nowhere in a course; imports may."""
-    lines = secret_lines([cell.source for cell in notebook.read(source)], TELLING_IN_A_COURSE)
+    lines = telling_lines([cell.source for cell in notebook.read(source)], TELLING_IN_A_COURSE)
     return {line for line in lines if not _IMPORT.match(line)}
 
 
