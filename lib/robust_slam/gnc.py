@@ -13,9 +13,10 @@ residuals at the user's first values, counts known inliers in it, and starts eve
 solve from those first values again. Here μ comes from the least-squares solution, over
 the doubted measurements alone, and each solve starts from the last.
 
-The papers move μ by one factor. Most of that schedule is waiting: on the graph intel the
+The papers move μ by one factor. On the graph intel most of that schedule is waiting: the
 last two thirds of the steps move hardly any residual. An *adaptive* rule takes two or
-three factors at once there (``strides``).
+three factors at once there (``strides``). Where the way is crooked, as on M3500, that can
+end in a slightly worse minimum (``benchmarks/speed/graduated.py``).
 
 Source: Yang et al. 2020, "Graduated Non-Convexity for Robust Spatial Perception"; Black
 and Rangarajan 1996 for the outlier processes.
@@ -171,7 +172,7 @@ def strides(moved: Array) -> int:
 
     ``moved`` ``(k,)`` is by how much a step changed each norm u, as a share of 1 + u. Where
     99 % of them change by a tenth at most it is 2, by a twentieth 3: the path that the
-    solution follows is straight there, and a longer step does not lose it.
+    solution follows is nearly straight there, and a longer step seldom loses it.
 
     Source: derived here; step control as in the following of homotopy paths (Allgower and
     Georg 1990, chapter 6).
