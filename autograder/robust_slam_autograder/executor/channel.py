@@ -22,6 +22,7 @@ from robust_slam_autograder.executor.wire import Handle, WireError
 MAX_CALLABLES = 10_000
 MAX_NESTED_CALLS = 40
 MAX_TEXT = 1_000
+MAX_LINE = 1_000_000
 _LENGTH = struct.Struct(">I")
 
 
@@ -46,7 +47,7 @@ class RaisedThere(Exception):
         # Only texts: to print 30 million numbers would take minutes.
         self.types = tuple(_text(name) for name in names)
         self.message = _text(message)
-        self.line = line if type(line) is int else None
+        self.line = line if type(line) is int and 0 < line <= MAX_LINE else None
         super().__init__(self.message)
 
 
@@ -209,7 +210,7 @@ class Channel:
             raise ChannelClosed("a message larger than the limit")
         try:
             message = wire.decode(self._read_exactly(length), self._import, widen=self._widen)
-        except WireError as error:
+        except (WireError, MemoryError) as error:
             raise ChannelClosed(str(error)) from error
         if not _is_message(message):
             raise ChannelClosed("a message of an unknown shape")

@@ -8,7 +8,7 @@ import functools
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from robust_slam_autograder.errors import GraderFailure
@@ -117,9 +117,16 @@ class Session:
         return self.fault
 
     def bindings(self) -> dict[str, Any]:
-        """The names that tests see: a proxy for a function, a copy of a value."""
+        """The names that tests see: a proxy for a function, a copy of a value.
+
+        Raises:
+            SessionFault: the process died, or student code changed what answers there.
+        """
         found: dict[str, Any] = {}
-        kinds = self._request("kinds", [list(self.program.names)])
+        try:
+            kinds = self._request("kinds", [list(self.program.names)])
+        except StudentError:  # our own code does not raise there
+            raise self.fail("died") from None
         for name in self.program.names:
             kind = kinds.get(name) if isinstance(kinds, dict) else None
             if not isinstance(kind, str):
@@ -145,7 +152,7 @@ class Session:
         return student_function
 
     def _request(self, what: str, args: Sequence[Any]) -> Any:  # noqa: ANN401
-        """Ask the untrusted process."""
+        """Call one of the untrusted process's own functions."""
         if self.fault or self._channel is None:
             raise self.fault or SessionFault("died")
         return self._channel.invoke(Handle("name", what), tuple(args), {})
@@ -234,17 +241,43 @@ class Session:
         return True
 
     def _judge_setup(self, piece: Piece, error: StudentError | SessionFault) -> None:
-        """Pass over a set-up cell that only shows answers; else the instructor's cells fail."""
-        if isinstance(error, SessionFault):
-            if time.monotonic() > self.end:
-                raise error
-            raise GraderFailure(f"The instructor's cell, {piece.label}: {error.kind}.")
-        if not shows_answers(error, self.program.names):
-            raise GraderFailure(f"The instructor's cell, {piece.label}, fails: {error}")
+        """Pass over a set-up cell that only shows answers; else find out whose fault it is.
+
+        The student's cells were read before the set-up ran. Where the set-up fails without
+        them too, the instructor's cells are to blame; else what was read is.
+        """
+        if not isinstance(error, SessionFault) and shows_answers(error, self.program.names):
+            return
+        if isinstance(error, SessionFault) and time.monotonic() > self.end:
+            raise error
+        if not self.program.pieces:
+            said = f": {error.kind}" if isinstance(error, SessionFault) else f", fails: {error}"
+            raise GraderFailure(f"The instructor's cell, {piece.label}{said}.")
+        self._try_setup_alone()
+        raise self.fail("died")
+
+    def _try_setup_alone(self) -> None:
+        """Run the set-up in a process that never sees the student's code.
+
+        Raises:
+            GraderFailure: it fails there too.
+        """
+        self.close()
+        end = time.monotonic() + self.limits.notebook_seconds
+        alone = Session(self.sandbox, replace(self.program, pieces=()), self.limits, end)
+        try:
+            alone.begin()
+        finally:
+            alone.close()
 
     def _read(self, channel: Channel, number: int, piece: Piece) -> None:
         args = (number, piece.label, piece.source, piece.own)
-        self._ask(channel, Handle("name", "read"), args, {}, self.limits.cell_seconds)
+        try:
+            self._ask(channel, Handle("name", "read"), args, {}, self.limits.cell_seconds)
+        except TypeError as error:
+            if isinstance(error, StudentError):
+                raise
+            raise StudentError(f"the cell cannot be read: {error.__cause__}") from error
 
     def _run(self, channel: Channel, number: int, piece: Piece) -> None:
         self._ask(channel, Handle("name", "run"), (number,), {}, self.limits.cell_seconds)

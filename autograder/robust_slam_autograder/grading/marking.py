@@ -1,8 +1,11 @@
 """Grades one submission: visible tests with their messages, then hidden ones with hints.
 
-Tests run here, in the trusted process; the student's functions are proxies
-that call across the pipe. A case earns its points only when this side reached
-the end of its cell.
+Tests run here, in the trusted process. The student's functions are proxies that call
+across the pipe. A case earns its points only when this side reached the end of its cell.
+
+The hidden pass yields one ``Ending`` a case and no text. So nothing that student code
+says there can reach the result: its messages are the instructor's hints and the
+constants of this module.
 """
 
 from __future__ import annotations
@@ -13,10 +16,10 @@ import hashlib
 import os
 import signal
 import time
-import traceback
 import types
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from enum import Enum
 from typing import Any
 
 import numpy as np
@@ -30,7 +33,7 @@ from robust_slam_autograder.executor.session import (
     shows_answers,
 )
 from robust_slam_autograder.executor.untrusted import Notebook
-from robust_slam_autograder.executor.wire import WireError
+from robust_slam_autograder.grading import wording
 from robust_slam_autograder.grading.results import (
     CaseResult,
     ExerciseResult,
@@ -48,24 +51,46 @@ PUBLIC_SEED = 0
 """Visible tests draw what students draw themselves: their messages tell nothing secret."""
 ALARM_GRACE = 0.5
 """The pipe's own deadline comes first; the alarm is for tests that compute on this side."""
-MAX_MESSAGE = 600
 NO_HINT = "A hidden check of this case did not pass."
-LEFT_OUT = "A cell of your own ran longer than it may, or ended the process, and is left out"
-NOT_WRITTEN = "Not written yet: the function still raises NotImplementedError."
+_NOT_RUN = "; the rest of this exercise was not run."
+
+
+class Ending(Enum):
+    """How a case ended in one pass."""
+
+    PASSED = "passed"
+    FAILED = "failed"
+    TIMEOUT = "timeout"
+    """Student code used up its time, or a name is missing whose cell did."""
+    DIED = "died"
+    """Student code ended its process."""
+
+    @property
+    def is_fault(self) -> bool:
+        """Whether the rest of the exercise is lost."""
+        return self in FAULT_SENTENCES
+
+
+FAULT_SENTENCES = {
+    Ending.TIMEOUT: f"Your code ran longer than it may{_NOT_RUN}",
+    Ending.DIED: f"Your code ended its whole process{_NOT_RUN}",
+}
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """How one case went in one pass."""
+    """How one case went in the visible pass."""
 
-    passed: bool
+    ending: Ending
     message: str = ""
-    fault: str = ""
-    """"timeout" or "died" where student code hung or died."""
 
 
 Outcomes = Mapping[str, Outcome]
 """By grade id."""
+Endings = Mapping[str, Ending]
+"""By grade id."""
+_Event = tuple[Case, Ending, Exception | None]
+"""A case, how it ended, and what it raised, which may hold a student's words."""
 
 
 def grade(
@@ -85,8 +110,8 @@ def grade(
     """
     run = _Passes(assignment, submission, sandbox)
     visible = run.visible()
-    hidden = run.hidden(visible, seed) if any(case.passed for case in visible.values()) else {}
-    return run.result(student, visible, hidden)
+    passed = any(outcome.ending is Ending.PASSED for outcome in visible.values())
+    return run.result(student, visible, run.hidden(visible, seed) if passed else {})
 
 
 def check(assignment: Assignment, submission: Submission, *, sandbox: Sandbox) -> Result:
@@ -97,7 +122,7 @@ def check(assignment: Assignment, submission: Submission, *, sandbox: Sandbox) -
     """
     run = _Passes(assignment, submission, sandbox)
     visible = run.visible()
-    return run.result("", visible, visible)
+    return run.result("", visible, {key: outcome.ending for key, outcome in visible.items()})
 
 
 @dataclass(frozen=True)
@@ -112,14 +137,26 @@ class _Passes:
 
     def visible(self) -> Outcomes:
         sources = {case.grade_id: case.visible for case in self.assignment.cases}
-        return self._run(sources, PUBLIC_SEED, {})
+        found: dict[str, Outcome] = {}
+        lost: dict[str, str] = {}
+        with self._session() as session, _environment(PUBLIC_SEED), _silence():
+            cases = _Cases(self.assignment, session, sources, PUBLIC_SEED)
+            for case, ending, error in cases.run({}):
+                message = cases.explain(case, ending, error)
+                if ending.is_fault:
+                    message = lost.setdefault(case.exercise, message)
+                found[case.grade_id] = Outcome(ending, message)
+        return found
 
-    def hidden(self, visible: Outcomes, seed: int) -> Outcomes:
+    def hidden(self, visible: Outcomes, seed: int) -> Endings:
         """Run all cases whole, but for those where student code hung or died already."""
         sources = {case.grade_id: case.full for case in self.assignment.cases}
-        return self._run(sources, seed, {key: o for key, o in visible.items() if o.fault})
+        known = {key: o.ending for key, o in visible.items() if o.ending.is_fault}
+        with self._session() as session, _environment(seed), _silence():
+            cases = _Cases(self.assignment, session, sources, seed)
+            return {case.grade_id: ending for case, ending, _ in cases.run(known)}
 
-    def result(self, student: str, visible: Outcomes, hidden: Outcomes) -> Result:
+    def result(self, student: str, visible: Outcomes, hidden: Endings) -> Result:
         exercises = tuple(
             _exercise(name, self.assignment, self.submission, visible, hidden)
             for name in self.assignment.exercises
@@ -136,7 +173,8 @@ class _Passes:
             exercises=exercises,
         )
 
-    def _run(self, sources: Mapping[str, str], seed: int, faults: Outcomes) -> Outcomes:
+    @contextlib.contextmanager
+    def _session(self) -> Iterator[Session]:
         config = self.assignment.config
         program = Program(
             setup=self.assignment.setup,
@@ -147,8 +185,7 @@ class _Passes:
         end = self.start + config.limits.notebook_seconds
         session = Session(self.sandbox, program, config.limits, end, self.skip)
         try:
-            with _environment(seed), _silence():
-                return _Cases(self.assignment, session, sources, seed).run(faults)
+            yield session
         finally:
             session.close()
 
@@ -162,25 +199,54 @@ class _Cases:
     sources: Mapping[str, str]
     seed: int
 
-    def run(self, faults: Outcomes) -> Outcomes:
+    def run(self, faults: Endings) -> Iterator[_Event]:
         """Run the cases in order; after a fault the rest of its exercise is lost.
 
         Args:
             faults: cases that are known to hang or die.
+
+        Raises:
+            GraderFailure: the sandbox or the instructor's cells do not work.
         """
+        tests = self._compiled()
         try:
             namespace = self._namespace()
         except SessionFault as fault:
-            return {case.grade_id: _fault(fault) for case in self.assignment.cases}
-        lost: dict[str, Outcome] = {}
-        outcomes: dict[str, Outcome] = {}
+            yield from ((case, Ending(fault.kind), None) for case in self.assignment.cases)
+            return
+        lost: dict[str, Ending] = {}
         for case in self.assignment.cases:
             known = lost.get(case.exercise) or faults.get(case.grade_id)
-            outcome = self._run_case(case, namespace, known)
-            if outcome.fault:
-                lost[case.exercise] = outcome
-            outcomes[case.grade_id] = outcome
-        return outcomes
+            ending, error = self._run_case(case, tests[case.grade_id], namespace, known)
+            if ending.is_fault:
+                lost[case.exercise] = ending
+            yield case, ending, error
+
+    def explain(self, case: Case, ending: Ending, error: Exception | None) -> str:
+        """Say to the student how a case ended in the visible pass."""
+        errors, owner = self.session.errors, self.assignment.owner
+        cell_error = errors.get(owner(case.exercise))
+        if error is None or isinstance(cell_error, SessionFault):
+            return FAULT_SENTENCES.get(ending, "")
+        if isinstance(error, NameError) and ending.is_fault:
+            return wording.left_out(error)
+        if isinstance(error, NameError) and not isinstance(error, StudentError):
+            return wording.undefined(error, errors.get(owner(error.name or ""), cell_error))
+        return wording.message(error, self.sources[case.grade_id], case)
+
+    def _compiled(self) -> dict[str, types.CodeType]:
+        found = {}
+        for case in self.assignment.cases:
+            text = plain_python(self.sources[case.grade_id])
+            try:
+                # optimize=0: under `python -O` asserts would be left out, and all tests pass.
+                found[case.grade_id] = compile(
+                    text, wording.label(case), "exec", dont_inherit=True, optimize=0
+                )
+            except (SyntaxError, ValueError) as error:
+                what = f"The test cell {case.grade_id} is no Python: {error}."
+                raise GraderFailure(what) from error
+        return found
 
     def _namespace(self) -> dict[str, Any]:
         """What test cells see: the set-up's names, then the student's."""
@@ -209,44 +275,46 @@ class _Cases:
                 raise GraderFailure(f"The instructor's cell, {what}") from error
 
     def _used(self) -> list[str]:
-        used: set[str] = set()
-        for grade_id, source in self.sources.items():
-            try:
-                used |= used_names(*ast.parse(plain_python(source)).body)
-            except SyntaxError as error:
-                raise GraderFailure(f"The test cell {grade_id} is no Python: {error}.") from error
-        return sorted(used)
+        statements = [ast.parse(plain_python(source)).body for source in self.sources.values()]
+        return sorted(used_names(*(node for body in statements for node in body)))
 
-    def _run_case(self, case: Case, namespace: dict[str, Any], known: Outcome | None) -> Outcome:
-        """Run a case's cell; one whose outcome is known runs for its variables alone."""
-        namespace["rng"] = case_generator(self.seed, case.grade_id)
+    def _run_case(
+        self, case: Case, test: types.CodeType, namespace: dict[str, Any], known: Ending | None
+    ) -> tuple[Ending, Exception | None]:
+        """Run a case's cell.
+
+        A case that is lost already still runs, because later cases use its variables.
+        """
         session = self.session
         try:
             if known:
                 session.fault = SessionFault("died")
             else:
                 session.begin()
-            with _alarm(session, self.assignment.config.limits.cell_seconds):
-                exec(_compiled(self.sources[case.grade_id], case), namespace)
         except SessionFault as fault:
-            return known or _fault(fault)
+            return Ending(fault.kind), None
+        namespace["rng"] = case_generator(self.seed, case.grade_id)
+        try:
+            with _alarm(session, self.assignment.config.limits.cell_seconds):
+                exec(test, namespace)
+        except SessionFault as fault:
+            return known or Ending(fault.kind), None
         except Exception as error:  # a test fails by raising, whatever it raises
-            return known or self._failed(case, error)
+            ending = known or self._ending(case, error)
+            return ending, None if known else error
+        if known or session.fault is None:
+            return known or Ending.PASSED, None
         # A test may have swallowed the fault with a bare except.
-        return known or (_fault(session.fault) if session.fault else Outcome(True))
+        return Ending(session.fault.kind), None
 
-    def _failed(self, case: Case, error: Exception) -> Outcome:
+    def _ending(self, case: Case, error: Exception) -> Ending:
+        """How a case ended whose test raised."""
         cell_error = self.session.errors.get(self.assignment.owner(case.exercise))
         if isinstance(cell_error, SessionFault):
-            return _fault(cell_error)
+            return Ending(cell_error.kind)
         if isinstance(error, NameError) and self.session.lacks_own_cells:
-            return Outcome(False, f"{LEFT_OUT}: {error}.", "timeout")
-        if isinstance(error, NameError) and not isinstance(error, StudentError):
-            cell_error = self.session.errors.get(
-                self.assignment.owner(error.name or ""), cell_error
-            )
-            return Outcome(False, _clip(_undefined(error, cell_error)))
-        return Outcome(False, _clip(_message(error, self.sources[case.grade_id], case)))
+            return Ending.TIMEOUT  # so that the batch grades it once more, alone
+        return Ending.FAILED
 
 
 def case_generator(seed: int, grade_id: str) -> np.random.Generator:
@@ -295,74 +363,19 @@ def _alarm(session: Session, seconds: float) -> Iterator[None]:
         signal.signal(signal.SIGALRM, before)
 
 
-def _label(case: Case) -> str:
-    return f"<{case.grade_id}>"
-
-
-def _compiled(source: str, case: Case) -> types.CodeType:
-    # optimize=0: under `python -O` asserts would be left out, and every test would pass.
-    text = plain_python(source)
-    return compile(text, _label(case), "exec", dont_inherit=True, optimize=0)
-
-
-def _fault(fault: SessionFault) -> Outcome:
-    said = "ran longer than it may" if fault.kind == "timeout" else "ended its whole process"
-    return Outcome(False, f"Your code {said}; the rest of this exercise was not run.", fault.kind)
-
-
-def _undefined(error: NameError, cell_error: StudentError | SessionFault | None) -> str:
-    """Say why a name that a test uses is not there."""
-    if isinstance(cell_error, StudentError):
-        return f"Your cell stops with {_told(cell_error)}."
-    return f"{error.name} is not defined in your notebook, or is nothing that can be checked."
-
-
-def _message(error: Exception, source: str, case: Case) -> str:
-    """Say what happened, for the student, from a visible test's exception."""
-    if isinstance(error, StudentError):
-        if isinstance(error, NotImplementedError):
-            return NOT_WRITTEN
-        if type(error).__name__ == WireError.__name__:
-            return f"What your function returned cannot be checked: {str(error).rstrip('.')}."
-        return f"Your function raised {_told(error)}."
-    if isinstance(error, AssertionError):
-        return str(error) or f"This does not hold: {_failing_check(error, source, case)}"
-    return f"The check could not use what came back: {type(error).__name__}: {error}"
-
-
-def _told(error: StudentError) -> str:
-    what = f"{type(error).__name__}: {error}".rstrip(" :.")
-    return f"{what} (line {error.line} of your cell)" if error.line else what
-
-
-def _failing_check(error: BaseException, source: str, case: Case) -> str:
-    """The statement of a visible test that did not hold."""
-    frames = traceback.extract_tb(error.__traceback__)
-    lines = [frame.lineno for frame in frames if frame.filename == _label(case)]
-    for node in ast.walk(ast.parse(plain_python(source))):
-        if isinstance(node, ast.Assert) and lines and node.lineno == lines[-1]:
-            return ast.unparse(node.test)
-    return "a check of this case"
-
-
-def _clip(text: str) -> str:
-    return text if len(text) <= MAX_MESSAGE else text[: MAX_MESSAGE - 1] + "…"
-
-
 def _exercise(
     name: str,
     assignment: Assignment,
     submission: Submission,
     visible: Outcomes,
-    hidden: Outcomes,
+    hidden: Endings,
 ) -> ExerciseResult:
     cases = [case for case in assignment.cases if case.exercise == name]
     results = tuple(_case(case, visible, hidden) for case in cases)
     score = sum(case.earned for case in results)
     owner = assignment.owner(name)
-    outcomes = [o for p in (visible, hidden) for case in cases if (o := p.get(case.grade_id))]
-    fault = next((outcome for outcome in outcomes if outcome.fault), None)
-    message = fault.message if fault else next((c.message for c in results if c.message), "")
+    fault, message = _fault(cases, visible, hidden)
+    message = message or next((case.message for case in results if case.message), "")
     missing = not score and owner in submission.missing
     if missing:
         message = f"There is no cell {owner} in the notebook, and nothing defines its functions."
@@ -376,25 +389,37 @@ def _exercise(
     )
 
 
-def _status(cases: Sequence[CaseResult], fault: Outcome | None) -> ExerciseStatus:
+def _fault(cases: Sequence[Case], visible: Outcomes, hidden: Endings) -> tuple[Ending | None, str]:
+    """The first fault of an exercise, and what to say of it."""
+    for outcome in (visible[case.grade_id] for case in cases):
+        if outcome.ending.is_fault:
+            return outcome.ending, outcome.message
+    for case in cases:
+        ending = hidden.get(case.grade_id)
+        if ending and ending.is_fault:
+            return ending, FAULT_SENTENCES[ending]
+    return None, ""
+
+
+def _status(cases: Sequence[CaseResult], fault: Ending | None) -> ExerciseStatus:
     if fault:
-        return "timeout" if fault.fault == "timeout" else "died"
+        return "timeout" if fault is Ending.TIMEOUT else "died"
     if not any(case.message for case in cases):
         return "passed"
     return "partial" if any(case.earned for case in cases) else "failed"
 
 
-def _case(case: Case, visible: Outcomes, hidden: Outcomes) -> CaseResult:
-    outcome = visible[case.grade_id]
-    message = outcome.message
-    if outcome.passed and case.has_hidden:
-        outcome = hidden[case.grade_id]
-        # One bit and the instructor's sentence: a hidden check's own words may hold its inputs.
-        message = "" if outcome.passed else case.hint or NO_HINT
+def _case(case: Case, visible: Outcomes, hidden: Endings) -> CaseResult:
+    ending, message = visible[case.grade_id].ending, visible[case.grade_id].message
+    if ending is Ending.PASSED and case.has_hidden:
+        ending = hidden[case.grade_id]
+        # The instructor's sentence alone: a hidden check's own words may hold its inputs.
+        message = "" if ending is Ending.PASSED else case.hint or NO_HINT
+    passed = ending is Ending.PASSED
     return CaseResult(
         name=case.name,
         points=tidy(case.points),
-        earned=tidy(case.points) if outcome.passed else 0,
+        earned=tidy(case.points) if passed else 0,
         visible=not case.has_hidden,
         message=message,
     )

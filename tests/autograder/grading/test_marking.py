@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 from robust_slam_autograder.errors import GraderFailure
-from robust_slam_autograder.grading import marking
+from robust_slam_autograder.grading import marking, wording
 from robust_slam_autograder.grading.results import CaseResult, ExerciseResult, Result
 from robust_slam_autograder.reading.assignment import Assignment, Config, Limits
 from robust_slam_autograder.sandbox import Unsandboxed
@@ -53,7 +53,7 @@ def test_each_case_earns_its_points_whole_or_not_at_all() -> None:
 def test_visible_failures_tell_what_happened() -> None:
     sentences = {
         "def double(x): return 7\n": "double(3) is 6: add the number to itself",
-        "def double(x): raise NotImplementedError\n": marking.NOT_WRITTEN,
+        "def double(x): raise NotImplementedError\n": wording.NOT_WRITTEN,
         "def double(x):\n    return x['a']\n": "TypeError: 'int' object is not subscriptable"
         " (line 2 of your cell).",
         "def double(x): return {1}\n": "What your function returned cannot be checked: a value",
@@ -82,6 +82,18 @@ def test_a_missing_exercise_is_named() -> None:
     assert exercise(result, "apply").status == "missing"
     assert "There is no cell apply" in exercise(result, "apply").message
     assert result.reason == "The cell apply was not found."
+
+
+def test_an_exercise_that_earned_points_is_not_missing() -> None:
+    """Nothing seems to define it, but something does: its status follows from its cases."""
+    tests = toy.assignment()
+    hidden_away = RIGHT + f"exec({toy.APPLY!r}, globals())\n"
+    value = toy.notebook([toy.cell(hidden_away, "double", solution=True)])
+    code = toy.submission(value, tests)
+    assert code.missing == {"apply"}
+    result = marking.grade(tests, code, student="a", seed=1, sandbox=Unsandboxed())
+    found = exercise(result, "apply")
+    assert (found.status, found.score, found.message) == ("passed", 10, "")
 
 
 def test_the_same_seed_gives_the_same_inputs_and_another_seed_others() -> None:
@@ -160,7 +172,7 @@ def test_what_an_own_cell_that_hangs_should_define_is_missing_for_want_of_time()
     code = toy.submission(answer, tests)
     result = marking.grade(tests, code, student="a", seed=3, sandbox=Unsandboxed())
     assert exercise(result).status == "timeout"  # so that a batch grades it again, alone
-    assert exercise(result).message.startswith(f"{marking.LEFT_OUT}: name 'TWO'")
+    assert exercise(result).message.startswith(f"{wording.LEFT_OUT}: name 'TWO'")
     assert exercise(result, "apply").status == "passed"
 
 

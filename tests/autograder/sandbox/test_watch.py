@@ -6,10 +6,13 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import psutil
 import pytest
 from robust_slam_autograder.sandbox import watch
+from robust_slam_autograder.sandbox.inside import PROCESSES
 
 
 def test_all_descendants_are_found() -> None:
@@ -29,6 +32,27 @@ def test_each_limit_counts(limit: str, tmp_path: Path, monkeypatch: pytest.Monke
     assert not watch.uses_too_much(processes, tmp_path)
     monkeypatch.setattr(watch, limit, 0)
     assert watch.uses_too_much(processes, tmp_path)
+
+
+class Threads:
+    """A process that only has threads."""
+
+    def __init__(self, count: int) -> None:
+        self.count = count
+
+    def memory_info(self) -> SimpleNamespace:
+        return SimpleNamespace(rss=0, shared=0)
+
+    def num_threads(self) -> int:
+        return self.count
+
+
+@pytest.mark.parametrize(("more", "is_too_much"), [(0, False), (1, True)])
+def test_threads_of_all_processes_count_to_twice_the_kernels_limit(
+    more: int, is_too_much: bool
+) -> None:
+    processes: Any = [Threads(PROCESSES), Threads(PROCESSES - 1), Threads(1 + more)]
+    assert watch.uses_too_much(processes, None) == is_too_much
 
 
 def test_a_flood_of_empty_files_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
