@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -12,8 +13,10 @@ from robust_slam_autograder import sandbox
 from robust_slam_autograder.commands import places
 from robust_slam_autograder.errors import Refused, WrongUse
 from robust_slam_autograder.grading import marking
+from robust_slam_autograder.grading.results import ExerciseResult, Result
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading import notebook, submission
+from robust_slam_autograder.reading.assignment import Assignment
 from robust_slam_autograder.reading.notebook import Cell
 from robust_slam_autograder.reports import summary, terminal
 
@@ -45,23 +48,55 @@ def run(options: argparse.Namespace) -> int:
     except Refused as error:
         raise WrongUse(str(error)) from error
     if options.release is None:
-        tests = assignments.from_cells(
-            _first_of_each(cells),
-            name=path.parent.name,
-            notebook=path.stem,
-            config=assignments.load_config(path.parent / assignments.CONFIG_NAME),
-        )
-        print(f"Tests: those in {options.notebook} itself; --release DIR takes the original ones.")
+        tests, whose = _own_tests(cells, path), "that stand in it"
     else:
         original = _released(options.release, path)
-        tests = assignments.load(original)
-        print(f"Tests: those of {original}.")
+        tests, whose = assignments.load(original), f"of {original}"
+    print(f"Checking {options.notebook}: the visible cases {whose}.")
     code = submission.collect(cells, tests)
-    result = marking.check(tests, code, sandbox=sandbox.choose(unsandboxed=True))
+    lines = _Lines(tests)
+    result = marking.check(
+        tests, code, sandbox=sandbox.choose(unsandboxed=True), report=lines.write
+    )
+    lines.write_rest(result)
+    hidden = tests.hidden_cases
     if options.markdown is not None:
-        options.markdown.write_text(summary.check_as_markdown(result), encoding="utf-8")
-    print(terminal.check_report(result))
+        text = summary.check_as_markdown(result, hidden)
+        options.markdown.write_text(text, encoding="utf-8")
+    print(terminal.check_end(result, hidden))
     return 0 if result.score == result.max_score else 1
+
+
+class _Lines:
+    """A line for each exercise as it ends; on a terminal also the name of the one that runs."""
+
+    def __init__(self, tests: Assignment) -> None:
+        self._hidden = tests.hidden_cases
+        self._left = list(tests.exercises)
+        self._out = sys.stdout  # while tests run, what they print goes nowhere
+        self._say_next()
+
+    def write(self, exercise: ExerciseResult) -> None:
+        self._left.remove(exercise.name)
+        print(terminal.check_line(exercise, self._hidden), file=self._out, flush=True)
+        self._say_next()
+
+    def write_rest(self, result: Result) -> None:
+        """Exercises that never ran, for example because the time was up."""
+        for exercise in result.exercises:
+            if exercise.name in self._left:
+                self.write(exercise)
+
+    def _say_next(self) -> None:
+        if self._left and self._out.isatty():
+            print(f"… {self._left[0]}", end="\r", file=self._out, flush=True)
+
+
+def _own_tests(cells: Sequence[Cell], path: Path) -> Assignment:
+    config = assignments.load_config(path.parent / assignments.CONFIG_NAME)
+    return assignments.from_cells(
+        _first_of_each(cells), name=path.parent.name, notebook=path.stem, config=config
+    )
 
 
 def _first_of_each(cells: Sequence[Cell]) -> list[Cell]:

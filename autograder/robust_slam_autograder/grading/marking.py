@@ -17,7 +17,7 @@ import os
 import signal
 import time
 import types
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
@@ -33,7 +33,7 @@ from robust_slam_autograder.executor.session import (
     shows_answers,
 )
 from robust_slam_autograder.executor.untrusted import Notebook
-from robust_slam_autograder.grading import wording
+from robust_slam_autograder.grading import causes, explain, wording
 from robust_slam_autograder.grading.results import (
     CaseResult,
     ExerciseResult,
@@ -114,15 +114,31 @@ def grade(
     return run.result(student, visible, run.hidden(visible, seed) if passed else {})
 
 
-def check(assignment: Assignment, submission: Submission, *, sandbox: Sandbox) -> Result:
+def check(
+    assignment: Assignment,
+    submission: Submission,
+    *,
+    sandbox: Sandbox,
+    report: Callable[[ExerciseResult], None] | None = None,
+) -> Result:
     """Run the visible tests alone, for the student's own use.
+
+    Args:
+        assignment: the tests.
+        submission: the student's code.
+        sandbox: where the student's code runs.
+        report: called with each exercise as it ends.
 
     Raises:
         GraderFailure: the set-up cells do not work.
     """
     run = _Passes(assignment, submission, sandbox)
-    visible = run.visible()
-    return run.result("", visible, {key: outcome.ending for key, outcome in visible.items()})
+    visible = run.visible(report)
+    return run.result("", visible, _endings(visible))
+
+
+def _endings(outcomes: Outcomes) -> Endings:
+    return {key: outcome.ending for key, outcome in outcomes.items()}
 
 
 @dataclass(frozen=True)
@@ -135,17 +151,21 @@ class _Passes:
     start: float = field(default_factory=time.monotonic)
     skip: set[int] = field(default_factory=set)
 
-    def visible(self) -> Outcomes:
+    def visible(self, report: Callable[[ExerciseResult], None] | None = None) -> Outcomes:
+        """Run what students can see, and explain what fails; ``report`` as in ``check``."""
+        last = {case.exercise: case for case in self.assignment.cases}
         sources = {case.grade_id: case.visible for case in self.assignment.cases}
         found: dict[str, Outcome] = {}
         lost: dict[str, str] = {}
         with self._session() as session, _environment(PUBLIC_SEED), _silence():
-            cases = _Cases(self.assignment, session, sources, PUBLIC_SEED)
+            cases = _Cases(self.assignment, session, sources, PUBLIC_SEED, explain.Calls())
             for case, ending, error in cases.run({}):
                 message = cases.explain(case, ending, error)
                 if ending.is_fault:
                     message = lost.setdefault(case.exercise, message)
                 found[case.grade_id] = Outcome(ending, message)
+                if report is not None and case is last[case.exercise]:
+                    report(self._exercise(case.exercise, found, _endings(found)))
         return found
 
     def hidden(self, visible: Outcomes, seed: int) -> Endings:
@@ -157,10 +177,8 @@ class _Passes:
             return {case.grade_id: ending for case, ending, _ in cases.run(known)}
 
     def result(self, student: str, visible: Outcomes, hidden: Endings) -> Result:
-        exercises = tuple(
-            _exercise(name, self.assignment, self.submission, visible, hidden)
-            for name in self.assignment.exercises
-        )
+        names = self.assignment.exercises
+        exercises = tuple(self._exercise(name, visible, hidden) for name in names)
         return Result(
             student=student,
             assignment=self.assignment.name,
@@ -172,6 +190,9 @@ class _Passes:
             seconds=round(time.monotonic() - self.start, 3),
             exercises=exercises,
         )
+
+    def _exercise(self, name: str, visible: Outcomes, hidden: Endings) -> ExerciseResult:
+        return _exercise(name, self.assignment, self.submission, visible, hidden)
 
     @contextlib.contextmanager
     def _session(self) -> Iterator[Session]:
@@ -198,6 +219,8 @@ class _Cases:
     session: Session
     sources: Mapping[str, str]
     seed: int
+    calls: explain.Calls | None = None
+    """Calls of the student's functions, recorded in the visible pass alone."""
 
     def run(self, faults: Endings) -> Iterator[_Event]:
         """Run the cases in order; after a fault the rest of its exercise is lost.
@@ -231,8 +254,31 @@ class _Cases:
         if isinstance(error, NameError) and ending.is_fault:
             return wording.left_out(error)
         if isinstance(error, NameError) and not isinstance(error, StudentError):
-            return wording.undefined(error, errors.get(owner(error.name or ""), cell_error))
-        return wording.message(error, self.sources[case.grade_id], case)
+            cell_error = errors.get(owner(error.name or ""), cell_error)
+            return wording.undefined(error, cell_error) + self._cause(case, cell_error)
+        told = wording.message(error, self.sources[case.grade_id], case)
+        return told + (self._cause(case, error) or self._returned(case, error))
+
+    def _returned(self, case: Case, error: Exception) -> str:
+        """A line that says what a function returned and what was expected; it may be empty."""
+        if self.calls is None or isinstance(error, StudentError):
+            return ""
+        # A function that the student handed over must not be called again.
+        fault, self.session.fault = self.session.fault, SessionFault("died")
+        try:
+            return explain.returned(error, plain_python(self.sources[case.grade_id]), self.calls)
+        except SessionFault:
+            return ""
+        finally:
+            self.session.fault = fault
+
+    def _cause(self, case: Case, error: object) -> str:
+        """A line that says what most often causes a student's exception; it may be empty."""
+        if not isinstance(error, StudentError) or isinstance(error, NotImplementedError):
+            return ""
+        owner = self.assignment.owner(case.exercise)
+        cells = {piece.label: piece.source for piece in self.session.program.pieces}
+        return causes.of(error, cells.get(owner, ""), self.assignment.config.causes)
 
     def _compiled(self) -> dict[str, types.CodeType]:
         found = {}
@@ -262,7 +308,8 @@ class _Cases:
             with self._setup_errors(piece):
                 notebook.run(number)
         self.session.begin()
-        notebook.names.update(self.session.bindings())
+        bindings = self.session.bindings()
+        notebook.names.update(self.calls.watched(bindings) if self.calls else bindings)
         return notebook.names
 
     @contextlib.contextmanager
@@ -294,6 +341,8 @@ class _Cases:
         except SessionFault as fault:
             return Ending(fault.kind), None
         namespace["rng"] = case_generator(self.seed, case.grade_id)
+        if self.calls is not None:
+            self.calls.begin(wording.label(case), namespace)
         try:
             with _alarm(session, self.assignment.config.limits.cell_seconds):
                 exec(test, namespace)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import glob
+import json
 import logging
 import os
 from collections.abc import Iterator, Sequence
@@ -101,6 +102,7 @@ def release(tree: Path, names: Sequence[str], out: Path) -> list[Path]:
     with staging.made_beside(out) as part:
         for name, source in zip(names, sources, strict=True):
             _run_nbgrader(tree, name, part)
+            _count_hidden(source, part / name)
             _inspect(source, part / name)
             handout.write(part / name, course, part / f"{name}.zip")
         for name in names:
@@ -123,6 +125,20 @@ def _run_nbgrader(tree: Path, name: str, out: Path) -> None:
             converter.start()
         except NbGraderException as error:
             raise GraderFailure(f"nbgrader could not release {name}: {_reason(said)}") from error
+
+
+def _count_hidden(source: Path, made: Path) -> None:
+    """Tell the student's own check how many hidden cases there are, and nothing else of them."""
+    assignment = assignments.load(source)
+    if assignment.config.hidden is not None:
+        raise WrongUse(f"{source.parent}: the release writes [hidden] itself: delete it here.")
+    counts = assignment.hidden_cases or {}
+    lines = [f"{json.dumps(name)} = {count}" for name, count in counts.items()]
+    path = made / assignments.CONFIG_NAME
+    text = path.read_text(encoding="utf-8").rstrip() + "\n\n" if path.is_file() else ""
+    path.write_text(
+        "\n".join([f"{text}[hidden] # cases that you do not see", *lines, ""]), "utf-8"
+    )
 
 
 @contextmanager

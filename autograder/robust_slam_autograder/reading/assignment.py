@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -25,7 +26,15 @@ MAX_NAME = 128
 """Characters of a name in nbgrader's gradebook; PostgreSQL takes no more."""
 _HINT = re.compile(r"\s*#\s*hint:\s*(.+)")
 _MODULE = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*")
-_KEYS = {"title": str, "chapter": str, "sections": dict, "withheld": list, "limits": dict}
+_KEYS = {
+    "title": str,
+    "chapter": str,
+    "sections": dict,
+    "withheld": list,
+    "limits": dict,
+    "causes": dict,
+    "hidden": dict,
+}
 
 
 @dataclass(frozen=True)
@@ -55,6 +64,10 @@ class Config:
     withheld: tuple[str, ...] = ()
     """Modules that student code may not import, because they hold the answers."""
     limits: Limits = field(default_factory=Limits)
+    causes: Mapping[str, str] = field(default_factory=dict)
+    """By a text that a student's exception holds, what most often lies behind it."""
+    hidden: Mapping[str, int] | None = None
+    """In a release: per exercise how many of its cases hold checks that students do not see."""
 
 
 @dataclass(frozen=True)
@@ -131,6 +144,12 @@ class Assignment:
     def max_score(self) -> float:
         """Points of all cases together."""
         return sum(case.points for case in self.cases)
+
+    @property
+    def hidden_cases(self) -> Mapping[str, int] | None:
+        """Per exercise how many cases hold hidden checks; None in a release that does not say."""
+        found = Counter(case.exercise for case in self.cases if case.has_hidden)
+        return dict(found) or self.config.hidden
 
     def owner(self, name: str) -> str:
         """Grade id of the solution cell that an exercise's or a function's name belongs to."""
@@ -300,6 +319,8 @@ def load_config(path: Path) -> Config:
     check_table(path, table, _KEYS)
     sections = table.get("sections", {})
     check_table(path, sections, dict.fromkeys(sections, str))
+    for key, kind in (("causes", str), ("hidden", int)):
+        check_table(path, table.get(key, {}), dict.fromkeys(table.get(key, {}), kind))
     limits = table.pop("limits", {})
     check_table(path, limits, dict.fromkeys(Limits.__dataclass_fields__, (int, float)))
     if not all(0 < seconds <= MAX_SECONDS for seconds in limits.values()):

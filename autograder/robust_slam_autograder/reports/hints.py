@@ -12,6 +12,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
+from robust_slam_autograder.grading.explain import HERE
 from robust_slam_autograder.grading.results import ExerciseResult
 from robust_slam_autograder.reports.markup import visible
 
@@ -111,10 +112,15 @@ def _told(exercise: ExerciseResult) -> Iterator[tuple[str, str]]:
     if exercise.status == "missing":
         yield "", exercise.message
         return
-    told = [(case.name, case.message) for case in exercise.cases if case.message]
+    told = [(case.name, _said(case.message)) for case in exercise.cases if case.message]
     yield from told
-    if exercise.message and exercise.message not in (text for _, text in told):
-        yield "", exercise.message
+    if exercise.message and _said(exercise.message) not in (text for _, text in told):
+        yield "", _said(exercise.message)
+
+
+def _said(message: str) -> str:
+    """A check's own sentence, without the line below it that says what the student returned."""
+    return message if _OWN_WORDS.match(message) else message.partition(f"\n{HERE}")[0]
 
 
 def _hint(key: str, group: _Group, reader: Reader) -> Hint:

@@ -93,10 +93,10 @@ def _losses(result: Result) -> list[str]:
     return [exercise.name for exercise in result.exercises if exercise.status != "passed"]
 
 
-def check_as_markdown(result: Result) -> str:
-    """A student's own check: no points, for it promises none."""
+def check_as_markdown(result: Result, hidden: Mapping[str, int] | None) -> str:
+    """A student's own check: no points, for it promises none; ``hidden`` as in the verdict."""
     note = [f"Note: {code(result.reason)}", ""] if result.reason else []
-    lines = ["## Public checks", "", check_verdict(result), "", *note]
+    lines = ["## Visible cases", "", check_verdict(result, hidden), "", *note]
     lines += [f"- {_checked(exercise)}" for exercise in result.exercises]
     return "\n".join(lines) + "\n"
 

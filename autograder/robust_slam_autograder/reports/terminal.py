@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from robust_slam_autograder.grading.results import ExerciseResult, Result
 from robust_slam_autograder.reports.markup import one_line
@@ -11,6 +11,7 @@ from robust_slam_autograder.reports.verdict import (
     check_verdict,
     failed_cases,
     has_hidden,
+    remaining,
 )
 
 
@@ -41,19 +42,25 @@ def _remark(result: Result, names: bool) -> str:
     return "nothing passed" if not result.score else f"lost marks in {', '.join(lost)}"
 
 
-def check_report(result: Result) -> str:
-    """Exercise by exercise what passed, with the first message of each that did not."""
-    lines = [_exercise_line(exercise) for exercise in result.exercises]
-    if result.reason:
-        lines.append(f"Note: {one_line(result.reason)}")
-    lines.append(check_verdict(result))
-    return "\n".join(lines)
+def check_line(exercise: ExerciseResult, hidden: Mapping[str, int] | None) -> str:
+    """How an exercise of a student's own check went, with the first message where it failed.
 
-
-def _exercise_line(exercise: ExerciseResult) -> str:
+    Args:
+        exercise: its result, of the visible cases.
+        hidden: per exercise how many hidden cases there are; None where that is not known.
+    """
     if exercise.status == "passed":
-        return f"✓ passed   {exercise.name}"
+        left = None if hidden is None else hidden.get(exercise.name, 0)
+        return f"✓ passed   {exercise.name} (visible cases; {remaining(left)})"
     where = f" ({', '.join(failed)})" if (failed := failed_cases(exercise)) else ""
-    said = f"✗ {exercise.status:<8} {exercise.name}{where}: {one_line(exercise.message)}"
-    stopped = exercise.status in ("timeout", "died")
-    return f"{said} {ADVICE[exercise.status]}" if stopped else said
+    first, *more = exercise.message.split("\n")
+    lines = [f"✗ {exercise.status:<8} {exercise.name}{where}: {one_line(first)}"]
+    if exercise.status in ("timeout", "died"):
+        lines[0] += f" {ADVICE[exercise.status]}"
+    return "\n".join([*lines, *(f"    {one_line(line)}" for line in more)])
+
+
+def check_end(result: Result, hidden: Mapping[str, int] | None) -> str:
+    """The last lines of a student's own check."""
+    notes = [f"Note: {one_line(result.reason)}"] if result.reason else []
+    return "\n".join([*notes, check_verdict(result, hidden)])

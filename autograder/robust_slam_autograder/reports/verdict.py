@@ -46,13 +46,8 @@ def meaning(exercise: ExerciseResult) -> str:
     return MEANINGS[exercise.status]
 
 
-def verdict(result: Result, *, public: bool = False) -> str:
-    """Say in one sentence how a submission did.
-
-    Args:
-        result: the submission's result.
-        public: whether only what students can see was run.
-    """
+def verdict(result: Result) -> str:
+    """Say in one sentence how a submission did."""
     if result.status == "refused":
         return "Not graded: the notebook could not be read."
     if result.status == "failed":
@@ -60,14 +55,33 @@ def verdict(result: Result, *, public: bool = False) -> str:
     passed = sum(exercise.status == "passed" for exercise in result.exercises)
     count = f"{passed} of {len(result.exercises)} exercises"
     full = passed == len(result.exercises)
-    if public or not has_hidden(result.exercises):
+    if not has_hidden(result.exercises):
         return f"{'Public checks passed' if full else 'Not all public checks passed'}: {count}."
     return f"All checks passed: {count}." if full else f"Passed: {count}."
 
 
-def check_verdict(result: Result) -> str:
-    """Say how a student's own check went; it promises no mark."""
-    return f"{verdict(result, public=True)} Grading runs hidden checks too."
+def check_verdict(result: Result, hidden: Mapping[str, int] | None) -> str:
+    """Say how a student's own check went; it promises no mark.
+
+    Args:
+        result: of the visible cases.
+        hidden: per exercise how many hidden cases there are; None where that is not known.
+    """
+    passed = sum(exercise.status == "passed" for exercise in result.exercises)
+    total = len(result.exercises)
+    said = "All visible cases passed"
+    if passed < total:
+        said = f"Visible cases passed in {passed} of {total} exercises"
+    left = None if hidden is None else sum(hidden.values())
+    return f"{said}; {remaining(left)} when it is graded."
+
+
+def remaining(hidden: int | None) -> str:
+    """Say how many hidden cases remain; None where their number is not known."""
+    if hidden is None:
+        return "hidden cases remain"
+    cases = "hidden case remains" if hidden == 1 else "hidden cases remain"
+    return f"{hidden or 'no'} {cases}"
 
 
 def failed_cases(exercise: ExerciseResult) -> list[str]:

@@ -215,7 +215,7 @@ def test_a_push_is_checked_in_a_fresh_clone(
     done = machine.run(steps["Check"])
     assert done.returncode == 0, done.stdout + done.stderr
     summary = machine.summary.read_text("utf-8")
-    assert summary.startswith(f"# {toy.NAME}\n\n## Public checks\n\nPublic checks passed: 2 of 2")
+    assert summary.startswith(f"# {toy.NAME}\n\n## Visible cases\n\nAll visible cases passed;")
     assert "notes" not in summary
 
     # One wrong answer, a second assignment whose notebook is broken, then no assignment at all.
@@ -252,7 +252,7 @@ def test_gitlab_checks_the_same_and_shows_the_notebook_no_token(
     )
     assert done.returncode == 0, done.stdout + done.stderr
     (report,) = job["artifacts"]["paths"]
-    assert "Public checks passed: 2 of 2" in (student / report).read_text("utf-8")
+    assert "All visible cases passed;" in (student / report).read_text("utf-8")
 
 
 # The instructor's private repository

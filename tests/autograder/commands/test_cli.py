@@ -316,15 +316,21 @@ class TestCheck:
         path = course / "submitted" / "ada" / toy.NAME / f"{toy.NAME}.ipynb"
         status, out, _ = run("check", path)
         assert status == 0
-        assert out.startswith(f"Tests: those in {path} itself")
-        assert "Public checks passed: 1 of 1 exercises." in out
+        assert out.splitlines() == [
+            f"Checking {path}: the visible cases that stand in it.",
+            "✓ passed   double (visible cases; hidden cases remain)",
+            "All visible cases passed; hidden cases remain when it is graded.",
+        ]
 
     def test_a_wrong_one_does_not(self, course: Path, run: Run) -> None:
         path = toy.write(course / "mine.ipynb", toy.answer(WRONG))
         status, out, _ = run("check", path)
         assert status == 1
-        assert "✗ failed   double (by-hand): double(3) is 6: add the number to itself" in out
-        assert "Not all public checks passed: 0 of 1 exercises." in out
+        assert out.splitlines()[1:3] == [
+            "✗ failed   double (by-hand): double(3) is 6: add the number to itself",
+            "    Here, double(3) returned 3; expected 6.",
+        ]
+        assert "Visible cases passed in 0 of 1 exercises;" in out
 
     def test_a_file_that_is_no_notebook_is_wrong_use(self, course: Path, run: Run) -> None:
         (course / "mine.ipynb").write_text("{")
@@ -355,7 +361,9 @@ class TestCheck:
         path = toy.write(course / f"{toy.NAME}.ipynb", without_tests)
         assert run("check", path)[0] == 2
         status, out, _ = run("check", path, "--release", course / "release")
-        assert status == 1 and "✓ passed   apply" in out and "✗ partial  double (by-hand)" in out
+        assert status == 1 and "✗ partial  double (by-hand)" in out
+        assert "✓ passed   apply (visible cases; 1 hidden case remains)" in out
+        assert "; 2 hidden cases remain when it is graded." in out
         other = shutil.move(path, course / "other.ipynb")
         status, _, err = run("check", other, "--release", course / "release")
         assert status == 2 and "has no release for other.ipynb" in err
@@ -369,11 +377,12 @@ class TestCheck:
         path, summary = toy.write(course / "mine.ipynb", toy.answer(WRONG)), course / "summary.md"
         assert run("check", path, "--markdown", summary)[0] == 1
         assert summary.read_text(encoding="utf-8").splitlines() == [
-            "## Public checks",
+            "## Visible cases",
             "",
-            "Not all public checks passed: 0 of 1 exercises. Grading runs hidden checks too.",
+            "Visible cases passed in 0 of 1 exercises; hidden cases remain when it is graded.",
             "",
-            "- ✗ failed `double` (`by-hand`): `double(3) is 6: add the number to itself`",
+            "- ✗ failed `double` (`by-hand`): `double(3) is 6: add the number to itself "
+            "Here, double(3) returned 3; expected 6.`",
         ]
 
     def test_modules_are_withheld_with_the_same_sentence(self, course: Path, run: Run) -> None:

@@ -71,7 +71,7 @@ def test_visible_failures_tell_what_happened() -> None:
 def test_a_check_without_words_is_told_by_its_text() -> None:
     result = grade("def double(x): return 6\n")
     sentence = "This does not hold: np.shape(double([1, 2])) == (2,)"
-    assert case(result, "random").message == sentence
+    assert case(result, "random").message.splitlines()[0] == sentence
 
 
 def test_a_missing_exercise_is_named() -> None:

@@ -98,14 +98,14 @@ def test_a_hostile_text_changes_no_structure(text: str) -> None:
 
 def test_a_check_of_ones_own_shows_messages_and_promises_no_mark() -> None:
     own = samples.result(*samples.EVERY_STATUS, reason="A cell was copied.", student="")
-    text = summary.check_as_markdown(own)
+    text = summary.check_as_markdown(own, {"double": 2, "apply": 1})
     assert text.splitlines()[2:6] == [
-        "Not all public checks passed: 1 of 6 exercises. Grading runs hidden checks too.",
+        "Visible cases passed in 1 of 6 exercises; 3 hidden cases remain when it is graded.",
         "",
         "Note: `A cell was copied.`",
         "",
     ]
     assert "- ✓ passed `double`\n- ✗ partial `apply` (`twice`): `Add the ½.`\n" in text
     assert "point" not in text and "10" not in text
-    passed = summary.check_as_markdown(samples.result(samples.PASSED))
-    assert "Public checks passed: 1 of 1 exercises." in passed and "All" not in passed
+    passed = summary.check_as_markdown(samples.result(samples.PASSED), None)
+    assert "All visible cases passed; hidden cases remain when it is graded." in passed

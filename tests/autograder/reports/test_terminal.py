@@ -65,26 +65,39 @@ def test_all_passed_is_said_where_hidden_checks_ran() -> None:
 
 def test_what_a_students_text_does_to_a_terminal_is_undone() -> None:
     told = exercise("one", "failed", "\x1b[2J\nall passed")
-    assert terminal.check_report(result(told)).splitlines()[0] == (
-        "✗ failed   one (case-0): \\x1b[2J all passed"
-    )
+    assert terminal.check_line(told, None).splitlines() == [
+        "✗ failed   one (case-0): \\x1b[2J",
+        "    all passed",
+    ]
 
 
 def test_a_check_names_each_exercise_and_what_it_lost() -> None:
-    text = terminal.check_report(result(PASSED, PARTLY, FAILED, HUNG, reason="A cell was copied."))
-    assert text.splitlines() == [
-        "✓ passed   one",
+    hidden = {"one": 1, "two": 3}
+    lines = [terminal.check_line(each, hidden) for each in (PASSED, PARTLY, FAILED, HUNG)]
+    assert lines == [
+        "✓ passed   one (visible cases; 1 hidden case remains)",
         "✗ partial  two (case-1, case-2): Add the ½.",
         "✗ failed   three (case-0): Add the ½.",
         "✗ timeout  four: Your code ran longer than it may. Call your function with a small"
         " input. Look for a loop that never ends, and for a step that is repeated more often than"
         " it needs to be.",
+    ]
+    end = terminal.check_end(result(PASSED, PARTLY, reason="A cell was copied."), hidden)
+    assert end.splitlines() == [
         "Note: A cell was copied.",
-        "Not all public checks passed: 1 of 4 exercises. Grading runs hidden checks too.",
+        "Visible cases passed in 1 of 2 exercises; 4 hidden cases remain when it is graded.",
     ]
 
 
 def test_a_check_that_passes_promises_no_mark() -> None:
-    assert terminal.check_report(result(PASSED)).splitlines()[-1] == (
-        "Public checks passed: 1 of 1 exercises. Grading runs hidden checks too."
-    )
+    ends = {
+        None: "hidden cases remain",
+        0: "no hidden cases remain",
+        1: "1 hidden case remains",
+        5: "5 hidden cases remain",
+    }
+    for count, said in ends.items():
+        hidden = None if count is None else {"one": count}
+        line, end = terminal.check_line(PASSED, hidden), terminal.check_end(result(PASSED), hidden)
+        assert line == f"✓ passed   one (visible cases; {said})"
+        assert end == f"All visible cases passed; {said} when it is graded."

@@ -1,0 +1,175 @@
+"""A visible check that failed says what came back, what was expected, and a likely cause."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+from robust_slam_autograder.grading import causes, explain, marking
+from robust_slam_autograder.grading.results import ExerciseResult, Result
+from robust_slam_autograder.reading.assignment import Config
+from robust_slam_autograder.sandbox import Unsandboxed
+
+from tests.autograder import toy
+
+LABEL = "<case>"
+
+
+def said(cell: str, **functions: Any) -> str:
+    """What is said of a test cell that fails with these functions of a student's."""
+    calls = explain.Calls()
+    names: dict[str, Any] = {"np": np, **calls.watched(functions)}
+    calls.begin(LABEL, names)
+    with pytest.raises(Exception) as caught:
+        exec(compile(cell, LABEL, "exec"), names)
+    told = explain.returned(caught.value, cell, calls)
+    assert all(names[name].__name__ == name for name in functions), "the functions are back"
+    return told.removeprefix("\n")
+
+
+@pytest.mark.parametrize(
+    ("cell", "sentence"),
+    [
+        ("assert f(3) == 6", "f(3) returned 7; expected 6."),
+        ("y = f(3)\nassert np.allclose(y, 6.0)", "f(3) returned 7; expected 6.0."),
+        ("assert 6 == f(3)", "f(3) returned 7; expected 6."),
+        ("assert 6 > f(3), (\n    'two lines'\n)", "f(3) returned 7; expected less than 6."),
+        ("assert f(1) < f(3)", "f(1) returned 7; expected less than 7."),
+        ("a = f(1)\nassert f(3) > 6 and f(2) <= 5", "f(2) returned 7; expected at most 5."),
+        ("for n in (7, 8):\n    assert f(n) == n", "f(8) returned 7; expected 8."),
+        ("assert np.all(f(3) >= np.arange(9))",
+         "f(3) returned 7; expected at least [0, 1, 2, 3, 4, 5, 6, 7, 8]."),
+        ("assert np.shape([f(3)]) == ()", "np.shape([f(3)]) is (1,); expected ()."),
+        ("assert f(3) != 7", "f(3) returned 7; expected anything but 7."),
+        ("f(3)[0]", "f(3) returned 7."),
+        ("assert not f(3)", "f(3) returned 7."),
+        ("def helper():\n    return f(2)\nassert helper() == 1", "helper() is 7; expected 1."),
+        ("assert f(*range(90)) == 6", "f(…) returned 7; expected 6."),
+    ],
+)  # fmt: skip
+def test_what_came_back_stands_beside_what_was_expected(cell: str, sentence: str) -> None:
+    assert said(cell, f=lambda *_: 7) == f"Here, {sentence}"
+
+
+@pytest.mark.parametrize(
+    ("value", "sentence"),
+    [
+        (2.0000300000001, "returned 2.00003; expected 2.0."),
+        ([1.0, float("nan")], f"returned [1.0, nan]; expected 2.0. {causes.NAN}"),
+        (None, f"returned None. {causes.NO_VALUE}"),
+        (np.zeros((2, 2)), "returned [[0., 0.], [0., 0.]]; expected 2.0."),
+        ((1, [2]), "returned (1, [2])."),
+    ],
+)
+def test_values_are_short_and_readable(value: object, sentence: str) -> None:
+    told = said("assert np.allclose(f(), 2.0, rtol=1e-9)", f=lambda: value)
+    assert told == f"Here, f() {sentence}"
+
+
+def test_values_that_differ_in_late_digits_do_not_look_alike() -> None:
+    told = said("assert f() == 0.3", f=lambda: 0.1 + 0.2)
+    assert told == "Here, f() returned 0.30000000000000004; expected 0.3."
+
+
+def test_a_part_of_what_was_returned_is_named_as_the_check_names_it() -> None:
+    cell = "last, history = f(1)\nassert history == [1, 2]"
+    assert said(cell, f=lambda _: (2, [1])) == "Here, history is [1]; expected [1, 2]."
+
+
+def test_a_function_is_not_called_again() -> None:
+    counted: list[int] = []
+    said("assert np.allclose(f(3), 6)", f=lambda n: counted.append(n) or 7)
+    assert counted == [3]
+
+
+def test_where_nothing_can_be_said_nothing_is() -> None:
+    assert said("assert 1 == 2", f=abs) == "Here, 1 is 1; expected 2."
+    assert said("x = f(1)\nassert False, 'no'", f=abs) == ""
+    assert said("import nothing_of_that_name", f=abs) == ""
+
+
+def test_long_values_are_cut() -> None:
+    assert len(explain.show("x" * 10_000)) <= explain.MAX_VALUE
+    assert len(explain.show([[float(n)] * 9 for n in range(99)])) <= explain.MAX_VALUE
+
+
+@pytest.mark.parametrize(
+    ("raised", "sentence"),
+    [
+        ("[1][[0]]", "make it an array first, with np.asarray"),
+        ("[1][np.array([0, 1])]", "make it an array first, with np.asarray"),
+        ("[1, 2] - [1]", "A list does no arithmetic"),
+        ("[1, 2] * 0.5", "A list does no arithmetic"),
+        ("abs([1])", "A list does no arithmetic"),
+        ("[1] > 0.5", "A list does no arithmetic"),
+        ("[1].shape", "A list does no arithmetic"),
+        ("np.ones(3) + np.ones(2)", "shapes that do not fit"),
+        ("np.ones((2, 3)) @ np.ones(2)", "shapes that do not fit"),
+        ("np.dot(np.ones((2, 3)), np.ones(2))", "shapes that do not fit"),
+        ("np.array([[1], [2, 3]])", "shapes that do not fit"),
+        ("np.ones(6).reshape(4, 2)", "shapes that do not fit"),
+        ("None + 1", "A value is None"),
+        ("None[0]", "A value is None"),
+        ("None.shape", "A value is None"),
+        ("1 if np.arange(3) > 1 else 0", "np.where"),
+        ("float(np.ones(3))", "take one number"),
+        ("__import__('math').sqrt([1])", "take one number"),
+        ("np.arange(3).__isub__(0.5)", "dtype=float"),
+        ("np.ones(3)[np.array([0.5])]", "integers or booleans"),
+        ("np.ones(3)[3]", "the last of n entries has the index n - 1"),
+        ("[1][1]", "the last of n entries has the index n - 1"),
+        ("np.linalg.solve(np.zeros((2, 2)), np.ones(2))", "The matrix is singular"),
+        ("np.linalg.inv(np.ones((2, 3)))", "square matrix"),
+        ("np.linalg.eigvals(np.full((2, 2), np.nan))", "holds NaN or inf"),
+        ("(lambda x: x)()", "those of the statement"),
+        ("(lambda x: x)(1, 2)", "those of the statement"),
+        ("1 / 0", "divided by 0"),
+        ("(lambda f: f(f))(lambda f: f(f))", "without end"),
+        ("open('/nothing/there')", ""),
+    ],
+)  # fmt: skip
+def test_exceptions_have_a_likely_cause(raised: str, sentence: str) -> None:
+    """The exceptions are those of the installed Python and NumPy, not texts written here."""
+    with pytest.raises(Exception) as caught:
+        eval(raised, {"np": np})
+    told = causes.likely(f"{type(caught.value).__name__}: {caught.value}")
+    assert sentence in told if sentence else told == ""
+
+
+def check(double: str, *, config: Config | None = None) -> Result:
+    tests = toy.assignment(config)
+    code = toy.submission(toy.answer(double), tests)
+    return marking.check(tests, code, sandbox=Unsandboxed())
+
+
+def test_the_list_that_is_indexed_is_named() -> None:
+    (double, _) = check("def double(x):\n    x = [1]\n    return x[[0]]\n").exercises
+    assert double.message.splitlines()[1] == "x is a list; make it an array: x = np.asarray(x)."
+
+
+def test_an_assignments_own_causes_come_first() -> None:
+    config = dataclasses.replace(Config(), causes={"Singular matrix": "Fix one pose."})
+    answer = "def double(x):\n    return np.linalg.inv(np.zeros((2, 2)))\n"
+    assert check(answer, config=config).exercises[0].message.splitlines()[1] == "Fix one pose."
+
+
+def test_exercises_are_reported_as_they_end() -> None:
+    tests = toy.assignment()
+    code = toy.submission(toy.answer("def double(x): return 7\n"), tests)
+    told: list[ExerciseResult] = []
+    result = marking.check(tests, code, sandbox=Unsandboxed(), report=told.append)
+    assert tuple(told) == result.exercises
+    assert told[0].message.splitlines()[1] == "Here, double(3) returned 7; expected 6."
+
+
+@pytest.mark.parametrize("body", ["return x[[0]]", "return np.asarray(x) * np.nan", "return None"])
+def test_of_a_hidden_check_nothing_is_explained(body: str) -> None:
+    """In the hidden pass whatever student code returns or raises could hold hidden inputs."""
+    answer = f"def double(x):\n    if np.shape(x) != (5,): return 2 * np.asarray(x)\n    {body}\n"
+    tests = toy.assignment()
+    code = toy.submission(toy.answer(answer), tests)
+    result = marking.grade(tests, code, student="a", seed=3, sandbox=Unsandboxed())
+    (random,) = [case for case in result.exercises[0].cases if case.name == "random"]
+    assert (random.earned, random.message) == (0, "Try negative numbers.")
