@@ -11,7 +11,8 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(CURDIR)/$(VENV)/bin
 STRICT ?=
-JOBS ?= 1
+# How many at once; where empty, tests take the machine's cores and the sweep, which measures, one.
+JOBS ?=
 
 # The environment's scripts come first: nbgrader calls some of its own by name.
 export PATH := $(BIN):$(PATH)
@@ -19,6 +20,8 @@ export PATH := $(BIN):$(PATH)
 export OPENBLAS_NUM_THREADS := 1
 
 files = $(shell find $(1) -type f -not -path '*/__pycache__/*' -not -path '*/.ipynb_checkpoints/*' 2>/dev/null)
+# Runs a command with its output in build/log, and shows how far it is.
+QUIETLY := $(BIN)/python tools/quietly.py
 READY := $(VENV)/.ready
 BOOK := build/.book
 BENCHES := speed growth wrong_closures
@@ -33,13 +36,7 @@ $(READY): requirements.lock lib/pyproject.toml autograder/pyproject.toml
 		{ echo 'python3 3.11 or newer is needed, with venv (Debian: apt install python3-venv);' \
 		'name another one with make PYTHON=python3.12 …'; exit 1; }
 	@$(PYTHON) -m venv $(VENV)
-	@total=$$(grep -c '^[a-zA-Z0-9].*==' requirements.lock); live=; [ -t 1 ] && live=1; \
-	$(BIN)/pip install --progress-bar off --require-hashes -r requirements.lock 2>&1 | \
-		awk -v total=$$total -v live=$$live \
-		'/^(Collecting|Processing|Ignoring) / {++n; if (live || n % 50 == 0) \
-		printf "%s  %d of about %d packages%s", live ? "\r" : "", n, total, live ? "" : "\n"; fflush()} \
-		/^Installing collected/ {printf "%s  installing them, about a minute\n", live ? "\n" : ""; fflush()} \
-		/ERROR|error:/ {print}'
+	@$(QUIETLY) setup $(BIN)/pip install --progress-bar off --require-hashes -r requirements.lock
 	@$(BIN)/pip install --quiet --no-deps --no-build-isolation -e lib -e autograder
 	@touch $@
 
@@ -49,8 +46,7 @@ lab: setup ## open JupyterLab
 book: $(BOOK) ## build the site, build/html
 
 $(BOOK): $(call files,chapters lib/robust_slam) _config.yml _toc.yml $(READY)
-	@mkdir -p build
-	$(BIN)/jupyter-book build . --path-output build -W -n --keep-going
+	@$(QUIETLY) book $(BIN)/jupyter-book build . --path-output build -W -n --keep-going
 	@rm -rf build/html && cp -R build/_build/html build/html
 	@touch $@
 
@@ -62,13 +58,22 @@ bench: setup ## both sides in one run: our estimators and GTSAM's, and the like
 	exit $$failed
 
 sweep: setup ## every method, kind of lies and rate, on many graphs; goes on where it stopped
-	$(BIN)/python -m benchmarks.sweep --jobs $(JOBS)
+	$(BIN)/python -m benchmarks.sweep --jobs $(or $(JOBS),1)
 
-test: setup ## set up and pass all tests; STRICT=1 fails where one would be left out
-	@sh tests/system-packages.sh
+test: ## set up and pass all tests; STRICT=1 fails where one would be left out
+	@echo 'make test checks style and types, builds the book and runs all tests.'
+	@$(install)
 	@$(MAKE) check
 	@$(MAKE) book
-	ROBUST_SLAM_STRICT=$(filter-out 0,$(STRICT)) $(BIN)/pytest -q -n 2 --dist loadfile
+	ROBUST_SLAM_STRICT=$(filter-out 0,$(STRICT)) $(BIN)/pytest -q -n $(or $(JOBS),logical) --maxprocesses 8 \
+		--dist loadfile
+
+# Says what tests need and is not there, then installs it.
+define install
+$(MAKE) -q $(READY) 2>/dev/null || \
+	echo "It installs the $$(grep -c '^[a-zA-Z0-9].*==' requirements.lock) Python packages of requirements.lock in $(VENV)."; \
+sh tests/system-packages.sh plan; $(MAKE) setup; sh tests/system-packages.sh install
+endef
 
 format: setup ## format code and notebooks
 	$(BIN)/ruff check --fix-only -q .
@@ -84,7 +89,7 @@ lock: ## pin every dependency again (wants uv)
 		--no-header --group book --group lab --group test --group check --group bench --group build \
 		--extra sdp --extra data --extra cluster --extra postgres lib/pyproject.toml autograder/pyproject.toml -o requirements.lock
 
-clean: ## remove all that was generated, the environment too
+clean: ## remove all that was generated, the environment too; class/ stays
 	rm -rf build _build $(VENV) .mypy_cache .pytest_cache .ruff_cache .hypothesis
 
 # The instructor's doors; the public course goes without them.

@@ -1,68 +1,88 @@
 # The instructor's doors: they need solutions/, and the public course goes without them.
 
-.PHONY: course release class grade grade-class feedback report public mutants soak
+.PHONY: course release grade grade-sample feedback report public mutants soak refuse-unmoved
 
-SUBMITTED ?= build/submitted
+SUBMITTED ?= class/submitted
 RELEASED := build/.release
-CLASS := build/.class
+# The class that the course makes itself, apart from a real one.
+SAMPLE := build/sample
+HANDED_IN := $(SAMPLE)/.submitted
 BENCHES += grading
 
 course: ## set up, build the book, make the release, grade the sample class
 	@$(call step,1/4,the environment,$(READY),$(VENV))
 	@$(call step,2/4,the book,$(BOOK),build/html/index.html)
 	@$(call step,3/4,the student release,$(RELEASED),build/release)
-	@$(call step,4/4,the sample class,$(CLASS),build/submitted)
-	@$(MAKE) grade-class
+	@echo '[4/4] the sample class'
+	@$(MAKE) grade-sample
 	@printf '\n%s\n' 'Where each thing is:'
-	@printf '  %-18s %s\n' 'the book' build/html/index.html 'student release' build/release \
-		'sample class' build/submitted 'marks, gradebook' build/graded \
-		'feedback' build/feedback 'class report' build/report
+	@printf '  %-20s %s\n' 'the book' build/html/index.html 'student release' build/release \
+		'sample submissions' $(SAMPLE)/submitted 'their marks' $(SAMPLE)/graded \
+		'their feedback' $(SAMPLE)/feedback 'report on the sample' $(SAMPLE)/report/index.html \
+		'logs' build/log
 
 # A step of `make course`: it says when nothing has changed, and then does nothing.
 define step
 if $(MAKE) -q $(3) 2>/dev/null; then echo "[$(1)] $(2): unchanged, reused ($(4))"; \
-else echo "[$(1)] $(2) …"; $(MAKE) $(3); fi
+else echo "[$(1)] $(2)"; $(MAKE) $(3); fi
 endef
 
 release: $(RELEASED) ## make the student release, build/release, with a zip for each assignment
 
 $(RELEASED): $(call files,solutions autograder/robust_slam_autograder) _config.yml $(READY)
-	$(BIN)/autograder release
+	@$(QUIETLY) release $(BIN)/autograder release
 	@touch $@
 
 public: setup ## write the course as the public may have it, build/public
 	$(BIN)/autograder public
 
-class: $(CLASS)
-
-$(CLASS): $(call files,solutions tests/assignments) tests/sample_class.py $(RELEASED)
-	$(BIN)/python -m tests.sample_class build/release build/submitted
+$(HANDED_IN): $(call files,solutions tests/assignments) tests/sample_class.py $(RELEASED)
+	@mkdir -p $(SAMPLE)
+	@$(QUIETLY) sample-submissions $(BIN)/python -m tests.sample_class write \
+		build/release $(SAMPLE)/submitted
 	@touch $@
 
-grade: setup ## grade SUBMITTED (default build/submitted): <student>/<assignment>/
+grade: setup ## grade SUBMITTED (default class/submitted): <student>/<assignment>/
 	$(BIN)/autograder grade $(SUBMITTED)/*/*
 
-feedback: setup ## write a page for each submission, build/feedback
-	$(BIN)/autograder feedback --site ../../html
+feedback: setup ## write a page for each submission, class/feedback
+	$(BIN)/autograder feedback --site ../../../build/html
 
-report: setup ## write a page for each assignment, for the instructor, build/report
+report: setup ## write a page for each assignment, for the instructor, class/report
 	$(BIN)/autograder report
 
-# Only this class, which the course made itself, may be graded without a sandbox.
-grade-class:
+# Only this class, which the course made itself, may be graded without a sandbox. Its marks never
+# reach a gradebook that real marks are in.
+grade-sample: export ROBUST_SLAM_GRADEBOOK :=
+grade-sample: $(HANDED_IN)
 	@$(BIN)/autograder doctor > /dev/null || { flag=--unsandboxed; \
 		echo 'No sandbox works here (see `autograder doctor`): the sample class, which is our own,' \
-		'is graded without one. Mend that before you grade anything else.'; }; \
-	$(BIN)/autograder grade build/submitted/*/* $$flag; \
-	$(BIN)/autograder feedback --site ../../html; \
-	$(BIN)/autograder report
+		'is graded without one. Fix that before you grade anything else.'; }; \
+	$(QUIETLY) sample-marks $(BIN)/autograder grade $(SAMPLE)/submitted/*/* $$flag \
+		--out $(SAMPLE)/graded --json $(SAMPLE)/graded/marks.json
+	@$(QUIETLY) sample-feedback $(BIN)/autograder feedback --out $(SAMPLE)/graded \
+		--to $(SAMPLE)/feedback --site ../../../html
+	@$(QUIETLY) sample-report $(BIN)/autograder report --out $(SAMPLE)/graded \
+		--to $(SAMPLE)/report --feedback $(SAMPLE)/feedback
+	@$(BIN)/python -m tests.sample_class table $(SAMPLE)/graded/marks.json
 
 mutants: setup ## change the reference solutions, and see that the assignments' cases notice
 	$(BIN)/python -m tests.assignments.mutation
 
-soak: setup ## the long tests: every wall and user, long fuzzing, a published book, plain nbgrader
-	@sh tests/system-packages.sh
+soak: ## the long tests: every wall and user, long fuzzing, a published book, plain nbgrader
+	@echo 'make soak runs the long tests, for hours.'
+	@$(install)
 	$(BIN)/python -m tests.autograder.hostile.soak
 	$(BIN)/pytest -q --soak tests/autograder tests/assignments/test_answers.py \
 		tests/test_secrets.py tests/test_ci_doors.py
 	$(BIN)/python -m benchmarks.attacks
+
+clean: refuse-unmoved
+
+# Until a class had a folder of its own, its marks lay in build/.
+OLD := $(wildcard $(addprefix build/,graded submitted autograded feedback report))
+refuse-unmoved:
+	@[ -z "$$(ls -A build/graded 2>/dev/null)" ] || { \
+		echo 'build/graded holds results, so nothing was deleted. Move them to where a class is kept:'; \
+		echo '  mkdir -p class && mv $(OLD) class/'; \
+		echo 'If they are only the sample class, delete them: rm -r build/graded'; exit 1; }

@@ -1,12 +1,17 @@
 """The sample class: five students who hand in every assignment, each in another way.
 
-``python -m tests.sample_class RELEASE OUT`` writes it to ``OUT/<student>/<assignment>/``.
+``python -m tests.sample_class write RELEASE OUT`` writes it to ``OUT/<student>/<assignment>/``.
+``python -m tests.sample_class table FILE`` prints the marks that ``autograder grade --json FILE``
+wrote, a line for each student.
 """
 
 from __future__ import annotations
 
+import json
 import sys
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from tests.assignments import answers
 
@@ -75,6 +80,40 @@ def _texts(assignment: str, release: Path) -> dict[str, str]:
     }
 
 
+def table(marks: Mapping[str, Any]) -> str:
+    """A line for each student, a column for each assignment, headed by its number.
+
+    Args:
+        marks: the batch as ``autograder grade --json`` writes it.
+    """
+    by_key = {(item["student"], item["assignment"]): item for item in marks["submissions"]}
+    students, assignments = (sorted({key[side] for key in by_key}) for side in (0, 1))
+    rows = [["", *(name.partition("-")[0] for name in assignments)]]
+    for student in students:
+        cells = [_mark(by_key.get((student, name))) for name in assignments]
+        rows.append([student, *cells])
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return "\n".join(
+        "  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]) for row in rows
+    )
+
+
+def _mark(item: Mapping[str, Any] | None) -> str:
+    if item is None:
+        return ""
+    if item["status"] != "graded":
+        return str(item["status"])
+    return f"{item['score']}/{item['max_score']}"
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Write the class, or print its marks."""
+    if arguments[0] == "write":
+        release, out = map(Path, arguments[1:])
+        print(f"sample class: {len(write(release, out))} submissions in {out}")
+    else:
+        print(table(json.loads(Path(arguments[1]).read_text(encoding="utf-8"))))
+
+
 if __name__ == "__main__":
-    made = write(Path(sys.argv[1]), Path(sys.argv[2]))
-    print(f"sample class: {len(made)} submissions in {sys.argv[2]}")
+    main(sys.argv[1:])

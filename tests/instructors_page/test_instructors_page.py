@@ -31,6 +31,7 @@ class Promise:
 
     says: tuple[str, ...] = ()
     makes: tuple[str, ...] = ()
+    makes_not: tuple[str, ...] = ()
     by_hand: Callable[[Path], None] | None = None
     """What the page has its reader do in the folder just before."""
 
@@ -59,8 +60,8 @@ def printed(heading: str) -> tuple[str, ...]:
 
 
 EXPORT = ".venv/bin/autograder export"
-REGRADE = ".venv/bin/autograder regrade 02-four-costs --submitted submitted"
-FEEDBACK = ("build/feedback/sample-half/02-four-costs.html",)
+REGRADE = ".venv/bin/autograder regrade 02-four-costs"
+FEEDBACK = "feedback/sample-half/02-four-costs.html"
 MATCHED = "5 of 5 students have marks, matched by "
 PROMISES = {
     "make setup": Promise(says=("Nothing to be done",), makes=(".venv/bin/autograder",)),
@@ -69,8 +70,15 @@ PROMISES = {
         says=("40/40  all passed",), makes=("build/first/me/03-irls.json",)
     ),
     "make course": Promise(
-        says=("[2/4] the book", "sample-half ", "Where each thing is:", "build/feedback"),
-        makes=("build/html/index.html", "build/release", "build/graded/gradebook.db", *FEEDBACK),
+        says=("[2/4] the book", "sample-half ", "Where each thing is:", "build/sample/feedback"),
+        makes=(
+            "build/html/index.html",
+            "build/release",
+            "build/sample/graded/gradebook.db",
+            f"build/sample/{FEEDBACK}",
+            "build/log/book.log",
+        ),
+        makes_not=("class",),
     ),
     "make book": Promise(makes=("build/html/index.html",)),
     "make release": Promise(
@@ -79,39 +87,39 @@ PROMISES = {
     ".venv/bin/autograder lint --strict --answers tests/assignments": Promise(
         says=("0 errors, 0 warnings in 10 assignments",)
     ),
-    "cp -R build/submitted submitted": Promise(
-        makes=("submitted/sample-half/02-four-costs/02-four-costs.ipynb",)
+    "mkdir -p class && cp -R build/sample/submitted class/": Promise(
+        makes=("class/submitted/sample-half/02-four-costs/02-four-costs.ipynb",)
     ),
     ".venv/bin/autograder doctor": Promise(says=("✓ works",)),
-    "make grade SUBMITTED=submitted": Promise(
-        says=("40 graded, 10 refused, 0 failed, 50 of them unchanged and reused",),
-        makes=("build/graded/sample-half/02-four-costs.json", "build/graded/.run.json"),
+    "make grade": Promise(
+        says=("40 graded, 10 refused, 0 failed.",),
+        makes=("class/graded/sample-half/02-four-costs.json", "class/graded/.run.json"),
     ),
     ".venv/bin/dask scheduler --host 127.0.0.1 --port 8786 &": Promise(),
     ".venv/bin/dask worker tcp://127.0.0.1:8786 --nthreads 1 --nworkers 2 &": Promise(),
-    ".venv/bin/autograder grade submitted/*/03-irls --out build/trial "
+    ".venv/bin/autograder grade class/submitted/*/03-irls --out build/trial "
     "--scheduler tcp://127.0.0.1:8786": Promise(
         says=("4 graded, 1 refused, 0 failed. ",), makes=("build/trial/sample-half/03-irls.json",)
     ),
     "kill %1 %2": Promise(),
-    "make feedback": Promise(says=("50 submissions of 5 students",), makes=FEEDBACK),
+    "make feedback": Promise(says=("50 submissions of 5 students",), makes=(f"class/{FEEDBACK}",)),
     "make report": Promise(
         says=("report on 10 of 10 assignments",),
-        makes=("build/report/index.html", "build/report/02-four-costs.html"),
+        makes=("class/report/index.html", "class/report/02-four-costs.html"),
     ),
-    ".venv/bin/autograder report --no-names --to build/report-no-names": Promise(
-        makes=("build/report-no-names/index.html",)
+    ".venv/bin/autograder report --no-names --to class/report-no-names": Promise(
+        makes=("class/report-no-names/index.html",)
     ),
     "JUPYTER_CONFIG_PATH=autograder .venv/bin/nbgrader export": Promise(makes=("grades.csv",)),
     f"{EXPORT} --format canvas --roster roster.csv": Promise(
-        says=(f"{MATCHED}SIS Login ID",), makes=("build/canvas.csv",)
+        says=(f"{MATCHED}SIS Login ID",), makes=("class/canvas.csv",)
     ),
     f'{EXPORT} --format moodle --roster moodle-roster.csv --match "ID number"': Promise(
-        says=(f"{MATCHED}ID number",), makes=("build/moodle.csv",)
+        says=(f"{MATCHED}ID number",), makes=("class/moodle.csv",)
     ),
     f"{EXPORT} 02-four-costs 03-irls --format canvas --roster roster.csv \\\n"
-    "    --late late.toml --submitted submitted": Promise(
-        says=("before  after", "10 % of the points for each 24 hours begun", "build/canvas.csv")
+    "    --late late.toml": Promise(
+        says=("before  after", "10 % of the points for each 24 hours begun", "class/canvas.csv")
     ),
     f"{REGRADE} --diff": Promise(says=printed("Regrade"), by_hand=mend_a_test),
     f"{REGRADE} --apply": Promise(says=("gradebook: sample-misprints 45 → 46",)),
@@ -119,14 +127,13 @@ PROMISES = {
     ".venv/bin/autograder init-ci github-grading --out .": Promise(
         says=("Next:",), makes=(".github/workflows/grading.yml",)
     ),
-    "chmod 700 build": Promise(),
+    "chmod 700 class": Promise(),
 }
 """By command what it promises; its exit status is 0."""
 NOT_RUN = {
     "make lab",
     "make test",
     ".venv/bin/pytest -q tests/assignments -k 01-m-estimators",
-    "rm -r build/graded build/feedback build/report",
     "createuser --pwprompt grader",
     "createdb --owner=grader grades",
     "export ROBUST_SLAM_GRADEBOOK=postgresql://grader@db.example.edu/grades",
@@ -190,6 +197,7 @@ def test_a_command_does_what_the_page_promises(follower: Reader, command: Comman
     promise = PROMISES[command.text]
     assert not [words for words in promise.says if words not in said.text], said.text
     assert not [name for name in promise.makes if not (follower.course / name).exists()]
+    assert not [name for name in promise.makes_not if (follower.course / name).exists()]
 
 
 def test_a_block_says_what_it_is() -> None:

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from robust_slam_autograder import layout
 from robust_slam_autograder.commands import places
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading import durable
@@ -59,7 +60,7 @@ def add(commands: Any) -> None:  # noqa: ANN401
     places.add_out(parser)
     places.add_gradebook(parser)
     parser.add_argument(
-        "--to", type=Path, metavar="FILE", help="default: build/canvas.csv, build/moodle.csv"
+        "--to", type=Path, metavar="FILE", help="default: class/canvas.csv, class/moodle.csv"
     )
     parser.set_defaults(run=run)
 
@@ -73,8 +74,9 @@ def _pair(text: str) -> tuple[str, str]:
 
 def run(options: argparse.Namespace) -> int:
     """Write the file; exit status 1 where a mark is not in it."""
-    to = options.to or Path("build", f"{options.format}.csv")
-    places.refuse_unwritable("--to", to, made=Path("build"))
+    layout.refuse_unmoved(options.out)
+    to = options.to or layout.CLASS / f"{options.format}.csv"
+    places.refuse_unwritable("--to", to, made=layout.CLASS)
     if to.exists() and options.roster.exists() and to.samefile(options.roster):
         raise WrongUse(f"--to {to} is the roster itself: name another file.")
     # nbgrader takes a second to import

@@ -9,6 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from robust_slam_autograder import layout
 from robust_slam_autograder.commands import places
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading import results
@@ -25,7 +26,7 @@ def add(commands: Any) -> None:  # noqa: ANN401
     parser = commands.add_parser("feedback", help="make a page per submission for its student")
     parser.add_argument("students", nargs="*", metavar="STUDENT", help="all where none")
     places.add_out(parser)
-    parser.add_argument("--to", type=Path, default=Path("build/feedback"), metavar="DIR")
+    parser.add_argument("--to", type=Path, default=layout.FEEDBACK, metavar="DIR")
     parser.add_argument(
         "--site",
         type=_site,
@@ -45,6 +46,7 @@ def _site(text: str) -> str:
 
 def run(options: argparse.Namespace) -> int:
     """Write the pages."""
+    layout.refuse_unmoved(options.out)
     assignments.find_names(options.solutions)
     paths = _results(options.out, options.students)
     config = cache(lambda name: _config(options.solutions, name))

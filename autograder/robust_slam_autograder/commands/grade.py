@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from robust_slam_autograder import sandbox
+from robust_slam_autograder import layout, sandbox
 from robust_slam_autograder.commands import places
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.executor.cluster import connected
@@ -85,6 +85,7 @@ def run(options: argparse.Namespace) -> int:
     for option, target in {"--json": options.json, "--markdown": options.markdown}.items():
         if target not in (None, STANDARD_OUTPUT):
             places.refuse_unwritable(option, Path(target), made=options.out)
+    layout.refuse_unmoved(options.out)
     jobs = _find_jobs(options)
     _warn_of_look_alikes(jobs, names=not options.no_names)
     wall = sandbox.choose(options.sandbox, unsandboxed=options.unsandboxed)

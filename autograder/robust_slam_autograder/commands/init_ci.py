@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from robust_slam_autograder import layout
 from robust_slam_autograder.ci import workflows
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.publishing import course as courses
@@ -28,7 +29,7 @@ def add(commands: Any) -> None:  # noqa: ANN401
         "--out",
         type=Path,
         metavar="DIR",
-        help=f"the repository's folder (default .), or {GRADESCOPE}'s (build/gradescope)",
+        help=f"the repository's folder (default .), or {GRADESCOPE}'s (class/gradescope)",
     )
     parser.add_argument(
         "--install",
@@ -64,7 +65,7 @@ def _write_archives(course: Course, options: argparse.Namespace) -> int:
     known = assignments.find_names(options.solutions)
     if unknown := [name for name in options.names if name not in known]:
         raise WrongUse(f"There is no assignment {unknown[0]}; there are {', '.join(known)}.")
-    out = options.out or Path("build") / GRADESCOPE
+    out = options.out or layout.GRADESCOPE
     archives = {name: out / f"{name}.zip" for name in options.names or known}
     _refuse_there(list(archives.values()), force=options.force)
     out.mkdir(parents=True, exist_ok=True)

@@ -6,6 +6,7 @@ import argparse
 import os
 from pathlib import Path
 
+from robust_slam_autograder import layout
 from robust_slam_autograder.errors import GraderFailure, WrongUse
 from robust_slam_autograder.reading.submission import DATABASE_NAME, DATABASE_VARIABLE
 
@@ -13,7 +14,7 @@ from robust_slam_autograder.reading.submission import DATABASE_NAME, DATABASE_VA
 def add_out(parser: argparse.ArgumentParser) -> None:
     """Declare the results' folder."""
     parser.add_argument(
-        "--out", type=Path, default=Path("build/graded"), metavar="DIR", help="the results' folder"
+        "--out", type=Path, default=layout.GRADED, metavar="DIR", help="the results' folder"
     )
 
 
@@ -22,7 +23,7 @@ def add_submitted(parser: argparse.ArgumentParser, what: str) -> None:
     parser.add_argument(
         "--submitted",
         type=Path,
-        default=Path("build/submitted"),
+        default=layout.SUBMITTED,
         metavar="DIR",
         help=f"{what} lie, DIR/<student>/<assignment>/",
     )

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from robust_slam_autograder import sandbox
+from robust_slam_autograder import layout, sandbox
 from robust_slam_autograder.commands import grade, places
 from robust_slam_autograder.grading import batch, journal, progress, regrading
 from robust_slam_autograder.grading.journal import Run
@@ -47,6 +47,7 @@ def run(options: argparse.Namespace) -> int:
     """Grade again; exit status 1 where the grader failed on a submission."""
     if options.json not in (None, grade.STANDARD_OUTPUT):
         places.refuse_unwritable("--json", Path(options.json))
+    layout.refuse_unmoved(options.out)
     plan = regrading.plan(
         options.solutions, options.assignment, out=options.out, submitted=options.submitted
     )

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
+from robust_slam_autograder import layout
 from robust_slam_autograder.commands import places
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading import results
@@ -28,11 +29,11 @@ def add(commands: Any) -> None:  # noqa: ANN401
         "assignments", nargs="*", metavar="ASSIGNMENT", help="pages of these; all where none"
     )
     places.add_out(parser)
-    parser.add_argument("--to", type=Path, default=Path("build/report"), metavar="DIR")
+    parser.add_argument("--to", type=Path, default=layout.REPORT, metavar="DIR")
     parser.add_argument(
         "--feedback",
         type=Path,
-        default=Path("build/feedback"),
+        default=layout.FEEDBACK,
         metavar="DIR",
         help="the students' pages; names link to those that are there",
     )
@@ -44,6 +45,7 @@ def add(commands: Any) -> None:  # noqa: ANN401
 
 def run(options: argparse.Namespace) -> int:
     """Write the pages; of assignments that are not named, the index alone is made anew."""
+    layout.refuse_unmoved(options.out)
     found = _results(options.out, options.assignments)
     students = frozenset(path.parent.name for paths in found.values() for path in paths)
     entries = []

@@ -16,6 +16,7 @@ from nbgrader.coursedir import CourseDirectory
 from nbgrader.preprocessors import SaveCells
 from traitlets.config import Config
 
+from robust_slam_autograder import layout
 from robust_slam_autograder.errors import GraderFailure, WrongUse
 from robust_slam_autograder.nbgrader import database
 from robust_slam_autograder.publishing import course as courses
@@ -28,20 +29,21 @@ STUB = 'raise NotImplementedError("Exercise: write this function, then delete th
 _STEPS = "robust_slam_autograder.nbgrader.steps"
 
 
-def nbgrader_settings(root: str, tree: str = "solutions", built: str = "build") -> Config:
+def nbgrader_settings(root: str, tree: str = "solutions") -> Config:
     """nbgrader's settings for a course whose sources lie in ``<root>/<tree>``.
 
     Args:
         root: the course's folder.
         tree: the instructor's source tree in it.
-        built: the folder in it for everything that is made.
     """
     config = Config()
     config.CourseDirectory.root = str(Path(root).resolve())
     config.CourseDirectory.source_directory = tree
-    for step in ("release", "submitted", "autograded", "feedback"):
-        config.CourseDirectory[f"{step}_directory"] = f"{built}/{step}"
-    graded = Path(root).resolve() / built / "graded"
+    config.CourseDirectory.release_directory = "build/release"
+    config.CourseDirectory.submitted_directory = str(layout.SUBMITTED)
+    config.CourseDirectory.autograded_directory = str(layout.AUTOGRADED)
+    config.CourseDirectory.feedback_directory = str(layout.FEEDBACK)
+    graded = Path(root).resolve() / layout.GRADED
     shared = os.environ.get(DATABASE_VARIABLE)
     config.CourseDirectory.db_url = database.for_nbgrader(shared or graded / DATABASE_NAME)
     config.SafeExporter.results_directory = str(graded)

@@ -22,6 +22,7 @@ from nbgrader.converters.base import NbGraderException
 from nbgrader.preprocessors import NbGraderPreprocessor
 from traitlets import Bool, Enum, Unicode
 
+from robust_slam_autograder import layout
 from robust_slam_autograder.errors import AutograderError, GraderFailure
 from robust_slam_autograder.grading import batch, journal, results
 from robust_slam_autograder.grading.batch import Job
@@ -50,7 +51,8 @@ class SafeExporter(NotebookExporter):
     """Reads no submission; makes sure first of all that one can be graded at all."""
 
     results_directory = Unicode(
-        "build/graded", help="Where results and the batch's seed are kept, from the course's root."
+        str(layout.GRADED),
+        help="Where results and the batch's seed are kept, from the course's root.",
     ).tag(config=True)
     sandbox = Enum(
         ["", *BACK_ENDS],

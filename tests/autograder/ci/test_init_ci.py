@@ -127,7 +127,7 @@ def test_what_pip_gets_is_one_word_of_the_shells(course: Path) -> None:
 
 def test_the_archive_is_its_owners_and_has_what_it_needs(course: Path) -> None:
     assert cli.main(["init-ci", "gradescope"]) == 0
-    path = course / "build" / "gradescope" / f"{toy.NAME}.zip"
+    path = course / "class" / "gradescope" / f"{toy.NAME}.zip"
     assert stat.S_IMODE(path.stat().st_mode) == 0o600
     with zipfile.ZipFile(path) as archive:
         names = archive.namelist()

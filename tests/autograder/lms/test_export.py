@@ -313,18 +313,18 @@ def test_from_the_submission_to_the_file(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     toy.make_tree(tmp_path)
-    toy.hand_in(tmp_path / "build" / "submitted", "ada", toy.answer())
+    toy.hand_in(tmp_path / "class" / "submitted", "ada", toy.answer())
     half = toy.answer(apply="def apply(f, x, times):\n    return x, []\n")
-    folder = toy.hand_in(tmp_path / "build" / "submitted", "gone", half)
+    folder = toy.hand_in(tmp_path / "class" / "submitted", "gone", half)
     (folder / "timestamp.txt").write_text("2026-10-21 10:00:01 UTC")
     (folder.parents[1] / "ada" / toy.NAME / "timestamp.txt").write_text("2026-10-01 00:00:00 UTC")
-    paths = [str(path) for path in (tmp_path / "build" / "submitted").glob("*/*")]
+    paths = [str(path) for path in (tmp_path / "class" / "submitted").glob("*/*")]
     assert cli.main(["grade", *paths, "--unsandboxed", "--seed", "1"]) == 0
     (tmp_path / "roster.csv").write_text(CANVAS, encoding="utf-8")
     (tmp_path / "late.toml").write_text(POLICY)
     command = ["export", "--format", "canvas", "--roster", "roster.csv", "--late", "late.toml"]
     assert cli.main([*command, "--column", f"{toy.NAME}=The toy (881)"]) == 0
     assert "2 of 3 students have marks" in capsys.readouterr().out
-    text = (tmp_path / "build" / "canvas.csv").read_text(encoding="utf-8")
+    text = (tmp_path / "class" / "canvas.csv").read_text(encoding="utf-8")
     assert '"Lovelace, Ada",11,s1,ada,One,20\n' in text
     assert "'=cmd(),13,s3,gone,Two and One,6\n" in text

@@ -64,7 +64,7 @@ def make(folder: Path) -> Path:
 
 def hand_in(course: Path, student: str, value: dict[str, Any]) -> Path:
     """Hand a notebook in; gives its folder."""
-    return toy.hand_in(course / "build" / "submitted", student, value)
+    return toy.hand_in(course / "class" / "submitted", student, value)
 
 
 def environment(course: Path) -> dict[str, str]:
@@ -99,7 +99,7 @@ def run(course: Path, program: str, *arguments: object) -> subprocess.CompletedP
 
 def database(course: Path) -> Path:
     """The course's gradebook."""
-    return course / "build" / "graded" / "gradebook.db"
+    return course / "class" / "graded" / "gradebook.db"
 
 
 def rows(place: Place, what: str, assignment: str = toy.NAME) -> dict[str, dict[str, Any]]:

@@ -89,7 +89,7 @@ def done(tmp_path_factory: pytest.TempPathFactory, wall_name: str) -> Done:
         leave_out(f"{wall_name} does not work here: {problem}")
     course = course_of.make(tmp_path_factory.mktemp("course"))
     hand_everything_in(course)
-    journal.open_run(course / "build" / "graded", course_of.SEED)
+    journal.open_run(course / "class" / "graded", course_of.SEED)
     wall = f"--SafeExporter.sandbox={wall_name}"
     said = {}
     for arguments in (
@@ -101,7 +101,7 @@ def done(tmp_path_factory: pytest.TempPathFactory, wall_name: str) -> Done:
         ended = course_of.nbgrader(course, *arguments)
         assert ended.returncode == 0, ended.stderr
         said[arguments[0]] = ended.stderr
-    paths = sorted((course / "build" / "submitted").glob("*/*"))
+    paths = sorted((course / "class" / "submitted").glob("*/*"))
     where = ("--out", "alone", "--seed", course_of.SEED, "--sandbox", wall_name)
     ended = course_of.autograder(course, "grade", *paths, *where)
     assert ended.returncode == 0, ended.stderr
@@ -117,9 +117,9 @@ def test_results_are_the_command_lines(done: Done) -> None:
     ours = sorted(done.by_command_line.glob("*/*.json"))
     assert len(ours) == 14
     for path in ours:
-        theirs = done.course / "build" / "graded" / path.relative_to(done.by_command_line)
+        theirs = done.course / "class" / "graded" / path.relative_to(done.by_command_line)
         assert without_time(theirs) == without_time(path)
-    wall = toy.result(done.course / "build" / "graded", "ada")["sandbox"]
+    wall = toy.result(done.course / "class" / "graded", "ada")["sandbox"]
     assert wall == BACK_ENDS[done.wall].name
 
 
@@ -154,13 +154,13 @@ def test_export_writes_them(done: Done) -> None:
 
 @pytest.mark.parametrize("student", REFUSED)
 def test_a_refusal_is_a_zero_with_its_reason(done: Done, student: str) -> None:
-    reason = toy.result(done.course / "build" / "graded", student)["reason"]
+    reason = toy.result(done.course / "class" / "graded", student)["reason"]
     assert reason.endswith(".")
     comments = course_of.rows(course_of.database(done.course), "comment")[student]
     assert comments["double"] == reason
     waiting = course_of.rows(course_of.database(done.course), "needs_manual_grade")[student]
     assert not any(waiting.values())
-    page = done.course / "build" / "feedback" / student / toy.NAME / f"{toy.NAME}.html"
+    page = done.course / "class" / "feedback" / student / toy.NAME / f"{toy.NAME}.html"
     assert reason.split(" ")[-1] in page.read_text("utf-8")
 
 
@@ -194,8 +194,8 @@ def test_a_time_is_taken_from_a_plain_file_alone(done: Done) -> None:
 
 
 def test_nothing_else_of_a_submission_is_copied(done: Done) -> None:
-    build = done.course / "build"
-    found = [path for step in ("autograded", "feedback") for path in (build / step).rglob("*")]
+    kept = done.course / "class"
+    found = [path for step in ("autograded", "feedback") for path in (kept / step).rglob("*")]
     names = {path.name for path in found if not path.is_dir()}
     own = {"timestamp.txt", "submission_secret.txt"}  # nbgrader's, to release feedback by
     assert names == {f"{toy.NAME}.ipynb", f"{toy.NAME}.html", "autograder.toml", *own}
@@ -204,8 +204,8 @@ def test_nothing_else_of_a_submission_is_copied(done: Done) -> None:
 
 
 def test_no_page_tells_what_is_hidden(done: Done) -> None:
-    build = done.course / "build"
-    pages = [*build.glob("autograded/*/*/*.ipynb"), *build.glob("feedback/*/*/*.html")]
+    kept = done.course / "class"
+    pages = [*kept.glob("autograded/*/*/*.ipynb"), *kept.glob("feedback/*/*/*.html")]
     assert len(pages) == 28
     secrets = [toy.CANARY, "hidden input", "81 * start", course_of.SCHEME, "canary-of-the-answer"]
     for page in pages:
@@ -215,7 +215,7 @@ def test_no_page_tells_what_is_hidden(done: Done) -> None:
 
 
 def test_feedback_says_how_each_case_went(done: Done) -> None:
-    page = done.course / "build" / "feedback" / "ben" / toy.NAME / f"{toy.NAME}.html"
+    page = done.course / "class" / "feedback" / "ben" / toy.NAME / f"{toy.NAME}.html"
     text = page.read_text("utf-8")
     assert "✗ failed: 0 of 6 points\nTry negative numbers." in text
     assert "✓ passed: 5 of 5 points" in text

@@ -39,8 +39,8 @@ def autograde(course: Path, student: str = "*", *, unsandboxed: bool = True) -> 
 
 
 def grade(course: Path) -> None:
-    submitted = course / "build" / "submitted"
-    out = str(course / "build" / "graded")
+    submitted = course / "class" / "submitted"
+    out = str(course / "class" / "graded")
     tree = ["--solutions", str(course / "solutions")]
     paths = map(str, sorted(submitted.glob("*/*")))
     assert cli.main([*tree, "grade", *paths, "--out", out, "--unsandboxed"]) == 0
@@ -79,7 +79,7 @@ def test_the_command_line_and_formgrader_take_over_from_each_other(
     course: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     autograde(course)
-    path = course / "build" / "graded" / "ada" / f"{toy.NAME}.json"
+    path = course / "class" / "graded" / "ada" / f"{toy.NAME}.json"
     first = path.read_text()
     grade(course)
     assert "1 of them unchanged and reused" in capsys.readouterr().out
@@ -91,7 +91,7 @@ def test_neither_needs_nbgrader_to_have_released(course: Path) -> None:
     grade(course)
     autograde(course)
     assert sum(scores(course).values()) == 20
-    shutil.rmtree(course / "build" / "graded")
+    shutil.rmtree(course / "class" / "graded")
     autograde(course)
     assert sum(scores(course).values()) == 20
 
@@ -102,7 +102,7 @@ def test_where_no_sandbox_works_nothing_is_graded(
     monkeypatch.setattr(sandbox, "BACK_ENDS", {"broken": toy.Broken()})
     with pytest.raises(NbGraderException, match=r"No sandbox works .*it is not installed.*doctor"):
         autograde(course, unsandboxed=False)
-    assert not (course / "build" / "autograded").exists()
+    assert not (course / "class" / "autograded").exists()
 
 
 def test_one_button_grades_one_student(course: Path) -> None:
@@ -113,11 +113,11 @@ def test_one_button_grades_one_student(course: Path) -> None:
 
 def test_a_running_batch_is_not_disturbed(course: Path) -> None:
     with (
-        batch.locked(course / "build" / "graded"),
+        batch.locked(course / "class" / "graded"),
         pytest.raises(NbGraderException, match="Another batch is at work"),
     ):
         autograde(course)
-    assert not (course / "build" / "autograded").exists()
+    assert not (course / "class" / "autograded").exists()
 
 
 def test_an_unusable_notebook_is_the_instructors_to_mend(course: Path) -> None:

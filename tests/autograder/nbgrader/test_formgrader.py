@@ -45,11 +45,11 @@ def sample(tmp_path_factory: pytest.TempPathFactory, wall_name: str) -> Class:
     (course / "autograder").mkdir()
     shutil.copy(course_of.ROOT / "autograder" / "nbgrader_config.py", course / "autograder")
     assert course_of.autograder(course, "release").returncode == 0
-    paths = sample_class.write(course / "build" / "release", course / "build" / "submitted")
+    paths = sample_class.write(course / "build" / "release", course / "class" / "submitted")
     where = ("--out", "alone", "--seed", course_of.SEED, "--sandbox", wall_name)
     done = course_of.autograder(course, "grade", *paths, *where)
     assert done.returncode == 0, done.stderr
-    journal.open_run(course / "build" / "graded", course_of.SEED)
+    journal.open_run(course / "class" / "graded", course_of.SEED)
     return Class(course, course / "alone")
 
 
@@ -81,7 +81,7 @@ def test_the_command_gives_the_command_lines_marks(sample: Class, wall_name: str
     check_marks(sample, BY_COMMAND)
     for student in ("sample-untouched", "sample-broken"):
         name = f"{BY_COMMAND}.html"
-        page = sample.course / "build" / "feedback" / student / BY_COMMAND / name
+        page = sample.course / "class" / "feedback" / student / BY_COMMAND / name
         lines = plain_lines(page, page.read_text("utf-8"))
         assert len(lines) > 100 and not lines & secret_lines(BY_COMMAND)
 

@@ -148,4 +148,4 @@ def test_nbgrader_makes_the_same_release_with_the_courses_configuration(
     (ours,) = release(tree, [], tmp_path / "out")
     theirs = tmp_path / "build" / "release" / toy.NAME / ours.name
     assert notebook.read(theirs) == notebook.read(ours)
-    assert (tmp_path / "build" / "graded" / "gradebook.db").is_file()
+    assert (tmp_path / "class" / "graded" / "gradebook.db").is_file()

@@ -1,0 +1,78 @@
+"""Results that lie where a class was kept before are never passed over in silence."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+from robust_slam_autograder import cli, layout
+from robust_slam_autograder.errors import WrongUse
+
+from tests.autograder import toy
+
+SEED = 5
+COMMANDS = {
+    "grade": ["grade", f"submitted/ada/{toy.NAME}", "--unsandboxed"],
+    "regrade": ["regrade", toy.NAME, "--submitted", "submitted", "--unsandboxed"],
+    "feedback": ["feedback"],
+    "report": ["report"],
+    "export": ["export", "--format", "canvas", "--roster", "roster.csv"],
+}
+ROSTER = "Student,ID,SIS Login ID,Section\nAda,1,ada,A\n"
+
+
+@pytest.fixture
+def course(tmp_path: Path) -> Path:
+    """A course with results where they were kept before."""
+    (tmp_path / "build" / "graded" / "ada").mkdir(parents=True)
+    (tmp_path / "build" / "submitted").mkdir()
+    return tmp_path
+
+
+def test_every_command_names_the_move_and_goes_on_after_it(
+    course: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(course)
+    toy.make_tree(course)
+    toy.hand_in(course / "submitted", "ada", toy.answer())
+    (course / "roster.csv").write_text(ROSTER)
+    before = ["--out", "build/graded", "--seed", str(SEED)]
+    assert cli.main([*COMMANDS["grade"], *before]) == 0
+    marks = (course / "build" / "graded" / "ada" / f"{toy.NAME}.json").read_bytes()
+    told = set()
+    for name, command in COMMANDS.items():
+        capsys.readouterr()
+        assert cli.main(command) == 2, name
+        told.add(capsys.readouterr().err)
+    assert not (course / "class").exists()
+    (text,) = told
+    (move,) = re.findall(r"mkdir -p .+? class/(?=\.)", text)
+    assert move == "mkdir -p class && mv build/graded build/submitted class/"
+    subprocess.run(["sh", "-ec", move], cwd=course, check=True)
+    assert (course / "class" / "graded" / "ada" / f"{toy.NAME}.json").read_bytes() == marks
+    for name, command in COMMANDS.items():
+        capsys.readouterr()
+        assert cli.main(command) == 0, capsys.readouterr().err
+        if name == "grade":
+            assert "1 of them unchanged and reused" in capsys.readouterr().out
+
+
+def test_a_folder_that_is_named_is_used(course: Path) -> None:
+    layout.refuse_unmoved(Path("build", "graded"), course)
+
+
+def test_nothing_to_move_is_nothing_to_say(course: Path) -> None:
+    (course / "class" / "graded" / "ben").mkdir(parents=True)
+    layout.refuse_unmoved(layout.GRADED, course)
+    layout.refuse_unmoved(layout.GRADED, course / "solutions")
+
+
+def test_a_folder_that_was_made_beside_it_is_not_overwritten(course: Path) -> None:
+    (course / "class" / "graded").mkdir(parents=True)
+    (course / "class" / "submitted" / "ada").mkdir(parents=True)
+    with pytest.raises(WrongUse) as refused:
+        layout.refuse_unmoved(course / "class" / "graded", course)
+    kept = course / "class"
+    assert f"mkdir -p {kept} && mv {course}/build/graded {kept}/." in str(refused.value)

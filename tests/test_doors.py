@@ -1,0 +1,105 @@
+"""The doors of the Makefile leave a real class alone, and say what they do."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+from collections.abc import Mapping
+from pathlib import Path
+
+import pytest
+from robust_slam_autograder import cli
+
+from tests import sample_class
+from tests.as_user import ROOT
+from tests.autograder import toy
+from tests.autograder.ci.running import repository
+
+
+@pytest.fixture
+def course(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A small course with the doors of this one."""
+    for name in ("Makefile", "instructor.mk", ".gitignore"):
+        shutil.copy(ROOT / name, tmp_path)
+    toy.make_tree(tmp_path)
+    repository(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def make(course: Path, *goals: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        ["make", *goals], cwd=course, capture_output=True, text=True, check=False, timeout=60
+    )
+
+
+def contents(folder: Path) -> Mapping[str, bytes]:
+    files = (path for path in sorted(folder.rglob("*")) if path.is_file())
+    return {str(path.relative_to(folder)): path.read_bytes() for path in files}
+
+
+def test_a_graded_class_survives_make_clean_and_git_ignores_it(course: Path) -> None:
+    toy.hand_in(course / "class" / "submitted", "ada", toy.answer())
+    grade = ["grade", f"class/submitted/ada/{toy.NAME}", "--unsandboxed"]
+    for command in (grade, ["feedback"], ["report"], ["release"]):
+        assert cli.main(command) == 0
+    before = contents(course / "class")
+    assert before.keys() >= {
+        f"submitted/ada/{toy.NAME}/{toy.NAME}.ipynb",
+        f"graded/ada/{toy.NAME}.json",
+        "graded/.run.json",
+        "graded/gradebook.db",
+        f"feedback/ada/{toy.NAME}.html",
+        "report/index.html",
+    }
+    assert list((course / "build").iterdir()) == [course / "build" / "release"]
+    untracked = ["git", "ls-files", "--others", "--exclude-standard", "class", "build"]
+    assert subprocess.run(untracked, cwd=course, capture_output=True, check=True).stdout == b""
+    done = make(course, "clean")
+    assert done.returncode == 0, done.stderr
+    assert not (course / "build").exists()
+    assert contents(course / "class") == before
+
+
+def test_make_clean_refuses_to_delete_results_of_the_old_layout(course: Path) -> None:
+    (course / "build" / "graded" / "ada").mkdir(parents=True)
+    (course / "build" / "graded" / "ada" / "07-toy.json").write_text("{}")
+    (course / "build" / "submitted").mkdir()
+    (course / ".venv").mkdir()
+    before = contents(course)
+    done = make(course, "clean")
+    assert done.returncode != 0 and contents(course) == before and (course / ".venv").exists()
+    (move,) = re.findall(r"^  (mkdir .+)$", done.stdout, re.M)
+    subprocess.run(["sh", "-ec", move], cwd=course, check=True)
+    assert make(course, "clean").returncode == 0
+    assert (course / "class" / "graded" / "ada" / "07-toy.json").read_text() == "{}"
+    assert (course / "class" / "submitted").is_dir() and not (course / "build").exists()
+
+
+def test_the_sample_class_reaches_no_shared_gradebook(course: Path) -> None:
+    """Were its address not emptied, the sample's marks would stand among real ones."""
+    probe = course / "probe.mk"
+    probe.write_text("include Makefile\ngrade-sample: ; @echo [$$ROBUST_SLAM_GRADEBOOK]\n")
+    environment = os.environ | {"ROBUST_SLAM_GRADEBOOK": "postgresql://db.example.edu/grades"}
+    done = subprocess.run(
+        ["make", "-f", "probe.mk", "-o", "build/sample/.submitted", "grade-sample"],
+        cwd=course, env=environment, capture_output=True, text=True, check=True, timeout=60,
+    )  # fmt: skip
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_the_table_of_the_sample_has_a_line_for_each_student() -> None:
+    marks = [
+        {"student": "ada", "assignment": "00-one", "status": "graded", "score": 5, "max_score": 9},
+        {"student": "ada", "assignment": "01-two", "status": "refused", "score": 0},
+        {"student": "ben", "assignment": "01-two", "status": "graded", "score": 7, "max_score": 7},
+    ]
+    lines = sample_class.table({"submissions": marks}).splitlines()
+    assert [line.split() for line in lines] == [
+        ["00", "01"],
+        ["ada", "5/9", "refused"],
+        ["ben", "7/7"],
+    ]
+    assert len({len(line) for line in lines}) == 1
