@@ -1,0 +1,77 @@
+"""Answers that solve nothing earn no hidden point; planted weak cases are found."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import nbformat.v4
+import pytest
+
+from tests.assignments import answers, reference
+from tests.assignments.lazy.search import earned
+
+NAMES = [name for name in answers.assignments() if name < "01"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_lazy_answer_earns_a_hidden_point(name: str, request: pytest.FixtureRequest) -> None:
+    soak = request.config.getoption("--soak")
+    for seed in range(1, 4 if soak else 2):
+        found = earned(reference.load(name), seed, thorough=soak)
+        assert not {one.case.grade_id: one.how for one in found}
+
+
+SETUP = "import numpy as np"
+SOLUTION = """
+def scale(u, k):
+    ### BEGIN SOLUTION
+    return np.multiply(u, k), np.sign(u), {"largest": np.max(u)}
+    ### END SOLUTION
+"""
+VISIBLE = """
+scaled, signs, more = scale([1.0, 2.0], 3.0)
+assert np.allclose(scaled, [3.0, 6.0])
+### BEGIN HIDDEN TESTS
+# hint: Multiply.
+"""
+HIDDEN = {
+    "by-heart": "scaled, _, _ = scale(np.array([1, 2]), 3)\nassert np.allclose(scaled, [3, 6])",
+    "constant": "u = rng.uniform(1, 2, 3)\nassert np.allclose(scale(u, 2)[1], 1)",
+    "echo": "u = rng.uniform(1, 2, 3)\nassert np.allclose(scale(u, 1.0)[0], u)",
+    "apart": (
+        "u = -rng.uniform(1, 2, 3)\nscaled, signs, _ = scale(u, 1.0)\n"
+        "assert np.allclose(scaled, u) and np.allclose(signs, -1)"
+    ),
+    "nested": (
+        "u = rng.uniform(1, 2, 3)\nscaled, _, more = scale(u, -1.0)\n"
+        "assert np.allclose(scaled, -u) and more['largest'] == max(u)"
+    ),
+    "sound": "u = rng.uniform(1, 2, 3)\nassert np.allclose(scale(u, 2.5)[0], 2.5 * u)",
+    "sound-in-one-part": (
+        "u = rng.permutation([-1.5, 2.5, 3.5])\nscaled, signs, _ = scale(u, 1.0)\n"
+        "assert np.allclose(scaled, u) and np.allclose(signs, np.divide(u, np.abs(u)))\n"
+        "assert np.allclose(scale(u, 2.0)[0], 2 * u)"
+    ),
+}
+
+
+def cell(source: str, grade_id: str, **fields: object) -> nbformat.NotebookNode:
+    marks = {"grade": False, "solution": False, "locked": True, "schema_version": 3, **fields}
+    return nbformat.v4.new_code_cell(
+        source, metadata={"nbgrader": {"grade_id": grade_id, **marks}}
+    )
+
+
+def test_weak_cases_that_are_planted_are_found(tmp_path: Path) -> None:
+    cells = [cell(SETUP, "setup"), cell(SOLUTION, "scale", solution=True, locked=False)]
+    for name, hidden in HIDDEN.items():
+        source = f"{VISIBLE}{hidden}\n### END HIDDEN TESTS"
+        cells.append(cell(source, f"scale-{name}", grade=True, points=1))
+    path = tmp_path / "planted" / "planted.ipynb"
+    path.parent.mkdir()
+    nbformat.write(nbformat.v4.new_notebook(cells=cells), path)
+    found = {one.case.name: one.how for one in earned(reference.load("planted", tmp_path), 1)}
+    assert found.pop("by-heart") == "by heart"
+    assert "argument 1" in found.pop("echo")
+    assert "minus argument 1" in found.pop("nested")
+    assert set(found) == {"constant", "apart"}
