@@ -25,6 +25,8 @@ MAX_TEXT = 1_000
 MAX_LINE = 1_000_000
 _LENGTH = struct.Struct(">I")
 
+Check = Callable[[Callable[..., Any], list[Any], dict[str, Any]], None]
+
 
 class Fault(BaseException):
     """The conversation is over. Not an Exception: code in between must not swallow it."""
@@ -78,6 +80,7 @@ class Channel:
         named: Mapping[str, Callable[..., Any]] | None = None,
         describe: Callable[[BaseException], dict[str, Any]] | None = None,
         tells: type[BaseException] = Exception,
+        check: Check | None = None,
         widen: bool = False,
     ) -> None:
         """Take over two descriptors.
@@ -88,6 +91,7 @@ class Channel:
             named: functions that the other side may call by name.
             describe: turns an exception into what is told of it.
             tells: exceptions of our functions that the other side is told of.
+            check: raises where the other side may not call one of our functions so.
             widen: as in ``wire.decode``.
         """
         self.deadline: float | None = None
@@ -99,6 +103,7 @@ class Channel:
         self._named = named or {}
         self._describe = describe or describe_error
         self._tells = tells
+        self._check = check
         self._widen = widen
         self._exported: list[Callable[..., Any]] = []
         self._keys: dict[int, int] = {}
@@ -158,7 +163,10 @@ class Channel:
         try:
             if self._depth > MAX_NESTED_CALLS:
                 raise RecursionError("calls across the pipe are nested too deeply")
-            value = self._own(target)(*args, **kwargs)
+            function = self._own(target)
+            if self._check is not None:
+                self._check(function, args, kwargs)
+            value = function(*args, **kwargs)
             reply = wire.encode(["return", number, value], self._export)
         except Fault:
             raise

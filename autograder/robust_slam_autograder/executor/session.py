@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from robust_slam_autograder.errors import GraderFailure
+from robust_slam_autograder.executor import handed_over
 from robust_slam_autograder.executor.channel import Channel, DeadlineExceeded, RaisedThere
 from robust_slam_autograder.executor.channel import Fault as ChannelFault
 from robust_slam_autograder.executor.wire import Handle, WireError
@@ -216,7 +217,7 @@ class Session:
         if problem is not None:
             self.close()
             raise GraderFailure(f"The sandbox ({self.sandbox.name}) did not start: {problem}")
-        return Channel(*self._running.pipes(), widen=True)
+        return Channel(*self._running.pipes(), check=handed_over.check, widen=True)
 
     def _run_program(self, channel: Channel) -> bool:
         """Read all cells, then run them; False when the student's hung: a fresh start is due."""

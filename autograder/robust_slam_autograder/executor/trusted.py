@@ -9,7 +9,6 @@ import contextlib
 import fcntl
 import multiprocessing
 import os
-import resource
 import select
 import signal
 import sys
@@ -23,9 +22,7 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.context import ForkServerProcess
 from typing import Generic, TypeVar
 
-from robust_slam_autograder.executor import trusted_server
-
-MEMORY_BYTES = 8 * 1024**3
+from robust_slam_autograder.executor import memory, trusted_server
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -139,7 +136,7 @@ def _work(sender: Connection, folder: str, work: Callable[[T], R], task: T) -> N
     """The trusted process."""
     _end_with_the_batch()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the batch ends this process itself
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES))
+    memory.bound()
     tempfile.tempdir = folder  # so that what a killed process leaves goes with the batch's own
     sender.send(work(task))
     sender.close()

@@ -45,6 +45,8 @@ def make_ready(settings: Settings) -> None:
     """See to the folder's end, and import."""
     # First: the batch may be killed during the imports. Forked processes end without this.
     atexit.register(temporary.remove, Path(settings.folder))
+    # Each of its processes has a core to itself; the buffers of more threads count as memory.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     for module in settings.modules:
         # A module that fails will fail again where it is wanted, and be told of there.
         with contextlib.suppress(Exception):

@@ -6,7 +6,8 @@ MessagePack; arrays, complex numbers and handles are its extension types, and a
 tuple is a list whose first item is an extension that marks it. Everything that
 arrives is checked before anyone sees it: the other side may have written the
 bytes by hand. What a message may cost to read (items, keys, depth, bytes) is
-bounded, and a sender refuses what its reader would.
+bounded, and a sender refuses what its reader would. The bytes of arrays count as
+they will be when every number is widened, before any is.
 """
 
 from __future__ import annotations
@@ -34,6 +35,8 @@ MAX_PAIR_BYTES = 64
 _ARRAY, _SCALAR, _TUPLE, _COMPLEX, _HANDLE, _INTEGER = range(1, 7)
 _DTYPES = frozenset("?bBhHiIlLqQefdFD")
 _DOUBLE = {"e": "d", "f": "d", "F": "D"}
+_WIDE_SIZE = {"?": 1, "D": 16, "F": 16}
+"""Bytes of a widened number; of all other kinds 8."""
 _MARK = object()
 """Stands at the head of a list that is a tuple. An extension that held the items would be
 copied once for each level that it is nested."""
@@ -126,6 +129,8 @@ def _pack_integer(value: int) -> object:
 
 def _pack_array(item: np.ndarray[Any, Any] | np.generic) -> object:
     array = np.asarray(item)
+    if array.nbytes > MAX_MESSAGE:
+        raise WireError(f"an array of {array.nbytes} bytes is larger than {MAX_MESSAGE}")
     if array.dtype.kind == "U":
         return array.tolist()
     if array.dtype.char in "gG":
@@ -173,6 +178,7 @@ class _Reader:
         self._resolve = resolve
         self._widen = widen
         self._left = MAX_ITEMS
+        self._bytes = MAX_MESSAGE
 
     def unpack(self, data: bytes) -> Any:  # noqa: ANN401
         # A length that the bytes cannot fill would reserve memory for nothing.
@@ -207,9 +213,9 @@ class _Reader:
         if code == _TUPLE and not body:
             return _MARK
         if code == _ARRAY:
-            return _unpack_array(body, self._widen)
+            return self._array(body)
         if code == _SCALAR:
-            return _unpack_scalar(body, self._widen)
+            return _number(self._array(body))
         if code == _INTEGER and len(body) <= MAX_INTEGER_BYTES:
             return int.from_bytes(body, "little", signed=True)
         if code == _COMPLEX:
@@ -217,6 +223,14 @@ class _Reader:
         if code == _HANDLE:
             return self._resolve(_handle(*_unpack_pair(body)))
         raise WireError(f"an unknown extension {code}")
+
+    def _array(self, body: bytes) -> np.ndarray[Any, Any]:
+        array = _unpack_array(body)
+        self._bytes -= array.size * _WIDE_SIZE.get(array.dtype.char, 8)
+        if self._bytes < 0:
+            raise WireError(f"arrays of more than {MAX_MESSAGE} bytes in double precision")
+        kind = _wide(array) if self._widen else array.dtype.newbyteorder("=")
+        return array.astype(kind)
 
 
 def _unpack_pair(body: bytes) -> tuple[object, object]:
@@ -256,7 +270,8 @@ def _parts_of_key(key: object, depth: int) -> int:
     return 1
 
 
-def _unpack_array(body: bytes, widen: bool) -> np.ndarray[Any, Any]:
+def _unpack_array(body: bytes) -> np.ndarray[Any, Any]:
+    """A view of the array that the bytes hold; nothing is copied."""
     char, shape, raw = msgpack.unpackb(body, max_array_len=MAX_DIMENSIONS)
     if char not in _DTYPES or not isinstance(shape, list) or not isinstance(raw, bytes):
         raise WireError("an array of an unknown type")
@@ -268,8 +283,7 @@ def _unpack_array(body: bytes, widen: bool) -> np.ndarray[Any, Any]:
     # A sum over the empty side of (0, 2**40) would fill the memory.
     if math.prod(max(n, 1) for n in shape) * dtype.itemsize > MAX_MESSAGE:
         raise WireError("an empty array that is too wide")
-    array = np.frombuffer(raw, dtype=dtype).reshape(shape)
-    return array.astype(_wide(array) if widen else np.dtype(char))
+    return np.frombuffer(raw, dtype=dtype).reshape(shape)
 
 
 def _wide(array: np.ndarray[Any, Any]) -> np.dtype[Any]:
@@ -281,8 +295,7 @@ def _wide(array: np.ndarray[Any, Any]) -> np.dtype[Any]:
     return np.dtype(_DOUBLE.get(char, char))
 
 
-def _unpack_scalar(body: bytes, widen: bool) -> object:
-    array = _unpack_array(body, widen)
+def _number(array: np.ndarray[Any, Any]) -> object:
     if array.shape:
         raise WireError("a number that is an array")
     return array[()]

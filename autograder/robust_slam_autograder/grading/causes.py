@@ -20,6 +20,7 @@ NAN = (
 NO_VALUE = "A function that ends without a return statement returns None."
 
 MAX_NAME = 30
+MAX_LINE = 200
 
 _LIST = "A list does no arithmetic: make it an array first, with np.asarray."
 _SHAPES = (
@@ -129,9 +130,11 @@ def likely(told: str, line: str = "", known: Mapping[str, str] | None = None) ->
 
 def _indexed(line: str) -> str:
     """The one name that a line of code takes entries of; empty where there are several."""
+    if len(line) > MAX_LINE:  # student code is read here, and a long line may take for ever
+        return ""
     try:
         tree = ast.parse(line.strip().rstrip(":"))
-    except SyntaxError:
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
         return ""
     found = {
         node.value.id

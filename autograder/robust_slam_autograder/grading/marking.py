@@ -25,6 +25,7 @@ from typing import Any
 import numpy as np
 
 from robust_slam_autograder.errors import GraderFailure
+from robust_slam_autograder.executor import memory
 from robust_slam_autograder.executor.session import (
     Program,
     Session,
@@ -246,7 +247,24 @@ class _Cases:
             yield case, ending, error
 
     def explain(self, case: Case, ending: Ending, error: Exception | None) -> str:
-        """Say to the student how a case ended in the visible pass."""
+        """Say to the student how a case ended in the visible pass.
+
+        What is explained came from student code, so the explanation itself may fail.
+        """
+        try:
+            with self._bounded():
+                return wording.clip(self._explained(case, ending, error), wording.MAX_EXPLAINED)
+        except (Exception, SessionFault):
+            return FAULT_SENTENCES.get(ending, wording.UNEXPLAINED)
+
+    @contextlib.contextmanager
+    def _bounded(self) -> Iterator[None]:
+        """Bound the time and the memory of what runs on this side with what student code sent."""
+        seconds = self.assignment.config.limits.cell_seconds
+        with _alarm(self.session, seconds), memory.for_tests():
+            yield
+
+    def _explained(self, case: Case, ending: Ending, error: Exception | None) -> str:
         errors, owner = self.session.errors, self.assignment.owner
         cell_error = errors.get(owner(case.exercise))
         if error is None or isinstance(cell_error, SessionFault):
@@ -343,12 +361,16 @@ class _Cases:
         namespace["rng"] = case_generator(self.seed, case.grade_id)
         if self.calls is not None:
             self.calls.begin(wording.label(case), namespace)
+        before = dict(namespace)
         try:
-            with _alarm(session, self.assignment.config.limits.cell_seconds):
+            with self._bounded():
                 exec(test, namespace)
         except SessionFault as fault:
             return known or Ending(fault.kind), None
         except Exception as error:  # a test fails by raising, whatever it raises
+            if isinstance(error, MemoryError):
+                namespace.clear()  # what the test gathered is not to cost the cases that follow
+                namespace.update(before)
             ending = known or self._ending(case, error)
             return ending, None if known else error
         if known or session.fault is None:

@@ -14,6 +14,9 @@ from robust_slam_autograder.reading.assignment import Case
 from robust_slam_autograder.reading.source import plain_python
 
 MAX_MESSAGE = 600
+MAX_EXPLAINED = 1_200
+"""A message and what explains it."""
+UNEXPLAINED = "A check of this case did not pass."
 NOT_WRITTEN = "Not written yet: the function still raises NotImplementedError."
 LEFT_OUT = "A cell of your own ran longer than it may, or ended the process, and is left out"
 
@@ -80,6 +83,6 @@ def _failing_check(error: BaseException, source: str, case: Case) -> str:
     return "a check of this case"
 
 
-def clip(text: str) -> str:
+def clip(text: str, most: int = MAX_MESSAGE) -> str:
     """Cut a text to the length that a message may have."""
-    return text if len(text) <= MAX_MESSAGE else text[: MAX_MESSAGE - 1] + "…"
+    return text if len(text) <= most else text[: most - 1] + "…"

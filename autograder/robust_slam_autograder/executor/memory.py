@@ -1,0 +1,56 @@
+"""What a trusted process may hold: answers that a test gathers, and results of its functions.
+
+Student code chooses how large they are. With a limit of the kernel's, too much of them is
+a MemoryError inside the test, which costs the student that case. A part of the limit is
+kept back from tests, so that the grader itself still has memory to go on.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import resource
+from collections.abc import Iterator
+from pathlib import Path
+
+HELD_BYTES = 1024**3
+"""What the tests of one submission may hold beyond what the process held at its start."""
+KEPT_BACK_BYTES = 128 * 1024**2
+"""Within this much more the grader works while tests have nothing left."""
+
+
+def bound(more: int = HELD_BYTES) -> None:
+    """Limit, for good, what this process may hold beyond what it holds now.
+
+    Args:
+        more: bytes for the tests.
+    """
+    if (held := _private_bytes()) is not None:
+        most = held + more + KEPT_BACK_BYTES
+        resource.setrlimit(resource.RLIMIT_DATA, (most, most))
+
+
+@contextlib.contextmanager
+def for_tests() -> Iterator[None]:
+    """Within this context the part that is kept back cannot be used.
+
+    Without ``bound``, as in a student's own check, nothing is limited.
+    """
+    most = resource.getrlimit(resource.RLIMIT_DATA)[1]
+    if most == resource.RLIM_INFINITY:
+        yield
+        return
+    resource.setrlimit(resource.RLIMIT_DATA, (most - KEPT_BACK_BYTES, most))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_DATA, (most, most))
+
+
+def _private_bytes() -> int | None:
+    """Bytes that count for RLIMIT_DATA; None where the kernel does not tell (it is not Linux)."""
+    try:
+        lines = Path("/proc/self/status").read_text().splitlines()
+    except OSError:
+        return None
+    (line,) = [line for line in lines if line.startswith("VmData:")]
+    return int(line.split()[1]) * 1024

@@ -1,0 +1,138 @@
+"""A callable that a test hands over runs with arguments that its author provided for."""
+
+from __future__ import annotations
+
+import functools
+import math
+import operator
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from robust_slam_autograder.executor import handed_over, wire
+from robust_slam_autograder.executor.session import Program, Session
+from robust_slam_autograder.reading.assignment import Limits, Piece
+from robust_slam_autograder.sandbox import Unsandboxed
+from scipy import special
+
+COLUMN, ROW = np.ones((20_000, 1)), np.ones((1, 20_000))
+LARGE = np.zeros(handed_over.MAX_BYTES // 8 + 1)
+
+
+def rho(u: Any, c: float = 2.0, *rest: object, scale: float = 1.0, **more: object) -> Any:
+    return scale * np.minimum(u, c)
+
+
+class Kernel:
+    def rho(self, u: Any) -> Any:
+        return u
+
+    def __call__(self, u: Any) -> Any:
+        return u
+
+
+@pytest.mark.parametrize(
+    ("function", "args", "kwargs"),
+    [
+        (np.add, (1.0, 2.0), {"where": np.array([True])}),
+        (np.add, (1.0, 2.0), {"out": np.zeros(1)}),
+        (np.add, (1.0, 2.0, np.zeros(1)), {}),
+        (np.add, (1.0,), {}),
+        (np.add, (1.0, "x"), {}),
+        (np.add, (1.0, [None]), {}),
+        (np.add, (1, 2**70), {}),
+        (np.add, (COLUMN, ROW), {}),
+        (np.sin, (LARGE,), {}),
+        (special.huber, (COLUMN, ROW), {}),
+        (functools.partial(np.add, COLUMN), (ROW,), {}),
+        (functools.partial(np.add, 1.0), (1.0, np.zeros(1)), {}),
+        (functools.partial(np.add, 1.0), (1.0,), {"dtype": "O"}),
+        (np.linalg.norm, (1.0,), {"ord": 2}),
+        (np.sum, (np.ones(3),), {"out": np.zeros(())}),
+        (sorted, ([1, 2],), {"key": abs}),
+        (eval, ("1 + 1",), {}),
+        (operator.methodcaller("tofile", "x"), ("y",), {}),
+        (map, (abs, [1]), {}),
+        (rho, (1.0,), {"rest": 1}),
+        (rho, (1.0,), {"anything": 1}),
+        (rho, (LARGE,), {}),
+        (rho, (), {"u": [LARGE[1:], {"more": (LARGE[2:],)}]}),
+        (lambda u: u, ("x" * (handed_over.MAX_BYTES + 1),), {}),
+        (np.vectorize(math.sin), (1.0,), {"signature": 1}),
+        (Kernel().rho, (1.0,), {"self": 1}),
+        (Kernel(), (1.0,), {"c": 1}),
+    ],
+)
+def test_what_the_author_did_not_provide_for_is_refused(
+    function: Callable[..., Any], args: tuple[Any, ...], kwargs: dict[str, Any]
+) -> None:
+    with pytest.raises(TypeError):
+        handed_over.check(function, args, kwargs)
+
+
+@pytest.mark.parametrize(
+    ("function", "args", "kwargs"),
+    [
+        (np.sin, (np.zeros(1_000_000),), {}),
+        (np.add, (np.zeros((1000, 1)), [1, 2]), {}),
+        (np.matmul, (np.eye(3), np.ones((3, 1))), {}),
+        (functools.partial(np.add, 1.0), (np.ones(3),), {}),
+        (functools.partial(rho, c=1.0), (np.ones(3),), {"scale": 2.0}),
+        (special.huber, (1.0, np.ones(3)), {}),
+        (np.linalg.norm, ([1.0, 2.0],), {}),
+        (math.hypot, (1, 2), {}),
+        (rho, (np.ones(3), 1.0, 2), {"scale": 2.0}),
+        (rho, (), {"u": np.ones(3), "c": 1.0}),
+        (lambda graph, weights, poses: poses, ({"edges": [(0, 1)]}, None, np.eye(3)), {}),
+        (Kernel().rho, (1.0,), {}),
+        (Kernel(), (), {"u": 1.0}),
+        (np.vectorize(math.sin), (np.ones(3),), {}),
+    ],
+)
+def test_a_plain_call_is_made(
+    function: Callable[..., Any], args: tuple[Any, ...], kwargs: dict[str, Any]
+) -> None:
+    handed_over.check(function, args, kwargs)
+    function(*args, **kwargs)
+
+
+STUDENT = """
+import numpy as np
+def f(add):
+    said = [add(1.0, 2.0)]
+    column = np.ones((20000, 1))
+    for args, kwargs in [((1.0, 2.0), {'where': [True]}), ((column, column.T), {})]:
+        try:
+            said.append(add(*args, **kwargs))
+        except Exception as error:
+            said.append(str(error))
+    return said
+"""
+
+
+def test_a_session_makes_no_other_call() -> None:
+    limits = Limits(call_seconds=10, cell_seconds=10, notebook_seconds=20)
+    program = Program((), [Piece("f", STUDENT, own=False)], ("f",), ())
+    session = Session(Unsandboxed(), program, limits, time.monotonic() + 20)
+    try:
+        session.begin()
+        said = session.bindings()["f"](np.add)
+    finally:
+        session.close()
+    assert said == [
+        3.0,
+        "add takes 2 positional arguments and no others here",
+        "the result of add would be too large",
+    ]
+
+
+@pytest.mark.parametrize("kind", "bBhHiIlLqQefF")
+def test_numbers_count_as_large_as_they_are_widened(kind: str) -> None:
+    """An answer of a byte a number would take eight times its message in memory."""
+    size = 16 if kind == "F" else 8
+    fits, large = (np.zeros(wire.MAX_MESSAGE // size // 2 + n, kind) for n in (-100, 101))
+    assert len(wire.decode(wire.encode([fits] * 2, int), int, widen=True)) == 2  # type: ignore[arg-type]
+    with pytest.raises(wire.WireError, match=r"double precision|is larger"):
+        wire.encode([fits, large], int)  # type: ignore[arg-type]

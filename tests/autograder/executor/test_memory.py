@@ -1,0 +1,60 @@
+"""What student code has the trusted side hold is bounded, and costs the student alone."""
+
+from __future__ import annotations
+
+import pytest
+from robust_slam_autograder.executor import memory, trusted
+from robust_slam_autograder.grading import marking
+from robust_slam_autograder.grading.results import Result
+from robust_slam_autograder.sandbox import Unsandboxed
+
+from tests.autograder import toy
+
+SHARE = 64 * 1024**2
+"""So that little has to cross."""
+GATHERS = """\
+held = [double(n) for n in range(4, 30)]
+assert len(held) == 26
+"""
+RECORDS = """\
+held = []
+double(lambda u: held.append(u))
+assert len(held) == 26
+"""
+ANSWERS = """\
+def double(x):
+    if callable(x): return [x(np.zeros(1_000_000)) for _ in range(26)] and None
+    return 6 if x == 3 else np.zeros(1_000_000)
+"""
+
+
+def grade(test: str) -> Result:
+    memory.bound(SHARE)
+    tests = toy.assignment(double_random=test)
+    code = toy.submission(toy.answer(ANSWERS), tests)
+    return marking.grade(tests, code, student="a", seed=1, sandbox=Unsandboxed())
+
+
+@pytest.mark.parametrize("test", [GATHERS, RECORDS], ids=["answers", "arguments"])
+def test_what_a_test_gathers_costs_its_case_and_no_other(test: str) -> None:
+    ((_, result),) = trusted.run([test], grade, at_once=1, seconds=lambda task: 120)
+    assert isinstance(result, Result) and result.status == "graded"
+    double, apply = result.exercises
+    assert double.status in ("partial", "died")
+    assert [case.earned for case in double.cases] == [4, 0]
+    assert (apply.status, apply.score) == ("passed", 10)
+
+
+def hold(count: int) -> bool:
+    """Whether a test may hold so many bytes; what it may not, the grader still has."""
+    try:
+        with memory.for_tests():
+            return len(bytearray(count)) == count
+    except MemoryError:
+        return len(bytearray(memory.KEPT_BACK_BYTES // 2)) == 0
+
+
+def test_tests_have_their_share_and_the_grader_keeps_its_own() -> None:
+    sizes = [memory.HELD_BYTES // 2, memory.HELD_BYTES + memory.KEPT_BACK_BYTES]
+    answers = trusted.run(sizes, hold, at_once=1, seconds=lambda task: 60)
+    assert [answer for _, answer in answers] == [True, False]
