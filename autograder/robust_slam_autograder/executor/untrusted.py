@@ -12,6 +12,7 @@ import ast
 import builtins
 import contextlib
 import importlib.abc
+import inspect
 import linecache
 import os
 import resource
@@ -20,7 +21,10 @@ import types
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import asyncio
 
 READY = b"ready\n"
 _FEATURES = (getattr(__future__, name) for name in __future__.all_feature_names)
@@ -113,11 +117,22 @@ class Notebook:
         return helpers([cell.tree for cell in cells if cell.own], used)
 
     def _execute(self, tree: ast.Module, label: str) -> None:
-        flags = self._future
+        flags = self._future | ast.PyCF_ALLOW_TOP_LEVEL_AWAIT
         code = compile(tree, label, "exec", flags=flags, dont_inherit=True, optimize=0)
         # As in a notebook, `from __future__ import …` holds for the cells that follow too.
         self._future |= code.co_flags & FUTURE_FLAGS
-        exec(code, self.names)
+        result = eval(code, self.names)
+        if code.co_flags & inspect.CO_COROUTINE:
+            self._loop.run_until_complete(result)
+
+    @cached_property
+    def _loop(self) -> asyncio.AbstractEventLoop:
+        """One for all cells, as in a notebook: a task may be awaited in a later cell."""
+        import asyncio
+
+        loop = asyncio.new_event_loop()
+        asyncio.set_event_loop(loop)
+        return loop
 
     def kinds(self, names: list[str]) -> dict[str, str]:
         """Say of each name whether it is a "function", a "value" or "missing"."""

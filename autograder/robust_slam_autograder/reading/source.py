@@ -86,7 +86,8 @@ def used_names(*statements: ast.stmt) -> set[str]:
 
 def _compiled(statement: ast.stmt) -> list[types.CodeType]:
     try:
-        return [compile(ast.Module([statement], []), "<names>", "exec", dont_inherit=True)]
+        module, flags = ast.Module([statement], []), ast.PyCF_ALLOW_TOP_LEVEL_AWAIT
+        return [compile(module, "<names>", "exec", flags=flags, dont_inherit=True)]
     except _UNREADABLE:
         return []
 

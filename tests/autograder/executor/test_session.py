@@ -150,6 +150,16 @@ def test_a_cell_with_an_error_keeps_what_it_defined_before(sessions: list[Sessio
     assert isinstance(second, SyntaxError) and second.line == 1
 
 
+def test_cells_may_await_as_in_a_notebook(sessions: list[Session]) -> None:
+    """A task of one cell is awaited in another: they share an event loop."""
+    first = "import asyncio\ntask = asyncio.ensure_future(asyncio.sleep(0, result=2))\n"
+    start = "async def later(x):\n    await asyncio.sleep(0)\n    return task if x else 1\n"
+    second = "value = 1 + await (await later(True))\ndef f(): return value\n"
+    session = begin(sessions, f"await_ = 0\n{first}{start}await later(False)\n", second, "g = 1")
+    assert session.errors == {}
+    assert session.bindings()["value"] == 3 and session.bindings()["f"]() == 3
+
+
 def test_set_up_that_fails_is_the_instructors_fault(sessions: list[Session]) -> None:
     with pytest.raises(GraderFailure, match=r"set-up 0, fails: no such thing"):
         begin(sessions, setup=("raise ValueError('no such thing')",))

@@ -36,6 +36,9 @@ def test_a_variable_stays_when_a_chain_of_uses_leads_to_it() -> None:
         "if True:\n    print(1)\n    T = 3",
         "while len(T) < 3:\n    T += [1]",
         "print((T := 4))",
+        "T = await load()",
+        "async with session as T:\n    pass",
+        "async for T in session:\n    pass",
         "try:\n    T = load()\nexcept OSError:\n    print(2)",
         "del T[0]",
         "T.sort()",
@@ -119,3 +122,8 @@ def test_magics_become_python_and_keep_the_lines() -> None:
         *("Expr", "Assign", "Expr", "Assign")
     ]
     assert magic.split("\n")[1] == "x = 1"
+
+
+def test_names_that_are_awaited_are_used() -> None:
+    statements = ast.parse("x = await load(path)\nasync for y in source: pass\n").body
+    assert {"load", "path", "source"} <= source.used_names(*statements)
