@@ -38,8 +38,7 @@ public: setup ## write the course as the public may have it, build/public
 
 $(HANDED_IN): $(call files,solutions tests/assignments) tests/sample_class.py $(RELEASED)
 	@mkdir -p $(SAMPLE)
-	@$(QUIETLY) sample-submissions $(BIN)/python -m tests.sample_class write \
-		build/release $(SAMPLE)/submitted
+	@$(BIN)/python -m tests.sample_class write build/release $(SAMPLE)/submitted
 	@touch $@
 
 grade: setup ## grade SUBMITTED (default class/submitted): <student>/<assignment>/
@@ -58,12 +57,13 @@ grade-sample: $(HANDED_IN)
 	@$(BIN)/autograder doctor > /dev/null || { flag=--unsandboxed; \
 		echo 'No sandbox works here (see `autograder doctor`): the sample class, which is our own,' \
 		'is graded without one. Fix that before you grade anything else.'; }; \
-	$(QUIETLY) sample-marks $(BIN)/autograder grade $(SAMPLE)/submitted/*/* $$flag \
-		--out $(SAMPLE)/graded --json $(SAMPLE)/graded/marks.json
-	@$(QUIETLY) sample-feedback $(BIN)/autograder feedback --out $(SAMPLE)/graded \
-		--to $(SAMPLE)/feedback --site ../../../html
-	@$(QUIETLY) sample-report $(BIN)/autograder report --out $(SAMPLE)/graded \
-		--to $(SAMPLE)/report --feedback $(SAMPLE)/feedback
+	$(QUIETLY) sample $(SHELL) -ec " \
+		$(BIN)/autograder grade $(SAMPLE)/submitted/*/* $$flag --out $(SAMPLE)/graded \
+			--json $(SAMPLE)/graded/marks.json; \
+		$(BIN)/autograder feedback --out $(SAMPLE)/graded --to $(SAMPLE)/feedback \
+			--site ../../../html; \
+		$(BIN)/autograder report --out $(SAMPLE)/graded --to $(SAMPLE)/report \
+			--feedback $(SAMPLE)/feedback"
 	@$(BIN)/python -m tests.sample_class table $(SAMPLE)/graded/marks.json
 
 mutants: setup ## change the reference solutions, and see that the assignments' cases notice

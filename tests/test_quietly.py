@@ -79,9 +79,9 @@ def test_progress_takes_a_line_now_and_then_where_there_is_no_terminal() -> None
     now = 0.0
     file = io.StringIO()
     screen = Screen(file, clock=lambda: now)
-    for now in range(0, 60, 5):
+    for now in range(0, 100, 10):
         screen.show(Shown(now=f"at {now}"))
-    assert file.getvalue().split() == ["at", "15", "at", "30", "at", "45"]
+    assert file.getvalue().split() == ["at", "30", "at", "60", "at", "90"]
 
 
 def test_progress_stays_on_one_line_of_a_terminal() -> None:
