@@ -63,8 +63,7 @@ sweep: setup ## every method, kind of lies and rate, on many graphs; goes on whe
 test: ## set up and pass all tests; STRICT=1 fails where one would be left out
 	@echo 'make test checks style and types, builds the book and runs all tests.'
 	@$(install)
-	@$(MAKE) check
-	@$(MAKE) book
+	@$(MAKE) -j 2 check book
 	ROBUST_SLAM_STRICT=$(filter-out 0,$(STRICT)) $(BIN)/pytest -q -n $(or $(JOBS),logical) --maxprocesses 8 \
 		--dist loadfile
 

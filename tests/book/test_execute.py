@@ -1,0 +1,58 @@
+"""Notebooks that have changed run once, several at a time, and one that fails is not kept."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from types import SimpleNamespace
+
+import nbformat
+import pytest
+from jupyter_cache import get_cache
+
+from chapters._ext import robust_slam_execute
+
+SOURCES = {"one": "print(1)", "two": "print(2)", "fails": "1 / 0"}
+
+
+def write(path: Path, source: str) -> Path:
+    cell = {"cell_type": "code", "id": "a", "metadata": {}, "source": source}
+    cell |= {"outputs": [], "execution_count": None}
+    kernel = {"display_name": "Python 3", "language": "python", "name": "python3"}
+    value = {"nbformat": 4, "nbformat_minor": 5, "metadata": {"kernelspec": kernel}}
+    path.write_text(json.dumps(value | {"cells": [cell]}))
+    return path
+
+
+def test_what_has_changed_is_run_and_what_fails_is_not_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    paths = {name: write(tmp_path / f"{name}.ipynb", text) for name, text in SOURCES.items()}
+    paths["text"] = tmp_path / "text.md"
+    config = SimpleNamespace(
+        execution_mode="cache",
+        execution_cache_path=str(tmp_path / "cache"),
+        execution_timeout=60,
+        execution_allow_errors=False,
+    )
+    book = SimpleNamespace(mystnb_config=config, doc2path=lambda name: str(paths[name]))
+    runs: list[str] = []
+    run = robust_slam_execute.single_nb_execution
+
+    def counted(notebook: nbformat.NotebookNode, **options: object) -> object:
+        runs.append(notebook.cells[0].source)
+        return run(notebook, **options)
+
+    monkeypatch.setattr(robust_slam_execute, "single_nb_execution", counted)
+    robust_slam_execute.execute(None, book, list(paths))
+    assert sorted(runs) == sorted(SOURCES.values())
+    cache = get_cache(config.execution_cache_path)
+    for name in ("one", "two"):
+        _, kept = cache.merge_match_into_notebook(nbformat.read(paths[name], as_version=4))
+        assert kept.cells[0].outputs[0]["text"] == SOURCES[name][-2] + "\n"
+    with pytest.raises(KeyError):
+        cache.match_cache_notebook(nbformat.read(paths["fails"], as_version=4))
+    del runs[:]
+    write(paths["one"], "print(3)")
+    robust_slam_execute.execute(None, book, ["one", "two", "text"])
+    assert runs == ["print(3)"]
