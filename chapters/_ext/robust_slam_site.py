@@ -3,9 +3,11 @@
 - MathJax comes from an installed package, as one file that loads nothing else.
 - A formula keeps the punctuation beside it on its line.
 - What a cell prints stands as it was printed, in however many pieces the kernel sent it.
+- A figure may get its caption and its alternative text from the cell's output.
 - Scripts for kernels in the cloud, and scripts that are emitted twice, are dropped.
 - Launch buttons need the public repository's address; without one there are none.
-- When the library or a table of the chapters changes, the notebooks run again.
+- When the library or a table of the chapters changes, the notebooks run again, and so they do
+  when a public graph that they show appears or vanishes.
 - A build with warnings fails again until they are mended.
 """
 
@@ -18,8 +20,11 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
+from markdown_it.tree import SyntaxTreeNode
 from myst_nb.core import render
+from myst_nb.sphinx_ import SphinxNbRenderer
 from nbformat import NotebookNode
+from robust_slam import datasets
 from sphinx.application import Sphinx
 from sphinx.config import Config
 from sphinx.util.fileutil import copy_asset
@@ -62,6 +67,8 @@ addEventListener("DOMContentLoaded", () => {
 
 Merge = Callable[[list[NotebookNode]], list[NotebookNode]]
 """Makes one output of all that a cell prints."""
+RenderOutputs = Callable[[SphinxNbRenderer, SyntaxTreeNode, list[NotebookNode]], None]
+"""Puts the outputs of a cell on its page."""
 
 
 def joining(merge: Merge) -> Merge:
@@ -84,6 +91,26 @@ def joining(merge: Merge) -> Merge:
     return joined
 
 
+def with_words_of_the_output(render_outputs: RenderOutputs) -> RenderOutputs:
+    """Let the metadata of a cell's outputs add to the captions in the cell's own metadata.
+
+    myst-nb knows only the cell's, which cannot follow what the cell computed. See
+    ``robust_slam.plots.captions``.
+    """
+
+    def rendered(
+        renderer: SphinxNbRenderer, token: SyntaxTreeNode, outputs: list[NotebookNode]
+    ) -> None:
+        words = {key: dict(value) for key, value in token.meta["metadata"].get("mystnb", {}).items()}
+        for output in outputs:
+            for key, value in output.get("metadata", {}).get("mystnb", {}).items():
+                words[key] = words.get(key, {}) | value
+        token.meta["metadata"] = {**token.meta["metadata"], "mystnb": words}
+        render_outputs(renderer, token, outputs)
+
+    return rendered
+
+
 def point_to_mathjax(app: Sphinx, config: Config) -> None:
     """Load MathJax from the site itself."""
     config.mathjax_path = MATHJAX
@@ -101,12 +128,16 @@ def copy_mathjax(app: Sphinx) -> None:
 
 
 def follow_the_library(app: Sphinx, config: Config) -> None:
-    """Keep executed notebooks under a name that changes with the library and the tables."""
+    """Keep executed notebooks under a name that changes with all that they read.
+
+    They read the library, the tables, and the public graphs that are on this machine.
+    """
     library, data = (Path(app.srcdir) / name for name in ("lib/robust_slam", "chapters/data"))
     digest = hashlib.sha256()
     for path in [*sorted(library.rglob("*.*")), *sorted(data.glob("*.csv"))]:
         if path.suffix in {".py", ".js", ".css", ".csv"}:
             digest.update(path.read_bytes())
+    digest.update(repr([name for name in datasets.SHOWN if datasets.is_here(name)]).encode())
     config.robust_slam_library = digest.hexdigest()[:12]
     cache = Path(app.outdir).parent / ".jupyter_cache" / config.robust_slam_library
     config.nb_execution_cache_path = str(cache)
@@ -152,6 +183,9 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.add_js_file(None, body=PRINT_LIGHT)
     app.add_js_file(None, body=KEEP_PUNCTUATION)
     render.coalesce_streams = joining(render.coalesce_streams)
+    SphinxNbRenderer._render_nb_cell_code_outputs = with_words_of_the_output(
+        SphinxNbRenderer._render_nb_cell_code_outputs
+    )
     app.connect("config-inited", point_to_mathjax)
     app.connect("config-inited", follow_the_library)
     app.connect("config-inited", launch_from_the_repository)

@@ -55,7 +55,8 @@ def machine(tmp_path, monkeypatch):
     hashes = {name: hashlib.sha256(text).hexdigest() for name, text in STAND_INS.items()}
     monkeypatch.setattr(datasets, "SHA256", datasets.SHA256 | hashes)
     monkeypatch.setattr(pooch, "os_cache", lambda project: cache / project)
-    monkeypatch.delenv(datasets.FOLDER, raising=False)
+    for variable in (datasets.FOLDER, "CI"):
+        monkeypatch.delenv(variable, raising=False)
     for proxy in ("http_proxy", "HTTP_PROXY", "all_proxy", "ALL_PROXY"):
         monkeypatch.delenv(proxy, raising=False)
     return cache / "robust-slam"
@@ -158,6 +159,64 @@ def test_a_page_shows_the_public_graph_or_says_that_it_is_a_generated_one(machin
     graph, told = datasets.load_or_generate("intel", lambda: made)
     assert graph.n == 2
     assert told == "The graph is the public data set intel."
+
+
+def test_a_graph_is_here_in_the_folder_or_in_the_cache(machine, tmp_path, monkeypatch):
+    assert not datasets.is_here("intel")
+    monkeypatch.setenv(datasets.FOLDER, str(tmp_path / "mine"))
+    put(tmp_path / "mine", "intel")
+    assert datasets.is_here("intel")
+    put(machine, "manhattan")
+    assert datasets.is_here("M3500")
+    put(machine, "manhattan", b"changed")
+    with pytest.raises(datasets.DatasetChanged):
+        datasets.is_here("manhattan")
+
+
+class TestTry:
+    """The quiet download before the book is built."""
+
+    def test_it_fetches_what_is_missing_and_says_nothing(self, server, machine, capfd):
+        put(machine, "intel")
+        assert datasets.try_download(STAND_INS, server.url) == [machine / "manhattan.g2o"]
+        assert server.asked == ["/data/manhattan.g2o"]
+        assert datasets.try_download(STAND_INS, server.url) == []
+        assert capfd.readouterr() == ("", "")
+
+    def test_what_the_folder_holds_is_not_fetched(self, server, machine, tmp_path, monkeypatch):
+        monkeypatch.setenv(datasets.FOLDER, str(tmp_path / "mine"))
+        put(tmp_path / "mine", "intel")
+        datasets.try_download(["intel"], server.url)
+        assert server.asked == contents(machine) == []
+
+    def test_without_a_server_it_gives_up_at_once_and_says_nothing(self, server, machine, capfd):
+        del server.files["intel"]
+        assert datasets.try_download(STAND_INS, server.url) == []
+        assert server.asked == ["/data/intel.g2o"]
+        server.shutdown()
+        server.server_close()
+        assert datasets.try_download(STAND_INS, server.url) == []
+        assert contents(machine) == []
+        assert capfd.readouterr() == ("", "")
+
+    @pytest.mark.parametrize(("value", "fetched"), [("true", 0), ("1", 0), ("false", 1), ("", 1)])
+    def test_in_ci_it_is_off(self, server, monkeypatch, value, fetched):
+        monkeypatch.setenv("CI", value)
+        assert len(datasets.try_download(["intel"], server.url)) == fetched == len(server.asked)
+
+    def test_the_command_never_fails(self, server, machine, monkeypatch, capfd):
+        monkeypatch.setattr(
+            datasets.try_download, "__defaults__", (tuple(STAND_INS), server.url, 5.0)
+        )
+        assert datasets.main(["--try"]) == 0
+        assert contents(machine) == ["intel.g2o", "manhattan.g2o"]
+        server.files.clear()
+        assert datasets.main(["--try"]) == 0
+        assert capfd.readouterr() == ("", "")
+
+
+def test_the_graphs_that_the_chapters_show_are_known():
+    assert set(datasets.SHOWN) <= set(datasets.NAMES)
 
 
 def test_what_is_downloaded_is_loaded(server, machine):

@@ -1,0 +1,25 @@
+"""Figures whose caption depends on what the page computed.
+
+The caption of any other figure is in the metadata of its notebook cell, where it cannot
+follow the numbers. These captions are in the metadata of the output, where the book finds
+them.
+"""
+
+from __future__ import annotations
+
+from IPython.display import display
+from matplotlib import pyplot as plt
+from matplotlib.figure import Figure
+
+
+def show(figure: Figure, caption: str, alt: str) -> None:
+    """Display a pyplot figure with a caption and an alternative text, and close it.
+
+    Args:
+        figure: what to show.
+        caption: Markdown for below the figure, one paragraph.
+        alt: what the figure shows, in plain words, for readers who cannot see it.
+    """
+    words = {"figure": {"caption": caption}, "image": {"alt": alt}}
+    display(figure, metadata={"mystnb": words})
+    plt.close(figure)

@@ -1,0 +1,81 @@
+"""`make book` builds again when a public graph appears or vanishes, and not otherwise."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+from robust_slam import datasets
+
+ROOT = Path(__file__).parents[2]
+BUILDER = "#!/bin/sh\nmkdir -p build/_build/html && echo built >> built.txt\n"
+NEEDED = ("_config.yml", "_toc.yml", "requirements.lock", "lib/pyproject.toml",
+          "autograder/pyproject.toml", "chapters/page.md", ".venv/.ready")  # fmt: skip
+
+
+@pytest.fixture
+def course(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A course of empty files, whose builder counts its runs, on a machine without graphs."""
+    folder = tmp_path / "course"
+    for name in NEEDED:
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).touch()
+    shutil.copy(ROOT / "Makefile", folder)
+    for name, text in (("jupyter-book", BUILDER), ("python", "#!/bin/sh\n")):
+        path = folder / ".venv" / "bin" / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text)
+        path.chmod(0o755)
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    for variable in (datasets.FOLDER, "XDG_CACHE_HOME", "MAKEFLAGS", "MAKELEVEL"):
+        monkeypatch.delenv(variable, raising=False)
+    return folder
+
+
+def builds(course: Path) -> int:
+    """Run `make book`, and return how often the book has been built so far."""
+    subprocess.run(["make", "-s", "build/.book"], cwd=course, check=True)
+    return len((course / "built.txt").read_text().splitlines())
+
+
+def add(folder: Path, name: str) -> Path:
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / f"{name}.g2o"
+    path.touch()
+    os.utime(path, (0, 0))  # a file may be older than the book
+    return path
+
+
+@pytest.mark.parametrize("where", ["folder", "cache"])
+def test_a_graph_that_comes_or_goes_builds_the_book_again(
+    where: str, course: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given = tmp_path / "given"
+    monkeypatch.setenv(datasets.FOLDER, str(given))
+    (cache,) = [folder for folder in datasets._folders() if folder != given]
+    assert builds(course) == builds(course) == 1
+    paths = [add(given if where == "folder" else cache, name) for name in datasets.SHOWN]
+    assert builds(course) == builds(course) == 2
+    paths[0].unlink()
+    assert builds(course) == builds(course) == 3
+
+
+def test_a_graph_that_the_chapters_do_not_show_changes_nothing(
+    course: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(datasets.FOLDER, str(tmp_path / "given"))
+    assert builds(course) == 1
+    add(tmp_path / "given", "sphere2500")
+    assert builds(course) == 1
+
+
+def test_graphs_that_the_build_itself_fetches_do_not_build_it_twice(
+    course: Path, tmp_path: Path
+) -> None:
+    cache = tmp_path / "home" / ".cache" / "robust-slam"
+    fetch = f"#!/bin/sh\nmkdir -p {cache} && touch {cache}/intel.g2o {cache}/CSAIL.g2o\n"
+    (course / ".venv" / "bin" / "python").write_text(fetch)
+    assert builds(course) == builds(course) == 1
