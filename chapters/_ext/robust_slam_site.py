@@ -101,7 +101,7 @@ def with_words_of_the_output(render_outputs: RenderOutputs) -> RenderOutputs:
     def rendered(
         renderer: SphinxNbRenderer, token: SyntaxTreeNode, outputs: list[NotebookNode]
     ) -> None:
-        words = {key: dict(value) for key, value in token.meta["metadata"].get("mystnb", {}).items()}
+        words = dict(token.meta["metadata"].get("mystnb", {}))
         for output in outputs:
             for key, value in output.get("metadata", {}).get("mystnb", {}).items():
                 words[key] = words.get(key, {}) | value

@@ -13,6 +13,7 @@ from robust_slam.linear import LinearProblem
 from robust_slam.location import LocationProblem
 from scipy.optimize import brentq, least_squares, minimize, root
 from scipy.special import huber
+from scipy.stats import chi2
 
 from tests.book.prose import chapter_text, decimals, rounds_to, unchecked
 
@@ -112,7 +113,9 @@ CLAIMS = {
     "49.5": float(SQUARED.rho(10.0) - SQUARED.rho(1.0)),
     "9.5": float(HUBER.rho(10.0)),
     "4.690416": U,
-    "0.286755": 1.345 / U,
+    "0.347091": 1.628 / U,
+    "61.3": 100 * float(chi2.sf(1.345**2, 3)),
+    "17.9": 100 * float(chi2.sf(1.345**2, 1)),
     "0.361801": float(np.linalg.norm(CLOSURE)),
     "1.756282": float(np.linalg.norm([0.3, -0.2, np.degrees(0.03)])),
     "0.074": wall(WIDE_HUBER.psi, 3.0)[0],

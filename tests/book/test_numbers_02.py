@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import e, log, sqrt
 
 import numpy as np
@@ -10,9 +11,10 @@ from robust_slam import kernels
 from robust_slam.irls import irls
 from robust_slam.location import LocationProblem
 from robust_slam.thresholds import chi_square_threshold
-from scipy.integrate import quad
-from scipy.stats import chi2, norm
+from scipy.optimize import brentq
+from scipy.stats import chi2
 
+from tests.book.efficiency import efficiency
 from tests.book.prose import chapter_text, decimals, rounds_to, unchecked
 
 TEXT = chapter_text("02-four-costs.ipynb")
@@ -39,12 +41,9 @@ def thrown_away(c: float, d: int) -> float:
     return 100.0 * float(chi2.sf(c**2, d))
 
 
-def efficiency(kernel: kernels.Kernel) -> float:
-    """Percent, by another formula than the chapter's: E ψ' = E uψ for a Gaussian (Stein)."""
-    k = kernel.scale
-    slope, _ = quad(lambda u: u * float(kernel.psi(u)) * norm.pdf(u), 0, 12, points=[k])
-    square, _ = quad(lambda u: float(kernel.psi(u)) ** 2 * norm.pdf(u), 0, 12, points=[k])
-    return 100.0 * (2 * slope) ** 2 / (2 * square)
+def constant(make: Callable[[float], kernels.Kernel], d: int) -> float:
+    """The threshold with an efficiency of 95 %."""
+    return float(brentq(lambda c: efficiency(make(c), d) - 0.95, 0.3, 9.0))
 
 
 def door(sigma: float) -> float:
@@ -85,10 +84,19 @@ CLAIMS = {
     "80.1": thrown_away(1.0, 3),
     "35.6": thrown_away(SCALAR, 6),
     "19.8": thrown_away(SCALAR / 2, 1),
-    "1.345": 1.345 if rounds_to(efficiency(kernels.huber(1.345)), "95.00") else 0.0,
-    "2.385": 2.385 if rounds_to(efficiency(kernels.cauchy(2.385)), "95.00") else 0.0,
-    "90.3": efficiency(HUBER),
-    "76.2": efficiency(CAUCHY),
+    "1.345": constant(kernels.huber, 1),
+    "1.628": constant(kernels.huber, 3),
+    "1.869": constant(kernels.huber, 6),
+    "2.385": constant(kernels.cauchy, 1),
+    "2.666": constant(kernels.cauchy, 3),
+    "2.862": constant(kernels.cauchy, 6),
+    "3.787": constant(kernels.geman_mcclure, 1),
+    "4.337": constant(kernels.geman_mcclure, 3),
+    "4.846": constant(kernels.geman_mcclure, 6),
+    "91.6": 100 * efficiency(kernels.tls(SCALAR), 1),
+    "95.5": 100 * efficiency(kernels.tls(PLANAR), 3),
+    "90.3": 100 * efficiency(HUBER),
+    "76.2": 100 * efficiency(CAUCHY),
     "2.005": door(0.05),
     "2.204": door(1.0),
     "0.0625": irls(LocationProblem(Z, 0.3), HUBER).x,

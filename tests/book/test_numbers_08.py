@@ -3,39 +3,31 @@
 from __future__ import annotations
 
 import math
-from functools import cache
 from types import SimpleNamespace
 from typing import Any
 
 import nbformat
 import numpy as np
 import pytest
-from robust_slam import datasets, gnc, kernels, pcm, pipeline, pose_graph, start
+from robust_slam import gnc, pcm, pipeline, pose_graph, start
 from robust_slam.certificate import Verdict
-from robust_slam.gauss_newton import PoseGraphProblem, gauss_newton
-from robust_slam.irls import irls
-from robust_slam.metrics import ate, precision_recall
-from robust_slam.outliers import add_random_closures
-from robust_slam.result import StopReason
+from robust_slam.gauss_newton import PoseGraphProblem
+from robust_slam.metrics import ate
 from robust_slam.thresholds import chi_square_threshold
 
 from tests.book import prose
-from tests.conftest import leave_out
 
 NOTEBOOK = nbformat.read(prose.CHAPTERS / "08-showcase.ipynb", as_version=4)
 CELLS = {cell["id"]: cell.source for cell in NOTEBOOK.cells}
 TEXT = prose.chapter_text("08-showcase.ipynb").replace("−", "-")
 C = chi_square_threshold(0.99, 3)
 SEEDS = range(5)
-CAUCHY = kernels.cauchy(2.385)
 
 # Noise, scales, and the error from which on a town counts as lost.
-GIVEN = {"0.05", "0.02", "0.2", "2.385", "0.4"}
+GIVEN = {"0.05", "0.02", "0.2", "2.666", "0.4"}
 TIRED = (0.2, 0.2)
 # What 18 consistent lies leave of the pipeline's map in each town: its error.
 LEFT = {0: "1.94", 1: "0.32", 2: "0.26", 3: "1.95", 4: "0.73"}
-INTEL = {"0.11"}
-CSAIL = {"10.66", "0.04", "0.992", "3956.7", "4153.1", "1027.4", "746.3"}
 
 
 @pytest.fixture(scope="module")
@@ -99,7 +91,6 @@ def claims(page: dict[str, Any], towns: SimpleNamespace) -> dict[str, float]:
         "81.6210": math.sqrt(2 * (quarter / 0.05) ** 2 + (2 * quarter / 0.02) ** 2),
         "3.3682": C,
         "4.1002": chi_square_threshold(0.99, 6),
-        "1.73": math.sqrt(3),
         "0.0154": bold,
         "0.000539": timid,
         "0.110": float(gnc.tls_weight(C, C, bold)),
@@ -113,7 +104,6 @@ def claims(page: dict[str, Any], towns: SimpleNamespace) -> dict[str, float]:
         "0.75": 9 / 12,
         "0.917": 11 / 12,
         "0.32": float(np.median(walks)),
-        "3.94": 2.385**2 * math.log(2),
         "0.20": minority[1],
         "0.17": minority[2],
         "1.61": min(misled),
@@ -135,11 +125,11 @@ def test_each_claim_is_printed_and_rounds_to_its_value(claims: dict[str, float])
 
 
 def test_no_decimal_is_printed_without_a_claim(claims: dict[str, float]) -> None:
-    assert prose.unchecked(TEXT, claims, GIVEN | CSAIL | INTEL) == set()
+    assert prose.unchecked(TEXT, claims, GIVEN) == set()
 
 
 def test_what_is_given_is_printed() -> None:
-    assert prose.decimals(TEXT) >= GIVEN | CSAIL | INTEL
+    assert prose.decimals(TEXT) >= GIVEN
 
 
 def test_the_cost_that_is_left_is_counted_as_the_text_counts_it(towns: SimpleNamespace) -> None:
@@ -261,7 +251,7 @@ def test_tired_odometry_lets_random_lies_in(page: dict[str, Any], towns: SimpleN
         for method in ("IRLS", "GNC-TLS", "pipeline")
     }
     assert [lies for _, lies in kept["pipeline"]] == [1, 0, 1, 0, 0]
-    assert [lies for _, lies in kept["IRLS"]] == [2, 0, 1, 0, 1]
+    assert [lies for _, lies in kept["IRLS"]] == [2, 0, 2, 0, 1]
     assert sorted(kept["GNC-TLS"]) == [(11, 12)] + [(12, 12)] * 4
     passed = []
     for seed in SEEDS:
@@ -276,65 +266,6 @@ def test_at_half_the_noise_the_pipeline_keeps_no_random_lie(
     noise = page["Noise"](odometry=tuple(sigma / 2 for sigma in TIRED))
     lies = [kept_of(towns, "pipeline", "random", 12, seed, noise)[1] for seed in SEEDS]
     assert lies == [0] * 5
-
-
-@cache
-def csail() -> SimpleNamespace:
-    """CSAIL with 128 random lies, its reference, and the maps of the chapter."""
-    try:
-        graph = datasets.load("CSAIL")
-    except datasets.DatasetMissing as missing:
-        leave_out(str(missing))
-    reference = gauss_newton(graph, start.chordal(graph))
-    rng = np.random.default_rng(0)
-    spoiled, lies = add_random_closures(graph, 128, rng, poses=reference)
-    problem = PoseGraphProblem(spoiled)
-    runs = {
-        name: irls(problem, CAUCHY, first, tol=1e-6, max_iterations=300)
-        for name, first in (("odometry", problem.guess), ("reference", reference))
-    }
-    answer = pipeline.solve(spoiled)
-    return SimpleNamespace(
-        graph=graph, reference=reference, spoiled=spoiled, lies=lies, runs=runs, answer=answer
-    )
-
-
-def test_csail_is_the_graph_that_the_text_names() -> None:
-    world = csail()
-    assert world.graph.n == 1045
-    assert int(np.sum(~world.graph.is_odometry)) == 128
-
-
-def test_on_csail_irls_leaves_the_right_map_and_the_pipeline_finds_it() -> None:
-    world = csail()
-    loops = ~world.spoiled.is_odometry
-    for run in world.runs.values():
-        assert run.stop is StopReason.CONVERGED
-        assert prose.rounds_to(ate(run.x, world.reference), "10.66")
-        close = pose_graph.residual_norms(run.x, world.spoiled) <= C
-        precision, recall = precision_recall(close[loops], ~world.lies[loops])
-        assert prose.rounds_to(precision, "0.992")
-        assert recall == 1.0
-    assert prose.rounds_to(ate(world.answer.poses, world.reference), "0.04")
-    assert np.array_equal(world.answer.kept, ~world.lies)
-    assert world.answer.certificate.verdict is Verdict.CERTIFIED
-
-
-def test_on_csail_cauchy_prefers_the_wrong_map_and_tls_does_not() -> None:
-    world = csail()
-    loops = ~world.spoiled.is_odometry
-
-    def cost(kernel: kernels.Kernel, poses: np.ndarray) -> float:
-        u = pose_graph.residual_norms(poses, world.spoiled)
-        return float(kernel.rho(u[loops]).sum() + 0.5 * np.sum(u[~loops] ** 2))
-
-    there = world.runs["odometry"].x
-    assert prose.rounds_to(cost(CAUCHY, there), "3956.7")
-    assert prose.rounds_to(cost(CAUCHY, world.reference), "4153.1")
-    assert prose.rounds_to(cost(kernels.tls(C), there), "1027.4")
-    assert prose.rounds_to(cost(kernels.tls(C), world.reference), "746.3")
-    far = pose_graph.residual_norms(world.reference, world.spoiled)[world.lies]
-    assert round(float(np.median(far))) == 761
 
 
 def test_the_exercises_by_hand() -> None:

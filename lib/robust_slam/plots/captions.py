@@ -21,5 +21,5 @@ def show(figure: Figure, caption: str, alt: str) -> None:
         alt: what the figure shows, in plain words, for readers who cannot see it.
     """
     words = {"figure": {"caption": caption}, "image": {"alt": alt}}
-    display(figure, metadata={"mystnb": words})
+    display(figure, metadata={"mystnb": words})  # type: ignore[no-untyped-call]
     plt.close(figure)

@@ -1,0 +1,190 @@
+"""Chapters 00 and 08 with and without the public graphs: what they say is what they computed."""
+
+from __future__ import annotations
+
+import os
+import re
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from types import SimpleNamespace
+
+import matplotlib
+import nbformat
+import pytest
+from nbclient import NotebookClient
+from nbformat import NotebookNode
+from nbformat.v4 import new_code_cell, new_output
+from robust_slam import datasets
+
+from chapters._ext import robust_slam_site
+from tests.book import prose
+from tests.conftest import leave_out
+
+NUMBER = re.compile(r"(?<![\w.^])\d+\.\d+|(?<![\w.^])\d{2,}(?!\.?\w)")
+
+
+@dataclass(frozen=True)
+class Section:
+    """A section that shows a public graph, and numbers that its text must have.
+
+    They were computed apart from the page; ``derived`` are numbers that no cell prints.
+    """
+
+    notebook: str
+    graph: str
+    cells: str
+    with_graph: frozenset[str]
+    without: frozenset[str]
+    derived: frozenset[str]
+
+
+SECTIONS = (
+    Section(
+        "00-one-lie",
+        "intel",
+        "intel-.*",
+        frozenset({"785", "19.57", "4.12", "0.05", "7.04", "7.01", "0.10"}),
+        frozenset({"20", "9.96", "4.32", "0.03", "1.77", "0.05"}),
+        frozenset({"2.666"}),
+    ),
+    Section(
+        "08-showcase",
+        "CSAIL",
+        "public.*",
+        frozenset({"128", "12.59", "0.04", "0.992", "4747.1", "5083.2", "1376.5", "746.3", "761"}),
+        frozenset({"40", "1.55", "0.17", "0.976", "0.925", "1345.4", "1377.2", "331.9", "302.4"}),
+        frozenset({"4.93"}),  # 2.666² ln 2
+    ),
+)
+HERE = (True, False)
+each_section = pytest.mark.parametrize("section", SECTIONS, ids=lambda section: section.notebook)
+each_way = pytest.mark.parametrize("here", HERE, ids=("with", "without"))
+
+
+def cells(section: Section) -> list[NotebookNode]:
+    """The cells of the section, as they are committed."""
+    notebook = nbformat.read(prose.CHAPTERS / f"{section.notebook}.ipynb", as_version=4)
+    return [cell for cell in notebook.cells if re.fullmatch(section.cells, cell.id)]
+
+
+@cache
+def ran(section: Section, here: bool, empty: Path) -> SimpleNamespace:
+    """What the section prints, and what it says in text and captions."""
+    notebook = nbformat.read(prose.CHAPTERS / f"{section.notebook}.ipynb", as_version=4)
+    wanted = f"imports|larger-(load|read)|{section.cells}"
+    kept = [cell for cell in notebook.cells if re.fullmatch(wanted, cell.id)]
+    earlier = "from robust_slam.thresholds import *\nC = chi_square_threshold(0.99, 3)"
+    notebook.cells = [new_code_cell(earlier), *kept]
+    environment = os.environ | {"MPLCONFIGDIR": matplotlib.get_configdir()}
+    if not here:
+        environment |= {datasets.FOLDER: str(empty), "XDG_CACHE_HOME": str(empty)}
+    resources = {"metadata": {"path": str(prose.CHAPTERS)}}
+    NotebookClient(notebook, timeout=300, resources=resources).execute(env=environment)
+    outputs = [(cell.id, out) for cell in kept for out in cell.get("outputs", [])]
+    words = [out.metadata["mystnb"] for _, out in outputs if "mystnb" in out.get("metadata", {})]
+    said = {
+        name: out.data["text/markdown"]
+        for name, out in outputs
+        if "text/markdown" in out.get("data", {})
+    }
+    return SimpleNamespace(
+        printed="".join(out.text for _, out in outputs if out.output_type == "stream"),
+        text="\n".join(v for name, v in said.items() if re.fullmatch(section.cells, name)),
+        sweep=said.get("larger-read", ""),
+        captions=[word["figure"]["caption"] for word in words],
+        alts=[word["image"]["alt"] for word in words],
+    )
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> object:
+    """A function (section, here) -> what the section says, each run once."""
+    empty = tmp_path_factory.mktemp("empty")
+
+    def run(section: Section, here: bool) -> SimpleNamespace:
+        if here and not datasets.is_here(section.graph):
+            leave_out(f"the public graph {section.graph} is not on this machine")
+        return ran(section, here, empty)
+
+    return run
+
+
+def numbers(text: str) -> set[str]:
+    return set(NUMBER.findall(re.sub(r"\]\([^)]*\)", "]", text)))  # without addresses
+
+
+@each_way
+@each_section
+def test_every_number_of_the_text_was_printed(section: Section, here: bool, page) -> None:
+    shown = page(section, here)
+    said = numbers("\n".join([shown.text, *shown.captions, *shown.alts]))
+    assert said - section.derived <= numbers(shown.printed)
+    assert said >= (section.with_graph if here else section.without)
+
+
+@each_section
+def test_without_the_graph_one_sentence_says_so_and_no_other_names_it(section, page) -> None:
+    shown = page(section, False)
+    name = section.graph.replace("i", "I", 1)
+    (sentence,) = [s for s in re.split(r"(?<=\.) ", shown.text) if name in s]
+    assert sentence.startswith(f"The public graph {name} is not on this machine (`make data`")
+    assert sentence.endswith("so this section shows a generated town instead.")
+    assert all(caption.startswith("A generated town") for caption in shown.captions)
+    assert all("a generated town" in alt for alt in shown.alts)
+    assert name not in "".join([*shown.captions, *shown.alts, shown.printed])
+
+
+@each_section
+def test_with_the_graph_the_text_and_the_captions_name_it(section, page) -> None:
+    shown = page(section, True)
+    name = section.graph.replace("i", "I", 1)
+    assert f"This is the public graph {name}" in shown.text
+    assert all(caption.startswith(f"The public graph {name}") for caption in shown.captions)
+    assert "generated" not in "".join([shown.text, *shown.captions, *shown.alts])
+
+
+@each_section
+def test_what_does_not_depend_on_the_graph_claims_nothing_about_it(section: Section) -> None:
+    static = [cell for cell in cells(section) if cell.cell_type == "markdown"]
+    captions = [cell.metadata.get("mystnb", {}) for cell in cells(section)]
+    assert static
+    assert not [cell for cell in static if re.search("intel|csail", cell.source, re.I)]
+    assert not [c for c in captions if "image" in c or "caption" in c.get("figure", {})]
+
+
+@each_way
+def test_the_sweep_says_of_intels_odometry_what_it_computed(here: bool, page) -> None:
+    shown = page(SECTIONS[1], here)
+    assert "36 of 36 maps of CSAIL" in " ".join(shown.sweep.split())
+    assert ("root mean square of 0.11" in shown.sweep) == here
+    assert ("Intel's odometry" in shown.sweep) == here
+
+
+def test_the_rest_of_a_chapter_prints_no_number_of_a_public_graph() -> None:
+    for section in SECTIONS:
+        static = prose.chapter_text(f"{section.notebook}.ipynb")
+        sentences = re.split(r"(?<=[.:;])\s", static)
+        named = [s for s in sentences if re.search(r"\b(Intel|CSAIL)\b", s)]
+        assert not [s for s in named if prose.decimals(s)]
+
+
+def rendered(outputs: list[NotebookNode]) -> dict[str, object]:
+    """The words of a figure that myst-nb is handed, from a cell that names it."""
+    token = SimpleNamespace(meta={"metadata": {"mystnb": {"figure": {"name": "fig-a"}}}})
+    render = robust_slam_site.with_words_of_the_output(lambda *_: None)
+    render(None, token, outputs)
+    return token.meta["metadata"]["mystnb"]
+
+
+def test_the_words_of_an_output_join_those_of_its_cell() -> None:
+    words = {"figure": {"caption": "A town."}, "image": {"alt": "A map."}}
+    own = new_output("display_data", metadata={"mystnb": words})
+    plain = new_output("stream", text="1 pose")
+    joined = rendered([plain, own])
+    assert joined == {
+        "figure": {"name": "fig-a", "caption": "A town."},
+        "image": {"alt": "A map."},
+    }
+    alone = rendered([plain])
+    assert alone == {"figure": {"name": "fig-a"}}
