@@ -15,6 +15,7 @@ from scipy.optimize import brentq, least_squares, minimize, root
 from scipy.special import huber
 from scipy.stats import chi2
 
+from tests.book.efficiency import efficiency
 from tests.book.prose import chapter_text, decimals, rounds_to, unchecked
 
 TEXT = chapter_text("01-m-estimators.ipynb")
@@ -113,6 +114,7 @@ CLAIMS = {
     "49.5": float(SQUARED.rho(10.0) - SQUARED.rho(1.0)),
     "9.5": float(HUBER.rho(10.0)),
     "4.690416": U,
+    "1.628": brentq(lambda k: efficiency(kernels.huber(k), 3) - 0.95, 0.3, 9.0),
     "0.347091": 1.628 / U,
     "61.3": 100 * float(chi2.sf(1.345**2, 3)),
     "17.9": 100 * float(chi2.sf(1.345**2, 1)),

@@ -27,7 +27,7 @@ FIVE = LocationProblem([0.1, -0.2, 0.15, -0.1, 5.0], 0.3)
 CLOSE = LocationProblem([0.0, 1.2])
 
 # Data that the chapter hands out, starts, thresholds to try, sections of other texts.
-GIVEN = {"0.1", "-0.2", "0.15", "-0.1", "0.3", "2.5", "1.2", "0.2"}
+GIVEN = {"0.1", "-0.2", "0.15", "-0.1", "0.3", "2.5", "1.2", "0.2", "4.99"}
 
 
 def from_eight(kernel: kernels.Kernel) -> float:
@@ -42,6 +42,10 @@ def pull(x: float, c: float) -> float:
 def least_pull(c: float) -> float:
     """The lowest slope between 9 and 10: where it is positive there is no minimum near 10."""
     return float(minimize_scalar(pull, bounds=(9.0, 10.0), args=(c,)).fun)
+
+
+def tls_cost_of_the_pair(x: float, c: float) -> float:
+    return float(kernels.tls(c).rho(np.array([x, x - 10.0])).sum())
 
 
 def pair_minimum(c: float, side: int) -> float:
@@ -83,6 +87,7 @@ FOUR_LIES = LocationProblem(np.repeat([0.0, 10.0], [5, 4]))
 CLAIMS = {
     "0.476190": from_eight(kernels.squared()),
     "9.523810": 10.0 - 10.0 / 21.0,
+    "24.95": tls_cost_of_the_pair(4.99, 5.0),
     "0.4174243": pair_minimum(2.0, -1),
     "9.5825757": pair_minimum(2.0, 1),
     "0.4": pair_minimum(2.0, -1),
@@ -165,6 +170,15 @@ def test_five_readings_in_two_groups() -> None:
     costs = {x0: irls(problem, tls, x0).cost for x0 in (1.0, 5.0, 6.0, 9.0)}
     assert costs == {1.0: 6.0, 5.0: 10.0, 6.0: 10.0, 9.0: 4.0}
     assert irls(problem, tls).x == 6.0
+
+
+@pytest.mark.parametrize(("c", "is_minimum"), [(4.9, False), (5.0, False), (5.01, True)])
+def test_the_middle_of_the_pair_is_a_strict_minimum_beyond_5_only(
+    c: float, is_minimum: bool
+) -> None:
+    beside = min(tls_cost_of_the_pair(x, c) for x in (4.999, 5.001))
+    assert (beside > tls_cost_of_the_pair(5.0, c)) == is_minimum
+    assert "| $5 < c < 7.071068$ |" in TEXT
 
 
 def test_no_reading_leads_to_the_mean_of_a_close_pair() -> None:
