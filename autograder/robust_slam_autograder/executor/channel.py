@@ -12,7 +12,6 @@ import os
 import select
 import struct
 import threading
-import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -23,6 +22,7 @@ MAX_CALLABLES = 10_000
 MAX_NESTED_CALLS = 40
 MAX_TEXT = 1_000
 MAX_LINE = 1_000_000
+_PAGE = 65_536
 _LENGTH = struct.Struct(">I")
 
 Check = Callable[[Callable[..., Any], list[Any], dict[str, Any]], None]
@@ -94,12 +94,16 @@ class Channel:
             check: raises where the other side may not call one of our functions so.
             widen: as in ``wire.decode``.
         """
-        self.deadline: float | None = None
+        self.patience: Callable[[], float] | None = None
+        """Says how many seconds to wait before it is asked again; at the deadline none."""
         self.invoke: Callable[[Handle, tuple[Any, ...], Mapping[str, Any]], Any] = self.call
         """How callables of the other side are called; who adds a deadline puts it here."""
         self._read_fd, self._write_fd = read_fd, write_fd
         os.set_blocking(read_fd, False)
         os.set_blocking(write_fd, False)
+        self._readable = _poller(read_fd, select.POLLIN)
+        self._writable = _poller(write_fd, select.POLLOUT)
+        self._arrived = bytearray()
         self._named = named or {}
         self._describe = describe or describe_error
         self._tells = tells
@@ -117,7 +121,7 @@ class Channel:
         Raises:
             WireError: an argument cannot cross.
             RaisedThere: the function raised.
-            DeadlineExceeded: ``deadline`` (of ``time.monotonic``) passed.
+            DeadlineExceeded: ``patience`` has come to its end.
             ChannelClosed: the other side has gone or broke the protocol.
         """
         with self._lock:
@@ -154,9 +158,7 @@ class Channel:
 
     def is_quiet(self) -> bool:
         """Whether nothing has come in that nobody asked for."""
-        poller = select.poll()
-        poller.register(self._read_fd, select.POLLIN)
-        return not poller.poll(0)
+        return not self._arrived and not self._readable.poll(0)
 
     def _answer(self, number: int, target: list[Any], args: list[Any], kwargs: Any) -> None:  # noqa: ANN401
         self._depth += 1
@@ -204,15 +206,15 @@ class Channel:
     def _send(self, payload: bytes) -> None:
         data = memoryview(_LENGTH.pack(len(payload)) + payload)
         while data:
-            self._wait(self._write_fd, select.POLLOUT)
             try:
                 data = data[os.write(self._write_fd, data) :]
             except BlockingIOError:
-                continue
+                self._wait(self._writable)
             except OSError as error:
                 raise ChannelClosed("the other side has gone") from error
 
     def _receive(self) -> list[Any]:
+        self._time_left()  # a flood of messages never lets the reader wait
         (length,) = _LENGTH.unpack(self._read_exactly(_LENGTH.size))
         if length > wire.MAX_MESSAGE:
             raise ChannelClosed("a message larger than the limit")
@@ -225,28 +227,41 @@ class Channel:
         return list(message)
 
     def _read_exactly(self, size: int) -> bytes:
-        parts = bytearray()
-        while len(parts) < size:
-            self._wait(self._read_fd, select.POLLIN)
+        while len(self._arrived) < size:
+            # A small message comes with its length in one piece.
+            most = min(max(size - len(self._arrived), _PAGE), 1 << 20)
             try:
-                part = os.read(self._read_fd, min(size - len(parts), 1 << 20))
+                part = os.read(self._read_fd, most)
             except BlockingIOError:
+                self._wait(self._readable)
                 continue
             except OSError as error:
                 raise ChannelClosed("the other side has gone") from error
             if not part:
                 raise ChannelClosed("the other side has gone")
-            parts += part
-        return bytes(parts)
+            self._arrived += part
+        found = bytes(self._arrived[:size])
+        del self._arrived[:size]
+        return found
 
-    def _wait(self, descriptor: int, event: int) -> None:
-        left = None if self.deadline is None else self.deadline - time.monotonic()
+    def _wait(self, poller: select.poll) -> None:
+        """Wait until a descriptor is ready."""
+        while True:
+            left = self._time_left()
+            if poller.poll(None if left is None else math.ceil(left * 1000)):
+                return
+
+    def _time_left(self) -> float | None:
+        left = None if self.patience is None else self.patience()
         if left is not None and left <= 0:
             raise DeadlineExceeded
-        poller = select.poll()
-        poller.register(descriptor, event)
-        if not poller.poll(None if left is None else math.ceil(left * 1000)):
-            raise DeadlineExceeded
+        return left
+
+
+def _poller(descriptor: int, event: int) -> select.poll:
+    poller = select.poll()
+    poller.register(descriptor, event)
+    return poller
 
 
 def _as_theirs(handle: Handle) -> Handle:

@@ -5,14 +5,13 @@ from __future__ import annotations
 import builtins
 import contextlib
 import functools
-import math
-import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from robust_slam_autograder.errors import GraderFailure
 from robust_slam_autograder.executor import handed_over
+from robust_slam_autograder.executor.budget import Deadline, Meter, soonest
 from robust_slam_autograder.executor.channel import Channel, DeadlineExceeded, RaisedThere
 from robust_slam_autograder.executor.channel import Fault as ChannelFault
 from robust_slam_autograder.executor.wire import Handle, WireError
@@ -78,13 +77,13 @@ class Session:
     sandbox: Sandbox
     program: Program
     limits: Limits
-    end: float
-    """When the whole submission's time is used up (``time.monotonic``)."""
+    total: Deadline
+    """Of the whole submission."""
     skip: set[int] = field(default_factory=set)
     """Pieces that hung or died: they are left out from then on."""
     errors: dict[str, StudentError | SessionFault] = field(default_factory=dict)
     fault: SessionFault | None = None
-    _cell_end: float = math.inf
+    _cell: Deadline | None = None
     _running: Running | None = None
     _channel: Channel | None = None
     _depth: int = 0
@@ -96,20 +95,27 @@ class Session:
             SessionFault: the submission's time is used up.
             GraderFailure: the sandbox or the instructor's set-up does not work.
         """
-        self._cell_end = math.inf
+        self._cell = None
         if self._channel is not None and not self._channel.is_quiet():
             # Its code forked, or talks by itself: the next cell shall not suffer for it.
             self.close()
         if self._channel is None:
             self._start()
         self.fault = None
-        self._cell_end = time.monotonic() + self.limits.cell_seconds
+        self._cell = self.total.meter.start(self.limits.cell_seconds)
 
     @property
     def lacks_own_cells(self) -> bool:
         """Whether a cell of the student's own hung or died, and is left out."""
         setup = len(self.program.setup)
         return any(self.program.pieces[number - setup].own for number in self.skip)
+
+    def time_left(self) -> float:
+        """Seconds for which the present cell surely has time; 0 or less where it has none."""
+        return soonest(self._deadlines())
+
+    def _deadlines(self) -> list[Deadline]:
+        return [self.total] if self._cell is None else [self._cell, self.total]
 
     def fail(self, kind: Kind) -> SessionFault:
         """End the process after a fault, and give the fault to raise."""
@@ -142,6 +148,7 @@ class Session:
     def close(self) -> None:
         """End the untrusted process and all that it started."""
         running, self._running, self._channel = self._running, None, None
+        self.total.meter.leave()
         if running is not None:
             running.stop()
 
@@ -175,7 +182,8 @@ class Session:
         seconds: float,
     ) -> Any:  # noqa: ANN401
         if self._depth == 0:
-            channel.deadline = min(time.monotonic() + seconds, self._cell_end, self.end)
+            call = self.total.meter.start(seconds)
+            channel.patience = functools.partial(soonest, [call, *self._deadlines()])
         self._depth += 1
         try:
             return channel.call(target, args, kwargs)
@@ -204,7 +212,7 @@ class Session:
                 raise
 
     def _spawn(self) -> Channel:
-        if time.monotonic() > self.end:
+        if self.total.left() <= 0:
             raise self.fail("timeout")
         launch = Launch(
             withheld=self.program.withheld,
@@ -217,6 +225,7 @@ class Session:
         if problem is not None:
             self.close()
             raise GraderFailure(f"The sandbox ({self.sandbox.name}) did not start: {problem}")
+        self.total.meter.follow(self._running.cpu_seconds)
         return Channel(*self._running.pipes(), check=handed_over.check, widen=True)
 
     def _run_program(self, channel: Channel) -> bool:
@@ -249,7 +258,7 @@ class Session:
         """
         if not isinstance(error, SessionFault) and shows_answers(error, self.program.names):
             return
-        if isinstance(error, SessionFault) and time.monotonic() > self.end:
+        if isinstance(error, SessionFault) and self.total.left() <= 0:
             raise error
         if not self.program.pieces:
             said = f": {error.kind}" if isinstance(error, SessionFault) else f", fails: {error}"
@@ -264,8 +273,8 @@ class Session:
             GraderFailure: it fails there too.
         """
         self.close()
-        end = time.monotonic() + self.limits.notebook_seconds
-        alone = Session(self.sandbox, replace(self.program, pieces=()), self.limits, end)
+        total = Meter().start(self.limits.notebook_seconds)
+        alone = Session(self.sandbox, replace(self.program, pieces=()), self.limits, total)
         try:
             alone.begin()
         finally:

@@ -37,6 +37,9 @@ _DTYPES = frozenset("?bBhHiIlLqQefdFD")
 _DOUBLE = {"e": "d", "f": "d", "F": "D"}
 _WIDE_SIZE = {"?": 1, "D": 16, "F": 16}
 """Bytes of a widened number; of all other kinds 8."""
+_PLAIN = frozenset({bool, int, float, str, type(None), np.float64})
+_FEW, _SMALL = 20, 10_000
+_LITTLE = {char: np.dtype(char).newbyteorder("<") for char in _DTYPES}
 _MARK = object()
 """Stands at the head of a list that is a tuple. An extension that held the items would be
 copied once for each level that it is nested."""
@@ -70,8 +73,31 @@ def encode(value: object, export: Export) -> bytes:
         raise
     except (ValueError, TypeError, OverflowError, RecursionError, UnicodeError) as error:
         raise WireError(f"a value cannot cross: {error}") from error
-    decode(data, _leave)
+    if not _is_small(value):
+        decode(data, _leave)
     return data
+
+
+def _is_small(message: object) -> bool:
+    """Whether it is a message like most: a few numbers and small arrays, which every reader takes.
+
+    A solver may call a function that it was handed a hundred thousand times.
+    """
+    if type(message) is not list or len(message) > _FEW:
+        return False
+    for item in message:
+        if type(item) is list:
+            if len(item) > _FEW or not all(map(_is_plain, item)):
+                return False
+        elif item != {} if type(item) is dict else not _is_plain(item):
+            return False
+    return True
+
+
+def _is_plain(value: object) -> bool:
+    if type(value) is np.ndarray:
+        return value.ndim <= MAX_DIMENSIONS and 0 < value.size <= _SMALL
+    return type(value) in _PLAIN
 
 
 def _leave(handle: Handle) -> Callable[..., Any]:
@@ -139,8 +165,10 @@ def _pack_array(item: np.ndarray[Any, Any] | np.generic) -> object:
     if array.dtype.char not in _DTYPES:
         raise WireError(f"an array of dtype {array.dtype} cannot cross; numbers and booleans can")
     code = _SCALAR if isinstance(item, np.generic) else _ARRAY
-    little = array.astype(array.dtype.newbyteorder("<"), order="C", copy=False)
-    body = msgpack.packb([array.dtype.char, list(array.shape), little.tobytes()])
+    char = array.dtype.char
+    if array.dtype != _LITTLE[char]:
+        array = array.astype(_LITTLE[char])
+    body = msgpack.packb([char, array.shape, array.tobytes()])
     return msgpack.ExtType(code, body)
 
 
@@ -277,7 +305,7 @@ def _unpack_array(body: bytes) -> np.ndarray[Any, Any]:
         raise WireError("an array of an unknown type")
     if any(type(n) is not int or n < 0 for n in shape):
         raise WireError("an array of an impossible shape")
-    dtype = np.dtype(char).newbyteorder("<")
+    dtype = _LITTLE[char]
     if math.prod(shape) * dtype.itemsize != len(raw):
         raise WireError("an array whose bytes do not fill its shape")
     # A sum over the empty side of (0, 2**40) would fill the memory.

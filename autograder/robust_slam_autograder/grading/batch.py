@@ -21,6 +21,7 @@ from pathlib import Path
 import robust_slam_autograder
 from robust_slam_autograder.errors import GraderFailure, Refused, WrongUse
 from robust_slam_autograder.executor import trusted
+from robust_slam_autograder.executor.budget import WALL_FACTOR
 from robust_slam_autograder.grading import marking, results
 from robust_slam_autograder.grading.journal import Run
 from robust_slam_autograder.grading.results import Result, Status
@@ -314,7 +315,7 @@ def _seconds(task: Task) -> float:
 
 def patience(job: Job) -> float:
     """Seconds after which a submission's trusted process is ended."""
-    return job.assignment.config.limits.notebook_seconds + GRACE_SECONDS
+    return job.assignment.config.limits.notebook_seconds * WALL_FACTOR + GRACE_SECONDS
 
 
 def _grade_task(task: Task, *, seed: int, wall: Sandbox) -> Result:

@@ -20,12 +20,14 @@ import types
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from robust_slam_autograder.errors import GraderFailure
 from robust_slam_autograder.executor import memory
+from robust_slam_autograder.executor.budget import Deadline, Meter
 from robust_slam_autograder.executor.session import (
     Program,
     Session,
@@ -149,8 +151,13 @@ class _Passes:
     assignment: Assignment
     submission: Submission
     sandbox: Sandbox
-    start: float = field(default_factory=time.monotonic)
     skip: set[int] = field(default_factory=set)
+    start: float = field(default_factory=time.monotonic)
+
+    @cached_property
+    def total(self) -> Deadline:
+        """The time that all passes have together."""
+        return Meter().start(self.assignment.config.limits.notebook_seconds)
 
     def visible(self, report: Callable[[ExerciseResult], None] | None = None) -> Outcomes:
         """Run what students can see, and explain what fails; ``report`` as in ``check``."""
@@ -204,8 +211,7 @@ class _Passes:
             names=self.assignment.names,
             withheld=config.withheld,
         )
-        end = self.start + config.limits.notebook_seconds
-        session = Session(self.sandbox, program, config.limits, end, self.skip)
+        session = Session(self.sandbox, program, config.limits, self.total, self.skip)
         try:
             yield session
         finally:
@@ -260,8 +266,7 @@ class _Cases:
     @contextlib.contextmanager
     def _bounded(self) -> Iterator[None]:
         """Bound the time and the memory of what runs on this side with what student code sent."""
-        seconds = self.assignment.config.limits.cell_seconds
-        with _alarm(self.session, seconds), memory.for_tests():
+        with _alarm(self.session), memory.for_tests():
             yield
 
     def _explained(self, case: Case, ending: Ending, error: Exception | None) -> str:
@@ -419,14 +424,17 @@ def _silence() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def _alarm(session: Session, seconds: float) -> Iterator[None]:
-    """End a test cell that computes too long on this side."""
+def _alarm(session: Session) -> Iterator[None]:
+    """End what computes too long on this side."""
 
-    def expire(signum: int, frame: object) -> None:
-        raise session.fail("timeout")
+    def look(signum: int, frame: object) -> None:
+        left = session.time_left()
+        if left <= 0:
+            raise session.fail("timeout")
+        signal.setitimer(signal.ITIMER_REAL, left + ALARM_GRACE)
 
-    before = signal.signal(signal.SIGALRM, expire)
-    signal.setitimer(signal.ITIMER_REAL, seconds + ALARM_GRACE)
+    before = signal.signal(signal.SIGALRM, look)
+    signal.setitimer(signal.ITIMER_REAL, session.time_left() + ALARM_GRACE)
     try:
         yield
     finally:

@@ -39,7 +39,7 @@ _KEYS = {
 
 @dataclass(frozen=True)
 class Limits:
-    """Deadlines in seconds."""
+    """CPU seconds of the student's code and the tests together; see ``executor.budget``."""
 
     call_seconds: float = 10.0
     """One call of a student's function."""

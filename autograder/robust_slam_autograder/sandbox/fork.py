@@ -23,13 +23,14 @@ import subprocess
 import sys
 import tempfile
 from dataclasses import asdict, dataclass
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder.errors import GraderFailure
 from robust_slam_autograder.executor import untrusted
-from robust_slam_autograder.sandbox import fork_server, inside, landlock, seccomp
+from robust_slam_autograder.sandbox import cpu, fork_server, inside, landlock, seccomp
+from robust_slam_autograder.sandbox.cpu import CpuClock
 from robust_slam_autograder.sandbox.inside import ENVIRONMENT, Files, Launch
 from robust_slam_autograder.sandbox.process import START_SECONDS
 
@@ -45,10 +46,20 @@ class Forked:
     connection: socket.socket
     reader: int
     writer: int
+    keeper: int
+    """Process id of the one that started it and watches it."""
 
     def pipes(self) -> tuple[int, int]:
         """Descriptors to read its messages from and to write ours to."""
         return self.reader, self.writer
+
+    @cached_property
+    def _clock(self) -> CpuClock:
+        return cpu.clock_of(self.keeper)
+
+    def cpu_seconds(self) -> float:
+        """CPU time that it has used, with all its threads."""
+        return self._clock.seconds()
 
     def await_ready(self) -> str | None:
         """Wait until it answers; else say what its keeper said."""
@@ -116,7 +127,10 @@ class Fork:
         socket.send_fds(connection, [request], [student_reader, student_writer])
         os.close(student_reader)
         os.close(student_writer)
-        return Forked(connection, reader, writer)
+        said = connection.recv(fork_server.PID.size)
+        if len(said) < fork_server.PID.size:
+            raise GraderFailure("The fork server started nothing.")
+        return Forked(connection, reader, writer, *fork_server.PID.unpack(said))
 
     def _connect(self, launch: Launch) -> socket.socket:
         kind = repr((launch.withheld, launch.preload)).encode()

@@ -14,6 +14,7 @@ import os
 import select
 import signal
 import socket
+import struct
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
     from robust_slam_autograder.sandbox.keeper import Place
 
 READY = b"ready\n"
+PID = struct.Struct(">q")
+"""What a keeper says first: its process id, so that its child's CPU time can be read."""
 OWN = ("robust_slam_autograder.executor.channel", "robust_slam_autograder.reading.source")
 """What every untrusted process imports."""
 
@@ -99,6 +102,7 @@ def _keep(connection: socket.socket, place: Place) -> None:
 
     try:
         data, pipes, _, _ = socket.recv_fds(connection, 1 << 20, 2)
+        connection.send(PID.pack(os.getpid()))
         keep(connection, (pipes[0], pipes[1]), Launch(**ast.literal_eval(data.decode())), place)
     finally:
         os._exit(0)

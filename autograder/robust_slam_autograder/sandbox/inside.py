@@ -59,6 +59,9 @@ class Running(Protocol):
     def await_ready(self) -> str | None:
         """Wait until it answers; else say what is wrong."""
 
+    def cpu_seconds(self) -> float:
+        """CPU time that it has used, with all its threads."""
+
     def stop(self) -> None:
         """End it and all that it started, and remove its scratch folder."""
 

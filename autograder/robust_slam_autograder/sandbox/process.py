@@ -12,9 +12,11 @@ import threading
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from robust_slam_autograder.executor import untrusted
-from robust_slam_autograder.sandbox import watch
+from robust_slam_autograder.sandbox import cpu, watch
+from robust_slam_autograder.sandbox.cpu import CpuClock
 
 START_SECONDS = 60.0
 
@@ -39,6 +41,14 @@ class Process:
             if watch.uses_too_much(found, None) or watch.holds_too_many_files(found):
                 self.process.kill()
             time.sleep(watch.SECONDS)
+
+    @cached_property
+    def _clock(self) -> CpuClock:
+        return cpu.clock_of(self.process.pid)
+
+    def cpu_seconds(self) -> float:
+        """CPU time that it has used, with all its threads."""
+        return self._clock.seconds()
 
     def await_ready(self) -> str | None:
         """Wait until it answers; else say what it wrote to its standard error."""

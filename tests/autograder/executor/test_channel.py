@@ -5,13 +5,13 @@ from __future__ import annotations
 import os
 import struct
 import threading
-import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
 import msgpack
 import numpy as np
 import pytest
+from robust_slam_autograder.executor.budget import WALL_FACTOR, Meter
 from robust_slam_autograder.executor.channel import (
     Channel,
     ChannelClosed,
@@ -150,7 +150,7 @@ def test_threads_of_the_other_side_take_turns(pair: Callable[..., Pair]) -> None
 def test_a_deadline_ends_the_wait_for_an_answer(pair: Callable[..., Pair]) -> None:
     over = threading.Event()
     ends = pair(wait=lambda: over.wait(60))
-    ends.near.deadline = time.monotonic() + 0.1
+    ends.near.patience = Meter().start(0.1 / WALL_FACTOR).left
     with pytest.raises(DeadlineExceeded):
         ends.call("wait")
     over.set()
@@ -158,7 +158,7 @@ def test_a_deadline_ends_the_wait_for_an_answer(pair: Callable[..., Pair]) -> No
 
 def test_a_deadline_ends_writing_to_one_who_does_not_read(pair: Callable[..., Pair]) -> None:
     ends = pair()
-    ends.near.deadline = time.monotonic() + 0.1
+    ends.near.patience = Meter().start(0.1 / WALL_FACTOR).left
     with pytest.raises(DeadlineExceeded):
         ends.call("any", np.zeros(10**6))
 
@@ -193,7 +193,7 @@ def test_a_message_of_another_shape_ends_the_conversation(
     pair: Callable[..., Pair], data: bytes
 ) -> None:
     ends = pair()
-    ends.near.deadline = time.monotonic() + 5
+    ends.near.patience = Meter().start(5).left
     os.write(ends.raw, data)
     with pytest.raises(ChannelClosed):
         ends.call("any")
@@ -203,7 +203,7 @@ def test_a_call_of_an_unknown_function_is_told_and_the_answer_still_comes(
     pair: Callable[..., Pair],
 ) -> None:
     ends = pair()
-    ends.near.deadline = time.monotonic() + 5
+    ends.near.patience = Meter().start(5).left
     for target in (["name", "f"], ["yours", 3], ["yours", -1], ["yours", [1]], [[], 1]):
         os.write(ends.raw, frame(["call", 1, target, [], {}]))
     os.write(ends.raw, frame(["return", 1, "answer"]))

@@ -5,13 +5,13 @@ from __future__ import annotations
 import functools
 import math
 import operator
-import time
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 from robust_slam_autograder.executor import handed_over, wire
+from robust_slam_autograder.executor.budget import Meter
 from robust_slam_autograder.executor.session import Program, Session
 from robust_slam_autograder.reading.assignment import Limits, Piece
 from robust_slam_autograder.sandbox import Unsandboxed
@@ -115,7 +115,7 @@ def f(add):
 def test_a_session_makes_no_other_call() -> None:
     limits = Limits(call_seconds=10, cell_seconds=10, notebook_seconds=20)
     program = Program((), [Piece("f", STUDENT, own=False)], ("f",), ())
-    session = Session(Unsandboxed(), program, limits, time.monotonic() + 20)
+    session = Session(Unsandboxed(), program, limits, Meter().start(20))
     try:
         session.begin()
         said = session.bindings()["f"](np.add)

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from robust_slam_autograder.errors import GraderFailure
+from robust_slam_autograder.executor.budget import Meter
 from robust_slam_autograder.executor.channel import RaisedThere
 from robust_slam_autograder.executor.session import (
     Program,
@@ -44,8 +45,8 @@ def begin(
         names=NAMES,
         withheld=withheld,
     )
-    end = time.monotonic() + limits.notebook_seconds
-    sessions.append(Session(Unsandboxed(), program, limits, end))
+    total = Meter().start(limits.notebook_seconds)
+    sessions.append(Session(Unsandboxed(), program, limits, total))
     sessions[-1].begin()
     return sessions[-1]
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import builtins
 import contextlib
 import os
-import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
 from hypothesis import strategies as st
+from robust_slam_autograder.executor.budget import WALL_FACTOR, Meter
 from robust_slam_autograder.executor.channel import (
     Channel,
     ChannelClosed,
@@ -64,7 +64,7 @@ def channel_that_reads(data: bytes, ends: bool) -> Iterator[Channel]:
         if ends:
             os.close(write_end)
         else:
-            channel.deadline = time.monotonic() + 0.002
+            channel.patience = Meter().start(0.002 / WALL_FACTOR).left
         yield channel
     finally:
         os.close(read_end)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass, field
 
 import pytest
 from robust_slam_autograder.errors import GraderFailure
+from robust_slam_autograder.executor.budget import Meter
 from robust_slam_autograder.executor.session import Program, Session, SessionFault, StudentError
 from robust_slam_autograder.grading import marking, results
 from robust_slam_autograder.reading.assignment import Limits, Piece
@@ -63,7 +63,7 @@ def begin(setup: str, *pieces: str) -> Session:
         names=("f",),
         withheld=(),
     )
-    session = Session(Unsandboxed(), program, limits, time.monotonic() + 30)
+    session = Session(Unsandboxed(), program, limits, Meter().start(30))
     try:
         session.begin()
     finally:

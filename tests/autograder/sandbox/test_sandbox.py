@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 import os
 import sys
-import time
 from pathlib import Path
 from typing import Any
 
 import pytest
 from robust_slam_autograder import sandbox
 from robust_slam_autograder.errors import WrongUse
+from robust_slam_autograder.executor.budget import Meter
 from robust_slam_autograder.executor.session import Program, Session, SessionFault
 from robust_slam_autograder.reading.assignment import Limits, Piece
 from robust_slam_autograder.sandbox import Fork, Sandbox, Unsandboxed, bubblewrap, inside
@@ -127,7 +127,7 @@ def program(*texts: str, withheld: tuple[str, ...] = (), names: tuple[str, ...] 
 def run(wall: Sandbox, what: Program, name: str) -> Any:
     """Run a program behind a wall and call one of its functions."""
     limits = Limits(call_seconds=30, cell_seconds=30)
-    session = Session(wall, what, limits, time.monotonic() + 60)
+    session = Session(wall, what, limits, Meter().start(60))
     try:
         session.begin()
         assert not session.errors, {label: str(error) for label, error in session.errors.items()}

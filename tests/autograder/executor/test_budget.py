@@ -1,0 +1,163 @@
+"""Limits count work and not waiting; what only waits is ended late, by the clock."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from robust_slam_autograder.executor import budget
+from robust_slam_autograder.executor.budget import WALL_FACTOR, Meter, soonest
+from robust_slam_autograder.executor.session import Program, Session, SessionFault
+from robust_slam_autograder.reading import assignment
+from robust_slam_autograder.reading.assignment import Limits, Piece
+from robust_slam_autograder.sandbox import BACK_ENDS, Sandbox, Unsandboxed
+
+from tests.conftest import leave_out
+
+ROOT = Path(__file__).resolve().parents[3]
+FOR_EVER = 1e6
+
+
+class Clocks:
+    """The clocks of a machine, which stand still."""
+
+    def __init__(self) -> None:
+        self.own = self.student = self.wall = 100.0
+
+    def process_time(self) -> float:
+        return self.own
+
+    def monotonic(self) -> float:
+        return self.wall
+
+
+@pytest.fixture
+def clocks(monkeypatch: pytest.MonkeyPatch) -> Clocks:
+    found = Clocks()
+    monkeypatch.setattr(budget, "time", found)
+    return found
+
+
+def test_waiting_for_the_machine_uses_up_no_limit(clocks: Clocks) -> None:
+    deadline = Meter().start(2.0)
+    clocks.wall += 2.0 * WALL_FACTOR - 1
+    assert deadline.left() == 1.0
+    clocks.wall += 1
+    assert deadline.left() <= 0
+
+
+def test_work_on_either_side_uses_up_a_limit(clocks: Clocks) -> None:
+    meter = Meter()
+    meter.follow(lambda: clocks.student)  # what it used before is not counted
+    deadline = meter.start(2.0)
+    clocks.own += 0.5
+    clocks.student += 1.0
+    assert deadline.left() == 0.5
+    clocks.student += 0.5
+    assert deadline.left() == 0.0
+
+
+def test_what_an_ended_process_used_stays_used(clocks: Clocks) -> None:
+    meter = Meter()
+    deadline = meter.start(2.0)
+    meter.follow(lambda: clocks.student)
+    clocks.student += 1.5
+    meter.leave()
+    clocks.student += 100
+    assert deadline.left() == 0.5
+    meter.follow(lambda: clocks.student)
+    assert deadline.left() == 0.5
+
+
+def test_the_soonest_of_several_limits_counts(clocks: Clocks) -> None:
+    meter = Meter()
+    total = meter.start(10.0)
+    clocks.own += 9.0
+    assert soonest([meter.start(2.0), total]) == 1.0
+    assert soonest([meter.start(0.5), total]) == 0.5
+
+
+@pytest.fixture(params=["none", *BACK_ENDS])
+def wall(request: pytest.FixtureRequest) -> Sandbox:
+    found = BACK_ENDS.get(request.param, Unsandboxed())
+    problem = found.problem()
+    if problem is not None:
+        leave_out(f"{request.param} does not work here: {problem}")
+    return found
+
+
+CODE = """
+import time, threading
+def sleep(): return time.sleep(0.3)
+def work():
+    while True: pass
+def work_in_a_thread():
+    thread = threading.Thread(target=work, daemon=True)
+    thread.start()
+    thread.join()
+"""
+NAMES = ("sleep", "work", "work_in_a_thread")
+
+
+@pytest.fixture
+def session(wall: Sandbox, monkeypatch: pytest.MonkeyPatch) -> Iterator[Session]:
+    """One in which the clock ends nothing, and 0.1 seconds of work do."""
+    monkeypatch.setattr(budget, "WALL_FACTOR", FOR_EVER)
+    limits = Limits(call_seconds=0.1, cell_seconds=20, notebook_seconds=20)
+    program = Program((), [Piece("cell", CODE, own=False)], NAMES, ())
+    made = Session(wall, program, limits, Meter().start(20))
+    made.begin()
+    yield made
+    made.close()
+
+
+@pytest.mark.sandbox
+def test_each_back_end_counts_work_and_no_sleep(session: Session) -> None:
+    names = session.bindings()
+    assert names["sleep"]() is None
+    for name in NAMES[1:]:
+        with pytest.raises(SessionFault) as caught:
+            names[name]()
+        assert caught.value.kind == "timeout"
+        session.begin()
+    assert session.total.left() > 0
+
+
+def test_sleep_is_ended_by_the_clock() -> None:
+    limits = Limits(call_seconds=0.1, cell_seconds=20, notebook_seconds=20)
+    program = Program((), [Piece("cell", CODE.replace("0.3", "600"), own=False)], NAMES, ())
+    session = Session(Unsandboxed(), program, limits, Meter().start(20))
+    try:
+        session.begin()
+        with pytest.raises(SessionFault) as caught:
+            session.bindings()["sleep"]()
+    finally:
+        session.close()
+    assert caught.value.kind == "timeout"
+
+
+CALLS = 100_000
+"""What the statements of two assignments call slow, and their limits allow."""
+MANY = f"""
+def f(rho):
+    for n in range({CALLS}): last = rho(n / 7)
+    return last
+"""
+
+
+def test_the_calls_that_statements_name_are_within_their_limits() -> None:
+    loaded = [
+        assignment.load_config(ROOT / "solutions" / name / assignment.CONFIG_NAME).limits
+        for name in ("02-four-costs", "04-non-convexity")
+    ]
+    assert loaded[0] == loaded[1]
+    program = Program((), [Piece("f", MANY, own=False)], ("f",), ())
+    session = Session(Unsandboxed(), program, loaded[0], Meter().start(120))
+    try:
+        session.begin()
+        last = session.bindings()["f"](lambda u: float(np.minimum(u, 3.0)) / 2)
+    finally:
+        session.close()
+    assert last == 1.5
