@@ -10,7 +10,9 @@ import os
 
 import pytest
 from hypothesis import HealthCheck, settings
-from robust_slam_autograder.sandbox import BACK_ENDS, Bubblewrap, bubblewrap_problem
+from robust_slam_autograder.sandbox import BACK_ENDS, Bubblewrap
+
+from tests import kernel
 
 pytest_plugins = ["tests.chromium"]
 
@@ -31,10 +33,9 @@ def leave_out(reason: str) -> None:
 @pytest.fixture(scope="session")
 def bubblewrap() -> Bubblewrap:
     """The bubblewrap back end, working."""
-    problem = bubblewrap_problem()
-    if problem is not None:
-        leave_out(f"no sandbox works here: {problem}")
-    return Bubblewrap()
+    wall = kernel.working("bubblewrap")
+    assert isinstance(wall, Bubblewrap)
+    return wall
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -70,8 +71,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
-    """A test that asks for ``wall_name`` runs with the first back end that works, or with all."""
+    """A test that asks for ``wall_name`` runs with the first back end of this machine, or all."""
     if "wall_name" in metafunc.fixturenames:
-        working = [name for name, wall in BACK_ENDS.items() if wall.problem() is None]
-        names = working if metafunc.config.getoption("--soak") else working[:1]
+        usable = kernel.usable()
+        names = usable if metafunc.config.getoption("--soak") else usable[:1]
         metafunc.parametrize("wall_name", names or list(BACK_ENDS), scope="session")

@@ -1,4 +1,4 @@
-"""``autograder doctor``: which sandboxes work here, why the others do not, and what to do."""
+"""``autograder doctor``: which sandboxes work here, and what they count and show."""
 
 from __future__ import annotations
 
@@ -10,8 +10,13 @@ from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder import sandbox
-from robust_slam_autograder.sandbox import landlock
+from robust_slam_autograder.commands import places
+from robust_slam_autograder.errors import WrongUse
+from robust_slam_autograder.grading import allowed
+from robust_slam_autograder.reading import assignment as assignments
+from robust_slam_autograder.sandbox import cgroup, landlock
 
+SEEN = "Student code sees Python and the allowed packages, and nothing of the course."
 RESTRICTIONS = {
     "kernel.apparmor_restrict_unprivileged_userns": ("1", "0"),
     "kernel.unprivileged_userns_clone": ("0", "1"),
@@ -23,28 +28,56 @@ RESTRICTIONS = {
 def add(commands: Any) -> None:  # noqa: ANN401
     """Declare the command."""
     parser = commands.add_parser("doctor", help="say which sandboxes work on this machine")
+    places.add_submitted(parser, "where the submissions are")
+    places.add_out(parser)
     parser.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Try every back end; exit status 1 where none works."""
+    """Try every back end; exit status 1 where none works or student code sees the tests."""
     who = "root" if os.getuid() == 0 else "an ordinary user"
     print(f"{platform.system()} {platform.release()}, {platform.machine()}, run by {who}")
     problems = {name: wall.problem() for name, wall in sandbox.BACK_ENDS.items()}
     for name, problem in problems.items():
         print(f"✓ works       {name}" if problem is None else f"✗ unusable    {name}: {problem}")
         if problem is not None:
-            print(f"              {mend(name, problem)}")
+            print(f"              {remedy(name, problem)}")
     works = next((name for name, problem in problems.items() if problem is None), None)
-    print(
-        f"Grading uses {works}; --sandbox NAME takes another."
-        if works
-        else "Hidden tests are refused here, unless --unsandboxed says that all is trusted."
+    if works is None:
+        print("Hidden tests are refused here, unless --unsandboxed says that all is trusted.")
+        return 1
+    print(f"Grading uses {works}; --sandbox NAME takes another.")
+    print(_memory())
+    problem = _exposure(options)
+    print(problem or SEEN)
+    return 1 if problem else 0
+
+
+def _memory() -> str:
+    """How the memory of a sandbox is counted."""
+    problem = cgroup.problem()
+    if problem is None:
+        return "Memory is counted by the kernel, in a control group for each sandbox."
+    return (
+        f"Memory is counted process by process, since {problem}: "
+        "grade as root, or inside `systemd-run --user --scope`, and the kernel counts it all."
     )
-    return 0 if works else 1
 
 
-def mend(name: str, problem: str) -> str:
+def _exposure(options: argparse.Namespace) -> str:
+    """The sentence with which grading refuses this course; empty where it does not."""
+    try:
+        names = assignments.find_names(options.solutions) if options.solutions.is_dir() else []
+        paths = [assignments.notebook_path(options.solutions / name) for name in names]
+        folders = [options.solutions, options.submitted, options.out]
+        wall = sandbox.choose()
+        allowed.refuse_unsafe([assignments.load(path) for path in paths], folders, wall)
+    except WrongUse as error:
+        return f"Grading refuses this course: {error}"
+    return ""
+
+
+def remedy(name: str, problem: str) -> str:
     """Say what to do about a back end that does not work.
 
     Args:
@@ -56,7 +89,7 @@ def mend(name: str, problem: str) -> str:
     if name == "bubblewrap" and shutil.which("bwrap") is None:
         return "Install it: apt-get install bubblewrap, dnf install bubblewrap."
     if name == "landlock":
-        return _mend_landlock()
+        return _landlock_remedy()
     closed = [f"{key}={good}" for key, (bad, good) in RESTRICTIONS.items() if _setting(key) == bad]
     if closed:
         return f"Allow namespaces: sysctl -w {closed[0]}, or grade as root."
@@ -65,7 +98,7 @@ def mend(name: str, problem: str) -> str:
     return "Report this with the line above."
 
 
-def _mend_landlock() -> str:
+def _landlock_remedy() -> str:
     if landlock.version() == 0:
         return "Boot a kernel with Landlock (Linux 5.13, lsm=landlock), outside a container."
     if os.getuid() == 0:

@@ -17,13 +17,14 @@ from robust_slam_autograder import layout, sandbox
 from robust_slam_autograder.commands import places
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.executor.cluster import connected
-from robust_slam_autograder.grading import batch, cluster, durable, journal, progress
+from robust_slam_autograder.grading import allowed, batch, cluster, durable, journal, progress
 from robust_slam_autograder.grading.batch import Door, Graded, Job
 from robust_slam_autograder.grading.journal import Run
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading import submission
 from robust_slam_autograder.reading.assignment import Assignment
 from robust_slam_autograder.reports import summary, terminal
+from robust_slam_autograder.sandbox import Sandbox
 
 STANDARD_OUTPUT = "-"
 
@@ -89,6 +90,7 @@ def run(options: argparse.Namespace) -> int:
     jobs = _find_jobs(options)
     _warn_of_look_alikes(jobs, names=not options.no_names)
     wall = sandbox.choose(options.sandbox, unsandboxed=options.unsandboxed)
+    refuse_unsafe(jobs, options, wall)
     gradebook = places.gradebook(options)
     with door(options) as (graders, at_once), batch.locked(options.out):
         run = journal.open_run(options.out, options.seed)
@@ -107,6 +109,16 @@ def run(options: argparse.Namespace) -> int:
         record(gradebook, run, jobs, graded)
     _tell(graded, gradebook, options)
     return 1 if any(item.status == "failed" for item in graded) else 0
+
+
+def refuse_unsafe(jobs: Sequence[Job], options: argparse.Namespace, wall: Sandbox) -> None:
+    """Refuse to grade where student code could read what it must not.
+
+    Raises:
+        WrongUse: it could, or a package that an assignment allows is not installed.
+    """
+    folders = [options.solutions, options.out, *(job.path for job in jobs)]
+    allowed.refuse_unsafe([job.assignment for job in jobs], folders, wall)
 
 
 @contextlib.contextmanager

@@ -52,6 +52,7 @@ def run(options: argparse.Namespace) -> int:
         options.solutions, options.assignment, out=options.out, submitted=options.submitted
     )
     wall = sandbox.choose(options.sandbox, unsandboxed=options.unsandboxed)
+    grade.refuse_unsafe(plan.jobs, options, wall)
     gradebook = places.gradebook(options)
     with grade.door(options) as (graders, at_once), batch.locked(options.out):
         batch_run = journal.open_run(options.out, None)

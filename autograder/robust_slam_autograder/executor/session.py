@@ -14,6 +14,7 @@ from robust_slam_autograder.executor import handed_over
 from robust_slam_autograder.executor.budget import Deadline, Meter, soonest
 from robust_slam_autograder.executor.channel import Channel, DeadlineExceeded, RaisedThere
 from robust_slam_autograder.executor.channel import Fault as ChannelFault
+from robust_slam_autograder.executor.imports import DEFAULT_PACKAGES
 from robust_slam_autograder.executor.wire import Handle, WireError
 from robust_slam_autograder.reading.assignment import Limits, Piece
 from robust_slam_autograder.reading.source import imported_modules
@@ -54,6 +55,8 @@ class Program:
     names: tuple[str, ...]
     """Names that tests may use."""
     withheld: tuple[str, ...]
+    packages: tuple[str, ...] = DEFAULT_PACKAGES
+    """What student code may import beside the standard library."""
 
     @property
     def preload(self) -> tuple[str, ...]:
@@ -219,6 +222,7 @@ class Session:
             used=self.program.names,
             cpu_seconds=int(self.limits.notebook_seconds) + 5,
             preload=self.program.preload,
+            packages=self.program.packages,
         )
         self._running = self.sandbox.start(launch)
         problem = self._running.await_ready()

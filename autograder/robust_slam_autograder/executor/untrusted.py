@@ -11,7 +11,6 @@ import __future__
 import ast
 import builtins
 import contextlib
-import importlib.abc
 import inspect
 import linecache
 import os
@@ -29,27 +28,6 @@ if TYPE_CHECKING:
 READY = b"ready\n"
 _FEATURES = (getattr(__future__, name) for name in __future__.all_feature_names)
 FUTURE_FLAGS = sum(feature.compiler_flag for feature in _FEATURES)
-
-
-class Withheld(importlib.abc.MetaPathFinder):
-    """Refuses the modules that hold an assignment's answers."""
-
-    def __init__(self, modules: Sequence[str]) -> None:
-        self._modules = tuple(modules)
-
-    def find_spec(self, fullname: str, path: object = None, target: object = None) -> None:
-        """Raise ImportError, with the sentence that says why, for a withheld module."""
-        for module in self._modules:
-            if fullname == module or fullname.startswith(module + "."):
-                raise ImportError(withheld_sentence(module), name=fullname)
-
-
-def withheld_sentence(module: str) -> str:
-    """Say why a module is not there."""
-    return (
-        f"{module} is withheld in this assignment: "
-        "it holds the answer that you are asked to write yourself."
-    )
 
 
 class Shell:
@@ -214,28 +192,37 @@ def main() -> None:
     """Read the settings from the command line, then serve the other side."""
     settings = ast.literal_eval(sys.argv[1])
     sys.path[:] = settings["path"]
+    # By its file: until it is there, no package in a source folder is found.
+    sys.path.insert(0, settings["grader"])
+    from robust_slam_autograder.executor import imports
+
+    del sys.path[0]
+    sys.meta_path.insert(0, imports.Installed(**settings["installed"]))
     volunteer_for_the_memory_killer()
     limit(settings["limits"])
     drop_to(settings["uid"])
-    serve(settings["withheld"], settings["used"])
+    serve(settings["withheld"], settings["used"], settings["packages"])
 
 
-def serve(withheld: Sequence[str], used: Sequence[str]) -> None:
+def serve(withheld: Sequence[str], used: Sequence[str], packages: Sequence[str]) -> None:
     """Answer calls on standard input and output until they close.
 
     Args:
         withheld: modules that may not be imported.
         used: names that tests use.
+        packages: what student code may import beside the standard library.
     """
+    from robust_slam_autograder.executor import imports
     from robust_slam_autograder.executor.channel import Channel, ChannelClosed
 
     sys.argv[:] = [""]
     read_fd, write_fd = set_aside_pipes()
-    sys.meta_path.insert(0, Withheld(withheld))
+    sys.meta_path.insert(0, imports.Withheld(withheld))
     builtins.exit = builtins.quit = sys.exit  # type: ignore[assignment]
     builtins.help = do_nothing  # type: ignore[assignment]
     # Notebooks know themselves as __main__.
     notebook = Notebook(types.ModuleType("__main__"), used)
+    notebook.names["__builtins__"] = imports.student_builtins(packages, withheld)
     served = (notebook.read, notebook.run, notebook.kinds, notebook.value, notebook.call)
     channel = Channel(
         read_fd,

@@ -28,7 +28,7 @@ from robust_slam_autograder.grading.results import Result, Status
 from robust_slam_autograder.reading import notebook, submission
 from robust_slam_autograder.reading.assignment import CONFIG_NAME, Assignment
 from robust_slam_autograder.reading.source import imported_modules
-from robust_slam_autograder.sandbox import Sandbox, inside
+from robust_slam_autograder.sandbox import Sandbox, packages
 
 LOCK_NAME = ".lock"
 PRELOAD = ("numpy", "scipy.special", __name__)
@@ -205,7 +205,7 @@ def code_digest() -> str:
     installed = sorted({path.name for folder in folders for path in folder.glob("*.dist-info")})
     digest = hashlib.sha256(repr([sys.version, installed]).encode())
     for folder in dict.fromkeys(
-        [Path(robust_slam_autograder.__file__).parent, *inside.packages_in_place()]
+        [Path(robust_slam_autograder.__file__).parent, *packages.packages_in_place()]
     ):
         for path in sorted(folder.rglob("*.py")):
             digest.update(path.read_bytes())

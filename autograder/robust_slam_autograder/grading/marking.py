@@ -210,6 +210,7 @@ class _Passes:
             pieces=self.submission.pieces,
             names=self.assignment.names,
             withheld=config.withheld,
+            packages=config.packages,
         )
         session = Session(self.sandbox, program, config.limits, self.total, self.skip)
         try:

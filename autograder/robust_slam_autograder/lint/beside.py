@@ -7,9 +7,13 @@ import importlib.util
 from collections.abc import Iterator
 from itertools import pairwise
 
+from robust_slam_autograder.executor.imports import refusal, withheld_sentence
+from robust_slam_autograder.grading.allowed import missing_sentence
 from robust_slam_autograder.lint.rule import Found, Rule
 from robust_slam_autograder.lint.subject import Subject
-from robust_slam_autograder.reading.assignment import CONFIG_NAME
+from robust_slam_autograder.reading.assignment import CONFIG_NAME, Config
+from robust_slam_autograder.reading.source import plain_python
+from robust_slam_autograder.sandbox import packages
 
 
 def _no_module(subject: Subject) -> Iterator[Found]:
@@ -22,6 +26,57 @@ def _no_module(subject: Subject) -> Iterator[Found]:
                 f"withheld names {name}, which is not installed here: mend the name, "
                 "or install what the assignment uses.",
             )
+
+
+def _no_package(subject: Subject) -> Iterator[Found]:
+    """Packages that are not installed."""
+    for name in packages.missing(subject.assignment.config.packages):
+        yield Found(CONFIG_NAME, 1, missing_sentence(name))
+
+
+def _not_allowed(subject: Subject) -> Iterator[Found]:
+    """Imports of a solution or of the set-up that student code may not make."""
+    for grade_id, node in _imports(subject):
+        for module in _modules(node):
+            sentence = _refusal(module, subject.assignment.config)
+            if sentence is not None:
+                yield Found(grade_id, node.lineno, sentence)
+                break
+
+
+def _refusal(module: str, config: Config) -> str | None:
+    withheld = [name for name in config.withheld if f"{module}.".startswith(f"{name}.")]
+    if withheld:
+        return f"{withheld_sentence(withheld[0])} The solution must do without it."
+    sentence = refusal(module, config.packages)
+    return sentence and f"{sentence} Add it to packages in {CONFIG_NAME}, or do without it."
+
+
+def _imports(subject: Subject) -> Iterator[tuple[str, ast.Import | ast.ImportFrom]]:
+    """Imports that run in the student's process: of the set-up's functions those of none."""
+    for cell in subject.solutions:
+        for node in ast.walk(_parsed(plain_python(cell.source))):
+            if isinstance(node, ast.Import | ast.ImportFrom):
+                yield cell.grade_id or "", node
+    for piece in subject.assignment.setup:
+        for node in [] if piece.own else _parsed(piece.source).body:
+            if isinstance(node, ast.Import | ast.ImportFrom):
+                yield piece.label, node
+
+
+def _parsed(text: str) -> ast.Module:
+    try:
+        return ast.parse(text)
+    except (SyntaxError, ValueError):
+        return ast.Module([], [])  # another rule says so
+
+
+def _modules(node: ast.Import | ast.ImportFrom) -> list[str]:
+    if isinstance(node, ast.Import):
+        return [alias.name for alias in node.names]
+    if node.level or not node.module:
+        return []
+    return [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
 
 
 def _exists(name: str) -> bool:
@@ -65,15 +120,18 @@ def _no_mutant(subject: Subject) -> Iterator[Found]:
 
 
 def _functions(text: str) -> list[str]:
-    try:
-        body = ast.parse(text).body
-    except (SyntaxError, ValueError):
-        return []
-    return [node.name for node in body if isinstance(node, ast.FunctionDef)]
+    return [node.name for node in _parsed(text).body if isinstance(node, ast.FunctionDef)]
 
 
 RULES = (
     Rule("no-module", "error", "A withheld module must exist.", _no_module),
+    Rule("no-package", "error", "What packages allows must be installed.", _no_package),
+    Rule(
+        "not-allowed",
+        "error",
+        "Solutions and set-up import only what packages allows.",
+        _not_allowed,
+    ),
     Rule(
         "limits",
         "error",

@@ -24,7 +24,7 @@ from traitlets import Bool, Enum, Unicode
 
 from robust_slam_autograder import layout
 from robust_slam_autograder.errors import AutograderError, GraderFailure
-from robust_slam_autograder.grading import batch, journal, results
+from robust_slam_autograder.grading import allowed, batch, journal, results
 from robust_slam_autograder.grading.batch import Job
 from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.nbgrader import gradebook, graded_notebook, own_files
@@ -70,6 +70,9 @@ class SafeExporter(NotebookExporter):
             self._wall = choose(self.sandbox or None, unsandboxed=self.unsandboxed)
             self._tests = assignments.notebook_path(self._source_folder())
             self._assignment = assignments.load(self._tests)
+            submitted = Path(self._course.root) / self._course.submitted_directory
+            folders = [self._source_folder(), submitted, self._results]
+            allowed.refuse_unsafe([self._assignment], folders, self._wall)
             with batch.locked(self._results):
                 gradebook.declare(self._course.db_url, self._assignment)
             self._converter.assignments = self._submissions()

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder.errors import Refused, WrongUse
+from robust_slam_autograder.executor.imports import DEFAULT_PACKAGES
 from robust_slam_autograder.reading import notebook
 from robust_slam_autograder.reading.notebook import Cell
 from robust_slam_autograder.reading.source import defined_names, imports, plain_python
@@ -30,6 +31,7 @@ _KEYS = {
     "title": str,
     "chapter": str,
     "sections": dict,
+    "packages": list,
     "withheld": list,
     "limits": dict,
     "causes": dict,
@@ -61,8 +63,10 @@ class Config:
     """Name of the chapter that the assignment belongs to."""
     sections: Mapping[str, str] = field(default_factory=dict)
     """Per exercise the chapter's heading to read again, as it stands there."""
+    packages: tuple[str, ...] = DEFAULT_PACKAGES
+    """What student code may import beside the standard library."""
     withheld: tuple[str, ...] = ()
-    """Modules that student code may not import, because they hold the answers."""
+    """Modules that student code may not import all the same, because they hold the answers."""
     limits: Limits = field(default_factory=Limits)
     causes: Mapping[str, str] = field(default_factory=dict)
     """By a text that a student's exception holds, what most often lies behind it."""
@@ -328,7 +332,14 @@ def load_config(path: Path) -> Config:
     withheld = table.pop("withheld", [])
     if not all(isinstance(name, str) and _MODULE.fullmatch(name) for name in withheld):
         raise WrongUse(f"{path}: withheld wants a list of module names.")
-    return Config(**table, withheld=tuple(withheld), limits=Limits(**limits))
+    packages = table.pop("packages", DEFAULT_PACKAGES)
+    if not all(isinstance(name, str) and name.isidentifier() for name in packages):
+        raise WrongUse(
+            f'{path}: packages must be a list of names as they are imported, such as ["numpy"].'
+        )
+    return Config(
+        **table, packages=tuple(packages), withheld=tuple(withheld), limits=Limits(**limits)
+    )
 
 
 def check_table(path: Path, table: dict[str, Any], types: dict[str, Any]) -> None:

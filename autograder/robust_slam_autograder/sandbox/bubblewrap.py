@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import contextlib
 import os
+import shlex
 import shutil
 import sys
 from collections.abc import Iterator, Sequence
 from functools import cache
 from pathlib import Path
 
-from robust_slam_autograder.sandbox import inside, seccomp
+from robust_slam_autograder.sandbox import cgroup, inside, seccomp, view
+from robust_slam_autograder.sandbox.cgroup import Group
 from robust_slam_autograder.sandbox.inside import ENVIRONMENT, SCRATCH_BYTES, Launch
 from robust_slam_autograder.sandbox.process import Process, popen
 
@@ -27,11 +29,19 @@ class Bubblewrap:
     def start(self, launch: Launch) -> Process:
         """Start it behind the wall; as root, it then drops to a user id of its own."""
         uid = inside.FIRST_UID + os.getpid() % inside.UIDS if os.getuid() == 0 else None
-        mounts, command = _mounts(launch.withheld), inside.python_command(launch, uid, walled=True)
+        mounts, command = _mounts(launch), inside.python_command(launch, uid, walled=True)
+        group = cgroup.make()
         with _filter() as (options, descriptors):
-            command = [*_walls(uid), *options, *mounts, "--", *command]
+            command = [*_before(group), *_walls(uid), *options, *mounts, "--", *command]
             process = popen(command, cwd="/", environment={}, pass_fds=descriptors)
-        return Process(process, watched=True)
+        return Process(process, watched=True, group=group)
+
+
+def _before(group: Group | None) -> list[str]:
+    """What happens outside, before student code could undo it: it is counted, and killed first."""
+    script = "echo 1000 > /proc/self/oom_score_adj\n"
+    script += f"echo 0 > {shlex.quote(str(group.members))}\n" if group else ""
+    return ["/bin/sh", "-ec", script + 'exec "$@"', "sh"]
 
 
 @contextlib.contextmanager
@@ -76,21 +86,19 @@ def _walls(uid: int | None) -> list[str]:
     return options
 
 
-def _mounts(withheld: Sequence[str]) -> list[str]:
+def _mounts(launch: Launch) -> list[str]:
     """Read-only interpreter and library, a small writable /tmp, and nothing else."""
     small = ["--perms", "1777", "--size", str(SCRATCH_BYTES), "--tmpfs"]
-    options = ["--proc", "/proc", "--dev", "/dev"]
+    # Read-only: a process could otherwise excuse itself from the kernel's memory killer.
+    options = ["--proc", "/proc", "--remount-ro", "/proc", "--dev", "/dev"]
     # Shared maps of /dev/zero are memory that no process's size shows.
     options += ["--dev-bind", "/dev/null", "/dev/zero", "--remount-ro", "/dev"]
-    # First of all, lest they cover a course that lies in /tmp itself.
+    # Before the rest, which may lie in the machine's /tmp.
     options += [*small, "/dev/shm", *small, "/tmp"]
     made: set[Path] = set()
-    files = inside.files(withheld)
+    files = view.files(launch.packages, launch.withheld)
     for path in files.visible:
-        if path.is_symlink():
-            options += ["--symlink", os.readlink(path), str(path)]
-        elif path.exists():
-            options += [*_make_parents(path, made), "--ro-bind", str(path), str(path)]
+        options += [*_make_parents(path, made), "--ro-bind", str(path), str(path)]
     for path in files.hidden:
         options += _cover(path)
     return [*options, *_font_lists(files.fonts), "--remount-ro", "/", "--chdir", "/tmp"]

@@ -29,10 +29,12 @@ from typing import Any
 
 from robust_slam_autograder.errors import GraderFailure
 from robust_slam_autograder.executor import untrusted
-from robust_slam_autograder.sandbox import cpu, fork_server, inside, landlock, seccomp
+from robust_slam_autograder.executor.imports import DEFAULT_PACKAGES
+from robust_slam_autograder.sandbox import cpu, fork_server, inside, landlock, seccomp, view
 from robust_slam_autograder.sandbox.cpu import CpuClock
-from robust_slam_autograder.sandbox.inside import ENVIRONMENT, Files, Launch
+from robust_slam_autograder.sandbox.inside import ENVIRONMENT, Launch
 from robust_slam_autograder.sandbox.process import START_SECONDS
+from robust_slam_autograder.sandbox.view import Files
 
 END_SECONDS = 10.0
 LONGEST = 60
@@ -133,7 +135,7 @@ class Fork:
         return Forked(connection, reader, writer, *fork_server.PID.unpack(said))
 
     def _connect(self, launch: Launch) -> socket.socket:
-        kind = repr((launch.withheld, launch.preload)).encode()
+        kind = repr((launch.withheld, launch.preload, launch.packages)).encode()
         address = self._home / hashlib.sha256(kind).hexdigest()[:16]
         with contextlib.suppress(OSError):
             return _dial(address)
@@ -141,7 +143,9 @@ class Fork:
             self._make_home()
         if not self._home.is_dir():
             raise GraderFailure("The fork servers have ended with the process that owned them.")
-        with open(self._home / "lock", "w") as file:
+        # Closed to other users, who could hold a lock on any file that they can open.
+        descriptor = os.open(self._home / "lock", os.O_WRONLY | os.O_CREAT, 0o600)
+        with open(descriptor, "w") as file:
             fcntl.flock(file, fcntl.LOCK_EX)
             with contextlib.suppress(OSError):
                 return _dial(address)  # another process was faster
@@ -161,17 +165,17 @@ class Fork:
 
     def _start_server(self, launch: Launch, address: Path) -> None:
         settings = {
-            "path": [str(path) for path in inside.import_path()],
+            **inside.imports(launch),
             "withheld": launch.withheld,
             "preload": launch.preload,
             "home": str(self._home),
             "address": str(address),
             "owner": self._owner,
             "namespaces": self._namespaces,
-            "files": _as_text(inside.files(launch.withheld)),
+            "files": _as_text(view.files(launch.packages, launch.withheld)),
         }
         command = inside.python_script(Path(fork_server.__file__), settings)
-        environment = ENVIRONMENT | {"MPLCONFIGDIR": str(inside.font_folder())}
+        environment = ENVIRONMENT | {"MPLCONFIGDIR": str(view.font_folder())}
         done = subprocess.run(
             command, stdin=subprocess.DEVNULL, capture_output=True, cwd="/", env=environment
         )
@@ -226,6 +230,6 @@ def _landlock_problem() -> str | None:
 
 def _closed_folders() -> list[Path]:
     """Folders on the way to what student code needs that other users cannot enter."""
-    needed = [path.resolve() for path in inside.files(()).visible if path.exists()]
+    needed = [path.resolve() for path in view.files(DEFAULT_PACKAGES, ()).visible]
     ways = dict.fromkeys(folder for path in needed for folder in [path, *path.parents])
     return [way for way in ways if way.is_dir() and not way.stat().st_mode & stat.S_IXOTH]

@@ -32,11 +32,13 @@ OWN = ("robust_slam_autograder.executor.channel", "robust_slam_autograder.readin
 def main() -> None:
     """Read the settings from the command line, import, then serve."""
     settings = ast.literal_eval(sys.argv[1])
-    sys.path[:] = settings["path"]
+    sys.path[:] = [*settings["path"], settings["grader"]]
     sys.argv[:] = [""]
     from robust_slam_autograder.executor import temporary
-    from robust_slam_autograder.sandbox.inside import Files
+    from robust_slam_autograder.executor.imports import Installed
+    from robust_slam_autograder.sandbox import cgroup, root_filesystem
     from robust_slam_autograder.sandbox.keeper import Place
+    from robust_slam_autograder.sandbox.view import Files
 
     home = Path(settings["home"])
     files = Files(**{key: tuple(map(Path, paths)) for key, paths in settings["files"].items()})
@@ -45,12 +47,18 @@ def main() -> None:
     except ProcessLookupError:  # it was killed meanwhile
         temporary.remove(home)
         raise
+    # What a student's process may not import later shall not be in its memory already.
+    sys.path.pop()
+    sys.meta_path.insert(0, Installed(**settings["installed"]))
     preload(settings["preload"], settings["withheld"])
     with socket.socket(socket.AF_UNIX) as listener:
         before = os.umask(0o077)  # no other user may ask
         listener.bind(settings["address"])
         os.umask(before)
         listener.listen(64)
+        # Found out once, for all keepers.
+        cgroup.problem()
+        root_filesystem.plan(files)
         _leave_the_starter()
         try:
             serve(listener, owner, Place(home, settings["namespaces"], files))
@@ -64,7 +72,7 @@ def preload(modules: list[str], withheld: tuple[str, ...]) -> None:
     Raises:
         ImportError: the grader itself needs a module that is withheld.
     """
-    from robust_slam_autograder.executor.untrusted import Withheld
+    from robust_slam_autograder.executor.imports import Withheld
 
     finder = Withheld(withheld)
     sys.meta_path.insert(0, finder)

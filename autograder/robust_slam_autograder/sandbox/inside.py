@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-import importlib.util
 import os
 import platform
 import sys
-import sysconfig
-from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any, Protocol
 
 import robust_slam_autograder
 from robust_slam_autograder.executor import untrusted
+from robust_slam_autograder.executor.imports import DEFAULT_PACKAGES
+from robust_slam_autograder.sandbox import packages, view
 
 SCRATCH_BYTES = 64 * 1024 * 1024
 SCRATCH_FILES = 20_000
 """Files and folders in a scratch folder; each takes a kilobyte of the kernel's memory."""
 MEMORY_BYTES = 4 * 1024**3
+"""Memory of one sandbox; of one process the kernel counts addresses."""
 PROCESSES = 32
 """Processes and threads of one sandbox."""
 FIRST_UID = 61_000
@@ -48,6 +47,8 @@ class Launch:
     cpu_seconds: int
     preload: tuple[str, ...] = ()
     """Modules that it will want; a back end may have them ready."""
+    packages: tuple[str, ...] = DEFAULT_PACKAGES
+    """What it may import beside the standard library."""
 
 
 class Running(Protocol):
@@ -88,13 +89,26 @@ def python_command(launch: Launch, uid: int | None, *, walled: bool) -> list[str
         walled: whether it runs in namespaces of its own.
     """
     settings = {
-        "path": [str(path) for path in import_path()],
+        **imports(launch),
         "withheld": launch.withheld,
+        "packages": launch.packages,
         "used": launch.used,
         "limits": limits(launch, walled=walled),
         "uid": uid,
     }
     return python_script(Path(untrusted.__file__), settings)
+
+
+def imports(launch: Launch) -> dict[str, Any]:
+    """Where it imports from, as settings for a script of ours."""
+    found = packages.find(launch.packages)
+    standard = [str(path) for path in view.standard_path()]
+    in_place = dict(found.in_place)
+    return {
+        "path": [*standard, *map(str, found.sites)],
+        "installed": {"names": found.names, "in_place": in_place, "standard": standard},
+        "grader": str(Path(robust_slam_autograder.__file__).resolve().parents[1]),
+    }
 
 
 def python_script(script: Path, settings: dict[str, Any]) -> list[str]:
@@ -130,111 +144,3 @@ def _counts_processes_per_namespace() -> bool:
     """Since Linux 5.14 a user's processes in a user namespace are counted apart."""
     major, minor, *_ = (*platform.release().split("."), "0")
     return major.isdigit() and minor.isdigit() and (int(major), int(minor)) >= (5, 14)
-
-
-def import_path() -> list[Path]:
-    """The folders that student code imports from: the interpreter's and the installed packages."""
-    roots = trees()
-    found = [Path(entry).resolve() for entry in sys.path if entry]
-    inside = [path for path in found if path.exists() and within(path, [Path("/usr"), *roots])]
-    return list(dict.fromkeys([*inside, *(package.parent for package in packages_in_place())]))
-
-
-def trees() -> list[Path]:
-    """Folders of the interpreter and of what is installed for it, and nothing beside them."""
-    base = Path(sys.base_prefix)
-    paths = [
-        Path(sysconfig.get_path(key)) for key in ("stdlib", "platstdlib", "purelib", "platlib")
-    ]
-    paths += [Path(os.path.realpath(sys.executable)).parent, base / "lib"]
-    found = sorted({path.resolve() for path in paths if path.is_dir()})
-    return [path for path in found if not within(path.parent, found)]
-
-
-@cache
-def packages_in_place() -> tuple[Path, ...]:
-    """Packages that are imported from their source folders (``pip install --editable``)."""
-    site = Path(sysconfig.get_path("purelib"))
-    lines = [line for file in sorted(site.glob("*.pth")) for line in file.read_text().split("\n")]
-    folders = [Path(line) for line in lines if line.startswith("/")]
-    packages = [init.parent for folder in folders for init in sorted(folder.glob("*/__init__.py"))]
-    packages.append(Path(robust_slam_autograder.__file__).parent)
-    return tuple(dict.fromkeys(path.resolve() for path in packages if not within(path, trees())))
-
-
-def within(path: Path, folders: Sequence[Path]) -> bool:
-    """Whether a path lies in one of these folders."""
-    return any(path.is_relative_to(folder) for folder in folders)
-
-
-@dataclass(frozen=True)
-class Files:
-    """What student code finds on its disk."""
-
-    visible: tuple[Path, ...]
-    """It may read these: the system's programs, the interpreter and the packages."""
-    hidden: tuple[Path, ...]
-    """Not these, which hold withheld modules or their compiled copies."""
-    fonts: tuple[Path, ...]
-    """Matplotlib's lists of fonts."""
-
-
-def files(withheld: Sequence[str]) -> Files:
-    """Find what student code may read here, without the withheld modules."""
-    shared = [Path(path) for path in ("/usr", "/lib", "/lib64", "/bin", "/etc/ld.so.cache")]
-    apart = [tree for tree in trees() if not within(tree, [Path("/usr")])]
-    found = [path for module in withheld for path in _files_of(module)]
-    lists = (path for path in font_folder().glob("fontlist-v*.json") if path.is_file())
-    return Files(
-        visible=(*shared, *apart, *packages_in_place()),
-        # What lies in a hidden folder is hidden with it, and no longer there to be covered.
-        hidden=tuple(path for path in dict.fromkeys(found) if not within(path.parent, found)),
-        fonts=tuple(lists),
-    )
-
-
-def _files_of(module: str) -> list[Path]:
-    top, *rest = module.split(".")
-    spec = importlib.util.find_spec(top)
-    if spec is None:
-        return []
-    if rest:
-        folders = [Path(folder, *rest[:-1]) for folder in spec.submodule_search_locations or ()]
-    else:
-        packages = spec.submodule_search_locations or [spec.origin or ""]
-        folders = [Path(package).parent for package in packages]
-    name = module.rpartition(".")[2]
-    found = []
-    for folder in (folder.resolve() for folder in folders):
-        found += sorted(path for path in folder.glob(f"{name}.*") if path.is_file())
-        found += [path for path in (folder / name, folder / "__pycache__") if path.is_dir()]
-    return found
-
-
-def font_folder() -> Path:
-    """Where matplotlib keeps its list of fonts, which takes it seconds to make."""
-    cache_folder = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "matplotlib"
-    return Path(os.environ.get("MPLCONFIGDIR") or cache_folder)
-
-
-def readable(files: Files) -> list[tuple[Path, bool]]:
-    """What of the visible remains without the hidden, as a list of what may be opened.
-
-    Returns:
-        paths; and whether all beneath may be read, or the names in the folder alone.
-    """
-    hidden = [path.resolve() for path in files.hidden]
-    found: list[tuple[Path, bool]] = []
-    waiting = [path.resolve() for path in files.visible if path.exists()]
-    seen: set[Path] = set()
-    while waiting:
-        path = waiting.pop()
-        if path in seen:
-            continue
-        seen.add(path)
-        if not any(hid.is_relative_to(path) for hid in hidden):
-            found.append((path, True))
-        elif path not in hidden:
-            found.append((path, False))
-            waiting += (inner.resolve() for inner in path.iterdir())  # a link may lead to it
-    return found

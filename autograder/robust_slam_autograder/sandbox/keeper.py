@@ -25,8 +25,19 @@ import numpy as np
 import psutil
 
 from robust_slam_autograder.executor import untrusted
-from robust_slam_autograder.sandbox import house, inside, landlock, seccomp, system, watch
-from robust_slam_autograder.sandbox.inside import ENVIRONMENT, Files, Launch
+from robust_slam_autograder.sandbox import (
+    cgroup,
+    inside,
+    landlock,
+    root_filesystem,
+    seccomp,
+    system,
+    view,
+    watch,
+)
+from robust_slam_autograder.sandbox.cgroup import Group
+from robust_slam_autograder.sandbox.inside import ENVIRONMENT, Launch
+from robust_slam_autograder.sandbox.view import Files
 
 TERMINAL = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 NAMESPACES = ("pid", "net", "ipc", "uts")
@@ -62,7 +73,7 @@ def keep(connection: socket.socket, pipes: tuple[int, int], launch: Launch, plac
         signal.signal(ignored, signal.SIG_IGN)
     system.adopt_orphans()
     uid = inside.FIRST_UID + os.getpid() % inside.UIDS if os.getuid() == 0 else None
-    with _scratch(place, uid) as scratch:
+    with _scratch(place, uid) as scratch, _group() as group:
         try:
             if place.namespaces:
                 _leave_namespaces()
@@ -71,7 +82,7 @@ def keep(connection: socket.socket, pipes: tuple[int, int], launch: Launch, plac
             connection.send(str(error).encode())
             return
         if child == 0:
-            _become(connection, pipes, launch, place, uid, scratch)
+            _become(connection, pipes, launch, place, uid, scratch, group)
         system.let_trace(False)
         for descriptor in pipes:
             os.close(descriptor)
@@ -92,6 +103,17 @@ def _scratch(place: Place, uid: int | None) -> Iterator[Path | None]:
         yield folder
     finally:
         shutil.rmtree(folder, ignore_errors=True)
+
+
+@contextlib.contextmanager
+def _group() -> Iterator[Group | None]:
+    """A control group of its own, where this user may make one."""
+    group = cgroup.make()
+    try:
+        yield group
+    finally:
+        if group is not None:
+            group.remove()
 
 
 def _leave_namespaces() -> None:
@@ -153,15 +175,18 @@ def _become(
     place: Place,
     uid: int | None,
     scratch: Path | None,
+    group: Group | None,
 ) -> NoReturn:
     """Turn this process into the untrusted one."""
     try:
+        if group is not None:
+            group.join()
+        untrusted.volunteer_for_the_memory_killer()
         os.setsid()
         for ignored in TERMINAL:
             signal.signal(ignored, signal.SIG_DFL)
         if place.namespaces:
-            _enter_house(place)
-        untrusted.volunteer_for_the_memory_killer()
+            _enter_root(place)
         _settle(scratch)
         rules = landlock.rules(_allowed(place.files, scratch)) if landlock.version() else None
         untrusted.limit(_limits(launch, place))
@@ -171,7 +196,7 @@ def _become(
         connection.send(f"{type(error).__name__}: {error}".encode()[:500])
         os._exit(1)
     try:
-        untrusted.serve(launch.withheld, launch.used)
+        untrusted.serve(launch.withheld, launch.used, launch.packages)
     finally:
         os._exit(0)
 
@@ -187,9 +212,9 @@ def _settle(scratch: Path | None) -> None:
         np.random.seed()
 
 
-def _enter_house(place: Place) -> None:
+def _enter_root(place: Place) -> None:
     system.unshare("mount")
-    house.enter(place.home / "root", place.files)
+    root_filesystem.enter(place.home / "root", place.files)
     child = os.fork()
     if child:
         _be_the_first_process(child)
@@ -209,11 +234,11 @@ def _be_the_first_process(child: int) -> NoReturn:
 
 
 def _allowed(files: Files, scratch: Path | None) -> list[tuple[Path, int]]:
-    devices = [(Path("/dev", name), landlock.USE) for name in house.DEVICES]
+    devices = [(Path("/dev", name), landlock.USE) for name in root_filesystem.DEVICES]
     if scratch:
         opened = [
             (path, landlock.READ if whole else landlock.LIST)
-            for path, whole in inside.readable(files)
+            for path, whole in view.readable(files)
         ]
         return [*opened, *devices, (scratch, landlock.FLAT)]
     own = [(Path(path), landlock.ALL) for path in ("/tmp", "/dev/shm")]

@@ -16,6 +16,7 @@ from functools import cached_property
 
 from robust_slam_autograder.executor import untrusted
 from robust_slam_autograder.sandbox import cpu, watch
+from robust_slam_autograder.sandbox.cgroup import Group
 from robust_slam_autograder.sandbox.cpu import CpuClock
 
 START_SECONDS = 60.0
@@ -29,6 +30,8 @@ class Process:
     scratch: tempfile.TemporaryDirectory[str] | None = None
     watched: bool = False
     """Whether to end it when it and all that it starts use too much together."""
+    group: Group | None = None
+    """The control group in which it runs."""
 
     def pipes(self) -> tuple[int, int]:
         """Descriptors to read its messages from and to write ours to."""
@@ -75,6 +78,8 @@ class Process:
                     pipe.close()
         if self.scratch is not None:
             self.scratch.cleanup()
+        if self.group is not None:
+            self.group.remove()
 
 
 def popen(

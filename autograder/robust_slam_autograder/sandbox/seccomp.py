@@ -2,9 +2,13 @@
 
 It refuses what student code has no use for and what reaches around the other
 walls: namespaces and mounts of its own (with them it could mount as much memory as
-it likes), sockets, memory that belongs to no process, key rings, leases and watches on
-files, and whatever acts on another process. The list follows the kernel's tables
-(arch/x86/entry/syscalls, include/uapi/asm-generic).
+it likes), sockets with a name or a larger buffer, memory that belongs to no process, key
+rings, leases and watches on files, and whatever acts on another process. The list follows the
+kernel's tables (arch/x86/entry/syscalls, include/uapi/asm-generic).
+
+Locks on files seem to succeed and do nothing. A real one could be held on a file that every
+sandbox and the grader share, and many small ones take the kernel's memory; refused, they would
+stop SQLite. Each sandbox has its scratch folder to itself.
 """
 
 from __future__ import annotations
@@ -31,7 +35,8 @@ _REFUSED = {
         *(155, 165, 166, 272, 308),  # pivot_root mount umount2 unshare setns
         *(248, 249, 250),  # add_key request_key keyctl
         *(298, 321, 323),  # perf_event_open bpf userfaultfd
-        *(41, 319, 278),  # socket memfd_create vmsplice
+        *(41, 319, 278, 276),  # socket memfd_create vmsplice tee
+        *(42, 49, 50, 54),  # connect bind listen setsockopt
         *(29, 30, 31),  # shmget shmat shmctl
         *(64, 65, 66, 220),  # semget semop semctl semtimedop
         *(68, 69, 70, 71),  # msgget msgsnd msgrcv msgctl
@@ -44,7 +49,8 @@ _REFUSED = {
         *(41, 40, 39, 97, 268),
         *(217, 218, 219),
         *(241, 280, 282),
-        *(198, 279, 75),
+        *(198, 279, 75, 77),
+        *(203, 200, 201, 208),
         *(194, 196, 195),
         *(190, 193, 191, 192),
         *(186, 189, 188, 187),
@@ -58,8 +64,10 @@ _REFUSED_EVERYWHERE = (
     *(425, 426, 427),  # io_uring_setup io_uring_enter io_uring_register
     *(428, 429, 430, 431, 432, 433, 442),  # open_tree move_mount fs… fspick mount_setattr
     *(438, 440, 447, 448),  # pidfd_getfd process_madvise memfd_secret process_mrelease
+    *(444, 445, 446),  # landlock_create_ruleset landlock_add_rule landlock_restrict_self
 )
 """New calls have one number on every architecture."""
+_FLOCK = {"x86_64": 73, "aarch64": 32}
 _PRETENDED = {
     "x86_64": (
         *(90, 91, 268),  # chmod fchmod fchmodat
@@ -77,29 +85,33 @@ _OPENAT2 = 437
 
 @dataclass(frozen=True)
 class Guard:
-    """A call that is refused by one of its arguments.
+    """A call that is judged by one of its arguments.
 
     Attributes:
         numbers: the call's number by architecture.
         argument: which one, from 0.
         mask: the bits of it that count.
-        value: what they are compared with.
-        equal: whether the call is refused where they are equal, or where they differ.
+        answers: errors by the value of these bits; 0 pretends that the call was made.
+        otherwise: the error for every other value, None where the call is allowed.
     """
 
     numbers: Mapping[str, int]
     argument: int
     mask: int
-    value: int
-    equal: bool
+    answers: Mapping[int, int | None]
+    otherwise: int | None = None
 
 
 def _of_itself_alone(x86_64: int, aarch64: int) -> Guard:
     """The first argument is a process; 0 is the caller."""
-    return Guard({"x86_64": x86_64, "aarch64": aarch64}, 0, _WHOLE, 0, equal=False)
+    return Guard({"x86_64": x86_64, "aarch64": aarch64}, 0, _WHOLE, {0: None}, errno.EPERM)
 
 
-_SHARED_ANONYMOUS, _SET_LEASE, _NOT_A_STREAM, _NAMELESS = 0x21, 1024, 0xE, 0x400000
+_SHARED_ANONYMOUS, _NOT_A_STREAM, _NAMELESS = 0x21, 0xE, 0x400000
+# A lease makes all others wait who open the file; a watch and a larger pipe take memory.
+_SET_LEASE, _NOTIFY, _SET_PIPE_SIZE = 1024, 1026, 1031
+_SET_LOCKS = (6, 7, 37, 38)
+"""F_SETLK F_SETLKW F_OFD_SETLK F_OFD_SETLKW."""
 _GUARDS = (
     _of_itself_alone(302, 261),  # prlimit64
     _of_itself_alone(142, 118),  # sched_setparam
@@ -107,16 +119,22 @@ _GUARDS = (
     _of_itself_alone(203, 122),  # sched_setaffinity
     _of_itself_alone(314, 274),  # sched_setattr
     # Pages that no process's size shows.
-    Guard({"x86_64": 9, "aarch64": 222}, 3, _SHARED_ANONYMOUS, _SHARED_ANONYMOUS, equal=True),
-    # A lease on a file makes all others wait who open it: fcntl.
-    Guard({"x86_64": 72, "aarch64": 25}, 1, _WHOLE, _SET_LEASE, equal=True),
+    Guard({"x86_64": 9, "aarch64": 222}, 3, _SHARED_ANONYMOUS, {_SHARED_ANONYMOUS: errno.EPERM}),
+    # fcntl
+    Guard(
+        {"x86_64": 72, "aarch64": 25},
+        1,
+        _WHOLE,
+        dict.fromkeys((_SET_LEASE, _NOTIFY, _SET_PIPE_SIZE), errno.EPERM)
+        | dict.fromkeys(_SET_LOCKS, _PRETEND),
+    ),
     # A datagram finds its way to any path: socketpair.
-    Guard({"x86_64": 53, "aarch64": 199}, 1, _NOT_A_STREAM, 0, equal=False),
+    Guard({"x86_64": 53, "aarch64": 199}, 1, _NOT_A_STREAM, {0: None}, errno.EPERM),
 )
 _GUARDS_ON_A_SHARED_DISK = (
     # Files without a name, which nobody can count: open and openat.
-    Guard({"x86_64": 2}, 1, _NAMELESS, _NAMELESS, equal=True),
-    Guard({"x86_64": 257, "aarch64": 56}, 2, _NAMELESS, _NAMELESS, equal=True),
+    Guard({"x86_64": 2}, 1, _NAMELESS, {_NAMELESS: errno.EPERM}),
+    Guard({"x86_64": 257, "aarch64": 56}, 2, _NAMELESS, {_NAMELESS: errno.EPERM}),
 )
 
 
@@ -154,6 +172,7 @@ def _answers(machine: str, shared_disk: bool) -> Iterator[bytes]:
     """Calls that get an answer in place of being made."""
     answers = {_CLONE3: errno.ENOSYS}
     answers |= dict.fromkeys((*_REFUSED[machine], *_REFUSED_EVERYWHERE), errno.EPERM)
+    answers[_FLOCK[machine]] = _PRETEND
     if shared_disk:
         answers |= dict.fromkeys((*_PRETENDED[machine], *_PRETENDED_EVERYWHERE), _PRETEND)
         answers[_OPENAT2] = errno.ENOSYS  # its flags, too, lie behind a pointer
@@ -162,15 +181,25 @@ def _answers(machine: str, shared_disk: bool) -> Iterator[bytes]:
 
 
 def _guards(machine: str, shared_disk: bool) -> Iterator[bytes]:
-    refuse, allow = _line(_RETURN, _REFUSE | errno.EPERM), _line(_RETURN, _ALLOW)
     for guard in (*_GUARDS, *(_GUARDS_ON_A_SHARED_DISK if shared_disk else ())):
         if machine not in guard.numbers:
             continue
-        yield _line(_EQUAL, guard.numbers[machine], if_false=5)
-        yield _line(_LOAD, _FIRST_ARGUMENT + _ARGUMENT_BYTES * guard.argument)
-        yield _line(_AND, guard.mask)
-        yield _line(_EQUAL, guard.value, if_false=1)
-        yield from (refuse, allow) if guard.equal else (allow, refuse)
+        lines = [
+            _line(_LOAD, _FIRST_ARGUMENT + _ARGUMENT_BYTES * guard.argument),
+            _line(_AND, guard.mask),
+            *(line for value, error in guard.answers.items() for line in _judge(value, error)),
+            _line(_RETURN, _action(guard.otherwise)),
+        ]
+        yield _line(_EQUAL, guard.numbers[machine], if_false=len(lines))
+        yield from lines
+
+
+def _judge(value: int, error: int | None) -> list[bytes]:
+    return [_line(_EQUAL, value, if_false=1), _line(_RETURN, _action(error))]
+
+
+def _action(error: int | None) -> int:
+    return _ALLOW if error is None else _REFUSE | error
 
 
 def _refuse_if(test: int, value: int, error: int) -> list[bytes]:

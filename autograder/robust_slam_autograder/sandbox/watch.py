@@ -20,6 +20,8 @@ from robust_slam_autograder.sandbox.inside import (
 )
 
 BLOCK = 4096
+SOCKET_BYTES = 212_992
+"""The kernel's default for what a socket may hold; student code cannot raise it."""
 SECONDS = 0.2
 """How often somebody should look."""
 
@@ -36,7 +38,8 @@ def descendants(pid: int) -> list[psutil.Process]:
 def uses_too_much(processes: Iterable[psutil.Process], scratch: Path | None) -> bool:
     """Whether processes use more memory, threads or disk together than one sandbox may.
 
-    Where the kernel counts threads itself it stops them at half of what is allowed here.
+    Each open file counts as a socket that is full. Where the kernel counts threads itself it
+    stops them at half of what is allowed here.
 
     Args:
         processes: all of a sandbox.
@@ -48,6 +51,7 @@ def uses_too_much(processes: Iterable[psutil.Process], scratch: Path | None) -> 
             info = process.memory_info()
             memory += info.rss - info.shared  # what they share counts for nobody
             threads += process.num_threads()
+            memory += SOCKET_BYTES * process.num_fds()
     disk = _size(scratch) if scratch else 0
     return memory > MEMORY_BYTES or threads > 2 * PROCESSES or disk > SCRATCH_BYTES
 

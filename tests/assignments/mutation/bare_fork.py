@@ -62,7 +62,7 @@ class BareFork:
                 for descriptor in (its_reader, its_writer, reader, writer):
                     os.close(descriptor)
                 untrusted.limit({"RLIMIT_AS": MEMORY_BYTES, "RLIMIT_CORE": 0})
-                untrusted.serve(launch.withheld, launch.used)
+                untrusted.serve(launch.withheld, launch.used, launch.packages)
             finally:
                 os._exit(1)  # nothing of the parent's goes on in here
         os.close(its_reader)

@@ -17,15 +17,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from robust_slam_autograder.sandbox import BACK_ENDS
 
+from tests import kernel
 from tests.autograder import honest, toy
 from tests.autograder.hostile import batch, catalogue, kinds, leaks, soak, verdict
 from tests.autograder.hostile.__main__ import write_all
 from tests.autograder.hostile.batch import Report
 from tests.autograder.hostile.entry import Entry, Place
 from tests.autograder.hostile.target import Target, load
-from tests.conftest import leave_out
 
 SHORT = "call_seconds = 0.4\ncell_seconds = 2\nnotebook_seconds = 30\n"
 """Loops cost little, and right answers take milliseconds."""
@@ -42,9 +41,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 @pytest.fixture(scope="module")
 def report(wall_name: str, assignment: str) -> Report:
     """What became of a batch of all submissions, hostile and honest."""
-    problem = BACK_ENDS[wall_name].problem()
-    if problem is not None:
-        leave_out(f"{wall_name} does not work here: {problem}")
+    kernel.working(wall_name)
     limits = SHORT if assignment == toy.NAME else soak.LIMITS
     return soak.soak_one(assignment, wall_name, limits=limits)
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+from functools import cache
 from pathlib import Path
 
 from robust_slam_autograder.sandbox import system
-from robust_slam_autograder.sandbox.inside import SCRATCH_BYTES, SCRATCH_FILES, Files
+from robust_slam_autograder.sandbox.inside import SCRATCH_BYTES, SCRATCH_FILES
+from robust_slam_autograder.sandbox.view import Files
 
 DEVICES = ("null", "full", "random", "urandom")
 """Not zero: shared maps of it are memory that no process's size shows."""
@@ -31,20 +33,21 @@ def enter(root: Path, files: Files) -> None:
     _mount_tmpfs(root, "size=1m,mode=755")
     for folder in ("proc", "dev/shm", "tmp"):
         (root / folder).mkdir(parents=True)
-    # First of all, lest it cover a course that lies in /tmp itself.
+    # Before the rest, which may lie in the machine's /tmp.
     _mount_tmpfs(root / "tmp", _SMALL)
-    for path in files.visible:
-        _show(root, path)
+    folders, binds = plan(files)
+    for folder in folders:
+        os.mkdir(f"{root}{folder}")
+    for source, place, is_folder in binds:
+        _bind(source, f"{root}{place}", is_folder)
     for path in files.hidden:
         _cover(root, path)
-    for name in DEVICES:
-        _bind(Path("/dev", name), root / "dev" / name)
-    for path in files.fonts:
-        _bind(path, root / "tmp" / path.name)
     system.make_read_only(str(root))
     system.make_writable(str(root / "tmp"))
     _mount_tmpfs(root / "dev/shm", _SMALL)
-    system.mount("proc", str(root / "proc"), "proc", flags=system.NO_SUID | system.NO_DEV)
+    # Read-only: a process could otherwise excuse itself from the kernel's memory killer.
+    quiet = system.READ_ONLY | system.NO_SUID | system.NO_DEV
+    system.mount("proc", str(root / "proc"), "proc", flags=quiet)
     system.enter_root(str(root))
 
 
@@ -52,22 +55,28 @@ def _mount_tmpfs(path: Path, options: str) -> None:
     system.mount("tmpfs", str(path), "tmpfs", system.NO_SUID | system.NO_DEV, options)
 
 
-def _show(root: Path, path: Path) -> None:
-    place = root / path.relative_to("/")
-    if path.is_symlink():
-        place.parent.mkdir(parents=True, exist_ok=True)
-        place.symlink_to(os.readlink(path))
-    elif path.exists():
-        _bind(path, place)
-
-
-def _bind(path: Path, place: Path) -> None:
-    if path.is_dir():
-        place.mkdir(parents=True, exist_ok=True)
+def _bind(source: str, place: str, is_folder: bool) -> None:
+    if is_folder:
+        os.mkdir(place)
     else:
-        place.parent.mkdir(parents=True, exist_ok=True)
-        place.touch()
-    system.mount(str(path), str(place), flags=system.BIND | system.RECURSIVE)
+        os.mknod(place)
+    system.mount(source, place, flags=system.BIND | system.RECURSIVE)
+
+
+@cache
+def plan(files: Files) -> tuple[tuple[str, ...], tuple[tuple[str, str, bool], ...]]:
+    """What ``enter`` does, found out once and ahead: there are a hundred files and folders.
+
+    Returns:
+        the folders to make, in order; and what to bind, where, and whether it is a folder.
+    """
+    pairs = [(path, path) for path in files.visible]
+    pairs += [(path, path) for path in (Path("/dev", name) for name in DEVICES)]
+    pairs += [(path, Path("/tmp", path.name)) for path in files.fonts]
+    parents = [parent for _, place in pairs for parent in reversed(place.parents)]
+    made = ("/", "/proc", "/dev", "/dev/shm", "/tmp")
+    folders = [str(parent) for parent in dict.fromkeys(parents) if str(parent) not in made]
+    return tuple(folders), tuple((str(path), str(place), path.is_dir()) for path, place in pairs)
 
 
 def _cover(root: Path, path: Path) -> None:

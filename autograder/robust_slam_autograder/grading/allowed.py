@@ -1,0 +1,47 @@
+"""Whether an assignment's packages are there, and nothing secret lies in what they show."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from robust_slam_autograder.errors import WrongUse
+from robust_slam_autograder.reading.assignment import CONFIG_NAME, Assignment
+from robust_slam_autograder.sandbox import Sandbox, Unsandboxed, packages, view
+
+
+def missing_sentence(package: str) -> str:
+    """Say that a package of ``autograder.toml`` is not there, and what to do."""
+    return (
+        f"packages names {package}, which is not installed here: install it or correct the name."
+    )
+
+
+def exposed_sentence(folder: Path, shown: Path) -> str:
+    """Say that student code could read a folder, and what to do."""
+    return f"Student code could read {folder}, which lies in {shown}: move it out of there."
+
+
+def refuse_unsafe(
+    assignments: Iterable[Assignment], folders: Iterable[Path], wall: Sandbox
+) -> None:
+    """Make sure that the packages are installed and that student code sees none of the folders.
+
+    Args:
+        assignments: what is graded.
+        folders: the source tree, the submissions and the results.
+        wall: the sandbox; without one there is no question of what it shows.
+
+    Raises:
+        WrongUse: names the package, or the first folder that student code could read.
+    """
+    places = list(dict.fromkeys(folders))
+    for allowed in {assignment.config.packages: assignment for assignment in assignments}.values():
+        for package in packages.missing(allowed.config.packages):
+            raise WrongUse(f"{allowed.name}/{CONFIG_NAME}: {missing_sentence(package)}")
+        if isinstance(wall, Unsandboxed):
+            continue
+        for folder in places:
+            shown = view.exposing(folder, allowed.config.packages)
+            if shown is not None:
+                raise WrongUse(exposed_sentence(folder, shown))

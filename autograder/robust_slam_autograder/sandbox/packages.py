@@ -1,0 +1,190 @@
+"""Which files belong to a package, and to everything that it needs.
+
+Read from what pip, conda or Debian recorded about each distribution. Extras are left out, so
+that a package which a library uses only if it is there is not there.
+"""
+
+from __future__ import annotations
+
+import csv
+import importlib.metadata
+import importlib.util
+import os
+import sysconfig
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from functools import cache
+from importlib.metadata import Distribution
+from pathlib import Path
+
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+import robust_slam_autograder
+from robust_slam_autograder.executor.imports import NOTEBOOK_PACKAGES, is_standard
+
+OWN_PACKAGES = ("msgpack", "numpy")
+"""What the untrusted process itself imports, beside ``NOTEBOOK_PACKAGES``."""
+_GRADER = robust_slam_autograder.__name__
+
+
+@dataclass(frozen=True)
+class Packages:
+    """Packages with everything that they need."""
+
+    names: tuple[str, ...]
+    """Modules at the top level."""
+    paths: tuple[Path, ...]
+    """Their files and folders, not resolved: what a link leads to is at the link's place."""
+    in_place: tuple[tuple[str, str], ...]
+    """Packages that are imported from a source folder (``pip install --editable``)."""
+    libraries: tuple[Path, ...]
+    """Compiled modules and the libraries that come with them."""
+    sites: tuple[Path, ...]
+    """The folders of installed packages, for the import path."""
+
+
+def missing(packages: Iterable[str]) -> list[str]:
+    """Those of these packages that are not installed here."""
+    return [name for name in packages if not is_standard(name) and not _is_installed(name)]
+
+
+def _is_installed(name: str) -> bool:
+    return _distribution(name) is not None or _source_folder(name) is not None
+
+
+@cache
+def find(packages: tuple[str, ...]) -> Packages:
+    """Find the files of packages, of what they need, and of what the untrusted process needs.
+
+    Args:
+        packages: names to import; those that are not installed are passed over.
+    """
+    wanted = [name for name in packages if not is_standard(name)]
+    roots = [_distribution(name) for name in (*wanted, *NOTEBOOK_PACKAGES, *OWN_PACKAGES)]
+    closure = _closure(found for found in roots if found is not None)
+    sources = dict(package for found in closure for package in _in_place(found))
+    for name in wanted:
+        if _distribution(name) is None and (folder := _source_folder(name)) is not None:
+            sources[name] = folder
+    sources[_GRADER] = str(Path(robust_slam_autograder.__file__).resolve().parent)
+    entries = {path: None for found in closure for path in _entries(found)}
+    libraries = [path for found in closure for path in _compiled(found)]
+    return Packages(
+        names=tuple(dict.fromkeys([*filter(None, map(_module, entries)), *sources])),
+        paths=(*entries, *map(Path, sources.values())),
+        in_place=tuple(sources.items()),
+        libraries=(*libraries, *(p for s in sources.values() for p in Path(s).rglob("*.so"))),
+        sites=tuple(dict.fromkeys(path.parent for path in entries)),
+    )
+
+
+def _distribution(name: str) -> Distribution | None:
+    """The distribution that provides a module."""
+    try:
+        found = importlib.metadata.distribution(name)
+    except importlib.metadata.PackageNotFoundError:
+        pass
+    else:
+        if name in _provided(found):
+            return found
+    # Reads what was recorded about every distribution, which takes a while.
+    others = importlib.metadata.packages_distributions().get(name)
+    return importlib.metadata.distribution(others[0]) if others else None
+
+
+def _provided(found: Distribution) -> set[str]:
+    names = {_module(path) for path in _entries(found)}
+    return {name for name in names if name} | {name for name, _ in _in_place(found)}
+
+
+def _source_folder(name: str) -> str | None:
+    """The folder of a package that no distribution provides, such as one on PYTHONPATH."""
+    try:
+        spec = importlib.util.find_spec(name)
+    except (ImportError, ValueError):
+        return None
+    folders = list(spec.submodule_search_locations or ()) if spec else []
+    return str(Path(folders[0]).resolve()) if folders else None
+
+
+def _closure(roots: Iterable[Distribution]) -> list[Distribution]:
+    found: dict[str, Distribution] = {}
+    waiting = list(roots)
+    while waiting:
+        one = waiting.pop()
+        if found.setdefault(canonicalize_name(one.name), one) is one:
+            waiting += _needed(one)
+    return list(found.values())
+
+
+def _needed(found: Distribution) -> list[Distribution]:
+    needed = []
+    for requirement in map(Requirement, found.requires or ()):
+        if requirement.marker is None or requirement.marker.evaluate({"extra": ""}):
+            try:
+                needed.append(importlib.metadata.distribution(requirement.name))
+            except importlib.metadata.PackageNotFoundError:
+                continue  # the package itself says so when it is imported
+    return needed
+
+
+@cache
+def _files(found: Distribution) -> tuple[tuple[str, ...], ...]:
+    """The parts of the paths of a distribution's files, as far as they lie beside its metadata."""
+    record = found.read_text("RECORD")
+    if record:
+        rows = (tuple(row[0].split("/")) for row in csv.reader(record.splitlines()) if row)
+        return tuple(parts for parts in rows if parts[0] not in ("..", "", "__pycache__"))
+    # Debian's packages list their modules alone.
+    modules = (found.read_text("top_level.txt") or found.name).split()
+    there = [path for name in modules for path in (_site(found) / name, *_singles(found, name))]
+    return tuple((path.name,) for path in there if path.exists())
+
+
+def _singles(found: Distribution, name: str) -> Iterator[Path]:
+    return _site(found).glob(f"{name}.*")
+
+
+def _site(found: Distribution) -> Path:
+    return Path(os.path.abspath(str(found.locate_file(""))))
+
+
+def _entries(found: Distribution) -> list[Path]:
+    """A distribution's files and folders beside its metadata, less hooks for Python's start."""
+    names = dict.fromkeys(parts[0] for parts in _files(found) if not parts[0].endswith(".pth"))
+    return [path for name in names if (path := _site(found) / name).exists()]
+
+
+def _module(path: Path) -> str | None:
+    """The module that a file or folder beside the metadata is; None where it is none."""
+    name = path.name.partition(".")[0]
+    is_module = path.suffix in (".py", ".so") or (path.is_dir() and "." not in path.name)
+    return name if is_module and name.isidentifier() else None
+
+
+def _compiled(found: Distribution) -> list[Path]:
+    return [_site(found).joinpath(*parts) for parts in _files(found) if ".so" in parts[-1]]
+
+
+def _in_place(found: Distribution) -> list[tuple[str, str]]:
+    names = [parts[0] for parts in _files(found) if parts[0].endswith(".pth")]
+    hooks = [hook for name in names if (hook := _site(found) / name).is_file()]
+    return [(folder.name, str(folder)) for hook in hooks for folder in _source_folders(hook)]
+
+
+def _source_folders(hook: Path) -> list[Path]:
+    """The packages of the folders that a ``.pth`` file puts on the import path."""
+    lines = hook.read_text(encoding="utf-8").splitlines()
+    inits = [
+        init for line in lines if line[:1] == "/" for init in Path(line).glob("*/__init__.py")
+    ]
+    return sorted(init.parent.resolve() for init in inits)
+
+
+@cache
+def packages_in_place() -> tuple[Path, ...]:
+    """Folders of all packages that are imported from their source folders, the grader's too."""
+    site = Path(sysconfig.get_path("purelib"))
+    found = [folder for hook in sorted(site.glob("*.pth")) for folder in _source_folders(hook)]
+    return tuple(dict.fromkeys([*found, Path(robust_slam_autograder.__file__).resolve().parent]))

@@ -1,0 +1,208 @@
+"""What student code finds on its disk: the interpreter, the allowed packages, nothing else."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import re
+import subprocess
+import sys
+import sysconfig
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from robust_slam_autograder.executor.imports import NOT_INSTALLED
+from robust_slam_autograder.sandbox import packages
+
+_SYSTEM_FILES = ("/etc/ld.so.cache", "/usr/share/zoneinfo", "/usr/lib/locale/C.utf8")
+_LOADED_LATER = ("libgcc_s.so.1",)
+"""Libraries that the C library opens by itself when a thread ends."""
+_FAMILIES = ("libmkl",)
+"""Libraries that open others of their name when they run."""
+_TRACED = re.compile(r"(/\S.*) \(0x[0-9a-f]+\)$")
+
+
+@dataclass(frozen=True)
+class Files:
+    """What student code finds on its disk."""
+
+    visible: tuple[Path, ...]
+    """It may read these files, and all in these folders: the interpreter and the packages."""
+    hidden: tuple[Path, ...]
+    """Not these inside them, such as withheld modules and their compiled copies."""
+    fonts: tuple[Path, ...]
+    """Matplotlib's lists of fonts."""
+
+
+def files(allowed: tuple[str, ...], withheld: tuple[str, ...]) -> Files:
+    """Find what student code may read here.
+
+    Args:
+        allowed: the packages that it may import.
+        withheld: modules that it may not.
+    """
+    visible = _visible(allowed)
+    hidden = [*_standard_parts(), *(path for name in withheld for path in _files_of(name))]
+    lists = (path for path in font_folder().glob("fontlist-v*.json") if path.is_file())
+    return Files(
+        visible=visible,
+        # What lies in a hidden folder is hidden with it.
+        hidden=tuple(path for path in _outermost(hidden) if within(path, _resolved(visible))),
+        fonts=tuple(lists),
+    )
+
+
+@cache
+def _visible(allowed: tuple[str, ...]) -> tuple[Path, ...]:
+    found = packages.find(allowed)
+    visible = [*_interpreter(), *found.paths]
+    visible += [path for path in _libraries(found) if not within(path, visible)]
+    return tuple(path for path in _outermost(visible) if path.exists())
+
+
+def standard_path() -> list[Path]:
+    """The folders from which the standard library is imported."""
+    entries = [Path(entry).resolve() for entry in sys.path if entry]
+    return [path for path in dict.fromkeys(entries) if _is_standard(path)]
+
+
+def _is_standard(path: Path) -> bool:
+    base = _standard_library()
+    is_archive = path.parent == base.parent and path.suffix == ".zip"
+    return is_archive or (within(path, [base]) and not within(path, _standard_parts()))
+
+
+def _standard_library() -> Path:
+    return Path(sysconfig.get_path("stdlib")).resolve()
+
+
+def _interpreter() -> list[Path]:
+    python = Path(os.path.realpath(sys.executable))
+    return [python, _standard_library(), *map(Path, _SYSTEM_FILES)]
+
+
+@cache
+def _standard_parts() -> list[Path]:
+    """What lies in the standard library's folder and is not shown."""
+    base = _standard_library()
+    names = ("site-packages", "dist-packages", *NOT_INSTALLED)
+    found = [*(base / name for name in names), *base.glob("config-*")]
+    found += base.glob("lib-dynload/_tkinter.*")
+    return [path for path in found if path.exists()]
+
+
+def _libraries(found: packages.Packages) -> list[Path]:
+    """The system's libraries that the interpreter and the packages load.
+
+    The system's own dynamic loader lists them; it loads everything and runs nothing.
+    """
+    groups: dict[Path, list[str]] = defaultdict(list)
+    left_out = _standard_parts()
+    standard = [path for path in _standard_library().rglob("*.so") if not within(path, left_out)]
+    for path in (*standard, *found.libraries):
+        # Relative paths: in the loader's list blanks and colons separate.
+        folder = next((site for site in found.sites if within(path, [site])), path.parent)
+        groups[folder].append(f"./{path.relative_to(folder)}")
+    lines = [line for folder, names in groups.items() for line in _trace(folder, names)]
+    traced = [match[1] for line in lines if (match := _TRACED.search(line))]
+    plain = [Path(os.path.normpath(text)) for text in traced]
+    families = [
+        other
+        for path in plain
+        for family in _FAMILIES
+        if path.name.startswith(family)
+        for other in path.parent.glob(f"{family}*")
+    ]
+    return list(dict.fromkeys([*plain, *families]))
+
+
+def _trace(folder: Path, names: Sequence[str]) -> list[str]:
+    plain = [name for name in names if not re.search(r"[\s:]", name)]
+    environment = {
+        "LC_ALL": "C",
+        "LD_TRACE_LOADED_OBJECTS": "1",
+        "LD_PRELOAD": ":".join([*_LOADED_LATER, *plain]),
+    }
+    python = os.path.realpath(sys.executable)
+    done = subprocess.run([python], cwd=folder, env=environment, capture_output=True)
+    return done.stdout.decode(errors="replace").splitlines()
+
+
+def _files_of(module: str) -> list[Path]:
+    top, *rest = module.split(".")
+    spec = importlib.util.find_spec(top)
+    if spec is None:
+        return []
+    if rest:
+        folders = [Path(folder, *rest[:-1]) for folder in spec.submodule_search_locations or ()]
+    else:
+        places = spec.submodule_search_locations or [spec.origin or ""]
+        folders = [Path(place).parent for place in places]
+    name = module.rpartition(".")[2]
+    found = []
+    for folder in (folder.resolve() for folder in folders):
+        found += sorted(path for path in folder.glob(f"{name}.*") if path.is_file())
+        found += [path for path in (folder / name, folder / "__pycache__") if path.is_dir()]
+    return found
+
+
+def font_folder() -> Path:
+    """Where matplotlib keeps its list of fonts, which takes it seconds to make."""
+    cache_folder = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "matplotlib"
+    return Path(os.environ.get("MPLCONFIGDIR") or cache_folder)
+
+
+def readable(found: Files) -> list[tuple[Path, bool]]:
+    """What of the visible remains without the hidden, as a list of what may be opened.
+
+    Returns:
+        paths; and whether all beneath may be read, or the names in the folder alone.
+    """
+    hidden = _resolved(found.hidden)
+    result: list[tuple[Path, bool]] = []
+    waiting = _resolved(found.visible)
+    seen: set[Path] = set()
+    while waiting:
+        path = waiting.pop()
+        if path in seen:
+            continue
+        seen.add(path)
+        if not any(hid.is_relative_to(path) for hid in hidden):
+            result.append((path, True))
+        elif path not in hidden:
+            result.append((path, False))
+            waiting += (inner.resolve() for inner in path.iterdir())  # a link may lead to it
+    return result
+
+
+def exposing(path: Path, allowed: tuple[str, ...]) -> Path | None:
+    """The visible folder in which a path lies, through links too; None where it is out of sight.
+
+    Args:
+        path: a file or folder, which need not exist.
+        allowed: the packages that student code may import.
+    """
+    shown = {place: one for one in _visible(allowed) for place in (one, one.resolve())}
+    for place in (Path(os.path.abspath(path)), path.resolve()):
+        for folder in (place, *place.parents):
+            if folder in shown:
+                return shown[folder]
+    return None
+
+
+def within(path: Path, folders: Iterable[Path]) -> bool:
+    """Whether a path lies in one of these folders."""
+    return any(path.is_relative_to(folder) for folder in folders)
+
+
+def _resolved(paths: Iterable[Path]) -> list[Path]:
+    return [path.resolve() for path in paths]
+
+
+def _outermost(paths: Iterable[Path]) -> list[Path]:
+    """Each path once, without those that lie in another one's folder."""
+    known = set(paths := list(dict.fromkeys(paths)))
+    return [path for path in paths if known.isdisjoint(path.parents)]
