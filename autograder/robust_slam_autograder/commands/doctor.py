@@ -16,7 +16,7 @@ from robust_slam_autograder.grading import allowed
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.sandbox import cgroup, landlock
 
-SEEN = "Student code sees Python and the allowed packages, and nothing of the course."
+SEEN = "Student code sees Python and the allowed packages: no tests, submissions or results."
 RESTRICTIONS = {
     "kernel.apparmor_restrict_unprivileged_userns": ("1", "0"),
     "kernel.unprivileged_userns_clone": ("0", "1"),

@@ -20,8 +20,8 @@ from robust_slam_autograder.sandbox.inside import (
 )
 
 BLOCK = 4096
-SOCKET_BYTES = 212_992
-"""The kernel's default for what a socket may hold; student code cannot raise it."""
+SOCKET_BYTES = 2 * 212_992
+"""What a socket may hold: the kernel's default, which student code cannot raise, and a message."""
 SECONDS = 0.2
 """How often somebody should look."""
 

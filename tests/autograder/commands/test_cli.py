@@ -392,6 +392,17 @@ class TestCheck:
         assert status == 1
         assert "xml.dom is withheld in this assignment: it holds the answer" in out
 
+    def test_packages_are_refused_with_the_same_sentence(self, course: Path, run: Run) -> None:
+        """Installed and in memory or not; what numpy itself imports goes on."""
+        for module in ("networkx", "pytest"):
+            path = toy.write(course / "mine.ipynb", toy.answer(f"import {module}\n" + RIGHT))
+            status, out, _ = run("check", path)
+            assert status == 1
+            assert f"{module} is not available in this assignment, which allows numpy" in out
+        (course / "autograder.toml").write_text('packages = ["numpy", "networkx"]\n')
+        path = toy.write(course / "mine.ipynb", toy.answer("import networkx\n" + RIGHT))
+        assert run("check", path)[0] == 0
+
 
 def test_release_writes_each_assignment(course: Path, run: Run) -> None:
     status, out, _ = run("release", "--out", course / "release")

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from robust_slam_autograder import cli, sandbox
 from robust_slam_autograder.commands import doctor
-from robust_slam_autograder.sandbox import Unsandboxed
+from robust_slam_autograder.sandbox import Fork, Unsandboxed, view
 
 from tests.autograder import toy
 
@@ -20,6 +22,37 @@ def test_it_says_what_works_and_what_is_taken(
     assert "✓ works       good" in out and "Grading uses good" in out
 
 
+@pytest.mark.parametrize("problem", [None, "this user may make no control group"])
+def test_it_says_how_memory_is_counted(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, problem: str | None
+) -> None:
+    monkeypatch.setattr(sandbox, "BACK_ENDS", {"good": Unsandboxed()})
+    monkeypatch.setattr(doctor.cgroup, "problem", lambda: problem)
+    assert cli.main(["doctor"]) == 0
+    out = capsys.readouterr().out
+    if problem is None:
+        assert "Memory is counted by the kernel" in out
+    else:
+        assert problem in out and "process by process" in out and "systemd-run" in out
+
+
+def test_it_says_what_student_code_would_see_of_the_course(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """The sentence with which grading refuses."""
+    tree, out = toy.make_tree(tmp_path), tmp_path / "graded"
+    monkeypatch.setattr(sandbox, "BACK_ENDS", {"fork": Fork()})
+    monkeypatch.setattr(Fork, "problem", lambda wall: None)
+    command = ["--solutions", str(tree), "doctor", "--out", str(out)]
+    assert cli.main(command) == 0
+    assert doctor.SEEN in capsys.readouterr().out
+    monkeypatch.setattr(view, "_visible", lambda allowed: (out.parent,))
+    assert cli.main(command) == 1
+    said = capsys.readouterr().out
+    assert f"Student code could read {tree}, which lies in {tmp_path}: move it" in said
+    assert doctor.SEEN not in said
+
+
 def test_nothing_that_works_is_exit_status_1(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -29,7 +62,7 @@ def test_nothing_that_works_is_exit_status_1(
 
 
 @pytest.mark.parametrize(
-    ("name", "problem", "facts", "mend"),
+    ("name", "problem", "facts", "remedy"),
     [
         ("bubblewrap", "bwrap is not installed", {"bwrap": None}, "apt-get install bubblewrap"),
         (
@@ -46,8 +79,8 @@ def test_nothing_that_works_is_exit_status_1(
         ("fork", "it needs Linux", {"system": "Darwin"}, "WSL"),
     ],
 )
-def test_a_problem_has_a_mend(
-    monkeypatch: pytest.MonkeyPatch, name: str, problem: str, facts: dict[str, object], mend: str
+def test_a_problem_has_a_remedy(
+    monkeypatch: pytest.MonkeyPatch, name: str, problem: str, facts: dict[str, object], remedy: str
 ) -> None:
     restriction = "kernel.apparmor_restrict_unprivileged_userns"
     monkeypatch.setattr("platform.system", lambda: facts.get("system", "Linux"))
@@ -57,4 +90,4 @@ def test_a_problem_has_a_mend(
     monkeypatch.setattr(
         doctor, "_setting", lambda key: facts.get("setting", "") if key == restriction else ""
     )
-    assert mend in doctor.mend(name, problem)
+    assert remedy in doctor.remedy(name, problem)

@@ -311,6 +311,28 @@ def test_a_withheld_module_that_does_not_exist_is_found(tmp_path: Path) -> None:
     assert len(said) == 2 and "json.no_such" in said[0] and "no_such_package" in said[1]
 
 
+def test_a_package_that_is_not_installed_is_found(tmp_path: Path) -> None:
+    config = 'packages = ["numpy", "ctypes", "no_such_package"]\n'
+    found = lint(tmp_path, toy.source_notebook(), config)
+    said = [one.message for one in found if one.rule == "no-package"]
+    assert len(said) == 1 and "no_such_package, which is not installed" in said[0]
+
+
+def test_an_import_that_students_may_not_make_is_found(tmp_path: Path) -> None:
+    """In the set-up, and anywhere in a solution; what a set-up's function imports runs outside."""
+    value = toy.source_notebook()
+    value["cells"][0]["source"] += "import networkx\n\n\ndef later():\n    import networkx\n"
+    solution = value["cells"][1]
+    solution["source"] = solution["source"].replace("    return 2", "    import evo\n    return 2")
+    found = lint(tmp_path, value)
+    assert lines(found, "not-allowed", "set-up 1") == [6]
+    assert lines(found, "not-allowed", "double") == [4]
+    config = 'packages = ["numpy", "networkx", "evo"]\n'
+    assert not [one for one in lint(tmp_path, value, config) if one.rule == "not-allowed"]
+    config += 'withheld = ["evo"]\n'
+    assert lines(lint(tmp_path, value, config), "not-allowed", "double") == [4]
+
+
 def test_a_limit_above_the_one_around_it_is_found(tmp_path: Path) -> None:
     config = "[limits]\ncall_seconds = {}\ncell_seconds = 20\nnotebook_seconds = 15\n"
     found = lint(tmp_path, toy.source_notebook(), config.format(30))

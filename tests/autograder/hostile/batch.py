@@ -16,6 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from robust_slam_autograder.reading.assignment import CONFIG_NAME, load_config
+
 from tests.autograder.hostile import leaks, verdict
 from tests.autograder.hostile.catalogue import BASELINES
 from tests.autograder.hostile.entry import Entry, Place
@@ -23,6 +25,8 @@ from tests.autograder.hostile.target import Target, load
 
 TOKEN_VARIABLE = "COURSE_TOKEN"
 BATCH_SECONDS = 3_600.0
+ATTACKERS_PACKAGES = ("ctypes", "msgpack", "socket", "subprocess")
+"""Attacks are to reach the wall: the sentence about what students may import is none."""
 MADE = ("out", "feedback")
 """Folders that the grader makes."""
 SCRIPT = "<script>alert(1)"
@@ -84,9 +88,11 @@ def make(root: Path, tree: Path, name: str, limits: str, victim: str | None = No
         victim: grade id of the solution cell to attack; else the first that suits.
     """
     shutil.copytree(tree / name, root / "solutions" / name)
-    settings = root / "solutions" / name / "autograder.toml"
-    kept = settings.read_text("utf-8").split("[limits]")[0] if settings.exists() else ""
-    settings.write_text(f"{kept}\n[limits]\n{limits}", "utf-8")
+    settings = root / "solutions" / name / CONFIG_NAME
+    allowed = json.dumps([*load_config(settings).packages, *ATTACKERS_PACKAGES])
+    text = settings.read_text("utf-8") if settings.exists() else ""
+    kept = re.sub(r"(?m)^packages = .*$", "", text.split("[limits]")[0])
+    settings.write_text(f"packages = {allowed}\n{kept}\n[limits]\n{limits}", "utf-8")
     outside = root / "outside"
     outside.mkdir()
     (outside / "notes.txt").write_text("a neighbour's notes")

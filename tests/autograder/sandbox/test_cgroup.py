@@ -1,0 +1,266 @@
+"""Memory that no process's size shows: refused, or counted by a control group."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import psutil
+import pytest
+from robust_slam_autograder.sandbox import Fork, Launch, Sandbox, cgroup, inside, watch
+from robust_slam_autograder.sandbox.cgroup import Group
+
+from tests.autograder.sandbox.test_fork import processes_of
+from tests.autograder.sandbox.test_sandbox import is_private, program, run, wall
+from tests.conftest import leave_out
+
+__all__ = ["wall"]
+
+HOLDERS = """
+import ctypes, errno, fcntl, os, socket
+
+LIBC = ctypes.CDLL(None, use_errno=True)
+OPTIONS = {"SO_SNDBUF": 7, "SO_RCVBUF": 8, "SO_SNDBUFFORCE": 32, "SO_RCVBUFFORCE": 33,
+           "SO_RESERVE_MEM": 73, "SO_ATTACH_FILTER": 26}
+CALLS = {"memfd_create": 319, "vmsplice": 278, "tee": 276, "shmget": 29, "semget": 64,
+         "msgget": 68, "mq_open": 240, "landlock_create_ruleset": 444, "io_uring_setup": 425,
+         "inotify_init": 253, "add_key": 248, "bpf": 321, "perf_event_open": 298}
+
+def refused():
+    pair, pipe = socket.socketpair(), os.pipe()
+    found = {}
+    for name, option in OPTIONS.items():
+        found[name] = attempt(lambda: pair[0].setsockopt(socket.SOL_SOCKET, option, 1 << 26))
+    found["F_SETPIPE_SZ"] = attempt(lambda: fcntl.fcntl(pipe[1], 1031, 1 << 20))
+    folder = os.open(".", os.O_RDONLY)
+    found["F_NOTIFY"] = attempt(lambda: fcntl.fcntl(folder, 1026, 0xFF))
+    for name, number in CALLS.items():
+        result = LIBC.syscall(number, b"x", 0, 0, 0, 0)
+        is_refused = result < 0 and ctypes.get_errno() == errno.EPERM
+        found[name] = "PermissionError" if is_refused else "?"
+    return found
+
+def attempt(what):
+    try:
+        return repr(what())
+    except OSError as error:
+        return type(error).__name__
+
+def held():
+    "Bytes that this process holds in sockets and pipes, as many as it can open."
+    kept, total = [], 0
+    try:
+        while True:
+            pair = socket.socketpair()
+            kept.append(pair)
+            for end in pair:
+                end.setblocking(False)
+                try:
+                    while True: total += end.send(bytes(65536))
+                except BlockingIOError: pass
+    except OSError: pass
+    return total, len(kept)
+
+def locks():
+    "Whether many locks on one file take anything: nobody else finds the file locked."
+    with open(os.path.join(os.environ["HOME"], "locked"), "w+b") as file:
+        for place in range(0, 2000, 2):
+            fcntl.lockf(file, fcntl.LOCK_EX, 1, place)
+        fcntl.flock(file, fcntl.LOCK_EX)
+        with open(file.name, "r+b") as other:
+            fcntl.flock(other, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return open("/proc/locks").read().count(str(os.getpid())) if PROC else 0
+"""
+
+
+@pytest.mark.sandbox
+@pytest.mark.skipif(os.uname().machine != "x86_64", reason="its numbers of system calls")
+def test_memory_that_nobody_counts_is_refused(wall: Sandbox) -> None:
+    found: dict[str, Any] = run(wall, program(HOLDERS, names=("refused",)), "refused")
+    assert {name for name, said in found.items() if said != "PermissionError"} == set()
+
+
+@pytest.mark.sandbox
+def test_what_sockets_hold_is_counted_for_each_open_file(wall: Sandbox) -> None:
+    total, pairs = run(wall, program(HOLDERS, names=("held",)), "held")
+    assert 0 < total <= 2 * pairs * watch.SOCKET_BYTES
+
+
+@pytest.mark.sandbox
+def test_locks_are_none(wall: Sandbox) -> None:
+    """A lock on a file that sandboxes share would make others wait; many take memory."""
+    what = program(f"{HOLDERS}\nPROC = {is_private(wall)}\n", names=("locks",))
+    assert run(wall, what, "locks") == 0
+
+
+def test_the_watch_counts_open_files(monkeypatch: pytest.MonkeyPatch) -> None:
+    me = psutil.Process()
+    info = me.memory_info()
+    monkeypatch.setattr(watch, "MEMORY_BYTES", 4 * (info.rss - info.shared))
+    assert not watch.uses_too_much([me], None)
+    monkeypatch.setattr(watch, "SOCKET_BYTES", watch.MEMORY_BYTES)
+    assert watch.uses_too_much([me], None)
+
+
+def may_make_groups() -> bool:
+    """Root with version 1 of control groups, found out without the grader's code."""
+    return os.getuid() == 0 and os.access("/sys/fs/cgroup/memory/cgroup.procs", os.W_OK)
+
+
+@pytest.fixture
+def group() -> Iterator[Group]:
+    """A group for a sandbox."""
+    problem = cgroup.problem()
+    if problem is not None and may_make_groups():
+        pytest.fail(f"This machine counts memory, but {problem}")
+    if problem is not None:
+        leave_out(problem)
+    made = cgroup.make()
+    assert made is not None
+    yield made
+    made.remove()
+    assert not made.folder.exists()
+
+
+FILL = """
+import os, socket, sys
+open(sys.argv[1], "w").write("0")
+kept = []
+for _ in range(int(sys.argv[2])):
+    pair = socket.socketpair()
+    kept.append(pair)
+    for end in pair:
+        end.setblocking(False)
+        try:
+            while True: end.send(bytes(65536))
+        except BlockingIOError: pass
+print("full", flush=True)
+sys.stdin.read()
+"""
+
+
+def fill(group: Group, pairs: int) -> subprocess.Popen[str]:
+    command = [sys.executable, "-c", FILL, str(group.members), str(pairs)]
+    pipe = subprocess.PIPE
+    return subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True)
+
+
+def used(group: Group) -> int:
+    names = ("memory.current", "memory.usage_in_bytes")
+    found = [path for name in names if (path := group.folder / name).exists()]
+    return int(found[0].read_text())
+
+
+def test_a_group_counts_what_sockets_hold(group: Group) -> None:
+    with fill(group, 200) as process:
+        assert process.stdout is not None and process.stdin is not None
+        assert process.stdout.readline() == "full\n"
+        assert used(group) > 200 * 200_000
+        process.stdin.close()
+
+
+def test_a_group_ends_what_holds_more(group: Group) -> None:
+    for name in cgroup._MEMORY_LIMITS:
+        if (group.folder / name).exists():
+            (group.folder / name).write_text(str(64 * 2**20))
+    with fill(group, 400) as process:
+        assert process.wait() == -signal.SIGKILL
+
+
+def test_a_group_has_the_sandboxs_limit(group: Group) -> None:
+    found = [path for name in cgroup._MEMORY_LIMITS if (path := group.folder / name).exists()]
+    assert [int(path.read_text()) for path in found] == [inside.MEMORY_BYTES]
+
+
+def groups_of(wall: Sandbox) -> set[str]:
+    """Names of the groups of what this process has started behind a wall."""
+    started = psutil.Process().children(recursive=True)
+    if isinstance(wall, Fork):
+        started = processes_of(wall._home)
+    found = set()
+    for process in started:
+        with contextlib.suppress(OSError):
+            text = Path(f"/proc/{process.pid}/cgroup").read_text()
+            found |= set(re.findall(rf"/({cgroup.PREFIX}\S+)", text))
+    return found
+
+
+@pytest.mark.sandbox
+def test_each_sandbox_has_a_group_while_it_runs(wall: Sandbox, group: Group) -> None:
+    launch = Launch(withheld=(), used=(), cpu_seconds=20)
+    running = [wall.start(launch) for _ in range(2)]
+    assert [one.await_ready() for one in running] == [None, None]
+    names = groups_of(wall)
+    assert len(names) == 2
+    for one in running:
+        one.stop()
+    assert [name for name in names if (group.folder.parent / name).exists()] == []
+
+
+@pytest.mark.sandbox
+def test_a_group_goes_with_a_student_that_is_killed(wall: Sandbox, group: Group) -> None:
+    running = wall.start(Launch(withheld=(), used=(), cpu_seconds=20))
+    assert running.await_ready() is None
+    (name,) = groups_of(wall)
+    for pid in (group.folder.parent / name / "cgroup.procs").read_text().split():
+        with contextlib.suppress(ProcessLookupError):  # it ended with another one
+            os.kill(int(pid), signal.SIGKILL)
+    running.stop()
+    assert not (group.folder.parent / name).exists()
+
+
+def test_what_a_killed_grader_left_is_removed(
+    group: Group, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    parent = group.folder.parent
+    left = parent / f"{cgroup.PREFIX}0-left"
+    left.mkdir()
+    with fill(group, 1) as process:
+        assert process.stdout is not None and process.stdin is not None
+        process.stdout.readline()
+        monkeypatch.setattr(cgroup, "_STALE_SECONDS", 3600.0)
+        cgroup._sweep(parent)
+        assert left.exists()  # it may be a moment old, and its grader about to use it
+        os.utime(left, (0, 0))
+        monkeypatch.setattr(cgroup, "_STALE_SECONDS", -1.0)
+        cgroup._sweep(parent)
+        assert not left.exists() and group.folder.exists()
+        process.stdin.close()
+
+
+SYSTEMD = """\
+0::/user.slice/user-1000.slice/user@1000.service/app.slice/shell.scope
+"""
+
+
+def test_with_version_2_the_nearest_group_that_counts_its_children_is_taken(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A group with processes of its own cannot count its children's memory: one around it can."""
+    own = tmp_path / SYSTEMD.strip()[len("0::/") :]
+    own.mkdir(parents=True)
+    for folder in (own, own.parent):
+        (folder / "cgroup.procs").touch()
+    (own / "cgroup.subtree_control").mkdir()  # as the kernel: it cannot be written
+    (own.parent / "cgroup.subtree_control").write_text("memory pids")
+    (tmp_path / "mounts").write_text(f"31 23 0:28 / {tmp_path} rw - cgroup2 cgroup2 rw\n")
+    (tmp_path / "own").write_text(SYSTEMD)
+    monkeypatch.setattr(cgroup, "_MOUNTS", tmp_path / "mounts")
+    monkeypatch.setattr(cgroup, "_OWN_GROUPS", tmp_path / "own")
+    assert cgroup._parent.__wrapped__() == own.parent
+
+
+def test_where_there_are_no_groups_nothing_is_made(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "none").touch()
+    monkeypatch.setattr(cgroup, "_MOUNTS", tmp_path / "none")
+    monkeypatch.setattr(cgroup, "_OWN_GROUPS", tmp_path / "none")
+    assert cgroup._parent.__wrapped__() is None
