@@ -117,7 +117,7 @@ def withheld_sentence(module: str) -> str:
     )
 
 
-class Installed(importlib.abc.MetaPathFinder):
+class Installed(PathFinder):
     """Finds the allowed packages and what they need; no other package is installed.
 
     So the fork server, which has no wall, imports what a sandbox with one would.
@@ -137,25 +137,22 @@ class Installed(importlib.abc.MetaPathFinder):
         self._in_place = dict(in_place)
         self._standard = list(standard)
 
-    def find_spec(
-        self, fullname: str, path: object = None, target: object = None
-    ) -> ModuleSpec | None:
-        """Find a package in its source folder; leave the others to Python's own finders.
+    def install(self) -> None:
+        """Take the place of Python's own search of the import path."""
+        sys.meta_path[:] = [self if finder is PathFinder else finder for finder in sys.meta_path]
 
-        Raises:
-            ModuleNotFoundError: the package is not one of these.
-        """
-        if path is not None:
-            return None
-        if fullname in self._in_place:
+    def find_spec(  # type: ignore[override]
+        self,
+        fullname: str,
+        path: Sequence[str] | None = None,
+        target: types.ModuleType | None = None,
+    ) -> ModuleSpec | None:
+        """Find a module of these packages or of the standard library."""
+        if path is None and fullname in self._in_place:
             folder = Path(self._in_place[fullname])
             return importlib.util.spec_from_file_location(
                 fullname, folder / "__init__.py", submodule_search_locations=[str(folder)]
             )
-        if fullname in self._names or is_standard(fullname):
-            return None
-        # Such as _sysconfigdata…, whose name depends on the machine.
-        found = PathFinder.find_spec(fullname, self._standard)
-        if found is None:
-            raise ModuleNotFoundError(f"No module named {fullname!r}", name=fullname)
-        return found
+        if path is None and fullname not in self._names:
+            path = self._standard
+        return PathFinder.find_spec(fullname, path, target)

@@ -41,7 +41,7 @@ def _before(group: Group | None) -> list[str]:
     """What happens outside, before student code could undo it: it is counted, and killed first."""
     script = "echo 1000 > /proc/self/oom_score_adj\n"
     script += f"echo 0 > {shlex.quote(str(group.members))}\n" if group else ""
-    return ["/bin/sh", "-ec", script + 'exec "$@"', "sh"]
+    return ["/bin/sh", "-ec", script + 'exec env -i "$@"', "sh"]
 
 
 @contextlib.contextmanager

@@ -49,7 +49,7 @@ def main() -> None:
         raise
     # What a student's process may not import later shall not be in its memory already.
     sys.path.pop()
-    sys.meta_path.insert(0, Installed(**settings["installed"]))
+    Installed(**settings["installed"]).install()
     preload(settings["preload"], settings["withheld"])
     with socket.socket(socket.AF_UNIX) as listener:
         before = os.umask(0o077)  # no other user may ask

@@ -90,8 +90,11 @@ def test_other_packages_seem_not_to_be_installed() -> None:
     text = (
         "import sys\n"
         "from robust_slam_autograder.executor.imports import Installed\n"
-        "sys.meta_path.insert(0, Installed(['numpy'], {}, sys.path[:3]))\n"
+        "import importlib.metadata, importlib.util\n"
+        "Installed(['numpy'], {}, sys.path[1:4]).install()\n"
         "import numpy, sysconfig\n"
+        "importlib.metadata.version('numpy')\n"
+        "assert importlib.util.find_spec('networkx') is None\n"
         "sysconfig.get_config_vars()\n"  # reads a module whose name depends on the machine
         "try:\n    import networkx\nexcept ModuleNotFoundError as error:\n    print(error)\n"
     )

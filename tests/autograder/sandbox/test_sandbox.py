@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import sys
@@ -241,18 +242,35 @@ import os
 
 def readable():
     found = []
+    for path in (*GUESSES, *everywhere()):
+        try:
+            with open(path, "rb") as file:
+                file.read(1)
+        except OSError:
+            continue
+        found.append(path)
+    return found
+
+def everywhere():
     for top, folders, files in os.walk("/"):
         if top == "/":
             folders[:] = [name for name in folders if name not in ("proc", "sys", "dev", "tmp")]
-        for name in files:
-            try:
-                with open(os.path.join(top, name), "rb") as file:
-                    file.read(1)
-            except OSError:
-                continue
-            found.append(os.path.join(top, name))
-    return found
+        yield from (os.path.join(top, name) for name in files)
 """
+
+
+def guesses() -> list[str]:
+    """Files of this machine, one a folder: for student code that can list none of its folders."""
+    found = [str(STANDARD / "os.py")]
+    for top in ("/etc", "/usr", "/opt", "/var/lib", str(ROOT), str(SITE), str(STANDARD)):
+        for folder, folders, files in os.walk(top):
+            deep = folder.count("/") - top.count("/") > 3
+            folders[:] = [] if deep else [name for name in folders if name != ".git"]
+            plain = (f"{folder}/{name}" for name in files)
+            found += list(itertools.islice(filter(os.path.isfile, plain), 1))
+    return found
+
+
 STANDARD = Path(os.__file__).resolve().parent
 SITE = Path(np.__file__).resolve().parents[1]
 SHOWN = ("/etc/ld.so.cache", "/usr/share/zoneinfo/", "/usr/lib/locale/C.utf8/")
@@ -273,8 +291,9 @@ def is_needed(path: str) -> bool:
 @pytest.mark.sandbox
 def test_every_file_that_can_be_read_is_one_that_is_needed(wall: Sandbox) -> None:
     """Of the whole disk; a course may lie anywhere, such as in /usr/src or /usr/local/share."""
-    found = run(wall, program(EVERYTHING, names=("readable",)), "readable")
-    assert str(STANDARD / "os.py") in found and len(found) > 1000
+    what = program(EVERYTHING, f"GUESSES = {guesses()!r}", names=("readable",))
+    found = run(wall, what, "readable")
+    assert str(STANDARD / "os.py") in found and len(found) > 100
     assert [path for path in found if not is_needed(path)] == []
 
 
