@@ -10,6 +10,7 @@ from pathlib import Path
 
 from robust_slam_autograder.commands import COMMANDS
 from robust_slam_autograder.errors import AutograderError, WrongUse
+from robust_slam_autograder.reports.markup import log_line
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -24,10 +25,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except WrongUse as error:
-        print(f"autograder: {error}", file=sys.stderr)
+        print(f"autograder: {log_line(str(error))}", file=sys.stderr)
         return 2
     except (AutograderError, OSError) as error:
-        print(f"autograder: {error}", file=sys.stderr)
+        print(f"autograder: {log_line(str(error))}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         print("autograder: stopped; the same command goes on from here.", file=sys.stderr)

@@ -121,7 +121,7 @@ PROMISES = {
     "    --late late.toml": Promise(
         says=("before  after", "10 % of the points for each 24 hours begun", "class/canvas.csv")
     ),
-    f"{REGRADE} --diff": Promise(says=printed("Regrade"), by_hand=mend_a_test),
+    REGRADE: Promise(says=printed("Regrade"), by_hand=mend_a_test),
     f"{REGRADE} --apply": Promise(says=("gradebook: sample-misprints 45 → 46",)),
     "make public": Promise(makes=("build/public/assignments/03-irls.zip", "build/public/lib")),
     ".venv/bin/autograder init-ci github-grading --out .": Promise(

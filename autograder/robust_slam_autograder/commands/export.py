@@ -113,7 +113,7 @@ def run(options: argparse.Namespace) -> int:
         f"{matched.marked(marks.columns)} of {len(students)} students have marks, matched by "
         f"{people.header[match]}. To import into {system.title}: {to}"
     )
-    return 1 if matched.strangers or marks.failed else 0
+    return 1 if matched.strangers or matched.doubled or marks.lost else 0
 
 
 def _places(
@@ -150,7 +150,8 @@ def _cell(
         mark = matched.mark(row, column)
         if mark is not None:
             return str(mark.after)
-        lost = (matched.owners.get(row.line), column.name) in marks.failed
+        lost = (matched.owners.get(row.line), column.name) in marks.lost
+        lost = lost or row.line in matched.doubled
         return "0" if options.missing_as_zero and not lost else None
 
     return cell
@@ -171,8 +172,5 @@ def _tell(
     new = [column.name for column in marks.columns if column.name not in values.places]
     if new:
         print(f"new columns, for the roster has none: {', '.join(new)}", file=sys.stderr)
-    said = exported.remarks(
-        matched, marks.columns, marks.failed, rules=rules, zero=options.missing_as_zero
-    )
-    for line in said:
+    for line in exported.remarks(matched, marks, rules=rules, zero=options.missing_as_zero):
         print(line, file=sys.stderr)

@@ -9,12 +9,12 @@ import importlib
 import os
 import sys
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder import layout, sandbox
-from robust_slam_autograder.commands import places
+from robust_slam_autograder.commands import places, submissions
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.executor.cluster import connected
 from robust_slam_autograder.grading import allowed, batch, cluster, durable, journal, progress
@@ -24,6 +24,7 @@ from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading import submission
 from robust_slam_autograder.reading.assignment import Assignment
 from robust_slam_autograder.reports import summary, terminal
+from robust_slam_autograder.reports.markup import log_line
 from robust_slam_autograder.sandbox import Sandbox
 
 STANDARD_OUTPUT = "-"
@@ -87,11 +88,11 @@ def run(options: argparse.Namespace) -> int:
         if target not in (None, STANDARD_OUTPUT):
             places.refuse_unwritable(option, Path(target), made=options.out)
     layout.refuse_unmoved(options.out)
-    jobs = _find_jobs(options)
+    gradebook = places.gradebook(options)
+    jobs = _find_jobs(options, gradebook)
     _warn_of_look_alikes(jobs, names=not options.no_names)
     wall = sandbox.choose(options.sandbox, unsandboxed=options.unsandboxed)
     refuse_unsafe(jobs, options, wall)
-    gradebook = places.gradebook(options)
     with door(options) as (graders, at_once), batch.locked(options.out):
         run = journal.open_run(options.out, options.seed)
         if any(job.key not in run.graded for job in jobs):
@@ -198,37 +199,63 @@ def _places(out: Path, gradebook: Path | str) -> str:
     return f"Results: {out}. Gradebook: {database.shown(gradebook)}"
 
 
-class _NoAssignment(WrongUse):
-    """A path that does not say its assignment."""
-
-
-def _find_jobs(options: argparse.Namespace) -> list[Job]:
-    names = assignments.find_names(options.solutions)
-    loaded: dict[str, tuple[Assignment, Path]] = {}
-    jobs: dict[str, Job] = {}
+def _find_jobs(options: argparse.Namespace, gradebook: Path | str) -> list[Job]:
     # Not resolve(): a link must not choose the student.
-    strays: list[_NoAssignment] = []
-    paths = dict.fromkeys(Path(os.path.abspath(path)) for path in options.paths)
-    for number, path in enumerate(paths, start=1):
-        said = f"path {number} of {len(paths)}" if options.no_names else str(path)
-        try:
-            student, name = _student_and_assignment(path, said, names, options)
-        except _NoAssignment as error:
-            strays.append(error)
-            continue
-        if name not in loaded:
-            tests = assignments.notebook_path(options.solutions / name)
-            loaded[name] = assignments.load(tests), tests
-        job = Job(student, *loaded[name], path)
-        if job.key in jobs:
-            key, first = ("It", "another") if options.no_names else (job.key, jobs[job.key].path)
-            raise WrongUse(f"{key} is handed in twice, as {first} and {said}: name one of them.")
-        jobs[job.key] = job
-    if strays and not jobs:
-        raise strays[0]
-    for stray in strays:  # one student's draft must not stop the class
-        print(f"left out: {stray}", file=sys.stderr)
-    return list(jobs.values())
+    paths = list(dict.fromkeys(Path(os.path.abspath(path)) for path in options.paths))
+    for path in submissions.missing(paths):
+        raise WrongUse(f"{_said(path, paths, options)} does not exist.")
+    reader = submissions.Reader(
+        assignments.find_names(options.solutions),
+        options.assignment,
+        options.student,
+        functools.partial(_is_free, _taken(options, gradebook)),
+    )
+    if options.assignment not in (None, *reader.names):
+        there = ", ".join(reader.names)
+        raise WrongUse(f"There is no assignment {options.assignment}; there are {there}.")
+    claims, strays = reader.read(paths)
+    sentences = [f"{_said(stray.path, paths, options)} {stray.why}" for stray in strays]
+    if sentences and not claims:
+        raise WrongUse(sentences[0])
+    for sentence in sentences:
+        print(f"left out: {sentence}", file=sys.stderr)
+    load = functools.cache(lambda name: _load(options.solutions / name))
+    return [Job(claim.student, *load(claim.assignment), claim.path) for claim in claims]
+
+
+def _load(folder: Path) -> tuple[Assignment, Path]:
+    tests = assignments.notebook_path(folder)
+    return assignments.load(tests), tests
+
+
+def _said(path: Path, paths: Sequence[Path], options: argparse.Namespace) -> str:
+    """A path in a message; its number where it may name a student."""
+    if options.no_names:
+        return f"path {paths.index(path) + 1} of {len(paths)}"
+    return log_line(str(path))
+
+
+def _taken(options: argparse.Namespace, gradebook: Path | str) -> set[str]:
+    """Names in the results' folder that are files, now or when the batch has ended."""
+    out: Path = options.out.absolute()
+    targets = [_file_of(gradebook), options.json, options.markdown]
+    files = [Path(target).absolute() for target in targets if target is not None]
+    there = out.iterdir() if out.is_dir() else ()
+    return {file.name for file in files if file.parent == out} | {
+        path.name for path in there if path.is_symlink() or not path.is_dir()
+    }
+
+
+def _file_of(gradebook: Path | str) -> Path | None:
+    if isinstance(gradebook, Path):
+        return gradebook
+    from robust_slam_autograder.nbgrader import database
+
+    return database.file_of(gradebook)
+
+
+def _is_free(taken: Collection[str], student: str) -> bool:
+    return student not in taken
 
 
 def _warn_of_look_alikes(jobs: Sequence[Job], *, names: bool) -> None:
@@ -239,31 +266,3 @@ def _warn_of_look_alikes(jobs: Sequence[Job], *, names: bool) -> None:
             f"note: {who} look alike and are graded apart: name them alike if they are one.",
             file=sys.stderr,
         )
-
-
-def _student_and_assignment(
-    path: Path, said: str, names: Sequence[str], options: argparse.Namespace
-) -> tuple[str, str]:
-    """Whose submission a path is and of what, from the options or from the path's own parts.
-
-    What goes wrong is told of ``said``: the path itself may be a name.
-    """
-    if not os.path.lexists(path):
-        raise WrongUse(f"{said} does not exist.")
-    is_folder = path.is_dir()
-    guesses = [path.name] if is_folder else [path.stem, path.parent.name]
-    guesses += names if len(names) == 1 and not is_folder else []
-    name = options.assignment or next((guess for guess in guesses if guess in names), None)
-    if name is None:
-        layout = f" did you mean {path}/*/*?" if is_folder and not options.no_names else ""
-        raise _NoAssignment(f"{said} does not say its assignment:{layout} add --assignment NAME.")
-    if name not in names:
-        raise WrongUse(f"There is no assignment {name}; there are {', '.join(names)}.")
-    student = options.student or (path.parent.name if is_folder else path.stem)
-    if student in names:
-        raise WrongUse(f"{said} does not say whose it is: add --student NAME, or name its folder.")
-    if submission.is_student(student):
-        return student, name
-    if options.student:
-        raise WrongUse(f"{student!r} is no name for a student: use --student NAME.")
-    return submission.stand_in(student), name

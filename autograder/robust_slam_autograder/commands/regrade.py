@@ -1,4 +1,4 @@
-"""``autograder regrade``: what tests that were mended make of marks that were given."""
+"""``autograder regrade``: how changed tests change the marks that were given."""
 
 from __future__ import annotations
 
@@ -19,13 +19,8 @@ if TYPE_CHECKING:
 
 def add(commands: Any) -> None:  # noqa: ANN401
     """Declare the command."""
-    parser = commands.add_parser("regrade", help="grade again with tests that were mended")
+    parser = commands.add_parser("regrade", help="show what changed tests do to marks")
     parser.add_argument("assignment", metavar="ASSIGNMENT")
-    parser.add_argument(
-        "--diff",
-        action="store_true",
-        help="show who changes and by how much, which is what it does without --apply too",
-    )
     parser.add_argument(
         "--apply", action="store_true", help="put the new marks into results and gradebook"
     )

@@ -84,7 +84,7 @@ class Graded:
 
 @contextlib.contextmanager
 def locked(out: Path) -> Iterator[None]:
-    """Keep a second batch out of the same results' folder; a killed one holds nothing back.
+    """Lock the results' folder against a second batch; a killed batch releases it.
 
     Raises:
         WrongUse: another batch is at work there, or nothing can be written there.
@@ -223,9 +223,17 @@ def locate(job: Job) -> tuple[Path, tuple[str, ...]]:
     Raises:
         Refused: there is none, or the path leads through a link.
     """
-    given = job.path.parent.name if job.path.is_dir() else job.path.stem
-    if job.student == submission.stand_in(given):
-        raise Refused(f"{notebook.shown(given)!r} is no name for a student: name it anew.")
+    for given in (job.path.parent.name, job.path.stem):
+        if job.student == submission.stand_in(given):
+            raise Refused(f"{notebook.shown(given)!r} is no name for a student: rename it.")
+    try:
+        return _located(job)
+    except OSError as error:
+        name = notebook.shown(job.path.name)
+        raise Refused(f"{name} cannot be read ({error.strerror}): make it readable.") from error
+
+
+def _located(job: Job) -> tuple[Path, tuple[str, ...]]:
     if job.path.is_symlink():
         raise Refused(f"{notebook.shown(job.path.name)} is a link: hand in the notebook itself.")
     if not job.path.is_dir():

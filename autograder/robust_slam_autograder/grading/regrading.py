@@ -6,6 +6,7 @@ own, until they are applied: to look is not to change, and a look that was stopp
 
 from __future__ import annotations
 
+import os
 import shutil
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -97,7 +98,8 @@ def plan(tree: Path, name: str, *, out: Path, submitted: Path) -> Plan:
         )
     tests = assignments.notebook_path(tree / name)
     assignment = assignments.load(tests)
-    there = [one for one in students if (submitted / one / name).is_dir()]
+    # Not Path.is_dir, which raises where a folder cannot be entered.
+    there = [one for one in students if os.path.isdir(submitted / one / name)]
     if not there:
         raise WrongUse(f"{submitted} has no submission of {name}: say --submitted DIR.")
     jobs = (Job(one, assignment, tests, submitted / one / name) for one in there)

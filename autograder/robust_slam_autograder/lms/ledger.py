@@ -32,7 +32,13 @@ class Ledger:
     def students(self) -> list[str]:
         """Everybody who has handed something in, once."""
         named = [student for column in self.columns for student in column.marks]
-        return list(dict.fromkeys([*named, *(student for student, _ in self.failed)]))
+        return list(dict.fromkeys([*named, *sorted(student for student, _ in self.lost)]))
+
+    @property
+    def lost(self) -> frozenset[tuple[str, str]]:
+        """Students and assignments whose mark is not known: they have no 0 either."""
+        undated = {(student, column.name) for column in self.columns for student in column.undated}
+        return frozenset({*self.failed, *undated})
 
 
 def read(

@@ -10,7 +10,7 @@ from pathlib import Path
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading.results import tidy
 from robust_slam_autograder.lms import handed_in
-from robust_slam_autograder.lms.handed_in import HandedIn
+from robust_slam_autograder.lms.handed_in import HandedIn, Undated
 from robust_slam_autograder.lms.late import Rules, as_utc
 from robust_slam_autograder.nbgrader.totals import Total, Totals
 from robust_slam_autograder.reading.assignment import Assignment
@@ -44,6 +44,8 @@ class Column:
     """As ``autograder.toml`` has it; empty where it has none."""
     max_score: float
     marks: Mapping[str, Mark]
+    undated: Mapping[str, str]
+    """Students whose lateness is unknown, with the reason: they have no mark here."""
 
 
 def column(
@@ -58,16 +60,25 @@ def column(
         submitted: where ``<student>/<assignment>/`` lie; looked at for the policy alone.
 
     Raises:
-        WrongUse: a due time or a time of submission is missing, or nbgrader has taken
-            something off already.
+        WrongUse: a due time is missing, no submission says when it was handed in, or nbgrader
+            has taken something off already.
     """
-    marks = {
-        student: _as_recorded(total)
-        if rules is None
-        else _judged(student, assignment, totals.max_score, total, rules, submitted)
-        for student, total in totals.students.items()
-    }
-    return Column(assignment.name, assignment.config.title, tidy(totals.max_score), marks)
+    marks: dict[str, Mark] = {}
+    undated: dict[str, str] = {}
+    for student, total in totals.students.items():
+        if rules is None:
+            marks[student] = _as_recorded(total)
+            continue
+        try:
+            marks[student] = _judged(
+                student, assignment, totals.max_score, total, rules, submitted
+            )
+        except Undated as error:
+            undated[student] = str(error)
+    if undated and not marks:
+        raise WrongUse(next(iter(undated.values())))
+    most = tidy(totals.max_score)
+    return Column(assignment.name, assignment.config.title, most, marks, undated)
 
 
 def rounded(points: float) -> float:

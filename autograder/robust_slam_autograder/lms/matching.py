@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.lms import roster
 from robust_slam_autograder.lms.marks import Column, Mark
 from robust_slam_autograder.lms.roster import Row
@@ -20,7 +19,9 @@ class Matching:
     owners: Mapping[int, str]
     """By line the student, as the submissions' folder is named, where there is one."""
     strangers: tuple[str, ...]
-    """Who has handed something in and is not on the roster."""
+    """Students who have handed something in and are not on the roster."""
+    doubled: Mapping[int, tuple[str, ...]]
+    """By line students whose names are equal after Unicode normalisation: they have no mark."""
 
     def mark(self, row: Row, column: Column) -> Mark | None:
         """A line's mark in an assignment; None where there is none."""
@@ -43,19 +44,15 @@ def match(names: Iterable[str], students: Mapping[str, Row]) -> Matching:
     Args:
         names: the students, as their submissions' folders are named.
         students: the roster's lines, from ``roster.by_key``.
-
-    Raises:
-        WrongUse: two submissions' names are the same to the roster.
     """
-    owners: dict[int, str] = {}
+    found: dict[int, list[str]] = {}
     strangers = []
     for student in dict.fromkeys(names):
         row = students.get(roster.key(student))
         if row is None:
             strangers.append(student)
-        elif row.line in owners:
-            both = f"{owners[row.line]!a} and {student!a}"
-            raise WrongUse(f"{both} are one name, written in two ways: grade them as one.")
         else:
-            owners[row.line] = student
-    return Matching(students, owners, tuple(strangers))
+            found.setdefault(row.line, []).append(student)
+    owners = {line: same[0] for line, same in found.items() if len(same) == 1}
+    doubled = {line: tuple(same) for line, same in found.items() if len(same) > 1}
+    return Matching(students, owners, tuple(strangers), doubled)

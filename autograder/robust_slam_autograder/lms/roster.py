@@ -32,7 +32,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Roster:
-    """The file, with students apart from what else stands between the header and them."""
+    """A roster: its header and every row below."""
 
     path: Path
     header: tuple[str, ...]

@@ -7,18 +7,16 @@ date, in formgrader's list of submissions too; and it has no setting for that.
 
 from __future__ import annotations
 
-import os
 from datetime import datetime
 from pathlib import Path
 
 from nbgrader.apps.api import NbGraderAPI
 from nbgrader.coursedir import CourseDirectory
-from nbgrader.utils import parse_utc
 
 from robust_slam_autograder.errors import Refused
-from robust_slam_autograder.reading import notebook
+from robust_slam_autograder.reading import notebook, timestamp
+from robust_slam_autograder.reports.markup import log_line
 
-TIMESTAMP = "timestamp.txt"
 SECRET = "submission_secret.txt"
 MAX_BYTES = 1000
 
@@ -31,7 +29,7 @@ def read_warily() -> None:
 
 def plain(folder: Path) -> dict[str, bytes]:
     """Those of the two files that are short plain files, with what they hold."""
-    found = {name: _read(folder / name) for name in (TIMESTAMP, SECRET)}
+    found = {name: _read(folder / name) for name in (timestamp.NAME, SECRET)}
     return {name: data for name, data in found.items() if data is not None}
 
 
@@ -44,14 +42,13 @@ def _read(path: Path) -> bytes | None:
 
 
 def _existing_timestamp(course: CourseDirectory, folder: str) -> datetime | None:
-    path = Path(folder, TIMESTAMP)
+    """The time without a zone, in UTC, as nbgrader keeps it."""
     try:
-        found: datetime = parse_utc((_read(path) or b"").decode().strip())
-    except (ValueError, OverflowError):
-        if os.path.lexists(path):
-            course.log.warning("%s is no file with a time: it counts as handed in at none", path)
+        stated = timestamp.read(Path(folder))
+    except Refused as error:
+        course.log.warning("%s: %s It counts as without a time.", log_line(folder), error)
         return None
-    return found
+    return None if stated is None else stated.replace(tzinfo=None)
 
 
 def _submitted_timestamp(api: NbGraderAPI, assignment: str, student: str) -> datetime | None:

@@ -70,8 +70,11 @@ def _put_executor(config: Config) -> None:
         "nbconvert.preprocessors.CSSHTMLHeaderPreprocessor",
     ]
     config.ExportApp.plugin_class = "robust_slam_autograder.nbgrader.spreadsheet.SafeCsv"
+    filters = "robust_slam_autograder.nbgrader.safe_markdown"
     config.HTMLExporter.filters = {
-        "markdown2html": "robust_slam_autograder.nbgrader.safe_markdown.as_html"
+        "markdown2html": f"{filters}.as_html",
+        "highlight_code": f"{filters}.code_as_html",
+        "strip_files_prefix": f"{filters}.unchanged",
     }
 
 

@@ -101,12 +101,12 @@ def _is_databases(name: str) -> bool:
 
 
 def stand_in(name: str) -> str:
-    """A name for the refusal of who has none that can be written down; the batch goes on."""
+    """The name that a refused submission gets where its own cannot be a folder's name."""
     return f"student-{hashlib.sha256(os.fsencode(name)).hexdigest()[:12]}"
 
 
 def look_alike(students: Iterable[str]) -> list[tuple[str, ...]]:
-    """Groups of names that differ in how their letters are written alone, as ë and e with ¨."""
+    """Groups of names that are equal after Unicode normalisation."""
     groups: dict[str, set[str]] = {}
     for name in students:
         groups.setdefault(unicodedata.normalize("NFC", name), set()).add(name)
@@ -128,7 +128,9 @@ def notebook_in(folder: Path, name: str) -> tuple[Path, tuple[str, ...]]:
     """
     right = folder / f"{name}.ipynb"
     try:
-        found = sorted(path for path in folder.iterdir() if path.suffix == ".ipynb")
+        notebooks = [path for path in folder.iterdir() if path.suffix == ".ipynb"]
+        # macOS puts a file ._NAME beside each file of an archive.
+        found = sorted(path for path in notebooks if not path.name.startswith("."))
     except OSError as error:
         raise Refused(f"The folder cannot be read ({error.strerror}).") from error
     if right in found:

@@ -51,7 +51,7 @@ def index(entries: Sequence[Entry], *, names: bool) -> str:
 
 
 def percent(share: float | None) -> str:
-    """A share in per cent, which says 0 and 100 where nothing and everything is meant alone."""
+    """A share in per cent; shows 0 % or 100 % only when exact."""
     if share is None:
         return "–"
     if 0 < share < 0.01:

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from datetime import UTC, timedelta, tzinfo
 
+from robust_slam_autograder.lms import roster
 from robust_slam_autograder.lms.late import Rules
+from robust_slam_autograder.lms.ledger import Ledger
 from robust_slam_autograder.lms.marks import Column, Mark
 from robust_slam_autograder.lms.matching import Matching
-from robust_slam_autograder.reports.markup import one_line
+from robust_slam_autograder.reports.markup import log_line, one_line
 
 
 def late_table(columns: Sequence[Column], rules: Rules | None) -> str:
@@ -56,8 +58,7 @@ def span(late: timedelta) -> str:
 
 def remarks(
     matching: Matching,
-    columns: Sequence[Column],
-    failed: Sequence[tuple[str, str]],
+    ledger: Ledger,
     *,
     rules: Rules | None,
     zero: bool,
@@ -66,17 +67,23 @@ def remarks(
 
     Args:
         matching: the roster and the submissions.
-        columns: the marks.
-        failed: students and assignments on which the grader failed.
+        ledger: the marks.
         rules: the late policy, if there is one.
-        zero: whether who has no submission gets 0.
+        zero: whether students without a submission get 0.
     """
     if matching.strangers:
         yield f"not on the roster, and not in the file: {_listed(matching.strangers)}"
-    for student, name in failed:
+    for same in matching.doubled.values():
+        # ascii(): as text they look alike.
+        both = " and ".join(map(ascii, same))
+        yield f"{both} are one name, written in two ways: no mark; grade them as one student"
+    for student, name in ledger.failed:
         yield f"the grader failed on {one_line(student)}/{name}: no mark; grade it again"
-    for column in columns:
-        lost = {student for student, name in failed if name == column.name}
+    for column in ledger.columns:
+        for student, why in sorted(column.undated.items()):
+            yield f"{one_line(student)}/{column.name} has no mark: {log_line(why)}"
+        lost = {roster.key(student) for student, name in ledger.lost if name == column.name}
+        lost |= {roster.key(same[0]) for same in matching.doubled.values()}
         absent = [name for name in matching.missing(column) if name not in lost]
         what = "0" if zero else "left as the roster has it"
         if absent:
@@ -85,7 +92,7 @@ def remarks(
         if waiting:
             yield f"{column.name} waits for a person's marks: {_listed(waiting)}"
         own = {} if rules is None else rules.extensions.get(column.name, {})
-        unknown = sorted(own.keys() - column.marks.keys())
+        unknown = sorted(own.keys() - column.marks.keys() - column.undated.keys())
         if unknown:
             yield f"an extension for {column.name}, and no mark of theirs: {_listed(unknown)}"
 

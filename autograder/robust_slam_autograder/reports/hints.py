@@ -8,6 +8,7 @@ from __future__ import annotations
 import builtins
 import functools
 import re
+import unicodedata
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -43,6 +44,22 @@ class Hint:
     """How many different texts this stands for."""
 
 
+def _folded(text: str) -> str:
+    """Words of a text without case, accents, punctuation and characters that do not show.
+
+    So a name is found however it is written: é is one letter, or e with an accent.
+    """
+    plain = unicodedata.normalize("NFKD", unicodedata.normalize("NFKD", text).casefold())
+    kinds = ((letter, unicodedata.category(letter)) for letter in plain)
+    # Marks and invisible characters (M, C) stand within a word, punctuation between words.
+    kept = (
+        letter if kind[0] in "LN" else " "
+        for letter, kind in kinds
+        if kind[0] not in "MC" or letter.isspace()
+    )
+    return " ".join("".join(kept).split())
+
+
 @dataclass(frozen=True)
 class Reader:
     """Tells which texts belong together, and what may be shown of them.
@@ -54,17 +71,21 @@ class Reader:
 
     names: bool
     students: frozenset[str] = frozenset()
-    _named: re.Pattern[str] = field(init=False, repr=False)
+    _folded: frozenset[str] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        known = "|".join(re.escape(name) for name in sorted(self.students) if name) or r"\b\B"
-        object.__setattr__(self, "_named", re.compile(rf"(?<!\w)(?:{known})(?!\w)", re.I))
+        folded = frozenset(map(_folded, self.students)) - {""}
+        object.__setattr__(self, "_folded", folded)
+
+    def _is_named(self, text: str) -> bool:
+        words = f" {_folded(text)} "
+        return any(f" {name} " in words for name in self._folded)
 
     def group(self, text: str) -> str:
         """What a text has in common with those that it is counted with."""
         found = _OWN_WORDS.match(text)
         if found is None:
-            return text if self.names or not self._named.search(text) else WITHHELD
+            return text if self.names or not self._is_named(text) else WITHHELD
         if found["other"]:
             return f"{found['other']}."
         known = self.names or hasattr(builtins, found["raised"])

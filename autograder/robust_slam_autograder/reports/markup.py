@@ -12,6 +12,7 @@ import unicodedata
 _KEPT = "\n\t"
 _ACTING = {"Zl", "Zp"}
 """Categories of characters that act and do not show, beside control characters and their like."""
+_CI_COMMAND = re.compile(r"^::|##(?=\w*\[)")
 
 
 def visible(text: str) -> str:
@@ -34,8 +35,22 @@ def _coded(letter: str) -> str:
 
 
 def one_line(text: str) -> str:
-    """Text without line breaks, fit for a line of a table on a terminal."""
-    return " ".join(visible(text).split())
+    """Text without line breaks, fit for a line of a table on a terminal or in a log."""
+    return _disarmed(" ".join(visible(text).split()))
+
+
+def log_line(text: str) -> str:
+    """A path or a name for a message: line breaks and tabs are written as codes too."""
+    return _disarmed(visible(text).replace("\n", "\\n").replace("\t", "\\t"))
+
+
+def _disarmed(line: str) -> str:
+    r"""A line that no CI service obeys: the mark that begins a command is written as its code.
+
+    GitHub reads ``::error::`` at a line's start and ``##[error]`` anywhere, Azure
+    ``##vso[…]``, TeamCity ``##teamcity[…]``.
+    """
+    return _CI_COMMAND.sub(lambda mark: f"\\x{ord(mark[0][0]):02x}{mark[0][1:]}", line)
 
 
 def code(text: str) -> str:

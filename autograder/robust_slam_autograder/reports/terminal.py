@@ -24,7 +24,8 @@ def marks_table(marks: Sequence[Result], *, names: bool = True) -> str:
     """
     rows = [("student", "assignment", "mark", "")]
     rows += [
-        (r.student, r.assignment, f"{r.score}/{r.max_score}", _remark(r, names)) for r in marks
+        (one_line(r.student), r.assignment, f"{r.score}/{r.max_score}", _remark(r, names))
+        for r in marks
     ]
     rows = rows if names else [rows[0], *sorted(rows[1:], key=lambda row: row[1:])]
     widths = [max(len(row[column]) for row in rows) for column in range(3)]

@@ -86,9 +86,9 @@ def test_a_notebook_is_its_stems(course: Path, grade: Run) -> None:
     ("arguments", "sentence"),
     [
         (["submitted/eve/07-toy"], "does not exist"),
-        (["submitted/ada"], "ada/*/*? add --assignment"),
+        (["submitted/ada"], "name folders <student>/<assignment>/, or add --assignment"),
         (["submitted/ada/07-toy", "--assignment", "08"], "no assignment 08; there are 07-toy"),
-        (["submitted/ada/07-toy/07-toy.ipynb"], "does not say whose it is: add --student"),
+        (["submitted/ada/07-toy/07-toy.ipynb"], "name that folder, or add --student"),
         (["submitted/ada/07-toy", "--student", "../eve"], "is no name for a student"),
         (["submitted/ada/07-toy", "--student", ".."], "is no name for a student"),
         (["submitted/ada/07-toy", "--student", "a\x1bb"], "is no name for a student"),
@@ -156,8 +156,8 @@ def test_a_draft_beside_the_submissions_is_left_out_and_named(course: Path, grad
     [
         (["ada/07-toy", "eve/07-toy"], "path 2 of 2 does not exist"),
         (["ada"], "path 1 of 1 does not say its assignment"),
-        (["ada/07-toy", "ada/07-toy/07-toy.ipynb"], "path 2 of 2 does not say whose it is"),
-        (["ada/07-toy", "more/ada.ipynb"], "It is handed in twice, as another and path 2 of 2"),
+        (["more/ada.ipynb"], "path 1 of 1 lies beside the folders"),
+        (["ada/07-toy/07-toy.ipynb"], "path 1 of 1 lies in a submission's folder"),
     ],
 )
 def test_without_names_a_complaint_numbers_the_paths(

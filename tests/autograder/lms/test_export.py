@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import os
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -302,10 +303,51 @@ def test_a_gradebook_that_lags_behind_the_results_is_refused(course: Path, expor
     assert status == 2 and "does not have ada/07-toy as it was graded last" in err
 
 
-def test_two_spellings_of_one_name_are_not_one_mark(course: Path, export: Run) -> None:
+def test_two_spellings_of_one_name_have_no_mark_and_the_others_have(
+    course: Path, export: Run
+) -> None:
     record(course, result("Zo\u00eb", [4, 6, 5, 5], toy.assignment()))
-    status, _, err = export("canvas", CANVAS)
-    assert status == 2 and "are one name, written in two ways" in err
+    status, _, err = export("canvas", CANVAS, "--missing-as-zero")
+    assert status == 1 and "are one name, written in two ways: no mark" in err
+    assert [row[5] for row in rows(course)[2:5]] == ["15", "3.5", "0"]
+
+
+JUNK = {
+    "words": lambda path: path.write_text("soon"),
+    "binary": lambda path: path.write_bytes(b"\xff\xfe\x00"),
+    "empty": Path.touch,
+    "long": lambda path: path.write_text("9" * 5000),
+    "before all time": lambda path: path.write_text("0001-01-01 00:00:00 +2359"),
+    "pipe": os.mkfifo,
+    "folder": Path.mkdir,
+    "device": lambda path: path.symlink_to("/dev/zero"),
+    "nothing": lambda path: shutil.rmtree(path.parents[1]),
+}
+
+
+@pytest.mark.parametrize("spoil", JUNK.values(), ids=JUNK)
+def test_a_junk_timestamp_costs_its_own_student_the_mark(
+    course: Path, export: Run, spoil: Callable[[Path], object]
+) -> None:
+    (course / "late.toml").write_text(POLICY)
+    where = submitted(course, ada="soon", **{ZOE: "2026-10-20 12:00:00 Europe/Berlin"})
+    stamp = where[1] / "ada" / toy.NAME / "timestamp.txt"
+    stamp.unlink()
+    spoil(stamp)
+    late = ("--late", course / "late.toml", "--missing-as-zero", *where)
+    status, out, err = export("canvas", CANVAS, *late)
+    assert status == 1 and "1 of 3 students have marks" in out
+    assert "ada/07-toy has no mark: " in err and "no submission of 07-toy, 0: 1 (gone)" in err
+    assert [row[5] for row in rows(course)[2:5]] == ["", "4", "0"]
+    assert ("timestamp.txt" in err) != (spoil is JUNK["nothing"])
+
+
+def test_where_no_submission_says_when_nothing_is_written(course: Path, export: Run) -> None:
+    (course / "late.toml").write_text(POLICY)
+    late = ("--late", course / "late.toml", "--submitted", course / "nowhere")
+    status, out, err = export("canvas", CANVAS, *late)
+    assert status == 2 and out == "" and "--submitted DIR" in err
+    assert not (course / "marks.csv").exists()
 
 
 def test_from_the_submission_to_the_file(

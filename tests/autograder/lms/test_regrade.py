@@ -117,18 +117,15 @@ Nothing was changed; --apply does it.
 """
 
 
-@pytest.mark.parametrize("option", [[], ["--diff"]])
-def test_the_table_says_who_changes_and_nothing_changes(
-    course: Path, regrade: Run, option: list[str]
-) -> None:
+def test_the_table_says_who_changes_and_nothing_changes(course: Path, regrade: Run) -> None:
     before = digests(course)
-    status, out, _ = regrade(*option)
+    status, out, _ = regrade()
     assert status == 0 and out == TABLE
     assert digests(course) == before
 
 
 def test_json_says_the_same_and_has_standard_output_for_itself(course: Path, regrade: Run) -> None:
-    status, out, err = regrade("--diff", "--json")
+    status, out, err = regrade("--json")
     value = json.loads(out)
     assert status == 0 and "graded again, 2 changed" in err
     assert value["applied"] is False
@@ -155,7 +152,7 @@ def test_json_says_the_same_and_has_standard_output_for_itself(course: Path, reg
 
 
 def test_apply_changes_results_and_gradebook_as_shown(course: Path, regrade: Run) -> None:
-    status, out, _ = regrade("--diff", "--apply")
+    status, out, _ = regrade("--apply")
     assert status == 0 and "gradebook: ada 16 → 20" in out and "Applied" in out
     scores = {name: toy.result(course / "out", name)["score"] for name in ("ada", "bob", "eve")}
     assert scores == {"ada": 20, "bob": 10, "eve": 10}

@@ -69,6 +69,10 @@ def hand_everything_in(course: Path) -> None:
     (folder / "submission_secret.txt").write_text("fetches feedback")
     folder = course_of.hand_in(course, "undated", course_of.answer())
     (folder / "timestamp.txt").symlink_to("/dev/zero")
+    pasted = "Mine: ![image.png](attachment:image.png)"
+    course_of.hand_in(course, "pasted", course_of.answer(pasted))
+    long = course_of.answer("\\begin{a}" * 60_000, double=toy.DOUBLE + "#" + "." * 10**6)
+    course_of.hand_in(course, "long", long)
     folder = course_of.hand_in(course, "nothing", toy.answer())
     (folder / f"{toy.NAME}.ipynb").rename(folder / "notebook.txt")
 
@@ -114,7 +118,7 @@ def without_time(path: Path) -> dict[str, Any]:
 
 def test_results_are_the_command_lines(done: Done) -> None:
     ours = sorted(done.by_command_line.glob("*/*.json"))
-    assert len(ours) == 14
+    assert len(ours) == 16
     for path in ours:
         theirs = done.course / "class" / "graded" / path.relative_to(done.by_command_line)
         assert without_time(theirs) == without_time(path)

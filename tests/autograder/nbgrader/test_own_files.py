@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from datetime import datetime
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
 from nbgrader.apps.api import NbGraderAPI
 from nbgrader.coursedir import CourseDirectory
+from robust_slam_autograder.lms import handed_in
 from robust_slam_autograder.nbgrader import own_files
 from robust_slam_autograder.nbgrader.own_files import read_warily
 
@@ -67,6 +68,25 @@ def test_anything_else_is_none(
 ) -> None:
     make(folder / "timestamp.txt")
     assert times(api, folder) == {None}
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("2026-10-20 23:59:00.5 UTC", "2026-10-20 23:59:00 Europe/Berlin\n", "20261020T235900Z"),
+        *("2026-10-20 23:59:00 +0530", "2026-10-20 23:59", "2026-10-20 23:59:00 EST5EDT"),
+        *("20 October 2026", "Tuesday", "2026-10-20 23:59:00 Nowhere/Town", "10"),
+    ],
+)
+def test_nbgrader_and_the_late_policy_read_one_time(
+    api: NbGraderAPI, folder: Path, text: str
+) -> None:
+    (folder / "timestamp.txt").write_text(text)
+    try:
+        at = handed_in.when(folder, "07-toy").at.astimezone(UTC).replace(tzinfo=None)
+    except handed_in.Undated:
+        at = None
+    assert times(api, folder) == {at}
 
 
 def test_both_files_are_kept_where_they_are_plain(folder: Path) -> None:

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import resource
+import subprocess
+import sys
 from typing import Any
 
 import nbformat
@@ -11,7 +14,7 @@ from bs4 import BeautifulSoup
 from nbformat.v4 import new_code_cell, new_output
 from robust_slam_autograder.grading.results import CaseResult, ExerciseResult, Result
 from robust_slam_autograder.nbgrader import graded_notebook
-from robust_slam_autograder.nbgrader.safe_markdown import as_html
+from robust_slam_autograder.nbgrader.safe_markdown import LONGEST, as_html, code_as_html
 from robust_slam_autograder.nbgrader.steps import HideTests
 from robust_slam_autograder.reading import notebook
 from robust_slam_autograder.reading.assignment import Assignment
@@ -140,6 +143,69 @@ def test_markup_and_formulas_stay() -> None:
     for part in ("$a &lt; b$", "<strong>so</strong>", "<td>1</td>", "<code>2</code>", "Why"):
         assert part in html
     assert "¶" not in html
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("Mine: ![image.png](attachment:image.png)", "picture left out: image.png"),
+        ("![](attachment:a&b.png)", "picture left out: attachment:a&amp;b.png"),
+        ("![my *plot*](plot.png)", "picture left out: my <em>plot</em>"),
+        (f"![plot](data:image/png;base64,{'A' * 10**6})", "picture left out: plot"),
+        ("[![a](attachment:b)](http://c.org)", "picture left out: a"),
+    ],
+)
+def test_a_picture_is_left_out_and_the_text_stays(text: str, said: str) -> None:
+    html = as_html(f"**Before** {text} after")
+    assert said in html and "<strong>Before</strong>" in html and "after" in html
+    assert len(html) < 500 and not BeautifulSoup(html, "html.parser").find("img")
+
+
+def test_a_fenced_block_is_shown_as_it_is() -> None:
+    assert as_html("```html+jinja\n{{ x < 1 }}\n```") == (
+        "<pre><code>{{ x &lt; 1 }}\n</code></pre>\n"
+    )
+
+
+def test_code_is_coloured_and_long_code_is_plain() -> None:
+    assert 'class="k">return' in code_as_html("return 1 < 2")
+    long = code_as_html("1 < 2 # " + "x" * LONGEST)
+    assert long.startswith('<div class="highlight"><pre>1 &lt; 2 # x') and "<span" not in long
+
+
+SLOW = [
+    *("\\begin{a}", "\\begin{a}\n\n", "\\\\[ ", "\\\\( ", "$$a\n\n", "[", "![a](", "[`", "*["),
+    *("`a", "> ", "|a|\n|-|\n", "-\n", "<b>", "<a><p>", "<!--", "[a]: b\n", "*a **a "),
+    *(" ", "  \n", "\n\t", ".", "...", '"""\n'),
+]
+"""Repeated, each takes more than linear time somewhere in nbconvert, mistune or Pygments."""
+CPU_SECONDS = 60
+RENDER = """\
+import json, sys
+from nbconvert.exporters import HTMLExporter
+from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
+from robust_slam_autograder.nbgrader.release import nbgrader_settings
+exporter = HTMLExporter(config=nbgrader_settings("."))
+for text in json.load(sys.stdin):
+    page = new_notebook(cells=[new_markdown_cell(text), new_code_cell(text)])
+    assert "last-word" in exporter.from_notebook_node(page)[0]
+"""
+
+
+@pytest.mark.parametrize(
+    ("size", "texts"), [(LONGEST - 20, SLOW), (10**6, ["\\begin{a}", "[", " ", "."])]
+)
+def test_a_page_takes_time_in_proportion_to_its_text(size: int, texts: list[str]) -> None:
+    made = [f"x{text * (size // len(text))} last-word" for text in texts]
+    done = subprocess.run(
+        [sys.executable, "-c", RENDER],
+        input=json.dumps(made),
+        capture_output=True,
+        text=True,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (CPU_SECONDS, CPU_SECONDS)),
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr[-500:]
 
 
 def test_feedback_on_what_plain_nbgrader_graded_hides_its_tests() -> None:

@@ -80,5 +80,9 @@ def test_the_notebook_of_a_folder_is_found_or_its_absence_told(tmp_path: Path) -
         notebook_in(tmp_path, "a")
     toy.write(tmp_path / "a.ipynb", toy.answer())
     assert notebook_in(tmp_path, "a") == (tmp_path / "a.ipynb", ())
+    (tmp_path / "a.ipynb").unlink()
+    (tmp_path / "c.ipynb").unlink()
+    (tmp_path / "._b.ipynb").touch()  # macOS puts one into its archives beside each file
+    assert notebook_in(tmp_path, "a")[0] == tmp_path / "b\n.ipynb"
     with pytest.raises(Refused, match="cannot be read"):
         notebook_in(tmp_path / "missing", "a")

@@ -264,6 +264,24 @@ class TestHints:
         assert texts == {hints.WITHHELD, "adamant"}
         assert "Not (Ada) but ben." in {hint.text for hint in told(failed, students="ada")}
 
+    @pytest.mark.parametrize(
+        ("student", "text"),
+        [
+            ("zo\u00eb", "Not zoe\u0308 but another."),
+            ("zoe\u0308", "Not ZO\u00cb."),
+            ("zo\u00eb", "Not z\u200bo\u00eb."),
+            ("ada-lovelace", "Ask Ada Lovelace\nfirst."),
+            ("stra\u00dfe", "STRASSE"),
+            ("ada", "\uff41\uff44\uff41!"),
+            ("a\u030ake", "\u212bKE"),
+        ],
+    )
+    def test_a_name_is_withheld_however_it_is_written(self, student: str, text: str) -> None:
+        failed = exercise("e", "failed", case("c", text))
+        assert [hint.text for hint in told(failed, names=False, students=student)] == [
+            hints.WITHHELD
+        ]
+
     def test_without_students_nothing_is_withheld(self) -> None:
         assert [hint.text for hint in told(HARDER, names=False)] == ["Look.", "No."]
 

@@ -49,6 +49,26 @@ def test_what_acts_is_written_as_its_code(text: str, shown: str) -> None:
     assert markup.visible(text) == shown
 
 
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("::error::x", "\\x3a:error::x"),
+        (" \t::error::x", "\\x3a:error::x"),
+        ("##[error]x", "\\x23#[error]x"),
+        ("a ##vso[task.complete]", "a \\x23#vso[task.complete]"),
+        ("##teamcity[x]", "\\x23#teamcity[x]"),
+        ("std::vector ## a [b]", "std::vector ## a [b]"),
+    ],
+)
+def test_no_ci_service_obeys_a_line(text: str, shown: str) -> None:
+    assert markup.one_line(text) == shown
+    assert markup.log_line(text.strip()) == shown
+
+
+def test_a_name_in_a_message_stays_on_its_line() -> None:
+    assert markup.log_line("a\n::b\t c\x1b") == "a\\n::b\\t c\\x1b"
+
+
 @given(ANY_TEXT)
 def test_nothing_that_acts_is_left_and_all_else_stays(text: str) -> None:
     shown = markup.visible(text)

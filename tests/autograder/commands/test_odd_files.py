@@ -1,0 +1,240 @@
+"""One student's odd file stops nobody, counts as nobody else's work, and is named harmlessly."""
+
+from __future__ import annotations
+
+import glob
+import os
+import socket
+import unicodedata
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from robust_slam_autograder import cli
+from robust_slam_autograder.commands import grade as grade_command
+from robust_slam_autograder.commands.submissions import Reader
+from robust_slam_autograder.errors import Refused
+from robust_slam_autograder.grading import batch
+from robust_slam_autograder.grading.batch import Job
+
+from tests.autograder import toy
+
+OTHER = "08-other"
+NAMES = (toy.NAME, OTHER)
+ESCAPES = "\x1b[2J\x1b]0;x\x07"
+HOSTILE = {
+    "escapes": f"{ESCAPES}.ipynb",
+    "newline": "a\n::error::b.ipynb",
+    "carriage return": "a\r::error::b",
+    "direction": "\u202egnp.ipynb",
+    "half a character": os.fsdecode(b"\xff\xfe.txt"),
+    "command": "::error file=a,line=1::b",
+    "old command": "##[error]b.ipynb",
+    "azure": "##vso[task.complete result=Failed]b",
+    "very long": "x" * 200,
+}
+
+
+def bind(path: Path) -> None:
+    """Make a socket; its address has little room, so from its folder."""
+    before = Path.cwd()
+    os.chdir(path.parent)
+    try:
+        with socket.socket(socket.AF_UNIX) as made:
+            made.bind(path.name)
+    finally:
+        os.chdir(before)
+
+
+def _nested(path: Path) -> None:
+    toy.write(path / toy.NAME / f"{toy.NAME}.ipynb", toy.answer())
+
+
+KINDS: dict[str, Callable[[Path], object]] = {
+    "file": Path.touch,
+    "notebook": lambda path: toy.write(path, toy.answer()),
+    "folder": Path.mkdir,
+    "nested": _nested,
+    "pipe": os.mkfifo,
+    "socket": bind,
+    "dangling": lambda path: path.symlink_to("nowhere"),
+    "loop": lambda path: path.symlink_to(path.name),
+    "device": lambda path: path.symlink_to("/dev/zero"),
+    "neighbour": lambda path: path.symlink_to(f"../ada/{toy.NAME}"),
+}
+PLACES = ("alice.ipynb", f"{toy.NAME}.ipynb", "notes", ".DS_Store", "__MACOSX", "week 1")
+
+
+@pytest.fixture
+def course(tmp_path: Path) -> Path:
+    """A source tree of one assignment, and the work of two students."""
+    toy.make_tree(tmp_path)
+    for student in ("ada", "bob"):
+        toy.hand_in(tmp_path / "submitted", student, toy.answer())
+    return tmp_path
+
+
+@pytest.fixture
+def run(course: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str, str]]:
+    """Run a command on the course's tree: exit status, output, errors."""
+
+    def command(name: str, *arguments: object) -> tuple[int, str, str]:
+        where = ("--solutions", course / "solutions", name, *arguments, "--out", course / "out")
+        status = cli.main([str(each) for each in where])
+        return (status, *capsys.readouterr())
+
+    return command
+
+
+def everything(course: Path) -> list[str]:
+    """What the documented ``submitted/*/*`` stands for, files that begin with a dot too."""
+    return sorted(glob.glob(f"{glob.escape(str(course))}/submitted/*/*", include_hidden=True))
+
+
+def is_harmless(text: str) -> bool:
+    """Whether a terminal and a CI service show the text and do nothing else."""
+    acts = {"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"}
+    return not any(
+        any(unicodedata.category(letter) in acts for letter in line)
+        or line.lstrip().startswith("::")
+        or any(mark in line for mark in ("##[", "##vso["))
+        for line in text.split("\n")
+    )
+
+
+def read(paths: list[Path], **options: str) -> tuple[dict[Path, str], list[Path]]:
+    """By path whose work it is, and the paths that are left out."""
+    reader = Reader(NAMES, options.get("assignment"), options.get("student"), lambda name: True)
+    claims, strays = reader.read([path.absolute() for path in paths])
+    return {claim.path: claim.student for claim in claims}, [stray.path for stray in strays]
+
+
+@pytest.mark.parametrize("place", PLACES)
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("options", [{}, {"assignment": toy.NAME}], ids=["", "named"])
+def test_a_students_own_folder_alone_counts(
+    course: Path, kind: str, place: str, options: dict[str, str]
+) -> None:
+    odd = course / "submitted" / "bob" / place
+    KINDS[kind](odd)
+    owners, strays = read(list(map(Path, everything(course))), **options)
+    assert owners == {course / "submitted" / s / toy.NAME: s for s in ("ada", "bob")}
+    assert strays == [odd]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_stands_in_a_submissions_place_is_its_students(course: Path, kind: str) -> None:
+    odd = course / "submitted" / "eve" / toy.NAME
+    odd.parent.mkdir()
+    KINDS[kind](odd)
+    owners, strays = read(list(map(Path, everything(course))))
+    assert owners[odd] == "eve" and not strays
+
+
+@pytest.mark.parametrize(
+    "paths",
+    [
+        ("submitted/eve/alice.ipynb",),
+        (f"submitted/eve/{toy.NAME}/alice.ipynb",),
+        ("class/eve/alice.ipynb", "class/mia/alice.ipynb"),
+        (f"class/eve/{toy.NAME}/alice.ipynb", f"class/mia/{toy.NAME}/x.ipynb"),
+        ("class/eve/alice.ipynb", f"class/mia/{toy.NAME}"),
+        (f"inbox/{toy.NAME}.ipynb",),
+        (f"submitted/__MACOSX/{toy.NAME}",),
+    ],
+)
+def test_a_notebook_in_a_students_folder_is_nobody_elses(
+    course: Path, paths: tuple[str, ...]
+) -> None:
+    for path in paths:
+        toy.write(course / path / "x" if path.endswith(toy.NAME) else course / path, toy.answer())
+    owners, _ = read([course / path for path in paths], assignment=toy.NAME)
+    assert "alice" not in owners.values() and set(owners.values()) <= {"mia"}
+    if not paths[0].endswith(toy.NAME):
+        given, _ = read([course / paths[0]], assignment=toy.NAME, student="eve")
+        assert list(given.values()) == ["eve"]
+
+
+@pytest.mark.parametrize("path", ["inbox/alice.ipynb", f"inbox/{toy.NAME}/alice.ipynb"])
+def test_a_notebook_in_an_inbox_is_its_stems(course: Path, path: str) -> None:
+    paths = [toy.write(course / path, toy.answer()), course / "submitted" / "ada" / toy.NAME]
+    assert read(paths, assignment=toy.NAME) == (
+        dict(zip(paths, ("alice", "ada"), strict=True)),
+        [],
+    )
+
+
+def test_two_paths_of_one_submission_cost_nobody_else_a_mark(course: Path) -> None:
+    again = toy.write(course / "c" / "d" / "bob.ipynb", toy.answer())
+    twice = [toy.write(course / place / "eve.ipynb", toy.answer()) for place in ("a/b", "e/f")]
+    owners, strays = read([*map(Path, everything(course)), again, *twice], assignment=toy.NAME)
+    assert sorted(owners.values()) == ["ada", "bob"] and strays == [again, *twice]
+
+
+def test_a_path_that_cannot_be_looked_at_is_left_out(tmp_path: Path) -> None:
+    path = tmp_path / ("x" * 300) / toy.NAME
+    assert read([path]) == ({}, [path])
+    job = Job("eve", toy.assignment(), tmp_path, path)
+    with pytest.raises(Refused, match="cannot be read"):
+        batch.locate(job)
+
+
+def test_the_documented_command_grades_everyone_else(
+    course: Path, run: Callable[..., tuple[int, str, str]]
+) -> None:
+    bob = course / "submitted" / "bob"
+    for number, name in enumerate([*HOSTILE.values(), *PLACES]):
+        make = list(KINDS.values())[number % len(KINDS)]
+        make(bob / name)
+    # Its name is a command to GitHub, and the name of a file beside the results.
+    students = ["::error::x", "##[error]y", "marks.json", "zoe\u0308", "zo\u00eb"]
+    for student in students:
+        toy.hand_in(course / "submitted", student, toy.answer())
+    summary = course / "out" / "marks.json"
+    for _ in range(2):
+        status, out, err = run(
+            *("grade", *everything(course), "--unsandboxed", "--seed", 1, "--json", summary)
+        )
+        assert status == 0 and "6 graded, 1 refused, 0 failed" in out
+        assert err.count("left out: ") == len(HOSTILE) + len(PLACES)
+        assert is_harmless(out + err)
+    for student in ("ada", "bob", "zo\u00eb", "zoe\u0308"):
+        assert toy.result(course / "out", student)["score"] == toy.MOST
+    assert not (course / "out" / "alice").exists() and summary.is_file()
+    err = run("grade", *everything(course), "--unsandboxed", "--no-names")[2]
+    assert err.count("left out: path ") == len(HOSTILE) + len(PLACES)
+    assert not [word for word in ("bob", "alice", "error", str(course)) if word in err]
+    for command in (
+        ("feedback", "--to", course / "feedback"),
+        ("report", "--to", course / "report"),
+        ("regrade", toy.NAME, "--submitted", course / "submitted", "--unsandboxed"),
+    ):
+        status, out, err = run(*command)
+        assert status == 0 and is_harmless(out + err), command
+    roster = course / "roster.csv"
+    people = "".join(f"x,y,{name}\n" for name in ("ada", "bob", "zo\u00eb", "nil"))
+    roster.write_text(f"First name,Last name,Email address\n{people}", encoding="utf-8")
+    what = ("--format", "moodle", "--roster", roster, "--to", course / "moodle.csv")
+    status, out, err = run("export", *what, "--missing-as-zero")
+    assert status == 1 and is_harmless(out + err)
+    assert "'zoe\\u0308' and 'zo\\xeb' are one name" in err
+    marks = [line.split(",")[-1] for line in (course / "moodle.csv").read_text("utf-8").split()]
+    assert marks[-4:] == ["20", "20", "", "0"]
+
+
+def test_names_of_files_beside_the_results_are_no_students(
+    course: Path, run: Callable[..., tuple[int, str, str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(grade_command, "record", lambda *arguments: None)
+    (course / "out").mkdir()
+    (course / "out" / "left.txt").touch()
+    names = ("left.txt", "new.json", "new.md", "book.sqlite")
+    for name in names:
+        toy.hand_in(course / "submitted", name, toy.answer())
+    out = course / "out"
+    status, said, _ = run(
+        *("grade", *everything(course), "--unsandboxed", "--json", out / "new.json"),
+        *("--markdown", out / "new.md", "--gradebook", f"sqlite:///{out / 'book.sqlite'}"),
+    )
+    assert status == 0 and f"2 graded, {len(names)} refused" in said
+    assert said.count("is no name for a student: rename it.") == len(names)
