@@ -152,7 +152,7 @@ def test_export_writes_them(done: Done) -> None:
         "10.0",
         "25.0",
     )
-    assert len(found) == 14
+    assert len(found) == 16
 
 
 @pytest.mark.parametrize("student", REFUSED)
@@ -209,7 +209,7 @@ def test_nothing_else_of_a_submission_is_copied(done: Done) -> None:
 def test_no_page_tells_what_is_hidden(done: Done) -> None:
     kept = done.course / "class"
     pages = [*kept.glob("autograded/*/*/*.ipynb"), *kept.glob("feedback/*/*/*.html")]
-    assert len(pages) == 28
+    assert len(pages) == 32
     secrets = [toy.CANARY, "hidden input", "81 * start", course_of.SCHEME, "canary-of-the-answer"]
     for page in pages:
         text = page.read_text("utf-8")
@@ -223,6 +223,17 @@ def test_feedback_says_how_each_case_went(done: Done) -> None:
     assert "✗ failed: 0 of 6 points\nTry negative numbers." in text
     assert "✓ passed: 5 of 5 points" in text
     assert "Score: 10.0 / 25.0" in text
+
+
+def test_pasted_pictures_and_long_texts_have_their_pages(done: Done) -> None:
+    pages = {
+        student: (
+            done.course / "class" / "feedback" / student / toy.NAME / f"{toy.NAME}.html"
+        ).read_text("utf-8")
+        for student in ("pasted", "long")
+    }
+    assert "Mine: (picture left out: image.png)" in pages["pasted"]
+    assert "\\begin{a}" * 60_000 in pages["long"] and "." * 10**6 in pages["long"]
 
 
 def test_a_graded_assignment_can_be_released_again(done: Done) -> None:
