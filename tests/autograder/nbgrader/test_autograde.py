@@ -129,7 +129,7 @@ def test_results_are_the_command_lines(done: Done) -> None:
 @pytest.mark.parametrize("what", ["auto_score", "needs_manual_grade", "max_score", "comment"])
 def test_the_gradebook_is_the_command_lines(done: Done, what: str) -> None:
     theirs = course_of.rows(course_of.database(done.course), what)
-    assert len(theirs) == 14
+    assert len(theirs) == 16
     assert theirs == course_of.rows(done.by_command_line / "gradebook.db", what)
 
 
@@ -137,6 +137,7 @@ def test_marks_are_right(done: Done) -> None:
     scores = course_of.rows(course_of.database(done.course), "score")
     assert {student: sum(marks.values()) for student, marks in scores.items()} == {
         **dict.fromkeys(("ada", "copied", "misnamed", "writer", "late", "undated"), 20),
+        **dict.fromkeys(("pasted", "long"), 20),
         **dict.fromkeys(("ben", "tagged", "loop"), 10),
         **dict.fromkeys(REFUSED, 0),
     }
@@ -169,7 +170,9 @@ def test_a_refusal_is_a_zero_with_its_reason(done: Done, student: str) -> None:
 
 def test_failed_cases_speak_to_the_student(done: Done) -> None:
     comments = course_of.rows(course_of.database(done.course), "comment")
-    assert comments["ben"]["double"] == "double(3) is 6: add the number to itself"
+    assert comments["ben"]["double"] == (
+        "double(3) is 6: add the number to itself\nHere, double(3) returned 9; expected 6."
+    )
     assert comments["ada"]["double"] is None
     assert "ran longer than it may" in comments["loop"]["double"]
 

@@ -174,9 +174,8 @@ def test_code_is_coloured_and_long_code_is_plain() -> None:
 
 
 SLOW = [
-    *("\\begin{a}", "\\begin{a}\n\n", "\\\\[ ", "\\\\( ", "$$a\n\n", "[", "![a](", "[`", "*["),
-    *("`a", "> ", "|a|\n|-|\n", "-\n", "<b>", "<a><p>", "<!--", "[a]: b\n", "*a **a "),
-    *(" ", "  \n", "\n\t", ".", "...", '"""\n'),
+    *("\\begin{a}", "\\\\[ ", "![a](", "*[", "`a", "|a|\n|-|\n", "-\n", "<a><p>", "[a]: b\n"),
+    *(" ", "  \n", "..."),
 ]
 """Repeated, each takes more than linear time somewhere in nbconvert, mistune or Pygments."""
 CPU_SECONDS = 60
@@ -185,18 +184,19 @@ import json, sys
 from nbconvert.exporters import HTMLExporter
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
 from robust_slam_autograder.nbgrader.release import nbgrader_settings
+texts = json.load(sys.stdin)
+cells = [make(text) for text in texts for make in (new_markdown_cell, new_code_cell)]
 exporter = HTMLExporter(config=nbgrader_settings("."))
-for text in json.load(sys.stdin):
-    page = new_notebook(cells=[new_markdown_cell(text), new_code_cell(text)])
-    assert "last-word" in exporter.from_notebook_node(page)[0]
+page, _ = exporter.from_notebook_node(new_notebook(cells=cells))
+assert page.count("lastword") == len(cells)
 """
 
 
 @pytest.mark.parametrize(
-    ("size", "texts"), [(LONGEST - 20, SLOW), (10**6, ["\\begin{a}", "[", " ", "."])]
+    ("size", "texts"), [(LONGEST - 20, SLOW), (10**5, ["[", "."]), (10**6, ["\\begin{a}"])]
 )
 def test_a_page_takes_time_in_proportion_to_its_text(size: int, texts: list[str]) -> None:
-    made = [f"x{text * (size // len(text))} last-word" for text in texts]
+    made = [f"x{text * (size // len(text))} lastword" for text in texts]
     done = subprocess.run(
         [sys.executable, "-c", RENDER],
         input=json.dumps(made),
