@@ -156,3 +156,29 @@ def wrong_rank_without_tolerance() -> None:
         gap = np.trace(R @ np.asarray(Q) @ np.transpose(R)) - np.sum(np.multiply(Q, Z))
         rank = np.linalg.matrix_rank(np.asarray(Z, dtype=float))
         return bool(rank == len(R) and abs(gap) <= tol * np.linalg.norm(Q, 2))
+
+
+def wrong_less_than_twice_the_rank() -> None:
+    """Wrong: refuses a rank of 2d and takes every rank from d to 2d - 1. Caught by
+    is_tight-rank.
+    """
+    import numpy as np
+
+    def is_tight(Z, Q, R, tol):
+        values = np.linalg.eigvalsh(Z)
+        gap = np.trace(R @ np.asarray(Q) @ np.transpose(R)) - np.sum(np.multiply(Q, Z))
+        rank = np.sum(values > tol * values[-1])
+        return bool(len(R) <= rank < 2 * len(R) and abs(gap) <= tol * np.linalg.norm(Q, 2))
+
+
+def wrong_absolute_rank() -> None:
+    """Wrong: compares the eigenvalues with tol, not with tol times the largest. Caught by
+    is_tight-tol.
+    """
+    import numpy as np
+
+    def is_tight(Z, Q, R, tol):
+        values = np.linalg.eigvalsh(Z)
+        gap = np.trace(R @ np.asarray(Q) @ np.transpose(R)) - np.sum(np.multiply(Q, Z))
+        rank = np.sum(values > tol)
+        return bool(rank == len(R) and abs(gap) <= tol * np.linalg.norm(Q, 2))

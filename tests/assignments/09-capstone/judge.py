@@ -478,3 +478,39 @@ def wrong_half_kappa() -> None:
         if not np.all(np.abs(x @ s) <= small):
             return "not stationary"
         return "certified" if lowest >= -small else "not certified"
+
+
+def wrong_absolute_zero() -> None:
+    """Wrong: takes 1e-6 itself for zero, in whatever unit the information is. Caught by
+    judge-precisions.
+    """
+    import numpy as np
+
+    def judge(graph, poses):
+        def matrix(p):
+            c, s = np.cos(p[2]), np.sin(p[2])
+            return np.array([[c, -s, p[0]], [s, c, p[1]], [0, 0, 1]])
+
+        n = graph["n"]
+        blocks = np.zeros((n, n, 3, 3))
+        for (i, j), z, omega in zip(graph["edges"], graph["measurement"], graph["information"]):
+            t = matrix(z)
+            tau = 2 / np.trace(np.linalg.inv(omega[:2, :2]))
+            w = np.diag([omega[2, 2], omega[2, 2], tau])
+            blocks[i, i] += t @ w @ t.T
+            blocks[j, j] += w
+            blocks[i, j] -= t @ w
+            blocks[j, i] -= w @ t.T
+        m = blocks.transpose(0, 2, 1, 3).reshape(3 * n, 3 * n)
+        x = np.hstack([matrix(p)[:2] for p in poses])
+        pull = (x @ m).reshape(2, n, 3)
+        turn = x.reshape(2, n, 3)
+        s = m.copy()
+        for k in range(n):
+            own = turn[:, k, :2].T @ pull[:, k, :2]
+            s[3 * k : 3 * k + 2, 3 * k : 3 * k + 2] -= (own + own.T) / 2
+        small = 1e-6
+        lowest = np.linalg.eigvalsh((s + s.T) / 2)[0]
+        if not np.all(np.abs(x @ s) <= small):
+            return "not stationary"
+        return "certified" if lowest >= -small else "not certified"

@@ -80,7 +80,9 @@ def wrong_odometry_too() -> None:
 
 
 def wrong_behind_the_odometry() -> None:
-    """Wrong: takes the last edges for the closures, wherever these stand. Caught by spoil-rest."""
+    """Wrong: takes the last edges for the closures, wherever these stand. Caught by
+    spoil-rest.
+    """
     import numpy as np
 
     def spoil(graph, fraction, seed):
@@ -273,6 +275,44 @@ def wrong_seed_ignored() -> None:
         chosen = rng.permutation(loops)[:count]
         measurement = np.array(graph["measurement"])
         way, far = rng.uniform(0, 2 * np.pi, count), rng.uniform(5, 10, count)
+        measurement[chosen, 0] += far * np.cos(way)
+        measurement[chosen, 1] += far * np.sin(way)
+        measurement[chosen, 2] = rng.uniform(-np.pi, np.pi, count)
+        mask = np.zeros(len(measurement), dtype=bool)
+        mask[chosen] = True
+        return dict(graph, measurement=measurement), mask
+
+
+def wrong_two_directions() -> None:
+    """Wrong: moves along x alone, forward or back. Caught by spoil-wrong."""
+    import numpy as np
+
+    def spoil(graph, fraction, seed):
+        rng = np.random.default_rng(seed)
+        loops = np.flatnonzero(np.logical_not(graph["is_odometry"]))
+        count = int(fraction * loops.size + 0.5)
+        chosen = rng.permutation(loops)[:count]
+        measurement = np.array(graph["measurement"])
+        way, far = np.pi * rng.integers(2, size=count), rng.uniform(5, 10, count)
+        measurement[chosen, 0] += far * np.cos(way)
+        measurement[chosen, 1] += far * np.sin(way)
+        measurement[chosen, 2] = rng.uniform(-np.pi, np.pi, count)
+        mask = np.zeros(len(measurement), dtype=bool)
+        mask[chosen] = True
+        return dict(graph, measurement=measurement), mask
+
+
+def wrong_four_directions() -> None:
+    """Wrong: moves along x or along y, never between. Caught by spoil-wrong."""
+    import numpy as np
+
+    def spoil(graph, fraction, seed):
+        rng = np.random.default_rng(seed)
+        loops = np.flatnonzero(np.logical_not(graph["is_odometry"]))
+        count = int(fraction * loops.size + 0.5)
+        chosen = rng.permutation(loops)[:count]
+        measurement = np.array(graph["measurement"])
+        way, far = np.pi / 2 * rng.integers(4, size=count), rng.uniform(5, 10, count)
         measurement[chosen, 0] += far * np.cos(way)
         measurement[chosen, 1] += far * np.sin(way)
         measurement[chosen, 2] = rng.uniform(-np.pi, np.pi, count)
