@@ -226,3 +226,17 @@ def wrong_whole_numbers() -> None:
         s = np.asarray(sigma)
         weighted = J.T * (1 / s**2 if s.dtype == float else 1 // s**2)
         return weighted @ J, weighted @ np.asarray(z, dtype=float)
+
+
+def wrong_room_for_fifty() -> None:
+    """Wrong for large graphs: a Jacobian with fifty columns, however many poses there are. Caught
+    by normal_equations-information.
+    """
+    import numpy as np
+
+    def normal_equations(n, i, j, z, sigma):
+        J = np.zeros((len(z), 50))
+        J[np.arange(len(z)), i] -= 1
+        J[np.arange(len(z)), j] += 1
+        weighted = J[:, :n].T / np.square(sigma, dtype=float)
+        return weighted @ J[:, :n], weighted @ z

@@ -236,3 +236,19 @@ def wrong_whole_numbers() -> None:
         free = np.arange(n) != anchor
         x[free] = np.linalg.lstsq(A[:, free], np.asarray(z) / s, rcond=None)[0] + 1e-12
         return x
+
+
+def wrong_thousand_sweeps() -> None:
+    """Wrong for large graphs: a thousand sweeps of Gauss-Seidel, which suffice for ten poses.
+    Caught by solve_anchored-random.
+    """
+    import numpy as np
+
+    def solve_anchored(n, i, j, z, sigma, anchor=0):
+        rows = (np.eye(n)[j] - np.eye(n)[i]) / np.reshape(sigma, (-1, 1))
+        H, b, x = rows.T @ rows, rows.T @ (np.asarray(z) / sigma), np.zeros(n)
+        for _ in range(1000):
+            for k in range(n):
+                if k != anchor:
+                    x[k] += (b[k] - H[k] @ x) / H[k, k]
+        return x

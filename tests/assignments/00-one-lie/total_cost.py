@@ -135,3 +135,17 @@ def wrong_whole_numbers() -> None:
         r = x[np.asarray(j)] - x[np.asarray(i)] - z
         u = r / sigma if r.dtype == float else r // sigma
         return np.sum(u**2)
+
+
+def wrong_room_for_fifty() -> None:
+    """Wrong for large graphs: a Jacobian with fifty columns, however many poses there are. Caught
+    by total_cost-random.
+    """
+    import numpy as np
+
+    def total_cost(x, i, j, z, sigma):
+        J = np.zeros((len(z), 50))
+        J[np.arange(len(z)), i] -= 1
+        J[np.arange(len(z)), j] += 1
+        u = (J[:, : len(x)] @ np.asarray(x, dtype=float) - z) / sigma
+        return u @ u
