@@ -194,3 +194,13 @@ def wrong_own_interval() -> None:
         u = np.linspace(0.0, 20.0, 400_001)
         concave = (rho(u + 1e-3) - 2 * rho(u) + rho(u - 1e-3)) / 1e-6 < -1e-6
         return u[np.argmax(concave)] if concave.any() else np.inf
+
+
+def wrong_never_past_twenty() -> None:
+    """Wrong for a large hi: the search stops at 20 at the latest. Caught by convex_until-interval."""
+    import numpy as np
+
+    def convex_until(rho, lo, hi):
+        u = np.linspace(lo, min(hi, 20.0), 400_001)
+        concave = (rho(u + 1e-3) - 2 * rho(u) + rho(u - 1e-3)) / 1e-6 < -1e-6
+        return u[np.argmax(concave)] if concave.any() else np.inf

@@ -174,3 +174,16 @@ def wrong_integers() -> None:
         filled[:, 3] = [1.0, min(1.0, c / 10), 1 / (1 + (10 / c) ** 2), float(c >= 10)]
         filled[:, 2] = filled[:, 1] / filled[:, 0]
         return filled
+
+
+def wrong_inside_from_fifty() -> None:
+    """Wrong for tiny and for huge c: keeps c between 0.1 and 50. Caught by table-cauchy."""
+    import numpy as np
+
+    def table(c):
+        c = np.clip(c, 0.1, 50.0)
+        u = np.array([1.0, 10.0])
+        inner = np.minimum(u, c)
+        cost = [u**2 / 2, inner * (u - inner / 2), c**2 / 2 * np.log1p((u / c) ** 2), inner**2 / 2]
+        weight = [1.0, min(1.0, c / 10), c**2 / (c**2 + 100), 1.0 if c >= 10 else 0.0]
+        return np.column_stack([cost, np.divide(*np.transpose(cost)[::-1]), weight])

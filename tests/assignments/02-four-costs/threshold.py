@@ -95,3 +95,14 @@ def wrong_other_end() -> None:
 
     def threshold(p, d):
         return chi2.isf(p, d) ** 0.5
+
+
+def wrong_root_below_ten() -> None:
+    """Wrong for many dimensions: looks for the threshold between 0 and 10. Caught by
+    threshold-other.
+    """
+    from scipy.optimize import brentq
+    from scipy.stats import chi2
+
+    def threshold(p, d):
+        return brentq(lambda c: chi2.cdf(c * c, d) - p, 0, 10, xtol=1e-13)
