@@ -197,7 +197,7 @@ def wrong_own_interval() -> None:
 
 
 def wrong_never_past_twenty() -> None:
-    """Wrong for a large hi: the search stops at 20 at the latest. Caught by convex_until-interval."""
+    """Wrong for a large hi: the search never goes past 20. Caught by convex_until-interval."""
     import numpy as np
 
     def convex_until(rho, lo, hi):
