@@ -152,3 +152,14 @@ def wrong_names() -> None:
         if far <= near / 2:
             return "hard redescender"
         return "unbounded" if far >= 2 * near else "monotone"
+
+
+def wrong_ten_thousand_is_far() -> None:
+    """Wrong horizon: looks out to ten thousand and no further. Caught by classify-growth."""
+    import numpy as np
+
+    def classify(psi):
+        nearer, farther = psi(np.logspace(3, 4, 2))
+        if farther <= nearer / 2:
+            return "redescending"
+        return "unbounded" if farther >= 2 * nearer else "bounded"

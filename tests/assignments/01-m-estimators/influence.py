@@ -174,3 +174,14 @@ def wrong_flat_rows() -> None:
         flat = np.ravel(np.asarray(u, dtype=float))
         slope = (rho(flat + 1e-5) - rho(flat - 1e-5)) / 2e-5
         return slope if np.ndim(u) else slope[0]
+
+
+def wrong_table_up_to_twenty() -> None:
+    """Wrong for large residuals: tabulates the slope between -20 and 20 and interpolates. Caught
+    by influence-smooth.
+    """
+    import numpy as np
+
+    def influence(rho, u):
+        grid = np.linspace(-20.0, 20.0, 400_001)
+        return np.interp(u, grid, (rho(grid + 1e-5) - rho(grid - 1e-5)) / 2e-5)

@@ -186,3 +186,13 @@ def wrong_size_of_u() -> None:
         size = np.abs(np.asarray(u, dtype=float))
         safe = np.where(size == 0, 1.0, size)
         return np.where(size == 0, 1.0, psi(safe) / safe)
+
+
+def wrong_zero_past_fifty() -> None:
+    """Wrong for large residuals: gives all of them the weight 0. Caught by weight-positive."""
+    import numpy as np
+
+    def weight(psi, u):
+        u = np.asarray(u, dtype=float)
+        w = np.divide(psi(u), u, out=np.ones(u.shape), where=u != 0)
+        return np.where(np.abs(u) > 50, 0.0, w)
