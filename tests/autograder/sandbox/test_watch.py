@@ -46,6 +46,9 @@ class Threads:
     def num_threads(self) -> int:
         return self.count
 
+    def num_fds(self) -> int:
+        return 0
+
 
 @pytest.mark.parametrize(("more", "is_too_much"), [(0, False), (1, True)])
 def test_threads_of_all_processes_count_to_twice_the_kernels_limit(
