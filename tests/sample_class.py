@@ -24,18 +24,19 @@ STUDENTS = (
 )
 
 
-def write(release: Path, out: Path) -> list[Path]:
+def write(release: Path, out: Path, assignments: Sequence[str] = ()) -> list[Path]:
     """Write the class's submissions.
 
     Args:
         release: the student release, ``<release>/<assignment>/<assignment>.ipynb``.
         out: where ``<student>/<assignment>/<assignment>.ipynb`` goes.
+        assignments: which ones; all where empty.
 
     Returns:
         the submissions' folders.
     """
     folders = []
-    for assignment in answers.assignments():
+    for assignment in assignments or answers.assignments():
         for student, text in _texts(assignment, release).items():
             path = out / student / assignment / f"{assignment}.ipynb"
             path.parent.mkdir(parents=True, exist_ok=True)

@@ -41,8 +41,10 @@ def sample(tmp_path_factory: pytest.TempPathFactory, wall_name: str) -> Class:
     shutil.copytree(answers.SOLUTIONS, course / "solutions")
     (course / "autograder").mkdir()
     shutil.copy(course_of.ROOT / "autograder" / "nbgrader_config.py", course / "autograder")
-    assert course_of.autograder(course, "release").returncode == 0
-    paths = sample_class.write(course / "build" / "release", course / "class" / "submitted")
+    used = [BY_BUTTON, BY_COMMAND]
+    assert course_of.autograder(course, "release", *used).returncode == 0
+    released, submitted = course / "build" / "release", course / "class" / "submitted"
+    paths = sample_class.write(released, submitted, used)
     where = ("--out", "alone", "--seed", course_of.SEED, "--sandbox", wall_name)
     done = course_of.autograder(course, "grade", *paths, *where)
     assert done.returncode == 0, done.stderr
