@@ -73,7 +73,7 @@ test: ## set up and pass all tests; STRICT=1 fails where one would be left out
 	@$(install)
 	@$(MAKE) -j 2 check book
 	ROBUST_SLAM_STRICT=$(filter-out 0,$(STRICT)) $(BIN)/pytest -q -n $(or $(JOBS),logical) --maxprocesses 8 \
-		--dist loadfile
+		--dist loadfile --no-loadscope-reorder
 
 # Says what tests need and is not there, then installs it.
 define install

@@ -63,7 +63,9 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Keep for ``--soak`` what takes minutes and is tested in pieces elsewhere."""
+    """Begin with long files; keep for ``--soak`` what takes minutes and is tested elsewhere."""
+    # Long files begin first, so that no process is left alone with one at the end.
+    items.sort(key=lambda item: item.get_closest_marker("long") is None)
     if not config.getoption("--soak"):
         long = [item for item in items if item.get_closest_marker("soak")]
         config.hook.pytest_deselected(items=long)

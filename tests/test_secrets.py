@@ -25,6 +25,8 @@ from robust_slam_autograder.publishing.public import publish, tracked
 
 from tests.assignments import answers
 
+pytestmark = pytest.mark.long
+
 REGION = re.compile(r"### BEGIN (SOLUTION|HIDDEN TESTS)\n(.*?)### END \1", re.DOTALL)
 CANARY = "canary-4c7e"
 TELLING = 32

@@ -19,6 +19,8 @@ from robust_slam_autograder.sandbox import choose
 from tests.assignments import answers
 from tests.assignments.answers import Answer
 
+pytestmark = pytest.mark.long
+
 SEEDS = (1, 20_260_101, 987_654_321, *range(101, 118))
 """All of them with ``--soak``, else the first: more would take longer than all other tests."""
 

@@ -12,6 +12,8 @@ from robust_slam_autograder.lint import Finding, lint
 
 from tests.assignments import answers
 
+pytestmark = pytest.mark.long
+
 NAMES = answers.assignments()
 
 

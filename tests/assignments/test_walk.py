@@ -12,6 +12,8 @@ from tests import jupyterlab
 from tests.assignments import answers, walk
 from tests.assignments.walk import check
 
+pytestmark = pytest.mark.long
+
 NAME = "03-irls"
 
 

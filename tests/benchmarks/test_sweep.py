@@ -22,6 +22,8 @@ from benchmarks.sweep.journal import Run
 from benchmarks.sweep.run import run_world
 from tests.autograder.machines import Machines
 
+pytestmark = pytest.mark.long
+
 WORLD = World("manhattan", "random", 10, 0)
 SCORE = Score(precision=0.5, recall=0.25, ate=0.125, seconds=2.0)
 DONE = Run(WORLD, "DCS", SCORE, 2.0)

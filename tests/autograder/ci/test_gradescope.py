@@ -28,6 +28,8 @@ from tests.autograder.ci import running
 from tests.autograder.publishing import world
 from tests.conftest import leave_out
 
+pytestmark = pytest.mark.long
+
 VISIBILITY = {"enum": ["hidden", "after_due_date", "after_published", "visible"]}
 FORMAT = {"enum": ["text", "simple_format", "html", "md", "ansi"]}
 NUMBER, TEXT, OBJECT = {"type": "number"}, {"type": "string"}, {"type": "object"}

@@ -8,6 +8,8 @@ import pytest
 
 from benchmarks import grading_memory
 
+pytestmark = pytest.mark.long
+
 SUBMISSIONS = 48
 LARGE_EVERY = 3
 """Kept in memory, these notebooks of 8 MB would take 128 MB: more than what is allowed to grow."""

@@ -20,6 +20,8 @@ from tests.assignments import answers
 from tests.autograder.nbgrader import course as course_of
 from tests.test_secrets import plain_lines, secret_lines
 
+pytestmark = pytest.mark.long
+
 BY_BUTTON, BY_COMMAND = "02-four-costs", "03-irls"
 GRADING_MILLISECONDS = 60_000
 
