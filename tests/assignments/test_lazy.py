@@ -10,7 +10,7 @@ import pytest
 from tests.assignments import answers, reference
 from tests.assignments.lazy.search import earned
 
-NAMES = [name for name in answers.assignments() if name < "01"]
+NAMES = [name for name in answers.assignments() if name < "05"]
 
 
 @pytest.mark.parametrize("name", NAMES)

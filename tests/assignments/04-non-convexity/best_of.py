@@ -256,3 +256,22 @@ def wrong_plateau_is_an_error() -> None:
         ends = [descend(z, c, start) for start in starts]
         ends = [x for x in ends if np.any(np.abs(x - z) <= c)]
         return min(ends, key=lambda x: np.sum(np.minimum((x - z) ** 2, c**2)))
+
+
+def wrong_first_fifty_starts() -> None:
+    """Wrong for many starts: descends from the first fifty alone. Caught by best_of-order."""
+    import numpy as np
+
+    def best_of(z, c, starts):
+        z = np.asarray(z, dtype=float)
+
+        def descend(x):
+            for _ in range(1000):
+                kept = z[np.abs(x - z) <= c]
+                if kept.size == 0 or kept.mean() == x:
+                    break
+                x = kept.mean()
+            return x
+
+        ends = [descend(start) for start in starts[:50]]
+        return min(ends, key=lambda x: np.sum(np.minimum((x - z) ** 2, c**2)))

@@ -264,3 +264,42 @@ def wrong_coarse_grid() -> None:
         return [
             minimize_scalar(height, bounds=(x[k - 1], x[k + 1]), method="bounded").x for k in low
         ]
+
+
+def wrong_never_past_a_hundred() -> None:
+    """Wrong for intervals far away: searches between -100 and 100 alone. Caught by
+    local_minima-interval.
+    """
+    import numpy as np
+    from scipy.optimize import minimize_scalar
+
+    def local_minima(z, rho, lo, hi):
+        z = np.asarray(z, dtype=float)
+
+        def height(x):
+            return np.sum(rho(np.subtract.outer(x, z)), axis=-1)
+
+        x = np.linspace(-100, 100, 10_001)
+        f = height(x)
+        low = np.flatnonzero((f[1:-1] < f[:-2]) & (f[1:-1] <= f[2:])) + 1
+        found = [minimize_scalar(height, bounds=(x[k - 1], x[k + 1])).x for k in low]
+        return [place for place in found if lo < place < hi]
+
+
+def wrong_two_hundred_points() -> None:
+    """Wrong for wide intervals: two minima fit between neighbours of its grid. Caught by
+    local_minima-escape.
+    """
+    import numpy as np
+    from scipy.optimize import minimize_scalar
+
+    def local_minima(z, rho, lo, hi):
+        z = np.asarray(z, dtype=float)
+
+        def height(x):
+            return np.sum(rho(np.subtract.outer(x, z)), axis=-1)
+
+        x = np.linspace(lo, hi, 200)
+        f = height(x)
+        low = np.flatnonzero((f[1:-1] < f[:-2]) & (f[1:-1] <= f[2:])) + 1
+        return [minimize_scalar(height, bounds=(x[k - 1], x[k + 1])).x for k in low]

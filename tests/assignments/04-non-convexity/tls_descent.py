@@ -216,3 +216,15 @@ def wrong_integers() -> None:
                 whole = all(isinstance(a, (int, np.integer)) for a in kept)
                 x = total // len(kept) if whole else total / len(kept)
         return x
+
+
+def wrong_fifty_steps() -> None:
+    """Wrong for long descents: stops after fifty steps. Caught by tls_descent-steps."""
+    import numpy as np
+
+    def tls_descent(z, c, x0):
+        z, x = np.asarray(z, dtype=float), x0
+        for _ in range(50):
+            kept = z[np.abs(x - z) <= c]
+            x = np.mean(kept) if kept.size else x
+        return x

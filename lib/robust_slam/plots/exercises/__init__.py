@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from robust_slam.style import PALETTE, figure_style, show_figures
 
-NOT_YET = "A picture stands here once the visible checks above pass."
+NOT_YET = "A picture appears here once your function returns something that can be drawn."
 
 P = ParamSpec("P")
 
@@ -23,8 +23,8 @@ P = ParamSpec("P")
 def once_it_works(draw: Callable[P, Figure]) -> Callable[P, Figure | None]:
     """Draw in the course's style, with functions that can be drawn; else say when there will be.
 
-    A student's unfinished function may raise anything, or return anything: no picture is
-    worth a traceback below the checks that have told them already.
+    A student's unfinished function may raise anything, or return anything. The checks below say
+    what is wrong, so the picture needs no traceback.
     """
 
     @functools.wraps(draw)
