@@ -118,8 +118,14 @@ def refuse_unsafe(jobs: Sequence[Job], options: argparse.Namespace, wall: Sandbo
     Raises:
         WrongUse: it could, or a package that an assignment allows is not installed.
     """
-    folders = [options.solutions, options.out, *(job.path for job in jobs)]
+    folders = [options.solutions, options.out, *map(_folder_of_students, jobs)]
     allowed.refuse_unsafe([job.assignment for job in jobs], folders, wall)
+
+
+def _folder_of_students(job: Job) -> Path:
+    """Where students' work lies; a student's own path may be a link to anywhere, or to itself."""
+    is_notebook = job.path.suffix == submissions.NOTEBOOK
+    return job.path.parent if is_notebook else job.path.parents[1]
 
 
 @contextlib.contextmanager

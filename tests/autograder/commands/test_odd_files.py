@@ -5,6 +5,7 @@ from __future__ import annotations
 import glob
 import os
 import socket
+import sysconfig
 import unicodedata
 from collections.abc import Callable
 from pathlib import Path
@@ -220,6 +221,22 @@ def test_the_documented_command_grades_everyone_else(
     assert "'zoe\\u0308' and 'zo\\xeb' are one name" in err
     marks = [line.split(",")[-1] for line in (course / "moodle.csv").read_text("utf-8").split()]
     assert marks[-4:] == ["20", "20", "", "0"]
+
+
+@pytest.mark.sandbox
+def test_what_stands_in_a_submissions_place_is_refused_and_the_others_are_graded(
+    course: Path, run: Callable[..., tuple[int, str, str]], wall_name: str
+) -> None:
+    kinds = KINDS | {"visible": lambda path: path.symlink_to(sysconfig.get_path("stdlib"))}
+    for kind, make in kinds.items():
+        odd = course / "submitted" / kind / toy.NAME
+        odd.parent.mkdir()
+        make(odd)
+    where = ("grade", *everything(course), "--sandbox", wall_name)
+    # A notebook counts under any name: only its place tells whose it is.
+    status, out, err = run(*where)
+    assert status == 0 and f"3 graded, {len(kinds) - 1} refused, 0 failed" in out, err
+    assert toy.result(course / "out", "notebook")["score"] == toy.MOST
 
 
 def test_names_of_files_beside_the_results_are_no_students(
