@@ -94,7 +94,7 @@ check: setup ## lint, format and types
 lock: ## pin every dependency again (wants uv)
 	uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
 		--no-header --group book --group lab --group test --group check --group bench --group build \
-		--extra sdp --extra data --extra cluster --extra postgres lib/pyproject.toml autograder/pyproject.toml -o requirements.lock
+		--extra sdp --extra data --extra live --extra grading --extra cluster --extra postgres lib/pyproject.toml autograder/pyproject.toml -o requirements.lock
 
 clean: ## remove all that was generated, the environment too; class/ stays
 	rm -rf build _build $(VENV) .mypy_cache .pytest_cache .ruff_cache .hypothesis

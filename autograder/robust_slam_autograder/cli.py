@@ -12,6 +12,19 @@ from robust_slam_autograder.commands import COMMANDS
 from robust_slam_autograder.errors import AutograderError, WrongUse
 from robust_slam_autograder.reports.markup import log_line
 
+GRADING = (
+    "alembic",
+    "jinja2",
+    "markupsafe",
+    "nbgrader",
+    "sqlalchemy",
+    "tqdm",
+    "traitlets",
+    "yaml",
+)
+"""Modules that the extra ``grading`` installs."""
+HOW_TO_GRADE = 'this command needs pip install "robust-slam-autograder[grading]".'
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command and return its exit status: 0, 1 or 2 as the README says."""
@@ -30,6 +43,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (AutograderError, OSError) as error:
         print(f"autograder: {log_line(str(error))}", file=sys.stderr)
         return 1
+    except ModuleNotFoundError as error:
+        if error.name is None or error.name.split(".")[0] not in GRADING:
+            raise
+        print(f"autograder: {error.name} is missing: {HOW_TO_GRADE}", file=sys.stderr)
+        return 2
     except KeyboardInterrupt:
         print("autograder: stopped; the same command goes on from here.", file=sys.stderr)
         return 1

@@ -8,8 +8,6 @@ import time
 from collections.abc import Callable, Iterator
 from typing import TextIO
 
-from tqdm import tqdm
-
 SECONDS_BETWEEN_LINES = 10.0
 
 
@@ -19,6 +17,8 @@ def shown(total: int) -> Iterator[Callable[[], None]]:
     if not sys.stderr.isatty():
         yield Lines(total, sys.stderr).step
         return
+    from tqdm import tqdm  # of the extra `grading`
+
     with tqdm(total=total, unit="submission") as bar:
 
         def step() -> None:

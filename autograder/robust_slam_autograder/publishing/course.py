@@ -14,8 +14,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.reading.assignment import check_table
 
@@ -123,6 +121,8 @@ def _is_inside(name: str) -> bool:
 
 
 def _repository(path: Path) -> Repository:
+    import yaml  # of the extra `grading`
+
     try:
         value = yaml.safe_load(path.read_text(encoding="utf-8"))
     except FileNotFoundError:

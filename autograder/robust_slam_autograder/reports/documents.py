@@ -10,11 +10,12 @@ import base64
 import functools
 import hashlib
 from importlib import resources
-
-from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
+from typing import TYPE_CHECKING
 
 from robust_slam_autograder.reports.markup import one_line
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
 
 SHARED_STYLE = "page"
 
@@ -27,6 +28,8 @@ def html(name: str, *, style: str = "", **content: object) -> str:
         style: name of the style that goes on where the shared one ends.
         content: what the template shows.
     """
+    from markupsafe import Markup  # of the extra `grading`
+
     rules = _style(SHARED_STYLE) + _style(style or name)
     digest = base64.b64encode(hashlib.sha256(rules.encode()).digest()).decode()
     return (
@@ -38,6 +41,8 @@ def html(name: str, *, style: str = "", **content: object) -> str:
 
 @functools.cache
 def _templates() -> Environment:
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
     return Environment(
         loader=PackageLoader(__package__),
         autoescape=True,

@@ -8,15 +8,18 @@ import math
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
 
-import ipywidgets
 from matplotlib.figure import Figure
 
-from robust_slam.canvas import live, page
+from robust_slam.canvas import page
 from robust_slam.canvas.controls import Control, check_words
 from robust_slam.canvas.frame import Frame, to_svg, to_text
 from robust_slam.style import figure_style
+
+if TYPE_CHECKING:
+    import ipywidgets
 
 MAX_FRAMES = 60
 
@@ -79,14 +82,24 @@ class Canvas:
         return page.group(self.title, self.controls, frames)
 
     def live(self) -> ipywidgets.VBox:
-        """Return the same controls as widgets; every change draws anew in the kernel."""
+        """Return the same controls as widgets; every change draws anew in the kernel.
+
+        Raises:
+            ModuleNotFoundError: ipywidgets is not installed.
+        """
+        from robust_slam.canvas import live
+
         return live.view(self.title, self.controls, self.frame)
 
     def _repr_mimebundle_(self, **_: object) -> dict[str, Any]:
         """Return the static group, and the widgets beside it where someone can move them."""
         bundle: dict[str, Any] = {"text/plain": f"Canvas: {self.title}"}
         bundle["text/html"] = self.static_html()
-        if not os.environ.get("ROBUST_SLAM_STATIC") and live.someone_is_there():
+        if os.environ.get("ROBUST_SLAM_STATIC") or find_spec("ipywidgets") is None:
+            return bundle
+        from robust_slam.canvas import live
+
+        if live.someone_is_there():
             widgets = self.live()._repr_mimebundle_()
             bundle[live.MIME] = widgets[live.MIME]
         return bundle
