@@ -21,7 +21,8 @@ import pytest
 import yaml
 from robust_slam_autograder.nbgrader.release import release
 from robust_slam_autograder.publishing import course
-from robust_slam_autograder.publishing.public import publish, tracked
+from robust_slam_autograder.publishing.files import tracked
+from robust_slam_autograder.publishing.public import publish
 
 from tests.assignments import answers
 

@@ -17,7 +17,7 @@ from robust_slam_autograder.ci.workflows import quoted, substitute, template
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading import durable
 from robust_slam_autograder.publishing.course import COURSE_NAME, Course
-from robust_slam_autograder.publishing.public import tracked
+from robust_slam_autograder.publishing.files import tracked
 from robust_slam_autograder.reading import assignment as assignments
 
 PROGRAMS = ("setup.sh", "run_autograder")
@@ -36,7 +36,7 @@ def write(course: Course, name: str, archive: Path) -> None:
     Raises:
         WrongUse: the course does not say what to install, or is in no repository.
     """
-    packages = course.install.get("assignments", {})
+    packages = course.packages(name)
     if not packages:
         raise WrongUse(
             f"{course.tree / COURSE_NAME} has no [install.assignments]: it says what to install."
@@ -71,7 +71,7 @@ def _constraints(root: Path) -> str:
 
 def _sources(course: Course, name: str) -> dict[str, bytes]:
     """The packages as git tracks them, and the assignment; by their places in the archive."""
-    folders = tuple(f"{folder}/" for folder in course.install["assignments"].values())
+    folders = tuple(f"{folder}/" for folder in course.packages().values())
     chosen = [path for path in tracked(course.root) if path.startswith(folders)]
     tests = assignments.notebook_path(course.tree / name)
     found = {path: course.root / path for path in chosen}

@@ -107,7 +107,7 @@ def quoted(requirement: str) -> str:
 
 
 def _from_repository(course: Course) -> list[str]:
-    packages = course.install.get("assignments", {})
+    packages = course.packages()
     if not packages or not course.repository.url:
         raise WrongUse(
             "Nothing says where students install from: write the public course's address "

@@ -6,6 +6,7 @@ import glob
 import json
 import logging
 import os
+import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -20,7 +21,7 @@ from robust_slam_autograder import layout
 from robust_slam_autograder.errors import GraderFailure, WrongUse
 from robust_slam_autograder.nbgrader import database
 from robust_slam_autograder.publishing import course as courses
-from robust_slam_autograder.publishing import handout, secret_lines, staging
+from robust_slam_autograder.publishing import handout, secret_lines, staging, wheels
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading import notebook
 from robust_slam_autograder.reading.submission import DATABASE_NAME, DATABASE_VARIABLE
@@ -104,12 +105,13 @@ def release(tree: Path, names: Sequence[str], out: Path) -> list[Path]:
         if (out / name).resolve().is_relative_to(tree.resolve()):
             raise WrongUse(f"{out} lies in the source tree, which must stay as it is: --out DIR.")
     course = courses.load(tree)
-    with staging.made_beside(out) as part:
+    with staging.made_beside(out) as part, tempfile.TemporaryDirectory() as built:
+        packages = wheels.build(course, Path(built))
         for name, source in zip(names, sources, strict=True):
             _run_nbgrader(tree, name, part)
             _count_hidden(source, part / name)
             _inspect(source, part / name)
-            handout.write(part / name, course, part / f"{name}.zip")
+            handout.write(part / name, course, packages, part / f"{name}.zip")
         for name in names:
             staging.put(part / name, out / name)
             staging.put(part / f"{name}.zip", out / f"{name}.zip")

@@ -23,6 +23,7 @@ _ADDRESS = re.compile(r"[a-z][a-z0-9+.-]*://[^\s\"'`{}\\]+")
 _PASSWORD = re.compile(r"://[^/@]*:[^/]*@")
 _BRANCH = re.compile(r"[\w][\w./-]*")
 _PACKAGE = re.compile(r"[A-Za-z0-9][\w.-]*(\[[\w,.-]+\])?")
+_REQUIREMENT = re.compile(rf"{_PACKAGE.pattern}([<>=!~]=?[\w.*]+(,[<>=!~]=?[\w.*]+)*)?")
 
 
 @dataclass(frozen=True)
@@ -54,20 +55,59 @@ class Public:
 
 
 @dataclass(frozen=True)
+class Install:
+    """What a student installs."""
+
+    book: Mapping[str, str] = field(default_factory=dict)
+    """For the book's notebooks: the course's packages, and the folder of each."""
+    assignments: Mapping[str, str] = field(default_factory=dict)
+    """For every assignment: the course's packages, and the folder of each."""
+    also: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    """Per assignment the extras that it needs of these packages, as ``package[extra]``."""
+    tools: tuple[str, ...] = ()
+    """Packages of the package index, to work on assignments with."""
+
+
+@dataclass(frozen=True)
 class Course:
     """What others get of a course."""
 
     tree: Path
     """The instructor's source tree."""
     repository: Repository = field(default_factory=Repository)
-    install: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
-    """For ``book`` and for ``assignments`` what a student installs: package and folder."""
+    install: Install = field(default_factory=Install)
     public: Public | None = None
 
     @property
     def root(self) -> Path:
         """The course's folder, in which the source tree lies."""
         return self.tree.resolve().parent
+
+    def packages(self, assignment: str | None = None) -> dict[str, str]:
+        """The course's packages that an assignment needs, with extras, and the folder of each.
+
+        Args:
+            assignment: its name; the packages for all assignments where it is None.
+        """
+        also = self.install.also
+        wanted = [each for name in also if assignment in (None, name) for each in also[name]]
+        found = {}
+        for package, folder in self.install.assignments.items():
+            name = name_of(package)
+            extras = [_extras(each) for each in (package, *wanted) if name_of(each) == name]
+            together = ",".join(dict.fromkeys(extra for some in extras for extra in some))
+            found[f"{name}[{together}]" if together else name] = folder
+        return found
+
+
+def name_of(package: str) -> str:
+    """A package's name, without its extras."""
+    return package.partition("[")[0]
+
+
+def _extras(package: str) -> list[str]:
+    inside = package.partition("[")[2].rstrip("]")
+    return [extra.strip() for extra in inside.split(",") if extra.strip()]
 
 
 def load(tree: Path) -> Course:
@@ -90,14 +130,33 @@ def load(tree: Path) -> Course:
     return Course(tree, repository, install, public)
 
 
-def _install(path: Path, table: dict[str, Any]) -> dict[str, dict[str, str]]:
-    check_table(path, table, {"book": dict, "assignments": dict})
-    for packages in table.values():
+def _install(path: Path, table: dict[str, Any]) -> Install:
+    check_table(path, table, {"book": dict, "assignments": dict, "also": dict, "tools": list})
+    for key in ("book", "assignments"):
+        packages = table.get(key, {})
         check_table(path, packages, dict.fromkeys(packages, str))
         for package, folder in packages.items():
             if not _PACKAGE.fullmatch(package) or not _is_inside(folder):
-                raise WrongUse(f"{path}: [install] wants package = its folder, not {package}.")
-    return table
+                raise WrongUse(f"{path}: [install.{key}] takes package = its folder ({package}).")
+    also = table.get("also", {})
+    check_table(path, also, dict.fromkeys(also, list))
+    known = {name_of(package) for package in table.get("assignments", {})}
+    for package in (each for packages in also.values() for each in packages):
+        if not _is_package(package) or name_of(package) not in known:
+            raise WrongUse(
+                f"{path}: [install.also] takes extras of the packages of [install.assignments], "
+                f'as "package[extra]", not {package!r}.'
+            )
+    tools = tuple(table.get("tools", ()))
+    if not all(isinstance(tool, str) and _REQUIREMENT.fullmatch(tool) for tool in tools):
+        raise WrongUse(f"{path}: tools takes a list of packages, each with its versions at most.")
+    table["tools"] = tools
+    table["also"] = {name: tuple(packages) for name, packages in also.items()}
+    return Install(**table)
+
+
+def _is_package(value: object) -> bool:
+    return isinstance(value, str) and _PACKAGE.fullmatch(value) is not None
 
 
 def _public(path: Path, table: dict[str, Any]) -> Public:

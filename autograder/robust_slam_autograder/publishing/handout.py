@@ -3,23 +3,32 @@
 from __future__ import annotations
 
 import zipfile
+from collections.abc import Mapping
 from pathlib import Path
 
-from robust_slam_autograder.publishing.course import Course
+from robust_slam_autograder.publishing.course import Course, name_of
 from robust_slam_autograder.reading import assignment as assignments
 
 README_NAME = "README.txt"
+REQUIREMENTS_NAME = "requirements.txt"
+PACKAGES_NAME = "packages"
+ENVIRONMENT = "../.venv"
+"""From an assignment's folder: assignments that lie beside each other share it."""
+INSTALL = (
+    f"python3 -m venv {ENVIRONMENT}",
+    f". {ENVIRONMENT}/bin/activate",
+    f"pip install -r {REQUIREMENTS_NAME}",
+)
+"""What a student types in an assignment's folder."""
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 _README = """\
 {title}
 
-The notebook says what to write.
-You need Python 3.11 or newer; on Windows, WSL.
+The notebook says what to write. You need Python 3.11 or newer; on Windows, WSL.
 
-1. Install, once for all assignments
+1. Install
 {install}
 2. Open
-   Unpack this archive. In the folder {name}:
 
      jupyter lab {notebook}
 
@@ -30,45 +39,45 @@ You need Python 3.11 or newer; on Windows, WSL.
 
      autograder check {notebook}
 
-   It runs the checks that you see, from top to bottom. Of each exercise it
-   names those that fail, and the likely slip of the first. The mark also
-   counts checks that you do not see.
+   It runs the checks that you see, from top to bottom, and says for each
+   exercise what went wrong and why. The mark also counts hidden checks.
 
 4. Hand in
    Save the notebook and hand in {notebook}: this one file, under this name.
    It need not be finished: every case that passes counts.
 """
 _ENVIRONMENT = """\
-   In a terminal, in a folder of your own:
+   In a terminal, in the folder of this file:
 
-     python3 -m venv .venv
-     . .venv/bin/activate
-     pip install {packages}
+     {}
+     {}
+     {}
 
-   It takes a minute or two, and 1 GB of disk. In every new terminal the second
-   line again.{where}
+   It takes a minute or two. In every new terminal type the second line again,
+   in this folder.
+   All assignments share this environment: unpack the next one beside this one,
+   and type the second and the third line in its folder.
 """
-_FROM_GIT = " pip needs git for the third."
-_FROM_FOLDER = """
-
-   COURSE is the course's folder, which holds {folders}:
-   write its path."""
-_ASK = """
+_ASK = """\
    What the notebook imports, JupyterLab and the grader (autograder): your
-   instructor says how.
+   instructor says how. Then go to the folder of this file.
 """
 
 
-def write(folder: Path, course: Course, archive: Path) -> None:
+def write(folder: Path, course: Course, wheels: Mapping[str, Path], archive: Path) -> None:
     """Write the archive of a released assignment; the same release gives the same bytes.
 
     Args:
         folder: the release, named as the assignment.
-        course: where students install from.
+        course: what students install.
+        wheels: the course's packages that students install, by their names.
         archive: the file to write.
     """
     texts = {path.relative_to(folder).as_posix(): path.read_bytes() for path in _files(folder)}
     texts.setdefault(README_NAME, readme(folder, course).encode())
+    if wheels:
+        texts.setdefault(REQUIREMENTS_NAME, requirements(folder.name, course, wheels).encode())
+        texts |= {f"{PACKAGES_NAME}/{path.name}": path.read_bytes() for path in wheels.values()}
     # Stored as they are: what a compressor gives depends on its version.
     with zipfile.ZipFile(archive, "w", zipfile.ZIP_STORED) as made:
         for name in sorted(texts):
@@ -82,29 +91,22 @@ def _files(folder: Path) -> list[Path]:
     return sorted(path for path in folder.rglob("*") if path.is_file())
 
 
+def requirements(name: str, course: Course, wheels: Mapping[str, Path]) -> str:
+    """What pip installs for an assignment: the wheels beside it, and tools from the index."""
+    packages = course.packages(name)
+    lines = [
+        f"./{PACKAGES_NAME}/{wheels[name_of(package)].name}{package[len(name_of(package)) :]}"
+        for package in packages
+    ]
+    return "".join(f"{line}\n" for line in [*lines, *course.install.tools])
+
+
 def readme(folder: Path, course: Course) -> str:
     """What a student is to do with a released assignment."""
     title = assignments.load_config(folder / assignments.CONFIG_NAME).title
-    notebook = assignments.notebook_path(folder).name
     heading = f"{folder.name}: {title}" if title else folder.name
     return _README.format(
         title=f"{heading}\n{'=' * len(heading)}",
-        name=folder.name,
-        notebook=notebook,
-        install=_install(course),
+        notebook=assignments.notebook_path(folder).name,
+        install=_ENVIRONMENT.format(*INSTALL) if course.install.assignments else _ASK,
     )
-
-
-def _install(course: Course) -> str:
-    packages = course.install.get("assignments", {})
-    if not packages:
-        return _ASK
-    if course.repository.url:
-        wanted = [course.repository.requirement(name, packages[name]) for name in packages]
-        where = _FROM_GIT
-    else:
-        extras = {name: name[name.find("[") :] if "[" in name else "" for name in packages}
-        wanted = [f"COURSE/{packages[name]}{extras[name]}" for name in packages]
-        where = _FROM_FOLDER.format(folders=" and ".join(f"{f}/" for f in packages.values()))
-    lines = " \\\n       ".join(f'"{each}"' for each in wanted)
-    return _ENVIRONMENT.format(packages=lines, where=where)

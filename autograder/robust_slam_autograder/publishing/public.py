@@ -10,8 +10,7 @@ from __future__ import annotations
 import json
 import os
 import re
-import subprocess
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +18,7 @@ from robust_slam_autograder.errors import GraderFailure, WrongUse
 from robust_slam_autograder.nbgrader.release import release
 from robust_slam_autograder.publishing import imports, secret_lines, staging
 from robust_slam_autograder.publishing.course import COURSE_NAME, Course, Public, Repository, load
+from robust_slam_autograder.publishing.files import chosen, tracked
 from robust_slam_autograder.reading import assignment as assignments
 
 _PRIVATE = re.compile(r"<!-- private -->.*?<!-- /private -->(?:[ \t]*\n)?", re.DOTALL)
@@ -58,7 +58,7 @@ def publish(tree: Path, out: Path) -> list[str]:
             _copy(course.root, name, made)
         release(tree, [], made / public.assignments)
         _add_install_cells(made / public.book, course)
-        _look_for_secrets(tree, made, public.known)
+        _look_for_secrets(tree, made, _known(public))
         imports.refuse_private(course.root, made)
         written = sorted(p.relative_to(made).as_posix() for p in made.rglob("*") if p.is_file())
         staging.put(made, out.resolve())
@@ -76,42 +76,6 @@ def _refuse_in_use(course: Course, released: str, out: Path) -> None:
         raise WrongUse(f"{out} is a repository, or no folder: write elsewhere, --out DIR.")
     if any(target.iterdir()) and not (target / released).is_dir():
         raise WrongUse(f"{out} holds something else than a public course: --out DIR.")
-
-
-def tracked(root: Path) -> list[str]:
-    """Paths below a folder that git tracks and that are there.
-
-    Raises:
-        WrongUse: git is missing, or the folder is no part of a repository.
-    """
-    command = ["git", "-C", str(root), "ls-files", "-z", "--cached"]
-    try:
-        done = subprocess.run(command, capture_output=True, check=True)
-    except FileNotFoundError as error:
-        raise WrongUse("git is not installed: it says which files are the course's.") from error
-    except subprocess.CalledProcessError as error:
-        why = error.stderr.decode(errors="replace").strip().removeprefix("fatal: ")
-        raise WrongUse(f"git cannot say which files are the course's: {why}.") from error
-    names = done.stdout.decode(errors="surrogateescape").split("\0")
-    return sorted(name for name in names if name and os.path.lexists(root / name))
-
-
-def chosen(public: Public, names: Iterable[str], source: Path) -> list[str]:
-    """Of these paths those that the public may have.
-
-    Raises:
-        WrongUse: an entry of the list, in the file ``source``, stands for no path.
-    """
-    known = list(names)
-    for entry in (*public.files, *public.without):
-        if not any(_stands_for(entry, name) for name in known):
-            raise WrongUse(f"{source}: [public] lists {entry}, and git tracks no such file.")
-    taken = [name for name in known if any(_stands_for(entry, name) for entry in public.files)]
-    return [n for n in taken if not any(_stands_for(entry, n) for entry in public.without)]
-
-
-def _stands_for(entry: str, name: str) -> bool:
-    return name.startswith(entry) if entry.endswith("/") else name == entry
 
 
 def _copy(root: Path, name: str, made: Path) -> None:
@@ -142,7 +106,7 @@ def for_the_public(text: str, name: str) -> str:
 
 
 def _add_install_cells(book: Path, course: Course) -> None:
-    packages = course.install.get("book", {})
+    packages = course.install.book
     if course.repository.url and packages:
         for path in sorted(book.glob("*.ipynb")):
             value = json.loads(path.read_text(encoding="utf-8"))
@@ -174,14 +138,25 @@ def install_cell(packages: Mapping[str, str], repository: Repository) -> dict[st
     }
 
 
-def _look_for_secrets(tree: Path, made: Path, known: Mapping[str, tuple[str, ...]]) -> None:
+def _known(public: Public) -> Callable[[str], set[str]]:
+    """The lines that a file may hold; an assignment's archive holds the packages' files too."""
+    everywhere = {line for lines in public.known.values() for line in lines}
+
+    def known(path: str) -> set[str]:
+        is_archive = path.startswith(f"{public.assignments}/") and path.endswith(".zip")
+        return everywhere if is_archive else set(public.known.get(path, ()))
+
+    return known
+
+
+def _look_for_secrets(tree: Path, made: Path, known: Callable[[str], set[str]]) -> None:
     """Look for lines of solutions and hidden tests in the copy."""
     secrets: dict[str, str] = {}
     for name in assignments.find_names(tree):
         found = secret_lines.secrets_of(assignments.notebook_path(tree / name))
         secrets |= dict.fromkeys(found, name)
     for path, lines in secret_lines.lines_below(made):
-        for line in sorted(lines & secrets.keys() - set(known.get(path, ()))):
+        for line in sorted(lines & secrets.keys() - known(path)):
             raise GraderFailure(
                 f"{path} would tell a line of a solution or a hidden test of {secrets[line]} "
                 f"({line}): leave the file out in {COURSE_NAME}, change one of the two, or list "
