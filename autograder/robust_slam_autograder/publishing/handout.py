@@ -29,6 +29,7 @@ The notebook says what to write. You need Python 3.11 or newer; on Windows, WSL.
 1. Install
 {install}
 2. Open
+   In the same folder:
 
      jupyter lab {notebook}
 
@@ -36,6 +37,7 @@ The notebook says what to write. You need Python 3.11 or newer; on Windows, WSL.
    check your work: run them as often as you like.
 
 3. Check
+   In another terminal, after the second line of 1:
 
      autograder check {notebook}
 
@@ -43,7 +45,8 @@ The notebook says what to write. You need Python 3.11 or newer; on Windows, WSL.
    exercise what went wrong and why. The mark also counts hidden checks.
 
 4. Hand in
-   Save the notebook and hand in {notebook}: this one file, under this name.
+   Save the notebook and hand in this one file, under this name:
+   {notebook}
    It need not be finished: every case that passes counts.
 """
 _ENVIRONMENT = """\

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import os
-import re
-import shlex
 import time
 import zipfile
 from pathlib import Path
@@ -14,9 +12,19 @@ import pytest
 from robust_slam_autograder import cli
 from robust_slam_autograder.errors import GraderFailure, WrongUse
 from robust_slam_autograder.nbgrader.release import release
+from robust_slam_autograder.publishing.handout import INSTALL
 
 from tests.autograder import toy
 from tests.autograder.publishing import world
+
+WHEELS = ("the_grader-1.0-py3-none-any.whl", "toy_library-1.0-py3-none-any.whl")
+HELD = (
+    f"{toy.NAME}.ipynb",
+    "README.txt",
+    "autograder.toml",
+    *(f"packages/{name}" for name in WHEELS),
+    "requirements.txt",
+)
 
 
 def archive_of(tree: Path, out: Path) -> zipfile.ZipFile:
@@ -33,9 +41,7 @@ def test_it_holds_the_release_and_a_readme(tmp_path: Path) -> None:
     tree = world.make(tmp_path / "course")
     with archive_of(tree, tmp_path / "out") as archive:
         names = archive.namelist()
-        assert names == [
-            f"{toy.NAME}/{n}" for n in (f"{toy.NAME}.ipynb", "README.txt", "autograder.toml")
-        ]
+        assert names == [f"{toy.NAME}/{name}" for name in HELD]
         for name in (f"{toy.NAME}.ipynb", "autograder.toml"):
             assert (
                 archive.read(f"{toy.NAME}/{name}")
@@ -72,28 +78,69 @@ def test_files_that_an_assignment_needs_come_with_it(tmp_path: Path) -> None:
         assert archive.read(f"{toy.NAME}/README.txt") == b"The instructor's own.\n"
 
 
-@pytest.mark.parametrize("suffix", ["", "/", ".git", ".git/"])
-def test_students_install_from_the_public_repository(tmp_path: Path, suffix: str) -> None:
-    text = readme_of(world.make(tmp_path / "course", world.URL + suffix), tmp_path / "out")
-    (command,) = re.findall(r"pip install (?:[^\n]*\\\n)*[^\n]*", text)
-    url = world.URL + suffix.rstrip("/")
-    assert shlex.split(command.replace("\\\n", "")) == [
-        *("pip", "install", f"toy-library[extra] @ git+{url}@main#subdirectory=lib"),
-        f"the-grader @ git+{url}@main#subdirectory=autograder",
-    ]
-    assert "COURSE" not in text
+def test_students_install_from_the_archive_with_an_address_and_without(tmp_path: Path) -> None:
+    texts = set()
+    for url in ("", world.URL):
+        folder = tmp_path / (url[:1] or "none")
+        tree = world.make(folder / "course", url)
+        with archive_of(tree, folder / "out") as archive:
+            read = {name: archive.read(f"{toy.NAME}/{name}").decode() for name in HELD[1:2]}
+            texts.add(read["README.txt"])
+            wanted = archive.read(f"{toy.NAME}/requirements.txt").decode().splitlines()
+        assert wanted == [f"./packages/{WHEELS[1]}[extra]", f"./packages/{WHEELS[0]}", "a-lab>=4"]
+    (text,) = texts
+    lines = [line.strip() for line in text.splitlines()]
+    start = lines.index(INSTALL[0])
+    assert tuple(lines[start : start + len(INSTALL)]) == INSTALL
 
 
-def test_without_a_repository_they_install_from_the_courses_folder(tmp_path: Path) -> None:
-    text = readme_of(world.make(tmp_path / "course"), tmp_path / "out")
-    (command,) = re.findall(r"pip install (?:[^\n]*\\\n)*[^\n]*", text)
-    assert shlex.split(command.replace("\\\n", "")) == [
-        "pip",
-        "install",
-        "COURSE/lib[extra]",
-        "COURSE/autograder",
-    ]
-    assert "which holds lib/ and autograder/" in text
+def test_an_extra_is_for_its_assignment_alone(tmp_path: Path) -> None:
+    tree = world.make(tmp_path / "course")
+    toy.write(tree / "08-more" / "08-more.ipynb", toy.source_notebook())
+    release(tree, [], tmp_path / "out")
+    with zipfile.ZipFile(tmp_path / "out" / "08-more.zip") as archive:
+        assert "[extra]" not in archive.read("08-more/requirements.txt").decode()
+
+
+def test_a_wheel_holds_what_the_public_may_have(tmp_path: Path) -> None:
+    tree = world.make(tmp_path / "course")
+    world.write(tree.parent, "lib/untracked.py", "")
+    with (
+        archive_of(tree, tmp_path / "out") as archive,
+        archive.open(f"{toy.NAME}/packages/{WHEELS[1]}") as wheel,
+        zipfile.ZipFile(wheel) as held,
+    ):
+        names = held.namelist()
+    assert "toy_library.py" in names
+    assert not [name for name in names if "private" in name or "untracked" in name]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "error", "sentence"),
+    [
+        ('"grader/", ', "", WrongUse, "names grader/, and there is no file of it"),
+        ("[extra]", "[a b]", WrongUse, r"\[install.also\] takes extras"),
+        ("toy-library[extra]", "other[extra]", WrongUse, r"\[install.also\] takes extras"),
+        ("a-lab>=4", "a-lab @ https://x", WrongUse, "tools takes a list of packages"),
+        ("a-lab>=4", "--index-url=x", WrongUse, "tools takes a list of packages"),
+    ],
+)
+def test_what_cannot_be_installed_is_named(
+    tmp_path: Path, old: str, new: str, error: type[Exception], sentence: str
+) -> None:
+    tree = world.make(tmp_path / "course")
+    assert old in world.COURSE
+    world.write(tree.parent, "solutions/course.toml", world.COURSE.replace(old, new))
+    with pytest.raises(error, match=sentence):
+        release(tree, [], tmp_path / "out")
+
+
+def test_a_package_that_cannot_be_built_stops_it(tmp_path: Path) -> None:
+    tree = world.make(tmp_path / "course")
+    world.write(tree.parent, "lib/pyproject.toml", "[build-system")
+    with pytest.raises(GraderFailure, match="pip could not build lib, grader: "):
+        release(tree, [], tmp_path / "out")
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_course_that_says_nothing_leaves_it_to_the_instructor(tmp_path: Path) -> None:
@@ -107,7 +154,7 @@ def test_the_readme_has_short_lines_and_the_title(tmp_path: Path) -> None:
         folder = tmp_path / (url[:1] or "none")
         text = readme_of(world.make(folder / "course", url), folder / "out")
         assert text.startswith(f"{toy.NAME}: Double and apply\n===")
-        assert not [line for line in text.splitlines() if len(line) > 79 and "@" not in line]
+        assert not [line for line in text.splitlines() if len(line) > 79]
 
 
 @pytest.mark.parametrize(

@@ -10,14 +10,31 @@ from tests.autograder import toy
 
 URL = "https://github.com/owner/course"
 COURSE = """\
+[install]
+tools = ["a-lab>=4"]
 [install.book]
 toy-library = "lib"
 [install.assignments]
-"toy-library[extra]" = "lib"
-the-grader = "autograder"
+toy-library = "lib"
+the-grader = "grader"
+[install.also]
+07-toy = ["toy-library[extra]"]
 [public]
-files = ["README.md", "LICENSE", "run.sh", "chapters/", "lib/", "tests/__init__.py", "tests/lib/"]
+files = [
+  "README.md", "LICENSE", "run.sh", "chapters/", "grader/", "lib/", "tests/__init__.py",
+  "tests/lib/",
+]
 without = ["lib/private/"]
+"""
+PROJECT = """\
+[build-system]
+requires = ["hatchling"]
+build-backend = "hatchling.build"
+[project]
+name = "{name}"
+version = "1.0"
+[project.optional-dependencies]
+extra = ["numpy"]
 """
 README = """\
 # Toy
@@ -46,6 +63,9 @@ def make(root: Path, url: str = "") -> Path:
         "LICENSE": "free",
         "run.sh": "#!/bin/sh\n",
         "chapters/00-one.ipynb": json.dumps(chapter),
+        "grader/pyproject.toml": PROJECT.format(name="the-grader"),
+        "grader/the_grader.py": "",
+        "lib/pyproject.toml": PROJECT.format(name="toy-library"),
         "lib/toy_library.py": "def double(x):\n    return x + x\n",
         "lib/private/notes.md": "notes",
         "tests/__init__.py": "",
