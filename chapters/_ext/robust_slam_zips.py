@@ -1,6 +1,7 @@
-"""Where a chapter names an assignment's zip and the course has it, the name is a link to it.
+"""Where a page names an assignment's zip and the course has it, the name is a link to it.
 
-The public course has the zips, in assignments/. Elsewhere the name is plain text.
+The public course has the zips in assignments/, the instructor's in build/release/ once they
+are released. Elsewhere the name is plain text.
 """
 
 from __future__ import annotations
@@ -13,14 +14,23 @@ from sphinx.application import Sphinx
 from sphinx.util.fileutil import copy_asset
 
 FOLDER = "assignments"
+"""Where the zips are on the site."""
+SOURCES = (FOLDER, "build/release")
+
+
+def zips(app: Sphinx) -> dict[str, Path]:
+    """The course's zips by their names."""
+    folders = [Path(app.srcdir) / name for name in reversed(SOURCES)]
+    return {path.name: path for folder in folders for path in sorted(folder.glob("*.zip"))}
 
 
 def link(app: Sphinx, doctree: nodes.document, page: str) -> None:
     """Make a link of each `NAME.zip` in code type that is there."""
     target = app.builder.get_target_uri(page)
+    known = zips(app)
     for literal in list(doctree.findall(nodes.literal)):
         name = literal.astext()
-        if name.endswith(".zip") and (Path(app.srcdir) / FOLDER / name).is_file():
+        if name in known:
             address = posixpath.relpath(f"{FOLDER}/{name}", posixpath.dirname(target))
             made = nodes.reference("", "", literal.deepcopy(), refuri=address, internal=True)
             literal.replace_self(made)
@@ -29,7 +39,7 @@ def link(app: Sphinx, doctree: nodes.document, page: str) -> None:
 def copy(app: Sphinx, exception: Exception | None) -> None:
     """Put the zips beside the pages."""
     if exception is None:
-        for path in sorted((Path(app.srcdir) / FOLDER).glob("*.zip")):
+        for path in zips(app).values():
             copy_asset(path, Path(app.outdir) / FOLDER)
 
 

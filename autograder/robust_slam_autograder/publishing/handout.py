@@ -24,7 +24,8 @@ _EPOCH = (1980, 1, 1, 0, 0, 0)
 _README = """\
 {title}
 
-The notebook says what to write. You need Python 3.11 or newer; on Windows, WSL.
+The notebook says what to write.
+You need Python 3.11 or newer; on Windows, WSL.
 
 1. Install
 {install}

@@ -155,7 +155,9 @@ def _look_for_secrets(tree: Path, made: Path, known: Callable[[str], set[str]]) 
     for name in assignments.find_names(tree):
         found = secret_lines.secrets_of(assignments.notebook_path(tree / name))
         secrets |= dict.fromkeys(found, name)
-    for path, lines in secret_lines.lines_below(made):
+    # Archives last: they hold copies, and a file is easier to change than an archive.
+    files = sorted(secret_lines.lines_below(made), key=lambda file: file[0].endswith(".zip"))
+    for path, lines in files:
         for line in sorted(lines & secrets.keys() - known(path)):
             raise GraderFailure(
                 f"{path} would tell a line of a solution or a hidden test of {secrets[line]} "

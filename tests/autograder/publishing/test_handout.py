@@ -118,7 +118,7 @@ def test_a_wheel_holds_what_the_public_may_have(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "error", "sentence"),
     [
-        ('"grader/", ', "", WrongUse, "names grader/, and there is no file of it"),
+        ('"autograder/", ', "", WrongUse, "names autograder/, and there is no file of it"),
         ("[extra]", "[a b]", WrongUse, r"\[install.also\] takes extras"),
         ("toy-library[extra]", "other[extra]", WrongUse, r"\[install.also\] takes extras"),
         ("a-lab>=4", "a-lab @ https://x", WrongUse, "tools takes a list of packages"),
@@ -138,7 +138,7 @@ def test_what_cannot_be_installed_is_named(
 def test_a_package_that_cannot_be_built_stops_it(tmp_path: Path) -> None:
     tree = world.make(tmp_path / "course")
     world.write(tree.parent, "lib/pyproject.toml", "[build-system")
-    with pytest.raises(GraderFailure, match="pip could not build lib, grader: "):
+    with pytest.raises(GraderFailure, match="pip could not build lib, autograder: "):
         release(tree, [], tmp_path / "out")
     assert not (tmp_path / "out").exists()
 

@@ -42,9 +42,9 @@ def test_it_holds_what_is_listed_and_the_release(tree: Path, tmp_path: Path) -> 
         f"assignments/{toy.NAME}.zip",
         f"assignments/{toy.NAME}/{toy.NAME}.ipynb",
         f"assignments/{toy.NAME}/autograder.toml",
+        "autograder/pyproject.toml",
+        "autograder/the_grader.py",
         "chapters/00-one.ipynb",
-        "grader/pyproject.toml",
-        "grader/the_grader.py",
         "lib/pyproject.toml",
         "lib/toy_library.py",
         "run.sh",
@@ -174,7 +174,7 @@ def test_a_test_that_imports_what_stays_private_stops_it(
         ('"lib/private/"', '"../notes"', "without wants a list of paths inside"),
         ("files = ", "file = ", "unknown key 'file'"),
         ("[public]", "[public.known]\nx = 3\n[public]", "x has a value of the wrong type"),
-        ('"autograder"', '"../autograder"', r"\[install\] wants package = its folder"),
+        ('"autograder"', '"../autograder"', r"\[install.assignments\] takes package = its folder"),
         ("[public]", "[public", "is not valid TOML"),
         (world.COURSE[world.COURSE.index("[public]") :], "", r"has no \[public\]"),
     ],
@@ -280,7 +280,7 @@ def test_the_command_says_where_it_is(
 ) -> None:
     out = tmp_path / "public"
     assert cli.main(["--solutions", str(tree), "public", "--out", str(out)]) == 0
-    assert f"public course of 10 files: {out}" in capsys.readouterr().out
+    assert f"public course of 13 files: {out}" in capsys.readouterr().out
     world.write(tree.parent, "lib/toy_library.py", SECRET)
     assert cli.main(["--solutions", str(tree), "public", "--out", str(out)]) == 1
     assert "Nothing written." in capsys.readouterr().err

@@ -16,12 +16,12 @@ tools = ["a-lab>=4"]
 toy-library = "lib"
 [install.assignments]
 toy-library = "lib"
-the-grader = "grader"
+the-grader = "autograder"
 [install.also]
 07-toy = ["toy-library[extra]"]
 [public]
 files = [
-  "README.md", "LICENSE", "run.sh", "chapters/", "grader/", "lib/", "tests/__init__.py",
+  "README.md", "LICENSE", "run.sh", "autograder/", "chapters/", "lib/", "tests/__init__.py",
   "tests/lib/",
 ]
 without = ["lib/private/"]
@@ -33,6 +33,7 @@ build-backend = "hatchling.build"
 [project]
 name = "{name}"
 version = "1.0"
+requires-python = ">=3.11"
 [project.optional-dependencies]
 extra = ["numpy"]
 """
@@ -63,8 +64,8 @@ def make(root: Path, url: str = "") -> Path:
         "LICENSE": "free",
         "run.sh": "#!/bin/sh\n",
         "chapters/00-one.ipynb": json.dumps(chapter),
-        "grader/pyproject.toml": PROJECT.format(name="the-grader"),
-        "grader/the_grader.py": "",
+        "autograder/pyproject.toml": PROJECT.format(name="the-grader"),
+        "autograder/the_grader.py": "",
         "lib/pyproject.toml": PROJECT.format(name="toy-library"),
         "lib/toy_library.py": "def double(x):\n    return x + x\n",
         "lib/private/notes.md": "notes",
