@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.lint import RULES, Finding, lint
+from robust_slam_autograder.lint.structure import SEVERAL_NOTEBOOKS
 from robust_slam_autograder.reading import assignment as assignments
 
 
@@ -43,9 +44,7 @@ def run(options: argparse.Namespace) -> int:
     found = [
         finding
         for name in names
-        for finding in lint(
-            assignments.notebook_path(options.solutions / name), answers=options.answers
-        )
+        for finding in _lint(options.solutions / name, options.answers)
     ]
     if options.json:
         print(json.dumps([asdict(finding) for finding in found], indent=1, ensure_ascii=False))
@@ -53,6 +52,18 @@ def run(options: argparse.Namespace) -> int:
         _print(found, len(names))
     grave = [one for one in found if options.strict or one.severity == "error"]
     return 1 if grave else 0
+
+
+def _lint(folder: Path, answers: Path | None) -> Iterator[Finding]:
+    """Look at the notebook of an assignment, or at each where nbgrader has several."""
+    paths = assignments.notebook_paths(folder)
+    for path in paths:
+        try:
+            yield from lint(path, answers=answers)
+        except WrongUse as error:
+            if len(paths) == 1:
+                raise
+            yield Finding(str(path), path.name, 1, SEVERAL_NOTEBOOKS, "error", str(error))
 
 
 def _names(options: argparse.Namespace) -> list[str]:

@@ -15,11 +15,12 @@ from robust_slam_autograder.lint.subject import (
     regions,
     words,
 )
-from robust_slam_autograder.reading.assignment import BEGIN_HIDDEN, Case
+from robust_slam_autograder.reading.assignment import BEGIN_HIDDEN, Case, notebook_paths
 from robust_slam_autograder.reading.notebook import Cell
 from robust_slam_autograder.reading.source import defined_names, plain_python
 
 LEAST_HIDDEN = 2
+SEVERAL_NOTEBOOKS = "several-notebooks"
 _MARKED = {
     BEGIN_HIDDEN: "Autograded tests, with the ID <exercise>-<case>",
     BEGIN_SOLUTION: "Autograded answer, with the ID <exercise>",
@@ -30,6 +31,19 @@ def _unreadable(subject: Subject) -> Iterator[Found]:
     """Cells that are no Python."""
     for cell in subject.unreadable:
         yield Found(cell.grade_id, cell.line, f"This cell is no Python ({cell.why}): mend it.")
+
+
+def _several_notebooks(subject: Subject) -> Iterator[Found]:
+    """Folders of nbgrader's that hold several notebooks; they are told with the first."""
+    first, *others = notebook_paths(subject.path.parent)
+    if others and subject.path == first:
+        names = " and ".join(path.name for path in (first, *others))
+        yield Found(
+            subject.path.parent.name,
+            1,
+            f"This assignment is {len(others) + 1} notebooks ({names}), and the grader takes one: "
+            "give each notebook a folder of its own, with the notebook's name.",
+        )
 
 
 def _few_hidden_cases(subject: Subject) -> Iterator[Found]:
@@ -156,6 +170,7 @@ def _strays(grade_id: str, source: str, *marks: str) -> Iterator[Found]:
 
 
 RULES = (
+    Rule(SEVERAL_NOTEBOOKS, "error", "An assignment is one notebook.", _several_notebooks),
     Rule("unreadable", "error", "A test cell or set-up cell must be Python.", _unreadable),
     Rule(
         "few-hidden-cases",

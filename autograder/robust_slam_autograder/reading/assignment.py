@@ -187,13 +187,19 @@ def notebook_path(folder: Path) -> Path:
     Raises:
         WrongUse: there is none, or more than one and none has the folder's name.
     """
-    named = folder / f"{folder.name}.ipynb"
-    if named.is_file():
-        return named
-    found = sorted(folder.glob("*.ipynb"))
+    found = notebook_paths(folder)
     if len(found) != 1:
-        raise WrongUse(f"{folder} wants one notebook, {named.name}; it has {len(found)}.")
+        raise WrongUse(
+            f"{folder} has {len(found)} notebooks, and an assignment is one: "
+            f"{folder.name}.ipynb. Give each notebook a folder of its own."
+        )
     return found[0]
+
+
+def notebook_paths(folder: Path) -> list[Path]:
+    """The notebook that has the folder's name; where there is none, every notebook in it."""
+    named = folder / f"{folder.name}.ipynb"
+    return [named] if named.is_file() else sorted(folder.glob("*.ipynb"))
 
 
 def load(path: Path) -> Assignment:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -507,3 +509,28 @@ def test_rules_are_listed_with_a_sentence_each(run: Run) -> None:
     status, out, _ = run(ONE, "--rules")
     assert status == 0
     assert [line.split()[0] for line in out.splitlines()] == [rule.name for rule in RULES]
+
+
+def test_nbgraders_own_demonstration_is_told_what_does_not_work_here(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Two notebooks in one assignment, and a test that takes away a function it relies on."""
+    command = [sys.executable, "-m", "nbgrader", "quickstart", "demo"]
+    subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
+    tree = tmp_path / "demo" / "source"
+    assert cli.main(["--solutions", str(tree), "lint"]) == 1
+    said = capsys.readouterr().out
+    several = [line for line in said.splitlines() if line.split(": ")[2] == "several-notebooks"]
+    assert "This assignment is 2 notebooks (problem1.ipynb and problem2.ipynb)" in several[0]
+    assert "problem2.ipynb" in several[1] and "holds no test cell" in several[1]
+    assert "sum_of_squares_uses_squares:3: rebinds: squares is the student's" in said
+    assert cli.main(["--solutions", str(tree), "release", "--out", str(tmp_path / "out")]) == 2
+    assert "ps1 has 2 notebooks, and an assignment is one: ps1.ipynb" in capsys.readouterr().err
+    # As lint says: a folder for each notebook.
+    for path in sorted((tree / "ps1").glob("*.ipynb")):
+        (tree / path.stem).mkdir()
+        path.rename(tree / path.stem / path.name)
+    arguments = ["release", "problem1", "--out", str(tmp_path / "out")]
+    (tree / "ps1" / "jupyter.png").unlink()
+    (tree / "ps1").rmdir()
+    assert cli.main(["--solutions", str(tree), *arguments]) == 0
