@@ -45,6 +45,8 @@ $(READY): requirements.lock lib/pyproject.toml autograder/pyproject.toml
 	@$(BIN)/pip install --quiet --no-deps --no-build-isolation -e lib -e autograder
 	@touch $@
 
+# Only instructors see nbgrader's menus to create and grade assignments.
+lab: export JUPYTER_CONFIG_PATH := $(if $(wildcard instructor.mk),$(JUPYTER_CONFIG_PATH),$(CURDIR)/autograder/student_lab)
 lab: setup ## open JupyterLab
 	$(BIN)/jupyter lab
 
@@ -52,7 +54,10 @@ book: $(BOOK) ## build the site, build/html
 
 $(GRAPHS): ;
 
-$(BOOK): $(call files,chapters lib/robust_slam) _config.yml _toc.yml $(READY) $(GRAPHS)
+# The assignments' zips, where there are any: the pages link to them.
+ZIPS := $(wildcard assignments/*.zip build/release/*.zip)
+
+$(BOOK): $(call files,chapters lib/robust_slam) _config.yml _toc.yml $(READY) $(GRAPHS) $(ZIPS)
 	@$(BIN)/python -m robust_slam.datasets --try
 	@$(QUIETLY) book $(BIN)/jupyter-book build . --path-output build -W -n --keep-going
 	@rm -rf build/html && cp -R build/_build/html build/html

@@ -9,10 +9,10 @@ SAMPLE := build/sample
 HANDED_IN := $(SAMPLE)/.submitted
 BENCHES += grading
 
-course: ## set up, build the book, make the release, grade the sample class
+course: ## set up, make the release, build the book, grade the sample class
 	@$(call step,1/4,the environment,$(READY),$(VENV))
-	@$(call step,2/4,the book,$(BOOK),build/html/index.html)
-	@$(call step,3/4,the student release,$(RELEASED),build/release)
+	@$(call step,2/4,the student release,$(RELEASED),build/release)
+	@$(call step,3/4,the book,$(BOOK),build/html/index.html)
 	@echo '[4/4] the sample class'
 	@$(MAKE) grade-sample
 	@printf '\n%s\n' 'Where each thing is:'
@@ -29,7 +29,7 @@ endef
 
 release: $(RELEASED) ## make the student release, build/release, with a zip for each assignment
 
-$(RELEASED): $(call files,solutions autograder/robust_slam_autograder) _config.yml $(READY)
+$(RELEASED): $(call files,solutions autograder/robust_slam_autograder lib/robust_slam) _config.yml $(READY)
 	@$(QUIETLY) release $(BIN)/autograder release
 	@touch $@
 

@@ -8,6 +8,7 @@ told apart. The copy has a public repository, so it also shows what an address c
 from __future__ import annotations
 
 import html
+import io
 import json
 import re
 import shutil
@@ -213,17 +214,18 @@ class TestPlantedCanaries:
         for path in sorted((planted / "chapters").glob("*.ipynb")):
             text = plain_lines(path, path.read_text(encoding="utf-8"))
             assert f'where = "git+{ADDRESS}@main#subdirectory=lib"' in text
-            assert '%pip install -q "robust-slam[sdp] @ {where}"' in text
+            assert '%pip install -q "robust-slam[sdp,live] @ {where}"' in text
 
-    def test_its_assignments_install_from_the_address(self, planted: Path) -> None:
+    def test_its_assignments_carry_the_packages_and_no_canary(self, planted: Path) -> None:
         for name in answers.assignments():
             with zipfile.ZipFile(planted / "assignments" / f"{name}.zip") as archive:
-                readme = archive.read(f"{name}/README.txt").decode()
-            for package, folder in (
-                ("robust-slam[sdp]", "lib"),
-                ("robust-slam-autograder", "autograder"),
-            ):
-                assert f'"{package} @ git+{ADDRESS}@main#subdirectory={folder}"' in readme
+                wanted = archive.read(f"{name}/requirements.txt").decode().splitlines()
+                packages = [line.partition("[")[0] for line in wanted if line.startswith("./")]
+                held = [archive.read(f"{name}/{path.removeprefix('./')}") for path in packages]
+            assert len(packages) == 2 and ("[sdp]" in wanted[0]) == (name == "07-certificates")
+        for wheel in held:
+            with zipfile.ZipFile(io.BytesIO(wheel)) as archive:
+                assert not [n for n in archive.namelist() if CANARY.encode() in archive.read(n)]
 
     def test_it_passes_its_own_lint(self, planted: Path) -> None:
         """With an address the chapters have one cell more than here, where lint looks."""

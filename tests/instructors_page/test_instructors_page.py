@@ -72,7 +72,7 @@ PROMISES = {
         says=("40/40  all passed",), makes=("build/first/me/03-irls.json",)
     ),
     "make course": Promise(
-        says=("[2/4] the book", "sample-half ", "Where each thing is:", "build/sample/feedback"),
+        says=("[3/4] the book", "sample-half ", "Where each thing is:", "build/sample/feedback"),
         makes=(
             "build/html/index.html",
             "build/release",

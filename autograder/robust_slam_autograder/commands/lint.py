@@ -42,9 +42,7 @@ def run(options: argparse.Namespace) -> int:
         raise WrongUse(f"There is no folder {options.answers}: --answers DIR names it.")
     names = _names(options)
     found = [
-        finding
-        for name in names
-        for finding in _lint(options.solutions / name, options.answers)
+        finding for name in names for finding in _lint(options.solutions / name, options.answers)
     ]
     if options.json:
         print(json.dumps([asdict(finding) for finding in found], indent=1, ensure_ascii=False))

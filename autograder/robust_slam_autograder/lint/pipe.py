@@ -7,7 +7,8 @@ from collections.abc import Iterator
 
 from robust_slam_autograder.lint.flow import Value, last_name
 from robust_slam_autograder.lint.rule import Found, Rule
-from robust_slam_autograder.lint.subject import Code, Subject
+from robust_slam_autograder.lint.subject import Code, Subject, words
+from robust_slam_autograder.reading.source import plain_python
 
 _INSIDE = frozenset(
     {"__code__", "__closure__", "__globals__", "__defaults__", "__kwdefaults__", "__wrapped__"}
@@ -109,6 +110,27 @@ def _foreign(node: ast.expr, code: Code, subject: Subject) -> str:
     return ""
 
 
+def _asks_for_class(subject: Subject) -> Iterator[Found]:
+    """Solution cells whose class the tests use: its instances cannot cross."""
+    used = {name for code in subject.tests for name in words(code.source)}
+    for cell in subject.solutions:
+        for node in ast.walk(_parsed(cell.source)):
+            if isinstance(node, ast.ClassDef) and node.name in used:
+                yield Found(
+                    cell.grade_id or "",
+                    node.lineno,
+                    f"Tests use the class {node.name}, and its instances cannot cross to them: "
+                    "ask for functions.",
+                )
+
+
+def _parsed(source: str) -> ast.Module:
+    try:
+        return ast.parse(plain_python(source))
+    except (SyntaxError, ValueError):
+        return ast.Module([], [])
+
+
 def _foreign_name(name: str, value: Value, subject: Subject) -> str:
     if name == "rng":
         return "A generator (rng)"
@@ -139,5 +161,6 @@ RULES = (
         _looks_inside,
     ),
     Rule("rebinds", "error", "A test must not rebind a student's name.", _rebinds),
+    Rule("asks-for-class", "error", "A test uses functions and values.", _asks_for_class),
     Rule("cannot-cross", "error", "What is handed over is plain data.", _cannot_cross),
 )

@@ -511,6 +511,15 @@ def test_rules_are_listed_with_a_sentence_each(run: Run) -> None:
     assert [line.split()[0] for line in out.splitlines()] == [rule.name for rule in RULES]
 
 
+def test_a_class_that_tests_use_is_told(tmp_path: Path) -> None:
+    value = with_case(f"got = Pair(3)\nassert double(got.x) == 6, {SAID}\n")
+    value["cells"][1]["source"] += "\n\nclass Pair:\n    pass\n\n\nclass Own:\n    pass\n"
+    found = [one for one in lint(tmp_path, value) if one.rule == "asks-for-class"]
+    assert [(one.grade_id, one.message.split(",")[0]) for one in found] == [
+        ("double", "Tests use the class Pair")
+    ]
+
+
 def test_nbgraders_own_demonstration_is_told_what_does_not_work_here(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
