@@ -103,3 +103,28 @@ def test_the_table_of_the_sample_has_a_line_for_each_student() -> None:
         ["ben", "7/7"],
     ]
     assert len({len(line) for line in lines}) == 1
+
+
+@pytest.mark.parametrize("uid", [0, 1000])
+def test_what_apt_would_install_is_said_before_it_runs(tmp_path: Path, uid: int) -> None:
+    for name in ("sh", "ls"):
+        (tmp_path / name).symlink_to(shutil.which(name) or "")
+    commands = {"id": f"echo {uid}", "sudo": "exit 1", "apt-get": f"touch {tmp_path}/ran"}
+    for name, script in commands.items():
+        (tmp_path / name).write_text(f"#!/bin/sh\n{script}\n")
+        (tmp_path / name).chmod(0o755)
+    done = subprocess.run(
+        [tmp_path / "sh", ROOT / "tests" / "system-packages.sh", "plan"],
+        env={"PATH": str(tmp_path)}, capture_output=True, text=True, check=True, timeout=60,
+    )  # fmt: skip
+    assert "chromium bubblewrap gnupg" in done.stdout
+    assert ("installs with apt" in done.stdout) == (uid == 0)
+    assert ("sudo apt-get install" in done.stdout) == (uid != 0)
+    assert not (tmp_path / "ran").exists()
+
+
+def test_make_test_says_what_it_installs_before_it_does() -> None:
+    said = make(ROOT, "--dry-run", "test").stdout
+    first = said.index("make test checks style and types")
+    assert first < said.index("system-packages.sh plan") < said.index("make setup")
+    assert said.index("make setup") < said.index("system-packages.sh install")
