@@ -12,6 +12,7 @@ import os
 import select
 import struct
 import threading
+import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -101,6 +102,8 @@ class Channel:
         self._read_fd, self._write_fd = read_fd, write_fd
         os.set_blocking(read_fd, False)
         os.set_blocking(write_fd, False)
+        self._asked: Callable[[], float] | None = None
+        self._ask_again = 0.0
         self._readable = _poller(read_fd, select.POLLIN)
         self._writable = _poller(write_fd, select.POLLOUT)
         self._arrived = bytearray()
@@ -228,12 +231,12 @@ class Channel:
 
     def _read_exactly(self, size: int) -> bytes:
         while len(self._arrived) < size:
+            self._wait(self._readable)
             # A small message comes with its length in one piece.
             most = min(max(size - len(self._arrived), _PAGE), 1 << 20)
             try:
                 part = os.read(self._read_fd, most)
             except BlockingIOError:
-                self._wait(self._readable)
                 continue
             except OSError as error:
                 raise ChannelClosed("the other side has gone") from error
@@ -252,10 +255,16 @@ class Channel:
                 return
 
     def _time_left(self) -> float | None:
-        left = None if self.patience is None else self.patience()
-        if left is not None and left <= 0:
-            raise DeadlineExceeded
-        return left
+        """Seconds until ``patience`` is to be asked again, which takes system calls."""
+        if self.patience is None:
+            return None
+        now = time.monotonic()
+        if self.patience is not self._asked or now >= self._ask_again:
+            left = self.patience()
+            if left <= 0:
+                raise DeadlineExceeded
+            self._asked, self._ask_again = self.patience, now + left
+        return self._ask_again - now
 
 
 def _poller(descriptor: int, event: int) -> select.poll:
