@@ -178,6 +178,18 @@ class TestExtension:
             caches.append((config.robust_slam_library, config.nb_execution_cache_path))
         assert caches[0] == caches[2] != caches[1]
 
+    def test_notebooks_run_again_when_a_public_graph_appears_or_vanishes(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        app, caches = self.application(tmp_path), []
+        for here in ((), ("intel",), ("CSAIL",), ("CSAIL", "intel"), ()):
+            monkeypatch.setattr(robust_slam_site.datasets, "is_here", here.__contains__)
+            config = SimpleNamespace()
+            robust_slam_site.follow_the_library(app, config)
+            caches.append((config.robust_slam_library, config.nb_execution_cache_path))
+        assert caches[0] == caches[-1]
+        assert len(set(caches)) == 4
+
     @pytest.mark.parametrize("warnings", [0, 1])
     def test_only_a_build_with_warnings_is_forgotten(self, warnings: int, tmp_path: Path) -> None:
         app = self.application(tmp_path, _warncount=warnings)
