@@ -28,7 +28,7 @@ def test_the_first_and_the_last_cell_say_how_to_check(name: str) -> None:
     assert "hand in this one file" in "".join(last["source"])
 
 
-@pytest.mark.parametrize("name", [name for name in answers.assignments() if name < "05"])
+@pytest.mark.parametrize("name", answers.assignments())
 def test_the_picture_of_an_exercise_comes_before_its_checks(name: str) -> None:
     first, *cells = answers.source_notebook(name)["cells"]
     fields = [(cell["id"], cell["metadata"].get("nbgrader", {})) for cell in cells]
