@@ -73,7 +73,9 @@ soak: ## the long tests: every wall and user, long fuzzing, a published book, pl
 	@echo 'make soak runs the long tests, for hours.'
 	@$(install)
 	$(BIN)/python -m tests.autograder.hostile.soak
+	$(BIN)/python -m tests.assignments.seeds
 	$(BIN)/pytest -q --soak tests/autograder tests/assignments/test_answers.py \
+		tests/assignments/test_lazy.py \
 		tests/test_secrets.py tests/test_ci_doors.py
 	$(BIN)/python -m benchmarks.attacks
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import nbformat.v4
 import pytest
 
 from tests.assignments import answers, reference
 from tests.assignments.lazy.search import earned
+from tests.assignments.planted import NAME, plant
 
 NAMES = [name for name in answers.assignments() if name < "05"]
 
@@ -21,7 +21,6 @@ def test_no_lazy_answer_earns_a_hidden_point(name: str, request: pytest.FixtureR
         assert not {one.case.grade_id: one.how for one in found}
 
 
-SETUP = "import numpy as np"
 SOLUTION = """
 def scale(u, k):
     ### BEGIN SOLUTION
@@ -55,22 +54,10 @@ HIDDEN = {
 }
 
 
-def cell(source: str, grade_id: str, **fields: object) -> nbformat.NotebookNode:
-    marks = {"grade": False, "solution": False, "locked": True, "schema_version": 3, **fields}
-    return nbformat.v4.new_code_cell(
-        source, metadata={"nbgrader": {"grade_id": grade_id, **marks}}
-    )
-
-
 def test_weak_cases_that_are_planted_are_found(tmp_path: Path) -> None:
-    cells = [cell(SETUP, "setup"), cell(SOLUTION, "scale", solution=True, locked=False)]
-    for name, hidden in HIDDEN.items():
-        source = f"{VISIBLE}{hidden}\n### END HIDDEN TESTS"
-        cells.append(cell(source, f"scale-{name}", grade=True, points=1))
-    path = tmp_path / "planted" / "planted.ipynb"
-    path.parent.mkdir()
-    nbformat.write(nbformat.v4.new_notebook(cells=cells), path)
-    found = {one.case.name: one.how for one in earned(reference.load("planted", tmp_path), 1)}
+    cases = {name: f"{VISIBLE}{hidden}\n### END HIDDEN TESTS" for name, hidden in HIDDEN.items()}
+    plant(tmp_path, "scale", SOLUTION, cases)
+    found = {one.case.name: one.how for one in earned(reference.load(NAME, tmp_path), 1)}
     assert found.pop("by-heart") == "by heart"
     assert "argument 1" in found.pop("echo")
     assert "minus argument 1" in found.pop("nested")
