@@ -131,6 +131,8 @@ class Fork:
         os.close(student_writer)
         said = connection.recv(fork_server.PID.size)
         if len(said) < fork_server.PID.size:
+            for descriptor in (reader, writer, connection.detach()):
+                os.close(descriptor)
             raise GraderFailure("The fork server started nothing.")
         return Forked(connection, reader, writer, *fork_server.PID.unpack(said))
 
