@@ -95,7 +95,7 @@ def convex_until(student: Callable[[Cost, float, float], float]) -> Figure:
 
 @once_it_works
 def threshold(student: Callable[[float, int], float]) -> Figure:
-    """Draw how long honest residuals are, with the true thresholds and the student's at 0.99."""
+    """Draw how long inliers' residuals are, with the true thresholds and the student's at 0.99."""
     figure = Figure()
     ax = draw_norm_densities(figure.subplots(), (1, 3, 6), 0.99)
     found = [float(student(0.99, d)) for d in (1, 3, 6)]

@@ -25,7 +25,7 @@ Step = Callable[[Array, float, float, float], tuple[float, ArrayLike]]
 Weight = Callable[[ArrayLike], ArrayLike]
 Loop = Callable[[Array, float, Weight, float, float], tuple[float, ArrayLike]]
 
-Z = np.array([0.1, -0.2, 0.15, -0.1, 5.0])  # the lesson's readings, the last one a lie
+Z = np.array([0.1, -0.2, 0.15, -0.1, 5.0])  # the lesson's measurements, the last one an outlier
 SIGMA = 0.3
 _IS_LIE = Z > 1.0
 _CAUCHY = kernels.cauchy(1.0)
@@ -48,13 +48,13 @@ def irls_step(student: Step) -> Figure:
         ax.set_yticks([])
         ax.set_title(f"{name}: x goes from {mean:.2f} to {_told(x)}", loc="left")
     axes[1].set(xlabel="x; a disc fills its ring as far as its weight goes")
-    figure.suptitle("The lie loses most of its weight, and x leaves it", fontsize=11)
+    figure.suptitle("The outlier loses most of its weight, and x moves away from it", fontsize=11)
     return figure
 
 
 @once_it_works
 def irls(student: Loop) -> Figure:
-    """Draw the robust cost with two descents on it, from the mean and from beside the lie."""
+    """Draw the robust cost with two descents on it, from the mean and from beside the outlier."""
     problem, x = LocationProblem(Z, SIGMA), np.linspace(-0.7, 5.7, 321)
     figure = Figure(figsize=(5.6, 3.8))
     ax = draw_landscape(figure.subplots(), Z, SIGMA, _CAUCHY, x)

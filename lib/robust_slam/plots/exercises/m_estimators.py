@@ -37,7 +37,7 @@ def influence(student: Callable[[Function, Array], ArrayLike]) -> Figure:
     figure = _three(u, [kernel.psi(u) for kernel in THREE], [student(k.rho, u) for k in THREE])
     figure.supxlabel("whitened residual u", fontsize=11)
     figure.supylabel("influence ψ(u)", fontsize=11)
-    figure.suptitle("A pull that grows, one that stays, one that lets go", fontsize=11)
+    figure.suptitle("Unbounded, bounded and redescending influence", fontsize=11)
     return figure
 
 
@@ -64,9 +64,9 @@ def location(student: Callable[..., float]) -> Figure:
 
     truth = [[_estimate(kernel, place) for place in places] for kernel in THREE]
     figure = _three(places, truth, [yours(kernel) for kernel in THREE])
-    figure.supxlabel("place of the fifth reading", fontsize=11)
+    figure.supxlabel("position of the fifth measurement", fontsize=11)
     figure.supylabel("estimate x", fontsize=11)
-    figure.suptitle("One reading walks away from four: does x follow?", fontsize=11)
+    figure.suptitle("One measurement moves away from four: does x follow?", fontsize=11)
     return figure
 
 

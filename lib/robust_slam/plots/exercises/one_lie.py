@@ -18,7 +18,7 @@ from robust_slam.style import MARKERS, PALETTE
 
 THREE = ([0, 1, 0, 0], [1, 2, 2, 2], [1.0, 1.0, 2.0, 0.0], [0.1, 0.1, 0.05, 0.05])
 FIVE = ([0, 1, 2, 3, 1], [1, 2, 3, 4, 3], [1.0, 1.0, 1.0, 1.0, 0.0], [0.1, 0.1, 0.1, 0.1, 0.05])
-"""The chapter's graphs as i, j, z, sigma; the last edge of each is the lie."""
+"""The chapter's graphs as i, j, z, sigma; the last edge of each is the outlier."""
 TOLERANCE = 3.0
 _WRONG = PALETTE["outlier"]
 
@@ -35,7 +35,7 @@ def total_cost(student: Callable[..., float]) -> Figure:
     ax.plot(18 / 17, 14400 / 17, MARKERS["inlier"], color=PALETTE["inlier"], label="lowest: 847")
     ax.plot(2, 1600, MARKERS["outlier"], color=PALETTE["outlier"], label="the true map: 1600")
     ax.set(xlabel="length of the map, x₂ − x₀", ylabel="cost", ylim=(0, 6000))
-    ax.set_title("One lie in four, and a map of half the length is cheaper")
+    ax.set_title("One outlier in four edges, and half the true length costs less")
     ax.legend(loc="upper left")
     return fig
 
@@ -76,7 +76,7 @@ def solve_anchored(student: Callable[..., ArrayLike]) -> Figure:
 
 @once_it_works
 def strained_edges(student: Callable[[Array, float], ArrayLike]) -> Figure:
-    """Draw the residuals of a chain with a lie, and mark those that the student calls strained."""
+    """Draw the residuals of a chain with an outlier, and mark the student's strained edges."""
     edges = [(k, k + 1) for k in range(11)] + [(3, 8)]
     i, j = np.transpose(edges)
     problem = chain(12, i, j, np.append(np.ones(11), 0.0), np.append(np.full(11, 0.1), 0.05))
@@ -89,9 +89,9 @@ def strained_edges(student: Callable[[Array, float], ArrayLike]) -> Figure:
     cross, colour = MARKERS["outlier"], PALETTE["outlier"]
     ax.plot(place[marked], u[marked], cross, color=colour, label="strained, you say")
     names = [f"{a}–{b}" for a, b in edges[:-1]]
-    ax.set_xticks(place, [*names, "lie 3–8"], rotation=60)
+    ax.set_xticks(place, [*names, "outlier 3–8"], rotation=60)
     ax.set(ylabel="whitened residual u", ylim=(-11, 11))
-    ax.set_title("Strained: the edges on the lie's cycle, and no other")
+    ax.set_title("Strained: the edges on the outlier's cycle, and no other")
     ax.legend(loc="upper left")
     return fig
 
