@@ -45,18 +45,18 @@ def test_the_tour_takes_a_dozen_lines() -> None:
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_the_tour_rejects_every_lie_and_ends_certified(tour: str, seed: int) -> None:
+def test_the_tour_rejects_every_outlier_and_ends_certified(tour: str, seed: int) -> None:
     end = taken(tour.replace("default_rng(1)", f"default_rng({seed})"))
-    answer, is_lie = end["answer"], end["is_lie"]
-    assert not np.any(answer.kept[is_lie])
-    assert np.mean(answer.kept[~is_lie]) > 0.99
+    answer, is_outlier = end["answer"], end["is_outlier"]
+    assert not np.any(answer.kept[is_outlier])
+    assert np.mean(answer.kept[~is_outlier]) > 0.99
     assert answer.certificate.verdict is Verdict.CERTIFIED
 
 
-def test_four_small_lies_are_kept_and_the_map_is_certified(tour: str) -> None:
+def test_four_small_outliers_are_kept_and_the_map_is_certified(tour: str) -> None:
     end = taken(tour.replace("add_random_closures", "add_local_closures"))
-    graph, answer, is_lie = end["graph"], end["answer"], end["is_lie"]
-    assert (np.count_nonzero(answer.kept[is_lie]), np.count_nonzero(is_lie)) == (4, 100)
+    graph, answer, is_outlier = end["graph"], end["answer"], end["is_outlier"]
+    assert (np.count_nonzero(answer.kept[is_outlier]), np.count_nonzero(is_outlier)) == (4, 100)
     best = gauss_newton(graph, start.chordal(graph))
     assert 0.055 < metrics.ate(answer.poses, best) < 0.065
     assert answer.certificate.verdict is Verdict.CERTIFIED
