@@ -9,6 +9,7 @@ killed from within; at the end it ends all others and hands out the course's fil
 from __future__ import annotations
 
 import hashlib
+import importlib.util
 import os
 import shlex
 import signal
@@ -23,9 +24,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import psutil
-from robust_slam_autograder.sandbox import inside
+from robust_slam_autograder.sandbox import inside, view
 
 COURSE = Path("/course")
+SYSTEM = tuple(map(Path, ("/usr", "/lib", "/lib64", "/bin", "/etc/ld.so.cache")))
+"""Plain nbgrader starts programs, so it sees all of these."""
 FIRST_UID = 52_000
 UIDS = 5_000
 LIMITS = {
@@ -186,7 +189,7 @@ def _mounts() -> list[str]:
     for place, size in {"/dev/shm": 256, "/tmp": 256, "/home": 64, COURSE: 1024}.items():
         options += ["--perms", "1777", "--size", str(size * 2**20), "--tmpfs", str(place)]
     made: set[Path] = set()
-    for path in [*inside.files(()).visible, Path(sys.prefix)]:
+    for path in [*SYSTEM, *_programs()]:
         for parent in reversed(path.parents[:-1]):
             if parent not in made:
                 options += ["--perms", "0755", "--dir", str(parent)]
@@ -196,6 +199,15 @@ def _mounts() -> list[str]:
         elif path.exists():
             options += ["--ro-bind", str(path), str(path)]
     return options
+
+
+def _programs() -> list[Path]:
+    """The interpreter, its environment, and the course's packages where they are in place."""
+    specs = [importlib.util.find_spec(name) for name in ("robust_slam", "robust_slam_autograder")]
+    packages = [Path(spec.origin).parent for spec in specs if spec and spec.origin]
+    resolved = dict.fromkeys(Path(path).resolve() for path in (sys.base_prefix, sys.prefix))
+    apart = [path for path in resolved if not view.within(path, SYSTEM)]
+    return [*apart, *(path for path in packages if not view.within(path, apart))]
 
 
 def _watch(

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 from robust_slam_autograder.executor import untrusted
 from robust_slam_autograder.sandbox import Launch
+from robust_slam_autograder.sandbox.cpu import CpuClock
 
 MEMORY_BYTES = 4 * 1024**3
 
@@ -32,6 +33,10 @@ class Child:
         """Wait until it answers."""
         said = os.read(self.reader, len(untrusted.READY))
         return None if said == untrusted.READY else "it says nothing"
+
+    def cpu_seconds(self) -> float:
+        """CPU time that it has used, in seconds."""
+        return CpuClock(self.pid).seconds()
 
     def stop(self) -> None:
         """End it, whatever it does."""

@@ -12,7 +12,7 @@ from robust_slam_autograder.executor.budget import WALL_FACTOR, Meter, soonest
 from robust_slam_autograder.executor.session import Program, Session, SessionFault
 from robust_slam_autograder.reading import assignment
 from robust_slam_autograder.reading.assignment import Limits, Piece
-from robust_slam_autograder.sandbox import BACK_ENDS, Sandbox, Unsandboxed
+from robust_slam_autograder.sandbox import Sandbox, Unsandboxed
 
 from tests import kernel
 
@@ -79,7 +79,7 @@ def test_the_soonest_of_several_limits_counts(clocks: Clocks) -> None:
     assert soonest([meter.start(0.5), total]) == 0.5
 
 
-@pytest.fixture(params=["none", *BACK_ENDS])
+@pytest.fixture(params=["none", *kernel.usable()])
 def wall(request: pytest.FixtureRequest) -> Sandbox:
     return Unsandboxed() if request.param == "none" else kernel.working(request.param)
 

@@ -30,7 +30,8 @@ ANSWERS = {
     "exit": "import os\ndef double(x):\n    os._exit(0)\n",
     "raise": "def double(x):\n    raise SystemExit\n",
     "nonsense": "def double(x:\n",
-    "child": "import subprocess\nsubprocess.Popen(['sleep', '600'])\n" + toy.DOUBLE,
+    "child": "import subprocess, sys\n"
+    "subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(600)'])\n" + toy.DOUBLE,
     "alien": "def double(x):\n    return object()\n",
     "vandal": "import shutil\nshutil.rmtree('/tmp', ignore_errors=True)\n" + toy.DOUBLE,
 }

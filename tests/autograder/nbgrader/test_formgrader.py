@@ -41,6 +41,7 @@ def sample(tmp_path_factory: pytest.TempPathFactory, wall_name: str) -> Class:
     kernel.working(wall_name)
     course = tmp_path_factory.mktemp("class")
     shutil.copytree(answers.SOLUTIONS, course / "solutions")
+    (course / "solutions" / "course.toml").unlink()  # what students install is not tested here
     (course / "autograder").mkdir()
     shutil.copy(course_of.ROOT / "autograder" / "nbgrader_config.py", course / "autograder")
     used = [BY_BUTTON, BY_COMMAND]

@@ -131,7 +131,7 @@ def test_the_one_notebook_of_a_folder_is_found(tmp_path: Path) -> None:
     assert assignments.notebook_path(folder).name == "only.ipynb"
     assert assignments.load(folder / "only.ipynb").name == "hw"
     toy.write(folder / "other.ipynb", toy.source_notebook())
-    with pytest.raises(WrongUse, match="it has 2"):
+    with pytest.raises(WrongUse, match="has 2 notebooks"):
         assignments.notebook_path(folder)
     toy.write(folder / "hw.ipynb", toy.source_notebook())
     assert assignments.notebook_path(folder).name == "hw.ipynb"
