@@ -121,7 +121,7 @@ def _with_limits(exercise: Exercise, *, seed: int) -> Exercise:
     result = _result(exercise, exercise.source, seed)
     lost = [grade_id for one in result.exercises for grade_id in _lost(one)]
     if lost:
-        raise WrongUse(f"The reference itself loses {', '.join(lost)}: mend that first.")
+        raise WrongUse(f"The reference itself loses {', '.join(lost)}: fix that first.")
     config = exercise.assignment.config
     config = replace(config, limits=_limits(config.limits, result.seconds))
     return replace(exercise, assignment=replace(exercise.assignment, config=config))
@@ -143,8 +143,9 @@ def _result(exercise: Exercise, source: str, seed: int) -> Result:
     code = replace(exercise.reference, pieces=pieces)
     # The pass over whole cases alone: it has the visible checks too.
     passes = marking._Passes(exercise.assignment, code, BareFork())
-    outcomes = passes.hidden({}, seed)
-    return passes.result("mutant", outcomes, outcomes)
+    endings = passes.hidden({}, seed)
+    visible = {grade_id: marking.Outcome(ending) for grade_id, ending in endings.items()}
+    return passes.result("mutant", visible, endings)
 
 
 def _limits(given: Limits, seconds: float) -> Limits:
