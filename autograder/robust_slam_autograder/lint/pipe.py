@@ -104,7 +104,7 @@ def _foreign(node: ast.expr, code: Code, subject: Subject) -> str:
             return _foreign_name(name, code.flow.of(node), subject)
         case ast.Call() as call:
             called = subject.full_name(call.func)
-            if called in _CANNOT_CROSS or last_name(call.func) in _classes(subject):
+            if called in _CANNOT_CROSS or last_name(call.func) in subject.classes:
                 return f"{called}()"
             return "An array of objects" if _is_of_objects(call) else ""
     return ""
@@ -134,16 +134,11 @@ def _parsed(source: str) -> ast.Module:
 def _foreign_name(name: str, value: Value, subject: Subject) -> str:
     if name == "rng":
         return "A generator (rng)"
-    if name in _classes(subject):
+    if name in subject.classes:
         return f"The class {name}"
     known = subject.modules.get(name, "")
     is_module = known and (known.split(".")[0] == known or known.rpartition(".")[2].islower())
     return f"The module {name}" if is_module and "." not in known and not value.keys else ""
-
-
-def _classes(subject: Subject) -> set[str]:
-    nodes = (node for code in subject.codes for node in ast.walk(code.tree))
-    return {node.name for node in nodes if isinstance(node, ast.ClassDef)}
 
 
 def _is_of_objects(call: ast.Call) -> bool:

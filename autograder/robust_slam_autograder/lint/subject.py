@@ -78,6 +78,12 @@ class Subject:
         nodes = (node for code in self.codes for node in ast.walk(code.tree))
         return {node.name: node for node in nodes if isinstance(node, ast.FunctionDef)}
 
+    @cached_property
+    def classes(self) -> frozenset[str]:
+        """Names of the classes that the instructor's cells define."""
+        nodes = (node for code in self.codes for node in ast.walk(code.tree))
+        return frozenset(node.name for node in nodes if isinstance(node, ast.ClassDef))
+
     def calls(self, code: Code) -> Iterator[tuple[ast.Call, str]]:
         """Every call in a cell, and the full name of what it calls (numpy.allclose)."""
         for node in ast.walk(code.tree):
