@@ -30,8 +30,9 @@ ANSWERS = {
     "exit": "import os\ndef double(x):\n    os._exit(0)\n",
     "raise": "def double(x):\n    raise SystemExit\n",
     "nonsense": "def double(x:\n",
-    "child": "import subprocess, sys\n"
-    "subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(600)'])\n" + toy.DOUBLE,
+    "child": "import os, sys\n"
+    "wait = [sys.executable, '-c', 'import time; time.sleep(600)']\n"
+    "os.posix_spawn(sys.executable, wait, {})\n" + toy.DOUBLE,
     "alien": "def double(x):\n    return object()\n",
     "vandal": "import shutil\nshutil.rmtree('/tmp', ignore_errors=True)\n" + toy.DOUBLE,
 }
