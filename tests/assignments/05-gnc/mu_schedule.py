@@ -158,3 +158,33 @@ def wrong_never_one_value() -> None:
             values.append(values[-1] * factor if kind == "tls" else max(values[-1] / factor, 1.0))
             if len(values) >= n or (kind == "gm" and values[-1] == 1):
                 return values
+
+
+def wrong_a_hundred_at_most() -> None:
+    """Wrong: the loop ends after a hundred values, however many n asks for. Caught by
+    mu_schedule-tls.
+    """
+
+    def mu_schedule(mu0, factor, n, kind):
+        values = [mu0]
+        for _ in range(99):
+            if len(values) == n or (kind == "gm" and values[-1] == 1):
+                break
+            last = values[-1]
+            values.append(last * factor if kind == "tls" else max(last / factor, 1))
+        return values
+
+
+def wrong_sixty_divisions() -> None:
+    """Wrong: GM divides sixty times at most, and may then still be above 1. Caught by
+    mu_schedule-gm.
+    """
+
+    def mu_schedule(mu0, factor, n, kind):
+        if kind == "tls":
+            return [mu0 * factor**k for k in range(n)]
+        values = [mu0]
+        for _ in range(60):
+            if len(values) < n and values[-1] != 1:
+                values.append(max(values[-1] / factor, 1))
+        return values

@@ -22,13 +22,13 @@ def right_own_loop() -> None:
 
 
 def right_slow_and_long() -> None:
-    """Right: factor 1.1 and three hundred steps, more than are needed, then rounded weights."""
+    """Right: factor 1.1 and four hundred steps, more than are needed, then rounded weights."""
     import numpy as np
 
     def repaired_gnc(z, c):
         z = np.asarray(z, dtype=float)
-        x, mu = z.mean(), 1e-4
-        for _ in range(300):
+        x, mu = z.mean(), 1e-12
+        for _ in range(400):
             size = np.maximum(np.abs(z - x), 1e-12)
             w = np.clip(c / size * np.sqrt(mu * (mu + 1)) - mu, 0, 1)
             x = np.average(z, weights=w)
@@ -222,3 +222,42 @@ def wrong_integers() -> None:
             x[0] = np.average(z, weights=w)
             mu = np.inf if np.all((w == 0) | (w == 1)) else 1.4 * mu
         return x[0], w
+
+
+def wrong_twenty_steps() -> None:
+    """Wrong: twenty steps, as in the listing, are too few where an outlier is far away. Caught by
+    repaired_gnc-far.
+    """
+    import numpy as np
+
+    def repaired_gnc(z, c):
+        z = np.asarray(z, dtype=float)
+        x, w = np.mean(z), np.ones(z.size)
+        ratio = 2 * np.max((z - x) ** 2) / c**2
+        if ratio <= 1:
+            return x, w
+        mu = 1 / (ratio - 1)
+        for _ in range(20):
+            size = np.maximum(np.abs(z - x), 1e-12)
+            w = np.clip(c / size * np.sqrt(mu * (mu + 1)) - mu, 0, 1)
+            x = np.sum(w * z) / np.sum(w)
+            if np.all((w == 0) | (w == 1)):
+                break
+            mu *= 1.4
+        return x, w
+
+
+def wrong_start_typed_in() -> None:
+    """Wrong: starts at μ = 1e-4 however far an outlier is. Caught by repaired_gnc-far."""
+    import numpy as np
+
+    def repaired_gnc(z, c):
+        z = np.asarray(z, dtype=float)
+        x, mu = z.mean(), 1e-4
+        for _ in range(300):
+            size = np.maximum(np.abs(z - x), 1e-12)
+            w = np.clip(c / size * np.sqrt(mu * (mu + 1)) - mu, 0, 1)
+            x = np.average(z, weights=w) if np.any(w) else x
+            mu = 1.1 * mu
+        w = np.round(w)
+        return (np.average(z, weights=w) if np.any(w) else x), w

@@ -176,7 +176,7 @@ def wrong_returns_weights() -> None:
 
 def wrong_one_switch_for_all() -> None:
     """Wrong: all loops share one switch, from the mean of their χ². Caught by
-    solve_switchable-lies.
+    solve_switchable-outliers.
     """
     import numpy as np
 

@@ -129,3 +129,17 @@ def wrong_whole_numbers() -> None:
         answer[..., 0], answer[..., 1] = gap.real, gap.imag
         answer[..., 2] = np.angle(np.exp(1j * (b - a)[..., 2]))
         return answer
+
+
+def wrong_two_turns_only() -> None:
+    """Wrong: takes out two turns at most. Caught by between-wrap."""
+    import numpy as np
+
+    def between(a, b):
+        a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
+        gap = ((b - a)[..., 0] + 1j * (b - a)[..., 1]) * np.exp(-1j * a[..., 2])
+        angle = (b - a)[..., 2]
+        for _ in range(3):
+            angle = np.where(angle > np.pi, angle - 2 * np.pi, angle)
+            angle = np.where(angle <= -np.pi, angle + 2 * np.pi, angle)
+        return np.stack([gap.real, gap.imag, angle], axis=-1)

@@ -408,3 +408,28 @@ def wrong_never_nothing() -> None:
                 break
             mu *= 1.4
         return poses, weights
+
+
+def wrong_twenty_solves() -> None:
+    """Wrong: stops after twenty solves, though an outlier may be far away. Caught by
+    robust_solve-rows.
+    """
+    import numpy as np
+
+    def robust_solve(graph, c, solve):
+        is_odometry = np.asarray(graph["is_odometry"], dtype=bool)
+        weights = np.ones(is_odometry.size)
+        poses, u = solve(graph, weights, None)
+        worst = np.max(np.asarray(u)[~is_odometry], initial=0.0)
+        if 2 * worst**2 <= c**2:
+            return poses, weights
+        mu = c**2 / (2 * worst**2 - c**2)
+        for _ in range(20):
+            size = np.maximum(u, 1e-300)
+            new = np.clip(c / size * np.sqrt(mu * (mu + 1)) - mu, 0, 1)
+            weights = np.where(is_odometry, 1.0, new)
+            poses, u = solve(graph, weights, poses)
+            if np.all((weights == 0) | (weights == 1)):
+                break
+            mu *= 1.4
+        return poses, weights

@@ -530,3 +530,35 @@ def wrong_one_draw_for_three() -> None:
         graph = {"n": n, "edges": np.column_stack([i, j]), "measurement": z}
         graph |= {"information": information, "is_odometry": np.arange(m) < n - 1}
         return graph, truth
+
+
+def wrong_closures_at_the_start() -> None:
+    """Wrong: draws its closures among the first 25 poses, where there are too few pairs for
+    many of them. Caught by make_graph-way.
+    """
+    import numpy as np
+
+    def make_graph(n, loops, noise, seed):
+        rng = np.random.default_rng(seed)
+        angle = 0.5 * np.arange(n)
+        truth = np.column_stack([1.45 * np.sin(angle), 1.45 - 1.45 * np.cos(angle), angle])
+        first, second = np.triu_indices(min(n, 25), 2)
+        drawn = rng.permutation(first.size)[:loops]
+        steps = np.arange(n - 1)
+        i = np.concatenate([steps, first[drawn]])
+        j = np.concatenate([steps + 1, second[drawn]])
+        m = i.size
+        gap = (truth[j] - truth[i])[:, :2] @ [1, 1j] * np.exp(-1j * truth[i, 2])
+        turn = truth[j, 2] - truth[i, 2]
+        sigma = np.array([noise[0], noise[0], noise[1]])
+        eta = rng.normal(0.0, sigma, (m, 3))
+        bow = np.sinc(eta[:, 2] / np.pi) + 1j * np.sin(eta[:, 2] / 2) * np.sinc(
+            eta[:, 2] / 2 / np.pi
+        )
+        place = gap + np.exp(1j * turn) * (eta[:, :2] @ [1, 1j]) * bow
+        z = np.column_stack([place.real, place.imag, turn + eta[:, 2]])
+        information = np.zeros((m, 3, 3))
+        information[:, [0, 1, 2], [0, 1, 2]] = sigma**-2
+        graph = {"n": n, "edges": np.column_stack([i, j]), "measurement": z}
+        graph |= {"information": information, "is_odometry": np.arange(m) < n - 1}
+        return graph, truth

@@ -336,7 +336,7 @@ def wrong_full_weight_only() -> None:
 
 def wrong_certifies_the_whole() -> None:
     """Wrong: asks for a certificate of the whole graph, lies among it. Stopped by the visible case
-    pipeline-lies.
+    pipeline-outliers.
     """
     import numpy as np
 
