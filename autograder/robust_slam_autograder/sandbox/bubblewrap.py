@@ -95,13 +95,13 @@ def _mounts(launch: Launch) -> list[str]:
     options += ["--dev-bind", "/dev/null", "/dev/zero", "--remount-ro", "/dev"]
     # Before the rest, which may lie in the machine's /tmp.
     options += [*small, "/dev/shm", *small, "/tmp"]
-    made: set[Path] = set()
     files = view.files(launch.packages, launch.withheld)
-    for path in files.visible:
-        options += [*_make_parents(path, made), "--ro-bind", str(path), str(path)]
-    for path in files.hidden:
-        options += _cover(path)
-    return [*options, *_font_lists(files.fonts), "--remount-ro", "/", "--chdir", "/tmp"]
+    acts = {"make": _make, "show": _show, "cover": _cover}
+    for kind, path in view.steps(files):
+        options += acts[kind](path)
+    covers = [path for path, is_shown in files.rules if not is_shown and path.is_dir()]
+    closed = [option for path in (*covers, "/") for option in ("--remount-ro", str(path))]
+    return [*options, *_font_lists(files.fonts), *closed, "--chdir", "/tmp"]
 
 
 def _font_lists(fonts: Sequence[Path]) -> list[str]:
@@ -109,19 +109,17 @@ def _font_lists(fonts: Sequence[Path]) -> list[str]:
     return [option for pair in pairs for option in ("--ro-bind", *pair)]
 
 
-def _make_parents(path: Path, made: set[Path]) -> list[str]:
-    """Make a mount's parent folders passable for the user id that the sandbox drops to."""
-    options: list[str] = []
-    for parent in reversed(path.parents[:-1]):
-        if parent not in made:
-            options += ["--perms", "0755", "--dir", str(parent)]
-            made.add(parent)
-    return options
+def _make(path: Path) -> list[str]:
+    """Make a folder that the user id to which the sandbox drops can enter."""
+    return ["--perms", "0755", "--dir", str(path)]
+
+
+def _show(path: Path) -> list[str]:
+    return ["--ro-bind", str(path), str(path)]
 
 
 def _cover(path: Path) -> list[str]:
     """Put nothing in a file's or a folder's place, so that reading it gives nothing."""
     if path.is_file():
         return ["--ro-bind", "/dev/null", str(path)]
-    empty = ["--perms", "0555", "--size", "4096", "--tmpfs", str(path)]
-    return [*empty, "--remount-ro", str(path)]
+    return ["--perms", "0755", "--size", str(2**20), "--tmpfs", str(path)]

@@ -34,7 +34,6 @@ from robust_slam_autograder.sandbox import cpu, fork_server, inside, landlock, s
 from robust_slam_autograder.sandbox.cpu import CpuClock
 from robust_slam_autograder.sandbox.inside import ENVIRONMENT, Launch
 from robust_slam_autograder.sandbox.process import START_SECONDS
-from robust_slam_autograder.sandbox.view import Files
 
 END_SECONDS = 10.0
 LONGEST = 60
@@ -174,7 +173,7 @@ class Fork:
             "address": str(address),
             "owner": self._owner,
             "namespaces": self._namespaces,
-            "files": _as_text(view.files(launch.packages, launch.withheld)),
+            "files": view.as_text(view.files(launch.packages, launch.withheld)),
         }
         command = inside.python_script(Path(fork_server.__file__), settings)
         environment = ENVIRONMENT | {"MPLCONFIGDIR": str(view.font_folder())}
@@ -184,10 +183,6 @@ class Fork:
         if done.stdout != fork_server.READY:
             why = done.stderr.decode(errors="replace").strip()[-500:]
             raise GraderFailure(f"The fork server did not start: {why or 'it says nothing'}")
-
-
-def _as_text(files: Files) -> dict[str, list[str]]:
-    return {name: [str(path) for path in paths] for name, paths in asdict(files).items()}
 
 
 def _dial(address: Path) -> socket.socket:
@@ -232,6 +227,6 @@ def _landlock_problem() -> str | None:
 
 def _closed_folders() -> list[Path]:
     """Folders on the way to what student code needs that other users cannot enter."""
-    needed = [path.resolve() for path in view.files(DEFAULT_PACKAGES, ()).visible]
+    needed = [path for path, _ in view.readable(view.files(DEFAULT_PACKAGES, ()))]
     ways = dict.fromkeys(folder for path in needed for folder in [path, *path.parents])
     return [way for way in ways if way.is_dir() and not way.stat().st_mode & stat.S_IXOTH]

@@ -36,12 +36,11 @@ def main() -> None:
     sys.argv[:] = [""]
     from robust_slam_autograder.executor import temporary
     from robust_slam_autograder.executor.imports import Installed
-    from robust_slam_autograder.sandbox import cgroup, root_filesystem
+    from robust_slam_autograder.sandbox import cgroup, root_filesystem, view
     from robust_slam_autograder.sandbox.keeper import Place
-    from robust_slam_autograder.sandbox.view import Files
 
     home = Path(settings["home"])
-    files = Files(**{key: tuple(map(Path, paths)) for key, paths in settings["files"].items()})
+    files = view.from_text(settings["files"])
     try:
         owner = os.pidfd_open(settings["owner"])
     except ProcessLookupError:  # it was killed meanwhile

@@ -9,7 +9,6 @@ from __future__ import annotations
 import csv
 import importlib.metadata
 import importlib.util
-import os
 import sysconfig
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -147,7 +146,12 @@ def _singles(found: Distribution, name: str) -> Iterator[Path]:
 
 
 def _site(found: Distribution) -> Path:
-    return Path(os.path.abspath(str(found.locate_file(""))))
+    return Path(str(found.locate_file(""))).resolve()
+
+
+def place(path: Path) -> Path:
+    """Where a file or folder lies, through links to its folder but not through itself."""
+    return path.parent.resolve() / path.name
 
 
 def _entries(found: Distribution) -> list[Path]:

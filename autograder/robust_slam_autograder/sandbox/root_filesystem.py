@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
-from robust_slam_autograder.sandbox import system
+from robust_slam_autograder.sandbox import system, view
 from robust_slam_autograder.sandbox.inside import SCRATCH_BYTES, SCRATCH_FILES
 from robust_slam_autograder.sandbox.view import Files
 
 DEVICES = ("null", "full", "random", "urandom")
 """Not zero: shared maps of it are memory that no process's size shows."""
+MADE = ("/proc", "/dev", "/dev/shm", "/tmp")
 _SMALL = f"size={SCRATCH_BYTES},nr_inodes={SCRATCH_FILES},mode=1777"
 
 
@@ -31,17 +33,14 @@ def enter(root: Path, files: Files) -> None:
     os.umask(0o022)
     system.mount("none", "/", flags=system.PRIVATE | system.RECURSIVE)
     _mount_tmpfs(root, "size=1m,mode=755")
-    for folder in ("proc", "dev/shm", "tmp"):
-        (root / folder).mkdir(parents=True)
+    for folder in MADE:
+        os.mkdir(f"{root}{folder}")
     # Before the rest, which may lie in the machine's /tmp.
     _mount_tmpfs(root / "tmp", _SMALL)
-    folders, binds = plan(files)
-    for folder in folders:
-        os.mkdir(f"{root}{folder}")
-    for source, place, is_folder in binds:
-        _bind(source, f"{root}{place}", is_folder)
-    for path in files.hidden:
-        _cover(root, path)
+    for act, path in plan(files):
+        act(str(root), path)
+    for font in files.fonts:
+        _show_file(str(font), f"{root}/tmp/{font.name}")
     system.make_read_only(str(root))
     system.make_writable(str(root / "tmp"))
     _mount_tmpfs(root / "dev/shm", _SMALL)
@@ -55,34 +54,40 @@ def _mount_tmpfs(path: Path, options: str) -> None:
     system.mount("tmpfs", str(path), "tmpfs", system.NO_SUID | system.NO_DEV, options)
 
 
-def _bind(source: str, place: str, is_folder: bool) -> None:
-    if is_folder:
-        os.mkdir(place)
-    else:
-        os.mknod(place)
-    system.mount(source, place, flags=system.BIND | system.RECURSIVE)
-
-
 @cache
-def plan(files: Files) -> tuple[tuple[str, ...], tuple[tuple[str, str, bool], ...]]:
-    """What ``enter`` does, found out once and ahead: there are a hundred files and folders.
-
-    Returns:
-        the folders to make, in order; and what to bind, where, and whether it is a folder.
-    """
-    pairs = [(path, path) for path in files.visible]
-    pairs += [(path, path) for path in (Path("/dev", name) for name in DEVICES)]
-    pairs += [(path, Path("/tmp", path.name)) for path in files.fonts]
-    parents = [parent for _, place in pairs for parent in reversed(place.parents)]
-    made = ("/", "/proc", "/dev", "/dev/shm", "/tmp")
-    folders = [str(parent) for parent in dict.fromkeys(parents) if str(parent) not in made]
-    return tuple(folders), tuple((str(path), str(place), path.is_dir()) for path, place in pairs)
+def plan(files: Files) -> tuple[tuple[Callable[[str, str], None], str], ...]:
+    """What ``enter`` does with paths, found out ahead of it: there are a hundred of them."""
+    devices = [(_show_file_at, f"/dev/{name}") for name in DEVICES]
+    acts = {"make": _make, "cover": _cover}
+    found = []
+    for kind, path in view.steps(files):
+        if str(path) not in MADE:
+            show = _show_folder_at if path.is_dir() else _show_file_at
+            found.append((acts.get(kind, show), str(path)))
+    return (*found, *devices)
 
 
-def _cover(root: Path, path: Path) -> None:
+def _make(root: str, path: str) -> None:
+    os.mkdir(root + path)
+
+
+def _show_folder_at(root: str, path: str) -> None:
+    os.mkdir(root + path)
+    system.mount(path, root + path, flags=system.BIND | system.RECURSIVE)
+
+
+def _show_file_at(root: str, path: str) -> None:
+    _show_file(path, root + path)
+
+
+def _show_file(path: str, place: str) -> None:
+    os.mknod(place)
+    system.mount(path, place, flags=system.BIND | system.RECURSIVE)
+
+
+def _cover(root: str, path: str) -> None:
     """Put nothing in a file's or a folder's place, so that reading it gives nothing."""
-    place = root / path.relative_to("/")
-    if path.is_dir():
-        _mount_tmpfs(place, "size=4k,mode=555")
+    if os.path.isdir(path):
+        _mount_tmpfs(Path(root + path), "size=1m,mode=755")
     else:
-        system.mount("/dev/null", str(place), flags=system.BIND)
+        system.mount("/dev/null", root + path, flags=system.BIND)

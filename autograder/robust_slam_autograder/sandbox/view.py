@@ -9,10 +9,11 @@ import subprocess
 import sys
 import sysconfig
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any, Literal
 
 from robust_slam_autograder.executor.imports import NOT_INSTALLED
 from robust_slam_autograder.sandbox import packages
@@ -25,14 +26,18 @@ _FAMILIES = ("libmkl",)
 _TRACED = re.compile(r"(/\S.*) \(0x[0-9a-f]+\)$")
 
 
+Step = Literal["make", "show", "cover"]
+
+
 @dataclass(frozen=True)
 class Files:
     """What student code finds on its disk."""
 
-    visible: tuple[Path, ...]
-    """It may read these files, and all in these folders: the interpreter and the packages."""
-    hidden: tuple[Path, ...]
-    """Not these inside them, such as withheld modules and their compiled copies."""
+    rules: tuple[tuple[Path, bool], ...]
+    """Files and folders, each before what lies in it, and whether they are shown. For a file the
+    last rule that it lies in decides: packages may lie in the standard library's folder."""
+    folders: tuple[Path, ...]
+    """It may list these, from which packages are imported, but not read all in them."""
     fonts: tuple[Path, ...]
     """Matplotlib's lists of fonts."""
 
@@ -44,15 +49,53 @@ def files(allowed: tuple[str, ...], withheld: tuple[str, ...]) -> Files:
         allowed: the packages that it may import.
         withheld: modules that it may not.
     """
-    visible = _visible(allowed)
     hidden = [*_standard_parts(), *(path for name in withheld for path in _files_of(name))]
     lists = (path for path in font_folder().glob("fontlist-v*.json") if path.is_file())
     return Files(
-        visible=visible,
-        # What lies in a hidden folder is hidden with it.
-        hidden=tuple(path for path in _outermost(hidden) if within(path, _resolved(visible))),
+        rules=_rules(_visible(allowed), hidden),
+        folders=packages.find(allowed).sites,
         fonts=tuple(lists),
     )
+
+
+def as_text(found: Files) -> tuple[object, ...]:
+    """The same as a Python literal, for another process."""
+    rules = [(str(path), is_shown) for path, is_shown in found.rules]
+    return rules, [*map(str, found.folders)], [*map(str, found.fonts)]
+
+
+def from_text(literal: tuple[Any, ...]) -> Files:
+    """Take back what ``as_text`` gave."""
+    rules, folders, fonts = literal
+    return Files(
+        rules=tuple((Path(path), is_shown) for path, is_shown in rules),
+        folders=tuple(map(Path, folders)),
+        fonts=tuple(map(Path, fonts)),
+    )
+
+
+def steps(found: Files) -> Iterator[tuple[Step, Path]]:
+    """What a private root is made of, in order: empty folders, what is shown, what is covered."""
+    rules, made = dict(found.rules), set[Path]()
+    for path, is_shown in found.rules:
+        # In a folder that is shown nothing can be made, and all its folders are there.
+        around = next((parent for parent in path.parents if parent in rules), Path("/"))
+        for parent in reversed(path.parents) if is_shown else ():
+            if parent.is_relative_to(around) and parent != around and parent not in made:
+                made.add(parent)
+                yield "make", parent
+        yield ("show" if is_shown else "cover"), path
+
+
+def _rules(visible: Iterable[Path], hidden: Iterable[Path]) -> tuple[tuple[Path, bool], ...]:
+    """Order what is shown and what is not, without what the folder around it says already."""
+    wanted = dict.fromkeys(visible, True) | dict.fromkeys(hidden, False)
+    rules: dict[Path, bool] = {}
+    for path in sorted(wanted, key=lambda path: (len(path.parts), path)):
+        around = next((rules[parent] for parent in path.parents if parent in rules), False)
+        if wanted[path] != around:
+            rules[path] = wanted[path]
+    return tuple(rules.items())
 
 
 @cache
@@ -60,7 +103,7 @@ def _visible(allowed: tuple[str, ...]) -> tuple[Path, ...]:
     found = packages.find(allowed)
     visible = [*_interpreter(), *found.paths]
     visible += [path for path in _libraries(found) if not within(path, visible)]
-    return tuple(path for path in _outermost(visible) if path.exists())
+    return tuple(path for path in dict.fromkeys(visible) if path.exists())
 
 
 def standard_path() -> list[Path]:
@@ -143,7 +186,9 @@ def _files_of(module: str) -> list[Path]:
         folders = [Path(place).parent for place in places]
     name = module.rpartition(".")[2]
     found = []
-    for folder in (folder.resolve() for folder in folders):
+    # A package may be a link, or lie in one.
+    plain = [packages.place(folder) for folder in folders]
+    for folder in dict.fromkeys([*plain, *(folder.resolve() for folder in folders)]):
         found += sorted(path for path in folder.glob(f"{name}.*") if path.is_file())
         found += [path for path in (folder / name, folder / "__pycache__") if path.is_dir()]
     return found
@@ -161,9 +206,10 @@ def readable(found: Files) -> list[tuple[Path, bool]]:
     Returns:
         paths; and whether all beneath may be read, or the names in the folder alone.
     """
-    hidden = _resolved(found.hidden)
-    result: list[tuple[Path, bool]] = []
-    waiting = _resolved(found.visible)
+    hidden = [path.resolve() for path, is_shown in found.rules if not is_shown]
+    shown = [path.resolve() for path, is_shown in found.rules if is_shown]
+    waiting = list(shown)
+    result = [(path.resolve(), False) for path in found.folders]
     seen: set[Path] = set()
     while waiting:
         path = waiting.pop()
@@ -174,7 +220,8 @@ def readable(found: Files) -> list[tuple[Path, bool]]:
             result.append((path, True))
         elif path not in hidden:
             result.append((path, False))
-            waiting += (inner.resolve() for inner in path.iterdir())  # a link may lead to it
+            inside = (inner.resolve() for inner in path.iterdir())  # a link may lead out of it
+            waiting += (inner for inner in inside if within(inner, shown))
     return result
 
 
@@ -196,13 +243,3 @@ def exposing(path: Path, allowed: tuple[str, ...]) -> Path | None:
 def within(path: Path, folders: Iterable[Path]) -> bool:
     """Whether a path lies in one of these folders."""
     return any(path.is_relative_to(folder) for folder in folders)
-
-
-def _resolved(paths: Iterable[Path]) -> list[Path]:
-    return [path.resolve() for path in paths]
-
-
-def _outermost(paths: Iterable[Path]) -> list[Path]:
-    """Each path once, without those that lie in another one's folder."""
-    known = set(paths := list(dict.fromkeys(paths)))
-    return [path for path in paths if known.isdisjoint(path.parents)]

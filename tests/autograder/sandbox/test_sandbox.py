@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import itertools
 import json
 import os
@@ -295,6 +296,25 @@ def test_every_file_that_can_be_read_is_one_that_is_needed(wall: Sandbox) -> Non
     found = run(wall, what, "readable")
     assert str(STANDARD / "os.py") in found and len(found) > 100
     assert [path for path in found if not is_needed(path)] == []
+
+
+ALLOWED = """
+import importlib.metadata, zoneinfo
+import qdldl, scipy.stats, tqdm.auto
+import robust_slam.se2
+
+def versions():
+    names = ("numpy", "robust_slam", "tqdm")
+    return [importlib.metadata.version(name) for name in names]
+"""
+
+
+@pytest.mark.sandbox
+def test_allowed_packages_can_be_imported(wall: Sandbox) -> None:
+    """None of these is in memory already, some lie in one file and one in its source folder."""
+    allowed = (*DEFAULT_PACKAGES, "qdldl", "robust_slam")
+    found = run(wall, program(ALLOWED, names=("versions",), packages=allowed), "versions")
+    assert found == [importlib.metadata.version(name) for name in ("numpy", "robust_slam", "tqdm")]
 
 
 @pytest.mark.sandbox

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import os
+import importlib.metadata
 import subprocess
 import sys
 from pathlib import Path
@@ -12,11 +12,17 @@ import scipy
 from robust_slam_autograder.executor.imports import DEFAULT_PACKAGES
 from robust_slam_autograder.sandbox import packages, view
 
+from tests.autograder.sandbox import interpreters
+
 SITE = Path(scipy.__file__).parents[1]
 
 
+def shown(allowed: tuple[str, ...]) -> list[Path]:
+    return [path for path, is_shown in view.files(allowed, ()).rules if is_shown]
+
+
 def names_shown(*allowed: str) -> set[str]:
-    return {path.name for path in view.files(allowed, ()).visible if path.parent == SITE}
+    return {path.name for path in shown(allowed) if path.parent == SITE}
 
 
 def test_a_package_comes_with_all_that_it_needs() -> None:
@@ -40,7 +46,7 @@ def test_extras_are_not_followed() -> None:
 
 
 def test_a_package_in_its_source_folder_is_shown_without_its_surroundings() -> None:
-    visible = view.files(("robust_slam",), ()).visible
+    visible = shown(("robust_slam",))
     import robust_slam
 
     folder = Path(robust_slam.__file__).parent
@@ -48,7 +54,7 @@ def test_a_package_in_its_source_folder_is_shown_without_its_surroundings() -> N
 
 
 def test_no_folder_of_the_system_is_shown_as_a_whole() -> None:
-    folders = {path for path in view.files(DEFAULT_PACKAGES, ()).visible if path.is_dir()}
+    folders = {path for path in shown(DEFAULT_PACKAGES) if path.is_dir()}
     parts = {*Path("/usr/lib/python3").parents, Path("/usr/lib"), Path("/usr/local"), Path("/etc")}
     system = {path for path in folders if path in parts or path.match("*-linux-gnu")}
     assert not system and not {SITE, *SITE.parents} & folders
@@ -60,10 +66,10 @@ def test_the_libraries_are_those_that_the_loader_takes() -> None:
     text = f"import {names}\nprint(open('/proc/self/maps').read())"
     maps = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True).stdout
     loaded = {Path(line.split()[-1]) for line in maps.splitlines() if ".so" in line}
-    shown = [path.resolve() for path in view.files(DEFAULT_PACKAGES, ()).visible]
+    there = [path.resolve() for path in shown(DEFAULT_PACKAGES)]
     systems = {path.resolve() for path in loaded if not path.is_relative_to(SITE)}
     assert len(systems) > 10
-    assert [path for path in systems if not view.within(path, shown)] == []
+    assert [path for path in systems if not view.within(path, there)] == []
 
 
 def test_a_folder_in_view_is_found_also_through_a_link(tmp_path: Path) -> None:
@@ -76,46 +82,94 @@ def test_a_folder_in_view_is_found_also_through_a_link(tmp_path: Path) -> None:
         assert view.exposing(Path(place), DEFAULT_PACKAGES) is None
 
 
+def test_the_nearest_rule_decides() -> None:
+    """A package in the standard library's folder is shown, what is withheld of it is not."""
+    paths = {name: Path("/py", name) for name in ("site", "site/np", "site/np/core", "os", "one")}
+    visible = [Path("/py"), paths["site/np"], paths["os"], paths["one"]]
+    hidden = [paths["site"], paths["site/np/core"], paths["site/np/core"] / "deep", paths["one"]]
+    hidden.append(Path("/elsewhere"))
+    assert view._rules(visible, hidden) == (
+        (Path("/py"), True),
+        (paths["one"], False),
+        (paths["site"], False),
+        (paths["site/np"], True),
+        (paths["site/np/core"], False),
+    )
+
+
+def test_nothing_is_made_in_a_folder_that_is_shown() -> None:
+    """It would be made on the machine's own disk."""
+    rules = ((Path("/a/py"), True), (Path("/a/py/site"), False), (Path("/a/py/site/np"), True))
+    rules = (*rules, (Path("/a/lib/c.so"), True))
+    steps = list(view.steps(view.Files(rules, (), ())))
+    assert steps == [
+        ("make", Path("/a")),
+        ("show", Path("/a/py")),
+        ("cover", Path("/a/py/site")),
+        ("show", Path("/a/py/site/np")),
+        ("make", Path("/a/lib")),
+        ("show", Path("/a/lib/c.so")),
+    ]
+
+
+def test_a_link_in_a_folder_leads_nowhere_else(tmp_path: Path) -> None:
+    """Landlock judges a file by where it lies, and folders are gone through that hide a part."""
+    (tmp_path / "secret").mkdir()
+    package = tmp_path / "package"
+    package.mkdir()
+    for name in ("given.py", "answers.py"):
+        (package / name).touch()
+    (package / "link").symlink_to(tmp_path / "secret")
+    rules = ((package, True), (package / "answers.py", False))
+    opened = view.readable(view.Files(rules, (), ()))
+    assert sorted(opened) == [(package, False), (package / "given.py", True)]
+
+
 def test_unknown_packages_are_named() -> None:
     assert packages.missing(["numpy", "math", "robust_slam", "IPython", "PIL"]) == []
     assert packages.missing(["numpy", "no_such_package"]) == ["no_such_package"]
 
 
-CONDA = """
-import os, subprocess, sys
-sys.path[:0] = {path!r}
-from robust_slam_autograder.sandbox import BACK_ENDS, Launch
-wall = BACK_ENDS[{wall!r}]
-print(wall.problem(), sys.base_prefix)
+LOOK = """
+import importlib.metadata, os, sys
+import matplotlib.pyplot, numpy, scipy.stats, tqdm, zoneinfo
+
+def look():
+    site = os.path.dirname(os.path.dirname(numpy.__file__))
+    others = [os.path.join(site, name, "__init__.py") for name in ("networkx", "psutil/tests")]
+    zone = str(zoneinfo.ZoneInfo("Europe/Zurich"))
+    seen = [path for path in others if os.path.exists(path)]
+    return [sys.prefix, importlib.metadata.version("numpy"), zone, seen]
+"""
+SCRIPT = f"""
+import sys
+from robust_slam_autograder.executor.budget import Meter
+from robust_slam_autograder.executor.session import Program, Session
+from robust_slam_autograder.reading.assignment import Limits, Piece
+from robust_slam_autograder.sandbox import BACK_ENDS
+
+program = Program((), [Piece("cell", {LOOK!r}, own=False)], ("look",), ())
+session = Session(BACK_ENDS[sys.argv[1]], program, Limits(60, 60), Meter().start(120))
+session.begin()
+print(session.errors or session.bindings()["look"]())
+session.close()
 """
 
 
 @pytest.mark.sandbox
-def test_another_interpreter_works_too(wall_name: str, tmp_path: Path) -> None:
-    """The system's Python, whose standard library lies in /usr/lib, with packages elsewhere."""
-    system = Path("/usr/bin/python3")
-    version = f"{sys.version_info.major}.{sys.version_info.minor}"
-    asked = (
-        subprocess.run(
-            [system, "-c", "import sys; print('%d.%d' % sys.version_info[:2], sys.base_prefix)"],
-            capture_output=True,
-            text=True,
-        )
-        if system.exists()
-        else None
+@pytest.mark.parametrize("kind", ["the system's", "with packages inside"])
+def test_another_interpreter_works_too(wall_name: str, kind: str, tmp_path: Path) -> None:
+    """Debian's in a virtual environment; and one as conda's and container images' are."""
+    make = {"the system's": interpreters.of_the_system}.get(
+        kind, interpreters.with_packages_inside
     )
-    if asked is None or asked.stdout.split()[:1] != [version] or sys.base_prefix == "/usr":
+    python = make(tmp_path)
+    if python is None:
         pytest.skip("this machine has no second Python of this version")
-    # A virtual environment of it, whose packages are links to ours.
-    site = tmp_path / "venv" / "lib" / f"python{version}" / "site-packages"
-    subprocess.run([system, "-m", "venv", "--without-pip", tmp_path / "venv"], check=True)
-    for path in SITE.iterdir():
-        if not path.name.startswith(("_distutils", "distutils")):
-            (site / path.name).symlink_to(path)
     for folder in (tmp_path, *tmp_path.parents[:2]):
         folder.chmod(0o755)
-    text = CONDA.format(path=[], wall=wall_name)
-    python = tmp_path / "venv" / "bin" / "python"
-    environment = {**os.environ, "PYTHONPATH": ""}
-    done = subprocess.run([python, "-c", text], capture_output=True, text=True, env=environment)
-    assert done.stdout.split() == ["None", "/usr"], done.stdout + done.stderr
+    command = [python, "-c", SCRIPT, wall_name]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
+    prefix = "/usr" if kind == "the system's" else str(tmp_path / "prefix")
+    version = importlib.metadata.version("numpy")
+    assert done.stdout.strip() == repr([prefix, version, "Europe/Zurich", []]), done.stderr[-1000:]

@@ -1,0 +1,70 @@
+"""Other interpreters with the grader's packages, made of links to this one's files."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from robust_slam_autograder.executor.imports import DEFAULT_PACKAGES, NOT_INSTALLED
+from robust_slam_autograder.sandbox import packages
+
+PSUTIL = "psutil"
+"""What the grader needs outside the sandbox alone."""
+
+
+def with_packages_inside(folder: Path) -> Path:
+    """An interpreter whose packages lie in its standard library's folder, as conda's do.
+
+    Returns:
+        the interpreter.
+    """
+    version = f"python{sys.version_info.major}.{sys.version_info.minor}"
+    base, prefix = Path(sys.base_prefix), folder / "prefix"
+    for name in ("bin", "lib"):
+        (prefix / name).mkdir(parents=True)
+    for path in (base / "lib").glob("libpython*"):
+        _link(path, prefix / "lib" / path.name)
+    left_out = shutil.ignore_patterns("site-packages", "config-*", *NOT_INSTALLED)
+    library = prefix / "lib" / version
+    shutil.copytree(base / "lib" / version, library, ignore=left_out, copy_function=_link)
+    python = prefix / "bin" / "python3"
+    _link(Path(os.path.realpath(sys.executable)), python)
+    for name in NOT_INSTALLED[:2]:
+        (library / name).mkdir()
+    fill(library / "site-packages")
+    return python
+
+
+def fill(site: Path) -> None:
+    """Install the default packages, and another one, by links to the files of ours."""
+    site.mkdir(exist_ok=True)
+    found = packages.find((*DEFAULT_PACKAGES, PSUTIL, "networkx"))
+    for path in found.paths:
+        if path.is_dir():
+            shutil.copytree(path, site / path.name, copy_function=_link)
+        else:
+            _link(path, site / path.name)
+
+
+def _link(source: os.PathLike[str] | str, place: os.PathLike[str] | str) -> None:
+    try:
+        os.link(os.path.realpath(source), place)
+    except OSError:  # on another disk
+        shutil.copy(source, place)
+
+
+def of_the_system(folder: Path) -> Path | None:
+    """A virtual environment of the system's Python; None where that has another version."""
+    system, own = Path("/usr/bin/python3"), sys.version_info[:2]
+    if not system.exists() or sys.base_prefix == "/usr":
+        return None
+    asked = "import sys; print(tuple(sys.version_info[:2]))"
+    said = subprocess.run([system, "-c", asked], capture_output=True, text=True).stdout
+    if said.strip() != str(tuple(own)):
+        return None
+    subprocess.run([system, "-m", "venv", "--without-pip", folder / "venv"], check=True)
+    fill(folder / "venv" / "lib" / f"python{own[0]}.{own[1]}" / "site-packages")
+    return folder / "venv" / "bin" / "python"
