@@ -6,11 +6,13 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 from robust_slam_autograder.executor.imports import DEFAULT_PACKAGES, NOT_INSTALLED
 from robust_slam_autograder.sandbox import packages
 
+SYSTEM = Path("/usr/bin/python3")
 PSUTIL = "psutil"
 """What the grader needs outside the sandbox alone."""
 
@@ -56,15 +58,20 @@ def _link(source: os.PathLike[str] | str, place: os.PathLike[str] | str) -> None
         shutil.copy(source, place)
 
 
-def of_the_system(folder: Path) -> Path | None:
-    """A virtual environment of the system's Python; None where that has another version."""
-    system, own = Path("/usr/bin/python3"), sys.version_info[:2]
-    if not system.exists() or sys.base_prefix == "/usr":
-        return None
-    asked = "import sys; print(tuple(sys.version_info[:2]))"
-    said = subprocess.run([system, "-c", asked], capture_output=True, text=True).stdout
-    if said.strip() != str(tuple(own)):
-        return None
-    subprocess.run([system, "-m", "venv", "--without-pip", folder / "venv"], check=True)
-    fill(folder / "venv" / "lib" / f"python{own[0]}.{own[1]}" / "site-packages")
+def of_the_system(folder: Path) -> Path:
+    """A virtual environment of the system's Python."""
+    subprocess.run([SYSTEM, "-m", "venv", "--without-pip", folder / "venv"], check=True)
+    version = f"python{sys.version_info.major}.{sys.version_info.minor}"
+    fill(folder / "venv" / "lib" / version / "site-packages")
     return folder / "venv" / "bin" / "python"
+
+
+def available() -> dict[str, Callable[[Path], Path]]:
+    """The interpreters that can be made here: the system's only where it has our version."""
+    made: dict[str, Callable[[Path], Path]] = {"with packages inside": with_packages_inside}
+    if SYSTEM.exists() and sys.base_prefix != "/usr":
+        asked = "import sys; print(tuple(sys.version_info[:2]))"
+        done = subprocess.run([SYSTEM, "-c", asked], capture_output=True, text=True)
+        if done.stdout.strip() == str(tuple(sys.version_info[:2])):
+            made["the system's"] = of_the_system
+    return made

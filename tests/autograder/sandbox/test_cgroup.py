@@ -81,8 +81,9 @@ def locks():
 
 
 @pytest.mark.sandbox
-@pytest.mark.skipif(os.uname().machine != "x86_64", reason="its numbers of system calls")
 def test_memory_that_nobody_counts_is_refused(wall: Sandbox) -> None:
+    if os.uname().machine != "x86_64":
+        leave_out("the test knows the system calls' numbers on x86_64 alone")
     found: dict[str, Any] = run(wall, program(HOLDERS, names=("refused",)), "refused")
     assert {name for name, said in found.items() if said != "PermissionError"} == set()
 

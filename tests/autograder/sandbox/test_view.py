@@ -157,15 +157,10 @@ session.close()
 
 
 @pytest.mark.sandbox
-@pytest.mark.parametrize("kind", ["the system's", "with packages inside"])
+@pytest.mark.parametrize("kind", interpreters.available())
 def test_another_interpreter_works_too(wall_name: str, kind: str, tmp_path: Path) -> None:
     """Debian's in a virtual environment; and one as conda's and container images' are."""
-    make = {"the system's": interpreters.of_the_system}.get(
-        kind, interpreters.with_packages_inside
-    )
-    python = make(tmp_path)
-    if python is None:
-        pytest.skip("this machine has no second Python of this version")
+    python = interpreters.available()[kind](tmp_path)
     for folder in (tmp_path, *tmp_path.parents[:2]):
         folder.chmod(0o755)
     command = [python, "-c", SCRIPT, wall_name]
