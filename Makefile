@@ -58,13 +58,13 @@ $(GRAPHS): ;
 ZIPS := $(wildcard assignments/*.zip build/release/*.zip)
 
 $(BOOK): $(call files,chapters lib/robust_slam) _config.yml _toc.yml $(READY) $(GRAPHS) $(ZIPS)
-	@$(BIN)/python -m robust_slam.datasets --try
+	@$(BIN)/python -m robust_slam.graphs.datasets --try
 	@$(QUIETLY) book $(BIN)/jupyter-book build . --path-output build -W -n --keep-going
 	@rm -rf build/html && cp -R build/_build/html build/html
 	@rm -f build/.graphs* && touch build/.graphs$$($(find-graphs)) $@
 
 data: setup ## download the nine public pose graphs, 8 MB
-	$(BIN)/python -m robust_slam.datasets
+	$(BIN)/python -m robust_slam.graphs.datasets
 
 bench: setup ## both sides in one run: our estimators and GTSAM's, and the like
 	@failed=0; for name in $(BENCHES); do $(BIN)/python -m benchmarks.$$name || failed=1; done; \

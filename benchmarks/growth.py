@@ -25,9 +25,9 @@ from statistics import median
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
 import numpy as np
-from robust_slam import start
-from robust_slam.gauss_newton import PoseGraphProblem
-from robust_slam.generate import manhattan
+from robust_slam.descent import start
+from robust_slam.graphs import manhattan
+from robust_slam.problems import PoseGraphProblem
 from tqdm import tqdm
 
 SIZES = (1_000, 3_000, 10_000, 30_000, 100_000)
@@ -121,7 +121,7 @@ def _number(value: float) -> str:
 def exponents(sizes: Sequence[Size]) -> list[str]:
     """Return how steps and memory grow: lines `exponent NAME VALUE`."""
     # It brings matplotlib, which the processes of the sizes need not hold.
-    from robust_slam.plots.growth import fitted_exponent
+    from robust_slam_course.plots.growth import fitted_exponent
 
     poses = [size.poses for size in sizes]
     costs = {

@@ -12,19 +12,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from robust_slam import gtsam_graph, pose_graph
 from robust_slam._arrays import Array, Mask
 from robust_slam.errors import NotConverged
-from robust_slam.gauss_newton import PoseGraphProblem
-from robust_slam.gnc import gnc
-from robust_slam.irls import irls
-from robust_slam.kernels import cauchy, dcs
-from robust_slam.max_mixture import max_mixture
-from robust_slam.metrics import ate, precision_recall
+from robust_slam.estimators import chi_square_threshold, gnc, irls, max_mixture, switchable
+from robust_slam.estimators.kernels import cauchy, dcs
+from robust_slam.estimators.switches import joint_switchable
+from robust_slam.graphs import PoseGraph, ate, gtsam_graph, pose_graph, precision_recall
 from robust_slam.pipeline import solve
-from robust_slam.pose_graph import PoseGraph
-from robust_slam.switchable import joint_switchable, switchable
-from robust_slam.thresholds import chi_square_threshold
+from robust_slam.problems import PoseGraphProblem
 
 try:
     import gtsam

@@ -12,10 +12,9 @@ from __future__ import annotations
 import argparse
 
 import numpy as np
-from robust_slam import start
-from robust_slam.datasets import load
-from robust_slam.gauss_newton import gauss_newton
-from robust_slam.outliers import add_random_closures
+from robust_slam.descent import gauss_newton, start
+from robust_slam.graphs import add_random_closures
+from robust_slam.graphs.datasets import load
 from tqdm import tqdm
 
 from benchmarks.methods import STEPS, Score, available, run

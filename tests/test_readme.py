@@ -10,9 +10,10 @@ import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from robust_slam import datasets, metrics, start
-from robust_slam.certificate import Verdict
-from robust_slam.gauss_newton import gauss_newton
+from robust_slam.certificates.optimality import Verdict
+from robust_slam.descent import start
+from robust_slam.descent.undamped import gauss_newton
+from robust_slam.graphs import datasets, metrics
 
 from tests.conftest import leave_out
 

@@ -44,7 +44,7 @@ PRIVATE = (
     "solutions/course.toml",
     "tests/assignments/",
     "tests/autograder/nbgrader/test_formgrader.py",
-    "tests/lib/plots/exercises/",
+    "tests/lib/course/exercises/",
     "tests/sample_class.py",
     "tests/test_sample_class.py",
     "tests/test_secrets.py",

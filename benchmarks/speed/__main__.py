@@ -10,7 +10,7 @@ import sys
 from collections.abc import Callable
 from functools import partial
 
-from robust_slam.datasets import DatasetMissing
+from robust_slam.graphs.datasets import DatasetMissing
 from tqdm import tqdm
 
 from benchmarks.speed import certificates, cliques, descents, graduated, starts

@@ -12,11 +12,10 @@ Source: SE-Sync (Rosen et al. 2019), run on the same files, for the optimal valu
 
 from __future__ import annotations
 
-from robust_slam import start
-from robust_slam.certificate import Certificate, Verdict, certificate
-from robust_slam.datasets import load
-from robust_slam.gauss_newton import gauss_newton
-from robust_slam.riemannian_newton import polish
+from robust_slam.certificates import Certificate, Verdict, certificate
+from robust_slam.certificates.newton import polish
+from robust_slam.descent import gauss_newton, start
+from robust_slam.graphs.datasets import load
 
 from benchmarks.speed.clock import Side, spend
 from benchmarks.speed.figure import shown

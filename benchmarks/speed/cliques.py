@@ -9,11 +9,9 @@ from __future__ import annotations
 import networkx
 import numpy as np
 from robust_slam._arrays import Mask
-from robust_slam.clique import max_clique
-from robust_slam.generate import manhattan
-from robust_slam.outliers import add_random_closures
-from robust_slam.pcm import pcm
-from robust_slam.thresholds import chi_square_threshold
+from robust_slam.consistency import max_clique, pcm
+from robust_slam.estimators import chi_square_threshold
+from robust_slam.graphs import add_random_closures, manhattan
 
 from benchmarks.speed.clock import Side, in_turns
 from benchmarks.speed.figure import Figure, shown

@@ -13,11 +13,11 @@ from __future__ import annotations
 
 import gtsam
 import numpy as np
-from robust_slam import gtsam_graph, pose_graph, start
 from robust_slam._arrays import Array
-from robust_slam.datasets import load
-from robust_slam.gauss_newton import PoseGraphProblem
-from robust_slam.pose_graph import PoseGraph
+from robust_slam.descent import start
+from robust_slam.graphs import PoseGraph, gtsam_graph, pose_graph
+from robust_slam.graphs.datasets import load
+from robust_slam.problems import PoseGraphProblem
 
 from benchmarks.speed.clock import Side, in_turns
 from benchmarks.speed.figure import Figure, shown

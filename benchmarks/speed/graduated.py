@@ -40,16 +40,20 @@ from math import sqrt
 
 import gtsam
 import numpy as np
-from robust_slam import gtsam_graph, pose_graph, start
 from robust_slam._arrays import Array, Mask
-from robust_slam.datasets import load
-from robust_slam.gauss_newton import PoseGraphProblem, gauss_newton
-from robust_slam.gnc import gnc
-from robust_slam.metrics import ate, precision_recall
-from robust_slam.outliers import spoil_closures
-from robust_slam.pose_graph import PoseGraph
-from robust_slam.result import Result
-from robust_slam.thresholds import chi_square_threshold
+from robust_slam.descent import gauss_newton, start
+from robust_slam.estimators import Result, chi_square_threshold, gnc
+from robust_slam.graphs import (
+    PoseGraph,
+    ate,
+    gtsam_graph,
+    pose_graph,
+    precision_recall,
+    spanning_tree,
+    spoil_closures,
+)
+from robust_slam.graphs.datasets import load
+from robust_slam.problems import PoseGraphProblem
 
 from benchmarks.speed.clock import Side, Spent, in_turns, spend_apart
 from benchmarks.speed.figure import Figure, shown
@@ -86,7 +90,7 @@ def spoiled(name: str, percent: int) -> World:
     rng = np.random.default_rng(SEED)
     graph, is_lie = spoil_closures(honest, percent / 100.0, rng, poses=reference)
     c = chi_square_threshold(0.99, graph.group.DOF)
-    return World(graph, is_lie, start.spanning_tree(graph), c, reference)
+    return World(graph, is_lie, spanning_tree(graph), c, reference)
 
 
 def measure(name: str, percent: int, other: Callable[[World], Side], *, adaptive: bool) -> Figure:

@@ -8,8 +8,9 @@ poses, which moves the rotations too. The remark gives the cost where each ends.
 from __future__ import annotations
 
 import gtsam
-from robust_slam import gtsam_graph, pose_graph, start
-from robust_slam.datasets import load
+from robust_slam.descent import start
+from robust_slam.graphs import gtsam_graph, pose_graph
+from robust_slam.graphs.datasets import load
 
 from benchmarks.speed.clock import Side, in_turns
 from benchmarks.speed.figure import Figure, shown

@@ -19,7 +19,7 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-from robust_slam.datasets import DatasetMissing, find
+from robust_slam.graphs.datasets import DatasetMissing, find
 from tqdm import tqdm
 
 from benchmarks import methods

@@ -14,17 +14,19 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from robust_slam import datasets, start
 from robust_slam._arrays import Array, Mask
-from robust_slam.gauss_newton import gauss_newton
-from robust_slam.generate import Noise, manhattan, sphere
-from robust_slam.outliers import (
-    add_aliased_closures,
-    add_grouped_closures,
+from robust_slam.descent import gauss_newton, start
+from robust_slam.graphs import (
+    Noise,
+    PoseGraph,
     add_local_closures,
     add_random_closures,
+    datasets,
+    manhattan,
+    sphere,
 )
-from robust_slam.pose_graph import PoseGraph, select
+from robust_slam.graphs.outliers import add_aliased_closures, add_grouped_closures
+from robust_slam.graphs.pose_graph import select
 
 from benchmarks import methods
 

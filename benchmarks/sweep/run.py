@@ -15,7 +15,7 @@ from multiprocessing.connection import Connection
 
 from robust_slam._arrays import Array, Mask
 from robust_slam.errors import NotConverged, Underdetermined
-from robust_slam.pose_graph import PoseGraph
+from robust_slam.graphs import PoseGraph
 
 from benchmarks import methods
 from benchmarks.methods import Score

@@ -15,8 +15,8 @@ from typing import Any
 from urllib.parse import urljoin, urlsplit
 
 from docutils import nodes
-from robust_slam.plots import opening
-from robust_slam.style import figure_style
+from robust_slam_course.plots import opening
+from robust_slam_course.style import figure_style
 from sphinx.application import Sphinx
 
 PICTURE = "_static/preview.png"

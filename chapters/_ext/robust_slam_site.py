@@ -24,7 +24,7 @@ from markdown_it.tree import SyntaxTreeNode
 from myst_nb.core import render
 from myst_nb.sphinx_ import SphinxNbRenderer
 from nbformat import NotebookNode
-from robust_slam import datasets
+from robust_slam.graphs import datasets
 from sphinx.application import Sphinx
 from sphinx.config import Config
 from sphinx.util.fileutil import copy_asset
@@ -95,7 +95,7 @@ def with_words_of_the_output(render_outputs: RenderOutputs) -> RenderOutputs:
     """Let the metadata of a cell's outputs add to the captions in the cell's own metadata.
 
     myst-nb knows only the cell's, which cannot follow what the cell computed. See
-    ``robust_slam.plots.captions``.
+    ``robust_slam_course.plots.captions``.
     """
 
     def rendered(

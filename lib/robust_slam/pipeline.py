@@ -12,15 +12,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robust_slam import start
 from robust_slam._arrays import Array, Mask
-from robust_slam.certificate import Certificate, certify
-from robust_slam.gauss_newton import PoseGraphProblem
-from robust_slam.gnc import Kind, gnc
-from robust_slam.pcm import PcmResult, pcm
-from robust_slam.pose_graph import PoseGraph, select
-from robust_slam.result import Result
-from robust_slam.thresholds import chi_square_threshold
+from robust_slam.certificates.optimality import Certificate, certify
+from robust_slam.consistency.pairwise import PcmResult, pcm
+from robust_slam.descent import start
+from robust_slam.estimators.graduation import Kind, gnc
+from robust_slam.estimators.result import Result
+from robust_slam.estimators.thresholds import chi_square_threshold
+from robust_slam.graphs.pose_graph import PoseGraph, select
+from robust_slam.problems import PoseGraphProblem
 
 _STEPS = 20
 

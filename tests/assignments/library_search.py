@@ -26,8 +26,7 @@ from typing import Any
 
 import numpy as np
 import robust_slam
-from robust_slam import se3
-from robust_slam.pose_graph import PoseGraph
+from robust_slam.graphs import PoseGraph, se3
 from scipy import differentiate, linalg, optimize, sparse, special, stats
 
 from tests.assignments.lazy.memory import Raised, Recorder

@@ -9,9 +9,9 @@ from types import ModuleType
 
 import numpy as np
 import pytest
-from robust_slam import start
-from robust_slam.gauss_newton import PoseGraphProblem
-from robust_slam.generate import manhattan, sphere
+from robust_slam.graphs.generate import manhattan, sphere
+from robust_slam.graphs.odometry import spanning_tree
+from robust_slam.problems import PoseGraphProblem
 
 from benchmarks.speed import clock
 from benchmarks.speed.clock import Side, Spent, in_turns, spend, spend_apart
@@ -136,12 +136,12 @@ class TestTheFigures:
 @pytest.mark.parametrize("make", [manhattan, sphere], ids=["plane", "space"])
 def test_the_loop_over_gtsam_takes_our_steps(make) -> None:
     need("gtsam")
-    from robust_slam import gtsam_graph
+    from robust_slam.graphs import gtsam_graph
 
     from benchmarks.speed.graduated import STEPS, GtsamProblem
 
     graph, _ = make(60, np.random.default_rng(0), closures=20)
-    guess = start.spanning_tree(graph)
+    guess = spanning_tree(graph)
     weights = np.where(graph.is_odometry, 1.0, np.arange(len(graph.edges)) % 3 / 2.0)
     factors, values = gtsam_graph.to_gtsam(graph, guess)
     problem = GtsamProblem(graph, factors)

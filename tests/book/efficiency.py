@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from robust_slam import kernels
+from robust_slam.estimators import kernels
 from scipy.integrate import quad
 from scipy.stats import chi
 

@@ -8,7 +8,7 @@ import pytest
 from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 from playwright.sync_api import Locator, Page
-from robust_slam.canvas import Canvas, Checkbox, Slider, Stepper
+from robust_slam_course.canvas import Canvas, Checkbox, Slider, Stepper
 
 from tests.book.moving import by_keyboard, canvases, controls, picture
 from tests.chromium import Opener

@@ -9,7 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from robust_slam import irls, kernels, linear, location, se2, switchable
+from robust_slam import problems
+from robust_slam.estimators import kernels, reweighting, switches
+from robust_slam.graphs import se2
 from scipy.linalg import solve_continuous_are
 from scipy.optimize import brentq, minimize_scalar
 from scipy.spatial.transform import Rotation
@@ -51,7 +53,7 @@ Z = np.array([0.1, -0.2, 0.15, -0.1, 5.0])
 
 # --- Chapter 0 -------------------------------------------------------------------------
 
-THREE = linear.chain(3, [0, 1, 0, 0], [1, 2, 2, 2], [1, 1, 2, 0], [0.1, 0.1, 0.05, 0.05])
+THREE = problems.chain(3, [0, 1, 0, 0], [1, 2, 2, 2], [1, 1, 2, 0], [0.1, 0.1, 0.05, 0.05])
 INFORMATION = np.diag(1.0 / THREE.sigma**2)
 NORMAL = THREE.jacobian.T @ INFORMATION @ THREE.jacobian
 
@@ -69,9 +71,9 @@ def chapter_0() -> Iterator[list[float]]:
     x = THREE.initial()
     length = x[2] - x[0]
     printed = [0.8, 1.0, 1.2]
-    without = linear.chain(3, [0, 1, 0], [1, 2, 2], [1, 1, 0], [0.1, 0.1, 0.05]).initial()
+    without = problems.chain(3, [0, 1, 0], [1, 2, 2], [1, 1, 0], [0.1, 0.1, 0.05]).initial()
     parts = THREE.residuals(x) ** 2
-    five = linear.chain(5, [0, 1, 2, 3, 1], [1, 2, 3, 4, 3], [1, 1, 1, 1, 0], [0.1] * 4 + [0.05])
+    five = problems.chain(5, [0, 1, 2, 3, 1], [1, 2, 3, 4, 3], [1, 1, 1, 1, 0], [0.1] * 4 + [0.05])
     yield [length, length, 0, *x, 1, *(x + 1 - x.mean())]
     yield [cost(printed), *gradient(printed), cost(x), cost(x)]
     yield [length / 2, 100 * length / 2, 100 * (printed[2] - printed[0]) / 2]
@@ -87,8 +89,8 @@ def chapter_0() -> Iterator[list[float]]:
 
 
 def estimate(z: np.ndarray, sigma: float, kernel: kernels.Kernel) -> float:
-    problem = location.LocationProblem(z, sigma)
-    return float(irls.irls(problem, kernel, tol=1e-14, max_iterations=5000).x)
+    problem = problems.LocationProblem(z, sigma)
+    return float(reweighting.irls(problem, kernel, tol=1e-14, max_iterations=5000).x)
 
 
 def chapter_1() -> Iterator[list[float]]:
@@ -126,8 +128,8 @@ def chapter_2() -> Iterator[list[float]]:
 
 # --- Chapter 3 -------------------------------------------------------------------------
 
-DATA = location.LocationProblem(Z, 0.3)
-RUN = irls.irls(DATA, kernels.cauchy(1), max_iterations=1000)
+DATA = problems.LocationProblem(Z, 0.3)
+RUN = reweighting.irls(DATA, kernels.cauchy(1), max_iterations=1000)
 
 
 def chapter_3() -> Iterator[list[float]]:
@@ -136,9 +138,11 @@ def chapter_3() -> Iterator[list[float]]:
     fixed = RUN.x
     close = next(k for k, step in enumerate(RUN.history) if abs(step.x - fixed) < 1e-4)
     outlier_at_two = abs(Z[4] - one.x) / 0.3
-    alone = irls.irls(location.LocationProblem(Z[:4], 0.3), kernels.cauchy(1)).x
-    unwhitened = irls.irls(location.LocationProblem(Z), kernels.cauchy(1), start.x).history[1].x
-    listing = irls.irls(location.LocationProblem(Z), kernels.cauchy(1), 0.0)
+    alone = reweighting.irls(problems.LocationProblem(Z[:4], 0.3), kernels.cauchy(1)).x
+    unwhitened = (
+        reweighting.irls(problems.LocationProblem(Z), kernels.cauchy(1), start.x).history[1].x
+    )
+    listing = reweighting.irls(problems.LocationProblem(Z), kernels.cauchy(1), 0.0)
     quiz = (0.08 * Z[:4].sum() + 0.006 * Z[4]) / (4 * 0.08 + 0.006)
     yield [5 / 0.3, 0, DATA.residual_norms(start.x)[4]]
     yield [*np.abs(Z[:4] - start.x), *DATA.residual_norms(start.x)[:4]]
@@ -153,7 +157,7 @@ def chapter_3() -> Iterator[list[float]]:
     yield [1, w[:4].mean(), 2, outlier_at_two, *two.weights, two.x, quiz]
     yield [Z[:4].mean(), alone, fixed]
     yield [unwhitened]
-    yield [4.9, irls.irls(DATA, kernels.cauchy(1), 4.9, max_iterations=1000).x]
+    yield [4.9, reweighting.irls(DATA, kernels.cauchy(1), 4.9, max_iterations=1000).x]
     yield [0, 1]
     yield [1, 0, listing.x, listing.weights[4]]
 
@@ -172,14 +176,14 @@ def lowest(c: float) -> float:
 
 
 def chapter_4() -> Iterator[list[float]]:
-    pair, twenty = [0.0, 10.0], location.LocationProblem([0.0] * 20 + [10.0])
+    pair, twenty = [0.0, 10.0], problems.LocationProblem([0.0] * 20 + [10.0])
     middle = np.mean(pair)
     slope = (tls_cost(2, 5 + 1e-3, pair) - tls_cost(2, 5 - 1e-3, pair)) / 2e-3
     switch = math.sqrt(50)
     assert (lowest(switch - 1e-3), lowest(switch + 1e-3)) == (0, 5)
-    ends = [(irls.irls(twenty, kernels.tls(c), 8.0).x, c) for c in (1, 3, 9, 12)]
+    ends = [(reweighting.irls(twenty, kernels.tls(c), 8.0).x, c) for c in (1, 3, 9, 12)]
     captured, escaped = (
-        irls.irls(DATA, kernels.cauchy(1), x0, max_iterations=1000).x for x0 in (4.9, 7.0)
+        reweighting.irls(DATA, kernels.cauchy(1), x0, max_iterations=1000).x for x0 in (4.9, 7.0)
     )
     yield [middle, float(kernels.squared().rho(np.asarray(pair) - middle).sum())]
     yield [2, tls_cost(2, 0, pair), 0, 10, tls_cost(2, 5, pair), 5, slope]
@@ -284,7 +288,7 @@ def annealing() -> Iterator[list[float]]:
 
 
 def chapter_6() -> Iterator[list[float]]:
-    yield [float(switchable.switch(100, 1.0)), 1, 100]
+    yield [float(switches.switch(100, 1.0)), 1, 100]
     yield from ([], [], [])
 
 

@@ -10,11 +10,13 @@ import nbformat
 import numpy as np
 import pytest
 from numpy.typing import ArrayLike
-from robust_slam import irls, kernels, linear, pose_graph
-from robust_slam.gauss_newton import PoseGraphProblem
-from robust_slam.metrics import ate
-from robust_slam.plots.opening import Town, town
-from robust_slam.result import Result
+from robust_slam import problems
+from robust_slam.estimators import kernels, reweighting
+from robust_slam.estimators.result import Result
+from robust_slam.graphs import pose_graph
+from robust_slam.graphs.metrics import ate
+from robust_slam.problems import PoseGraphProblem
+from robust_slam_course.plots.opening import Town, town
 from scipy.optimize import brentq
 
 from tests.book import prose
@@ -41,13 +43,13 @@ def length(says: ArrayLike, sigma: ArrayLike, odometry: float = 0.1) -> float:
     return float(chain_of(closures, spread, odometry).initial()[2])
 
 
-def chain_of(says: np.ndarray, sigma: np.ndarray, odometry: float = 0.1) -> linear.LinearProblem:
+def chain_of(says: np.ndarray, sigma: np.ndarray, odometry: float = 0.1) -> problems.LinearProblem:
     i, j = [0, 1] + [0] * len(says), [1, 2] + [2] * len(says)
     z, spread = [1.0, 1.0, *says], [odometry, odometry, *sigma]
-    return linear.chain(3, i, j, z, spread, trusted=[True, True] + [False] * len(says))
+    return problems.chain(3, i, j, z, spread, trusted=[True, True] + [False] * len(says))
 
 
-def cost(problem: linear.LinearProblem) -> float:
+def cost(problem: problems.LinearProblem) -> float:
     return float(np.sum(problem.residuals(problem.initial()) ** 2))
 
 
@@ -60,7 +62,7 @@ def scene() -> Town:
 def relaxed(scene: Town) -> Result:
     """The town by Cauchy's kernel with the wider threshold that the page names."""
     problem = PoseGraphProblem(scene.graph)
-    return irls.irls(problem, kernels.cauchy(2.666), tol=1e-6, max_iterations=300)
+    return reweighting.irls(problem, kernels.cauchy(2.666), tol=1e-6, max_iterations=300)
 
 
 @pytest.fixture(scope="module")
@@ -87,11 +89,11 @@ def claims(scene: Town, relaxed: Result, folded_pentagon: np.ndarray) -> dict[st
     u = three.residuals(x)
     alone = chain_of(np.array([0.0]), np.array([0.05]))
     hidden = alone.residuals(alone.initial())
-    five = linear.chain(5, [0, 1, 2, 3, 1], [1, 2, 3, 4, 3], [1, 1, 1, 1, 0], [0.1] * 4 + [0.05])
+    five = problems.chain(5, [0, 1, 2, 3, 1], [1, 2, 3, 4, 3], [1, 1, 1, 1, 0], [0.1] * 4 + [0.05])
     x5 = five.initial()
-    robust = irls.irls(three, kernels.cauchy(1.0))
+    robust = reweighting.irls(three, kernels.cauchy(1.0))
     many = chain_of(np.array([2.0, 0.0, 0.0]), np.full(3, 0.05), odometry=1.0)
-    outvoted = irls.irls(many, kernels.cauchy(1.0), max_iterations=1000)
+    outvoted = reweighting.irls(many, kernels.cauchy(1.0), max_iterations=1000)
     i, j = scene.graph.edges[-1]
     honest = scene.weights[~scene.graph.is_odometry & ~scene.is_lie]
     half = chain_of(np.array([2.0, 1.0]), np.array([0.05, 0.05]))
@@ -136,8 +138,8 @@ def fractions() -> dict[str, float]:
     """Return each printed fraction with its value by the library, or by its meaning."""
     three = chain_of(np.array([2.0, 0.0]), np.array([0.05, 0.05]))
     x, centred = three.initial(), three.initial() + 1 - three.initial()[1]
-    five = linear.chain(5, [0, 1, 2, 3, 1], [1, 2, 3, 4, 3], [1, 1, 1, 1, 0], [0.1] * 4 + [0.05])
-    four = linear.chain(4, [0, 1, 2, 0], [1, 2, 3, 2], [1, 1, 1, 0], [0.1] * 3 + [0.05])
+    five = problems.chain(5, [0, 1, 2, 3, 1], [1, 2, 3, 4, 3], [1, 1, 1, 1, 0], [0.1] * 4 + [0.05])
+    four = problems.chain(4, [0, 1, 2, 0], [1, 2, 3, 2], [1, 1, 1, 0], [0.1] * 3 + [0.05])
     half = chain_of(np.array([2.0, 1.0]), np.array([0.05, 0.05]))
     by_unit = length([2, 1], 0.05) - length([2, 0], 0.05)
     miss = half.initial()[2] - 2

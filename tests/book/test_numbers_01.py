@@ -7,10 +7,9 @@ from math import sqrt
 
 import numpy as np
 import pytest
-from robust_slam import kernels
-from robust_slam.irls import irls
-from robust_slam.linear import LinearProblem
-from robust_slam.location import LocationProblem
+from robust_slam.estimators import kernels
+from robust_slam.estimators.reweighting import irls
+from robust_slam.problems import LinearProblem, LocationProblem
 from scipy.optimize import brentq, least_squares, minimize, root
 from scipy.special import huber
 from scipy.stats import chi2

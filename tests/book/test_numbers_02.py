@@ -7,10 +7,10 @@ from math import e, log, sqrt
 
 import numpy as np
 import pytest
-from robust_slam import kernels
-from robust_slam.irls import irls
-from robust_slam.location import LocationProblem
-from robust_slam.thresholds import chi_square_threshold
+from robust_slam.estimators import kernels
+from robust_slam.estimators.reweighting import irls
+from robust_slam.estimators.thresholds import chi_square_threshold
+from robust_slam.problems import LocationProblem
 from scipy.optimize import brentq
 from scipy.stats import chi2
 

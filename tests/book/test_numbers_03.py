@@ -6,11 +6,10 @@ from math import log, sqrt
 
 import numpy as np
 import pytest
-from robust_slam import kernels
-from robust_slam.irls import irls
-from robust_slam.linear import LinearProblem, chain
-from robust_slam.location import LocationProblem
-from robust_slam.result import StopReason
+from robust_slam.estimators import kernels
+from robust_slam.estimators.result import StopReason
+from robust_slam.estimators.reweighting import irls
+from robust_slam.problems import LinearProblem, LocationProblem, chain
 from scipy.optimize import brentq
 
 from tests.book.prose import chapter_text, decimals, rounds_to, unchecked

@@ -6,14 +6,15 @@ from math import pi, sqrt
 
 import numpy as np
 import pytest
-from robust_slam import generate, kernels, metrics, outliers
-from robust_slam.gauss_newton import PoseGraphProblem
-from robust_slam.gnc import gnc
-from robust_slam.irls import irls
-from robust_slam.location import LocationProblem
-from robust_slam.pose_graph import PoseGraph
-from robust_slam.result import Result, StopReason
-from robust_slam.thresholds import chi_square_threshold
+from robust_slam.estimators import kernels
+from robust_slam.estimators.graduation import gnc
+from robust_slam.estimators.result import Result, StopReason
+from robust_slam.estimators.reweighting import irls
+from robust_slam.estimators.thresholds import chi_square_threshold
+from robust_slam.graphs import generate, metrics, outliers
+from robust_slam.graphs.odometry import dead_reckoning
+from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam.problems import LocationProblem, PoseGraphProblem
 from scipy.optimize import brentq, minimize_scalar
 
 from tests.book.prose import chapter_text, decimals, rounds_to, unchecked
@@ -62,7 +63,7 @@ class Town:
         self.c = chi_square_threshold(0.99, 3)
         self.closures = np.flatnonzero(~graph.is_odometry)
         self.problem, tls = PoseGraphProblem(graph), kernels.tls(self.c)
-        odometry = generate.dead_reckoning(graph)
+        odometry = dead_reckoning(graph)
         self.from_ls = irls(self.problem, tls)
         self.from_odometry = irls(self.problem, tls, odometry)
         self.from_truth = irls(self.problem, tls, self.truth)

@@ -8,18 +8,16 @@ from math import inf, sqrt
 
 import numpy as np
 import pytest
-from robust_slam import gnc as library
-from robust_slam import kernels
-from robust_slam.gauss_newton import PoseGraphProblem
-from robust_slam.generate import manhattan
-from robust_slam.gnc import gnc
-from robust_slam.irls import irls
-from robust_slam.linear import chain
-from robust_slam.location import LocationProblem
-from robust_slam.metrics import ate
-from robust_slam.outliers import add_random_closures
-from robust_slam.result import StopReason
-from robust_slam.thresholds import chi_square_threshold
+from robust_slam.estimators import graduation as library
+from robust_slam.estimators import kernels
+from robust_slam.estimators.graduation import gnc
+from robust_slam.estimators.result import StopReason
+from robust_slam.estimators.reweighting import irls
+from robust_slam.estimators.thresholds import chi_square_threshold
+from robust_slam.graphs.generate import manhattan
+from robust_slam.graphs.metrics import ate
+from robust_slam.graphs.outliers import add_random_closures
+from robust_slam.problems import LocationProblem, PoseGraphProblem, chain
 from scipy.stats import chi2
 
 from tests.book.prose import chapter_text, decimals, rounds_to, unchecked

@@ -8,21 +8,26 @@ from math import log, sqrt
 
 import numpy as np
 import pytest
-from robust_slam.clique import max_clique
-from robust_slam.gauss_newton import PoseGraphProblem
-from robust_slam.generate import dead_reckoning, manhattan
-from robust_slam.gnc import gnc
-from robust_slam.linear import chain
-from robust_slam.location import LocationProblem
-from robust_slam.max_mixture import NullHypothesis, max_mixture
-from robust_slam.metrics import ate
-from robust_slam.outliers import add_aliased_closures, add_random_closures
-from robust_slam.pcm import pairwise_distances, pcm
+from robust_slam.consistency.cliques import max_clique
+from robust_slam.consistency.pairwise import pairwise_distances, pcm
+from robust_slam.estimators.graduation import gnc
+from robust_slam.estimators.mixtures import NullHypothesis, max_mixture
+from robust_slam.estimators.result import StopReason
+from robust_slam.estimators.switches import (
+    dcs,
+    dcs_switch,
+    joint_switchable,
+    switch,
+    switchable,
+)
+from robust_slam.estimators.thresholds import chi_square_threshold
+from robust_slam.graphs.generate import manhattan
+from robust_slam.graphs.metrics import ate
+from robust_slam.graphs.odometry import dead_reckoning
+from robust_slam.graphs.outliers import add_aliased_closures, add_random_closures
+from robust_slam.graphs.pose_graph import PoseGraph, select
 from robust_slam.pipeline import solve
-from robust_slam.pose_graph import PoseGraph, select
-from robust_slam.result import StopReason
-from robust_slam.switchable import dcs, dcs_switch, joint_switchable, switch, switchable
-from robust_slam.thresholds import chi_square_threshold
+from robust_slam.problems import LocationProblem, PoseGraphProblem, chain
 from scipy.optimize import brentq
 from scipy.stats import chi2 as chi_square
 

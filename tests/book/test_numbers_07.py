@@ -7,18 +7,22 @@ from math import cos, pi, radians, sqrt
 
 import numpy as np
 import pytest
-from robust_slam import sdp, se2, se3, start
-from robust_slam.certificate import Verdict, certificate, certify, judge
-from robust_slam.chordal import ChordalProblem, chordal_cost, pose_blocks
-from robust_slam.gauss_newton import PoseGraphProblem, gauss_newton
-from robust_slam.generate import circle, dead_reckoning, manhattan
-from robust_slam.gnc import gnc
-from robust_slam.metrics import ate
-from robust_slam.outliers import add_random_closures
-from robust_slam.pose_graph import PoseGraph, residual_norms
-from robust_slam.riemannian_newton import descend
-from robust_slam.staircase import climb, solve_certified
-from robust_slam.thresholds import chi_square_threshold
+from robust_slam.certificates import sdp
+from robust_slam.certificates.chordal import ChordalProblem, chordal_cost, pose_blocks
+from robust_slam.certificates.newton import descend
+from robust_slam.certificates.optimality import Verdict, certificate, certify, judge
+from robust_slam.certificates.staircase import climb, solve_certified
+from robust_slam.descent import start
+from robust_slam.descent.undamped import gauss_newton
+from robust_slam.estimators.graduation import gnc
+from robust_slam.estimators.thresholds import chi_square_threshold
+from robust_slam.graphs import se2, se3
+from robust_slam.graphs.generate import circle, manhattan
+from robust_slam.graphs.metrics import ate
+from robust_slam.graphs.odometry import dead_reckoning
+from robust_slam.graphs.outliers import add_random_closures
+from robust_slam.graphs.pose_graph import PoseGraph, residual_norms
+from robust_slam.problems import PoseGraphProblem
 
 from tests.book.prose import chapter_text, decimals, rounds_to, unchecked
 

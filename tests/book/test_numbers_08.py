@@ -9,11 +9,15 @@ from typing import Any
 import nbformat
 import numpy as np
 import pytest
-from robust_slam import gnc, pcm, pipeline, pose_graph, start
-from robust_slam.certificate import Verdict
-from robust_slam.gauss_newton import PoseGraphProblem
-from robust_slam.metrics import ate
-from robust_slam.thresholds import chi_square_threshold
+from robust_slam import pipeline
+from robust_slam.certificates.optimality import Verdict
+from robust_slam.consistency import pairwise
+from robust_slam.estimators import graduation
+from robust_slam.estimators.thresholds import chi_square_threshold
+from robust_slam.graphs import pose_graph
+from robust_slam.graphs.metrics import ate
+from robust_slam.graphs.odometry import spanning_tree
+from robust_slam.problems import PoseGraphProblem
 
 from tests.book import prose
 
@@ -61,7 +65,7 @@ def first_mus(towns: SimpleNamespace, seed: int) -> tuple[float, float]:
     graph, _, _ = towns.with_lies("consistent", 12, seed)
     problem = PoseGraphProblem(graph, steps=1, tol=1e-6)
     one, other = (
-        gnc.start_mu(float(problem.residual_norms(poses)[~graph.is_odometry].max()), C)
+        graduation.start_mu(float(problem.residual_norms(poses)[~graph.is_odometry].max()), C)
         for poses in (problem.initial(), problem.guess)
     )
     return one, other
@@ -70,16 +74,16 @@ def first_mus(towns: SimpleNamespace, seed: int) -> tuple[float, float]:
 @pytest.fixture(scope="module")
 def claims(page: dict[str, Any], towns: SimpleNamespace) -> dict[str, float]:
     graph, _, truth = towns.with_lies("random", 0)
-    walked, solved = start.spanning_tree(graph), PoseGraphProblem(graph).initial()
+    walked, solved = spanning_tree(graph), PoseGraphProblem(graph).initial()
     walks = [
-        ate(start.spanning_tree(world), true)
+        ate(spanning_tree(world), true)
         for world, _, true in (towns.with_lies("random", 0, seed) for seed in SEEDS)
     ]
     quarter = math.pi / 4
     noise = page["Noise"](odometry=TIRED)
     tired = [towns.scores("random", 12, seed, noise)["pipeline"] for seed in SEEDS]
     tired_walks = [
-        ate(start.spanning_tree(world), true)
+        ate(spanning_tree(world), true)
         for world, _, true in (towns.with_lies("random", 0, seed, noise) for seed in SEEDS)
     ]
     misled = [error for error, precision, _ in tired if precision < 1.0]
@@ -93,8 +97,8 @@ def claims(page: dict[str, Any], towns: SimpleNamespace) -> dict[str, float]:
         "4.1002": chi_square_threshold(0.99, 6),
         "0.0154": bold,
         "0.000539": timid,
-        "0.110": float(gnc.tls_weight(C, C, bold)),
-        "0.023": float(gnc.tls_weight(C, C, timid)),
+        "0.110": float(graduation.tls_weight(C, C, bold)),
+        "0.023": float(graduation.tls_weight(C, C, timid)),
         "0.26": ate(walked, truth),
         "0.10": ate(solved, truth),
         "22.22": pose_graph.cost(solved, graph),
@@ -142,7 +146,7 @@ def test_the_cost_that_is_left_is_counted_as_the_text_counts_it(towns: SimpleNam
 def test_pcm_finds_eleven_honest_closures_and_then_twelve_lies(towns: SimpleNamespace) -> None:
     for kind, size, honest in (("random", 11, 11), ("consistent", 12, 0)):
         graph, is_lie, _ = towns.with_lies(kind, 12)
-        said = pcm.pcm(graph, C)
+        said = pairwise.pcm(graph, C)
         true = ~is_lie[said.closures]
         assert said.clique.members.size == size
         assert np.sum(true[said.clique.members]) == honest
@@ -236,7 +240,7 @@ def test_a_majority_gets_its_map_certified(towns: SimpleNamespace) -> None:
     assert lies == (18, 0, 0, 18, 0)
     for seed in SEEDS:
         graph, _, truth = towns.with_lies("consistent", 18, seed)
-        walked = ate(start.spanning_tree(graph), truth)
+        walked = ate(spanning_tree(graph), truth)
         error = towns.scores("consistent", 18, seed)["pipeline"][0]
         assert (error == pytest.approx(walked, abs=1e-6)) == (seed in (1, 2, 4))
         assert prose.rounds_to(error, LEFT[seed])
@@ -256,7 +260,7 @@ def test_tired_odometry_lets_random_lies_in(page: dict[str, Any], towns: SimpleN
     passed = []
     for seed in SEEDS:
         graph, is_lie, _ = towns.with_lies("random", 12, seed, noise)
-        passed.append(int(np.sum(pcm.pcm(graph, C).kept & is_lie)))
+        passed.append(int(np.sum(pairwise.pcm(graph, C).kept & is_lie)))
     assert (min(passed), max(passed)) == (1, 5)
 
 

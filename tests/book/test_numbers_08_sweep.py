@@ -11,10 +11,10 @@ from typing import Any
 import nbformat
 import numpy as np
 import pytest
-from robust_slam.gauss_newton import PoseGraphProblem
-from robust_slam.gnc import gnc, start_mu
-from robust_slam.metrics import ate
-from robust_slam.thresholds import chi_square_threshold
+from robust_slam.estimators.graduation import gnc, start_mu
+from robust_slam.estimators.thresholds import chi_square_threshold
+from robust_slam.graphs.metrics import ate
+from robust_slam.problems import PoseGraphProblem
 
 from benchmarks.sweep.definition import GROUP, PLANS
 from tests.book import prose

@@ -9,14 +9,17 @@ from typing import Any
 import nbformat
 import numpy as np
 import pytest
-from robust_slam import distributed, kernels, pipeline, pose_graph
-from robust_slam.certificate import Verdict, certificate
-from robust_slam.gauss_newton import PoseGraphProblem
-from robust_slam.gnc import gnc
-from robust_slam.pcm import pcm
-from robust_slam.plots.stages import STAGES
-from robust_slam.robot import Message
-from robust_slam.thresholds import chi_square_threshold
+from robust_slam import pipeline
+from robust_slam.certificates.optimality import Verdict, certificate
+from robust_slam.consistency.pairwise import pcm
+from robust_slam.estimators import kernels
+from robust_slam.estimators.graduation import gnc
+from robust_slam.estimators.thresholds import chi_square_threshold
+from robust_slam.fleet import rounds
+from robust_slam.fleet.robot import Message
+from robust_slam.graphs import pose_graph
+from robust_slam.problems import PoseGraphProblem
+from robust_slam_course.plots.stages import STAGES
 from scipy.linalg import solve_continuous_are
 from scipy.stats import chi2
 
@@ -320,9 +323,9 @@ def rounds_until(page: dict[str, Any], maps: list[np.ndarray], gap: float) -> in
     return int(np.flatnonzero(high)[-1]) + 1
 
 
-def met_fleet(page: dict[str, Any]) -> distributed.Fleet:
+def met_fleet(page: dict[str, Any]) -> rounds.Fleet:
     """The robots when they have just met, with the last weights."""
-    fleet = distributed.Fleet(page["met"], page["walker"])
+    fleet = rounds.Fleet(page["met"], page["walker"])
     fleet.meet()
     fleet.record(None)
     for robot in fleet.robots:

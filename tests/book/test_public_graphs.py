@@ -15,7 +15,7 @@ import pytest
 from nbclient import NotebookClient
 from nbformat import NotebookNode
 from nbformat.v4 import new_code_cell, new_output
-from robust_slam import datasets
+from robust_slam.graphs import datasets
 
 from chapters._ext import robust_slam_site
 from tests.book import prose
@@ -74,7 +74,7 @@ def ran(section: Section, here: bool, empty: Path) -> SimpleNamespace:
     notebook = nbformat.read(prose.CHAPTERS / f"{section.notebook}.ipynb", as_version=4)
     wanted = f"imports|larger-(load|read)|{section.cells}"
     kept = [cell for cell in notebook.cells if re.fullmatch(wanted, cell.id)]
-    earlier = "from robust_slam.thresholds import *\nC = chi_square_threshold(0.99, 3)"
+    earlier = "from robust_slam.estimators.thresholds import *\nC = chi_square_threshold(0.99, 3)"
     notebook.cells = [new_code_cell(earlier), *kept]
     environment = os.environ | {"MPLCONFIGDIR": matplotlib.get_configdir()}
     if not here:

@@ -164,7 +164,9 @@ class TestExtension:
         outdir, doctrees = tmp_path / "build" / "html", tmp_path / "doctrees"
         return SimpleNamespace(srcdir=tmp_path, outdir=outdir, doctreedir=doctrees, **more)
 
-    @pytest.mark.parametrize("name", ["lib/robust_slam/kernels.py", "chapters/data/growth.csv"])
+    @pytest.mark.parametrize(
+        "name", ["lib/robust_slam/estimators/kernels.py", "chapters/data/growth.csv"]
+    )
     def test_notebooks_run_again_when_what_they_read_changes(
         self, name: str, tmp_path: Path
     ) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from robust_slam.errors import Underdetermined
-from robust_slam.linear import LinearProblem, chain
+from robust_slam.problems import LinearProblem, chain
 
 LIE = {"i": [0, 1, 0, 0], "j": [1, 2, 2, 2], "z": [1.0, 1.0, 2.0, 0.0]}
 SIGMA = [0.1, 0.1, 0.05, 0.05]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from robust_slam.errors import Underdetermined
-from robust_slam.location import LocationProblem
+from robust_slam.problems import LocationProblem
 
 
 def test_least_squares_is_the_mean():

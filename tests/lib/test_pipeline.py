@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from robust_slam import start
-from robust_slam.certificate import Verdict
-from robust_slam.gauss_newton import gauss_newton
-from robust_slam.generate import circle, manhattan, sphere
-from robust_slam.metrics import ate, precision_recall
-from robust_slam.outliers import add_random_closures
+from robust_slam.certificates.optimality import Verdict
+from robust_slam.descent import start
+from robust_slam.descent.undamped import gauss_newton
+from robust_slam.graphs.generate import circle, manhattan, sphere
+from robust_slam.graphs.metrics import ate, precision_recall
+from robust_slam.graphs.outliers import add_random_closures
 from robust_slam.pipeline import solve
 
 WORLDS = {

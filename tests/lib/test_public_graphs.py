@@ -10,8 +10,10 @@ from functools import cache
 
 import numpy as np
 import pytest
-from robust_slam import certificate, datasets, pose_graph, start
-from robust_slam.gauss_newton import gauss_newton
+from robust_slam.certificates import optimality
+from robust_slam.descent import start
+from robust_slam.descent.undamped import gauss_newton
+from robust_slam.graphs import datasets, pose_graph
 
 from tests.conftest import leave_out
 
@@ -55,8 +57,8 @@ def test_gauss_newton_ends_at_the_known_cost(name):
 @pytest.mark.parametrize("name", CHORDAL)
 def test_the_polished_map_is_certified_at_the_known_value(name):
     graph, poses = solved(name)
-    polished, proof = certificate.certify(graph, poses)
-    assert proof.verdict is certificate.Verdict.CERTIFIED
+    polished, proof = optimality.certify(graph, poses)
+    assert proof.verdict is optimality.Verdict.CERTIFIED
     assert proof.cost == pytest.approx(CHORDAL[name], rel=1e-5)
     assert 0.0 <= proof.bound <= 1e-5 * proof.cost
     assert np.all(np.isfinite(polished))

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from robust_slam import se2, se3
-from robust_slam.pose_graph import PoseGraph
+from robust_slam.graphs import se2, se3
+from robust_slam.graphs.pose_graph import PoseGraph
 
 GROUPS = {"SE(2)": se2, "SE(3)": se3}
 

@@ -60,7 +60,7 @@ def right_plain_numpy() -> None:
 def right_library_group() -> None:
     """Right: the group from the library; the parts' covariances summed at the cycle's end."""
     import numpy as np
-    from robust_slam import se2
+    from robust_slam.graphs import se2
 
     def pairwise_consistent(odometry, odometry_cov, ends, loops, loop_cov, gamma):
         def walk(a, b):
@@ -97,7 +97,7 @@ def right_library_group() -> None:
 def right_world_frame() -> None:
     """Right, an equivalent form: every closure as a motion of the world, sums along the way."""
     import numpy as np
-    from robust_slam.se2 import adjoint, between, compose, inverse, log
+    from robust_slam.graphs.se2 import adjoint, between, compose, inverse, log
 
     def pairwise_consistent(odometry, odometry_cov, ends, loops, loop_cov, gamma):
         poses, sums = [np.zeros(3)], [np.zeros((3, 3))]

@@ -71,7 +71,7 @@ def right_square_walk() -> None:
 def right_se2() -> None:
     """Right: to and fro on a line, turning round at its ends, with the library's SE(2)."""
     import numpy as np
-    from robust_slam import se2
+    from robust_slam.graphs import se2
 
     def make_graph(n, loops, noise, seed):
         rng = np.random.default_rng(seed)

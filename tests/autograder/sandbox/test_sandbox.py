@@ -301,7 +301,7 @@ def test_every_file_that_can_be_read_is_one_that_is_needed(wall: Sandbox) -> Non
 ALLOWED = """
 import importlib.metadata, zoneinfo
 import qdldl, scipy.stats, tqdm.auto
-import robust_slam.se2
+import robust_slam.graphs.se2
 
 def versions():
     names = ("numpy", "robust_slam", "tqdm")

@@ -1,0 +1,8 @@
+"""Is this the best map there is? The chordal problem, its certificate and the way out.
+
+Names load their module when they are first used.
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,0 +1,5 @@
+from .chordal import chordal_cost as chordal_cost
+from .optimality import Certificate as Certificate
+from .optimality import Verdict as Verdict
+from .optimality import certificate as certificate
+from .optimality import certify as certify

@@ -1,0 +1,259 @@
+"""The chordal problem of a pose graph: least squares that is quadratic in [R | t].
+
+Its cost is Σ κ ‖R_j − R_i R̃‖²_F + τ ‖t_j − t_i − R_i t̃‖² over the edges, without a ½.
+It measures rotation errors by chords instead of arcs, so its minimum lies beside that of
+``pose_graph.cost``, not at it. The certificates speak about this problem.
+
+The unknown is X = [R_0 t_0 R_1 t_1 …] ``(r, (d + 1) n)``, one block [R | t] of d + 1
+columns for each pose; d is 2 or 3, and the rank r is d for a map, more on the Riemannian
+staircase. With the data matrix M the cost is tr(X M Xᵀ).
+
+Source: Rosen et al. 2019, "SE-Sync", Problem 1 and its data matrix.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.sparse import coo_array, csc_array
+
+from robust_slam._arrays import Array, Indices
+from robust_slam.graphs import se2, se3
+from robust_slam.graphs.group import Group, group_of
+from robust_slam.graphs.isotropic import precisions
+from robust_slam.graphs.pose_graph import PoseGraph, check_poses, check_weights
+from robust_slam.graphs.rotations import nearest_rotations
+
+
+@dataclass(frozen=True, eq=False)
+class ChordalProblem:
+    """The chordal problem over the edges of positive weight, as arrays.
+
+    ``measured`` ``(m, d + 1, d + 1)`` holds T̃ = [[R̃, t̃], [0, 1]] and ``precision``
+    ``(m, d + 1)`` the weighted (κ, …, κ, τ) of each edge, so that an edge costs
+    tr((X_j − X_i T̃) W (X_j − X_i T̃)ᵀ) with W = diag(κ, …, κ, τ). The iterate of its
+    functions is ``blocks`` ``(n, r, d + 1)``: [R_i | t_i] for each pose.
+    """
+
+    n: int
+    d: int
+    edges: Indices
+    measured: Array
+    precision: Array
+
+    @classmethod
+    def of(cls, graph: PoseGraph, weights: ArrayLike | None = None) -> ChordalProblem:
+        """Return the problem of ``graph``; ``weights`` ``(m,)`` multiply κ and τ.
+
+        They are 1 if None. An edge of weight 0 drops out.
+
+        Raises:
+            ValueError: ``weights`` have the wrong shape, are not finite, or one is negative.
+            Underdetermined: the edges with positive weight leave a pose loose.
+        """
+        full = check_weights(weights, graph)
+        used = full > 0.0
+        d = graph.group.DIMENSION
+        kappa, tau = precisions(graph)
+        measured = np.zeros((np.count_nonzero(used), d + 1, d + 1))
+        measured[:, :d] = pose_blocks(graph.measurement[used])
+        measured[:, d, d] = 1.0
+        precision = (full[:, None] * np.stack([kappa] * d + [tau], axis=1))[used]
+        return cls(graph.n, d, graph.edges[used], measured, precision)
+
+    @cached_property
+    def edge_blocks(self) -> Array:
+        """What each edge adds to M, ``(m, 2, 2, d + 1, d + 1)`` over rows and columns.
+
+        The blocks of (i, j) are [[T̃ W T̃ᵀ, −T̃ W], [−W T̃ᵀ, W]].
+        """
+        t = self.measured
+        loaded = t * self.precision[:, None, :]
+        blocks = np.empty((len(t), 2, 2, *t.shape[1:]))
+        blocks[:, 0, 0] = loaded @ np.swapaxes(t, 1, 2)
+        blocks[:, 0, 1] = -loaded
+        blocks[:, 1, 0] = -np.swapaxes(loaded, 1, 2)
+        blocks[:, 1, 1] = self.precision[:, :, None] * np.eye(self.d + 1)
+        return blocks
+
+    @cached_property
+    def pose_blocks(self) -> Array:
+        """The blocks of M on its diagonal, ``(n, d + 1, d + 1)``."""
+        blocks = np.zeros((self.n, self.d + 1, self.d + 1))
+        np.add.at(blocks, self.edges, self.edge_blocks[:, (0, 1), (0, 1)])
+        return blocks
+
+
+def misfits(problem: ChordalProblem, blocks: Array) -> Array:
+    """Return X_j − X_i T̃ of each edge, ``(m, r, d + 1)``.
+
+    The first d columns are R_j − R_i R̃, the last is t_j − t_i − R_i t̃ in m.
+    """
+    d = problem.d
+    i, j = problem.edges.T
+    rest = blocks[j]
+    # The difference of the positions comes first: far from the origin it is the small one.
+    rest[..., d] -= blocks[i][..., d]
+    return np.asarray(rest - blocks[i][..., :d] @ problem.measured[:, :d])
+
+
+def lifted_cost(problem: ChordalProblem, blocks: Array) -> float:
+    """Return tr(X M Xᵀ) of ``blocks`` ``(n, r, d + 1)``, as a sum of squares over the edges.
+
+    So no digits are lost where the cost is small.
+    """
+    return float(np.sum(problem.precision[:, None] * misfits(problem, blocks) ** 2))
+
+
+def chordal_cost(graph: PoseGraph, poses: ArrayLike, weights: ArrayLike | None = None) -> float:
+    """Return Σ w (κ ‖R_j − R_i R̃‖²_F + τ ‖t_j − t_i − R_i t̃‖²) of ``poses``, without a ½.
+
+    ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``; ``weights`` ``(m,)`` are 1 if None.
+
+    Raises:
+        ValueError: ``poses`` or ``weights`` have the wrong shape or are not finite, or a
+            weight is negative.
+        Underdetermined: the edges with positive weight leave a pose loose.
+
+    Source: Rosen et al. 2019, Problem 1.
+    """
+    blocks = pose_blocks(check_poses("poses", poses, graph))
+    return lifted_cost(ChordalProblem.of(graph, weights), blocks)
+
+
+def data_matrix(graph: PoseGraph, weights: ArrayLike | None = None) -> csc_array:
+    """Return M, sparse and symmetric, of (d + 1) n rows: the cost is tr(X M Xᵀ).
+
+    X is ``(d, (d + 1) n)`` as from ``lift``; ``weights`` ``(m,)`` multiply κ and τ and are
+    1 if None.
+
+    Raises:
+        ValueError: ``weights`` have the wrong shape, are not finite, or one is negative.
+        Underdetermined: the edges with positive weight leave a pose loose.
+
+    Source: Rosen et al. 2019, the data matrix of Problem 1, its columns ordered by pose.
+    """
+    problem = ChordalProblem.of(graph, weights)
+    return assemble(problem, problem.edge_blocks)
+
+
+def assemble(problem: ChordalProblem, blocks: Array) -> csc_array:
+    """Return the sparse sum, of (d + 1) n rows, of blocks as in ``edge_blocks``.
+
+    ``blocks`` are ``(m, 2, 2, d + 1, d + 1)``, over rows and columns.
+    """
+    width = problem.d + 1
+    at = width * problem.edges[:, :, None] + np.arange(width)
+    row = np.broadcast_to(at[:, :, None, :, None], blocks.shape)
+    column = np.broadcast_to(at[:, None, :, None, :], blocks.shape)
+    size = width * problem.n
+    full = coo_array((blocks.ravel(), (row.ravel(), column.ravel())), shape=(size, size))
+    return csc_array(full)
+
+
+def edge_pulls(problem: ChordalProblem, blocks: Array) -> Array:
+    """Return what each edge adds to X M at its ends i and j, ``(m, 2, r, d + 1)``.
+
+    With E = (X_j − X_i T̃) W these are −E T̃ᵀ and E; half the gradient of the cost.
+    """
+    loaded = misfits(problem, blocks) * problem.precision[:, None]
+    return np.stack([-loaded @ np.swapaxes(problem.measured, 1, 2), loaded], axis=1)
+
+
+def certificate_blocks(problem: ChordalProblem, blocks: Array) -> Array:
+    """Return what each edge adds to S = M − Λ, ``(m, 2, 2, d + 1, d + 1)``.
+
+    Λ is block diagonal, Λ_i = sym(R_iᵀ (X M)_i) on the rotation of pose i and 0 on its
+    position. X M is a sum over edges, so Λ and S are sums over edges too.
+
+    Source: Rosen et al. 2019, equations (107) and (112), with the translations kept.
+    """
+    d = problem.d
+    turn = blocks[..., :d][problem.edges]
+    product = np.swapaxes(turn, -1, -2) @ edge_pulls(problem, blocks)[..., :d]
+    s = problem.edge_blocks.copy()
+    s[:, (0, 1), (0, 1), :d, :d] -= 0.5 * (product + np.swapaxes(product, -1, -2))
+    return s
+
+
+def marginalised(matrix: csc_array, n: int, d: int) -> Array:
+    """Return the dense Q ``(d n, d n)`` of the rotations alone, translations at their best.
+
+    ``matrix``, of (d + 1) n rows, is M, or M − Λ. With the map's translations
+    eliminated the cost is tr(R Q Rᵀ) with R = [R_0 R_1 …]. Meant for small graphs.
+
+    Raises:
+        ValueError: ``matrix`` has another shape.
+
+    Source: Rosen et al. 2019, Problem 4; a Schur complement, one translation pinned at 0.
+    """
+    size = (d + 1) * n
+    if matrix.shape != (size, size):
+        raise ValueError(f"matrix: the shape is {matrix.shape}; give ({size}, {size})")
+    full = matrix.toarray()
+    turns = np.arange(size) % (d + 1) < d
+    places = np.flatnonzero(~turns)[1:]
+    across = full[np.ix_(places, turns)]
+    joint = full[np.ix_(turns, turns)]
+    reduced = joint - across.T @ np.linalg.solve(full[np.ix_(places, places)], across)
+    return np.asarray(0.5 * (reduced + reduced.T))
+
+
+def pose_blocks(poses: Array) -> Array:
+    """Return ``poses`` ``(n, 3)`` or ``(n, 3, 4)`` as blocks [R | t] ``(n, d, d + 1)``."""
+    group = group_of(poses)
+    return np.concatenate([group.rotation(poses), group.translation(poses)[..., None]], axis=-1)
+
+
+def lift(poses: ArrayLike) -> Array:
+    """Return X = [R_0 t_0 R_1 t_1 …] ``(d, (d + 1) n)`` of ``poses``.
+
+    ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``.
+
+    Raises:
+        ValueError: the shape is neither.
+    """
+    return as_matrix(pose_blocks(np.asarray(poses, dtype=np.float64)))
+
+
+def as_matrix(blocks: Array) -> Array:
+    """Return X ``(r, (d + 1) n)`` of ``blocks`` ``(n, r, d + 1)``."""
+    return np.swapaxes(blocks, 0, 1).reshape(blocks.shape[1], -1)
+
+
+def as_blocks(matrix: ArrayLike, n: int) -> Array:
+    """Return the blocks ``(n, r, d + 1)`` of X ``(r, (d + 1) n)``.
+
+    Raises:
+        ValueError: X is not a matrix of 3 n or 4 n columns.
+    """
+    x = np.asarray(matrix, dtype=np.float64)
+    if x.ndim != 2 or x.shape[1] not in (3 * n, 4 * n):
+        raise ValueError(f"matrix: the shape is {x.shape}; give (r, {3 * n}) or (r, {4 * n})")
+    return np.swapaxes(x.reshape(len(x), n, -1), 0, 1)
+
+
+def project(matrix: ArrayLike, n: int) -> Array:
+    """Return poses ``(n, 3)`` or ``(n, 3, 4)`` near X ``(r, (d + 1) n)`` of any rank r ≥ d.
+
+    X is turned so that its d strongest directions come first, the others are dropped, and
+    each rotation is replaced by the nearest. A map comes back up to one common motion.
+
+    Raises:
+        ValueError: X is not a matrix of 3 n or 4 n columns and at least d rows.
+
+    Source: Rosen et al. 2019, Algorithm 2, rounding by the singular value decomposition.
+    """
+    blocks = as_blocks(matrix, n)
+    d = blocks.shape[-1] - 1
+    if blocks.shape[1] < d:
+        raise ValueError(f"matrix: it has {blocks.shape[1]} rows; give at least {d}")
+    strongest = np.linalg.svd(as_matrix(blocks[..., :d]), full_matrices=False)[0][:, :d]
+    flat = strongest.T @ blocks
+    if np.sum(np.linalg.det(flat[..., :d]) < 0.0) > n / 2:
+        flat[:, -1] *= -1.0
+    group: Group = se2 if d == 2 else se3
+    return group.from_parts(nearest_rotations(flat[..., :d]), flat[..., d])

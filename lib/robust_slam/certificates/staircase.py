@@ -1,0 +1,121 @@
+"""Out of a local minimum: the Riemannian staircase on the chordal problem.
+
+A map that is stationary but not certified comes with a direction along which the cost
+falls once the rotations have one more row to move in. So: add a row, step along the
+direction, descend, and round back to a map. If the higher rank is not certified either,
+climb one more. One or two steps are usually enough.
+
+Source: Boumal, Voroninski and Bandeira 2016, the staircase; Rosen et al. 2019,
+Algorithm 1, on pose graphs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robust_slam._arrays import Array
+from robust_slam.certificates.chordal import (
+    ChordalProblem,
+    as_matrix,
+    lifted_cost,
+    pose_blocks,
+    project,
+)
+from robust_slam.certificates.newton import descend
+from robust_slam.certificates.optimality import Certificate, Verdict, certify, judge
+from robust_slam.descent.step import ROUNDING
+from robust_slam.graphs.pose_graph import PoseGraph, check_poses
+from robust_slam.graphs.rotations import nearest_stiefel
+
+_NEAR = 1e-8
+"""How stationary a point of a higher rank has to be; the maps themselves are polished."""
+_HALVINGS = 40
+
+
+def solve_certified(
+    graph: PoseGraph,
+    poses: ArrayLike,
+    weights: ArrayLike | None = None,
+    *,
+    max_climbs: int = 5,
+) -> tuple[Array, Certificate]:
+    """Return the best map that the staircase finds from ``poses``, and its certificate.
+
+    ``poses``, ``(n, 3)`` or ``(n, 3, 4)``, are the start, and pose 0 stays where it is;
+    ``weights`` ``(m,)`` multiply κ and τ and are 1 if None. The map is polished first. If
+    that is certified, it is the answer; else the staircase climbs at most ``max_climbs``
+    ranks. The cost never rises above that of the polished start. Where the relaxation is
+    not tight the verdict stays NOT_CERTIFIED, with the best ``lower_bound`` that was found.
+
+    The certificate is about the weighted edges, not about outliers: see ``certificate``.
+
+    Raises:
+        ValueError: ``poses`` or ``weights`` have the wrong shape or are not finite, a
+            weight is negative, or ``max_climbs`` is below 0.
+        Underdetermined: the edges with positive weight leave a pose loose.
+        NotConverged: a map's polish did not come to rest.
+
+    Source: Boumal, Voroninski and Bandeira 2016; Rosen et al. 2019, Algorithms 1 and 2.
+    """
+    if max_climbs < 0:
+        raise ValueError(f"max_climbs is {max_climbs}; give at least 0")
+    best, certificate = certify(graph, check_poses("poses", poses, graph), weights)
+    problem = ChordalProblem.of(graph, weights)
+    blocks, relaxed = pose_blocks(best), certificate
+    for _ in range(max_climbs):
+        if certificate.verdict is Verdict.CERTIFIED or relaxed.direction is None:
+            break
+        higher = climb(problem, blocks, relaxed.direction)
+        blocks = descend(problem, higher, _NEAR).last.blocks
+        relaxed = judge(problem, blocks)
+        near, proof = certify(graph, rounded(graph, blocks, best), weights)
+        best, certificate = _better((best, certificate), (near, proof), relaxed)
+    return best, certificate
+
+
+def _better(
+    old: tuple[Array, Certificate], new: tuple[Array, Certificate], relaxed: Certificate
+) -> tuple[Array, Certificate]:
+    """Return the cheaper map; what any certificate says of the least cost holds for it."""
+    best, certificate = new if new[1].cost <= old[1].cost * (1.0 + ROUNDING) else old
+    floor = max(old[1].lower_bound, new[1].lower_bound, relaxed.lower_bound)
+    return best, replace(certificate, lower_bound=floor)
+
+
+def climb(problem: ChordalProblem, blocks: Array, direction: Array) -> Array:
+    """Return ``blocks`` ``(n, r, d + 1)`` one rank higher, where the cost is lower.
+
+    The new row is a multiple of ``direction`` ``(n, d + 1)``, halved until the cost falls.
+    At a stationary point it does: the cost changes by the square of the multiple times
+    tr(direction S directionᵀ) < 0, and by its fourth power.
+
+    Source: Boumal, Voroninski and Bandeira 2016, the escape from a saddle one rank higher.
+    """
+    here = lifted_cost(problem, blocks)
+    level = np.concatenate([blocks, np.zeros_like(blocks[:, :1])], axis=1)
+    turn = direction[:, : problem.d]
+    row = direction / np.sqrt(np.max(np.sum(turn**2, axis=1)))
+    for halvings in range(_HALVINGS):
+        moved = level.copy()
+        moved[:, -1] = row * 0.5**halvings
+        moved[..., : problem.d] = nearest_stiefel(moved[..., : problem.d])
+        if lifted_cost(problem, moved) < here:
+            return moved
+    return level
+
+
+def rounded(graph: PoseGraph, blocks: Array, like: Array) -> Array:
+    """Return the map near ``blocks`` ``(n, r, d + 1)``, with pose 0 where ``like`` has it.
+
+    ``like`` are poses, and so is the answer: ``(n, 3)`` or ``(n, 3, 4)``.
+
+    Source: Rosen et al. 2019, Algorithm 2.
+    """
+    near = project(as_matrix(blocks), graph.n)
+    motion = graph.group.compose(like[0], graph.group.inverse(near[0]))
+    poses = graph.group.compose(motion, near)
+    poses[0] = like[0]
+    return poses

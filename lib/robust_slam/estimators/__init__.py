@@ -1,0 +1,8 @@
+"""Robust estimators: kernels, and the loop that reweights, graduates and switches.
+
+Names load their module when they are first used.
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

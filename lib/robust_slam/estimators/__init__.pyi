@@ -1,0 +1,13 @@
+from .graduation import gnc as gnc
+from .kernels import KERNELS as KERNELS
+from .kernels import Kernel as Kernel
+from .mixtures import NullHypothesis as NullHypothesis
+from .mixtures import max_mixture as max_mixture
+from .result import Result as Result
+from .result import StopReason as StopReason
+from .reweighting import irls as irls
+from .switches import dcs_switch as dcs_switch
+from .switches import switch as switch
+from .switches import switchable as switchable
+from .switches import switched_cost as switched_cost
+from .thresholds import chi_square_threshold as chi_square_threshold

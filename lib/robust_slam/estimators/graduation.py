@@ -1,0 +1,351 @@
+"""Graduated non-convexity: the loop with a kernel that hardens from step to step.
+
+The surrogate of a truncated kernel is nearly convex at first and the kernel itself in the
+end. μ leads from one to the other: up from near 0 for TLS, down to 1 for Geman–McClure.
+Each step takes the weights of the surrogate at the last residuals, solves once from where
+it stands, and moves μ on. It usually works and guarantees nothing.
+
+All formulas have the ½ of the house, ρ ≈ u²/2 near 0. The papers leave it out; weights
+and μ are the same numbers.
+
+Well-known code departs from the paper here and there. GTSAM takes the first μ from the
+residuals at the user's first values, counts known inliers in it, and starts every inner
+solve from those first values again. Here μ comes from the least-squares solution, over
+the doubted measurements alone, and each solve starts from the last.
+
+The papers move μ by one factor. On the graph intel most of that schedule is waiting: the
+last two thirds of the steps move hardly any residual. An *adaptive* rule takes two or
+three factors at once there (``strides``). Where the way is crooked, as on M3500, that can
+end in a slightly worse minimum (``benchmarks/speed/graduated.py``).
+
+Source: Yang et al. 2020, "Graduated Non-Convexity for Robust Spatial Perception"; Black
+and Rangarajan 1996 for the outlier processes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf, sqrt
+from typing import Literal, TypeAlias, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robust_slam._arrays import Array, positive
+from robust_slam.estimators.kernels import geman_mcclure, tls
+from robust_slam.estimators.loop import Problem, reweight, settle
+from robust_slam.estimators.result import Result, StopReason
+
+X = TypeVar("X")
+Kind: TypeAlias = Literal["tls", "gm"]
+
+_SMALLEST = float(np.finfo(np.float64).tiny)
+_LARGEST = float(np.finfo(np.float64).max)
+_CALM = (0.1, 0.05)
+"""Shares that 99 % of the norms may move, before an adaptive μ takes its second, third factor."""
+
+
+def tls_weight(u: ArrayLike, c: float, mu: float) -> Array:
+    """Return the weight of the TLS surrogate, of any shape, as u.
+
+    It is 1 up to the lower knee u² = c²μ/(μ+1), 0 from the upper knee u² = c²(μ+1)/μ, and
+    (c/|u|)√(μ(μ+1)) − μ between them.
+
+    Raises:
+        ValueError: ``c`` or ``mu`` is not a finite number above zero.
+
+    Source: Yang et al. 2020, equation (14).
+    """
+    c, mu = positive("c", c), positive("mu", mu)
+    size = np.abs(np.asarray(u, dtype=np.float64))
+    with np.errstate(over="ignore"):
+        between = c / np.maximum(size, _SMALLEST) * _middle(mu) - mu
+    return np.asarray(np.clip(between, 0.0, 1.0))
+
+
+def tls_surrogate(u: ArrayLike, c: float, mu: float) -> Array:
+    """Return the TLS surrogate ρ_μ(u), of any shape, as u.
+
+    It is u²/2 below the lower knee, c²/2 above the upper one, and
+    c|u|√(μ(μ+1)) − μ(c² + u²)/2 between them, where its curvature is −μ. As μ → ∞ it
+    becomes ``kernels.tls``; it is convex only in the limit μ → 0.
+
+    Raises:
+        ValueError: as ``tls_weight``.
+
+    Source: Yang et al. 2020; SLAM Handbook 2026, (3.24), without the ½ there.
+    """
+    c, mu = positive("c", c), positive("mu", mu)
+    size = np.abs(np.asarray(u, dtype=np.float64))
+    low, high = c * sqrt(mu / (mu + 1.0)), c * sqrt((mu + 1.0) / mu)
+    inside = np.clip(size, low, high)
+    between = c * inside * _middle(mu) - 0.5 * mu * (c**2 + inside**2)
+    return np.where(size <= low, 0.5 * size**2, np.where(size >= high, 0.5 * c**2, between))
+
+
+def tls_process(w: ArrayLike, c: float, mu: float) -> Array:
+    """Return the price Φ of a weight w in [0, 1], of any shape: ½ c² μ(1 − w)/(μ + w).
+
+    The least of w u²/2 + Φ(w) over w is the surrogate, and ``tls_weight`` attains it.
+
+    Raises:
+        ValueError: as ``tls_weight``.
+
+    Source: Black and Rangarajan 1996; Yang et al. 2020, without the ½ there.
+    """
+    c, mu = positive("c", c), positive("mu", mu)
+    w = np.asarray(w, dtype=np.float64)
+    return np.asarray(0.5 * c**2 * mu * (1.0 - w) / (mu + w))
+
+
+def _middle(mu: float) -> float:
+    """Return √(μ(μ+1)); the product of the roots does not overflow."""
+    return sqrt(mu) * sqrt(mu + 1.0)
+
+
+def gm_weight(u: ArrayLike, c: float, mu: float) -> Array:
+    """Return the weight of the Geman–McClure surrogate, (μc²/(u² + μc²))², of any shape.
+
+    Raises:
+        ValueError: as ``tls_weight``.
+
+    Source: Yang et al. 2020, equation (12).
+    """
+    return geman_mcclure(_widened(c, mu)).weight(u)
+
+
+def gm_surrogate(u: ArrayLike, c: float, mu: float) -> Array:
+    """Return the Geman–McClure surrogate ½ μc²u²/(μc² + u²), of any shape.
+
+    It is the kernel with c√μ for c: convex for u² ≤ μc²/3, the kernel itself at μ = 1.
+
+    Raises:
+        ValueError: as ``tls_weight``.
+
+    Source: Yang et al. 2020; SLAM Handbook 2026, (3.25), without the ½ there.
+    """
+    return geman_mcclure(_widened(c, mu)).rho(u)
+
+
+def gm_process(w: ArrayLike, c: float, mu: float) -> Array:
+    """Return the price Φ of a weight w in [0, 1], of any shape: ½ μc² (√w − 1)².
+
+    The least of w u²/2 + Φ(w) over w is the surrogate, and ``gm_weight`` attains it.
+
+    Raises:
+        ValueError: as ``tls_weight``.
+
+    Source: Black and Rangarajan 1996; Yang et al. 2020, without the ½ there.
+    """
+    return np.asarray(0.5 * _widened(c, mu) ** 2 * (np.sqrt(np.asarray(w, float)) - 1.0) ** 2)
+
+
+def _widened(c: float, mu: float) -> float:
+    return positive("c", c) * sqrt(positive("mu", mu))
+
+
+def start_mu(u_max: float, c: float, kind: Kind = "tls") -> float:
+    """Return the first μ for the largest norm ``u_max``: nearly convex up to there.
+
+    For TLS it is c²/(2u² − c²), and inf when 2u² ≤ c²: there is nothing to reject. For
+    Geman–McClure it is 2u²/c², which below 1 means that the kernel itself will do. Where
+    these pass the range of floats, it is the nearest float that does not.
+
+    Raises:
+        ValueError: ``u_max`` is negative or NaN, ``c`` is not a finite number above zero,
+            or ``kind`` is unknown.
+
+    Source: Yang et al. 2020, Remark 5.
+    """
+    _check_kind(kind)
+    if not u_max >= 0.0:
+        raise ValueError(f"u_max is {u_max}; give a residual norm, a number of at least 0")
+    with np.errstate(over="ignore"):
+        ratio = float(2.0 * np.square(np.float64(u_max) / positive("c", c)))
+    if kind == "gm":
+        return min(ratio, _LARGEST)
+    return inf if ratio <= 1.0 else max(1.0 / (ratio - 1.0), _SMALLEST)
+
+
+def strides(moved: Array) -> int:
+    """Return by how many factors an adaptive rule moves μ on: 1, 2 or 3.
+
+    ``moved`` ``(k,)`` is by how much a step changed each norm u, as a share of 1 + u. Where
+    99 % of them change by a tenth at most it is 2, by a twentieth 3: the path that the
+    solution follows is nearly straight there, and a longer step seldom loses it.
+
+    Source: derived here; step control as in the following of homotopy paths (Allgower and
+    Georg 1990, chapter 6).
+    """
+    most = float(np.quantile(moved, 0.99)) if moved.size else 0.0
+    return 1 + sum(most <= calm for calm in _CALM)
+
+
+@dataclass(frozen=True)
+class GncTls:
+    """The rule of GNC-TLS for norms ``(k,)``: μ grows until every weight is 0 or 1.
+
+    ``c`` is the largest norm of an inlier; μ is multiplied by ``factor`` at each step and
+    starts at ``mu0``, if None at ``start_mu`` of the largest norm u. That puts the upper
+    knee at √2 u, so that nothing is rejected at once. An ``adaptive`` rule multiplies by
+    ``factor`` twice as long as no weight is 1, and then as often as ``strides`` says.
+
+    Raises:
+        ValueError: ``c`` or ``mu0`` is not above 0, or ``factor`` is not above 1.
+
+    Source: Yang et al. 2020, with Remark 5 for the first μ.
+    """
+
+    c: float
+    factor: float = 1.4
+    mu0: float | None = None
+    adaptive: bool = False
+
+    def __post_init__(self) -> None:
+        _check(self.c, self.factor, self.mu0)
+
+    def start(self, norms: Array) -> float | StopReason:
+        """Return the first μ, or NOTHING_TO_REJECT when 2u² ≤ c² for every norm."""
+        wanted = start_mu(float(np.max(norms, initial=0.0)), self.c, "tls")
+        if wanted == inf:
+            return StopReason.NOTHING_TO_REJECT
+        return wanted if self.mu0 is None else self.mu0
+
+    def weights(self, norms: Array, state: float) -> Array:
+        """Return ``tls_weight``."""
+        return tls_weight(norms, self.c, state)
+
+    def next(self, state: float, weights: Array, moved: Array) -> float:
+        """Return the larger μ of the next step."""
+        if not self.adaptive:
+            return self.factor * state
+        # Until a measurement counts in full, the map has only to come near.
+        undecided = not np.any(weights == 1.0)
+        return self.factor ** (2 if undecided else strides(moved)) * state
+
+    def cost(self, norms: Array) -> float:
+        """Return Σ min(u², c²)/2."""
+        return float(np.sum(tls(self.c).rho(norms)))
+
+    def finished(self, weights: Array, state: float, settled: bool) -> StopReason | None:
+        """Stop when every weight is exactly 0 or 1."""
+        # Clipping makes 0 and 1 exact, so this needs no tolerance.
+        binary = bool(np.all((weights == 0.0) | (weights == 1.0)))
+        return StopReason.BINARY_WEIGHTS if binary else None
+
+
+@dataclass(frozen=True)
+class GncGm:
+    """The rule of GNC-GM for norms ``(k,)``: μ falls to 1, where the kernel is itself.
+
+    ``c`` is the scale of the kernel; μ is divided by ``factor`` at each step and starts at
+    ``mu0``, if None at ``start_mu`` of the largest norm u, and at 1 at least. There the
+    surrogate is convex up to 0.816 u only, so it is *nearly* convex for all. An
+    ``adaptive`` rule divides as often as ``strides`` says.
+
+    Raises:
+        ValueError: ``c`` or ``mu0`` is not above 0, or ``factor`` is not above 1.
+
+    Source: Yang et al. 2020, with Remark 5 for the first μ.
+    """
+
+    c: float
+    factor: float = 1.4
+    mu0: float | None = None
+    adaptive: bool = False
+
+    def __post_init__(self) -> None:
+        _check(self.c, self.factor, self.mu0)
+
+    def start(self, norms: Array) -> float | StopReason:
+        """Return the first μ, or NOTHING_TO_REJECT when there is no norm at all."""
+        if norms.size == 0:
+            return StopReason.NOTHING_TO_REJECT
+        wanted = start_mu(float(np.max(norms)), self.c, "gm") if self.mu0 is None else self.mu0
+        return max(1.0, wanted)
+
+    def weights(self, norms: Array, state: float) -> Array:
+        """Return ``gm_weight``."""
+        return gm_weight(norms, self.c, state)
+
+    def next(self, state: float, weights: Array, moved: Array) -> float:
+        """Return the smaller μ of the next step, 1 at least."""
+        return max(1.0, state / self.factor ** (strides(moved) if self.adaptive else 1))
+
+    def cost(self, norms: Array) -> float:
+        """Return Σ ρ(u) of the Geman–McClure kernel."""
+        return float(np.sum(geman_mcclure(self.c).rho(norms)))
+
+    def finished(self, weights: Array, state: float, settled: bool) -> StopReason | None:
+        """Stop after the step at μ = 1."""
+        return StopReason.CONVERGED if state == 1.0 else None
+
+
+def _check(c: float, factor: float, mu0: float | None) -> None:
+    positive("c", c)
+    if not positive("factor", factor) > 1.0:
+        raise ValueError(f"factor is {factor}; μ has to move on, so give more than 1")
+    if mu0 is not None:
+        positive("mu0", mu0)
+
+
+def _check_kind(kind: str) -> None:
+    if kind not in RULES:
+        raise ValueError(f"kind is {kind!r}; give one of {', '.join(map(repr, RULES))}")
+
+
+RULES: dict[Kind, type[GncTls] | type[GncGm]] = {"tls": GncTls, "gm": GncGm}
+"""The rule of each kind by its name."""
+
+
+def gnc(
+    problem: Problem[X],
+    c: float,
+    kind: Kind = "tls",
+    x0: X | None = None,
+    *,
+    factor: float = 1.4,
+    mu0: float | None = None,
+    adaptive: bool = False,
+    tol: float = 1e-9,
+    max_iterations: int = 1000,
+) -> Result[X]:
+    """Minimise Σ ρ(u) of the TLS or Geman–McClure kernel by graduated non-convexity.
+
+    ``c`` is the scale of the kernel, one number for all measurements; for Gaussian inliers
+    take ``thresholds.chi_square_threshold``. ``factor``, ``mu0`` and ``adaptive`` are those of
+    the rules ``GncTls`` and ``GncGm``. Weights are ``(m,)``; ``tol`` is how little a residual,
+    relative to 1 + u, may still move in the last solve.
+
+    It needs no first x: without ``x0`` it starts from the unweighted solution, as the paper
+    does. Lies that agree have bent that map already, and look small there. On a pose graph
+    with trusted odometry dead reckoning is the better start, ``x0=problem.guess``: the
+    first weights come from the residuals there, as GTSAM has it, and more maps come through
+    on every graph of ``chapters/data/robustness.csv``. It is also the way out where the
+    unweighted descent of a torn graph does not come to rest.
+
+    A pose graph may take a few steps for each μ (``PoseGraphProblem(graph, steps=5)``),
+    which is quicker; the last solve is brought to rest either way. One step is allowed, but
+    the poses then lag behind μ: on the graph CSAIL closures are then misjudged in some runs
+    (``benchmarks/wrong_closures.py --graph CSAIL --steps 1``). Which number is best depends
+    on the graph.
+
+    It stops with BINARY_WEIGHTS (TLS), CONVERGED (GM, after μ = 1), NOTHING_TO_REJECT,
+    ALL_REJECTED or ITERATION_LIMIT, also when the last solve does not come to rest. GM's
+    last x belongs to the weights of the step before, so it is near a minimum of the
+    kernel's cost, not at one: ``irls`` with ``kernels.geman_mcclure`` goes on from there.
+
+    Raises:
+        ValueError: ``kind`` is unknown, ``c`` or ``mu0`` is not above 0, ``factor`` is not
+            above 1, or as ``loop.reweight``.
+        Underdetermined: some untrusted weights are positive, yet no solution exists.
+        NotConverged: the unweighted descent did not come to rest; give ``x0``.
+
+    Source: Yang et al. 2020, the algorithm; Antonante et al. 2022, Algorithm 2.
+    """
+    _check_kind(kind)
+    rule = RULES[kind](c, factor, mu0, adaptive)
+    result = reweight(problem, rule, x0, tol=tol, max_iterations=max_iterations)
+    if result.stop in (StopReason.BINARY_WEIGHTS, StopReason.CONVERGED):
+        return settle(problem, rule, result, tol)
+    return result

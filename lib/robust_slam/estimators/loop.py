@@ -1,0 +1,195 @@
+"""The one loop of the course: reweight, solve, repeat.
+
+Robust estimation as a sequence of weighted least-squares problems. A *problem* knows its
+residuals and its weighted solve; a *rule* turns residuals into weights. Methods differ in
+the rule alone, and problems know nothing of rules.
+
+Source: Black and Rangarajan 1996.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol, TypeVar
+
+import numpy as np
+
+from robust_slam._arrays import Array, Mask
+from robust_slam.errors import Underdetermined
+from robust_slam.estimators.result import Result, Step, StopReason
+
+X = TypeVar("X")
+State = TypeVar("State", bound="float | None")
+
+_SOLVES = 500
+"""How often the last solve is repeated at most."""
+
+
+class Problem(Protocol[X]):
+    """Weighted least squares over an unknown x of any type; weights are ``(m,)``."""
+
+    @property
+    def trusted(self) -> Mask:
+        """The measurements ``(m,)`` whose weight is always 1, such as odometry."""
+        ...
+
+    def initial(self) -> X:
+        """Return the least-squares solution, every weight 1."""
+        ...
+
+    def residual_norms(self, x: X) -> Array:
+        """Return the whitened residual norm of each measurement, ``(m,)``, at least 0."""
+        ...
+
+    def solve(self, weights: Array, x: X) -> X:
+        """Return the minimiser of Σ w u², starting from ``x`` if a start is of use.
+
+        Raises:
+            Underdetermined: the measurements with positive weight do not determine it.
+        """
+        ...
+
+
+class Rule(Protocol[State]):
+    """How weights follow from residuals.
+
+    The state is the rule's μ, or None. The loop carries it from step to step and records
+    it, and never looks inside. Residual norms and weights are those of the untrusted
+    measurements alone, ``(k,)``, and there may be none.
+    """
+
+    def start(self, norms: Array) -> State | StopReason:
+        """Return the first state, or the reason why there is nothing to do."""
+        ...
+
+    def weights(self, norms: Array, state: State) -> Array:
+        """Return one weight in [0, 1] for each residual norm."""
+        ...
+
+    def next(self, state: State, weights: Array, moved: Array) -> State:
+        """Return the state of the next step.
+
+        ``weights`` ``(k,)`` are those of this step, and ``moved`` ``(k,)`` is by how much it
+        changed each residual norm u, as a share of 1 + u.
+        """
+        ...
+
+    def cost(self, norms: Array) -> float:
+        """Return Σ ρ(u), the cost that the rule is there to lower."""
+        ...
+
+    def finished(self, weights: Array, state: State, settled: bool) -> StopReason | None:
+        """Return why to stop after a step that used ``weights`` and ``state``, or None.
+
+        ``settled`` tells that this step left every residual where it was.
+        """
+        ...
+
+
+def reweight(
+    problem: Problem[X],
+    rule: Rule[State],
+    x0: X | None = None,
+    *,
+    tol: float = 1e-12,
+    max_iterations: int = 100,
+) -> Result[X]:
+    """Run the loop from ``x0``, or from plain least squares, until the rule says stop.
+
+    ``tol`` bounds the change of a whitened residual u, relative to 1 + u, below which it
+    has settled. When every untrusted weight is 0 and the rest do not determine x, the
+    loop stops with ALL_REJECTED and the x it had.
+
+    Raises:
+        ValueError: the residuals at the start are not finite, ``tol`` is negative or
+            ``max_iterations`` is below 1.
+        Underdetermined: some untrusted weights are positive, yet no solution exists.
+        TypeError: ``problem`` is none, a bare graph for instance.
+
+    Source: Black and Rangarajan 1996; Yang et al. 2020.
+    """
+    _check_limits(tol, max_iterations)
+    if not hasattr(problem, "residual_norms"):
+        kind = type(problem).__name__
+        raise TypeError(f"problem is a {kind}; a graph becomes one with PoseGraphProblem(graph)")
+    x = problem.initial() if x0 is None else x0
+    norms = _start_norms(problem, x)
+    doubted = ~problem.trusted
+    history = [Step(x, np.ones_like(norms), _cost(rule, norms, doubted), None)]
+    state = rule.start(norms[doubted])
+    if isinstance(state, StopReason):
+        return Result.ending(history, state)
+
+    for _ in range(max_iterations):
+        weights = np.ones_like(norms)
+        weights[doubted] = rule.weights(norms[doubted], state)
+        solution = _solve(problem, weights, x)
+        x = x if solution is None else solution
+        before, norms = norms, problem.residual_norms(x)
+        history.append(Step(x, weights, _cost(rule, norms, doubted), state))
+        if solution is None:
+            return Result.ending(history, StopReason.ALL_REJECTED)
+        moved = _moved(before, norms)
+        stop = rule.finished(weights[doubted], state, bool(np.all(moved <= tol)))
+        if stop is not None:
+            return Result.ending(history, stop)
+        state = rule.next(state, weights[doubted], moved[doubted])
+    return Result.ending(history, StopReason.ITERATION_LIMIT)
+
+
+def settle(problem: Problem[X], rule: Rule[State], result: Result[X], tol: float) -> Result[X]:
+    """Return ``result`` with its last solve repeated until it is at rest.
+
+    That is when no residual moves by ``tol``, or Σ w u² does not fall any more: a descent
+    near its end may leave the residuals of rejected measurements fluttering for ever.
+    A problem whose solve takes a few steps only, such as a pose graph with one step for
+    each μ, is thereby brought to rest with the final weights; the history gets one more
+    step. An exact solve leaves the result as it is. When the solves run out first, the
+    reason becomes ITERATION_LIMIT: the last x is then not at rest.
+
+    Source: derived here.
+    """
+    x, norms = result.x, problem.residual_norms(result.x)
+    first, stop = norms, StopReason.ITERATION_LIMIT
+    for _ in range(_SOLVES):
+        x = problem.solve(result.weights, x)
+        before, norms = norms, problem.residual_norms(x)
+        if np.all(_moved(before, norms) <= tol) or result.weights @ (norms**2 - before**2) >= 0.0:
+            stop = result.stop
+            break
+    if stop is result.stop and np.all(_moved(first, norms) <= tol):
+        return result
+    last = Step(x, result.weights, _cost(rule, norms, ~problem.trusted), result.history[-1].mu)
+    return Result.ending([*result.history, last], stop)
+
+
+def _moved(before: Array, norms: Array) -> Array:
+    return np.asarray(np.abs(norms - before) / (1.0 + before))
+
+
+def _check_limits(tol: float, max_iterations: int) -> None:
+    if not tol >= 0.0:
+        raise ValueError(f"tol is {tol}; give a number of at least 0")
+    if max_iterations < 1:
+        raise ValueError(f"max_iterations is {max_iterations}; give at least 1")
+
+
+def _start_norms(problem: Problem[X], x: X) -> Array:
+    norms = problem.residual_norms(x)
+    if not np.all(np.isfinite(norms)):
+        raise ValueError("x0: its residuals are not finite; start from finite numbers")
+    return norms
+
+
+def _cost(rule: Rule[State], norms: Array, doubted: Mask) -> float:
+    return rule.cost(norms[doubted]) + 0.5 * float(np.sum(norms[~doubted] ** 2))
+
+
+def _solve(problem: Problem[X], weights: Array, x: X) -> X | None:
+    """Return the solution, or None when there is none and all that could be rejected is."""
+    try:
+        return problem.solve(weights, x)
+    except Underdetermined:
+        doubted = weights[~problem.trusted]
+        if doubted.size == 0 or np.any(doubted > 0.0):
+            raise
+        return None

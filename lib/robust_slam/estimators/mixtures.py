@@ -1,0 +1,303 @@
+"""Max-mixtures: a measurement says one of several things, and the likeliest counts.
+
+The density is p(z|x) ∝ max_i π_i N(μ_i, Λ_i⁻¹) in place of the sum of the modes, so the
+cost of an edge is, up to a constant, min_i [½ e_iᵀ Λ_i e_i − log(π_i |Λ_i|^½)], with e_i
+the residual against the mean of mode i. The logarithm is the mode's normaliser: without
+it a broad mode would always win. Here the constant is such that mode 0 costs 0 at zero
+residual; the other modes then cost at least log(π_0 |Λ_0|^½) − log(π_i |Λ_i|^½), which
+may be negative.
+
+What the maximum is for: once the mode is chosen, the cost is a square, and the back-end
+of least squares serves as it is. (The graph is as sparse with a sum; the sum of modes
+just has no square for its logarithm.)
+
+``max_mixture`` is the null hypothesis, two modes with one mean, as a rule of the loop on
+residual norms. ``max_mixture_modes`` takes modes with means of their own: either here or
+there.
+
+Source: Olson and Agarwal 2012.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import log, sqrt
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robust_slam._arrays import Array, Indices, Mask, finite, positive
+from robust_slam.descent.normal_equations import NormalEquations, weighted_edges
+from robust_slam.descent.step import ROUNDING, Place, check_limits, is_small, moved
+from robust_slam.estimators.loop import Problem, reweight
+from robust_slam.estimators.result import Result, StopReason
+from robust_slam.graphs import pose_graph
+from robust_slam.graphs.pose_graph import PoseGraph, check_poses
+from robust_slam.problems import PoseGraphProblem
+
+X = TypeVar("X")
+
+_HALVINGS = 30
+
+
+@dataclass(frozen=True)
+class NullHypothesis:
+    """The rule of two modes with the same mean: an inlier, or next to no measurement.
+
+    The inlier mode has the probability ``pi_in`` and the deviations that whiten u; the
+    outlier mode has the rest, and deviations ``ratio`` times as large. ``dimension`` is
+    that of the residual: 1 for a number, 3 in SE(2), 6 in SE(3). Each edge costs
+    min(u²/2, u²/(2 ratio²) + offset) and weighs 1 or 1/ratio².
+
+    Raises:
+        ValueError: ``pi_in`` is not inside (0, 1), ``ratio`` is not above 1, or
+            ``dimension`` is below 1.
+
+    Source: Olson and Agarwal 2012.
+    """
+
+    pi_in: float
+    ratio: float
+    dimension: int
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.pi_in < 1.0:
+            raise ValueError(f"pi_in is {self.pi_in}; give a probability inside (0, 1)")
+        if not positive("ratio", self.ratio) > 1.0:
+            raise ValueError(f"ratio is {self.ratio}; outliers spread wider, so give more than 1")
+        if self.dimension != int(self.dimension) or self.dimension < 1:
+            raise ValueError(f"dimension is {self.dimension}; give a whole number of at least 1")
+
+    @property
+    def offset(self) -> float:
+        """What the outlier mode costs at u = 0: log(π_in ratio^D / π_out), may be negative.
+
+        Source: derived here; |Λ|^½ of the outlier mode is that of the inlier mode divided
+        by ratio^D.
+        """
+        return log(self.pi_in / (1.0 - self.pi_in)) + self.dimension * log(self.ratio)
+
+    @property
+    def switch_norm(self) -> float:
+        """The norm u beyond which the outlier mode wins; 0 when it wins everywhere.
+
+        Source: derived here; u²/2 = u²/(2 ratio²) + offset.
+        """
+        return sqrt(max(0.0, 2.0 * self.offset / (1.0 - self.ratio**-2)))
+
+    def start(self, norms: Array) -> None:
+        """Return None, whatever the norms ``(k,)``: there is nothing to carry along."""
+
+    def weights(self, norms: Array, state: None) -> Array:
+        """Return ``(k,)`` weights: 1 where the inlier mode costs least, 1/ratio² elsewhere."""
+        inlier, outlier = self._costs(norms)
+        return np.where(inlier <= outlier, 1.0, self.ratio**-2)
+
+    def next(self, state: None, weights: Array, moved: Array) -> None:
+        """Return None, whatever the weights ``(k,)``."""
+
+    def cost(self, norms: Array) -> float:
+        """Return Σ min(u²/2, u²/(2 ratio²) + offset) over the norms ``(k,)``."""
+        return float(np.sum(np.minimum(*self._costs(norms))))
+
+    def finished(self, weights: Array, state: None, settled: bool) -> StopReason | None:
+        """Stop when the residuals have settled, whatever the weights ``(k,)``."""
+        return StopReason.CONVERGED if settled else None
+
+    def _costs(self, norms: Array) -> tuple[Array, Array]:
+        inlier = 0.5 * np.asarray(norms) ** 2
+        return inlier, inlier / self.ratio**2 + self.offset
+
+
+def max_mixture(
+    problem: Problem[X],
+    pi_in: float,
+    ratio: float,
+    dimension: int,
+    x0: X | None = None,
+    *,
+    tol: float = 1e-12,
+    max_iterations: int = 100,
+) -> Result[X]:
+    """Minimise the cost of the null hypothesis, from ``x0`` or from plain least squares.
+
+    The arguments are those of ``NullHypothesis``. A weight of 1/ratio² marks a measurement
+    that the outlier mode explains better. None is ever rejected whole: with a residual u
+    it still pulls as one of u/ratio² would, so take a ratio no smaller than the u of
+    the outliers to be expected.
+
+    Raises:
+        ValueError: as ``NullHypothesis`` and ``loop.reweight``.
+
+    Source: Olson and Agarwal 2012.
+    """
+    rule = NullHypothesis(pi_in, ratio, dimension)
+    return reweight(problem, rule, x0, tol=tol, max_iterations=max_iterations)
+
+
+@dataclass(frozen=True, eq=False)
+class Mode:
+    """One more thing that the edges of a graph may be saying.
+
+    ``probability`` is a scalar or ``(m,)``, at least 0, and 0 where an edge has no such
+    alternative; ``measurement`` ``(m, 3)`` or ``(m, 3, 4)`` and ``information``
+    ``(m, D, D)`` are as in the graph.
+    """
+
+    probability: ArrayLike
+    measurement: Array
+    information: Array
+
+
+def alternative(
+    graph: PoseGraph, edges: ArrayLike, probability: ArrayLike, measurement: ArrayLike
+) -> Mode:
+    """Return a mode in which the edges numbered ``edges`` ``(k,)`` say something else.
+
+    ``probability`` is a scalar or ``(k,)``, ``measurement`` ``(k, 3)`` or ``(k, 3, 4)``;
+    the information stays that of the graph.
+
+    Raises:
+        ValueError: ``edges`` is not a list of edges of the graph, or a shape differs.
+    """
+    m = len(graph.edges)
+    chosen = np.asarray(edges)
+    if chosen.ndim != 1 or not np.issubdtype(chosen.dtype, np.integer):
+        raise ValueError("edges: give the numbers of edges, a list of whole numbers")
+    if np.any((chosen < 0) | (chosen >= m)):
+        raise ValueError(f"edges: an entry is outside 0 to {m - 1}")
+    said, chance = graph.measurement.copy(), np.zeros(m)
+    said[chosen] = finite("measurement", measurement, (chosen.size, *said.shape[1:]))
+    chance[chosen] = np.broadcast_to(np.asarray(probability, np.float64), chosen.shape)
+    return Mode(chance, said, graph.information)
+
+
+@dataclass(frozen=True, eq=False)
+class ModeStep:
+    """Poses, the mode ``(m,)`` that costs least at each edge there, and the sum of costs."""
+
+    x: Array
+    modes: Indices
+    cost: float
+
+
+@dataclass(frozen=True, eq=False)
+class ModeResult:
+    """The last step, why it was the last, and all steps; mode 0 is the graph's own."""
+
+    x: Array
+    modes: Indices
+    cost: float
+    stop: StopReason
+    history: tuple[ModeStep, ...]
+
+
+def max_mixture_modes(
+    problem: PoseGraphProblem,
+    alternatives: Sequence[Mode],
+    x0: ArrayLike | None = None,
+    *,
+    tol: float = 1e-9,
+    max_iterations: int = 200,
+) -> ModeResult:
+    """Minimise Σ min_i [½ e_iᵀ Λ_i e_i + offset_i] over the poses.
+
+    Mode 0 of an edge is what the graph says, with the probability that ``alternatives``
+    leave; trusted edges know no other. Each step takes the best modes where it stands and
+    goes one Gauss–Newton step with them, halved until the cost does not rise. The start is
+    ``x0`` ``(n, 3)`` or ``(n, 3, 4)``, or the guess of the problem and not least squares,
+    which would believe mode 0 of every edge. It is a descent: from another start the modes
+    may be others.
+
+    It has CONVERGED when a step is small, as ``gauss_newton`` has it with ``tol``, and
+    every mode stays.
+
+    Raises:
+        ValueError: a mode does not fit the graph, the probabilities of an edge are
+            negative or leave nothing to mode 0, or a limit is out of range.
+        Underdetermined: the normal equations are singular.
+
+    Source: Olson and Agarwal 2012.
+    """
+    check_limits(tol, max_iterations)
+    mixture = _mixture(problem.graph, alternatives, ~problem.trusted)
+    equations, ones = NormalEquations(problem.graph), np.ones(len(problem.graph.edges))
+    here = mixture.at(problem.guess if x0 is None else check_poses("x0", x0, problem.graph))
+    history = [here]
+    for _ in range(max_iterations):
+        chosen = mixture.chosen(here.modes)
+        step = equations.solve(*weighted_edges(chosen, Place.at(chosen, here.x, ones), ones))
+        there = _shortened(mixture, here, step)
+        history.append(there)
+        if is_small(step, here.x, tol) and np.array_equal(there.modes, here.modes):
+            return _ending(history, StopReason.CONVERGED)
+        here = there
+    return _ending(history, StopReason.ITERATION_LIMIT)
+
+
+def _ending(history: list[ModeStep], stop: StopReason) -> ModeResult:
+    last = history[-1]
+    return ModeResult(last.x, last.modes, last.cost, stop, tuple(history))
+
+
+@dataclass(frozen=True, eq=False)
+class _Mixture:
+    """One graph per mode, and what each mode costs ``(K, m)`` at zero residual."""
+
+    graphs: tuple[PoseGraph, ...]
+    offsets: Array
+
+    def at(self, poses: Array) -> ModeStep:
+        chi2 = np.stack([pose_graph.squared_norms(poses, graph) for graph in self.graphs])
+        costs = 0.5 * chi2 + self.offsets
+        return ModeStep(poses, np.argmin(costs, axis=0), float(np.sum(costs.min(axis=0))))
+
+    def chosen(self, modes: Indices) -> PoseGraph:
+        each = np.arange(modes.size)
+        return replace(
+            self.graphs[0],
+            measurement=np.stack([graph.measurement for graph in self.graphs])[modes, each],
+            information=np.stack([graph.information for graph in self.graphs])[modes, each],
+        )
+
+
+def _mixture(graph: PoseGraph, alternatives: Sequence[Mode], doubted: Mask) -> _Mixture:
+    graphs = (graph, *(_said(graph, k, mode) for k, mode in enumerate(alternatives)))
+    chance = np.zeros((len(graphs), len(graph.edges)))
+    for k, mode in enumerate(alternatives):
+        chance[k + 1, doubted] = _chances(f"alternatives[{k}]", mode, len(graph.edges))[doubted]
+    chance[0] = 1.0 - chance.sum(axis=0)
+    if np.any(chance[0] <= 0.0):
+        raise ValueError(
+            f"alternatives: the probabilities of edge {int(np.argmax(chance[0] <= 0.0))} leave "
+            "nothing to what the graph says; let them sum to less than 1"
+        )
+    with np.errstate(divide="ignore"):
+        height = np.log(chance) + [0.5 * np.linalg.slogdet(g.information)[1] for g in graphs]
+    return _Mixture(graphs, height[0] - height)
+
+
+def _said(graph: PoseGraph, k: int, mode: Mode) -> PoseGraph:
+    try:
+        return replace(graph, measurement=mode.measurement, information=mode.information)
+    except ValueError as error:
+        raise ValueError(f"alternatives[{k}]: {error}") from error
+
+
+def _chances(name: str, mode: Mode, m: int) -> Array:
+    given = np.asarray(mode.probability, dtype=np.float64)
+    chance = finite(f"{name}.probability", np.full(m, given) if given.ndim == 0 else given, (m,))
+    if np.any(chance < 0.0):
+        raise ValueError(f"{name}.probability: entry {int(np.argmax(chance < 0.0))} is below 0")
+    return chance
+
+
+def _shortened(mixture: _Mixture, here: ModeStep, step: Array) -> ModeStep:
+    """Return the place after the longest of step, step/2, step/4, … that is no rise."""
+    for halvings in range(_HALVINGS):
+        there = mixture.at(moved(mixture.graphs[0], here.x, step * 0.5**halvings))
+        if there.cost <= here.cost + ROUNDING * (1.0 + abs(here.cost)):
+            return there
+    return here

@@ -1,0 +1,66 @@
+"""Iteratively reweighted least squares: the loop with a fixed kernel.
+
+Residual norms and weights are ``(k,)``, one for each untrusted measurement.
+
+Source: Holland and Welsch 1977.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+
+from robust_slam._arrays import Array
+from robust_slam.estimators.kernels import Kernel
+from robust_slam.estimators.loop import Problem, reweight
+from robust_slam.estimators.result import Result, StopReason
+
+X = TypeVar("X")
+
+
+@dataclass(frozen=True)
+class IrlsRule:
+    """The rule without a state: the weight is the kernel's, ψ(u)/u."""
+
+    kernel: Kernel
+
+    def start(self, norms: Array) -> None:
+        """Return None: there is nothing to carry along."""
+
+    def weights(self, norms: Array, state: None) -> Array:
+        """Return ψ(u)/u."""
+        return self.kernel.weight(norms)
+
+    def next(self, state: None, weights: Array, moved: Array) -> None:
+        """Return None."""
+
+    def cost(self, norms: Array) -> float:
+        """Return Σ ρ(u)."""
+        return float(np.sum(self.kernel.rho(norms)))
+
+    def finished(self, weights: Array, state: None, settled: bool) -> StopReason | None:
+        """Stop when the residuals have settled."""
+        return StopReason.CONVERGED if settled else None
+
+
+def irls(
+    problem: Problem[X],
+    kernel: Kernel,
+    x0: X | None = None,
+    *,
+    tol: float = 1e-12,
+    max_iterations: int = 100,
+) -> Result[X]:
+    """Minimise Σ ρ(u) by reweighting, from ``x0`` or from plain least squares.
+
+    The robust cost never rises, but where the descent ends depends on the start: a
+    non-convex kernel has several stationary points.
+
+    Raises:
+        ValueError: as ``loop.reweight``.
+
+    Source: Holland and Welsch 1977; Black and Rangarajan 1996.
+    """
+    return reweight(problem, IrlsRule(kernel), x0, tol=tol, max_iterations=max_iterations)

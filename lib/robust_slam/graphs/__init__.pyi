@@ -1,0 +1,12 @@
+from .generate import Noise as Noise
+from .generate import circle as circle
+from .generate import manhattan as manhattan
+from .generate import sphere as sphere
+from .metrics import ate as ate
+from .metrics import precision_recall as precision_recall
+from .odometry import dead_reckoning as dead_reckoning
+from .odometry import spanning_tree as spanning_tree
+from .outliers import add_local_closures as add_local_closures
+from .outliers import add_random_closures as add_random_closures
+from .outliers import spoil_closures as spoil_closures
+from .pose_graph import PoseGraph as PoseGraph

@@ -1,0 +1,265 @@
+"""The nine public pose graphs, found on this machine; ``load`` never downloads.
+
+``load`` looks in the folder of the environment variable ``ROBUST_SLAM_DATA`` and then in
+the user's cache. ``make data``, which is ``python -m robust_slam.graphs.datasets``, downloads all
+of them to the cache. ``make book`` first tries to download the two that the chapters show.
+
+Source: the data folder of SE-Sync (Rosen et al. 2019), pinned to one commit, where the
+graphs of several authors are collected.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+
+from robust_slam.graphs import g2o
+from robust_slam.graphs.pose_graph import PoseGraph
+
+URL = (
+    "https://raw.githubusercontent.com/david-m-rosen/SE-Sync/"
+    "9b631b6b82d8aa7d32ab846412ae1c070412b7b6/data/"
+)
+"""Where ``download`` finds the files."""
+SHA256 = {
+    "CSAIL": "66d99ac857a9849d814d214a9ebd0d4876d5d40f0a37be9330c1ff6e6e9daaa6",
+    "city10000": "df5988994339e990be198a36e7f640e31a5a1b26df3ed400363fafc49d5ca630",
+    "intel": "3e0724c048e0ba524be9dd268a8b78e19a2497043143584cbb61310638b15c4b",
+    "manhattan": "6ae8d30971720c1af24a00c4b2dd5c5ddafbbbe488bfc771145c47decbffb248",
+    "parking-garage": "3ac0a31bfb601d7455d451e2546655cb5dececf51a7823f57c8a7e0fe1ca6527",
+    "smallGrid3D": "9ea56c2ad1ebcc322560eb2f8d83cb3a60f99e2e2acc35e097b1162cdbafd649",
+    "sphere2500": "104ab57593394f24351d9f692f3b923f8b98fff1eb638c64356cf5049e06cf3c",
+    "tinyGrid3D": "c341eb0d09f7556b337be5a62b9354384885333a25fa718fd699fafb19620493",
+    "torus3D": "1ef8831023b372188d33ca63ce0da079d51df89364df71f2bce1c5c7c69ed5ec",
+}
+"""The SHA-256 of each file ``<name>.g2o``."""
+NAMES = tuple(SHA256)
+"""The names of the graphs; "M3500" is another name of "manhattan"."""
+SHOWN = ("CSAIL", "intel")
+"""The graphs that the chapters show where they are on the machine: 0.4 MB together."""
+FOLDER = "ROBUST_SLAM_DATA"
+"""The environment variable that names a folder with the files."""
+_OTHER_NAMES = {"M3500": "manhattan"}
+
+
+Downloader = Callable[..., None]
+"""Fetches one address into one file, as pooch calls it."""
+
+
+class DatasetMissing(FileNotFoundError):
+    """A public graph is not on this machine."""
+
+
+class DatasetChanged(ValueError):
+    """A file has the name of a public graph but not its content."""
+
+
+class DownloadFailed(OSError):
+    """A public graph could not be fetched, or what came was not it; nothing was kept."""
+
+
+def load(name: str) -> PoseGraph:
+    """Return a public graph, of the ``NAMES``; nothing is ever downloaded here.
+
+    Raises:
+        DatasetMissing: it is not on this machine.
+        DatasetChanged: its file has another content than it should have.
+        ValueError: there is no public graph of that name.
+    """
+    return g2o.read(find(name)).graph
+
+
+def is_here(name: str) -> bool:
+    """Tell whether a public graph is on this machine.
+
+    Raises:
+        DatasetChanged: its file has another content than it should have.
+        ValueError: there is no public graph of that name.
+    """
+    try:
+        find(name)
+    except DatasetMissing:
+        return False
+    return True
+
+
+def load_or_generate(name: str, make: Callable[[], PoseGraph]) -> tuple[PoseGraph, str]:
+    """Return a public graph or, where it is missing, the graph of ``make()``.
+
+    The second value is a sentence for the reader that says which of them it is.
+
+    Raises:
+        DatasetChanged: its file has another content than it should have.
+        ValueError: there is no public graph of that name.
+    """
+    try:
+        return load(name), f"The graph is the public data set {name}."
+    except DatasetMissing:
+        return make(), (
+            f"The public data set {name} is not on this machine, so the graph here is a "
+            "generated one; `make data` downloads the public ones."
+        )
+
+
+def find(name: str) -> Path:
+    """Return the path of a public graph's file, its content checked.
+
+    Raises:
+        DatasetMissing: it is not on this machine.
+        DatasetChanged: the file has another content than it should have.
+        ValueError: there is no public graph of that name.
+    """
+    known = _known(name)
+    for folder in _folders():
+        path = folder / f"{known}.g2o"
+        if path.is_file():
+            return _checked(path, SHA256[known])
+    raise DatasetMissing(
+        f"the public graph {name} is not on this machine; run `make data`, or let {FOLDER} "
+        f"name a folder with {known}.g2o"
+    )
+
+
+def download(
+    names: Iterable[str] | None = None,
+    folder: str | os.PathLike[str] | None = None,
+    base_url: str = URL,
+) -> list[Path]:
+    """Fetch public graphs, by default all, and return the paths of their files.
+
+    They go into ``folder``, by default the user's cache. A file that is there already and
+    is right is not fetched again. A progress bar is shown on the standard error.
+
+    Raises:
+        DownloadFailed: a file cannot be fetched, or its content is not the known one.
+        ImportError: pooch or tqdm is missing; both come with the extra ``data``.
+        ValueError: there is no public graph of that name.
+    """
+    pooch = _needed("pooch")
+    _needed("tqdm")
+    known = [_known(name) for name in (NAMES if names is None else names)]
+    target = Path(_cache(pooch) if folder is None else folder)
+    downloader = pooch.HTTPDownloader(progressbar=True)
+    return [_fetch(pooch, name, target, base_url, downloader) for name in known]
+
+
+def try_download(
+    names: Iterable[str] = SHOWN, base_url: str = URL, timeout: float = 5.0
+) -> list[Path]:
+    """Fetch the public graphs that are not on this machine, as far as that is possible.
+
+    They go into the user's cache. Nothing is shown, and no failure of the network is an
+    error: the first one ends the attempt. Where the environment variable ``CI`` is set,
+    nothing is fetched.
+
+    Args:
+        names: the graphs to fetch.
+        base_url: the folder on the server.
+        timeout: how long to wait for the server, in s.
+
+    Returns:
+        The paths of the files that were fetched.
+
+    Raises:
+        DatasetChanged: the file of a graph has another content than it should have.
+        ImportError: pooch is missing; it comes with the extra ``data``.
+        ValueError: there is no public graph of that name.
+    """
+    missing = [] if _in_ci() else [_known(name) for name in names if not is_here(name)]
+    if not missing:
+        return []
+    pooch = _needed("pooch")
+    pooch.get_logger().setLevel("ERROR")
+    downloader = pooch.HTTPDownloader(timeout=timeout)
+    fetched: list[Path] = []
+    with suppress(DownloadFailed):
+        for name in missing:
+            fetched.append(_fetch(pooch, name, _cache(pooch), base_url, downloader))
+    return fetched
+
+
+def _in_ci() -> bool:
+    return os.environ.get("CI", "").lower() not in ("", "0", "false")
+
+
+def _known(name: str) -> str:
+    known = _OTHER_NAMES.get(name, name)
+    if known not in SHA256:
+        raise ValueError(f"there is no public graph {name!r}; the names are {', '.join(NAMES)}")
+    return known
+
+
+def _folders() -> list[Path]:
+    given = os.environ.get(FOLDER)
+    named = [Path(given)] if given else []
+    try:
+        return [*named, _cache(_needed("pooch"))]
+    except ImportError:
+        return named
+
+
+def _needed(module: str) -> ModuleType:
+    try:
+        return import_module(module)
+    except ImportError:
+        raise ImportError(
+            f"{module} is missing; install the extra `data`: pip install pooch tqdm"
+        ) from None
+
+
+def _cache(pooch: ModuleType) -> Path:
+    return Path(pooch.os_cache("robust-slam"))
+
+
+def _checked(path: Path, sha256: str) -> Path:
+    with path.open("rb") as file:
+        found = hashlib.file_digest(file, "sha256").hexdigest()
+    if found != sha256:
+        raise DatasetChanged(
+            f"{path}: the content is not that of the public graph (SHA-256 {found[:12]}…, "
+            f"not {sha256[:12]}…); delete the file and run `make data`"
+        )
+    return path
+
+
+def _fetch(
+    pooch: ModuleType, name: str, folder: Path, base_url: str, downloader: Downloader
+) -> Path:
+    file = f"{name}.g2o"
+    known_hash = f"sha256:{SHA256[name]}"
+    try:
+        path = pooch.retrieve(base_url + file, known_hash, file, folder, downloader=downloader)
+    # Errors of the connection are OSErrors; a wrong hash is a ValueError.
+    except (OSError, ValueError) as error:
+        raise DownloadFailed(
+            f"{base_url}{file}: {error}; try again, or put the file into a folder that "
+            f"{FOLDER} names"
+        ) from error
+    return Path(path)
+
+
+def main(arguments: Sequence[str] = ()) -> int:
+    """Download all public graphs; return 0, or 1 after a message if that fails.
+
+    With ``--try``, try to download those that the chapters show, quietly, and return 0.
+    """
+    if "--try" in arguments:
+        try_download()
+        return 0
+    try:
+        paths = download()
+    except (DownloadFailed, ImportError) as error:
+        print(error, file=sys.stderr)
+        return 1
+    print(f"{len(paths)} public graphs are in {paths[0].parent}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,451 @@
+"""Pose graphs in g2o's text format, read and written.
+
+Tags: ``VERTEX_SE2 id x y θ``, ``EDGE_SE2 i j x y θ`` and 6 numbers of information;
+``VERTEX_SE3:QUAT id x y z qx qy qz qw``, ``EDGE_SE3:QUAT i j x y z qx qy qz qw`` and 21
+numbers; ``FIX id``. Metres and radians. Blank lines are passed over, and so is all that
+follows a ``#``. A file has vertices for all of its poses or for none.
+
+An edge ``i j`` measures pose j seen from pose i, whichever id is larger; it is never turned
+round. The information is the upper triangle, row by row, in the order (x, y, θ) or
+(translation, rotation). The program g2o itself applies the last three rows in SE(3) to the
+vector part of a quaternion, half the rotation vector of a small turn; as GTSAM does, this
+library applies the matrix to (translation, rotation vector) unchanged.
+
+A quaternion of any length but 0 stands for a rotation. The reader rounds it to a grid of
+2⁻⁵⁰ that the rotation matrix gives back to the last bit, so that a graph that was read and
+then written is read as the same numbers. A rotation matrix from elsewhere, composed ones
+say, comes back within 3e-15 the first time, and to the last bit from then on.
+
+Source: Kümmerle et al. 2011, "g2o: a general framework for graph optimization", for the
+format; the grid of quaternions is derived here.
+"""
+
+from __future__ import annotations
+
+import os
+import secrets
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial.transform import Rotation
+
+from robust_slam._arrays import Array, Indices, Mask
+from robust_slam.graphs import se3
+from robust_slam.graphs.pose_graph import PoseGraph, check_poses
+
+_STEP = 2.0**-50
+"""The grid of quaternions: rounding in a rotation matrix stays below half a step."""
+_COARSE = 2.0**20
+_LARGEST_ID = np.iinfo(np.int64).max
+_NAMED = 5
+"""So many vertex ids at most are named in a message."""
+
+
+class G2oError(ValueError):
+    """A g2o file is wrong; the message is ``file:line: what; mend``."""
+
+
+@dataclass(frozen=True, eq=False)
+class G2o:
+    """What a g2o file holds.
+
+    ``poses`` are its vertices, ``(n, 3)`` or ``(n, 3, 4)``, in the order of the graph, or
+    None if it has none. ``names`` ``(n,)`` are the file's ids of poses 0 to n − 1.
+    """
+
+    graph: PoseGraph
+    poses: Array | None
+    names: Indices
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """The tags of a group; how many numbers make a pose and an information matrix."""
+
+    vertex: str
+    edge: str
+    pose: int
+    dof: int
+
+
+_PLANE = _Layout("VERTEX_SE2", "EDGE_SE2", 3, 3)
+_SPACE = _Layout("VERTEX_SE3:QUAT", "EDGE_SE3:QUAT", 7, 6)
+_FIX = "FIX"
+_IDS = {_PLANE.vertex: 1, _PLANE.edge: 2, _SPACE.vertex: 1, _SPACE.edge: 2, _FIX: 1}
+_FIELDS = {_PLANE.vertex: 5, _PLANE.edge: 12, _SPACE.vertex: 9, _SPACE.edge: 31, _FIX: 2}
+
+
+class _Fault(Exception):
+    """Something wrong in a line, before the file's name is known; line 0 is the whole file."""
+
+    def __init__(self, line: int, message: str) -> None:
+        super().__init__(f"{line}: {message}" if line else f" {message}")
+
+
+@dataclass(frozen=True, eq=False)
+class _Rows:
+    """The lines of one tag: their numbers in the file, ids ``(k, 1|2)``, and the rest."""
+
+    line: Indices
+    ids: Indices
+    numbers: Array
+
+
+def read(path: str | os.PathLike[str]) -> G2o:
+    """Return the graph of a g2o file, its first poses and its ids.
+
+    Ids may come in any order and with gaps. Pose 0 of the graph is the vertex that a FIX
+    line names, else that of the smallest id; the others follow by ascending id. Edges keep
+    the order of the file.
+
+    The format does not say which edges are odometry. Here it is, for each pair of ids that
+    are neighbours in ascending order, the first edge from the lower to the higher one, or
+    if there is none the first edge back. If you know better, use
+    ``dataclasses.replace(graph, is_odometry=…)``.
+
+    Raises:
+        G2oError: a line is malformed, a tag unknown, a number not finite, an id no whole
+            number, a vertex given twice or missing, a quaternion zero, an information
+            matrix not positive definite; an edge joins a vertex to itself; SE(2) and SE(3)
+            are mixed; several vertices are fixed; no edge is there, or the edges do not
+            join all vertices; or the file is not UTF-8.
+        OSError: the file cannot be read.
+    """
+    content = Path(path).read_bytes()
+    try:
+        return _parsed(_decoded(content))
+    except _Fault as fault:
+        raise G2oError(f"{os.fspath(path)}:{fault}") from None
+
+
+def _decoded(content: bytes) -> str:
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = 1 + content.count(b"\n", 0, error.start)
+        raise _Fault(line, "the bytes are not UTF-8 text; save the file as plain text") from None
+
+
+def _parsed(text: str) -> G2o:
+    rows = {tag: _rows(tag, lines) for tag, lines in _by_tag(text).items()}
+    layout = _layout(rows)
+    vertices, edges = rows[layout.vertex], rows[layout.edge]
+    ascending = _ascending_ids(vertices, edges)
+    first = _fixed(rows[_FIX], ascending)
+    ranks = np.searchsorted(ascending, edges.ids)
+    _check_joined(ranks, ascending)
+    # Pose 0 is the fixed vertex; the poses before it in ascending order move up by one.
+    number = np.arange(ascending.size) + (np.arange(ascending.size) < first)
+    number[first] = 0
+    order = np.argsort(number)
+    graph = PoseGraph(
+        n=ascending.size,
+        edges=number[ranks],
+        measurement=_poses(edges, layout),
+        information=_information(edges, layout),
+        is_odometry=_steps(ranks),
+    )
+    return G2o(graph, _guess(vertices, layout, order, graph), _locked(ascending[order]))
+
+
+def _by_tag(text: str) -> dict[str, list[tuple[int, list[str]]]]:
+    """Return the lines of each tag, as their number and fields."""
+    found: dict[str, list[tuple[int, list[str]]]] = {tag: [] for tag in _FIELDS}
+    for line, content in enumerate(text.split("\n"), start=1):
+        fields = content.partition("#")[0].split()
+        if not fields:
+            continue
+        if _FIELDS.get(fields[0]) != len(fields):
+            raise _Fault(line, _malformed(fields))
+        found[fields[0]].append((line, fields))
+    return found
+
+
+def _malformed(fields: list[str]) -> str:
+    tag = fields[0]
+    if tag in _FIELDS:
+        return f"{tag} has {len(fields) - 1} fields behind it; give {_FIELDS[tag] - 1}"
+    return f"the tag {tag[:40]!r} is unknown; use {', '.join(_FIELDS)} or start it with #"
+
+
+def _rows(tag: str, lines: list[tuple[int, list[str]]]) -> _Rows:
+    count = _IDS[tag]
+    try:
+        ids = [[_whole(field) for field in fields[1 : count + 1]] for _, fields in lines]
+        numbers = [[_real(field) for field in fields[count + 1 :]] for _, fields in lines]
+    except ValueError:
+        raise _misread(count, lines) from None
+    rows = _Rows(
+        np.array([line for line, _ in lines], dtype=np.intp),
+        np.array(ids, dtype=np.intp).reshape(len(lines), count),
+        np.array(numbers, dtype=np.float64).reshape(len(lines), _FIELDS[tag] - count - 1),
+    )
+    infinite = ~np.all(np.isfinite(rows.numbers), axis=1)
+    if np.any(infinite):
+        raise _Fault(_first(rows, infinite), "a number is not finite; remove NaN and infinity")
+    return rows
+
+
+def _whole(field: str) -> int:
+    """Return an id. It is digits alone: int() would take '+1' and '1_0' too."""
+    if not (field.isascii() and field.isdigit()) or int(field) > _LARGEST_ID:
+        raise ValueError
+    return int(field)
+
+
+def _real(field: str) -> float:
+    """Return a number. float() would take '1_0' and the digits of other scripts too."""
+    if "_" in field or not field.isascii():
+        raise ValueError
+    return float(field)
+
+
+def _misread(count: int, lines: list[tuple[int, list[str]]]) -> _Fault:
+    """Return the fault of the first field that is no id or no number."""
+    for line, fields in lines:
+        for place, field in enumerate(fields[1:], start=1):
+            try:
+                _whole(field) if place <= count else _real(field)
+            except ValueError:
+                kind = "a whole number from 0 to 2^63 - 1" if place <= count else "a number"
+                return _Fault(line, f"field {place} is {field[:40]!r}; give {kind}")
+    raise AssertionError("every field was read")
+
+
+def _first(rows: _Rows, wrong: Mask) -> int:
+    """Return the number of the first line of the mask ``wrong``."""
+    return int(rows.line[np.argmax(wrong)])
+
+
+def _layout(rows: dict[str, _Rows]) -> _Layout:
+    """Return the layout that every line follows."""
+    plane, space = (
+        np.concatenate([rows[layout.vertex].line, rows[layout.edge].line])
+        for layout in (_PLANE, _SPACE)
+    )
+    if plane.size and space.size:
+        first = max(int(plane.min()), int(space.min()))
+        raise _Fault(first, "SE(2) and SE(3) are mixed; put them into files of their own")
+    layout = _SPACE if space.size else _PLANE
+    if not rows[layout.edge].line.size:
+        raise _Fault(0, f"no edge is there; add lines {_PLANE.edge} or {_SPACE.edge}")
+    return layout
+
+
+def _ascending_ids(vertices: _Rows, edges: _Rows) -> Indices:
+    """Return the ids in ascending order, after checks of vertices and edges."""
+    looped = edges.ids[:, 0] == edges.ids[:, 1]
+    if np.any(looped):
+        name = edges.ids[np.argmax(looped), 0]
+        raise _Fault(_first(edges, looped), f"the edge joins vertex {name} to itself; drop it")
+    if not vertices.line.size:
+        return np.unique(edges.ids)
+    ascending, first = np.unique(vertices.ids[:, 0], return_index=True)
+    again = ~np.isin(np.arange(vertices.line.size), first)
+    if np.any(again):
+        name = vertices.ids[np.argmax(again), 0]
+        raise _Fault(_first(vertices, again), f"vertex {name} is given twice; drop one line")
+    missing = ~np.isin(edges.ids, ascending)
+    if np.any(missing):
+        lost = np.any(missing, axis=1)
+        raise _Fault(
+            _first(edges, lost),
+            f"vertex {edges.ids[missing][0]} is missing; add its line or drop the edge",
+        )
+    return ascending
+
+
+def _fixed(fix: _Rows, ascending: Indices) -> int:
+    """Return the place in ``ascending`` of the vertex that is pose 0."""
+    if not fix.line.size:
+        return 0
+    held = int(fix.ids[0, 0])
+    other = fix.ids[:, 0] != held
+    if np.any(other):
+        raise _Fault(
+            _first(fix, other),
+            f"vertex {fix.ids[np.argmax(other), 0]} is fixed beside vertex {held}; "
+            "the library holds one pose: drop all FIX lines but one",
+        )
+    place = int(np.searchsorted(ascending, held))
+    if place == ascending.size or ascending[place] != held:
+        raise _Fault(int(fix.line[0]), f"vertex {held} is missing; fix one that is there")
+    return place
+
+
+def _check_joined(ranks: Indices, ascending: Indices) -> None:
+    i, j = ranks.T
+    size = ascending.size
+    joined = coo_array((np.ones(i.size, dtype=np.int8), (i, j)), shape=(size, size))
+    _, label = connected_components(joined, directed=False)
+    loose = ascending[label != label[0]]
+    if loose.size:
+        named = ", ".join(str(name) for name in loose[:_NAMED])
+        rest = f" and {loose.size - _NAMED} more" if loose.size > _NAMED else ""
+        raise _Fault(
+            0,
+            f"no path of edges joins vertex {ascending[0]} to {named}{rest}; "
+            "add an edge or drop these vertices",
+        )
+
+
+def _steps(ranks: Indices) -> Mask:
+    """Return the mask ``(m,)`` of odometry; the rule is in ``read``."""
+    i, j = ranks.T
+    near = np.flatnonzero(np.abs(j - i) == 1)
+    order = near[np.lexsort((near, j[near] < i[near], ranks[near].min(axis=1)))]
+    _, first = np.unique(ranks[order].min(axis=1), return_index=True)
+    odometry = np.zeros(i.size, dtype=np.bool_)
+    odometry[order[first]] = True
+    return odometry
+
+
+def _poses(rows: _Rows, layout: _Layout) -> Array:
+    """Return the poses ``(k, 3)`` or ``(k, 3, 4)`` that the lines give."""
+    numbers = rows.numbers[:, : layout.pose]
+    if layout is _PLANE:
+        return numbers
+    quaternion = numbers[:, 3:]
+    zero = ~np.any(quaternion, axis=1)
+    if np.any(zero):
+        raise _Fault(_first(rows, zero), "the quaternion is 0; no turn is (0, 0, 0, 1)")
+    return se3.from_parts(_matrices(_on_grid(quaternion)), numbers[:, :3])
+
+
+def _matrices(quaternion: Array) -> Array:
+    # Adding 0 makes −0 to 0, so that equal matrices have equal bits.
+    return np.asarray(Rotation.from_quat(quaternion).as_matrix()) + 0.0
+
+
+def _on_grid(quaternion: Array) -> Array:
+    """Return unit quaternions ``(k, 4)`` that are found again from their matrices.
+
+    The three smaller components are multiples of ``_STEP`` and the largest follows from
+    them. A matrix is rounded, but its error in a component is below half a step. Which one
+    is the largest is asked of coarse values, so that rounding does not decide between
+    equals.
+    """
+    # By a power of two, which is exact: the squares of 1e200 and 1e-200 are out of range.
+    _, exponent = np.frexp(np.abs(quaternion).max(axis=1, keepdims=True))
+    scaled = np.ldexp(quaternion, -exponent)
+    unit = scaled / np.linalg.norm(scaled, axis=1, keepdims=True)
+    top = np.argmax(np.round(_COARSE * np.abs(unit)), axis=1)[:, None]
+    unit = unit * np.sign(np.take_along_axis(unit, top, axis=1))
+    smaller = np.where(np.arange(4) == top, 0.0, _STEP * np.round(unit / _STEP))
+    largest = np.sqrt(1.0 - np.sum(smaller**2, axis=1, keepdims=True))
+    return np.where(np.arange(4) == top, largest, smaller)
+
+
+def _information(edges: _Rows, layout: _Layout) -> Array:
+    rows, columns = np.triu_indices(layout.dof)
+    information = np.empty((edges.line.size, layout.dof, layout.dof))
+    information[:, rows, columns] = edges.numbers[:, layout.pose :]
+    information[:, columns, rows] = edges.numbers[:, layout.pose :]
+    weak = ~(np.linalg.eigvalsh(information)[:, 0] > 0.0)
+    if np.any(weak):
+        raise _Fault(
+            _first(edges, weak),
+            "the information matrix is not positive definite; give the upper triangle of an "
+            "inverse covariance",
+        )
+    return information
+
+
+def _guess(vertices: _Rows, layout: _Layout, order: Indices, graph: PoseGraph) -> Array | None:
+    if not vertices.line.size:
+        return None
+    ascending = np.argsort(vertices.ids[:, 0])
+    return check_poses("poses", _poses(vertices, layout)[ascending[order]], graph)
+
+
+def _locked(names: Indices) -> Indices:
+    names.flags.writeable = False
+    return names
+
+
+def write(
+    path: str | os.PathLike[str],
+    graph: PoseGraph,
+    poses: ArrayLike | None = None,
+    names: ArrayLike | None = None,
+) -> None:
+    """Write a graph as a g2o file, so that ``read`` returns the same numbers.
+
+    ``poses``, ``(n, 3)`` or ``(n, 3, 4)``, become vertices. ``names`` ``(n,)`` are ids for
+    poses 0 to n − 1, by default these numbers themselves. A FIX line is written only where
+    it is needed, that is if the id of pose 0 is not the smallest. What rotation matrices
+    lose is told above, in the module's text. ``is_odometry`` has no place in the format,
+    and of an information matrix the upper triangle is written.
+
+    The file appears complete or not at all: a temporary file beside it takes its name at
+    the end.
+
+    Raises:
+        ValueError: ``poses`` do not fit the graph; ``names`` have the wrong length, repeat,
+            are negative or no whole numbers, or do not ascend from the second one on.
+        OSError: the file cannot be written.
+    """
+    layout = _PLANE if graph.group.DIMENSION == 2 else _SPACE
+    given = None if poses is None else check_poses("poses", poses, graph)
+    ids = np.arange(graph.n) if names is None else _names(names, graph.n)
+    _replace(Path(path), _lines(graph, given, ids, layout))
+
+
+def _names(value: ArrayLike, n: int) -> Indices:
+    names = np.asarray(value)
+    if names.shape != (n,):
+        raise ValueError(f"names: the shape is {names.shape}; give ({n},)")
+    if not np.issubdtype(names.dtype, np.integer):
+        raise ValueError(f"names: the entries are {names.dtype}; give whole numbers")
+    if names.min() < 0 or names.max() > _LARGEST_ID:
+        raise ValueError("names: an id is out of range; give 0 to 2^63 - 1")
+    if np.any(names[2:] <= names[1:-1]) or np.any(names[1:] == names[0]):
+        raise ValueError(
+            "names: ids must differ, and ascend from entry 1 on, as they do when they are read"
+        )
+    return names.astype(np.intp)
+
+
+def _lines(
+    graph: PoseGraph, poses: Array | None, names: Indices, layout: _Layout
+) -> Iterator[str]:
+    if poses is not None:
+        yield from _tagged(layout.vertex, names[:, None], _numbers(poses, layout))
+    if names[0] > names[1]:
+        yield f"{_FIX} {names[0]}\n"
+    triangle = graph.information[:, *np.triu_indices(layout.dof)]
+    numbers = np.concatenate([_numbers(graph.measurement, layout), triangle], axis=1)
+    yield from _tagged(layout.edge, names[graph.edges], numbers)
+
+
+def _numbers(poses: Array, layout: _Layout) -> Array:
+    """Return the numbers ``(k, 3)`` or ``(k, 7)`` that stand for poses."""
+    if layout is _PLANE:
+        return poses
+    quaternion = np.asarray(Rotation.from_matrix(se3.rotation(poses)).as_quat())
+    return np.concatenate([se3.translation(poses), _on_grid(quaternion)], axis=1)
+
+
+def _tagged(tag: str, ids: Indices, numbers: Array) -> Iterator[str]:
+    for names, values in zip(ids.tolist(), numbers.tolist(), strict=True):
+        yield f"{tag} {_joined(names)} {_joined(values)}\n"
+
+
+def _joined(values: Sequence[int] | Sequence[float]) -> str:
+    return " ".join(map(repr, values))
+
+
+def _replace(path: Path, lines: Iterable[str]) -> None:
+    """Write ``lines`` to a file beside ``path`` and then give it that name."""
+    part = path.with_name(f".{path.name}.{secrets.token_hex(4)}.part")
+    try:
+        with part.open("x", encoding="utf-8", newline="\n") as file:
+            file.writelines(lines)
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)

@@ -1,0 +1,228 @@
+"""Pose graphs whose truth is known: a circle, a walk through a town, rounds of a sphere.
+
+Measurements are z = x_i⁻¹ ∘ x_j ∘ Exp(η) with Gaussian η, so that at the truth the
+whitened residuals are exactly standard normal. The truth starts at the identity.
+
+Source: derived here, where no other is named.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from robust_slam._arrays import Array, Indices, finite, positive
+from robust_slam.graphs import se2, se3
+from robust_slam.graphs.group import Group, group_of
+from robust_slam.graphs.pose_graph import PoseGraph
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Standard deviations of the measurements, in m and rad.
+
+    Two numbers are for each coordinate of the translation and of the turn; else there is one
+    for each coordinate of the tangent: 3 in SE(2), (forward, sideways, turn), and 6 in
+    SE(3), translation first.
+
+    ``scale`` multiplies the noise that is drawn but not the information that is claimed; 0
+    gives exact measurements.
+    """
+
+    odometry: tuple[float, ...] = (0.05, 0.02)
+    closure: tuple[float, ...] = (0.05, 0.02)
+    scale: float = 1.0
+
+
+def circle(
+    n: int,
+    rng: np.random.Generator,
+    *,
+    radius: float = 5.0,
+    laps: int = 1,
+    closures: int = 1,
+    noise: Noise | None = None,
+) -> tuple[PoseGraph, Array]:
+    """Return a drive of ``laps`` anticlockwise rounds by ``n`` poses, and the truth ``(n, 3)``.
+
+    ``radius`` is in m. The ``closures`` are drawn from all pairs that stand no further
+    apart than neighbours on the way do; in one round only the last pose and pose 0 do.
+
+    Raises:
+        ValueError: an argument is out of range, or there are fewer such pairs.
+    """
+    if n < 3 or laps < 1:
+        raise ValueError(f"n is {n} and laps {laps}; give at least 3 poses and 1 lap")
+    turn = 2.0 * np.pi * laps * np.arange(n) / n
+    radius = positive("radius", radius)
+    truth = np.stack(
+        [radius * np.sin(turn), radius * (1.0 - np.cos(turn)), se2.wrap(turn)], axis=1
+    )
+    reach = 2.0 * radius * np.sin(np.pi * laps / n)
+    return _measured(truth, _revisits(truth, reach, closures, rng), noise, rng), truth
+
+
+def manhattan(
+    n: int,
+    rng: np.random.Generator,
+    *,
+    block: float = 1.0,
+    side: int | None = None,
+    turn: float = 0.3,
+    closures: int | None = None,
+    noise: Noise | None = None,
+) -> tuple[PoseGraph, Array]:
+    """Return a walk of ``n`` poses through a town of square blocks, and the truth ``(n, 3)``.
+
+    The town has ``side`` by ``side`` blocks of ``block`` m, by default about √n/2 a side;
+    the walk starts at a corner. Each step leads one block ahead, and at each crossing the
+    robot turns left or right with probability ``turn``, or where the street ends. The
+    ``closures``, by default n/5, are drawn from all pairs no further apart than one block
+    that are not neighbours on the way.
+
+    Raises:
+        ValueError: an argument is out of range, or there are fewer such pairs.
+
+    Source: the setting of Olson, Leonard and Teller 2006.
+    """
+    if n < 3:
+        raise ValueError(f"n is {n}; give at least 3 poses")
+    if not 0.0 <= turn <= 1.0:
+        raise ValueError(f"turn is {turn}; give a probability from 0 to 1")
+    side = max(1, round(np.sqrt(n) / 2.0)) if side is None else side
+    if side < 1:
+        raise ValueError(f"side is {side}; give at least 1 block")
+    block = positive("block", block)
+    crossing, facing = _walk(n, side, turn, rng)
+    truth = np.concatenate([block * crossing, se2.wrap(facing * np.pi / 2)[:, None]], axis=1)
+    wanted = n // 5 if closures is None else closures
+    return _measured(truth, _revisits(truth, block, wanted, rng), noise, rng), truth
+
+
+def sphere(
+    n: int,
+    rng: np.random.Generator,
+    *,
+    around: int | None = None,
+    radius: float = 5.0,
+    closures: int | None = None,
+    noise: Noise | None = None,
+) -> tuple[PoseGraph, Array]:
+    """Return a way of ``n`` poses round a sphere, ring after ring, and the true poses.
+
+    The graph is in SE(3), the poses are ``(n, 3, 4)``. The way winds from pole to pole with
+    ``around`` poses a turn, by default about √n. The robot faces the way it goes, its z axis
+    points out of the sphere of ``radius`` m. The ``closures``, by default all, are drawn
+    from the pairs (k, k + around): neighbours on neighbouring rings.
+
+    Raises:
+        ValueError: an argument is out of range, or there are fewer such pairs.
+
+    Source: derived here, after the well-known sphere data; colatitude and longitude grow
+    evenly along the way.
+    """
+    if n < 3:
+        raise ValueError(f"n is {n}; give at least 3 poses")
+    around = max(3, round(np.sqrt(n))) if around is None else around
+    if around < 3:
+        raise ValueError(f"around is {around}; give at least 3 poses a turn")
+    truth = _winding(n, around, positive("radius", radius))
+    first = np.arange(max(n - around, 0))
+    pairs = np.stack([first, first + around], axis=1)
+    wanted = len(pairs) if closures is None else closures
+    return _measured(truth, _drawn(pairs, wanted, rng), noise, rng), truth
+
+
+def _winding(n: int, around: int, radius: float) -> Array:
+    """Return ``n`` poses on a spiral from pole to pole, seen from the first of them.
+
+    At time k the colatitude is π (k + ½)/n and the longitude 2π k/around; x is ahead.
+    """
+    time = np.arange(n)
+    down, east = np.pi * (time + 0.5) / n, 2.0 * np.pi * time / around
+    sine, cosine = np.sin(down), np.cos(down)
+    out = np.stack([sine * np.cos(east), sine * np.sin(east), cosine], axis=1)
+    south = np.stack([cosine * np.cos(east), cosine * np.sin(east), -sine], axis=1)
+    along = np.stack([-np.sin(east), np.cos(east), np.zeros(n)], axis=1)
+    ahead = south / n + (2.0 / around) * sine[:, None] * along
+    ahead /= np.linalg.norm(ahead, axis=1, keepdims=True)
+    turn = np.stack([ahead, np.cross(out, ahead), out], axis=2)
+    poses = se3.from_parts(turn, radius * out)
+    return se3.between(poses[0], poses)
+
+
+def _walk(n: int, side: int, turn: float, rng: np.random.Generator) -> tuple[Indices, Indices]:
+    """Return the crossings ``(n, 2)`` of a walk and the quarter turns faced at each, ``(n,)``.
+
+    The robot already faces where its next step leads.
+    """
+    ahead = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
+    crossing, facing = np.zeros((n, 2), dtype=np.intp), np.zeros(n, dtype=np.intp)
+    for k in range(1, n):
+        crossing[k] = crossing[k - 1] + ahead[facing[k - 1]]
+        sides = rng.permutation([1, -1])
+        wishes = [*sides, 0] if rng.random() < turn else [0, *sides]
+        choices = (facing[k - 1] + np.array(wishes)) % 4
+        inside = [np.all((at >= 0) & (at <= side)) for at in crossing[k] + ahead[choices]]
+        facing[k] = choices[int(np.argmax(inside))]
+    return crossing, facing
+
+
+def _measured(
+    truth: Array, closures: Indices, noise: Noise | None, rng: np.random.Generator
+) -> PoseGraph:
+    """Measure each step of the way and the pairs ``closures``."""
+    noise, group = Noise() if noise is None else noise, group_of(truth)
+    steps = np.arange(len(truth) - 1)
+    odometry = np.stack([steps, steps + 1], axis=1)
+    edges = np.concatenate([odometry, closures])
+    is_odometry = np.arange(len(edges)) < len(odometry)
+    sigma = np.where(
+        is_odometry[:, None],
+        _deviations("noise.odometry", noise.odometry, group),
+        _deviations("noise.closure", noise.closure, group),
+    )
+    drawn = noise.scale * sigma * rng.normal(size=sigma.shape)
+    true = group.between(truth[edges[:, 0]], truth[edges[:, 1]])
+    return PoseGraph(
+        n=len(truth),
+        edges=edges,
+        measurement=group.compose(true, group.exp(drawn)),
+        information=np.eye(group.DOF) / sigma[:, :, None] ** 2,
+        is_odometry=is_odometry,
+    )
+
+
+def _deviations(name: str, sigma: tuple[float, ...], group: Group) -> Array:
+    """Return one number for each coordinate of the tangent, ``(D,)``."""
+    checked = finite(name, sigma, (-1,))
+    if len(checked) not in (2, group.DOF):
+        raise ValueError(
+            f"{name} is {sigma}; give 2 numbers, of translation and turn, or {group.DOF}"
+        )
+    if np.any(checked <= 0.0):
+        raise ValueError(f"{name} is {sigma}; give numbers above 0 (scale=0 switches noise off)")
+    if len(checked) == group.DOF:
+        return checked
+    return np.repeat(checked, [group.DIMENSION, group.DOF - group.DIMENSION])
+
+
+def _revisits(truth: Array, reach: float, count: int, rng: np.random.Generator) -> Indices:
+    """Draw ``count`` pairs (i, j), i + 1 < j, that stand within ``reach`` of each other."""
+    place = group_of(truth).translation(truth)
+    pairs = KDTree(place).query_pairs(reach * (1.0 + 1e-9), output_type="ndarray")
+    pairs = pairs[pairs[:, 1] > pairs[:, 0] + 1]
+    return _drawn(pairs[np.lexsort(pairs.T[::-1])], count, rng)
+
+
+def _drawn(pairs: Indices, count: int, rng: np.random.Generator) -> Indices:
+    """Draw ``count`` of the pairs and keep their order."""
+    if not 0 <= count <= len(pairs):
+        raise ValueError(
+            f"closures is {count}, and {len(pairs)} pairs come near enough to be closed; "
+            "ask for 0 up to that many or make the way longer"
+        )
+    chosen = rng.choice(len(pairs), size=count, replace=False, shuffle=False)
+    return np.asarray(pairs[np.sort(chosen)], dtype=np.intp)

@@ -1,0 +1,85 @@
+"""What a group of poses offers: ``se2`` and ``se3`` are two modules with the same names.
+
+Code that is written for one of them works for the other: it takes the group of its poses
+from ``group_of`` and never looks at coordinates itself.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from numpy.typing import ArrayLike
+
+from robust_slam._arrays import Array
+from robust_slam.graphs import se2, se3
+
+
+class Group(Protocol):
+    """A module of functions on arrays of poses; d is the dimension, D the tangent's.
+
+    Poses are ``(…, 3)`` in SE(2) and ``(…, 3, 4)`` in SE(3), tangent vectors ``(…, D)``.
+    Every function broadcasts over the leading axes. See ``se2`` and ``se3`` for each.
+    """
+
+    DIMENSION: int
+    DOF: int
+    POSE_SHAPE: tuple[int, ...]
+
+    def identity(self) -> Array:
+        """Return the pose that moves nothing."""
+        ...
+
+    def compose(self, a: ArrayLike, b: ArrayLike) -> Array:
+        """Return a ∘ b."""
+        ...
+
+    def inverse(self, p: ArrayLike) -> Array:
+        """Return p⁻¹."""
+        ...
+
+    def between(self, a: ArrayLike, b: ArrayLike) -> Array:
+        """Return a⁻¹ ∘ b."""
+        ...
+
+    def exp(self, xi: ArrayLike) -> Array:
+        """Return the pose of a tangent vector."""
+        ...
+
+    def log(self, p: ArrayLike) -> Array:
+        """Return the tangent vector of a pose."""
+        ...
+
+    def adjoint(self, p: ArrayLike) -> Array:
+        """Return Ad(p) ``(…, D, D)``, for which p ∘ Exp(δ) = Exp(Ad(p) δ) ∘ p."""
+        ...
+
+    def inverse_right_jacobian(self, xi: ArrayLike) -> Array:
+        """Return the derivative ``(…, D, D)`` of Log(Exp(xi) ∘ Exp(δ)) by δ at δ = 0."""
+        ...
+
+    def rotation(self, p: ArrayLike) -> Array:
+        """Return the rotation matrices ``(…, d, d)``."""
+        ...
+
+    def translation(self, p: ArrayLike) -> Array:
+        """Return the positions ``(…, d)`` in m."""
+        ...
+
+    def from_parts(self, rotation: ArrayLike, translation: ArrayLike) -> Array:
+        """Return the poses of rotation matrices ``(…, d, d)`` and positions ``(…, d)``."""
+        ...
+
+
+def group_of(poses: Array) -> Group:
+    """Return the module for ``poses``: ``se2`` for ``(…, 3)``, ``se3`` for ``(…, 3, 4)``.
+
+    Raises:
+        ValueError: the shape is neither.
+    """
+    if poses.ndim and poses.shape[-1] == 3:
+        return se2
+    if poses.shape[-2:] == (3, 4):
+        return se3
+    raise ValueError(
+        f"poses: the shape is {poses.shape}; give (…, 3) in SE(2) or (…, 3, 4) in SE(3)"
+    )

@@ -1,0 +1,230 @@
+"""Three problems for the loop: a location, a linear problem, and a pose graph.
+
+Each gives whitened residual norms at an x, and solves for x at given weights.
+
+Source: Gauss 1809, weighted least squares.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robust_slam._arrays import Array, Indices, deviations, finite, mask
+from robust_slam.descent.damped import descend_damped
+from robust_slam.descent.normal_equations import NormalEquations
+from robust_slam.descent.step import STEP_LIMIT, check_limits
+from robust_slam.descent.undamped import descend
+from robust_slam.errors import NotConverged, Underdetermined
+from robust_slam.graphs import pose_graph
+from robust_slam.graphs.odometry import spanning_tree
+from robust_slam.graphs.pose_graph import PoseGraph, check_poses, check_weights
+
+
+class LocationProblem:
+    """Measurements z ``(m,)`` of one number x, with standard deviations sigma.
+
+    ``sigma`` is a scalar or ``(m,)``, in the unit of z; ``trusted`` is a mask ``(m,)``,
+    by default nothing. The whitened residual is u = |z − x|/sigma.
+
+    Raises:
+        ValueError: ``z`` is empty or not finite, or the shapes do not agree.
+    """
+
+    def __init__(
+        self, z: ArrayLike, sigma: ArrayLike = 1.0, trusted: ArrayLike | None = None
+    ) -> None:
+        self.z = finite("z", z, (-1,))
+        if self.z.size == 0:
+            raise ValueError("z is empty; give at least one measurement")
+        self.sigma = deviations(sigma, self.z.size)
+        self.trusted = mask("trusted", trusted, self.z.size)
+
+    def initial(self) -> float:
+        """Return the mean of z, each weighted by 1/sigma²."""
+        return self.solve(np.ones_like(self.z), 0.0)
+
+    def residual_norms(self, x: float) -> Array:
+        """Return |z − x|/sigma, ``(m,)``."""
+        return np.abs(self.z - x) / self.sigma
+
+    def solve(self, weights: Array, x: float) -> float:
+        """Return the weighted mean Σ w z/sigma² / Σ w/sigma²; ``x`` is not needed.
+
+        Raises:
+            Underdetermined: every weight is 0.
+        """
+        information = weights / self.sigma**2
+        total = float(np.sum(information))
+        if total == 0.0:
+            raise Underdetermined("weights: all are 0, so x is not determined; keep at least one")
+        return float(information @ self.z / total)
+
+
+class LinearProblem:
+    """Measurements z = J x + noise with standard deviations sigma.
+
+    ``jacobian`` is J ``(m, n)``, ``measurement`` z ``(m,)``, ``sigma`` a scalar or
+    ``(m,)`` in the unit of z, ``trusted`` a mask ``(m,)`` (by default nothing), and
+    ``fixed`` a mask ``(n,)`` of unknowns that stay at 0 (by default none).
+
+    Raises:
+        ValueError: the shapes do not agree, or an entry is not finite.
+    """
+
+    def __init__(
+        self,
+        jacobian: ArrayLike,
+        measurement: ArrayLike,
+        sigma: ArrayLike = 1.0,
+        trusted: ArrayLike | None = None,
+        fixed: ArrayLike | None = None,
+    ) -> None:
+        self.jacobian = finite("jacobian", jacobian, (-1, -1))
+        m, n = self.jacobian.shape
+        self.measurement = finite("measurement", measurement, (m,))
+        self.sigma = deviations(sigma, m)
+        self.trusted = mask("trusted", trusted, m)
+        self.fixed = mask("fixed", fixed, n)
+
+    def initial(self) -> Array:
+        """Return the least-squares solution x ``(n,)``."""
+        m, n = self.jacobian.shape
+        return self.solve(np.ones(m), np.zeros(n))
+
+    def residuals(self, x: Array) -> Array:
+        """Return the whitened residuals (J x − z)/sigma with their sign, ``(m,)``."""
+        return np.asarray((self.jacobian @ x - self.measurement) / self.sigma)
+
+    def residual_norms(self, x: Array) -> Array:
+        """Return |J x − z|/sigma, ``(m,)``."""
+        return np.abs(self.residuals(x))
+
+    def solve(self, weights: Array, x: Array) -> Array:
+        """Return the x ``(n,)`` of least Σ w u²; the start ``x`` is not needed.
+
+        Raises:
+            Underdetermined: the rows with positive weight leave a direction of x free.
+        """
+        # The roots of the weights scale the rows: squaring J would square its condition.
+        scale = np.sqrt(weights) / self.sigma
+        rows = self.jacobian[:, ~self.fixed] * scale[:, None]
+        free, _, rank, _ = np.linalg.lstsq(rows, self.measurement * scale, rcond=None)
+        if rank < rows.shape[1]:
+            raise Underdetermined(
+                f"the measurements with positive weight determine {rank} of {rows.shape[1]} "
+                "unknowns; fix an unknown, trust a measurement or add one"
+            )
+        solution = np.zeros(self.fixed.size)
+        solution[~self.fixed] = free
+        return solution
+
+
+def chain(
+    n: int,
+    i: ArrayLike,
+    j: ArrayLike,
+    z: ArrayLike,
+    sigma: ArrayLike = 1.0,
+    anchor: int = 0,
+    trusted: ArrayLike | None = None,
+) -> LinearProblem:
+    """Return the 1-D pose graph of ``n`` poses with z = x[j] − x[i] and x[anchor] = 0.
+
+    ``i``, ``j``, ``z`` are ``(m,)``, poses count from 0, ``sigma`` is a scalar or
+    ``(m,)``. Only differences are measured, so one pose must be held: the anchor.
+
+    Raises:
+        ValueError: an index is out of range, an edge joins a pose to itself, or the
+            shapes do not agree.
+    """
+    measurement = finite("z", z, (-1,))
+    tail, head = (_ends(name, value, measurement.size, n) for name, value in (("i", i), ("j", j)))
+    if np.any(tail == head):
+        raise ValueError(f"edge {int(np.argmax(tail == head))} joins a pose to itself")
+    if not 0 <= anchor < n:
+        raise ValueError(f"anchor is {anchor}; give a pose from 0 to {n - 1}")
+    rows = np.arange(measurement.size)
+    jacobian = np.zeros((measurement.size, n))
+    jacobian[rows, head] = 1.0
+    jacobian[rows, tail] = -1.0
+    return LinearProblem(jacobian, measurement, sigma, trusted, fixed=np.arange(n) == anchor)
+
+
+def _ends(name: str, value: ArrayLike, m: int, n: int) -> Indices:
+    ends = np.asarray(value)
+    if ends.shape != (m,) or (m and not np.issubdtype(ends.dtype, np.integer)):
+        raise ValueError(f"{name}: give {m} whole numbers, one for each entry of z")
+    outside = (ends < 0) | (ends >= n)
+    if np.any(outside):
+        edge = int(np.argmax(outside))
+        raise ValueError(f"{name}: edge {edge} names pose {ends[edge]}; poses are 0 to {n - 1}")
+    return ends.astype(np.intp)
+
+
+class PoseGraphProblem:
+    """A pose graph for the loop; its x are poses, ``(n, 3)`` or ``(n, 3, 4)``.
+
+    ``guess``, poses too, is where the unweighted solve starts, by default the spanning
+    tree of ``start``, which is dead reckoning where the odometry is complete;
+    ``trusted`` ``(m,)`` is the mask of edges whose weight stays 1, by default the
+    odometry. Each solve takes at most ``steps`` Gauss–Newton steps from the poses of the
+    solve before, and ends earlier as ``gauss_newton`` does with ``tol``; the loop goes on
+    from there, so a few steps are enough.
+
+    Raises:
+        ValueError: ``guess`` or ``trusted`` does not fit the graph, or a limit is out of
+            range.
+    """
+
+    def __init__(
+        self,
+        graph: PoseGraph,
+        guess: ArrayLike | None = None,
+        trusted: ArrayLike | None = None,
+        *,
+        tol: float = 1e-9,
+        steps: int = 100,
+    ) -> None:
+        self.graph = graph
+        self.guess = spanning_tree(graph) if guess is None else check_poses("guess", guess, graph)
+        self.trusted = mask(
+            "trusted", graph.is_odometry if trusted is None else trusted, len(graph.edges)
+        )
+        check_limits(tol, steps)
+        self.tol = tol
+        self.steps = steps
+        self._equations = NormalEquations(graph)
+
+    def initial(self) -> Array:
+        """Return the least-squares poses, from the guess, every weight 1.
+
+        With gross errors among the edges Gauss–Newton alone may crawl, so it is damped.
+
+        Raises:
+            NotConverged: ``STEP_LIMIT`` steps were not enough.
+        """
+        ones = np.ones(len(self.graph.edges))
+        descent = descend_damped(self._equations, self.guess, ones, self.tol, STEP_LIMIT)
+        try:
+            return descent.settled(STEP_LIMIT)
+        except NotConverged as error:
+            raise NotConverged(
+                f"the unweighted solve: {error}; or begin the robust solve elsewhere, with "
+                "x0=problem.guess"
+            ) from None
+
+    def residual_norms(self, x: Array) -> Array:
+        """Return the whitened residual norm of every edge, ``(m,)``."""
+        _, r = self._equations.look(np.asarray(x))
+        return np.sqrt(pose_graph.squares(r, self.graph))
+
+    def solve(self, weights: Array, x: Array) -> Array:
+        """Return the poses that Gauss–Newton reaches from ``x``.
+
+        Raises:
+            Underdetermined: the edges with positive weight leave a pose loose.
+        """
+        start = check_poses("x", x, self.graph)
+        full = check_weights(weights, self.graph)
+        return descend(self._equations, start, full, self.tol, self.steps).poses

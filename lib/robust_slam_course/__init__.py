@@ -1,0 +1,1 @@
+"""What teaching adds to the library: styles, plots, live pictures, quizzes, exercise pictures."""

@@ -1,0 +1,300 @@
+"""Pictures of 07-certificates: the matrix of a graph, its relaxation, and what proves a map best.
+
+Every function takes a student's own, of the same name, and draws it over the library's,
+which is broad and grey. R ``(d, dn)`` holds the rotations side by side, and the cost is
+tr(R Q Rᵀ), without ½.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
+from robust_slam._arrays import Array
+from robust_slam.certificates import sdp
+from scipy.spatial.transform import Rotation
+
+from robust_slam_course.exercises import draw_beside, once_it_works
+from robust_slam_course.style import MARKERS, PALETTE
+
+_TOL = 1e-6
+_STEP = 2.5  # between the poses of a row
+_VERDICTS = {"certified": "inlier", "not certified": "outlier", "not stationary": "muted"}
+"""Which colour and marker of the palette stand for a verdict."""
+
+
+@once_it_works
+def connection_matrix(build: Callable[..., ArrayLike]) -> Figure:
+    """Draw Q of a ring of five poses and one chord in the plane, as a field of colours."""
+    edges = np.array([[0, 1], [1, 2], [2, 3], [3, 4], [4, 0], [1, 3]])
+    turn, kappa = _plane(np.array([0.4, -0.9, 1.3, 0.2, -0.6, 2.0])), np.arange(1.0, 7.0)
+    truth = sdp.connection_matrix(5, edges, turn, kappa)
+    yours = _shaped(build(5, *edges.T, turn, kappa), (10, 10))
+    figure = Figure(figsize=(5.6, 3.55))
+    panels = figure.subplots(1, 2, sharey=True)
+    for ax, matrix, title in zip(panels, (yours, truth), ("yours", "the truth"), strict=True):
+        _draw_blocks(ax, matrix, 5, title)
+    panels[0].set(ylabel="pose")
+    figure.suptitle("A block where two poses are joined, and along the diagonal", fontsize=11.0)
+    return figure
+
+
+@once_it_works
+def solve_sdp(solve: Callable[[Array, int, int], ArrayLike]) -> Figure:
+    """Draw the relaxation's value beside the cost of the best rotations, on two small graphs."""
+    figure = Figure(figsize=(5.6, 3.6))
+    ring, pair = figure.subplots(1, 2)
+    angles, fine = np.linspace(0.0, np.pi, 11), np.linspace(0.0, np.pi, 121)
+    share = np.minimum(fine, np.abs(2.0 * np.pi / 3.0 - fine))  # a third of a turn closes as well
+    _draw_best(ring, fine, 12.0 * (1.0 - np.cos(share)))
+    _draw_yours(ring, angles, [_value(solve, _ring(3, angle), 3, 2) for angle in angles])
+    ring.set(xlabel="measured turn, rad", ylabel="cost, or value", title="a ring: met")
+    weights = np.linspace(0.0, 2.5, 11)
+    reach = np.maximum(3.0 * (weights - 1.0), 1.0 - weights)
+    _draw_best(pair, weights, 6.0 * (3.0 + weights) - 2.0 * reach)
+    _draw_yours(pair, weights, [_value(solve, _half_turns(k), 2, 3) for k in weights])
+    pair.set(xlabel="κ of the fourth measurement", title="two poses in space: a gap")
+    ring.legend(loc="upper left", fontsize=9.0)
+    ring.set_ylim(top=9.5)
+    figure.suptitle("No rotations cost less than the relaxation's value", fontsize=11.0)
+    return figure
+
+
+@once_it_works
+def round_solution(rounding: Callable[[Array, int, int], ArrayLike]) -> Figure:
+    """Draw the axes of six poses in the plane, as pose 0 sees them."""
+    n = 6
+    truth = _plane(np.array([0.0, 0.7, 1.9, 2.6, -2.2, -0.9]))
+    wide = np.hstack(list(truth))
+    flat = _shaped(rounding(wide.T @ wide, n, 2), (2, 2 * n))
+    yours = np.stack(np.split(flat, n, axis=1))
+    figure = Figure(figsize=(5.6, 3.2))
+    ax = figure.subplots()
+    _draw_axes(ax, truth, "true", "#C8C8C8", 7.0)
+    _draw_axes(ax, yours[0].T @ yours, "your", PALETTE["estimate"], 2.0)
+    ax.set(aspect="equal", yticks=[], xlabel="pose", ylim=(-1.2, 2.6))
+    ax.set_xticks(_STEP * np.arange(n), [str(k) for k in range(n)])
+    ax.set_title("Every y axis stands a quarter turn left of its x axis")
+    ax.legend(ncols=2, loc="upper center")
+    return figure
+
+
+@once_it_works
+def is_tight(judge: Callable[[Array, Array, Array, float], object]) -> Figure:
+    """Draw which of thirty noisy graphs in space are called tight, over their noise."""
+    noise = np.linspace(0.05, 1.5, 30)
+    figure, ax = _panel("Tight, until the noise is far beyond any sensor's")
+    answers: dict[bool, list[tuple[float, float]]] = {True: [], False: []}
+    tight = []
+    for level, Q in zip(noise, _noisy(noise), strict=True):
+        Z = sdp.solve_sdp(Q, 3).Z
+        R = sdp.round_solution(Z, 3)
+        gap = float(np.sum((R @ Q) * R) - np.sum(Q * Z)) / float(np.linalg.norm(Q, 2))
+        place = (level, max(gap, 1e-9))
+        answers[_yes(judge(Z.copy(), Q.copy(), R.copy(), _TOL))].append(place)
+        if sdp.is_tight(Z, Q, R, _TOL):
+            tight.append(place)
+    _draw_frames(ax, "o", np.transpose(tight), PALETTE["muted"])
+    ax.lines[-1].set(label="tight", alpha=0.4)
+    for answer, name in ((True, "inlier"), (False, "outlier")):
+        points = np.reshape(answers[answer], (-1, 2)).T
+        ax.plot(*points, MARKERS[name], color=PALETTE[name], label=f"yours: {answer}")
+    ax.axhline(_TOL, color=PALETTE["muted"], linestyle=":", linewidth=1.0)
+    ax.text(noise[0], 1.5 * _TOL, "tol", fontsize=9.0)
+    ax.set(yscale="log", xlabel="noise of the measured turns, rad")
+    ax.set(ylabel="rounded cost − value,\nover |Q|")
+    ax.legend(loc="upper left")
+    return figure
+
+
+@once_it_works
+def certificate(certify: Callable[[Array, Array], tuple[ArrayLike, float]]) -> Figure:
+    """Draw the eigenvalues of S on a ring of five, at the best rotations and once twisted."""
+    figure = Figure(figsize=(5.6, 3.5))
+    panels = figure.subplots(1, 2, sharey=True)
+    Q, place = _ring(5, 0.3), np.arange(10)
+    for ax, twist, title in zip(panels, (0.0, 1.0), ("the best", "twisted once"), strict=True):
+        R = _twisted(twist)
+        S, lowest = certify(Q.copy(), R.copy())
+        yours = np.linalg.eigvalsh(_shaped(S, (10, 10)))
+        draw_beside(ax, place, sdp.dense_certificate(Q, R)[1], yours)
+        ax.lines[-1].set(linestyle="", marker=MARKERS["estimate"])
+        ax.axhline(float(lowest), color=PALETTE["estimate"], linewidth=1.0, linestyle="--")
+        ax.axhline(0.0, color=PALETTE["truth"], linewidth=1.0, linestyle="-")
+        ax.set(xlabel="eigenvalue, by size", xticks=place[::3], title=title)
+    panels[0].set(ylabel="eigenvalues of S")
+    panels[0].legend(loc="upper left")
+    figure.suptitle("Nothing below 0 proves the best; your λ_min is the thin line", fontsize=11.0)
+    return figure
+
+
+@once_it_works
+def verdict(judge: Callable[[Array, Array, float], str]) -> Figure:
+    """Draw the verdicts on a ring of five while it is twisted, over what that costs."""
+    figure, ax = _panel("Four stand still, and only one of them is the best")
+    Q = _ring(5, 0.0)
+    fine = np.linspace(0.0, 2.25, 91)
+    ax.plot(fine, [_cost(Q, _twisted(t)) for t in fine], "-", color=PALETTE["muted"], alpha=0.4)
+    ax.lines[-1].set(linewidth=6.0)
+    twists = np.array([0.0, 0.2, 0.4, 0.6, 5.0 / 6.0, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.2])
+    costs = np.array([_cost(Q, _twisted(t)) for t in twists])
+    truths = [_library_verdict(Q, _twisted(t)) for t in twists]
+    yours = [str(judge(Q.copy(), _twisted(t), _TOL)) for t in twists]
+    unknown = set(yours) - set(_VERDICTS)
+    if unknown:
+        raise ValueError(f"{unknown} is none of the three verdicts")
+    for word, name in _VERDICTS.items():
+        at = np.array([one == word for one in yours])
+        size = 10.0 if name == "muted" else 9.0
+        ax.plot(twists[at], costs[at], MARKERS[name], color=PALETTE[name], markersize=size)
+        ax.lines[-1].set(label=f"yours: {word}")
+    differ = np.array([one != other for one, other in zip(yours, truths, strict=True)])
+    if np.any(differ):
+        _draw_frames(ax, "s", np.array([twists[differ], costs[differ]]), PALETTE["accent"])
+        ax.lines[-1].set(label="the truth is another")
+    ax.set(xlabel="twist of the ring, in full turns", ylabel="cost", ylim=(-2.0, 52.0))
+    ax.legend(loc="upper left")
+    return figure
+
+
+@once_it_works
+def suboptimality(bound: Callable[[Array, Array], float]) -> Figure:
+    """Draw the bound and the true gap on a ring of five while it is twisted."""
+    figure, ax = _panel("The gap never exceeds the bound, and meets it at 0 and at 1")
+    Q, twists = _ring(5, 0.0), np.linspace(0.0, 1.5, 61)
+    places = [_twisted(t) for t in twists]
+    yours = [float(bound(Q.copy(), R.copy())) for R in places]
+    draw_beside(ax, twists, [sdp.suboptimality(Q, R) for R in places], yours, "your bound")
+    ax.plot(twists, [_cost(Q, R) for R in places], ":", color=PALETTE["truth"], label="the gap")
+    ax.set(xlabel="twist of the ring, in full turns", ylabel="cost above the best")
+    ax.legend(loc="upper left")
+    return figure
+
+
+def _plane(angles: Array) -> Array:
+    """Return rotations (m, 2, 2) of the plane by angles (m,)."""
+    c, s = np.cos(angles), np.sin(angles)
+    return np.moveaxis(np.array([[c, -s], [s, c]]), -1, 0)
+
+
+def _ring(n: int, angle: float) -> Array:
+    """Return Q (2n, 2n) of a ring in the plane, each pose measured to be turned by the angle."""
+    edges = np.column_stack([np.arange(n), (np.arange(n) + 1) % n])
+    return sdp.connection_matrix(n, edges, _plane(np.full(n, angle)))
+
+
+def _half_turns(kappa: float) -> Array:
+    """Return Q (6, 6): two poses in space, three half turns and, with kappa, none at all.
+
+    The three half turns about x, y and z add up to −I, which is no rotation.
+    """
+    signs = np.array([[1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0], [1.0, 1.0, 1.0]])
+    turns = signs[:, :, None] * np.eye(3)
+    return sdp.connection_matrix(2, [[0, 1]] * 4, turns, [1.0, 1.0, 1.0, kappa])
+
+
+def _noisy(noise: Array) -> list[Array]:
+    """Return Q (12, 12) for each noise in rad: all pairs of four poses in space, measured so."""
+    rng = np.random.default_rng(4)
+    pairs = np.array([[a, b] for a in range(4) for b in range(a)])
+    draws = rng.normal(size=(noise.size, len(pairs), 3))
+    return [
+        sdp.connection_matrix(4, pairs, Rotation.from_rotvec(level * draw).as_matrix())
+        for level, draw in zip(noise, draws, strict=True)
+    ]
+
+
+def _twisted(turns: float) -> Array:
+    """Return R (2, 10): five poses, each turned by a fifth of so many turns from the last."""
+    return np.hstack(list(_plane(0.4 * np.pi * turns * np.arange(5.0))))
+
+
+def _cost(Q: Array, R: Array) -> float:
+    return float(np.sum((R @ Q) * R))
+
+
+def _library_verdict(Q: Array, R: Array) -> str:
+    S, eigenvalues = sdp.dense_certificate(Q, R)
+    small = _TOL * float(np.linalg.norm(Q, 2))
+    if np.abs(S @ R.T).max() > small:
+        return "not stationary"
+    return "certified" if eigenvalues[0] >= -small else "not certified"
+
+
+def _value(solve: Callable[[Array, int, int], ArrayLike], Q: Array, n: int, d: int) -> float:
+    return float(np.sum(Q * _shaped(solve(Q.copy(), n, d), Q.shape)))
+
+
+def _shaped(value: ArrayLike, shape: tuple[int, ...]) -> Array:
+    """Return the value as an array of this shape.
+
+    Raises:
+        ValueError: it has another one.
+    """
+    array = np.asarray(value, dtype=np.float64)
+    if array.shape != shape:
+        raise ValueError(f"the shape is {array.shape}; give {shape}")
+    return array
+
+
+def _yes(answer: object) -> bool:
+    """Return a student's yes or no.
+
+    Raises:
+        ValueError: it is neither.
+    """
+    if not isinstance(answer, bool | np.bool_ | int) or answer not in (True, False):
+        raise ValueError(f"{answer!r} is neither True nor False")
+    return bool(answer)
+
+
+def _panel(title: str) -> tuple[Figure, Axes]:
+    figure = Figure(figsize=(5.6, 3.7))
+    ax = figure.subplots()
+    ax.set_title(title)
+    return figure, ax
+
+
+def _draw_frames(ax: Axes, marker: str, points: Array, color: str) -> None:
+    """Draw empty markers round points (2, k)."""
+    ax.plot(*points, marker, color=color, markersize=13.0)
+    ax.lines[-1].set(markerfacecolor="none", markeredgewidth=3.0)
+
+
+def _draw_best(ax: Axes, x: Array, cost: Array) -> None:
+    """Draw the cost of the best rotations as a broad line."""
+    ax.plot(x, cost, "-", color=PALETTE["muted"], linewidth=6.0, alpha=0.4)
+    ax.lines[-1].set_label("best rotations")
+
+
+def _draw_yours(ax: Axes, x: Array, values: list[float]) -> None:
+    ax.plot(x, values, MARKERS["estimate"], color=PALETTE["estimate"], label="your value")
+
+
+def _draw_axes(ax: Axes, rotations: Array, whose: str, color: str, width: float) -> None:
+    """Draw the axes of rotations (n, 2, 2) in a row, x solid and y dotted."""
+    feet = _STEP * np.arange(len(rotations))
+    for axis, (name, style) in enumerate((("x", "-"), ("y", ":"))):
+        across, up = rotations[:, :, axis].T
+        gap = np.full(feet.size, np.nan)  # so that all are one line
+        xs = np.column_stack([feet, feet + across, gap]).ravel()
+        ys = np.column_stack([np.zeros(feet.size), up, gap]).ravel()
+        ax.plot(xs, ys, style, color=color, linewidth=width, label=f"{whose} {name} axis")
+
+
+def _draw_blocks(ax: Axes, matrix: Array, n: int, title: str) -> None:
+    """Draw a matrix of n × n blocks as colours, with lines between the blocks."""
+    d = len(matrix) // n
+    ax.imshow(matrix, cmap="PuOr", vmin=-12.0, vmax=12.0)
+    for k in range(1, n):
+        ax.axhline(d * k - 0.5, color="white", linewidth=2.0, linestyle="-")
+        ax.axvline(d * k - 0.5, color="white", linewidth=2.0, linestyle="-")
+    ticks = d * np.arange(n) + (d - 1) / 2.0
+    names = [str(k) for k in range(n)]
+    ax.grid(visible=False)
+    ax.set_xticks(ticks, names)
+    ax.set_yticks(ticks, names)
+    ax.set(title=title, xlabel="pose")

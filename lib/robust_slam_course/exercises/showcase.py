@@ -1,0 +1,221 @@
+"""Pictures for assignment 08: poses, residuals, slopes, maps and what is said of them.
+
+Every function takes a student's own, of the same name, and draws it dashed or as markers
+over the library's, which is broad and grey. A graph goes to them as a dict of arrays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
+from robust_slam._arrays import Array, Mask, finite
+from robust_slam.descent import undamped as solver
+from robust_slam.graphs import generate, metrics, outliers, pose_graph, se2
+from robust_slam.graphs.odometry import spanning_tree
+from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam.problems import PoseGraphProblem
+
+from robust_slam_course.exercises import draw_beside, once_it_works
+from robust_slam_course.plots import maps
+from robust_slam_course.style import PALETTE
+
+Graph = Mapping[str, Any]
+
+_BROAD: dict[str, Any] = {
+    "color": PALETTE["muted"],
+    "linestyle": "-",
+    "linewidth": 6,
+    "alpha": 0.4,
+    "label": "the truth",
+}
+_MARKED: dict[str, Any] = {
+    "linestyle": "none",
+    "marker": "o",
+    "color": PALETTE["estimate"],
+    "label": "yours",
+}
+_C = 5.0
+
+
+@once_it_works
+def between(student: Callable[[Array, Array], ArrayLike]) -> Figure:
+    """Draw a round of poses as a robot sees it that stands among them."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 9)
+    around = np.stack([4.0 * np.cos(turn), 2.0 * np.sin(turn), turn], axis=1)
+    here = np.broadcast_to([2.0, 1.0, 0.8], around.shape)
+    truth, yours = se2.between(here, around), _poses(student(here.copy(), around), 9)
+    fig = Figure()
+    ax = fig.subplots()
+    ax.plot(*truth[:, :2].T, **_BROAD)
+    ax.plot(*yours[:, :2].T, **_MARKED)
+    ax.quiver(*yours[:, :2].T, np.cos(yours[:, 2]), np.sin(yours[:, 2]), width=0.008)
+    ax.plot(0.0, 0.0, ">", color=PALETTE["outlier"], label="the robot")
+    ax.set(xlabel="ahead (m)", ylabel="left (m)", aspect="equal")
+    ax.set_title("Seen from the robot, a level ellipse leans")
+    ax.legend(loc="center")
+    return fig
+
+
+@once_it_works
+def residuals(student: Callable[[Array, Graph], ArrayLike]) -> Figure:
+    """Draw the whitened norm of every edge of the least-squares map with one lie."""
+    graph, is_lie, _ = _town(1)
+    poses = PoseGraphProblem(graph).initial()
+    yours = finite("residuals", student(poses, _as_dict(graph)), (len(graph.edges), 3))
+    norms = np.sqrt(np.einsum("ka,kab,kb->k", yours, graph.information, yours))
+    place = np.arange(len(norms))
+    fig = Figure()
+    ax = fig.subplots()
+    truth = pose_graph.residual_norms(poses, graph)
+    ax.bar(place, truth, color=PALETTE["muted"], alpha=0.5, label="the truth")
+    ax.plot(place, norms, **_MARKED)
+    ax.plot(place[is_lie], norms[is_lie], "X", color=PALETTE["outlier"], label="the lie")
+    ax.set(xlabel="edge: odometry first, closures last", ylabel="norm u, whitened")
+    ax.set_title("One lie strains many an honest edge beside it")
+    ax.legend(loc="upper left")
+    return fig
+
+
+@once_it_works
+def jacobians(student: Callable[[Array, Array, Array], tuple[ArrayLike, ArrayLike]]) -> Figure:
+    """Draw how a residual changes as each pose turns, and the straight line of the slope."""
+    i, j, z = np.array([0.0, 0.0, 0.0]), np.array([2.0, 1.0, 1.2]), np.array([1.0, 0.0, 0.0])
+    slopes = [finite("jacobian", matrix, (3, 3))[:, 2] for matrix in student(i, j, z)]
+    step = np.linspace(-1.5, 1.5, 41)
+    turns = np.stack([0.0 * step, 0.0 * step, step], axis=1)
+    moved = (
+        se2.between(se2.compose(i, se2.exp(turns)), j),
+        se2.between(i, se2.compose(j, se2.exp(turns))),
+    )
+    fig = Figure()
+    axes = fig.subplots(1, 2, sharey=True)
+    for ax, seen, slope, name in zip(axes, moved, slopes, "ij", strict=True):
+        error = se2.log(se2.between(z, seen))
+        for part, label in enumerate(("ρx", "ρy", "θ")):
+            line = error[20, part] + slope[part] * step
+            draw_beside(ax, step, error[:, part], line)
+            ax.text(1.6, error[-1, part], label, va="center")
+        ax.set(
+            xlabel=f"pose {name} turns by (rad)", title=f"turning pose {name}", xlim=(-1.6, 2.1)
+        )
+    axes[0].set(ylabel="residual")
+    handles = axes[0].lines[:2]
+    axes[0].legend(handles, ["the truth", "your slope"], loc="upper right")
+    fig.suptitle("A slope touches its curve where nothing has moved yet", fontsize=11)
+    return fig
+
+
+@once_it_works
+def gauss_newton(student: Callable[[Graph, Array, Array, float], ArrayLike]) -> Figure:
+    """Draw dead reckoning through a town, and the map of least cost beside the student's."""
+    graph, _, _ = _town(0)
+    first, ones = spanning_tree(graph), np.ones(len(graph.edges))
+    truth = solver.gauss_newton(graph, first)
+    yours = _poses(student(_as_dict(graph), first.copy(), ones, 1e-9), graph.n)
+    fig = Figure(figsize=(5.6, 4.4))
+    ax = fig.subplots()
+    ax.plot(*first[:, :2].T, ":", color=PALETTE["truth"], label="dead reckoning")
+    ax.plot(*truth[:, :2].T, **_BROAD)
+    ax.plot(*yours[:, :2].T, "--", color=PALETTE["estimate"], label="yours")
+    ax.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
+    ax.set_title("The closures pull the way back into its streets")
+    ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    return fig
+
+
+@once_it_works
+def robust_solve(
+    student: Callable[[Graph, float, Callable[..., tuple[Array, Array]]], tuple[Any, ArrayLike]],
+) -> Figure:
+    """Draw the map among ten lies, with the closures that the student kept."""
+    graph, is_lie, truth = _town(10)
+    poses, weights = student(_as_dict(graph), _C, _solve)
+    kept: Mask = finite("weights", weights, (len(graph.edges),)) > 0.5
+    fig = Figure(figsize=(5.6, 5.2))
+    ax = fig.subplots()
+    maps.draw_map(ax, graph, _poses(poses, graph.n), truth=truth, kept=kept, is_outlier=is_lie)
+    maps.legend_below(ax)
+    ax.set_title("Ten lies in: none should be kept")
+    return fig
+
+
+@once_it_works
+def precision_recall(student: Callable[[Mask, Mask], tuple[float, float]]) -> Figure:
+    """Draw precision and recall of closures that are kept up to a threshold on their norm."""
+    graph, is_lie, truth = _town(10)
+    loops = ~graph.is_odometry
+    u, true = pose_graph.residual_norms(truth, graph)[loops], ~is_lie[loops]
+    u[~true] = np.random.default_rng(3).uniform(1.5, 12.0, int(np.sum(~true)))
+    at = np.linspace(0.0, 12.0, 61)
+    right = np.array([metrics.precision_recall(u <= c, true) for c in at])
+    yours = finite("shares", [student(u <= c, true) for c in at], (len(at), 2))
+    fig = Figure()
+    axes = fig.subplots(2, 1, sharex=True)
+    for ax, row, name in zip(axes, (0, 1), ("precision", "recall"), strict=True):
+        draw_beside(ax, at, right[:, row], yours[:, row])
+        ax.set(ylabel=name, ylim=(-0.05, 1.1))
+    axes[1].set(xlabel="closures are kept up to this norm")
+    axes[0].set_title("Keep more, and recall rises while lies come in")
+    axes[1].legend(loc="lower right")
+    return fig
+
+
+@once_it_works
+def ate(student: Callable[[Array, Array], float]) -> Figure:
+    """Draw the error of a square way whose odometry turns a little too far at each step."""
+    drift = np.linspace(0.0, 0.05, 26)
+    square = _drive(0.0)
+    drives = [se2.compose([3.0, 1.0, 2.0], _drive(each)) for each in drift]
+    truth = [metrics.ate(one, square) for one in drives]
+    yours = [float(student(one, square.copy())) for one in drives]
+    fig = Figure()
+    ax = draw_beside(fig.subplots(), drift, truth, yours)
+    ax.set(xlabel="turned too far at each step (rad)", ylabel="ATE (m)")
+    ax.set_title("No drift, no error, wherever the map lies")
+    ax.legend()
+    return fig
+
+
+def _as_dict(graph: PoseGraph) -> dict[str, Any]:
+    """Return the graph as assignments have it, its arrays copied."""
+    names = ("edges", "measurement", "information", "is_odometry")
+    return {"n": graph.n} | {name: np.array(getattr(graph, name)) for name in names}
+
+
+def _town(lies: int) -> tuple[PoseGraph, Mask, Array]:
+    """Return a walk through a town, the mask of its lies, and the true poses."""
+    rng = np.random.default_rng(2)
+    graph, truth = generate.manhattan(60, rng, side=6, closures=20)
+    graph, is_lie = outliers.add_random_closures(graph, lies, rng, poses=truth)
+    return graph, is_lie, truth
+
+
+def _solve(graph: Graph, weights: ArrayLike, poses: ArrayLike | None) -> tuple[Array, Array]:
+    """Solve with the library: the poses, and the whitened norm of every edge."""
+    known = PoseGraph(**graph)
+    first = spanning_tree(known) if poses is None else poses
+    found = solver.gauss_newton(known, first, weights)
+    return found, pose_graph.residual_norms(found, known)
+
+
+def _poses(value: ArrayLike, n: int) -> Array:
+    """Return poses (n, 3).
+
+    Raises:
+        ValueError: they have another shape.
+    """
+    return finite("poses", value, (n, 3))
+
+
+def _drive(drift: float) -> Array:
+    """Return poses round a square of 24 steps, each turned by ``drift`` (rad) too far."""
+    corner = np.where(np.arange(24) % 6 == 5, np.pi / 2, 0.0)
+    steps = np.stack([np.ones(24), np.zeros(24), corner + drift], axis=1)
+    poses = [se2.identity()]
+    for step in steps:
+        poses.append(se2.compose(poses[-1], step))
+    return np.array(poses)

@@ -1,0 +1,219 @@
+"""Pictures for assignment 06: switches, two modes, sets that agree and pairs that do.
+
+Every function takes a student's own, of the same name, and draws it dashed or as markers
+over the library's, which is broad and grey.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
+from robust_slam._arrays import Array, Mask, finite
+from robust_slam.consistency import cliques, pairwise
+from robust_slam.estimators import kernels, switches, thresholds
+from robust_slam.graphs import generate, outliers
+
+from robust_slam_course.exercises import draw_beside, once_it_works
+from robust_slam_course.plots import maps
+from robust_slam_course.style import PALETTE
+
+_SOLID: dict[str, Any] = {"color": PALETTE["muted"], "linestyle": "-"}
+_CHI2 = np.geomspace(0.01, 100.0, 121)
+_LAM = 2.0
+_Z = np.array([-0.4, -0.1, 0.2, 0.3, 0.1, 0.9, 5.0, 6.0])
+_IS_LOOP = np.arange(8) > 3
+_VOTES = ("05", "01", "02", "03", "04", "67", "68", "69", "78", "79", "89", "16", "27")
+"""Pairs that agree: 0 has the most partners, and 6, 7, 8 and 9 are the largest set."""
+
+
+@once_it_works
+def switch(
+    student: Callable[[Array, float], ArrayLike], student_cost: Callable[[Array, float], ArrayLike]
+) -> Figure:
+    """Draw the best switch over χ², and below it what the edge costs."""
+    fig = Figure(figsize=(5.6, 5.0))
+    top, bottom = fig.subplots(2, sharex=True)
+    draw_beside(top, _CHI2, switches.switch(_CHI2, _LAM), student(_CHI2.copy(), _LAM))
+    truth = switches.switched_cost(_CHI2, _LAM)
+    draw_beside(bottom, _CHI2, truth, student_cost(_CHI2.copy(), _LAM))
+    bottom.axhline(_LAM, color=PALETTE["odometry"], linestyle=":", label="λ")
+    _over_chi2(top, "", "switch s")
+    _over_chi2(bottom, "χ²", "cost")
+    top.set_title(f"λ = {_LAM:g}: the switch is ½ at χ² = λ, and never 0")
+    bottom.set_title("The cost stays below λ")
+    return fig
+
+
+@once_it_works
+def switch_weight(student: Callable[[Array, float], ArrayLike]) -> Figure:
+    """Draw the weight over χ², with the switch it comes from."""
+    fig = Figure()
+    ax = fig.subplots()
+    truth = kernels.geman_mcclure(np.sqrt(_LAM)).weight(np.sqrt(_CHI2))
+    ax.plot(_CHI2, switches.switch(_CHI2, _LAM), ":", color=PALETTE["odometry"], label="switch")
+    draw_beside(ax, _CHI2, truth, student(_CHI2.copy(), _LAM))
+    _over_chi2(ax, "χ²", "weight")
+    ax.set_title(f"λ = {_LAM:g}: the weight falls off faster than the switch")
+    return fig
+
+
+@once_it_works
+def dcs_switch(student: Callable[[Array, float], ArrayLike]) -> Figure:
+    """Draw the switch of dynamic covariance scaling over χ², with the best switch."""
+    fig = Figure()
+    ax = fig.subplots()
+    ax.plot(_CHI2, switches.switch(_CHI2, _LAM), ":", color=PALETTE["odometry"], label="λ = Φ")
+    truth = switches.dcs_switch(_CHI2, _LAM)
+    draw_beside(ax, _CHI2, truth, student(_CHI2.copy(), _LAM))
+    _over_chi2(ax, "χ²", "switch s")
+    ax.set_title(f"Φ = {_LAM:g}: up to χ² = Φ nothing is doubted")
+    return fig
+
+
+@once_it_works
+def max_mixture_mode(student: Callable[[Array, float, float, float], ArrayLike]) -> Figure:
+    """Draw the logarithms of both modes over r, and which of them is said to count."""
+    r = np.linspace(-6.0, 6.0, 49)
+    inner, outer, pi_in = 1.0, 10.0, 0.9
+    inlier = np.log(pi_in / inner) - (r / inner) ** 2 / 2.0
+    outlier = np.log((1.0 - pi_in) / outer) - (r / outer) ** 2 / 2.0
+    mode = finite("mode", student(r.copy(), inner, outer, pi_in), r.shape)
+    fig = Figure()
+    ax = fig.subplots()
+    truth = np.maximum(inlier, outlier)
+    ax.plot(r, truth, "-", color=PALETTE["muted"], linewidth=6, alpha=0.4, label="the truth")
+    ax.plot(r, inlier, color=PALETTE["inlier"], linestyle="-.", label="inlier mode")
+    ax.plot(r, outlier, color=PALETTE["outlier"], linestyle=":", label="outlier mode")
+    yours = np.where(mode == 0.0, inlier, outlier)
+    ax.plot(r, yours, "o", color=PALETTE["estimate"], markersize=4.0, label="yours")
+    ax.set(xlabel="r", ylabel="log of π N(r), up to a constant", ylim=(-8.5, 0.5))
+    ax.set_title("The higher of the two counts: they cross at |r| = 3.015")
+    ax.legend(loc="lower center")
+    return fig
+
+
+@once_it_works
+def solve_switchable(
+    student: Callable[[Array, float, Mask, float], tuple[float, ArrayLike]],
+) -> Figure:
+    """Draw the cost that is left over x, and each measurement at the height of its switch."""
+    x, s = student(_Z.copy(), 1.0, _IS_LOOP.copy(), _LAM)
+    yours, s = float(x), finite("s", s, _Z.shape)
+    grid = np.linspace(-1.0, 6.5, 301)
+    fig = Figure(figsize=(5.6, 5.0))
+    top, bottom = fig.subplots(2, sharex=True)
+    truth = _left_cost(grid)
+    top.plot(grid, truth, "-", color=PALETTE["muted"], linewidth=6, alpha=0.4, label="the truth")
+    top.plot(yours, _left_cost(np.array([yours])), "o", color=PALETTE["estimate"], label="yours")
+    mean = float(np.mean(_Z))
+    top.axvline(mean, color=PALETTE["odometry"], linestyle=":", label="least squares")
+    top.set(ylabel="cost", ylim=(0.0, 45.0))
+    top.set_title("x lies in the valley: two loops are hardly heard")
+    best = grid[np.argmin(truth)]
+    curve = switches.switch((grid - best) ** 2, _LAM)
+    bottom.plot(grid, curve, "-", color=PALETTE["muted"], linewidth=6, alpha=0.4)
+    for chosen, name, marker, label in (
+        (~_IS_LOOP, "odometry", "s", "trusted"),
+        (_IS_LOOP, "estimate", "o", "loop"),
+    ):
+        at = _Z[chosen], s[chosen]
+        bottom.plot(*at, marker, color=PALETTE[name], markersize=7.0, label=label)
+    bottom.set(xlabel="x and z", ylabel="switch s", ylim=(-0.05, 1.1))
+    top.legend(loc="lower right")
+    bottom.legend(loc="center right")
+    return fig
+
+
+def _left_cost(x: Array) -> Array:
+    """Return the cost ``(k,)`` at each x, with every switch at its best."""
+    chi2 = (_Z - x[:, None]) ** 2
+    cost = np.where(_IS_LOOP, switches.switched_cost(chi2, _LAM), chi2)
+    return np.asarray(np.sum(cost, axis=1))
+
+
+@once_it_works
+def largest_consistent_set(student: Callable[[Mask], ArrayLike]) -> Figure:
+    """Draw who agrees with whom in a ring, and the set that is said to be the largest."""
+    joined = np.eye(10, dtype=np.bool_)
+    for p, q in ((int(pair[0]), int(pair[1])) for pair in _VOTES):
+        joined[p, q] = joined[q, p] = True
+    truth = cliques.max_clique(joined).members
+    yours = np.asarray(student(joined.copy()))
+    if yours.ndim != 1 or not np.issubdtype(yours.dtype, np.integer):
+        raise ValueError("members: give their indices (k,)")
+    turn = np.pi / 2.0 - 2.0 * np.pi * np.arange(10) / 10.0
+    place = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    fig = Figure(figsize=(5.6, 5.0))
+    ax = fig.subplots()
+    _draw_pairs(ax, place, joined, _SOLID | {"linewidth": 0.9})
+    among = np.isin(np.arange(10), truth)
+    both = joined & among & among[:, None]
+    _draw_pairs(ax, place, both, _SOLID | {"linewidth": 7.0, "alpha": 0.4})
+    chosen = joined & np.isin(np.arange(10), yours)
+    chosen &= chosen.T
+    _draw_pairs(ax, place, chosen, {"color": PALETTE["estimate"], "linestyle": "--"})
+    ax.plot(*place[yours].T, "o", color=PALETTE["estimate"], markersize=13.0, label="yours")
+    for number, (x, y) in enumerate(place):
+        ax.text(1.17 * x, 1.17 * y, f"{number}", ha="center", va="center")
+    ax.set(xlim=(-1.35, 1.35), ylim=(-1.3, 1.3), aspect="equal")
+    ax.set_axis_off()
+    ax.set_title("0 has the most partners; four others all agree")
+    ax.legend(loc="lower left")
+    return fig
+
+
+def _draw_pairs(ax: Axes, place: Array, joined: Mask, look: dict[str, Any]) -> None:
+    pairs = np.argwhere(np.triu(joined, 1))
+    gap = np.full((len(pairs), 1, 2), np.nan)
+    ax.plot(*np.concatenate([place[pairs], gap], axis=1).reshape(-1, 2).T, **look)
+
+
+@once_it_works
+def pairwise_consistent(
+    student: Callable[..., ArrayLike],
+) -> Figure:
+    """Draw a drive with four lies, and who agrees with whom."""
+    rng = np.random.default_rng(53)
+    noise = generate.Noise(closure=(0.3, 0.1))  # so that what is carried along decides
+    honest, poses = generate.manhattan(40, rng, block=2.0, side=3, closures=8, noise=noise)
+    graph, is_lie = outliers.add_random_closures(honest, 4, rng, poses=poses)
+    gamma = thresholds.chi_square_threshold(0.99, 3)
+    own, loop = graph.is_odometry, ~graph.is_odometry
+    cov = np.linalg.inv(graph.information)
+    z = graph.measurement
+    yours = student(z[own], cov[own], graph.edges[loop], z[loop], cov[loop], gamma)
+    m = int(np.count_nonzero(loop))
+    fig = Figure(figsize=(5.6, 6.6))
+    top, bottom = fig.subplots(2, height_ratios=(2.0, 3.0))
+    maps.draw_map(top, graph, poses, is_outlier=is_lie)
+    top.set_title("A walk through a town; closures 8 to 11 are lies")
+    _draw_agreement(bottom, pairwise.pairwise_consistent(graph, gamma), finite("A", yours, (m, m)))
+    return fig
+
+
+def _draw_agreement(ax: Axes, truth: Mask, yours: Array) -> None:
+    """Draw grey squares where a pair agrees, and a ring where it is said to."""
+    said = yours != 0.0
+    ax.imshow(np.where(truth, 0.35, 0.0), cmap="Greys", vmin=0.0, vmax=1.0)
+    ring: dict[str, Any] = {"linestyle": "none", "markersize": 9.0, "fillstyle": "none"}
+    ax.plot(
+        *np.argwhere(said).T[::-1], marker="o", color=PALETTE["estimate"], label="yours", **ring
+    )
+    wrong = np.argwhere(said != truth)
+    if len(wrong):
+        ax.plot(*wrong.T[::-1], "X", color=PALETTE["outlier"], label="not so")
+    ax.set(
+        xlabel="closure q", ylabel="closure p", title="A ring on every grey square, and no other"
+    )
+    ax.grid(visible=False)
+    ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+
+
+def _over_chi2(ax: Axes, xlabel: str, ylabel: str) -> None:
+    ax.set(xscale="log", xlabel=xlabel, ylabel=ylabel)
+    ax.legend()

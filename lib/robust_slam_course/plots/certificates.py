@@ -1,0 +1,126 @@
+"""Draw what a certificate is made of: eigenvalues, headings on a ring, gaps, and the staircase.
+
+Every function takes matplotlib axes and returns them. Nought, above nought and below nought
+have markers of their own: colour never tells alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import ArrayLike
+from robust_slam._arrays import Array, finite
+from robust_slam.graphs import se2
+
+from robust_slam_course.style import LOOKS, PALETTE
+
+_NOUGHT = 1e-5
+"""The share of the largest |eigenvalue| up to which one counts as 0."""
+_ARROW = 0.42  # of the ring's radius: short enough to leave the words beside it free
+
+
+def draw_spectrum(ax: Axes, eigenvalues: ArrayLike) -> Axes:
+    """Draw eigenvalues (k,), largest first: dots above 0, rings at 0, crosses below 0.
+
+    A 0 is what is at most 1e-5 of the largest size. The legend counts the three kinds.
+
+    Raises:
+        ValueError: the eigenvalues are no list of finite numbers.
+    """
+    values = np.sort(finite("eigenvalues", eigenvalues, (-1,)))[::-1]
+    small = _NOUGHT * np.abs(values).max(initial=0.0)
+    place = np.arange(1, values.size + 1)
+    for chosen, name, marker, color, face in (
+        (values > small, "above 0", "o", PALETTE["estimate"], PALETTE["estimate"]),
+        (np.abs(values) <= small, "at 0", "o", PALETTE["truth"], "none"),
+        (values < -small, "below 0", "X", PALETTE["outlier"], PALETTE["outlier"]),
+    ):
+        if np.any(chosen):
+            label = f"{np.count_nonzero(chosen)} {name}"
+            (dots,) = ax.plot(place[chosen], values[chosen], marker, color=color, label=label)
+            dots.set(markerfacecolor=face, linestyle="")
+    ax.axhline(0.0, color=PALETTE["muted"], linestyle="-", linewidth=0.8, zorder=1.0)
+    ax.xaxis.set_major_locator(MaxNLocator(nbins=5, integer=True))
+    ax.set(xlabel="by size")
+    return ax
+
+
+def draw_ring(ax: Axes, angles: ArrayLike, turn: float) -> Axes:
+    """Draw headings (n,) in rad on a ring, and at each edge by how many degrees it is missed.
+
+    Each pose is measured to be turned by `turn` (rad) from the one before it.
+
+    Raises:
+        ValueError: the angles are no list of finite numbers.
+    """
+    heading = finite("angles", angles, (-1,))
+    n = heading.size
+    around = 2.0 * np.pi * np.arange(n) / n
+    spot = np.column_stack([np.cos(around), np.sin(around)])
+    circle = np.linspace(0.0, 2.0 * np.pi, 121)
+    ax.plot(np.cos(circle), np.sin(circle), "-", color=PALETTE["muted"], linewidth=1.0)
+    ax.plot(*spot.T, "o", color=PALETTE["estimate"])
+    arrow = _ARROW * np.column_stack([np.cos(heading), np.sin(heading)])
+    style = {"arrowstyle": "-|>", "color": PALETTE["estimate"], "linewidth": 2.0, "shrinkA": 0}
+    for place, tip in zip(spot, spot + arrow, strict=True):
+        ax.annotate("", tip, place, arrowprops=style)
+    missed = np.degrees(se2.wrap(np.roll(heading, -1) - heading - turn))
+    for k, misfit in enumerate(missed):
+        middle = around[k] + np.pi / n
+        place = (1.32 * np.cos(middle), 1.32 * np.sin(middle))
+        text = f"{round(misfit)}°".replace("-", "−")
+        ax.text(*place, text, ha="center", va="center", color=PALETTE["truth"])
+    ax.set(xlim=(-1.65, 1.65), ylim=(-1.65, 1.65), aspect="equal")
+    ax.set_axis_off()
+    return ax
+
+
+def draw_gaps(
+    ax: Axes,
+    noise: ArrayLike,
+    gaps: ArrayLike,
+    names: Sequence[str],
+    at: tuple[int, int] | None = None,
+) -> Axes:
+    """Draw gaps (k, m) over noise (k,), one line for each of m draws; `at` (k, m) has a ring.
+
+    Raises:
+        ValueError: the shapes do not agree.
+    """
+    across = finite("noise", noise, (-1,))
+    up = finite("gaps", gaps, (across.size, len(names)))
+    for look, name, line in zip(LOOKS[1:], names, up.T, strict=False):
+        ax.plot(across, line, color=look.color, linestyle=look.linestyle, marker=look.marker)
+        ax.lines[-1].set(label=name, markersize=5.0, linewidth=1.5)
+    if at is not None:
+        ax.plot(across[at[0]], up[at], "o", color=PALETTE["truth"], markersize=15.0)
+        ax.lines[-1].set(markerfacecolor="none", markeredgewidth=2.0)
+    return ax
+
+
+def draw_climb(ax: Axes, levels: Sequence[ArrayLike], ranks: Sequence[int]) -> Axes:
+    """Draw the costs of a staircase, step by step, one line for each rank.
+
+    A level (k,) begins where the one before it ended. Its rank and its last cost stand at
+    its end.
+
+    Raises:
+        ValueError: there is not one rank for each level, or a level is no list of numbers.
+    """
+    if len(levels) != len(ranks):
+        raise ValueError(f"ranks: there are {len(ranks)} for {len(levels)} levels")
+    begin = 0
+    for look, level, rank in zip(LOOKS[1:], levels, ranks, strict=False):
+        costs: Array = finite("levels", level, (-1,))
+        steps = np.arange(begin, begin + costs.size)
+        ax.plot(steps, costs, color=look.color, linestyle=look.linestyle)
+        ax.plot(steps[-1], costs[-1], look.marker, color=look.color)
+        side = "left" if costs.size == 1 else "right"
+        text, end = f"rank {rank}: {abs(costs[-1]):.2f}", (steps[-1], costs[-1])
+        ax.annotate(text, end, (6, 8), textcoords="offset points", ha=side)
+        begin = int(steps[-1])
+    ax.set(xlabel="step", ylabel="cost")
+    return ax

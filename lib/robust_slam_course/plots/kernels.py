@@ -1,0 +1,155 @@
+"""Draw kernels: cost, influence, curvature, their majorisers, and what lies behind a threshold.
+
+Every function takes matplotlib axes and returns them; u is the whitened residual, without unit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from itertools import cycle
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import ArrayLike
+from robust_slam._arrays import Array
+from robust_slam.estimators.kernels import KERNELS, Kernel
+from robust_slam.estimators.thresholds import chi_square_threshold
+from scipy.stats import chi
+
+from robust_slam_course.style import LOOKS, PALETTE, Look
+
+_DIFFERENCE = 1e-6  # step of the one-sided difference behind a curvature
+
+
+def kernel_look(name: str) -> Look:
+    """Return the look of the kernel called `name`: the one at its place in `KERNELS`.
+
+    Raises:
+        ValueError: there is no kernel of that name.
+    """
+    if name not in KERNELS:
+        raise ValueError(f"name: there is no kernel {name!r}; give one of {', '.join(KERNELS)}")
+    return LOOKS[list(KERNELS).index(name) % len(LOOKS)]
+
+
+def draw_costs(
+    ax: Axes, kernels: Iterable[Kernel], u_max: float, mark: float | None = None
+) -> Axes:
+    """Draw ρ(u) of each kernel for 0 ≤ u ≤ `u_max`, with a marker at u = `mark`."""
+    for kernel in kernels:
+        _draw_curve(ax, kernel, kernel.rho, u_max, mark)
+    ax.set(xlabel="whitened residual u", ylabel="cost ρ(u)")
+    return ax
+
+
+def draw_influences(
+    ax: Axes, kernels: Iterable[Kernel], u_max: float, mark: float | None = None
+) -> Axes:
+    """Draw ψ(u) of each kernel for 0 ≤ u ≤ `u_max`, with a marker at u = `mark`."""
+    for kernel in kernels:
+        _draw_curve(ax, kernel, kernel.psi, u_max, mark)
+    ax.set(xlabel="whitened residual u", ylabel="influence ψ(u)")
+    return ax
+
+
+def draw_curvatures(ax: Axes, kernels: Iterable[Kernel], u_max: float) -> Axes:
+    """Draw ρ″(u) of each kernel for 0 ≤ u ≤ `u_max`, with a marker where convexity ends."""
+    for kernel in kernels:
+        curve = _curvature(kernel)
+        _draw_curve(ax, kernel, curve, u_max, None)
+        if kernel.convex_until <= u_max:
+            end = np.array([kernel.convex_until])
+            look = kernel_look(kernel.name)
+            ax.plot(end, curve(end), look.marker, color=look.color, zorder=4)
+    ax.axhline(0.0, color=PALETTE["muted"], linewidth=0.8)
+    ax.set(xlabel="whitened residual u", ylabel="curvature ρ″(u)")
+    return ax
+
+
+def draw_majoriser(ax: Axes, kernel: Kernel, touch: float, u_max: float) -> Axes:
+    """Draw ρ for |u| ≤ `u_max` and the parabola that touches it at ±`touch` from above.
+
+    The parabola is ρ(v) + w(v)(u² − v²)/2 with v = `touch`: a tangent of ρ over u².
+    """
+    u = np.linspace(-u_max, u_max, 401)
+    parabola = kernel.rho(touch) + 0.5 * kernel.weight(touch) * (u**2 - touch**2)
+    colour = kernel_look(kernel.name).color
+    ax.plot(u, kernel.rho(u), "-", color=colour, label=f"{kernel.label} cost")
+    ax.plot(u, parabola, "--", color=PALETTE["accent"], label="parabola above")
+    height = np.full(2, kernel.rho(touch))
+    ax.plot([-touch, touch], height, "o", color=PALETTE["accent"], label="they touch")
+    ax.set(xlabel="whitened residual u", ylabel="cost")
+    return ax
+
+
+def draw_norm_densities(ax: Axes, dimensions: Iterable[int], probability: float) -> Axes:
+    """Draw the density of the norm of a d-vector of unit Gaussians, one curve a dimension.
+
+    A vertical line stands at each norm threshold that keeps the fraction `probability`.
+    """
+    u = np.linspace(0.0, 5.2, 209)
+    looks = zip(("inlier", "outlier", "estimate"), ("-", "--", "-."), strict=True)
+    for d, (colour, line) in zip(dimensions, cycle(looks), strict=False):
+        threshold = chi_square_threshold(probability, d)
+        ax.plot(u, chi.pdf(u, d), line, color=PALETTE[colour], label=f"d = {d}")
+        ax.axvline(threshold, 0.0, 0.93, linestyle=line, color=PALETTE[colour], linewidth=1.2)
+        ax.text(
+            threshold, 0.95, f"{threshold:.4f}", transform=ax.get_xaxis_transform(), ha="center"
+        )
+    ax.set(xlabel="norm u of an honest whitened residual", ylabel="density")
+    return ax
+
+
+def draw_drift(ax: Axes, lie: ArrayLike, estimates: Mapping[str, ArrayLike]) -> Axes:
+    """Draw estimates (kernel name -> (m,)) against the value of the one wrong reading (m,)."""
+    for name, estimate in estimates.items():
+        look = kernel_look(name)
+        ax.plot(
+            np.asarray(lie),
+            np.asarray(estimate),
+            color=look.color,
+            linestyle=look.linestyle,
+            label=KERNELS[name](1.0).label,
+        )
+    ax.set(xlabel="place of the wrong reading", ylabel="estimate")
+    return ax
+
+
+def _draw_curve(
+    ax: Axes,
+    kernel: Kernel,
+    curve: Callable[[Array], Array],
+    u_max: float,
+    mark: float | None,
+) -> None:
+    u = _grid(kernel.scale, u_max)
+    look = kernel_look(kernel.name)
+    values = _broken_at_jumps(curve(u), u)
+    ax.plot(u, values, color=look.color, linestyle=look.linestyle, label=kernel.label)
+    if mark is not None:
+        height = curve(np.array([mark]))
+        ax.plot([mark], height, look.marker, color=look.color, zorder=4)
+
+
+def _grid(scale: float, u_max: float) -> Array:
+    """Return 0 … u_max, dense near 0, with both sides of a possible kink at the scale."""
+    u = u_max * np.linspace(0.0, 1.0, 65) ** 1.5
+    if not 0.0 < scale < u_max:
+        return u
+    return np.unique(np.concatenate([u, [scale, scale * (1.0 + 1e-9)]]))
+
+
+def _broken_at_jumps(values: Array, u: Array) -> Array:
+    """Return the values with a NaN after each jump, so that no line is drawn across it."""
+    jump = np.abs(np.diff(values)) > 1e-3 + 1e3 * np.diff(u)
+    return np.where(np.concatenate([[False], jump]), np.nan, values)
+
+
+def _curvature(kernel: Kernel) -> Callable[[Array], Array]:
+    """Return ρ″ as a one-sided difference of ψ that never crosses the scale."""
+
+    def curve(u: Array) -> Array:
+        side = np.where(np.abs(u) <= kernel.scale, -_DIFFERENCE, _DIFFERENCE)
+        return (kernel.psi(u + side) - kernel.psi(u)) / side
+
+    return curve

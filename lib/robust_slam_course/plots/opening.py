@@ -1,0 +1,97 @@
+"""The course's picture: one map before a lie, with it, and with a robust kernel.
+
+Rerun it with ``python -m robust_slam_course.plots.opening OUT.svg``.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from matplotlib import pyplot as plt
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+from robust_slam.estimators import kernels
+from robust_slam.estimators.reweighting import irls
+from robust_slam.graphs.generate import manhattan
+from robust_slam.graphs.outliers import add_random_closures
+from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam.problems import PoseGraphProblem
+
+from robust_slam_course.canvas.frame import to_svg
+from robust_slam_course.plots.maps import draw_map, map_legend
+from robust_slam_course.style import figure_style
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Town:
+    """A walk through a town and three maps of it, poses (n, 3) in m, m, rad.
+
+    `graph` has one wrong closure, marked in `is_lie` (m,). `before` is least squares
+    without it, `folded` least squares with it, `robust` the map by Cauchy's kernel, whose
+    weights (m,) are `weights`.
+    """
+
+    graph: PoseGraph
+    is_lie: NDArray[np.bool_]
+    truth: Array
+    before: Array
+    folded: Array
+    robust: Array
+    weights: Array
+
+
+def town(seed: int = 2) -> Town:
+    """Return the walk of chapter 0 and its three maps; the seed draws the walk and the lie."""
+    rng = np.random.default_rng(seed)
+    honest, truth = manhattan(100, rng, side=9, turn=0.25, closures=12)
+    graph, is_lie = add_random_closures(honest, 1, rng, poses=truth)
+    problem = PoseGraphProblem(graph)
+    robust = irls(problem, kernels.cauchy(1.0), tol=1e-6, max_iterations=300)
+    return Town(
+        graph=graph,
+        is_lie=is_lie,
+        truth=truth,
+        before=PoseGraphProblem(honest).initial(),
+        folded=problem.initial(),
+        robust=robust.x,
+        weights=robust.weights,
+    )
+
+
+def draw_opening(scene: Town) -> Figure:
+    """Return the picture with its three panels."""
+    figure, axes = plt.subplots(1, 3, figsize=(6.0, 2.8), sharex=True, sharey=True)
+    panels = (
+        ("without the lie", scene.before, None),
+        ("least squares", scene.folded, None),
+        ("robust kernel", scene.robust, scene.weights),
+    )
+    for ax, (title, poses, weights) in zip(axes, panels, strict=True):
+        draw_map(
+            ax, scene.graph, poses, is_outlier=scene.is_lie, weights=weights, truth=scene.truth
+        )
+        ax.set_title(title)
+    figure.legend(handles=map_legend(), loc="outside lower center", ncols=2)
+    return figure
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Write the picture to the path that is given.
+
+    Raises:
+        SystemExit: there is not exactly one argument.
+    """
+    if len(arguments) != 1:
+        raise SystemExit("usage: python -m robust_slam_course.plots.opening OUT.svg")
+    with figure_style():
+        Path(arguments[0]).write_text(to_svg(draw_opening(town())) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

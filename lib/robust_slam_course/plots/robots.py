@@ -1,0 +1,63 @@
+"""Draw the maps of several robots, the boundary between them, and the closures they share."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import ArrayLike
+from robust_slam._arrays import Array, mask
+from robust_slam.graphs.pose_graph import PoseGraph
+
+from robust_slam_course.style import LOOKS, PALETTE, LineStyle
+
+_ROBOTS = LOOKS[1::2]  # none has the green of a trusted closure
+
+
+def draw_robots(
+    ax: Axes,
+    graph: PoseGraph,
+    poses: ArrayLike,
+    labels: ArrayLike,
+    weights: ArrayLike,
+    *,
+    is_outlier: ArrayLike,
+) -> Axes:
+    """Draw `poses` (n, 3), each in the look of its robot in `labels` (n,), and what they share.
+
+    A pose on the boundary has a ring. A shared closure is trusted where its weight of
+    `weights` (m,) is 1, rejected where it is 0, and else in doubt; those of the mask
+    `is_outlier` (m,) have a cross at their middle. What a robot has closed alone is not drawn.
+
+    Raises:
+        ValueError: there are more robots than looks, or `is_outlier` does not fit.
+    """
+    xy, robot = np.asarray(poses, dtype=np.float64)[:, :2], np.asarray(labels)
+    if robot.max() >= len(_ROBOTS):
+        raise ValueError(f"labels: {robot.max() + 1} robots, but there are {len(_ROBOTS)} looks")
+    for name in np.unique(robot):
+        look, own = _ROBOTS[name], xy[robot == name]
+        style: dict[str, Any] = {"color": look.color, "marker": look.marker, "markersize": 4.5}
+        ax.plot(*own.T, linestyle="-", linewidth=1.6, **style, label=f"robot {name}")
+    shared = robot[graph.edges[:, 0]] != robot[graph.edges[:, 1]]
+    border = xy[np.unique(graph.edges[shared])]
+    ring: dict[str, Any] = {"mfc": "none", "mec": PALETTE["truth"], "markersize": 9, "mew": 0.9}
+    ax.plot(*border.T, "o", **ring, label="boundary pose")
+    ends, w = xy[graph.edges[shared]], np.asarray(weights)[shared]
+    doubted = (w > 0.0) & (w < 1.0)
+    _draw_edges(ax, ends[w == 1.0], PALETTE["inlier"], "-", "trusted")
+    _draw_edges(ax, ends[doubted], PALETTE["inlier"], (0.0, (4.0, 2.0)), "in doubt")
+    _draw_edges(ax, ends[w == 0.0], PALETTE["muted"], (0.0, (1.0, 2.0)), "rejected")
+    lies = ends[mask("is_outlier", is_outlier, len(graph.edges))[shared]].mean(axis=1)
+    ax.plot(*lies.T, "X", color=PALETTE["outlier"], label=f"lie ({len(lies)})")
+    ax.set_aspect("equal", adjustable="box")
+    ax.set_axis_off()
+    return ax
+
+
+def _draw_edges(ax: Axes, ends: Array, color: str, line: LineStyle, name: str) -> None:
+    """Draw edges with the given ends (k, 2, 2) as one line with gaps."""
+    x, y = np.concatenate([ends, np.full((len(ends), 1, 2), np.nan)], axis=1).reshape(-1, 2).T
+    label = f"{name} ({len(ends)})"
+    ax.plot(x, y, color=color, linestyle=line, linewidth=1.1, zorder=1.5, label=label)

@@ -1,0 +1,70 @@
+"""Draw switches: what one costs, how far each is open, and the two modes of a max-mixture.
+
+Every function takes matplotlib axes and returns them; χ² is a squared whitened residual.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import ArrayLike
+from robust_slam._arrays import Array, finite, mask
+from robust_slam.estimators.mixtures import NullHypothesis
+from robust_slam.estimators.switches import switch, switched_cost
+
+from robust_slam_course.style import LOOKS, MARKERS, PALETTE
+
+
+def draw_switch_costs(ax: Axes, chi2: Sequence[float], lam: float) -> Axes:
+    """Draw s²χ² + λ(1 − s)² over s from 0 to 1 for each χ², a marker at its lowest point."""
+    s = np.linspace(0.0, 1.0, 201)
+    for value, look in zip(chi2, LOOKS, strict=False):
+        cost = s**2 * value + lam * (1.0 - s) ** 2
+        label = f"χ² = {value:g}"
+        ax.plot(s, cost, color=look.color, linestyle=look.linestyle, label=label)
+        lowest = switch(value, lam), switched_cost(value, lam)
+        ax.plot(*lowest, look.marker, color=look.color, zorder=5)
+    ax.set(xlabel="switch s", ylabel="cost", xlim=(-0.02, 1.02))
+    return ax
+
+
+def draw_switches(
+    ax: Axes, switches: ArrayLike, is_outlier: ArrayLike, names: Sequence[str]
+) -> Axes:
+    """Draw each of m switches as a stem from 0 to s: circles are honest, crosses are lies.
+
+    Raises:
+        ValueError: a switch is not finite, or there are not m marks and m names.
+    """
+    m = len(names)
+    s, lies = finite("switches", switches, (m,)), mask("is_outlier", is_outlier, m)
+    for kind, label, chosen in (("inlier", "honest", ~lies), ("outlier", "lie", lies)):
+        at, colour = np.flatnonzero(chosen), PALETTE[kind]
+        ax.vlines(at, 0.0, s[chosen], color=colour, linewidth=2.5)
+        ax.plot(at, s[chosen], MARKERS[kind], color=colour, clip_on=False, label=label, zorder=5)
+    ax.set_xticks(np.arange(m), names)
+    ax.set(ylabel="switch s", ylim=(0.0, 1.05), xlim=(-0.6, m - 0.4))
+    ax.grid(visible=False, axis="x")
+    return ax
+
+
+def draw_modes(ax: Axes, rule: NullHypothesis, u_max: float) -> Axes:
+    """Draw what each mode costs over u up to `u_max`, the lower broad behind, and the switch.
+
+    The inlier mode costs u²/2, the outlier mode u²/(2 ratio²) + offset.
+    """
+    u = np.linspace(0.0, u_max, 301)
+    inlier: Array = 0.5 * u**2
+    outlier = inlier / rule.ratio**2 + rule.offset
+    lower = np.minimum(inlier, outlier)
+    ax.plot(
+        u, lower, "-", color=PALETTE["muted"], linewidth=7.0, alpha=0.35, label="lower of both"
+    )
+    ax.plot(u, inlier, "-", color=PALETTE["inlier"], label="inlier mode")
+    ax.plot(u, outlier, "--", color=PALETTE["outlier"], label="outlier mode")
+    at = rule.switch_norm
+    ax.plot(at, 0.5 * at**2, "D", color=PALETTE["estimate"], zorder=5, label=f"switch, {at:.3f}")
+    ax.set(xlabel="whitened residual u", ylabel="cost", xlim=(0.0, u_max))
+    return ax

@@ -1,0 +1,215 @@
+"""The polish: derivatives that are derivatives, quadratic convergence, no step upwards."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from robust_slam.certificates import chordal, newton
+from robust_slam.certificates.chordal import ChordalProblem, chordal_cost
+from robust_slam.certificates.newton import (
+    descend,
+    polish,
+    retract,
+    stationarity,
+    tangent_basis,
+)
+from robust_slam.descent.sparse.pattern import find_pattern
+from robust_slam.descent.undamped import gauss_newton
+from robust_slam.errors import NotConverged, Underdetermined
+from robust_slam.graphs import se2, se3
+from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam.graphs.rotations import nearest_stiefel
+
+from tests.lib.descent.sparse.matrices import as_dense
+
+both_groups = pytest.mark.parametrize("group", [se2, se3], ids=["se2", "se3"])
+
+
+def loops(group, seed, n=12, noise=0.1):
+    """A noisy ring with chords, edges of unequal information, and its true poses."""
+    rng = np.random.default_rng(seed)
+    steps = 0.4 * rng.normal(size=(n, group.DOF)) + np.eye(group.DOF)[0]
+    truth = np.stack([group.identity()] * n)
+    for k in range(1, n):
+        truth[k] = group.compose(truth[k - 1], group.exp(steps[k]))
+    edges = np.array([(k, (k + 1) % n) for k in range(n)] + [(k, (k + 4) % n) for k in range(n)])
+    m = len(edges)
+    true = group.between(truth[edges[:, 0]], truth[edges[:, 1]])
+    root = rng.normal(size=(m, group.DOF, group.DOF))
+    information = root @ np.swapaxes(root, 1, 2) + 5.0 * np.eye(group.DOF)
+    z = group.compose(true, group.exp(noise * rng.normal(size=(m, group.DOF))))
+    return PoseGraph(n, edges, z, information, np.arange(m) < n - 1), truth
+
+
+def shaken(group, poses, size, seed=0):
+    xi = size * np.random.default_rng(seed).normal(size=(len(poses), group.DOF))
+    xi[0] = 0.0
+    return group.compose(poses, group.exp(xi))
+
+
+def random_blocks(group, n, r, rng):
+    turn = nearest_stiefel(rng.normal(size=(n, r, group.DIMENSION)))
+    return np.concatenate([turn, rng.normal(size=(n, r, 1))], axis=2)
+
+
+@both_groups
+@pytest.mark.parametrize("extra", [0, 1, 2])
+def test_gradient_and_hessian_are_the_derivatives_of_the_cost(group, extra):
+    graph, _ = loops(group, 1, n=5)
+    problem = ChordalProblem.of(graph)
+    rng = np.random.default_rng(extra)
+    blocks = random_blocks(group, graph.n, group.DIMENSION + extra, rng)
+    basis = tangent_basis(blocks)
+    pattern = find_pattern(graph.n, problem.edges, basis.shape[1])
+    point = newton.Point(blocks, chordal.lifted_cost(problem, blocks), np.inf)
+    hessian, gradient, _ = newton.equations(problem, pattern, point, basis)
+    for _ in range(5):
+        step = rng.normal(size=basis.shape[:2])
+        step[0] = 0.0
+        h = 1e-3
+        ahead, behind, two, back = (
+            chordal.lifted_cost(problem, retract(blocks, basis, f * h * step))
+            for f in (1.0, -1.0, 2.0, -2.0)
+        )
+        slope = (8.0 * (ahead - behind) - (two - back)) / (12.0 * h)
+        bend = (16.0 * (ahead + behind) - (two + back) - 30.0 * point.cost) / (12.0 * h**2)
+        assert 2.0 * np.sum(gradient * step) == pytest.approx(
+            slope, rel=1e-5, abs=1e-5 * point.cost
+        )
+        free = step[1:].ravel()
+        curve = 2.0 * free @ as_dense(pattern, hessian) @ free
+        assert curve == pytest.approx(bend, rel=1e-4, abs=1e-4 * point.cost)
+
+
+@pytest.mark.parametrize(("d", "r", "p"), [(2, 2, 3), (3, 3, 6), (2, 3, 6), (3, 4, 10)])
+def test_the_basis_spans_the_tangent_space(d, r, p):
+    # Tangent to YᵀY = I is VᵀY + YᵀV = 0, of dimension r d − d (d + 1) / 2; and r for t.
+    blocks = random_blocks(se2 if d == 2 else se3, 4, r, np.random.default_rng(p))
+    basis = tangent_basis(blocks)
+    assert basis.shape == (4, p, r, d + 1)
+    turn = blocks[:, None, :, :d]
+    product = np.swapaxes(turn, -1, -2) @ basis[..., :d]
+    np.testing.assert_allclose(product, -np.swapaxes(product, -1, -2), atol=1e-12)
+    assert np.all(np.linalg.matrix_rank(basis.reshape(4, p, -1)) == p)
+
+
+@both_groups
+@pytest.mark.parametrize("seed", range(3))
+def test_the_convergence_is_quadratic(group, seed):
+    graph, truth = loops(group, seed, noise=0.03)
+    problem = ChordalProblem.of(graph)
+    optimum = polish(graph, gauss_newton(graph, truth))
+    start = chordal.pose_blocks(shaken(group, optimum, 1e-2))
+    sizes = [point.stationarity for point in descend(problem, start).history]
+    assert sizes[0] > 1e-4
+    for before, after in pairwise(sizes):
+        assert after <= 100.0 * before**2 + 1e-14
+
+
+@both_groups
+@pytest.mark.parametrize("seed", range(3))
+def test_gauss_newton_on_the_logarithm_does_not_end_at_the_chordal_optimum(group, seed):
+    graph, truth = loops(group, seed)
+    problem = ChordalProblem.of(graph)
+    first = gauss_newton(graph, truth)
+    last = polish(graph, first)
+    assert stationarity(problem, chordal.pose_blocks(first)) > 1e-5
+    assert stationarity(problem, chordal.pose_blocks(last)) < 1e-13
+    assert chordal_cost(graph, last) < chordal_cost(graph, first)
+
+
+@both_groups
+def test_the_numbers_say_minimum(group):
+    graph, truth = loops(group, 4)
+    poses = polish(graph, truth)
+    for seed in range(20):
+        assert chordal_cost(graph, shaken(group, poses, 1e-4, seed)) > chordal_cost(graph, poses)
+
+
+@both_groups
+def test_pose_0_stays_to_the_last_bit(group):
+    graph, truth = loops(group, 9, n=6)
+    start = group.compose(group.exp(np.full(group.DOF, 0.7)), truth)
+    if group is se2:  # An angle need not lie in (−π, π].
+        start[0, 2] += 2.0 * np.pi
+    np.testing.assert_array_equal(polish(graph, start)[0], start[0])
+
+
+@both_groups
+@pytest.mark.parametrize("seed", range(4))
+def test_no_step_raises_the_cost_however_far_the_start(group, seed):
+    graph, truth = loops(group, seed)
+    start = chordal.pose_blocks(shaken(group, truth, 3.0, seed))
+    descent = descend(ChordalProblem.of(graph), start)
+    costs = np.array([point.cost for point in descent.history])
+    assert descent.at_rest and costs[-1] < 0.5 * costs[0]
+    assert np.all(np.diff(costs) <= 1e-12 * costs[:-1])
+
+
+@both_groups
+@pytest.mark.parametrize("extra", [1, 2])
+def test_at_a_higher_rank_the_columns_stay_orthonormal_and_the_cost_falls(group, extra):
+    graph, _ = loops(group, 5)
+    d = group.DIMENSION
+    start = random_blocks(group, graph.n, d + extra, np.random.default_rng(extra))
+    descent = descend(ChordalProblem.of(graph), start, 1e-10)
+    turn = descent.last.blocks[..., :d]
+    np.testing.assert_allclose(
+        np.swapaxes(turn, 1, 2) @ turn, np.broadcast_to(np.eye(d), (graph.n, d, d)), atol=1e-12
+    )
+    assert descent.at_rest
+    assert descent.last.cost < descent.history[0].cost
+
+
+@both_groups
+def test_weights_multiply_the_information(group):
+    graph, truth = loops(group, 6)
+    w = np.linspace(0.1, 1.0, len(graph.edges))
+    scaled = PoseGraph(
+        graph.n,
+        graph.edges,
+        graph.measurement,
+        w[:, None, None] * graph.information,
+        graph.is_odometry,
+    )
+    np.testing.assert_allclose(polish(graph, truth, w), polish(scaled, truth), atol=1e-9)
+
+
+@both_groups
+def test_stationarity_has_no_unit_and_does_not_know_where_the_map_lies(group):
+    graph, truth = loops(group, 7)
+    problem = ChordalProblem.of(graph)
+    expected = stationarity(problem, chordal.pose_blocks(truth))
+    motion = group.exp(np.full(group.DOF, 1.5))
+    moved = chordal.pose_blocks(group.compose(motion, truth))
+    assert stationarity(problem, moved) == pytest.approx(expected, rel=1e-9)
+    heavier = ChordalProblem.of(graph, np.full(len(graph.edges), 7.0))
+    blocks = chordal.pose_blocks(truth)
+    assert stationarity(heavier, blocks) == pytest.approx(expected, rel=1e-9)
+    in_cm = 100.0
+    d = group.DIMENSION
+    measured, precision = problem.measured.copy(), problem.precision.copy()
+    measured[:, :d, d] *= in_cm
+    precision[:, d] /= in_cm**2
+    blocks[..., d] *= in_cm
+    smaller = ChordalProblem(problem.n, d, problem.edges, measured, precision)
+    assert stationarity(smaller, blocks) == pytest.approx(expected, rel=1e-9)
+
+
+@both_groups
+def test_bad_input_is_refused_and_too_few_steps_are_told(group):
+    graph, truth = loops(group, 8)
+    with pytest.raises(ValueError, match="poses: the shape"):
+        polish(graph, truth[:-1])
+    with pytest.raises(ValueError, match="weights: edge 3 weighs less than 0"):
+        polish(graph, truth, np.where(np.arange(len(graph.edges)) == 3, -1.0, 1.0))
+    with pytest.raises(Underdetermined, match="poses are loose"):
+        polish(graph, truth, np.zeros(len(graph.edges)))
+    with pytest.raises(ValueError, match="tol is -1"):
+        polish(graph, truth, tol=-1.0)
+    with pytest.raises(ValueError, match="max_iterations is 0"):
+        polish(graph, truth, max_iterations=0)
+    with pytest.raises(NotConverged, match=r"after 1 steps .* start from better poses"):
+        polish(graph, shaken(group, truth, 1.0), max_iterations=1)

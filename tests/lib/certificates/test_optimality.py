@@ -1,0 +1,292 @@
+"""Certificates: exact eigenvalues, the right bound, and what a certificate does not say."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from robust_slam.certificates import chordal
+from robust_slam.certificates.chordal import ChordalProblem, chordal_cost
+from robust_slam.certificates.newton import polish
+from robust_slam.certificates.optimality import Verdict, certificate, certify, judge
+from robust_slam.descent.undamped import gauss_newton
+from robust_slam.errors import Underdetermined
+from robust_slam.graphs import se2, se3
+from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam.graphs.rotations import nearest_rotations
+
+both_groups = pytest.mark.parametrize("group", [se2, se3], ids=["se2", "se3"])
+seeds = pytest.mark.parametrize("seed", range(3))
+
+
+def about_z(group, angle):
+    """Rotations ``(…, d, d)`` by ``angle`` in the plane, or about the z axis."""
+    angle = np.asarray(angle, dtype=float)
+    xi = np.zeros((*angle.shape, group.DOF))
+    xi[..., -1] = angle
+    return group.rotation(group.exp(xi))
+
+
+def unit_information(group, m):
+    """Information for which κ = τ = 1: in SE(3) κ = 3 / (2 · 3/2)."""
+    diagonal = [1.0] * 3 if group is se2 else [1.0] * 3 + [2.0] * 3
+    return np.tile(np.diag(diagonal), (m, 1, 1))
+
+
+def turning_cycle(group, n, angle):
+    """A cycle of ``n`` equal rotations, every pose at the same place."""
+    edges = [(k, (k + 1) % n) for k in range(n)]
+    z = group.from_parts(about_z(group, np.full(n, angle)), np.zeros((n, group.DIMENSION)))
+    return PoseGraph(n, edges, z, unit_information(group, n), np.arange(n) < n - 1)
+
+
+def ring(group, n, seed, noise, chords=0, reach=1.0):
+    """A noisy ring of poses that all look the same way; its truth; and the twisted state."""
+    rng = np.random.default_rng(seed)
+    turn = 2.0 * np.pi * np.arange(n) / n
+    place = np.zeros((n, group.DIMENSION))
+    place[:, 0], place[:, 1] = reach * np.cos(turn), reach * np.sin(turn)
+    truth = group.from_parts(about_z(group, np.zeros(n)), place)
+    edges = np.array([(k, (k + 1) % n) for k in range(n)] + [(k, k + 2) for k in range(chords)])
+    true = group.between(truth[edges[:, 0]], truth[edges[:, 1]])
+    z = group.compose(true, group.exp(noise * rng.normal(size=(len(edges), group.DOF))))
+    information = unit_information(group, len(edges))
+    graph = PoseGraph(n, edges, z, information, np.arange(len(edges)) < n - 1)
+    return graph, truth, group.from_parts(about_z(group, turn), place)
+
+
+def dense_certificate(graph, poses, weights=None):
+    """S with the positions, and S_R without them."""
+    problem = ChordalProblem.of(graph, weights)
+    blocks = chordal.certificate_blocks(problem, chordal.pose_blocks(poses))
+    s = chordal.assemble(problem, blocks)
+    return s.toarray(), chordal.marginalised(s, graph.n, graph.group.DIMENSION)
+
+
+@both_groups
+@seeds
+def test_s_times_x_is_0_at_a_stationary_point(group, seed):
+    graph, truth, twisted = ring(group, 6, seed, 0.1, chords=2)
+    for start in (truth, twisted):
+        poses = polish(graph, start)
+        s, s_r = dense_certificate(graph, poses)
+        x = chordal.lift(poses)
+        stacked = np.concatenate(list(group.rotation(poses)), axis=1)
+        np.testing.assert_allclose(s @ x.T, 0.0, atol=1e-11)
+        np.testing.assert_allclose(s_r @ stacked.T, 0.0, atol=1e-11)
+
+
+@both_groups
+@seeds
+def test_lambda_min_is_0_with_multiplicity_d_and_that_certifies(group, seed):
+    graph, truth, _ = ring(group, 6, seed, 0.1, chords=2)
+    poses, record = certify(graph, truth)
+    _, s_r = dense_certificate(graph, poses)
+    values, d = np.linalg.eigvalsh(s_r), group.DIMENSION
+    np.testing.assert_allclose(values[:d], 0.0, atol=1e-12)
+    assert values[d] > 0.1
+    assert record.verdict is Verdict.CERTIFIED
+    assert abs(record.lambda_min) < 1e-12
+    assert record.direction is None
+    assert 0.0 <= record.bound < 1e-8
+    assert record.cost == pytest.approx(chordal_cost(graph, poses), rel=1e-14)
+
+
+@both_groups
+@pytest.mark.parametrize("n", [6, 40])
+@pytest.mark.parametrize("twist", [False, True])
+def test_the_sparse_eigenvalue_is_the_dense_one(group, n, twist):
+    # 80 and 120 unknowns are beyond the dense solver's limit, 12 and 18 are not.
+    graph, truth, twisted = ring(group, n, 3, 0.01)
+    poses = polish(graph, twisted if twist else truth)
+    record = certificate(graph, poses)
+    s, s_r = dense_certificate(graph, poses)
+    assert record.lambda_min == pytest.approx(np.linalg.eigvalsh(s_r)[0], rel=1e-8, abs=1e-12)
+    assert (record.direction is not None) == twist
+    if twist:
+        row = record.direction.ravel()
+        assert np.linalg.norm(record.direction[:, :-1]) == pytest.approx(1.0, rel=1e-12)
+        assert row @ s @ row == pytest.approx(record.lambda_min, rel=1e-8)
+
+
+def test_the_eigenvalues_of_the_three_cycle():
+    # Audit 7: value 12 (1 − cos α); eigenvalues 0, 0 and 2 cos α − 2 cos(α ± 2π/3) twice each.
+    graph = turning_cycle(se2, 3, 0.3)
+    poses, record = certify(graph, np.zeros((3, 3)))
+    _, s_r = dense_certificate(graph, poses)
+    expected = [0.0, 0.0, 2.354153, 2.354153, 3.377865, 3.377865]
+    np.testing.assert_allclose(np.linalg.eigvalsh(s_r), expected, atol=5e-7)
+    assert record.verdict is Verdict.CERTIFIED
+    assert record.cost == pytest.approx(12.0 * (1.0 - np.cos(0.3)), rel=1e-12)
+
+
+def test_the_twisted_five_cycle_is_refused_and_its_bound_is_its_gap():
+    # Audit 7.7: no noise, so the least cost is 0; the twisted state costs 10 (2 − 2 cos 72°).
+    graph = turning_cycle(se2, 5, 0.0)
+    twisted = np.zeros((5, 3))
+    twisted[:, 2] = 2.0 * np.pi * np.arange(5) / 5
+    poses, record = certify(graph, twisted)
+    gap = 10.0 * (2.0 - 2.0 * np.cos(np.radians(72.0)))
+    assert gap == pytest.approx(13.819660, rel=1e-7)
+    np.testing.assert_allclose(se2.wrap(poses - twisted), 0.0, atol=1e-12)
+    assert record.verdict is Verdict.NOT_CERTIFIED
+    assert record.stationarity < 1e-14
+    assert record.cost == pytest.approx(gap, rel=1e-12)
+    assert record.bound == pytest.approx(gap, rel=1e-9)
+    assert record.lambda_min == pytest.approx(-gap / 10.0, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("group", "n", "reach"), [(se2, 5, 1.0), (se2, 8, 1.0), (se3, 8, 3.0), (se3, 12, 3.0)]
+)
+@pytest.mark.parametrize("seed", range(4))
+def test_the_bound_of_the_s_with_positions_is_too_small_and_ours_is_not(group, n, reach, seed):
+    # In space the twist leaves a third of the rotations' columns alone, so that the bound
+    # has room to be wrong in; long arms give the positions more of the eigenvector.
+    graph, truth, twisted = ring(group, n, seed, 0.02, reach=reach)
+    best, proof = certify(graph, truth)
+    poses, record = certify(graph, twisted)
+    assert proof.verdict is Verdict.CERTIFIED
+    assert record.verdict is Verdict.NOT_CERTIFIED
+    gap = record.cost - chordal_cost(graph, best)
+    s, _ = dense_certificate(graph, poses)
+    wrong = -group.DIMENSION * n * np.linalg.eigvalsh(s)[0]
+    assert 0.0 < wrong < gap <= record.bound
+
+
+@both_groups
+@pytest.mark.parametrize("seed", range(6))
+def test_the_bound_holds_at_any_map(group, seed):
+    graph, truth, _ = ring(group, 6, seed, 0.1, chords=2)
+    _, best = certify(graph, truth)
+    rng = np.random.default_rng(seed)
+    anywhere = group.compose(truth, group.exp(rng.normal(size=(6, group.DOF)) * 10.0**-seed))
+    record = certificate(graph, anywhere)
+    assert record.verdict is Verdict.NOT_STATIONARY
+    assert record.lower_bound <= best.cost * (1.0 + 1e-12)
+    floor = max(0.0, record.lower_bound)
+    assert record.bound == pytest.approx(record.cost - floor, rel=1e-12)
+    assert record.cost - record.bound <= best.cost * (1.0 + 1e-12)
+
+
+@both_groups
+def test_a_cholesky_test_that_passes_where_positions_are_wrong_is_no_certificate(group):
+    # All measured positions are 0, so S does not know of the map's positions at all: it is
+    # that of the truth, and passes with any shift.
+    graph = turning_cycle(group, 5, 0.0)
+    turn = about_z(group, np.zeros(5))
+    place = np.random.default_rng(0).normal(size=(5, group.DIMENSION))
+    record = certificate(graph, group.from_parts(turn, place))
+    assert record.direction is None
+    assert abs(record.lambda_min) < 1e-12
+    assert record.verdict is Verdict.NOT_STATIONARY
+    assert record.bound >= record.cost > 1.0
+
+
+@both_groups
+@seeds
+def test_a_cholesky_test_that_passes_by_a_wide_shift_is_no_certificate(group, seed):
+    graph, truth, _ = ring(group, 8, seed, 0.05, chords=4)
+    poses = gauss_newton(graph, truth)
+    record = certificate(graph, poses, eta=0.1)
+    assert record.direction is None and record.eta == 0.1
+    assert record.verdict is Verdict.NOT_STATIONARY
+    assert certify(graph, poses)[1].verdict is Verdict.CERTIFIED
+
+
+@both_groups
+@seeds
+def test_the_trace_of_the_multipliers_is_the_cost_at_any_rotations(group, seed):
+    # So a "duality gap" tr Λ − cost of 0 proves nothing: these rotations are random.
+    graph, _, _ = ring(group, 6, seed, 0.1, chords=2)
+    d, n = group.DIMENSION, graph.n
+    rng = np.random.default_rng(seed)
+    turn = nearest_rotations(rng.normal(size=(n, d, d)))
+    matrix = chordal.data_matrix(graph).toarray()
+    places = np.arange((d + 1) * n) % (d + 1) == d
+    free = np.flatnonzero(places)[1:]
+    x = chordal.lift(group.from_parts(turn, np.zeros((n, d))))
+    x[:, free] = -np.linalg.solve(matrix[np.ix_(free, free)], matrix[free] @ x.T).T
+    blocks = chordal.as_blocks(x, n)
+    record = judge(ChordalProblem.of(graph), blocks)
+    trace = record.lower_bound + d * n * record.eta
+    assert trace == pytest.approx(record.cost, rel=1e-10)
+    assert record.verdict is Verdict.NOT_STATIONARY
+    assert record.lambda_min < -0.1
+
+
+@both_groups
+def test_with_a_wrong_closure_kept_it_certifies_a_wrong_map(group):
+    # Audit 7.8: the certificate speaks of least squares, not of outliers.
+    graph, truth, _ = ring(group, 6, 0, 0.0, chords=2)
+    lie = group.compose(
+        group.between(truth[0], truth[3]),
+        group.from_parts(about_z(group, 2.0), np.zeros(group.DIMENSION)),
+    )
+    told = PoseGraph(
+        6,
+        np.concatenate([graph.edges, [[0, 3]]]),
+        np.concatenate([graph.measurement, lie[None]]),
+        unit_information(group, 9),
+        np.concatenate([graph.is_odometry, [False]]),
+    )
+    poses, record = certify(told, truth)
+    error = np.degrees(np.abs(group.log(group.between(truth, poses))[:, -1]))
+    assert record.verdict is Verdict.CERTIFIED
+    assert error.max() > 20.0
+    kept = np.arange(9) < 8
+    poses, record = certify(told, truth, kept.astype(float))
+    assert record.verdict is Verdict.CERTIFIED
+    np.testing.assert_allclose(poses, truth, atol=1e-12)
+
+
+@both_groups
+def test_weights_multiply_the_information(group):
+    graph, truth, _ = ring(group, 6, 1, 0.1, chords=3)
+    w = np.linspace(0.2, 1.0, len(graph.edges))
+    scaled = PoseGraph(
+        graph.n,
+        graph.edges,
+        graph.measurement,
+        w[:, None, None] * graph.information,
+        graph.is_odometry,
+    )
+    one, other = certify(graph, truth, w)[1], certify(scaled, truth)[1]
+    assert one.verdict is other.verdict is Verdict.CERTIFIED
+    assert one.cost == pytest.approx(other.cost, rel=1e-10)
+    assert one.eta == pytest.approx(other.eta, rel=1e-6)
+
+
+@both_groups
+def test_the_verdict_does_not_depend_on_the_unit_of_the_information(group):
+    for scale in (1e-6, 1.0, 1e6):
+        graph, truth, twisted = ring(group, 6, 2, 0.05, chords=0)
+        w = np.full(len(graph.edges), scale)
+        assert certify(graph, truth, w)[1].verdict is Verdict.CERTIFIED
+        assert certify(graph, twisted, w)[1].verdict is Verdict.NOT_CERTIFIED
+
+
+@both_groups
+def test_a_tree_always_certifies(group):
+    graph, truth, _ = ring(group, 6, 3, 0.1)
+    tree = np.arange(6) < 5
+    start = group.compose(truth, group.exp(0.3 * np.ones((6, group.DOF)) * np.arange(6)[:, None]))
+    record = certify(graph, start, tree.astype(float))[1]
+    assert record.verdict is Verdict.CERTIFIED
+    assert record.cost < 1e-20
+
+
+@both_groups
+def test_bad_input_is_refused_by_name(group):
+    graph, truth, _ = ring(group, 5, 4, 0.1)
+    with pytest.raises(ValueError, match="poses: the shape"):
+        certificate(graph, truth[:-1])
+    with pytest.raises(ValueError, match=r"poses: the entry at .* is not finite"):
+        certificate(graph, np.full_like(truth, np.nan))
+    with pytest.raises(ValueError, match="weights: the shape"):
+        certificate(graph, truth, [1.0])
+    with pytest.raises(ValueError, match=r"eta is 0\.0"):
+        certificate(graph, truth, eta=0.0)
+    with pytest.raises(ValueError, match=r"tol is -1\.0"):
+        certificate(graph, truth, tol=-1.0)
+    with pytest.raises(Underdetermined, match="poses are loose"):
+        certificate(graph, truth, np.zeros(5))

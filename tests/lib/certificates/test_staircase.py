@@ -1,0 +1,152 @@
+"""The staircase leaves local minima, and says so where the relaxation is not tight."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from robust_slam.certificates import chordal
+from robust_slam.certificates.chordal import ChordalProblem, chordal_cost
+from robust_slam.certificates.optimality import Verdict, certify
+from robust_slam.certificates.sdp import solve_sdp
+from robust_slam.certificates.staircase import climb, rounded, solve_certified
+from robust_slam.graphs import se2, se3
+from robust_slam.graphs.pose_graph import PoseGraph
+
+both_groups = pytest.mark.parametrize("group", [se2, se3], ids=["se2", "se3"])
+
+
+def ring(group, n, seed, noise, chords=0, reach=1.0):
+    """A noisy ring of poses that all look the same way; its truth; and the twisted state."""
+    rng = np.random.default_rng(seed)
+    angle = 2.0 * np.pi * np.arange(n) / n
+    place = np.zeros((n, group.DIMENSION))
+    place[:, 0], place[:, 1] = reach * np.cos(angle), reach * np.sin(angle)
+    about_z = np.zeros((n, group.DOF))
+    about_z[:, -1] = angle
+    still = np.broadcast_to(np.eye(group.DIMENSION), (n, group.DIMENSION, group.DIMENSION))
+    truth = group.from_parts(still, place)
+    twisted = group.from_parts(group.rotation(group.exp(about_z)), place)
+    edges = np.array([(k, (k + 1) % n) for k in range(n)] + [(k, k + 2) for k in range(chords)])
+    m = len(edges)
+    true = group.between(truth[edges[:, 0]], truth[edges[:, 1]])
+    z = group.compose(true, group.exp(noise * rng.normal(size=(m, group.DOF))))
+    unit = np.tile(np.eye(group.DOF), (m, 1, 1))
+    return PoseGraph(n, edges, z, unit, np.arange(m) < n - 1), truth, twisted
+
+
+@pytest.mark.parametrize("reach", [0.0, 1.0])
+@both_groups
+def test_the_twisted_five_cycle_is_left_to_cost_0(group, reach):
+    graph, truth, twisted = ring(group, 5, 0, 0.0, reach=reach)
+    assert certify(graph, twisted)[1].verdict is Verdict.NOT_CERTIFIED
+    poses, record = solve_certified(graph, twisted)
+    assert record.verdict is Verdict.CERTIFIED
+    assert record.cost < 1e-20
+    np.testing.assert_allclose(
+        group.between(poses[0], poses), group.between(truth[0], truth), atol=1e-9
+    )
+
+
+@both_groups
+@pytest.mark.parametrize("n", [5, 8, 12])
+@pytest.mark.parametrize("chords", [0, 2])
+@pytest.mark.parametrize("seed", range(2))
+def test_a_twisted_noisy_cycle_ends_at_the_certified_optimum(group, n, chords, seed):
+    graph, truth, twisted = ring(group, n, seed, 0.1, chords)
+    poses, record = solve_certified(graph, twisted)
+    _, expected = certify(graph, truth)
+    assert expected.verdict is record.verdict is Verdict.CERTIFIED
+    assert record.cost == pytest.approx(expected.cost, rel=1e-9)
+    assert chordal_cost(graph, poses) == pytest.approx(record.cost, rel=1e-12)
+    np.testing.assert_array_equal(poses[0], twisted[0])
+
+
+@both_groups
+@pytest.mark.parametrize("seed", range(3))
+def test_from_a_start_without_any_sense_it_ends_at_the_certified_optimum(group, seed):
+    graph, truth, _ = ring(group, 12, seed, 0.05, chords=8)
+    start = group.exp(2.0 * np.random.default_rng(seed).normal(size=(12, group.DOF)))
+    _, record = solve_certified(graph, start)
+    assert record.verdict is Verdict.CERTIFIED
+    assert record.cost == pytest.approx(certify(graph, truth)[1].cost, rel=1e-9)
+
+
+@both_groups
+def test_a_certified_start_is_polished_and_kept(group):
+    graph, truth, _ = ring(group, 6, 1, 0.1, chords=2)
+    polished, expected = certify(graph, truth)
+    poses, record = solve_certified(graph, truth)
+    np.testing.assert_array_equal(poses, polished)
+    assert record.cost == expected.cost
+
+
+@both_groups
+@pytest.mark.parametrize("seed", range(3))
+def test_one_rank_higher_the_cost_falls_and_the_columns_stay_orthonormal(group, seed):
+    graph, _, twisted = ring(group, 8, seed, 0.1)
+    poses, record = certify(graph, twisted)
+    problem = ChordalProblem.of(graph)
+    blocks = chordal.pose_blocks(poses)
+    higher = climb(problem, blocks, record.direction)
+    d = group.DIMENSION
+    assert higher.shape == (8, d + 1, d + 1)
+    assert chordal.lifted_cost(problem, higher) < record.cost
+    turn = higher[..., :d]
+    np.testing.assert_allclose(
+        np.swapaxes(turn, 1, 2) @ turn, np.broadcast_to(np.eye(d), (8, d, d)), atol=1e-12
+    )
+
+
+def test_where_the_relaxation_is_not_tight_it_says_so_with_a_closer_bound():
+    # A ring of 30 whose measured rotations are so noisy that no map reaches the relaxation.
+    graph, truth, _ = ring(se3, 30, 0, 0.2, reach=0.0)
+    _, before = certify(graph, truth)
+    poses, record = solve_certified(graph, truth)
+    assert before.verdict is record.verdict is Verdict.NOT_CERTIFIED
+    assert record.cost <= before.cost * (1.0 + 1e-12)
+    assert 0.0 < record.bound < 0.1 * before.bound
+    assert record.lower_bound < chordal_cost(graph, poses)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_its_lower_bound_is_the_value_of_the_semidefinite_relaxation(seed):
+    # Seed 1 is tight, 0 and 2 are not.
+    graph, truth, _ = ring(se3, 10, seed, 0.8, reach=0.0)
+    _, record = solve_certified(graph, truth)
+    q = chordal.marginalised(chordal.data_matrix(graph), graph.n, 3)
+    assert record.lower_bound == pytest.approx(solve_sdp(q, 3).value, rel=1e-6)
+
+
+@both_groups
+@pytest.mark.parametrize("extra", [0, 1])
+def test_rounding_moves_the_map_as_a_whole_to_where_pose_0_was(group, extra):
+    graph, truth, _ = ring(group, 8, 1, 0.1)
+    rng = np.random.default_rng(extra)
+    map_ = group.compose(truth, group.exp(rng.normal(size=(8, group.DOF))))
+    d = group.DIMENSION
+    frame = np.linalg.qr(rng.normal(size=(d + extra, d)))[0]
+    like = group.compose(group.exp(rng.normal(size=group.DOF)), truth)
+    poses = rounded(graph, frame @ chordal.pose_blocks(map_), like)
+    np.testing.assert_array_equal(poses[0], like[0])
+    np.testing.assert_allclose(
+        group.between(poses[0], poses), group.between(map_[0], map_), atol=1e-9
+    )
+
+
+@both_groups
+def test_weights_take_edges_out(group):
+    graph, truth, twisted = ring(group, 6, 2, 0.1, chords=2)
+    weights = np.where(np.arange(8) == 6, 0.0, 0.7)
+    _, record = solve_certified(graph, twisted, weights)
+    assert record.verdict is Verdict.CERTIFIED
+    assert record.cost == pytest.approx(certify(graph, truth, weights)[1].cost, rel=1e-9)
+
+
+@both_groups
+def test_without_climbs_it_stays_and_bad_input_is_refused(group):
+    graph, _, twisted = ring(group, 5, 3, 0.05)
+    assert solve_certified(graph, twisted, max_climbs=0)[1].verdict is Verdict.NOT_CERTIFIED
+    with pytest.raises(ValueError, match="max_climbs is -1"):
+        solve_certified(graph, twisted, max_climbs=-1)
+    with pytest.raises(ValueError, match="poses: the shape"):
+        solve_certified(graph, twisted[1:])

@@ -1,0 +1,236 @@
+"""Maximum clique: right on all that can be enumerated, honest about all that cannot."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from robust_slam.consistency.cliques import max_clique
+
+DENSITIES = (0.1, 0.3, 0.5, 0.7, 0.85, 0.95)
+
+
+def random_adjacency(m, density, seed):
+    upper = np.triu(np.random.default_rng(seed).random((m, m)) < density, 1)
+    return upper | upper.T
+
+
+def shuffled(adjacency, seed):
+    order = np.random.default_rng(seed).permutation(len(adjacency))
+    return adjacency[np.ix_(order, order)]
+
+
+def is_clique(adjacency, members):
+    return np.all(adjacency[np.ix_(members, members)] | np.eye(len(members), dtype=bool))
+
+
+def largest_by_subsets(adjacency):
+    """The size of a largest clique, from all 2^m sets of vertices."""
+    m = len(adjacency)
+    return max(
+        len(chosen)
+        for chosen in (np.flatnonzero(number >> np.arange(m) & 1) for number in range(1 << m))
+        if is_clique(adjacency, chosen)
+    )
+
+
+def largest_by_growth(adjacency, inside=None):
+    """The size of a largest clique among the set ``inside``: with its first vertex or without."""
+    near = [set(np.flatnonzero(row)) for row in adjacency]
+    best = 0
+    stack = [(0, set(range(len(near))) if inside is None else set(inside))]
+    while stack:
+        size, left = stack.pop()
+        best = max(best, size)
+        if size + len(left) > best and left:
+            v = min(left)
+            stack += [(size, left - {v}), (size + 1, left & near[v])]
+    return best
+
+
+def decoy(seed, pieces=8, size=5, planted=9):
+    """A planted clique, and more vertices of higher degree without one of its size.
+
+    The decoys are ``pieces`` groups, none joined within and every one joined to all of the
+    other groups: degree (pieces − 1) · size, largest cliques of ``pieces``.
+    """
+    group = np.repeat(np.arange(pieces), size)
+    decoys = group[:, None] != group
+    m = len(group) + planted
+    adjacency = np.zeros((m, m), dtype=bool)
+    adjacency[: len(group), : len(group)] = decoys
+    adjacency[len(group) :, len(group) :] = ~np.eye(planted, dtype=bool)
+    order = np.random.default_rng(seed).permutation(m)
+    return adjacency[np.ix_(order, order)], np.flatnonzero(order >= len(group))
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("density", DENSITIES)
+def test_the_size_is_that_of_a_search_over_all_subsets(density, seed):
+    adjacency = random_adjacency(9, density, seed)
+    clique = max_clique(adjacency)
+    assert is_clique(adjacency, clique.members)
+    assert len(clique.members) == clique.bound == largest_by_subsets(adjacency)
+    assert clique.proven
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("density", DENSITIES)
+def test_the_size_is_that_of_an_enumeration(density, seed):
+    adjacency = random_adjacency(26, density, 100 + seed)
+    clique = max_clique(adjacency)
+    assert is_clique(adjacency, clique.members)
+    assert len(clique.members) == clique.bound == largest_by_growth(adjacency)
+
+
+@pytest.mark.parametrize("budget", [1, 20, 60, 200, 1000])
+@pytest.mark.parametrize("density", DENSITIES)
+def test_at_every_budget_the_clique_is_one_and_the_bound_holds(density, budget):
+    for seed in range(4):
+        adjacency = random_adjacency(28, density, 200 + seed)
+        largest = largest_by_growth(adjacency)
+        clique = max_clique(adjacency, budget=budget)
+        assert is_clique(adjacency, clique.members)
+        assert len(clique.members) <= largest <= clique.bound
+        assert clique.proven == (len(clique.members) == clique.bound)
+
+
+def test_a_small_budget_ends_unproven_and_more_of_it_never_harms():
+    adjacency = random_adjacency(120, 0.75, 0)
+    answers = [max_clique(adjacency, budget=b) for b in (1, 3_000, 30_000, 3_000_000)]
+    sizes = [len(a.members) for a in answers]
+    bounds = [a.bound for a in answers]
+    assert not answers[0].proven and answers[-1].proven
+    assert sizes == sorted(sizes) and bounds == sorted(bounds, reverse=True)
+    assert bounds[0] > bounds[-1]
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_clique_is_found_where_all_who_look_larger_are_decoys(seed):
+    adjacency, planted = decoy(seed)
+    degree = adjacency.sum(axis=1)
+    assert degree[planted].max() < np.delete(degree, planted).min()
+    clique = max_clique(adjacency)
+    np.testing.assert_array_equal(clique.members, planted)
+    assert clique.proven
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_planted_clique_is_found_among_many_vertices(seed):
+    rng = np.random.default_rng(seed)
+    adjacency = random_adjacency(300, 0.3, seed)
+    planted = np.sort(rng.choice(300, 30, replace=False))
+    adjacency[np.ix_(planted, planted)] = True
+    clique = max_clique(adjacency)
+    np.testing.assert_array_equal(clique.members, planted)
+    assert clique.proven
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_few_outliers_in_a_dense_graph_are_proven_without_a_search(seed):
+    # Each of 10 lies contradicts 40 of 600 closures that all agree: no clique holds more
+    # than these 600 and a largest clique of the lies among themselves, and none swaps.
+    rng = np.random.default_rng(seed)
+    adjacency = np.ones((610, 610), dtype=bool)
+    adjacency[600:, 600:] = np.eye(10, dtype=bool)
+    for lie in range(600, 610):
+        against = rng.choice(600, 40, replace=False)
+        adjacency[lie, against] = adjacency[against, lie] = False
+    clique = max_clique(adjacency, budget=1)
+    np.testing.assert_array_equal(clique.members, np.arange(600))
+    assert clique.proven
+
+
+def test_more_vertices_than_python_may_recurse_are_no_obstacle():
+    # A path of 1100 vertices in the complement: a largest independent set there is every
+    # other vertex, the ends included.
+    m = 1100
+    adjacency = ~np.eye(m, dtype=bool)
+    step = np.arange(m - 1)
+    adjacency[step, step + 1] = adjacency[step + 1, step] = False
+    clique = max_clique(shuffled(adjacency, 0))
+    assert len(clique.members) == clique.bound == 550
+
+
+def test_odd_rings_in_the_complement_cost_half_rounded_down_each():
+    # Around a ring of 2k + 1 no two neighbours can be chosen: k. No vertex dominates
+    # another there, and the rings are independent.
+    rings = [5, 7, 9, 11, 21]
+    apart = np.zeros((sum(rings), sum(rings)), dtype=bool)
+    for first, k in zip(np.cumsum([0, *rings]), rings, strict=False):
+        at = first + np.arange(k)
+        apart[at, np.roll(at, 1)] = apart[np.roll(at, 1), at] = True
+    clique = max_clique(shuffled(~apart, 1))
+    assert len(clique.members) == clique.bound == 2 + 3 + 4 + 5 + 10
+
+
+@pytest.mark.parametrize("k", [1, 2, 7, 40])
+def test_the_complement_of_a_perfect_matching_leaves_one_of_each_pair(k):
+    adjacency = np.ones((2 * k, 2 * k), dtype=bool)
+    adjacency[np.arange(2 * k), np.arange(2 * k) ^ 1] = False
+    clique = max_clique(adjacency)
+    assert clique.proven
+    assert sorted(clique.members // 2) == list(range(k))
+
+
+def test_the_complete_graph_is_its_own_clique_and_no_edges_leave_one_vertex():
+    np.testing.assert_array_equal(max_clique(np.ones((50, 50), bool)).members, np.arange(50))
+    alone = max_clique(np.eye(50, dtype=bool))
+    assert len(alone.members) == alone.bound == 1 and alone.proven
+
+
+def test_the_graph_without_vertices_has_the_empty_clique():
+    clique = max_clique(np.zeros((0, 0), dtype=bool))
+    assert clique.members.shape == (0,) and clique.bound == 0 and clique.proven
+
+
+def test_of_two_equally_large_cliques_one_comes_back():
+    adjacency = np.kron(np.eye(2), np.ones((6, 6))) > 0.0
+    members = max_clique(adjacency).members.tolist()
+    assert members in ([0, 1, 2, 3, 4, 5], [6, 7, 8, 9, 10, 11])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_diagonal_does_not_matter_and_the_input_stays_as_it_is(seed):
+    adjacency = random_adjacency(40, 0.6, seed)
+    full = adjacency | np.eye(40, dtype=bool)
+    before = full.copy()
+    np.testing.assert_array_equal(max_clique(full).members, max_clique(adjacency).members)
+    np.testing.assert_array_equal(full, before)
+
+
+@pytest.mark.parametrize("budget", [1, 5_000])
+def test_the_same_input_gives_the_same_clique(budget):
+    adjacency = random_adjacency(150, 0.8, 5)
+    first, again = (max_clique(adjacency, budget=budget) for _ in range(2))
+    np.testing.assert_array_equal(first.members, again.members)
+    assert first.bound == again.bound
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("density", [0.4, 0.7, 0.9])
+def test_fixed_members_are_kept_and_the_rest_is_a_largest_that_joins_them(density, seed):
+    adjacency = random_adjacency(24, density, 300 + seed)
+    fixed = np.argwhere(adjacency)[seed]
+    clique = max_clique(adjacency, fixed=fixed)
+    assert is_clique(adjacency, clique.members) and np.isin(fixed, clique.members).all()
+    joined = np.flatnonzero(adjacency[fixed].all(axis=0))
+    assert len(clique.members) == clique.bound == 2 + largest_by_growth(adjacency, joined)
+
+
+@pytest.mark.parametrize(
+    ("adjacency", "options", "told"),
+    [
+        (np.ones((2, 3), bool), {}, r"adjacency: the shape is \(2, 3\)"),
+        (np.ones(4, bool), {}, r"adjacency: the shape is \(4,\)"),
+        (np.ones((2, 2)), {}, "adjacency: the entries are float64"),
+        (np.array([[1, 1], [0, 1]], bool), {}, r"entries \(0, 1\) and \(1, 0\) differ"),
+        (np.eye(3, dtype=bool), {"budget": 0}, "budget is 0"),
+        (np.eye(3, dtype=bool), {"fixed": [0, 2]}, "vertices 0 and 2 are not joined"),
+        (np.eye(3, dtype=bool), {"fixed": [3]}, "fixed: vertices are 0 to 2"),
+        (np.eye(3, dtype=bool), {"fixed": [-1]}, "fixed: vertices are 0 to 2"),
+        (np.eye(3, dtype=bool), {"fixed": [True, False, False]}, "fixed: the entries are bool"),
+    ],
+)
+def test_what_is_no_graph_is_refused(adjacency, options, told):
+    with pytest.raises(ValueError, match=told):
+        max_clique(adjacency, **options)

@@ -1,0 +1,180 @@
+"""The pictures of assignment 09 draw what a student's functions return, and its tools work."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from robust_slam import pipeline as library
+from robust_slam.certificates import optimality
+from robust_slam.consistency import pairwise
+from robust_slam.graphs import generate, outliers
+from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam_course.exercises import NOT_YET, capstone
+
+
+def as_dict(graph):
+    names = ("edges", "measurement", "information", "is_odometry")
+    return {"n": graph.n} | {name: getattr(graph, name) for name in names}
+
+
+def make_graph(n, loops, noise, seed):
+    rng = np.random.default_rng(seed)
+    sigma = generate.Noise(odometry=noise, closure=noise)
+    graph, truth = generate.circle(n, rng, laps=4, closures=loops, noise=sigma)
+    return as_dict(graph), truth
+
+
+def spoil(graph, fraction, seed):
+    rng = np.random.default_rng(seed)
+    spoiled, is_lie = outliers.spoil_closures(PoseGraph(**graph), fraction, rng)
+    return as_dict(spoiled), is_lie
+
+
+def judge(graph, poses):
+    return optimality.certificate(PoseGraph(**graph), poses).verdict.value
+
+
+def pipeline(graph, gamma, c, tools):
+    own, cov = graph["is_odometry"], np.linalg.inv(graph["information"])
+    z, loops = graph["measurement"], np.flatnonzero(~graph["is_odometry"])
+    agree = tools["pairwise_consistent"](
+        z[own], cov[own], graph["edges"][loops], z[loops], cov[loops], gamma
+    )
+
+    def left(kept):
+        return {key: value if key == "n" else value[kept] for key, value in graph.items()}
+
+    kept = own.copy()
+    kept[loops[tools["largest_consistent_set"](agree)]] = True
+    poses, weights = tools["robust_solve"](left(kept), c)
+    kept[kept] = weights > 0.5
+    poses = tools["polish"](left(kept), poses)
+    verdict, gap = tools["certificate"](left(kept), poses)
+    return {"poses": poses, "kept": kept, "verdict": verdict, "gap": gap}
+
+
+RIGHT: dict[str, Callable[..., object]] = {
+    "make_graph": make_graph,
+    "spoil": spoil,
+    "judge": judge,
+    "pipeline": pipeline,
+}
+
+
+def drawn(name: str) -> Figure:
+    figure = getattr(capstone, name)(RIGHT[name])
+    assert isinstance(figure, Figure)
+    return figure
+
+
+def town(seed=7, lies=6):
+    rng = np.random.default_rng(seed)
+    graph, truth = generate.manhattan(30, rng, side=5, closures=12)
+    graph, is_lie = outliers.add_random_closures(graph, lies, rng, poses=truth)
+    return graph, is_lie
+
+
+def test_the_truth_of_a_right_world_has_the_residuals_it_should() -> None:
+    title = drawn("make_graph").axes[1].get_title()
+    assert abs(float(title.split()[1].rstrip(":")) - 3) < 0.8
+
+
+def test_spoiled_closures_are_marked() -> None:
+    ax = drawn("spoil").axes[0]
+    counts = {line.get_label(): len(line.get_xdata()) for line in ax.lines}
+    assert (counts["honest"], counts["spoiled"]) == (14, 6)
+
+
+def test_three_maps_have_three_verdicts() -> None:
+    said = [[text.get_text() for text in ax.texts] for ax in drawn("judge").axes]
+    verdicts = ["certified", "not certified", "not stationary"]
+    assert said == [[f"truth: {word}", f"yours: {word}"] for word in verdicts]
+
+
+def test_decisions_are_told_in_the_title() -> None:
+    assert drawn("pipeline").axes[0].get_title() == "precision 1.00, recall 1.00: certified"
+
+
+# In the second town GNC decides otherwise where it begins at least squares.
+@pytest.mark.parametrize(("seed", "lies"), [(7, 6), (6, 8)])
+def test_tools_put_together_decide_as_the_library_does(seed: int, lies: int) -> None:
+    graph, _ = town(seed, lies)
+    whole = library.solve(graph)
+    limit = 3.3682141752187276
+    answer = pipeline(as_dict(graph), limit, limit, capstone.library_tools())
+    np.testing.assert_array_equal(answer["kept"], whole.kept)
+    np.testing.assert_allclose(answer["poses"], whole.poses, atol=1e-6)
+    assert answer["verdict"] == whole.certificate.verdict.value
+    assert answer["gap"] == pytest.approx(whole.certificate.bound, abs=1e-6)
+
+
+def test_the_tool_for_pairs_takes_arrays_and_lists() -> None:
+    graph, _ = town()
+    own, loops = graph.is_odometry, ~graph.is_odometry
+    cov = np.linalg.inv(graph.information)
+    arrays = [graph.measurement[own], cov[own], graph.edges[loops]]
+    arrays += [graph.measurement[loops], cov[loops]]
+    tool = capstone.library_tools()["pairwise_consistent"]
+    want = pairwise.pairwise_consistent(graph, 3.0)
+    np.testing.assert_array_equal(tool(*arrays, 3.0), want)
+    np.testing.assert_array_equal(tool(*[array.tolist() for array in arrays], 3.0), want)
+    assert tool(arrays[0], arrays[1], [], [], [], 3.0).shape == (0, 0)
+
+
+def small(monkeypatch: pytest.MonkeyPatch) -> None:
+    graph, is_lie = town()
+    monkeypatch.setattr(capstone, "_public", lambda: (graph, is_lie, "a small town"))
+
+
+def test_a_public_graph_is_named_and_drawn(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    small(monkeypatch)
+    figure = capstone.public_graph(pipeline)
+    assert isinstance(figure, Figure)
+    assert capsys.readouterr().out == "a small town\n"
+
+
+def test_where_there_is_no_data_a_graph_is_made(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: object
+) -> None:
+    def missing(name, make):
+        return make(), "made up"
+
+    monkeypatch.setattr(capstone.datasets, "load_or_generate", missing)
+    graph, is_lie, word = capstone._public()
+    assert (graph.n, int(is_lie.sum()), word) == (400, 40, "made up")
+
+
+def test_gtsam_has_the_same_map(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("gtsam")
+    small(monkeypatch)
+    figure = capstone.beside_gtsam(pipeline)
+    assert isinstance(figure, Figure)
+    assert float(figure.axes[0].get_title().split()[3]) < 0.05
+
+
+def test_without_gtsam_a_sentence_says_so(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(capstone, "find_spec", lambda name: None)
+    assert capstone.beside_gtsam(pipeline) is None
+    assert capsys.readouterr().out == f"{capstone.NO_GTSAM}\n"
+
+
+def unfinished(*args: object, **kwargs: object) -> object:
+    raise NotImplementedError
+
+
+@pytest.mark.parametrize("student", [unfinished, lambda *args, **kwargs: None])
+@pytest.mark.parametrize("name", RIGHT)
+def test_an_unfinished_function_gets_a_sentence(
+    name: str, student: Callable[..., object], capsys: pytest.CaptureFixture[str]
+) -> None:
+    if name == "judge" and student is not unfinished:
+        return  # whatever it says is written below the maps
+    assert getattr(capstone, name)(student) is None
+    assert capsys.readouterr().out == f"{NOT_YET}\n"

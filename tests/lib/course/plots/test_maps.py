@@ -1,0 +1,286 @@
+"""What a drawn map and a drawn chain show, read back from the axes."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib import pyplot as plt
+from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
+from robust_slam.graphs.generate import circle, sphere
+from robust_slam.graphs.outliers import add_random_closures
+from robust_slam_course.plots import opening
+from robust_slam_course.plots.maps import (
+    decision_legend,
+    draw_chain,
+    draw_headings,
+    draw_map,
+    legend_below,
+    map_legend,
+)
+from robust_slam_course.style import PALETTE
+
+PICTURE = Path(__file__).parents[4] / "chapters" / "assets" / "one-lie.svg"
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
+COORDINATES = re.compile(r'(?:\sd|transform|\sx|\sy)="([^"]*)"')
+
+
+@pytest.fixture
+def ax() -> Iterator[Axes]:
+    figure, axes = plt.subplots()
+    yield axes
+    plt.close(figure)
+
+
+def town():
+    rng = np.random.default_rng(5)
+    honest, truth = circle(20, rng, laps=2, closures=4)
+    graph, is_lie = add_random_closures(honest, 2, rng, poses=truth)
+    return graph, is_lie, truth
+
+
+def ends_drawn(ax: Axes, colour: str) -> set[tuple[float, ...]]:
+    """Return the segments of all lines in a colour, each as (x, y, x, y)."""
+    segments = set()
+    for line in ax.lines:
+        if to_hex(line.get_color()) == colour.lower() and line.get_linestyle() != "None":
+            xy = np.column_stack(line.get_data())
+            for a, b in pairwise(xy):
+                if np.all(np.isfinite([a, b])):
+                    segments.add(tuple(np.round([*a, *b], 9)))
+    return segments
+
+
+def test_every_edge_is_drawn_once_in_the_colour_of_its_kind(ax: Axes) -> None:
+    graph, is_lie, truth = town()
+    draw_map(ax, graph, truth, is_outlier=is_lie)
+    kinds = {
+        "estimate": graph.is_odometry,
+        "inlier": ~graph.is_odometry & ~is_lie,
+        "outlier": is_lie,
+    }
+    for colour, chosen in kinds.items():
+        ends = truth[graph.edges[chosen]][:, :, :2].reshape(-1, 4)
+        assert ends_drawn(ax, PALETTE[colour]) == {tuple(np.round(row, 9)) for row in ends}
+
+
+def test_a_map_has_one_scale_and_the_truth_is_dotted(ax: Axes) -> None:
+    graph, _, truth = town()
+    assert draw_map(ax, graph, truth, truth=truth) is ax
+    assert ax.get_aspect() == 1.0
+    assert [line.get_linestyle() for line in ax.lines].count(":") == 1
+
+
+def test_a_smaller_weight_is_fainter_and_zero_is_still_seen(ax: Axes) -> None:
+    graph, is_lie, truth = town()
+    weights = np.where(is_lie, 0.0, 1.0)
+    draw_map(ax, graph, truth, is_outlier=is_lie, weights=weights)
+    alphas = {to_hex(line.get_color()): line.get_alpha() for line in ax.lines}
+    assert 0.0 < alphas[PALETTE["outlier"].lower()] < 0.3
+    assert alphas[PALETTE["inlier"].lower()] == 1.0
+
+
+def decisions():
+    """A map with one mistake of each kind, and the words for every edge."""
+    graph, is_lie, truth = town()
+    kept = ~is_lie
+    kept[np.flatnonzero(is_lie)[0]] = True
+    kept[np.flatnonzero(~graph.is_odometry)[0]] = False
+    words = np.where(
+        graph.is_odometry,
+        "odometry",
+        np.char.add(np.where(is_lie, "wrong, ", "true, "), np.where(kept, "kept", "rejected")),
+    )
+    return graph, is_lie, truth, kept, words
+
+
+def test_decisions_are_named_and_counted_in_the_legend(ax: Axes) -> None:
+    graph, is_lie, truth, kept, words = decisions()
+    draw_map(ax, graph, truth, is_outlier=is_lie, kept=kept)
+    told = {text.get_text() for text in legend_below(ax).get_texts()}
+    names, counts = np.unique(words, return_counts=True)
+    assert told == {f"{name} ({count})" for name, count in zip(names, counts, strict=True)}
+    assert len(told) == 5
+
+
+def test_every_decision_has_a_look_of_its_own_without_colour(ax: Axes) -> None:
+    graph, is_lie, truth, kept, _ = decisions()
+    draw_map(ax, graph, truth, is_outlier=is_lie, kept=kept)
+    named = [line for line in ax.lines if not line.get_label().startswith("_")]
+    looks = {
+        (str(line._unscaled_dash_pattern), line.get_linewidth(), line.get_marker())
+        for line in named
+    }
+    assert len(looks) == len(named) == 5
+
+
+def test_a_wrong_decision_has_a_marker_at_the_middle_of_its_edge(ax: Axes) -> None:
+    graph, is_lie, truth, kept, words = decisions()
+    draw_map(ax, graph, truth, is_outlier=is_lie, kept=kept)
+    for line in ax.lines:
+        word = line.get_label().partition(" (")[0]
+        if word in ("wrong, kept", "true, rejected"):
+            marked = np.column_stack(line.get_data())[line.get_markevery()]
+            middles = truth[graph.edges[words == word]][:, :, :2].mean(axis=1)
+            np.testing.assert_allclose(marked, middles)
+        elif line.get_label() in words:
+            assert line.get_marker() == "None"
+
+
+def test_the_legend_of_decisions_names_every_look_that_a_map_draws(ax: Axes) -> None:
+    graph, is_lie, truth, kept, _ = decisions()
+    draw_map(ax, graph, truth, is_outlier=is_lie, kept=kept, truth=truth)
+    drawn = {
+        line.get_label().partition(" (")[0]: (line.get_color(), line.get_linestyle())
+        for line in ax.lines
+        if not line.get_label().startswith("_")
+    }
+    assert {h.get_label(): (h.get_color(), h.get_linestyle()) for h in decision_legend()} == drawn
+
+
+def test_without_the_truth_closures_are_kept_or_rejected(ax: Axes) -> None:
+    graph, _, truth, kept, _ = decisions()
+    draw_map(ax, graph, truth, kept=kept)
+    words = {text.get_text().partition(" (")[0] for text in legend_below(ax).get_texts()}
+    assert words == {"odometry", "kept", "rejected"}
+
+
+@pytest.mark.parametrize("view", [(0, 1), (0, 2), (1, 2)])
+def test_a_map_in_space_is_seen_from_a_side(ax: Axes, view: tuple[int, int]) -> None:
+    graph, truth = sphere(40, np.random.default_rng(6))
+    draw_map(ax, graph, truth, truth=truth, view=view)
+    place = truth[:, list(view), 3]
+    ends = place[graph.edges[graph.is_odometry]].reshape(-1, 4)
+    assert ends_drawn(ax, PALETTE["estimate"]) == {tuple(np.round(row, 9)) for row in ends}
+
+
+@pytest.mark.parametrize("view", [(0, 2), (0, -1), (0,), (0, 1, 1)])
+def test_a_view_that_the_graph_does_not_have_is_refused(ax: Axes, view: tuple[int, ...]) -> None:
+    graph, _, truth = town()
+    with pytest.raises(ValueError, match=r"view: it is .*; give two axes, each from 0 to 1"):
+        draw_map(ax, graph, truth, view=view)
+
+
+def test_any_number_of_weights_makes_few_lines_and_loses_no_edge(ax: Axes) -> None:
+    rng = np.random.default_rng(7)
+    graph, truth = circle(1000, rng, laps=2, closures=400)
+    weights = rng.random(len(graph.edges))
+    draw_map(ax, graph, truth, weights=weights)
+    assert len(ax.lines) <= 2 * 256 + 1
+    ends = truth[graph.edges][:, :, :2].reshape(-1, 4)
+    drawn = ends_drawn(ax, PALETTE["estimate"]) | ends_drawn(ax, PALETTE["inlier"])
+    assert drawn == {tuple(np.round(row, 9)) for row in ends}
+
+
+def test_beside_decisions_the_truth_is_named_and_looks_like_none_of_them(ax: Axes) -> None:
+    graph, is_lie, truth, kept, _ = decisions()
+    draw_map(ax, graph, truth, is_outlier=is_lie, kept=kept, truth=truth)
+    named = [line for line in ax.lines if not line.get_label().startswith("_")]
+    assert named[0].get_label() == "true path"
+    assert len({str(line._unscaled_dash_pattern) for line in named}) == 5
+    assert named[0].get_linestyle() == ":"
+
+
+@pytest.mark.parametrize("name", ["poses", "truth", "weights", "is_outlier"])
+def test_an_array_of_the_wrong_length_is_named(ax: Axes, name: str) -> None:
+    graph, _, truth = town()
+    arguments = {"poses": truth, name: np.zeros((3, 3))}
+    with pytest.raises(ValueError, match=rf"{name}: the shape is \(3, 3\); give \d+ rows"):
+        draw_map(ax, graph, **arguments)
+
+
+def test_a_heading_points_ahead_and_a_lonely_name_stands_behind(ax: Axes) -> None:
+    draw_headings(ax, [[1.0, 2.0, np.pi / 2]], ["1"], size=0.5)
+    tip = ax.texts[0].xy
+    name = ax.texts[1]
+    assert tip == pytest.approx((1.0, 2.5))
+    assert name.get_text() == "1"
+    assert name.get_position()[1] < 2.0
+
+
+def test_a_name_stands_clear_of_the_ways_between_the_poses(ax: Axes) -> None:
+    """Pose c of the bent path stands nearly in line with b and d: behind it runs the path."""
+    poses = np.array([[0, 0, 0], [0.38, -0.22, 0.6], [0.55, 0.14, 1.3], [0.85, 1.0, 3.1]])
+    draw_headings(ax, poses, ["a", "b", "c", "d"], size=0.2)
+    for name in (text for text in ax.texts if text.get_text()):
+        for start, end in pairwise(poses[:, :2]):
+            along = np.linspace(start, end, 101)
+            assert np.linalg.norm(along - name.get_position(), axis=1).min() > 0.1
+
+
+def test_poses_in_a_heap_are_named_together(ax: Axes) -> None:
+    draw_headings(ax, [[0, 0, 0], [0.01, 0, 1], [5, 5, 0]], ["a", "b", "c"])
+    assert [text.get_text() for text in ax.texts if text.get_text()] == ["a b", "c"]
+
+
+def test_a_name_for_each_pose(ax: Axes) -> None:
+    with pytest.raises(ValueError, match="give 2 rows"):
+        draw_headings(ax, np.zeros((3, 3)), ["1", "2"])
+
+
+def test_a_chain_draws_closures_above_lies_below_and_odometry_on_the_line(ax: Axes) -> None:
+    draw_chain(
+        ax,
+        [0, 1, 2],
+        [(0, 1), (0, 2), (0, 2)],
+        is_odometry=[True, False, False],
+        is_outlier=[False, False, True],
+        height=3.0,
+    )
+    middles = {to_hex(line.get_color()): line.get_ydata()[20] for line in ax.lines[:3]}
+    assert middles[PALETTE["estimate"].lower()] == 3.0
+    assert middles[PALETTE["inlier"].lower()] > 3.0
+    assert middles[PALETTE["outlier"].lower()] < 3.0
+
+
+def test_an_arc_ends_at_its_two_poses(ax: Axes) -> None:
+    draw_chain(ax, [0.0, 0.5, 7.0], [(2, 0)], is_odometry=[False])
+    x, y = ax.lines[0].get_data()
+    assert (x[0], x[-1]) == pytest.approx((7.0, 0.0))
+    assert (y[0], y[-1]) == pytest.approx((0.0, 0.0))
+
+
+def test_a_chain_names_its_poses_from_one_unless_told_not_to(ax: Axes) -> None:
+    edges = [(0, 1)]
+    draw_chain(ax, [0, 1], edges, is_odometry=[True], labels=["says 1"])
+    assert {text.get_text() for text in ax.texts} == {"says 1", "$x_1$", "$x_2$"}
+    figure, other = plt.subplots()
+    draw_chain(other, [0, 1], edges, is_odometry=[True], named=False)
+    assert [text.get_text() for text in other.texts] == []
+    plt.close(figure)
+
+
+def test_the_legend_shows_each_kind_as_the_map_draws_it(ax: Axes) -> None:
+    graph, is_lie, truth = town()
+    draw_map(ax, graph, truth, is_outlier=is_lie, truth=truth)
+    drawn = {(line.get_color(), line.get_linestyle()) for line in ax.lines}
+    assert {(h.get_color(), h.get_linestyle()) for h in map_legend()} <= drawn
+
+
+def coordinates(svg: str) -> np.ndarray:
+    """Return every number of every path and position, in order."""
+    return np.array([float(n) for text in COORDINATES.findall(svg) for n in NUMBER.findall(text)])
+
+
+def test_the_readme_picture_is_what_the_library_draws(tmp_path: Path) -> None:
+    opening.main([str(tmp_path / "new.svg")])
+    drawn = coordinates((tmp_path / "new.svg").read_text(encoding="utf-8"))
+    kept = coordinates(PICTURE.read_text(encoding="utf-8"))
+    assert kept.size == drawn.size > 1000
+    assert np.abs(kept - drawn).max() < 0.1  # points: a line's width is 2
+
+
+def test_the_picture_is_small_and_stands_on_a_card_of_its_own() -> None:
+    svg = PICTURE.read_text(encoding="utf-8")
+    assert len(svg) < 40_000
+    assert re.search(r'<g id="patch_1">\s*<path[^>]*fill: #ffffff', svg)
+
+
+def test_the_picture_is_written_to_one_place() -> None:
+    with pytest.raises(SystemExit, match=r"OUT\.svg"):
+        opening.main([])

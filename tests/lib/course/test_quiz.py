@@ -1,0 +1,76 @@
+"""A quiz answers every option, marks the right ones, and hides nothing from plain HTML."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from robust_slam_course.quiz import Option, Question, Quiz
+
+RIGHT = Option("Huber", "Its pull is $k$, for ever.", correct=True)
+WRONG = Option("TLS", "It lets go at $|u| > c$.")
+
+
+def test_every_option_opens_to_its_own_answer_and_says_whether_it_is_right() -> None:
+    html = Quiz([Question("Which one?", [RIGHT, WRONG])]).html()
+    options = re.findall(r"<details><summary.*?>(.*?)</summary><p.*?>(.*?)</p></details>", html)
+    assert [option for option, _ in options] == ["<b>A</b> Huber", "<b>B</b> TLS"]
+    assert options[0][1].startswith("<strong>✓ Right.</strong> Its pull is")
+    assert options[1][1].startswith("<strong>✗ Not quite.</strong> It lets go at")
+
+
+def test_several_options_may_be_right() -> None:
+    html = Quiz(
+        [Question("Which?", [RIGHT, Option("Square", "So does it.", correct=True)])]
+    ).html()
+    assert html.count("✓ Right.") == 2
+
+
+def test_each_question_is_a_group_named_by_its_prompt() -> None:
+    html = Quiz([Question(f"Question {k}?", [RIGHT, WRONG]) for k in range(3)]).html()
+    groups = re.findall(r"<fieldset><legend>(.*?)</legend>.*?</fieldset>", html)
+    assert groups == ["Question 0?", "Question 1?", "Question 2?"]
+
+
+def test_math_stands_where_mathjax_looks_and_text_cannot_become_markup() -> None:
+    html = Quiz([Question("Is $a<b$ & c?", [RIGHT, WRONG])]).html()
+    assert r'Is <span class="math notranslate nohighlight">\(a&lt;b\)</span> &amp; c?' in html
+    assert "<script>" not in Quiz([Question("<script>", [RIGHT, WRONG])]).html()
+
+
+def test_emphasis_and_code_are_marked_outside_math_only() -> None:
+    html = Quiz([Question("Is *this* `w(u)` or $a*b*c$?", [RIGHT, WRONG])]).html()
+    assert r"<em>this</em> <code>w(u)</code>" in html
+    assert r"\(a*b*c\)" in html
+
+
+def test_it_needs_no_script_and_no_address() -> None:
+    html = Quiz([Question("Which one?", [RIGHT, WRONG])]).html()
+    assert "<script" not in html
+    assert "http" not in html
+
+
+def test_a_notebook_shows_the_html() -> None:
+    quiz = Quiz([Question("Which one?", [RIGHT, WRONG])])
+    bundle = quiz._repr_mimebundle_()
+    assert bundle == {"text/plain": "Quiz: Which one?", "text/html": quiz.html()}
+
+
+@pytest.mark.parametrize("answer", ["", "  \n"])
+def test_an_option_without_an_answer_is_an_error(answer: str) -> None:
+    with pytest.raises(ValueError, match="answer to 'Cauchy'"):
+        Option("Cauchy", answer)
+
+
+def test_a_question_needs_a_right_option_and_a_choice() -> None:
+    with pytest.raises(ValueError, match="correct=True"):
+        Question("Which one?", [WRONG, WRONG])
+    with pytest.raises(ValueError, match="options"):
+        Question("Which one?", [RIGHT])
+    with pytest.raises(ValueError, match="prompt"):
+        Question(" ", [RIGHT, WRONG])
+
+
+def test_a_quiz_needs_a_question() -> None:
+    with pytest.raises(ValueError, match="questions"):
+        Quiz([])

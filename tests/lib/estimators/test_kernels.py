@@ -1,0 +1,207 @@
+"""The laws that every kernel obeys, and the numbers of chapter 2."""
+
+from __future__ import annotations
+
+import re
+from math import inf, log, sqrt
+
+import numpy as np
+import pytest
+from robust_slam.estimators.kernels import (
+    KERNELS,
+    cauchy,
+    dcs,
+    geman_mcclure,
+    huber,
+    squared,
+    tls,
+)
+
+SCALES = (0.3, 1.0, 3.368)
+
+
+@pytest.fixture(params=[(name, scale) for name in KERNELS for scale in SCALES], ids=str)
+def kernel(request):
+    name, scale = request.param
+    return KERNELS[name](scale)
+
+
+@pytest.fixture
+def u(kernel):
+    """Residuals on both sides of zero and of the scale, with the kink at |u| = scale left out."""
+    sizes = np.concatenate([np.linspace(0.01, 0.99, 30), np.linspace(1.01, 40.0, 60)])
+    return kernel.scale * np.concatenate([-sizes, sizes])
+
+
+@pytest.mark.parametrize("name", KERNELS)
+def test_the_registry_gives_each_kernel_its_own_name_and_scale(name):
+    assert (KERNELS[name](2.5).name, KERNELS[name](2.5).scale) == (name, 2.5)
+
+
+def test_every_kernel_has_a_label_of_its_own():
+    labels = [make(1.0).label for make in KERNELS.values()]
+    assert all(labels)
+    assert len(set(labels)) == len(labels)
+
+
+@pytest.mark.parametrize("constructor", KERNELS.values(), ids=KERNELS)
+def test_every_kernel_names_its_source_and_what_it_refuses(constructor):
+    assert re.search(r"\n *Raises:\n.*\n *Source: ", constructor.__doc__, re.DOTALL)
+
+
+def test_a_zero_residual_costs_nothing_and_has_full_weight(kernel):
+    assert (kernel.rho(0.0), kernel.psi(0.0), kernel.weight(0.0)) == (0.0, 0.0, 1.0)
+
+
+def test_near_zero_every_cost_is_half_the_square(kernel):
+    small = 1e-6 * kernel.scale
+    assert kernel.rho(small) == pytest.approx(small**2 / 2, rel=1e-5, abs=0)
+
+
+def test_cost_and_weight_are_even_and_influence_is_odd(kernel, u):
+    np.testing.assert_array_equal(kernel.rho(-u), kernel.rho(u))
+    np.testing.assert_array_equal(kernel.weight(-u), kernel.weight(u))
+    np.testing.assert_array_equal(kernel.psi(-u), -kernel.psi(u))
+
+
+def test_influence_is_the_derivative_of_cost(kernel, u):
+    h = 1e-6 * kernel.scale
+    slope = (kernel.rho(u + h) - kernel.rho(u - h)) / (2.0 * h)
+    np.testing.assert_allclose(kernel.psi(u), slope, rtol=1e-5, atol=1e-6)
+
+
+def test_weight_is_influence_over_residual(kernel, u):
+    at_the_kink = np.array([-kernel.scale, kernel.scale])
+    everywhere = np.concatenate([u, at_the_kink])
+    np.testing.assert_allclose(
+        kernel.weight(everywhere), kernel.psi(everywhere) / everywhere, rtol=1e-14
+    )
+
+
+def test_weight_stays_in_the_unit_interval_and_never_grows_with_the_residual(kernel):
+    weight = kernel.weight(kernel.scale * np.linspace(0.0, 50.0, 2001))
+    assert np.all((weight >= 0.0) & (weight <= 1.0))
+    assert np.all(np.diff(weight) <= 0.0)
+
+
+def test_cost_never_falls_as_the_residual_grows(kernel):
+    assert np.all(np.diff(kernel.rho(kernel.scale * np.linspace(0.0, 50.0, 2001))) >= 0.0)
+
+
+def test_cost_is_convex_up_to_convex_until(kernel):
+    end = min(kernel.convex_until, 1e6 * kernel.scale)
+    rises = np.diff(kernel.psi(np.linspace(0.0, end, 2001)))
+    assert np.all(rises >= -1e-12 * end)
+
+
+def test_cost_bends_down_right_after_convex_until(kernel):
+    if kernel.convex_until == inf:
+        assert np.all(np.diff(kernel.psi(np.logspace(0, 8, 200))) >= 0.0)
+    else:
+        end = kernel.convex_until
+        assert kernel.psi(end * 1.001) < kernel.psi(end)
+        assert kernel.psi(end * 0.999) < kernel.psi(end)
+
+
+def test_influence_ends_as_its_class_says(kernel):
+    far, farther = kernel.psi(np.array([1e7, 1e8]))
+    verdict = {
+        "unbounded": farther > 9.0 * far,
+        "bounded": 0.0 < far <= farther < far * (1.0 + 1e-6),
+        "redescending": farther < 1e-6 * kernel.scale,
+    }
+    assert [name for name, holds in verdict.items() if holds] == [kernel.influence]
+
+
+@pytest.mark.parametrize("shape", [(), (3,), (2, 2), (0,)])
+def test_the_shape_is_kept_and_integers_are_accepted(kernel, shape):
+    u = np.full(shape, 2)
+    for function in (kernel.rho, kernel.psi, kernel.weight):
+        assert np.shape(function(u)) == shape
+        np.testing.assert_array_equal(function(u.tolist()), function(u.astype(float)))
+
+
+def test_the_input_is_left_as_it_was(kernel):
+    u = np.array([-2.0, 0.0, 5.0])
+    for function in (kernel.rho, kernel.psi, kernel.weight):
+        function(u)[...] = 7.0
+    np.testing.assert_array_equal(u, [-2.0, 0.0, 5.0])
+
+
+@pytest.mark.parametrize("constructor", KERNELS.values(), ids=KERNELS)
+@pytest.mark.parametrize("scale", [0.0, -1.0, inf, float("nan")])
+def test_a_scale_that_is_not_above_zero_is_refused(constructor, scale):
+    with pytest.raises(ValueError, match="above 0"):
+        constructor(scale)
+
+
+@pytest.mark.parametrize(
+    ("kernel", "rho"),
+    [
+        (squared(), (0.5, 2.0, 12.5, 50.0)),
+        (huber(1), (0.5, 1.5, 4.5, 9.5)),
+        (cauchy(1), (log(2) / 2, log(5) / 2, log(26) / 2, log(101) / 2)),
+        (geman_mcclure(1), (1 / 4, 2 / 5, 25 / 52, 50 / 101)),
+        (tls(1), (0.5, 0.5, 0.5, 0.5)),
+    ],
+    ids=lambda value: getattr(value, "name", ""),
+)
+def test_costs_of_the_table_at_1_2_5_and_10(kernel, rho):
+    np.testing.assert_allclose(kernel.rho([1, 2, 5, 10]), rho, rtol=1e-14)
+
+
+def test_the_table_of_chapter_2():
+    four = [squared(), huber(1), cauchy(1), tls(1)]
+    ratios = [float(kernel.rho(10) / kernel.rho(1)) for kernel in four]
+    assert ratios == pytest.approx([100, 19, 6.658211483, 1], rel=1e-9)
+    weights = [float(kernel.weight(10)) for kernel in four]
+    assert weights == pytest.approx([1, 0.1, 1 / 101, 0], rel=1e-12)
+
+
+def test_influence_grows_tenfold_where_cost_grows_a_hundredfold():
+    square = squared()
+    assert square.psi(10) / square.psi(1) == 10
+    assert square.rho(10) / square.rho(1) == 100
+
+
+@pytest.mark.parametrize(
+    ("kernel", "where", "largest"),
+    [
+        (huber(1.345), 1.345, 1.345),
+        (cauchy(2), 2.0, 1.0),
+        (geman_mcclure(2), 2 / sqrt(3), 2 * 3 * sqrt(3) / 16),
+        (tls(2), 2.0, 2.0),
+        (dcs(2), 2.0, 2.0),
+    ],
+    ids=lambda value: getattr(value, "name", ""),
+)
+def test_the_largest_pull_and_where_it_is(kernel, where, largest):
+    assert kernel.psi(where) == pytest.approx(largest, rel=1e-12)
+    assert np.max(kernel.psi(np.linspace(0.0, 50.0, 5001))) <= largest * (1 + 1e-12)
+
+
+def test_huber_by_hand():
+    kernel = huber(1.345)
+    assert kernel.rho(3) == pytest.approx(3.1304875, rel=1e-12)
+    assert kernel.weight(3) == pytest.approx(1.345 / 3, rel=1e-12)
+
+
+@pytest.mark.parametrize("c", [0.5, 1.0, sqrt(10.0)])
+def test_dcs_has_the_weight_of_its_scaling_and_a_cost_that_ends_at_three_halves_of_phi(c):
+    u, phi = c * np.linspace(0.05, 9.95, 100), c**2
+    kernel, s = dcs(c), np.minimum(1.0, 2 * phi / (phi + u**2))
+    np.testing.assert_allclose(kernel.weight(u), s**2, rtol=1e-14)
+    beyond = u[u > c]
+    tail = (3 * phi * beyond**2 - phi**2) / (2 * (phi + beyond**2))
+    np.testing.assert_allclose(kernel.rho(beyond), tail, rtol=1e-14)
+    assert kernel.rho(1e9 * c) == pytest.approx(1.5 * phi, rel=1e-15)
+
+
+def test_the_weight_of_dcs_is_four_times_that_of_geman_mcclure_capped_at_one():
+    u = np.linspace(-12.0, 12.0, 97)
+    capped = np.minimum(1.0, 4.0 * geman_mcclure(1.5).weight(u))
+    np.testing.assert_allclose(dcs(1.5).weight(u), capped, rtol=1e-14)
+
+
+def test_at_the_threshold_the_inner_piece_holds():
+    assert (tls(2).weight(-2), tls(2).psi(2), huber(2).psi(2), huber(2).weight(2)) == (1, 2, 2, 1)

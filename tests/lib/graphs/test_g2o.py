@@ -1,0 +1,436 @@
+"""g2o files: what is written is read, what is wrong is told with file and line."""
+
+from __future__ import annotations
+
+import dataclasses
+import stat
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+from robust_slam.descent import start
+from robust_slam.descent.undamped import gauss_newton
+from robust_slam.graphs import datasets, g2o, pose_graph, se2
+from robust_slam.graphs.g2o import G2oError
+from scipy.spatial.transform import Rotation
+
+from tests.conftest import leave_out
+from tests.lib.worlds import GROUPS, assert_same_poses, random_graph
+
+EVERY_GROUP = pytest.mark.parametrize("group", GROUPS.values(), ids=GROUPS)
+
+UNIT = "1 0 0 1 0 1"
+SPACE_UNIT = "1 0 0 0 0 0 1 0 0 0 0 1 0 0 0 1 0 0 1 0 1"
+PLANE = f"""\
+VERTEX_SE2 0 0 0 0
+VERTEX_SE2 1 1 0 0.5
+VERTEX_SE2 2 1.5 1 1
+EDGE_SE2 0 1 1 0 0.5 {UNIT}
+EDGE_SE2 1 2 0.9 0.1 0.5 {UNIT}
+EDGE_SE2 0 2 1.5 1 1 {UNIT}
+"""
+SPACE = f"""\
+VERTEX_SE3:QUAT 0 0 0 0 0 0 0 1
+VERTEX_SE3:QUAT 1 1 0 0 0 0 0.6 0.8
+EDGE_SE3:QUAT 0 1 1 0 0 0 0 0.6 0.8 {SPACE_UNIT}
+"""
+
+
+def put(folder, text):
+    path = folder / "graph.g2o"
+    path.write_bytes(text.encode() if isinstance(text, str) else text)
+    return path
+
+
+def read(folder, text):
+    return g2o.read(put(folder, text))
+
+
+def assert_same_bits(a, b):
+    for name in ("edges", "measurement", "information", "is_odometry"):
+        assert getattr(a.graph, name).tobytes() == getattr(b.graph, name).tobytes(), name
+    assert a.graph.n == b.graph.n
+    np.testing.assert_array_equal(a.names, b.names)
+    if a.poses is None or b.poses is None:
+        assert a.poses is b.poses
+    else:
+        assert a.poses.tobytes() == b.poses.tobytes()
+
+
+def test_each_number_of_the_plane_has_its_place(tmp_path):
+    found = read(
+        tmp_path,
+        "VERTEX_SE2 3 1 2 0.25\nVERTEX_SE2 4 5 6 7\nEDGE_SE2 3 4 0.1 0.2 0.3 11 1 2 12 3 13\n",
+    )
+    assert found.graph.n == 2
+    np.testing.assert_array_equal(found.names, [3, 4])
+    np.testing.assert_array_equal(found.poses, [[1, 2, 0.25], [5, 6, 7]])
+    np.testing.assert_array_equal(found.graph.edges, [[0, 1]])
+    np.testing.assert_array_equal(found.graph.measurement, [[0.1, 0.2, 0.3]])
+    np.testing.assert_array_equal(found.graph.information, [[[11, 1, 2], [1, 12, 3], [2, 3, 13]]])
+
+
+def test_each_number_of_space_has_its_place(tmp_path):
+    # The upper triangle holds 1, 2, … 21 off a heavy diagonal. The quaternion (0, 0, 3, 4)
+    # turns about z with cos(θ/2) = 4/5: cos θ = 7/25 and sin θ = 24/25.
+    triangle = np.arange(1.0, 22.0)
+    diagonal = np.array([0, 6, 11, 15, 18, 20])
+    triangle[diagonal] += 100.0
+    found = read(
+        tmp_path,
+        "EDGE_SE3:QUAT 0 1 1 2 3 0 0 3 4 " + " ".join(str(number) for number in triangle),
+    )
+    information = found.graph.information[0]
+    np.testing.assert_array_equal(information[0], [101, 2, 3, 4, 5, 6])
+    np.testing.assert_array_equal(information[1], [2, 107, 8, 9, 10, 11])
+    np.testing.assert_array_equal(information[5], [6, 11, 15, 18, 20, 121])
+    turned = [[7 / 25, -24 / 25, 0, 1], [24 / 25, 7 / 25, 0, 2], [0, 0, 1, 3]]
+    np.testing.assert_allclose(found.graph.measurement[0], turned, atol=3e-15)
+    assert found.poses is None
+
+
+def test_ids_may_come_in_any_order_and_with_gaps(tmp_path):
+    found = read(
+        tmp_path,
+        f"EDGE_SE2 40 7 1 0 0 {UNIT}\nVERTEX_SE2 40 4 0 0\nVERTEX_SE2 7 1 0 0\n"
+        f"EDGE_SE2 7 9000000000000000000 2 0 0 {UNIT}\nVERTEX_SE2 9000000000000000000 9 0 0\n",
+    )
+    np.testing.assert_array_equal(found.names, [7, 40, 9000000000000000000])
+    np.testing.assert_array_equal(found.graph.edges, [[1, 0], [0, 2]])
+    np.testing.assert_array_equal(found.poses[:, 0], [1, 4, 9])
+
+
+def test_the_fixed_vertex_is_pose_0_and_the_others_ascend(tmp_path):
+    found = read(tmp_path, "FIX 1\nFIX 1\n" + PLANE)
+    np.testing.assert_array_equal(found.names, [1, 0, 2])
+    np.testing.assert_array_equal(found.graph.edges, [[1, 0], [0, 2], [1, 2]])
+    np.testing.assert_array_equal(found.poses[:, 0], [1, 0, 1.5])
+    plain = read(tmp_path, PLANE)
+    # The same edges between the same vertices cost the same.
+    assert pose_graph.cost(found.poses, found.graph) == pose_graph.cost(plain.poses, plain.graph)
+    np.testing.assert_array_equal(found.graph.is_odometry, plain.graph.is_odometry)
+
+
+def test_an_edge_to_a_lower_id_is_not_turned_round(tmp_path):
+    found = read(tmp_path, f"EDGE_SE2 5 2 1 2 0.3 {UNIT}\n")
+    np.testing.assert_array_equal(found.graph.edges, [[1, 0]])
+    np.testing.assert_array_equal(found.graph.measurement, [[1, 2, 0.3]])
+
+
+def test_odometry_is_the_first_forward_edge_between_neighbours_or_else_the_first_back(tmp_path):
+    ends = [(20, 10), (10, 20), (10, 20), (10, 30), (30, 20), (30, 20), (30, 40), (40, 30)]
+    found = read(tmp_path, "".join(f"EDGE_SE2 {i} {j} 1 0 0 {UNIT}\n" for i, j in ends))
+    assert found.graph.is_odometry.tolist() == [k in (1, 4, 6) for k in range(8)]
+
+
+def test_comments_blank_lines_and_other_line_ends_are_passed_over(tmp_path):
+    noisy = "\ufeff# a graph\n\n" + PLANE.replace("\n", "  # and so on\r\n\t\r\n")
+    assert_same_bits(read(tmp_path, noisy), read(tmp_path, PLANE))
+
+
+def test_a_record_cannot_be_written_to(tmp_path):
+    found = read(tmp_path, PLANE)
+    for array in (found.names, found.poses, found.graph.measurement):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 0
+
+
+SECOND = "VERTEX_SE2 1 1 0 0.5"
+FOURTH = f"EDGE_SE2 0 1 1 0 0.5 {UNIT}"
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("", " no edge is there; add"),
+        ("# nothing\n\n", " no edge is there; add"),
+        ("VERTEX_SE2 0 0 0 0\n", " no edge is there; add"),
+        (PLANE + "VERTEX_SE2 3 0 0\n", "7: VERTEX_SE2 has 3 fields behind it; give 4"),
+        (PLANE + FOURTH + " 1\n", "7: EDGE_SE2 has 12 fields behind it; give 11"),
+        ("FIX\n" + PLANE, "1: FIX has 0 fields behind it; give 1"),
+        ("FIX 0 1\n" + PLANE, "1: FIX has 2 fields behind it; give 1"),
+        (PLANE + "EDGE_SE2_XY 0 1 1 1 1 0 1\n", "7: the tag 'EDGE_SE2_XY' is unknown; use VERT"),
+        (PLANE.replace("0.9", "0,9"), "5: field 3 is '0,9'; give a number"),
+        (PLANE.replace("0.9", "1_0"), "5: field 3 is '1_0'; give a number"),
+        (PLANE.replace("0.9", "٣"), "5: field 3 is '٣'; give a number"),
+        (PLANE.replace("0.9", "nan"), "5: a number is not finite; remove"),
+        (PLANE.replace("0.9", "1e400"), "5: a number is not finite; remove"),
+        (PLANE.replace("1.5 1 1\n", "1.5 -inf 1\n", 1), "3: a number is not finite"),
+        (PLANE.replace("_SE2 2", "_SE2 2.0"), "3: field 1 is '2.0'; give a whole number"),
+        (PLANE.replace("_SE2 2", "_SE2 -2"), "3: field 1 is '-2'; give a whole number"),
+        (PLANE.replace("_SE2 2", "_SE2 " + "9" * 30), "3: field 1 is '999"),
+        (PLANE.replace("_SE2 2", "_SE2 " + "9" * 6000), "3: field 1 is '999"),
+        (PLANE.replace("_SE2 2", "_SE2 x"), "3: field 1 is 'x'; give a whole number from 0"),
+        (PLANE + SECOND + "\n", "7: vertex 1 is given twice; drop one line"),
+        (PLANE.replace(SECOND + "\n", ""), "3: vertex 1 is missing; add its line"),
+        (PLANE + FOURTH.replace("0 1", "1 1", 1), "7: the edge joins vertex 1 to itself; drop"),
+        (PLANE + FOURTH.replace(UNIT, "1 2 0 1 0 1"), "7: the information matrix is not pos"),
+        (PLANE + FOURTH.replace(UNIT, "1 0 0 1 0 0"), "7: the information matrix is not pos"),
+        (PLANE + FOURTH.replace(UNIT, "1 0 0 inf 0 1"), "7: a number is not finite"),
+        (SPACE.replace("0 0 0.6 0.8 1", "0 0 0 0 1"), "3: the quaternion is 0; no turn is"),
+        (SPACE.replace("0 0 0 0 0 0 1\n", "0 0 0 0 0 0 0\n"), "1: the quaternion is 0"),
+        (PLANE + SPACE, "7: SE(2) and SE(3) are mixed; put"),
+        (SPACE + PLANE, "4: SE(2) and SE(3) are mixed; put"),
+        ("FIX 0\nFIX 0\nFIX 2\n" + PLANE, "3: vertex 2 is fixed beside vertex 0; the library"),
+        ("FIX 7\n" + PLANE, "1: vertex 7 is missing; fix one that is there"),
+        (
+            PLANE + f"EDGE_SE2 7 9 1 0 0 {UNIT}\nVERTEX_SE2 7 0 0 0\nVERTEX_SE2 9 0 0 0\n",
+            " no path of edges joins vertex 0 to 7, 9; add an edge or drop",
+        ),
+        (
+            f"EDGE_SE2 0 1 1 0 0 {UNIT}\n"
+            + "".join(f"EDGE_SE2 {k} {k + 1} 1 0 0 {UNIT}\n" for k in range(10, 18)),
+            " no path of edges joins vertex 0 to 10, 11, 12, 13, 14 and 4 more; add",
+        ),
+        (PLANE.encode() + b"# caf\xe9\n", "7: the bytes are not UTF-8 text; save"),
+        (b"\x1f\x8b\x08\x00", "1: the bytes are not UTF-8 text; save"),
+        (PLANE.encode("utf-16"), "1: the bytes are not UTF-8 text; save"),
+    ],
+)
+def test_what_is_wrong_is_told_with_file_line_and_mend(tmp_path, text, told):
+    path = put(tmp_path, text)
+    with pytest.raises(G2oError) as caught:
+        g2o.read(path)
+    assert str(caught.value).startswith(f"{path}:{told}")
+
+
+def test_a_file_that_is_not_there_is_an_error_of_the_system(tmp_path):
+    with pytest.raises(FileNotFoundError):
+        g2o.read(tmp_path / "none.g2o")
+
+
+@EVERY_GROUP
+@pytest.mark.parametrize("seed", range(5))
+def test_the_second_round_trip_changes_no_bit_and_the_first_hardly_one(tmp_path, group, seed):
+    poses, graph = random_graph(seed, group, n=40, m=90)
+    path = tmp_path / "graph.g2o"
+    g2o.write(path, graph, poses)
+    first = g2o.read(path)
+    assert_same_poses(group, first.graph.measurement, graph.measurement, atol=3e-15)
+    assert_same_poses(group, first.poses, poses, atol=3e-15)
+    np.testing.assert_array_equal(first.graph.edges, graph.edges)
+    np.testing.assert_array_equal(np.triu(first.graph.information), np.triu(graph.information))
+    np.testing.assert_array_equal(first.names, np.arange(40))
+    g2o.write(path, first.graph, first.poses, first.names)
+    assert_same_bits(g2o.read(path), first)
+
+
+def test_in_the_plane_the_first_round_trip_changes_no_bit(tmp_path):
+    poses, graph = random_graph(11, se2, n=40, m=90)
+    poses[3] = [1e-300, -0.0, 1e300]
+    path = tmp_path / "graph.g2o"
+    g2o.write(path, graph, poses)
+    again = g2o.read(path)
+    assert again.graph.measurement.tobytes() == graph.measurement.tobytes()
+    assert again.poses.tobytes() == poses.tobytes()
+
+
+def quaternions(kind, rng):
+    """Quaternions that are hard to find again: equals, zeros, tiny turns, wild lengths."""
+    count = 400
+    angle = rng.uniform(0.0, 2.0 * np.pi, size=(count, 1))
+    if kind == "any length":
+        return rng.normal(size=(count, 4)) * 10.0 ** rng.uniform(-200, 200, size=(count, 1))
+    if kind == "tiny turns":
+        turn = rng.normal(size=(count, 3)) * 10.0 ** rng.uniform(-20, 0, size=(count, 1))
+        return np.concatenate([turn, np.ones((count, 1))], axis=1)
+    if kind == "equal components":
+        return np.tile(np.concatenate([np.cos(angle), np.sin(angle)], axis=1), 2)
+    every = np.array(np.meshgrid(*[[0.0, 1.0, -1.0, np.sqrt(0.5), 1e-9, 1e-17]] * 4))
+    return every.reshape(4, -1).T[1:]
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("kind", ["any length", "tiny turns", "equal components", "corners"])
+def test_every_quaternion_comes_back_to_the_last_bit(tmp_path, kind, seed):
+    q = quaternions(kind, np.random.default_rng(seed))
+    path = put(
+        tmp_path,
+        "".join(
+            f"EDGE_SE3:QUAT {k} {k + 1} 0 0 0 {' '.join(map(repr, row))} {SPACE_UNIT}\n"
+            for k, row in enumerate(q.tolist())
+        ),
+    )
+    first = g2o.read(path)
+    scale = np.abs(q).max(axis=1, keepdims=True)
+    meant = Rotation.from_quat(q / scale).as_matrix()
+    np.testing.assert_allclose(first.graph.rotation, meant, atol=3e-15)
+    g2o.write(path, first.graph)
+    assert_same_bits(g2o.read(path), first)
+
+
+@pytest.mark.parametrize("text", ["FIX 1\n" + PLANE, SPACE.replace("3:QUAT 1", "3:QUAT 77")])
+def test_names_and_the_fixed_vertex_come_back(tmp_path, text):
+    text = text.replace("QUAT 0 1", "QUAT 0 77")
+    found = read(tmp_path, text)
+    g2o.write(tmp_path / "again.g2o", found.graph, found.poses, found.names)
+    assert_same_bits(g2o.read(tmp_path / "again.g2o"), found)
+
+
+def test_a_fix_line_is_written_only_where_it_is_needed(tmp_path):
+    _, graph = random_graph(1, n=3, m=3)
+    path = tmp_path / "graph.g2o"
+    g2o.write(path, graph, names=[5, 6, 9])
+    assert "FIX" not in path.read_text()
+    g2o.write(path, graph, names=[6, 5, 9])
+    assert path.read_text().startswith("FIX 6\n")
+
+
+@pytest.mark.parametrize("name", datasets.NAMES)
+def test_public_graphs_come_back_to_the_last_bit(tmp_path, name):
+    try:
+        found = g2o.read(datasets.find(name))
+    except datasets.DatasetMissing as missing:
+        leave_out(str(missing))
+    path = tmp_path / "again.g2o"
+    g2o.write(path, found.graph, found.poses, found.names)
+    assert_same_bits(g2o.read(path), found)
+    assert np.sum(found.graph.is_odometry) == found.graph.n - 1
+
+
+@pytest.mark.parametrize(
+    ("names", "told"),
+    [
+        ([0, 1], r"names: the shape is \(2,\); give \(3,\)"),
+        ([0.0, 1.0, 2.0], "names: the entries are float64; give whole numbers"),
+        ([0, -1, 2], "names: an id is out of range"),
+        (np.array([0, 1, 2**63], dtype=np.uint64), "names: an id is out of range"),
+        ([0, 2, 1], "names: ids must differ, and ascend from entry 1 on"),
+        ([0, 1, 1], "names: ids must differ, and ascend from entry 1 on"),
+        ([2, 1, 2], "names: ids must differ, and ascend from entry 1 on"),
+    ],
+)
+def test_names_that_would_not_come_back_are_refused(tmp_path, names, told):
+    _, graph = random_graph(1, n=3, m=3)
+    with pytest.raises(ValueError, match=told):
+        g2o.write(tmp_path / "graph.g2o", graph, names=names)
+    assert list(tmp_path.iterdir()) == []
+
+
+@EVERY_GROUP
+def test_poses_that_do_not_fit_are_refused(tmp_path, group):
+    poses, graph = random_graph(2, group)
+    with pytest.raises(ValueError, match="poses: the shape"):
+        g2o.write(tmp_path / "graph.g2o", graph, poses[:-1])
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_is_replaced_whole_or_not_at_all(tmp_path, monkeypatch):
+    _, graph = random_graph(3)
+    path = put(tmp_path, "as it was")
+
+    def torn(*_):
+        yield "EDGE_SE2 0"
+        raise OSError("the disk is full")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(g2o, "_lines", torn)
+        with pytest.raises(OSError, match="the disk is full"):
+            g2o.write(path, graph)
+    assert path.read_text() == "as it was"
+    assert list(tmp_path.iterdir()) == [path]
+    g2o.write(path, graph)
+    assert g2o.read(path).graph.n == graph.n
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_new_file_has_the_permissions_of_any_new_file(tmp_path):
+    _, graph = random_graph(3)
+    ours, plain = tmp_path / "graph.g2o", tmp_path / "plain"
+    g2o.write(ours, graph)
+    plain.touch()
+    assert stat.S_IMODE(ours.stat().st_mode) == stat.S_IMODE(plain.stat().st_mode)
+
+
+@EVERY_GROUP
+@pytest.mark.parametrize("seed", range(2))
+def test_information_that_spans_a_million_between_edges_is_solved(tmp_path, group, seed):
+    truth, graph = random_graph(seed, group, n=20, m=40, residual=0.02)
+    scale = 10.0 ** np.linspace(-3.0, 3.0, 40)
+    scaled = dataclasses.replace(graph, information=scale[:, None, None] * graph.information)
+    path = tmp_path / "graph.g2o"
+    g2o.write(path, scaled, truth)
+    found = g2o.read(path)
+    poses = gauss_newton(found.graph, found.poses)
+    r = pose_graph.residuals(poses, found.graph)
+    by_i, by_j = pose_graph.jacobians(poses, found.graph)
+    pull = np.zeros((20, group.DOF))
+    for k, (i, j) in enumerate(found.graph.edges):
+        pull[i] += by_i[k].T @ found.graph.information[k] @ r[k]
+        pull[j] += by_j[k].T @ found.graph.information[k] @ r[k]
+    # At a minimum the pulls on each pose balance.
+    np.testing.assert_allclose(pull[1:], 0.0, atol=1e-6)
+    other = gauss_newton(found.graph, start.chordal(found.graph))
+    reached = pose_graph.cost(poses, found.graph)
+    assert pose_graph.cost(other, found.graph) == pytest.approx(reached, rel=1e-9)
+
+
+def accepted(path, content):
+    """Read bytes: a whole graph or the one error, and whether it was a graph."""
+    path.write_bytes(content)
+    try:
+        found = g2o.read(path)
+    except G2oError as error:
+        assert str(error).startswith(f"{path}:")
+        return False
+    graph = found.graph
+    assert found.names.shape == (graph.n,)
+    assert len(np.unique(found.names)) == graph.n
+    assert len(graph.edges) == len(graph.measurement) == len(graph.information)
+    assert found.poses is None or len(found.poses) == graph.n
+    assert pose_graph.unreached(graph, np.ones(len(graph.edges), dtype=bool)).size == 0
+    g2o.write(path, graph, found.poses, found.names)
+    assert_same_bits(g2o.read(path), found)
+    return True
+
+
+TAGS = ["VERTEX_SE2", "EDGE_SE2", "VERTEX_SE3:QUAT", "EDGE_SE3:QUAT", "FIX"]
+IDS = ["0", "1", "2", "-1", "1.0", "9223372036854775807", "9223372036854775808", "9" * 5000]
+NUMBERS = ["nan", "inf", "-inf", "1e400", "1e-400", "1e308", "-1e308", "1e154", "5e-324"]
+ODD = ["1_0", "0x1", "1e", "٣", "²", "\ufeff", "\x00", "\u2028", "", "#", "\n", "\r", "\x0c"]
+WORDS = st.sampled_from([*TAGS, *IDS, *NUMBERS, *ODD, UNIT, SPACE_UNIT])
+FUZZ = settings(max_examples=150, deadline=None, derandomize=True)
+
+
+@pytest.fixture(scope="module")
+def scratch(tmp_path_factory):
+    return tmp_path_factory.mktemp("fuzz") / "graph.g2o"
+
+
+@FUZZ
+@given(content=st.binary(max_size=300) | st.text(max_size=300).map(str.encode))
+def test_anything_is_a_graph_or_the_one_error(scratch, content):
+    accepted(scratch, content)
+
+
+@FUZZ
+@given(words=st.lists(WORDS, max_size=60))
+@example(words=["EDGE_SE2", "0", "1", "1e308", "1e308", "1e308", UNIT])
+@example(words=["EDGE_SE2", "0", "1", "0", "0", "0", "1e308", "0", "0", "1e308", "0", "1e308"])
+@example(words=["EDGE_SE2", "0", "1", "0", "0", "0", "5e-324", "0", "0", "1", "0", "1"])
+@example(words=["EDGE_SE3:QUAT", "0", "1", "0 0 0", "5e-324", "0", "0", "0", SPACE_UNIT])
+@example(words=["EDGE_SE3:QUAT", "0", "1", "0 0 0", "1e308", "-1e308", "0", "1", SPACE_UNIT])
+def test_any_words_are_a_graph_or_the_one_error(scratch, words):
+    accepted(scratch, " ".join(words).encode())
+
+
+@FUZZ
+@given(data=st.data(), text=st.sampled_from([PLANE, SPACE, "FIX 1\n" + PLANE]))
+def test_a_mutated_file_is_a_graph_or_the_one_error(scratch, data, text):
+    fields = text.replace("\n", " \n ").split(" ")
+    for _ in range(data.draw(st.integers(1, 3))):
+        place = data.draw(st.integers(0, len(fields) - 1))
+        fields[place] = data.draw(WORDS)
+    accepted(scratch, " ".join(fields).encode())
+
+
+@FUZZ
+@given(cut=st.integers(0, len(PLANE)), drop=st.integers(0, 3))
+def test_a_torn_file_is_a_graph_or_the_one_error(scratch, cut, drop):
+    accepted(scratch, (PLANE[:cut] + PLANE[cut + drop :]).encode())
+
+
+@pytest.mark.parametrize("text", [PLANE, SPACE, "FIX 1\n" + PLANE])
+def test_the_files_that_are_mutated_are_good_themselves(scratch, text):
+    assert accepted(scratch, text.encode())

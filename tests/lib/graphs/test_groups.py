@@ -1,0 +1,225 @@
+"""The laws that SE(2) and SE(3) obey alike, and that one protocol promises."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from robust_slam.graphs import group as groups
+from robust_slam.graphs import se2, se3
+
+from tests.lib.worlds import GROUPS, assert_same_poses, random_poses, random_twists
+
+FUNCTIONS_OF_POSES = ("inverse", "log", "adjoint", "rotation", "translation")
+
+
+@pytest.fixture(params=GROUPS.values(), ids=GROUPS.keys())
+def group(request):
+    return request.param
+
+
+@pytest.fixture
+def poses(group):
+    return random_poses(group, 200, np.random.default_rng(1), reach=50.0)
+
+
+@pytest.fixture
+def others(group):
+    return random_poses(group, 200, np.random.default_rng(2), reach=50.0)
+
+
+def matrix(group, p):
+    """The homogeneous matrix of each pose, which multiplies as poses compose."""
+    d = group.DIMENSION
+    full = np.zeros((*p.shape[: p.ndim - len(group.POSE_SHAPE)], d + 1, d + 1))
+    full[..., :d, :d], full[..., :d, d] = group.rotation(p), group.translation(p)
+    full[..., d, d] = 1.0
+    return full
+
+
+def apply(matrices, vectors):
+    return (matrices @ vectors[..., None])[..., 0]
+
+
+def test_composition_is_the_product_of_matrices(group, poses, others):
+    np.testing.assert_allclose(
+        matrix(group, group.compose(poses, others)),
+        matrix(group, poses) @ matrix(group, others),
+        atol=1e-10,
+    )
+
+
+def test_the_identity_moves_nothing_on_either_side(group, poses):
+    assert group.identity().shape == group.POSE_SHAPE
+    assert_same_poses(group, group.compose(poses, group.identity()), poses, 1e-14)
+    assert_same_poses(group, group.compose(group.identity(), poses), poses, 1e-14)
+
+
+def test_a_pose_and_its_inverse_cancel_on_both_sides(group, poses):
+    rest = np.broadcast_to(group.identity(), poses.shape)
+    assert_same_poses(group, group.compose(poses, group.inverse(poses)), rest, 1e-12)
+    assert_same_poses(group, group.compose(group.inverse(poses), poses), rest, 1e-12)
+
+
+def test_composition_is_associative(group, poses, others):
+    third = others[::-1]
+    assert_same_poses(
+        group,
+        group.compose(group.compose(poses, others), third),
+        group.compose(poses, group.compose(others, third)),
+        1e-12,
+    )
+
+
+def test_between_is_inverse_then_compose(group, poses, others):
+    there = group.between(poses, others)
+    assert_same_poses(group, there, group.compose(group.inverse(poses), others), 1e-12)
+    assert_same_poses(group, group.compose(poses, there), others, 1e-12)
+
+
+def test_rotations_are_rotations(group, poses):
+    turn = group.rotation(poses)
+    d = group.DIMENSION
+    np.testing.assert_allclose(
+        turn @ np.swapaxes(turn, 1, 2), np.broadcast_to(np.eye(d), turn.shape), atol=1e-14
+    )
+    np.testing.assert_allclose(np.linalg.det(turn), 1.0)
+
+
+def test_a_pose_is_made_of_its_parts(group, poses):
+    again = group.from_parts(group.rotation(poses), group.translation(poses))
+    assert again.shape == poses.shape
+    assert_same_poses(group, again, poses, 1e-14)
+    one_turn = group.from_parts(group.rotation(poses[0]), group.translation(poses))
+    assert one_turn.shape == poses.shape
+
+
+@pytest.mark.parametrize("turn", [0.0, 1e-300, 1e-12, 1e-5, 0.04, 0.06, 0.29, 0.31, 1.0, 3.0])
+def test_log_undoes_exp_at_every_angle(group, turn):
+    xi = random_twists(group, 100, np.random.default_rng(3), reach=20.0, turn=1.0)
+    d = group.DIMENSION
+    size = np.linalg.norm(xi[:, d:], axis=1, keepdims=True)
+    xi[:, d:] *= turn / size
+    np.testing.assert_allclose(group.log(group.exp(xi)), xi, rtol=1e-11, atol=1e-13)
+
+
+def test_exp_undoes_log(group, poses):
+    assert_same_poses(group, group.exp(group.log(poses)), poses, 1e-10)
+
+
+def test_half_a_turn_has_a_logarithm(group):
+    xi = np.zeros(group.DOF)
+    xi[0], xi[-1] = 2.0, np.pi
+    assert_same_poses(group, group.exp(group.log(group.exp(xi))), group.exp(xi), 1e-12)
+
+
+def test_exp_of_a_longer_time_is_the_exps_one_after_the_other(group):
+    xi = random_twists(group, 100, np.random.default_rng(4))
+    assert_same_poses(
+        group, group.compose(group.exp(0.3 * xi), group.exp(0.7 * xi)), group.exp(xi), 1e-13
+    )
+
+
+def test_the_adjoint_carries_a_perturbation_to_the_other_side(group, poses):
+    xi = random_twists(group, 200, np.random.default_rng(5), reach=1.0, turn=1.0)
+    moved = group.compose(group.exp(apply(group.adjoint(poses), xi)), poses)
+    assert_same_poses(group, group.compose(poses, group.exp(xi)), moved, 1e-10)
+
+
+def test_the_adjoint_of_a_product_is_the_product_of_adjoints(group, poses, others):
+    np.testing.assert_allclose(
+        group.adjoint(group.compose(poses, others)),
+        group.adjoint(poses) @ group.adjoint(others),
+        atol=1e-10,
+    )
+
+
+@pytest.mark.parametrize("turn", [0.0, 1e-7, 1e-3, 0.049, 0.051, 0.29, 0.31, 1.0, 2.0, 3.0])
+def test_the_inverse_right_jacobian_is_the_derivative_of_log(group, turn):
+    xi = random_twists(group, 40, np.random.default_rng(6), reach=5.0, turn=1.0)
+    d = group.DIMENSION
+    xi[:, d:] *= turn / np.linalg.norm(xi[:, d:], axis=1, keepdims=True)
+    at, h = group.exp(xi), 1e-5
+
+    def moved(delta):
+        return group.log(group.compose(at, group.exp(delta)))
+
+    slopes = [(moved(h * e) - moved(-h * e)) / (2.0 * h) for e in np.eye(group.DOF)]
+    np.testing.assert_allclose(
+        group.inverse_right_jacobian(xi), np.stack(slopes, axis=-1), rtol=1e-6, atol=1e-7
+    )
+
+
+@pytest.mark.parametrize("edge", [0.05, 0.3])
+def test_series_and_closed_form_join(group, edge):
+    xi = random_twists(group, 1, np.random.default_rng(7), reach=40.0)[0]
+    d = group.DIMENSION
+    unit = xi[d:] / np.linalg.norm(xi[d:])
+    sides = [np.concatenate([xi[:d], unit * (edge + e)]) for e in (-1e-12, 1e-12)]
+    inner, outer = (group.inverse_right_jacobian(side) for side in sides)
+    np.testing.assert_allclose(inner, outer, rtol=0.0, atol=1e-9)
+    assert_same_poses(group, group.exp(sides[0]), group.exp(sides[1]), 1e-9)
+
+
+@pytest.mark.parametrize("lead", [(), (1,), (4,), (2, 5), (0,)])
+def test_every_function_works_over_leading_axes(group, lead):
+    rng, count = np.random.default_rng(8), int(np.prod(lead))
+    a, b = (random_poses(group, count, rng).reshape(*lead, *group.POSE_SHAPE) for _ in "ab")
+    flat_a, flat_b = (x.reshape(-1, *group.POSE_SHAPE) for x in (a, b))
+    for name in ("compose", "between"):
+        together = getattr(group, name)(a, b)
+        assert together.shape == a.shape
+        one_by_one = [getattr(group, name)(p, q) for p, q in zip(flat_a, flat_b, strict=True)]
+        np.testing.assert_allclose(
+            together.reshape(flat_a.shape), np.reshape(one_by_one, flat_a.shape), atol=1e-14
+        )
+    for name in FUNCTIONS_OF_POSES:
+        together = getattr(group, name)(a)
+        assert together.shape[: len(lead)] == lead
+        one_by_one = np.array([getattr(group, name)(p) for p in flat_a]).reshape(together.shape)
+        np.testing.assert_allclose(together, one_by_one, atol=1e-14)
+    for name in ("exp", "inverse_right_jacobian"):
+        xi = random_twists(group, count, rng).reshape(*lead, group.DOF)
+        together = getattr(group, name)(xi)
+        flat = [getattr(group, name)(v) for v in xi.reshape(-1, group.DOF)]
+        np.testing.assert_allclose(together, np.reshape(flat, together.shape), atol=1e-13)
+
+
+def test_one_pose_goes_with_many(group, poses):
+    one = np.broadcast_to(poses[0], poses.shape)
+    np.testing.assert_array_equal(group.compose(poses[0], poses), group.compose(one, poses))
+    np.testing.assert_array_equal(group.compose(poses, poses[0]), group.compose(poses, one))
+
+
+@pytest.mark.parametrize("name", FUNCTIONS_OF_POSES)
+@pytest.mark.parametrize("value", [1.0, [1.0, 2.0], np.zeros((3, 2)), np.zeros((2, 5))])
+def test_arrays_that_hold_no_poses_are_refused(group, name, value):
+    with pytest.raises(ValueError, match=r"the shape is .* give \(…, "):
+        getattr(group, name)(value)
+
+
+@pytest.mark.parametrize("value", [1.0, np.zeros((3, 2)), np.zeros((2, 5))])
+def test_arrays_that_hold_no_tangent_vectors_are_refused(group, value):
+    for name in ("exp", "inverse_right_jacobian"):
+        with pytest.raises(ValueError, match=r"the shape is .* give \(…, "):
+            getattr(group, name)(value)
+
+
+def test_the_group_is_told_by_the_shape():
+    assert groups.group_of(np.zeros((5, 3))) is se2
+    assert groups.group_of(np.zeros((5, 3, 4))) is se3
+    assert groups.group_of(se3.identity()) is se3
+    for shape in [(), (5,), (5, 4), (5, 4, 4), (5, 7)]:
+        with pytest.raises(ValueError, match=r"poses: the shape is"):
+            groups.group_of(np.zeros(shape))
+
+
+def test_a_motion_in_the_plane_is_the_same_in_space():
+    """Exp, composition and residual of SE(3) restricted to x, y and the turn about z."""
+    flat = random_twists(se2, 50, np.random.default_rng(9))
+    space = np.zeros((50, 6))
+    space[:, [0, 1, 5]] = flat
+    p, q = se2.exp(flat), se3.exp(space)
+    np.testing.assert_allclose(q[:, :2, 3], p[:, :2], atol=1e-14)
+    np.testing.assert_allclose(q[:, :2, :2], se2.rotation(p), atol=1e-14)
+    jacobian = se3.inverse_right_jacobian(space)[:, [0, 1, 5]][:, :, [0, 1, 5]]
+    np.testing.assert_allclose(jacobian, se2.inverse_right_jacobian(flat), atol=1e-12)

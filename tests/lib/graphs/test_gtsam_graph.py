@@ -1,0 +1,134 @@
+"""GTSAM's factor graph of a pose graph has its cost, its minimum and its poses."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+
+import numpy as np
+import pytest
+from robust_slam.descent import start
+from robust_slam.descent.undamped import gauss_newton
+from robust_slam.graphs import datasets, gtsam_graph, pose_graph, se2
+from robust_slam.graphs.odometry import spanning_tree
+
+from tests.conftest import leave_out
+from tests.lib.worlds import GROUPS, assert_same_poses, random_graph, random_poses
+
+EVERY_GROUP = pytest.mark.parametrize("group", GROUPS.values(), ids=GROUPS)
+
+
+@pytest.fixture(name="gtsam")
+def gtsam_itself():
+    """The package gtsam, which has wheels for some machines alone."""
+    if importlib.util.find_spec("gtsam") is None:
+        leave_out("gtsam is not installed; nothing is compared with it")
+    import gtsam
+
+    return gtsam
+
+
+def minimum(gtsam, graph, poses):
+    """The poses and the error at which GTSAM's own Gauss–Newton ends."""
+    factors, values = gtsam_graph.to_gtsam(graph, poses)
+    settings = gtsam.GaussNewtonParams()
+    settings.setRelativeErrorTol(1e-14)
+    settings.setAbsoluteErrorTol(1e-14)
+    ended = gtsam.GaussNewtonOptimizer(factors, values, settings).optimize()
+    return gtsam_graph.poses_from_gtsam(ended, graph), factors.error(ended)
+
+
+@EVERY_GROUP
+@pytest.mark.parametrize("seed", range(4))
+def test_the_error_of_the_factors_is_the_cost(gtsam, group, seed):
+    _, graph = random_graph(seed, group, n=8, m=20)
+    poses = random_poses(group, 8, np.random.default_rng(100 + seed))
+    factors, values = gtsam_graph.to_gtsam(graph, poses)
+    assert factors.error(values) == pytest.approx(pose_graph.cost(poses, graph), rel=1e-9)
+
+
+@EVERY_GROUP
+@pytest.mark.parametrize("seed", range(3))
+def test_each_factor_is_half_the_square_of_its_edge(gtsam, group, seed):
+    poses, graph = random_graph(seed, group, n=5, m=9)
+    factors, values = gtsam_graph.to_gtsam(graph, poses)
+    halves = [factors.at(k).error(values) for k in range(9)]
+    np.testing.assert_allclose(2.0 * np.array(halves), pose_graph.squared_norms(poses, graph))
+
+
+@EVERY_GROUP
+def test_weights_scale_the_factors_and_a_weight_of_zero_leaves_one_out(gtsam, group):
+    poses, graph = random_graph(5, group, n=6, m=10)
+    weights = np.linspace(0.1, 1.0, 10)
+    weights[[6, 8]] = 0.0
+    factors, values = gtsam_graph.to_gtsam(graph, poses, weights)
+    assert factors.size() == 8 + 1
+    wanted = pose_graph.cost(poses, graph, weights)
+    assert factors.error(values) == pytest.approx(wanted, rel=1e-9)
+
+
+@EVERY_GROUP
+def test_poses_go_there_and_come_back(gtsam, group):
+    poses, graph = random_graph(6, group, n=12, m=14)
+    _, values = gtsam_graph.to_gtsam(graph, poses)
+    back = gtsam_graph.poses_from_gtsam(values, graph)
+    assert back.shape == poses.shape
+    assert_same_poses(group, back, poses, atol=1e-13)
+
+
+@EVERY_GROUP
+def test_without_poses_the_values_are_those_of_the_spanning_tree(gtsam, group):
+    _, graph = random_graph(7, group, n=12, m=14)
+    _, values = gtsam_graph.to_gtsam(graph)
+    back = gtsam_graph.poses_from_gtsam(values, graph)
+    assert_same_poses(group, back, spanning_tree(graph), atol=1e-13)
+
+
+@EVERY_GROUP
+@pytest.mark.parametrize("seed", range(3))
+def test_both_end_at_the_same_minimum_and_the_prior_costs_nothing(gtsam, group, seed):
+    truth, graph = random_graph(seed, group, n=10, m=25, residual=0.05)
+    ours = gauss_newton(graph, truth)
+    theirs, error = minimum(gtsam, graph, truth)
+    assert_same_poses(group, theirs, ours, atol=1e-6)
+    assert error == pytest.approx(pose_graph.cost(ours, graph), rel=1e-9)
+    assert_same_poses(group, theirs[:1], truth[:1], atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["tinyGrid3D", "smallGrid3D"])
+def test_on_public_graphs_both_end_at_the_same_cost(gtsam, name):
+    try:
+        graph = datasets.load(name)
+    except datasets.DatasetMissing as missing:
+        leave_out(str(missing))
+    first = start.chordal(graph)
+    _, error = minimum(gtsam, graph, first)
+    ours = pose_graph.cost(gauss_newton(graph, first), graph)
+    assert ours == pytest.approx(error, rel=1e-6)
+
+
+def test_values_of_another_graph_are_refused(gtsam):
+    _, plane = random_graph(8, GROUPS["SE(2)"], n=4, m=4)
+    _, space = random_graph(8, GROUPS["SE(3)"], n=4, m=4)
+    _, values = gtsam_graph.to_gtsam(space)
+    with pytest.raises(ValueError, match=r"values: .*Pose3"):
+        gtsam_graph.poses_from_gtsam(values, plane)
+    with pytest.raises(ValueError, match=r'values: .*key "0".*does not exist'):
+        gtsam_graph.poses_from_gtsam(gtsam.Values(), space)
+
+
+def test_bad_arguments_are_refused_by_name(gtsam):
+    poses, graph = random_graph(9, se2, n=4, m=4)
+    with pytest.raises(ValueError, match="poses: the shape"):
+        gtsam_graph.to_gtsam(graph, poses[:3])
+    with pytest.raises(ValueError, match="weights: the shape"):
+        gtsam_graph.to_gtsam(graph, poses, [1.0])
+    with pytest.raises(ValueError, match="weights: edge 2 weighs less than 0"):
+        gtsam_graph.to_gtsam(graph, poses, [1.0, 1.0, -1.0, 1.0])
+
+
+def test_without_gtsam_it_says_how_to_get_it(monkeypatch):
+    monkeypatch.setitem(sys.modules, "gtsam", None)
+    _, graph = random_graph(10, se2, n=4, m=4)
+    with pytest.raises(ImportError, match="pip install gtsam"):
+        gtsam_graph.to_gtsam(graph)

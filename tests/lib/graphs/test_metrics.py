@@ -1,0 +1,282 @@
+"""Precision, recall and the error of a trajectory."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from robust_slam.graphs import se3
+from robust_slam.graphs.metrics import align, ate, precision_recall, rpe
+
+from tests.conftest import leave_out
+from tests.lib.worlds import GROUPS, assert_same_poses, random_poses
+
+both_groups = pytest.mark.parametrize("group", GROUPS.values(), ids=GROUPS.keys())
+seeds = pytest.mark.parametrize("seed", range(4))
+
+masks = st.integers(1, 12).flatmap(
+    lambda n: st.tuples(*[st.lists(st.booleans(), min_size=n, max_size=n)] * 2)
+)
+
+
+def trajectory(seed, group, n=15):
+    return random_poses(group, n, np.random.default_rng(seed), reach=5.0)
+
+
+def motion(group, seed):
+    return random_poses(group, 1, np.random.default_rng(100 + seed), reach=30.0, turn=1.7)[0]
+
+
+def noisy(truth, group, seed, size=0.3):
+    """The way of ``truth``, moved and shaken a little at every pose."""
+    shake = size * np.random.default_rng(seed).normal(size=(len(truth), group.DOF))
+    return group.compose(motion(group, seed), group.compose(truth, group.exp(shake)))
+
+
+def placed(group, *places):
+    """Poses without a turn at places on the x axis."""
+    axis = np.eye(group.DIMENSION)
+    return group.from_parts(np.tile(axis, (len(places), 1, 1)), np.outer(places, axis[0]))
+
+
+def turned(group, angle):
+    """A turn by ``angle`` about the last axis."""
+    return group.exp(angle * np.eye(group.DOF)[-1])
+
+
+def test_three_kept_of_which_two_are_true_out_of_four_true():
+    kept = [True, True, True, False, False, False]
+    true = [True, True, False, True, True, False]
+    assert precision_recall(kept, true) == (2 / 3, 2 / 4)
+
+
+@given(masks)
+def test_precision_one_way_is_recall_the_other_way(pair):
+    a, b = pair
+    assert precision_recall(a, b) == precision_recall(b, a)[::-1]
+
+
+@given(masks)
+def test_both_are_1_only_when_the_choice_is_right(pair):
+    kept, true = pair
+    if any(kept) or any(true):
+        assert (precision_recall(kept, true) == (1.0, 1.0)) == (kept == true)
+
+
+def test_keeping_nothing_makes_no_wrong_choice_and_finding_nothing_misses_nothing():
+    assert precision_recall([False, False], [True, False]) == (1.0, 0.0)
+    assert precision_recall([True, False], [False, False]) == (0.0, 1.0)
+    assert precision_recall(np.array([], dtype=bool), np.array([], dtype=bool)) == (1.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("kept", "true", "told"),
+    [
+        ([True], [True, False], "true: the shape"),
+        ([1, 0], [True, False], "kept: the entries"),
+        ([True, False], [0.0, 1.0], "true: the entries"),
+    ],
+)
+def test_masks_that_are_no_masks_are_refused(kept, true, told):
+    with pytest.raises(ValueError, match=told):
+        precision_recall(kept, true)
+
+
+@both_groups
+def test_stretched_to_double_length_by_hand(group):
+    # Middles on top of each other, both ends are off by 1.
+    assert ate(placed(group, 0.0, 4.0), placed(group, 0.0, 2.0)) == pytest.approx(1.0)
+
+
+@both_groups
+@seeds
+def test_a_rigid_motion_of_the_whole_map_is_no_error(group, seed):
+    truth = trajectory(seed, group)
+    moved = group.compose(motion(group, seed), truth)
+    assert ate(moved, truth) == pytest.approx(0.0, abs=1e-12)
+    assert_same_poses(group, align(moved, truth), truth, atol=1e-12)
+    for delta in (1, 4):
+        np.testing.assert_allclose(rpe(moved, truth, delta), 0.0, atol=1e-12)
+
+
+@both_groups
+@seeds
+def test_the_errors_do_not_change_when_either_map_is_moved(group, seed):
+    estimate, truth = trajectory(seed, group), trajectory(50 + seed, group)
+    move = motion(group, seed)
+    for measure in (ate, rpe):
+        expected = measure(estimate, truth)
+        assert measure(group.compose(move, estimate), truth) == pytest.approx(expected)
+        assert measure(estimate, group.compose(move, truth)) == pytest.approx(expected)
+
+
+@both_groups
+@seeds
+def test_aligning_moves_the_map_as_one_piece(group, seed):
+    estimate, truth = trajectory(seed, group), trajectory(50 + seed, group)
+    moved = align(estimate, truth)
+    np.testing.assert_allclose(np.linalg.det(group.rotation(moved)), 1.0, rtol=1e-12)
+    assert_same_poses(
+        group, group.between(moved[:1], moved), group.between(estimate[:1], estimate), atol=1e-12
+    )
+
+
+@both_groups
+def test_a_change_of_scale_is_an_error(group):
+    truth = trajectory(5, group)
+    place = group.translation(truth)
+    spread = np.sqrt(np.mean(np.sum((place - place.mean(axis=0)) ** 2, axis=1)))
+    tripled = group.from_parts(group.rotation(truth), 3.0 * place)
+    assert ate(tripled, truth) == pytest.approx(2.0 * spread, rel=1e-12)
+
+
+@both_groups
+@seeds
+def test_a_mirror_image_is_an_error(group, seed):
+    truth = trajectory(seed, group)
+    mirror = np.ones(group.DIMENSION)
+    mirror[0] = -1.0
+    image = group.from_parts(group.rotation(truth), mirror * group.translation(truth))
+    assert ate(image, truth) > 0.5
+    np.testing.assert_allclose(np.linalg.det(group.rotation(align(image, truth))), 1.0)
+
+
+@both_groups
+def test_headings_are_not_judged_by_the_absolute_error(group):
+    truth = trajectory(9, group)
+    assert ate(group.compose(truth, turned(group, 1.0)), truth) == pytest.approx(0.0, abs=1e-12)
+
+
+@both_groups
+@seeds
+def test_no_other_rigid_motion_fits_better(group, seed):
+    estimate, truth = trajectory(seed, group), trajectory(50 + seed, group)
+    best = align(estimate, truth)
+    rng = np.random.default_rng(12)
+
+    def error(poses):
+        return np.sum((group.translation(poses) - group.translation(truth)) ** 2)
+
+    for size in (1e-3, 1e-1, 1.0):
+        for step in group.exp(size * rng.normal(size=(20, group.DOF))):
+            assert error(best) < error(group.compose(step, best))
+
+
+@both_groups
+def test_one_pose_and_poses_on_a_line_are_aligned(group):
+    truth = placed(group, 0.0, 1.0, 3.0)
+    move = motion(group, 3)
+    assert ate(group.compose(move, truth), truth) == pytest.approx(0.0, abs=1e-12)
+    assert ate(group.compose(move, truth[:1]), truth[:1]) == pytest.approx(0.0, abs=1e-12)
+
+
+@both_groups
+def test_one_step_too_long_by_hand(group):
+    # Steps 1, 1, 1 against 1, 3, 1: one step of three is 2 too long. Over two steps both
+    # pairs are 2 too long.
+    truth, estimate = placed(group, 0.0, 1.0, 2.0, 3.0), placed(group, 0.0, 1.0, 4.0, 5.0)
+    assert rpe(estimate, truth) == (pytest.approx(2.0 / np.sqrt(3.0)), pytest.approx(0.0))
+    assert rpe(estimate, truth, 2) == (pytest.approx(2.0), pytest.approx(0.0))
+    assert rpe(estimate, truth, 3) == (pytest.approx(2.0), pytest.approx(0.0))
+
+
+@both_groups
+@pytest.mark.parametrize("angle", [0.3, -0.3, 3.0])
+def test_one_turn_too_many_by_hand(group, angle):
+    # The third pose and all behind it are turned about the third: one step of three ends
+    # with a turn too many and nothing else, the next starts with it.
+    truth = placed(group, 0.0, 1.0, 2.0, 3.0)
+    bend = group.compose(truth[2], group.compose(turned(group, angle), group.inverse(truth[2])))
+    estimate = np.concatenate([truth[:2], group.compose(bend, truth[2:])])
+    translation, rotation = rpe(estimate, truth)
+    assert translation == pytest.approx(0.0, abs=1e-12)
+    assert rotation == pytest.approx(abs(angle) / np.sqrt(3.0))
+    # Over two steps the error of 0 to 2 is the turn alone. That of 1 to 3 has the last step
+    # turned: a chord of 2 sin(angle/2) m.
+    translation, rotation = rpe(estimate, truth, 2)
+    assert translation == pytest.approx(abs(2.0 * np.sin(angle / 2.0)) / np.sqrt(2.0))
+    assert rotation == pytest.approx(abs(angle))
+
+
+def test_a_turn_is_the_short_way_round():
+    # Headings 3 and −3 are 2π − 6 apart.
+    truth = [[0.0, 0.0, 0.0], [1.0, 0.0, 3.0]]
+    assert rpe([[0.0, 0.0, 0.0], [1.0, 0.0, -3.0]], truth)[1] == pytest.approx(2 * np.pi - 6.0)
+
+
+def path_of(poses, group):
+    """The same way as a trajectory of evo, the plane lying in space."""
+    from evo.core.trajectory import PosePath3D
+
+    full = np.tile(np.eye(4), (len(poses), 1, 1))
+    d = group.DIMENSION
+    full[:, :d, :d], full[:, :d, 3] = group.rotation(poses), group.translation(poses)
+    return PosePath3D(poses_se3=list(full))
+
+
+def score(metric, estimate, truth):
+    metric.process_data((truth, estimate))
+    return float(np.sqrt(np.mean(np.square(metric.error))))
+
+
+@pytest.fixture(scope="module")
+def evo():
+    try:
+        from evo.core import metrics
+    except ImportError:
+        leave_out("evo is not installed: the errors are not compared with its own")
+    return metrics
+
+
+@both_groups
+@seeds
+def test_the_absolute_error_is_that_of_evo(evo, group, seed):
+    truth = trajectory(seed, group, n=40)
+    estimate = noisy(truth, group, seed)
+    ours, theirs = path_of(estimate, group), path_of(truth, group)
+    ours.align(theirs, correct_scale=False)
+    expected = score(evo.APE(evo.PoseRelation.translation_part), ours, theirs)
+    assert ate(estimate, truth) == pytest.approx(expected, rel=1e-9)
+
+
+@both_groups
+@seeds
+@pytest.mark.parametrize("delta", [1, 7])
+def test_the_relative_errors_are_those_of_evo(evo, group, seed, delta):
+    truth = trajectory(seed, group, n=40)
+    estimate = noisy(truth, group, seed)
+    expected = [
+        score(
+            evo.RPE(relation, delta, evo.Unit.frames, all_pairs=True),
+            path_of(estimate, group),
+            path_of(truth, group),
+        )
+        for relation in (evo.PoseRelation.translation_part, evo.PoseRelation.rotation_angle_rad)
+    ]
+    assert rpe(estimate, truth, delta) == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("measure", [ate, rpe])
+@pytest.mark.parametrize(
+    ("estimate", "truth", "told"),
+    [
+        (np.zeros((3, 3)), np.zeros((4, 3)), "estimate: the shape"),
+        (np.zeros((3, 2)), np.zeros((3, 2)), "truth: the shape"),
+        (np.zeros((3, 3, 3)), np.zeros((3, 3, 3)), "truth: the shape"),
+        (np.zeros((3, 3)), np.tile(se3.identity(), (3, 1, 1)), "estimate: the shape"),
+        (np.full((3, 3), np.nan), np.zeros((3, 3)), "estimate: the entry"),
+        (np.zeros((0, 3)), np.zeros((0, 3)), "there are no poses"),
+    ],
+)
+def test_bad_input_is_refused_by_name(measure, estimate, truth, told):
+    with pytest.raises(ValueError, match=told):
+        measure(estimate, truth)
+
+
+@both_groups
+@pytest.mark.parametrize("delta", [0, -1, 1.5, 15])
+def test_steps_that_do_not_fit_on_the_way_are_refused(group, delta):
+    truth = trajectory(0, group)
+    with pytest.raises(ValueError, match=f"delta is {delta}"):
+        rpe(truth, truth, delta)

@@ -1,0 +1,207 @@
+"""A pose graph refuses what is wrong with it, and its residuals obey their laws."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from robust_slam.graphs import pose_graph, se3
+from robust_slam.graphs.pose_graph import PoseGraph, select, with_closures
+
+from tests.lib.worlds import GROUPS, perturbed, random_graph
+
+both_groups = pytest.mark.parametrize("group", GROUPS.values(), ids=GROUPS.keys())
+
+
+def valid():
+    return {
+        "n": 3,
+        "edges": [[0, 1], [1, 2], [0, 2]],
+        "measurement": np.zeros((3, 3)),
+        "information": np.tile(np.eye(3), (3, 1, 1)),
+        "is_odometry": [True, True, False],
+    }
+
+
+def spoiled(key, index, value):
+    array = np.array(valid()[key])
+    array[index] = value
+    return {key: array}
+
+
+@pytest.mark.parametrize(
+    ("wrong", "told"),
+    [
+        ({"n": 1}, "n is 1"),
+        ({"edges": [0, 1, 2]}, "edges: the shape"),
+        ({"edges": [[0.0, 1.0], [1.0, 2.0], [0.0, 2.0]]}, "edges: the entries are float64"),
+        (spoiled("edges", (1, 1), 3), r"edge 1 is \[1, 3\]; poses are 0 to 2"),
+        (spoiled("edges", (2, 0), -1), r"edge 2 is \[-1, 2\]"),
+        (spoiled("edges", (1, 1), 1), "edge 1 joins pose 1 to itself"),
+        ({"measurement": np.zeros((2, 3))}, "measurement: the shape"),
+        (spoiled("measurement", (2, 1), np.nan), r"measurement: the entry at \(2, 1\)"),
+        ({"information": np.eye(3)}, "information: the shape"),
+        (spoiled("information", (1, 0, 0), np.inf), r"information: the entry at \(1, 0, 0\)"),
+        (spoiled("information", (1, 0, 1), 0.5), "information: edge 1 is not symmetric"),
+        (spoiled("information", (2, 2, 2), 0.0), "information: edge 2 is not positive definite"),
+        (spoiled("information", (0, 1, 1), -1.0), "information: edge 0 is not positive definite"),
+        ({"is_odometry": [True, True]}, "is_odometry: the shape"),
+        ({"is_odometry": [1, 1, 0]}, "is_odometry: the entries"),
+        (spoiled("edges", (slice(None),), [[0, 1], [1, 0], [0, 1]]), "pose 2 is not joined"),
+    ],
+)
+def test_bad_input_is_refused_by_name_and_number(wrong, told):
+    with pytest.raises(ValueError, match=told):
+        PoseGraph(**(valid() | wrong))
+
+
+def test_a_graph_keeps_its_own_copy_and_cannot_be_written_to():
+    arguments = valid()
+    graph = PoseGraph(**arguments)
+    arguments["measurement"][0, 0] = 9.0
+    assert graph.measurement[0, 0] == 0.0
+    for array in (graph.edges, graph.measurement, graph.information, graph.is_odometry):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 0
+
+
+@both_groups
+def test_poses_that_fit_the_measurements_have_no_residual(group):
+    poses, graph = random_graph(1, group, residual=0.0)
+    np.testing.assert_allclose(pose_graph.residuals(poses, graph), 0.0, atol=1e-13)
+    assert pose_graph.cost(poses, graph) < 1e-24
+
+
+@both_groups
+def test_the_residual_is_the_logarithm_of_what_is_left_over(group):
+    poses, graph = random_graph(2, group)
+    for (i, j), z, r in zip(
+        graph.edges, graph.measurement, pose_graph.residuals(poses, graph), strict=True
+    ):
+        unseen = group.compose(group.inverse(z), group.inverse(poses[i]))
+        left_over = group.compose(unseen, poses[j])
+        np.testing.assert_allclose(r, group.log(left_over), atol=1e-12)
+
+
+def test_the_residual_is_the_full_logarithm_and_not_the_difference_of_coordinates():
+    graph = PoseGraph(2, [[0, 1]], [[0.0, 0.0, 0.0]], [np.eye(3)], [True])
+    quarter = np.array([[0.0, 0.0, 0.0], [1.0, 1.0, np.pi / 2]])
+    np.testing.assert_allclose(
+        pose_graph.residuals(quarter, graph), [[np.pi / 2, 0.0, np.pi / 2]], atol=1e-15
+    )
+
+
+@both_groups
+def test_the_cost_does_not_change_when_the_whole_map_is_moved(group):
+    poses, graph = random_graph(3, group)
+    motion = group.exp(np.linspace(4.0, -2.0, group.DOF))
+    moved = group.compose(motion, poses)
+    np.testing.assert_allclose(
+        pose_graph.residuals(moved, graph), pose_graph.residuals(poses, graph), atol=1e-12
+    )
+    assert pose_graph.cost(moved, graph) == pytest.approx(pose_graph.cost(poses, graph))
+
+
+def test_whole_turns_of_a_heading_change_nothing():
+    poses, graph = random_graph(4)
+    turned = poses + np.array([0.0, 0.0, 2.0 * np.pi]) * np.arange(-2, 4)[:, None]
+    np.testing.assert_allclose(
+        pose_graph.residuals(turned, graph), pose_graph.residuals(poses, graph), atol=1e-12
+    )
+
+
+@both_groups
+def test_norms_are_whitened_by_the_information(group):
+    poses, graph = random_graph(5, group)
+    r = pose_graph.residuals(poses, graph)
+    whitened = [np.linalg.cholesky(o).T @ e for o, e in zip(graph.information, r, strict=True)]
+    np.testing.assert_allclose(
+        pose_graph.residual_norms(poses, graph), np.linalg.norm(whitened, axis=1), rtol=1e-12
+    )
+
+
+def test_the_cost_is_half_the_weighted_sum_of_squared_norms():
+    poses, graph = random_graph(6)
+    u, w = pose_graph.residual_norms(poses, graph), np.linspace(0.0, 1.0, 9)
+    assert pose_graph.cost(poses, graph) == pytest.approx(0.5 * np.sum(u**2), rel=1e-12)
+    assert pose_graph.cost(poses, graph, w) == pytest.approx(0.5 * np.sum(w * u**2), rel=1e-12)
+
+
+@both_groups
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("residual", [0.0, 1e-3, 1.0])
+def test_jacobians_are_the_derivatives_for_a_perturbation_on_the_right(group, seed, residual):
+    poses, graph = random_graph(seed, group, residual=residual)
+    h = 1e-6
+    for side, jacobian in enumerate(pose_graph.jacobians(poses, graph)):
+        for k, end in enumerate(graph.edges[:, side]):
+            for axis, e in enumerate(np.eye(group.DOF)):
+                ahead, behind = (perturbed(group, poses, end, s * h * e) for s in (1, -1))
+                rise = pose_graph.residuals(ahead, graph) - pose_graph.residuals(behind, graph)
+                np.testing.assert_allclose(
+                    jacobian[k][:, axis], rise[k] / (2.0 * h), rtol=1e-5, atol=1e-6
+                )
+
+
+@both_groups
+def test_the_parts_of_a_measurement_are_its_rotation_and_its_translation(group):
+    _, graph = random_graph(10, group)
+    d = group.DIMENSION
+    assert graph.group is group
+    assert graph.rotation.shape == (9, d, d) and graph.translation.shape == (9, d)
+    whole = group.from_parts(graph.rotation, graph.translation)
+    np.testing.assert_allclose(whole, graph.measurement, atol=1e-14)
+
+
+def test_a_matrix_that_is_no_rotation_is_refused_by_number():
+    _, graph = random_graph(11, se3)
+    for spoil in (1.001 * np.eye(3), np.diag([1.0, 1.0, -1.0])):
+        measurement = graph.measurement.copy()
+        measurement[4, :, :3] = measurement[4, :, :3] @ spoil
+        with pytest.raises(ValueError, match=r"measurement: the left part of entry 4 is not"):
+            PoseGraph(6, graph.edges, measurement, graph.information, graph.is_odometry)
+
+
+def test_poses_of_the_other_group_are_refused():
+    _, graph = random_graph(12, se3)
+    with pytest.raises(ValueError, match=r"guess: the shape is \(6, 3\); give \(6, 3, 4\)"):
+        pose_graph.check_poses("guess", np.zeros((6, 3)), graph)
+
+
+@both_groups
+def test_selected_edges_are_a_graph_of_their_own(group):
+    poses, graph = random_graph(13, group)
+    used = np.arange(9) != 7
+    rest = select(graph, used)
+    np.testing.assert_array_equal(rest.edges, graph.edges[used])
+    np.testing.assert_array_equal(
+        pose_graph.residual_norms(poses, rest), pose_graph.residual_norms(poses, graph)[used]
+    )
+    with pytest.raises(ValueError, match="is not joined to pose 0"):
+        select(graph, np.arange(9) > 6)
+    with pytest.raises(ValueError, match="used: the shape"):
+        select(graph, [True])
+
+
+def test_unreached_names_the_poses_behind_unused_edges():
+    _, graph = random_graph(7, n=5, m=5)
+    chain = PoseGraph(
+        4, [[0, 1], [2, 1], [2, 3]], graph.measurement[:3], graph.information[:3], [True] * 3
+    )
+    assert pose_graph.unreached(chain, np.array([True, True, True])).tolist() == []
+    assert pose_graph.unreached(chain, np.array([True, False, True])).tolist() == [2, 3]
+
+
+def test_closures_are_put_behind_the_edges():
+    _, graph = random_graph(8)
+    longer = with_closures(graph, [[0, 5], [1, 4]], np.ones((2, 3)), 4.0 * np.eye(3))
+    np.testing.assert_array_equal(longer.edges[:9], graph.edges)
+    np.testing.assert_array_equal(longer.measurement[:9], graph.measurement)
+    np.testing.assert_array_equal(longer.edges[9:], [[0, 5], [1, 4]])
+    np.testing.assert_array_equal(longer.information[9:], [4.0 * np.eye(3)] * 2)
+    assert longer.is_odometry.tolist() == [*graph.is_odometry.tolist(), False, False]
+
+
+def test_poses_of_the_wrong_shape_are_refused():
+    _, graph = random_graph(9)
+    with pytest.raises(ValueError, match=r"guess: the shape is \(5, 3\); give \(6, 3\)"):
+        pose_graph.check_poses("guess", np.zeros((5, 3)), graph)

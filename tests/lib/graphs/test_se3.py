@@ -1,0 +1,34 @@
+"""What is particular to SE(3): screws, and the order of a tangent vector."""
+
+from __future__ import annotations
+
+import numpy as np
+from robust_slam.graphs import se3
+
+from tests.lib.worlds import random_twists
+
+
+def test_a_quarter_turn_about_z_while_driving_ahead():
+    quarter = se3.exp([np.pi / 2, 0.0, 0.0, 0.0, 0.0, np.pi / 2])
+    np.testing.assert_allclose(
+        quarter, [[0.0, -1.0, 0.0, 1.0], [1.0, 0.0, 0.0, 1.0], [0.0, 0.0, 1.0, 0.0]], atol=1e-15
+    )
+
+
+def test_a_screw_climbs_along_its_axis():
+    screw = se3.exp([0.0, 0.0, 3.0, 0.0, 0.0, np.pi])
+    np.testing.assert_allclose(screw[:, 3], [0.0, 0.0, 3.0], atol=1e-15)
+    np.testing.assert_allclose(screw[:, :3], np.diag([-1.0, -1.0, 1.0]), atol=1e-15)
+
+
+def test_the_exponential_is_the_series_of_the_matrix():
+    for xi in random_twists(se3, 20, np.random.default_rng(1)):
+        generator = np.zeros((4, 4))
+        x, y, z = xi[3:]
+        generator[:3, :3] = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]
+        generator[:3, 3] = xi[:3]
+        term, total = np.eye(4), np.eye(4)
+        for k in range(1, 40):
+            term = term @ generator / k
+            total = total + term
+        np.testing.assert_allclose(se3.exp(xi), total[:3], atol=1e-12)
