@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
+from robust_slam import descent as solver
 from robust_slam._arrays import Array, Mask, finite
-from robust_slam.descent import undamped as solver
 from robust_slam.graphs import generate, metrics, outliers, pose_graph, se2
 from robust_slam.graphs.odometry import spanning_tree
 from robust_slam.graphs.pose_graph import PoseGraph

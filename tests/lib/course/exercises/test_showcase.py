@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from robust_slam.descent import undamped as solver
+from robust_slam import descent as solver
 from robust_slam.estimators import graduation
 from robust_slam.graphs import metrics, pose_graph, se2
 from robust_slam.graphs.pose_graph import PoseGraph
