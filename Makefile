@@ -91,10 +91,11 @@ format: setup ## format code and notebooks
 	$(BIN)/ruff check --fix-only -q .
 	$(BIN)/ruff format .
 
-check: setup ## lint, format and types
+check: setup ## lint, format, types and the directions of imports
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(BIN)/lint-imports --no-cache --no-logo
 
 lock: ## pin every dependency again (wants uv)
 	uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url \

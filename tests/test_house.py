@@ -75,15 +75,6 @@ def test_the_lock_file_pins_hashes_and_names_no_index() -> None:
     assert "://" not in text and "--index" not in text
 
 
-def test_the_two_distributions_know_nothing_of_each_other() -> None:
-    for folder, other in (("lib", "robust_slam_autograder"), ("autograder", "robust_slam")):
-        for path in (ROOT / folder).rglob("*.py"):
-            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-                names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
-                names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
-                assert not [name for name in names if name.split(".")[0] == other], path
-
-
 @pytest.mark.parametrize("folder", ["lib", "autograder"])
 def test_functions_are_small(folder: str) -> None:
     lengths = sorted(code_lines(function) for function in functions(folder))
