@@ -57,7 +57,7 @@ $(GRAPHS): ;
 # The assignments' zips, where there are any: the pages link to them.
 ZIPS := $(wildcard assignments/*.zip build/release/*.zip)
 
-$(BOOK): $(call files,chapters lib/robust_slam) _config.yml _toc.yml $(READY) $(GRAPHS) $(ZIPS)
+$(BOOK): $(call files,chapters lib) _config.yml _toc.yml $(READY) $(GRAPHS) $(ZIPS)
 	@$(BIN)/python -m robust_slam.graphs.datasets --try
 	@$(QUIETLY) book $(BIN)/jupyter-book build . --path-output build -W -n --keep-going
 	@rm -rf build/html && cp -R build/_build/html build/html

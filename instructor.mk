@@ -29,7 +29,7 @@ endef
 
 release: $(RELEASED) ## make the student release, build/release, with a zip for each assignment
 
-$(RELEASED): $(call files,solutions autograder/robust_slam_autograder lib/robust_slam) _config.yml $(READY)
+$(RELEASED): $(call files,solutions autograder/robust_slam_autograder lib) _config.yml $(READY)
 	@$(QUIETLY) release $(BIN)/autograder release
 	@touch $@
 

@@ -132,7 +132,7 @@ def follow_the_library(app: Sphinx, config: Config) -> None:
 
     They read the library, the tables, and the public graphs that are on this machine.
     """
-    library, data = (Path(app.srcdir) / name for name in ("lib/robust_slam", "chapters/data"))
+    library, data = (Path(app.srcdir) / name for name in ("lib", "chapters/data"))
     digest = hashlib.sha256()
     for path in [*sorted(library.rglob("*.*")), *sorted(data.glob("*.csv"))]:
         if path.suffix in {".py", ".js", ".css", ".csv"}:

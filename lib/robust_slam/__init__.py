@@ -18,8 +18,8 @@ The folders follow the course:
 - ``problems``: what the loop can solve: a location, a linear problem, a pose graph
 - ``pipeline``: PCM, GNC and the certificate in one function
 
-Each folder offers its main functions under short names, as in
-``from robust_slam.estimators import gnc, irls``. Names load their module when they are first used.
+Each folder offers its main functions under short names: ``rs.estimators.gnc`` or
+``from robust_slam.estimators import gnc, irls``. A module loads when first used.
 """
 
 import lazy_loader

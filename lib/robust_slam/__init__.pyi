@@ -1,3 +1,11 @@
+from . import certificates as certificates
+from . import consistency as consistency
+from . import descent as descent
+from . import estimators as estimators
+from . import fleet as fleet
+from . import graphs as graphs
+from . import pipeline as pipeline
+from . import problems as problems
 from .graphs.datasets import load as load
 from .graphs.g2o import read as read
 from .graphs.pose_graph import PoseGraph as PoseGraph
