@@ -5,7 +5,7 @@ SHELL := /bin/bash
 .SHELLFLAGS := -o pipefail -ec
 MAKEFLAGS += --no-print-directory
 .DEFAULT_GOAL := help
-.PHONY: help test setup lab book data bench sweep format check lock clean
+.PHONY: help test setup setup-dev system-packages lab book data bench sweep format check lock clean
 
 PYTHON ?= python3
 VENV := .venv
@@ -23,27 +23,42 @@ files = $(shell find $(1) -type f -not -path '*/__pycache__/*' -not -path '*/.ip
 # Runs a command with its output in build/log, and shows how far it is.
 QUIETLY := $(BIN)/python tools/quietly.py
 READY := $(VENV)/.ready
+# Packages for development as well: the tests', the linters' and what benchmarks compare with.
+READY_DEV := $(VENV)/.ready-dev
 BOOK := build/.book
 # Chapters show public graphs where they are on this machine: with other graphs it is another book.
 find-graphs = for graph in CSAIL intel; do for folder in "$$ROBUST_SLAM_DATA" \
 	"$${XDG_CACHE_HOME:-$$HOME/.cache}/robust-slam" "$$HOME/Library/Caches/robust-slam"; do \
 	if [ -f "$$folder/$$graph.g2o" ]; then printf .$$graph; break; fi; done; done
 GRAPHS := build/.graphs$(shell $(find-graphs))
+PIN := uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
+	--no-header lib/pyproject.toml autograder/pyproject.toml
 BENCHES := speed growth wrong_closures
 
 help: ## say what there is
-	@awk -F':.*## ' '/^[a-z]+:.*## /{printf "  make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-16s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
-setup: $(READY) ## make the environment in .venv from the lock file
+setup: $(READY) ## make the environment in .venv: what students and instructors need
+
+setup-dev: $(READY_DEV) ## add what tests, checks and benchmarks need
 
 $(READY): requirements.lock lib/pyproject.toml autograder/pyproject.toml
-	@$(PYTHON) -c 'import sys, venv; sys.exit(sys.version_info < (3, 11))' || \
-		{ echo 'python3 3.11 or newer is needed, with venv (Debian: apt install python3-venv);' \
-		'name another one with make PYTHON=python3.12 …'; exit 1; }
-	@$(PYTHON) -m venv $(VENV)
-	@$(QUIETLY) setup $(BIN)/pip install --progress-bar off --require-hashes -r requirements.lock
-	@$(BIN)/pip install --quiet --no-deps --no-build-isolation -e lib -e autograder
+	$(call environment,setup,$<)
 	@touch $@
+
+# It holds the course's packages too, at the same versions.
+$(READY_DEV): requirements-dev.lock lib/pyproject.toml autograder/pyproject.toml
+	$(call environment,setup-dev,$<)
+	@touch $@ $(READY)
+
+define environment
+@$(PYTHON) -c 'import sys, venv; sys.exit(sys.version_info < (3, 11))' || \
+	{ echo 'python3 3.11 or newer is needed, with venv (Debian: apt install python3-venv);' \
+	'name another one with make PYTHON=python3.12 …'; exit 1; }
+@$(PYTHON) -m venv $(VENV)
+@$(QUIETLY) $(1) $(BIN)/pip install --progress-bar off --require-hashes -r $(2)
+@$(BIN)/pip install --quiet --no-deps --no-build-isolation -e lib -e autograder
+endef
 
 # Only instructors see nbgrader's menus to create and grade assignments.
 lab: export JUPYTER_CONFIG_PATH := $(if $(wildcard instructor.mk),$(JUPYTER_CONFIG_PATH),$(CURDIR)/autograder/student_lab)
@@ -66,11 +81,11 @@ $(BOOK): $(call files,chapters lib) _config.yml _toc.yml $(READY) $(GRAPHS) $(ZI
 data: setup ## download the nine public pose graphs, 8 MB
 	$(BIN)/python -m robust_slam.graphs.datasets
 
-bench: setup ## both sides in one run: our estimators and GTSAM's, and the like
+bench: setup-dev ## both sides in one run: our estimators and GTSAM's, and the like
 	@failed=0; for name in $(BENCHES); do $(BIN)/python -m benchmarks.$$name || failed=1; done; \
 	exit $$failed
 
-sweep: setup ## every method, kind of lies and rate, on many graphs; goes on where it stopped
+sweep: setup-dev ## every method, kind of outlier and rate, on many graphs; continues where it stopped
 	$(BIN)/python -m benchmarks.sweep --jobs $(or $(JOBS),1)
 
 test: ## set up and pass all tests; STRICT=1 fails where one would be left out
@@ -82,25 +97,30 @@ test: ## set up and pass all tests; STRICT=1 fails where one would be left out
 
 # Says what tests need and is not there, then installs it.
 define install
-$(MAKE) -q $(READY) 2>/dev/null || \
-	echo "It installs the $$(grep -c '^[a-zA-Z0-9].*==' requirements.lock) Python packages of requirements.lock in $(VENV)."; \
-sh tests/system-packages.sh plan; $(MAKE) setup; sh tests/system-packages.sh install
+$(MAKE) -q $(READY_DEV) 2>/dev/null || \
+	echo "It installs the $$(grep -c '^[a-zA-Z0-9].*==' requirements-dev.lock) Python packages of requirements-dev.lock in $(VENV)."; \
+sh tests/system-packages.sh plan; $(MAKE) setup-dev; sh tests/system-packages.sh install
 endef
 
-format: setup ## format code and notebooks
+system-packages: ## say which Debian packages tests need, and install those that are missing
+	@sh tests/system-packages.sh plan
+	@sh tests/system-packages.sh install
+
+format: setup-dev ## format code and notebooks
 	$(BIN)/ruff check --fix-only -q .
 	$(BIN)/ruff format .
 
-check: setup ## lint, format, types and the directions of imports
+check: setup-dev ## lint, format, types and the directions of imports
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-cache --no-logo
 
-lock: ## pin every dependency again (wants uv)
-	uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
-		--no-header --group book --group lab --group test --group check --group bench --group build \
-		--extra sdp --extra data --extra live --extra grading --extra cluster --extra postgres lib/pyproject.toml autograder/pyproject.toml -o requirements.lock
+lock: ## pin every dependency again (needs uv); development takes the course's versions
+	$(PIN) --group book --group lab --group build --extra sdp --extra data --extra live \
+		--extra grading -o requirements.lock
+	$(PIN) --group book --group lab --group build --group test --group check --group bench \
+		--all-extras --constraint requirements.lock -o requirements-dev.lock
 
 clean: ## remove all that was generated, the environment too; class/ stays
 	rm -rf build _build $(VENV) .mypy_cache .pytest_cache .ruff_cache .hypothesis

@@ -42,7 +42,8 @@ $(HANDED_IN): $(call files,solutions tests/assignments) tests/sample_class.py $(
 	@touch $@
 
 grade: setup ## grade SUBMITTED (default class/submitted): <student>/<assignment>/
-	$(BIN)/autograder grade $(SUBMITTED)/*/*
+	@shopt -s nullglob; stray=($(SUBMITTED)/*.ipynb); shopt -u nullglob; \
+	$(BIN)/autograder grade $(SUBMITTED)/*/* "$${stray[@]}"
 
 feedback: setup ## write a page for each submission, class/feedback
 	$(BIN)/autograder feedback --site ../../../build/html
@@ -69,7 +70,7 @@ grade-sample: $(HANDED_IN)
 mutants: setup ## change the reference solutions, and see that the assignments' cases notice
 	$(BIN)/python -m tests.assignments.mutation
 
-soak: ## the long tests: every wall and user, long fuzzing, a published book, plain nbgrader
+soak: ## the long tests: every sandbox and user, long fuzzing, a published book, plain nbgrader
 	@echo 'make soak runs the long tests, for hours.'
 	@$(install)
 	$(BIN)/python -m tests.autograder.hostile.soak

@@ -14,10 +14,14 @@ from tests.as_user import ROOT
 from tests.assignments import answers
 from tests.autograder.ci import running
 
+OWN = (ROOT / ".github/workflows/tests.yml").read_text("utf-8")
 
-@pytest.mark.parametrize("name", ["github-course.yml", "github-grading.yml"])
-def test_every_door_that_a_workflow_names_is_there(name: str) -> None:
-    doors = re.findall(r"run: make (-C build/public )?(\w+)", template(name))
+
+@pytest.mark.parametrize(
+    "text", [template("github-course.yml"), template("github-grading.yml"), OWN]
+)
+def test_every_make_target_that_a_workflow_names_is_there(text: str) -> None:
+    doors = re.findall(r"run: make (-C build/public )?([\w-]+)", text)
     makefiles = [(ROOT / file).read_text("utf-8") for file in ("Makefile", "instructor.mk")]
     assert doors
     for in_public, door in doors:

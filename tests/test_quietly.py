@@ -64,12 +64,12 @@ def test_a_failure_shows_early_warnings_the_cells_error_and_the_end(tmp_path: Pa
 def test_the_environments_packages_are_counted(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    (tmp_path / "requirements.lock").write_text("a==1 \\\n    --hash=x\nb==2 \\\n    --hash=y\n")
+    (tmp_path / "some.lock").write_text("a==1 \\\n    --hash=x\nb==2 \\\n    --hash=y\n")
     text = (
         "Collecting a==1\n  Using cached a\nProcessing ./b\nInstalling collected packages: a, b\n"
     )
     monkeypatch.chdir(tmp_path)
-    read = quietly.setup()
+    read = quietly.setup("some.lock")
     shown = [read(line) for line in text.splitlines()]
     assert [item.now for item in shown if item.now] == ["1 of 2 packages", "2 of 2 packages"]
     assert "installing" in shown[-1].stays
@@ -101,6 +101,7 @@ def test_progress_stays_on_one_line_of_a_terminal() -> None:
 
 @pytest.mark.parametrize("step", [*quietly.READERS, "release"])
 def test_a_step_without_output_ends_well(tmp_path: Path, step: str) -> None:
-    (tmp_path / "requirements.lock").touch()
+    for lock in ("requirements.lock", "requirements-dev.lock"):
+        (tmp_path / lock).touch()
     done = run(tmp_path, step, "pass")
     assert (done.returncode, len(done.stdout.splitlines())) == (0, 1)

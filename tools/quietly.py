@@ -16,6 +16,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TextIO
 
@@ -53,9 +54,9 @@ def book() -> Reader:
     return read
 
 
-def setup() -> Reader:
-    """What pip prints: how many packages it has collected."""
-    requirements = Path("requirements.lock").read_text(encoding="utf-8")
+def setup(lock: str) -> Reader:
+    """What pip prints: how many of a lock file's packages it has collected."""
+    requirements = Path(lock).read_text(encoding="utf-8")
     total = len(re.findall(r"^[\w.-]+==", requirements, re.M))
     count = 0
 
@@ -81,7 +82,12 @@ def sample() -> Reader:
     return lambda line: Shown(now=line if line.endswith(" graded") else "")
 
 
-READERS: dict[str, Callable[[], Reader]] = {"book": book, "sample": sample, "setup": setup}
+READERS: dict[str, Callable[[], Reader]] = {
+    "book": book,
+    "sample": sample,
+    "setup": partial(setup, "requirements.lock"),
+    "setup-dev": partial(setup, "requirements-dev.lock"),
+}
 
 
 @dataclass

@@ -4,7 +4,7 @@ A fenced block says what it is: ``sh`` holds commands, ``toml`` or ``text`` a fi
 also what a command prints. Remarks that the built page does not show stand right above a block::
 
     % not run: make lab: it serves until somebody stops it
-    % file: roster.csv
+    % file: class/roster.csv
 """
 
 from __future__ import annotations

@@ -113,14 +113,14 @@ PROMISES = {
         makes=("class/report-no-names/index.html",)
     ),
     "JUPYTER_CONFIG_PATH=autograder .venv/bin/nbgrader export": Promise(makes=("grades.csv",)),
-    f"{EXPORT} --format canvas --roster roster.csv": Promise(
+    f"{EXPORT} --format canvas --roster class/roster.csv": Promise(
         says=(f"{MATCHED}SIS Login ID",), makes=("class/canvas.csv",)
     ),
-    f'{EXPORT} --format moodle --roster moodle-roster.csv --match "ID number"': Promise(
+    f'{EXPORT} --format moodle --roster class/moodle-roster.csv --match "ID number"': Promise(
         says=(f"{MATCHED}ID number",), makes=("class/moodle.csv",)
     ),
-    f"{EXPORT} 02-four-costs 03-irls --format canvas --roster roster.csv \\\n"
-    "    --late late.toml": Promise(
+    f"{EXPORT} 02-four-costs 03-irls --format canvas --roster class/roster.csv \\\n"
+    "    --late class/late.toml": Promise(
         says=("before  after", "10 % of the points for each 24 hours begun", "class/canvas.csv")
     ),
     REGRADE: Promise(says=printed("Regrade"), by_hand=mend_a_test),

