@@ -1,6 +1,6 @@
-"""Three problems for the loop: a location, a linear problem, and a pose graph.
+"""Three problems for the loop: a location, a linear problem and a pose graph.
 
-Each gives whitened residual norms at an x, and solves for x at given weights.
+Each computes whitened residual norms at an x and solves for x with given weights.
 
 Source: Gauss 1809, weighted least squares.
 """
@@ -25,7 +25,7 @@ class LocationProblem:
     """Measurements z ``(m,)`` of one number x, with standard deviations sigma.
 
     ``sigma`` is a scalar or ``(m,)``, in the unit of z; ``trusted`` is a mask ``(m,)``,
-    by default nothing. The whitened residual is u = |z − x|/sigma.
+    none by default. The whitened residual is u = |z − x|/sigma.
 
     Raises:
         ValueError: ``z`` is empty or not finite, or the shapes do not agree.
@@ -65,8 +65,8 @@ class LinearProblem:
     """Measurements z = J x + noise with standard deviations sigma.
 
     ``jacobian`` is J ``(m, n)``, ``measurement`` z ``(m,)``, ``sigma`` a scalar or
-    ``(m,)`` in the unit of z, ``trusted`` a mask ``(m,)`` (by default nothing), and
-    ``fixed`` a mask ``(n,)`` of unknowns that stay at 0 (by default none).
+    ``(m,)`` in the unit of z, ``trusted`` a mask ``(m,)`` (none by default), and
+    ``fixed`` a mask ``(n,)`` of unknowns held at 0 (none by default).
 
     Raises:
         ValueError: the shapes do not agree, or an entry is not finite.
@@ -101,12 +101,12 @@ class LinearProblem:
         return np.abs(self.residuals(x))
 
     def solve(self, weights: Array, x: Array) -> Array:
-        """Return the x ``(n,)`` of least Σ w u²; the start ``x`` is not needed.
+        """Return the x ``(n,)`` that minimises Σ w u²; the start ``x`` is not needed.
 
         Raises:
-            Underdetermined: the rows with positive weight leave a direction of x free.
+            Underdetermined: the rows with positive weight do not determine x.
         """
-        # The roots of the weights scale the rows: squaring J would square its condition.
+        # Scaling rows by √w avoids JᵀJ, which would square the condition number of J.
         scale = np.sqrt(weights) / self.sigma
         rows = self.jacobian[:, ~self.fixed] * scale[:, None]
         free, _, rank, _ = np.linalg.lstsq(rows, self.measurement * scale, rcond=None)
@@ -131,8 +131,8 @@ def chain(
 ) -> LinearProblem:
     """Return the 1-D pose graph of ``n`` poses with z = x[j] − x[i] and x[anchor] = 0.
 
-    ``i``, ``j``, ``z`` are ``(m,)``, poses count from 0, ``sigma`` is a scalar or
-    ``(m,)``. Only differences are measured, so one pose must be held: the anchor.
+    ``i``, ``j``, ``z`` are ``(m,)``, poses are numbered from 0, ``sigma`` is a scalar or
+    ``(m,)``. Only differences are measured, so one pose, the anchor, is held fixed.
 
     Raises:
         ValueError: an index is out of range, an edge joins a pose to itself, or the
@@ -163,14 +163,14 @@ def _ends(name: str, value: ArrayLike, m: int, n: int) -> Indices:
 
 
 class PoseGraphProblem:
-    """A pose graph for the loop; its x are poses, ``(n, 3)`` or ``(n, 3, 4)``.
+    """A pose graph for the loop; x are poses, ``(n, 3)`` or ``(n, 3, 4)``.
 
-    ``guess``, poses too, is where the unweighted solve starts, by default the spanning
-    tree of ``start``, which is dead reckoning where the odometry is complete;
-    ``trusted`` ``(m,)`` is the mask of edges whose weight stays 1, by default the
-    odometry. Each solve takes at most ``steps`` Gauss–Newton steps from the poses of the
-    solve before, and ends earlier as ``gauss_newton`` does with ``tol``; the loop goes on
-    from there, so a few steps are enough.
+    The unweighted solve starts at the poses ``guess``, by default those of
+    ``spanning_tree``, which are dead reckoning where the odometry is complete. ``trusted``
+    ``(m,)`` is the mask of edges whose weight stays 1, by default the odometry. Each solve
+    takes at most ``steps`` Gauss–Newton steps from the poses of the previous solve and
+    stops earlier as ``gauss_newton`` does with ``tol``. The loop repeats the solve, so a
+    few steps are enough.
 
     Raises:
         ValueError: ``guess`` or ``trusted`` does not fit the graph, or a limit is out of
@@ -197,9 +197,9 @@ class PoseGraphProblem:
         self._equations = NormalEquations(graph)
 
     def initial(self) -> Array:
-        """Return the least-squares poses, from the guess, every weight 1.
+        """Return the least-squares poses, found from the guess with all weights 1.
 
-        With gross errors among the edges Gauss–Newton alone may crawl, so it is damped.
+        Gross errors can make Gauss–Newton very slow, so this is Levenberg–Marquardt.
 
         Raises:
             NotConverged: ``STEP_LIMIT`` steps were not enough.
@@ -207,7 +207,7 @@ class PoseGraphProblem:
         ones = np.ones(len(self.graph.edges))
         descent = descend_damped(self._equations, self.guess, ones, self.tol, STEP_LIMIT)
         try:
-            return descent.settled(STEP_LIMIT)
+            return descent.converged_poses(STEP_LIMIT)
         except NotConverged as error:
             raise NotConverged(
                 f"the unweighted solve: {error}; or begin the robust solve elsewhere, with "
@@ -216,14 +216,13 @@ class PoseGraphProblem:
 
     def residual_norms(self, x: Array) -> Array:
         """Return the whitened residual norm of every edge, ``(m,)``."""
-        _, r = self._equations.look(np.asarray(x))
-        return np.sqrt(pose_graph.squares(r, self.graph))
+        return pose_graph.residual_norms(np.asarray(x), self.graph)
 
     def solve(self, weights: Array, x: Array) -> Array:
         """Return the poses that Gauss–Newton reaches from ``x``.
 
         Raises:
-            Underdetermined: the edges with positive weight leave a pose loose.
+            Underdetermined: the edges with positive weight do not connect all poses.
         """
         start = check_poses("x", x, self.graph)
         full = check_weights(weights, self.graph)

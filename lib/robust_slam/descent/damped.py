@@ -1,9 +1,10 @@
-"""Levenberg–Marquardt on a pose graph: a Gauss–Newton step that is damped as needed.
+"""Levenberg–Marquardt on a pose graph: Gauss–Newton with adaptive damping.
 
 A damped step lies between the Gauss–Newton step and the direction of steepest descent.
-The damping grows after a step that would raise the cost and shrinks after a good one.
+The damping grows after a rejected step and shrinks after a good one.
 
-Source: Marquardt 1963, damping by the diagonal; Nielsen 1999, how it follows the gain.
+Source: Marquardt 1963, damping by the diagonal; Nielsen 1999, the update of the damping by
+the gain ratio.
 """
 
 from __future__ import annotations
@@ -15,18 +16,18 @@ from robust_slam._arrays import Array
 from robust_slam.descent.normal_equations import (
     NormalEquations,
     linear_change,
-    linear_rise,
+    linear_cost_change,
     weighted_edges,
 )
 from robust_slam.descent.step import (
     STEP_LIMIT,
     Descent,
-    Place,
+    Linearisation,
     check_limits,
+    damping_factor,
+    increases,
     is_small,
-    moved,
-    rises,
-    shrink,
+    retract,
 )
 from robust_slam.graphs.pose_graph import PoseGraph, check_poses, check_weights
 
@@ -43,60 +44,61 @@ def levenberg_marquardt(
 ) -> Array:
     """Return the poses at a minimum of ½ Σ w ‖whitened residual‖² near ``poses``.
 
-    ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``, ``weights`` ``(m,)``. Arguments and the rule
-    for stopping are those of ``gauss_newton``; a step that is refused counts as an
-    iteration.
+    ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``, ``weights`` ``(m,)``. Arguments and stopping
+    rule are those of ``gauss_newton``; a rejected step counts as an iteration.
 
     Raises:
         ValueError: as ``gauss_newton``.
-        Underdetermined: the edges with positive weight leave a pose loose.
+        Underdetermined: the edges with positive weight do not connect all poses.
         NotConverged: ``max_iterations`` steps were not enough.
 
-    Source: Marquardt 1963, damping by the diagonal; Nielsen 1999, how it follows the gain.
+    Source: Marquardt 1963, damping by the diagonal; Nielsen 1999, the update of the damping
+    by the gain ratio.
     """
     check_limits(tol, max_iterations)
     start = check_poses("poses", poses, graph)
     full = check_weights(weights, graph)
     descent = descend_damped(NormalEquations(graph), start, full, tol, max_iterations)
-    return descent.settled(max_iterations)
+    return descent.converged_poses(max_iterations)
 
 
 def descend_damped(
     equations: NormalEquations, poses: Array, weights: Array, tol: float, max_iterations: int
 ) -> Descent:
-    """Run Levenberg–Marquardt on equations whose pattern is already known.
+    """Run Levenberg–Marquardt on normal equations whose pattern is already known.
 
-    ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``, ``weights`` ``(m,)``. The arguments are those
-    of ``levenberg_marquardt``, checked already. Running out of
-    iterations is told, not raised.
+    ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``, ``weights`` ``(m,)``. Arguments and stopping
+    rule are those of ``levenberg_marquardt``, except that the arguments are not checked and
+    that running out of iterations raises no error.
 
     Raises:
         Underdetermined: the normal equations are singular.
     """
-    equations, weights = equations.without_idle_edges(weights)
-    here = equations.at(poses, weights)
+    equations, weights = equations.restricted(weights)
+    current = equations.at(poses, weights)
     damping, growth, size = _FIRST_DAMPING, 2.0, np.inf
     for _ in range(max_iterations):
-        step, promised = _damped(equations, here, weights, damping)
+        step, predicted = _damped_step(equations, current, weights, damping)
         size = float(np.abs(step).max())
-        trial = equations.at(moved(equations.graph, here.poses, step), weights)
-        if not rises(trial.cost, here.cost):
-            at_rest = is_small(step, here.poses, tol)
-            gain = (here.cost - trial.cost) / max(promised, np.finfo(float).tiny)
-            damping, growth = damping * shrink(gain), 2.0
-            here = trial
-            if at_rest:
-                return Descent(here.poses, here.cost, size, at_rest=True)
+        trial = equations.at(retract(equations.graph, current.poses, step), weights)
+        if not increases(trial.cost, current.cost):
+            converged = is_small(step, current.poses, tol)
+            gain_ratio = (current.cost - trial.cost) / max(predicted, np.finfo(float).tiny)
+            damping, growth = damping * damping_factor(gain_ratio), 2.0
+            current = trial
+            if converged:
+                return Descent(current.poses, current.cost, size, converged=True)
         else:
             damping, growth = damping * growth, 2.0 * growth
-    return Descent(here.poses, here.cost, size, at_rest=False)
+    return Descent(current.poses, current.cost, size, converged=False)
 
 
-def _damped(
-    equations: NormalEquations, here: Place, weights: Array, damping: float
+def _damped_step(
+    equations: NormalEquations, current: Linearisation, weights: Array, damping: float
 ) -> tuple[Array, float]:
-    """Return a damped step and how far it lowers the cost of the linearised residuals."""
+    """Return a damped step and the decrease of the linearised cost."""
     graph = equations.graph
-    jacobian, information, pull = weighted_edges(graph, here, weights)
-    step = equations.solve(jacobian, information, pull, damping)
-    return step, -linear_rise(linear_change(jacobian, graph, step), information, pull)
+    jacobian, information, weighted = weighted_edges(graph, current, weights)
+    step = equations.solve(jacobian, information, weighted, damping)
+    change = linear_change(jacobian, graph, step)
+    return step, -linear_cost_change(change, information, weighted)

@@ -1,4 +1,7 @@
-"""What every descent on a pose graph shares: its record, its limits, its retraction."""
+"""What Gauss–Newton and Levenberg–Marquardt share: linearisation, limits and retraction.
+
+Source: Dennis and Schnabel 1983; Nielsen 1999 for the damping.
+"""
 
 from __future__ import annotations
 
@@ -12,58 +15,53 @@ from robust_slam.graphs import pose_graph
 from robust_slam.graphs.pose_graph import PoseGraph
 
 ROUNDING = 1e-12
-"""A relative rise of the cost that is taken for rounding."""
-NOTHING = 1e-18
-"""A cost that no measurement can tell from 0."""
+"""A relative increase of the cost that counts as rounding."""
+NEGLIGIBLE_COST = 1e-18
+"""A cost below this counts as 0."""
 STEP_LIMIT = 500
 """Gross errors make Gauss–Newton slow: in trials with wrong closures up to 203 steps."""
 
 
 @dataclass(frozen=True, eq=False)
-class Place:
-    """Poses, and what both their cost and the next step from there want to know.
+class Linearisation:
+    """Relative poses, residuals r, w Ω r and the cost ½ Σ w rᵀ Ω r at given poses.
 
-    ``predicted`` is what ``pose_graph.seen`` gives, ``residuals`` ``(m, D)`` are the r of
-    the edges, and ``pull`` ``(m, D)`` is w Ω r.
+    ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``, ``relative`` ``(m, 3)`` or ``(m, 3, 4)`` are
+    from ``pose_graph.relative_poses``, and ``residuals`` and ``weighted_residuals`` are
+    ``(m, D)``.
     """
 
     poses: Array
-    predicted: Array
+    relative: Array
     residuals: Array
-    pull: Array
+    weighted_residuals: Array
     cost: float
 
     @classmethod
-    def at(cls, graph: PoseGraph, poses: Array, weights: Array) -> Place:
-        """Return the place of ``poses``, each edge of ``graph`` with its weight ``(m,)``."""
-        predicted = pose_graph.seen(poses, graph)
-        return cls.of(graph, poses, predicted, pose_graph.errors(predicted, graph), weights)
-
-    @classmethod
-    def of(
-        cls, graph: PoseGraph, poses: Array, predicted: Array, r: Array, weights: Array
-    ) -> Place:
-        """Return the place where the edges are known to see ``predicted``, with residuals r."""
-        pull = weights[:, None] * pose_graph.loaded(r, graph)
-        return cls(poses, predicted, r, pull, 0.5 * float(np.sum(r * pull)))
+    def at(cls, graph: PoseGraph, poses: Array, weights: Array) -> Linearisation:
+        """Return the linearisation of ``graph`` at ``poses`` with ``weights`` ``(m,)``."""
+        relative = pose_graph.relative_poses(poses, graph)
+        r = pose_graph.residuals_of(relative, graph)
+        weighted = weights[:, None] * pose_graph.apply_information(r, graph)
+        return cls(poses, relative, r, weighted, 0.5 * float(np.sum(r * weighted)))
 
 
 @dataclass(frozen=True, eq=False)
 class Descent:
-    """Where a descent ended: poses, cost, size of the last step, at rest or not."""
+    """Where a descent ended: poses, cost, size of the last step, and whether it converged."""
 
     poses: Array
     cost: float
     step: float
-    at_rest: bool
+    converged: bool
 
-    def settled(self, max_iterations: int) -> Array:
-        """Return the poses.
+    def converged_poses(self, max_iterations: int) -> Array:
+        """Return the poses, ``(n, 3)`` or ``(n, 3, 4)``.
 
         Raises:
-            NotConverged: the descent is not at rest.
+            NotConverged: the descent did not converge.
         """
-        if not self.at_rest:
+        if not self.converged:
             raise NotConverged(
                 f"after {max_iterations} steps the cost is {self.cost:.6g} and the last step "
                 f"{self.step:.2g}; start from better poses, allow more steps or loosen tol"
@@ -71,32 +69,35 @@ class Descent:
         return self.poses
 
 
-def moved(graph: PoseGraph, poses: Array, step: Array) -> Array:
-    """Return each pose ∘ Exp(its row of ``step`` ``(n, D)``)."""
+def retract(graph: PoseGraph, poses: Array, step: Array) -> Array:
+    """Return each pose ∘ Exp(δ), with δ its row of ``step`` ``(n, D)``."""
     return graph.group.compose(poses, graph.group.exp(step))
 
 
-def rises(cost: float, before: float) -> bool:
-    """Tell whether ``cost`` is higher than the one ``before``, beyond rounding.
+def increases(cost: float, before: float) -> bool:
+    """Tell whether ``cost`` is higher than the one ``before`` by more than rounding.
 
-    A cost is a sum of squares without a unit, so below ``NOTHING`` it is 0 with rounding.
+    A cost has no unit; below ``NEGLIGIBLE_COST`` it is rounding alone.
     """
-    return cost > before * (1.0 + ROUNDING) + NOTHING
+    return cost > before * (1.0 + ROUNDING) + NEGLIGIBLE_COST
 
 
 def is_small(step: Array, poses: Array, tol: float) -> bool:
-    """Tell whether no coordinate of a step exceeds tol·(1 + the map's largest coordinate)."""
+    """Tell whether no coordinate of a step exceeds tol·(1 + the map's largest coordinate).
+
+    ``step`` is ``(n, D)``, ``poses`` ``(n, 3)`` or ``(n, 3, 4)``.
+    """
     return float(np.abs(step).max()) <= tol * (1.0 + float(np.abs(poses).max()))
 
 
-def shrink(gain: float) -> float:
-    """Return the factor on a damping after a step: 1/3 for a promise kept, 2 at most.
+def damping_factor(gain_ratio: float) -> float:
+    """Return the factor on the damping after an accepted step, from 1/3 to 2.
 
-    ``gain`` is by how much the cost fell, as a share of what the linear model promised.
+    ``gain_ratio`` is the decrease of the cost over the decrease of the linearised cost.
 
-    Source: Nielsen 1999.
+    Source: Nielsen 1999, "Damping parameter in Marquardt's method", the continuous update.
     """
-    return max(1.0 / 3.0, 1.0 - (2.0 * min(max(gain, 0.0), 1.0) - 1.0) ** 3)
+    return max(1.0 / 3.0, 1.0 - (2.0 * min(max(gain_ratio, 0.0), 1.0) - 1.0) ** 3)
 
 
 def check_limits(tol: float, max_iterations: int) -> None:

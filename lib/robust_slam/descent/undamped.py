@@ -1,9 +1,9 @@
-"""Gauss–Newton on a pose graph, and the pose graph as a problem of the loop.
+"""Gauss–Newton on a pose graph, with backtracking.
 
-Pose 0 stays where it is. A step that would raise the cost is halved until it does not,
-so the cost never rises, however far the start is.
+Pose 0 is held fixed. A step that would increase the cost is halved until it does not, so
+the cost never increases, however far the start is from a minimum.
 
-Source: Dennis and Schnabel 1983, the damped Gauss–Newton method.
+Source: Dennis and Schnabel 1983, section 10.2, the damped Gauss–Newton method.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from robust_slam.descent.normal_equations import NormalEquations
 from robust_slam.descent.step import (
     STEP_LIMIT,
     Descent,
-    Place,
+    Linearisation,
     check_limits,
+    increases,
     is_small,
-    moved,
-    rises,
+    retract,
 )
 from robust_slam.graphs.pose_graph import PoseGraph, check_poses, check_weights
 
@@ -37,53 +37,56 @@ def gauss_newton(
 ) -> Array:
     """Return the poses at a minimum of ½ Σ w ‖whitened residual‖² near ``poses``.
 
-    ``poses``, ``(n, 3)`` or ``(n, 3, 4)``, are the start; pose 0 is kept. ``weights``
-    ``(m,)`` are 1 if None. It ends when no coordinate of a step (m, rad) is larger than
+    ``poses``, ``(n, 3)`` or ``(n, 3, 4)``, are the start; pose 0 is held fixed. ``weights``
+    ``(m,)`` are 1 if None. It converges when no coordinate of a step (m, rad) is larger than
     ``tol`` times 1 + the largest coordinate of the map.
 
     Raises:
         ValueError: ``poses`` or ``weights`` have the wrong shape or are not finite, a
             weight is negative, or a limit is out of range.
-        Underdetermined: the edges with positive weight leave a pose loose.
+        Underdetermined: the edges with positive weight do not connect all poses.
         NotConverged: ``max_iterations`` steps were not enough.
 
-    Source: Dennis and Schnabel 1983, the damped Gauss–Newton method.
+    Source: Dennis and Schnabel 1983, section 10.2, the damped Gauss–Newton method.
     """
     check_limits(tol, max_iterations)
     start = check_poses("poses", poses, graph)
     full = check_weights(weights, graph)
     descent = descend(NormalEquations(graph), start, full, tol, max_iterations)
-    return descent.settled(max_iterations)
+    return descent.converged_poses(max_iterations)
 
 
 def descend(
     equations: NormalEquations, poses: Array, weights: Array, tol: float, max_iterations: int
 ) -> Descent:
-    """Run Gauss–Newton on equations whose pattern is already known.
+    """Run Gauss–Newton on normal equations whose pattern is already known.
 
-    ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``, ``weights`` ``(m,)``. Arguments and the rule
-    for stopping are those of ``gauss_newton``, but checked already, and running out of
-    iterations is told, not raised.
+    ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``, ``weights`` ``(m,)``. Arguments and stopping
+    rule are those of ``gauss_newton``, except that the arguments are not checked and that
+    running out of iterations raises no error.
 
     Raises:
         Underdetermined: the normal equations are singular.
     """
-    equations, weights = equations.without_idle_edges(weights)
-    here, size = equations.at(poses, weights), np.inf
+    equations, weights = equations.restricted(weights)
+    current, size = equations.at(poses, weights), np.inf
     for _ in range(max_iterations):
-        step = equations.step(here, weights)
+        step = equations.step(current, weights)
         size = float(np.abs(step).max())
-        if is_small(step, here.poses, tol):
-            last = equations.at(moved(equations.graph, here.poses, step), weights)
-            return Descent(last.poses, last.cost, size, at_rest=True)
-        here = _shortened(equations, here, weights, step)
-    return Descent(here.poses, here.cost, size, at_rest=False)
+        if is_small(step, current.poses, tol):
+            last = equations.at(retract(equations.graph, current.poses, step), weights)
+            return Descent(last.poses, last.cost, size, converged=True)
+        current = _backtrack(equations, current, weights, step)
+    return Descent(current.poses, current.cost, size, converged=False)
 
 
-def _shortened(equations: NormalEquations, here: Place, weights: Array, step: Array) -> Place:
-    """Return the place after the longest of step, step/2, step/4, … that is no rise."""
+def _backtrack(
+    equations: NormalEquations, current: Linearisation, weights: Array, step: Array
+) -> Linearisation:
+    """Take the longest of step, step/2, step/4, … that does not increase the cost."""
     for halvings in range(_HALVINGS):
-        trial = equations.at(moved(equations.graph, here.poses, step * 0.5**halvings), weights)
-        if not rises(trial.cost, here.cost):
+        poses = retract(equations.graph, current.poses, step * 0.5**halvings)
+        trial = equations.at(poses, weights)
+        if not increases(trial.cost, current.cost):
             return trial
-    return here
+    return current

@@ -1,21 +1,20 @@
-"""Max-mixtures: a measurement says one of several things, and the likeliest counts.
+"""Max-mixtures: a measurement has several modes, and the most likely one counts.
 
 The density is p(z|x) ∝ max_i π_i N(μ_i, Λ_i⁻¹) in place of the sum of the modes, so the
 cost of an edge is, up to a constant, min_i [½ e_iᵀ Λ_i e_i − log(π_i |Λ_i|^½)], with e_i
-the residual against the mean of mode i. The logarithm is the mode's normaliser: without
+the residual against the mean of mode i. The logarithm is the normaliser of the mode: without
 it a broad mode would always win. Here the constant is such that mode 0 costs 0 at zero
 residual; the other modes then cost at least log(π_0 |Λ_0|^½) − log(π_i |Λ_i|^½), which
 may be negative.
 
-What the maximum is for: once the mode is chosen, the cost is a square, and the back-end
-of least squares serves as it is. (The graph is as sparse with a sum; the sum of modes
-just has no square for its logarithm.)
+The maximum keeps the problem a least-squares problem: once the modes are chosen, every
+cost is quadratic in the residual. The logarithm of a sum of modes is not.
 
-``max_mixture`` is the null hypothesis, two modes with one mean, as a rule of the loop on
-residual norms. ``max_mixture_modes`` takes modes with means of their own: either here or
-there.
+``max_mixture`` is the null hypothesis, two modes with the same mean, as a rule of the loop
+on residual norms. ``max_mixture_modes`` takes modes with different means.
 
-Source: Olson and Agarwal 2012.
+Source: Olson and Agarwal 2012, "Inference on networks of mixtures for robust robot
+mapping", the max-mixture density.
 """
 
 from __future__ import annotations
@@ -30,7 +29,13 @@ from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, Indices, Mask, finite, positive
 from robust_slam.descent.normal_equations import NormalEquations, weighted_edges
-from robust_slam.descent.step import ROUNDING, Place, check_limits, is_small, moved
+from robust_slam.descent.step import (
+    ROUNDING,
+    Linearisation,
+    check_limits,
+    is_small,
+    retract,
+)
 from robust_slam.estimators.loop import Problem, reweight
 from robust_slam.estimators.result import Result, StopReason
 from robust_slam.graphs import pose_graph
@@ -44,7 +49,7 @@ _HALVINGS = 30
 
 @dataclass(frozen=True)
 class NullHypothesis:
-    """The rule of two modes with the same mean: an inlier, or next to no measurement.
+    """The rule for two modes with the same mean: a narrow inlier and a broad outlier mode.
 
     The inlier mode has the probability ``pi_in`` and the deviations that whiten u; the
     outlier mode has the rest, and deviations ``ratio`` times as large. ``dimension`` is
@@ -55,7 +60,7 @@ class NullHypothesis:
         ValueError: ``pi_in`` is not inside (0, 1), ``ratio`` is not above 1, or
             ``dimension`` is below 1.
 
-    Source: Olson and Agarwal 2012.
+    Source: Olson and Agarwal 2012, the null-hypothesis mixture.
     """
 
     pi_in: float
@@ -72,7 +77,7 @@ class NullHypothesis:
 
     @property
     def offset(self) -> float:
-        """What the outlier mode costs at u = 0: log(π_in ratio^D / π_out), may be negative.
+        """The cost of the outlier mode at u = 0: log(π_in ratio^D / π_out), maybe negative.
 
         Source: derived here; |Λ|^½ of the outlier mode is that of the inlier mode divided
         by ratio^D.
@@ -88,7 +93,7 @@ class NullHypothesis:
         return sqrt(max(0.0, 2.0 * self.offset / (1.0 - self.ratio**-2)))
 
     def start(self, norms: Array) -> None:
-        """Return None, whatever the norms ``(k,)``: there is nothing to carry along."""
+        """Return None for any norms ``(k,)``: the rule has no state."""
 
     def weights(self, norms: Array, state: None) -> Array:
         """Return ``(k,)`` weights: 1 where the inlier mode costs least, 1/ratio² elsewhere."""
@@ -96,14 +101,14 @@ class NullHypothesis:
         return np.where(inlier <= outlier, 1.0, self.ratio**-2)
 
     def next(self, state: None, weights: Array, moved: Array) -> None:
-        """Return None, whatever the weights ``(k,)``."""
+        """Return None for any weights ``(k,)``."""
 
     def cost(self, norms: Array) -> float:
         """Return Σ min(u²/2, u²/(2 ratio²) + offset) over the norms ``(k,)``."""
         return float(np.sum(np.minimum(*self._costs(norms))))
 
     def finished(self, weights: Array, state: None, settled: bool) -> StopReason | None:
-        """Stop when the residuals have settled, whatever the weights ``(k,)``."""
+        """Stop when the residuals have settled, for any weights ``(k,)``."""
         return StopReason.CONVERGED if settled else None
 
     def _costs(self, norms: Array) -> tuple[Array, Array]:
@@ -124,14 +129,19 @@ def max_mixture(
     """Minimise the cost of the null hypothesis, from ``x0`` or from plain least squares.
 
     The arguments are those of ``NullHypothesis``. A weight of 1/ratio² marks a measurement
-    that the outlier mode explains better. None is ever rejected whole: with a residual u
-    it still pulls as one of u/ratio² would, so take a ratio no smaller than the u of
-    the outliers to be expected.
+    that the outlier mode explains better. No measurement is rejected completely: a residual
+    u keeps the influence of an inlier with u/ratio², so take a ratio of at least the largest
+    expected u.
 
     Raises:
         ValueError: as ``NullHypothesis`` and ``loop.reweight``.
 
-    Source: Olson and Agarwal 2012.
+    Source: Olson and Agarwal 2012, the null-hypothesis mixture.
+
+    >>> from robust_slam.problems import LocationProblem
+    >>> result = max_mixture(LocationProblem([0.0, 0.1, 5.0]), 0.9, 100.0, 1, x0=0.0)
+    >>> result.weights.round(4)
+    array([1.e+00, 1.e+00, 1.e-04])
     """
     rule = NullHypothesis(pi_in, ratio, dimension)
     return reweight(problem, rule, x0, tol=tol, max_iterations=max_iterations)
@@ -139,7 +149,7 @@ def max_mixture(
 
 @dataclass(frozen=True, eq=False)
 class Mode:
-    """One more thing that the edges of a graph may be saying.
+    """An alternative mode of the edges of a graph.
 
     ``probability`` is a scalar or ``(m,)``, at least 0, and 0 where an edge has no such
     alternative; ``measurement`` ``(m, 3)`` or ``(m, 3, 4)`` and ``information``
@@ -154,7 +164,7 @@ class Mode:
 def alternative(
     graph: PoseGraph, edges: ArrayLike, probability: ArrayLike, measurement: ArrayLike
 ) -> Mode:
-    """Return a mode in which the edges numbered ``edges`` ``(k,)`` say something else.
+    """Return a mode in which the edges with indices ``edges`` ``(k,)`` have another measurement.
 
     ``probability`` is a scalar or ``(k,)``, ``measurement`` ``(k, 3)`` or ``(k, 3, 4)``;
     the information stays that of the graph.
@@ -168,15 +178,15 @@ def alternative(
         raise ValueError("edges: give the numbers of edges, a list of whole numbers")
     if np.any((chosen < 0) | (chosen >= m)):
         raise ValueError(f"edges: an entry is outside 0 to {m - 1}")
-    said, chance = graph.measurement.copy(), np.zeros(m)
-    said[chosen] = finite("measurement", measurement, (chosen.size, *said.shape[1:]))
+    changed, chance = graph.measurement.copy(), np.zeros(m)
+    changed[chosen] = finite("measurement", measurement, (chosen.size, *changed.shape[1:]))
     chance[chosen] = np.broadcast_to(np.asarray(probability, np.float64), chosen.shape)
-    return Mode(chance, said, graph.information)
+    return Mode(chance, changed, graph.information)
 
 
 @dataclass(frozen=True, eq=False)
 class ModeStep:
-    """Poses, the mode ``(m,)`` that costs least at each edge there, and the sum of costs."""
+    """Poses, the cheapest mode ``(m,)`` of each edge, and the sum of their costs."""
 
     x: Array
     modes: Indices
@@ -185,7 +195,7 @@ class ModeStep:
 
 @dataclass(frozen=True, eq=False)
 class ModeResult:
-    """The last step, why it was the last, and all steps; mode 0 is the graph's own."""
+    """The last step, the reason for stopping, and all steps; mode 0 is the graph's own."""
 
     x: Array
     modes: Indices
@@ -204,36 +214,37 @@ def max_mixture_modes(
 ) -> ModeResult:
     """Minimise Σ min_i [½ e_iᵀ Λ_i e_i + offset_i] over the poses.
 
-    Mode 0 of an edge is what the graph says, with the probability that ``alternatives``
-    leave; trusted edges know no other. Each step takes the best modes where it stands and
-    goes one Gauss–Newton step with them, halved until the cost does not rise. The start is
-    ``x0`` ``(n, 3)`` or ``(n, 3, 4)``, or the guess of the problem and not least squares,
-    which would believe mode 0 of every edge. It is a descent: from another start the modes
-    may be others.
+    Mode 0 of an edge is the measurement of the graph, with the probability that
+    ``alternatives`` leave. Trusted edges have no other mode. Each iteration chooses the
+    cheapest modes at the current poses and takes one Gauss–Newton step with them, halved
+    until the cost does not increase. The start is ``x0`` ``(n, 3)`` or ``(n, 3, 4)``, by
+    default the guess of the problem: least squares would assume mode 0 for every edge. The
+    result is a local minimum, and another start may lead to other modes.
 
-    It has CONVERGED when a step is small, as ``gauss_newton`` has it with ``tol``, and
-    every mode stays.
+    The result has CONVERGED when the modes do not change and the step is small, with
+    ``tol`` as in ``gauss_newton``.
 
     Raises:
         ValueError: a mode does not fit the graph, the probabilities of an edge are
             negative or leave nothing to mode 0, or a limit is out of range.
         Underdetermined: the normal equations are singular.
 
-    Source: Olson and Agarwal 2012.
+    Source: Olson and Agarwal 2012, the max-mixture with several means.
     """
     check_limits(tol, max_iterations)
     mixture = _mixture(problem.graph, alternatives, ~problem.trusted)
     equations, ones = NormalEquations(problem.graph), np.ones(len(problem.graph.edges))
-    here = mixture.at(problem.guess if x0 is None else check_poses("x0", x0, problem.graph))
-    history = [here]
+    current = mixture.at(problem.guess if x0 is None else check_poses("x0", x0, problem.graph))
+    history = [current]
     for _ in range(max_iterations):
-        chosen = mixture.chosen(here.modes)
-        step = equations.solve(*weighted_edges(chosen, Place.at(chosen, here.x, ones), ones))
-        there = _shortened(mixture, here, step)
-        history.append(there)
-        if is_small(step, here.x, tol) and np.array_equal(there.modes, here.modes):
+        chosen = mixture.chosen(current.modes)
+        linearisation = Linearisation.at(chosen, current.x, ones)
+        step = equations.solve(*weighted_edges(chosen, linearisation, ones))
+        trial = _backtrack(mixture, current, step)
+        history.append(trial)
+        if is_small(step, current.x, tol) and np.array_equal(trial.modes, current.modes):
             return _ending(history, StopReason.CONVERGED)
-        here = there
+        current = trial
     return _ending(history, StopReason.ITERATION_LIMIT)
 
 
@@ -244,7 +255,7 @@ def _ending(history: list[ModeStep], stop: StopReason) -> ModeResult:
 
 @dataclass(frozen=True, eq=False)
 class _Mixture:
-    """One graph per mode, and what each mode costs ``(K, m)`` at zero residual."""
+    """One graph per mode, and the cost ``(K, m)`` of each mode at zero residual."""
 
     graphs: tuple[PoseGraph, ...]
     offsets: Array
@@ -263,11 +274,12 @@ class _Mixture:
         )
 
 
-def _mixture(graph: PoseGraph, alternatives: Sequence[Mode], doubted: Mask) -> _Mixture:
-    graphs = (graph, *(_said(graph, k, mode) for k, mode in enumerate(alternatives)))
+def _mixture(graph: PoseGraph, alternatives: Sequence[Mode], untrusted: Mask) -> _Mixture:
+    graphs = (graph, *(_with_mode(graph, k, mode) for k, mode in enumerate(alternatives)))
     chance = np.zeros((len(graphs), len(graph.edges)))
     for k, mode in enumerate(alternatives):
-        chance[k + 1, doubted] = _chances(f"alternatives[{k}]", mode, len(graph.edges))[doubted]
+        given = _chances(f"alternatives[{k}]", mode, len(graph.edges))
+        chance[k + 1, untrusted] = given[untrusted]
     chance[0] = 1.0 - chance.sum(axis=0)
     if np.any(chance[0] <= 0.0):
         raise ValueError(
@@ -279,7 +291,7 @@ def _mixture(graph: PoseGraph, alternatives: Sequence[Mode], doubted: Mask) -> _
     return _Mixture(graphs, height[0] - height)
 
 
-def _said(graph: PoseGraph, k: int, mode: Mode) -> PoseGraph:
+def _with_mode(graph: PoseGraph, k: int, mode: Mode) -> PoseGraph:
     try:
         return replace(graph, measurement=mode.measurement, information=mode.information)
     except ValueError as error:
@@ -294,10 +306,10 @@ def _chances(name: str, mode: Mode, m: int) -> Array:
     return chance
 
 
-def _shortened(mixture: _Mixture, here: ModeStep, step: Array) -> ModeStep:
-    """Return the place after the longest of step, step/2, step/4, … that is no rise."""
+def _backtrack(mixture: _Mixture, current: ModeStep, step: Array) -> ModeStep:
+    """Take the longest of step, step/2, step/4, … that does not increase the cost."""
     for halvings in range(_HALVINGS):
-        there = mixture.at(moved(mixture.graphs[0], here.x, step * 0.5**halvings))
-        if there.cost <= here.cost + ROUNDING * (1.0 + abs(here.cost)):
-            return there
-    return here
+        trial = mixture.at(retract(mixture.graphs[0], current.x, step * 0.5**halvings))
+        if trial.cost <= current.cost + ROUNDING * (1.0 + abs(current.cost)):
+            return trial
+    return current

@@ -1,6 +1,6 @@
 """A pose graph in SE(2) or SE(3), as arrays, with its residuals and its cost.
 
-Edge k = (i, j) says: seen from pose i, pose j stands at ``measurement[k]``. Its residual
+Edge k = (i, j) measures z = ``measurement[k]``, pose j in the frame of pose i. Its residual
 is Log(z⁻¹ ∘ x_i⁻¹ ∘ x_j), the full logarithm, with the information matrix in the same
 order: (ρx, ρy, θ) in SE(2), ρ and then the rotation vector in SE(3). The cost of a map is
 ½ Σ ‖whitened residual‖². Below, D is 3 in SE(2) and 6 in SE(3), and poses are ``(n, 3)``
@@ -11,7 +11,7 @@ Source: Grisetti et al. 2010, "A tutorial on graph-based SLAM", with the full lo
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -24,23 +24,29 @@ from robust_slam.errors import Underdetermined
 from robust_slam.graphs import se2
 from robust_slam.graphs.group import Group, group_of
 
-_CROOKED = 1e-6
-"""How far R Rᵀ may be from the identity; rounding stays far below."""
+_ORTHOGONALITY = 1e-6
+"""The largest accepted entry of |R Rᵀ − I|; rounding stays far below."""
 
 
 @dataclass(frozen=True, eq=False)
 class PoseGraph:
     """Relative poses between ``n`` poses, numbered from 0.
 
-    ``edges`` ``(m, 2)`` holds i and j of each edge; ``measurement`` the pose of j seen
-    from i, ``(m, 3)`` as [x, y, θ] in m, m, rad or ``(m, 3, 4)`` as [R | t];
+    ``edges`` ``(m, 2)`` holds i and j of each edge; ``measurement`` the pose of j in the
+    frame of i, ``(m, 3)`` as [x, y, θ] in m, m, rad or ``(m, 3, 4)`` as [R | t];
     ``information`` ``(m, D, D)`` its inverse covariance; ``is_odometry`` ``(m,)`` tells
-    the robot's own steps from closures. The arrays are copied and cannot be written to.
+    odometry from loop closures. The arrays are copied and read-only.
 
     Raises:
         ValueError: a shape is wrong, an entry is not finite, an index is out of range, a
-            rotation matrix is none, an information matrix is not symmetric and positive
-            definite, or a pose is not joined to pose 0.
+            matrix is not a rotation, an information matrix is not symmetric and positive
+            definite, or a pose is not connected to pose 0.
+
+    >>> import numpy as np
+    >>> graph = PoseGraph(3, [[0, 1], [1, 2], [0, 2]], [[1, 0, 0], [1, 0, 0], [1.9, 0, 0]],
+    ...                   [np.eye(3)] * 3, is_odometry=[True, True, False])
+    >>> round(cost(np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0]]), graph), 4)
+    0.005
     """
 
     n: int
@@ -61,21 +67,21 @@ class PoseGraph:
         }
         for name, value in checked.items():
             object.__setattr__(self, name, value)
-        _check_joined(self.n, edges)
+        _check_connected(self.n, edges)
 
     @property
     def group(self) -> Group:
-        """The module ``se2`` or ``se3`` that the poses belong to."""
+        """The module ``se2`` or ``se3`` of the poses."""
         return group_of(self.measurement)
 
     @cached_property
     def odometry_joins_all(self) -> bool:
-        """Whether the odometry alone joins every pose to pose 0."""
+        """Whether the odometry alone connects every pose to pose 0."""
         return unreached(self, self.is_odometry).size == 0
 
     @cached_property
     def inverse_measurement(self) -> Array:
-        """The pose of i seen from j of each edge, ``(m, 3)`` or ``(m, 3, 4)``."""
+        """The pose of i in the frame of j for each edge, ``(m, 3)`` or ``(m, 3, 4)``."""
         return self.group.inverse(self.measurement)
 
     @property
@@ -92,13 +98,14 @@ class PoseGraph:
 def _poses(name: str, value: ArrayLike, group: Group, count: int) -> Array:
     poses = finite(name, value, (count, *group.POSE_SHAPE))
     if group is se2:
-        return poses  # an angle is never crooked
-    turn = group.rotation(poses)
-    gap = np.abs(turn @ np.swapaxes(turn, 1, 2) - np.eye(group.DIMENSION))
-    crooked = (gap.max(axis=(1, 2), initial=0.0) > _CROOKED) | (np.linalg.det(turn) < 0.0)
-    if np.any(crooked):
+        return poses  # every angle is valid
+    rotation = group.rotation(poses)
+    gap = np.abs(rotation @ np.swapaxes(rotation, 1, 2) - np.eye(group.DIMENSION))
+    invalid = gap.max(axis=(1, 2), initial=0.0) > _ORTHOGONALITY
+    invalid |= np.linalg.det(rotation) < 0.0
+    if np.any(invalid):
         raise ValueError(
-            f"{name}: the left part of entry {int(np.argmax(crooked))} is not a rotation "
+            f"{name}: the left part of entry {int(np.argmax(invalid))} is not a rotation "
             "matrix; its columns must be orthonormal and its determinant 1"
         )
     return poses
@@ -129,19 +136,19 @@ def _information(value: ArrayLike, m: int, dof: int) -> Array:
     information = finite("information", value, (m, dof, dof))
     skew = np.abs(information - np.swapaxes(information, 1, 2)).max(axis=(1, 2), initial=0.0)
     size = np.abs(information).max(axis=(1, 2), initial=0.0)
-    crooked = skew > 1e-9 * size
-    if np.any(crooked):
-        raise ValueError(f"information: edge {int(np.argmax(crooked))} is not symmetric")
-    weak = ~(np.linalg.eigvalsh(information)[:, 0] > 0.0)
-    if np.any(weak):
+    asymmetric = skew > 1e-9 * size
+    if np.any(asymmetric):
+        raise ValueError(f"information: edge {int(np.argmax(asymmetric))} is not symmetric")
+    indefinite = ~(np.linalg.eigvalsh(information)[:, 0] > 0.0)
+    if np.any(indefinite):
         raise ValueError(
-            f"information: edge {int(np.argmax(weak))} is not positive definite; give the "
+            f"information: edge {int(np.argmax(indefinite))} is not positive definite; give the "
             "inverse of a covariance"
         )
     return information
 
 
-def _check_joined(n: int, edges: Indices) -> None:
+def _check_connected(n: int, edges: Indices) -> None:
     loose = _unreached(n, edges)
     if loose.size:
         raise ValueError(
@@ -150,12 +157,13 @@ def _check_joined(n: int, edges: Indices) -> None:
         )
 
 
-def unreached(graph: PoseGraph, used: Mask) -> Indices:
-    """Return the poses, ascending, that the edges of the mask ``used`` ``(m,)`` leave loose.
+def unreached(graph: PoseGraph, used: ArrayLike) -> Indices:
+    """Return the poses, ascending, that no path of ``used`` edges connects to pose 0.
 
-    A pose is loose when no path of used edges joins it to pose 0.
+    Raises:
+        ValueError: ``used`` is not a boolean mask ``(m,)``.
     """
-    return _unreached(graph.n, graph.edges[used])
+    return _unreached(graph.n, graph.edges[mask("used", used, len(graph.edges))])
 
 
 def _unreached(n: int, edges: Indices) -> Indices:
@@ -170,17 +178,17 @@ def check_poses(name: str, poses: ArrayLike, graph: PoseGraph) -> Array:
     """Return ``poses`` ``(n, 3)`` or ``(n, 3, 4)`` of ``graph`` as a read-only copy.
 
     Raises:
-        ValueError: the shape differs, an entry is not finite, or a rotation matrix is none.
+        ValueError: the shape differs, an entry is not finite, or a matrix is not a rotation.
     """
     return _poses(name, poses, graph.group, graph.n)
 
 
 def check_weights(weights: ArrayLike | None, graph: PoseGraph) -> Array:
-    """Return the weights ``(m,)``, every one 1 if None.
+    """Return the weights ``(m,)``, all 1 if None.
 
     Raises:
         ValueError: the shape differs, or a weight is not finite or negative.
-        Underdetermined: the edges with positive weight leave a pose loose.
+        Underdetermined: the edges with positive weight do not connect all poses.
     """
     m = len(graph.edges)
     full = np.ones(m) if weights is None else finite("weights", weights, (m,))
@@ -199,33 +207,36 @@ def check_weights(weights: ArrayLike | None, graph: PoseGraph) -> Array:
 
 
 def residuals(poses: Array, graph: PoseGraph) -> Array:
-    """Return Log(z⁻¹ ∘ x_i⁻¹ ∘ x_j) ``(m, D)`` in m and rad, not whitened."""
-    return errors(seen(poses, graph), graph)
+    """Return Log(z⁻¹ ∘ x_i⁻¹ ∘ x_j) ``(m, D)`` in m and rad, not whitened.
+
+    Source: Grisetti et al. 2010, the error function, with the full logarithm.
+    """
+    return residuals_of(relative_poses(poses, graph), graph)
 
 
-def seen(poses: Array, graph: PoseGraph) -> Array:
-    """Return x_i⁻¹ ∘ x_j, pose j as pose i sees it, for each edge: ``(m, 3)`` or ``(m, 3, 4)``."""
+def relative_poses(poses: Array, graph: PoseGraph) -> Array:
+    """Return x_i⁻¹ ∘ x_j for each edge, pose j in the frame of i: ``(m, 3)`` or ``(m, 3, 4)``."""
     i, j = graph.edges.T
     return graph.group.between(poses[i], poses[j])
 
 
-def errors(predicted: Array, graph: PoseGraph) -> Array:
-    """Return Log(z⁻¹ ∘ p) ``(m, D)`` in m and rad; p, ``predicted``, is what ``seen`` gives."""
+def residuals_of(relative: Array, graph: PoseGraph) -> Array:
+    """Return Log(z⁻¹ ∘ p) ``(m, D)`` in m and rad; p, ``relative``, as in ``relative_poses``."""
     group = graph.group
-    return group.log(group.compose(graph.inverse_measurement, predicted))
+    return group.log(group.compose(graph.inverse_measurement, relative))
 
 
 def squared_norms(poses: Array, graph: PoseGraph) -> Array:
     """Return the squared whitened residual rᵀ Ω r of each edge, ``(m,)``, without a unit."""
-    return squares(residuals(poses, graph), graph)
+    return mahalanobis_squared(residuals(poses, graph), graph)
 
 
-def squares(r: Array, graph: PoseGraph) -> Array:
+def mahalanobis_squared(r: Array, graph: PoseGraph) -> Array:
     """Return rᵀ Ω r ``(m,)``, without a unit, for residuals ``r`` ``(m, D)`` in m and rad."""
-    return np.asarray(np.maximum(np.sum(r * loaded(r, graph), axis=1), 0.0))
+    return np.asarray(np.maximum(np.sum(r * apply_information(r, graph), axis=1), 0.0))
 
 
-def loaded(r: Array, graph: PoseGraph) -> Array:
+def apply_information(r: Array, graph: PoseGraph) -> Array:
     """Return Ω r ``(m, D)`` for residuals ``r`` ``(m, D)`` in m and rad."""
     return np.asarray((graph.information @ r[..., None])[..., 0])
 
@@ -236,67 +247,59 @@ def residual_norms(poses: Array, graph: PoseGraph) -> Array:
 
 
 def cost(poses: Array, graph: PoseGraph, weights: Array | None = None) -> float:
-    """Return ½ Σ w ‖whitened residual‖², every weight 1 if ``weights`` ``(m,)`` is None."""
+    """Return ½ Σ w ‖whitened residual‖²; ``weights`` ``(m,)`` are 1 if None."""
     u2 = squared_norms(poses, graph)
     return 0.5 * float(np.sum(u2 if weights is None else weights * u2))
 
 
-def linearise(predicted: Array, r: Array, graph: PoseGraph) -> Array:
-    """Return the derivatives of the residuals as two factors, ``(2, m, D, D)``.
+def linearise(relative: Array, r: Array, graph: PoseGraph) -> Array:
+    """Return the Jacobians of the residuals as two factors, ``(2, m, D, D)``.
 
-    ``predicted`` is what ``seen`` gives, and ``r`` ``(m, D)`` are its ``errors``. Poses are
-    perturbed on the right, x ∘ Exp(δ). The first factor is the derivative by pose j,
-    Jr⁻¹(r). The second is the *lever* −Ad(x_j⁻¹ ∘ x_i), which carries a step of pose i over
-    to pose j: the derivative by pose i is the first times the second.
+    ``relative`` are the ``relative_poses`` and ``r`` ``(m, D)`` their residuals. Poses are
+    perturbed on the right, x ∘ Exp(δ). The first factor is J_j = Jr⁻¹(r), the Jacobian by
+    pose j. The second is −Ad(x_j⁻¹ ∘ x_i), and the Jacobian by pose i is the product
+    J_i = −J_j Ad(x_j⁻¹ ∘ x_i).
 
     Source: Solà et al. 2018, the chain rule over between, compose and Log.
     """
     group = graph.group
-    both = np.empty((2, *graph.information.shape))
-    both[0] = group.inverse_right_jacobian(r)
-    np.negative(group.adjoint(group.inverse(predicted)), out=both[1])
-    return both
+    factors = np.empty((2, *graph.information.shape))
+    factors[0] = group.inverse_right_jacobian(r)
+    np.negative(group.adjoint(group.inverse(relative)), out=factors[1])
+    return factors
 
 
 def jacobians(poses: Array, graph: PoseGraph) -> tuple[Array, Array]:
-    """Return the derivatives of the residuals by pose i and by pose j, ``(m, D, D)`` each.
+    """Return the Jacobians of the residuals by pose i and by pose j, ``(m, D, D)`` each.
 
     Source: as ``linearise``.
     """
-    predicted = seen(poses, graph)
-    by_j, lever = linearise(predicted, errors(predicted, graph), graph)
-    return by_j @ lever, by_j
+    relative = relative_poses(poses, graph)
+    by_j, transfer = linearise(relative, residuals_of(relative, graph), graph)
+    return by_j @ transfer, by_j
 
 
 def select(graph: PoseGraph, used: ArrayLike) -> PoseGraph:
-    """Return ``graph`` with the edges of the mask ``used`` ``(m,)`` alone.
+    """Return ``graph`` with only the edges that the mask ``used`` ``(m,)`` marks.
 
     Raises:
-        ValueError: the mask does not fit, or leaves a pose unjoined to pose 0.
+        ValueError: ``used`` is not a boolean mask over the edges (indices are refused), or
+            the marked edges do not connect every pose to pose 0.
     """
     chosen = mask("used", used, len(graph.edges))
-    _check_joined(graph.n, graph.edges[chosen])
-    return part(graph, chosen)
-
-
-def part(graph: PoseGraph, used: Mask) -> PoseGraph:
-    """Return ``graph`` with the edges of the mask ``used`` ``(m,)``, poses loose or not.
-
-    What was checked of an edge is not checked again.
-    """
-    smaller = object.__new__(PoseGraph)
-    object.__setattr__(smaller, "n", graph.n)
-    for of_edges in fields(graph)[1:]:
-        chosen = getattr(graph, of_edges.name)[used]
-        chosen.flags.writeable = False
-        object.__setattr__(smaller, of_edges.name, chosen)
-    return smaller
+    return PoseGraph(
+        n=graph.n,
+        edges=graph.edges[chosen],
+        measurement=graph.measurement[chosen],
+        information=graph.information[chosen],
+        is_odometry=graph.is_odometry[chosen],
+    )
 
 
 def with_closures(
     graph: PoseGraph, edges: ArrayLike, measurement: ArrayLike, information: ArrayLike
 ) -> PoseGraph:
-    """Return ``graph`` with further loop closures behind its edges.
+    """Return ``graph`` with further loop closures appended to its edges.
 
     ``edges`` ``(k, 2)``, ``measurement`` ``(k, 3)`` or ``(k, 3, 4)``, and ``information``
     ``(k, D, D)``, or ``(D, D)`` for all.

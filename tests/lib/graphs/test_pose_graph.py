@@ -182,6 +182,16 @@ def test_selected_edges_are_a_graph_of_their_own(group):
         select(graph, [True])
 
 
+def test_indices_in_place_of_a_mask_are_refused():
+    _, graph = random_graph(13)
+    ones = np.ones(len(graph.edges), dtype=np.intp)
+    for choose in (select, pose_graph.unreached):
+        with pytest.raises(ValueError, match="give booleans, not indices"):
+            choose(graph, ones)
+        with pytest.raises(ValueError, match=r"used: the shape is \(4,\)"):
+            choose(graph, [3, 4, 6, 7])
+
+
 def test_unreached_names_the_poses_behind_unused_edges():
     _, graph = random_graph(7, n=5, m=5)
     chain = PoseGraph(

@@ -1,9 +1,8 @@
-"""In which order the poses of a graph are eliminated, and which dense work that makes.
+"""The elimination order of the poses of a graph, and its fronts.
 
-To eliminate a pose joins all its neighbours that are still there. A good order makes few
-such joins, the *fill-in*. Poses that are eliminated one after the other and leave nearly
-the same neighbours behind form a *front*: one small dense matrix in place of many sparse
-columns.
+Eliminating a pose joins all its remaining neighbours. A good order causes few new joins,
+called *fill-in*. Consecutive poses with nearly the same remaining neighbours form a *front*
+(a relaxed supernode): one small dense matrix in place of many sparse columns.
 
 Source: Davis 2006, "Direct Methods for Sparse Linear Systems", chapters 4 and 7, for the
 elimination tree and minimum degree; Ashcraft and Grimes 1989 for fronts with a few zeros.
@@ -20,16 +19,16 @@ from scipy.sparse import csc_array
 from robust_slam._arrays import Indices
 
 _FRONT, _MULTIPLICATION, _UPDATE, _STORED = 16e-6, 1e-10, 4e-9, 2e-9
-"""Seconds that a front takes, each of its multiplications, each entry that it hands on, and
-each that it keeps. What counts are their ratios, which are much the same everywhere."""
+"""Seconds per front, per multiplication, per entry of its update and per stored entry. Only
+their ratios matter, and these are similar on all machines."""
 
 
 @dataclass(frozen=True, eq=False)
 class Elimination:
-    """An order of n vertices, ``order`` ``(n,)``, and the fill-in that it makes.
+    """An order of n vertices, ``order`` ``(n,)``, and its fill-in.
 
-    ``factor`` ``(n, n)`` has an entry wherever a vertex, by its place in the order, is
-    joined to a later one when it goes; the numbers in it mean nothing.
+    ``factor`` ``(n, n)`` has the pattern of the Cholesky factor, in the elimination order;
+    its values have no meaning.
     """
 
     order: Indices
@@ -37,22 +36,21 @@ class Elimination:
 
     @property
     def filled(self) -> Indices:
-        """How many later vertices each one is joined to when it goes, ``(n,)``."""
+        """The number of remaining neighbours of each vertex at its elimination, ``(n,)``."""
         return np.diff(self.factor.indptr)
 
     @property
     def multiplications(self) -> float:
-        """How many multiplications of blocks a Cholesky factorisation takes."""
+        """The number of block multiplications of a Cholesky factorisation."""
         return float(np.sum((self.filled + 1.0) ** 2)) / 2.0
 
 
 @dataclass(frozen=True, eq=False)
 class Fronts:
-    """Fronts, one after the other, over vertices called by their place in ``order`` ``(n,)``.
+    """Consecutive fronts over vertices, indexed by their position in ``order`` ``(n,)``.
 
-    Front f holds the columns ``first[f]`` to ``first[f + 1]`` − 1 and leaves the vertices
-    ``rows[f]``, ascending, behind. ``first`` ends with n. A front stands behind all that
-    lead to it.
+    Front f holds the columns ``first[f]`` to ``first[f + 1]`` − 1, and ``rows[f]`` are the
+    remaining neighbours, ascending. ``first`` ends with n. Children precede their parent.
     """
 
     order: Indices
@@ -61,14 +59,14 @@ class Fronts:
 
 
 def find_elimination(n: int, edges: Indices) -> Elimination:
-    """Return an order of little fill-in for ``n`` ≥ 1 vertices joined by ``edges`` ``(m, 2)``.
+    """Return an order with little fill-in for ``n`` ≥ 1 vertices and ``edges`` ``(m, 2)``.
 
-    Source: the approximate minimum degree of Amestoy, Davis and Duff 1996, by QDLDL.
+    Source: the approximate minimum degree ordering of Amestoy, Davis and Duff 1996, by QDLDL.
     """
     each = np.arange(n)
     row = np.concatenate([np.minimum(*edges.T), each])
     column = np.concatenate([np.maximum(*edges.T), each])
-    # The diagonal outweighs its row, so no entry of the factor cancels.
+    # The matrix is diagonally dominant, so no entry of the factor cancels.
     numbers = np.concatenate([np.full(len(edges), -1.0), np.full(n, 2.0 * len(edges) + 1.0)])
     joined = csc_array((numbers, (row, column)), shape=(n, n))
     factor, _, order = qdldl.Solver(joined, upper=True).factors()
@@ -76,49 +74,51 @@ def find_elimination(n: int, edges: Indices) -> Elimination:
 
 
 def find_fronts(elimination: Elimination, block: int) -> Fronts:
-    """Return the fronts of an elimination, its order changed so that each is in one piece.
+    """Return the fronts of an elimination, reordered so that each front is contiguous.
 
-    The new order makes the same fill-in. A vertex stands for ``block`` unknowns.
+    The new order has the same fill-in. A vertex stands for ``block`` unknowns.
+
+    Source: Ashcraft and Grimes 1989, relaxed supernodes.
     """
     factor, height = elimination.factor, elimination.filled
     parent = np.full(height.size, -1, dtype=np.intp)
-    # A vertex leads to the first of those that it leaves behind.
+    # The parent in the elimination tree is the first remaining neighbour.
     starts = factor.indptr[:-1][height > 0]
     if starts.size:
         parent[height > 0] = np.minimum.reduceat(factor.indices, starts)
-    leading = _leading_first(parent)
-    place = np.argsort(leading)
-    parent = np.where(parent >= 0, place[parent], -1)[leading]
-    first = _first_columns(parent.tolist(), height[leading], block)
-    last = leading[np.append(first[1:], height.size) - 1]
+    postorder = _postorder(parent)
+    position = np.argsort(postorder)
+    parent = np.where(parent >= 0, position[parent], -1)[postorder]
+    first = _first_columns(parent.tolist(), height[postorder], block)
+    last = postorder[np.append(first[1:], height.size) - 1]
     rows = (factor.indices[factor.indptr[v] : factor.indptr[v + 1]] for v in last.tolist())
     return Fronts(
-        elimination.order[leading],
+        elimination.order[postorder],
         np.append(first, height.size),
-        tuple(np.sort(place[below]) for below in rows),
+        tuple(np.sort(position[below]) for below in rows),
     )
 
 
-def _leading_first(parent: Indices) -> Indices:
-    """Return the vertices of a forest so that all that lead to a vertex stand before it."""
-    leading: list[list[int]] = [[] for _ in range(parent.size)]
+def _postorder(parent: Indices) -> Indices:
+    """Return the vertices of a forest, children before their parent, subtrees contiguous."""
+    children: list[list[int]] = [[] for _ in range(parent.size)]
     roots: list[int] = []
     for vertex, above in enumerate(parent.tolist()):
-        (leading[above] if above >= 0 else roots).append(vertex)
+        (children[above] if above >= 0 else roots).append(vertex)
     backwards, waiting = [], roots
     while waiting:
         vertex = waiting.pop()
         backwards.append(vertex)
-        waiting.extend(leading[vertex])
+        waiting.extend(children[vertex])
     return np.array(backwards[::-1], dtype=np.intp)
 
 
 def _first_columns(parent: list[int], below: Indices, block: int) -> Indices:
     """Return the first column of each front.
 
-    Every column is joined with the fronts right before it that lead to it, as long as the
-    joint front takes less time than both. Its columns are all as long as the longest, so
-    it holds some zeros.
+    Every column is merged with the child fronts right before it as long as the merged front
+    takes less time than both. All its columns are as long as the longest, so it stores some
+    zeros.
     """
     firsts: list[int] = []
     seconds: list[float] = []
@@ -137,6 +137,6 @@ def _first_columns(parent: list[int], below: Indices, block: int) -> Indices:
 
 
 def _seconds(k: int, r: int) -> float:
-    """Return what a front of k columns with r rows below takes, in seconds."""
+    """Return the time in s for a front of k columns with r rows below."""
     multiplications = k * (k * k / 3 + r * (k + r))
     return _FRONT + _MULTIPLICATION * multiplications + _UPDATE * r * r + _STORED * k * (k + r)

@@ -1,7 +1,9 @@
-"""Where the numbers of the edges go in the matrix of a pose graph, and its factors.
+"""The sparsity pattern of the block matrix of a pose graph, and its factorisation.
 
-Which blocks are filled depends on the edges alone. It is found once per graph; each step
-then adds up the numbers and factorises.
+Which blocks are filled depends on the edges alone and is computed once per graph. Each step
+then sums the contributions of the edges and factorises.
+
+Source: Davis 2006, chapters 2 and 4, assembly and symbolic analysis.
 """
 
 from __future__ import annotations
@@ -18,7 +20,7 @@ from robust_slam.descent.sparse.multifrontal import Multifrontal
 from robust_slam.descent.sparse.simplicial import Simplicial
 
 _DENSE = 5500.0
-"""So many multiplications for each pose, and dense fronts are quicker than sparse columns."""
+"""Multiplications per pose above which dense fronts are faster than sparse columns."""
 
 
 class Factors(Protocol):
@@ -26,7 +28,7 @@ class Factors(Protocol):
 
     @property
     def pivots(self) -> Array:
-        """What was left of the diagonal ``(n − 1, b)`` when its turn came, all above 0."""
+        """The pivots ``(n − 1, b)`` of the Cholesky factorisation, all above 0."""
         ...
 
     def solve(self, right: Array) -> Array:
@@ -38,11 +40,12 @@ class Factors(Protocol):
 class BlockPattern:
     """The filled blocks of a symmetric matrix over ``n`` poses, pose 0 left out.
 
-    Each of the others has ``block`` unknowns. ``order`` ``(n − 1,)`` lists them as they
-    are eliminated. Only the blocks on and below the diagonal are kept: number k stands in
-    row ``row[k]`` and column ``column[k]``, places in that order, sorted by column and then
-    by row. ``onto`` adds up what the edges bring, first at their ends and then across,
-    where those of ``flipped`` ``(m,)`` are transposed. ``method`` factorises.
+    Each of the other poses has ``block`` unknowns. ``order`` ``(n − 1,)`` is their
+    elimination order. Only the blocks on and below the diagonal are stored: block k is in
+    row ``row[k]`` and column ``column[k]``, positions in the elimination order, sorted by
+    column and then by row. The matrix ``onto`` sums the contributions of the edges, those
+    on the diagonal first and then the off-diagonal ones, where the edges of the mask
+    ``flipped`` ``(m,)`` are transposed. ``method`` factorises.
     """
 
     n: int
@@ -55,11 +58,11 @@ class BlockPattern:
     method: Simplicial | Multifrontal
 
     def sum(self, pieces: Array) -> Array:
-        """Return the filled blocks ``(k, block, block)`` that the edges add up to.
+        """Return the filled blocks ``(k, block, block)``, summed over the edges.
 
-        ``pieces`` ``(3, m, block, block)`` are what they bring: the blocks on the diagonal
-        at pose i, those at pose j, and those in the rows of i and the columns of j. The
-        last are turned in place, so the pieces are used up.
+        ``pieces`` ``(3, m, block, block)`` are the contributions of the edges: the diagonal
+        blocks at pose i, those at pose j, and the blocks in the rows of i and the columns
+        of j. The last are transposed in place, so ``pieces`` must not be used again.
         """
         pieces[2, self.flipped] = np.swapaxes(pieces[2, self.flipped], 1, 2)
         total = self.onto @ pieces.reshape(-1, self.block**2)
@@ -72,17 +75,19 @@ class BlockPattern:
     def factorise(self, blocks: Array, shift: Array | None = None) -> PoseFactors | None:
         """Return the factors of the matrix + diag(``shift``), or None.
 
-        ``blocks`` are from ``sum``; ``shift`` is ``(n, block)``, that of pose 0 without
-        effect. None says that the matrix is not positive definite. With the next
-        factorisation on this pattern the factors may become stale, and say so.
+        ``blocks`` ``(k, block, block)`` are from ``sum``; ``shift`` is ``(n, block)``, and
+        its row 0 has no effect. None means that the matrix is not positive definite. The
+        next factorisation on this pattern may invalidate the factors; using them then raises
+        RuntimeError.
         """
         factors = self.method.factorise(self._shifted(blocks, shift))
         return None if factors is None else PoseFactors(self, factors)
 
     def solve(self, blocks: Array, right: Array, shift: Array | None = None) -> Array | None:
-        """Return what ``PoseFactors.solve`` does, or None where there are no factors.
+        """Factorise and solve as ``PoseFactors.solve`` does, or return None.
 
-        In one go this is quicker than to factorise and solve.
+        ``right`` is ``(n, block, …)``. None means that the matrix is not positive definite.
+        This is faster than two separate calls.
         """
         chosen = right[self.order]
         flat = chosen.reshape(*chosen.shape[:2], -1)
@@ -92,10 +97,10 @@ class BlockPattern:
     def _shifted(self, blocks: Array, shift: Array | None) -> Array:
         if shift is None:
             return blocks
-        moved, at = blocks.copy(), np.arange(self.block)
-        own = np.flatnonzero(self.row == self.column)
-        moved[own[:, None], at, at] += shift[self.order]
-        return moved
+        shifted, at = blocks.copy(), np.arange(self.block)
+        diagonal = np.flatnonzero(self.row == self.column)
+        shifted[diagonal[:, None], at, at] += shift[self.order]
+        return shifted
 
     def _by_pose(self, values: Array) -> Array:
         full = np.zeros((self.n, *values.shape[1:]))
@@ -105,25 +110,25 @@ class BlockPattern:
 
 @dataclass(frozen=True, eq=False)
 class PoseFactors:
-    """Factors whose unknowns are called by their poses."""
+    """Factors whose unknowns are indexed by pose."""
 
     pattern: BlockPattern
     factors: Factors
 
     def solve(self, right: Array) -> Array:
-        """Return the solution ``(n, block, …)``, 0 at pose 0, for right-hand sides like it."""
+        """Return the solution ``(n, block, …)`` for ``right`` of that shape; 0 at pose 0."""
         chosen = right[self.pattern.order]
         flat = self.factors.solve(chosen.reshape(*chosen.shape[:2], -1))
         return self.pattern._by_pose(flat.reshape(chosen.shape))
 
     @property
     def pivots(self) -> Array:
-        """What was left of the diagonal, ``(n, block)``; 0 at pose 0."""
+        """The pivots ``(n, block)``; 0 at pose 0."""
         return self.pattern._by_pose(self.factors.pivots)
 
 
 def free_elimination(n: int, edges: Indices) -> Elimination:
-    """Return the elimination of ``n`` ≥ 2 poses with ``edges`` ``(m, 2)``, pose 0 left out."""
+    """Return the elimination of ``n`` ≥ 2 poses with ``edges`` ``(m, 2)``, without pose 0."""
     return find_elimination(n - 1, edges[np.all(edges > 0, axis=1)] - 1)
 
 
@@ -132,16 +137,16 @@ def find_pattern(
 ) -> BlockPattern:
     """Return the pattern of a connected graph of ``n`` ≥ 2 poses with ``edges`` ``(m, 2)``.
 
-    ``block`` is the number of unknowns of a pose; ``elimination``, where it is known, is
-    that of ``free_elimination``.
+    ``block`` is the number of unknowns of a pose. ``elimination`` is that of
+    ``free_elimination``, which is computed if None.
     """
     elimination = elimination or free_elimination(n, edges)
     dense = elimination.multiplications * block**3 > _DENSE * n
     fronts = find_fronts(elimination, block) if dense else None
     order = (elimination.order if fronts is None else fronts.order) + 1
-    place = np.full(n, -1, dtype=np.intp)
-    place[order] = np.arange(n - 1)
-    ends = place[edges]
+    position = np.full(n, -1, dtype=np.intp)
+    position[order] = np.arange(n - 1)
+    ends = position[edges]
     row, column, onto = _filled(ends, n - 1)
     method = (
         Simplicial(block, n - 1, row, column)
@@ -152,10 +157,10 @@ def find_pattern(
     return BlockPattern(n, block, order, row, column, onto, flipped, method)
 
 
-def by_pose(n: int, edges: Indices, values: Array) -> Array:
-    """Return for each of ``n`` poses the sum ``(n, …)`` of what the edges bring to it.
+def sum_by_pose(n: int, edges: Indices, values: Array) -> Array:
+    """Return the sum ``(n, …)`` of the edge contributions at each of ``n`` poses.
 
-    ``values`` ``(2, m, …)`` are theirs for pose i and for pose j of ``edges`` ``(m, 2)``.
+    ``values`` ``(2, m, …)`` are the contributions to poses i and j of ``edges`` ``(m, 2)``.
     """
     ends = edges.T.ravel()
     columns = values.reshape(ends.size, -1).T
@@ -164,17 +169,17 @@ def by_pose(n: int, edges: Indices, values: Array) -> Array:
 
 
 def pieces_of(blocks: Array) -> Array:
-    """Return the pieces ``(3, m, b, b)`` of ``sum`` of symmetric edge blocks.
+    """Return symmetric edge blocks as the pieces ``(3, m, b, b)`` that ``sum`` takes.
 
-    ``blocks`` ``(m, 2, 2, b, b)`` go over both ends twice, rows and columns.
+    ``blocks`` ``(m, 2, 2, b, b)`` are indexed by the ends of rows and of columns.
     """
     return np.stack([blocks[:, 0, 0], blocks[:, 1, 1], blocks[:, 0, 1]])
 
 
 def _filled(ends: Indices, size: int) -> tuple[Indices, Indices, csr_array]:
-    """Return rows and columns of the filled blocks, and what adds the edges up to them.
+    """Return rows and columns of the filled blocks, and the matrix that sums the edges.
 
-    ``ends`` ``(m, 2)`` are places of poses, −1 for the one that is left out.
+    ``ends`` ``(m, 2)`` are positions in the elimination order, −1 for pose 0.
     """
     row = np.concatenate([ends.T.ravel(), np.maximum(*ends.T)])
     column = np.concatenate([ends.T.ravel(), np.minimum(*ends.T)])

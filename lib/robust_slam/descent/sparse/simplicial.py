@@ -1,6 +1,6 @@
-"""A sparse Cholesky factorisation column by column, by the library QDLDL.
+"""Sparse Cholesky factorisation column by column, by the library QDLDL.
 
-It is the quicker one where the columns of the factor are short: on graphs in the plane.
+It is the faster method where the columns of the factor are short: on graphs in the plane.
 
 Source: Davis 2005, "Algorithm 849: a concise sparse Cholesky factorization package";
 Stellato et al. 2020, "OSQP", for QDLDL.
@@ -20,8 +20,8 @@ from robust_slam._arrays import Array, Indices
 class Simplicial:
     """Factorises matrices of ``size`` block rows, ``row`` and ``column`` as in the pattern.
 
-    The analysis and the memory are used again and again, so factors are good until the
-    next factorisation.
+    Symbolic analysis and memory are reused, so factors are valid until the next
+    factorisation.
     """
 
     def __init__(self, block: int, size: int, row: Indices, column: Indices) -> None:
@@ -30,7 +30,7 @@ class Simplicial:
         starts = np.concatenate([[0], np.cumsum(np.bincount(row, minlength=size))])
         number = np.arange(row.size * block**2).reshape(-1, block, block)
         lower = bsr_array((number[by_row], column[by_row], starts)).tocsr()
-        # QDLDL wants the columns of the upper triangle: these are our rows up to the diagonal.
+        # QDLDL takes the columns of the upper triangle, which are our rows up to the diagonal.
         inside = np.repeat(np.arange(size * block), np.diff(lower.indptr)) >= lower.indices
         self._source = lower.data[inside]
         starts = np.concatenate([[0], np.cumsum(inside)])[lower.indptr]
@@ -40,7 +40,7 @@ class Simplicial:
         self._count = 0
 
     def solve(self, blocks: Array, right: Array) -> Array | None:
-        """Return the solutions ``(n − 1, b, c)``, or None where there are no factors."""
+        """Return the solutions ``(n − 1, b, c)``, or None if not positive definite."""
         factors = self.factorise(blocks)
         return None if factors is None else factors.solve(right)
 
@@ -55,7 +55,7 @@ class Simplicial:
                 self._solver.update(self._matrix, upper=True)
         except RuntimeError:
             return None
-        # An update that meets a pivot of 0 stops there, and says nothing.
+        # An update that meets a pivot of 0 stops there without an error.
         _, pivots, _ = self._solver.factors()
         return SimplicialFactors(self, self._count) if pivots.min() > 0.0 else None
 
