@@ -3,8 +3,10 @@
 It refuses what student code has no use for and what reaches around the other
 walls: namespaces and mounts of its own (with them it could mount as much memory as
 it likes), sockets with a name or a larger buffer, memory that belongs to no process, key
-rings, leases and watches on files, and whatever acts on another process. The list follows the
-kernel's tables (arch/x86/entry/syscalls, include/uapi/asm-generic).
+rings, leases and watches on files, whatever acts on another process, and what puts pages of files
+in or out of the machine's cache, or tells which are there: all sandboxes share that cache, so one
+could leave a message in it for another. The list follows the kernel's tables
+(arch/x86/entry/syscalls, include/uapi/asm-generic).
 
 Locks on files seem to succeed and do nothing. A real one could be held on a file that every
 sandbox and the grader share, and many small ones take the kernel's memory; refused, they would
@@ -44,6 +46,7 @@ _REFUSED = {
         *(101, 310, 311, 312),  # ptrace process_vm_readv process_vm_writev kcmp
         *(141, 251, 256, 279),  # setpriority ioprio_set migrate_pages move_pages
         *(253, 294, 300),  # inotify_init inotify_init1 fanotify_init
+        *(221, 187, 27),  # fadvise64 readahead mincore
     ),
     "aarch64": (
         *(41, 40, 39, 97, 268),
@@ -58,6 +61,7 @@ _REFUSED = {
         *(117, 270, 271, 272),
         *(140, 30, 238, 239),
         *(26, 262),
+        *(223, 213, 232),
     ),
 }
 _REFUSED_EVERYWHERE = (
@@ -65,6 +69,7 @@ _REFUSED_EVERYWHERE = (
     *(428, 429, 430, 431, 432, 433, 442),  # open_tree move_mount fs… fspick mount_setattr
     *(438, 440, 447, 448),  # pidfd_getfd process_madvise memfd_secret process_mrelease
     *(444, 445, 446),  # landlock_create_ruleset landlock_add_rule landlock_restrict_self
+    451,  # cachestat
 )
 """New calls have one number on every architecture."""
 _FLOCK = {"x86_64": 73, "aarch64": 32}
@@ -110,6 +115,8 @@ def _of_itself_alone(x86_64: int, aarch64: int) -> Guard:
 _SHARED_ANONYMOUS, _NOT_A_STREAM, _NAMELESS = 0x21, 0xE, 0x400000
 # A lease makes all others wait who open the file; a watch and a larger pipe take memory.
 _SET_LEASE, _NOTIFY, _SET_PIPE_SIZE = 1024, 1026, 1031
+_EVICT = (20, 21)
+"""MADV_COLD MADV_PAGEOUT."""
 _SET_LOCKS = (6, 7, 37, 38)
 """F_SETLK F_SETLKW F_OFD_SETLK F_OFD_SETLKW."""
 _GUARDS = (
@@ -128,6 +135,10 @@ _GUARDS = (
         dict.fromkeys((_SET_LEASE, _NOTIFY, _SET_PIPE_SIZE), errno.EPERM)
         | dict.fromkeys(_SET_LOCKS, _PRETEND),
     ),
+    # madvise: pages that leave the cache.
+    Guard({"x86_64": 28, "aarch64": 233}, 2, _WHOLE, dict.fromkeys(_EVICT, errno.EPERM)),
+    # preadv2: its flags ask for what is cached alone.
+    Guard({"x86_64": 327, "aarch64": 286}, 5, _WHOLE, {0: None}, errno.EPERM),
     # A datagram finds its way to any path: socketpair.
     Guard({"x86_64": 53, "aarch64": 199}, 1, _NOT_A_STREAM, {0: None}, errno.EPERM),
 )

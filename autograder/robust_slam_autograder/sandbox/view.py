@@ -9,7 +9,7 @@ import subprocess
 import sys
 import sysconfig
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -186,11 +186,14 @@ def _files_of(module: str) -> list[Path]:
         folders = [Path(place).parent for place in places]
     name = module.rpartition(".")[2]
     found = []
+    copies = (f"{name}.*", f".{name}.*", f"#{name}.*")  # the last two are editors' own
     # A package may be a link, or lie in one.
     plain = [packages.place(folder) for folder in folders]
     for folder in dict.fromkeys([*plain, *(folder.resolve() for folder in folders)]):
-        found += sorted(path for path in folder.glob(f"{name}.*") if path.is_file())
-        found += [path for path in (folder / name, folder / "__pycache__") if path.is_dir()]
+        files = (path for pattern in copies for path in folder.glob(pattern))
+        found += sorted(path for path in files if path.is_file())
+        inside = (folder / one for one in (name, "__pycache__", ".ipynb_checkpoints"))
+        found += [path for path in inside if path.is_dir()]
     return found
 
 
@@ -206,9 +209,9 @@ def readable(found: Files) -> list[tuple[Path, bool]]:
     Returns:
         paths; and whether all beneath may be read, or the names in the folder alone.
     """
-    hidden = [path.resolve() for path, is_shown in found.rules if not is_shown]
-    shown = [path.resolve() for path, is_shown in found.rules if is_shown]
-    waiting = list(shown)
+    rules = {path.resolve(): is_shown for path, is_shown in found.rules}
+    hidden = [path for path, is_shown in rules.items() if not is_shown]
+    waiting = [path for path, is_shown in rules.items() if is_shown]
     result = [(path.resolve(), False) for path in found.folders]
     seen: set[Path] = set()
     while waiting:
@@ -218,11 +221,16 @@ def readable(found: Files) -> list[tuple[Path, bool]]:
         seen.add(path)
         if not any(hid.is_relative_to(path) for hid in hidden):
             result.append((path, True))
-        elif path not in hidden:
+        else:
             result.append((path, False))
             inside = (inner.resolve() for inner in path.iterdir())  # a link may lead out of it
-            waiting += (inner for inner in inside if within(inner, shown))
+            waiting += (inner for inner in inside if _is_shown(inner, rules))
     return result
+
+
+def _is_shown(path: Path, rules: Mapping[Path, bool]) -> bool:
+    """What the nearest rule says of a path."""
+    return next((rules[one] for one in (path, *path.parents) if one in rules), False)
 
 
 def exposing(path: Path, allowed: tuple[str, ...]) -> Path | None:

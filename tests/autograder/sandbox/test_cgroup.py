@@ -31,7 +31,8 @@ OPTIONS = {"SO_SNDBUF": 7, "SO_RCVBUF": 8, "SO_SNDBUFFORCE": 32, "SO_RCVBUFFORCE
            "SO_RESERVE_MEM": 73, "SO_ATTACH_FILTER": 26}
 CALLS = {"memfd_create": 319, "vmsplice": 278, "tee": 276, "shmget": 29, "semget": 64,
          "msgget": 68, "mq_open": 240, "landlock_create_ruleset": 444, "io_uring_setup": 425,
-         "inotify_init": 253, "add_key": 248, "bpf": 321, "perf_event_open": 298}
+         "inotify_init": 253, "add_key": 248, "bpf": 321, "perf_event_open": 298,
+         "fadvise64": 221, "readahead": 187, "mincore": 27, "cachestat": 451}
 
 def refused():
     pair, pipe = socket.socketpair(), os.pipe()
@@ -41,6 +42,8 @@ def refused():
     found["F_SETPIPE_SZ"] = attempt(lambda: fcntl.fcntl(pipe[1], 1031, 1 << 20))
     folder = os.open(".", os.O_RDONLY)
     found["F_NOTIFY"] = attempt(lambda: fcntl.fcntl(folder, 1026, 0xFF))
+    buffer = [bytearray(1)]
+    found["RWF_NOWAIT"] = attempt(lambda: os.preadv(folder, buffer, 0, os.RWF_NOWAIT))
     for name, number in CALLS.items():
         result = LIBC.syscall(number, b"x", 0, 0, 0, 0)
         is_refused = result < 0 and ctypes.get_errno() == errno.EPERM

@@ -92,6 +92,9 @@ def test_calls_are_judged_by_their_arguments() -> None:
     assert decide("x86_64", socketpair, 1, rest=(1 | 0x80000, 0, 0)) == ALLOW
     assert decide("x86_64", prlimit, first=1) == no
     assert decide("x86_64", prlimit, first=0) == ALLOW
+    madvise = 28
+    assert decide("x86_64", madvise, rest=(0, 21, 0)) == no  # out of the machine's cache
+    assert decide("x86_64", madvise, rest=(0, 4, 0)) == ALLOW
 
 
 def test_on_a_shared_disk_modes_stay_and_files_keep_their_names() -> None:

@@ -112,6 +112,20 @@ def test_nothing_is_made_in_a_folder_that_is_shown() -> None:
     ]
 
 
+def test_an_editors_copies_of_a_withheld_module_are_withheld_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    package = tmp_path / "toy_package"
+    for name in (".ipynb_checkpoints/gnc-checkpoint.py", ".gnc.py.swp", "gnc.py~", "#gnc.py#"):
+        (package / name).parent.mkdir(parents=True, exist_ok=True)
+        (package / name).touch()
+    for name in ("__init__.py", "gnc.py", "other.py"):
+        (package / name).touch()
+    monkeypatch.syspath_prepend(tmp_path)
+    found = {path.name for path in view._files_of("toy_package.gnc")}
+    assert found == {".ipynb_checkpoints", ".gnc.py.swp", "gnc.py~", "#gnc.py#", "gnc.py"}
+
+
 def test_a_link_in_a_folder_leads_nowhere_else(tmp_path: Path) -> None:
     """Landlock judges a file by where it lies, and folders are gone through that hide a part."""
     (tmp_path / "secret").mkdir()
@@ -120,7 +134,10 @@ def test_a_link_in_a_folder_leads_nowhere_else(tmp_path: Path) -> None:
     for name in ("given.py", "answers.py"):
         (package / name).touch()
     (package / "link").symlink_to(tmp_path / "secret")
-    rules = ((package, True), (package / "answers.py", False))
+    (package / "withheld").mkdir()
+    (package / "withheld" / "kernels.py").touch()
+    (package / "inner_link.py").symlink_to("withheld/kernels.py")
+    rules = ((package, True), (package / "answers.py", False), (package / "withheld", False))
     opened = view.readable(view.Files(rules, (), ()))
     assert sorted(opened) == [(package, False), (package / "given.py", True)]
 
