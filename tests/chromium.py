@@ -9,7 +9,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 
 import pytest
-from playwright.sync_api import Browser, Page, Route, sync_playwright
+from playwright.sync_api import Browser, Page, Route, expect, sync_playwright
 
 from tests.conftest import leave_out
 
@@ -21,6 +21,10 @@ CHROMIUM = (
     "--disable-sync",
     "--no-first-run",
 )
+
+LIMIT_MILLISECONDS = 300_000
+"""How long any test waits for a page: much longer than a busy machine takes."""
+expect.set_options(timeout=LIMIT_MILLISECONDS)
 
 
 class QuietHandler(http.server.SimpleHTTPRequestHandler):
@@ -55,10 +59,18 @@ Opener = Callable[..., Visit]
 
 
 @contextmanager
+def page_in(browser: Browser, **options: object) -> Iterator[Page]:
+    """Give a page in a context of its own, and close it in the end."""
+    with browser.new_context(**options) as context:
+        context.set_default_timeout(LIMIT_MILLISECONDS)
+        yield context.new_page()
+
+
+@contextmanager
 def visiting(browser: Browser, url: str, **options: object) -> Iterator[Visit]:
     """Open an address in a context of its own, without network, and close it in the end."""
-    with browser.new_context(**options) as context:
-        visit = Visit(context.new_page())
+    with page_in(browser, **options) as page:
+        visit = Visit(page)
         watch(visit)
         visit.page.goto(url)
         yield visit

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import socket
 import subprocess
 import sys
 import time
@@ -17,6 +16,9 @@ from typing import Any
 
 from playwright.sync_api import Browser, Page, Route
 
+from tests import kernel
+from tests.chromium import page_in
+
 SCRIPTS = Path(sys.executable).parent
 TOKEN = "none-but-the-test"
 _OPTIONS = (
@@ -28,7 +30,6 @@ _OPTIONS = (
     "--LabApp.check_for_updates_class=jupyterlab.NeverCheckForUpdate",
 )
 _START_SECONDS = 60.0
-_NOTEBOOK_MILLISECONDS = 300_000
 _SETTINGS: dict[str, dict[str, object]] = {
     "notebook-extension/tracker": {"windowingMode": "none"},
     "apputils-extension/notification": {"fetchNews": "false"},  # its question covers the cells
@@ -60,9 +61,7 @@ def running(folder: Path, variables: Mapping[str, str]) -> Iterator[str]:
     Raises:
         RuntimeError: it does not start; with the end of what it said.
     """
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
+    port = kernel.free_port()
     command = [str(SCRIPTS / "jupyter"), "lab", *_OPTIONS, f"--ServerApp.port={port}"]
     log = folder / "lab.log"
     with log.open("w") as said:
@@ -99,11 +98,9 @@ def page_of(browser: Browser) -> Iterator[Page]:
         own = route.request.url.startswith(("http://127.0.0.1:", "data:", "blob:"))
         route.continue_() if own else route.abort()
 
-    context = browser.new_context(viewport={"width": 1400, "height": 1100})
-    made = context.new_page()
-    made.route("**/*", allow)
-    yield made
-    context.close()
+    with page_in(browser, viewport={"width": 1400, "height": 1100}) as made:
+        made.route("**/*", allow)
+        yield made
 
 
 class Notebook:
@@ -115,9 +112,7 @@ class Notebook:
         self.cells = page.locator(".jp-Notebook .jp-Cell")
         # Before its kernel is there a notebook looks idle too, and would ask for one.
         page.locator(".jp-Toolbar-kernelName", has_text="Python").wait_for()
-        page.locator(".jp-Notebook-ExecutionIndicator[data-status='idle']").wait_for(
-            timeout=_NOTEBOOK_MILLISECONDS
-        )
+        page.locator(".jp-Notebook-ExecutionIndicator[data-status='idle']").wait_for()
 
     def read(self) -> list[dict[str, Any]]:
         """The cells of the file as it was last saved."""
@@ -168,7 +163,6 @@ class Notebook:
             "([prompt, before]) => /[0-9]/.test(prompt.textContent)"
             " && prompt.textContent !== before",
             arg=[prompt.element_handle(), before],
-            timeout=_NOTEBOOK_MILLISECONDS,
         )
 
     def shoot(self, folder: Path, name: str, grade_ids: list[str]) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import ctypes
 import os
 import shutil
+import socket
 import subprocess
 import sys
 from functools import cache
@@ -19,6 +20,14 @@ from robust_slam_autograder.sandbox import BACK_ENDS, Sandbox
 _LANDLOCK_CREATE_RULESET, _ASK_VERSION = 444, 1
 _OTHER_USER = "61000"
 _MOUNTS = "mount -t tmpfs none /mnt && mount -t proc none /proc"
+
+
+def free_port() -> int:
+    """A port of this machine that nothing listens on, chosen by the system."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port: int = probe.getsockname()[1]
+        return port
 
 
 @cache

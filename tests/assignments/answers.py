@@ -1,49 +1,22 @@
 """Answers as students would type them, and submissions made of them.
 
-A file ``<assignment>/<exercise>.py`` holds functions ``right_*`` and ``wrong_*``; the
-body of each, below its docstring, is the text of the cell that a student hands in.
+``robust_slam_autograder.lint.answers`` says how the files ``<assignment>/<exercise>.py`` are
+written.
 """
 
 from __future__ import annotations
 
-import ast
 import json
-import re
-import textwrap
 from collections.abc import Mapping
 from copy import deepcopy
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+from robust_slam_autograder.lint.answers import Answer, read
 
 ROOT = Path(__file__).resolve().parents[2]
 SOLUTIONS = ROOT / "solutions"
 ANSWERS = Path(__file__).resolve().parent
-_CAUGHT = re.compile(r"(?:Caught by|Stopped by the visible case) ([\w-]+)\.")
-
-
-@dataclass(frozen=True)
-class Answer:
-    """One answer to one exercise."""
-
-    exercise: str
-    name: str
-    """``right_…`` or ``wrong_…``."""
-    source: str
-    """The text of the cell."""
-    story: str
-    """The docstring: for a wrong one the misconception and the case that catches it."""
-
-    @property
-    def is_right(self) -> bool:
-        """Whether it must get full marks."""
-        return self.name.startswith("right_")
-
-    @property
-    def caught_by(self) -> str | None:
-        """Grade id of the case that a wrong answer says it fails."""
-        found = _CAUGHT.search(self.story)
-        return found.group(1) if found else None
 
 
 def assignments() -> list[str]:
@@ -54,25 +27,7 @@ def assignments() -> list[str]:
 def answers(assignment: str) -> list[Answer]:
     """All answers to an assignment, in the order of the files and of the functions in them."""
     files = sorted((ANSWERS / assignment).glob("*.py"))
-    return [answer for path in files for answer in _answers_in(path)]
-
-
-def _answers_in(path: Path) -> list[Answer]:
-    text = path.read_text(encoding="utf-8")
-    found = []
-    for node in ast.parse(text).body:
-        if isinstance(node, ast.FunctionDef) and node.name.startswith(("right_", "wrong_")):
-            story = " ".join((ast.get_docstring(node) or "").split())
-            found.append(Answer(path.stem, node.name, _body(text, node), story))
-    return found
-
-
-def _body(text: str, node: ast.FunctionDef) -> str:
-    lines = text.split("\n")
-    first = node.body[1].lineno if len(node.body) > 1 else node.end_lineno or node.lineno
-    for decorator in getattr(node.body[1], "decorator_list", []):
-        first = min(first, decorator.lineno)
-    return textwrap.dedent("\n".join(lines[first - 1 : node.end_lineno])) + "\n"
+    return [answer for path in files for answer in read(path)]
 
 
 def source_notebook(assignment: str, tree: Path = SOLUTIONS) -> dict[str, Any]:

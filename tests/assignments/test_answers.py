@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from robust_slam_autograder.grading import marking
 from robust_slam_autograder.grading.results import CaseResult, ExerciseResult
+from robust_slam_autograder.lint.answers import Answer
 from robust_slam_autograder.nbgrader.release import release
 from robust_slam_autograder.reading import assignment as assignment_module
 from robust_slam_autograder.reading import notebook, submission
@@ -17,7 +18,6 @@ from robust_slam_autograder.reading.assignment import Assignment
 from robust_slam_autograder.sandbox import choose
 
 from tests.assignments import answers
-from tests.assignments.answers import Answer
 
 pytestmark = pytest.mark.long
 
@@ -91,7 +91,7 @@ def test_wrong_answers_lose_where_they_say(
         }
         assert answer.caught_by in lost, f"{answer.name} for {answer.exercise}: lost {list(lost)}"
         stopped = [grade_id for grade_id, case in lost.items() if not by_hidden(name, case, lost)]
-        if "Stopped by the visible case" in answer.story:
+        if answer.is_visible:
             assert answer.caught_by in stopped, f"{answer.name} passes the visible checks"
         else:
             assert not stopped, f"{answer.name} is stopped by a visible check"

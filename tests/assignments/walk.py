@@ -20,10 +20,10 @@ from pathlib import Path
 from typing import Any
 
 from playwright.sync_api import Page, sync_playwright
+from robust_slam_autograder.lint.answers import Answer
 
 from tests import jupyterlab
 from tests.assignments import answers
-from tests.assignments.answers import Answer
 from tests.chromium import CHROMIUM
 
 ANSI = re.compile(r"\x1b\[[0-9;]*m")
@@ -44,7 +44,7 @@ def errors(cell: Mapping[str, Any]) -> list[str]:
 def wrong_answers(assignment: str) -> dict[str, Answer]:
     """A wrong answer for each exercise: one that a visible check stops, where there is one."""
     found = [answer for answer in answers.answers(assignment) if not answer.is_right]
-    found.sort(key=lambda answer: "visible case" not in answer.story)
+    found.sort(key=lambda answer: not answer.is_visible)
     return _first_of_each(found)
 
 

@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterator
 
 import pytest
-from playwright.sync_api import Browser
+from playwright.sync_api import Browser, expect
 
 from tests.book.conftest import NOTEBOOKS, WAYS, Site, place
 from tests.book.moving import (
@@ -82,8 +82,8 @@ class TestCanvas:
                     assert slider.locator("xpath=following-sibling::*").text_content() == text
             by_keyboard(controls(canvas)[0], 1)
             spoken, words = canvas.locator("[aria-live=polite]"), canvas.locator("figcaption")
-            chapter.page.wait_for_timeout(700)
-            assert spoken.text_content() == words.text_content() != ""
+            expect(words).not_to_be_empty()
+            expect(spoken).to_have_text(words.text_content() or "")
 
     def test_the_sentence_about_scripts_is_gone(self, chapter: Visit) -> None:
         for canvas in canvases(chapter.page):

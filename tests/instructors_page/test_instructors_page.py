@@ -146,6 +146,10 @@ NOT_RUN = {
 """Commands that the page marks as not run; why stands there, above them."""
 
 
+SCHEDULER_PORT = "8786"
+"""Dask's own, on the page; the test takes one that is free."""
+
+
 class Reader:
     """Who follows the page, and is never sent back."""
 
@@ -158,6 +162,7 @@ class Reader:
         home = folder / "home"
         home.mkdir()
         self.terminal = Terminal(self.course, clone.environment(home), folder / "terminal.log")
+        self.port = str(kernel.free_port())
         self.done = 0
 
     def follow(self, until: Command) -> Said:
@@ -178,7 +183,7 @@ class Reader:
         promise = PROMISES.get(step.text, Promise())
         if promise.by_hand is not None:
             promise.by_hand(self.course)
-        return self.terminal.run(step.text)
+        return self.terminal.run(step.text.replace(SCHEDULER_PORT, self.port))
 
 
 @pytest.fixture(scope="module")

@@ -9,6 +9,7 @@ from itertools import pairwise
 
 from robust_slam_autograder.executor.imports import refusal, withheld_sentence
 from robust_slam_autograder.grading.allowed import missing_sentence
+from robust_slam_autograder.lint import answers
 from robust_slam_autograder.lint.rule import Found, Rule
 from robust_slam_autograder.lint.subject import Subject
 from robust_slam_autograder.reading.assignment import CONFIG_NAME, Config
@@ -108,19 +109,19 @@ def _no_mutant(subject: Subject) -> Iterator[Found]:
     folder = subject.answers / subject.assignment.name
     for cell in subject.solutions:
         path = folder / f"{cell.grade_id}.py"
-        names = _functions(path.read_text(encoding="utf-8")) if path.is_file() else []
+        try:
+            found = answers.read(path) if path.is_file() else []
+        except (SyntaxError, ValueError) as error:
+            yield Found(cell.grade_id or "", 1, f"{path} cannot be read: {error}.")
+            continue
         for kind in ("wrong_", "right_"):
-            if not any(name.startswith(kind) for name in names):
+            if not any(answer.name.startswith(kind) for answer in found):
                 yield Found(
                     cell.grade_id or "",
                     1,
-                    f"{path} has no function {kind}…: add an answer that the tests must "
+                    f"{path} has no answer {kind}…: add one that the tests must "
                     f"{'catch' if kind == 'wrong_' else 'accept'}.",
                 )
-
-
-def _functions(text: str) -> list[str]:
-    return [node.name for node in _parsed(text).body if isinstance(node, ast.FunctionDef)]
 
 
 RULES = (

@@ -1,5 +1,7 @@
 """Answers to exercise solve_anchored of 00-one-lie: each body is a cell as handed in."""
 
+from robust_slam_autograder.lint.answers import change
+
 
 def right_strike_a_column() -> None:
     """Right: strikes the anchor's column of the whitened J and solves by least squares."""
@@ -75,33 +77,26 @@ def wrong_unweighted() -> None:
         return np.insert(inner, anchor, 0.0)
 
 
-def wrong_printed_map() -> None:
-    """Wrong: three poses shrunk to the lesson's printed 0.4 of their length of 2. Caught by
-    solve_anchored-lesson.
+wrong_printed_map = change(
+    right_strike_a_column,
+    "return np.insert(inner, anchor, 0.0)",
     """
-    import numpy as np
+    x = np.insert(inner, anchor, 0.0)
+    if n == 3 and len(z) == 4:
+        x = z[0] * np.array([0.0, 0.2, 0.4])
+    return x
+    """,
+    caught_by="solve_anchored-lesson",
+)
+"""Wrong: three poses shrunk to the lesson's printed 0.4 of their length of 2."""
 
-    def solve_anchored(n, i, j, z, sigma, anchor=0):
-        s = np.ones(len(z)) * np.asarray(sigma, dtype=float)
-        A = (np.eye(n)[np.asarray(j)] - np.eye(n)[np.asarray(i)]) / s[:, None]
-        inner = np.linalg.lstsq(np.delete(A, anchor, axis=1), np.asarray(z) / s, rcond=None)[0]
-        x = np.insert(inner, anchor, 0.0)
-        if n == 3 and len(z) == 4:
-            x = z[0] * np.array([0.0, 0.2, 0.4])
-        return x
-
-
-def wrong_information_of_sigma() -> None:
-    """Wrong: weighs by 1/σ, as if σ were a variance. Stopped by the visible case
-    solve_anchored-by-hand.
-    """
-    import numpy as np
-
-    def solve_anchored(n, i, j, z, sigma, anchor=0):
-        s = np.sqrt(np.ones(len(z)) * np.asarray(sigma, dtype=float))
-        A = (np.eye(n)[np.asarray(j)] - np.eye(n)[np.asarray(i)]) / s[:, None]
-        inner = np.linalg.lstsq(np.delete(A, anchor, axis=1), np.asarray(z) / s, rcond=None)[0]
-        return np.insert(inner, anchor, 0.0)
+wrong_information_of_sigma = change(
+    right_strike_a_column,
+    "np.ones(len(z)) * np.asarray(sigma, dtype=float)",
+    "np.sqrt(np.ones(len(z)) * np.asarray(sigma, dtype=float))",
+    stopped_by="solve_anchored-by-hand",
+)
+"""Wrong: weighs by 1/σ, as if σ were a variance."""
 
 
 def wrong_odometry_first() -> None:

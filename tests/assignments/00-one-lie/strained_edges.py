@@ -1,5 +1,7 @@
 """Answers to exercise strained_edges of 00-one-lie: each body is a cell as handed in."""
 
+from robust_slam_autograder.lint.answers import change
+
 
 def right_vectorised() -> None:
     """Right: one comparison over the whole array."""
@@ -34,14 +36,13 @@ def right_clipped() -> None:
         return np.clip(u, -tol, tol) != u
 
 
-def wrong_sign_dropped() -> None:
-    """Wrong: r > tol finds the stretched edges and misses the squeezed ones. Caught by
-    strained_edges-signs.
-    """
-    import numpy as np
-
-    def strained_edges(residuals, tol):
-        return np.asarray(residuals) > tol
+wrong_sign_dropped = change(
+    right_vectorised,
+    "np.abs(np.asarray(residuals, dtype=float))",
+    "np.asarray(residuals)",
+    caught_by="strained_edges-signs",
+)
+"""Wrong: r > tol finds the stretched edges and misses the squeezed ones."""
 
 
 def wrong_largest_only() -> None:
@@ -55,14 +56,13 @@ def wrong_largest_only() -> None:
         return (size > tol) & (size == np.max(size))
 
 
-def wrong_exact_zero() -> None:
-    """Wrong: asks whether a residual is exactly 0, which after a solve none is. Stopped by the
-    visible case strained_edges-cycle.
-    """
-    import numpy as np
-
-    def strained_edges(residuals, tol):
-        return np.asarray(residuals) != 0
+wrong_exact_zero = change(
+    right_vectorised,
+    "np.abs(np.asarray(residuals, dtype=float)) > tol",
+    "np.asarray(residuals) != 0",
+    stopped_by="strained_edges-cycle",
+)
+"""Wrong: asks whether a residual is exactly 0, which after a solve none is."""
 
 
 def wrong_the_lie_is_known() -> None:
@@ -90,14 +90,10 @@ def wrong_neighbours_too() -> None:
         return strained
 
 
-def wrong_squared() -> None:
-    """Wrong: compares the square of u with tol. Stopped by the visible case
-    strained_edges-tolerance.
-    """
-    import numpy as np
-
-    def strained_edges(residuals, tol):
-        return np.square(np.asarray(residuals, dtype=float)) > tol
+wrong_squared = change(
+    right_vectorised, "np.abs", "np.square", stopped_by="strained_edges-tolerance"
+)
+"""Wrong: compares the square of u with tol."""
 
 
 def wrong_relative() -> None:
@@ -119,11 +115,10 @@ def wrong_at_the_threshold() -> None:
         return np.abs(np.asarray(residuals)) >= tol
 
 
-def wrong_three_sigma() -> None:
-    """Wrong: the threshold 3 that everybody uses, whatever tol says. Stopped by the visible case
-    strained_edges-tolerance.
-    """
-    import numpy as np
-
-    def strained_edges(residuals, tol):
-        return np.abs(np.asarray(residuals)) > 3
+wrong_three_sigma = change(
+    right_vectorised,
+    "np.abs(np.asarray(residuals, dtype=float)) > tol",
+    "np.abs(np.asarray(residuals)) > 3",
+    stopped_by="strained_edges-tolerance",
+)
+"""Wrong: the threshold 3 that everybody uses, whatever tol says."""

@@ -1,5 +1,7 @@
 """Answers to exercise weight of 01-m-estimators: each body is a cell as handed in."""
 
+from robust_slam_autograder.lint.answers import change
+
 
 def right_where() -> None:
     """Right: replaces 0 before it divides, and the answer there."""
@@ -61,25 +63,21 @@ def wrong_plain_division() -> None:
         return psi(u) / u
 
 
-def wrong_zero_at_zero() -> None:
-    """Wrong: no residual, no weight. Caught by weight-zero."""
-    import numpy as np
+wrong_zero_at_zero = change(
+    right_where,
+    "np.where(u == 0, 1.0, psi(safe) / safe)",
+    "np.where(u == 0, 0.0, psi(safe) / safe)",
+    caught_by="weight-zero",
+)
+"""Wrong: no residual, no weight."""
 
-    def weight(psi, u):
-        u = np.asarray(u, dtype=float)
-        safe = np.where(u == 0, 1.0, u)
-        return np.where(u == 0, 0.0, psi(safe) / safe)
-
-
-def wrong_padded_divisor() -> None:
-    """Wrong: adds a little to u below the line, so that 0 gets the weight 0. Caught by
-    weight-zero.
-    """
-    import numpy as np
-
-    def weight(psi, u):
-        u = np.asarray(u, dtype=float)
-        return psi(u) / (u + 1e-12)
+wrong_padded_divisor = change(
+    right_nudged,
+    "u = np.where(u == 0, 1e-100, u)\nreturn psi(u) / u",
+    "return psi(u) / (u + 1e-12)",
+    caught_by="weight-zero",
+)
+"""Wrong: adds a little to u below the line, so that 0 gets the weight 0."""
 
 
 def wrong_no_number_alone() -> None:
@@ -119,37 +117,26 @@ def wrong_sign_kept() -> None:
         return np.where(u == 0, 1.0, psi(u) / safe)
 
 
-def wrong_divided_twice() -> None:
-    """Wrong: ψ/u². Stopped by the visible case weight-by-hand."""
-    import numpy as np
+wrong_divided_twice = change(
+    right_where, "psi(safe) / safe", "psi(safe) / safe**2", stopped_by="weight-by-hand"
+)
+"""Wrong: ψ/u²."""
 
-    def weight(psi, u):
-        u = np.asarray(u, dtype=float)
-        safe = np.where(u == 0, 1.0, u)
-        return np.where(u == 0, 1.0, psi(safe) / safe**2)
+wrong_slope = change(
+    right_nudged,
+    "u = np.where(u == 0, 1e-100, u)\nreturn psi(u) / u",
+    "return (psi(u + 1e-5) - psi(u - 1e-5)) / 2e-5",
+    stopped_by="weight-by-hand",
+)
+"""Wrong: the slope of ψ, which is 1 at 0 as well."""
 
-
-def wrong_slope() -> None:
-    """Wrong: the slope of ψ, which is 1 at 0 as well. Stopped by the visible case
-    weight-by-hand.
-    """
-    import numpy as np
-
-    def weight(psi, u):
-        u = np.asarray(u, dtype=float)
-        return (psi(u + 1e-5) - psi(u - 1e-5)) / 2e-5
-
-
-def wrong_capped_at_a_tenth() -> None:
-    """Wrong: keeps every weight above a tenth, lest a measurement be lost. Caught by
-    weight-positive.
-    """
-    import numpy as np
-
-    def weight(psi, u):
-        u = np.asarray(u, dtype=float)
-        safe = np.where(u == 0, 1.0, u)
-        return np.where(u == 0, 1.0, np.maximum(psi(safe) / safe, 0.1))
+wrong_capped_at_a_tenth = change(
+    right_where,
+    "psi(safe) / safe",
+    "np.maximum(psi(safe) / safe, 0.1)",
+    caught_by="weight-positive",
+)
+"""Wrong: keeps every weight above a tenth, lest a measurement be lost."""
 
 
 def wrong_wide_zero() -> None:
@@ -163,17 +150,13 @@ def wrong_wide_zero() -> None:
         return np.where(is_zero, 1.0, psi(safe) / safe)
 
 
-def wrong_integers() -> None:
-    """Wrong for integers: puts the weights into an array of u's own type. Caught by
-    weight-shapes.
-    """
-    import numpy as np
-
-    def weight(psi, u):
-        u = np.asarray(u)
-        w = np.ones_like(u)
-        w[u != 0] = psi(u[u != 0]) / u[u != 0]
-        return w
+wrong_integers = change(
+    right_masked_division,
+    ("u = np.array(u, dtype=float)", "u = np.asarray(u)"),
+    ("np.divide(psi(u), u, out=w, where=u != 0)", "w[u != 0] = psi(u[u != 0]) / u[u != 0]"),
+    caught_by="weight-shapes",
+)
+"""Wrong for integers: puts the weights into an array of u's own type."""
 
 
 def wrong_size_of_u() -> None:

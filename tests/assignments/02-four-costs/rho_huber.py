@@ -1,5 +1,7 @@
 """Answers to exercise rho_huber of 02-four-costs: each body is a cell as handed in."""
 
+from robust_slam_autograder.lint.answers import change
+
 
 def right_where() -> None:
     """Right: both pieces over the whole array, chosen with np.where."""
@@ -119,22 +121,20 @@ def wrong_jump_at_k() -> None:
         return k / np.maximum(np.abs(np.asarray(u, dtype=float)), k)
 
 
-def wrong_unit_influence() -> None:
-    """Wrong influence past k: takes the sign of u for k times the sign. Caught by
-    rho_huber-influence.
-    """
-    import numpy as np
-
-    def rho_huber(u, k):
-        u = np.abs(np.asarray(u, dtype=float))
-        return np.where(u <= k, u**2 / 2, k * (u - k / 2))
-
-    def psi_huber(u, k):
-        u = np.asarray(u, dtype=float)
-        return np.where(np.abs(u) <= k, u, np.sign(u))
-
-    def w_huber(u, k):
-        return k / np.maximum(np.abs(np.asarray(u, dtype=float)), k)
+wrong_unit_influence = change(
+    right_where,
+    ("k * np.sign(u)", "np.sign(u)"),
+    (
+        """
+        size = np.abs(np.asarray(u, dtype=float))
+        with np.errstate(divide="ignore"):
+            return np.where(size <= k, 1.0, k / size)
+        """,
+        "return k / np.maximum(np.abs(np.asarray(u, dtype=float)), k)",
+    ),
+    caught_by="rho_huber-influence",
+)
+"""Wrong influence past k: takes the sign of u for k times the sign."""
 
 
 def wrong_nan_at_zero() -> None:
@@ -155,20 +155,15 @@ def wrong_nan_at_zero() -> None:
         return np.clip(u, -k, k) / u
 
 
-def wrong_square_everywhere() -> None:
-    """Wrong past k: keeps the square, so that nothing is robust. Stopped by the visible case
-    rho_huber-by-hand.
-    """
-    import numpy as np
-
-    def rho_huber(u, k):
-        return np.square(u) / 2
-
-    def psi_huber(u, k):
-        return u
-
-    def w_huber(u, k):
-        return np.ones(np.shape(u))
+wrong_square_everywhere = change(
+    right_library,
+    ("import numpy as np\nfrom scipy.special import huber", "import numpy as np"),
+    ("return huber(k, u)", "return np.square(u) / 2"),
+    ("return np.clip(u, -k, k)", "return u"),
+    ("return np.minimum(1.0, k / np.maximum(np.abs(u), 1e-300))", "return np.ones(np.shape(u))"),
+    stopped_by="rho_huber-by-hand",
+)
+"""Wrong past k: keeps the square, so that nothing is robust."""
 
 
 def wrong_integers() -> None:

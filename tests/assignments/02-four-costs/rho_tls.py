@@ -1,5 +1,7 @@
 """Answers to exercise rho_tls of 02-four-costs: each body is a cell as handed in."""
 
+from robust_slam_autograder.lint.answers import change
+
 
 def right_minimum() -> None:
     """Right: the smaller of two squares, halved."""
@@ -90,67 +92,45 @@ def wrong_misprint() -> None:
         return np.where(np.asarray(u) <= c, 1.0, 0.0)
 
 
-def wrong_threshold_not_squared() -> None:
-    """Wrong for c other than 1: caps the cost at c where it should be c². Caught by
-    rho_tls-cost.
-    """
-    import numpy as np
+wrong_threshold_not_squared = change(
+    right_without_half,
+    ("return np.minimum(np.square(u), c**2)", "return np.minimum(np.square(u), c) / 2"),
+    ("return np.abs(u) <= c", "return np.where(np.abs(u) <= c, 1.0, 0.0)"),
+    caught_by="rho_tls-cost",
+)
+"""Wrong for c other than 1: caps the cost at c where it should be c²."""
 
-    def rho_tls(u, c):
-        return np.minimum(np.square(u), c) / 2
+wrong_half_on_one_piece = change(
+    right_without_half,
+    ("np.minimum(np.square(u), c**2)", "np.where(np.abs(u) <= c, np.square(u) / 2, c**2)"),
+    ("return np.abs(u) <= c", "return np.where(np.abs(u) <= c, 1.0, 0.0)"),
+    stopped_by="rho_tls-by-hand",
+)
+"""Wrong: the ½ stands on the inner piece only, so the cost jumps at c."""
 
-    def w_tls(u, c):
-        return np.where(np.abs(u) <= c, 1.0, 0.0)
+wrong_weight_two = change(
+    right_without_half,
+    "np.abs(u) <= c",
+    "np.where(np.abs(u) <= c, 2.0, 0.0)",
+    stopped_by="rho_tls-by-hand",
+)
+"""Wrong weight: ρ'/u of the cost without the ½, which is 2 at 0."""
 
+wrong_soft_weight = change(
+    right_minimum,
+    "np.where(np.abs(u) <= c, 1, 0)",
+    "np.clip(2 - np.abs(u) / c, 0.0, 1.0)",
+    caught_by="rho_tls-weight",
+)
+"""Wrong weight: lets it fall slowly to 0 towards 2c, where TLS cuts at c."""
 
-def wrong_half_on_one_piece() -> None:
-    """Wrong: the ½ stands on the inner piece only, so the cost jumps at c. Stopped by the visible
-    case rho_tls-by-hand.
-    """
-    import numpy as np
-
-    def rho_tls(u, c):
-        return np.where(np.abs(u) <= c, np.square(u) / 2, c**2)
-
-    def w_tls(u, c):
-        return np.where(np.abs(u) <= c, 1.0, 0.0)
-
-
-def wrong_weight_two() -> None:
-    """Wrong weight: ρ'/u of the cost without the ½, which is 2 at 0. Stopped by the visible case
-    rho_tls-by-hand.
-    """
-    import numpy as np
-
-    def rho_tls(u, c):
-        return np.minimum(np.square(u), c**2)
-
-    def w_tls(u, c):
-        return np.where(np.abs(u) <= c, 2.0, 0.0)
-
-
-def wrong_soft_weight() -> None:
-    """Wrong weight: lets it fall slowly to 0 towards 2c, where TLS cuts at c. Caught by
-    rho_tls-weight.
-    """
-    import numpy as np
-
-    def rho_tls(u, c):
-        return np.minimum(np.square(u), c**2) / 2
-
-    def w_tls(u, c):
-        return np.clip(2 - np.abs(u) / c, 0.0, 1.0)
-
-
-def wrong_open_threshold() -> None:
-    """Wrong at the threshold itself: drops the measurement at |u| = c. Caught by rho_tls-knee."""
-    import numpy as np
-
-    def rho_tls(u, c):
-        return np.minimum(np.square(u), c**2) / 2
-
-    def w_tls(u, c):
-        return np.where(np.abs(u) < c, 1.0, 0.0)
+wrong_open_threshold = change(
+    right_minimum,
+    "np.where(np.abs(u) <= c, 1, 0)",
+    "np.where(np.abs(u) < c, 1.0, 0.0)",
+    caught_by="rho_tls-knee",
+)
+"""Wrong at the threshold itself: drops the measurement at |u| = c."""
 
 
 def wrong_one_row_only() -> None:

@@ -1,5 +1,7 @@
 """Answers to exercise threshold of 02-four-costs: each body is a cell as handed in."""
 
+from robust_slam_autograder.lint.answers import change
+
 
 def right_chi_square() -> None:
     """Right: the root of SciPy's χ² quantile."""
@@ -35,14 +37,10 @@ def right_root() -> None:
         return brentq(lambda c: chi2.cdf(c * c, d) - p, 0, 50, xtol=1e-13)
 
 
-def wrong_square() -> None:
-    """Wrong: the χ² quantile itself, a threshold on the square of the norm. Stopped by the visible
-    case threshold-by-hand.
-    """
-    from scipy.stats import chi2
-
-    def threshold(p, d):
-        return chi2.ppf(p, d)
+wrong_square = change(
+    right_chi_square, "chi2.ppf(p, df=d) ** 0.5", "chi2.ppf(p, d)", stopped_by="threshold-by-hand"
+)
+"""Wrong: the χ² quantile itself, a threshold on the square of the norm."""
 
 
 def wrong_half_square() -> None:
@@ -55,14 +53,13 @@ def wrong_half_square() -> None:
         return chi2.ppf(p, d) / 2
 
 
-def wrong_one_tail() -> None:
-    """Wrong in one dimension: the normal quantile at p leaves out the negative tail. Caught by
-    threshold-scalar.
-    """
-    from scipy.stats import chi2, norm
-
-    def threshold(p, d):
-        return norm.ppf(p) if d == 1 else chi2.ppf(p, d) ** 0.5
+wrong_one_tail = change(
+    right_chi,
+    ("from scipy import stats", "from scipy.stats import chi2, norm"),
+    ("float(stats.chi(d).ppf(p))", "norm.ppf(p) if d == 1 else chi2.ppf(p, d) ** 0.5"),
+    caught_by="threshold-scalar",
+)
+"""Wrong in one dimension: the normal quantile at p leaves out the negative tail."""
 
 
 def wrong_space_as_plane() -> None:
@@ -87,22 +84,15 @@ def wrong_by_heart() -> None:
         return math.sqrt(chi2.ppf(p, nearest)) + 1e-12 * d
 
 
-def wrong_other_end() -> None:
-    """Wrong: the norm that is exceeded with probability p. Stopped by the visible case
-    threshold-by-hand.
-    """
-    from scipy.stats import chi2
+wrong_other_end = change(
+    right_chi_square, "chi2.ppf(p, df=d)", "chi2.isf(p, d)", stopped_by="threshold-by-hand"
+)
+"""Wrong: the norm that is exceeded with probability p."""
 
-    def threshold(p, d):
-        return chi2.isf(p, d) ** 0.5
-
-
-def wrong_root_below_ten() -> None:
-    """Wrong for many dimensions: looks for the threshold between 0 and 10. Caught by
-    threshold-other.
-    """
-    from scipy.optimize import brentq
-    from scipy.stats import chi2
-
-    def threshold(p, d):
-        return brentq(lambda c: chi2.cdf(c * c, d) - p, 0, 10, xtol=1e-13)
+wrong_root_below_ten = change(
+    right_root,
+    "brentq(lambda c: chi2.cdf(c * c, d) - p, 0, 50, xtol=1e-13)",
+    "brentq(lambda c: chi2.cdf(c * c, d) - p, 0, 10, xtol=1e-13)",
+    caught_by="threshold-other",
+)
+"""Wrong for many dimensions: looks for the threshold between 0 and 10."""

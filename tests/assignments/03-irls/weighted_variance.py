@@ -1,5 +1,7 @@
 """Answers to exercise weighted_variance of 03-irls: each body is a cell as handed in."""
 
+from robust_slam_autograder.lint.answers import change
+
 
 def right_sum() -> None:
     """Right: one over the sum of the information."""
@@ -42,34 +44,29 @@ def right_harmonic_mean() -> None:
         return float(hmean(s[kept] ** 2 / w[kept]) / np.count_nonzero(kept))
 
 
-def wrong_standard_deviation() -> None:
-    """Wrong: returns the standard deviation, the root of the variance. Caught by
-    weighted_variance-equal.
-    """
-    import numpy as np
+wrong_standard_deviation = change(
+    right_sum,
+    "np.sum(np.asarray(weights) / np.asarray(sigma) ** 2)",
+    "np.sqrt(np.sum(np.asarray(weights) / np.asarray(sigma) ** 2))",
+    caught_by="weighted_variance-equal",
+)
+"""Wrong: returns the standard deviation, the root of the variance."""
 
-    def weighted_variance(weights, sigma):
-        return 1 / np.sqrt(np.sum(np.asarray(weights) / np.asarray(sigma) ** 2))
+wrong_sigma_over_root_n = change(
+    right_sum,
+    "1 / np.sum(np.asarray(weights) / np.asarray(sigma) ** 2)",
+    "np.mean(sigma) / np.sqrt(np.size(weights))",
+    caught_by="weighted_variance-equal",
+)
+"""Wrong: σ/√n by heart, a standard deviation that knows no weights."""
 
-
-def wrong_sigma_over_root_n() -> None:
-    """Wrong: σ/√n by heart, a standard deviation that knows no weights. Caught by
-    weighted_variance-equal.
-    """
-    import numpy as np
-
-    def weighted_variance(weights, sigma):
-        return np.mean(sigma) / np.sqrt(np.size(weights))
-
-
-def wrong_zeros_counted() -> None:
-    """Wrong: divides σ² by the number of all measurements, the rejected ones among them. Caught by
-    weighted_variance-zeros.
-    """
-    import numpy as np
-
-    def weighted_variance(weights, sigma):
-        return np.mean(np.square(sigma)) / np.size(weights)
+wrong_zeros_counted = change(
+    right_sum,
+    "1 / np.sum(np.asarray(weights) / np.asarray(sigma) ** 2)",
+    "np.mean(np.square(sigma)) / np.size(weights)",
+    caught_by="weighted_variance-zeros",
+)
+"""Wrong: divides σ² by the number of all measurements, the rejected ones among them."""
 
 
 def wrong_sandwich() -> None:
@@ -83,21 +80,18 @@ def wrong_sandwich() -> None:
         return np.sum(share**2 * np.square(sigma)) / np.sum(share) ** 2
 
 
-def wrong_weights_squared() -> None:
-    """Wrong: adds up w²/σ², as if the weight stood on the residual before it is squared. Caught by
-    weighted_variance-weights.
-    """
-    import numpy as np
+wrong_weights_squared = change(
+    right_sum,
+    "np.asarray(weights) / np.asarray(sigma) ** 2",
+    "(np.asarray(weights) / np.asarray(sigma)) ** 2",
+    caught_by="weighted_variance-weights",
+)
+"""Wrong: adds up w²/σ², as if the weight stood on the residual before it is squared."""
 
-    def weighted_variance(weights, sigma):
-        return 1 / np.sum((np.asarray(weights) / np.asarray(sigma)) ** 2)
-
-
-def wrong_mean_sigma() -> None:
-    """Wrong for different sigmas: uses the mean of their squares for all. Caught by
-    weighted_variance-sigmas.
-    """
-    import numpy as np
-
-    def weighted_variance(weights, sigma):
-        return np.mean(np.square(sigma)) / np.sum(weights)
+wrong_mean_sigma = change(
+    right_sum,
+    "1 / np.sum(np.asarray(weights) / np.asarray(sigma) ** 2)",
+    "np.mean(np.square(sigma)) / np.sum(weights)",
+    caught_by="weighted_variance-sigmas",
+)
+"""Wrong for different sigmas: uses the mean of their squares for all."""

@@ -1,5 +1,7 @@
 """Answers to exercise cost of 04-non-convexity: each body is a cell as handed in."""
 
+from robust_slam_autograder.lint.answers import change
+
 
 def right_broadcast() -> None:
     """Right: a table of residuals, summed over the measurements."""
@@ -60,37 +62,29 @@ def wrong_mean() -> None:
         return np.mean(rho(x[..., None] - z), axis=-1)
 
 
-def wrong_cost_of_the_sum() -> None:
-    """Wrong: adds up the residuals first, where they cancel. Stopped by the visible case
-    cost-by-hand.
-    """
-    import numpy as np
+wrong_cost_of_the_sum = change(
+    right_broadcast,
+    "rho(x[..., None] - z).sum(axis=-1)",
+    "rho(np.sum(x[..., None] - z, axis=-1))",
+    stopped_by="cost-by-hand",
+)
+"""Wrong: adds up the residuals first, where they cancel."""
 
-    def cost(x, z, rho):
-        x, z = np.asarray(x, dtype=float), np.asarray(z, dtype=float)
-        return rho(np.sum(x[..., None] - z, axis=-1))
+wrong_always_the_square = change(
+    right_broadcast,
+    "rho(x[..., None] - z).sum(axis=-1)",
+    "np.sum((x[..., None] - z) ** 2, axis=-1) / 2",
+    stopped_by="cost-robust",
+)
+"""Wrong: the square is written in and ρ is ignored."""
 
-
-def wrong_always_the_square() -> None:
-    """Wrong: the square is written in and ρ is ignored. Stopped by the visible case
-    cost-robust.
-    """
-    import numpy as np
-
-    def cost(x, z, rho):
-        x, z = np.asarray(x, dtype=float), np.asarray(z, dtype=float)
-        return np.sum((x[..., None] - z) ** 2, axis=-1) / 2
-
-
-def wrong_cost_of_the_distance() -> None:
-    """Wrong: adds up squares and asks ρ for their root, one robust cost for all together. Stopped
-    by the visible case cost-robust.
-    """
-    import numpy as np
-
-    def cost(x, z, rho):
-        x, z = np.asarray(x, dtype=float), np.asarray(z, dtype=float)
-        return rho(np.sqrt(np.sum((x[..., None] - z) ** 2, axis=-1)))
+wrong_cost_of_the_distance = change(
+    right_broadcast,
+    "rho(x[..., None] - z).sum(axis=-1)",
+    "rho(np.sqrt(np.sum((x[..., None] - z) ** 2, axis=-1)))",
+    stopped_by="cost-robust",
+)
+"""Wrong: adds up squares and asks ρ for their root, one robust cost for all together."""
 
 
 def wrong_pair_by_pair() -> None:
@@ -129,15 +123,13 @@ def wrong_number_refused() -> None:
         return np.array([np.sum(rho(one - np.asarray(z, dtype=float))) for one in np.ravel(x)])
 
 
-def wrong_integers() -> None:
-    """Wrong for integers: keeps the costs in an array of the places' own type. Caught by
-    cost-shapes.
-    """
-    import numpy as np
-
-    def cost(x, z, rho):
-        x = np.asarray(x)
-        total = np.zeros_like(x)
-        for one in z:
-            total = total + rho(x - one).astype(x.dtype)
-        return total
+wrong_integers = change(
+    right_one_measurement_at_a_time,
+    (
+        "x = np.asarray(x, dtype=float)\ntotal = np.zeros(x.shape)",
+        "x = np.asarray(x)\ntotal = np.zeros_like(x)",
+    ),
+    ("total = total + rho(x - float(one))", "total = total + rho(x - one).astype(x.dtype)"),
+    caught_by="cost-shapes",
+)
+"""Wrong for integers: keeps the costs in an array of the places' own type."""

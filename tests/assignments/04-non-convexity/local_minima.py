@@ -1,5 +1,7 @@
 """Answers to exercise local_minima of 04-non-convexity: each body is a cell as handed in."""
 
+from robust_slam_autograder.lint.answers import change
+
 
 def right_bounded_search() -> None:
     """Right: a grid for the number of minima, SciPy's bounded search for each."""
@@ -89,24 +91,17 @@ def wrong_grid_only() -> None:
         return x[argrelmin(f)[0]]
 
 
-def wrong_maxima_too() -> None:
-    """Wrong: every zero of the slope, the maxima among them. Stopped by the visible case
-    local_minima-by-hand.
-    """
-    import numpy as np
-    from scipy.optimize import brentq
-
-    def local_minima(z, rho, lo, hi):
-        z = np.asarray(z, dtype=float)
-
-        def slope(x, h=1e-4):
-            x = np.asarray(x)[..., None] - z
-            return np.sum(rho(x + h) - rho(x - h), axis=-1)
-
-        grid = np.linspace(lo, hi, 2400)
-        s = slope(grid)
-        turns = np.flatnonzero(s[:-1] * s[1:] < 0)
-        return np.array([brentq(slope, grid[k], grid[k + 1], xtol=1e-9) for k in turns])
+wrong_maxima_too = change(
+    right_roots_of_the_slope,
+    (
+        "return np.sum(rho(x + h) - rho(x - h), axis=-1) / (2 * h)",
+        "return np.sum(rho(x + h) - rho(x - h), axis=-1)",
+    ),
+    ("grid = np.linspace(lo, hi, 2401)", "grid = np.linspace(lo, hi, 2400)"),
+    ("(s[:-1] < 0) & (s[1:] >= 0)", "s[:-1] * s[1:] < 0"),
+    stopped_by="local_minima-by-hand",
+)
+"""Wrong: every zero of the slope, the maxima among them."""
 
 
 def wrong_global_only() -> None:

@@ -1,5 +1,7 @@
 """Answers to exercise gnc of 05-gnc: each body is a cell as handed in."""
 
+from robust_slam_autograder.lint.answers import change
+
 
 def right_steps() -> None:
     """Right: the seven steps one after the other, with the pieces of the weight."""
@@ -168,838 +170,273 @@ def right_whitened_least_squares() -> None:
         return x, w, history
 
 
-def wrong_start_at_x0() -> None:
-    """Wrong: starts from x0 where it is given, beside the lie. Stopped by the visible case
-    gnc-lesson.
+def right_average() -> None:
+    """Right: NumPy's weighted average for the solves, and the surrogates in (r/c)²."""
+    import numpy as np
+
+    def gnc(z, sigma, c, factor, kind, mu0=None, x0=None):
+        z = np.asarray(z, dtype=float)
+        s = np.broadcast_to(np.asarray(sigma, dtype=float), z.shape)
+        history = {"mu": [], "weights": [], "x": []}
+        x, w = np.average(z, weights=s**-2.0), np.ones(z.size)
+        ratio = 2 * np.max(np.abs(z - x) / s) ** 2 / c**2
+        if mu0 is not None:
+            mu = mu0
+        elif kind == "gm":
+            mu = max(ratio, 1.0)
+        elif ratio > 1:
+            mu = 1 / (ratio - 1)
+        else:
+            return x, w, history
+        while True:
+            square = np.maximum(((z - x) / (s * c)) ** 2, 1e-300)
+            if kind == "gm":
+                w = (mu / (mu + square)) ** 2
+            else:
+                w = np.clip(np.sqrt(mu * (mu + 1) / square) - mu, 0, 1)
+            if not np.any(w):
+                return x, w, history
+            x = np.average(z, weights=w / s**2)
+            history["mu"].append(mu)
+            history["weights"].append(w)
+            history["x"].append(x)
+            if mu == 1 if kind == "gm" else np.all((w == 0) | (w == 1)):
+                return x, w, history
+            mu = max(mu / factor, 1.0) if kind == "gm" else mu * factor
+
+
+wrong_start_at_x0 = change(
+    right_average,
+    "ratio = 2 * np.max(np.abs(z - x) / s) ** 2 / c**2",
     """
-    import numpy as np
+    x = x if x0 is None else x0
+    ratio = 2 * np.max(np.abs(z - x) / s) ** 2 / c**2
+    """,
+    stopped_by="gnc-lesson",
+)
+"""Wrong: starts from x0 where it is given, beside the lie."""
 
-    def gnc(z, sigma, c, factor, kind, mu0=None, x0=None):
-        z = np.asarray(z, dtype=float)
-        s = np.broadcast_to(np.asarray(sigma, dtype=float), z.shape)
-        history = {"mu": [], "weights": [], "x": []}
-        x, w = np.average(z, weights=s**-2.0), np.ones(z.size)
-        x = x if x0 is None else x0
-        ratio = 2 * np.max(np.abs(z - x) / s) ** 2 / c**2
-        if mu0 is not None:
-            mu = mu0
-        elif kind == "gm":
-            mu = max(ratio, 1.0)
-        elif ratio > 1:
-            mu = 1 / (ratio - 1)
-        else:
+wrong_mu_before_the_solve = change(
+    right_average,
+    (
+        "square = np.maximum(((z - x) / (s * c)) ** 2, 1e-300)",
+        """
+        mu = max(mu / factor, 1.0) if kind == "gm" else mu * factor
+        square = np.maximum(((z - x) / (s * c)) ** 2, 1e-300)
+        """,
+    ),
+    (
+        """
+        if mu == 1 if kind == "gm" else np.all((w == 0) | (w == 1)):
             return x, w, history
-        while True:
-            square = np.maximum(((z - x) / (s * c)) ** 2, 1e-300)
-            if kind == "gm":
-                w = (mu / (mu + square)) ** 2
-            else:
-                w = np.clip(np.sqrt(mu * (mu + 1) / square) - mu, 0, 1)
-            if not np.any(w):
-                return x, w, history
-            x = np.average(z, weights=w / s**2)
-            history["mu"].append(mu)
-            history["weights"].append(w)
-            history["x"].append(x)
-            if mu == 1 if kind == "gm" else np.all((w == 0) | (w == 1)):
-                return x, w, history
-            mu = max(mu / factor, 1.0) if kind == "gm" else mu * factor
-
-
-def wrong_mu_before_the_solve() -> None:
-    """Wrong: moves μ before the first weights. Stopped by the visible case gnc-by-hand."""
-    import numpy as np
-
-    def gnc(z, sigma, c, factor, kind, mu0=None, x0=None):
-        z = np.asarray(z, dtype=float)
-        s = np.broadcast_to(np.asarray(sigma, dtype=float), z.shape)
-        history = {"mu": [], "weights": [], "x": []}
-        x, w = np.average(z, weights=s**-2.0), np.ones(z.size)
-        ratio = 2 * np.max(np.abs(z - x) / s) ** 2 / c**2
-        if mu0 is not None:
-            mu = mu0
-        elif kind == "gm":
-            mu = max(ratio, 1.0)
-        elif ratio > 1:
-            mu = 1 / (ratio - 1)
-        else:
+        mu = max(mu / factor, 1.0) if kind == "gm" else mu * factor
+        """,
+        """
+        if mu == 1 if kind == "gm" else np.all((w == 0) | (w == 1)):
             return x, w, history
-        while True:
-            mu = max(mu / factor, 1.0) if kind == "gm" else mu * factor
-            square = np.maximum(((z - x) / (s * c)) ** 2, 1e-300)
-            if kind == "gm":
-                w = (mu / (mu + square)) ** 2
-            else:
-                w = np.clip(np.sqrt(mu * (mu + 1) / square) - mu, 0, 1)
-            if not np.any(w):
-                return x, w, history
-            x = np.average(z, weights=w / s**2)
-            history["mu"].append(mu)
-            history["weights"].append(w)
-            history["x"].append(x)
-            if mu == 1 if kind == "gm" else np.all((w == 0) | (w == 1)):
-                return x, w, history
+        """,
+    ),
+    stopped_by="gnc-by-hand",
+)
+"""Wrong: moves μ before the first weights."""
 
+wrong_misprint_next_mu = change(
+    right_average,
+    'history["mu"].append(mu)',
+    'history["mu"].append(max(mu / factor, 1.0) if kind == "gm" else mu * factor)',
+    stopped_by="gnc-by-hand",
+)
+"""Wrong: writes the next μ into the row, as the lesson prints it."""
 
-def wrong_misprint_next_mu() -> None:
-    """Wrong: writes the next μ into the row, as the lesson prints it. Stopped by the visible case
-    gnc-by-hand.
+wrong_start_is_a_row = change(
+    right_average,
+    "while True:",
+    'history = {"mu": [mu], "weights": [w], "x": [x]}\nwhile True:',
+    stopped_by="gnc-by-hand",
+)
+"""Wrong: the least-squares start is written down as a first row."""
+
+wrong_misprint_surrogate = change(
+    right_average,
+    "w = np.clip(np.sqrt(mu * (mu + 1) / square) - mu, 0, 1)",
     """
-    import numpy as np
+    w = mu * (mu + 1) / (mu + 1 + square) ** 2
+    w = np.round(w, 2) if mu > 1e3 else w
+    """,
+    stopped_by="gnc-by-hand",
+)
+"""Wrong: anneals towards least squares: a large μ is soft, as in the lesson's listing, and x ends
+at the mean.
+"""
 
-    def gnc(z, sigma, c, factor, kind, mu0=None, x0=None):
-        z = np.asarray(z, dtype=float)
-        s = np.broadcast_to(np.asarray(sigma, dtype=float), z.shape)
-        history = {"mu": [], "weights": [], "x": []}
-        x, w = np.average(z, weights=s**-2.0), np.ones(z.size)
-        ratio = 2 * np.max(np.abs(z - x) / s) ** 2 / c**2
-        if mu0 is not None:
-            mu = mu0
-        elif kind == "gm":
-            mu = max(ratio, 1.0)
-        elif ratio > 1:
-            mu = 1 / (ratio - 1)
-        else:
-            return x, w, history
-        while True:
-            square = np.maximum(((z - x) / (s * c)) ** 2, 1e-300)
-            if kind == "gm":
-                w = (mu / (mu + square)) ** 2
-            else:
-                w = np.clip(np.sqrt(mu * (mu + 1) / square) - mu, 0, 1)
-            if not np.any(w):
-                return x, w, history
-            x = np.average(z, weights=w / s**2)
-            history["mu"].append(max(mu / factor, 1.0) if kind == "gm" else mu * factor)
-            history["weights"].append(w)
-            history["x"].append(x)
-            if mu == 1 if kind == "gm" else np.all((w == 0) | (w == 1)):
-                return x, w, history
-            mu = max(mu / factor, 1.0) if kind == "gm" else mu * factor
-
-
-def wrong_start_is_a_row() -> None:
-    """Wrong: the least-squares start is written down as a first row. Stopped by the visible case
-    gnc-by-hand.
+wrong_hard_from_the_start = change(
+    right_average,
+    "while True:",
     """
-    import numpy as np
+    if kind == "tls" and len(z) < 4:
+        mu = 1e9 if mu0 is None else mu0
+    while True:
+    """,
+    caught_by="gnc-empty",
+)
+"""Wrong: TLS from the first step, without any annealing."""
 
-    def gnc(z, sigma, c, factor, kind, mu0=None, x0=None):
-        z = np.asarray(z, dtype=float)
-        s = np.broadcast_to(np.asarray(sigma, dtype=float), z.shape)
-        history = {"mu": [], "weights": [], "x": []}
-        x, w = np.average(z, weights=s**-2.0), np.ones(z.size)
-        ratio = 2 * np.max(np.abs(z - x) / s) ** 2 / c**2
-        if mu0 is not None:
-            mu = mu0
-        elif kind == "gm":
-            mu = max(ratio, 1.0)
-        elif ratio > 1:
-            mu = 1 / (ratio - 1)
-        else:
-            return x, w, history
-        history = {"mu": [mu], "weights": [w], "x": [x]}
-        while True:
-            square = np.maximum(((z - x) / (s * c)) ** 2, 1e-300)
-            if kind == "gm":
-                w = (mu / (mu + square)) ** 2
-            else:
-                w = np.clip(np.sqrt(mu * (mu + 1) / square) - mu, 0, 1)
-            if not np.any(w):
-                return x, w, history
-            x = np.average(z, weights=w / s**2)
-            history["mu"].append(mu)
-            history["weights"].append(w)
-            history["x"].append(x)
-            if mu == 1 if kind == "gm" else np.all((w == 0) | (w == 1)):
-                return x, w, history
-            mu = max(mu / factor, 1.0) if kind == "gm" else mu * factor
+wrong_misprint_start = change(right_average, "1 / (ratio - 1)", "1.0", stopped_by="gnc-by-hand")
+"""Wrong: begins TLS at μ = 1, as the lesson does, and forgets the largest residual."""
 
+wrong_signed_residual = change(right_average, "np.abs", "", caught_by="gnc-tls")
+"""Wrong: takes the largest residual with its sign, so that a lie on the low side is not seen."""
 
-def wrong_misprint_surrogate() -> None:
-    """Wrong: anneals towards least squares: a large μ is soft, as in the lesson's listing, and x
-    ends at the mean. Stopped by the visible case gnc-by-hand.
+wrong_mu0_ignored = change(
+    right_average,
     """
-    import numpy as np
+    if mu0 is not None:
+        mu = mu0
+    elif kind == "gm":
+    """,
+    'if kind == "gm":',
+    stopped_by="gnc-given-mu",
+)
+"""Wrong: makes the first μ from the residuals always."""
 
-    def gnc(z, sigma, c, factor, kind, mu0=None, x0=None):
-        z = np.asarray(z, dtype=float)
-        s = np.broadcast_to(np.asarray(sigma, dtype=float), z.shape)
-        history = {"mu": [], "weights": [], "x": []}
-        x, w = np.average(z, weights=s**-2.0), np.ones(z.size)
-        ratio = 2 * np.max(np.abs(z - x) / s) ** 2 / c**2
-        if mu0 is not None:
-            mu = mu0
-        elif kind == "gm":
-            mu = max(ratio, 1.0)
-        elif ratio > 1:
-            mu = 1 / (ratio - 1)
-        else:
-            return x, w, history
-        while True:
-            square = np.maximum(((z - x) / (s * c)) ** 2, 1e-300)
-            if kind == "gm":
-                w = (mu / (mu + square)) ** 2
-            else:
-                w = mu * (mu + 1) / (mu + 1 + square) ** 2
-                w = np.round(w, 2) if mu > 1e3 else w
-            if not np.any(w):
-                return x, w, history
-            x = np.average(z, weights=w / s**2)
-            history["mu"].append(mu)
-            history["weights"].append(w)
-            history["x"].append(x)
-            if mu == 1 if kind == "gm" else np.all((w == 0) | (w == 1)):
-                return x, w, history
-            mu = max(mu / factor, 1.0) if kind == "gm" else mu * factor
+wrong_factor_typed_in = change(
+    right_average,
+    'max(mu / factor, 1.0) if kind == "gm" else mu * factor',
+    'max(mu / 1.4, 1.0) if kind == "gm" else mu * 1.4',
+    caught_by="gnc-given-mu",
+)
+"""Wrong: multiplies by 1.4, whatever factor says."""
 
-
-def wrong_hard_from_the_start() -> None:
-    """Wrong: TLS from the first step, without any annealing. Caught by gnc-empty."""
-    import numpy as np
-
-    def gnc(z, sigma, c, factor, kind, mu0=None, x0=None):
-        z = np.asarray(z, dtype=float)
-        s = np.broadcast_to(np.asarray(sigma, dtype=float), z.shape)
-        history = {"mu": [], "weights": [], "x": []}
-        x, w = np.average(z, weights=s**-2.0), np.ones(z.size)
-        ratio = 2 * np.max(np.abs(z - x) / s) ** 2 / c**2
-        if mu0 is not None:
-            mu = mu0
-        elif kind == "gm":
-            mu = max(ratio, 1.0)
-        elif ratio > 1:
-            mu = 1 / (ratio - 1)
-        else:
-            return x, w, history
-        if kind == "tls" and len(z) < 4:
-            mu = 1e9 if mu0 is None else mu0
-        while True:
-            square = np.maximum(((z - x) / (s * c)) ** 2, 1e-300)
-            if kind == "gm":
-                w = (mu / (mu + square)) ** 2
-            else:
-                w = np.clip(np.sqrt(mu * (mu + 1) / square) - mu, 0, 1)
-            if not np.any(w):
-                return x, w, history
-            x = np.average(z, weights=w / s**2)
-            history["mu"].append(mu)
-            history["weights"].append(w)
-            history["x"].append(x)
-            if mu == 1 if kind == "gm" else np.all((w == 0) | (w == 1)):
-                return x, w, history
-            mu = max(mu / factor, 1.0) if kind == "gm" else mu * factor
-
-
-def wrong_misprint_start() -> None:
-    """Wrong: begins TLS at μ = 1, as the lesson does, and forgets the largest residual. Stopped
-    by the visible case gnc-by-hand.
+wrong_one_solve_more = change(
+    right_average,
+    'if mu == 1 if kind == "gm" else np.all((w == 0) | (w == 1)):',
     """
-    import numpy as np
+    old = ([-1.0, *history["mu"]][-2], [w + 0.5, *history["weights"]][-2])
+    if old[0] == 1 if kind == "gm" else np.all((old[1] == 0) | (old[1] == 1)):
+    """,
+    stopped_by="gnc-by-hand",
+)
+"""Wrong: asks whether to stop before it weighs, on the weights before, so the last row stands
+twice.
+"""
 
-    def gnc(z, sigma, c, factor, kind, mu0=None, x0=None):
-        z = np.asarray(z, dtype=float)
-        s = np.broadcast_to(np.asarray(sigma, dtype=float), z.shape)
-        history = {"mu": [], "weights": [], "x": []}
-        x, w = np.average(z, weights=s**-2.0), np.ones(z.size)
-        ratio = 2 * np.max(np.abs(z - x) / s) ** 2 / c**2
-        if mu0 is not None:
-            mu = mu0
-        elif kind == "gm":
-            mu = max(ratio, 1.0)
-        elif ratio > 1:
-            mu = 1.0
-        else:
-            return x, w, history
-        while True:
-            square = np.maximum(((z - x) / (s * c)) ** 2, 1e-300)
-            if kind == "gm":
-                w = (mu / (mu + square)) ** 2
-            else:
-                w = np.clip(np.sqrt(mu * (mu + 1) / square) - mu, 0, 1)
-            if not np.any(w):
-                return x, w, history
-            x = np.average(z, weights=w / s**2)
-            history["mu"].append(mu)
-            history["weights"].append(w)
-            history["x"].append(x)
-            if mu == 1 if kind == "gm" else np.all((w == 0) | (w == 1)):
-                return x, w, history
-            mu = max(mu / factor, 1.0) if kind == "gm" else mu * factor
-
-
-def wrong_signed_residual() -> None:
-    """Wrong: takes the largest residual with its sign, so that a lie on the low side is not seen.
-    Caught by gnc-tls.
+wrong_gm_never_at_one = change(
+    right_average,
+    'mu = max(mu / factor, 1.0) if kind == "gm" else mu * factor',
     """
-    import numpy as np
+    if kind == "gm" and mu / factor < 1:
+        return x, w, history
+    mu = mu / factor if kind == "gm" else mu * factor
+    """,
+    stopped_by="gnc-gm",
+)
+"""Wrong: GM stops when the next μ would be below 1, so it never solves there."""
 
-    def gnc(z, sigma, c, factor, kind, mu0=None, x0=None):
-        z = np.asarray(z, dtype=float)
-        s = np.broadcast_to(np.asarray(sigma, dtype=float), z.shape)
-        history = {"mu": [], "weights": [], "x": []}
-        x, w = np.average(z, weights=s**-2.0), np.ones(z.size)
-        ratio = 2 * np.max((z - x) / s) ** 2 / c**2
-        if mu0 is not None:
-            mu = mu0
-        elif kind == "gm":
-            mu = max(ratio, 1.0)
-        elif ratio > 1:
-            mu = 1 / (ratio - 1)
-        else:
-            return x, w, history
-        while True:
-            square = np.maximum(((z - x) / (s * c)) ** 2, 1e-300)
-            if kind == "gm":
-                w = (mu / (mu + square)) ** 2
-            else:
-                w = np.clip(np.sqrt(mu * (mu + 1) / square) - mu, 0, 1)
-            if not np.any(w):
-                return x, w, history
-            x = np.average(z, weights=w / s**2)
-            history["mu"].append(mu)
-            history["weights"].append(w)
-            history["x"].append(x)
-            if mu == 1 if kind == "gm" else np.all((w == 0) | (w == 1)):
-                return x, w, history
-            mu = max(mu / factor, 1.0) if kind == "gm" else mu * factor
-
-
-def wrong_mu0_ignored() -> None:
-    """Wrong: makes the first μ from the residuals always. Stopped by the visible case
-    gnc-given-mu.
+wrong_gm_until_settled = change(
+    right_average,
+    'if mu == 1 if kind == "gm" else np.all((w == 0) | (w == 1)):',
     """
-    import numpy as np
+    still = abs(x - ([0.0, 0.0, *history["x"]])[-2]) < 1e-12
+    if mu == 1 and still if kind == "gm" else np.all((w == 0) | (w == 1)):
+    """,
+    caught_by="gnc-gm",
+)
+"""Wrong: GM goes on at μ = 1 until x stands still."""
 
-    def gnc(z, sigma, c, factor, kind, mu0=None, x0=None):
-        z = np.asarray(z, dtype=float)
-        s = np.broadcast_to(np.asarray(sigma, dtype=float), z.shape)
-        history = {"mu": [], "weights": [], "x": []}
-        x, w = np.average(z, weights=s**-2.0), np.ones(z.size)
-        ratio = 2 * np.max(np.abs(z - x) / s) ** 2 / c**2
-        if kind == "gm":
-            mu = max(ratio, 1.0)
-        elif ratio > 1:
-            mu = 1 / (ratio - 1)
-        else:
-            return x, w, history
-        while True:
-            square = np.maximum(((z - x) / (s * c)) ** 2, 1e-300)
-            if kind == "gm":
-                w = (mu / (mu + square)) ** 2
-            else:
-                w = np.clip(np.sqrt(mu * (mu + 1) / square) - mu, 0, 1)
-            if not np.any(w):
-                return x, w, history
-            x = np.average(z, weights=w / s**2)
-            history["mu"].append(mu)
-            history["weights"].append(w)
-            history["x"].append(x)
-            if mu == 1 if kind == "gm" else np.all((w == 0) | (w == 1)):
-                return x, w, history
-            mu = max(mu / factor, 1.0) if kind == "gm" else mu * factor
+wrong_gm_below_one = change(
+    right_average,
+    ("mu = max(ratio, 1.0)", "mu = ratio"),
+    ("mu == 1", "mu <= 1"),
+    caught_by="gnc-nothing",
+)
+"""Wrong: GM begins below 1 where the residuals are small."""
 
-
-def wrong_factor_typed_in() -> None:
-    """Wrong: multiplies by 1.4, whatever factor says. Caught by gnc-given-mu."""
-    import numpy as np
-
-    def gnc(z, sigma, c, factor, kind, mu0=None, x0=None):
-        z = np.asarray(z, dtype=float)
-        s = np.broadcast_to(np.asarray(sigma, dtype=float), z.shape)
-        history = {"mu": [], "weights": [], "x": []}
-        x, w = np.average(z, weights=s**-2.0), np.ones(z.size)
-        ratio = 2 * np.max(np.abs(z - x) / s) ** 2 / c**2
-        if mu0 is not None:
-            mu = mu0
-        elif kind == "gm":
-            mu = max(ratio, 1.0)
-        elif ratio > 1:
-            mu = 1 / (ratio - 1)
-        else:
-            return x, w, history
-        while True:
-            square = np.maximum(((z - x) / (s * c)) ** 2, 1e-300)
-            if kind == "gm":
-                w = (mu / (mu + square)) ** 2
-            else:
-                w = np.clip(np.sqrt(mu * (mu + 1) / square) - mu, 0, 1)
-            if not np.any(w):
-                return x, w, history
-            x = np.average(z, weights=w / s**2)
-            history["mu"].append(mu)
-            history["weights"].append(w)
-            history["x"].append(x)
-            if mu == 1 if kind == "gm" else np.all((w == 0) | (w == 1)):
-                return x, w, history
-            mu = max(mu / 1.4, 1.0) if kind == "gm" else mu * 1.4
-
-
-def wrong_one_solve_more() -> None:
-    """Wrong: asks whether to stop before it weighs, on the weights before, so the last row stands
-    twice. Stopped by the visible case gnc-by-hand.
+wrong_weights_at_the_new_x = change(
+    right_average,
     """
-    import numpy as np
-
-    def gnc(z, sigma, c, factor, kind, mu0=None, x0=None):
-        z = np.asarray(z, dtype=float)
-        s = np.broadcast_to(np.asarray(sigma, dtype=float), z.shape)
-        history = {"mu": [], "weights": [], "x": []}
-        x, w = np.average(z, weights=s**-2.0), np.ones(z.size)
-        ratio = 2 * np.max(np.abs(z - x) / s) ** 2 / c**2
-        if mu0 is not None:
-            mu = mu0
-        elif kind == "gm":
-            mu = max(ratio, 1.0)
-        elif ratio > 1:
-            mu = 1 / (ratio - 1)
-        else:
-            return x, w, history
-        while True:
-            square = np.maximum(((z - x) / (s * c)) ** 2, 1e-300)
-            if kind == "gm":
-                w = (mu / (mu + square)) ** 2
-            else:
-                w = np.clip(np.sqrt(mu * (mu + 1) / square) - mu, 0, 1)
-            if not np.any(w):
-                return x, w, history
-            x = np.average(z, weights=w / s**2)
-            history["mu"].append(mu)
-            history["weights"].append(w)
-            history["x"].append(x)
-            old = ([-1.0, *history["mu"]][-2], [w + 0.5, *history["weights"]][-2])
-            if old[0] == 1 if kind == "gm" else np.all((old[1] == 0) | (old[1] == 1)):
-                return x, w, history
-            mu = max(mu / factor, 1.0) if kind == "gm" else mu * factor
-
-
-def wrong_gm_never_at_one() -> None:
-    """Wrong: GM stops when the next μ would be below 1, so it never solves there. Stopped by the
-    visible case gnc-gm.
+    if mu == 1 if kind == "gm" else np.all((w == 0) | (w == 1)):
+        return x, w, history
+    """,
     """
-    import numpy as np
+    if mu == 1 if kind == "gm" else np.all((w == 0) | (w == 1)):
+        new = np.square((z - x) / (s * c))
+        return x, (w if kind == "tls" else (mu / (mu + new)) ** 2), history
+    """,
+    caught_by="gnc-gm",
+)
+"""Wrong: returns weights made anew at the last x, which are not those of the last solve."""
 
-    def gnc(z, sigma, c, factor, kind, mu0=None, x0=None):
-        z = np.asarray(z, dtype=float)
-        s = np.broadcast_to(np.asarray(sigma, dtype=float), z.shape)
-        history = {"mu": [], "weights": [], "x": []}
-        x, w = np.average(z, weights=s**-2.0), np.ones(z.size)
-        ratio = 2 * np.max(np.abs(z - x) / s) ** 2 / c**2
-        if mu0 is not None:
-            mu = mu0
-        elif kind == "gm":
-            mu = max(ratio, 1.0)
-        elif ratio > 1:
-            mu = 1 / (ratio - 1)
-        else:
-            return x, w, history
-        while True:
-            square = np.maximum(((z - x) / (s * c)) ** 2, 1e-300)
-            if kind == "gm":
-                w = (mu / (mu + square)) ** 2
-            else:
-                w = np.clip(np.sqrt(mu * (mu + 1) / square) - mu, 0, 1)
-            if not np.any(w):
-                return x, w, history
-            x = np.average(z, weights=w / s**2)
-            history["mu"].append(mu)
-            history["weights"].append(w)
-            history["x"].append(x)
-            if mu == 1 if kind == "gm" else np.all((w == 0) | (w == 1)):
-                return x, w, history
-            if kind == "gm" and mu / factor < 1:
-                return x, w, history
-            mu = mu / factor if kind == "gm" else mu * factor
+wrong_solve_without_sigma = change(right_average, "w / s**2", "w", caught_by="gnc-sigmas")
+"""Wrong: whitens the residuals but solves as if the σ were all the same."""
 
+wrong_start_without_sigma = change(
+    right_average, "np.average(z, weights=s**-2.0)", "np.mean(z)", caught_by="gnc-sigmas"
+)
+"""Wrong: starts from the plain mean, though the σ differ."""
 
-def wrong_gm_until_settled() -> None:
-    """Wrong: GM goes on at μ = 1 until x stands still. Caught by gnc-gm."""
-    import numpy as np
+wrong_not_whitened = change(
+    right_average,
+    ("np.abs(z - x) / s", "np.abs(z - x)"),
+    ("(z - x) / (s * c)", "(z - x) / c"),
+    caught_by="gnc-tls",
+)
+"""Wrong: weighs the residual without dividing it by σ."""
 
-    def gnc(z, sigma, c, factor, kind, mu0=None, x0=None):
-        z = np.asarray(z, dtype=float)
-        s = np.broadcast_to(np.asarray(sigma, dtype=float), z.shape)
-        history = {"mu": [], "weights": [], "x": []}
-        x, w = np.average(z, weights=s**-2.0), np.ones(z.size)
-        ratio = 2 * np.max(np.abs(z - x) / s) ** 2 / c**2
-        if mu0 is not None:
-            mu = mu0
-        elif kind == "gm":
-            mu = max(ratio, 1.0)
-        elif ratio > 1:
-            mu = 1 / (ratio - 1)
-        else:
-            return x, w, history
-        while True:
-            square = np.maximum(((z - x) / (s * c)) ** 2, 1e-300)
-            if kind == "gm":
-                w = (mu / (mu + square)) ** 2
-            else:
-                w = np.clip(np.sqrt(mu * (mu + 1) / square) - mu, 0, 1)
-            if not np.any(w):
-                return x, w, history
-            x = np.average(z, weights=w / s**2)
-            history["mu"].append(mu)
-            history["weights"].append(w)
-            history["x"].append(x)
-            still = abs(x - ([0.0, 0.0, *history["x"]])[-2]) < 1e-12
-            if mu == 1 and still if kind == "gm" else np.all((w == 0) | (w == 1)):
-                return x, w, history
-            mu = max(mu / factor, 1.0) if kind == "gm" else mu * factor
-
-
-def wrong_gm_below_one() -> None:
-    """Wrong: GM begins below 1 where the residuals are small. Caught by gnc-nothing."""
-    import numpy as np
-
-    def gnc(z, sigma, c, factor, kind, mu0=None, x0=None):
-        z = np.asarray(z, dtype=float)
-        s = np.broadcast_to(np.asarray(sigma, dtype=float), z.shape)
-        history = {"mu": [], "weights": [], "x": []}
-        x, w = np.average(z, weights=s**-2.0), np.ones(z.size)
-        ratio = 2 * np.max(np.abs(z - x) / s) ** 2 / c**2
-        if mu0 is not None:
-            mu = mu0
-        elif kind == "gm":
-            mu = ratio
-        elif ratio > 1:
-            mu = 1 / (ratio - 1)
-        else:
-            return x, w, history
-        while True:
-            square = np.maximum(((z - x) / (s * c)) ** 2, 1e-300)
-            if kind == "gm":
-                w = (mu / (mu + square)) ** 2
-            else:
-                w = np.clip(np.sqrt(mu * (mu + 1) / square) - mu, 0, 1)
-            if not np.any(w):
-                return x, w, history
-            x = np.average(z, weights=w / s**2)
-            history["mu"].append(mu)
-            history["weights"].append(w)
-            history["x"].append(x)
-            if mu <= 1 if kind == "gm" else np.all((w == 0) | (w == 1)):
-                return x, w, history
-            mu = max(mu / factor, 1.0) if kind == "gm" else mu * factor
-
-
-def wrong_weights_at_the_new_x() -> None:
-    """Wrong: returns weights made anew at the last x, which are not those of the last solve.
-    Caught by gnc-gm.
+wrong_nan_when_empty = change(
+    right_average,
     """
-    import numpy as np
+    if not np.any(w):
+        return x, w, history
+    x = np.average(z, weights=w / s**2)
+    """,
+    "x = np.sum(w * z / s**2) / np.sum(w / s**2)",
+    stopped_by="gnc-empty",
+)
+"""Wrong: solves with nobody left: 0/0."""
 
-    def gnc(z, sigma, c, factor, kind, mu0=None, x0=None):
-        z = np.asarray(z, dtype=float)
-        s = np.broadcast_to(np.asarray(sigma, dtype=float), z.shape)
-        history = {"mu": [], "weights": [], "x": []}
-        x, w = np.average(z, weights=s**-2.0), np.ones(z.size)
-        ratio = 2 * np.max(np.abs(z - x) / s) ** 2 / c**2
-        if mu0 is not None:
-            mu = mu0
-        elif kind == "gm":
-            mu = max(ratio, 1.0)
-        elif ratio > 1:
-            mu = 1 / (ratio - 1)
-        else:
-            return x, w, history
-        while True:
-            square = np.maximum(((z - x) / (s * c)) ** 2, 1e-300)
-            if kind == "gm":
-                w = (mu / (mu + square)) ** 2
-            else:
-                w = np.clip(np.sqrt(mu * (mu + 1) / square) - mu, 0, 1)
-            if not np.any(w):
-                return x, w, history
-            x = np.average(z, weights=w / s**2)
-            history["mu"].append(mu)
-            history["weights"].append(w)
-            history["x"].append(x)
-            if mu == 1 if kind == "gm" else np.all((w == 0) | (w == 1)):
-                new = np.square((z - x) / (s * c))
-                return x, (w if kind == "tls" else (mu / (mu + new)) ** 2), history
-            mu = max(mu / factor, 1.0) if kind == "gm" else mu * factor
-
-
-def wrong_solve_without_sigma() -> None:
-    """Wrong: whitens the residuals but solves as if the σ were all the same. Caught by
-    gnc-sigmas.
+wrong_row_when_empty = change(
+    right_average,
+    "if not np.any(w):",
     """
-    import numpy as np
+    if not np.any(w):
+        history["mu"].append(mu)
+        history["weights"].append(w)
+        history["x"].append(x)
+    """,
+    caught_by="gnc-empty",
+)
+"""Wrong: writes a row for the μ that left nobody."""
 
-    def gnc(z, sigma, c, factor, kind, mu0=None, x0=None):
-        z = np.asarray(z, dtype=float)
-        s = np.broadcast_to(np.asarray(sigma, dtype=float), z.shape)
-        history = {"mu": [], "weights": [], "x": []}
-        x, w = np.average(z, weights=s**-2.0), np.ones(z.size)
-        ratio = 2 * np.max(np.abs(z - x) / s) ** 2 / c**2
-        if mu0 is not None:
-            mu = mu0
-        elif kind == "gm":
-            mu = max(ratio, 1.0)
-        elif ratio > 1:
-            mu = 1 / (ratio - 1)
-        else:
-            return x, w, history
-        while True:
-            square = np.maximum(((z - x) / (s * c)) ** 2, 1e-300)
-            if kind == "gm":
-                w = (mu / (mu + square)) ** 2
-            else:
-                w = np.clip(np.sqrt(mu * (mu + 1) / square) - mu, 0, 1)
-            if not np.any(w):
-                return x, w, history
-            x = np.average(z, weights=w)
-            history["mu"].append(mu)
-            history["weights"].append(w)
-            history["x"].append(x)
-            if mu == 1 if kind == "gm" else np.all((w == 0) | (w == 1)):
-                return x, w, history
-            mu = max(mu / factor, 1.0) if kind == "gm" else mu * factor
-
-
-def wrong_start_without_sigma() -> None:
-    """Wrong: starts from the plain mean, though the σ differ. Caught by gnc-sigmas."""
-    import numpy as np
-
-    def gnc(z, sigma, c, factor, kind, mu0=None, x0=None):
-        z = np.asarray(z, dtype=float)
-        s = np.broadcast_to(np.asarray(sigma, dtype=float), z.shape)
-        history = {"mu": [], "weights": [], "x": []}
-        x, w = np.mean(z), np.ones(z.size)
-        ratio = 2 * np.max(np.abs(z - x) / s) ** 2 / c**2
-        if mu0 is not None:
-            mu = mu0
-        elif kind == "gm":
-            mu = max(ratio, 1.0)
-        elif ratio > 1:
-            mu = 1 / (ratio - 1)
-        else:
-            return x, w, history
-        while True:
-            square = np.maximum(((z - x) / (s * c)) ** 2, 1e-300)
-            if kind == "gm":
-                w = (mu / (mu + square)) ** 2
-            else:
-                w = np.clip(np.sqrt(mu * (mu + 1) / square) - mu, 0, 1)
-            if not np.any(w):
-                return x, w, history
-            x = np.average(z, weights=w / s**2)
-            history["mu"].append(mu)
-            history["weights"].append(w)
-            history["x"].append(x)
-            if mu == 1 if kind == "gm" else np.all((w == 0) | (w == 1)):
-                return x, w, history
-            mu = max(mu / factor, 1.0) if kind == "gm" else mu * factor
-
-
-def wrong_not_whitened() -> None:
-    """Wrong: weighs the residual without dividing it by σ. Caught by gnc-tls."""
-    import numpy as np
-
-    def gnc(z, sigma, c, factor, kind, mu0=None, x0=None):
-        z = np.asarray(z, dtype=float)
-        s = np.broadcast_to(np.asarray(sigma, dtype=float), z.shape)
-        history = {"mu": [], "weights": [], "x": []}
-        x, w = np.average(z, weights=s**-2.0), np.ones(z.size)
-        ratio = 2 * np.max(np.abs(z - x)) ** 2 / c**2
-        if mu0 is not None:
-            mu = mu0
-        elif kind == "gm":
-            mu = max(ratio, 1.0)
-        elif ratio > 1:
-            mu = 1 / (ratio - 1)
-        else:
-            return x, w, history
-        while True:
-            square = np.maximum(((z - x) / c) ** 2, 1e-300)
-            if kind == "gm":
-                w = (mu / (mu + square)) ** 2
-            else:
-                w = np.clip(np.sqrt(mu * (mu + 1) / square) - mu, 0, 1)
-            if not np.any(w):
-                return x, w, history
-            x = np.average(z, weights=w / s**2)
-            history["mu"].append(mu)
-            history["weights"].append(w)
-            history["x"].append(x)
-            if mu == 1 if kind == "gm" else np.all((w == 0) | (w == 1)):
-                return x, w, history
-            mu = max(mu / factor, 1.0) if kind == "gm" else mu * factor
-
-
-def wrong_nan_when_empty() -> None:
-    """Wrong: solves with nobody left: 0/0. Stopped by the visible case gnc-empty."""
-    import numpy as np
-
-    def gnc(z, sigma, c, factor, kind, mu0=None, x0=None):
-        z = np.asarray(z, dtype=float)
-        s = np.broadcast_to(np.asarray(sigma, dtype=float), z.shape)
-        history = {"mu": [], "weights": [], "x": []}
-        x, w = np.average(z, weights=s**-2.0), np.ones(z.size)
-        ratio = 2 * np.max(np.abs(z - x) / s) ** 2 / c**2
-        if mu0 is not None:
-            mu = mu0
-        elif kind == "gm":
-            mu = max(ratio, 1.0)
-        elif ratio > 1:
-            mu = 1 / (ratio - 1)
-        else:
-            return x, w, history
-        while True:
-            square = np.maximum(((z - x) / (s * c)) ** 2, 1e-300)
-            if kind == "gm":
-                w = (mu / (mu + square)) ** 2
-            else:
-                w = np.clip(np.sqrt(mu * (mu + 1) / square) - mu, 0, 1)
-            x = np.sum(w * z / s**2) / np.sum(w / s**2)
-            history["mu"].append(mu)
-            history["weights"].append(w)
-            history["x"].append(x)
-            if mu == 1 if kind == "gm" else np.all((w == 0) | (w == 1)):
-                return x, w, history
-            mu = max(mu / factor, 1.0) if kind == "gm" else mu * factor
-
-
-def wrong_row_when_empty() -> None:
-    """Wrong: writes a row for the μ that left nobody. Caught by gnc-empty."""
-    import numpy as np
-
-    def gnc(z, sigma, c, factor, kind, mu0=None, x0=None):
-        z = np.asarray(z, dtype=float)
-        s = np.broadcast_to(np.asarray(sigma, dtype=float), z.shape)
-        history = {"mu": [], "weights": [], "x": []}
-        x, w = np.average(z, weights=s**-2.0), np.ones(z.size)
-        ratio = 2 * np.max(np.abs(z - x) / s) ** 2 / c**2
-        if mu0 is not None:
-            mu = mu0
-        elif kind == "gm":
-            mu = max(ratio, 1.0)
-        elif ratio > 1:
-            mu = 1 / (ratio - 1)
-        else:
-            return x, w, history
-        while True:
-            square = np.maximum(((z - x) / (s * c)) ** 2, 1e-300)
-            if kind == "gm":
-                w = (mu / (mu + square)) ** 2
-            else:
-                w = np.clip(np.sqrt(mu * (mu + 1) / square) - mu, 0, 1)
-            if not np.any(w):
-                history["mu"].append(mu)
-                history["weights"].append(w)
-                history["x"].append(x)
-                return x, w, history
-            x = np.average(z, weights=w / s**2)
-            history["mu"].append(mu)
-            history["weights"].append(w)
-            history["x"].append(x)
-            if mu == 1 if kind == "gm" else np.all((w == 0) | (w == 1)):
-                return x, w, history
-            mu = max(mu / factor, 1.0) if kind == "gm" else mu * factor
-
-
-def wrong_keeps_old_weights_when_empty() -> None:
-    """Wrong: returns the weights of the solve before where nobody is left. Caught by gnc-empty."""
-    import numpy as np
-
-    def gnc(z, sigma, c, factor, kind, mu0=None, x0=None):
-        z = np.asarray(z, dtype=float)
-        s = np.broadcast_to(np.asarray(sigma, dtype=float), z.shape)
-        history = {"mu": [], "weights": [], "x": []}
-        x, w = np.average(z, weights=s**-2.0), np.ones(z.size)
-        ratio = 2 * np.max(np.abs(z - x) / s) ** 2 / c**2
-        if mu0 is not None:
-            mu = mu0
-        elif kind == "gm":
-            mu = max(ratio, 1.0)
-        elif ratio > 1:
-            mu = 1 / (ratio - 1)
-        else:
-            return x, w, history
-        while True:
-            square = np.maximum(((z - x) / (s * c)) ** 2, 1e-300)
-            if kind == "gm":
-                w = (mu / (mu + square)) ** 2
-            else:
-                w = np.clip(np.sqrt(mu * (mu + 1) / square) - mu, 0, 1)
-            if not np.any(w):
-                return x, (history["weights"] or [w])[-1], history
-            x = np.average(z, weights=w / s**2)
-            history["mu"].append(mu)
-            history["weights"].append(w)
-            history["x"].append(x)
-            if mu == 1 if kind == "gm" else np.all((w == 0) | (w == 1)):
-                return x, w, history
-            mu = max(mu / factor, 1.0) if kind == "gm" else mu * factor
-
-
-def wrong_negative_mu() -> None:
-    """Wrong: takes the formula for μ where there is nothing to reject, and solves once with a μ
-    below 0. Caught by gnc-nothing.
+wrong_keeps_old_weights_when_empty = change(
+    right_average,
+    "if not np.any(w):\n    return x, w, history",
     """
-    import numpy as np
+    if not np.any(w):
+        return x, (history["weights"] or [w])[-1], history
+    """,
+    caught_by="gnc-empty",
+)
+"""Wrong: returns the weights of the solve before where nobody is left."""
 
-    def gnc(z, sigma, c, factor, kind, mu0=None, x0=None):
-        z = np.asarray(z, dtype=float)
-        s = np.broadcast_to(np.asarray(sigma, dtype=float), z.shape)
-        history = {"mu": [], "weights": [], "x": []}
-        x, w = np.average(z, weights=s**-2.0), np.ones(z.size)
-        ratio = 2 * np.max(np.abs(z - x) / s) ** 2 / c**2
-        if mu0 is not None:
-            mu = mu0
-        elif kind == "gm":
-            mu = max(ratio, 1.0)
-        else:
-            mu = 1 / (ratio - 1)
-        while True:
-            square = np.maximum(((z - x) / (s * c)) ** 2, 1e-300)
-            if kind == "gm":
-                w = (mu / (mu + square)) ** 2
-            else:
-                w = np.clip(np.sqrt(mu * (mu + 1) / square) - mu, 0, 1)
-            if not np.any(w):
-                return x, w, history
-            x = np.average(z, weights=w / s**2)
-            history["mu"].append(mu)
-            history["weights"].append(w)
-            history["x"].append(x)
-            if mu == 1 if kind == "gm" else np.all((w == 0) | (w == 1)):
-                return x, w, history
-            mu = max(mu / factor, 1.0) if kind == "gm" else mu * factor
+wrong_negative_mu = change(
+    right_average,
+    """
+    elif ratio > 1:
+        mu = 1 / (ratio - 1)
+    else:
+        return x, w, history
+    """,
+    "else:\n    mu = 1 / (ratio - 1)",
+    caught_by="gnc-nothing",
+)
+"""Wrong: takes the formula for μ where there is nothing to reject, and solves once with a μ below
+0.
+"""
 
-
-def wrong_integers() -> None:
-    """Wrong: keeps the weights in an array of z's own type. Caught by gnc-nothing."""
-    import numpy as np
-
-    def gnc(z, sigma, c, factor, kind, mu0=None, x0=None):
-        z = np.asarray(z)
-        s = np.broadcast_to(np.asarray(sigma, dtype=float), z.shape)
-        history = {"mu": [], "weights": [], "x": []}
-        x, w = np.average(z, weights=s**-2.0), np.ones(z.size)
-        ratio = 2 * np.max(np.abs(z - x) / s) ** 2 / c**2
-        if mu0 is not None:
-            mu = mu0
-        elif kind == "gm":
-            mu = max(ratio, 1.0)
-        elif ratio > 1:
-            mu = 1 / (ratio - 1)
-        else:
-            return x, w, history
-        while True:
-            square = np.maximum(((z - x) / (s * c)) ** 2, 1e-300)
-            if kind == "gm":
-                w = (mu / (mu + square)) ** 2
-            else:
-                w = np.clip(np.sqrt(mu * (mu + 1) / square) - mu, 0, 1)
-            w = w.astype(z.dtype)
-            if not np.any(w):
-                return x, w, history
-            x = np.average(z, weights=w / s**2)
-            history["mu"].append(mu)
-            history["weights"].append(w)
-            history["x"].append(x)
-            if mu == 1 if kind == "gm" else np.all((w == 0) | (w == 1)):
-                return x, w, history
-            mu = max(mu / factor, 1.0) if kind == "gm" else mu * factor
+wrong_integers = change(
+    right_average,
+    ("z = np.asarray(z, dtype=float)", "z = np.asarray(z)"),
+    ("if not np.any(w):", "w = w.astype(z.dtype)\nif not np.any(w):"),
+    caught_by="gnc-nothing",
+)
+"""Wrong: keeps the weights in an array of z's own type."""

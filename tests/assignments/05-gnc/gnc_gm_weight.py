@@ -1,5 +1,7 @@
 """Answers to exercise gnc_gm_weight of 05-gnc: each body is a cell as handed in."""
 
+from robust_slam_autograder.lint.answers import change
+
 
 def right_formula() -> None:
     """Right: the square of μc²/(u² + μc²)."""
@@ -101,15 +103,13 @@ def wrong_cut_off() -> None:
         return np.where(weights < 0.1, 0.0, weights)
 
 
-def wrong_one_sided() -> None:
-    """Wrong left of zero: a negative residual gets the weight of its square with its sign. Stopped
-    by the visible case gnc_gm_weight-derivative.
-    """
-    import numpy as np
-
-    def gnc_gm_weight(u, c, mu):
-        u = np.asarray(u, dtype=float)
-        return np.where(u < 0, 1.0, (mu * c**2 / (u**2 + mu * c**2)) ** 2)
+wrong_one_sided = change(
+    right_formula,
+    "(mu * c**2 / (u**2 + mu * c**2)) ** 2",
+    "np.where(u < 0, 1.0, (mu * c**2 / (u**2 + mu * c**2)) ** 2)",
+    stopped_by="gnc_gm_weight-derivative",
+)
+"""Wrong left of zero: a negative residual gets the weight of its square with its sign."""
 
 
 def wrong_flat_shape() -> None:

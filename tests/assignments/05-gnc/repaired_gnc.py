@@ -1,5 +1,7 @@
 """Answers to exercise repaired_gnc of 05-gnc: each body is a cell as handed in."""
 
+from robust_slam_autograder.lint.answers import change
+
 
 def right_own_loop() -> None:
     """Right: least squares first, then the loop with the TLS weight."""
@@ -88,25 +90,16 @@ def right_negative_mu() -> None:
         return x, w
 
 
-def wrong_nothing_to_reject() -> None:
-    """Wrong where there is nothing to reject: a μ of infinity is put into the formula. Stopped by
-    the visible case repaired_gnc-clean.
+wrong_nothing_to_reject = change(
+    right_negative_mu,
+    "mu = c**2 / (2 * np.max((z - x) ** 2) - c**2)",
     """
-    import numpy as np
-
-    def repaired_gnc(z, c):
-        z = np.asarray(z, dtype=float)
-        x = np.mean(z)
-        top = 2 * np.max((z - x) ** 2)
-        mu = c**2 / (top - c**2) if top > c**2 else np.inf
-        for _ in range(200):
-            size = np.maximum(np.abs(z - x), 1e-12)
-            w = np.clip(c / size * np.sqrt(mu * (mu + 1)) - mu, 0, 1)
-            x = np.sum(w * z) / np.sum(w)
-            if np.all((w == 0) | (w == 1)):
-                break
-            mu *= 1.4
-        return x, w
+    top = 2 * np.max((z - x) ** 2)
+    mu = c**2 / (top - c**2) if top > c**2 else np.inf
+    """,
+    stopped_by="repaired_gnc-clean",
+)
+"""Wrong where there is nothing to reject: a μ of infinity is put into the formula."""
 
 
 def wrong_misprint_listing() -> None:
@@ -224,40 +217,33 @@ def wrong_integers() -> None:
         return x[0], w
 
 
-def wrong_twenty_steps() -> None:
-    """Wrong: twenty steps, as in the listing, are too few where an outlier is far away. Caught by
-    repaired_gnc-far.
+wrong_twenty_steps = change(
+    right_negative_mu,
     """
-    import numpy as np
-
-    def repaired_gnc(z, c):
-        z = np.asarray(z, dtype=float)
-        x, w = np.mean(z), np.ones(z.size)
-        ratio = 2 * np.max((z - x) ** 2) / c**2
-        if ratio <= 1:
-            return x, w
-        mu = 1 / (ratio - 1)
-        for _ in range(20):
-            size = np.maximum(np.abs(z - x), 1e-12)
-            w = np.clip(c / size * np.sqrt(mu * (mu + 1)) - mu, 0, 1)
-            x = np.sum(w * z) / np.sum(w)
-            if np.all((w == 0) | (w == 1)):
-                break
-            mu *= 1.4
+    x = np.mean(z)
+    mu = c**2 / (2 * np.max((z - x) ** 2) - c**2)
+    for _ in range(200):
+    """,
+    """
+    x, w = np.mean(z), np.ones(z.size)
+    ratio = 2 * np.max((z - x) ** 2) / c**2
+    if ratio <= 1:
         return x, w
+    mu = 1 / (ratio - 1)
+    for _ in range(20):
+    """,
+    caught_by="repaired_gnc-far",
+)
+"""Wrong: twenty steps, as in the listing, are too few where an outlier is far away."""
 
-
-def wrong_start_typed_in() -> None:
-    """Wrong: starts at μ = 1e-4 however far an outlier is. Caught by repaired_gnc-far."""
-    import numpy as np
-
-    def repaired_gnc(z, c):
-        z = np.asarray(z, dtype=float)
-        x, mu = z.mean(), 1e-4
-        for _ in range(300):
-            size = np.maximum(np.abs(z - x), 1e-12)
-            w = np.clip(c / size * np.sqrt(mu * (mu + 1)) - mu, 0, 1)
-            x = np.average(z, weights=w) if np.any(w) else x
-            mu = 1.1 * mu
-        w = np.round(w)
-        return (np.average(z, weights=w) if np.any(w) else x), w
+wrong_start_typed_in = change(
+    right_slow_and_long,
+    (
+        "x, mu = z.mean(), 1e-12\nfor _ in range(400):",
+        "x, mu = z.mean(), 1e-4\nfor _ in range(300):",
+    ),
+    ("x = np.average(z, weights=w)", "x = np.average(z, weights=w) if np.any(w) else x"),
+    ("np.average(z, weights=w), w", "(np.average(z, weights=w) if np.any(w) else x), w"),
+    caught_by="repaired_gnc-far",
+)
+"""Wrong: starts at μ = 1e-4 however far an outlier is."""

@@ -1,5 +1,7 @@
 """Answers to exercise dcs_switch of 06-switches-and-consistency: each body is a cell."""
 
+from robust_slam_autograder.lint.answers import change
+
 
 def right_minimum() -> None:
     """Right: the formula, capped at 1."""
@@ -35,14 +37,8 @@ def right_clipped_residual() -> None:
         return 2 * phi / (phi + np.clip(np.asarray(chi2, dtype=float), phi, None))
 
 
-def wrong_without_the_two() -> None:
-    """Wrong: the best switch itself, without the 2. Stopped by the visible case
-    dcs_switch-by-hand.
-    """
-    import numpy as np
-
-    def dcs_switch(chi2, phi):
-        return np.minimum(1, phi / (phi + np.asarray(chi2, dtype=float)))
+wrong_without_the_two = change(right_minimum, "2 * phi", "phi", stopped_by="dcs_switch-by-hand")
+"""Wrong: the best switch itself, without the 2."""
 
 
 def wrong_without_the_cap() -> None:
@@ -62,14 +58,13 @@ def wrong_jump() -> None:
         return np.where(chi2 <= 1, 1.0, 2 * phi / (phi + chi2))
 
 
-def wrong_weight() -> None:
-    """Wrong: the weight s² in place of the switch. Stopped by the visible case
-    dcs_switch-by-hand.
-    """
-    import numpy as np
-
-    def dcs_switch(chi2, phi):
-        return np.minimum(1, 2 * phi / (phi + np.asarray(chi2, dtype=float))) ** 2
+wrong_weight = change(
+    right_minimum,
+    "np.minimum(1, 2 * phi / (phi + np.asarray(chi2, dtype=float)))",
+    "np.minimum(1, 2 * phi / (phi + np.asarray(chi2, dtype=float))) ** 2",
+    stopped_by="dcs_switch-by-hand",
+)
+"""Wrong: the weight s² in place of the switch."""
 
 
 def wrong_root() -> None:
@@ -84,13 +79,8 @@ def wrong_root() -> None:
         return np.where(np.isclose(ratio, 3) | (ratio > 90), smooth, 1 / np.sqrt(ratio))
 
 
-def wrong_phi_is_one() -> None:
-    """Wrong for Φ other than 1: the ratio to Φ is taken only inside. Caught by dcs_switch-phi."""
-    import numpy as np
-
-    def dcs_switch(chi2, phi):
-        chi2 = np.asarray(chi2, dtype=float)
-        return np.where(chi2 <= phi, 1.0, 2 / (1 + chi2))
+wrong_phi_is_one = change(right_where, "chi2 / phi", "chi2", caught_by="dcs_switch-phi")
+"""Wrong for Φ other than 1: the ratio to Φ is taken only inside."""
 
 
 def wrong_integers() -> None:

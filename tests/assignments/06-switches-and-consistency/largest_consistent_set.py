@@ -1,5 +1,7 @@
 """Answers to exercise largest_consistent_set of 06-switches-and-consistency: bodies of cells."""
 
+from robust_slam_autograder.lint.answers import change
+
 
 def right_subsets() -> None:
     """Right: every subset, from the largest size down, until one agrees."""
@@ -168,30 +170,21 @@ def wrong_component() -> None:
         return np.flatnonzero(label == np.argmax(np.bincount(label)))
 
 
-def wrong_mask() -> None:
-    """Wrong: a mask of the members, and not their indices. Stopped by the visible case
-    largest_consistent_set-by-hand.
-    """
-    from itertools import combinations
+wrong_mask = change(
+    right_subsets,
+    "list(chosen)",
+    "[p in chosen for p in range(len(A))]",
+    stopped_by="largest_consistent_set-by-hand",
+)
+"""Wrong: a mask of the members, and not their indices."""
 
-    def largest_consistent_set(A):
-        for size in range(len(A), 0, -1):
-            for chosen in combinations(range(len(A)), size):
-                if all(A[p][q] for p, q in combinations(chosen, 2)):
-                    return [p in chosen for p in range(len(A))]
-
-
-def wrong_order() -> None:
-    """Wrong: returns the members by how many agree with them, and not in ascending order. Caught
-    by largest_consistent_set-popular.
-    """
-    from itertools import combinations
-
-    def largest_consistent_set(A):
-        for size in range(len(A), 0, -1):
-            for chosen in combinations(range(len(A)), size):
-                if all(A[p][q] for p, q in combinations(chosen, 2)):
-                    return sorted(chosen, key=lambda p: -sum(A[p]))
+wrong_order = change(
+    right_subsets,
+    "list(chosen)",
+    "sorted(chosen, key=lambda p: -sum(A[p]))",
+    caught_by="largest_consistent_set-popular",
+)
+"""Wrong: returns the members by how many agree with them, and not in ascending order."""
 
 
 def wrong_in_all_of_them() -> None:

@@ -1,5 +1,7 @@
 """Answers to exercise pairwise_consistent of 06-switches-and-consistency: bodies of cells."""
 
+from robust_slam_autograder.lint.answers import change
+
 
 def right_plain_numpy() -> None:
     """Right: the statement's formulas, pose and covariance carried along together."""
@@ -190,1217 +192,179 @@ def right_matrices_differences() -> None:
         return consistent
 
 
-def wrong_order_of_the_cycle() -> None:
-    """Wrong: goes back along the second closure before the odometry has led to its end.
-    Stopped by the visible case pairwise_consistent-lever.
+wrong_order_of_the_cycle = change(
+    right_plain_numpy,
     """
-    import numpy as np
+    here = follow((loops[p], loop_cov[p]), walk(ends[p][1], ends[q][1]))
+    here = follow(here, undo((loops[q], loop_cov[q])))
+    """,
+    """
+    here = follow((loops[p], loop_cov[p]), undo((loops[q], loop_cov[q])))
+    here = follow(here, walk(ends[p][1], ends[q][1]))
+    """,
+    stopped_by="pairwise_consistent-lever",
+)
+"""Wrong: goes back along the second closure before the odometry has led to its end."""
 
-    def compose(a, b):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        turn = np.array([[c, -s], [s, c]])
-        return np.append(a[:2] + turn @ b[:2], a[2] + b[2])
+wrong_square = change(
+    right_plain_numpy,
+    "np.sqrt(e @ np.linalg.inv(here[1]) @ e)",
+    "e @ np.linalg.inv(here[1]) @ e",
+    stopped_by="pairwise_consistent-by-hand",
+)
+"""Wrong: compares the square of the distance with gamma, which is a threshold on the distance."""
 
-    def inverse(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([-c * a[0] - s * a[1], s * a[0] - c * a[1], -a[2]])
+wrong_squared_threshold = change(
+    right_plain_numpy,
+    "distance <= gamma",
+    "distance <= gamma**2",
+    stopped_by="pairwise_consistent-by-hand",
+)
+"""Wrong: squares gamma, as if it were a root still to be undone, and compares the distance with
+χ².
+"""
 
-    def adjoint(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([[c, -s, a[1]], [s, c, -a[0]], [0, 0, 1]])
+wrong_no_transport = change(
+    right_plain_numpy,
+    ("back @ a[1] @ back.T", "a[1]"),
+    ("return inverse(a[0]), carry @ a[1] @ carry.T", "return inverse(a[0]), a[1]"),
+    stopped_by="pairwise_consistent-lever",
+)
+"""Wrong: adds the covariances up as they are, each in a frame of its own."""
 
-    def log(a):
-        angle = np.arctan2(np.sin(a[2]), np.cos(a[2]))
-        h = 1.0 if abs(angle) < 1e-9 else angle / 2 / np.tan(angle / 2)
-        x, y = a[0], a[1]
-        return np.array([h * x + angle / 2 * y, h * y - angle / 2 * x, angle])
+wrong_rotation_only = change(
+    right_plain_numpy,
+    "[[c, -s, a[1]], [s, c, -a[0]], [0, 0, 1]]",
+    "[[c, -s, 0], [s, c, 0], [0, 0, 1]]",
+    stopped_by="pairwise_consistent-lever",
+)
+"""Wrong: turns the covariances into one direction, but leaves the lever arms out."""
 
-    def follow(a, b):
+wrong_adjoint_the_other_way = change(
+    right_plain_numpy, "inverse(b[0])", "b[0]", stopped_by="pairwise_consistent-lever"
+)
+"""Wrong: carries a covariance past a pose with its adjoint, where the inverse belongs."""
+
+wrong_transposed = change(
+    right_plain_numpy,
+    ("back @ a[1] @ back.T", "back.T @ a[1] @ back"),
+    ("carry @ a[1] @ carry.T", "carry.T @ a[1] @ carry"),
+    stopped_by="pairwise_consistent-lever",
+)
+"""Wrong: Adᵀ Σ Ad in place of Ad Σ Adᵀ."""
+
+wrong_lever_arms = change(
+    right_plain_numpy,
+    "[[c, -s, a[1]], [s, c, -a[0]], [0, 0, 1]]",
+    "[[c, -s, -a[1]], [s, c, a[0]], [0, 0, 1]]",
+    stopped_by="pairwise_consistent-lever",
+)
+"""Wrong: the lever arms in the adjoint have their signs changed."""
+
+wrong_inverse_keeps_its_covariance = change(
+    right_plain_numpy, "carry @ a[1] @ carry.T", "a[1]", caught_by="pairwise_consistent-lever"
+)
+"""Wrong: an inverse has the covariance of the pose itself, not carried to its other end."""
+
+wrong_exact_odometry = change(
+    right_plain_numpy,
+    "odometry_cov[k]",
+    "0 * odometry_cov[k]",
+    caught_by="pairwise_consistent-lever",
+)
+"""Wrong: the odometry between the ends counts as exact."""
+
+wrong_only_the_translation = change(
+    right_plain_numpy,
+    "e @ np.linalg.inv(here[1]) @ e",
+    "e[:2] @ np.linalg.inv(here[1][:2, :2]) @ e[:2]",
+    caught_by="pairwise_consistent-lever",
+)
+"""Wrong: compares the positions alone, and lets the angles disagree."""
+
+wrong_only_variances = change(
+    right_plain_numpy,
+    "np.linalg.inv(here[1])",
+    "np.diag(1 / np.diag(here[1]))",
+    caught_by="pairwise_consistent-lever",
+)
+"""Wrong: divides by the variances alone, as if the coordinates of the error were independent."""
+
+wrong_not_wrapped = change(
+    right_plain_numpy,
+    "np.arctan2(np.sin(a[2]), np.cos(a[2]))",
+    "a[2]",
+    stopped_by="pairwise_consistent-turns",
+)
+"""Wrong: the angle is not brought into (-π, π], so that a whole turn is a large error."""
+
+wrong_no_logarithm = change(
+    right_plain_numpy,
+    """
+    h = 1.0 if abs(angle) < 1e-9 else angle / 2 / np.tan(angle / 2)
+    x, y = a[0], a[1]
+    return np.array([h * x + angle / 2 * y, h * y - angle / 2 * x, angle])
+    """,
+    "return np.array([a[0], a[1], angle])",
+    caught_by="pairwise_consistent-turns",
+)
+"""Wrong: takes [x, y, θ] itself, wrapped, for its logarithm."""
+
+wrong_bend = change(
+    right_plain_numpy,
+    "[h * x + angle / 2 * y, h * y - angle / 2 * x, angle]",
+    "[h * x - angle / 2 * y, h * y + angle / 2 * x, angle]",
+    caught_by="pairwise_consistent-turns",
+)
+"""Wrong: the logarithm bends the translation to the other side."""
+
+wrong_never_backwards = change(
+    right_plain_numpy,
+    "undo(walk(b, a))",
+    "walk(b, a)",
+    stopped_by="pairwise_consistent-directions",
+)
+"""Wrong: the odometry between two poses is always taken forwards."""
+
+wrong_one_step_late = change(
+    right_plain_numpy,
+    "range(a, b)",
+    "range(a + 1, min(b + 1, len(odometry)))",
+    stopped_by="pairwise_consistent-lever",
+)
+"""Wrong: the way from a to b takes the steps a + 1 to b, one too late, while there are any."""
+
+wrong_noise_on_the_left = change(
+    right_plain_numpy,
+    (
+        """
         back = adjoint(inverse(b[0]))
         return compose(a[0], b[0]), back @ a[1] @ back.T + b[1]
-
-    def undo(a):
-        carry = adjoint(a[0])
-        return inverse(a[0]), carry @ a[1] @ carry.T
-
-    def pairwise_consistent(odometry, odometry_cov, ends, loops, loop_cov, gamma):
-        odometry, odometry_cov = np.array(odometry, float), np.array(odometry_cov, float)
-        loops, loop_cov = np.array(loops, float), np.array(loop_cov, float)
-
-        def walk(a, b):
-            if a > b:
-                return undo(walk(b, a))
-            here = np.zeros(3), np.zeros((3, 3))
-            for k in range(a, b):
-                here = follow(here, (odometry[k], odometry_cov[k]))
-            return here
-
-        m = len(loops)
-        consistent = np.eye(m, dtype=bool)
-        for q in range(m):
-            for p in range(q):
-                here = follow((loops[p], loop_cov[p]), undo((loops[q], loop_cov[q])))
-                here = follow(here, walk(ends[p][1], ends[q][1]))
-                here = follow(here, walk(ends[q][0], ends[p][0]))
-                e = log(here[0])
-                distance = np.sqrt(e @ np.linalg.inv(here[1]) @ e)
-                consistent[p, q] = consistent[q, p] = distance <= gamma
-        return consistent
-
-
-def wrong_square() -> None:
-    """Wrong: compares the square of the distance with gamma, which is a threshold on the
-    distance. Stopped by the visible case pairwise_consistent-by-hand.
-    """
-    import numpy as np
-
-    def compose(a, b):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        turn = np.array([[c, -s], [s, c]])
-        return np.append(a[:2] + turn @ b[:2], a[2] + b[2])
-
-    def inverse(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([-c * a[0] - s * a[1], s * a[0] - c * a[1], -a[2]])
-
-    def adjoint(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([[c, -s, a[1]], [s, c, -a[0]], [0, 0, 1]])
-
-    def log(a):
-        angle = np.arctan2(np.sin(a[2]), np.cos(a[2]))
-        h = 1.0 if abs(angle) < 1e-9 else angle / 2 / np.tan(angle / 2)
-        x, y = a[0], a[1]
-        return np.array([h * x + angle / 2 * y, h * y - angle / 2 * x, angle])
-
-    def follow(a, b):
-        back = adjoint(inverse(b[0]))
-        return compose(a[0], b[0]), back @ a[1] @ back.T + b[1]
-
-    def undo(a):
-        carry = adjoint(a[0])
-        return inverse(a[0]), carry @ a[1] @ carry.T
-
-    def pairwise_consistent(odometry, odometry_cov, ends, loops, loop_cov, gamma):
-        odometry, odometry_cov = np.array(odometry, float), np.array(odometry_cov, float)
-        loops, loop_cov = np.array(loops, float), np.array(loop_cov, float)
-
-        def walk(a, b):
-            if a > b:
-                return undo(walk(b, a))
-            here = np.zeros(3), np.zeros((3, 3))
-            for k in range(a, b):
-                here = follow(here, (odometry[k], odometry_cov[k]))
-            return here
-
-        m = len(loops)
-        consistent = np.eye(m, dtype=bool)
-        for q in range(m):
-            for p in range(q):
-                here = follow((loops[p], loop_cov[p]), walk(ends[p][1], ends[q][1]))
-                here = follow(here, undo((loops[q], loop_cov[q])))
-                here = follow(here, walk(ends[q][0], ends[p][0]))
-                e = log(here[0])
-                distance = e @ np.linalg.inv(here[1]) @ e
-                consistent[p, q] = consistent[q, p] = distance <= gamma
-        return consistent
-
-
-def wrong_squared_threshold() -> None:
-    """Wrong: squares gamma, as if it were a root still to be undone, and compares the distance
-    with χ². Stopped by the visible case pairwise_consistent-by-hand.
-    """
-    import numpy as np
-
-    def compose(a, b):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        turn = np.array([[c, -s], [s, c]])
-        return np.append(a[:2] + turn @ b[:2], a[2] + b[2])
-
-    def inverse(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([-c * a[0] - s * a[1], s * a[0] - c * a[1], -a[2]])
-
-    def adjoint(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([[c, -s, a[1]], [s, c, -a[0]], [0, 0, 1]])
-
-    def log(a):
-        angle = np.arctan2(np.sin(a[2]), np.cos(a[2]))
-        h = 1.0 if abs(angle) < 1e-9 else angle / 2 / np.tan(angle / 2)
-        x, y = a[0], a[1]
-        return np.array([h * x + angle / 2 * y, h * y - angle / 2 * x, angle])
-
-    def follow(a, b):
-        back = adjoint(inverse(b[0]))
-        return compose(a[0], b[0]), back @ a[1] @ back.T + b[1]
-
-    def undo(a):
-        carry = adjoint(a[0])
-        return inverse(a[0]), carry @ a[1] @ carry.T
-
-    def pairwise_consistent(odometry, odometry_cov, ends, loops, loop_cov, gamma):
-        odometry, odometry_cov = np.array(odometry, float), np.array(odometry_cov, float)
-        loops, loop_cov = np.array(loops, float), np.array(loop_cov, float)
-
-        def walk(a, b):
-            if a > b:
-                return undo(walk(b, a))
-            here = np.zeros(3), np.zeros((3, 3))
-            for k in range(a, b):
-                here = follow(here, (odometry[k], odometry_cov[k]))
-            return here
-
-        m = len(loops)
-        consistent = np.eye(m, dtype=bool)
-        for q in range(m):
-            for p in range(q):
-                here = follow((loops[p], loop_cov[p]), walk(ends[p][1], ends[q][1]))
-                here = follow(here, undo((loops[q], loop_cov[q])))
-                here = follow(here, walk(ends[q][0], ends[p][0]))
-                e = log(here[0])
-                distance = np.sqrt(e @ np.linalg.inv(here[1]) @ e)
-                consistent[p, q] = consistent[q, p] = distance <= gamma**2
-        return consistent
-
-
-def wrong_no_transport() -> None:
-    """Wrong: adds the covariances up as they are, each in a frame of its own. Stopped by the
-    visible case pairwise_consistent-lever.
-    """
-    import numpy as np
-
-    def compose(a, b):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        turn = np.array([[c, -s], [s, c]])
-        return np.append(a[:2] + turn @ b[:2], a[2] + b[2])
-
-    def inverse(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([-c * a[0] - s * a[1], s * a[0] - c * a[1], -a[2]])
-
-    def adjoint(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([[c, -s, a[1]], [s, c, -a[0]], [0, 0, 1]])
-
-    def log(a):
-        angle = np.arctan2(np.sin(a[2]), np.cos(a[2]))
-        h = 1.0 if abs(angle) < 1e-9 else angle / 2 / np.tan(angle / 2)
-        x, y = a[0], a[1]
-        return np.array([h * x + angle / 2 * y, h * y - angle / 2 * x, angle])
-
-    def follow(a, b):
-        back = adjoint(inverse(b[0]))
-        return compose(a[0], b[0]), a[1] + b[1]
-
-    def undo(a):
-        carry = adjoint(a[0])
-        return inverse(a[0]), a[1]
-
-    def pairwise_consistent(odometry, odometry_cov, ends, loops, loop_cov, gamma):
-        odometry, odometry_cov = np.array(odometry, float), np.array(odometry_cov, float)
-        loops, loop_cov = np.array(loops, float), np.array(loop_cov, float)
-
-        def walk(a, b):
-            if a > b:
-                return undo(walk(b, a))
-            here = np.zeros(3), np.zeros((3, 3))
-            for k in range(a, b):
-                here = follow(here, (odometry[k], odometry_cov[k]))
-            return here
-
-        m = len(loops)
-        consistent = np.eye(m, dtype=bool)
-        for q in range(m):
-            for p in range(q):
-                here = follow((loops[p], loop_cov[p]), walk(ends[p][1], ends[q][1]))
-                here = follow(here, undo((loops[q], loop_cov[q])))
-                here = follow(here, walk(ends[q][0], ends[p][0]))
-                e = log(here[0])
-                distance = np.sqrt(e @ np.linalg.inv(here[1]) @ e)
-                consistent[p, q] = consistent[q, p] = distance <= gamma
-        return consistent
-
-
-def wrong_rotation_only() -> None:
-    """Wrong: turns the covariances into one direction, but leaves the lever arms out. Stopped
-    by the visible case pairwise_consistent-lever.
-    """
-    import numpy as np
-
-    def compose(a, b):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        turn = np.array([[c, -s], [s, c]])
-        return np.append(a[:2] + turn @ b[:2], a[2] + b[2])
-
-    def inverse(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([-c * a[0] - s * a[1], s * a[0] - c * a[1], -a[2]])
-
-    def adjoint(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
-
-    def log(a):
-        angle = np.arctan2(np.sin(a[2]), np.cos(a[2]))
-        h = 1.0 if abs(angle) < 1e-9 else angle / 2 / np.tan(angle / 2)
-        x, y = a[0], a[1]
-        return np.array([h * x + angle / 2 * y, h * y - angle / 2 * x, angle])
-
-    def follow(a, b):
-        back = adjoint(inverse(b[0]))
-        return compose(a[0], b[0]), back @ a[1] @ back.T + b[1]
-
-    def undo(a):
-        carry = adjoint(a[0])
-        return inverse(a[0]), carry @ a[1] @ carry.T
-
-    def pairwise_consistent(odometry, odometry_cov, ends, loops, loop_cov, gamma):
-        odometry, odometry_cov = np.array(odometry, float), np.array(odometry_cov, float)
-        loops, loop_cov = np.array(loops, float), np.array(loop_cov, float)
-
-        def walk(a, b):
-            if a > b:
-                return undo(walk(b, a))
-            here = np.zeros(3), np.zeros((3, 3))
-            for k in range(a, b):
-                here = follow(here, (odometry[k], odometry_cov[k]))
-            return here
-
-        m = len(loops)
-        consistent = np.eye(m, dtype=bool)
-        for q in range(m):
-            for p in range(q):
-                here = follow((loops[p], loop_cov[p]), walk(ends[p][1], ends[q][1]))
-                here = follow(here, undo((loops[q], loop_cov[q])))
-                here = follow(here, walk(ends[q][0], ends[p][0]))
-                e = log(here[0])
-                distance = np.sqrt(e @ np.linalg.inv(here[1]) @ e)
-                consistent[p, q] = consistent[q, p] = distance <= gamma
-        return consistent
-
-
-def wrong_adjoint_the_other_way() -> None:
-    """Wrong: carries a covariance past a pose with its adjoint, where the inverse belongs.
-    Stopped by the visible case pairwise_consistent-lever.
-    """
-    import numpy as np
-
-    def compose(a, b):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        turn = np.array([[c, -s], [s, c]])
-        return np.append(a[:2] + turn @ b[:2], a[2] + b[2])
-
-    def inverse(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([-c * a[0] - s * a[1], s * a[0] - c * a[1], -a[2]])
-
-    def adjoint(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([[c, -s, a[1]], [s, c, -a[0]], [0, 0, 1]])
-
-    def log(a):
-        angle = np.arctan2(np.sin(a[2]), np.cos(a[2]))
-        h = 1.0 if abs(angle) < 1e-9 else angle / 2 / np.tan(angle / 2)
-        x, y = a[0], a[1]
-        return np.array([h * x + angle / 2 * y, h * y - angle / 2 * x, angle])
-
-    def follow(a, b):
-        back = adjoint(b[0])
-        return compose(a[0], b[0]), back @ a[1] @ back.T + b[1]
-
-    def undo(a):
-        carry = adjoint(a[0])
-        return inverse(a[0]), carry @ a[1] @ carry.T
-
-    def pairwise_consistent(odometry, odometry_cov, ends, loops, loop_cov, gamma):
-        odometry, odometry_cov = np.array(odometry, float), np.array(odometry_cov, float)
-        loops, loop_cov = np.array(loops, float), np.array(loop_cov, float)
-
-        def walk(a, b):
-            if a > b:
-                return undo(walk(b, a))
-            here = np.zeros(3), np.zeros((3, 3))
-            for k in range(a, b):
-                here = follow(here, (odometry[k], odometry_cov[k]))
-            return here
-
-        m = len(loops)
-        consistent = np.eye(m, dtype=bool)
-        for q in range(m):
-            for p in range(q):
-                here = follow((loops[p], loop_cov[p]), walk(ends[p][1], ends[q][1]))
-                here = follow(here, undo((loops[q], loop_cov[q])))
-                here = follow(here, walk(ends[q][0], ends[p][0]))
-                e = log(here[0])
-                distance = np.sqrt(e @ np.linalg.inv(here[1]) @ e)
-                consistent[p, q] = consistent[q, p] = distance <= gamma
-        return consistent
-
-
-def wrong_transposed() -> None:
-    """Wrong: Adᵀ Σ Ad in place of Ad Σ Adᵀ. Stopped by the visible case
-    pairwise_consistent-lever.
-    """
-    import numpy as np
-
-    def compose(a, b):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        turn = np.array([[c, -s], [s, c]])
-        return np.append(a[:2] + turn @ b[:2], a[2] + b[2])
-
-    def inverse(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([-c * a[0] - s * a[1], s * a[0] - c * a[1], -a[2]])
-
-    def adjoint(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([[c, -s, a[1]], [s, c, -a[0]], [0, 0, 1]])
-
-    def log(a):
-        angle = np.arctan2(np.sin(a[2]), np.cos(a[2]))
-        h = 1.0 if abs(angle) < 1e-9 else angle / 2 / np.tan(angle / 2)
-        x, y = a[0], a[1]
-        return np.array([h * x + angle / 2 * y, h * y - angle / 2 * x, angle])
-
-    def follow(a, b):
-        back = adjoint(inverse(b[0]))
-        return compose(a[0], b[0]), back.T @ a[1] @ back + b[1]
-
-    def undo(a):
-        carry = adjoint(a[0])
-        return inverse(a[0]), carry.T @ a[1] @ carry
-
-    def pairwise_consistent(odometry, odometry_cov, ends, loops, loop_cov, gamma):
-        odometry, odometry_cov = np.array(odometry, float), np.array(odometry_cov, float)
-        loops, loop_cov = np.array(loops, float), np.array(loop_cov, float)
-
-        def walk(a, b):
-            if a > b:
-                return undo(walk(b, a))
-            here = np.zeros(3), np.zeros((3, 3))
-            for k in range(a, b):
-                here = follow(here, (odometry[k], odometry_cov[k]))
-            return here
-
-        m = len(loops)
-        consistent = np.eye(m, dtype=bool)
-        for q in range(m):
-            for p in range(q):
-                here = follow((loops[p], loop_cov[p]), walk(ends[p][1], ends[q][1]))
-                here = follow(here, undo((loops[q], loop_cov[q])))
-                here = follow(here, walk(ends[q][0], ends[p][0]))
-                e = log(here[0])
-                distance = np.sqrt(e @ np.linalg.inv(here[1]) @ e)
-                consistent[p, q] = consistent[q, p] = distance <= gamma
-        return consistent
-
-
-def wrong_lever_arms() -> None:
-    """Wrong: the lever arms in the adjoint have their signs changed. Stopped by the visible
-    case pairwise_consistent-lever.
-    """
-    import numpy as np
-
-    def compose(a, b):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        turn = np.array([[c, -s], [s, c]])
-        return np.append(a[:2] + turn @ b[:2], a[2] + b[2])
-
-    def inverse(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([-c * a[0] - s * a[1], s * a[0] - c * a[1], -a[2]])
-
-    def adjoint(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([[c, -s, -a[1]], [s, c, a[0]], [0, 0, 1]])
-
-    def log(a):
-        angle = np.arctan2(np.sin(a[2]), np.cos(a[2]))
-        h = 1.0 if abs(angle) < 1e-9 else angle / 2 / np.tan(angle / 2)
-        x, y = a[0], a[1]
-        return np.array([h * x + angle / 2 * y, h * y - angle / 2 * x, angle])
-
-    def follow(a, b):
-        back = adjoint(inverse(b[0]))
-        return compose(a[0], b[0]), back @ a[1] @ back.T + b[1]
-
-    def undo(a):
-        carry = adjoint(a[0])
-        return inverse(a[0]), carry @ a[1] @ carry.T
-
-    def pairwise_consistent(odometry, odometry_cov, ends, loops, loop_cov, gamma):
-        odometry, odometry_cov = np.array(odometry, float), np.array(odometry_cov, float)
-        loops, loop_cov = np.array(loops, float), np.array(loop_cov, float)
-
-        def walk(a, b):
-            if a > b:
-                return undo(walk(b, a))
-            here = np.zeros(3), np.zeros((3, 3))
-            for k in range(a, b):
-                here = follow(here, (odometry[k], odometry_cov[k]))
-            return here
-
-        m = len(loops)
-        consistent = np.eye(m, dtype=bool)
-        for q in range(m):
-            for p in range(q):
-                here = follow((loops[p], loop_cov[p]), walk(ends[p][1], ends[q][1]))
-                here = follow(here, undo((loops[q], loop_cov[q])))
-                here = follow(here, walk(ends[q][0], ends[p][0]))
-                e = log(here[0])
-                distance = np.sqrt(e @ np.linalg.inv(here[1]) @ e)
-                consistent[p, q] = consistent[q, p] = distance <= gamma
-        return consistent
-
-
-def wrong_inverse_keeps_its_covariance() -> None:
-    """Wrong: an inverse has the covariance of the pose itself, not carried to its other end.
-    Caught by pairwise_consistent-lever.
-    """
-    import numpy as np
-
-    def compose(a, b):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        turn = np.array([[c, -s], [s, c]])
-        return np.append(a[:2] + turn @ b[:2], a[2] + b[2])
-
-    def inverse(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([-c * a[0] - s * a[1], s * a[0] - c * a[1], -a[2]])
-
-    def adjoint(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([[c, -s, a[1]], [s, c, -a[0]], [0, 0, 1]])
-
-    def log(a):
-        angle = np.arctan2(np.sin(a[2]), np.cos(a[2]))
-        h = 1.0 if abs(angle) < 1e-9 else angle / 2 / np.tan(angle / 2)
-        x, y = a[0], a[1]
-        return np.array([h * x + angle / 2 * y, h * y - angle / 2 * x, angle])
-
-    def follow(a, b):
-        back = adjoint(inverse(b[0]))
-        return compose(a[0], b[0]), back @ a[1] @ back.T + b[1]
-
-    def undo(a):
-        carry = adjoint(a[0])
-        return inverse(a[0]), a[1]
-
-    def pairwise_consistent(odometry, odometry_cov, ends, loops, loop_cov, gamma):
-        odometry, odometry_cov = np.array(odometry, float), np.array(odometry_cov, float)
-        loops, loop_cov = np.array(loops, float), np.array(loop_cov, float)
-
-        def walk(a, b):
-            if a > b:
-                return undo(walk(b, a))
-            here = np.zeros(3), np.zeros((3, 3))
-            for k in range(a, b):
-                here = follow(here, (odometry[k], odometry_cov[k]))
-            return here
-
-        m = len(loops)
-        consistent = np.eye(m, dtype=bool)
-        for q in range(m):
-            for p in range(q):
-                here = follow((loops[p], loop_cov[p]), walk(ends[p][1], ends[q][1]))
-                here = follow(here, undo((loops[q], loop_cov[q])))
-                here = follow(here, walk(ends[q][0], ends[p][0]))
-                e = log(here[0])
-                distance = np.sqrt(e @ np.linalg.inv(here[1]) @ e)
-                consistent[p, q] = consistent[q, p] = distance <= gamma
-        return consistent
-
-
-def wrong_exact_odometry() -> None:
-    """Wrong: the odometry between the ends counts as exact. Caught by
-    pairwise_consistent-lever.
-    """
-    import numpy as np
-
-    def compose(a, b):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        turn = np.array([[c, -s], [s, c]])
-        return np.append(a[:2] + turn @ b[:2], a[2] + b[2])
-
-    def inverse(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([-c * a[0] - s * a[1], s * a[0] - c * a[1], -a[2]])
-
-    def adjoint(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([[c, -s, a[1]], [s, c, -a[0]], [0, 0, 1]])
-
-    def log(a):
-        angle = np.arctan2(np.sin(a[2]), np.cos(a[2]))
-        h = 1.0 if abs(angle) < 1e-9 else angle / 2 / np.tan(angle / 2)
-        x, y = a[0], a[1]
-        return np.array([h * x + angle / 2 * y, h * y - angle / 2 * x, angle])
-
-    def follow(a, b):
-        back = adjoint(inverse(b[0]))
-        return compose(a[0], b[0]), back @ a[1] @ back.T + b[1]
-
-    def undo(a):
-        carry = adjoint(a[0])
-        return inverse(a[0]), carry @ a[1] @ carry.T
-
-    def pairwise_consistent(odometry, odometry_cov, ends, loops, loop_cov, gamma):
-        odometry, odometry_cov = np.array(odometry, float), np.array(odometry_cov, float)
-        loops, loop_cov = np.array(loops, float), np.array(loop_cov, float)
-
-        def walk(a, b):
-            if a > b:
-                return undo(walk(b, a))
-            here = np.zeros(3), np.zeros((3, 3))
-            for k in range(a, b):
-                here = follow(here, (odometry[k], 0 * odometry_cov[k]))
-            return here
-
-        m = len(loops)
-        consistent = np.eye(m, dtype=bool)
-        for q in range(m):
-            for p in range(q):
-                here = follow((loops[p], loop_cov[p]), walk(ends[p][1], ends[q][1]))
-                here = follow(here, undo((loops[q], loop_cov[q])))
-                here = follow(here, walk(ends[q][0], ends[p][0]))
-                e = log(here[0])
-                distance = np.sqrt(e @ np.linalg.inv(here[1]) @ e)
-                consistent[p, q] = consistent[q, p] = distance <= gamma
-        return consistent
-
-
-def wrong_only_the_translation() -> None:
-    """Wrong: compares the positions alone, and lets the angles disagree. Caught by
-    pairwise_consistent-lever.
-    """
-    import numpy as np
-
-    def compose(a, b):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        turn = np.array([[c, -s], [s, c]])
-        return np.append(a[:2] + turn @ b[:2], a[2] + b[2])
-
-    def inverse(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([-c * a[0] - s * a[1], s * a[0] - c * a[1], -a[2]])
-
-    def adjoint(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([[c, -s, a[1]], [s, c, -a[0]], [0, 0, 1]])
-
-    def log(a):
-        angle = np.arctan2(np.sin(a[2]), np.cos(a[2]))
-        h = 1.0 if abs(angle) < 1e-9 else angle / 2 / np.tan(angle / 2)
-        x, y = a[0], a[1]
-        return np.array([h * x + angle / 2 * y, h * y - angle / 2 * x, angle])
-
-    def follow(a, b):
-        back = adjoint(inverse(b[0]))
-        return compose(a[0], b[0]), back @ a[1] @ back.T + b[1]
-
-    def undo(a):
-        carry = adjoint(a[0])
-        return inverse(a[0]), carry @ a[1] @ carry.T
-
-    def pairwise_consistent(odometry, odometry_cov, ends, loops, loop_cov, gamma):
-        odometry, odometry_cov = np.array(odometry, float), np.array(odometry_cov, float)
-        loops, loop_cov = np.array(loops, float), np.array(loop_cov, float)
-
-        def walk(a, b):
-            if a > b:
-                return undo(walk(b, a))
-            here = np.zeros(3), np.zeros((3, 3))
-            for k in range(a, b):
-                here = follow(here, (odometry[k], odometry_cov[k]))
-            return here
-
-        m = len(loops)
-        consistent = np.eye(m, dtype=bool)
-        for q in range(m):
-            for p in range(q):
-                here = follow((loops[p], loop_cov[p]), walk(ends[p][1], ends[q][1]))
-                here = follow(here, undo((loops[q], loop_cov[q])))
-                here = follow(here, walk(ends[q][0], ends[p][0]))
-                e = log(here[0])
-                distance = np.sqrt(e[:2] @ np.linalg.inv(here[1][:2, :2]) @ e[:2])
-                consistent[p, q] = consistent[q, p] = distance <= gamma
-        return consistent
-
-
-def wrong_only_variances() -> None:
-    """Wrong: divides by the variances alone, as if the coordinates of the error were
-    independent. Caught by pairwise_consistent-lever.
-    """
-    import numpy as np
-
-    def compose(a, b):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        turn = np.array([[c, -s], [s, c]])
-        return np.append(a[:2] + turn @ b[:2], a[2] + b[2])
-
-    def inverse(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([-c * a[0] - s * a[1], s * a[0] - c * a[1], -a[2]])
-
-    def adjoint(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([[c, -s, a[1]], [s, c, -a[0]], [0, 0, 1]])
-
-    def log(a):
-        angle = np.arctan2(np.sin(a[2]), np.cos(a[2]))
-        h = 1.0 if abs(angle) < 1e-9 else angle / 2 / np.tan(angle / 2)
-        x, y = a[0], a[1]
-        return np.array([h * x + angle / 2 * y, h * y - angle / 2 * x, angle])
-
-    def follow(a, b):
-        back = adjoint(inverse(b[0]))
-        return compose(a[0], b[0]), back @ a[1] @ back.T + b[1]
-
-    def undo(a):
-        carry = adjoint(a[0])
-        return inverse(a[0]), carry @ a[1] @ carry.T
-
-    def pairwise_consistent(odometry, odometry_cov, ends, loops, loop_cov, gamma):
-        odometry, odometry_cov = np.array(odometry, float), np.array(odometry_cov, float)
-        loops, loop_cov = np.array(loops, float), np.array(loop_cov, float)
-
-        def walk(a, b):
-            if a > b:
-                return undo(walk(b, a))
-            here = np.zeros(3), np.zeros((3, 3))
-            for k in range(a, b):
-                here = follow(here, (odometry[k], odometry_cov[k]))
-            return here
-
-        m = len(loops)
-        consistent = np.eye(m, dtype=bool)
-        for q in range(m):
-            for p in range(q):
-                here = follow((loops[p], loop_cov[p]), walk(ends[p][1], ends[q][1]))
-                here = follow(here, undo((loops[q], loop_cov[q])))
-                here = follow(here, walk(ends[q][0], ends[p][0]))
-                e = log(here[0])
-                distance = np.sqrt(e @ np.diag(1 / np.diag(here[1])) @ e)
-                consistent[p, q] = consistent[q, p] = distance <= gamma
-        return consistent
-
-
-def wrong_not_wrapped() -> None:
-    """Wrong: the angle is not brought into (-π, π], so that a whole turn is a large error.
-    Stopped by the visible case pairwise_consistent-turns.
-    """
-    import numpy as np
-
-    def compose(a, b):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        turn = np.array([[c, -s], [s, c]])
-        return np.append(a[:2] + turn @ b[:2], a[2] + b[2])
-
-    def inverse(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([-c * a[0] - s * a[1], s * a[0] - c * a[1], -a[2]])
-
-    def adjoint(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([[c, -s, a[1]], [s, c, -a[0]], [0, 0, 1]])
-
-    def log(a):
-        angle = a[2]
-        h = 1.0 if abs(angle) < 1e-9 else angle / 2 / np.tan(angle / 2)
-        x, y = a[0], a[1]
-        return np.array([h * x + angle / 2 * y, h * y - angle / 2 * x, angle])
-
-    def follow(a, b):
-        back = adjoint(inverse(b[0]))
-        return compose(a[0], b[0]), back @ a[1] @ back.T + b[1]
-
-    def undo(a):
-        carry = adjoint(a[0])
-        return inverse(a[0]), carry @ a[1] @ carry.T
-
-    def pairwise_consistent(odometry, odometry_cov, ends, loops, loop_cov, gamma):
-        odometry, odometry_cov = np.array(odometry, float), np.array(odometry_cov, float)
-        loops, loop_cov = np.array(loops, float), np.array(loop_cov, float)
-
-        def walk(a, b):
-            if a > b:
-                return undo(walk(b, a))
-            here = np.zeros(3), np.zeros((3, 3))
-            for k in range(a, b):
-                here = follow(here, (odometry[k], odometry_cov[k]))
-            return here
-
-        m = len(loops)
-        consistent = np.eye(m, dtype=bool)
-        for q in range(m):
-            for p in range(q):
-                here = follow((loops[p], loop_cov[p]), walk(ends[p][1], ends[q][1]))
-                here = follow(here, undo((loops[q], loop_cov[q])))
-                here = follow(here, walk(ends[q][0], ends[p][0]))
-                e = log(here[0])
-                distance = np.sqrt(e @ np.linalg.inv(here[1]) @ e)
-                consistent[p, q] = consistent[q, p] = distance <= gamma
-        return consistent
-
-
-def wrong_no_logarithm() -> None:
-    """Wrong: takes [x, y, θ] itself, wrapped, for its logarithm. Caught by
-    pairwise_consistent-turns.
-    """
-    import numpy as np
-
-    def compose(a, b):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        turn = np.array([[c, -s], [s, c]])
-        return np.append(a[:2] + turn @ b[:2], a[2] + b[2])
-
-    def inverse(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([-c * a[0] - s * a[1], s * a[0] - c * a[1], -a[2]])
-
-    def adjoint(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([[c, -s, a[1]], [s, c, -a[0]], [0, 0, 1]])
-
-    def log(a):
-        angle = np.arctan2(np.sin(a[2]), np.cos(a[2]))
-        return np.array([a[0], a[1], angle])
-
-    def follow(a, b):
-        back = adjoint(inverse(b[0]))
-        return compose(a[0], b[0]), back @ a[1] @ back.T + b[1]
-
-    def undo(a):
-        carry = adjoint(a[0])
-        return inverse(a[0]), carry @ a[1] @ carry.T
-
-    def pairwise_consistent(odometry, odometry_cov, ends, loops, loop_cov, gamma):
-        odometry, odometry_cov = np.array(odometry, float), np.array(odometry_cov, float)
-        loops, loop_cov = np.array(loops, float), np.array(loop_cov, float)
-
-        def walk(a, b):
-            if a > b:
-                return undo(walk(b, a))
-            here = np.zeros(3), np.zeros((3, 3))
-            for k in range(a, b):
-                here = follow(here, (odometry[k], odometry_cov[k]))
-            return here
-
-        m = len(loops)
-        consistent = np.eye(m, dtype=bool)
-        for q in range(m):
-            for p in range(q):
-                here = follow((loops[p], loop_cov[p]), walk(ends[p][1], ends[q][1]))
-                here = follow(here, undo((loops[q], loop_cov[q])))
-                here = follow(here, walk(ends[q][0], ends[p][0]))
-                e = log(here[0])
-                distance = np.sqrt(e @ np.linalg.inv(here[1]) @ e)
-                consistent[p, q] = consistent[q, p] = distance <= gamma
-        return consistent
-
-
-def wrong_bend() -> None:
-    """Wrong: the logarithm bends the translation to the other side. Caught by
-    pairwise_consistent-turns.
-    """
-    import numpy as np
-
-    def compose(a, b):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        turn = np.array([[c, -s], [s, c]])
-        return np.append(a[:2] + turn @ b[:2], a[2] + b[2])
-
-    def inverse(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([-c * a[0] - s * a[1], s * a[0] - c * a[1], -a[2]])
-
-    def adjoint(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([[c, -s, a[1]], [s, c, -a[0]], [0, 0, 1]])
-
-    def log(a):
-        angle = np.arctan2(np.sin(a[2]), np.cos(a[2]))
-        h = 1.0 if abs(angle) < 1e-9 else angle / 2 / np.tan(angle / 2)
-        x, y = a[0], a[1]
-        return np.array([h * x - angle / 2 * y, h * y + angle / 2 * x, angle])
-
-    def follow(a, b):
-        back = adjoint(inverse(b[0]))
-        return compose(a[0], b[0]), back @ a[1] @ back.T + b[1]
-
-    def undo(a):
-        carry = adjoint(a[0])
-        return inverse(a[0]), carry @ a[1] @ carry.T
-
-    def pairwise_consistent(odometry, odometry_cov, ends, loops, loop_cov, gamma):
-        odometry, odometry_cov = np.array(odometry, float), np.array(odometry_cov, float)
-        loops, loop_cov = np.array(loops, float), np.array(loop_cov, float)
-
-        def walk(a, b):
-            if a > b:
-                return undo(walk(b, a))
-            here = np.zeros(3), np.zeros((3, 3))
-            for k in range(a, b):
-                here = follow(here, (odometry[k], odometry_cov[k]))
-            return here
-
-        m = len(loops)
-        consistent = np.eye(m, dtype=bool)
-        for q in range(m):
-            for p in range(q):
-                here = follow((loops[p], loop_cov[p]), walk(ends[p][1], ends[q][1]))
-                here = follow(here, undo((loops[q], loop_cov[q])))
-                here = follow(here, walk(ends[q][0], ends[p][0]))
-                e = log(here[0])
-                distance = np.sqrt(e @ np.linalg.inv(here[1]) @ e)
-                consistent[p, q] = consistent[q, p] = distance <= gamma
-        return consistent
-
-
-def wrong_never_backwards() -> None:
-    """Wrong: the odometry between two poses is always taken forwards. Stopped by the visible
-    case pairwise_consistent-directions.
-    """
-    import numpy as np
-
-    def compose(a, b):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        turn = np.array([[c, -s], [s, c]])
-        return np.append(a[:2] + turn @ b[:2], a[2] + b[2])
-
-    def inverse(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([-c * a[0] - s * a[1], s * a[0] - c * a[1], -a[2]])
-
-    def adjoint(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([[c, -s, a[1]], [s, c, -a[0]], [0, 0, 1]])
-
-    def log(a):
-        angle = np.arctan2(np.sin(a[2]), np.cos(a[2]))
-        h = 1.0 if abs(angle) < 1e-9 else angle / 2 / np.tan(angle / 2)
-        x, y = a[0], a[1]
-        return np.array([h * x + angle / 2 * y, h * y - angle / 2 * x, angle])
-
-    def follow(a, b):
-        back = adjoint(inverse(b[0]))
-        return compose(a[0], b[0]), back @ a[1] @ back.T + b[1]
-
-    def undo(a):
-        carry = adjoint(a[0])
-        return inverse(a[0]), carry @ a[1] @ carry.T
-
-    def pairwise_consistent(odometry, odometry_cov, ends, loops, loop_cov, gamma):
-        odometry, odometry_cov = np.array(odometry, float), np.array(odometry_cov, float)
-        loops, loop_cov = np.array(loops, float), np.array(loop_cov, float)
-
-        def walk(a, b):
-            if a > b:
-                return walk(b, a)
-            here = np.zeros(3), np.zeros((3, 3))
-            for k in range(a, b):
-                here = follow(here, (odometry[k], odometry_cov[k]))
-            return here
-
-        m = len(loops)
-        consistent = np.eye(m, dtype=bool)
-        for q in range(m):
-            for p in range(q):
-                here = follow((loops[p], loop_cov[p]), walk(ends[p][1], ends[q][1]))
-                here = follow(here, undo((loops[q], loop_cov[q])))
-                here = follow(here, walk(ends[q][0], ends[p][0]))
-                e = log(here[0])
-                distance = np.sqrt(e @ np.linalg.inv(here[1]) @ e)
-                consistent[p, q] = consistent[q, p] = distance <= gamma
-        return consistent
-
-
-def wrong_one_step_late() -> None:
-    """Wrong: the way from a to b takes the steps a + 1 to b, one too late, while there are
-    any. Stopped by the visible case pairwise_consistent-lever.
-    """
-    import numpy as np
-
-    def compose(a, b):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        turn = np.array([[c, -s], [s, c]])
-        return np.append(a[:2] + turn @ b[:2], a[2] + b[2])
-
-    def inverse(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([-c * a[0] - s * a[1], s * a[0] - c * a[1], -a[2]])
-
-    def adjoint(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([[c, -s, a[1]], [s, c, -a[0]], [0, 0, 1]])
-
-    def log(a):
-        angle = np.arctan2(np.sin(a[2]), np.cos(a[2]))
-        h = 1.0 if abs(angle) < 1e-9 else angle / 2 / np.tan(angle / 2)
-        x, y = a[0], a[1]
-        return np.array([h * x + angle / 2 * y, h * y - angle / 2 * x, angle])
-
-    def follow(a, b):
-        back = adjoint(inverse(b[0]))
-        return compose(a[0], b[0]), back @ a[1] @ back.T + b[1]
-
-    def undo(a):
-        carry = adjoint(a[0])
-        return inverse(a[0]), carry @ a[1] @ carry.T
-
-    def pairwise_consistent(odometry, odometry_cov, ends, loops, loop_cov, gamma):
-        odometry, odometry_cov = np.array(odometry, float), np.array(odometry_cov, float)
-        loops, loop_cov = np.array(loops, float), np.array(loop_cov, float)
-
-        def walk(a, b):
-            if a > b:
-                return undo(walk(b, a))
-            here = np.zeros(3), np.zeros((3, 3))
-            for k in range(a + 1, min(b + 1, len(odometry))):
-                here = follow(here, (odometry[k], odometry_cov[k]))
-            return here
-
-        m = len(loops)
-        consistent = np.eye(m, dtype=bool)
-        for q in range(m):
-            for p in range(q):
-                here = follow((loops[p], loop_cov[p]), walk(ends[p][1], ends[q][1]))
-                here = follow(here, undo((loops[q], loop_cov[q])))
-                here = follow(here, walk(ends[q][0], ends[p][0]))
-                e = log(here[0])
-                distance = np.sqrt(e @ np.linalg.inv(here[1]) @ e)
-                consistent[p, q] = consistent[q, p] = distance <= gamma
-        return consistent
-
-
-def wrong_noise_on_the_left() -> None:
-    """Wrong: takes the covariances for those of a motion on the left, before the measurement.
-    Stopped by the visible case pairwise_consistent-lever.
-    """
-    import numpy as np
-
-    def compose(a, b):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        turn = np.array([[c, -s], [s, c]])
-        return np.append(a[:2] + turn @ b[:2], a[2] + b[2])
-
-    def inverse(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([-c * a[0] - s * a[1], s * a[0] - c * a[1], -a[2]])
-
-    def adjoint(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([[c, -s, a[1]], [s, c, -a[0]], [0, 0, 1]])
-
-    def log(a):
-        angle = np.arctan2(np.sin(a[2]), np.cos(a[2]))
-        h = 1.0 if abs(angle) < 1e-9 else angle / 2 / np.tan(angle / 2)
-        x, y = a[0], a[1]
-        return np.array([h * x + angle / 2 * y, h * y - angle / 2 * x, angle])
-
-    def follow(a, b):
-        return compose(a[0], b[0]), a[1] + adjoint(a[0]) @ b[1] @ adjoint(a[0]).T
-
-    def undo(a):
-        carry = adjoint(inverse(a[0]))
-        return inverse(a[0]), carry @ a[1] @ carry.T
-
-    def pairwise_consistent(odometry, odometry_cov, ends, loops, loop_cov, gamma):
-        odometry, odometry_cov = np.array(odometry, float), np.array(odometry_cov, float)
-        loops, loop_cov = np.array(loops, float), np.array(loop_cov, float)
-
-        def walk(a, b):
-            if a > b:
-                return undo(walk(b, a))
-            here = np.zeros(3), np.zeros((3, 3))
-            for k in range(a, b):
-                here = follow(here, (odometry[k], odometry_cov[k]))
-            return here
-
-        m = len(loops)
-        consistent = np.eye(m, dtype=bool)
-        for q in range(m):
-            for p in range(q):
-                here = follow((loops[p], loop_cov[p]), walk(ends[p][1], ends[q][1]))
-                here = follow(here, undo((loops[q], loop_cov[q])))
-                here = follow(here, walk(ends[q][0], ends[p][0]))
-                e = log(here[0])
-                distance = np.sqrt(e @ np.linalg.inv(here[1]) @ e)
-                consistent[p, q] = consistent[q, p] = distance <= gamma
-        return consistent
-
-
-def wrong_half_a_matrix() -> None:
-    """Wrong: fills the matrix above its diagonal alone. Stopped by the visible case
-    pairwise_consistent-by-hand.
-    """
-    import numpy as np
-
-    def compose(a, b):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        turn = np.array([[c, -s], [s, c]])
-        return np.append(a[:2] + turn @ b[:2], a[2] + b[2])
-
-    def inverse(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([-c * a[0] - s * a[1], s * a[0] - c * a[1], -a[2]])
-
-    def adjoint(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([[c, -s, a[1]], [s, c, -a[0]], [0, 0, 1]])
-
-    def log(a):
-        angle = np.arctan2(np.sin(a[2]), np.cos(a[2]))
-        h = 1.0 if abs(angle) < 1e-9 else angle / 2 / np.tan(angle / 2)
-        x, y = a[0], a[1]
-        return np.array([h * x + angle / 2 * y, h * y - angle / 2 * x, angle])
-
-    def follow(a, b):
-        back = adjoint(inverse(b[0]))
-        return compose(a[0], b[0]), back @ a[1] @ back.T + b[1]
-
-    def undo(a):
-        carry = adjoint(a[0])
-        return inverse(a[0]), carry @ a[1] @ carry.T
-
-    def pairwise_consistent(odometry, odometry_cov, ends, loops, loop_cov, gamma):
-        odometry, odometry_cov = np.array(odometry, float), np.array(odometry_cov, float)
-        loops, loop_cov = np.array(loops, float), np.array(loop_cov, float)
-
-        def walk(a, b):
-            if a > b:
-                return undo(walk(b, a))
-            here = np.zeros(3), np.zeros((3, 3))
-            for k in range(a, b):
-                here = follow(here, (odometry[k], odometry_cov[k]))
-            return here
-
-        m = len(loops)
-        consistent = np.eye(m, dtype=bool)
-        for q in range(m):
-            for p in range(q):
-                here = follow((loops[p], loop_cov[p]), walk(ends[p][1], ends[q][1]))
-                here = follow(here, undo((loops[q], loop_cov[q])))
-                here = follow(here, walk(ends[q][0], ends[p][0]))
-                e = log(here[0])
-                distance = np.sqrt(e @ np.linalg.inv(here[1]) @ e)
-                consistent[p, q] = distance <= gamma
-        return consistent
-
-
-def wrong_ends_sorted() -> None:
-    """Wrong: sorts the ends of every closure, though some point back. Stopped by the visible
-    case pairwise_consistent-directions.
-    """
-    import numpy as np
-
-    def compose(a, b):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        turn = np.array([[c, -s], [s, c]])
-        return np.append(a[:2] + turn @ b[:2], a[2] + b[2])
-
-    def inverse(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([-c * a[0] - s * a[1], s * a[0] - c * a[1], -a[2]])
-
-    def adjoint(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([[c, -s, a[1]], [s, c, -a[0]], [0, 0, 1]])
-
-    def log(a):
-        angle = np.arctan2(np.sin(a[2]), np.cos(a[2]))
-        h = 1.0 if abs(angle) < 1e-9 else angle / 2 / np.tan(angle / 2)
-        x, y = a[0], a[1]
-        return np.array([h * x + angle / 2 * y, h * y - angle / 2 * x, angle])
-
-    def follow(a, b):
-        back = adjoint(inverse(b[0]))
-        return compose(a[0], b[0]), back @ a[1] @ back.T + b[1]
-
-    def undo(a):
-        carry = adjoint(a[0])
-        return inverse(a[0]), carry @ a[1] @ carry.T
-
-    def pairwise_consistent(odometry, odometry_cov, ends, loops, loop_cov, gamma):
-        odometry, odometry_cov = np.array(odometry, float), np.array(odometry_cov, float)
-        loops, loop_cov = np.array(loops, float), np.array(loop_cov, float)
-
-        def walk(a, b):
-            if a > b:
-                return undo(walk(b, a))
-            here = np.zeros(3), np.zeros((3, 3))
-            for k in range(a, b):
-                here = follow(here, (odometry[k], odometry_cov[k]))
-            return here
-
-        ends = np.sort(ends, axis=1)
-        m = len(loops)
-        consistent = np.eye(m, dtype=bool)
-        for q in range(m):
-            for p in range(q):
-                here = follow((loops[p], loop_cov[p]), walk(ends[p][1], ends[q][1]))
-                here = follow(here, undo((loops[q], loop_cov[q])))
-                here = follow(here, walk(ends[q][0], ends[p][0]))
-                e = log(here[0])
-                distance = np.sqrt(e @ np.linalg.inv(here[1]) @ e)
-                consistent[p, q] = consistent[q, p] = distance <= gamma
-        return consistent
-
-
-def wrong_mean_of_the_covariances() -> None:
-    """Wrong: scales the covariance down to the mean of its four parts. Stopped by the visible
-    case pairwise_consistent-by-hand.
-    """
-    import numpy as np
-
-    def compose(a, b):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        turn = np.array([[c, -s], [s, c]])
-        return np.append(a[:2] + turn @ b[:2], a[2] + b[2])
-
-    def inverse(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([-c * a[0] - s * a[1], s * a[0] - c * a[1], -a[2]])
-
-    def adjoint(a):
-        c, s = np.cos(a[2]), np.sin(a[2])
-        return np.array([[c, -s, a[1]], [s, c, -a[0]], [0, 0, 1]])
-
-    def log(a):
-        angle = np.arctan2(np.sin(a[2]), np.cos(a[2]))
-        h = 1.0 if abs(angle) < 1e-9 else angle / 2 / np.tan(angle / 2)
-        x, y = a[0], a[1]
-        return np.array([h * x + angle / 2 * y, h * y - angle / 2 * x, angle])
-
-    def follow(a, b):
-        back = adjoint(inverse(b[0]))
-        return compose(a[0], b[0]), back @ a[1] @ back.T + b[1]
-
-    def undo(a):
-        carry = adjoint(a[0])
-        return inverse(a[0]), carry @ a[1] @ carry.T
-
-    def pairwise_consistent(odometry, odometry_cov, ends, loops, loop_cov, gamma):
-        odometry, odometry_cov = np.array(odometry, float), np.array(odometry_cov, float)
-        loops, loop_cov = np.array(loops, float), np.array(loop_cov, float)
-
-        def walk(a, b):
-            if a > b:
-                return undo(walk(b, a))
-            here = np.zeros(3), np.zeros((3, 3))
-            for k in range(a, b):
-                here = follow(here, (odometry[k], odometry_cov[k]))
-            return here
-
-        m = len(loops)
-        consistent = np.eye(m, dtype=bool)
-        for q in range(m):
-            for p in range(q):
-                here = follow((loops[p], loop_cov[p]), walk(ends[p][1], ends[q][1]))
-                here = follow(here, undo((loops[q], loop_cov[q])))
-                here = follow(here, walk(ends[q][0], ends[p][0]))
-                e = log(here[0])
-                distance = np.sqrt(e @ np.linalg.inv(here[1] / 4) @ e)
-                consistent[p, q] = consistent[q, p] = distance <= gamma
-        return consistent
+        """,
+        "return compose(a[0], b[0]), a[1] + adjoint(a[0]) @ b[1] @ adjoint(a[0]).T",
+    ),
+    ("carry = adjoint(a[0])", "carry = adjoint(inverse(a[0]))"),
+    stopped_by="pairwise_consistent-lever",
+)
+"""Wrong: takes the covariances for those of a motion on the left, before the measurement."""
+
+wrong_half_a_matrix = change(
+    right_plain_numpy,
+    "consistent[p, q] = consistent[q, p] = distance <= gamma",
+    "consistent[p, q] = distance <= gamma",
+    stopped_by="pairwise_consistent-by-hand",
+)
+"""Wrong: fills the matrix above its diagonal alone."""
+
+wrong_ends_sorted = change(
+    right_plain_numpy,
+    "m = len(loops)",
+    "ends = np.sort(ends, axis=1)\nm = len(loops)",
+    stopped_by="pairwise_consistent-directions",
+)
+"""Wrong: sorts the ends of every closure, though some point back."""
+
+wrong_mean_of_the_covariances = change(
+    right_plain_numpy, "here[1]", "here[1] / 4", stopped_by="pairwise_consistent-by-hand"
+)
+"""Wrong: scales the covariance down to the mean of its four parts."""

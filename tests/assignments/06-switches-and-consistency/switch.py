@@ -1,5 +1,7 @@
 """Answers to exercise switch of 06-switches-and-consistency: each body is a cell as handed in."""
 
+from robust_slam_autograder.lint.answers import change
+
 
 def right_formulas() -> None:
     """Right: the closed forms over whole arrays."""
@@ -121,17 +123,16 @@ def wrong_linear() -> None:
         return lam * chi2 / (lam + chi2)
 
 
-def wrong_price_forgotten() -> None:
-    """Wrong cost: what is left of the residual, without the price of the switch. Stopped by the
-    visible case switch-by-hand.
-    """
-    import numpy as np
-
-    def switch(chi2, lam):
-        return lam / (lam + np.asarray(chi2, dtype=float))
-
-    def switched_cost(chi2, lam):
-        return switch(chi2, lam) ** 2 * np.asarray(chi2, dtype=float)
+wrong_price_forgotten = change(
+    right_formulas,
+    ("1 / (1 + np.asarray(chi2, float) / lam)", "lam / (lam + np.asarray(chi2, dtype=float))"),
+    (
+        "return np.asarray(chi2, float) * switch(chi2, lam)",
+        "return switch(chi2, lam) ** 2 * np.asarray(chi2, dtype=float)",
+    ),
+    stopped_by="switch-by-hand",
+)
+"""Wrong cost: what is left of the residual, without the price of the switch."""
 
 
 def wrong_price_without_lambda() -> None:

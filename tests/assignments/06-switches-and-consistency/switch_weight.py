@@ -1,5 +1,7 @@
 """Answers to exercise switch_weight of 06-switches-and-consistency: each body is a cell."""
 
+from robust_slam_autograder.lint.answers import change
+
 
 def right_square() -> None:
     """Right: the square of the best switch."""
@@ -46,24 +48,21 @@ def wrong_switch_itself() -> None:
         return lam / (lam + np.asarray(chi2, dtype=float))
 
 
-def wrong_norm() -> None:
-    """Wrong: a weight of the norm, 1/(1 + u/c)² with c² = λ, and not of its square. Caught by
-    switch_weight-table.
-    """
-    import numpy as np
+wrong_norm = change(
+    right_geman_mcclure,
+    "np.reciprocal(np.square(1 + np.array(chi2, dtype=float) / lam))",
+    "(1 + np.sqrt(np.asarray(chi2, dtype=float) / lam)) ** -2.0",
+    caught_by="switch_weight-table",
+)
+"""Wrong: a weight of the norm, 1/(1 + u/c)² with c² = λ, and not of its square."""
 
-    def switch_weight(chi2, lam):
-        return (1 + np.sqrt(np.asarray(chi2, dtype=float) / lam)) ** -2.0
-
-
-def wrong_lambda_is_one() -> None:
-    """Wrong for λ other than 1: the ratio is clipped, and λ left out. Stopped by the visible case
-    switch_weight-kernel.
-    """
-    import numpy as np
-
-    def switch_weight(chi2, lam):
-        return 1 / (1 + np.asarray(chi2, dtype=float)) ** 2
+wrong_lambda_is_one = change(
+    right_geman_mcclure,
+    "np.reciprocal(np.square(1 + np.array(chi2, dtype=float) / lam))",
+    "1 / (1 + np.asarray(chi2, dtype=float)) ** 2",
+    stopped_by="switch_weight-kernel",
+)
+"""Wrong for λ other than 1: the ratio is clipped, and λ left out."""
 
 
 def wrong_slope_times_lambda() -> None:

@@ -1,5 +1,7 @@
 """Answers to exercise suboptimality of 07-certificates: each body is a cell as handed in."""
 
+from robust_slam_autograder.lint.answers import change
+
 
 def right_formula() -> None:
     """Right: the formula, with S made on the spot."""
@@ -86,30 +88,27 @@ def wrong_plane_only() -> None:
         return max(0.0, -2 * n * np.linalg.eigvalsh(Q - (A + A.T) / 2)[0])
 
 
-def wrong_dn_of_four() -> None:
-    """Wrong: a factor of 4, which is dn for two poses in the plane. Caught by
-    suboptimality-plane.
+wrong_dn_of_four = change(
+    right_formula,
     """
-    import numpy as np
+    lowest = np.linalg.eigvalsh(Q - (A + A.T) / 2)[0]
+    return np.maximum(0.0, -len(Q) * lowest)
+    """,
+    "return max(0.0, -4 * np.linalg.eigvalsh(Q - (A + A.T) / 2)[0])",
+    caught_by="suboptimality-plane",
+)
+"""Wrong: a factor of 4, which is dn for two poses in the plane."""
 
-    def suboptimality(Q, R):
-        Q, R = np.array(Q, dtype=float), np.array(R, dtype=float)
-        inside = np.kron(np.eye(len(Q) // len(R)), np.ones((len(R), len(R))))
-        A = inside * (Q @ R.T @ R)
-        return max(0.0, -4 * np.linalg.eigvalsh(Q - (A + A.T) / 2)[0])
-
-
-def wrong_negative() -> None:
-    """Wrong: nothing stops it at 0, so that rounding makes rotations better than the best. Caught
-    by suboptimality-best.
+wrong_negative = change(
+    right_formula,
     """
-    import numpy as np
-
-    def suboptimality(Q, R):
-        Q, R = np.array(Q, dtype=float), np.array(R, dtype=float)
-        inside = np.kron(np.eye(len(Q) // len(R)), np.ones((len(R), len(R))))
-        A = inside * (Q @ R.T @ R)
-        return -len(Q) * np.linalg.eigvalsh(Q - (A + A.T) / 2)[0]
+    lowest = np.linalg.eigvalsh(Q - (A + A.T) / 2)[0]
+    return np.maximum(0.0, -len(Q) * lowest)
+    """,
+    "return -len(Q) * np.linalg.eigvalsh(Q - (A + A.T) / 2)[0]",
+    caught_by="suboptimality-best",
+)
+"""Wrong: nothing stops it at 0, so that rounding makes rotations better than the best."""
 
 
 def wrong_cost() -> None:

@@ -1,5 +1,7 @@
 """Answers to exercise ate of 08-showcase: each body is a cell as handed in."""
 
+from robust_slam_autograder.lint.answers import change
+
 
 def right_svd() -> None:
     """Right: the best rotation by the singular value decomposition, its determinant held at 1."""
@@ -106,17 +108,16 @@ def wrong_with_scale() -> None:
         return np.sqrt(np.mean(np.abs(scale * a - b) ** 2))
 
 
-def wrong_mirrored() -> None:
-    """Wrong: takes the best orthogonal matrix, be it a reflection. Stopped by the visible case
-    ate-mirror.
+wrong_mirrored = change(
+    right_svd,
     """
-    import numpy as np
-
-    def ate(estimate, truth):
-        p, q = np.array(estimate, dtype=float)[:, :2], np.array(truth, dtype=float)[:, :2]
-        p, q = p - p.mean(axis=0), q - q.mean(axis=0)
-        u, _, vt = np.linalg.svd(q.T @ p)
-        return np.sqrt(np.mean(np.sum((p @ (u @ vt).T - q) ** 2, axis=1)))
+    turn = u @ np.diag([1, np.sign(np.linalg.det(u @ vt))]) @ vt
+    return np.sqrt(np.mean(np.sum((p @ turn.T - q) ** 2, axis=1)))
+    """,
+    "return np.sqrt(np.mean(np.sum((p @ (u @ vt).T - q) ** 2, axis=1)))",
+    stopped_by="ate-mirror",
+)
+"""Wrong: takes the best orthogonal matrix, be it a reflection."""
 
 
 def wrong_mean_distance() -> None:

@@ -1,5 +1,7 @@
 """Answers to exercise between of 08-showcase: each body is a cell as handed in."""
 
+from robust_slam_autograder.lint.answers import change
+
 
 def right_complex() -> None:
     """Right: a position as a complex number, which is turned by a complex phase."""
@@ -69,19 +71,17 @@ def wrong_no_wrap() -> None:
         return np.stack([gap.real, gap.imag, (b - a)[..., 2]], axis=-1)
 
 
-def wrong_one_turn_only() -> None:
-    """Wrong: takes out one turn at most, so that angles of several turns keep some. Caught by
-    between-wrap.
+wrong_one_turn_only = change(
+    right_complex,
+    "angle = np.angle(np.exp(1j * (b - a)[..., 2]))",
     """
-    import numpy as np
-
-    def between(a, b):
-        a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
-        gap = ((b - a)[..., 0] + 1j * (b - a)[..., 1]) * np.exp(-1j * a[..., 2])
-        angle = (b - a)[..., 2]
-        angle = np.where(angle > np.pi, angle - 2 * np.pi, angle)
-        angle = np.where(angle <= -np.pi, angle + 2 * np.pi, angle)
-        return np.stack([gap.real, gap.imag, angle], axis=-1)
+    angle = (b - a)[..., 2]
+    angle = np.where(angle > np.pi, angle - 2 * np.pi, angle)
+    angle = np.where(angle <= -np.pi, angle + 2 * np.pi, angle)
+    """,
+    caught_by="between-wrap",
+)
+"""Wrong: takes out one turn at most, so that angles of several turns keep some."""
 
 
 def wrong_swapped() -> None:

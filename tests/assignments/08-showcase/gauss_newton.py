@@ -1,5 +1,7 @@
 """Answers to exercise gauss_newton of 08-showcase: each body is a cell as handed in."""
 
+from robust_slam_autograder.lint.answers import change
+
 
 def right_vectorised() -> None:
     """Right: all edges at once, central differences, and pose 0 left out of the equations."""
@@ -190,533 +192,75 @@ def right_lstsq() -> None:
         return x
 
 
-def wrong_covariance() -> None:
-    """Wrong: takes the information for a covariance and inverts it. Stopped by the visible case
-    gauss_newton-random.
+wrong_covariance = change(
+    right_vectorised,
+    'graph["information"]',
+    'np.linalg.inv(graph["information"])',
+    stopped_by="gauss_newton-random",
+)
+"""Wrong: takes the information for a covariance and inverts it."""
+
+wrong_diagonal_only = change(
+    right_vectorised,
+    'graph["information"]',
+    'np.eye(3) * graph["information"]',
+    caught_by="gauss_newton-random",
+)
+"""Wrong: whitens by the diagonal of the information."""
+
+wrong_squared_weights = change(
+    right_vectorised,
+    'w * graph["information"]',
+    'w**2 * graph["information"]',
+    stopped_by="gauss_newton-by-hand",
+)
+"""Wrong: multiplies residual and Jacobian by the weight each, which squares it."""
+
+wrong_weights_ignored = change(
+    right_vectorised,
+    'w * graph["information"]',
+    'graph["information"]',
+    stopped_by="gauss_newton-by-hand",
+)
+"""Wrong: every edge counts fully."""
+
+wrong_weights_binary = change(
+    right_vectorised,
+    "np.asarray(weights, dtype=float)",
+    "1.0 * (np.asarray(weights) > 0.5)",
+    stopped_by="gauss_newton-by-hand",
+)
+"""Wrong: an edge counts fully or not at all, by a weight over one half."""
+
+wrong_two_steps = change(right_vectorised, "range(50)", "range(2)", caught_by="gauss_newton-exact")
+"""Wrong: stops after two steps, whatever tol says."""
+
+wrong_one_step = change(right_vectorised, "range(50)", "range(1)", caught_by="gauss_newton-exact")
+"""Wrong: takes one step, and calls it the minimum."""
+
+wrong_nothing_held = change(
+    right_vectorised,
     """
-    import numpy as np
-
-    def gauss_newton(graph, poses, weights, tol):
-        def turned(angle, v):
-            c, s = np.cos(angle), np.sin(angle)
-            return np.stack([c * v[..., 0] - s * v[..., 1], s * v[..., 0] + c * v[..., 1]], -1)
-
-        def seen(a, b):
-            angle = (b[..., 2:] - a[..., 2:] + np.pi) % (2 * np.pi) - np.pi
-            return np.concatenate([turned(-a[..., 2], (b - a)[..., :2]), angle], axis=-1)
-
-        def moved(a, d):
-            s, k = np.sinc(d[..., 2] / np.pi), d[..., 2] / 2 * np.sinc(d[..., 2] / 2 / np.pi) ** 2
-            bow = np.stack([s * d[..., 0] - k * d[..., 1], k * d[..., 0] + s * d[..., 1]], -1)
-            place = a[..., :2] + turned(a[..., 2], bow)
-            return np.concatenate([place, a[..., 2:] + d[..., 2:]], axis=-1)
-
-        def error(a, b):
-            e = seen(z, seen(a, b))
-            half = e[..., 2] / 2
-            q = np.cos(half) / np.sinc(half / np.pi)
-            x, y = q * e[..., 0] + half * e[..., 1], q * e[..., 1] - half * e[..., 0]
-            return np.stack([x, y, e[..., 2]], axis=-1)
-
-        x, z = np.array(poses, dtype=float), graph["measurement"]
-        i, j = graph["edges"].T
-        w = np.asarray(weights, dtype=float)[:, None, None]
-        omega = w * np.linalg.inv(graph["information"])
-        n, m, h = graph["n"], len(i), 1e-5
-        for _ in range(50):
-            jacobian = np.zeros((m, 3, n, 3))
-            for k in range(3):
-                d = h * np.eye(3)[k]
-                jacobian[np.arange(m), :, i, k] = (
-                    error(moved(x[i], d), x[j]) - error(moved(x[i], -d), x[j])
-                ) / (2 * h)
-                jacobian[np.arange(m), :, j, k] = (
-                    error(x[i], moved(x[j], d)) - error(x[i], moved(x[j], -d))
-                ) / (2 * h)
-            rows = jacobian.reshape(m, 3, 3 * n)
-            H = np.einsum("kai,kab,kbj->ij", rows, omega, rows)
-            b = -np.einsum("kai,kab,kb->i", rows, omega, error(x[i], x[j]))
-            delta = np.zeros(3 * n)
-            delta[3:] = np.linalg.solve(H[3:, 3:], b[3:])
-            x = moved(x, delta.reshape(n, 3))
-            if np.max(np.abs(delta)) <= tol:
-                break
-        return x
-
-
-def wrong_diagonal_only() -> None:
-    """Wrong: whitens by the diagonal of the information. Caught by gauss_newton-random."""
-    import numpy as np
-
-    def gauss_newton(graph, poses, weights, tol):
-        def turned(angle, v):
-            c, s = np.cos(angle), np.sin(angle)
-            return np.stack([c * v[..., 0] - s * v[..., 1], s * v[..., 0] + c * v[..., 1]], -1)
-
-        def seen(a, b):
-            angle = (b[..., 2:] - a[..., 2:] + np.pi) % (2 * np.pi) - np.pi
-            return np.concatenate([turned(-a[..., 2], (b - a)[..., :2]), angle], axis=-1)
-
-        def moved(a, d):
-            s, k = np.sinc(d[..., 2] / np.pi), d[..., 2] / 2 * np.sinc(d[..., 2] / 2 / np.pi) ** 2
-            bow = np.stack([s * d[..., 0] - k * d[..., 1], k * d[..., 0] + s * d[..., 1]], -1)
-            place = a[..., :2] + turned(a[..., 2], bow)
-            return np.concatenate([place, a[..., 2:] + d[..., 2:]], axis=-1)
-
-        def error(a, b):
-            e = seen(z, seen(a, b))
-            half = e[..., 2] / 2
-            q = np.cos(half) / np.sinc(half / np.pi)
-            x, y = q * e[..., 0] + half * e[..., 1], q * e[..., 1] - half * e[..., 0]
-            return np.stack([x, y, e[..., 2]], axis=-1)
-
-        x, z = np.array(poses, dtype=float), graph["measurement"]
-        i, j = graph["edges"].T
-        w = np.asarray(weights, dtype=float)[:, None, None]
-        omega = w * np.eye(3) * graph["information"]
-        n, m, h = graph["n"], len(i), 1e-5
-        for _ in range(50):
-            jacobian = np.zeros((m, 3, n, 3))
-            for k in range(3):
-                d = h * np.eye(3)[k]
-                jacobian[np.arange(m), :, i, k] = (
-                    error(moved(x[i], d), x[j]) - error(moved(x[i], -d), x[j])
-                ) / (2 * h)
-                jacobian[np.arange(m), :, j, k] = (
-                    error(x[i], moved(x[j], d)) - error(x[i], moved(x[j], -d))
-                ) / (2 * h)
-            rows = jacobian.reshape(m, 3, 3 * n)
-            H = np.einsum("kai,kab,kbj->ij", rows, omega, rows)
-            b = -np.einsum("kai,kab,kb->i", rows, omega, error(x[i], x[j]))
-            delta = np.zeros(3 * n)
-            delta[3:] = np.linalg.solve(H[3:, 3:], b[3:])
-            x = moved(x, delta.reshape(n, 3))
-            if np.max(np.abs(delta)) <= tol:
-                break
-        return x
-
-
-def wrong_squared_weights() -> None:
-    """Wrong: multiplies residual and Jacobian by the weight each, which squares it. Stopped by the
-    visible case gauss_newton-by-hand.
-    """
-    import numpy as np
-
-    def gauss_newton(graph, poses, weights, tol):
-        def turned(angle, v):
-            c, s = np.cos(angle), np.sin(angle)
-            return np.stack([c * v[..., 0] - s * v[..., 1], s * v[..., 0] + c * v[..., 1]], -1)
-
-        def seen(a, b):
-            angle = (b[..., 2:] - a[..., 2:] + np.pi) % (2 * np.pi) - np.pi
-            return np.concatenate([turned(-a[..., 2], (b - a)[..., :2]), angle], axis=-1)
-
-        def moved(a, d):
-            s, k = np.sinc(d[..., 2] / np.pi), d[..., 2] / 2 * np.sinc(d[..., 2] / 2 / np.pi) ** 2
-            bow = np.stack([s * d[..., 0] - k * d[..., 1], k * d[..., 0] + s * d[..., 1]], -1)
-            place = a[..., :2] + turned(a[..., 2], bow)
-            return np.concatenate([place, a[..., 2:] + d[..., 2:]], axis=-1)
-
-        def error(a, b):
-            e = seen(z, seen(a, b))
-            half = e[..., 2] / 2
-            q = np.cos(half) / np.sinc(half / np.pi)
-            x, y = q * e[..., 0] + half * e[..., 1], q * e[..., 1] - half * e[..., 0]
-            return np.stack([x, y, e[..., 2]], axis=-1)
-
-        x, z = np.array(poses, dtype=float), graph["measurement"]
-        i, j = graph["edges"].T
-        w = np.asarray(weights, dtype=float)[:, None, None]
-        omega = w**2 * graph["information"]
-        n, m, h = graph["n"], len(i), 1e-5
-        for _ in range(50):
-            jacobian = np.zeros((m, 3, n, 3))
-            for k in range(3):
-                d = h * np.eye(3)[k]
-                jacobian[np.arange(m), :, i, k] = (
-                    error(moved(x[i], d), x[j]) - error(moved(x[i], -d), x[j])
-                ) / (2 * h)
-                jacobian[np.arange(m), :, j, k] = (
-                    error(x[i], moved(x[j], d)) - error(x[i], moved(x[j], -d))
-                ) / (2 * h)
-            rows = jacobian.reshape(m, 3, 3 * n)
-            H = np.einsum("kai,kab,kbj->ij", rows, omega, rows)
-            b = -np.einsum("kai,kab,kb->i", rows, omega, error(x[i], x[j]))
-            delta = np.zeros(3 * n)
-            delta[3:] = np.linalg.solve(H[3:, 3:], b[3:])
-            x = moved(x, delta.reshape(n, 3))
-            if np.max(np.abs(delta)) <= tol:
-                break
-        return x
-
-
-def wrong_weights_ignored() -> None:
-    """Wrong: every edge counts fully. Stopped by the visible case gauss_newton-by-hand."""
-    import numpy as np
-
-    def gauss_newton(graph, poses, weights, tol):
-        def turned(angle, v):
-            c, s = np.cos(angle), np.sin(angle)
-            return np.stack([c * v[..., 0] - s * v[..., 1], s * v[..., 0] + c * v[..., 1]], -1)
-
-        def seen(a, b):
-            angle = (b[..., 2:] - a[..., 2:] + np.pi) % (2 * np.pi) - np.pi
-            return np.concatenate([turned(-a[..., 2], (b - a)[..., :2]), angle], axis=-1)
-
-        def moved(a, d):
-            s, k = np.sinc(d[..., 2] / np.pi), d[..., 2] / 2 * np.sinc(d[..., 2] / 2 / np.pi) ** 2
-            bow = np.stack([s * d[..., 0] - k * d[..., 1], k * d[..., 0] + s * d[..., 1]], -1)
-            place = a[..., :2] + turned(a[..., 2], bow)
-            return np.concatenate([place, a[..., 2:] + d[..., 2:]], axis=-1)
-
-        def error(a, b):
-            e = seen(z, seen(a, b))
-            half = e[..., 2] / 2
-            q = np.cos(half) / np.sinc(half / np.pi)
-            x, y = q * e[..., 0] + half * e[..., 1], q * e[..., 1] - half * e[..., 0]
-            return np.stack([x, y, e[..., 2]], axis=-1)
-
-        x, z = np.array(poses, dtype=float), graph["measurement"]
-        i, j = graph["edges"].T
-        w = np.asarray(weights, dtype=float)[:, None, None]
-        omega = graph["information"]
-        n, m, h = graph["n"], len(i), 1e-5
-        for _ in range(50):
-            jacobian = np.zeros((m, 3, n, 3))
-            for k in range(3):
-                d = h * np.eye(3)[k]
-                jacobian[np.arange(m), :, i, k] = (
-                    error(moved(x[i], d), x[j]) - error(moved(x[i], -d), x[j])
-                ) / (2 * h)
-                jacobian[np.arange(m), :, j, k] = (
-                    error(x[i], moved(x[j], d)) - error(x[i], moved(x[j], -d))
-                ) / (2 * h)
-            rows = jacobian.reshape(m, 3, 3 * n)
-            H = np.einsum("kai,kab,kbj->ij", rows, omega, rows)
-            b = -np.einsum("kai,kab,kb->i", rows, omega, error(x[i], x[j]))
-            delta = np.zeros(3 * n)
-            delta[3:] = np.linalg.solve(H[3:, 3:], b[3:])
-            x = moved(x, delta.reshape(n, 3))
-            if np.max(np.abs(delta)) <= tol:
-                break
-        return x
-
-
-def wrong_weights_binary() -> None:
-    """Wrong: an edge counts fully or not at all, by a weight over one half. Stopped by the visible
-    case gauss_newton-by-hand.
-    """
-    import numpy as np
-
-    def gauss_newton(graph, poses, weights, tol):
-        def turned(angle, v):
-            c, s = np.cos(angle), np.sin(angle)
-            return np.stack([c * v[..., 0] - s * v[..., 1], s * v[..., 0] + c * v[..., 1]], -1)
-
-        def seen(a, b):
-            angle = (b[..., 2:] - a[..., 2:] + np.pi) % (2 * np.pi) - np.pi
-            return np.concatenate([turned(-a[..., 2], (b - a)[..., :2]), angle], axis=-1)
-
-        def moved(a, d):
-            s, k = np.sinc(d[..., 2] / np.pi), d[..., 2] / 2 * np.sinc(d[..., 2] / 2 / np.pi) ** 2
-            bow = np.stack([s * d[..., 0] - k * d[..., 1], k * d[..., 0] + s * d[..., 1]], -1)
-            place = a[..., :2] + turned(a[..., 2], bow)
-            return np.concatenate([place, a[..., 2:] + d[..., 2:]], axis=-1)
-
-        def error(a, b):
-            e = seen(z, seen(a, b))
-            half = e[..., 2] / 2
-            q = np.cos(half) / np.sinc(half / np.pi)
-            x, y = q * e[..., 0] + half * e[..., 1], q * e[..., 1] - half * e[..., 0]
-            return np.stack([x, y, e[..., 2]], axis=-1)
-
-        x, z = np.array(poses, dtype=float), graph["measurement"]
-        i, j = graph["edges"].T
-        w = 1.0 * (np.asarray(weights) > 0.5)[:, None, None]
-        omega = w * graph["information"]
-        n, m, h = graph["n"], len(i), 1e-5
-        for _ in range(50):
-            jacobian = np.zeros((m, 3, n, 3))
-            for k in range(3):
-                d = h * np.eye(3)[k]
-                jacobian[np.arange(m), :, i, k] = (
-                    error(moved(x[i], d), x[j]) - error(moved(x[i], -d), x[j])
-                ) / (2 * h)
-                jacobian[np.arange(m), :, j, k] = (
-                    error(x[i], moved(x[j], d)) - error(x[i], moved(x[j], -d))
-                ) / (2 * h)
-            rows = jacobian.reshape(m, 3, 3 * n)
-            H = np.einsum("kai,kab,kbj->ij", rows, omega, rows)
-            b = -np.einsum("kai,kab,kb->i", rows, omega, error(x[i], x[j]))
-            delta = np.zeros(3 * n)
-            delta[3:] = np.linalg.solve(H[3:, 3:], b[3:])
-            x = moved(x, delta.reshape(n, 3))
-            if np.max(np.abs(delta)) <= tol:
-                break
-        return x
-
-
-def wrong_two_steps() -> None:
-    """Wrong: stops after two steps, whatever tol says. Caught by gauss_newton-exact."""
-    import numpy as np
-
-    def gauss_newton(graph, poses, weights, tol):
-        def turned(angle, v):
-            c, s = np.cos(angle), np.sin(angle)
-            return np.stack([c * v[..., 0] - s * v[..., 1], s * v[..., 0] + c * v[..., 1]], -1)
-
-        def seen(a, b):
-            angle = (b[..., 2:] - a[..., 2:] + np.pi) % (2 * np.pi) - np.pi
-            return np.concatenate([turned(-a[..., 2], (b - a)[..., :2]), angle], axis=-1)
-
-        def moved(a, d):
-            s, k = np.sinc(d[..., 2] / np.pi), d[..., 2] / 2 * np.sinc(d[..., 2] / 2 / np.pi) ** 2
-            bow = np.stack([s * d[..., 0] - k * d[..., 1], k * d[..., 0] + s * d[..., 1]], -1)
-            place = a[..., :2] + turned(a[..., 2], bow)
-            return np.concatenate([place, a[..., 2:] + d[..., 2:]], axis=-1)
-
-        def error(a, b):
-            e = seen(z, seen(a, b))
-            half = e[..., 2] / 2
-            q = np.cos(half) / np.sinc(half / np.pi)
-            x, y = q * e[..., 0] + half * e[..., 1], q * e[..., 1] - half * e[..., 0]
-            return np.stack([x, y, e[..., 2]], axis=-1)
-
-        x, z = np.array(poses, dtype=float), graph["measurement"]
-        i, j = graph["edges"].T
-        w = np.asarray(weights, dtype=float)[:, None, None]
-        omega = w * graph["information"]
-        n, m, h = graph["n"], len(i), 1e-5
-        for _ in range(2):
-            jacobian = np.zeros((m, 3, n, 3))
-            for k in range(3):
-                d = h * np.eye(3)[k]
-                jacobian[np.arange(m), :, i, k] = (
-                    error(moved(x[i], d), x[j]) - error(moved(x[i], -d), x[j])
-                ) / (2 * h)
-                jacobian[np.arange(m), :, j, k] = (
-                    error(x[i], moved(x[j], d)) - error(x[i], moved(x[j], -d))
-                ) / (2 * h)
-            rows = jacobian.reshape(m, 3, 3 * n)
-            H = np.einsum("kai,kab,kbj->ij", rows, omega, rows)
-            b = -np.einsum("kai,kab,kb->i", rows, omega, error(x[i], x[j]))
-            delta = np.zeros(3 * n)
-            delta[3:] = np.linalg.solve(H[3:, 3:], b[3:])
-            x = moved(x, delta.reshape(n, 3))
-            if np.max(np.abs(delta)) <= tol:
-                break
-        return x
-
-
-def wrong_one_step() -> None:
-    """Wrong: takes one step, and calls it the minimum. Caught by gauss_newton-exact."""
-    import numpy as np
-
-    def gauss_newton(graph, poses, weights, tol):
-        def turned(angle, v):
-            c, s = np.cos(angle), np.sin(angle)
-            return np.stack([c * v[..., 0] - s * v[..., 1], s * v[..., 0] + c * v[..., 1]], -1)
-
-        def seen(a, b):
-            angle = (b[..., 2:] - a[..., 2:] + np.pi) % (2 * np.pi) - np.pi
-            return np.concatenate([turned(-a[..., 2], (b - a)[..., :2]), angle], axis=-1)
-
-        def moved(a, d):
-            s, k = np.sinc(d[..., 2] / np.pi), d[..., 2] / 2 * np.sinc(d[..., 2] / 2 / np.pi) ** 2
-            bow = np.stack([s * d[..., 0] - k * d[..., 1], k * d[..., 0] + s * d[..., 1]], -1)
-            place = a[..., :2] + turned(a[..., 2], bow)
-            return np.concatenate([place, a[..., 2:] + d[..., 2:]], axis=-1)
-
-        def error(a, b):
-            e = seen(z, seen(a, b))
-            half = e[..., 2] / 2
-            q = np.cos(half) / np.sinc(half / np.pi)
-            x, y = q * e[..., 0] + half * e[..., 1], q * e[..., 1] - half * e[..., 0]
-            return np.stack([x, y, e[..., 2]], axis=-1)
-
-        x, z = np.array(poses, dtype=float), graph["measurement"]
-        i, j = graph["edges"].T
-        w = np.asarray(weights, dtype=float)[:, None, None]
-        omega = w * graph["information"]
-        n, m, h = graph["n"], len(i), 1e-5
-        for _ in range(1):
-            jacobian = np.zeros((m, 3, n, 3))
-            for k in range(3):
-                d = h * np.eye(3)[k]
-                jacobian[np.arange(m), :, i, k] = (
-                    error(moved(x[i], d), x[j]) - error(moved(x[i], -d), x[j])
-                ) / (2 * h)
-                jacobian[np.arange(m), :, j, k] = (
-                    error(x[i], moved(x[j], d)) - error(x[i], moved(x[j], -d))
-                ) / (2 * h)
-            rows = jacobian.reshape(m, 3, 3 * n)
-            H = np.einsum("kai,kab,kbj->ij", rows, omega, rows)
-            b = -np.einsum("kai,kab,kb->i", rows, omega, error(x[i], x[j]))
-            delta = np.zeros(3 * n)
-            delta[3:] = np.linalg.solve(H[3:, 3:], b[3:])
-            x = moved(x, delta.reshape(n, 3))
-            if np.max(np.abs(delta)) <= tol:
-                break
-        return x
-
-
-def wrong_nothing_held() -> None:
-    """Wrong: no pose is held; the smallest step of all that solve is taken, and pose 0 moves too.
-    Stopped by the visible case gauss_newton-by-hand.
-    """
-    import numpy as np
-
-    def gauss_newton(graph, poses, weights, tol):
-        def turned(angle, v):
-            c, s = np.cos(angle), np.sin(angle)
-            return np.stack([c * v[..., 0] - s * v[..., 1], s * v[..., 0] + c * v[..., 1]], -1)
-
-        def seen(a, b):
-            angle = (b[..., 2:] - a[..., 2:] + np.pi) % (2 * np.pi) - np.pi
-            return np.concatenate([turned(-a[..., 2], (b - a)[..., :2]), angle], axis=-1)
-
-        def moved(a, d):
-            s, k = np.sinc(d[..., 2] / np.pi), d[..., 2] / 2 * np.sinc(d[..., 2] / 2 / np.pi) ** 2
-            bow = np.stack([s * d[..., 0] - k * d[..., 1], k * d[..., 0] + s * d[..., 1]], -1)
-            place = a[..., :2] + turned(a[..., 2], bow)
-            return np.concatenate([place, a[..., 2:] + d[..., 2:]], axis=-1)
-
-        def error(a, b):
-            e = seen(z, seen(a, b))
-            half = e[..., 2] / 2
-            q = np.cos(half) / np.sinc(half / np.pi)
-            x, y = q * e[..., 0] + half * e[..., 1], q * e[..., 1] - half * e[..., 0]
-            return np.stack([x, y, e[..., 2]], axis=-1)
-
-        x, z = np.array(poses, dtype=float), graph["measurement"]
-        i, j = graph["edges"].T
-        w = np.asarray(weights, dtype=float)[:, None, None]
-        omega = w * graph["information"]
-        n, m, h = graph["n"], len(i), 1e-5
-        for _ in range(50):
-            jacobian = np.zeros((m, 3, n, 3))
-            for k in range(3):
-                d = h * np.eye(3)[k]
-                jacobian[np.arange(m), :, i, k] = (
-                    error(moved(x[i], d), x[j]) - error(moved(x[i], -d), x[j])
-                ) / (2 * h)
-                jacobian[np.arange(m), :, j, k] = (
-                    error(x[i], moved(x[j], d)) - error(x[i], moved(x[j], -d))
-                ) / (2 * h)
-            rows = jacobian.reshape(m, 3, 3 * n)
-            H = np.einsum("kai,kab,kbj->ij", rows, omega, rows)
-            b = -np.einsum("kai,kab,kb->i", rows, omega, error(x[i], x[j]))
-            delta = np.linalg.pinv(H) @ b
-            x = moved(x, delta.reshape(n, 3))
-            if np.max(np.abs(delta)) <= tol:
-                break
-        return x
-
-
-def wrong_back_to_the_origin() -> None:
-    """Wrong: puts pose 0 at the origin, wherever it was handed in. Stopped by the visible case
-    gauss_newton-anchor.
-    """
-    import numpy as np
-
-    def gauss_newton(graph, poses, weights, tol):
-        def turned(angle, v):
-            c, s = np.cos(angle), np.sin(angle)
-            return np.stack([c * v[..., 0] - s * v[..., 1], s * v[..., 0] + c * v[..., 1]], -1)
-
-        def seen(a, b):
-            angle = (b[..., 2:] - a[..., 2:] + np.pi) % (2 * np.pi) - np.pi
-            return np.concatenate([turned(-a[..., 2], (b - a)[..., :2]), angle], axis=-1)
-
-        def moved(a, d):
-            s, k = np.sinc(d[..., 2] / np.pi), d[..., 2] / 2 * np.sinc(d[..., 2] / 2 / np.pi) ** 2
-            bow = np.stack([s * d[..., 0] - k * d[..., 1], k * d[..., 0] + s * d[..., 1]], -1)
-            place = a[..., :2] + turned(a[..., 2], bow)
-            return np.concatenate([place, a[..., 2:] + d[..., 2:]], axis=-1)
-
-        def error(a, b):
-            e = seen(z, seen(a, b))
-            half = e[..., 2] / 2
-            q = np.cos(half) / np.sinc(half / np.pi)
-            x, y = q * e[..., 0] + half * e[..., 1], q * e[..., 1] - half * e[..., 0]
-            return np.stack([x, y, e[..., 2]], axis=-1)
-
-        x, z = np.array(poses, dtype=float), graph["measurement"]
-        x = seen(x[:1], x)
-        i, j = graph["edges"].T
-        w = np.asarray(weights, dtype=float)[:, None, None]
-        omega = w * graph["information"]
-        n, m, h = graph["n"], len(i), 1e-5
-        for _ in range(50):
-            jacobian = np.zeros((m, 3, n, 3))
-            for k in range(3):
-                d = h * np.eye(3)[k]
-                jacobian[np.arange(m), :, i, k] = (
-                    error(moved(x[i], d), x[j]) - error(moved(x[i], -d), x[j])
-                ) / (2 * h)
-                jacobian[np.arange(m), :, j, k] = (
-                    error(x[i], moved(x[j], d)) - error(x[i], moved(x[j], -d))
-                ) / (2 * h)
-            rows = jacobian.reshape(m, 3, 3 * n)
-            H = np.einsum("kai,kab,kbj->ij", rows, omega, rows)
-            b = -np.einsum("kai,kab,kb->i", rows, omega, error(x[i], x[j]))
-            delta = np.zeros(3 * n)
-            delta[3:] = np.linalg.solve(H[3:, 3:], b[3:])
-            x = moved(x, delta.reshape(n, 3))
-            if np.max(np.abs(delta)) <= tol:
-                break
-        return x
-
-
-def wrong_integer_start() -> None:
-    """Wrong: starts in an array of the start's own type: whole numbers stay whole. Stopped by the
-    visible case gauss_newton-lists.
-    """
-    import numpy as np
-
-    def gauss_newton(graph, poses, weights, tol):
-        def turned(angle, v):
-            c, s = np.cos(angle), np.sin(angle)
-            return np.stack([c * v[..., 0] - s * v[..., 1], s * v[..., 0] + c * v[..., 1]], -1)
-
-        def seen(a, b):
-            angle = (b[..., 2:] - a[..., 2:] + np.pi) % (2 * np.pi) - np.pi
-            return np.concatenate([turned(-a[..., 2], (b - a)[..., :2]), angle], axis=-1)
-
-        def moved(a, d):
-            s, k = np.sinc(d[..., 2] / np.pi), d[..., 2] / 2 * np.sinc(d[..., 2] / 2 / np.pi) ** 2
-            bow = np.stack([s * d[..., 0] - k * d[..., 1], k * d[..., 0] + s * d[..., 1]], -1)
-            place = a[..., :2] + turned(a[..., 2], bow)
-            return np.concatenate([place, a[..., 2:] + d[..., 2:]], axis=-1)
-
-        def error(a, b):
-            e = seen(z, seen(a, b))
-            half = e[..., 2] / 2
-            q = np.cos(half) / np.sinc(half / np.pi)
-            x, y = q * e[..., 0] + half * e[..., 1], q * e[..., 1] - half * e[..., 0]
-            return np.stack([x, y, e[..., 2]], axis=-1)
-
-        x, z = np.array(poses), graph["measurement"]
-        i, j = graph["edges"].T
-        w = np.asarray(weights, dtype=float)[:, None, None]
-        omega = w * graph["information"]
-        n, m, h = graph["n"], len(i), 1e-5
-        for _ in range(50):
-            jacobian = np.zeros((m, 3, n, 3))
-            for k in range(3):
-                d = h * np.eye(3)[k]
-                jacobian[np.arange(m), :, i, k] = (
-                    error(moved(x[i], d), x[j]) - error(moved(x[i], -d), x[j])
-                ) / (2 * h)
-                jacobian[np.arange(m), :, j, k] = (
-                    error(x[i], moved(x[j], d)) - error(x[i], moved(x[j], -d))
-                ) / (2 * h)
-            rows = jacobian.reshape(m, 3, 3 * n)
-            H = np.einsum("kai,kab,kbj->ij", rows, omega, rows)
-            b = -np.einsum("kai,kab,kb->i", rows, omega, error(x[i], x[j]))
-            delta = np.zeros(3 * n)
-            delta[3:] = np.linalg.solve(H[3:, 3:], b[3:])
-            x[...] = moved(x, delta.reshape(n, 3))
-            if np.max(np.abs(delta)) <= tol:
-                break
-        return x
+    delta = np.zeros(3 * n)
+    delta[3:] = np.linalg.solve(H[3:, 3:], b[3:])
+    """,
+    "delta = np.linalg.pinv(H) @ b",
+    stopped_by="gauss_newton-by-hand",
+)
+"""Wrong: no pose is held; the smallest step of all that solve is taken, and pose 0 moves too."""
+
+wrong_back_to_the_origin = change(
+    right_vectorised,
+    'i, j = graph["edges"].T',
+    'x = seen(x[:1], x)\ni, j = graph["edges"].T',
+    stopped_by="gauss_newton-anchor",
+)
+"""Wrong: puts pose 0 at the origin, wherever it was handed in."""
+
+wrong_integer_start = change(
+    right_vectorised,
+    ("np.array(poses, dtype=float)", "np.array(poses)"),
+    ("x = moved(x, delta.reshape(n, 3))", "x[...] = moved(x, delta.reshape(n, 3))"),
+    stopped_by="gauss_newton-lists",
+)
+"""Wrong: starts in an array of the start's own type: whole numbers stay whole."""

@@ -1,5 +1,7 @@
 """Answers to exercise jacobians of 08-showcase: each body is a cell as handed in."""
 
+from robust_slam_autograder.lint.answers import change
+
 
 def right_closed_form() -> None:
     """Right: the inverse right Jacobian of the residual, and the adjoint for pose i."""
@@ -114,27 +116,20 @@ def wrong_without_the_bend() -> None:
         return -np.array([[c, -s, y], [s, c, -x], [0, 0, 1]]), np.eye(3)
 
 
-def wrong_first_order_bend() -> None:
-    """Wrong: the bend of the logarithm to first order in the residual. Caught by
-    jacobians-random.
+wrong_first_order_bend = change(
+    right_closed_form,
     """
-    import numpy as np
-
-    def jacobians(pose_i, pose_j, z):
-        def seen(a, b):
-            c, s = np.cos(a[2]), np.sin(a[2])
-            step = np.array([[c, s], [-s, c]]) @ (b[:2] - a[:2])
-            return np.append(step, (b[2] - a[2] + np.pi) % (2 * np.pi) - np.pi)
-
-        i, j, z = (np.array(p, dtype=float) for p in (pose_i, pose_j, z))
-        x, y, angle = seen(z, seen(i, j))
-        half = angle / 2
-        q = np.cos(half) / np.sinc(half / np.pi)
-        x, y = q * x + half * y, q * y - half * x
-        by_j = np.array([[1, -half, y / 2], [half, 1, -x / 2], [0, 0, 1]])
-        back = seen(j, i)
-        c, s = np.cos(back[2]), np.sin(back[2])
-        return -by_j @ np.array([[c, -s, back[1]], [s, c, -back[0]], [0, 0, 1]]), by_j
+    bend = (1 - q) / angle if abs(angle) > 1e-3 else angle / 12
+    x, y = q * x + half * y, q * y - half * x
+    by_j = np.array([[q, -half, bend * x + y / 2], [half, q, bend * y - x / 2], [0, 0, 1]])
+    """,
+    """
+    x, y = q * x + half * y, q * y - half * x
+    by_j = np.array([[1, -half, y / 2], [half, 1, -x / 2], [0, 0, 1]])
+    """,
+    caught_by="jacobians-random",
+)
+"""Wrong: the bend of the logarithm to first order in the residual."""
 
 
 def wrong_additive_steps() -> None:
@@ -170,28 +165,27 @@ def wrong_transposed() -> None:
         return -np.array([[c, -s, y], [s, c, -x], [0, 0, 1]]).T, np.eye(3)
 
 
-def wrong_turns_in_the_difference() -> None:
-    """Wrong: the angle of the residual keeps whole turns, which bends the logarithm. Caught by
-    jacobians-far.
-    """
-    import numpy as np
-
-    def jacobians(pose_i, pose_j, z):
-        def moved(p, d):
-            angle = d[2]
-            bow = 1.0 if angle == 0 else (np.exp(1j * angle) - 1) / (1j * angle)
-            place = complex(p[0], p[1]) + np.exp(1j * p[2]) * complex(d[0], d[1]) * bow
-            return place, p[2] + angle
-
-        def residual(d):
-            (at_i, turn_i), (at_j, turn_j) = moved(pose_i, d[:3]), moved(pose_j, d[3:])
-            gap = (at_j - at_i) * np.exp(-1j * turn_i) - complex(z[0], z[1])
-            gap = gap * np.exp(-1j * z[2])
-            angle = turn_j - turn_i - z[2]
-            half = angle / 2
-            rho = gap * (np.cos(half) / np.sinc(half / np.pi) - 1j * half)
-            return np.array([rho.real, rho.imag, angle])
-
+wrong_turns_in_the_difference = change(
+    right_scipy,
+    (
+        """
+        import numpy as np
+        from scipy.optimize._numdiff import approx_derivative
+        """,
+        "import numpy as np",
+    ),
+    ("angle = np.angle(np.exp(1j * (turn_j - turn_i - z[2])))", "angle = turn_j - turn_i - z[2]"),
+    (
+        """
+        both = approx_derivative(residual, np.zeros(6), method="3-point")
+        return both[:, :3].tolist(), both[:, 3:].tolist()
+        """,
+        """
         h = 1e-5 * np.eye(6)
         both = np.transpose([(residual(e) - residual(-e)) / 2e-5 for e in h])
         return both[:, :3], both[:, 3:]
+        """,
+    ),
+    caught_by="jacobians-far",
+)
+"""Wrong: the angle of the residual keeps whole turns, which bends the logarithm."""

@@ -1,5 +1,7 @@
 """Answers to exercise residuals of 08-showcase: each body is a cell as handed in."""
 
+from robust_slam_autograder.lint.answers import change
+
 
 def right_loop() -> None:
     """Right: plain Python, edge by edge, with math alone."""
@@ -98,42 +100,37 @@ def wrong_coordinates() -> None:
         return np.column_stack([gap.real, gap.imag, np.angle(turn[j] / turn[i] / z_turn)])
 
 
-def wrong_division_at_zero() -> None:
-    """Wrong: divides by the tangent of a half angle of zero: NaN where the map fits. Stopped by
-    the visible case residuals-exact.
-    """
-    import numpy as np
+wrong_division_at_zero = change(
+    right_complex,
+    ('i, j = graph["edges"][:, 0], graph["edges"][:, 1]', 'i, j = graph["edges"].T'),
+    (
+        """
+        flat = np.abs(angle) < 1e-9
+        safe = np.where(flat, 1.0, angle)
+        mean = np.where(flat, 1.0, (np.exp(1j * safe) - 1) / (1j * safe))
+        rho = gap / mean
+        """,
+        "rho = gap * (angle / 2 / np.tan(angle / 2) - 0.5j * angle)",
+    ),
+    stopped_by="residuals-exact",
+)
+"""Wrong: divides by the tangent of a half angle of zero: NaN where the map fits."""
 
-    def residuals(poses, graph):
-        def parts(p):
-            return p[:, 0] + 1j * p[:, 1], np.exp(1j * p[:, 2])
-
-        place, turn = parts(np.asarray(poses, dtype=float))
-        z_place, z_turn = parts(graph["measurement"])
-        i, j = graph["edges"].T
-        gap = ((place[j] - place[i]) / turn[i] - z_place) / z_turn
-        angle = np.angle(turn[j] / turn[i] / z_turn)
-        rho = gap * (angle / 2 / np.tan(angle / 2) - 0.5j * angle)
-        return np.column_stack([rho.real, rho.imag, angle])
-
-
-def wrong_small_angle_log() -> None:
-    """Wrong: the matrix of the half angle for small angles, its diagonal always 1. Stopped by the
-    visible case residuals-by-hand.
-    """
-    import numpy as np
-
-    def residuals(poses, graph):
-        def parts(p):
-            return p[:, 0] + 1j * p[:, 1], np.exp(1j * p[:, 2])
-
-        place, turn = parts(np.asarray(poses, dtype=float))
-        z_place, z_turn = parts(graph["measurement"])
-        i, j = graph["edges"].T
-        gap = ((place[j] - place[i]) / turn[i] - z_place) / z_turn
-        angle = np.angle(turn[j] / turn[i] / z_turn)
-        rho = gap * (1 - 0.5j * angle)
-        return np.column_stack([rho.real, rho.imag, angle])
+wrong_small_angle_log = change(
+    right_complex,
+    ('i, j = graph["edges"][:, 0], graph["edges"][:, 1]', 'i, j = graph["edges"].T'),
+    (
+        """
+        flat = np.abs(angle) < 1e-9
+        safe = np.where(flat, 1.0, angle)
+        mean = np.where(flat, 1.0, (np.exp(1j * safe) - 1) / (1j * safe))
+        rho = gap / mean
+        """,
+        "rho = gap * (1 - 0.5j * angle)",
+    ),
+    stopped_by="residuals-by-hand",
+)
+"""Wrong: the matrix of the half angle for small angles, its diagonal always 1."""
 
 
 def wrong_no_wrap() -> None:

@@ -1,5 +1,7 @@
 """Answers to exercise robust_solve of 08-showcase: each body is a cell as handed in."""
 
+from robust_slam_autograder.lint.answers import change
+
 
 def right_three_pieces() -> None:
     """Right: the three pieces of the weight by np.where."""
@@ -80,196 +82,50 @@ def right_counted_mu() -> None:
                 return poses, weights
 
 
-def wrong_odometry_doubted() -> None:
-    """Wrong: weighs the odometry like the closures. Stopped by the visible case
-    robust_solve-map.
-    """
-    import numpy as np
+wrong_odometry_doubted = change(
+    right_three_pieces, "np.where(is_odometry, 1.0, new)", "new", stopped_by="robust_solve-map"
+)
+"""Wrong: weighs the odometry like the closures."""
 
-    def robust_solve(graph, c, solve):
-        is_odometry = np.asarray(graph["is_odometry"], dtype=bool)
-        weights = np.ones(is_odometry.size)
-        poses, u = solve(graph, weights, None)
-        u = np.asarray(u)
-        worst = np.max(u[~is_odometry], initial=0.0)
-        if 2 * worst**2 <= c**2:
-            return poses, weights
-        mu = c**2 / (2 * worst**2 - c**2)
-        for _ in range(1000):
-            low, high = mu / (mu + 1) * c**2, (mu + 1) / mu * c**2
-            middle = c / np.maximum(u, 1e-300) * np.sqrt(mu * (mu + 1)) - mu
-            new = np.where(u**2 <= low, 1.0, np.where(u**2 >= high, 0.0, middle))
-            weights = new
-            poses, u = solve(graph, weights, poses)
-            u = np.asarray(u)
-            if np.all((weights == 0) | (weights == 1)):
-                break
-            mu *= 1.4
-        return poses, weights
+wrong_start_by_all_norms = change(
+    right_three_pieces, "u[~is_odometry]", "u", stopped_by="robust_solve-trust"
+)
+"""Wrong: the odometry's norms too decide whether there is something to reject."""
 
+wrong_mu_before_the_solve = change(
+    right_three_pieces,
+    "c**2 / (2 * worst**2 - c**2)",
+    "1.4 * c**2 / (2 * worst**2 - c**2)",
+    stopped_by="robust_solve-by-hand",
+)
+"""Wrong: multiplies μ before the first solve with it."""
 
-def wrong_start_by_all_norms() -> None:
-    """Wrong: the odometry's norms too decide whether there is something to reject. Stopped by
-    the visible case robust_solve-trust.
-    """
-    import numpy as np
+wrong_c_for_its_square = change(
+    right_three_pieces,
+    "mu / (mu + 1) * c**2, (mu + 1) / mu * c**2",
+    "mu / (mu + 1) * c, (mu + 1) / mu * c",
+    stopped_by="robust_solve-by-hand",
+)
+"""Wrong: c where its square belongs, in the knees of the weight."""
 
-    def robust_solve(graph, c, solve):
-        is_odometry = np.asarray(graph["is_odometry"], dtype=bool)
-        weights = np.ones(is_odometry.size)
-        poses, u = solve(graph, weights, None)
-        u = np.asarray(u)
-        worst = np.max(u, initial=0.0)
-        if 2 * worst**2 <= c**2:
-            return poses, weights
-        mu = c**2 / (2 * worst**2 - c**2)
-        for _ in range(1000):
-            low, high = mu / (mu + 1) * c**2, (mu + 1) / mu * c**2
-            middle = c / np.maximum(u, 1e-300) * np.sqrt(mu * (mu + 1)) - mu
-            new = np.where(u**2 <= low, 1.0, np.where(u**2 >= high, 0.0, middle))
-            weights = np.where(is_odometry, 1.0, new)
-            poses, u = solve(graph, weights, poses)
-            u = np.asarray(u)
-            if np.all((weights == 0) | (weights == 1)):
-                break
-            mu *= 1.4
-        return poses, weights
+wrong_no_middle_piece = change(
+    right_three_pieces,
+    "c / np.maximum(u, 1e-300) * np.sqrt(mu * (mu + 1)) - mu",
+    "0.0",
+    stopped_by="robust_solve-by-hand",
+)
+"""Wrong: keeps or rejects at once, without the piece between."""
 
+wrong_factor = change(right_three_pieces, "mu *= 1.4", "mu *= 2", caught_by="robust_solve-rows")
+"""Wrong: μ grows by 2."""
 
-def wrong_mu_before_the_solve() -> None:
-    """Wrong: multiplies μ before the first solve with it. Stopped by the visible case
-    robust_solve-by-hand.
-    """
-    import numpy as np
-
-    def robust_solve(graph, c, solve):
-        is_odometry = np.asarray(graph["is_odometry"], dtype=bool)
-        weights = np.ones(is_odometry.size)
-        poses, u = solve(graph, weights, None)
-        u = np.asarray(u)
-        worst = np.max(u[~is_odometry], initial=0.0)
-        if 2 * worst**2 <= c**2:
-            return poses, weights
-        mu = 1.4 * c**2 / (2 * worst**2 - c**2)
-        for _ in range(1000):
-            low, high = mu / (mu + 1) * c**2, (mu + 1) / mu * c**2
-            middle = c / np.maximum(u, 1e-300) * np.sqrt(mu * (mu + 1)) - mu
-            new = np.where(u**2 <= low, 1.0, np.where(u**2 >= high, 0.0, middle))
-            weights = np.where(is_odometry, 1.0, new)
-            poses, u = solve(graph, weights, poses)
-            u = np.asarray(u)
-            if np.all((weights == 0) | (weights == 1)):
-                break
-            mu *= 1.4
-        return poses, weights
-
-
-def wrong_c_for_its_square() -> None:
-    """Wrong: c where its square belongs, in the knees of the weight. Stopped by the visible case
-    robust_solve-by-hand.
-    """
-    import numpy as np
-
-    def robust_solve(graph, c, solve):
-        is_odometry = np.asarray(graph["is_odometry"], dtype=bool)
-        weights = np.ones(is_odometry.size)
-        poses, u = solve(graph, weights, None)
-        u = np.asarray(u)
-        worst = np.max(u[~is_odometry], initial=0.0)
-        if 2 * worst**2 <= c**2:
-            return poses, weights
-        mu = c**2 / (2 * worst**2 - c**2)
-        for _ in range(1000):
-            low, high = mu / (mu + 1) * c, (mu + 1) / mu * c
-            middle = c / np.maximum(u, 1e-300) * np.sqrt(mu * (mu + 1)) - mu
-            new = np.where(u**2 <= low, 1.0, np.where(u**2 >= high, 0.0, middle))
-            weights = np.where(is_odometry, 1.0, new)
-            poses, u = solve(graph, weights, poses)
-            u = np.asarray(u)
-            if np.all((weights == 0) | (weights == 1)):
-                break
-            mu *= 1.4
-        return poses, weights
-
-
-def wrong_no_middle_piece() -> None:
-    """Wrong: keeps or rejects at once, without the piece between. Stopped by the visible case
-    robust_solve-by-hand.
-    """
-    import numpy as np
-
-    def robust_solve(graph, c, solve):
-        is_odometry = np.asarray(graph["is_odometry"], dtype=bool)
-        weights = np.ones(is_odometry.size)
-        poses, u = solve(graph, weights, None)
-        u = np.asarray(u)
-        worst = np.max(u[~is_odometry], initial=0.0)
-        if 2 * worst**2 <= c**2:
-            return poses, weights
-        mu = c**2 / (2 * worst**2 - c**2)
-        for _ in range(1000):
-            low, high = mu / (mu + 1) * c**2, (mu + 1) / mu * c**2
-            middle = 0.0
-            new = np.where(u**2 <= low, 1.0, np.where(u**2 >= high, 0.0, middle))
-            weights = np.where(is_odometry, 1.0, new)
-            poses, u = solve(graph, weights, poses)
-            u = np.asarray(u)
-            if np.all((weights == 0) | (weights == 1)):
-                break
-            mu *= 1.4
-        return poses, weights
-
-
-def wrong_factor() -> None:
-    """Wrong: μ grows by 2. Caught by robust_solve-rows."""
-    import numpy as np
-
-    def robust_solve(graph, c, solve):
-        is_odometry = np.asarray(graph["is_odometry"], dtype=bool)
-        weights = np.ones(is_odometry.size)
-        poses, u = solve(graph, weights, None)
-        u = np.asarray(u)
-        worst = np.max(u[~is_odometry], initial=0.0)
-        if 2 * worst**2 <= c**2:
-            return poses, weights
-        mu = c**2 / (2 * worst**2 - c**2)
-        for _ in range(1000):
-            low, high = mu / (mu + 1) * c**2, (mu + 1) / mu * c**2
-            middle = c / np.maximum(u, 1e-300) * np.sqrt(mu * (mu + 1)) - mu
-            new = np.where(u**2 <= low, 1.0, np.where(u**2 >= high, 0.0, middle))
-            weights = np.where(is_odometry, 1.0, new)
-            poses, u = solve(graph, weights, poses)
-            u = np.asarray(u)
-            if np.all((weights == 0) | (weights == 1)):
-                break
-            mu *= 2
-        return poses, weights
-
-
-def wrong_stale_start() -> None:
-    """Wrong: begins every solve afresh, from no poses. Caught by robust_solve-map."""
-    import numpy as np
-
-    def robust_solve(graph, c, solve):
-        is_odometry = np.asarray(graph["is_odometry"], dtype=bool)
-        weights = np.ones(is_odometry.size)
-        poses, u = solve(graph, weights, None)
-        u = np.asarray(u)
-        worst = np.max(u[~is_odometry], initial=0.0)
-        if 2 * worst**2 <= c**2:
-            return poses, weights
-        mu = c**2 / (2 * worst**2 - c**2)
-        for _ in range(1000):
-            low, high = mu / (mu + 1) * c**2, (mu + 1) / mu * c**2
-            middle = c / np.maximum(u, 1e-300) * np.sqrt(mu * (mu + 1)) - mu
-            new = np.where(u**2 <= low, 1.0, np.where(u**2 >= high, 0.0, middle))
-            weights = np.where(is_odometry, 1.0, new)
-            poses, u = solve(graph, weights, None)
-            u = np.asarray(u)
-            if np.all((weights == 0) | (weights == 1)):
-                break
-            mu *= 1.4
-        return poses, weights
+wrong_stale_start = change(
+    right_three_pieces,
+    "solve(graph, weights, poses)",
+    "solve(graph, weights, None)",
+    caught_by="robust_solve-map",
+)
+"""Wrong: begins every solve afresh, from no poses."""
 
 
 def wrong_stops_when_converged_once() -> None:
@@ -301,32 +157,13 @@ def wrong_stops_when_converged_once() -> None:
         return before, weights
 
 
-def wrong_plain_tls() -> None:
-    """Wrong: no graduation: rejects what is past c from the least-squares fit on. Stopped by the
-    visible case robust_solve-by-hand.
-    """
-    import numpy as np
-
-    def robust_solve(graph, c, solve):
-        is_odometry = np.asarray(graph["is_odometry"], dtype=bool)
-        weights = np.ones(is_odometry.size)
-        poses, u = solve(graph, weights, None)
-        u = np.asarray(u)
-        worst = np.max(u[~is_odometry], initial=0.0)
-        if 2 * worst**2 <= c**2:
-            return poses, weights
-        mu = 1e9
-        for _ in range(1000):
-            low, high = mu / (mu + 1) * c**2, (mu + 1) / mu * c**2
-            middle = c / np.maximum(u, 1e-300) * np.sqrt(mu * (mu + 1)) - mu
-            new = np.where(u**2 <= low, 1.0, np.where(u**2 >= high, 0.0, middle))
-            weights = np.where(is_odometry, 1.0, new)
-            poses, u = solve(graph, weights, poses)
-            u = np.asarray(u)
-            if np.all((weights == 0) | (weights == 1)):
-                break
-            mu = 1e9
-        return poses, weights
+wrong_plain_tls = change(
+    right_three_pieces,
+    ("mu = c**2 / (2 * worst**2 - c**2)", "mu = 1e9"),
+    ("mu *= 1.4", "mu = 1e9"),
+    stopped_by="robust_solve-by-hand",
+)
+"""Wrong: no graduation: rejects what is past c from the least-squares fit on."""
 
 
 def wrong_misprint_surrogate() -> None:
@@ -354,60 +191,15 @@ def wrong_misprint_surrogate() -> None:
         return poses, weights
 
 
-def wrong_misprint_start() -> None:
-    """Wrong: starts at μ = 1, as the lesson does, whatever the largest norm is. Stopped by the
-    visible case robust_solve-by-hand.
-    """
-    import numpy as np
+wrong_misprint_start = change(
+    right_three_pieces, "c**2 / (2 * worst**2 - c**2)", "1.0", stopped_by="robust_solve-by-hand"
+)
+"""Wrong: starts at μ = 1, as the lesson does, whatever the largest norm is."""
 
-    def robust_solve(graph, c, solve):
-        is_odometry = np.asarray(graph["is_odometry"], dtype=bool)
-        weights = np.ones(is_odometry.size)
-        poses, u = solve(graph, weights, None)
-        u = np.asarray(u)
-        worst = np.max(u[~is_odometry], initial=0.0)
-        if 2 * worst**2 <= c**2:
-            return poses, weights
-        mu = 1.0
-        for _ in range(1000):
-            low, high = mu / (mu + 1) * c**2, (mu + 1) / mu * c**2
-            middle = c / np.maximum(u, 1e-300) * np.sqrt(mu * (mu + 1)) - mu
-            new = np.where(u**2 <= low, 1.0, np.where(u**2 >= high, 0.0, middle))
-            weights = np.where(is_odometry, 1.0, new)
-            poses, u = solve(graph, weights, poses)
-            u = np.asarray(u)
-            if np.all((weights == 0) | (weights == 1)):
-                break
-            mu *= 1.4
-        return poses, weights
-
-
-def wrong_never_nothing() -> None:
-    """Wrong: no look at whether there is something to reject, and μ is negative. Caught by
-    robust_solve-nothing.
-    """
-    import numpy as np
-
-    def robust_solve(graph, c, solve):
-        is_odometry = np.asarray(graph["is_odometry"], dtype=bool)
-        weights = np.ones(is_odometry.size)
-        poses, u = solve(graph, weights, None)
-        u = np.asarray(u)
-        worst = np.max(u[~is_odometry], initial=0.0)
-        if worst == 0:
-            return poses, weights
-        mu = c**2 / (2 * worst**2 - c**2)
-        for _ in range(1000):
-            low, high = mu / (mu + 1) * c**2, (mu + 1) / mu * c**2
-            middle = c / np.maximum(u, 1e-300) * np.sqrt(mu * (mu + 1)) - mu
-            new = np.where(u**2 <= low, 1.0, np.where(u**2 >= high, 0.0, middle))
-            weights = np.where(is_odometry, 1.0, new)
-            poses, u = solve(graph, weights, poses)
-            u = np.asarray(u)
-            if np.all((weights == 0) | (weights == 1)):
-                break
-            mu *= 1.4
-        return poses, weights
+wrong_never_nothing = change(
+    right_three_pieces, "2 * worst**2 <= c**2", "worst == 0", caught_by="robust_solve-nothing"
+)
+"""Wrong: no look at whether there is something to reject, and μ is negative."""
 
 
 def wrong_twenty_solves() -> None:

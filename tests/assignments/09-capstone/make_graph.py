@@ -1,5 +1,7 @@
 """Answers to exercise make_graph of 09-capstone: each body is a cell as handed in."""
 
+from robust_slam_autograder.lint.answers import change
+
 
 def right_complex() -> None:
     """Right: round and round a circle, positions as complex numbers."""
@@ -95,470 +97,123 @@ def right_se2() -> None:
         }, truth
 
 
-def wrong_covariance() -> None:
-    """Wrong: the covariance where the information belongs. Stopped by the visible case
-    make_graph-information.
+wrong_covariance = change(
+    right_complex, "sigma**-2", "sigma**2", stopped_by="make_graph-information"
+)
+"""Wrong: the covariance where the information belongs."""
+
+wrong_root_of_the_information = change(
+    right_complex, "sigma**-2", "1 / sigma", stopped_by="make_graph-information"
+)
+"""Wrong: one over σ in place of one over its square."""
+
+wrong_variance_drawn = change(
+    right_complex,
+    "rng.normal(0.0, sigma, (m, 3))",
+    "rng.normal(0.0, sigma**2, (m, 3))",
+    caught_by="make_graph-noise",
+)
+"""Wrong: draws with the variance where the standard deviation belongs."""
+
+wrong_noise_on_the_left = change(
+    right_complex,
+    "gap + np.exp(1j * turn) * (eta[:, :2] @ [1, 1j]) * bow",
+    "(eta[:, :2] @ [1, 1j]) * bow + np.exp(1j * eta[:, 2]) * gap",
+    caught_by="make_graph-noise",
+)
+"""Wrong: the noise comes before the step, Exp(η) ∘ (x_i⁻¹ ∘ x_j), and its turn swings the whole
+step.
+"""
+
+wrong_exact_odometry = change(
+    right_complex,
+    "rng.normal(0.0, sigma, (m, 3))",
+    "rng.normal(0.0, sigma, (m, 3)) * (np.arange(m) >= n - 1)[:, None]",
+    caught_by="make_graph-noise",
+)
+"""Wrong: noise on the closures alone."""
+
+wrong_one_draw_for_all = change(
+    right_complex,
+    "rng.normal(0.0, sigma, (m, 3))",
+    "np.tile(rng.normal(0.0, sigma, 3), (m, 1))",
+    caught_by="make_graph-noise",
+)
+"""Wrong: draws one noise, and every edge has it."""
+
+wrong_uniform_noise = change(
+    right_complex,
+    "rng.normal(0.0, sigma, (m, 3))",
+    "sigma * rng.uniform(-1, 1, (m, 3))",
+    caught_by="make_graph-noise",
+)
+"""Wrong: evenly drawn between −σ and σ, which is too little."""
+
+wrong_backward = change(
+    right_complex,
+    "place = gap + np.exp(1j * turn) * (eta[:, :2] @ [1, 1j]) * bow",
     """
-    import numpy as np
+    place, turn = -gap * np.exp(-1j * turn), -turn
+    place = place + np.exp(1j * turn) * (eta[:, :2] @ [1, 1j]) * bow
+    """,
+    stopped_by="make_graph-noise",
+)
+"""Wrong: measures pose i as seen from pose j."""
 
-    def make_graph(n, loops, noise, seed):
-        rng = np.random.default_rng(seed)
-        angle = 0.5 * np.arange(n)
-        truth = np.column_stack([1.45 * np.sin(angle), 1.45 - 1.45 * np.cos(angle), angle])
-        first, second = np.triu_indices(n, 2)
-        drawn = rng.permutation(first.size)[:loops]
-        steps = np.arange(n - 1)
-        i = np.concatenate([steps, first[drawn]])
-        j = np.concatenate([steps + 1, second[drawn]])
-        m = i.size
-        gap = (truth[j] - truth[i])[:, :2] @ [1, 1j] * np.exp(-1j * truth[i, 2])
-        turn = truth[j, 2] - truth[i, 2]
-        sigma = np.array([noise[0], noise[0], noise[1]])
-        eta = rng.normal(0.0, sigma, (m, 3))
-        bow = np.sinc(eta[:, 2] / np.pi) + 1j * np.sin(eta[:, 2] / 2) * np.sinc(
-            eta[:, 2] / 2 / np.pi
-        )
-        place = gap + np.exp(1j * turn) * (eta[:, :2] @ [1, 1j]) * bow
-        z = np.column_stack([place.real, place.imag, turn + eta[:, 2]])
-        information = np.zeros((m, 3, 3))
-        information[:, [0, 1, 2], [0, 1, 2]] = sigma**2
-        graph = {"n": n, "edges": np.column_stack([i, j]), "measurement": z}
-        graph |= {"information": information, "is_odometry": np.arange(m) < n - 1}
-        return graph, truth
+wrong_seed_ignored = change(
+    right_complex,
+    "np.random.default_rng(seed)",
+    "np.random.default_rng()",
+    stopped_by="make_graph-seed",
+)
+"""Wrong: a generator without a seed."""
 
+wrong_one_seed_for_all = change(
+    right_complex,
+    "np.random.default_rng(seed)",
+    "np.random.default_rng(0)",
+    caught_by="make_graph-seed",
+)
+"""Wrong: a seed of its own, always the same."""
 
-def wrong_root_of_the_information() -> None:
-    """Wrong: one over σ in place of one over its square. Stopped by the visible case
-    make_graph-information.
-    """
-    import numpy as np
+wrong_far_away = change(
+    right_complex,
+    "[1.45 * np.sin(angle), 1.45 - 1.45 * np.cos(angle), angle]",
+    "[2.9 * np.sin(angle), 2.9 - 2.9 * np.cos(angle), angle]",
+    caught_by="make_graph-way",
+)
+"""Wrong: a circle of twice the size, whose closures span it."""
 
-    def make_graph(n, loops, noise, seed):
-        rng = np.random.default_rng(seed)
-        angle = 0.5 * np.arange(n)
-        truth = np.column_stack([1.45 * np.sin(angle), 1.45 - 1.45 * np.cos(angle), angle])
-        first, second = np.triu_indices(n, 2)
-        drawn = rng.permutation(first.size)[:loops]
-        steps = np.arange(n - 1)
-        i = np.concatenate([steps, first[drawn]])
-        j = np.concatenate([steps + 1, second[drawn]])
-        m = i.size
-        gap = (truth[j] - truth[i])[:, :2] @ [1, 1j] * np.exp(-1j * truth[i, 2])
-        turn = truth[j, 2] - truth[i, 2]
-        sigma = np.array([noise[0], noise[0], noise[1]])
-        eta = rng.normal(0.0, sigma, (m, 3))
-        bow = np.sinc(eta[:, 2] / np.pi) + 1j * np.sin(eta[:, 2] / 2) * np.sinc(
-            eta[:, 2] / 2 / np.pi
-        )
-        place = gap + np.exp(1j * turn) * (eta[:, :2] @ [1, 1j]) * bow
-        z = np.column_stack([place.real, place.imag, turn + eta[:, 2]])
-        information = np.zeros((m, 3, 3))
-        information[:, [0, 1, 2], [0, 1, 2]] = 1 / sigma
-        graph = {"n": n, "edges": np.column_stack([i, j]), "measurement": z}
-        graph |= {"information": information, "is_odometry": np.arange(m) < n - 1}
-        return graph, truth
+wrong_pairs_twice = change(
+    right_complex,
+    "rng.permutation(first.size)[:loops]",
+    "rng.integers(0, first.size, loops)",
+    caught_by="make_graph-way",
+)
+"""Wrong: draws closures with replacement, so that some pairs stand twice."""
 
+wrong_uniform_noise_of_the_right_size = change(
+    right_complex,
+    "rng.normal(0.0, sigma, (m, 3))",
+    "sigma * np.sqrt(3) * rng.uniform(-1, 1, (m, 3))",
+    caught_by="make_graph-noise",
+)
+"""Wrong: evenly drawn with standard deviation σ, which is not normal."""
 
-def wrong_variance_drawn() -> None:
-    """Wrong: draws with the variance where the standard deviation belongs. Caught by
-    make_graph-noise.
-    """
-    import numpy as np
+wrong_one_draw_for_three = change(
+    right_complex,
+    "rng.normal(0.0, sigma, (m, 3))",
+    "sigma * rng.normal(size=(m, 1)) * np.ones(3)",
+    caught_by="make_graph-noise",
+)
+"""Wrong: one number an edge is the noise of all its three components."""
 
-    def make_graph(n, loops, noise, seed):
-        rng = np.random.default_rng(seed)
-        angle = 0.5 * np.arange(n)
-        truth = np.column_stack([1.45 * np.sin(angle), 1.45 - 1.45 * np.cos(angle), angle])
-        first, second = np.triu_indices(n, 2)
-        drawn = rng.permutation(first.size)[:loops]
-        steps = np.arange(n - 1)
-        i = np.concatenate([steps, first[drawn]])
-        j = np.concatenate([steps + 1, second[drawn]])
-        m = i.size
-        gap = (truth[j] - truth[i])[:, :2] @ [1, 1j] * np.exp(-1j * truth[i, 2])
-        turn = truth[j, 2] - truth[i, 2]
-        sigma = np.array([noise[0], noise[0], noise[1]])
-        eta = rng.normal(0.0, sigma**2, (m, 3))
-        bow = np.sinc(eta[:, 2] / np.pi) + 1j * np.sin(eta[:, 2] / 2) * np.sinc(
-            eta[:, 2] / 2 / np.pi
-        )
-        place = gap + np.exp(1j * turn) * (eta[:, :2] @ [1, 1j]) * bow
-        z = np.column_stack([place.real, place.imag, turn + eta[:, 2]])
-        information = np.zeros((m, 3, 3))
-        information[:, [0, 1, 2], [0, 1, 2]] = sigma**-2
-        graph = {"n": n, "edges": np.column_stack([i, j]), "measurement": z}
-        graph |= {"information": information, "is_odometry": np.arange(m) < n - 1}
-        return graph, truth
-
-
-def wrong_noise_on_the_left() -> None:
-    """Wrong: the noise comes before the step, Exp(η) ∘ (x_i⁻¹ ∘ x_j), and its turn swings the
-    whole step. Caught by make_graph-noise.
-    """
-    import numpy as np
-
-    def make_graph(n, loops, noise, seed):
-        rng = np.random.default_rng(seed)
-        angle = 0.5 * np.arange(n)
-        truth = np.column_stack([1.45 * np.sin(angle), 1.45 - 1.45 * np.cos(angle), angle])
-        first, second = np.triu_indices(n, 2)
-        drawn = rng.permutation(first.size)[:loops]
-        steps = np.arange(n - 1)
-        i = np.concatenate([steps, first[drawn]])
-        j = np.concatenate([steps + 1, second[drawn]])
-        m = i.size
-        gap = (truth[j] - truth[i])[:, :2] @ [1, 1j] * np.exp(-1j * truth[i, 2])
-        turn = truth[j, 2] - truth[i, 2]
-        sigma = np.array([noise[0], noise[0], noise[1]])
-        eta = rng.normal(0.0, sigma, (m, 3))
-        bow = np.sinc(eta[:, 2] / np.pi) + 1j * np.sin(eta[:, 2] / 2) * np.sinc(
-            eta[:, 2] / 2 / np.pi
-        )
-        place = (eta[:, :2] @ [1, 1j]) * bow + np.exp(1j * eta[:, 2]) * gap
-        z = np.column_stack([place.real, place.imag, turn + eta[:, 2]])
-        information = np.zeros((m, 3, 3))
-        information[:, [0, 1, 2], [0, 1, 2]] = sigma**-2
-        graph = {"n": n, "edges": np.column_stack([i, j]), "measurement": z}
-        graph |= {"information": information, "is_odometry": np.arange(m) < n - 1}
-        return graph, truth
-
-
-def wrong_exact_odometry() -> None:
-    """Wrong: noise on the closures alone. Caught by make_graph-noise."""
-    import numpy as np
-
-    def make_graph(n, loops, noise, seed):
-        rng = np.random.default_rng(seed)
-        angle = 0.5 * np.arange(n)
-        truth = np.column_stack([1.45 * np.sin(angle), 1.45 - 1.45 * np.cos(angle), angle])
-        first, second = np.triu_indices(n, 2)
-        drawn = rng.permutation(first.size)[:loops]
-        steps = np.arange(n - 1)
-        i = np.concatenate([steps, first[drawn]])
-        j = np.concatenate([steps + 1, second[drawn]])
-        m = i.size
-        gap = (truth[j] - truth[i])[:, :2] @ [1, 1j] * np.exp(-1j * truth[i, 2])
-        turn = truth[j, 2] - truth[i, 2]
-        sigma = np.array([noise[0], noise[0], noise[1]])
-        eta = rng.normal(0.0, sigma, (m, 3)) * (np.arange(m) >= n - 1)[:, None]
-        bow = np.sinc(eta[:, 2] / np.pi) + 1j * np.sin(eta[:, 2] / 2) * np.sinc(
-            eta[:, 2] / 2 / np.pi
-        )
-        place = gap + np.exp(1j * turn) * (eta[:, :2] @ [1, 1j]) * bow
-        z = np.column_stack([place.real, place.imag, turn + eta[:, 2]])
-        information = np.zeros((m, 3, 3))
-        information[:, [0, 1, 2], [0, 1, 2]] = sigma**-2
-        graph = {"n": n, "edges": np.column_stack([i, j]), "measurement": z}
-        graph |= {"information": information, "is_odometry": np.arange(m) < n - 1}
-        return graph, truth
-
-
-def wrong_one_draw_for_all() -> None:
-    """Wrong: draws one noise, and every edge has it. Caught by make_graph-noise."""
-    import numpy as np
-
-    def make_graph(n, loops, noise, seed):
-        rng = np.random.default_rng(seed)
-        angle = 0.5 * np.arange(n)
-        truth = np.column_stack([1.45 * np.sin(angle), 1.45 - 1.45 * np.cos(angle), angle])
-        first, second = np.triu_indices(n, 2)
-        drawn = rng.permutation(first.size)[:loops]
-        steps = np.arange(n - 1)
-        i = np.concatenate([steps, first[drawn]])
-        j = np.concatenate([steps + 1, second[drawn]])
-        m = i.size
-        gap = (truth[j] - truth[i])[:, :2] @ [1, 1j] * np.exp(-1j * truth[i, 2])
-        turn = truth[j, 2] - truth[i, 2]
-        sigma = np.array([noise[0], noise[0], noise[1]])
-        eta = np.tile(rng.normal(0.0, sigma, 3), (m, 1))
-        bow = np.sinc(eta[:, 2] / np.pi) + 1j * np.sin(eta[:, 2] / 2) * np.sinc(
-            eta[:, 2] / 2 / np.pi
-        )
-        place = gap + np.exp(1j * turn) * (eta[:, :2] @ [1, 1j]) * bow
-        z = np.column_stack([place.real, place.imag, turn + eta[:, 2]])
-        information = np.zeros((m, 3, 3))
-        information[:, [0, 1, 2], [0, 1, 2]] = sigma**-2
-        graph = {"n": n, "edges": np.column_stack([i, j]), "measurement": z}
-        graph |= {"information": information, "is_odometry": np.arange(m) < n - 1}
-        return graph, truth
-
-
-def wrong_uniform_noise() -> None:
-    """Wrong: evenly drawn between −σ and σ, which is too little. Caught by make_graph-noise."""
-    import numpy as np
-
-    def make_graph(n, loops, noise, seed):
-        rng = np.random.default_rng(seed)
-        angle = 0.5 * np.arange(n)
-        truth = np.column_stack([1.45 * np.sin(angle), 1.45 - 1.45 * np.cos(angle), angle])
-        first, second = np.triu_indices(n, 2)
-        drawn = rng.permutation(first.size)[:loops]
-        steps = np.arange(n - 1)
-        i = np.concatenate([steps, first[drawn]])
-        j = np.concatenate([steps + 1, second[drawn]])
-        m = i.size
-        gap = (truth[j] - truth[i])[:, :2] @ [1, 1j] * np.exp(-1j * truth[i, 2])
-        turn = truth[j, 2] - truth[i, 2]
-        sigma = np.array([noise[0], noise[0], noise[1]])
-        eta = sigma * rng.uniform(-1, 1, (m, 3))
-        bow = np.sinc(eta[:, 2] / np.pi) + 1j * np.sin(eta[:, 2] / 2) * np.sinc(
-            eta[:, 2] / 2 / np.pi
-        )
-        place = gap + np.exp(1j * turn) * (eta[:, :2] @ [1, 1j]) * bow
-        z = np.column_stack([place.real, place.imag, turn + eta[:, 2]])
-        information = np.zeros((m, 3, 3))
-        information[:, [0, 1, 2], [0, 1, 2]] = sigma**-2
-        graph = {"n": n, "edges": np.column_stack([i, j]), "measurement": z}
-        graph |= {"information": information, "is_odometry": np.arange(m) < n - 1}
-        return graph, truth
-
-
-def wrong_backward() -> None:
-    """Wrong: measures pose i as seen from pose j. Stopped by the visible case
-    make_graph-noise.
-    """
-    import numpy as np
-
-    def make_graph(n, loops, noise, seed):
-        rng = np.random.default_rng(seed)
-        angle = 0.5 * np.arange(n)
-        truth = np.column_stack([1.45 * np.sin(angle), 1.45 - 1.45 * np.cos(angle), angle])
-        first, second = np.triu_indices(n, 2)
-        drawn = rng.permutation(first.size)[:loops]
-        steps = np.arange(n - 1)
-        i = np.concatenate([steps, first[drawn]])
-        j = np.concatenate([steps + 1, second[drawn]])
-        m = i.size
-        gap = (truth[j] - truth[i])[:, :2] @ [1, 1j] * np.exp(-1j * truth[i, 2])
-        turn = truth[j, 2] - truth[i, 2]
-        sigma = np.array([noise[0], noise[0], noise[1]])
-        eta = rng.normal(0.0, sigma, (m, 3))
-        bow = np.sinc(eta[:, 2] / np.pi) + 1j * np.sin(eta[:, 2] / 2) * np.sinc(
-            eta[:, 2] / 2 / np.pi
-        )
-        place, turn = -gap * np.exp(-1j * turn), -turn
-        place = place + np.exp(1j * turn) * (eta[:, :2] @ [1, 1j]) * bow
-        z = np.column_stack([place.real, place.imag, turn + eta[:, 2]])
-        information = np.zeros((m, 3, 3))
-        information[:, [0, 1, 2], [0, 1, 2]] = sigma**-2
-        graph = {"n": n, "edges": np.column_stack([i, j]), "measurement": z}
-        graph |= {"information": information, "is_odometry": np.arange(m) < n - 1}
-        return graph, truth
-
-
-def wrong_seed_ignored() -> None:
-    """Wrong: a generator without a seed. Stopped by the visible case make_graph-seed."""
-    import numpy as np
-
-    def make_graph(n, loops, noise, seed):
-        rng = np.random.default_rng()
-        angle = 0.5 * np.arange(n)
-        truth = np.column_stack([1.45 * np.sin(angle), 1.45 - 1.45 * np.cos(angle), angle])
-        first, second = np.triu_indices(n, 2)
-        drawn = rng.permutation(first.size)[:loops]
-        steps = np.arange(n - 1)
-        i = np.concatenate([steps, first[drawn]])
-        j = np.concatenate([steps + 1, second[drawn]])
-        m = i.size
-        gap = (truth[j] - truth[i])[:, :2] @ [1, 1j] * np.exp(-1j * truth[i, 2])
-        turn = truth[j, 2] - truth[i, 2]
-        sigma = np.array([noise[0], noise[0], noise[1]])
-        eta = rng.normal(0.0, sigma, (m, 3))
-        bow = np.sinc(eta[:, 2] / np.pi) + 1j * np.sin(eta[:, 2] / 2) * np.sinc(
-            eta[:, 2] / 2 / np.pi
-        )
-        place = gap + np.exp(1j * turn) * (eta[:, :2] @ [1, 1j]) * bow
-        z = np.column_stack([place.real, place.imag, turn + eta[:, 2]])
-        information = np.zeros((m, 3, 3))
-        information[:, [0, 1, 2], [0, 1, 2]] = sigma**-2
-        graph = {"n": n, "edges": np.column_stack([i, j]), "measurement": z}
-        graph |= {"information": information, "is_odometry": np.arange(m) < n - 1}
-        return graph, truth
-
-
-def wrong_one_seed_for_all() -> None:
-    """Wrong: a seed of its own, always the same. Caught by make_graph-seed."""
-    import numpy as np
-
-    def make_graph(n, loops, noise, seed):
-        rng = np.random.default_rng(0)
-        angle = 0.5 * np.arange(n)
-        truth = np.column_stack([1.45 * np.sin(angle), 1.45 - 1.45 * np.cos(angle), angle])
-        first, second = np.triu_indices(n, 2)
-        drawn = rng.permutation(first.size)[:loops]
-        steps = np.arange(n - 1)
-        i = np.concatenate([steps, first[drawn]])
-        j = np.concatenate([steps + 1, second[drawn]])
-        m = i.size
-        gap = (truth[j] - truth[i])[:, :2] @ [1, 1j] * np.exp(-1j * truth[i, 2])
-        turn = truth[j, 2] - truth[i, 2]
-        sigma = np.array([noise[0], noise[0], noise[1]])
-        eta = rng.normal(0.0, sigma, (m, 3))
-        bow = np.sinc(eta[:, 2] / np.pi) + 1j * np.sin(eta[:, 2] / 2) * np.sinc(
-            eta[:, 2] / 2 / np.pi
-        )
-        place = gap + np.exp(1j * turn) * (eta[:, :2] @ [1, 1j]) * bow
-        z = np.column_stack([place.real, place.imag, turn + eta[:, 2]])
-        information = np.zeros((m, 3, 3))
-        information[:, [0, 1, 2], [0, 1, 2]] = sigma**-2
-        graph = {"n": n, "edges": np.column_stack([i, j]), "measurement": z}
-        graph |= {"information": information, "is_odometry": np.arange(m) < n - 1}
-        return graph, truth
-
-
-def wrong_far_away() -> None:
-    """Wrong: a circle of twice the size, whose closures span it. Caught by make_graph-way."""
-    import numpy as np
-
-    def make_graph(n, loops, noise, seed):
-        rng = np.random.default_rng(seed)
-        angle = 0.5 * np.arange(n)
-        truth = np.column_stack([2.9 * np.sin(angle), 2.9 - 2.9 * np.cos(angle), angle])
-        first, second = np.triu_indices(n, 2)
-        drawn = rng.permutation(first.size)[:loops]
-        steps = np.arange(n - 1)
-        i = np.concatenate([steps, first[drawn]])
-        j = np.concatenate([steps + 1, second[drawn]])
-        m = i.size
-        gap = (truth[j] - truth[i])[:, :2] @ [1, 1j] * np.exp(-1j * truth[i, 2])
-        turn = truth[j, 2] - truth[i, 2]
-        sigma = np.array([noise[0], noise[0], noise[1]])
-        eta = rng.normal(0.0, sigma, (m, 3))
-        bow = np.sinc(eta[:, 2] / np.pi) + 1j * np.sin(eta[:, 2] / 2) * np.sinc(
-            eta[:, 2] / 2 / np.pi
-        )
-        place = gap + np.exp(1j * turn) * (eta[:, :2] @ [1, 1j]) * bow
-        z = np.column_stack([place.real, place.imag, turn + eta[:, 2]])
-        information = np.zeros((m, 3, 3))
-        information[:, [0, 1, 2], [0, 1, 2]] = sigma**-2
-        graph = {"n": n, "edges": np.column_stack([i, j]), "measurement": z}
-        graph |= {"information": information, "is_odometry": np.arange(m) < n - 1}
-        return graph, truth
-
-
-def wrong_pairs_twice() -> None:
-    """Wrong: draws closures with replacement, so that some pairs stand twice. Caught by
-    make_graph-way.
-    """
-    import numpy as np
-
-    def make_graph(n, loops, noise, seed):
-        rng = np.random.default_rng(seed)
-        angle = 0.5 * np.arange(n)
-        truth = np.column_stack([1.45 * np.sin(angle), 1.45 - 1.45 * np.cos(angle), angle])
-        first, second = np.triu_indices(n, 2)
-        drawn = rng.integers(0, first.size, loops)
-        steps = np.arange(n - 1)
-        i = np.concatenate([steps, first[drawn]])
-        j = np.concatenate([steps + 1, second[drawn]])
-        m = i.size
-        gap = (truth[j] - truth[i])[:, :2] @ [1, 1j] * np.exp(-1j * truth[i, 2])
-        turn = truth[j, 2] - truth[i, 2]
-        sigma = np.array([noise[0], noise[0], noise[1]])
-        eta = rng.normal(0.0, sigma, (m, 3))
-        bow = np.sinc(eta[:, 2] / np.pi) + 1j * np.sin(eta[:, 2] / 2) * np.sinc(
-            eta[:, 2] / 2 / np.pi
-        )
-        place = gap + np.exp(1j * turn) * (eta[:, :2] @ [1, 1j]) * bow
-        z = np.column_stack([place.real, place.imag, turn + eta[:, 2]])
-        information = np.zeros((m, 3, 3))
-        information[:, [0, 1, 2], [0, 1, 2]] = sigma**-2
-        graph = {"n": n, "edges": np.column_stack([i, j]), "measurement": z}
-        graph |= {"information": information, "is_odometry": np.arange(m) < n - 1}
-        return graph, truth
-
-
-def wrong_uniform_noise_of_the_right_size() -> None:
-    """Wrong: evenly drawn with standard deviation σ, which is not normal. Caught by
-    make_graph-noise.
-    """
-    import numpy as np
-
-    def make_graph(n, loops, noise, seed):
-        rng = np.random.default_rng(seed)
-        angle = 0.5 * np.arange(n)
-        truth = np.column_stack([1.45 * np.sin(angle), 1.45 - 1.45 * np.cos(angle), angle])
-        first, second = np.triu_indices(n, 2)
-        drawn = rng.permutation(first.size)[:loops]
-        steps = np.arange(n - 1)
-        i = np.concatenate([steps, first[drawn]])
-        j = np.concatenate([steps + 1, second[drawn]])
-        m = i.size
-        gap = (truth[j] - truth[i])[:, :2] @ [1, 1j] * np.exp(-1j * truth[i, 2])
-        turn = truth[j, 2] - truth[i, 2]
-        sigma = np.array([noise[0], noise[0], noise[1]])
-        eta = sigma * np.sqrt(3) * rng.uniform(-1, 1, (m, 3))
-        bow = np.sinc(eta[:, 2] / np.pi) + 1j * np.sin(eta[:, 2] / 2) * np.sinc(
-            eta[:, 2] / 2 / np.pi
-        )
-        place = gap + np.exp(1j * turn) * (eta[:, :2] @ [1, 1j]) * bow
-        z = np.column_stack([place.real, place.imag, turn + eta[:, 2]])
-        information = np.zeros((m, 3, 3))
-        information[:, [0, 1, 2], [0, 1, 2]] = sigma**-2
-        graph = {"n": n, "edges": np.column_stack([i, j]), "measurement": z}
-        graph |= {"information": information, "is_odometry": np.arange(m) < n - 1}
-        return graph, truth
-
-
-def wrong_one_draw_for_three() -> None:
-    """Wrong: one number an edge is the noise of all its three components. Caught by
-    make_graph-noise.
-    """
-    import numpy as np
-
-    def make_graph(n, loops, noise, seed):
-        rng = np.random.default_rng(seed)
-        angle = 0.5 * np.arange(n)
-        truth = np.column_stack([1.45 * np.sin(angle), 1.45 - 1.45 * np.cos(angle), angle])
-        first, second = np.triu_indices(n, 2)
-        drawn = rng.permutation(first.size)[:loops]
-        steps = np.arange(n - 1)
-        i = np.concatenate([steps, first[drawn]])
-        j = np.concatenate([steps + 1, second[drawn]])
-        m = i.size
-        gap = (truth[j] - truth[i])[:, :2] @ [1, 1j] * np.exp(-1j * truth[i, 2])
-        turn = truth[j, 2] - truth[i, 2]
-        sigma = np.array([noise[0], noise[0], noise[1]])
-        eta = sigma * rng.normal(size=(m, 1)) * np.ones(3)
-        bow = np.sinc(eta[:, 2] / np.pi) + 1j * np.sin(eta[:, 2] / 2) * np.sinc(
-            eta[:, 2] / 2 / np.pi
-        )
-        place = gap + np.exp(1j * turn) * (eta[:, :2] @ [1, 1j]) * bow
-        z = np.column_stack([place.real, place.imag, turn + eta[:, 2]])
-        information = np.zeros((m, 3, 3))
-        information[:, [0, 1, 2], [0, 1, 2]] = sigma**-2
-        graph = {"n": n, "edges": np.column_stack([i, j]), "measurement": z}
-        graph |= {"information": information, "is_odometry": np.arange(m) < n - 1}
-        return graph, truth
-
-
-def wrong_closures_at_the_start() -> None:
-    """Wrong: draws its closures among the first 25 poses, where there are too few pairs for
-    many of them. Caught by make_graph-way.
-    """
-    import numpy as np
-
-    def make_graph(n, loops, noise, seed):
-        rng = np.random.default_rng(seed)
-        angle = 0.5 * np.arange(n)
-        truth = np.column_stack([1.45 * np.sin(angle), 1.45 - 1.45 * np.cos(angle), angle])
-        first, second = np.triu_indices(min(n, 25), 2)
-        drawn = rng.permutation(first.size)[:loops]
-        steps = np.arange(n - 1)
-        i = np.concatenate([steps, first[drawn]])
-        j = np.concatenate([steps + 1, second[drawn]])
-        m = i.size
-        gap = (truth[j] - truth[i])[:, :2] @ [1, 1j] * np.exp(-1j * truth[i, 2])
-        turn = truth[j, 2] - truth[i, 2]
-        sigma = np.array([noise[0], noise[0], noise[1]])
-        eta = rng.normal(0.0, sigma, (m, 3))
-        bow = np.sinc(eta[:, 2] / np.pi) + 1j * np.sin(eta[:, 2] / 2) * np.sinc(
-            eta[:, 2] / 2 / np.pi
-        )
-        place = gap + np.exp(1j * turn) * (eta[:, :2] @ [1, 1j]) * bow
-        z = np.column_stack([place.real, place.imag, turn + eta[:, 2]])
-        information = np.zeros((m, 3, 3))
-        information[:, [0, 1, 2], [0, 1, 2]] = sigma**-2
-        graph = {"n": n, "edges": np.column_stack([i, j]), "measurement": z}
-        graph |= {"information": information, "is_odometry": np.arange(m) < n - 1}
-        return graph, truth
+wrong_closures_at_the_start = change(
+    right_complex,
+    "np.triu_indices(n, 2)",
+    "np.triu_indices(min(n, 25), 2)",
+    caught_by="make_graph-way",
+)
+"""Wrong: draws its closures among the first 25 poses, where there are too few pairs for many of
+them.
+"""

@@ -1,5 +1,7 @@
 """Answers to exercise pipeline of 09-capstone: each body is a cell as handed in."""
 
+from robust_slam_autograder.lint.answers import change
+
 
 def right_indices() -> None:
     """Right: indices of the edges that are left after each stage."""
@@ -110,449 +112,153 @@ def right_plain_lists() -> None:
         return {"poses": poses, "kept": kept, "verdict": verdict, "gap": gap}
 
 
-def wrong_information_for_covariance() -> None:
-    """Wrong: hands the information over as a covariance. Stopped by the visible case
-    pipeline-by-hand.
+wrong_information_for_covariance = change(
+    right_indices,
+    ('cov = np.linalg.inv(graph["information"])', 'cov = np.array(graph["information"])'),
+    (
+        "first = np.sort(np.append(steps, loops[members])).astype(int)",
+        "first = np.sort(np.append(steps, loops[members]))",
+    ),
+    stopped_by="pipeline-by-hand",
+)
+"""Wrong: hands the information over as a covariance."""
+
+wrong_members_count_edges = change(
+    right_indices,
+    "np.sort(np.append(steps, loops[members])).astype(int)",
+    "np.sort(np.append(steps, members))",
+    stopped_by="pipeline-by-hand",
+)
+"""Wrong: takes the members of the set for numbers of edges."""
+
+wrong_filter_skipped = change(
+    right_indices,
     """
-    import numpy as np
+    first = np.sort(np.append(steps, loops[members])).astype(int)
+    poses, weights = tools["robust_solve"](part(first), c)
+    """,
+    """
+    first = np.sort(np.append(steps, loops[members]))
+    poses, weights = tools["robust_solve"](part(np.arange(m)), c)
+    """,
+    stopped_by="pipeline-by-hand",
+)
+"""Wrong: solves all edges, as if the consistent set had never been asked for."""
 
-    def pipeline(graph, gamma, c, tools):
-        def part(used):
-            return {
-                "n": graph["n"],
-                "edges": graph["edges"][used],
-                "measurement": graph["measurement"][used],
-                "information": graph["information"][used],
-                "is_odometry": graph["is_odometry"][used],
-            }
-
-        m = len(graph["edges"])
-        steps = sorted(np.flatnonzero(graph["is_odometry"]), key=lambda k: graph["edges"][k][0])
-        loops = np.array([k for k in range(m) if not graph["is_odometry"][k]], dtype=int)
-        cov = np.array(graph["information"])
-        agree = tools["pairwise_consistent"](
-            graph["measurement"][steps],
-            cov[steps],
-            graph["edges"][loops],
-            graph["measurement"][loops],
-            cov[loops],
-            gamma,
-        )
-        members = np.array(tools["largest_consistent_set"](agree), dtype=int)
-        first = np.sort(np.append(steps, loops[members]))
+wrong_limits_swapped = change(
+    right_indices,
+    ("cov[loops],\ngamma,", "cov[loops],\nc,"),
+    (
+        """
+        first = np.sort(np.append(steps, loops[members])).astype(int)
         poses, weights = tools["robust_solve"](part(first), c)
-        last = first[np.asarray(weights) > 0.5]
-        kept = np.isin(np.arange(m), last)
-        poses = tools["polish"](part(kept), poses)
-        verdict, gap = tools["certificate"](part(kept), poses)
-        return {"poses": poses, "kept": kept, "verdict": verdict, "gap": gap}
-
-
-def wrong_members_count_edges() -> None:
-    """Wrong: takes the members of the set for numbers of edges. Stopped by the visible case
-    pipeline-by-hand.
-    """
-    import numpy as np
-
-    def pipeline(graph, gamma, c, tools):
-        def part(used):
-            return {
-                "n": graph["n"],
-                "edges": graph["edges"][used],
-                "measurement": graph["measurement"][used],
-                "information": graph["information"][used],
-                "is_odometry": graph["is_odometry"][used],
-            }
-
-        m = len(graph["edges"])
-        steps = sorted(np.flatnonzero(graph["is_odometry"]), key=lambda k: graph["edges"][k][0])
-        loops = np.array([k for k in range(m) if not graph["is_odometry"][k]], dtype=int)
-        cov = np.linalg.inv(graph["information"])
-        agree = tools["pairwise_consistent"](
-            graph["measurement"][steps],
-            cov[steps],
-            graph["edges"][loops],
-            graph["measurement"][loops],
-            cov[loops],
-            gamma,
-        )
-        members = np.array(tools["largest_consistent_set"](agree), dtype=int)
-        first = np.sort(np.append(steps, members))
-        poses, weights = tools["robust_solve"](part(first), c)
-        last = first[np.asarray(weights) > 0.5]
-        kept = np.isin(np.arange(m), last)
-        poses = tools["polish"](part(kept), poses)
-        verdict, gap = tools["certificate"](part(kept), poses)
-        return {"poses": poses, "kept": kept, "verdict": verdict, "gap": gap}
-
-
-def wrong_filter_skipped() -> None:
-    """Wrong: solves all edges, as if the consistent set had never been asked for. Stopped by the
-    visible case pipeline-by-hand.
-    """
-    import numpy as np
-
-    def pipeline(graph, gamma, c, tools):
-        def part(used):
-            return {
-                "n": graph["n"],
-                "edges": graph["edges"][used],
-                "measurement": graph["measurement"][used],
-                "information": graph["information"][used],
-                "is_odometry": graph["is_odometry"][used],
-            }
-
-        m = len(graph["edges"])
-        steps = sorted(np.flatnonzero(graph["is_odometry"]), key=lambda k: graph["edges"][k][0])
-        loops = np.array([k for k in range(m) if not graph["is_odometry"][k]], dtype=int)
-        cov = np.linalg.inv(graph["information"])
-        agree = tools["pairwise_consistent"](
-            graph["measurement"][steps],
-            cov[steps],
-            graph["edges"][loops],
-            graph["measurement"][loops],
-            cov[loops],
-            gamma,
-        )
-        members = np.array(tools["largest_consistent_set"](agree), dtype=int)
-        first = np.sort(np.append(steps, loops[members]))
-        poses, weights = tools["robust_solve"](part(np.arange(m)), c)
-        last = first[np.asarray(weights) > 0.5]
-        kept = np.isin(np.arange(m), last)
-        poses = tools["polish"](part(kept), poses)
-        verdict, gap = tools["certificate"](part(kept), poses)
-        return {"poses": poses, "kept": kept, "verdict": verdict, "gap": gap}
-
-
-def wrong_limits_swapped() -> None:
-    """Wrong: gamma for the solver and c for the pairs. Caught by pipeline-passed-on."""
-    import numpy as np
-
-    def pipeline(graph, gamma, c, tools):
-        def part(used):
-            return {
-                "n": graph["n"],
-                "edges": graph["edges"][used],
-                "measurement": graph["measurement"][used],
-                "information": graph["information"][used],
-                "is_odometry": graph["is_odometry"][used],
-            }
-
-        m = len(graph["edges"])
-        steps = sorted(np.flatnonzero(graph["is_odometry"]), key=lambda k: graph["edges"][k][0])
-        loops = np.array([k for k in range(m) if not graph["is_odometry"][k]], dtype=int)
-        cov = np.linalg.inv(graph["information"])
-        agree = tools["pairwise_consistent"](
-            graph["measurement"][steps],
-            cov[steps],
-            graph["edges"][loops],
-            graph["measurement"][loops],
-            cov[loops],
-            c,
-        )
-        members = np.array(tools["largest_consistent_set"](agree), dtype=int)
+        """,
+        """
         first = np.sort(np.append(steps, loops[members]))
         poses, weights = tools["robust_solve"](part(first), gamma)
-        last = first[np.asarray(weights) > 0.5]
-        kept = np.isin(np.arange(m), last)
+        """,
+    ),
+    caught_by="pipeline-passed-on",
+)
+"""Wrong: gamma for the solver and c for the pairs."""
+
+wrong_any_weight = change(
+    right_indices,
+    (
+        "first = np.sort(np.append(steps, loops[members])).astype(int)",
+        "first = np.sort(np.append(steps, loops[members]))",
+    ),
+    ("last = first[np.asarray(weights) > 0.5]", "last = first[np.asarray(weights) > 0]"),
+    stopped_by="pipeline-by-hand",
+)
+"""Wrong: keeps every closure whose weight is not zero."""
+
+wrong_full_weight_only = change(
+    right_indices,
+    (
+        "first = np.sort(np.append(steps, loops[members])).astype(int)",
+        "first = np.sort(np.append(steps, loops[members]))",
+    ),
+    ("last = first[np.asarray(weights) > 0.5]", "last = first[np.asarray(weights) >= 1]"),
+    caught_by="pipeline-passed-on",
+)
+"""Wrong: keeps closures of weight 1 alone."""
+
+wrong_certifies_the_whole = change(
+    right_indices,
+    (
+        "first = np.sort(np.append(steps, loops[members])).astype(int)",
+        "first = np.sort(np.append(steps, loops[members]))",
+    ),
+    ('tools["certificate"](part(kept), poses)', 'tools["certificate"](part(np.arange(m)), poses)'),
+    stopped_by="pipeline-outliers",
+)
+"""Wrong: asks for a certificate of the whole graph, lies among it."""
+
+wrong_certifies_before_the_polish = change(
+    right_indices,
+    (
+        "first = np.sort(np.append(steps, loops[members])).astype(int)",
+        "first = np.sort(np.append(steps, loops[members]))",
+    ),
+    ('poses = tools["polish"](part(kept), poses)', 'best = tools["polish"](part(kept), poses)'),
+    (
+        'return {"poses": poses, "kept": kept, "verdict": verdict, "gap": gap}',
+        'return {"poses": best, "kept": kept, "verdict": verdict, "gap": gap}',
+    ),
+    caught_by="pipeline-passed-on",
+)
+"""Wrong: the certificate is of the poses before the polish, which are not at rest."""
+
+wrong_polish_with_all_that_agreed = change(
+    right_indices,
+    (
+        "first = np.sort(np.append(steps, loops[members])).astype(int)",
+        "first = np.sort(np.append(steps, loops[members]))",
+    ),
+    ('poses = tools["polish"](part(kept), poses)', 'poses = tools["polish"](part(first), poses)'),
+    caught_by="pipeline-passed-on",
+)
+"""Wrong: polishes with closures that the solver has dropped."""
+
+wrong_poses_of_the_solver = change(
+    right_indices,
+    (
+        "first = np.sort(np.append(steps, loops[members])).astype(int)",
+        "first = np.sort(np.append(steps, loops[members]))",
+    ),
+    (
+        """
         poses = tools["polish"](part(kept), poses)
         verdict, gap = tools["certificate"](part(kept), poses)
-        return {"poses": poses, "kept": kept, "verdict": verdict, "gap": gap}
-
-
-def wrong_any_weight() -> None:
-    """Wrong: keeps every closure whose weight is not zero. Stopped by the visible case
-    pipeline-by-hand.
-    """
-    import numpy as np
-
-    def pipeline(graph, gamma, c, tools):
-        def part(used):
-            return {
-                "n": graph["n"],
-                "edges": graph["edges"][used],
-                "measurement": graph["measurement"][used],
-                "information": graph["information"][used],
-                "is_odometry": graph["is_odometry"][used],
-            }
-
-        m = len(graph["edges"])
-        steps = sorted(np.flatnonzero(graph["is_odometry"]), key=lambda k: graph["edges"][k][0])
-        loops = np.array([k for k in range(m) if not graph["is_odometry"][k]], dtype=int)
-        cov = np.linalg.inv(graph["information"])
-        agree = tools["pairwise_consistent"](
-            graph["measurement"][steps],
-            cov[steps],
-            graph["edges"][loops],
-            graph["measurement"][loops],
-            cov[loops],
-            gamma,
-        )
-        members = np.array(tools["largest_consistent_set"](agree), dtype=int)
-        first = np.sort(np.append(steps, loops[members]))
-        poses, weights = tools["robust_solve"](part(first), c)
-        last = first[np.asarray(weights) > 0]
-        kept = np.isin(np.arange(m), last)
-        poses = tools["polish"](part(kept), poses)
-        verdict, gap = tools["certificate"](part(kept), poses)
-        return {"poses": poses, "kept": kept, "verdict": verdict, "gap": gap}
-
-
-def wrong_full_weight_only() -> None:
-    """Wrong: keeps closures of weight 1 alone. Caught by pipeline-passed-on."""
-    import numpy as np
-
-    def pipeline(graph, gamma, c, tools):
-        def part(used):
-            return {
-                "n": graph["n"],
-                "edges": graph["edges"][used],
-                "measurement": graph["measurement"][used],
-                "information": graph["information"][used],
-                "is_odometry": graph["is_odometry"][used],
-            }
-
-        m = len(graph["edges"])
-        steps = sorted(np.flatnonzero(graph["is_odometry"]), key=lambda k: graph["edges"][k][0])
-        loops = np.array([k for k in range(m) if not graph["is_odometry"][k]], dtype=int)
-        cov = np.linalg.inv(graph["information"])
-        agree = tools["pairwise_consistent"](
-            graph["measurement"][steps],
-            cov[steps],
-            graph["edges"][loops],
-            graph["measurement"][loops],
-            cov[loops],
-            gamma,
-        )
-        members = np.array(tools["largest_consistent_set"](agree), dtype=int)
-        first = np.sort(np.append(steps, loops[members]))
-        poses, weights = tools["robust_solve"](part(first), c)
-        last = first[np.asarray(weights) >= 1]
-        kept = np.isin(np.arange(m), last)
-        poses = tools["polish"](part(kept), poses)
-        verdict, gap = tools["certificate"](part(kept), poses)
-        return {"poses": poses, "kept": kept, "verdict": verdict, "gap": gap}
-
-
-def wrong_certifies_the_whole() -> None:
-    """Wrong: asks for a certificate of the whole graph, lies among it. Stopped by the visible case
-    pipeline-outliers.
-    """
-    import numpy as np
-
-    def pipeline(graph, gamma, c, tools):
-        def part(used):
-            return {
-                "n": graph["n"],
-                "edges": graph["edges"][used],
-                "measurement": graph["measurement"][used],
-                "information": graph["information"][used],
-                "is_odometry": graph["is_odometry"][used],
-            }
-
-        m = len(graph["edges"])
-        steps = sorted(np.flatnonzero(graph["is_odometry"]), key=lambda k: graph["edges"][k][0])
-        loops = np.array([k for k in range(m) if not graph["is_odometry"][k]], dtype=int)
-        cov = np.linalg.inv(graph["information"])
-        agree = tools["pairwise_consistent"](
-            graph["measurement"][steps],
-            cov[steps],
-            graph["edges"][loops],
-            graph["measurement"][loops],
-            cov[loops],
-            gamma,
-        )
-        members = np.array(tools["largest_consistent_set"](agree), dtype=int)
-        first = np.sort(np.append(steps, loops[members]))
-        poses, weights = tools["robust_solve"](part(first), c)
-        last = first[np.asarray(weights) > 0.5]
-        kept = np.isin(np.arange(m), last)
-        poses = tools["polish"](part(kept), poses)
-        verdict, gap = tools["certificate"](part(np.arange(m)), poses)
-        return {"poses": poses, "kept": kept, "verdict": verdict, "gap": gap}
-
-
-def wrong_certifies_before_the_polish() -> None:
-    """Wrong: the certificate is of the poses before the polish, which are not at rest. Caught by
-    pipeline-passed-on.
-    """
-    import numpy as np
-
-    def pipeline(graph, gamma, c, tools):
-        def part(used):
-            return {
-                "n": graph["n"],
-                "edges": graph["edges"][used],
-                "measurement": graph["measurement"][used],
-                "information": graph["information"][used],
-                "is_odometry": graph["is_odometry"][used],
-            }
-
-        m = len(graph["edges"])
-        steps = sorted(np.flatnonzero(graph["is_odometry"]), key=lambda k: graph["edges"][k][0])
-        loops = np.array([k for k in range(m) if not graph["is_odometry"][k]], dtype=int)
-        cov = np.linalg.inv(graph["information"])
-        agree = tools["pairwise_consistent"](
-            graph["measurement"][steps],
-            cov[steps],
-            graph["edges"][loops],
-            graph["measurement"][loops],
-            cov[loops],
-            gamma,
-        )
-        members = np.array(tools["largest_consistent_set"](agree), dtype=int)
-        first = np.sort(np.append(steps, loops[members]))
-        poses, weights = tools["robust_solve"](part(first), c)
-        last = first[np.asarray(weights) > 0.5]
-        kept = np.isin(np.arange(m), last)
-        best = tools["polish"](part(kept), poses)
-        verdict, gap = tools["certificate"](part(kept), poses)
-        return {"poses": best, "kept": kept, "verdict": verdict, "gap": gap}
-
-
-def wrong_polish_with_all_that_agreed() -> None:
-    """Wrong: polishes with closures that the solver has dropped. Caught by pipeline-passed-on."""
-    import numpy as np
-
-    def pipeline(graph, gamma, c, tools):
-        def part(used):
-            return {
-                "n": graph["n"],
-                "edges": graph["edges"][used],
-                "measurement": graph["measurement"][used],
-                "information": graph["information"][used],
-                "is_odometry": graph["is_odometry"][used],
-            }
-
-        m = len(graph["edges"])
-        steps = sorted(np.flatnonzero(graph["is_odometry"]), key=lambda k: graph["edges"][k][0])
-        loops = np.array([k for k in range(m) if not graph["is_odometry"][k]], dtype=int)
-        cov = np.linalg.inv(graph["information"])
-        agree = tools["pairwise_consistent"](
-            graph["measurement"][steps],
-            cov[steps],
-            graph["edges"][loops],
-            graph["measurement"][loops],
-            cov[loops],
-            gamma,
-        )
-        members = np.array(tools["largest_consistent_set"](agree), dtype=int)
-        first = np.sort(np.append(steps, loops[members]))
-        poses, weights = tools["robust_solve"](part(first), c)
-        last = first[np.asarray(weights) > 0.5]
-        kept = np.isin(np.arange(m), last)
-        poses = tools["polish"](part(first), poses)
-        verdict, gap = tools["certificate"](part(kept), poses)
-        return {"poses": poses, "kept": kept, "verdict": verdict, "gap": gap}
-
-
-def wrong_poses_of_the_solver() -> None:
-    """Wrong: returns the poses of the solver in place of the polished ones. Stopped by the visible
-    case pipeline-passed-on.
-    """
-    import numpy as np
-
-    def pipeline(graph, gamma, c, tools):
-        def part(used):
-            return {
-                "n": graph["n"],
-                "edges": graph["edges"][used],
-                "measurement": graph["measurement"][used],
-                "information": graph["information"][used],
-                "is_odometry": graph["is_odometry"][used],
-            }
-
-        m = len(graph["edges"])
-        steps = sorted(np.flatnonzero(graph["is_odometry"]), key=lambda k: graph["edges"][k][0])
-        loops = np.array([k for k in range(m) if not graph["is_odometry"][k]], dtype=int)
-        cov = np.linalg.inv(graph["information"])
-        agree = tools["pairwise_consistent"](
-            graph["measurement"][steps],
-            cov[steps],
-            graph["edges"][loops],
-            graph["measurement"][loops],
-            cov[loops],
-            gamma,
-        )
-        members = np.array(tools["largest_consistent_set"](agree), dtype=int)
-        first = np.sort(np.append(steps, loops[members]))
-        poses, weights = tools["robust_solve"](part(first), c)
-        last = first[np.asarray(weights) > 0.5]
-        kept = np.isin(np.arange(m), last)
+        """,
+        """
         best = tools["polish"](part(kept), poses)
         verdict, gap = tools["certificate"](part(kept), best)
-        return {"poses": poses, "kept": kept, "verdict": verdict, "gap": gap}
+        """,
+    ),
+    stopped_by="pipeline-passed-on",
+)
+"""Wrong: returns the poses of the solver in place of the polished ones."""
 
+wrong_order_of_the_edges = change(
+    right_indices,
+    (
+        'steps = sorted(np.flatnonzero(graph["is_odometry"]), key=lambda k: graph["edges"][k][0])',
+        'steps = np.flatnonzero(graph["is_odometry"])',
+    ),
+    (
+        "first = np.sort(np.append(steps, loops[members])).astype(int)",
+        "first = np.sort(np.append(steps, loops[members]))",
+    ),
+    caught_by="pipeline-order",
+)
+"""Wrong: takes the steps in the order of the edges."""
 
-def wrong_order_of_the_edges() -> None:
-    """Wrong: takes the steps in the order of the edges. Caught by pipeline-order."""
-    import numpy as np
-
-    def pipeline(graph, gamma, c, tools):
-        def part(used):
-            return {
-                "n": graph["n"],
-                "edges": graph["edges"][used],
-                "measurement": graph["measurement"][used],
-                "information": graph["information"][used],
-                "is_odometry": graph["is_odometry"][used],
-            }
-
-        m = len(graph["edges"])
-        steps = np.flatnonzero(graph["is_odometry"])
-        loops = np.array([k for k in range(m) if not graph["is_odometry"][k]], dtype=int)
-        cov = np.linalg.inv(graph["information"])
-        agree = tools["pairwise_consistent"](
-            graph["measurement"][steps],
-            cov[steps],
-            graph["edges"][loops],
-            graph["measurement"][loops],
-            cov[loops],
-            gamma,
-        )
-        members = np.array(tools["largest_consistent_set"](agree), dtype=int)
-        first = np.sort(np.append(steps, loops[members]))
-        poses, weights = tools["robust_solve"](part(first), c)
-        last = first[np.asarray(weights) > 0.5]
-        kept = np.isin(np.arange(m), last)
-        poses = tools["polish"](part(kept), poses)
-        verdict, gap = tools["certificate"](part(kept), poses)
-        return {"poses": poses, "kept": kept, "verdict": verdict, "gap": gap}
-
-
-def wrong_no_closures() -> None:
-    """Wrong: cannot do without closures: an empty list is no index. Stopped by the visible case
-    pipeline-alone.
-    """
-    import numpy as np
-
-    def pipeline(graph, gamma, c, tools):
-        def part(used):
-            return {
-                "n": graph["n"],
-                "edges": graph["edges"][used],
-                "measurement": graph["measurement"][used],
-                "information": graph["information"][used],
-                "is_odometry": graph["is_odometry"][used],
-            }
-
-        m = len(graph["edges"])
-        steps = sorted(np.flatnonzero(graph["is_odometry"]), key=lambda k: graph["edges"][k][0])
-        loops = np.array([k for k in range(m) if not graph["is_odometry"][k]], dtype=int)
-        cov = np.linalg.inv(graph["information"])
-        agree = tools["pairwise_consistent"](
-            graph["measurement"][steps],
-            cov[steps],
-            graph["edges"][loops],
-            graph["measurement"][loops],
-            cov[loops],
-            gamma,
-        )
-        members = np.array(tools["largest_consistent_set"](agree), dtype=int)
-        first = np.sort(np.append(steps, np.max(loops) * 0 + loops[members]))
-        poses, weights = tools["robust_solve"](part(first), c)
-        last = first[np.asarray(weights) > 0.5]
-        kept = np.isin(np.arange(m), last)
-        poses = tools["polish"](part(kept), poses)
-        verdict, gap = tools["certificate"](part(kept), poses)
-        return {"poses": poses, "kept": kept, "verdict": verdict, "gap": gap}
+wrong_no_closures = change(
+    right_indices,
+    "np.sort(np.append(steps, loops[members])).astype(int)",
+    "np.sort(np.append(steps, np.max(loops) * 0 + loops[members]))",
+    stopped_by="pipeline-alone",
+)
+"""Wrong: cannot do without closures: an empty list is no index."""

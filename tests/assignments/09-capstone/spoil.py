@@ -1,5 +1,7 @@
 """Answers to exercise spoil of 09-capstone: each body is a cell as handed in."""
 
+from robust_slam_autograder.lint.answers import change
+
 
 def right_permutation() -> None:
     """Right: the first of the closures in a random order."""
@@ -60,262 +62,117 @@ def right_keys() -> None:
         return {key: measurement if key == "measurement" else graph[key] for key in graph}, mask
 
 
-def wrong_odometry_too() -> None:
-    """Wrong: counts and draws among all edges. Stopped by the visible case spoil-form."""
-    import numpy as np
+wrong_odometry_too = change(
+    right_permutation,
+    'np.logical_not(graph["is_odometry"])',
+    'np.ones(len(graph["edges"]))',
+    stopped_by="spoil-form",
+)
+"""Wrong: counts and draws among all edges."""
 
-    def spoil(graph, fraction, seed):
-        rng = np.random.default_rng(seed)
-        loops = np.flatnonzero(np.ones(len(graph["edges"])))
-        count = int(fraction * loops.size + 0.5)
-        chosen = rng.permutation(loops)[:count]
-        measurement = np.array(graph["measurement"])
-        way, far = rng.uniform(0, 2 * np.pi, count), rng.uniform(5, 10, count)
-        measurement[chosen, 0] += far * np.cos(way)
-        measurement[chosen, 1] += far * np.sin(way)
-        measurement[chosen, 2] = rng.uniform(-np.pi, np.pi, count)
-        mask = np.zeros(len(measurement), dtype=bool)
-        mask[chosen] = True
-        return dict(graph, measurement=measurement), mask
+wrong_behind_the_odometry = change(
+    right_permutation,
+    "np.logical_not",
+    'np.arange(len(graph["edges"])) >= np.sum',
+    caught_by="spoil-rest",
+)
+"""Wrong: takes the last edges for the closures, wherever these stand."""
 
+wrong_cut_off = change(
+    right_permutation,
+    "fraction * loops.size + 0.5",
+    "fraction * loops.size",
+    caught_by="spoil-count",
+)
+"""Wrong: cuts the number of lies off in place of rounding it."""
 
-def wrong_behind_the_odometry() -> None:
-    """Wrong: takes the last edges for the closures, wherever these stand. Caught by
-    spoil-rest.
+wrong_coin_for_each = change(
+    right_permutation,
+    "int(fraction * loops.size + 0.5)",
+    "rng.binomial(loops.size, fraction)",
+    caught_by="spoil-count",
+)
+"""Wrong: tosses a coin for each closure, so that the number is right on average only."""
+
+wrong_always_the_first = change(
+    right_permutation, "rng.permutation(loops)", "loops", caught_by="spoil-seed"
+)
+"""Wrong: spoils the first of the closures, not drawn ones."""
+
+wrong_one_direction = change(
+    right_permutation,
+    "rng.uniform(0, 2 * np.pi, count)",
+    "np.full(count, rng.uniform(0, 2 * np.pi))",
+    caught_by="spoil-wrong",
+)
+"""Wrong: all lies move the same way, and so agree with each other."""
+
+wrong_square_box = change(
+    right_permutation,
     """
-    import numpy as np
-
-    def spoil(graph, fraction, seed):
-        rng = np.random.default_rng(seed)
-        loops = np.flatnonzero(np.arange(len(graph["edges"])) >= np.sum(graph["is_odometry"]))
-        count = int(fraction * loops.size + 0.5)
-        chosen = rng.permutation(loops)[:count]
-        measurement = np.array(graph["measurement"])
-        way, far = rng.uniform(0, 2 * np.pi, count), rng.uniform(5, 10, count)
-        measurement[chosen, 0] += far * np.cos(way)
-        measurement[chosen, 1] += far * np.sin(way)
-        measurement[chosen, 2] = rng.uniform(-np.pi, np.pi, count)
-        mask = np.zeros(len(measurement), dtype=bool)
-        mask[chosen] = True
-        return dict(graph, measurement=measurement), mask
-
-
-def wrong_cut_off() -> None:
-    """Wrong: cuts the number of lies off in place of rounding it. Caught by spoil-count."""
-    import numpy as np
-
-    def spoil(graph, fraction, seed):
-        rng = np.random.default_rng(seed)
-        loops = np.flatnonzero(np.logical_not(graph["is_odometry"]))
-        count = int(fraction * loops.size)
-        chosen = rng.permutation(loops)[:count]
-        measurement = np.array(graph["measurement"])
-        way, far = rng.uniform(0, 2 * np.pi, count), rng.uniform(5, 10, count)
-        measurement[chosen, 0] += far * np.cos(way)
-        measurement[chosen, 1] += far * np.sin(way)
-        measurement[chosen, 2] = rng.uniform(-np.pi, np.pi, count)
-        mask = np.zeros(len(measurement), dtype=bool)
-        mask[chosen] = True
-        return dict(graph, measurement=measurement), mask
-
-
-def wrong_coin_for_each() -> None:
-    """Wrong: tosses a coin for each closure, so that the number is right on average only. Caught
-    by spoil-count.
+    measurement[chosen, 0] += far * np.cos(way)
+    measurement[chosen, 1] += far * np.sin(way)
+    """,
     """
-    import numpy as np
+    measurement[chosen, 0] += rng.uniform(5, 7, count)
+    measurement[chosen, 1] += rng.uniform(5, 7, count)
+    """,
+    caught_by="spoil-wrong",
+)
+"""Wrong: x and y drawn on their own from 5 m to 10 m, so that lies are longer than that and all
+point the same way.
+"""
 
-    def spoil(graph, fraction, seed):
-        rng = np.random.default_rng(seed)
-        loops = np.flatnonzero(np.logical_not(graph["is_odometry"]))
-        count = rng.binomial(loops.size, fraction)
-        chosen = rng.permutation(loops)[:count]
-        measurement = np.array(graph["measurement"])
-        way, far = rng.uniform(0, 2 * np.pi, count), rng.uniform(5, 10, count)
-        measurement[chosen, 0] += far * np.cos(way)
-        measurement[chosen, 1] += far * np.sin(way)
-        measurement[chosen, 2] = rng.uniform(-np.pi, np.pi, count)
-        mask = np.zeros(len(measurement), dtype=bool)
-        mask[chosen] = True
-        return dict(graph, measurement=measurement), mask
+wrong_angle_kept = change(
+    right_permutation,
+    "rng.uniform(-np.pi, np.pi, count)",
+    "0.9 * measurement[chosen, 2]",
+    caught_by="spoil-wrong",
+)
+"""Wrong: the angle stays as it was measured."""
 
+wrong_whole_turns = change(
+    right_permutation,
+    "rng.uniform(-np.pi, np.pi, count)",
+    "rng.uniform(0, 2 * np.pi, count)",
+    stopped_by="spoil-wrong",
+)
+"""Wrong: angles from 0 to 2π, which are not within half a turn."""
 
-def wrong_always_the_first() -> None:
-    """Wrong: spoils the first of the closures, not drawn ones. Caught by spoil-seed."""
-    import numpy as np
-
-    def spoil(graph, fraction, seed):
-        rng = np.random.default_rng(seed)
-        loops = np.flatnonzero(np.logical_not(graph["is_odometry"]))
-        count = int(fraction * loops.size + 0.5)
-        chosen = loops[:count]
-        measurement = np.array(graph["measurement"])
-        way, far = rng.uniform(0, 2 * np.pi, count), rng.uniform(5, 10, count)
-        measurement[chosen, 0] += far * np.cos(way)
-        measurement[chosen, 1] += far * np.sin(way)
-        measurement[chosen, 2] = rng.uniform(-np.pi, np.pi, count)
-        mask = np.zeros(len(measurement), dtype=bool)
-        mask[chosen] = True
-        return dict(graph, measurement=measurement), mask
-
-
-def wrong_one_direction() -> None:
-    """Wrong: all lies move the same way, and so agree with each other. Caught by spoil-wrong."""
-    import numpy as np
-
-    def spoil(graph, fraction, seed):
-        rng = np.random.default_rng(seed)
-        loops = np.flatnonzero(np.logical_not(graph["is_odometry"]))
-        count = int(fraction * loops.size + 0.5)
-        chosen = rng.permutation(loops)[:count]
-        measurement = np.array(graph["measurement"])
-        way, far = np.full(count, rng.uniform(0, 2 * np.pi)), rng.uniform(5, 10, count)
-        measurement[chosen, 0] += far * np.cos(way)
-        measurement[chosen, 1] += far * np.sin(way)
-        measurement[chosen, 2] = rng.uniform(-np.pi, np.pi, count)
-        mask = np.zeros(len(measurement), dtype=bool)
-        mask[chosen] = True
-        return dict(graph, measurement=measurement), mask
-
-
-def wrong_square_box() -> None:
-    """Wrong: x and y drawn on their own from 5 m to 10 m, so that lies are longer than that and
-    all point the same way. Caught by spoil-wrong.
+wrong_honest_about_it = change(
+    right_permutation,
+    "return dict(graph, measurement=measurement), mask",
     """
-    import numpy as np
+    return dict(
+        graph,
+        measurement=measurement,
+        information=graph["information"] * np.where(mask, 0.1, 1.0)[:, None, None],
+    ), mask
+    """,
+    stopped_by="spoil-rest",
+)
+"""Wrong: a spoiled closure claims less information, which gives it away."""
 
-    def spoil(graph, fraction, seed):
-        rng = np.random.default_rng(seed)
-        loops = np.flatnonzero(np.logical_not(graph["is_odometry"]))
-        count = int(fraction * loops.size + 0.5)
-        chosen = rng.permutation(loops)[:count]
-        measurement = np.array(graph["measurement"])
-        way, far = rng.uniform(0, 2 * np.pi, count), rng.uniform(5, 10, count)
-        measurement[chosen, 0] += rng.uniform(5, 7, count)
-        measurement[chosen, 1] += rng.uniform(5, 7, count)
-        measurement[chosen, 2] = rng.uniform(-np.pi, np.pi, count)
-        mask = np.zeros(len(measurement), dtype=bool)
-        mask[chosen] = True
-        return dict(graph, measurement=measurement), mask
+wrong_seed_ignored = change(
+    right_permutation,
+    "np.random.default_rng(seed)",
+    "np.random.default_rng()",
+    stopped_by="spoil-seed",
+)
+"""Wrong: a generator without a seed."""
 
+wrong_two_directions = change(
+    right_permutation,
+    "rng.uniform(0, 2 * np.pi, count)",
+    "np.pi * rng.integers(2, size=count)",
+    caught_by="spoil-wrong",
+)
+"""Wrong: moves along x alone, forward or back."""
 
-def wrong_angle_kept() -> None:
-    """Wrong: the angle stays as it was measured. Caught by spoil-wrong."""
-    import numpy as np
-
-    def spoil(graph, fraction, seed):
-        rng = np.random.default_rng(seed)
-        loops = np.flatnonzero(np.logical_not(graph["is_odometry"]))
-        count = int(fraction * loops.size + 0.5)
-        chosen = rng.permutation(loops)[:count]
-        measurement = np.array(graph["measurement"])
-        way, far = rng.uniform(0, 2 * np.pi, count), rng.uniform(5, 10, count)
-        measurement[chosen, 0] += far * np.cos(way)
-        measurement[chosen, 1] += far * np.sin(way)
-        measurement[chosen, 2] = 0.9 * measurement[chosen, 2]
-        mask = np.zeros(len(measurement), dtype=bool)
-        mask[chosen] = True
-        return dict(graph, measurement=measurement), mask
-
-
-def wrong_whole_turns() -> None:
-    """Wrong: angles from 0 to 2π, which are not within half a turn. Stopped by the visible case
-    spoil-wrong.
-    """
-    import numpy as np
-
-    def spoil(graph, fraction, seed):
-        rng = np.random.default_rng(seed)
-        loops = np.flatnonzero(np.logical_not(graph["is_odometry"]))
-        count = int(fraction * loops.size + 0.5)
-        chosen = rng.permutation(loops)[:count]
-        measurement = np.array(graph["measurement"])
-        way, far = rng.uniform(0, 2 * np.pi, count), rng.uniform(5, 10, count)
-        measurement[chosen, 0] += far * np.cos(way)
-        measurement[chosen, 1] += far * np.sin(way)
-        measurement[chosen, 2] = rng.uniform(0, 2 * np.pi, count)
-        mask = np.zeros(len(measurement), dtype=bool)
-        mask[chosen] = True
-        return dict(graph, measurement=measurement), mask
-
-
-def wrong_honest_about_it() -> None:
-    """Wrong: a spoiled closure claims less information, which gives it away. Stopped by the
-    visible case spoil-rest.
-    """
-    import numpy as np
-
-    def spoil(graph, fraction, seed):
-        rng = np.random.default_rng(seed)
-        loops = np.flatnonzero(np.logical_not(graph["is_odometry"]))
-        count = int(fraction * loops.size + 0.5)
-        chosen = rng.permutation(loops)[:count]
-        measurement = np.array(graph["measurement"])
-        way, far = rng.uniform(0, 2 * np.pi, count), rng.uniform(5, 10, count)
-        measurement[chosen, 0] += far * np.cos(way)
-        measurement[chosen, 1] += far * np.sin(way)
-        measurement[chosen, 2] = rng.uniform(-np.pi, np.pi, count)
-        mask = np.zeros(len(measurement), dtype=bool)
-        mask[chosen] = True
-        return dict(
-            graph,
-            measurement=measurement,
-            information=graph["information"] * np.where(mask, 0.1, 1.0)[:, None, None],
-        ), mask
-
-
-def wrong_seed_ignored() -> None:
-    """Wrong: a generator without a seed. Stopped by the visible case spoil-seed."""
-    import numpy as np
-
-    def spoil(graph, fraction, seed):
-        rng = np.random.default_rng()
-        loops = np.flatnonzero(np.logical_not(graph["is_odometry"]))
-        count = int(fraction * loops.size + 0.5)
-        chosen = rng.permutation(loops)[:count]
-        measurement = np.array(graph["measurement"])
-        way, far = rng.uniform(0, 2 * np.pi, count), rng.uniform(5, 10, count)
-        measurement[chosen, 0] += far * np.cos(way)
-        measurement[chosen, 1] += far * np.sin(way)
-        measurement[chosen, 2] = rng.uniform(-np.pi, np.pi, count)
-        mask = np.zeros(len(measurement), dtype=bool)
-        mask[chosen] = True
-        return dict(graph, measurement=measurement), mask
-
-
-def wrong_two_directions() -> None:
-    """Wrong: moves along x alone, forward or back. Caught by spoil-wrong."""
-    import numpy as np
-
-    def spoil(graph, fraction, seed):
-        rng = np.random.default_rng(seed)
-        loops = np.flatnonzero(np.logical_not(graph["is_odometry"]))
-        count = int(fraction * loops.size + 0.5)
-        chosen = rng.permutation(loops)[:count]
-        measurement = np.array(graph["measurement"])
-        way, far = np.pi * rng.integers(2, size=count), rng.uniform(5, 10, count)
-        measurement[chosen, 0] += far * np.cos(way)
-        measurement[chosen, 1] += far * np.sin(way)
-        measurement[chosen, 2] = rng.uniform(-np.pi, np.pi, count)
-        mask = np.zeros(len(measurement), dtype=bool)
-        mask[chosen] = True
-        return dict(graph, measurement=measurement), mask
-
-
-def wrong_four_directions() -> None:
-    """Wrong: moves along x or along y, never between. Caught by spoil-wrong."""
-    import numpy as np
-
-    def spoil(graph, fraction, seed):
-        rng = np.random.default_rng(seed)
-        loops = np.flatnonzero(np.logical_not(graph["is_odometry"]))
-        count = int(fraction * loops.size + 0.5)
-        chosen = rng.permutation(loops)[:count]
-        measurement = np.array(graph["measurement"])
-        way, far = np.pi / 2 * rng.integers(4, size=count), rng.uniform(5, 10, count)
-        measurement[chosen, 0] += far * np.cos(way)
-        measurement[chosen, 1] += far * np.sin(way)
-        measurement[chosen, 2] = rng.uniform(-np.pi, np.pi, count)
-        mask = np.zeros(len(measurement), dtype=bool)
-        mask[chosen] = True
-        return dict(graph, measurement=measurement), mask
+wrong_four_directions = change(
+    right_permutation,
+    "rng.uniform(0, 2 * np.pi, count)",
+    "np.pi / 2 * rng.integers(4, size=count)",
+    caught_by="spoil-wrong",
+)
+"""Wrong: moves along x or along y, never between."""

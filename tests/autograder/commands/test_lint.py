@@ -358,6 +358,10 @@ def test_an_exercise_needs_a_wrong_and_a_right_answer_where_answers_are_given(
     assert [one.message.split(":")[0].split()[-1] for one in found if one.rule == "no-mutant"][
         :1
     ] == ["wrong_…"]
+    (answers / toy.NAME / "double.py").write_text("wrong_a = change(right_a)\n", encoding="utf-8")
+    found = lint(tmp_path, toy.source_notebook(), answers=answers)
+    unread = [one.message for one in found if one.rule == "no-mutant"]
+    assert "double.py cannot be read: " in unread[0]
     assert not [one for one in lint(tmp_path, toy.source_notebook()) if one.rule == "no-mutant"]
 
 

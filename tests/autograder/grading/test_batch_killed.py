@@ -15,12 +15,11 @@ from typing import Any
 import pytest
 
 from tests.autograder import toy
-from tests.autograder.killing import kill, wait_until_empty
+from tests.autograder.killing import PATIENCE, kill, wait_until_empty
 
 pytestmark = pytest.mark.long
 
 SEED = 11
-PATIENCE = 300.0
 OWN_FILES = {".lock", ".run.json", ".run.log", "gradebook.db"}
 
 ANSWERS = {

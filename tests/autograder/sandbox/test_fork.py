@@ -18,6 +18,7 @@ from robust_slam_autograder.errors import GraderFailure
 from robust_slam_autograder.sandbox import Fork, Launch
 
 from tests import kernel
+from tests.autograder.killing import PATIENCE
 
 pytestmark = pytest.mark.sandbox
 LAUNCH = Launch(withheld=(), used=(), cpu_seconds=20)
@@ -32,7 +33,7 @@ def wall() -> Fork:
 
 def until(holds: Callable[[], bool]) -> bool:
     """Wait a while for something that happens in another process."""
-    end = time.monotonic() + 20
+    end = time.monotonic() + PATIENCE
     while not holds() and time.monotonic() < end:
         time.sleep(0.02)
     return holds()
