@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+
 from robust_slam.estimators import kernels
 from scipy.integrate import quad
-from scipy.stats import chi
 
 
 def efficiency(kernel: kernels.Kernel, d: int = 1) -> float:
@@ -12,9 +14,17 @@ def efficiency(kernel: kernels.Kernel, d: int = 1) -> float:
 
     The formula is another than the chapter's: by Stein's lemma the mean slope is E uψ.
     """
-    density = chi(d).pdf
-    slope, _ = quad(lambda u: u * float(kernel.psi(u)) * density(u), 0, 14, points=[kernel.scale])
-    square, _ = quad(
-        lambda u: float(kernel.psi(u)) ** 2 * density(u), 0, 14, points=[kernel.scale]
-    )
-    return slope**2 / (d * square)
+    scale = 2 ** (1 - d / 2) / math.gamma(d / 2)
+
+    def mean(values: Callable[[float, float], float]) -> float:
+        """The mean over the chi distribution, of ``d`` degrees of freedom, of the norm."""
+        return quad(
+            lambda u: (
+                values(u, float(kernel.psi(u))) * scale * u ** (d - 1) * math.exp(-(u**2) / 2)
+            ),
+            0,
+            14,
+            points=[kernel.scale],
+        )[0]
+
+    return mean(lambda u, psi: u * psi) ** 2 / (d * mean(lambda u, psi: psi**2))
