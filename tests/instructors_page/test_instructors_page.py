@@ -89,7 +89,7 @@ PROMISES = {
     ".venv/bin/autograder lint --strict --answers tests/assignments": Promise(
         says=("0 errors, 0 warnings in 10 assignments",)
     ),
-    "mkdir -p class && cp -R build/sample/. class/": Promise(
+    "mkdir -p class && cp -Rp build/sample/. class/": Promise(
         makes=("class/submitted/sample-half/02-four-costs/02-four-costs.ipynb",)
     ),
     ".venv/bin/autograder doctor": Promise(says=("✓ works",)),
