@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 LIB = Path(__file__).resolve().parents[1] / "lib" / "robust_slam"
-MODULES = sorted(p for p in LIB.glob("*.py") if not p.name.startswith("_"))
+MODULES = sorted(p for p in LIB.rglob("*.py") if not p.name.startswith("_"))
 WITHOUT_LITERATURE = {"errors", "group", "quiz", "result", "style"}
 """Modules that hold no method: names, records and what pages look like."""
 ARRAYS = {"Array", "ArrayLike", "Mask", "Indices"}

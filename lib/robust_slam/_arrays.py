@@ -1,4 +1,4 @@
-"""Array types of the library and the checks that every input passes through."""
+"""Array types of the library and the checks on every input."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ def finite(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
     """
     array = np.array(value, dtype=np.float64)
     fits = array.ndim == len(shape) and all(
-        wanted in (-1, got) for wanted, got in zip(shape, array.shape, strict=True)
+        expected in (-1, length) for expected, length in zip(shape, array.shape, strict=True)
     )
     if not fits:
-        wanted = ", ".join("any" if length == -1 else str(length) for length in shape)
-        raise ValueError(f"{name}: the shape is {array.shape}; give ({wanted})")
+        expected = ", ".join("any" if length == -1 else str(length) for length in shape)
+        raise ValueError(f"{name}: the shape is {array.shape}; give ({expected})")
     if not np.all(np.isfinite(array)):
         first = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
         raise ValueError(f"{name}: the entry at {first} is not finite; remove NaN and infinity")

@@ -1,4 +1,4 @@
-"""The errors that solvers raise when the problem, not its input's form, is at fault."""
+"""The errors of solvers: the problem has no unique solution, or none was found."""
 
 from __future__ import annotations
 
@@ -8,4 +8,4 @@ class Underdetermined(ValueError):
 
 
 class NotConverged(RuntimeError):
-    """A descent has not come to rest within its iterations."""
+    """An iteration did not converge within its limit."""

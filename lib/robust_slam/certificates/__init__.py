@@ -1,4 +1,4 @@
-"""Is this the best map there is? The chordal problem, its certificate and the way out.
+"""Global optimality: the chordal problem, its certificate and the Riemannian staircase.
 
 Names load their module when they are first used.
 """

@@ -1,8 +1,8 @@
 """The chordal problem of a pose graph: least squares that is quadratic in [R | t].
 
 Its cost is Σ κ ‖R_j − R_i R̃‖²_F + τ ‖t_j − t_i − R_i t̃‖² over the edges, without a ½.
-It measures rotation errors by chords instead of arcs, so its minimum lies beside that of
-``pose_graph.cost``, not at it. The certificates speak about this problem.
+It measures rotation errors by chords instead of angles, so its minimum differs slightly
+from that of ``pose_graph.cost``. The certificates are about this problem.
 
 The unknown is X = [R_0 t_0 R_1 t_1 …] ``(r, (d + 1) n)``, one block [R | t] of d + 1
 columns for each pose; d is 2 or 3, and the rank r is d for a map, more on the Riemannian
@@ -48,11 +48,11 @@ class ChordalProblem:
     def of(cls, graph: PoseGraph, weights: ArrayLike | None = None) -> ChordalProblem:
         """Return the problem of ``graph``; ``weights`` ``(m,)`` multiply κ and τ.
 
-        They are 1 if None. An edge of weight 0 drops out.
+        They are 1 if None. Edges of weight 0 are left out.
 
         Raises:
             ValueError: ``weights`` have the wrong shape, are not finite, or one is negative.
-            Underdetermined: the edges with positive weight leave a pose loose.
+            Underdetermined: the edges with positive weight do not connect all poses.
         """
         full = check_weights(weights, graph)
         used = full > 0.0
@@ -66,46 +66,46 @@ class ChordalProblem:
 
     @cached_property
     def edge_blocks(self) -> Array:
-        """What each edge adds to M, ``(m, 2, 2, d + 1, d + 1)`` over rows and columns.
+        """The contribution of each edge to M, ``(m, 2, 2, d + 1, d + 1)`` over rows and columns.
 
         The blocks of (i, j) are [[T̃ W T̃ᵀ, −T̃ W], [−W T̃ᵀ, W]].
         """
         t = self.measured
-        loaded = t * self.precision[:, None, :]
+        weighted = t * self.precision[:, None, :]
         blocks = np.empty((len(t), 2, 2, *t.shape[1:]))
-        blocks[:, 0, 0] = loaded @ np.swapaxes(t, 1, 2)
-        blocks[:, 0, 1] = -loaded
-        blocks[:, 1, 0] = -np.swapaxes(loaded, 1, 2)
+        blocks[:, 0, 0] = weighted @ np.swapaxes(t, 1, 2)
+        blocks[:, 0, 1] = -weighted
+        blocks[:, 1, 0] = -np.swapaxes(weighted, 1, 2)
         blocks[:, 1, 1] = self.precision[:, :, None] * np.eye(self.d + 1)
         return blocks
 
     @cached_property
     def pose_blocks(self) -> Array:
-        """The blocks of M on its diagonal, ``(n, d + 1, d + 1)``."""
+        """The diagonal blocks of M, ``(n, d + 1, d + 1)``."""
         blocks = np.zeros((self.n, self.d + 1, self.d + 1))
         np.add.at(blocks, self.edges, self.edge_blocks[:, (0, 1), (0, 1)])
         return blocks
 
 
-def misfits(problem: ChordalProblem, blocks: Array) -> Array:
+def edge_residuals(problem: ChordalProblem, blocks: Array) -> Array:
     """Return X_j − X_i T̃ of each edge, ``(m, r, d + 1)``.
 
     The first d columns are R_j − R_i R̃, the last is t_j − t_i − R_i t̃ in m.
     """
     d = problem.d
     i, j = problem.edges.T
-    rest = blocks[j]
-    # The difference of the positions comes first: far from the origin it is the small one.
-    rest[..., d] -= blocks[i][..., d]
-    return np.asarray(rest - blocks[i][..., :d] @ problem.measured[:, :d])
+    difference = blocks[j]
+    # Subtract the positions first: far from the origin this limits cancellation.
+    difference[..., d] -= blocks[i][..., d]
+    return np.asarray(difference - blocks[i][..., :d] @ problem.measured[:, :d])
 
 
 def lifted_cost(problem: ChordalProblem, blocks: Array) -> float:
     """Return tr(X M Xᵀ) of ``blocks`` ``(n, r, d + 1)``, as a sum of squares over the edges.
 
-    So no digits are lost where the cost is small.
+    This avoids cancellation where the cost is small.
     """
-    return float(np.sum(problem.precision[:, None] * misfits(problem, blocks) ** 2))
+    return float(np.sum(problem.precision[:, None] * edge_residuals(problem, blocks) ** 2))
 
 
 def chordal_cost(graph: PoseGraph, poses: ArrayLike, weights: ArrayLike | None = None) -> float:
@@ -116,7 +116,7 @@ def chordal_cost(graph: PoseGraph, poses: ArrayLike, weights: ArrayLike | None =
     Raises:
         ValueError: ``poses`` or ``weights`` have the wrong shape or are not finite, or a
             weight is negative.
-        Underdetermined: the edges with positive weight leave a pose loose.
+        Underdetermined: the edges with positive weight do not connect all poses.
 
     Source: Rosen et al. 2019, Problem 1.
     """
@@ -132,7 +132,7 @@ def data_matrix(graph: PoseGraph, weights: ArrayLike | None = None) -> csc_array
 
     Raises:
         ValueError: ``weights`` have the wrong shape, are not finite, or one is negative.
-        Underdetermined: the edges with positive weight leave a pose loose.
+        Underdetermined: the edges with positive weight do not connect all poses.
 
     Source: Rosen et al. 2019, the data matrix of Problem 1, its columns ordered by pose.
     """
@@ -154,17 +154,17 @@ def assemble(problem: ChordalProblem, blocks: Array) -> csc_array:
     return csc_array(full)
 
 
-def edge_pulls(problem: ChordalProblem, blocks: Array) -> Array:
-    """Return what each edge adds to X M at its ends i and j, ``(m, 2, r, d + 1)``.
+def edge_gradients(problem: ChordalProblem, blocks: Array) -> Array:
+    """Return the contribution of each edge to X M at its ends, ``(m, 2, r, d + 1)``.
 
-    With E = (X_j − X_i T̃) W these are −E T̃ᵀ and E; half the gradient of the cost.
+    With E = (X_j − X_i T̃) W these are −E T̃ᵀ at i and E at j, half the gradient of the cost.
     """
-    loaded = misfits(problem, blocks) * problem.precision[:, None]
-    return np.stack([-loaded @ np.swapaxes(problem.measured, 1, 2), loaded], axis=1)
+    weighted = edge_residuals(problem, blocks) * problem.precision[:, None]
+    return np.stack([-weighted @ np.swapaxes(problem.measured, 1, 2), weighted], axis=1)
 
 
 def certificate_blocks(problem: ChordalProblem, blocks: Array) -> Array:
-    """Return what each edge adds to S = M − Λ, ``(m, 2, 2, d + 1, d + 1)``.
+    """Return the contribution of each edge to S = M − Λ, ``(m, 2, 2, d + 1, d + 1)``.
 
     Λ is block diagonal, Λ_i = sym(R_iᵀ (X M)_i) on the rotation of pose i and 0 on its
     position. X M is a sum over edges, so Λ and S are sums over edges too.
@@ -172,15 +172,15 @@ def certificate_blocks(problem: ChordalProblem, blocks: Array) -> Array:
     Source: Rosen et al. 2019, equations (107) and (112), with the translations kept.
     """
     d = problem.d
-    turn = blocks[..., :d][problem.edges]
-    product = np.swapaxes(turn, -1, -2) @ edge_pulls(problem, blocks)[..., :d]
+    rotation = blocks[..., :d][problem.edges]
+    product = np.swapaxes(rotation, -1, -2) @ edge_gradients(problem, blocks)[..., :d]
     s = problem.edge_blocks.copy()
     s[:, (0, 1), (0, 1), :d, :d] -= 0.5 * (product + np.swapaxes(product, -1, -2))
     return s
 
 
 def marginalised(matrix: csc_array, n: int, d: int) -> Array:
-    """Return the dense Q ``(d n, d n)`` of the rotations alone, translations at their best.
+    """Return the dense Q ``(d n, d n)`` of the rotations, translations eliminated.
 
     ``matrix``, of (d + 1) n rows, is M, or M − Λ. With the map's translations
     eliminated the cost is tr(R Q Rᵀ) with R = [R_0 R_1 …]. Meant for small graphs.
@@ -188,17 +188,17 @@ def marginalised(matrix: csc_array, n: int, d: int) -> Array:
     Raises:
         ValueError: ``matrix`` has another shape.
 
-    Source: Rosen et al. 2019, Problem 4; a Schur complement, one translation pinned at 0.
+    Source: Rosen et al. 2019, Problem 4; a Schur complement with one translation fixed at 0.
     """
     size = (d + 1) * n
     if matrix.shape != (size, size):
         raise ValueError(f"matrix: the shape is {matrix.shape}; give ({size}, {size})")
     full = matrix.toarray()
-    turns = np.arange(size) % (d + 1) < d
-    places = np.flatnonzero(~turns)[1:]
-    across = full[np.ix_(places, turns)]
-    joint = full[np.ix_(turns, turns)]
-    reduced = joint - across.T @ np.linalg.solve(full[np.ix_(places, places)], across)
+    rotations = np.arange(size) % (d + 1) < d
+    positions = np.flatnonzero(~rotations)[1:]
+    across = full[np.ix_(positions, rotations)]
+    own = full[np.ix_(rotations, rotations)]
+    reduced = own - across.T @ np.linalg.solve(full[np.ix_(positions, positions)], across)
     return np.asarray(0.5 * (reduced + reduced.T))
 
 
@@ -239,8 +239,8 @@ def as_blocks(matrix: ArrayLike, n: int) -> Array:
 def project(matrix: ArrayLike, n: int) -> Array:
     """Return poses ``(n, 3)`` or ``(n, 3, 4)`` near X ``(r, (d + 1) n)`` of any rank r ≥ d.
 
-    X is turned so that its d strongest directions come first, the others are dropped, and
-    each rotation is replaced by the nearest. A map comes back up to one common motion.
+    X is projected on its d dominant left singular vectors, and each block is replaced by the
+    nearest rotation. A map is recovered up to a common rigid motion.
 
     Raises:
         ValueError: X is not a matrix of 3 n or 4 n columns and at least d rows.
@@ -251,8 +251,8 @@ def project(matrix: ArrayLike, n: int) -> Array:
     d = blocks.shape[-1] - 1
     if blocks.shape[1] < d:
         raise ValueError(f"matrix: it has {blocks.shape[1]} rows; give at least {d}")
-    strongest = np.linalg.svd(as_matrix(blocks[..., :d]), full_matrices=False)[0][:, :d]
-    flat = strongest.T @ blocks
+    dominant = np.linalg.svd(as_matrix(blocks[..., :d]), full_matrices=False)[0][:, :d]
+    flat = dominant.T @ blocks
     if np.sum(np.linalg.det(flat[..., :d]) < 0.0) > n / 2:
         flat[:, -1] *= -1.0
     group: Group = se2 if d == 2 else se3

@@ -1,9 +1,9 @@
 """Riemannian Newton on the chordal problem, over rotations or over the Stiefel manifold.
 
-Gauss–Newton on the logarithm cost does not end at the chordal optimum, so a map is
-polished before it is certified. At rank r = d the iterate is a map in SO(d)ⁿ × R^{dn};
-at a higher rank each rotation is an r × d matrix with orthonormal columns, which is what
-the Riemannian staircase climbs. Pose 0 stays where it is.
+Gauss–Newton minimises the logarithm cost, not the chordal one, so a map is polished before
+it is certified. At rank r = d the iterate is a map in SO(d)ⁿ × R^{dn};
+at a higher rank each rotation is an r × d matrix with orthonormal columns, as the
+Riemannian staircase needs. Pose 0 is fixed.
 
 With B a basis of the tangent space the gradient is 2 Bᵀ vec(X M) and the Hessian
 2 Bᵀ ((M − Λ) ⊗ I_r) B, both sums over the edges. The factors 2 are left out below.
@@ -24,7 +24,7 @@ from robust_slam._arrays import Array
 from robust_slam.certificates.chordal import (
     ChordalProblem,
     certificate_blocks,
-    edge_pulls,
+    edge_gradients,
     lifted_cost,
     pose_blocks,
 )
@@ -39,7 +39,7 @@ STEP_LIMIT = 200
 _FIRST_SHIFT = 1e-7
 _GROWTH = 3.0
 _LAST_SHIFT = 1e12
-"""Beyond this shift, relative to the diagonal, a step is lost in rounding."""
+"""Beyond this shift, relative to the diagonal, a step is below rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,17 +53,17 @@ class Point:
 
 @dataclass(frozen=True, eq=False)
 class Descent:
-    """Where a descent ended, and the ``history`` of points that led there, the start first.
+    """The result of a descent: the ``history`` of points, the start first.
 
-    ``at_rest`` tells that no step lowers the gradient any more, beyond rounding.
+    ``converged`` means that the gradient is zero up to ``tol`` or rounding.
     """
 
     history: tuple[Point, ...]
-    at_rest: bool
+    converged: bool
 
     @property
     def last(self) -> Point:
-        """The point where it ended."""
+        """The last point."""
         return self.history[-1]
 
 
@@ -77,23 +77,22 @@ def polish(
 ) -> Array:
     """Return the poses at a minimum of the chordal cost near ``poses``.
 
-    ``poses``, ``(n, 3)`` or ``(n, 3, 4)``, are the start; pose 0 is kept. ``weights``
-    ``(m,)`` multiply κ and τ and are 1 if None. It ends when the stationarity of
-    ``stationarity`` is at most ``tol``, or at rounding level, where a step does not halve
-    it. Near a minimum the convergence is quadratic; far away it may crawl, and ``gauss_newton``
-    is the better way to come near.
+    ``poses``, ``(n, 3)`` or ``(n, 3, 4)``, are the start; pose 0 is fixed. ``weights``
+    ``(m,)`` multiply κ and τ and are 1 if None. It converges when the stationarity
+    is at most ``tol``, or at rounding level, where a step does not halve it. The convergence
+    is quadratic near a minimum but can be slow far away: use ``gauss_newton`` first.
 
     Raises:
         ValueError: ``poses`` or ``weights`` have the wrong shape or are not finite, a
             weight is negative, or a limit is out of range.
-        Underdetermined: the edges with positive weight leave a pose loose.
+        Underdetermined: the edges with positive weight do not connect all poses.
         NotConverged: ``max_iterations`` steps were not enough.
 
     Source: Absil, Mahony and Sepulchre 2008, Newton's method; the shift is derived here.
     """
     start = check_poses("poses", poses, graph)
     problem = ChordalProblem.of(graph, weights)
-    last = settled(descend(problem, pose_blocks(start), tol, max_iterations))
+    last = converged_point(descend(problem, pose_blocks(start), tol, max_iterations))
     polished = poses_of(graph.group, last.blocks)
     polished[0] = start[0]
     return polished
@@ -104,13 +103,13 @@ def poses_of(group: Group, blocks: Array) -> Array:
     return group.from_parts(blocks[..., :-1], blocks[..., -1])
 
 
-def settled(descent: Descent) -> Point:
-    """Return where ``descent`` ended.
+def converged_point(descent: Descent) -> Point:
+    """Return the last point of ``descent``.
 
     Raises:
-        NotConverged: it is not at rest.
+        NotConverged: it did not converge.
     """
-    if not descent.at_rest:
+    if not descent.converged:
         raise NotConverged(
             f"after {len(descent.history) - 1} steps the chordal cost is "
             f"{descent.last.cost:.6g} and the stationarity {descent.last.stationarity:.2g}; "
@@ -120,31 +119,31 @@ def settled(descent: Descent) -> Point:
 
 
 def stationarity(problem: ChordalProblem, blocks: Array) -> float:
-    """Return the relative size of S·Xᵀ, a number without a unit: 0 where the gradient is.
+    """Return the relative size of S·Xᵀ, without a unit: 0 where the gradient is 0.
 
     ``blocks`` ``(n, r, d + 1)`` are a map, or a point of a higher rank.
 
     It is √(Σ_c ‖(X S)_c‖² / M_cc) / √(Σ_c M_cc), the first sum over all columns, the
-    second over those of the rotations. So it depends neither on the unit of length, nor on
-    the scale of the information, nor on where the map lies. Its square is about the part
-    of the cost that one step along the diagonal would save, relative to the cost of
-    measurements that are all wrong.
+    second over those of the rotations. It does not depend on the unit of length, on the
+    scale of the information, or on the origin. Its square is about the decrease of the cost
+    by one diagonally scaled gradient step, relative to the cost of measurements that are all
+    wrong.
 
     Source: derived here.
     """
     diagonal = np.einsum("icc->ic", problem.pose_blocks)
-    uneven = np.sum(_gradient(problem, blocks) ** 2, axis=1) / diagonal
-    return float(np.sqrt(np.sum(uneven) / np.sum(diagonal[:, : problem.d])))
+    gradient_squared = np.sum(_gradient(problem, blocks) ** 2, axis=1) / diagonal
+    return float(np.sqrt(np.sum(gradient_squared) / np.sum(diagonal[:, : problem.d])))
 
 
 def _gradient(problem: ChordalProblem, blocks: Array) -> Array:
     """Return X S = X M − X Λ as blocks ``(n, r, d + 1)``."""
     d = problem.d
     gradient = np.zeros_like(blocks)
-    np.add.at(gradient, problem.edges, edge_pulls(problem, blocks))
-    turn = blocks[..., :d]
-    inner = np.swapaxes(turn, 1, 2) @ gradient[..., :d]
-    gradient[..., :d] -= turn @ (0.5 * (inner + np.swapaxes(inner, 1, 2)))
+    np.add.at(gradient, problem.edges, edge_gradients(problem, blocks))
+    rotation = blocks[..., :d]
+    inner = np.swapaxes(rotation, 1, 2) @ gradient[..., :d]
+    gradient[..., :d] -= rotation @ (0.5 * (inner + np.swapaxes(inner, 1, 2)))
     return gradient
 
 
@@ -156,8 +155,8 @@ def descend(
 ) -> Descent:
     """Run Newton from ``blocks`` ``(n, r, d + 1)`` of any rank r ≥ d.
 
-    The rule for stopping is that of ``polish``, but running out of iterations is told, not
-    raised. The cost never rises.
+    The stopping rule is that of ``polish``, but running out of iterations raises no error.
+    The cost never increases.
 
     Raises:
         ValueError: ``tol`` is negative or ``max_iterations`` below 1.
@@ -169,12 +168,12 @@ def descend(
     for _ in range(max_iterations):
         point = history[-1]
         if point.stationarity <= tol:
-            return Descent(tuple(history), at_rest=True)
-        trial, shift = _lower(problem, pattern, point, shift)
+            return Descent(tuple(history), converged=True)
+        trial, shift = _descend_once(problem, pattern, point, shift)
         history.append(trial)
         if shift == 0.0 and trial.stationarity > 0.5 * point.stationarity and _is_flat(point):
-            return Descent(tuple(history), at_rest=True)
-    return Descent(tuple(history), at_rest=False)
+            return Descent(tuple(history), converged=True)
+    return Descent(tuple(history), converged=False)
 
 
 def _is_flat(point: Point) -> bool:
@@ -186,17 +185,17 @@ def _point(problem: ChordalProblem, blocks: Array) -> Point:
 
 
 def tangent_dimension(d: int, r: int) -> int:
-    """Return how many numbers move a pose at rank r: d(d − 1)/2 + (r − d) d + r."""
+    """Return the tangent dimension of a pose at rank r: d(d − 1)/2 + (r − d) d + r."""
     return d * (d - 1) // 2 + (r - d) * d + r
 
 
-def _lower(
+def _descend_once(
     problem: ChordalProblem, pattern: BlockPattern, point: Point, shift: float
 ) -> tuple[Point, float]:
-    """Return a point of no higher cost, and the shift to begin with at the next step.
+    """Return a point of no higher cost, and the first shift of the next step.
 
-    Levenberg's shift grows until the Hessian is positive definite and the cost falls; it
-    is relative to the diagonal of the Hessian of Λ = 0, which is always positive.
+    The Levenberg shift grows until the Hessian is positive definite and the cost falls. It is
+    relative to the diagonal of the Hessian of Λ = 0, which is always positive.
     """
     basis = tangent_basis(point.blocks)
     hessian, gradient, scale = equations(problem, pattern, point, basis)
@@ -211,7 +210,7 @@ def _lower(
 
 
 def _relaxed(shift: float) -> float:
-    """Return the shift to begin with after a step; a small one gives way to plain Newton."""
+    """Return the first shift of the next step, 0 (plain Newton) where it would be small."""
     lower = shift / _GROWTH**2
     return lower if lower > _FIRST_SHIFT else 0.0
 
@@ -223,11 +222,11 @@ def tangent_basis(blocks: Array) -> Array:
     """
     n, r, width = blocks.shape
     d = width - 1
-    turn = blocks[..., :d]
+    rotation = blocks[..., :d]
     basis = np.zeros((n, tangent_dimension(d, r), r, width))
     for k, (a, b) in enumerate(combinations(range(d), 2)):
-        basis[:, k, :, b], basis[:, k, :, a] = turn[..., a], -turn[..., b]
-    beyond = np.linalg.qr(turn, mode="complete")[0][..., d:]
+        basis[:, k, :, b], basis[:, k, :, a] = rotation[..., a], -rotation[..., b]
+    beyond = np.linalg.qr(rotation, mode="complete")[0][..., d:]
     for k, (c, a) in enumerate(product(range(r - d), range(d)), d * (d - 1) // 2):
         basis[:, k, :, a] = beyond[..., c]
     basis[:, np.arange(-r, 0), np.arange(r), d] = 1.0
@@ -235,17 +234,17 @@ def tangent_basis(blocks: Array) -> Array:
 
 
 def retract(blocks: Array, basis: Array, step: Array) -> Array:
-    """Return ``blocks`` moved by ``step`` ``(n, p)`` and taken back to the manifold.
+    """Return ``blocks`` moved by ``step`` ``(n, p)`` and retracted to the manifold.
 
-    Orthonormal columns come back as the polar factor, the nearest there is.
+    The retraction is the polar factor, the nearest matrix with orthonormal columns.
 
     Source: Absil, Mahony and Sepulchre 2008, the polar retraction of the Stiefel manifold.
     """
     moved = blocks + np.einsum("np,npcx->ncx", step, basis)
     moved[..., :-1] = nearest_stiefel(moved[..., :-1])
-    # Untouched poses stay to the last bit: pose 0, which is pinned.
-    still = ~np.any(step, axis=1)
-    moved[still] = blocks[still]
+    # Poses with a zero step, such as the fixed pose 0, are unchanged to the last bit.
+    fixed = ~np.any(step, axis=1)
+    moved[fixed] = blocks[fixed]
     return np.asarray(moved)
 
 

@@ -7,13 +7,13 @@ relaxation drops the rank, which leaves a convex problem with one optimal value:
 bound of the cost of any rotations.
 
 The relaxation is *tight* when its value is the cost of some rotations. These are then a
-global optimum, whoever found them. Tight says nothing about an optimiser that has not
-reached that cost, and a certificate speaks of the cost alone: a wrong closure that is kept
-is part of the cost, and the optimum that it bends is certified too.
+global optimum, however they were found. Tightness says nothing about an optimiser that has
+not reached that cost, and a certificate is about the cost alone: a wrong closure that is
+kept is part of the cost, and the distorted optimum is certified too.
 
 A tight Z has rank d, so 2 in the plane and 3 in space, not 1. The certificate S is
-positive semidefinite at an optimum, with 0 as an eigenvalue at least d times: ask for
-λ_min ≥ −tol, never for λ_min > 0.
+positive semidefinite at an optimum, with 0 as an eigenvalue at least d times: test
+λ_min ≥ −tol, not λ_min > 0.
 
 Source: Rosen et al. 2019, "SE-Sync", Problem 7 and Theorem 7.
 """
@@ -30,19 +30,19 @@ from robust_slam._arrays import Array, Indices, finite
 from robust_slam.graphs.rotations import nearest_rotations
 
 SIZE_LIMIT = 60
-"""The largest dn that ``solve_sdp`` takes, which it solves in some seconds."""
+"""The largest dn that ``solve_sdp`` accepts, which takes some seconds."""
 _GAP = 1e-10
-"""The solver's tolerance: with its default of 1e-8 ranks are misread where noise is large."""
-_CROOKED = 1e-6
-"""How far R Rᵀ of a block may be from the identity; rounding stays far below."""
+"""The solver's tolerance: its default of 1e-8 gives wrong ranks where noise is large."""
+_ORTHOGONALITY = 1e-6
+"""The largest accepted entry of |R Rᵀ − I| of a block; rounding stays far below."""
 
 
 @dataclass(frozen=True, eq=False)
 class SdpSolution:
-    """What the solver found.
+    """The solution of the relaxation.
 
     ``Z`` ``(dn, dn)`` is the optimum, ``value`` tr(Q Z), ``rank`` its ``numerical_rank``,
-    ``eigenvalues`` ``(dn,)`` those of Z, largest first, and ``status`` the solver's word.
+    ``eigenvalues`` ``(dn,)`` those of Z, largest first, and ``status`` that of the solver.
     """
 
     Z: Array
@@ -53,7 +53,7 @@ class SdpSolution:
 
 
 class SdpFailed(RuntimeError):
-    """The solver has found no optimum."""
+    """The solver found no optimum."""
 
 
 def connection_matrix(
@@ -62,12 +62,12 @@ def connection_matrix(
     """Return Q ``(dn, dn)`` with tr(R Q Rᵀ) = Σ κ ‖R_j − R_i R̃‖²_F for R ``(d, dn)``.
 
     ``edges`` ``(m, 2)`` holds i and j of each measurement, ``rotations`` ``(m, d, d)`` the
-    rotation R̃ of j seen from i, ``kappa`` a scalar or ``(m,)`` its precision, at least 0.
+    rotation R̃ of j in the frame of i, ``kappa`` a scalar or ``(m,)`` its precision, at least 0.
     For a pose graph with translations see ``chordal.marginalised``.
 
     Raises:
         ValueError: a shape is wrong, an entry is not finite, an index is out of range, a
-            precision is negative, or a rotation matrix is none.
+            precision is negative, or a matrix is not a rotation.
 
     Source: Rosen et al. 2019, the rotation connection Laplacian.
     """
@@ -95,7 +95,7 @@ def solve_sdp(Q: ArrayLike, d: int) -> SdpSolution:
         ImportError: cvxpy is missing.
         SdpFailed: the solver finds no optimum.
 
-    Source: Rosen et al. 2019, Problem 7.
+    Source: Rosen et al. 2019, Problem 7, equation (33).
     """
     cost = _quadratic(Q, d)
     size = len(cost)
@@ -105,7 +105,7 @@ def solve_sdp(Q: ArrayLike, d: int) -> SdpSolution:
             "optimise locally and prove the result with robust_slam.certificates.optimality"
         )
     cp = _cvxpy()
-    # The solver's tolerance is partly absolute, so it is given a cost of size 1.
+    # The solver's tolerance is partly absolute, so the cost is scaled to size 1.
     scale = float(np.abs(cost).max()) or 1.0
     Z = cp.Variable((size, size), PSD=True)
     unit = [Z[k : k + d, k : k + d] == np.eye(d) for k in range(0, size, d)]
@@ -139,11 +139,10 @@ def numerical_rank(Z: ArrayLike, tol: float = 1e-5) -> int:
 def round_solution(Z: ArrayLike, d: int) -> Array:
     """Return rotations R ``(d, dn)``, R_0 = I, near the best factor of rank d of ``Z``.
 
-    The factor is known up to a reflection: the one is taken that leaves most blocks, or
-    of equally many block 0, with a positive determinant. Each block is then replaced by
-    the nearest rotation. If Z = RᵀR exactly, that R comes back, and from the solver's Z it
-    does so to about 1e-5 rad; if Z has a higher rank, R is a guess whose cost may be above
-    the optimum.
+    The factor is unique up to a reflection. It is chosen so that most blocks have a positive
+    determinant, or block 0 in a tie. Each block is then replaced by
+    the nearest rotation. If Z = RᵀR exactly, that R is recovered, and from the solver's Z
+    to about 1e-5 rad. If Z has a higher rank, the cost of R may be above the optimum.
 
     Raises:
         ValueError: ``Z`` ``(dn, dn)`` is not symmetric, finite and made of d × d blocks.
@@ -161,13 +160,13 @@ def round_solution(Z: ArrayLike, d: int) -> Array:
 
 
 def is_tight(Z: ArrayLike, Q: ArrayLike, R: ArrayLike, tol: float = 1e-5) -> bool:
-    """Tell whether the optimum ``Z`` ``(dn, dn)`` of the relaxation is met by ``R`` ``(d, dn)``.
+    """Tell whether ``R`` ``(d, dn)`` attains the optimum ``Z`` ``(dn, dn)`` of the relaxation.
 
-    It is when Z has the numerical rank d, and tr(R Q Rᵀ) is tr(Q Z) to ``tol`` times the
+    It does if Z has the numerical rank d, and tr(R Q Rᵀ) is tr(Q Z) to ``tol`` times the
     largest |eigenvalue| of ``Q``. ``tol`` is also the relative tolerance of the rank. True
     means that R is a global optimum of this cost, not that its closures are right. False
-    leaves it open: where several rotations do equally well, the solver returns a mixture
-    of higher rank although the value is attained.
+    is inconclusive: where several rotations are optimal, the solver returns a mixture of
+    higher rank although the value is attained.
 
     Raises:
         ValueError: the shapes do not agree, or ``R`` does not hold rotations.
@@ -190,8 +189,8 @@ def dense_certificate(Q: ArrayLike, R: ArrayLike) -> tuple[Array, Array]:
     Λ is the symmetric part of the diagonal blocks of Q RᵀR. R is a global optimum if
     S Rᵀ = 0 (it is stationary) and S ⪰ 0, both up to a tolerance that is relative to the
     largest |eigenvalue| of Q. Then 0 is an eigenvalue at least d times; exactly d times
-    means that R is the only optimum up to a common rotation. If S has a negative
-    eigenvalue, R may still be optimal: nothing is proved. tr Λ = tr(R Q Rᵀ) holds at any
+    means that R is the unique optimum up to a common rotation. If S has a negative
+    eigenvalue, nothing is proved, and R may still be optimal. tr Λ = tr(R Q Rᵀ) holds at any
     R and proves nothing either.
 
     Raises:
@@ -208,7 +207,7 @@ def dense_certificate(Q: ArrayLike, R: ArrayLike) -> tuple[Array, Array]:
 
 
 def suboptimality(Q: ArrayLike, R: ArrayLike) -> float:
-    """Return max(0, −dn·λ_min) of the certificate: how far tr(R Q Rᵀ) is from optimal at most.
+    """Return max(0, −dn·λ_min) of the certificate, an upper bound on the optimality gap.
 
     It holds at every ``R`` ``(d, dn)``, stationary or not: Λ + λ_min I is feasible in the
     dual problem, and its trace is tr(R Q Rᵀ) + dn·λ_min.
@@ -229,8 +228,8 @@ def _cost(Q: Array, R: Array) -> float:
 def _multipliers(Q: Array, R: Array) -> Array:
     """Return the blocks ``(n, d, d)`` of Λ = SymBlockDiag(Q RᵀR)."""
     d = len(R)
-    pulls = (Q @ R.T).reshape(-1, d, d) @ _blocks(R)
-    return np.asarray(0.5 * (pulls + np.swapaxes(pulls, 1, 2)))
+    product = (Q @ R.T).reshape(-1, d, d) @ _blocks(R)
+    return np.asarray(0.5 * (product + np.swapaxes(product, 1, 2)))
 
 
 def _blocks(R: Array) -> Array:
@@ -269,10 +268,10 @@ def _rotations(name: str, value: ArrayLike, count: int) -> Array:
     if matrices.shape[1] != d or d not in (2, 3):
         raise ValueError(f"{name}: the shape is {matrices.shape}; d is 2 or 3 in (m, d, d)")
     gap = np.abs(matrices @ np.swapaxes(matrices, 1, 2) - np.eye(d)).max(axis=(1, 2), initial=0.0)
-    crooked = (gap > _CROOKED) | (np.linalg.det(matrices) < 0.0)
-    if np.any(crooked):
+    invalid = (gap > _ORTHOGONALITY) | (np.linalg.det(matrices) < 0.0)
+    if np.any(invalid):
         raise ValueError(
-            f"{name}: block {int(np.argmax(crooked))} is not a rotation matrix; its columns "
+            f"{name}: block {int(np.argmax(invalid))} is not a rotation matrix; its columns "
             "must be orthonormal and its determinant 1"
         )
     return matrices

@@ -1,12 +1,12 @@
-"""Out of a local minimum: the Riemannian staircase on the chordal problem.
+"""The Riemannian staircase on the chordal problem, a way out of local minima.
 
-A map that is stationary but not certified comes with a direction along which the cost
-falls once the rotations have one more row to move in. So: add a row, step along the
-direction, descend, and round back to a map. If the higher rank is not certified either,
-climb one more. One or two steps are usually enough.
+A stationary map without a certificate comes with a direction along which the cost falls at
+the next rank, where the rotations have one more row. The staircase adds a row, steps along
+the direction, descends, and rounds to a map. If the higher rank is not certified either, it
+continues with the next rank. One or two ranks are usually enough.
 
-Source: Boumal, Voroninski and Bandeira 2016, the staircase; Rosen et al. 2019,
-Algorithm 1, on pose graphs.
+Source: Boumal, Voroninski and Bandeira 2016, the staircase; Rosen et al. 2019, Algorithm 1
+and Proposition 3, on pose graphs.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from robust_slam.graphs.pose_graph import PoseGraph, check_poses
 from robust_slam.graphs.rotations import nearest_stiefel
 
 _NEAR = 1e-8
-"""How stationary a point of a higher rank has to be; the maps themselves are polished."""
+"""The stationarity tolerance at a higher rank; maps are polished further."""
 _HALVINGS = 40
 
 
@@ -44,19 +44,19 @@ def solve_certified(
 ) -> tuple[Array, Certificate]:
     """Return the best map that the staircase finds from ``poses``, and its certificate.
 
-    ``poses``, ``(n, 3)`` or ``(n, 3, 4)``, are the start, and pose 0 stays where it is;
+    ``poses``, ``(n, 3)`` or ``(n, 3, 4)``, are the start, and pose 0 is fixed;
     ``weights`` ``(m,)`` multiply κ and τ and are 1 if None. The map is polished first. If
-    that is certified, it is the answer; else the staircase climbs at most ``max_climbs``
-    ranks. The cost never rises above that of the polished start. Where the relaxation is
-    not tight the verdict stays NOT_CERTIFIED, with the best ``lower_bound`` that was found.
+    it is not certified, the staircase climbs at most ``max_climbs`` ranks. The cost is never
+    higher than that of the polished start. Where the relaxation is not tight the verdict is
+    NOT_CERTIFIED, with the best ``lower_bound`` that was found.
 
     The certificate is about the weighted edges, not about outliers: see ``certificate``.
 
     Raises:
         ValueError: ``poses`` or ``weights`` have the wrong shape or are not finite, a
             weight is negative, or ``max_climbs`` is below 0.
-        Underdetermined: the edges with positive weight leave a pose loose.
-        NotConverged: a map's polish did not come to rest.
+        Underdetermined: the edges with positive weight do not connect all poses.
+        NotConverged: the polish of a map did not converge.
 
     Source: Boumal, Voroninski and Bandeira 2016; Rosen et al. 2019, Algorithms 1 and 2.
     """
@@ -79,7 +79,7 @@ def solve_certified(
 def _better(
     old: tuple[Array, Certificate], new: tuple[Array, Certificate], relaxed: Certificate
 ) -> tuple[Array, Certificate]:
-    """Return the cheaper map; what any certificate says of the least cost holds for it."""
+    """Return the cheaper map with the best lower bound; every lower bound holds for all maps."""
     best, certificate = new if new[1].cost <= old[1].cost * (1.0 + ROUNDING) else old
     floor = max(old[1].lower_bound, new[1].lower_bound, relaxed.lower_bound)
     return best, replace(certificate, lower_bound=floor)
@@ -89,15 +89,15 @@ def climb(problem: ChordalProblem, blocks: Array, direction: Array) -> Array:
     """Return ``blocks`` ``(n, r, d + 1)`` one rank higher, where the cost is lower.
 
     The new row is a multiple of ``direction`` ``(n, d + 1)``, halved until the cost falls.
-    At a stationary point it does: the cost changes by the square of the multiple times
+    At a stationary point it does fall: the cost changes by the square of the multiple times
     tr(direction S directionᵀ) < 0, and by its fourth power.
 
     Source: Boumal, Voroninski and Bandeira 2016, the escape from a saddle one rank higher.
     """
     here = lifted_cost(problem, blocks)
     level = np.concatenate([blocks, np.zeros_like(blocks[:, :1])], axis=1)
-    turn = direction[:, : problem.d]
-    row = direction / np.sqrt(np.max(np.sum(turn**2, axis=1)))
+    rotation = direction[:, : problem.d]
+    row = direction / np.sqrt(np.max(np.sum(rotation**2, axis=1)))
     for halvings in range(_HALVINGS):
         moved = level.copy()
         moved[:, -1] = row * 0.5**halvings
@@ -108,9 +108,9 @@ def climb(problem: ChordalProblem, blocks: Array, direction: Array) -> Array:
 
 
 def rounded(graph: PoseGraph, blocks: Array, like: Array) -> Array:
-    """Return the map near ``blocks`` ``(n, r, d + 1)``, with pose 0 where ``like`` has it.
+    """Return the map near ``blocks`` ``(n, r, d + 1)``, with pose 0 as in ``like``.
 
-    ``like`` are poses, and so is the answer: ``(n, 3)`` or ``(n, 3, 4)``.
+    ``like`` and the result are poses, ``(n, 3)`` or ``(n, 3, 4)``.
 
     Source: Rosen et al. 2019, Algorithm 2.
     """

@@ -1,14 +1,14 @@
 """Maximum clique: a largest set of vertices that are all joined to each other.
 
-The problem is NP-hard, and hard to approximate. The search here is exact, and anytime: it
-counts what it looks at and, when its budget is used up, gives the best clique so far and a
-bound that no clique exceeds. The bits of a Python integer stand for a set of vertices.
+The problem is NP-hard and hard to approximate. The search is exact and anytime: it counts
+the candidates it examines and, when its budget is used up, returns the best clique so far
+and an upper bound on the size of all cliques. Sets of vertices are the bits of an integer.
 
-First the graph is made smaller. A vertex that can be in no clique as large as the one at
-hand is dropped; so is one whose neighbours are all neighbours of another, to which it is
-not joined itself. What is left falls apart where the *complement* does: vertices that are
-joined to all others stand alone there, and largest cliques of the parts make up one of the
-whole. Dense graphs, such as those of few wrong closures, are nearly done by this alone.
+The graph is reduced first. A vertex is removed if it cannot be in a clique as large as the
+best one known, or if it is dominated: all its neighbours are neighbours of another vertex
+that it is not joined to. The rest is split into the components of the *complement*: the
+union of largest cliques of the components is a largest clique. This alone nearly solves
+dense graphs, such as those of few outliers.
 
 Source: Tomita and Seki 2003, branch and bound with a greedy colouring; San Segundo et al.
 2011, the same on sets of bits; Fomin, Grandoni and Kratsch 2009, domination and components
@@ -28,17 +28,17 @@ from scipy.sparse.csgraph import connected_components
 from robust_slam._arrays import Indices, Mask
 
 BUDGET = 20_000_000
-"""Candidates that a search looks at, unless another number is given: about ten seconds."""
+"""The default number of candidates that a search examines: about ten seconds."""
 _FEW = 20
-"""Neighbours to look at before a full test."""
+"""Neighbours to check before a full test of domination."""
 
 
 @dataclass(frozen=True, eq=False)
 class Clique:
-    """A clique, and how far it can be from a largest one.
+    """A clique with an upper bound on the largest one.
 
-    ``members`` ``(k,)`` are vertices, ascending. ``bound`` is a size that no clique
-    exceeds, and ``proven`` tells that k reaches it.
+    ``members`` ``(k,)`` are vertices, ascending. No clique is larger than ``bound``, and
+    ``proven`` is True if k equals it.
     """
 
     members: Indices
@@ -48,10 +48,10 @@ class Clique:
 
 @dataclass
 class _Node:
-    """An open node of the search: ``size`` vertices ``chosen``, and what may join them.
+    """An open node of the search: ``size`` vertices ``chosen``, and candidates to add.
 
-    ``order`` are the ``candidates`` that are worth a try, the last one first, each with its
-    colour: no clique among the candidates that are left is larger than ``colours[-1]``.
+    ``order`` are the ``candidates`` to branch on, the last one first, each with its colour:
+    no clique among the remaining candidates is larger than ``colours[-1]``.
     """
 
     chosen: int
@@ -62,11 +62,11 @@ class _Node:
 
     @property
     def bound(self) -> int:
-        """A size that no clique below this node exceeds, 0 if nothing is worth a try."""
+        """An upper bound on the cliques below this node, 0 if no branch is left."""
         return self.size + self.colours[-1] if self.order else 0
 
     def take(self, near: Sequence[int]) -> tuple[int, int]:
-        """Take the next candidate; return the vertices with it and what may join these."""
+        """Add the next candidate; return the chosen vertices and their common candidates."""
         v = self.order.pop()
         self.colours.pop()
         self.candidates ^= 1 << v
@@ -79,16 +79,23 @@ def max_clique(
     """Return a largest clique of ``adjacency`` ``(m, m)``, or the best within ``budget``.
 
     ``adjacency`` is boolean and symmetric; its diagonal does not matter. ``fixed`` are the
-    indices ``(f,)`` of vertices that have to be members; the clique is then a largest one
-    among those that contain them. ``budget`` counts the candidates at each branch node, which
-    is what a search costs, and never the clock: the same input always gives the same answer.
-    Of several largest cliques any may come back.
+    indices ``(f,)`` of vertices that must be members; the clique is then a largest one that
+    contains them. ``budget`` counts the candidates at each branch node, which measures the
+    work without a clock: the same input always gives the same result. Of several largest
+    cliques any one may be returned.
 
     Raises:
         ValueError: ``adjacency`` is not square, boolean and symmetric, ``fixed`` are not
             indices of vertices that are all joined, or ``budget`` is below 1.
 
-    Source: Tomita et al. 2010; San Segundo et al. 2011; see the module.
+    Source: Tomita and Seki 2003; San Segundo et al. 2011; see the module.
+
+    >>> adjacency = np.zeros((5, 5), dtype=bool)
+    >>> for i, j in [(0, 1), (0, 2), (1, 2), (2, 3), (3, 4)]:
+    ...     adjacency[i, j] = adjacency[j, i] = True
+    >>> clique = max_clique(adjacency)
+    >>> clique.members.tolist(), clique.proven
+    ([0, 1, 2], True)
     """
     joined = _checked(adjacency)
     held = _held(fixed, joined)
@@ -134,7 +141,7 @@ def _held(fixed: ArrayLike | None, joined: Mask) -> Indices:
 def _solve(joined: Mask, best: Indices, budget: int) -> tuple[Indices, int]:
     """Return a clique, at least as large as the clique ``best``, and a bound on the largest.
 
-    Parts are taken on until they no longer fall apart; what they have adds up.
+    Components are reduced and split until they are connected; their cliques are united.
     """
     todo = [(np.arange(len(joined)), best)]
     members, bound = [np.empty(0, dtype=np.intp)], 0
@@ -153,7 +160,7 @@ def _solve(joined: Mask, best: Indices, budget: int) -> tuple[Indices, int]:
 
 
 def _greedy(joined: Mask) -> Indices:
-    """Return a clique: always the vertex next that rules out the fewest others."""
+    """Return a clique: greedily the next vertex that excludes the fewest others."""
     apart = ~joined
     ruled_out = apart.sum(axis=1)
     alive = np.ones(len(joined), dtype=np.bool_)
@@ -168,7 +175,7 @@ def _greedy(joined: Mask) -> Indices:
 
 
 def _improved(joined: Mask, clique: Indices) -> Indices:
-    """Return ``clique``, enlarged while a vertex can join or two can come for one.
+    """Return ``clique``, enlarged while a vertex can be added or two can replace one.
 
     Source: Andrade, Resende and Werneck 2012, on the complement.
     """
@@ -181,7 +188,7 @@ def _improved(joined: Mask, clique: Indices) -> Indices:
             continue
         if not nearly.size:
             return np.sort(clique)
-        # The one member that each of these is not joined to, and the pairs that share it.
+        # The one member that each of these is not joined to, and pairs with the same member.
         lacked = clique[np.argmin(joined[np.ix_(nearly, clique)], axis=1)]
         pairs = joined[np.ix_(nearly, nearly)] & (lacked[:, None] == lacked)
         if not np.any(pairs):
@@ -192,7 +199,7 @@ def _improved(joined: Mask, clique: Indices) -> Indices:
 
 
 def _degeneracy(joined: Mask) -> tuple[Indices, Indices]:
-    """Return the vertices, each of least degree among those behind it, and core numbers.
+    """Return a degeneracy ordering of the vertices, and their core numbers.
 
     Source: Matula and Beck 1983.
     """
@@ -210,10 +217,10 @@ def _degeneracy(joined: Mask) -> tuple[Indices, Indices]:
 
 
 def _reduced(joined: Mask, part: Indices, best: Indices) -> tuple[Indices, Indices]:
-    """Return vertices of ``part`` that hold a largest clique of it, and a clique like ``best``.
+    """Return vertices of ``part`` that contain a largest clique of it, and a clique.
 
-    A clique of k vertices lies where core numbers are at least k − 1, so that ``best``
-    itself stays.
+    The clique has the size of ``best``. A clique of k vertices has core numbers of at least
+    k − 1, so ``best`` is never removed.
     """
     _, core = _degeneracy(joined[np.ix_(part, part)])
     part = part[core + 1 >= best.size]
@@ -224,10 +231,10 @@ def _reduced(joined: Mask, part: Indices, best: Indices) -> tuple[Indices, Indic
 
 
 def _undominated(near: Sequence[int], best: int) -> tuple[int, int]:
-    """Return the vertices that no other dominates, and a clique among them like ``best``.
+    """Return the vertices that no other dominates, and a clique of them as large as ``best``.
 
-    Another dominates v if it is joined to all that v is joined to, but not to v. In every
-    clique it can stand for v, and it does so in ``best``.
+    A vertex dominates v if it is joined to all neighbours of v, but not to v. It can replace
+    v in every clique, and it does so in ``best``.
     """
     alive, before = (1 << len(near)) - 1, 0
     while alive != before:
@@ -241,10 +248,10 @@ def _undominated(near: Sequence[int], best: int) -> tuple[int, int]:
 
 
 def _dominator(v: int, near: Sequence[int], alive: int) -> int:
-    """Return the set of one vertex that dominates ``v``, or 0."""
+    """Return the set of one vertex that dominates ``v``, or the empty set 0."""
     own = near[v] & alive
     others = alive & ~near[v] & ~(1 << v)
-    # A few neighbours of v already rule out nearly all; only the rest is worth a full test.
+    # A few neighbours of v exclude nearly all others; only the rest needs a full test.
     for neighbour in islice(_members(own), _FEW):
         others &= near[neighbour]
     return next((1 << other for other in _members(others) if not own & ~near[other]), 0)
@@ -258,7 +265,7 @@ def _pieces(joined: Mask) -> list[Indices]:
 
 
 def _branch(joined: Mask, best: Indices, budget: int) -> tuple[Indices, int, int]:
-    """Return a clique, a bound on the largest, and the budget that is left."""
+    """Return a clique, a bound on the largest, and the remaining budget."""
     order = _degeneracy(joined)[0][::-1]
     near = _bits(joined[np.ix_(order, order)])
     found, size = _set(np.argsort(order)[best]), best.size
@@ -280,15 +287,16 @@ def _branch(joined: Mask, best: Indices, budget: int) -> tuple[Indices, int, int
 
 
 def _opened(chosen: int, size: int, candidates: int, near: Sequence[int], best: int) -> _Node:
-    """Return a node; candidates with so few colours that they cannot beat ``best`` stay out."""
+    """Return a node without the branches that cannot lead to more than ``best`` vertices."""
     order, colours = _coloured(candidates, near, best - size)
     return _Node(chosen, size, candidates, order, colours)
 
 
 def _coloured(left: int, near: Sequence[int], enough: int) -> tuple[list[int], list[int]]:
-    """Colour vertices so that joined ones differ; return those with a colour above ``enough``.
+    """Colour vertices greedily; return those with a colour above ``enough``, and the colours.
 
-    k colours are a bound on the cliques among the vertices with colours 1 to k.
+    Joined vertices have different colours, so no clique among the vertices with colours 1 to
+    k is larger than k.
     """
     order: list[int] = []
     colours: list[int] = []

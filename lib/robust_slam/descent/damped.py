@@ -54,6 +54,12 @@ def levenberg_marquardt(
 
     Source: Marquardt 1963, damping by the diagonal; Nielsen 1999, the update of the damping
     by the gain ratio.
+
+    >>> from robust_slam.graphs import circle, dead_reckoning
+    >>> from robust_slam.graphs.pose_graph import cost
+    >>> graph, _ = circle(40, np.random.default_rng(0), laps=2, closures=8)
+    >>> round(cost(levenberg_marquardt(graph, dead_reckoning(graph)), graph), 1)
+    11.2
     """
     check_limits(tol, max_iterations)
     start = check_poses("poses", poses, graph)

@@ -1,25 +1,26 @@
-"""Graduated non-convexity: the loop with a kernel that hardens from step to step.
+"""Graduated non-convexity: the loop with a surrogate kernel that becomes less convex.
 
-The surrogate of a truncated kernel is nearly convex at first and the kernel itself in the
-end. μ leads from one to the other: up from near 0 for TLS, down to 1 for Geman–McClure.
-Each step takes the weights of the surrogate at the last residuals, solves once from where
-it stands, and moves μ on. It usually works and guarantees nothing.
+The surrogate of the kernel is nearly convex at first and equals the kernel in the end. The
+parameter μ controls it: it grows from near 0 for TLS and decreases to 1 for Geman–McClure.
+Each step computes the weights of the surrogate at the last residuals, solves once from the
+current x, and updates μ. It works well in practice but has no guarantee of convergence to
+the global minimum.
 
-All formulas have the ½ of the house, ρ ≈ u²/2 near 0. The papers leave it out; weights
+All formulas have the ½ of this library, ρ ≈ u²/2 near 0. The papers leave it out; weights
 and μ are the same numbers.
 
-Well-known code departs from the paper here and there. GTSAM takes the first μ from the
-residuals at the user's first values, counts known inliers in it, and starts every inner
-solve from those first values again. Here μ comes from the least-squares solution, over
-the doubted measurements alone, and each solve starts from the last.
+Some implementations differ from the paper. GTSAM takes the first μ from the residuals at
+the initial values of the user, includes known inliers in it, and starts every inner solve
+from those initial values again. Here μ comes from the least-squares solution, over the
+untrusted measurements alone, and each solve starts from the last.
 
-The papers move μ by one factor. On the graph intel most of that schedule is waiting: the
-last two thirds of the steps move hardly any residual. An *adaptive* rule takes two or
-three factors at once there (``strides``). Where the way is crooked, as on M3500, that can
-end in a slightly worse minimum (``benchmarks/speed/graduated.py``).
+The papers update μ by one constant factor. On the graph intel the last two thirds of these
+steps hardly change any residual. An *adaptive* rule takes two or three factors at once
+there (``strides``). Where the path of the solution is not smooth, as on M3500, that can end
+in a slightly worse minimum (``benchmarks/speed/graduated.py``).
 
-Source: Yang et al. 2020, "Graduated Non-Convexity for Robust Spatial Perception"; Black
-and Rangarajan 1996 for the outlier processes.
+Source: Yang et al. 2020, "Graduated Non-Convexity for Robust Spatial Perception", (12),
+(14) and Remark 5; Black and Rangarajan 1996 for the outlier processes.
 """
 
 from __future__ import annotations
@@ -41,14 +42,14 @@ Kind: TypeAlias = Literal["tls", "gm"]
 
 _SMALLEST = float(np.finfo(np.float64).tiny)
 _LARGEST = float(np.finfo(np.float64).max)
-_CALM = (0.1, 0.05)
-"""Shares that 99 % of the norms may move, before an adaptive μ takes its second, third factor."""
+_SMOOTH = (0.1, 0.05)
+"""Relative changes of 99 % of the norms below which an adaptive μ takes 2 and 3 factors."""
 
 
 def tls_weight(u: ArrayLike, c: float, mu: float) -> Array:
     """Return the weight of the TLS surrogate, of any shape, as u.
 
-    It is 1 up to the lower knee u² = c²μ/(μ+1), 0 from the upper knee u² = c²(μ+1)/μ, and
+    It is 1 up to the lower bound u² = c²μ/(μ+1), 0 from the upper bound u² = c²(μ+1)/μ, and
     (c/|u|)√(μ(μ+1)) − μ between them.
 
     Raises:
@@ -66,14 +67,14 @@ def tls_weight(u: ArrayLike, c: float, mu: float) -> Array:
 def tls_surrogate(u: ArrayLike, c: float, mu: float) -> Array:
     """Return the TLS surrogate ρ_μ(u), of any shape, as u.
 
-    It is u²/2 below the lower knee, c²/2 above the upper one, and
+    It is u²/2 below the lower bound of ``tls_weight``, c²/2 above the upper one, and
     c|u|√(μ(μ+1)) − μ(c² + u²)/2 between them, where its curvature is −μ. As μ → ∞ it
     becomes ``kernels.tls``; it is convex only in the limit μ → 0.
 
     Raises:
         ValueError: as ``tls_weight``.
 
-    Source: Yang et al. 2020; SLAM Handbook 2026, (3.24), without the ½ there.
+    Source: SLAM Handbook 2026, (3.24), and Yang et al. 2020, both without the ½.
     """
     c, mu = positive("c", c), positive("mu", mu)
     size = np.abs(np.asarray(u, dtype=np.float64))
@@ -84,14 +85,14 @@ def tls_surrogate(u: ArrayLike, c: float, mu: float) -> Array:
 
 
 def tls_process(w: ArrayLike, c: float, mu: float) -> Array:
-    """Return the price Φ of a weight w in [0, 1], of any shape: ½ c² μ(1 − w)/(μ + w).
+    """Return the outlier process Φ of weights w in [0, 1], of any shape: ½ c² μ(1 − w)/(μ + w).
 
-    The least of w u²/2 + Φ(w) over w is the surrogate, and ``tls_weight`` attains it.
+    The minimum of w u²/2 + Φ(w) over w is the surrogate, attained at ``tls_weight``.
 
     Raises:
         ValueError: as ``tls_weight``.
 
-    Source: Black and Rangarajan 1996; Yang et al. 2020, without the ½ there.
+    Source: Black and Rangarajan 1996; SLAM Handbook 2026, Theorem 3.4, without the ½ there.
     """
     c, mu = positive("c", c), positive("mu", mu)
     w = np.asarray(w, dtype=np.float64)
@@ -99,7 +100,7 @@ def tls_process(w: ArrayLike, c: float, mu: float) -> Array:
 
 
 def _middle(mu: float) -> float:
-    """Return √(μ(μ+1)); the product of the roots does not overflow."""
+    """Return √(μ(μ+1)) as √μ √(μ+1), which does not overflow."""
     return sqrt(mu) * sqrt(mu + 1.0)
 
 
@@ -117,25 +118,25 @@ def gm_weight(u: ArrayLike, c: float, mu: float) -> Array:
 def gm_surrogate(u: ArrayLike, c: float, mu: float) -> Array:
     """Return the Geman–McClure surrogate ½ μc²u²/(μc² + u²), of any shape.
 
-    It is the kernel with c√μ for c: convex for u² ≤ μc²/3, the kernel itself at μ = 1.
+    It is the kernel with scale c√μ: convex for u² ≤ μc²/3, and the kernel itself at μ = 1.
 
     Raises:
         ValueError: as ``tls_weight``.
 
-    Source: Yang et al. 2020; SLAM Handbook 2026, (3.25), without the ½ there.
+    Source: SLAM Handbook 2026, (3.25), and Yang et al. 2020, both without the ½.
     """
     return geman_mcclure(_widened(c, mu)).rho(u)
 
 
 def gm_process(w: ArrayLike, c: float, mu: float) -> Array:
-    """Return the price Φ of a weight w in [0, 1], of any shape: ½ μc² (√w − 1)².
+    """Return the outlier process Φ of weights w in [0, 1], of any shape: ½ μc² (√w − 1)².
 
-    The least of w u²/2 + Φ(w) over w is the surrogate, and ``gm_weight`` attains it.
+    The minimum of w u²/2 + Φ(w) over w is the surrogate, attained at ``gm_weight``.
 
     Raises:
         ValueError: as ``tls_weight``.
 
-    Source: Black and Rangarajan 1996; Yang et al. 2020, without the ½ there.
+    Source: Black and Rangarajan 1996; SLAM Handbook 2026, Theorem 3.4, without the ½ there.
     """
     return np.asarray(0.5 * _widened(c, mu) ** 2 * (np.sqrt(np.asarray(w, float)) - 1.0) ** 2)
 
@@ -145,11 +146,11 @@ def _widened(c: float, mu: float) -> float:
 
 
 def start_mu(u_max: float, c: float, kind: Kind = "tls") -> float:
-    """Return the first μ for the largest norm ``u_max``: nearly convex up to there.
+    """Return the first μ for the largest norm ``u_max``.
 
     For TLS it is c²/(2u² − c²), and inf when 2u² ≤ c²: there is nothing to reject. For
-    Geman–McClure it is 2u²/c², which below 1 means that the kernel itself will do. Where
-    these pass the range of floats, it is the nearest float that does not.
+    Geman–McClure it is 2u²/c²; a value below 1 means that the kernel itself is convex enough.
+    Values outside the range of floats are clipped.
 
     Raises:
         ValueError: ``u_max`` is negative or NaN, ``c`` is not a finite number above zero,
@@ -168,17 +169,17 @@ def start_mu(u_max: float, c: float, kind: Kind = "tls") -> float:
 
 
 def strides(moved: Array) -> int:
-    """Return by how many factors an adaptive rule moves μ on: 1, 2 or 3.
+    """Return the number of factors by which an adaptive rule updates μ: 1, 2 or 3.
 
-    ``moved`` ``(k,)`` is by how much a step changed each norm u, as a share of 1 + u. Where
-    99 % of them change by a tenth at most it is 2, by a twentieth 3: the path that the
-    solution follows is nearly straight there, and a longer step seldom loses it.
+    ``moved`` ``(k,)`` is the change of each norm u in a step, relative to 1 + u. If 99 % of
+    the norms change by at most 0.1 it is 2, by at most 0.05 it is 3: the path of the
+    solution is nearly straight there, so a longer step seldom loses it.
 
-    Source: derived here; step control as in the following of homotopy paths (Allgower and
-    Georg 1990, chapter 6).
+    Source: derived here; step-length control for homotopy paths in Allgower and Georg 1990,
+    chapter 6.
     """
     most = float(np.quantile(moved, 0.99)) if moved.size else 0.0
-    return 1 + sum(most <= calm for calm in _CALM)
+    return 1 + sum(most <= change for change in _SMOOTH)
 
 
 @dataclass(frozen=True)
@@ -186,14 +187,14 @@ class GncTls:
     """The rule of GNC-TLS for norms ``(k,)``: μ grows until every weight is 0 or 1.
 
     ``c`` is the largest norm of an inlier; μ is multiplied by ``factor`` at each step and
-    starts at ``mu0``, if None at ``start_mu`` of the largest norm u. That puts the upper
-    knee at √2 u, so that nothing is rejected at once. An ``adaptive`` rule multiplies by
-    ``factor`` twice as long as no weight is 1, and then as often as ``strides`` says.
+    starts at ``mu0``, by default at ``start_mu`` of the largest norm u. Then the weight is 0
+    only beyond √2 u, so that nothing is rejected at once. An ``adaptive`` rule multiplies by
+    ``factor``² while no weight is 1, and then by as many factors as ``strides`` returns.
 
     Raises:
         ValueError: ``c`` or ``mu0`` is not above 0, or ``factor`` is not above 1.
 
-    Source: Yang et al. 2020, with Remark 5 for the first μ.
+    Source: Yang et al. 2020, (14) for the weight and Remark 5 for the first μ.
     """
 
     c: float
@@ -206,10 +207,10 @@ class GncTls:
 
     def start(self, norms: Array) -> float | StopReason:
         """Return the first μ, or NOTHING_TO_REJECT when 2u² ≤ c² for every norm."""
-        wanted = start_mu(float(np.max(norms, initial=0.0)), self.c, "tls")
-        if wanted == inf:
+        mu = start_mu(float(np.max(norms, initial=0.0)), self.c, "tls")
+        if mu == inf:
             return StopReason.NOTHING_TO_REJECT
-        return wanted if self.mu0 is None else self.mu0
+        return mu if self.mu0 is None else self.mu0
 
     def weights(self, norms: Array, state: float) -> Array:
         """Return ``tls_weight``."""
@@ -219,7 +220,7 @@ class GncTls:
         """Return the larger μ of the next step."""
         if not self.adaptive:
             return self.factor * state
-        # Until a measurement counts in full, the map has only to come near.
+        # As long as no weight is 1, an approximate solution is enough.
         undecided = not np.any(weights == 1.0)
         return self.factor ** (2 if undecided else strides(moved)) * state
 
@@ -229,24 +230,24 @@ class GncTls:
 
     def finished(self, weights: Array, state: float, settled: bool) -> StopReason | None:
         """Stop when every weight is exactly 0 or 1."""
-        # Clipping makes 0 and 1 exact, so this needs no tolerance.
+        # Clipped weights are exactly 0 and 1, so this needs no tolerance.
         binary = bool(np.all((weights == 0.0) | (weights == 1.0)))
         return StopReason.BINARY_WEIGHTS if binary else None
 
 
 @dataclass(frozen=True)
 class GncGm:
-    """The rule of GNC-GM for norms ``(k,)``: μ falls to 1, where the kernel is itself.
+    """The rule of GNC-GM for norms ``(k,)``: μ decreases to 1, the kernel itself.
 
     ``c`` is the scale of the kernel; μ is divided by ``factor`` at each step and starts at
-    ``mu0``, if None at ``start_mu`` of the largest norm u, and at 1 at least. There the
-    surrogate is convex up to 0.816 u only, so it is *nearly* convex for all. An
-    ``adaptive`` rule divides as often as ``strides`` says.
+    ``mu0``, by default at ``start_mu`` of the largest norm u, and at 1 at least. There the
+    surrogate is convex up to 0.816 u only, so it is *nearly* convex for all norms. An
+    ``adaptive`` rule divides by as many factors as ``strides`` returns.
 
     Raises:
         ValueError: ``c`` or ``mu0`` is not above 0, or ``factor`` is not above 1.
 
-    Source: Yang et al. 2020, with Remark 5 for the first μ.
+    Source: Yang et al. 2020, (14) for the weight and Remark 5 for the first μ.
     """
 
     c: float
@@ -258,11 +259,11 @@ class GncGm:
         _check(self.c, self.factor, self.mu0)
 
     def start(self, norms: Array) -> float | StopReason:
-        """Return the first μ, or NOTHING_TO_REJECT when there is no norm at all."""
+        """Return the first μ, or NOTHING_TO_REJECT when there are no norms."""
         if norms.size == 0:
             return StopReason.NOTHING_TO_REJECT
-        wanted = start_mu(float(np.max(norms)), self.c, "gm") if self.mu0 is None else self.mu0
-        return max(1.0, wanted)
+        mu = start_mu(float(np.max(norms)), self.c, "gm") if self.mu0 is None else self.mu0
+        return max(1.0, mu)
 
     def weights(self, norms: Array, state: float) -> Array:
         """Return ``gm_weight``."""
@@ -295,7 +296,7 @@ def _check_kind(kind: str) -> None:
 
 
 RULES: dict[Kind, type[GncTls] | type[GncGm]] = {"tls": GncTls, "gm": GncGm}
-"""The rule of each kind by its name."""
+"""The rule of each kind."""
 
 
 def gnc(
@@ -314,34 +315,39 @@ def gnc(
 
     ``c`` is the scale of the kernel, one number for all measurements; for Gaussian inliers
     take ``thresholds.chi_square_threshold``. ``factor``, ``mu0`` and ``adaptive`` are those of
-    the rules ``GncTls`` and ``GncGm``. Weights are ``(m,)``; ``tol`` is how little a residual,
-    relative to 1 + u, may still move in the last solve.
+    the rules ``GncTls`` and ``GncGm``. Weights are ``(m,)``; ``tol`` is the largest change of
+    a residual, relative to 1 + u, in the last solve.
 
-    It needs no first x: without ``x0`` it starts from the unweighted solution, as the paper
-    does. Lies that agree have bent that map already, and look small there. On a pose graph
-    with trusted odometry dead reckoning is the better start, ``x0=problem.guess``: the
-    first weights come from the residuals there, as GTSAM has it, and more maps come through
-    on every graph of ``chapters/data/robustness.csv``. It is also the way out where the
-    unweighted descent of a torn graph does not come to rest.
+    Without ``x0`` it starts from the unweighted solution, as in the paper. Consistent
+    outliers distort that solution and have small residuals there. On a pose graph with
+    trusted odometry, dead reckoning is the better start, ``x0=problem.guess``: the first
+    weights come from the residuals there, as in GTSAM, and more runs succeed on every graph
+    of ``chapters/data/robustness.csv``. It also helps where the unweighted solve does not
+    converge.
 
     A pose graph may take a few steps for each μ (``PoseGraphProblem(graph, steps=5)``),
-    which is quicker; the last solve is brought to rest either way. One step is allowed, but
-    the poses then lag behind μ: on the graph CSAIL closures are then misjudged in some runs
-    (``benchmarks/wrong_closures.py --graph CSAIL --steps 1``). Which number is best depends
-    on the graph.
+    which is faster; the last solve is repeated until it converges in any case. One step is
+    allowed, but the poses then lag behind μ: on the graph CSAIL this misjudges closures in
+    some runs (``benchmarks/wrong_closures.py --graph CSAIL --steps 1``). The best number
+    depends on the graph.
 
     It stops with BINARY_WEIGHTS (TLS), CONVERGED (GM, after μ = 1), NOTHING_TO_REJECT,
-    ALL_REJECTED or ITERATION_LIMIT, also when the last solve does not come to rest. GM's
-    last x belongs to the weights of the step before, so it is near a minimum of the
-    kernel's cost, not at one: ``irls`` with ``kernels.geman_mcclure`` goes on from there.
+    ALL_REJECTED or ITERATION_LIMIT, also when the last solve does not converge. The last x
+    of GM belongs to the weights of the previous step, so it is near a minimum of the
+    kernel's cost, not at one; ``irls`` with ``kernels.geman_mcclure`` continues from there.
 
     Raises:
         ValueError: ``kind`` is unknown, ``c`` or ``mu0`` is not above 0, ``factor`` is not
             above 1, or as ``loop.reweight``.
         Underdetermined: some untrusted weights are positive, yet no solution exists.
-        NotConverged: the unweighted descent did not come to rest; give ``x0``.
+        NotConverged: the unweighted solve did not converge; give ``x0``.
 
-    Source: Yang et al. 2020, the algorithm; Antonante et al. 2022, Algorithm 2.
+    Source: Yang et al. 2020, (12), (14) and Remark 5; Antonante et al. 2022, Algorithm 2.
+
+    >>> from robust_slam.problems import LocationProblem
+    >>> result = gnc(LocationProblem([0.1, -0.2, 0.15, -0.1, 5.0]), c=1.0)
+    >>> round(result.x, 4), result.weights, result.stop.value
+    (-0.0125, array([1., 1., 1., 1., 0.]), 'binary weights')
     """
     _check_kind(kind)
     rule = RULES[kind](c, factor, mu0, adaptive)

@@ -5,9 +5,8 @@ w(0) = 1. Every kernel is even in u, and |u| = scale belongs to the inner piece.
 Papers on graduated non-convexity drop the ½ and write w = ρ'/(2u): the weights are
 the same numbers (Yang et al. 2020).
 
-A new kernel needs its constructor and one line in ``KERNELS``: the tests of the laws walk
-over them, and figures find a look for each by its place there. A figure draws the kernels
-that its chapter names.
+A new kernel needs a constructor and one line in ``KERNELS``. The tests cover every kernel
+there, and figures take its line style from its position there.
 """
 
 from __future__ import annotations
@@ -28,13 +27,13 @@ Function: TypeAlias = Callable[[ArrayLike], Array]
 
 @dataclass(frozen=True)
 class Kernel:
-    """A robust cost with all that the course asks of it.
+    """A robust cost ρ with its influence, its weight and its properties.
 
-    ``name`` is its key in ``KERNELS``, ``label`` what figures and tables call it.
+    ``name`` is its key in ``KERNELS``, ``label`` its name in figures and tables.
     ``rho``, ``psi`` and ``weight`` take whitened residuals of any shape and return an
     array of that shape. ``convex_until`` is the largest |u| up to which ρ is convex.
-    ``influence`` tells how ψ ends for large u: "unbounded" grows for ever, "bounded"
-    stays at a level above 0, "redescending" goes back to 0.
+    ``influence`` describes ψ for large u: "unbounded" grows without limit, "bounded"
+    tends to a constant above 0, "redescending" tends to 0.
     """
 
     name: str
@@ -52,9 +51,9 @@ def _real(u: ArrayLike) -> Array:
 
 
 def squared(scale: float = 1.0) -> Kernel:
-    """Return the square ρ = u²/2: least squares, the baseline of every comparison.
+    """Return the squared kernel ρ = u²/2, that of least squares.
 
-    The scale changes nothing; it is there so that all constructors are called alike.
+    The scale has no effect; it gives all constructors the same signature.
 
     Raises:
         ValueError: ``scale`` is not a finite number above zero.
@@ -74,14 +73,14 @@ def squared(scale: float = 1.0) -> Kernel:
 
 
 def huber(k: float) -> Kernel:
-    """Return Huber's kernel: u²/2 up to |u| = k, beyond it the line k(|u| − k/2).
+    """Return Huber's kernel: u²/2 up to |u| = k and k(|u| − k/2) beyond.
 
-    Its cost grows without bound, its influence never passes k.
+    Its cost is unbounded, its influence is at most k.
 
     Raises:
         ValueError: ``k`` is not a finite number above zero.
 
-    Source: Huber 1964.
+    Source: Huber 1964, the minimax estimator of location.
     """
     k = positive("k", k)
 
@@ -102,12 +101,16 @@ def huber(k: float) -> Kernel:
 
 
 def cauchy(c: float) -> Kernel:
-    """Return the Cauchy kernel ρ = (c²/2) ln(1 + u²/c²); ψ is largest, c/2, at |u| = c.
+    """Return the Cauchy kernel ρ = (c²/2) ln(1 + u²/c²); max ψ = c/2 at u = c.
 
     Raises:
         ValueError: ``c`` is not a finite number above zero.
 
     Source: Black and Rangarajan 1996, the Lorentzian.
+
+    >>> kernel = cauchy(1.0)
+    >>> kernel.psi([1.0, 3.0]), kernel.weight([1.0, 3.0])
+    (array([0.5, 0.3]), array([0.5, 0.1]))
     """
     c = positive("c", c)
     return Kernel(
@@ -123,12 +126,12 @@ def cauchy(c: float) -> Kernel:
 
 
 def geman_mcclure(c: float) -> Kernel:
-    """Return the Geman–McClure kernel ρ = (u²/2) / (1 + u²/c²), which never passes c²/2.
+    """Return the Geman–McClure kernel ρ = (u²/2) / (1 + u²/c²), bounded by c²/2.
 
     Raises:
         ValueError: ``c`` is not a finite number above zero.
 
-    Source: Geman and McClure 1987; Yang et al. 2020, with c for their c̄.
+    Source: Geman and McClure 1987; SLAM Handbook 2026, (3.25) at μ = 1, without the ½ there.
     """
     c = positive("c", c)
     return Kernel(
@@ -144,14 +147,14 @@ def geman_mcclure(c: float) -> Kernel:
 
 
 def tls(c: float) -> Kernel:
-    """Return truncated least squares ρ = min(u², c²)/2: beyond c a residual has no say.
+    """Return truncated least squares ρ = min(u², c²)/2: residuals beyond c have no influence.
 
     At the kink |u| = c the inner piece holds: ψ(c) = c and w(c) = 1.
 
     Raises:
         ValueError: ``c`` is not a finite number above zero.
 
-    Source: Yang et al. 2020 (without the ½ there).
+    Source: Yang et al. 2020, truncated least squares, without the ½ there.
     """
     c = positive("c", c)
     return Kernel(
@@ -169,7 +172,7 @@ def tls(c: float) -> Kernel:
 def dcs(c: float) -> Kernel:
     """Return the kernel whose weight is that of dynamic covariance scaling, with Φ = c².
 
-    It is u²/2 up to |u| = c and (3Φu² − Φ²)/(2(Φ + u²)) beyond it, which never passes 3Φ/2.
+    It is u²/2 up to |u| = c and (3Φu² − Φ²)/(2(Φ + u²)) beyond it, bounded by 3Φ/2.
     The weight is s² with s = min(1, 2Φ/(Φ + u²)): four times that of Geman–McClure, capped
     at 1.
 
@@ -203,7 +206,7 @@ def dcs(c: float) -> Kernel:
 
 
 def welsch(c: float) -> Kernel:
-    """Return Welsch's kernel ρ = (c²/2)(1 − exp(−u²/c²)), which never passes c²/2.
+    """Return Welsch's kernel ρ = (c²/2)(1 − exp(−u²/c²)), bounded by c²/2.
 
     Raises:
         ValueError: ``c`` is not a finite number above zero.

@@ -1,10 +1,10 @@
 """The one loop of the course: reweight, solve, repeat.
 
-Robust estimation as a sequence of weighted least-squares problems. A *problem* knows its
-residuals and its weighted solve; a *rule* turns residuals into weights. Methods differ in
-the rule alone, and problems know nothing of rules.
+Robust estimation as a sequence of weighted least-squares problems. A *problem* computes
+residuals and a weighted solution; a *rule* turns residuals into weights. Methods differ in
+the rule alone, and problems do not depend on rules.
 
-Source: Black and Rangarajan 1996.
+Source: Black and Rangarajan 1996; SLAM Handbook 2026, Theorem 3.4.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ X = TypeVar("X")
 State = TypeVar("State", bound="float | None")
 
 _SOLVES = 500
-"""How often the last solve is repeated at most."""
+"""The largest number of repetitions of the last solve."""
 
 
 class Problem(Protocol[X]):
@@ -33,7 +33,7 @@ class Problem(Protocol[X]):
         ...
 
     def initial(self) -> X:
-        """Return the least-squares solution, every weight 1."""
+        """Return the least-squares solution, with all weights 1."""
         ...
 
     def residual_norms(self, x: X) -> Array:
@@ -41,7 +41,7 @@ class Problem(Protocol[X]):
         ...
 
     def solve(self, weights: Array, x: X) -> X:
-        """Return the minimiser of Σ w u², starting from ``x`` if a start is of use.
+        """Return the minimiser of Σ w u², starting from ``x`` if the solver is iterative.
 
         Raises:
             Underdetermined: the measurements with positive weight do not determine it.
@@ -50,11 +50,11 @@ class Problem(Protocol[X]):
 
 
 class Rule(Protocol[State]):
-    """How weights follow from residuals.
+    """How weights are computed from residuals.
 
-    The state is the rule's μ, or None. The loop carries it from step to step and records
-    it, and never looks inside. Residual norms and weights are those of the untrusted
-    measurements alone, ``(k,)``, and there may be none.
+    The state is the rule's μ, or None. The loop passes it from step to step and records it.
+    Residual norms and weights are those of the untrusted measurements alone, ``(k,)``; k may
+    be 0.
     """
 
     def start(self, norms: Array) -> State | StopReason:
@@ -68,19 +68,19 @@ class Rule(Protocol[State]):
     def next(self, state: State, weights: Array, moved: Array) -> State:
         """Return the state of the next step.
 
-        ``weights`` ``(k,)`` are those of this step, and ``moved`` ``(k,)`` is by how much it
-        changed each residual norm u, as a share of 1 + u.
+        ``weights`` ``(k,)`` are those of this step, and ``moved`` ``(k,)`` is the change of
+        each residual norm u in this step, relative to 1 + u.
         """
         ...
 
     def cost(self, norms: Array) -> float:
-        """Return Σ ρ(u), the cost that the rule is there to lower."""
+        """Return Σ ρ(u), the cost that the rule minimises."""
         ...
 
     def finished(self, weights: Array, state: State, settled: bool) -> StopReason | None:
         """Return why to stop after a step that used ``weights`` and ``state``, or None.
 
-        ``settled`` tells that this step left every residual where it was.
+        ``settled`` is True if this step changed no residual.
         """
         ...
 
@@ -93,19 +93,19 @@ def reweight(
     tol: float = 1e-12,
     max_iterations: int = 100,
 ) -> Result[X]:
-    """Run the loop from ``x0``, or from plain least squares, until the rule says stop.
+    """Run the loop from ``x0``, or from plain least squares, until the rule stops it.
 
-    ``tol`` bounds the change of a whitened residual u, relative to 1 + u, below which it
-    has settled. When every untrusted weight is 0 and the rest do not determine x, the
-    loop stops with ALL_REJECTED and the x it had.
+    A whitened residual u has settled when its change, relative to 1 + u, is at most ``tol``.
+    When every untrusted weight is 0 and the trusted measurements do not determine x, the
+    loop stops with ALL_REJECTED and the previous x.
 
     Raises:
         ValueError: the residuals at the start are not finite, ``tol`` is negative or
             ``max_iterations`` is below 1.
         Underdetermined: some untrusted weights are positive, yet no solution exists.
-        TypeError: ``problem`` is none, a bare graph for instance.
+        TypeError: ``problem`` is not a problem, for instance a graph.
 
-    Source: Black and Rangarajan 1996; Yang et al. 2020.
+    Source: Black and Rangarajan 1996; SLAM Handbook 2026, Theorem 3.4; Yang et al. 2020.
     """
     _check_limits(tol, max_iterations)
     if not hasattr(problem, "residual_norms"):
@@ -113,38 +113,38 @@ def reweight(
         raise TypeError(f"problem is a {kind}; a graph becomes one with PoseGraphProblem(graph)")
     x = problem.initial() if x0 is None else x0
     norms = _start_norms(problem, x)
-    doubted = ~problem.trusted
-    history = [Step(x, np.ones_like(norms), _cost(rule, norms, doubted), None)]
-    state = rule.start(norms[doubted])
+    untrusted = ~problem.trusted
+    history = [Step(x, np.ones_like(norms), _cost(rule, norms, untrusted), None)]
+    state = rule.start(norms[untrusted])
     if isinstance(state, StopReason):
         return Result.ending(history, state)
 
     for _ in range(max_iterations):
         weights = np.ones_like(norms)
-        weights[doubted] = rule.weights(norms[doubted], state)
+        weights[untrusted] = rule.weights(norms[untrusted], state)
         solution = _solve(problem, weights, x)
         x = x if solution is None else solution
         before, norms = norms, problem.residual_norms(x)
-        history.append(Step(x, weights, _cost(rule, norms, doubted), state))
+        history.append(Step(x, weights, _cost(rule, norms, untrusted), state))
         if solution is None:
             return Result.ending(history, StopReason.ALL_REJECTED)
         moved = _moved(before, norms)
-        stop = rule.finished(weights[doubted], state, bool(np.all(moved <= tol)))
+        stop = rule.finished(weights[untrusted], state, bool(np.all(moved <= tol)))
         if stop is not None:
             return Result.ending(history, stop)
-        state = rule.next(state, weights[doubted], moved[doubted])
+        state = rule.next(state, weights[untrusted], moved[untrusted])
     return Result.ending(history, StopReason.ITERATION_LIMIT)
 
 
 def settle(problem: Problem[X], rule: Rule[State], result: Result[X], tol: float) -> Result[X]:
-    """Return ``result`` with its last solve repeated until it is at rest.
+    """Return ``result`` with its last solve repeated until it converges.
 
-    That is when no residual moves by ``tol``, or Σ w u² does not fall any more: a descent
-    near its end may leave the residuals of rejected measurements fluttering for ever.
-    A problem whose solve takes a few steps only, such as a pose graph with one step for
-    each μ, is thereby brought to rest with the final weights; the history gets one more
-    step. An exact solve leaves the result as it is. When the solves run out first, the
-    reason becomes ITERATION_LIMIT: the last x is then not at rest.
+    It has converged when no residual changes by more than ``tol``. Residuals of rejected
+    measurements may oscillate, so the repetition also stops when Σ w u² no longer falls. A
+    problem whose solve takes only a few steps, such as a pose graph with one step for each
+    μ, thereby converges with the final weights; the history gets one more step. An exact
+    solve leaves the result unchanged. If the limit on solves is reached first, the reason
+    becomes ITERATION_LIMIT.
 
     Source: derived here.
     """
@@ -180,16 +180,16 @@ def _start_norms(problem: Problem[X], x: X) -> Array:
     return norms
 
 
-def _cost(rule: Rule[State], norms: Array, doubted: Mask) -> float:
-    return rule.cost(norms[doubted]) + 0.5 * float(np.sum(norms[~doubted] ** 2))
+def _cost(rule: Rule[State], norms: Array, untrusted: Mask) -> float:
+    return rule.cost(norms[untrusted]) + 0.5 * float(np.sum(norms[~untrusted] ** 2))
 
 
 def _solve(problem: Problem[X], weights: Array, x: X) -> X | None:
-    """Return the solution, or None when there is none and all that could be rejected is."""
+    """Return the solution; None if it is not determined and all untrusted weights are 0."""
     try:
         return problem.solve(weights, x)
     except Underdetermined:
-        doubted = weights[~problem.trusted]
-        if doubted.size == 0 or np.any(doubted > 0.0):
+        untrusted = weights[~problem.trusted]
+        if untrusted.size == 0 or np.any(untrusted > 0.0):
             raise
         return None

@@ -1,4 +1,4 @@
-"""What a robust solve gives back: the answer, why it stopped, and every step."""
+"""The result of a robust solve: the solution, the reason for stopping, and every step."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ X = TypeVar("X")
 class StopReason(Enum):
     """Why the loop ended.
 
-    - CONVERGED: the residuals have settled, or the rule's schedule has come to its end.
+    - CONVERGED: the residuals have settled, or the rule's schedule is complete.
     - BINARY_WEIGHTS: every weight is 0 or 1, so each measurement is kept or rejected. With
-      the odometry trusted, all others may be rejected: the map is then the odometry's.
-    - NOTHING_TO_REJECT: no residual of the first solution is large enough to doubt.
-    - ALL_REJECTED: every doubted measurement has weight 0 and the rest do not determine x;
-      the answer is the x before.
-    - ITERATION_LIMIT: the iterations are used up; the weights may be half-way.
+      the odometry trusted, all others may be rejected: the map is then dead reckoning.
+    - NOTHING_TO_REJECT: no residual of the first solution is large enough for an outlier.
+    - ALL_REJECTED: every untrusted measurement has weight 0 and the others do not determine
+      x; the result is the previous x.
+    - ITERATION_LIMIT: the iterations are used up; the weights may not be final.
     """
 
     CONVERGED = "converged"
@@ -33,9 +33,9 @@ class StopReason(Enum):
 
 @dataclass(frozen=True)
 class Step(Generic[X]):
-    """One turn of the loop.
+    """One iteration of the loop.
 
-    ``weights`` ``(m,)`` were computed at the x before; ``x`` is the solution with them;
+    ``weights`` ``(m,)`` were computed at the previous x; ``x`` is the solution with them;
     ``cost`` is the robust cost at this ``x``; ``mu`` is the state that the rule used, None
     for a rule without one. Step 0 is the start, with weights 1.
     """
@@ -58,6 +58,6 @@ class Result(Generic[X]):
 
     @classmethod
     def ending(cls, history: Sequence[Step[X]], stop: StopReason) -> Result[X]:
-        """Return the result whose answer is the last step of ``history``."""
+        """Return the result whose solution is the last step of ``history``."""
         last = history[-1]
         return cls(last.x, last.weights, last.cost, stop, tuple(history))

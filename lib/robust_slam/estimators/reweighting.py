@@ -2,7 +2,7 @@
 
 Residual norms and weights are ``(k,)``, one for each untrusted measurement.
 
-Source: Holland and Welsch 1977.
+Source: Holland and Welsch 1977, iteratively reweighted least squares.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class IrlsRule:
     kernel: Kernel
 
     def start(self, norms: Array) -> None:
-        """Return None: there is nothing to carry along."""
+        """Return None: the rule has no state."""
 
     def weights(self, norms: Array, state: None) -> Array:
         """Return ψ(u)/u."""
@@ -55,12 +55,18 @@ def irls(
 ) -> Result[X]:
     """Minimise Σ ρ(u) by reweighting, from ``x0`` or from plain least squares.
 
-    The robust cost never rises, but where the descent ends depends on the start: a
-    non-convex kernel has several stationary points.
+    The robust cost never increases, but the result depends on the start: a non-convex
+    kernel has several stationary points.
 
     Raises:
         ValueError: as ``loop.reweight``.
 
     Source: Holland and Welsch 1977; Black and Rangarajan 1996.
+
+    >>> from robust_slam.estimators import kernels
+    >>> from robust_slam.problems import LocationProblem
+    >>> result = irls(LocationProblem([0.0, 0.1, -0.1, 5.0]), kernels.cauchy(1.0), x0=0.0)
+    >>> round(result.x, 3), result.weights.round(3)
+    (0.066, array([0.996, 0.999, 0.973, 0.039]))
     """
     return reweight(problem, IrlsRule(kernel), x0, tol=tol, max_iterations=max_iterations)

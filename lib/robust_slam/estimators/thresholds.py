@@ -1,4 +1,4 @@
-"""The threshold on a residual norm, from how likely an inlier is to pass it."""
+"""The threshold on a residual norm, from the probability that an inlier passes it."""
 
 from __future__ import annotations
 
@@ -8,15 +8,18 @@ from scipy.stats import chi2
 
 
 def chi_square_threshold(probability: float, dimension: int) -> float:
-    """Return the norm that a whitened Gaussian residual stays below with ``probability``.
+    """Return the norm that a whitened Gaussian residual exceeds with 1 − ``probability``.
 
-    It is the root of the χ² quantile, so it is compared with the norm u, not with u²:
-    for 99 % 2.5758 in one dimension, 3.3682 in SE(2), 4.1002 in SE(3).
+    It is the square root of the χ² quantile, so it is compared with the norm u, not with
+    u². ``dimension`` is that of the residual: 3 in SE(2), 6 in SE(3).
 
     Raises:
         ValueError: ``probability`` is not inside (0, 1), or ``dimension`` is below 1.
 
-    Source: Antonante et al. 2022, who use it as ε.
+    Source: Antonante et al. 2022, where it is the inlier threshold ε.
+
+    >>> [round(chi_square_threshold(0.99, d), 4) for d in (1, 3, 6)]
+    [2.5758, 3.3682, 4.1002]
     """
     if not 0.0 < probability < 1.0:
         raise ValueError(f"probability is {probability}; give a number inside (0, 1)")

@@ -1,12 +1,11 @@
-"""One robot of a fleet: what it knows, what it tells, and how it improves its own poses.
+"""One robot of a fleet: its data, its messages, and the optimisation of its own poses.
 
-It holds its own poses, the edges that touch them, and of the other robots only the
-*boundary*: the poses at the other end of an edge that two robots share. All that leaves it
-is a ``Message``.
+A robot stores its own poses, their edges, and of the other robots only the *boundary*: the
+poses at the other end of shared edges. It communicates by ``Message`` alone.
 
-A boundary pose stands still while the robot improves its own. So an edge to it measures an
-own pose in the common frame, and what is left is a pose graph like any other, whose pose 0
-is that frame.
+Boundary poses are fixed while the robot optimises its own. An edge to a boundary pose then
+measures an own pose in the common frame, and the subproblem is an ordinary pose graph whose
+pose 0 is that frame.
 
 Source: Tian et al. 2022, Kimera-Multi, with a Gauss–Newton step on the block of a robot in
 place of a Riemannian one, and a vote of three edges in place of its average of frames.
@@ -29,10 +28,10 @@ from robust_slam.problems import PoseGraphProblem
 
 @dataclass(frozen=True)
 class Message:
-    """What one robot tells another: boundary poses, weights of shared edges, or a word.
+    """A message between robots: boundary poses, weights of shared edges, or one number.
 
-    ``poses`` and ``weights`` are by the numbers of poses and edges in the whole graph;
-    ``word`` is a residual, a distance in m, or a flag.
+    ``poses`` and ``weights`` are indexed by poses and edges of the whole graph; ``word`` is
+    a residual, a distance in m, or a flag.
     """
 
     sender: int
@@ -43,19 +42,18 @@ class Message:
 
     @property
     def numbers(self) -> int:
-        """How many floats cross; the numbers of poses and edges are not counted."""
-        told = sum(pose.size for pose in self.poses.values())
-        return told + len(self.weights) + (self.word is not None)
+        """The number of floats sent, without the indices of poses and edges."""
+        coordinates = sum(pose.size for pose in self.poses.values())
+        return coordinates + len(self.weights) + (self.word is not None)
 
 
 class Robot:
-    """One robot, and all that it knows.
+    """One robot and its data.
 
-    ``own`` ``(k,)`` are the numbers of its poses, ``poses`` ``(k, …)`` where it believes
-    they are; ``number`` ``(e,)`` are those of the edges that touch them, ``weights``
-    ``(e,)`` what the edges weigh. The last edges, ``shared``, lead from ``outside`` to
-    ``inside`` and belong to a ``neighbour`` too. ``seen`` are the boundary poses that
-    neighbours have told.
+    ``own`` ``(k,)`` are the indices of its poses and ``poses`` ``(k, …)`` their estimates;
+    ``number`` ``(e,)`` are the indices of its edges and ``weights`` ``(e,)`` their weights.
+    The last edges, ``shared``, lead from ``outside`` to ``inside`` and belong to a
+    ``neighbour`` too. ``seen`` are the boundary poses received from neighbours.
 
     Raises:
         ValueError: the robot's own edges do not join its poses.
@@ -85,37 +83,37 @@ class Robot:
             raise ValueError(f"robot {name}, its poses counted from 0: {error}") from None
 
     def _take(self, graph: PoseGraph, begins: Mask) -> Indices:
-        """Copy the edges, shared ones as seen from outside; return their ends ``(e, 2)``."""
+        """Copy the edges, shared ones directed inwards; return their ends ``(e, 2)``."""
         ends: Indices = graph.edges[self.number]
         z = graph.measurement[self.number]
         information = graph.information[self.number]
         back = np.flatnonzero(begins)
         back = back[back >= self.shared.start]
-        # Log(z⁻¹ x_i⁻¹ x_j) is −Ad(z⁻¹) Log(z x_j⁻¹ x_i), so the norm stays what it was.
-        turn = self.group.adjoint(self.group.inverse(z[back]))
-        information[back] = np.swapaxes(turn, 1, 2) @ information[back] @ turn
+        # Log(z⁻¹ x_i⁻¹ x_j) is −Ad(z⁻¹) Log(z x_j⁻¹ x_i), so the whitened norm is unchanged.
+        adjoint = self.group.adjoint(self.group.inverse(z[back]))
+        information[back] = np.swapaxes(adjoint, 1, 2) @ information[back] @ adjoint
         ends[back], z[back] = ends[back, ::-1], self.group.inverse(z[back])
         self._z, self._information = z, information
         return ends
 
     def tell(self) -> list[Message]:
-        """Return a message to each neighbour: where this side of the boundary is."""
+        """Return a message to each neighbour with the poses on this side of the boundary."""
         messages = []
         for other in np.unique(self.neighbour):
             border = np.unique(self.inside[self.neighbour == other])
-            places = self.poses[np.searchsorted(self.own, border)]
-            poses = dict(zip(border.tolist(), places, strict=True))
+            own = self.poses[np.searchsorted(self.own, border)]
+            poses = dict(zip(border.tolist(), own, strict=True))
             messages.append(Message(self.name, int(other), poses=poses))
         return messages
 
     def hear(self, message: Message) -> None:
-        """Keep the boundary poses and the weights that a neighbour tells."""
+        """Store the boundary poses and the weights that a neighbour sent."""
         self.seen.update(message.poses)
         for edge, weight in message.weights.items():
             self.weights[self.number == edge] = weight
 
     def frames(self) -> Array:
-        """Return where each shared edge to a known pose puts the own frame, ``(f, …)``."""
+        """Return the own frame ``(f, …)`` from each shared edge to a known pose."""
         known = [k for k, pose in enumerate(self.outside.tolist()) if pose in self.seen]
         there = np.array([self.seen[pose] for pose in self.outside[known].tolist()])
         here = self.poses[np.searchsorted(self.own, self.inside[known])]
@@ -123,30 +121,31 @@ class Robot:
         return self.group.compose(measured, self.group.inverse(here))
 
     def vote(self) -> tuple[float, int]:
-        """Return how well the shared edges agree about the frame (m), and on which of them.
+        """Return how well the shared edges agree on the frame (m), and the best edge.
 
-        For each edge that is the mean distance between the own poses as it puts them and as
-        the second nearest other edge does: three have to agree. It is inf if there are fewer.
+        The disagreement of an edge is the mean distance between the own poses in its frame
+        and in that of the second closest other edge, so three edges have to agree. It is inf
+        if there are fewer than three.
 
         Source: derived here.
         """
         frames = self.frames()
-        place = self.group.translation(self.group.compose(frames[:, None], self.poses))
-        apart = np.linalg.norm(place[:, None] - place, axis=-1).mean(axis=-1)
+        positions = self.group.translation(self.group.compose(frames[:, None], self.poses))
+        apart = np.linalg.norm(positions[:, None] - positions, axis=-1).mean(axis=-1)
         if len(frames) < 3:
             return np.inf, 0
         third = np.sort(apart, axis=1)[:, 2]
         return float(third.min()), int(third.argmin())
 
     def join(self) -> None:
-        """Move the whole map to where the best voted edge puts it."""
+        """Move the whole map into the frame of the edge with the best vote."""
         self.poses = self.group.compose(self.frames()[self.vote()[1]], self.poses)
 
     def block(self) -> tuple[PoseGraph, Array]:
         """Return the robot's own problem and its poses: 0 is the frame, k + 1 the own pose k.
 
-        The boundary stands still, so a shared edge measures an own pose in the frame. One
-        further edge holds the first pose; it counts when no shared edge is trusted.
+        The boundary is fixed, so a shared edge measures an own pose in the frame. One further
+        edge fixes the first pose; it is used when no shared edge has positive weight.
         """
         z = self._z.copy()
         for k, pose in enumerate(self.outside.tolist(), self.shared.start):
@@ -161,25 +160,25 @@ class Robot:
         return graph, np.concatenate([[self.group.identity()], self.poses])
 
     def norms(self) -> Array:
-        """Return the whitened residual norms ``(j,)`` of the edges that this robot judges."""
+        """Return the whitened residual norms ``(j,)`` of the edges that this robot weighs."""
         graph, poses = self.block()
         norms: Array = pose_graph.residual_norms(poses, graph)[:-1][self.judged]
         return norms
 
     def improve(self, tol: float) -> list[Message]:
-        """Take one step on the own poses; tell the boundary if one moved by ``tol`` (m, rad)."""
+        """Take one step on the own poses; send the boundary after a move of ``tol`` (m, rad)."""
         graph, poses = self.block()
         lone = not np.any(self.weights[self.shared] > 0.0)
         problem = PoseGraphProblem(graph, poses, steps=1)
         better = problem.solve(np.append(self.weights, float(lone)), poses)[1:]
-        # Who hardly moves stays, so that others know exactly where the boundary is.
+        # Steps below tol are dropped, so neighbours keep exact boundary poses.
         if np.abs(self.group.log(self.group.between(self.poses, better))).max() <= tol:
             return []
         self.poses = better
         return self.tell()
 
     def weigh(self, rule: GncTls, mu: float) -> list[Message]:
-        """Weigh the edges that this robot judges; tell the shared weights that changed."""
+        """Compute the weights of this robot's edges; send the shared weights that changed."""
         before = self.weights.copy()
         self.weights[self.judged] = rule.weights(self.norms(), mu)
         changed = np.flatnonzero((self.weights != before)[self.shared])

@@ -1,16 +1,17 @@
-"""Graduated non-convexity for a few robots: each keeps its poses, and little crosses.
+"""Distributed graduated non-convexity for a few robots, each with its own poses.
 
-In a round one robot after another improves its own poses while the boundary stands still,
-and tells its neighbours where its side of the boundary is now; so no round raises the
-weighted cost. Every few rounds the weights follow the residuals as in ``gnc``; a shared edge
-is weighed by the robot of its first end, which tells the other. What the robots must agree
-about takes one word of each: who joins next, the first μ, when to stop.
+In a round one robot after another improves its own poses while the boundary is fixed, and
+sends its side of the boundary to its neighbours, so no round increases the weighted cost.
+Every few rounds the weights are computed from the residuals as in ``gnc``; the robot of its
+first end weighs a shared edge and sends the weight to the other. Common decisions take one
+number of each robot: which robot joins next, the first μ, and when to stop.
 
-No pose is held still: the robots agree about one frame up to a common motion, and pose 0,
-told to all, puts each map into its frame. To hold pose 0 from the beginning would make the
-descent many times slower.
+No pose is fixed: the robots agree on one frame up to a common rigid motion, and pose 0, sent
+to all, defines the final frame. Fixing pose 0 from the beginning would make the convergence
+many times slower.
 
-Source: Tian et al. 2022, Kimera-Multi; Yang et al. 2020 for the weights and the first μ.
+Source: Tian et al. 2022, Kimera-Multi; Yang et al. 2020, (14) for the weights and Remark 5
+for the first μ.
 """
 
 from __future__ import annotations
@@ -32,10 +33,10 @@ from robust_slam.graphs.pose_graph import PoseGraph
 
 @dataclass(frozen=True, eq=False)
 class Round:
-    """The fleet after a round, as nobody in it sees it.
+    """The global state of the fleet after a round, which no robot knows.
 
-    ``poses`` ``(n, …)`` are seen from pose 0, ``weights`` are ``(m,)``; ``messages`` and
-    ``numbers`` have crossed so far. ``mu`` is None where nothing has been weighed.
+    ``poses`` ``(n, …)`` are in the frame of pose 0, ``weights`` are ``(m,)``; ``messages``
+    and ``numbers`` count what was sent so far. ``mu`` is None before the first weights.
     """
 
     poses: Array
@@ -47,7 +48,7 @@ class Round:
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """Every round from the meeting of the robots on, and why there is no further one."""
+    """All rounds since the robots met, and the reason for stopping."""
 
     rounds: tuple[Round, ...]
     stop: StopReason
@@ -73,7 +74,7 @@ class Fleet:
         self.rounds: list[Round] = []
 
     def carry(self, messages: Sequence[Message]) -> bool:
-        """Hand each message to its receiver; tell whether there was one."""
+        """Deliver each message; return whether there were any."""
         for message in messages:
             self.robots[message.receiver].hear(message)
         self.messages += len(messages)
@@ -81,25 +82,25 @@ class Fleet:
         return len(messages) > 0
 
     def largest(self, words: Sequence[float]) -> float:
-        """Return the largest of one word of each robot, told by everyone to everyone."""
+        """Return the largest of one number of each robot, after all robots exchanged theirs."""
         pairs = permutations(range(len(words)), 2)
         self.carry([Message(a, b, word=words[a]) for a, b in pairs])
         return max(words)
 
     def meet(self) -> None:
-        """Bring the maps into one frame, one by one, next always the robot that is surest."""
+        """Bring the maps into one frame, one by one, always the robot with the best vote next."""
         self.carry(self.first.tell())
         waiting = [robot for robot in self.robots if robot is not self.first]
         while waiting:
-            doubt = {robot.name: robot.vote()[0] for robot in waiting if robot.seen}
-            self.largest([-doubt.get(robot.name, inf) for robot in self.robots])
-            surest = min(doubt, key=lambda name: doubt[name])
-            self.robots[surest].join()
-            self.carry(self.robots[surest].tell())
-            waiting.remove(self.robots[surest])
+            disagreement = {robot.name: robot.vote()[0] for robot in waiting if robot.seen}
+            self.largest([-disagreement.get(robot.name, inf) for robot in self.robots])
+            best = self.robots[min(disagreement, key=lambda name: disagreement[name])]
+            best.join()
+            self.carry(best.tell())
+            waiting.remove(best)
 
     def weigh(self, rule: GncTls, mu: float) -> bool:
-        """Let each robot weigh what it judges; tell whether every weight is 0 or 1."""
+        """Let each robot weigh its edges; return whether every weight is 0 or 1."""
         for robot in self.robots:
             self.carry(robot.weigh(rule, mu))
         # Clipping makes 0 and 1 exact.
@@ -107,22 +108,22 @@ class Fleet:
         return not self.largest([float(some.size > 0) for some in open_weights])
 
     def descend(self, mu: float | None, tol: float, count: int) -> bool:
-        """Run up to ``count`` rounds; tell whether nobody moved by ``tol`` in the last."""
+        """Run up to ``count`` rounds; return whether no pose moved by ``tol`` in the last."""
         for _ in range(count):
             moved = [self.carry(robot.improve(tol)) for robot in self.robots]
-            rest = not self.largest([float(robot) for robot in moved])
+            converged = not self.largest([float(robot) for robot in moved])
             self.record(mu)
-            if rest:
+            if converged:
                 return True
         return False
 
     def settled(self, stop: StopReason, mu: float | None, tol: float, count: int) -> Outcome:
-        """Descend to rest and return all rounds; it stops with ``stop`` if ``count`` suffice."""
-        rest = self.descend(mu, tol, count)
-        return Outcome(tuple(self.rounds), stop if rest else StopReason.ITERATION_LIMIT)
+        """Return all rounds after convergence, or ITERATION_LIMIT after ``count`` rounds."""
+        converged = self.descend(mu, tol, count)
+        return Outcome(tuple(self.rounds), stop if converged else StopReason.ITERATION_LIMIT)
 
     def record(self, mu: float | None) -> None:
-        """Keep the poses and weights of all robots, which only an onlooker can."""
+        """Record the poses and weights of all robots, for analysis outside the fleet."""
         poses = np.empty((self.graph.n, *self.graph.group.POSE_SHAPE))
         weights = np.ones(len(self.graph.edges))
         for robot in self.robots:
@@ -141,21 +142,27 @@ def solve(
     tol: float = 1e-6,
     max_rounds: int = 2000,
 ) -> Outcome:
-    """Run GNC-TLS on a fleet; every edge that is no odometry is doubted, as in ``gnc``.
+    """Run GNC-TLS on a fleet; all edges except odometry are untrusted, as in ``gnc``.
 
     ``labels`` ``(n,)`` name the robot of each pose, from 0; its own edges must join its
-    poses. ``c`` and ``factor`` are those of ``GncTls``. Each μ lasts ``every`` rounds; when
-    each weight is 0 or 1, more rounds bring the maps to rest, where nobody moves by ``tol``
-    (m, rad). It stops with BINARY_WEIGHTS or NOTHING_TO_REJECT, or with ITERATION_LIMIT if
-    ``max_rounds`` are not enough for the weights, or for the rest after them.
+    poses. ``c`` and ``factor`` are those of ``GncTls``. Each μ lasts ``every`` rounds. When
+    each weight is 0 or 1, more rounds follow until no pose moves by ``tol`` (m, rad). It
+    stops with BINARY_WEIGHTS or NOTHING_TO_REJECT, or with ITERATION_LIMIT if ``max_rounds``
+    are not enough for the weights or for the convergence after them.
 
     Round 0 is the start, after the robots have met. If all edges between two parts of the
-    fleet are rejected, where the parts lie to each other means nothing any more.
+    fleet are rejected, the relative pose of these parts is undetermined.
 
     Raises:
         ValueError: as ``Fleet`` and ``GncTls``, or a limit is out of range.
 
-    Source: Tian et al. 2022, with the schedule of Yang et al. 2020.
+    Source: Tian et al. 2022, with the schedule of Yang et al. 2020, Remark 5.
+
+    >>> from robust_slam.graphs import manhattan, Noise
+    >>> graph, _ = manhattan(40, np.random.default_rng(0), side=3, closures=20)
+    >>> outcome = solve(graph, labels=np.arange(40) // 20, c=3.368)
+    >>> outcome.stop.value, len(outcome.rounds) > 1
+    ('binary weights', True)
     """
     if every < 1 or max_rounds < 1 or not tol > 0.0:
         raise ValueError(f"every {every}, max_rounds {max_rounds}, tol {tol}: give more than 0")

@@ -1,4 +1,4 @@
-"""The nine public pose graphs, found on this machine; ``load`` never downloads.
+"""The nine public pose graphs; ``load`` reads local files and never downloads.
 
 ``load`` looks in the folder of the environment variable ``ROBUST_SLAM_DATA`` and then in
 the user's cache. ``make data``, which is ``python -m robust_slam.graphs.datasets``, downloads all
@@ -40,7 +40,7 @@ SHA256 = {
 }
 """The SHA-256 of each file ``<name>.g2o``."""
 NAMES = tuple(SHA256)
-"""The names of the graphs; "M3500" is another name of "manhattan"."""
+"""The names of the graphs; "M3500" is another name for "manhattan"."""
 SHOWN = ("CSAIL", "intel")
 """The graphs that the chapters show where they are on the machine: 0.4 MB together."""
 FOLDER = "ROBUST_SLAM_DATA"
@@ -57,19 +57,19 @@ class DatasetMissing(FileNotFoundError):
 
 
 class DatasetChanged(ValueError):
-    """A file has the name of a public graph but not its content."""
+    """A file has the name of a public graph but other content."""
 
 
 class DownloadFailed(OSError):
-    """A public graph could not be fetched, or what came was not it; nothing was kept."""
+    """A public graph could not be downloaded, or its checksum is wrong; no file was kept."""
 
 
 def load(name: str) -> PoseGraph:
-    """Return a public graph, of the ``NAMES``; nothing is ever downloaded here.
+    """Return a public graph, of the ``NAMES``; it is never downloaded here.
 
     Raises:
         DatasetMissing: it is not on this machine.
-        DatasetChanged: its file has another content than it should have.
+        DatasetChanged: its checksum is wrong.
         ValueError: there is no public graph of that name.
     """
     return g2o.read(find(name)).graph
@@ -79,7 +79,7 @@ def is_here(name: str) -> bool:
     """Tell whether a public graph is on this machine.
 
     Raises:
-        DatasetChanged: its file has another content than it should have.
+        DatasetChanged: its checksum is wrong.
         ValueError: there is no public graph of that name.
     """
     try:
@@ -92,10 +92,10 @@ def is_here(name: str) -> bool:
 def load_or_generate(name: str, make: Callable[[], PoseGraph]) -> tuple[PoseGraph, str]:
     """Return a public graph or, where it is missing, the graph of ``make()``.
 
-    The second value is a sentence for the reader that says which of them it is.
+    The second value is a sentence for the reader that tells which of the two it is.
 
     Raises:
-        DatasetChanged: its file has another content than it should have.
+        DatasetChanged: its checksum is wrong.
         ValueError: there is no public graph of that name.
     """
     try:
@@ -108,11 +108,11 @@ def load_or_generate(name: str, make: Callable[[], PoseGraph]) -> tuple[PoseGrap
 
 
 def find(name: str) -> Path:
-    """Return the path of a public graph's file, its content checked.
+    """Return the path of a public graph's file, after a check of its content.
 
     Raises:
         DatasetMissing: it is not on this machine.
-        DatasetChanged: the file has another content than it should have.
+        DatasetChanged: its checksum is wrong.
         ValueError: there is no public graph of that name.
     """
     known = _known(name)
@@ -131,13 +131,13 @@ def download(
     folder: str | os.PathLike[str] | None = None,
     base_url: str = URL,
 ) -> list[Path]:
-    """Fetch public graphs, by default all, and return the paths of their files.
+    """Download public graphs, by default all, and return the paths of their files.
 
-    They go into ``folder``, by default the user's cache. A file that is there already and
-    is right is not fetched again. A progress bar is shown on the standard error.
+    They are stored in ``folder``, by default the user's cache. A correct file that is already
+    there is not downloaded again. A progress bar is shown on the standard error.
 
     Raises:
-        DownloadFailed: a file cannot be fetched, or its content is not the known one.
+        DownloadFailed: a file cannot be downloaded, or its checksum is wrong.
         ImportError: pooch or tqdm is missing; both come with the extra ``data``.
         ValueError: there is no public graph of that name.
     """
@@ -152,22 +152,22 @@ def download(
 def try_download(
     names: Iterable[str] = SHOWN, base_url: str = URL, timeout: float = 5.0
 ) -> list[Path]:
-    """Fetch the public graphs that are not on this machine, as far as that is possible.
+    """Download public graphs that are not on this machine, if that is possible.
 
-    They go into the user's cache. Nothing is shown, and no failure of the network is an
-    error: the first one ends the attempt. Where the environment variable ``CI`` is set,
-    nothing is fetched.
+    They are stored in the user's cache. Nothing is shown, and the first failure of the
+    network ends the attempt without an error. Nothing is downloaded where the environment
+    variable ``CI`` is set.
 
     Args:
-        names: the graphs to fetch.
+        names: the graphs to download.
         base_url: the folder on the server.
         timeout: how long to wait for the server, in s.
 
     Returns:
-        The paths of the files that were fetched.
+        The paths of the downloaded files.
 
     Raises:
-        DatasetChanged: the file of a graph has another content than it should have.
+        DatasetChanged: the checksum of a file is wrong.
         ImportError: pooch is missing; it comes with the extra ``data``.
         ValueError: there is no public graph of that name.
     """

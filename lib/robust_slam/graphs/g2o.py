@@ -2,19 +2,19 @@
 
 Tags: ``VERTEX_SE2 id x y θ``, ``EDGE_SE2 i j x y θ`` and 6 numbers of information;
 ``VERTEX_SE3:QUAT id x y z qx qy qz qw``, ``EDGE_SE3:QUAT i j x y z qx qy qz qw`` and 21
-numbers; ``FIX id``. Metres and radians. Blank lines are passed over, and so is all that
-follows a ``#``. A file has vertices for all of its poses or for none.
+numbers; ``FIX id``. Metres and radians. Blank lines and comments, which start with ``#``,
+are ignored. A file has vertices for all of its poses or for none of them.
 
-An edge ``i j`` measures pose j seen from pose i, whichever id is larger; it is never turned
-round. The information is the upper triangle, row by row, in the order (x, y, θ) or
+An edge ``i j`` measures pose j in the frame of pose i, whichever id is larger; it is never
+inverted. The information is the upper triangle, row by row, in the order (x, y, θ) or
 (translation, rotation). The program g2o itself applies the last three rows in SE(3) to the
-vector part of a quaternion, half the rotation vector of a small turn; as GTSAM does, this
+vector part of a quaternion, half the rotation vector of a small rotation; like GTSAM, this
 library applies the matrix to (translation, rotation vector) unchanged.
 
-A quaternion of any length but 0 stands for a rotation. The reader rounds it to a grid of
-2⁻⁵⁰ that the rotation matrix gives back to the last bit, so that a graph that was read and
-then written is read as the same numbers. A rotation matrix from elsewhere, composed ones
-say, comes back within 3e-15 the first time, and to the last bit from then on.
+A quaternion of any length but 0 represents a rotation. The reader rounds it to a grid of
+2⁻⁵⁰ that can be recovered from the rotation matrix, so a graph that was read and written is
+read again with the same numbers. Other rotation matrices, for instance products, are
+recovered within 3e-15 the first time and exactly from then on.
 
 Source: Kümmerle et al. 2011, "g2o: a general framework for graph optimization", for the
 format; the grid of quaternions is derived here.
@@ -43,16 +43,16 @@ _STEP = 2.0**-50
 _COARSE = 2.0**20
 _LARGEST_ID = np.iinfo(np.int64).max
 _NAMED = 5
-"""So many vertex ids at most are named in a message."""
+"""The largest number of vertex ids in a message."""
 
 
 class G2oError(ValueError):
-    """A g2o file is wrong; the message is ``file:line: what; mend``."""
+    """A g2o file is invalid; the message is ``file:line: problem; remedy``."""
 
 
 @dataclass(frozen=True, eq=False)
 class G2o:
-    """What a g2o file holds.
+    """The content of a g2o file.
 
     ``poses`` are its vertices, ``(n, 3)`` or ``(n, 3, 4)``, in the order of the graph, or
     None if it has none. ``names`` ``(n,)`` are the file's ids of poses 0 to n − 1.
@@ -65,7 +65,7 @@ class G2o:
 
 @dataclass(frozen=True)
 class _Layout:
-    """The tags of a group; how many numbers make a pose and an information matrix."""
+    """The tags of a group, the numbers of a pose, and the size of an information matrix."""
 
     vertex: str
     edge: str
@@ -97,7 +97,7 @@ class _Rows:
 
 
 def read(path: str | os.PathLike[str]) -> G2o:
-    """Return the graph of a g2o file, its first poses and its ids.
+    """Return the graph of a g2o file, its initial poses and its ids.
 
     Ids may come in any order and with gaps. Pose 0 of the graph is the vertex that a FIX
     line names, else that of the smallest id; the others follow by ascending id. Edges keep
@@ -105,16 +105,22 @@ def read(path: str | os.PathLike[str]) -> G2o:
 
     The format does not say which edges are odometry. Here it is, for each pair of ids that
     are neighbours in ascending order, the first edge from the lower to the higher one, or
-    if there is none the first edge back. If you know better, use
+    if there is none, the first edge back. To change this, use
     ``dataclasses.replace(graph, is_odometry=…)``.
 
     Raises:
-        G2oError: a line is malformed, a tag unknown, a number not finite, an id no whole
-            number, a vertex given twice or missing, a quaternion zero, an information
+        G2oError: a line is malformed, a tag unknown, a number not finite, an id not a
+            whole number, a vertex given twice or missing, a quaternion zero, an information
             matrix not positive definite; an edge joins a vertex to itself; SE(2) and SE(3)
-            are mixed; several vertices are fixed; no edge is there, or the edges do not
-            join all vertices; or the file is not UTF-8.
+            are mixed; several vertices are fixed; there are no edges, or they do not
+            connect all vertices; or the file is not UTF-8.
         OSError: the file cannot be read.
+
+    >>> import tempfile
+    >>> path = Path(tempfile.mkdtemp()) / "two.g2o"
+    >>> _ = path.write_text("EDGE_SE2 7 9 1 0 0 4 0 0 4 0 9")
+    >>> read(path).graph.n, read(path).names.tolist()
+    (2, [7, 9])
     """
     content = Path(path).read_bytes()
     try:
@@ -192,21 +198,21 @@ def _rows(tag: str, lines: list[tuple[int, list[str]]]) -> _Rows:
 
 
 def _whole(field: str) -> int:
-    """Return an id. It is digits alone: int() would take '+1' and '1_0' too."""
+    """Return an id of digits only: int() would also accept '+1' and '1_0'."""
     if not (field.isascii() and field.isdigit()) or int(field) > _LARGEST_ID:
         raise ValueError
     return int(field)
 
 
 def _real(field: str) -> float:
-    """Return a number. float() would take '1_0' and the digits of other scripts too."""
+    """Return a number: float() would also accept '1_0' and digits of other scripts."""
     if "_" in field or not field.isascii():
         raise ValueError
     return float(field)
 
 
 def _misread(count: int, lines: list[tuple[int, list[str]]]) -> _Fault:
-    """Return the fault of the first field that is no id or no number."""
+    """Return the fault of the first field that is not an id or not a number."""
     for line, fields in lines:
         for place, field in enumerate(fields[1:], start=1):
             try:
@@ -261,7 +267,7 @@ def _ascending_ids(vertices: _Rows, edges: _Rows) -> Indices:
 
 
 def _fixed(fix: _Rows, ascending: Indices) -> int:
-    """Return the place in ``ascending`` of the vertex that is pose 0."""
+    """Return the index in ``ascending`` of the vertex that is pose 0."""
     if not fix.line.size:
         return 0
     held = int(fix.ids[0, 0])
@@ -318,19 +324,18 @@ def _poses(rows: _Rows, layout: _Layout) -> Array:
 
 
 def _matrices(quaternion: Array) -> Array:
-    # Adding 0 makes −0 to 0, so that equal matrices have equal bits.
+    # Adding 0 turns −0 into 0, so that equal matrices have equal bits.
     return np.asarray(Rotation.from_quat(quaternion).as_matrix()) + 0.0
 
 
 def _on_grid(quaternion: Array) -> Array:
-    """Return unit quaternions ``(k, 4)`` that are found again from their matrices.
+    """Return unit quaternions ``(k, 4)`` that can be recovered from their matrices.
 
-    The three smaller components are multiples of ``_STEP`` and the largest follows from
-    them. A matrix is rounded, but its error in a component is below half a step. Which one
-    is the largest is asked of coarse values, so that rounding does not decide between
-    equals.
+    The three smaller components are multiples of ``_STEP`` and determine the largest. The
+    rounding error of a matrix changes a component by less than half a step. The largest
+    component is chosen from coarsely rounded values, so that rounding does not break ties.
     """
-    # By a power of two, which is exact: the squares of 1e200 and 1e-200 are out of range.
+    # Scaling by a power of two is exact; the squares of 1e200 and 1e-200 are out of range.
     _, exponent = np.frexp(np.abs(quaternion).max(axis=1, keepdims=True))
     scaled = np.ldexp(quaternion, -exponent)
     unit = scaled / np.linalg.norm(scaled, axis=1, keepdims=True)
@@ -374,20 +379,19 @@ def write(
     poses: ArrayLike | None = None,
     names: ArrayLike | None = None,
 ) -> None:
-    """Write a graph as a g2o file, so that ``read`` returns the same numbers.
+    """Write a graph as a g2o file from which ``read`` returns the same numbers.
 
     ``poses``, ``(n, 3)`` or ``(n, 3, 4)``, become vertices. ``names`` ``(n,)`` are ids for
-    poses 0 to n − 1, by default these numbers themselves. A FIX line is written only where
-    it is needed, that is if the id of pose 0 is not the smallest. What rotation matrices
-    lose is told above, in the module's text. ``is_odometry`` has no place in the format,
-    and of an information matrix the upper triangle is written.
+    poses 0 to n − 1, by default these numbers themselves. A FIX line is written only if the
+    id of pose 0 is not the smallest. The module's docstring gives the accuracy of rotation
+    matrices. The format has no field for ``is_odometry``, and only the upper triangle of an
+    information matrix is written.
 
-    The file appears complete or not at all: a temporary file beside it takes its name at
-    the end.
+    The write is atomic: a temporary file in the same folder is renamed at the end.
 
     Raises:
         ValueError: ``poses`` do not fit the graph; ``names`` have the wrong length, repeat,
-            are negative or no whole numbers, or do not ascend from the second one on.
+            are negative or not whole numbers, or do not ascend from the second one on.
         OSError: the file cannot be written.
     """
     layout = _PLANE if graph.group.DIMENSION == 2 else _SPACE
@@ -424,7 +428,7 @@ def _lines(
 
 
 def _numbers(poses: Array, layout: _Layout) -> Array:
-    """Return the numbers ``(k, 3)`` or ``(k, 7)`` that stand for poses."""
+    """Return the numbers ``(k, 3)`` or ``(k, 7)`` of poses in the format."""
     if layout is _PLANE:
         return poses
     quaternion = np.asarray(Rotation.from_matrix(se3.rotation(poses)).as_quat())
@@ -441,7 +445,7 @@ def _joined(values: Sequence[int] | Sequence[float]) -> str:
 
 
 def _replace(path: Path, lines: Iterable[str]) -> None:
-    """Write ``lines`` to a file beside ``path`` and then give it that name."""
+    """Write ``lines`` to a temporary file beside ``path``, then rename it to ``path``."""
     part = path.with_name(f".{path.name}.{secrets.token_hex(4)}.part")
     try:
         with part.open("x", encoding="utf-8", newline="\n") as file:

@@ -1,9 +1,9 @@
-"""Pose graphs whose truth is known: a circle, a walk through a town, rounds of a sphere.
+"""Pose graphs with known true poses: a circle, a walk through a town, a sphere.
 
-Measurements are z = x_i⁻¹ ∘ x_j ∘ Exp(η) with Gaussian η, so that at the truth the
-whitened residuals are exactly standard normal. The truth starts at the identity.
+Measurements are z = x_i⁻¹ ∘ x_j ∘ Exp(η) with Gaussian η, so at the true poses the whitened
+residuals are exactly standard normal. The true poses start at the identity.
 
-Source: derived here, where no other is named.
+Source: derived here, unless another is named.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from robust_slam.graphs.pose_graph import PoseGraph
 class Noise:
     """Standard deviations of the measurements, in m and rad.
 
-    Two numbers are for each coordinate of the translation and of the turn; else there is one
-    for each coordinate of the tangent: 3 in SE(2), (forward, sideways, turn), and 6 in
-    SE(3), translation first.
+    Two numbers are for each coordinate of the translation and of the rotation. Otherwise
+    there is one number for each coordinate of the tangent: 3 in SE(2), (forward, sideways,
+    rotation), and 6 in SE(3), translation first.
 
-    ``scale`` multiplies the noise that is drawn but not the information that is claimed; 0
-    gives exact measurements.
+    ``scale`` multiplies the noise but not the information matrix; 0 gives exact
+    measurements.
     """
 
     odometry: tuple[float, ...] = (0.05, 0.02)
@@ -45,20 +45,25 @@ def circle(
     closures: int = 1,
     noise: Noise | None = None,
 ) -> tuple[PoseGraph, Array]:
-    """Return a drive of ``laps`` anticlockwise rounds by ``n`` poses, and the truth ``(n, 3)``.
+    """Return a drive of ``n`` poses around a circle, and the true poses ``(n, 3)``.
 
-    ``radius`` is in m. The ``closures`` are drawn from all pairs that stand no further
-    apart than neighbours on the way do; in one round only the last pose and pose 0 do.
+    The robot drives ``laps`` rounds anticlockwise; ``radius`` is in m. The ``closures`` are
+    drawn from all pairs no further apart than consecutive poses; in one round that is only
+    the last pose and pose 0.
 
     Raises:
         ValueError: an argument is out of range, or there are fewer such pairs.
+
+    >>> graph, truth = circle(8, np.random.default_rng(0), noise=Noise(scale=0.0))
+    >>> graph.n, len(graph.edges), truth[4].round(3).tolist()
+    (8, 8, [0.0, 10.0, 3.142])
     """
     if n < 3 or laps < 1:
         raise ValueError(f"n is {n} and laps {laps}; give at least 3 poses and 1 lap")
-    turn = 2.0 * np.pi * laps * np.arange(n) / n
+    angle = 2.0 * np.pi * laps * np.arange(n) / n
     radius = positive("radius", radius)
     truth = np.stack(
-        [radius * np.sin(turn), radius * (1.0 - np.cos(turn)), se2.wrap(turn)], axis=1
+        [radius * np.sin(angle), radius * (1.0 - np.cos(angle)), se2.wrap(angle)], axis=1
     )
     reach = 2.0 * radius * np.sin(np.pi * laps / n)
     return _measured(truth, _revisits(truth, reach, closures, rng), noise, rng), truth
@@ -74,18 +79,22 @@ def manhattan(
     closures: int | None = None,
     noise: Noise | None = None,
 ) -> tuple[PoseGraph, Array]:
-    """Return a walk of ``n`` poses through a town of square blocks, and the truth ``(n, 3)``.
+    """Return a walk of ``n`` poses through a town of square blocks, and the true poses.
 
-    The town has ``side`` by ``side`` blocks of ``block`` m, by default about √n/2 a side;
-    the walk starts at a corner. Each step leads one block ahead, and at each crossing the
-    robot turns left or right with probability ``turn``, or where the street ends. The
-    ``closures``, by default n/5, are drawn from all pairs no further apart than one block
-    that are not neighbours on the way.
+    The true poses are ``(n, 3)``. The town has ``side`` by ``side`` blocks of ``block`` m, by
+    default about √n/2 per side, and the walk starts at a corner. Each step leads one block
+    ahead. At each crossing the robot turns left or right with probability ``turn``, and
+    always where the street ends. The ``closures``, by default n/5, are drawn from all pairs
+    of poses that are at most one block apart and not consecutive.
 
     Raises:
         ValueError: an argument is out of range, or there are fewer such pairs.
 
-    Source: the setting of Olson, Leonard and Teller 2006.
+    Source: Olson, Leonard and Teller 2006, the simulated Manhattan world.
+
+    >>> graph, truth = manhattan(50, np.random.default_rng(0), closures=6)
+    >>> len(graph.edges), int(graph.is_odometry.sum()), truth.shape
+    (55, 49, (50, 3))
     """
     if n < 3:
         raise ValueError(f"n is {n}; give at least 3 poses")
@@ -97,8 +106,8 @@ def manhattan(
     block = positive("block", block)
     crossing, facing = _walk(n, side, turn, rng)
     truth = np.concatenate([block * crossing, se2.wrap(facing * np.pi / 2)[:, None]], axis=1)
-    wanted = n // 5 if closures is None else closures
-    return _measured(truth, _revisits(truth, block, wanted, rng), noise, rng), truth
+    count = n // 5 if closures is None else closures
+    return _measured(truth, _revisits(truth, block, count, rng), noise, rng), truth
 
 
 def sphere(
@@ -110,18 +119,18 @@ def sphere(
     closures: int | None = None,
     noise: Noise | None = None,
 ) -> tuple[PoseGraph, Array]:
-    """Return a way of ``n`` poses round a sphere, ring after ring, and the true poses.
+    """Return a spiral path of ``n`` poses on a sphere, and the true poses ``(n, 3, 4)``.
 
-    The graph is in SE(3), the poses are ``(n, 3, 4)``. The way winds from pole to pole with
-    ``around`` poses a turn, by default about √n. The robot faces the way it goes, its z axis
-    points out of the sphere of ``radius`` m. The ``closures``, by default all, are drawn
-    from the pairs (k, k + around): neighbours on neighbouring rings.
+    The graph is in SE(3). The path winds from pole to pole with ``around`` poses per ring, by
+    default about √n. The robot faces its direction of motion, and its z axis points outwards
+    from the sphere of ``radius`` m. The ``closures``, by default all, are drawn from the
+    pairs (k, k + around), which are neighbours on consecutive rings.
 
     Raises:
         ValueError: an argument is out of range, or there are fewer such pairs.
 
-    Source: derived here, after the well-known sphere data; colatitude and longitude grow
-    evenly along the way.
+    Source: derived here, modelled on the graph sphere2500; colatitude and longitude grow
+    linearly along the path.
     """
     if n < 3:
         raise ValueError(f"n is {n}; give at least 3 poses")
@@ -131,12 +140,12 @@ def sphere(
     truth = _winding(n, around, positive("radius", radius))
     first = np.arange(max(n - around, 0))
     pairs = np.stack([first, first + around], axis=1)
-    wanted = len(pairs) if closures is None else closures
-    return _measured(truth, _drawn(pairs, wanted, rng), noise, rng), truth
+    count = len(pairs) if closures is None else closures
+    return _measured(truth, _drawn(pairs, count, rng), noise, rng), truth
 
 
 def _winding(n: int, around: int, radius: float) -> Array:
-    """Return ``n`` poses on a spiral from pole to pole, seen from the first of them.
+    """Return ``n`` poses on a spiral from pole to pole, in the frame of the first.
 
     At time k the colatitude is π (k + ½)/n and the longitude 2π k/around; x is ahead.
     """
@@ -148,23 +157,23 @@ def _winding(n: int, around: int, radius: float) -> Array:
     along = np.stack([-np.sin(east), np.cos(east), np.zeros(n)], axis=1)
     ahead = south / n + (2.0 / around) * sine[:, None] * along
     ahead /= np.linalg.norm(ahead, axis=1, keepdims=True)
-    turn = np.stack([ahead, np.cross(out, ahead), out], axis=2)
-    poses = se3.from_parts(turn, radius * out)
+    rotation = np.stack([ahead, np.cross(out, ahead), out], axis=2)
+    poses = se3.from_parts(rotation, radius * out)
     return se3.between(poses[0], poses)
 
 
 def _walk(n: int, side: int, turn: float, rng: np.random.Generator) -> tuple[Indices, Indices]:
-    """Return the crossings ``(n, 2)`` of a walk and the quarter turns faced at each, ``(n,)``.
+    """Return the crossings ``(n, 2)`` of a walk and the headings there in quarter turns ``(n,)``.
 
-    The robot already faces where its next step leads.
+    The heading is that of the next step.
     """
     ahead = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
     crossing, facing = np.zeros((n, 2), dtype=np.intp), np.zeros(n, dtype=np.intp)
     for k in range(1, n):
         crossing[k] = crossing[k - 1] + ahead[facing[k - 1]]
         sides = rng.permutation([1, -1])
-        wishes = [*sides, 0] if rng.random() < turn else [0, *sides]
-        choices = (facing[k - 1] + np.array(wishes)) % 4
+        preferred = [*sides, 0] if rng.random() < turn else [0, *sides]
+        choices = (facing[k - 1] + np.array(preferred)) % 4
         inside = [np.all((at >= 0) & (at <= side)) for at in crossing[k] + ahead[choices]]
         facing[k] = choices[int(np.argmax(inside))]
     return crossing, facing
@@ -173,7 +182,7 @@ def _walk(n: int, side: int, turn: float, rng: np.random.Generator) -> tuple[Ind
 def _measured(
     truth: Array, closures: Indices, noise: Noise | None, rng: np.random.Generator
 ) -> PoseGraph:
-    """Measure each step of the way and the pairs ``closures``."""
+    """Measure each step of the path and the pairs ``closures``."""
     noise, group = Noise() if noise is None else noise, group_of(truth)
     steps = np.arange(len(truth) - 1)
     odometry = np.stack([steps, steps + 1], axis=1)
@@ -210,9 +219,9 @@ def _deviations(name: str, sigma: tuple[float, ...], group: Group) -> Array:
 
 
 def _revisits(truth: Array, reach: float, count: int, rng: np.random.Generator) -> Indices:
-    """Draw ``count`` pairs (i, j), i + 1 < j, that stand within ``reach`` of each other."""
-    place = group_of(truth).translation(truth)
-    pairs = KDTree(place).query_pairs(reach * (1.0 + 1e-9), output_type="ndarray")
+    """Draw ``count`` pairs (i, j), i + 1 < j, at most ``reach`` apart."""
+    positions = group_of(truth).translation(truth)
+    pairs = KDTree(positions).query_pairs(reach * (1.0 + 1e-9), output_type="ndarray")
     pairs = pairs[pairs[:, 1] > pairs[:, 0] + 1]
     return _drawn(pairs[np.lexsort(pairs.T[::-1])], count, rng)
 

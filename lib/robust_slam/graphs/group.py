@@ -1,7 +1,7 @@
-"""What a group of poses offers: ``se2`` and ``se3`` are two modules with the same names.
+"""The interface of a group of poses, which the modules ``se2`` and ``se3`` implement.
 
-Code that is written for one of them works for the other: it takes the group of its poses
-from ``group_of`` and never looks at coordinates itself.
+Code for both groups takes the module of its poses from ``group_of`` and does not use
+coordinates itself.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class Group(Protocol):
     POSE_SHAPE: tuple[int, ...]
 
     def identity(self) -> Array:
-        """Return the pose that moves nothing."""
+        """Return the identity pose."""
         ...
 
     def compose(self, a: ArrayLike, b: ArrayLike) -> Array:
@@ -54,7 +54,7 @@ class Group(Protocol):
         ...
 
     def inverse_right_jacobian(self, xi: ArrayLike) -> Array:
-        """Return the derivative ``(…, D, D)`` of Log(Exp(xi) ∘ Exp(δ)) by δ at δ = 0."""
+        """Return the Jacobian ``(…, D, D)`` of Log(Exp(xi) ∘ Exp(δ)) by δ at δ = 0."""
         ...
 
     def rotation(self, p: ArrayLike) -> Array:

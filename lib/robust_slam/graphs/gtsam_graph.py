@@ -1,11 +1,11 @@
 """Pose graphs as GTSAM's factor graphs, where gtsam is installed.
 
 Key k is pose k, each edge a between factor with Gaussian noise of its information matrix.
-GTSAM puts the rotation first in a tangent vector of SE(3), so rows and columns are put in
-that order. The error of the factor graph is the cost of ``pose_graph.cost``.
+GTSAM puts the rotation first in a tangent vector of SE(3), so rows and columns are
+permuted. The error of the factor graph is the cost of ``pose_graph.cost``.
 
-The map may be moved as a whole at no cost, so a prior on pose 0 holds it where it starts.
-At a minimum that prior costs nothing, and its strength, 1 mm and 1 mrad, does not matter.
+The cost is invariant to a rigid motion of the map, so a prior on pose 0 fixes the frame. At
+a minimum the prior has no cost, and its deviations, 1 mm and 1 mrad, have no effect.
 
 Source: Dellaert 2012, "Factor graphs and GTSAM", for the conventions of the factors.
 """
@@ -24,7 +24,7 @@ from robust_slam.graphs.pose_graph import PoseGraph, check_poses
 if TYPE_CHECKING:
     import gtsam
 
-_HELD = 1e-3
+_PRIOR_SIGMA = 1e-3
 """Standard deviation of the prior, in m and rad."""
 _ROTATION_FIRST = np.array([3, 4, 5, 0, 1, 2])
 
@@ -34,9 +34,9 @@ def to_gtsam(
 ) -> tuple[gtsam.NonlinearFactorGraph, gtsam.Values]:
     """Return GTSAM's factor graph of ``graph`` and its values at ``poses``.
 
-    ``poses``, ``(n, 3)`` or ``(n, 3, 4)``, are by default those of ``start.spanning_tree``.
-    ``weights`` ``(m,)`` multiply the information; an edge of weight 0 gives no factor. The
-    factors stand in the order of the edges, and the prior on pose 0 behind them.
+    ``poses``, ``(n, 3)`` or ``(n, 3, 4)``, are by default those of ``odometry.spanning_tree``.
+    ``weights`` ``(m,)`` multiply the information; an edge of weight 0 has no factor. The
+    factors have the order of the edges, followed by the prior on pose 0.
 
     Raises:
         ImportError: gtsam is not installed.
@@ -83,7 +83,7 @@ def _factors(graph: PoseGraph, first: Array, weights: Array) -> gtsam.NonlinearF
         noise = gtsam.noiseModel.Gaussian.Information(information[k])
         i, j = graph.edges[k].tolist()
         factors.add(_between(i, j, graph.measurement[k], noise))
-    factors.add(_prior(first[0], gtsam.noiseModel.Isotropic.Sigma(graph.group.DOF, _HELD)))
+    factors.add(_prior(first[0], gtsam.noiseModel.Isotropic.Sigma(graph.group.DOF, _PRIOR_SIGMA)))
     return factors
 
 

@@ -1,4 +1,4 @@
-"""How good a map is, and how good the choice of closures was.
+"""Errors of maps, and precision and recall of the kept closures.
 
 Maps are poses ``(n, 3)`` in SE(2) or ``(n, 3, 4)`` in SE(3).
 """
@@ -13,15 +13,18 @@ from robust_slam.graphs.group import Group, group_of
 
 
 def precision_recall(kept: ArrayLike, true: ArrayLike) -> tuple[float, float]:
-    """Return the share of kept closures that are true, and of true closures that are kept.
+    """Return precision and recall: the share of kept closures that are true, and vice versa.
 
-    ``kept`` and ``true`` are masks ``(k,)`` over the closures. Precision is 1 if nothing
-    is kept, recall is 1 if nothing is true: no mistake of that kind was made.
+    ``kept`` and ``true`` are masks ``(k,)`` over the closures. Precision is 1 if no closure
+    is kept, recall is 1 if no closure is true.
 
     Raises:
         ValueError: the masks differ in length or are not booleans.
 
-    Source: van Rijsbergen 1979.
+    Source: van Rijsbergen 1979, chapter 7.
+
+    >>> precision_recall([True, True, True, False], [True, True, False, True])
+    (0.6666666666666666, 0.6666666666666666)
     """
     length = np.size(kept)
     kept, true = mask("kept", kept, length), mask("true", true, length)
@@ -32,42 +35,46 @@ def precision_recall(kept: ArrayLike, true: ArrayLike) -> tuple[float, float]:
 
 
 def align(estimate: ArrayLike, truth: ArrayLike) -> Array:
-    """Return the poses ``estimate``, moved as one piece on to ``truth``.
+    """Return the poses ``estimate``, aligned to ``truth`` by a rigid motion.
 
-    Both are ``(n, 3)`` or ``(n, 3, 4)``. The motion is the rigid one, without scale or
-    reflection, that leaves the smallest sum of squared distances between positions (m).
-    Where positions leave it open (one pose, or in space all on one line), it is one of the
-    best.
+    Both are ``(n, 3)`` or ``(n, 3, 4)``. The motion, without scale or reflection, minimises
+    the sum of squared distances between positions (m). Where it is not unique (one pose, or
+    in space all positions on a line), it is one of the minimisers.
 
     Raises:
         ValueError: the shapes differ, there are no poses, or an entry is not finite.
 
-    Source: Umeyama 1991, with the scale held at 1.
+    Source: Umeyama 1991, the theorem on least-squares estimation, with the scale fixed at 1.
     """
     estimate, truth, group = _maps(estimate, truth)
-    place, goal = group.translation(estimate), group.translation(truth)
-    middle, centre = place.mean(axis=0), goal.mean(axis=0)
-    # The best rotation maximises tr(R Σ a bᵀ), a and b being the centred positions.
-    u, _, vt = np.linalg.svd((goal - centre).T @ (place - middle))
-    mirrored = np.linalg.det(u) * np.linalg.det(vt) < 0.0
-    u[:, -1] *= -1.0 if mirrored else 1.0
-    turn = u @ vt
-    return group.compose(group.from_parts(turn, centre - turn @ middle), estimate)
+    position, goal = group.translation(estimate), group.translation(truth)
+    from_centre, to_centre = position.mean(axis=0), goal.mean(axis=0)
+    # The optimal rotation maximises tr(R Σ a bᵀ), a and b being the centred positions.
+    u, _, vt = np.linalg.svd((goal - to_centre).T @ (position - from_centre))
+    reflected = np.linalg.det(u) * np.linalg.det(vt) < 0.0
+    u[:, -1] *= -1.0 if reflected else 1.0
+    rotation = u @ vt
+    motion = group.from_parts(rotation, to_centre - rotation @ from_centre)
+    return group.compose(motion, estimate)
 
 
 def ate(estimate: ArrayLike, truth: ArrayLike) -> float:
     """Return the absolute trajectory error in m: the RMSE of positions after ``align``.
 
-    ``estimate`` and ``truth`` are poses ``(n, 3)`` or ``(n, 3, 4)``. Headings are not judged.
+    ``estimate`` and ``truth`` are poses ``(n, 3)`` or ``(n, 3, 4)``. Orientations are ignored.
 
     Raises:
         ValueError: as ``align``.
 
-    Source: Sturm et al. 2012; Umeyama 1991.
+    Source: Sturm et al. 2012, the absolute trajectory error; Umeyama 1991.
+
+    >>> truth = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
+    >>> round(ate(truth * 1.1 + [5.0, 0.0, 0.0], truth), 4)
+    0.0816
     """
     estimate, truth, group = _maps(estimate, truth)
-    gap = group.translation(align(estimate, truth)) - group.translation(truth)
-    return _rms(gap)
+    error = group.translation(align(estimate, truth)) - group.translation(truth)
+    return _rms(error)
 
 
 def rpe(estimate: ArrayLike, truth: ArrayLike, delta: int = 1) -> tuple[float, float]:
@@ -75,16 +82,15 @@ def rpe(estimate: ArrayLike, truth: ArrayLike, delta: int = 1) -> tuple[float, f
 
     With the poses p of ``estimate`` and q of ``truth``, ``(n, 3)`` or ``(n, 3, 4)``, the
     error of step k is E_k = (q_k⁻¹ ∘ q_{k+Δ})⁻¹ ∘ (p_k⁻¹ ∘ p_{k+Δ}), for every k from 0 to
-    n − Δ − 1, so that steps overlap. The first number is the root of the mean square length
-    of its translation, the second that of its angle of rotation, in [0, π]. Nothing is
-    aligned: moving either map as one piece changes neither number.
+    n − Δ − 1, so the intervals overlap. The first number is the root of the mean square length
+    of its translation, the second that of its angle of rotation, in [0, π]. Both are
+    invariant to a rigid motion of either map.
 
     Raises:
         ValueError: the shapes differ, an entry is not finite, or ``delta`` is not from 1
             to n − 1.
 
-    Source: Sturm et al. 2012, who use the translation alone; the angle is measured in the
-    same way.
+    Source: Sturm et al. 2012, the relative pose error, there of the translation alone.
     """
     estimate, truth, group = _maps(estimate, truth)
     if delta != int(delta) or not 1 <= delta < len(truth):
@@ -92,10 +98,10 @@ def rpe(estimate: ArrayLike, truth: ArrayLike, delta: int = 1) -> tuple[float, f
             f"delta is {delta}, and there are {len(truth)} poses; give a whole number of at "
             "least 1 and below that"
         )
-    walked, true = (
+    estimated, true = (
         group.between(poses[: -int(delta)], poses[int(delta) :]) for poses in (estimate, truth)
     )
-    error = group.between(true, walked)
+    error = group.between(true, estimated)
     return _rms(group.translation(error)), _rms(group.log(error)[:, group.DIMENSION :])
 
 

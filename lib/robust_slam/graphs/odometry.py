@@ -1,4 +1,7 @@
-"""First poses along a path of edges: from the odometry alone, or along a spanning tree."""
+"""Initial poses from the odometry alone or along a spanning tree.
+
+Source: Hillis and Steele 1986 for chains; Dijkstra 1959 for the tree.
+"""
 
 from __future__ import annotations
 
@@ -12,14 +15,21 @@ from robust_slam.graphs.pose_graph import PoseGraph, check_weights
 
 
 def dead_reckoning(graph: PoseGraph) -> Array:
-    """Return the poses that follow from the odometry alone, pose 0 the identity.
+    """Return the poses from the odometry alone, with pose 0 the identity.
 
     They are ``(n, 3)`` in SE(2) and ``(n, 3, 4)`` in SE(3).
 
     Raises:
         ValueError: no odometry edge (k, k + 1) leads to some pose k + 1.
 
-    Source: Hillis and Steele 1986, sums of a chain in log n rounds.
+    Source: Hillis and Steele 1986, "Data parallel algorithms", the prefix sum.
+
+    >>> graph = PoseGraph(3, [[0, 1], [1, 2]], [[1, 0, np.pi / 2], [1, 0, 0]], [np.eye(3)] * 2,
+    ...                   is_odometry=[True, True])
+    >>> dead_reckoning(graph).round(3)
+    array([[0.   , 0.   , 0.   ],
+           [1.   , 0.   , 1.571],
+           [1.   , 1.   , 1.571]])
     """
     i, j = graph.edges.T
     steps = np.flatnonzero(graph.is_odometry & (j == i + 1))
@@ -42,18 +52,23 @@ def dead_reckoning(graph: PoseGraph) -> Array:
 
 
 def spanning_tree(graph: PoseGraph, weights: ArrayLike | None = None) -> Array:
-    """Return the poses ``(n, …)`` that follow from one path of edges to each pose.
+    """Return the poses ``(n, …)`` along a spanning tree, with pose 0 the identity.
 
-    Of all paths from pose 0 it takes one with the fewest loop closures, and of these one
-    with the fewest edges: a complete odometry gives dead reckoning. Of several edges that
-    do equally well it takes the first. Edges of weight 0 in ``weights`` ``(m,)`` are left
-    out; how large the others are does not matter.
+    Of all paths from pose 0 to a pose it takes one with the fewest loop closures, and of
+    these one with the fewest edges: a complete odometry gives dead reckoning. Ties are
+    broken by the lowest edge index. Edges of weight 0 in ``weights`` ``(m,)`` are left out;
+    the other weights have no effect.
 
     Raises:
         ValueError: ``weights`` have the wrong shape, are not finite, or one is negative.
-        Underdetermined: the edges with positive weight leave a pose loose.
+        Underdetermined: the edges with positive weight do not connect all poses.
 
     Source: Dijkstra 1959, shortest paths; the lengths are derived here.
+
+    >>> graph = PoseGraph(3, [[0, 1], [0, 2]], [[1, 0, 0], [1, 1, 0]], [np.eye(3)] * 2,
+    ...                   is_odometry=[True, False])
+    >>> spanning_tree(graph).tolist()
+    [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]]
     """
     used = check_weights(weights, graph) > 0.0
     parent, edge = _tree(graph, used)
@@ -64,7 +79,7 @@ def spanning_tree(graph: PoseGraph, weights: ArrayLike | None = None) -> Array:
     ahead = forward.reshape(-1, *(1,) * (z.ndim - 1))
     poses: Array = np.where(ahead, z, back)
     poses[0] = group.identity()
-    # Each pose is known relative to an ancestor. Replacing the ancestor by its own
+    # Each pose is known relative to an ancestor. Replacing the ancestor by its own ancestor
     # doubles the distance, so a path of 10000 edges takes 14 rounds instead of 10000.
     while np.any(parent > 0):
         poses = group.compose(poses[parent], poses)
@@ -73,18 +88,18 @@ def spanning_tree(graph: PoseGraph, weights: ArrayLike | None = None) -> Array:
 
 
 def _tree(graph: PoseGraph, used: Mask) -> tuple[Indices, Indices]:
-    """Return for each pose its neighbour on the way to pose 0 and the edge to it, ``(n,)``.
+    """Return the parent of each pose in the tree and the edge to it, ``(n,)`` each.
 
-    Pose 0 is its own neighbour, with edge 0.
+    Pose 0 is its own parent, with edge 0.
     """
-    # A path has fewer than n edges, so closures of length n are counted before all else.
+    # A path has fewer than n edges, so closures of length n are minimised first.
     length = np.where(graph.is_odometry, 1.0, float(graph.n))
     distance = _distances(graph.n, graph.edges[used], length[used])
     number = np.flatnonzero(used)
     ends = graph.edges[number]
     tails, heads = np.concatenate([ends, ends[:, ::-1]]).T
     number = np.concatenate([number, number])
-    # Lengths are whole numbers, so a best path is recognised by equality.
+    # Lengths are whole numbers, so shortest paths are recognised by equality.
     best = distance[tails] + length[number] == distance[heads]
     tails, heads, number = tails[best], heads[best], number[best]
     order = np.argsort(-number, kind="stable")
@@ -96,7 +111,7 @@ def _tree(graph: PoseGraph, used: Mask) -> tuple[Indices, Indices]:
 def _distances(n: int, edges: Indices, length: Array) -> Array:
     """Return the length ``(n,)`` of the shortest path from pose 0 to each pose."""
     low, high = edges.min(axis=1), edges.max(axis=1)
-    # A sparse matrix adds up what is given twice; only the shortest edge of a pair counts.
+    # A sparse matrix sums duplicate entries, so only the shortest edge of a pair is kept.
     order = np.lexsort((length, high, low))
     _, first = np.unique((low * n + high)[order], return_index=True)
     kept = order[first]

@@ -1,4 +1,4 @@
-"""Projections of matrices onto rotations and onto orthonormal columns."""
+"""Projections of matrices onto rotations and onto the Stiefel manifold."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from robust_slam._arrays import Array
 def nearest_rotations(matrices: ArrayLike) -> Array:
     """Return the rotations ``(…, d, d)`` nearest to ``matrices`` in Frobenius norm.
 
-    Source: Umeyama 1991, the singular value decomposition with the sign of its determinant.
+    Source: Umeyama 1991, the lemma on the nearest rotation.
     """
     left, _, right = np.linalg.svd(np.asarray(matrices, dtype=np.float64))
     left[..., -1] *= np.sign(np.linalg.det(left) * np.linalg.det(right))[..., None]

@@ -21,7 +21,7 @@ POSE_SHAPE: tuple[int, ...] = (3,)
 
 
 def identity() -> Array:
-    """Return the pose ``(3,)`` that moves nothing."""
+    """Return the identity pose ``(3,)``."""
     return np.zeros(3)
 
 
@@ -39,16 +39,16 @@ def translation(p: ArrayLike) -> Array:
 
 def from_parts(rotation: ArrayLike, translation: ArrayLike) -> Array:
     """Return the poses ``(…, 3)`` of rotations ``(…, 2, 2)`` and positions ``(…, 2)``."""
-    turn, place = np.asarray(rotation, np.float64), np.asarray(translation, np.float64)
-    angle = np.arctan2(turn[..., 1, 0], turn[..., 0, 0])
-    lead = np.broadcast_shapes(angle.shape, place.shape[:-1])
-    return _stack(np.broadcast_to(place, (*lead, 2)), np.broadcast_to(angle, lead))
+    matrix, position = np.asarray(rotation, np.float64), np.asarray(translation, np.float64)
+    angle = np.arctan2(matrix[..., 1, 0], matrix[..., 0, 0])
+    shape = np.broadcast_shapes(angle.shape, position.shape[:-1])
+    return _stack(np.broadcast_to(position, (*shape, 2)), np.broadcast_to(angle, shape))
 
 
 def wrap(angle: ArrayLike) -> Array:
-    """Return the angle in (−π, π] that differs from ``angle`` (rad) by whole turns.
+    """Return the angle in (−π, π] equal to ``angle`` (rad, any shape) modulo 2π.
 
-    An angle that lies inside already comes back unchanged to the last bit.
+    An angle that is already inside is returned unchanged, to the last bit.
     """
     angle = np.asarray(angle, dtype=np.float64)
     turns = np.ceil(angle / (2.0 * np.pi) - 0.5)
@@ -68,22 +68,22 @@ def inverse(p: ArrayLike) -> Array:
 
 
 def between(a: ArrayLike, b: ArrayLike) -> Array:
-    """Return a⁻¹ ∘ b ``(…, 3)``: where b is, seen from a."""
+    """Return a⁻¹ ∘ b ``(…, 3)``: b in the frame of a."""
     a, b = _pose("a", a), _pose("b", b)
     return _stack(_rotate(-a[..., 2], b[..., :2] - a[..., :2]), wrap(b[..., 2] - a[..., 2]))
 
 
 def exp(xi: ArrayLike) -> Array:
-    """Return the pose ``(…, 3)`` reached by moving with the constant twist ``xi`` for 1 s.
+    """Return the pose ``(…, 3)`` Exp(xi): motion with the constant twist ``xi`` for 1 s.
 
     Source: Solà et al. 2018, the appendix on SE(2).
     """
     xi = _pose("xi", xi)
     angle = xi[..., 2]
-    # V(θ) = [[a, −b], [b, a]] with a = sin θ/θ, b = (1 − cos θ)/θ; np.sinc holds at 0.
+    # V(θ) = [[a, −b], [b, a]] with a = sin θ/θ, b = (1 − cos θ)/θ; np.sinc is defined at 0.
     a = np.sinc(angle / np.pi)
     b = np.sin(angle / 2.0) * np.sinc(angle / (2.0 * np.pi))
-    return _stack(_turn(a, b, xi[..., :2]), wrap(angle))
+    return _stack(_complex_product(a, b, xi[..., :2]), wrap(angle))
 
 
 def log(p: ArrayLike) -> Array:
@@ -93,7 +93,7 @@ def log(p: ArrayLike) -> Array:
     """
     p = _pose("p", p)
     angle = wrap(p[..., 2])
-    return _stack(_turn(_half_cotangent(angle), -angle / 2.0, p[..., :2]), angle)
+    return _stack(_complex_product(_half_cotangent(angle), -angle / 2.0, p[..., :2]), angle)
 
 
 def adjoint(p: ArrayLike) -> Array:
@@ -107,15 +107,15 @@ def adjoint(p: ArrayLike) -> Array:
 
 
 def inverse_right_jacobian(xi: ArrayLike) -> Array:
-    """Return the derivative ``(…, 3, 3)`` of Log(Exp(xi) ∘ Exp(δ)) by δ at δ = 0.
+    """Return the Jacobian ``(…, 3, 3)`` of Log(Exp(xi) ∘ Exp(δ)) by δ at δ = 0.
 
     Source: the inverse of the right Jacobian of Solà et al. 2018; the closed form of its
     last column is derived here, ((1 − a)/θ) ρ + ½ [ρy, −ρx] with a = (θ/2) cot(θ/2).
     """
     xi = _pose("xi", xi)
     x, y, angle = xi[..., 0], xi[..., 1], xi[..., 2]
-    bend = _bend(angle)
-    return _affine(_half_cotangent(angle), angle / 2.0, bend * x + y / 2.0, bend * y - x / 2.0)
+    c = _log_coefficient(angle)
+    return _affine(_half_cotangent(angle), angle / 2.0, c * x + y / 2.0, c * y - x / 2.0)
 
 
 def _pose(name: str, value: ArrayLike) -> Array:
@@ -129,14 +129,14 @@ def _stack(position: Array, angle: Array) -> Array:
     return np.concatenate([position, angle[..., None]], axis=-1)
 
 
-def _turn(a: Array, b: Array, v: Array) -> Array:
-    """Return [[a, −b], [b, a]] v: a complex product."""
+def _complex_product(a: Array, b: Array, v: Array) -> Array:
+    """Return [[a, −b], [b, a]] v, the product (a + ib) v of complex numbers."""
     x, y = v[..., 0], v[..., 1]
     return np.stack([a * x - b * y, b * x + a * y], axis=-1)
 
 
 def _rotate(angle: Array, v: Array) -> Array:
-    return _turn(np.cos(angle), np.sin(angle), v)
+    return _complex_product(np.cos(angle), np.sin(angle), v)
 
 
 def _affine(a: Array, b: Array, x: Array, y: Array) -> Array:
@@ -151,11 +151,11 @@ def _half_cotangent(angle: Array) -> Array:
     return np.asarray(np.cos(angle / 2.0) / np.sinc(angle / (2.0 * np.pi)))
 
 
-def _bend(angle: Array) -> Array:
+def _log_coefficient(angle: Array) -> Array:
     """Return (1 − (θ/2) cot(θ/2))/θ, which is about θ/12.
 
-    Near 0 the difference loses its digits, so its series stands in; the first term left
-    out is θ⁷/1209600, below 1e-15 there.
+    Near 0 the difference suffers from cancellation, so its series is used; the first term
+    left out is θ⁷/1209600, below 1e-15 there.
     """
     small = np.abs(angle) < 0.05
     safe = np.where(small, 1.0, angle)

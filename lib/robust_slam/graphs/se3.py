@@ -22,13 +22,13 @@ DOF = 6
 POSE_SHAPE: tuple[int, ...] = (3, 4)
 
 _FAR = -0.5
-"""The cosine of an angle beyond which a rotation matrix is read as a quaternion."""
+"""For angles with a smaller cosine the logarithm goes through a quaternion."""
 _SMALL = 0.3
-"""Below this angle (rad) a series stands in for a quotient that loses its digits."""
+"""Below this angle (rad) a series replaces a quotient that suffers from cancellation."""
 
 
 def identity() -> Array:
-    """Return the pose ``(3, 4)`` that moves nothing."""
+    """Return the identity pose ``(3, 4)``."""
     return np.eye(3, 4)
 
 
@@ -44,10 +44,10 @@ def translation(p: ArrayLike) -> Array:
 
 def from_parts(rotation: ArrayLike, translation: ArrayLike) -> Array:
     """Return the poses ``(…, 3, 4)`` of rotations ``(…, 3, 3)`` and positions ``(…, 3)``."""
-    turn, place = np.asarray(rotation, np.float64), np.asarray(translation, np.float64)
-    lead = np.broadcast_shapes(turn.shape[:-2], place.shape[:-1])
-    pose = np.empty((*lead, 3, 4))
-    pose[..., :3], pose[..., 3] = turn, place
+    matrix, position = np.asarray(rotation, np.float64), np.asarray(translation, np.float64)
+    shape = np.broadcast_shapes(matrix.shape[:-2], position.shape[:-1])
+    pose = np.empty((*shape, 3, 4))
+    pose[..., :3], pose[..., 3] = matrix, position
     return pose
 
 
@@ -67,23 +67,24 @@ def inverse(p: ArrayLike) -> Array:
 
 
 def between(a: ArrayLike, b: ArrayLike) -> Array:
-    """Return a⁻¹ ∘ b ``(…, 3, 4)``: where b is, seen from a."""
+    """Return a⁻¹ ∘ b ``(…, 3, 4)``: b in the frame of a."""
     return compose(inverse(a), b)
 
 
 def exp(xi: ArrayLike) -> Array:
-    """Return the pose ``(…, 3, 4)`` reached by moving with the constant twist ``xi`` for 1 s.
+    """Return the pose ``(…, 3, 4)`` Exp(xi): motion with the constant twist ``xi`` for 1 s.
 
     Source: Solà et al. 2018, the appendix on SE(3).
     """
     xi = _twist("xi", xi)
     rho, phi = xi[..., :3], xi[..., 3:]
     angle = _length(phi)
-    # V = I + (1 − cos θ)/θ² [φ] + (θ − sin θ)/θ³ [φ]²; np.sinc holds at 0.
-    once = 0.5 * np.sinc(angle / (2.0 * np.pi)) ** 2
-    turned = np.cross(phi, rho)
-    place = rho + once[..., None] * turned + _swing(angle)[..., None] * np.cross(phi, turned)
-    return from_parts(_matrices(phi), place)
+    # V = I + (1 − cos θ)/θ² [φ] + (θ − sin θ)/θ³ [φ]²; np.sinc is defined at 0.
+    first = 0.5 * np.sinc(angle / (2.0 * np.pi)) ** 2
+    second = _exp_coefficient(angle)
+    cross = np.cross(phi, rho)
+    position = rho + first[..., None] * cross + second[..., None] * np.cross(phi, cross)
+    return from_parts(_matrices(phi), position)
 
 
 def log(p: ArrayLike) -> Array:
@@ -93,11 +94,11 @@ def log(p: ArrayLike) -> Array:
     """
     p = _pose("p", p)
     phi = _rotation_vectors(p[..., :3])
-    place = p[..., 3]
+    position = p[..., 3]
     # V⁻¹ = I − ½ [φ] + (1 − (θ/2) cot(θ/2))/θ² [φ]²
-    bend = _bend(_length(phi))
-    turned = np.cross(phi, place)
-    rho = place - 0.5 * turned + bend[..., None] * np.cross(phi, turned)
+    second = _log_coefficient(_length(phi))
+    cross = np.cross(phi, position)
+    rho = position - 0.5 * cross + second[..., None] * np.cross(phi, cross)
     return np.concatenate([rho, phi], axis=-1)
 
 
@@ -107,32 +108,32 @@ def adjoint(p: ArrayLike) -> Array:
     Source: Solà et al. 2018, the appendix on SE(3).
     """
     p = _pose("p", p)
-    turn = p[..., :3]
-    return _block_triangle(turn, _cross_matrix(p[..., 3]) @ turn)
+    matrix = p[..., :3]
+    return _block_triangle(matrix, _cross_matrix(p[..., 3]) @ matrix)
 
 
 def inverse_right_jacobian(xi: ArrayLike) -> Array:
-    """Return the derivative ``(…, 6, 6)`` of Log(Exp(xi) ∘ Exp(δ)) by δ at δ = 0.
+    """Return the Jacobian ``(…, 6, 6)`` of Log(Exp(xi) ∘ Exp(δ)) by δ at δ = 0.
 
     It is I + ½ A + a A² + b A⁴, with A = ad(xi).
 
     Source: derived here. The inverse right Jacobian is g(A) + ½ A with
     g(z) = (z/2) coth(z/2), and the eigenvalues of A are 0 and twice ±iθ. So a and b are
-    such that 1 + a z² + b z⁴ has the value and the slope of g at z = iθ.
+    such that 1 + a z² + b z⁴ has the value and the derivative of g at z = iθ.
     """
     xi = _twist("xi", xi)
     rho, phi = xi[..., :3], xi[..., 3:]
-    turn, shift = _cross_matrix(phi), _cross_matrix(rho)
+    rotation_part, translation_part = _cross_matrix(phi), _cross_matrix(rho)
     angle = _length(phi)
-    bend, b = _bend(angle), _fourth_coefficient(angle)
+    c, b = _log_coefficient(angle), _fourth_coefficient(angle)
     # With A = [[Φ, P], [0, Φ]] the corner of A² is Q = ΦP + PΦ. As Φ³ = −θ² Φ, that of A⁴ is
-    # −θ² Q − 2 (φ·ρ) Φ², and a − b θ² is the same bend as in Log.
-    squared, mixed = turn @ turn, turn @ shift
+    # −θ² Q − 2 (φ·ρ) Φ², and c = a − b θ² is the coefficient in Log.
+    squared, mixed = rotation_part @ rotation_part, rotation_part @ translation_part
     mixed += np.swapaxes(mixed, -1, -2)
-    along = 2.0 * b * np.sum(phi * rho, axis=-1)
-    bend, along = bend[..., None, None], along[..., None, None]
-    corner = 0.5 * shift + bend * mixed - along * squared
-    return _block_triangle(np.eye(3) + 0.5 * turn + bend * squared, corner)
+    d = 2.0 * b * np.sum(phi * rho, axis=-1)
+    c, d = c[..., None, None], d[..., None, None]
+    corner = 0.5 * translation_part + c * mixed - d * squared
+    return _block_triangle(np.eye(3) + 0.5 * rotation_part + c * squared, corner)
 
 
 def _pose(name: str, value: ArrayLike) -> Array:
@@ -170,10 +171,10 @@ def _rotation_vectors(matrix: Array) -> Array:
         np.subtract(flat[:, i, j], flat[:, j, i], out=skew[:, axis])
     sine = 0.5 * _length(skew)
     cosine = 0.5 * (flat[:, 0, 0] + flat[:, 1, 1] + flat[:, 2, 2] - 1.0)
-    # At no turn at all the quotient of angle and sine is 1.
-    turned = np.divide(np.arctan2(sine, cosine), sine, out=np.ones_like(sine), where=sine > 0.0)
-    phi = 0.5 * turned[:, None] * skew
-    # Near half a turn R is symmetric, and R − Rᵀ has no digits left to give.
+    # At angle 0 the quotient of angle and sine is 1.
+    quotient = np.divide(np.arctan2(sine, cosine), sine, out=np.ones_like(sine), where=sine > 0.0)
+    phi = 0.5 * quotient[:, None] * skew
+    # Near an angle of π R is nearly symmetric, and R − Rᵀ suffers from cancellation.
     far = cosine < _FAR
     phi[far] = Rotation.from_matrix(flat[far]).as_rotvec()
     return np.asarray(phi.reshape(matrix.shape[:-1]))
@@ -196,7 +197,7 @@ def _block_triangle(diagonal: Array, corner: Array) -> Array:
     return full
 
 
-def _swing(angle: Array) -> Array:
+def _exp_coefficient(angle: Array) -> Array:
     """Return (θ − sin θ)/θ³, which is 1/6 at 0."""
     small = angle < _SMALL
     safe = np.where(small, 1.0, angle)
@@ -204,13 +205,13 @@ def _swing(angle: Array) -> Array:
     return np.where(small, series, (safe - np.sin(safe)) / safe**3)
 
 
-def _bend(angle: Array) -> Array:
+def _log_coefficient(angle: Array) -> Array:
     """Return (1 − (θ/2) cot(θ/2))/θ², which is 1/12 at 0."""
-    bend = _power_series(angle, 1 / 12, 1 / 720, 1 / 30240, 1 / 1209600, 1 / 47900160)
+    c = _power_series(angle, 1 / 12, 1 / 720, 1 / 30240, 1 / 1209600, 1 / 47900160)
     large = angle >= _SMALL
     half = angle[large] / 2.0
-    bend[large] = (1.0 - half / np.tan(half)) / (4.0 * half**2)
-    return bend
+    c[large] = (1.0 - half / np.tan(half)) / (4.0 * half**2)
+    return c
 
 
 def _fourth_coefficient(angle: Array) -> Array:
@@ -220,10 +221,10 @@ def _fourth_coefficient(angle: Array) -> Array:
     """
     b = _power_series(angle, -1 / 720, -1 / 15120, -1 / 403200, -1 / 11975040)
     large = angle >= _SMALL
-    turn = angle[large]
-    sine = np.sin(turn / 2.0)
-    slope = 0.5 * np.cos(turn / 2.0) / sine - 0.25 * turn / sine**2
-    b[large] = (slope + 2.0 * turn * _bend(turn)) / (2.0 * turn**3)
+    theta = angle[large]
+    sine = np.sin(theta / 2.0)
+    derivative = 0.5 * np.cos(theta / 2.0) / sine - 0.25 * theta / sine**2
+    b[large] = (derivative + 2.0 * theta * _log_coefficient(theta)) / (2.0 * theta**3)
     return b
 
 

@@ -79,7 +79,7 @@ class Multifrontal:
         return None if factors is None else factors.back_substitute(x).reshape(right.shape)
 
     def factorise(self, blocks: Array, forward: Array | None = None) -> MultifrontalFactors | None:
-        """Return the factors L, or None if the matrix is not positive definite.
+        """Return the factors L of ``blocks`` ``(k, b, b)``, or None if not positive definite.
 
         Right-hand sides ``forward`` ``(unknowns, c)`` are replaced by the y of L y =
         ``forward`` on the way, while each front is still in the processor's cache.

@@ -45,7 +45,7 @@ class Simplicial:
         return None if factors is None else factors.solve(right)
 
     def factorise(self, blocks: Array) -> SimplicialFactors | None:
-        """Return the factors, or None if the matrix is not positive definite."""
+        """Return the factors of ``blocks`` ``(k, b, b)``, or None if not positive definite."""
         np.take(blocks.ravel(), self._source, out=self._matrix.data)
         self._count += 1
         try:
