@@ -2,7 +2,7 @@
 
 Options are native disclosures: they open with scripts off, by keyboard and by mouse, and
 say whether they are right and why. A letter names each, for a class that speaks of it and for
-readers to whom a formula is no name. Text is plain, with $math$, *emphasis* and `code`.
+readers who cannot read a formula aloud. Text is plain, with $math$, *emphasis* and `code`.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _STYLE = """
 
 @dataclass(frozen=True)
 class Option:
-    """A choice, the answer to whoever takes it, and whether it is right.
+    """A choice, the response to it, and whether it is right.
 
     Raises:
         ValueError: `text` or `answer` is empty.

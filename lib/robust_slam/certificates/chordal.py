@@ -188,7 +188,8 @@ def marginalised(matrix: csc_array, n: int, d: int) -> Array:
     Raises:
         ValueError: ``matrix`` has another shape.
 
-    Source: Rosen et al. 2019, Problem 4; a Schur complement with one translation fixed at 0.
+    Source: Rosen et al. 2019, Problem 4 and equation (24); a Schur complement with one
+    translation fixed at 0.
     """
     size = (d + 1) * n
     if matrix.shape != (size, size):

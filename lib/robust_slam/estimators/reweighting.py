@@ -61,7 +61,8 @@ def irls(
     Raises:
         ValueError: as ``loop.reweight``.
 
-    Source: Holland and Welsch 1977; Black and Rangarajan 1996.
+    Source: Holland and Welsch 1977; SLAM Handbook 2026, (3.12) for the weight, without the ½ of
+    ρ here.
 
     >>> from robust_slam.estimators import kernels
     >>> from robust_slam.problems import LocationProblem

@@ -117,7 +117,7 @@ class Fleet:
                 return True
         return False
 
-    def settled(self, stop: StopReason, mu: float | None, tol: float, count: int) -> Outcome:
+    def finish(self, stop: StopReason, mu: float | None, tol: float, count: int) -> Outcome:
         """Return all rounds after convergence, or ITERATION_LIMIT after ``count`` rounds."""
         converged = self.descend(mu, tol, count)
         return Outcome(tuple(self.rounds), stop if converged else StopReason.ITERATION_LIMIT)
@@ -172,13 +172,13 @@ def solve(
     worst = fleet.largest([float(r.norms().max(initial=0.0)) for r in fleet.robots])
     state = rule.start(np.array([worst]))
     if isinstance(state, StopReason):
-        return fleet.settled(state, None, tol, max_rounds)
+        return fleet.finish(state, None, tol, max_rounds)
     while not fleet.weigh(rule, state):
         if len(fleet.rounds) > max_rounds:
             return Outcome(tuple(fleet.rounds), StopReason.ITERATION_LIMIT)
         fleet.descend(state, tol, every)
         state *= factor
-    return fleet.settled(StopReason.BINARY_WEIGHTS, state, tol, max_rounds)
+    return fleet.finish(StopReason.BINARY_WEIGHTS, state, tol, max_rounds)
 
 
 def _names(labels: ArrayLike, n: int) -> Indices:

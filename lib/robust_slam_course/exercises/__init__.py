@@ -21,10 +21,10 @@ P = ParamSpec("P")
 
 
 def once_it_works(draw: Callable[P, Figure]) -> Callable[P, Figure | None]:
-    """Draw in the course's style, with functions that can be drawn; else say when there will be.
+    """Draw in the course's style, once the functions can be drawn; until then say so.
 
-    A student's unfinished function may raise anything, or return anything. The checks below say
-    what is wrong, so the picture needs no traceback.
+    A student's unfinished function may raise any error or return any value. The checks below
+    explain what is wrong, so the picture shows no traceback.
     """
 
     @functools.wraps(draw)

@@ -1,7 +1,7 @@
-"""Pictures for assignment 09: a world, its lies, the back-end that finds them, a verdict.
+"""Pictures for assignment 09: a world, its outliers, the back-end that finds them, a verdict.
 
 Every function takes a student's own, of the same name. A graph goes to them as a dict of
-arrays. ``library_tools`` are the pieces that the student's pipeline is handed.
+arrays. ``library_tools`` are the functions that the student's pipeline receives.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ Pipeline = Callable[[Graph, float, float, Tools], Mapping[str, Any]]
 NO_GTSAM = "GTSAM is not installed here: pip install gtsam, and run this cell once more."
 _LIMIT = chi_square_threshold(0.99, 3)
 _BUDGET = 1_000_000
-_LIES = 40
+_OUTLIERS = 40
 
 
 def library_tools() -> dict[str, Callable[..., Any]]:
@@ -100,7 +100,7 @@ def spoil(student: Callable[[Graph, float, int], tuple[Graph, ArrayLike]]) -> Fi
 
 @once_it_works
 def judge(student: Callable[[Graph, Array], str]) -> Figure:
-    """Draw headings of three maps of a robot that turns on the spot, and what is said of them."""
+    """Draw headings of three maps of a robot that turns on the spot, and the verdicts on them."""
     fig = Figure(figsize=(7.0, 3.0))
     for ax, (name, turn) in zip(fig.subplots(1, 3), _turned(7).items(), strict=True):
         graph, poses = _spinning(7), np.stack([0 * turn, 0 * turn, turn], axis=1)
@@ -118,19 +118,19 @@ def judge(student: Callable[[Graph, Array], str]) -> Figure:
 
 @once_it_works
 def pipeline(student: Pipeline) -> Figure:
-    """Draw what the student's pipeline keeps of a town with ten lies."""
+    """Draw what the student's pipeline keeps of a town with ten outliers."""
     rng = np.random.default_rng(2)
     graph, truth = generate.manhattan(60, rng, side=6, closures=20)
-    graph, is_lie = outliers.add_random_closures(graph, 10, rng, poses=truth)
-    return _decisions(graph, student(_as_dict(graph), _LIMIT, _LIMIT, library_tools()), is_lie)
+    graph, is_outlier = outliers.add_random_closures(graph, 10, rng, poses=truth)
+    return _decisions(graph, student(_as_dict(graph), _LIMIT, _LIMIT, library_tools()), is_outlier)
 
 
 @once_it_works
 def public_graph(student: Pipeline) -> Figure:
-    """Draw what the student's pipeline keeps of a public graph with forty lies."""
-    graph, is_lie, word = _public()
+    """Draw what the student's pipeline keeps of a public graph with forty outliers."""
+    graph, is_outlier, word = _public()
     print(word)
-    return _decisions(graph, student(_as_dict(graph), _LIMIT, _LIMIT, library_tools()), is_lie)
+    return _decisions(graph, student(_as_dict(graph), _LIMIT, _LIMIT, library_tools()), is_outlier)
 
 
 def beside_gtsam(student: Pipeline) -> Figure | None:
@@ -163,30 +163,30 @@ def _beside_gtsam(student: Pipeline) -> Figure:
     return fig
 
 
-def _decisions(graph: PoseGraph, answer: Mapping[str, Any], is_lie: Mask) -> Figure:
-    """Draw the map of a pipeline's answer, its decisions, and what the certificate says."""
+def _decisions(graph: PoseGraph, answer: Mapping[str, Any], is_outlier: Mask) -> Figure:
+    """Draw the map of a pipeline's answer, its decisions, and the verdict of the certificate."""
     kept = mask("kept", answer["kept"], len(graph.edges))
     poses = finite("poses", answer["poses"], (graph.n, 3))
     loops = ~graph.is_odometry
-    precision, recall = metrics.precision_recall(kept[loops], ~is_lie[loops])
+    precision, recall = metrics.precision_recall(kept[loops], ~is_outlier[loops])
     fig = Figure(figsize=(5.6, 5.6))
     ax = fig.subplots()
-    maps.draw_map(ax, graph, poses, kept=kept, is_outlier=is_lie)
+    maps.draw_map(ax, graph, poses, kept=kept, is_outlier=is_outlier)
     maps.legend_below(ax)
     ax.set_title(f"precision {precision:.2f}, recall {recall:.2f}: {answer['verdict']}")
     return fig
 
 
 def _public() -> tuple[PoseGraph, Mask, str]:
-    """Return the graph intel, or one that is made, with lies, their mask and a sentence."""
+    """Return the graph intel, or a generated one, with outliers, their mask and a sentence."""
     rng = np.random.default_rng(2)
 
     def made() -> PoseGraph:
         return generate.manhattan(400, rng, side=9, closures=80)[0]
 
     graph, word = datasets.load_or_generate("intel", made)
-    spoiled, is_lie = outliers.add_random_closures(graph, _LIES, rng)
-    return spoiled, is_lie, word
+    spoiled, is_outlier = outliers.add_random_closures(graph, _OUTLIERS, rng)
+    return spoiled, is_outlier, word
 
 
 def _as_dict(graph: PoseGraph) -> dict[str, Any]:
@@ -203,7 +203,7 @@ def _pairwise_consistent(
     loop_cov: ArrayLike,
     gamma: float,
 ) -> Mask:
-    """Return which closures agree two by two, from arrays as in assignment 06."""
+    """Return which pairs of closures are consistent, from arrays as in assignment 06."""
     steps = np.array(odometry, dtype=np.float64).reshape(-1, 3)
     chain = np.stack([np.arange(len(steps)), np.arange(1, len(steps) + 1)], axis=1)
     closures = np.array(loops, dtype=np.float64).reshape(-1, 3)
@@ -233,7 +233,7 @@ def _robust_solve(graph: Graph, c: float) -> tuple[Array, Array]:
 
 
 def _certificate(graph: Graph, poses: ArrayLike) -> tuple[str, float]:
-    """Return the verdict on poses, and the most that their cost can be above the least."""
+    """Return the verdict on poses, and the bound on their optimality gap."""
     found = certificates.certificate(PoseGraph(**graph), poses)
     return found.verdict.value, found.bound
 

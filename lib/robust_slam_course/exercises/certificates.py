@@ -189,7 +189,7 @@ def _ring(n: int, angle: float) -> Array:
 def _half_turns(kappa: float) -> Array:
     """Return Q (6, 6): two poses in space, three half turns and, with kappa, none at all.
 
-    The three half turns about x, y and z add up to −I, which is no rotation.
+    The three half turns about x, y and z add up to −I, which is not a rotation.
     """
     signs = np.array([[1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0], [1.0, 1.0, 1.0]])
     turns = signs[:, :, None] * np.eye(3)

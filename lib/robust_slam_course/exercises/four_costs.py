@@ -78,7 +78,7 @@ def table(student: Callable[[float], ArrayLike]) -> Figure:
 
 @once_it_works
 def convex_until(student: Callable[[Cost, float, float], float]) -> Figure:
-    """Draw three curvatures, and lines where the student says that each turns negative."""
+    """Draw three curvatures, and lines where each turns negative according to the student."""
     figure = Figure(figsize=(5.6, 3.8))
     ax = draw_curvatures(figure.subplots(), _SMOOTH, 2.5)
     for kernel in _SMOOTH:

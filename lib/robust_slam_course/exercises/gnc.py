@@ -106,7 +106,7 @@ def gnc(loop: Loop) -> Figure:
 
 @once_it_works
 def repaired_gnc(repaired: Callable[[ArrayLike, float], tuple[float, ArrayLike]]) -> Figure:
-    """Draw where the listing goes on the lesson's readings, and where the mended one ends."""
+    """Draw the steps of the listing on the lesson's readings, and the end of the fixed one."""
     figure, ax = _panel("The listing walks to the mean; does yours?")
     steps = np.arange(1, 41)
     truth = library.gnc(LocationProblem(Z), 1.0).x

@@ -127,7 +127,7 @@ def _end(problem: LocationProblem, kernel: kernels.Kernel, start: float) -> floa
 def _end_of_student(
     student: Callable[[Array, float, float, float, float], tuple[float, ArrayLike]], start: float
 ) -> float:
-    """Return where the student's loop ends, NaN where it says that no fit exists."""
+    """Return where the student's loop ends, NaN where it reports that no fit exists."""
     try:
         answer = student(Z.copy(), SIGMA, 3.0, start, 1e-12)
     except ValueError:

@@ -1,4 +1,4 @@
-"""Pictures for assignment 08: poses, residuals, slopes, maps and what is said of them.
+"""Pictures for assignment 08: poses, residuals, gradients, maps and their errors.
 
 Every function takes a student's own, of the same name, and draws it dashed or as markers
 over the library's, which is broad and grey. A graph goes to them as a dict of arrays.
@@ -62,8 +62,8 @@ def between(student: Callable[[Array, Array], ArrayLike]) -> Figure:
 
 @once_it_works
 def residuals(student: Callable[[Array, Graph], ArrayLike]) -> Figure:
-    """Draw the whitened norm of every edge of the least-squares map with one lie."""
-    graph, is_lie, _ = _town(1)
+    """Draw the whitened norm of every edge of the least-squares map with one outlier."""
+    graph, is_outlier, _ = _town(1)
     poses = PoseGraphProblem(graph).initial()
     yours = finite("residuals", student(poses, _as_dict(graph)), (len(graph.edges), 3))
     norms = np.sqrt(np.einsum("ka,kab,kb->k", yours, graph.information, yours))
@@ -73,7 +73,7 @@ def residuals(student: Callable[[Array, Graph], ArrayLike]) -> Figure:
     truth = pose_graph.residual_norms(poses, graph)
     ax.bar(place, truth, color=PALETTE["muted"], alpha=0.5, label="the truth")
     ax.plot(place, norms, **_MARKED)
-    ax.plot(place[is_lie], norms[is_lie], "X", color=PALETTE["outlier"], label="the lie")
+    ax.plot(place[is_outlier], norms[is_outlier], "X", color=PALETTE["outlier"], label="the lie")
     ax.set(xlabel="edge: odometry first, closures last", ylabel="norm u, whitened")
     ax.set_title("One lie strains many an honest edge beside it")
     ax.legend(loc="upper left")
@@ -131,13 +131,13 @@ def gauss_newton(student: Callable[[Graph, Array, Array, float], ArrayLike]) -> 
 def robust_solve(
     student: Callable[[Graph, float, Callable[..., tuple[Array, Array]]], tuple[Any, ArrayLike]],
 ) -> Figure:
-    """Draw the map among ten lies, with the closures that the student kept."""
-    graph, is_lie, truth = _town(10)
+    """Draw the map with ten outliers, with the closures that the student kept."""
+    graph, is_outlier, truth = _town(10)
     poses, weights = student(_as_dict(graph), _C, _solve)
     kept: Mask = finite("weights", weights, (len(graph.edges),)) > 0.5
     fig = Figure(figsize=(5.6, 5.2))
     ax = fig.subplots()
-    maps.draw_map(ax, graph, _poses(poses, graph.n), truth=truth, kept=kept, is_outlier=is_lie)
+    maps.draw_map(ax, graph, _poses(poses, graph.n), truth=truth, kept=kept, is_outlier=is_outlier)
     maps.legend_below(ax)
     ax.set_title("Ten lies in: none should be kept")
     return fig
@@ -146,9 +146,9 @@ def robust_solve(
 @once_it_works
 def precision_recall(student: Callable[[Mask, Mask], tuple[float, float]]) -> Figure:
     """Draw precision and recall of closures that are kept up to a threshold on their norm."""
-    graph, is_lie, truth = _town(10)
+    graph, is_outlier, truth = _town(10)
     loops = ~graph.is_odometry
-    u, true = pose_graph.residual_norms(truth, graph)[loops], ~is_lie[loops]
+    u, true = pose_graph.residual_norms(truth, graph)[loops], ~is_outlier[loops]
     u[~true] = np.random.default_rng(3).uniform(1.5, 12.0, int(np.sum(~true)))
     at = np.linspace(0.0, 12.0, 61)
     right = np.array([metrics.precision_recall(u <= c, true) for c in at])
@@ -186,12 +186,12 @@ def _as_dict(graph: PoseGraph) -> dict[str, Any]:
     return {"n": graph.n} | {name: np.array(getattr(graph, name)) for name in names}
 
 
-def _town(lies: int) -> tuple[PoseGraph, Mask, Array]:
-    """Return a walk through a town, the mask of its lies, and the true poses."""
+def _town(count: int) -> tuple[PoseGraph, Mask, Array]:
+    """Return a walk through a town, the mask of its outliers, and the true poses."""
     rng = np.random.default_rng(2)
     graph, truth = generate.manhattan(60, rng, side=6, closures=20)
-    graph, is_lie = outliers.add_random_closures(graph, lies, rng, poses=truth)
-    return graph, is_lie, truth
+    graph, is_outlier = outliers.add_random_closures(graph, count, rng, poses=truth)
+    return graph, is_outlier, truth
 
 
 def _solve(graph: Graph, weights: ArrayLike, poses: ArrayLike | None) -> tuple[Array, Array]:

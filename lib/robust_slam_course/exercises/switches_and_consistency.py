@@ -77,7 +77,7 @@ def dcs_switch(student: Callable[[Array, float], ArrayLike]) -> Figure:
 
 @once_it_works
 def max_mixture_mode(student: Callable[[Array, float, float, float], ArrayLike]) -> Figure:
-    """Draw the logarithms of both modes over r, and which of them is said to count."""
+    """Draw the logarithms of both modes over r, and the mode that the student chooses."""
     r = np.linspace(-6.0, 6.0, 49)
     inner, outer, pi_in = 1.0, 10.0, 0.9
     inlier = np.log(pi_in / inner) - (r / inner) ** 2 / 2.0
@@ -130,7 +130,7 @@ def solve_switchable(
 
 
 def _left_cost(x: Array) -> Array:
-    """Return the cost ``(k,)`` at each x, with every switch at its best."""
+    """Return the cost ``(k,)`` at each x, with optimal switches."""
     chi2 = (_Z - x[:, None]) ** 2
     cost = np.where(_IS_LOOP, switches.switched_cost(chi2, _LAM), chi2)
     return np.asarray(np.sum(cost, axis=1))
@@ -138,7 +138,7 @@ def _left_cost(x: Array) -> Array:
 
 @once_it_works
 def largest_consistent_set(student: Callable[[Mask], ArrayLike]) -> Figure:
-    """Draw who agrees with whom in a ring, and the set that is said to be the largest."""
+    """Draw the consistency graph as a ring, and the student's largest set."""
     joined = np.eye(10, dtype=np.bool_)
     for p, q in ((int(pair[0]), int(pair[1])) for pair in _VOTES):
         joined[p, q] = joined[q, p] = True
@@ -177,11 +177,11 @@ def _draw_pairs(ax: Axes, place: Array, joined: Mask, look: dict[str, Any]) -> N
 def pairwise_consistent(
     student: Callable[..., ArrayLike],
 ) -> Figure:
-    """Draw a drive with four lies, and who agrees with whom."""
+    """Draw a drive with four outliers, and which pairs of closures are consistent."""
     rng = np.random.default_rng(53)
     noise = generate.Noise(closure=(0.3, 0.1))  # so that what is carried along decides
     honest, poses = generate.manhattan(40, rng, block=2.0, side=3, closures=8, noise=noise)
-    graph, is_lie = outliers.add_random_closures(honest, 4, rng, poses=poses)
+    graph, is_outlier = outliers.add_random_closures(honest, 4, rng, poses=poses)
     gamma = thresholds.chi_square_threshold(0.99, 3)
     own, loop = graph.is_odometry, ~graph.is_odometry
     cov = np.linalg.inv(graph.information)
@@ -190,14 +190,14 @@ def pairwise_consistent(
     m = int(np.count_nonzero(loop))
     fig = Figure(figsize=(5.6, 6.6))
     top, bottom = fig.subplots(2, height_ratios=(2.0, 3.0))
-    maps.draw_map(top, graph, poses, is_outlier=is_lie)
+    maps.draw_map(top, graph, poses, is_outlier=is_outlier)
     top.set_title("A walk through a town; closures 8 to 11 are lies")
     _draw_agreement(bottom, pairwise.pairwise_consistent(graph, gamma), finite("A", yours, (m, m)))
     return fig
 
 
 def _draw_agreement(ax: Axes, truth: Mask, yours: Array) -> None:
-    """Draw grey squares where a pair agrees, and a ring where it is said to."""
+    """Draw grey squares where a pair is consistent, and a ring where the student says so."""
     said = yours != 0.0
     ax.imshow(np.where(truth, 0.35, 0.0), cmap="Greys", vmin=0.0, vmax=1.0)
     ring: dict[str, Any] = {"linestyle": "none", "markersize": 9.0, "fillstyle": "none"}

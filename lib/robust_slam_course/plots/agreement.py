@@ -15,10 +15,10 @@ from robust_slam_course.style import PALETTE
 def draw_agreement(
     ax: Axes, adjacency: ArrayLike, is_outlier: ArrayLike, members: ArrayLike
 ) -> Axes:
-    """Draw a filled square where two closures agree, the honest ones first.
+    """Draw a filled square where two closures are consistent, the inliers first.
 
     `adjacency` (m, m) and the mask `is_outlier` (m,) are over the closures, `members` (k,) are
-    those of the clique, which get a ring on the diagonal. A line parts honest ones from lies.
+    those of the clique, which get a ring on the diagonal. A line separates inliers from outliers.
 
     Raises:
         ValueError: the arrays do not fit each other.

@@ -21,11 +21,11 @@ from robust_slam_course.style import PALETTE
 def draw_ends(ax: Axes, z: ArrayLike, kernel: Kernel, starts: ArrayLike) -> Axes:
     """Draw the end of IRLS against its start (n,), for readings z (m,) with σ = 1.
 
-    Starts from which nobody is kept, so that the descent stays, are dashed. A line is broken
+    Starts from which no reading is kept, so that IRLS does not move, are dashed. A line is broken
     where the end jumps.
 
     Raises:
-        ValueError: z or the starts are no list of finite numbers.
+        ValueError: z or the starts are not a list of finite numbers.
     """
     x0, problem = finite("starts", starts, (-1,)), LocationProblem(z)
     results = [irls(problem, kernel, float(x), max_iterations=1000) for x in x0]
@@ -65,13 +65,13 @@ def draw_fork(ax: Axes, distance: float, c_max: float) -> Axes:
 
 
 def draw_twist(ax: Axes, n: int, turns: ArrayLike) -> Axes:
-    """Draw ½ Σ of the squared misfits of a ring of n headings against how often it is twisted.
+    """Draw ½ Σ of the squared residuals of a ring of n headings against how often it is twisted.
 
     At t turns each heading is ahead of the one before it by 2π t/n; it was measured to be
     equal. A diamond marks each whole turn of less than half a turn an edge: a minimum.
 
     Raises:
-        ValueError: n is below 3, or turns (k,) is no list of finite numbers.
+        ValueError: n is below 3, or turns (k,) is not a list of finite numbers.
     """
     if n < 3:
         raise ValueError(f"n is {n}; give at least 3 headings")
@@ -85,7 +85,7 @@ def draw_twist(ax: Axes, n: int, turns: ArrayLike) -> Axes:
 
 
 def _ring_cost(n: int, turns: Array) -> Array:
-    """Return ½ Σ misfit² of the ring's n − 1 steps and its closure, at each number of turns."""
+    """Return ½ Σ r² of the ring's n − 1 steps and its closure, at each number of turns."""
     step = 2.0 * np.pi * turns / n
     return np.asarray(0.5 * ((n - 1) * se2.wrap(step) ** 2 + se2.wrap((n - 1) * step) ** 2))
 

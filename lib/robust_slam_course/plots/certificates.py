@@ -1,7 +1,7 @@
-"""Draw what a certificate is made of: eigenvalues, headings on a ring, gaps, and the staircase.
+"""Draw the parts of a certificate: eigenvalues, headings on a ring, gaps, and the staircase.
 
-Every function takes matplotlib axes and returns them. Nought, above nought and below nought
-have markers of their own: colour never tells alone.
+Every function takes matplotlib axes and returns them. Zero, positive and negative values have
+different markers, so that colour is never the only sign.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def draw_ring(ax: Axes, angles: ArrayLike, turn: float) -> Axes:
     Each pose is measured to be turned by `turn` (rad) from the one before it.
 
     Raises:
-        ValueError: the angles are no list of finite numbers.
+        ValueError: the angles are not a list of finite numbers.
     """
     heading = finite("angles", angles, (-1,))
     n = heading.size
@@ -108,7 +108,7 @@ def draw_climb(ax: Axes, levels: Sequence[ArrayLike], ranks: Sequence[int]) -> A
     its end.
 
     Raises:
-        ValueError: there is not one rank for each level, or a level is no list of numbers.
+        ValueError: there is not one rank for each level, or a level is not a list of numbers.
     """
     if len(levels) != len(ranks):
         raise ValueError(f"ranks: there are {len(ranks)} for {len(levels)} levels")

@@ -1,6 +1,6 @@
-"""Draw who agrees with whom: the consistency graph with a clique, and ranges that miss a point.
+"""Draw the consistency graph with a clique, and ranges that miss a point.
 
-Every function takes matplotlib axes and returns them. A circle is honest, a cross is a lie; a
+Every function takes matplotlib axes and returns them. A circle is an inlier, a cross an outlier; a
 member of the clique is filled, and joined to the others by thick lines.
 """
 
@@ -28,10 +28,10 @@ def draw_consistency(
     is_outlier: ArrayLike | None = None,
     names: Sequence[str] | None = None,
 ) -> Axes:
-    """Draw m closures in a ring, clockwise from the top, and a line for each pair that agrees.
+    """Draw m closures in a ring, clockwise from the top, and a line for each consistent pair.
 
     `adjacency` (m, m) is boolean and symmetric, its diagonal does not matter; `members` (k,) are
-    the indices of the clique; the mask `is_outlier` (m,) marks the lies.
+    the indices of the clique; the mask `is_outlier` (m,) marks the outliers.
 
     Raises:
         ValueError: `adjacency` is not square, or a mask or the names do not have m entries.

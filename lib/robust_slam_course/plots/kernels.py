@@ -1,4 +1,4 @@
-"""Draw kernels: cost, influence, curvature, their majorisers, and what lies behind a threshold.
+"""Draw kernels: cost, influence, curvature, their majorisers, and the density of the norm.
 
 Every function takes matplotlib axes and returns them; u is the whitened residual, without unit.
 """

@@ -2,7 +2,7 @@
 
 Every function takes matplotlib axes and returns them. The path is a thick line, a closure a
 thin one, a wrong closure dashed, the truth dotted, and a wrong decision has a marker at its
-middle: colour never tells alone.
+middle: so colour is never the only sign.
 """
 
 from __future__ import annotations
@@ -173,7 +173,7 @@ def map_legend() -> list[Line2D]:
 
 
 def decision_legend() -> list[Line2D]:
-    """Return the handles of a legend for maps with decisions about honest and wrong closures."""
+    """Return the handles of a legend for maps with decisions about inliers and outliers."""
     looks = (_ODOMETRY, _TRUE_KEPT, _TRUE_REJECTED, _LIE_KEPT, _LIE_REJECTED, _TRUTH)
     return [Line2D([], [], **look.style(), marker=look.middle, label=look.label) for look in looks]
 
@@ -267,7 +267,7 @@ def _draw_edges(
 
 
 def _draw_arc(ax: Axes, start: float, end: float, height: float, look: _Look, text: str) -> None:
-    """Draw half an ellipse from start to end: flat for odometry, below for the lie."""
+    """Draw half an ellipse from start to end: flat for odometry, below for the outlier."""
     rise = 0.0 if look is _PATH else -0.5 if look is _LIE else 0.5
     turn = np.linspace(0.0, np.pi, 41)
     across = 0.5 * (start + end) - 0.5 * (end - start) * np.cos(turn)

@@ -1,4 +1,4 @@
-"""The course's picture: one map before a lie, with it, and with a robust kernel.
+"""The course's picture: a map without an outlier, with it, and with a robust kernel.
 
 Rerun it with ``python -m robust_slam_course.plots.opening OUT.svg``.
 """
@@ -47,7 +47,7 @@ class Town:
 
 
 def town(seed: int = 2) -> Town:
-    """Return the walk of chapter 0 and its three maps; the seed draws the walk and the lie."""
+    """Return the walk of chapter 0 and its three maps; the seed draws the walk and the outlier."""
     rng = np.random.default_rng(seed)
     honest, truth = manhattan(100, rng, side=9, turn=0.25, closures=12)
     graph, is_lie = add_random_closures(honest, 1, rng, poses=truth)

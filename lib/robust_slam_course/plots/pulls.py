@@ -48,9 +48,9 @@ def draw_line_fit(
 
 
 def draw_pulls(ax: Axes, p: ArrayLike, pulls: ArrayLike, is_outlier: ArrayLike) -> Axes:
-    """Draw each pull (m,) as a bar at its place p (m,), up or down; a lie's bar is hatched.
+    """Draw each pull (m,) as a bar at its place p (m,), up or down; outliers are hatched.
 
-    A lie's pull stands above its bar as a number.
+    The pull of an outlier is printed above its bar.
     """
     places, heights = finite("p", p, (-1,)), finite("pulls", pulls, np.shape(p))
     for name, chosen in _kinds(is_outlier, places.size):

@@ -27,7 +27,7 @@ def draw_robots(
     """Draw `poses` (n, 3), each in the look of its robot in `labels` (n,), and what they share.
 
     A pose on the boundary has a ring. A shared closure is trusted where its weight of
-    `weights` (m,) is 1, rejected where it is 0, and else in doubt; those of the mask
+    `weights` (m,) is 1, rejected where it is 0, and otherwise undecided; those of the mask
     `is_outlier` (m,) have a cross at their middle. What a robot has closed alone is not drawn.
 
     Raises:

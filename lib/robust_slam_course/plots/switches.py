@@ -33,7 +33,7 @@ def draw_switch_costs(ax: Axes, chi2: Sequence[float], lam: float) -> Axes:
 def draw_switches(
     ax: Axes, switches: ArrayLike, is_outlier: ArrayLike, names: Sequence[str]
 ) -> Axes:
-    """Draw each of m switches as a stem from 0 to s: circles are honest, crosses are lies.
+    """Draw each of m switches as a stem from 0 to s: circles are inliers, crosses outliers.
 
     Raises:
         ValueError: a switch is not finite, or there are not m marks and m names.

@@ -23,9 +23,9 @@ def draw_weight_history(
     is_outlier: ArrayLike | None = None,
     shown: ArrayLike | None = None,
 ) -> Axes:
-    """Draw each weight over the steps of a `Result.history`: lies dashed, the others solid.
+    """Draw each weight over the steps of a `Result.history`: outliers dashed, the others solid.
 
-    The masks `is_outlier` and `shown` (m,) mark the lies, and the measurements to draw (all by
+    The masks `is_outlier` and `shown` (m,) mark the outliers, and the measurements to draw (all by
     default). Step 0 is the start, with weights 1. Under each step stands its μ, if it has one.
 
     Raises:
