@@ -137,7 +137,7 @@ def test_half_the_gradient_of_the_cost_is_x_times_m(group, seed):
     problem = ChordalProblem.of(graph)
     blocks = chordal.pose_blocks(poses)
     pulls = np.zeros_like(blocks)
-    np.add.at(pulls, graph.edges, chordal.edge_pulls(problem, blocks))
+    np.add.at(pulls, graph.edges, chordal.edge_gradients(problem, blocks))
     product = chordal.lift(poses) @ chordal.data_matrix(graph).toarray()
     np.testing.assert_allclose(chordal.as_matrix(pulls), product, atol=1e-10)
 

@@ -144,7 +144,7 @@ def test_no_step_raises_the_cost_however_far_the_start(group, seed):
     start = chordal.pose_blocks(shaken(group, truth, 3.0, seed))
     descent = descend(ChordalProblem.of(graph), start)
     costs = np.array([point.cost for point in descent.history])
-    assert descent.at_rest and costs[-1] < 0.5 * costs[0]
+    assert descent.converged and costs[-1] < 0.5 * costs[0]
     assert np.all(np.diff(costs) <= 1e-12 * costs[:-1])
 
 
@@ -159,7 +159,7 @@ def test_at_a_higher_rank_the_columns_stay_orthonormal_and_the_cost_falls(group,
     np.testing.assert_allclose(
         np.swapaxes(turn, 1, 2) @ turn, np.broadcast_to(np.eye(d), (graph.n, d, d)), atol=1e-12
     )
-    assert descent.at_rest
+    assert descent.converged
     assert descent.last.cost < descent.history[0].cost
 
 
