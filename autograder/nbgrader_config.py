@@ -11,7 +11,7 @@ from pathlib import Path
 from robust_slam_autograder import layout
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.nbgrader.own_files import read_warily
-from robust_slam_autograder.nbgrader.release import nbgrader_settings
+from robust_slam_autograder.nbgrader.settings import nbgrader_settings
 
 root = Path(__file__).resolve().parents[1]
 try:

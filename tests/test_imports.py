@@ -35,6 +35,11 @@ def test_the_directions_are_kept() -> None:
             "descent.step",
         ),
         ("lib/robust_slam/errors.py", "import robust_slam_autograder", "robust_slam.errors"),
+        (
+            "autograder/robust_slam_autograder/sandbox/view.py",
+            "from robust_slam_autograder.executor import session",
+            "sandbox.view",
+        ),
     ],
 )
 def test_a_wrong_direction_is_found(module: str, line: str, said: str, tmp_path: Path) -> None:

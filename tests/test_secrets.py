@@ -20,10 +20,10 @@ from pathlib import Path
 
 import pytest
 import yaml
-from robust_slam_autograder.nbgrader.release import release
 from robust_slam_autograder.publishing import course
 from robust_slam_autograder.publishing.files import tracked
 from robust_slam_autograder.publishing.public import publish
+from robust_slam_autograder.publishing.student_release import release
 
 from tests.assignments import answers
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from robust_slam_autograder.commands import COMMANDS
 from robust_slam_autograder.errors import AutograderError, WrongUse
-from robust_slam_autograder.reports.markup import log_line
+from robust_slam_autograder.markup import log_line
 
 GRADING = (
     "alembic",

@@ -10,7 +10,7 @@ import multiprocessing
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 
-from robust_slam_autograder.executor.cluster import Unfit, connected, may_have_children
+from robust_slam_autograder.executor.dask_workers import Unfit, connected, may_have_children
 from robust_slam_autograder.executor.trusted import Broken
 from robust_slam_autograder.grading.batch import code_digest
 

@@ -14,7 +14,7 @@ from typing import Any
 
 from robust_slam_autograder.grading import marking
 from robust_slam_autograder.grading.results import Result
-from robust_slam_autograder.nbgrader.release import release
+from robust_slam_autograder.publishing.student_release import release
 from robust_slam_autograder.reading import assignment as assignment_module
 from robust_slam_autograder.reading import notebook, submission
 from robust_slam_autograder.reading.assignment import Assignment

@@ -11,7 +11,7 @@ import pytest
 from robust_slam_autograder.grading import marking
 from robust_slam_autograder.grading.results import CaseResult, ExerciseResult
 from robust_slam_autograder.lint.answers import Answer
-from robust_slam_autograder.nbgrader.release import release
+from robust_slam_autograder.publishing.student_release import release
 from robust_slam_autograder.reading import assignment as assignment_module
 from robust_slam_autograder.reading import notebook, submission
 from robust_slam_autograder.reading.assignment import Assignment

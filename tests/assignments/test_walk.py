@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser
-from robust_slam_autograder.nbgrader.release import release
+from robust_slam_autograder.publishing.student_release import release
 
 from tests import jupyterlab
 from tests.assignments import answers, walk

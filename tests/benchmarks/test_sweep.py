@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from robust_slam.errors import NotConverged
-from robust_slam_autograder.executor.cluster import Unfit
+from robust_slam_autograder.executor.dask_workers import Unfit
 
 from benchmarks import methods
 from benchmarks.methods import Score

@@ -17,8 +17,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import pytest
-from robust_slam_autograder.nbgrader.release import release
 from robust_slam_autograder.publishing.handout import INSTALL
+from robust_slam_autograder.publishing.student_release import release
 from robust_slam_autograder.reading import assignment as assignments
 
 from tests.as_user import ROOT

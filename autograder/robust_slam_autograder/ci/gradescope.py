@@ -21,9 +21,9 @@ from robust_slam_autograder.errors import AutograderError
 from robust_slam_autograder.grading import batch, durable, journal
 from robust_slam_autograder.grading.batch import Job
 from robust_slam_autograder.grading.results import CaseResult, ExerciseResult, Result
+from robust_slam_autograder.grading.verdicts import MEANINGS
+from robust_slam_autograder.markup import visible
 from robust_slam_autograder.reading import assignment as assignments
-from robust_slam_autograder.reports.markup import visible
-from robust_slam_autograder.reports.verdict import MEANINGS
 
 SEED_NAME = "seed"
 TREE_NAME = "solutions"

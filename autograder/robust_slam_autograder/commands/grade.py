@@ -16,15 +16,15 @@ from typing import Any
 from robust_slam_autograder import layout, sandbox
 from robust_slam_autograder.commands import places, submissions
 from robust_slam_autograder.errors import WrongUse
-from robust_slam_autograder.executor.cluster import connected
-from robust_slam_autograder.grading import allowed, batch, cluster, durable, journal, progress
+from robust_slam_autograder.executor.dask_workers import connected
+from robust_slam_autograder.grading import allowed, batch, durable, journal, progress, remote
 from robust_slam_autograder.grading.batch import Door, Graded, Job
 from robust_slam_autograder.grading.journal import Run
+from robust_slam_autograder.markup import log_line
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading import submission
 from robust_slam_autograder.reading.assignment import Assignment
 from robust_slam_autograder.reports import summary, terminal
-from robust_slam_autograder.reports.markup import log_line
 from robust_slam_autograder.sandbox import Sandbox
 
 STANDARD_OUTPUT = "-"
@@ -140,7 +140,7 @@ def door(options: argparse.Namespace) -> Iterator[tuple[Door, int]]:
         return
     with connected(options.scheduler) as workers:
         # A cluster has as many places as it has workers.
-        yield functools.partial(cluster.door, workers), sys.maxsize
+        yield functools.partial(remote.door, workers), sys.maxsize
 
 
 def _import_meanwhile(module: str) -> None:

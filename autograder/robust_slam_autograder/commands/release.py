@@ -17,9 +17,7 @@ def add(commands: Any) -> None:  # noqa: ANN401
 
 def run(options: argparse.Namespace) -> int:
     """Make it."""
-    from robust_slam_autograder.nbgrader.release import (
-        release,  # nbgrader takes a second to import
-    )
+    from robust_slam_autograder.publishing.student_release import release
 
     for path in release(options.solutions, options.names, options.out):
         print(f"released {path} ({path.parent}.zip)")

@@ -12,13 +12,13 @@ from typing import Any, Literal
 from robust_slam_autograder.errors import GraderFailure
 from robust_slam_autograder.executor import handed_over
 from robust_slam_autograder.executor.budget import Deadline, Meter, soonest
-from robust_slam_autograder.executor.channel import Channel, DeadlineExceeded, RaisedThere
-from robust_slam_autograder.executor.channel import Fault as ChannelFault
-from robust_slam_autograder.executor.imports import DEFAULT_PACKAGES
-from robust_slam_autograder.executor.wire import Handle, WireError
 from robust_slam_autograder.reading.assignment import Limits, Piece
+from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES
 from robust_slam_autograder.reading.source import imported_modules
 from robust_slam_autograder.sandbox import Launch, Running, Sandbox
+from robust_slam_autograder.student.channel import Channel, DeadlineExceeded, RaisedThere
+from robust_slam_autograder.student.channel import Fault as ChannelFault
+from robust_slam_autograder.student.wire import Handle, WireError
 
 Kind = Literal["timeout", "died"]
 

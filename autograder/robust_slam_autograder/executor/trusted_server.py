@@ -16,7 +16,7 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from robust_slam_autograder.executor import temporary
+from robust_slam_autograder import temporary
 
 VARIABLE = "AUTOGRADER_TRUSTED_SERVER"
 

@@ -10,13 +10,6 @@ from robust_slam_autograder.reading.assignment import CONFIG_NAME, Assignment
 from robust_slam_autograder.sandbox import Sandbox, Unsandboxed, packages, view
 
 
-def missing_sentence(package: str) -> str:
-    """Say that a package of ``autograder.toml`` is not there, and what to do."""
-    return (
-        f"packages names {package}, which is not installed here: install it or correct the name."
-    )
-
-
 def exposed_sentence(folder: Path, shown: Path) -> str:
     """Say that student code could read a folder, and what to do."""
     return f"Student code could read {folder}, which lies in {shown}: move it out of there."
@@ -38,7 +31,7 @@ def refuse_unsafe(
     places = list(dict.fromkeys(folders))
     for allowed in {assignment.config.packages: assignment for assignment in assignments}.values():
         for package in packages.missing(allowed.config.packages):
-            raise WrongUse(f"{allowed.name}/{CONFIG_NAME}: {missing_sentence(package)}")
+            raise WrongUse(f"{allowed.name}/{CONFIG_NAME}: {packages.missing_sentence(package)}")
         if isinstance(wall, Unsandboxed):
             continue
         for folder in places:

@@ -35,7 +35,6 @@ from robust_slam_autograder.executor.session import (
     StudentError,
     shows_answers,
 )
-from robust_slam_autograder.executor.untrusted import Notebook
 from robust_slam_autograder.grading import causes, explain, wording
 from robust_slam_autograder.grading.results import (
     CaseResult,
@@ -48,6 +47,7 @@ from robust_slam_autograder.reading.assignment import Assignment, Case, Piece
 from robust_slam_autograder.reading.source import plain_python, used_names
 from robust_slam_autograder.reading.submission import Submission
 from robust_slam_autograder.sandbox import Sandbox
+from robust_slam_autograder.student.untrusted import Notebook
 
 SEED_VARIABLE = "ROBUST_SLAM_SEED"
 PUBLIC_SEED = 0

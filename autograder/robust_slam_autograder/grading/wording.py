@@ -9,9 +9,9 @@ import ast
 import traceback
 
 from robust_slam_autograder.executor.session import SessionFault, StudentError
-from robust_slam_autograder.executor.wire import WireError
 from robust_slam_autograder.reading.assignment import Case
 from robust_slam_autograder.reading.source import plain_python
+from robust_slam_autograder.student.wire import WireError
 
 MAX_MESSAGE = 600
 MAX_EXPLAINED = 1_200

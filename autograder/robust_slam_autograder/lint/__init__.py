@@ -12,8 +12,8 @@ from pathlib import Path
 from robust_slam_autograder.lint import (
     asserts,
     beside,
+    fairness,
     hidden,
-    honest,
     nan,
     pipe,
     randomness,
@@ -26,7 +26,7 @@ from robust_slam_autograder.lint.subject import Subject, load
 
 __all__ = ["RULES", "Finding", "lint"]
 
-FAMILIES = (nan, shapes, honest, structure, hidden, randomness, asserts, pipe, beside)
+FAMILIES = (nan, shapes, fairness, structure, hidden, randomness, asserts, pipe, beside)
 _ABOUT_TESTS = {rule.name: rule for family in FAMILIES for rule in family.RULES}
 
 

@@ -7,14 +7,14 @@ import importlib.util
 from collections.abc import Iterator
 from itertools import pairwise
 
-from robust_slam_autograder.executor.imports import refusal, withheld_sentence
-from robust_slam_autograder.grading.allowed import missing_sentence
 from robust_slam_autograder.lint import answers
 from robust_slam_autograder.lint.rule import Found, Rule
 from robust_slam_autograder.lint.subject import Subject
 from robust_slam_autograder.reading.assignment import CONFIG_NAME, Config
 from robust_slam_autograder.reading.source import plain_python
 from robust_slam_autograder.sandbox import packages
+from robust_slam_autograder.sandbox.packages import missing_sentence
+from robust_slam_autograder.student.imports import refusal, withheld_sentence
 
 
 def _no_module(subject: Subject) -> Iterator[Found]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator
 
-from robust_slam_autograder.lint.conditions import comparisons, conditions, is_order
+from robust_slam_autograder.lint.demands import comparisons, conditions, is_order
 from robust_slam_autograder.lint.flow import last_name
 from robust_slam_autograder.lint.rule import Found, Rule
 from robust_slam_autograder.lint.subject import Code, Subject

@@ -6,7 +6,7 @@ import ast
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from robust_slam_autograder.lint.conditions import conditions
+from robust_slam_autograder.lint.demands import conditions
 from robust_slam_autograder.lint.flow import SHAPES, Flow, last_name
 from robust_slam_autograder.lint.rule import Found, Rule
 from robust_slam_autograder.lint.subject import Code, Subject

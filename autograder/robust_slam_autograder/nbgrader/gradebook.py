@@ -23,10 +23,10 @@ from sqlalchemy import delete, insert, text
 from sqlalchemy.exc import SAWarning, SQLAlchemyError
 
 from robust_slam_autograder.grading.results import Result, signature
+from robust_slam_autograder.markup import visible
 from robust_slam_autograder.nbgrader import database, marked_cells
 from robust_slam_autograder.nbgrader.database import Place
 from robust_slam_autograder.reading.assignment import Assignment
-from robust_slam_autograder.reports.markup import visible
 
 TOGETHER = 50
 """Submissions that one transaction takes: others wait for its end."""

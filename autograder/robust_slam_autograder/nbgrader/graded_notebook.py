@@ -16,14 +16,14 @@ from robust_slam_autograder.errors import Refused
 from robust_slam_autograder.grading import batch
 from robust_slam_autograder.grading.batch import Job
 from robust_slam_autograder.grading.results import CaseResult, Result, tidy
+from robust_slam_autograder.grading.verdicts import sign, verdict
+from robust_slam_autograder.markup import prose, visible
 from robust_slam_autograder.nbgrader import marked_cells
 from robust_slam_autograder.nbgrader.marked_cells import by_hand
 from robust_slam_autograder.reading import notebook
 from robust_slam_autograder.reading.assignment import Assignment
 from robust_slam_autograder.reading.notebook import Cell
 from robust_slam_autograder.reading.source import defines
-from robust_slam_autograder.reports.markup import prose, visible
-from robust_slam_autograder.reports.verdict import sign, verdict
 
 NOT_FOUND = "# Nothing was found for this cell."
 KERNEL = {"display_name": "Python 3", "language": "python", "name": "python3"}

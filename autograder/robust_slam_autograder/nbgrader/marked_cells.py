@@ -14,7 +14,7 @@ from nbgrader.preprocessors import ClearHiddenTests, ClearMarkScheme, ClearSolut
 from traitlets.config import Config
 
 from robust_slam_autograder.errors import GraderFailure
-from robust_slam_autograder.nbgrader.release import STUB
+from robust_slam_autograder.nbgrader.settings import STUB
 from robust_slam_autograder.reading.notebook import Cell
 
 SCHEMA_VERSION = 3

@@ -14,8 +14,8 @@ from nbgrader.apps.api import NbGraderAPI
 from nbgrader.coursedir import CourseDirectory
 
 from robust_slam_autograder.errors import Refused
+from robust_slam_autograder.markup import log_line
 from robust_slam_autograder.reading import notebook, timestamp
-from robust_slam_autograder.reports.markup import log_line
 
 SECRET = "submission_secret.txt"
 MAX_BYTES = 1000

@@ -1,6 +1,6 @@
 """nbgrader's autograde and feedback with this package's executor, by nbgrader's own settings.
 
-``release.nbgrader_settings`` puts these classes in place of nbgrader's. Student code never runs
+``settings.nbgrader_settings`` puts these classes in place of nbgrader's. Student code never runs
 in a kernel or in nbgrader's process, and nbgrader opens no notebook that was handed in: the
 exporter gives it an empty one, and the steps fill that in.
 """

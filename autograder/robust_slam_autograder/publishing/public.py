@@ -15,10 +15,10 @@ from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder.errors import GraderFailure, WrongUse
-from robust_slam_autograder.nbgrader.release import release
 from robust_slam_autograder.publishing import imports, secret_lines, staging
 from robust_slam_autograder.publishing.course import COURSE_NAME, Course, Public, Repository, load
 from robust_slam_autograder.publishing.files import chosen, tracked
+from robust_slam_autograder.publishing.student_release import release
 from robust_slam_autograder.reading import assignment as assignments
 
 _PRIVATE = re.compile(r"<!-- private -->.*?<!-- /private -->(?:[ \t]*\n)?", re.DOTALL)

@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder.errors import Refused, WrongUse
-from robust_slam_autograder.executor.imports import DEFAULT_PACKAGES
 from robust_slam_autograder.reading import notebook
+from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES
 from robust_slam_autograder.reading.notebook import Cell
 from robust_slam_autograder.reading.source import defined_names, imports, plain_python
 

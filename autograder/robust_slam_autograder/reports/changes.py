@@ -9,8 +9,8 @@ from typing import Any
 
 from robust_slam_autograder.grading.regrading import ExerciseChange, Regraded
 from robust_slam_autograder.grading.results import ExerciseResult, Result, tidy
+from robust_slam_autograder.markup import one_line, visible
 from robust_slam_autograder.nbgrader.preview import Effect
-from robust_slam_autograder.reports.markup import one_line, visible
 
 SCHEMA = 1
 ANEW = "handed in anew since it was graded"

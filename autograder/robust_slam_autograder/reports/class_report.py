@@ -13,9 +13,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from robust_slam_autograder.grading.results import CaseResult, ExerciseResult, Result, Status, tidy
+from robust_slam_autograder.markup import one_line, visible
 from robust_slam_autograder.reports import versions
 from robust_slam_autograder.reports.hints import Hint, Reader, collect
-from robust_slam_autograder.reports.markup import one_line, visible
 from robust_slam_autograder.reports.versions import Version
 
 MOST_BINS = 12

@@ -12,7 +12,7 @@ import hashlib
 from importlib import resources
 from typing import TYPE_CHECKING
 
-from robust_slam_autograder.reports.markup import one_line
+from robust_slam_autograder.markup import one_line
 
 if TYPE_CHECKING:
     from jinja2 import Environment

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from urllib.parse import quote
 
 from robust_slam_autograder.grading.results import CaseResult, ExerciseResult, Result
+from robust_slam_autograder.grading.verdicts import ADVICE, meaning, sign, verdict
+from robust_slam_autograder.markup import visible
 from robust_slam_autograder.reading.assignment import Config
-from robust_slam_autograder.reports.markup import visible
-from robust_slam_autograder.reports.verdict import ADVICE, meaning, sign, verdict
 
 NOT_RUN = "✗ not run"
 

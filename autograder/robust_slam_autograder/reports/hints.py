@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 
 from robust_slam_autograder.grading.explain import HERE
 from robust_slam_autograder.grading.results import ExerciseResult
-from robust_slam_autograder.reports.markup import visible
+from robust_slam_autograder.markup import visible
 
 _OWN_WORDS = re.compile(
     r"(?P<said>Your function raised |Your cell stops with "

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from robust_slam_autograder.markup import cell, code, prose
 from robust_slam_autograder.reports import documents
 from robust_slam_autograder.reports.feedback import Case, Exercise, Page, Reading
-from robust_slam_autograder.reports.markup import cell, code, prose
 
 
 def html(page: Page) -> str:

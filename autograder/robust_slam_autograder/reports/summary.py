@@ -11,8 +11,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from robust_slam_autograder.grading.results import ExerciseResult, Result
-from robust_slam_autograder.reports.markup import cell, code, one_line, visible
-from robust_slam_autograder.reports.verdict import check_verdict, failed_cases, sign, verdict
+from robust_slam_autograder.grading.verdicts import check_verdict, failed_cases, sign, verdict
+from robust_slam_autograder.markup import cell, code, one_line, visible
 
 SCHEMA = 1
 

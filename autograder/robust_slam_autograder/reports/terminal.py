@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from robust_slam_autograder.grading.results import ExerciseResult, Result
-from robust_slam_autograder.reports.markup import one_line
-from robust_slam_autograder.reports.verdict import (
+from robust_slam_autograder.grading.verdicts import (
     ADVICE,
     check_verdict,
     failed_cases,
     has_hidden,
     remaining,
 )
+from robust_slam_autograder.markup import one_line
 
 
 def marks_table(marks: Sequence[Result], *, names: bool = True) -> str:

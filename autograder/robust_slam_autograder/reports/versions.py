@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 from robust_slam_autograder.grading.results import Result, tidy
-from robust_slam_autograder.reports.markup import visible
+from robust_slam_autograder.markup import visible
 
 Shape = tuple[float, tuple[tuple[str, tuple[tuple[str, float, bool], ...]], ...]]
 """Points in all; per exercise its name, and per case its name, points and visibility."""

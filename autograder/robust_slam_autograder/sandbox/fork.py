@@ -28,12 +28,12 @@ from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder.errors import GraderFailure
-from robust_slam_autograder.executor import untrusted
-from robust_slam_autograder.executor.imports import DEFAULT_PACKAGES
+from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES
 from robust_slam_autograder.sandbox import cpu, fork_server, inside, landlock, seccomp, view
 from robust_slam_autograder.sandbox.cpu import CpuClock
 from robust_slam_autograder.sandbox.inside import ENVIRONMENT, Launch
 from robust_slam_autograder.sandbox.process import START_SECONDS
+from robust_slam_autograder.student import untrusted
 
 END_SECONDS = 10.0
 LONGEST = 60

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 READY = b"ready\n"
 PID = struct.Struct(">q")
 """What a keeper says first: its process id, so that its child's CPU time can be read."""
-OWN = ("robust_slam_autograder.executor.channel", "robust_slam_autograder.reading.source")
+OWN = ("robust_slam_autograder.student.channel", "robust_slam_autograder.reading.source")
 """What every untrusted process imports."""
 
 
@@ -34,10 +34,10 @@ def main() -> None:
     settings = ast.literal_eval(sys.argv[1])
     sys.path[:] = [*settings["path"], settings["grader"]]
     sys.argv[:] = [""]
-    from robust_slam_autograder.executor import temporary
-    from robust_slam_autograder.executor.imports import Installed
+    from robust_slam_autograder import temporary
     from robust_slam_autograder.sandbox import cgroup, root_filesystem, view
     from robust_slam_autograder.sandbox.keeper import Place
+    from robust_slam_autograder.student.imports import Installed
 
     home = Path(settings["home"])
     files = view.from_text(settings["files"])
@@ -71,7 +71,7 @@ def preload(modules: list[str], withheld: tuple[str, ...]) -> None:
     Raises:
         ImportError: the grader itself needs a module that is withheld.
     """
-    from robust_slam_autograder.executor.imports import Withheld
+    from robust_slam_autograder.student.imports import Withheld
 
     finder = Withheld(withheld)
     sys.meta_path.insert(0, finder)

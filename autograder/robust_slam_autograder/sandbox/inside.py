@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import robust_slam_autograder
-from robust_slam_autograder.executor import untrusted
-from robust_slam_autograder.executor.imports import DEFAULT_PACKAGES
+from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES
 from robust_slam_autograder.sandbox import packages, view
+from robust_slam_autograder.student import untrusted
 
 SCRATCH_BYTES = 64 * 1024 * 1024
 SCRATCH_FILES = 20_000

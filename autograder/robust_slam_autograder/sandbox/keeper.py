@@ -24,7 +24,6 @@ from typing import NoReturn
 import numpy as np
 import psutil
 
-from robust_slam_autograder.executor import untrusted
 from robust_slam_autograder.sandbox import (
     cgroup,
     inside,
@@ -38,6 +37,7 @@ from robust_slam_autograder.sandbox import (
 from robust_slam_autograder.sandbox.cgroup import Group
 from robust_slam_autograder.sandbox.inside import ENVIRONMENT, Launch
 from robust_slam_autograder.sandbox.view import Files
+from robust_slam_autograder.student import untrusted
 
 TERMINAL = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 NAMESPACES = ("pid", "net", "ipc", "uts")

@@ -20,7 +20,7 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 import robust_slam_autograder
-from robust_slam_autograder.executor.imports import NOTEBOOK_PACKAGES, is_standard
+from robust_slam_autograder.student.imports import NOTEBOOK_PACKAGES, is_standard
 
 OWN_PACKAGES = ("msgpack", "numpy")
 """What the untrusted process itself imports, beside ``NOTEBOOK_PACKAGES``."""
@@ -46,6 +46,13 @@ class Packages:
 def missing(packages: Iterable[str]) -> list[str]:
     """Those of these packages that are not installed here."""
     return [name for name in packages if not is_standard(name) and not _is_installed(name)]
+
+
+def missing_sentence(package: str) -> str:
+    """Say that a package of ``autograder.toml`` is not there, and what to do."""
+    return (
+        f"packages names {package}, which is not installed here: install it or correct the name."
+    )
 
 
 def _is_installed(name: str) -> bool:

@@ -14,10 +14,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from robust_slam_autograder.executor import untrusted
 from robust_slam_autograder.sandbox import cpu, watch
 from robust_slam_autograder.sandbox.cgroup import Group
 from robust_slam_autograder.sandbox.cpu import CpuClock
+from robust_slam_autograder.student import untrusted
 
 START_SECONDS = 60.0
 

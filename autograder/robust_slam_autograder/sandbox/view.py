@@ -15,8 +15,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any, Literal
 
-from robust_slam_autograder.executor.imports import NOT_INSTALLED
 from robust_slam_autograder.sandbox import packages
+from robust_slam_autograder.student.imports import NOT_INSTALLED
 
 _SYSTEM_FILES = ("/etc/ld.so.cache", "/usr/share/zoneinfo", "/usr/lib/locale/C.utf8")
 _LOADED_LATER = ("libgcc_s.so.1",)

@@ -10,9 +10,9 @@ import os
 import signal
 from dataclasses import dataclass
 
-from robust_slam_autograder.executor import untrusted
 from robust_slam_autograder.sandbox import Launch
 from robust_slam_autograder.sandbox.cpu import CpuClock
+from robust_slam_autograder.student import untrusted
 
 MEMORY_BYTES = 4 * 1024**3
 

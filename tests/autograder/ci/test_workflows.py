@@ -16,7 +16,7 @@ import pytest
 import yaml
 from robust_slam_autograder import cli
 from robust_slam_autograder.ci.workflows import WORKFLOWS
-from robust_slam_autograder.nbgrader.release import release
+from robust_slam_autograder.publishing.student_release import release
 
 from tests import npm
 from tests.as_user import ROOT

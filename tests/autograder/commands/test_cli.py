@@ -14,7 +14,7 @@ from nbgrader.api import Gradebook
 from robust_slam_autograder import cli, sandbox
 from robust_slam_autograder.commands import grade as grade_command
 from robust_slam_autograder.nbgrader import database
-from robust_slam_autograder.nbgrader.release import release
+from robust_slam_autograder.publishing.student_release import release
 from robust_slam_autograder.reading.submission import DATABASE_NAME
 
 from tests.autograder import toy

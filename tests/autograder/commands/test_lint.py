@@ -13,7 +13,7 @@ import pytest
 from robust_slam_autograder import cli
 from robust_slam_autograder import lint as lint_module
 from robust_slam_autograder.lint import RULES, Finding
-from robust_slam_autograder.nbgrader.release import release
+from robust_slam_autograder.publishing.student_release import release
 
 from tests.autograder import toy
 

@@ -10,11 +10,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from robust_slam_autograder.executor import handed_over, wire
+from robust_slam_autograder.executor import handed_over
 from robust_slam_autograder.executor.budget import Meter
 from robust_slam_autograder.executor.session import Program, Session
 from robust_slam_autograder.reading.assignment import Limits, Piece
 from robust_slam_autograder.sandbox import Unsandboxed
+from robust_slam_autograder.student import wire
 from scipy import special
 
 COLUMN, ROW = np.ones((20_000, 1)), np.ones((1, 20_000))

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from robust_slam_autograder.errors import GraderFailure
 from robust_slam_autograder.executor.budget import Meter
-from robust_slam_autograder.executor.channel import RaisedThere
 from robust_slam_autograder.executor.session import (
     Program,
     Session,
@@ -19,6 +18,7 @@ from robust_slam_autograder.executor.session import (
 )
 from robust_slam_autograder.reading.assignment import Limits, Piece
 from robust_slam_autograder.sandbox import Unsandboxed
+from robust_slam_autograder.student.channel import RaisedThere
 
 NAMES = ("f", "g", "make", "value")
 QUICK = Limits(call_seconds=0.3, cell_seconds=10, notebook_seconds=20)

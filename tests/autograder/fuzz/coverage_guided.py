@@ -110,7 +110,7 @@ def fuzz_wire(folder: Path, arguments: list[str]) -> None:
 
     with atheris.instrument_imports(include=["robust_slam_autograder", "msgpack.fallback"]):
         import msgpack.fallback
-        from robust_slam_autograder.executor import wire
+        from robust_slam_autograder.student import wire
 
     from tests.autograder.fuzz import messages, values
     from tests.autograder.fuzz.test_messages import check

@@ -6,8 +6,8 @@ import struct
 
 import msgpack
 from hypothesis import strategies as st
-from robust_slam_autograder.executor import wire
-from robust_slam_autograder.executor.wire import Handle
+from robust_slam_autograder.student import wire
+from robust_slam_autograder.student.wire import Handle
 
 from tests.autograder.fuzz import messages
 from tests.autograder.fuzz.values import ARRAYS, HANDLES, INTEGERS, TEXT, Foreign, export, nested

@@ -18,10 +18,10 @@ from typing import Any
 import pytest
 from robust_slam_autograder import cli
 from robust_slam_autograder.errors import GraderFailure
-from robust_slam_autograder.executor import cluster as engine
-from robust_slam_autograder.executor.cluster import Cluster, Unfit
+from robust_slam_autograder.executor import dask_workers as engine
+from robust_slam_autograder.executor.dask_workers import Cluster, Unfit
 from robust_slam_autograder.executor.trusted import Broken
-from robust_slam_autograder.grading import batch, cluster, journal, results
+from robust_slam_autograder.grading import batch, journal, remote, results
 from robust_slam_autograder.grading.batch import Graded, Job
 from robust_slam_autograder.sandbox import BACK_ENDS, Sandbox, Unsandboxed
 
@@ -83,7 +83,7 @@ def grade(
         wall=wall or Unsandboxed(),
         workers=len(listed),
         report=report,
-        door=functools.partial(cluster.door, workers),
+        door=functools.partial(remote.door, workers),
     )
 
 
@@ -268,19 +268,19 @@ def test_the_command_grades_again_on_a_cluster(
 
 class TestWhatAWorkerMayDo:
     def test_it_unpacks_nothing_from_other_code(self) -> None:
-        answer = cluster.grade_on_worker("0", cluster.UNSANDBOXED, b"no pickle")
-        assert answer == Unfit(cluster.OTHER_CODE)
+        answer = remote.grade_on_worker("0", remote.UNSANDBOXED, b"no pickle")
+        assert answer == Unfit(remote.OTHER_CODE)
 
     def test_it_runs_nothing_without_the_wall_that_was_asked_for(
         self, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         monkeypatch.setitem(BACK_ENDS, "fork", toy.Broken())
-        answer = cluster.grade_on_worker(batch.code_digest(), "fork", b"no pickle")
+        answer = remote.grade_on_worker(batch.code_digest(), "fork", b"no pickle")
         assert isinstance(answer, Unfit) and "(it is not installed)" in answer.why
 
     def test_each_wall_has_a_name_of_its_own(self) -> None:
-        names = {cluster.name_of(wall) for wall in (*BACK_ENDS.values(), Unsandboxed())}
-        assert names == {*BACK_ENDS, cluster.UNSANDBOXED}
+        names = {remote.name_of(wall) for wall in (*BACK_ENDS.values(), Unsandboxed())}
+        assert names == {*BACK_ENDS, remote.UNSANDBOXED}
 
     def test_a_submission_travels_as_it_was_read(self, tmp_path: Path) -> None:
         """What changes on the disk meanwhile has another fingerprint than what was sent."""
@@ -288,7 +288,7 @@ class TestWhatAWorkerMayDo:
         leave(course, "ada")
         (job,) = jobs(course)
         fake = Fake({"tcp://a:1": 1})
-        sent: list[cluster.Parcel] = []
+        sent: list[remote.Parcel] = []
 
         def answer(worker: str, code: str, wall: str, parcel: bytes) -> tuple[str, str]:
             sent.append(pickle.loads(parcel))
@@ -304,7 +304,7 @@ class TestWhatAWorkerMayDo:
             wall=Unsandboxed(),
             workers=1,
             report=lambda graded: None,
-            door=functools.partial(cluster.door, fake.cluster()),
+            door=functools.partial(remote.door, fake.cluster()),
         )
         noted = journal.open_run(course / "out", 1).graded[job.key]
         prints = batch.Fingerprints(1, Unsandboxed())
@@ -318,13 +318,13 @@ class TestWhatAWorkerMayDo:
 )
 def test_what_is_no_result_is_a_failure_of_the_grader(tmp_path: Path, answer: Any) -> None:
     (job, *_) = jobs(make_course(tmp_path))
-    assert cluster._checked(answer, job) == Broken("sent back no result")
+    assert remote._checked(answer, job) == Broken("sent back no result")
 
 
 def test_a_result_of_another_is_a_failure_of_the_grader(tmp_path: Path) -> None:
     first, second, *_ = jobs(make_course(tmp_path))
     text = results.as_text(batch.grade_one(first, 1, Unsandboxed()))
-    assert cluster._checked(("result", text), second) == Broken("sent back no result")
+    assert remote._checked(("result", text), second) == Broken("sent back no result")
 
 
 @dataclass(eq=False)

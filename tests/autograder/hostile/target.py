@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from robust_slam_autograder.nbgrader import release
+from robust_slam_autograder.publishing import student_release
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.assignment import Assignment, Case
 from robust_slam_autograder.reading.source import used_names
@@ -82,7 +82,7 @@ def load(tree: Path, name: str, releases: Path, victim: str | None = None) -> Ta
     path = assignments.notebook_path(tree / name)
     released = releases / name / path.name
     if not released.is_file():
-        release.release(tree, [name], releases)
+        student_release.release(tree, [name], releases)
     found = assignments.load(path)
     answers = {
         grade_id_of(cell): clean("".join(cell["source"]))

@@ -11,7 +11,7 @@ from nbgrader.converters.base import NbGraderException
 from nbgrader.coursedir import CourseDirectory
 from robust_slam_autograder import cli, sandbox
 from robust_slam_autograder.grading import batch
-from robust_slam_autograder.nbgrader.release import nbgrader_settings
+from robust_slam_autograder.nbgrader.settings import nbgrader_settings
 
 from tests.autograder import toy
 from tests.autograder.nbgrader import course as course_of

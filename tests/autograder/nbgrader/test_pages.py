@@ -183,7 +183,7 @@ RENDER = """\
 import json, sys
 from nbconvert.exporters import HTMLExporter
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
-from robust_slam_autograder.nbgrader.release import nbgrader_settings
+from robust_slam_autograder.nbgrader.settings import nbgrader_settings
 texts = json.load(sys.stdin)
 cells = [make(text) for text in texts for make in (new_markdown_cell, new_code_cell)]
 exporter = HTMLExporter(config=nbgrader_settings("."))

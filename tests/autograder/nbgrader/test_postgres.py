@@ -17,8 +17,9 @@ from nbgrader import dbutil
 from robust_slam_autograder import cli
 from robust_slam_autograder.commands import places
 from robust_slam_autograder.errors import WrongUse
-from robust_slam_autograder.nbgrader import database, gradebook, release, totals
+from robust_slam_autograder.nbgrader import database, gradebook, totals
 from robust_slam_autograder.nbgrader.database import Place
+from robust_slam_autograder.nbgrader.settings import nbgrader_settings
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.assignment import MAX_NAME
 from robust_slam_autograder.reading.submission import DATABASE_VARIABLE
@@ -298,7 +299,7 @@ class TestCommands:
         assert scores(shared) == {"ada": 20}
         assert database.recorded(shared).keys() == {f"ada/{toy.NAME}"}
         monkeypatch.setenv(DATABASE_VARIABLE, "postgresql://host/grades")
-        settings = release.nbgrader_settings(str(tmp_path))
+        settings = nbgrader_settings(str(tmp_path))
         assert settings.CourseDirectory.db_url == "postgresql+psycopg2://host/grades"
 
 

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 from robust_slam_autograder import cli
 from robust_slam_autograder.errors import GraderFailure, WrongUse
-from robust_slam_autograder.nbgrader.release import release
 from robust_slam_autograder.publishing.handout import INSTALL
+from robust_slam_autograder.publishing.student_release import release
 
 from tests.autograder import toy
 from tests.autograder.publishing import world

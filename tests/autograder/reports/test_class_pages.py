@@ -10,15 +10,15 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from robust_slam_autograder.grading.results import Result, without_grade
+from robust_slam_autograder.markup import visible
 from robust_slam_autograder.reports import class_pages, class_report
 from robust_slam_autograder.reports.class_pages import Entry
 from robust_slam_autograder.reports.class_report import Report, Source
-from robust_slam_autograder.reports.markup import visible
 
 from tests.autograder.reports import samples
 from tests.autograder.reports.samples import case, exercise, result
 from tests.autograder.reports.test_feedback import LOW_CONTRAST, Skeleton
-from tests.autograder.reports.test_markup import ANY_TEXT, TEXTS
+from tests.autograder.test_markup import ANY_TEXT, TEXTS
 from tests.book.test_accessible import violations
 from tests.chromium import Opener, Visit
 

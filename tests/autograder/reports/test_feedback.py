@@ -19,15 +19,15 @@ from hypothesis import given
 from robust_slam_autograder import cli
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading.results import Result, without_grade
+from robust_slam_autograder.markup import visible
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.assignment import Config
 from robust_slam_autograder.reports import feedback, rendering
 from robust_slam_autograder.reports.feedback import Book
-from robust_slam_autograder.reports.markup import visible
 
 from tests.autograder import toy
 from tests.autograder.reports import samples
-from tests.autograder.reports.test_markup import ANY_TEXT, GITHUB, TEXTS
+from tests.autograder.test_markup import ANY_TEXT, GITHUB, TEXTS
 from tests.chromium import Opener, QuietHandler, Visit
 
 ROOT = Path(__file__).parents[3]

@@ -10,7 +10,7 @@ from robust_slam_autograder.grading.results import Result, without_grade
 from robust_slam_autograder.reports import summary
 
 from tests.autograder.reports import samples
-from tests.autograder.reports.test_markup import GITHUB, TEXTS
+from tests.autograder.test_markup import GITHUB, TEXTS
 
 COUNTS = {"graded": 3, "refused": 1, "failed": 1, "kept": 0}
 BROKEN = without_grade(

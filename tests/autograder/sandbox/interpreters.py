@@ -9,8 +9,9 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from robust_slam_autograder.executor.imports import DEFAULT_PACKAGES, NOT_INSTALLED
+from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES
 from robust_slam_autograder.sandbox import packages
+from robust_slam_autograder.student.imports import NOT_INSTALLED
 
 SYSTEM = Path("/usr/bin/python3")
 PSUTIL = "psutil"

@@ -15,9 +15,9 @@ import pytest
 from robust_slam_autograder import sandbox
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.executor.budget import Meter
-from robust_slam_autograder.executor.imports import DEFAULT_PACKAGES
 from robust_slam_autograder.executor.session import Program, Session, SessionFault
 from robust_slam_autograder.reading.assignment import Limits, Piece
+from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES
 from robust_slam_autograder.sandbox import (
     Fork,
     Launch,

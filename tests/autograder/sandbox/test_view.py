@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 import scipy
-from robust_slam_autograder.executor.imports import DEFAULT_PACKAGES
+from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES
 from robust_slam_autograder.sandbox import packages, view
 
 from tests.autograder.sandbox import interpreters

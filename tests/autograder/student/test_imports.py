@@ -6,8 +6,9 @@ import subprocess
 import sys
 
 import pytest
-from robust_slam_autograder.executor import imports
-from robust_slam_autograder.executor.imports import DEFAULT_PACKAGES, refusal
+from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES
+from robust_slam_autograder.student import imports
+from robust_slam_autograder.student.imports import refusal
 
 ALLOWED = ["numpy", "numpy.linalg", "scipy.optimize", "matplotlib.pyplot", "mpl_toolkits.mplot3d"]
 ALLOWED += ["math", "collections.abc", "concurrent.futures", "threading", "asyncio", "sqlite3"]
@@ -89,7 +90,7 @@ def test_other_packages_seem_not_to_be_installed() -> None:
     """So that a library that uses one where it is there does in a server as behind the wall."""
     text = (
         "import sys\n"
-        "from robust_slam_autograder.executor.imports import Installed\n"
+        "from robust_slam_autograder.student.imports import Installed\n"
         "import importlib.metadata, importlib.util\n"
         "Installed(['numpy'], {}, sys.path[1:4]).install()\n"
         "import numpy, sysconfig\n"

@@ -16,8 +16,8 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from robust_slam_autograder.executor import wire
-from robust_slam_autograder.executor.wire import Handle, WireError
+from robust_slam_autograder.student import wire
+from robust_slam_autograder.student.wire import Handle, WireError
 
 MAX_CALLABLES = 10_000
 MAX_NESTED_CALLS = 40

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from markdown_it import MarkdownIt
-from robust_slam_autograder.reports import markup
+from robust_slam_autograder import markup
 
 from tests.autograder.reports.samples import HOSTILE
 

@@ -12,7 +12,8 @@ from typing import Any
 
 import pytest
 from robust_slam_autograder.errors import GraderFailure, WrongUse
-from robust_slam_autograder.nbgrader.release import STUB, release
+from robust_slam_autograder.nbgrader.settings import STUB
+from robust_slam_autograder.publishing.student_release import release
 from robust_slam_autograder.reading import notebook
 
 from tests.autograder import toy

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.executor import trusted
-from robust_slam_autograder.executor.cluster import Call, Cluster, Unfit, may_have_children
+from robust_slam_autograder.executor.dask_workers import Call, Cluster, Unfit, may_have_children
 from robust_slam_autograder.executor.trusted import Broken
 from robust_slam_autograder.grading import batch, results
 from robust_slam_autograder.grading.batch import Handed, Job, Start, Task

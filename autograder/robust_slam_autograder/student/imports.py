@@ -15,8 +15,6 @@ from collections.abc import Mapping, Sequence
 from importlib.machinery import ModuleSpec, PathFinder
 from pathlib import Path
 
-DEFAULT_PACKAGES = ("numpy", "scipy", "matplotlib")
-"""What an assignment allows whose settings do not say."""
 NOTEBOOK_PACKAGES = ("IPython", "tqdm")
 """Always allowed: they show things in a notebook."""
 _COMPANIONS = {"matplotlib": ("mpl_toolkits", "pylab")}

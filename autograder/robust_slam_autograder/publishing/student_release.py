@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import glob
 import json
 import logging
-import os
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -15,68 +13,13 @@ from nbgrader.converters import GenerateAssignment
 from nbgrader.converters.base import NbGraderException
 from nbgrader.coursedir import CourseDirectory
 from nbgrader.preprocessors import SaveCells
-from traitlets.config import Config
 
-from robust_slam_autograder import layout
 from robust_slam_autograder.errors import GraderFailure, WrongUse
-from robust_slam_autograder.nbgrader import database
+from robust_slam_autograder.nbgrader.settings import nbgrader_settings
 from robust_slam_autograder.publishing import course as courses
 from robust_slam_autograder.publishing import handout, secret_lines, staging, wheels
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading import notebook
-from robust_slam_autograder.reading.submission import DATABASE_NAME, DATABASE_VARIABLE
-
-STUB = 'raise NotImplementedError("Exercise: write this function, then delete this line.")'
-_STEPS = "robust_slam_autograder.nbgrader.steps"
-
-
-def nbgrader_settings(root: str, tree: str = "solutions") -> Config:
-    """nbgrader's settings for a course whose sources lie in ``<root>/<tree>``.
-
-    Args:
-        root: the course's folder.
-        tree: the instructor's source tree in it.
-    """
-    config = Config()
-    config.CourseDirectory.root = str(Path(root).resolve())
-    config.CourseDirectory.source_directory = tree
-    config.CourseDirectory.release_directory = "build/release"
-    config.CourseDirectory.submitted_directory = str(layout.SUBMITTED)
-    config.CourseDirectory.autograded_directory = str(layout.AUTOGRADED)
-    config.CourseDirectory.feedback_directory = str(layout.FEEDBACK)
-    graded = Path(root).resolve() / layout.GRADED
-    shared = os.environ.get(DATABASE_VARIABLE)
-    config.CourseDirectory.db_url = database.for_nbgrader(shared or graded / DATABASE_NAME)
-    config.SafeExporter.results_directory = str(graded)
-    config.ClearSolutions.code_stub = {"python": STUB}
-    _put_executor(config)
-    return config
-
-
-def _put_executor(config: Config) -> None:
-    """Have nbgrader grade with this package, and show nothing hidden and nothing that acts."""
-    course = config.CourseDirectory
-    submissions = glob.escape(f"{course.root}/{course.submitted_directory}") + "/*/*/"
-    # What else a student hands in, be it a link to a file of the instructor's, is never copied.
-    course.ignore = [*CourseDirectory().ignore, f"{submissions}*", f"{submissions}.*"]
-    config.Autograde.exporter_class = f"{_STEPS}.SafeExporter"
-    config.Autograde.sanitize_preprocessors = [f"{_STEPS}.RunTests"]
-    config.Autograde.autograde_preprocessors = [
-        f"{_STEPS}.SaveMarks",
-        "nbgrader.preprocessors.AssignLatePenalties",
-    ]
-    config.GenerateFeedback.preprocessors = [
-        f"{_STEPS}.HideTests",
-        "nbgrader.preprocessors.GetGrades",
-        "nbconvert.preprocessors.CSSHTMLHeaderPreprocessor",
-    ]
-    config.ExportApp.plugin_class = "robust_slam_autograder.nbgrader.spreadsheet.SafeCsv"
-    filters = "robust_slam_autograder.nbgrader.safe_markdown"
-    config.HTMLExporter.filters = {
-        "markdown2html": f"{filters}.as_html",
-        "highlight_code": f"{filters}.code_as_html",
-        "strip_files_prefix": f"{filters}.unchanged",
-    }
 
 
 def release(tree: Path, names: Sequence[str], out: Path) -> list[Path]:

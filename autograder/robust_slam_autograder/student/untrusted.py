@@ -128,7 +128,7 @@ class Notebook:
 
     def describe(self, error: BaseException) -> dict[str, Any]:
         """Tell an exception's classes, its message and the line of the student's cell."""
-        from robust_slam_autograder.executor.channel import describe_error
+        from robust_slam_autograder.student.channel import describe_error
 
         told = describe_error(error)
         if isinstance(error, SyntaxError):
@@ -194,7 +194,7 @@ def main() -> None:
     sys.path[:] = settings["path"]
     # By its file: until it is there, no package in a source folder is found.
     sys.path.insert(0, settings["grader"])
-    from robust_slam_autograder.executor import imports
+    from robust_slam_autograder.student import imports
 
     del sys.path[0]
     imports.Installed(**settings["installed"]).install()
@@ -212,8 +212,8 @@ def serve(withheld: Sequence[str], used: Sequence[str], packages: Sequence[str])
         used: names that tests use.
         packages: what student code may import beside the standard library.
     """
-    from robust_slam_autograder.executor import imports
-    from robust_slam_autograder.executor.channel import Channel, ChannelClosed
+    from robust_slam_autograder.student import imports
+    from robust_slam_autograder.student.channel import Channel, ChannelClosed
 
     sys.argv[:] = [""]
     read_fd, write_fd = set_aside_pipes()
