@@ -68,7 +68,7 @@ def _grade(root: Path) -> Result:
         (graded,) = batch.grade(
             [job], out=Path(folder), run=run, wall=wall, workers=1, report=lambda item: None
         )
-        return graded.result
+        return graded.load()
 
 
 def as_gradescope(result: Result) -> dict[str, Any]:

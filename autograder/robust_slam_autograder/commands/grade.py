@@ -18,8 +18,9 @@ from robust_slam_autograder.commands import places, submissions
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.executor.dask_workers import connected
 from robust_slam_autograder.grading import allowed, batch, durable, journal, progress, remote
-from robust_slam_autograder.grading.batch import Door, Graded, Job
+from robust_slam_autograder.grading.batch import Graded, Graders, Job
 from robust_slam_autograder.grading.journal import Run
+from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.markup import log_line
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading import submission
@@ -93,7 +94,7 @@ def run(options: argparse.Namespace) -> int:
     _warn_of_look_alikes(jobs, names=not options.no_names)
     wall = sandbox.choose(options.sandbox, unsandboxed=options.unsandboxed)
     refuse_unsafe(jobs, options, wall)
-    with door(options) as (graders, at_once), batch.locked(options.out):
+    with graders(options) as (found, at_once), batch.locked(options.out):
         run = journal.open_run(options.out, options.seed)
         if any(job.key not in run.graded for job in jobs):
             _import_meanwhile("robust_slam_autograder.nbgrader.gradebook")
@@ -105,10 +106,11 @@ def run(options: argparse.Namespace) -> int:
                 wall=wall,
                 workers=at_once,
                 report=lambda graded: step(),
-                door=graders,
+                graders=found,
             )
-        record(gradebook, run, jobs, graded)
-    _tell(graded, gradebook, options)
+        marks = [item.load() for item in graded]
+        record(gradebook, run, jobs, marks)
+    _tell(graded, marks, gradebook, options)
     return 1 if any(item.status == "failed" for item in graded) else 0
 
 
@@ -129,18 +131,18 @@ def _folder_of_students(job: Job) -> Path:
 
 
 @contextlib.contextmanager
-def door(options: argparse.Namespace) -> Iterator[tuple[Door, int]]:
+def graders(options: argparse.Namespace) -> Iterator[tuple[Graders, int]]:
     """Who grades, processes of this machine or a cluster's workers, and how many at once.
 
     Raises:
         WrongUse: the scheduler cannot be used.
     """
     if options.scheduler is None:
-        yield batch.processes, options.jobs
+        yield batch.Processes(), options.jobs
         return
     with connected(options.scheduler) as workers:
         # A cluster has as many places as it has workers.
-        yield functools.partial(remote.door, workers), sys.maxsize
+        yield remote.Workers(workers), sys.maxsize
 
 
 def _import_meanwhile(module: str) -> None:
@@ -148,7 +150,7 @@ def _import_meanwhile(module: str) -> None:
     threading.Thread(target=importlib.import_module, args=(module,), daemon=True).start()
 
 
-def record(place: Path | str, run: Run, jobs: Sequence[Job], graded: Sequence[Graded]) -> None:
+def record(place: Path | str, run: Run, jobs: Sequence[Job], marks: Sequence[Result]) -> None:
     """Write into the gradebook what it does not have yet of these results.
 
     Raises:
@@ -156,20 +158,24 @@ def record(place: Path | str, run: Run, jobs: Sequence[Job], graded: Sequence[Gr
     """
     from robust_slam_autograder.nbgrader import database
 
-    due = batch.unrecorded(jobs, graded, run, database.recorded(place))
+    due = batch.unrecorded(jobs, marks, run, database.recorded(place))
     if not due:
         return
     from robust_slam_autograder.nbgrader import gradebook, graded_notebook
 
     used = {job.assignment.name: job.assignment for job in jobs}
     blank = {job.key: graded_notebook.unanswered(job) for job in jobs if job.key in due}
-    marks = [item.result for item in due.values()]
-    gradebook.record(place, list(used.values()), marks, blank, run.graded)
+    gradebook.record(place, list(used.values()), list(due.values()), blank, run.graded)
 
 
-def _tell(graded: Sequence[Graded], gradebook: Path | str, options: argparse.Namespace) -> None:
+def _tell(
+    graded: Sequence[Graded],
+    marks: Sequence[Result],
+    gradebook: Path | str,
+    options: argparse.Namespace,
+) -> None:
     """Write the summaries, and the table for people."""
-    marks, names = [item.result for item in graded], not options.no_names
+    names = not options.no_names
     wanted = {options.json: summary.as_json, options.markdown: summary.as_markdown}
     for target, render in wanted.items():
         if target is not None:

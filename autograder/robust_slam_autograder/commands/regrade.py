@@ -49,12 +49,12 @@ def run(options: argparse.Namespace) -> int:
     wall = sandbox.choose(options.sandbox, unsandboxed=options.unsandboxed)
     grade.refuse_unsafe(plan.jobs, options, wall)
     gradebook = places.gradebook(options)
-    with grade.door(options) as (graders, at_once), batch.locked(options.out):
+    with grade.graders(options) as (graders, at_once), batch.locked(options.out):
         batch_run = journal.open_run(options.out, None)
         stale = regrading.outdated(plan.jobs, batch_run, wall)
         with progress.shown(len(stale)) as step:
             trial = regrading.attempt(
-                stale, batch_run, wall=wall, workers=at_once, report=step, door=graders
+                stale, batch_run, wall=wall, workers=at_once, report=step, graders=graders
             )
         found = _compare(plan, trial, batch_run, gradebook, options)
         if options.apply:

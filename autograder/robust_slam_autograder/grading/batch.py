@@ -17,11 +17,13 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Se
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 import robust_slam_autograder
 from robust_slam_autograder.errors import GraderFailure, Refused, WrongUse
 from robust_slam_autograder.executor import trusted
 from robust_slam_autograder.executor.budget import WALL_FACTOR
+from robust_slam_autograder.executor.trusted import Broken
 from robust_slam_autograder.grading import marking, results
 from robust_slam_autograder.grading.journal import Run
 from robust_slam_autograder.grading.results import Result, Status
@@ -67,6 +69,57 @@ class Handed:
 
 
 @dataclass(frozen=True)
+class Task:
+    """A submission as it was read, and the digest of all that its result depends on."""
+
+    job: Job
+    handed: Handed
+    fingerprint: str
+
+
+@dataclass(frozen=True)
+class Terms:
+    """What is the same for every submission of a batch."""
+
+    seed: int
+    wall: Sandbox
+    """Where student code runs."""
+    preload: tuple[str, ...]
+    """Modules that trusted processes need."""
+
+
+class Graders(Protocol):
+    """Who grades: processes of this machine, or the workers of a cluster."""
+
+    def grade(
+        self, tasks: Iterable[Task], terms: Terms, *, at_once: int
+    ) -> Iterator[tuple[Task, Result | Broken]]:
+        """Grade tasks, taken one by one, and give the answers as they come.
+
+        Args:
+            tasks: the submissions.
+            terms: what they are graded with.
+            at_once: how many; with 1 each is graded alone on its machine.
+        """
+
+
+class Processes:
+    """Grades in trusted processes of this machine."""
+
+    def grade(
+        self, tasks: Iterable[Task], terms: Terms, *, at_once: int
+    ) -> Iterator[tuple[Task, Result | Broken]]:
+        """Grade each task in a process of its own."""
+        return trusted.run(
+            tasks,
+            functools.partial(grade_task, seed=terms.seed, wall=terms.wall),
+            at_once=at_once,
+            seconds=patience,
+            preload=terms.preload,
+        )
+
+
+@dataclass(frozen=True)
 class Graded:
     """What became of one submission; its result stays on the disk until it is asked for."""
 
@@ -76,9 +129,8 @@ class Graded:
     reused: bool
     """Whether it was kept from an earlier run."""
 
-    @property
-    def result(self) -> Result:
-        """The result, read from its file."""
+    def load(self) -> Result:
+        """Read the result from its file."""
         return results.read(self.path)
 
 
@@ -113,7 +165,7 @@ def grade(
     wall: Sandbox,
     workers: int,
     report: Callable[[Graded], None],
-    door: Door | None = None,
+    graders: Graders | None = None,
 ) -> list[Graded]:
     """Grade submissions, writing each result as it comes.
 
@@ -124,7 +176,7 @@ def grade(
         wall: where student code runs.
         workers: how many submissions at once.
         report: called after each submission.
-        door: who grades; by default processes of this machine.
+        graders: who grades; by default processes of this machine.
 
     Returns:
         what became of each submission, in the order of ``jobs``.
@@ -132,29 +184,26 @@ def grade(
     Raises:
         GraderFailure: a result cannot be written; those before it are kept.
     """
-    fingerprint = Fingerprints(run.seed, wall).of
+    prints = Fingerprints(run.seed, wall)
     done: dict[str, Graded] = {}
     waiting = []
     for job in jobs:
-        kept = _kept(out, job, run, fingerprint)
+        kept = _kept(out, job, run, prints.of)
         if kept is None:
             waiting.append(job)
         else:
             done[job.key] = kept
             report(kept)
-    # A submission is read when its turn comes, and its fingerprint taken before it is graded:
-    # one that changes meanwhile is graded again by the next run.
-    tasks = ((job, fingerprint(job)) for job in waiting)
+    terms = Terms(run.seed, wall, tuple(preload(waiting)))
     at_once = min(workers, len(waiting))
-    start = (door or processes)(waiting, run.seed, wall)
-    with closing(_grade_all(start, tasks, at_once)) as graded:
-        for (job, seen), result in graded:
-            run.forget(job.key)
+    with closing(_grade_all(waiting, prints, graders or Processes(), terms, at_once)) as graded:
+        for task, result in graded:
+            run.forget(task.job.key)
             path = results.write(out, result)
             if result.status != "failed":
-                run.remember(job.key, seen)
-            done[job.key] = Graded(path, result.status, reused=False)
-            report(done[job.key])
+                run.remember(task.job.key, task.fingerprint)
+            done[task.job.key] = Graded(path, result.status, reused=False)
+            report(done[task.job.key])
     return [done[job.key] for job in jobs]
 
 
@@ -178,10 +227,14 @@ class Fingerprints:
 
     def of(self, job: Job) -> str:
         """The digest of one submission, as it lies on the disk now."""
-        return self.as_read(job, read(job))
+        return self.task(job).fingerprint
 
-    def as_read(self, job: Job, handed: Handed) -> str:
-        """The digest of one submission, as it was read."""
+    def task(self, job: Job) -> Task:
+        """Read a submission, and take the digest of what was read."""
+        handed = read(job)
+        return Task(job, handed, self._digest(job, handed))
+
+    def _digest(self, job: Job, handed: Handed) -> str:
         if job.tests not in self._tests:
             self._tests[job.tests] = self._digest_of_tests(job.tests)
         digest = hashlib.sha256(self._tests[job.tests])
@@ -252,30 +305,21 @@ def read(job: Job) -> Handed:
         return Handed(refusal=str(error))
 
 
-Task = tuple[Job, str]
-"""A submission and its fingerprint."""
-
-Start = Callable[..., Iterator[tuple[Task, Result | trusted.Broken]]]
-"""``trusted.run``, told what a task is; ``at_once=1`` is for those that are to be graded alone."""
-
-Door = Callable[[Sequence[Job], int, Sandbox], Start]
-"""Who grades: told of the submissions, the seed and the wall, it is ready to start."""
-
-
 def _grade_all(
-    start: Start, tasks: Iterable[Task], at_once: int
+    jobs: Iterable[Job], prints: Fingerprints, graders: Graders, terms: Terms, at_once: int
 ) -> Generator[tuple[Task, Result], None, None]:
     """Grade up to ``at_once`` submissions at once, and then, alone, those that ran into a limit.
 
-    A busy machine may be why they did, and a mark must not depend on the neighbours.
+    A busy machine may be why they did, and a mark must not depend on the neighbours. Each is
+    read when its turn comes, so that few are in memory.
     """
     doubtful = []
-    for task, result in _results(start(tasks, at_once=at_once)):
+    for task, result in _results(graders.grade(map(prints.task, jobs), terms, at_once=at_once)):
         if at_once > 1 and _ran_into_a_limit(result):
-            doubtful.append(task)
+            doubtful.append(task.job)
         else:
             yield task, result
-    yield from _results(start(doubtful, at_once=1))
+    yield from _results(graders.grade(map(prints.task, doubtful), terms, at_once=1))
 
 
 def _ran_into_a_limit(result: Result) -> bool:
@@ -284,24 +328,14 @@ def _ran_into_a_limit(result: Result) -> bool:
 
 
 def _results(
-    answers: Iterator[tuple[Task, Result | trusted.Broken]],
+    answers: Iterator[tuple[Task, Result | Broken]],
 ) -> Iterator[tuple[Task, Result]]:
     for task, answer in answers:
-        if isinstance(answer, trusted.Broken):
+        if isinstance(answer, Broken):
             reason = f"The grader {answer.how} on this submission."
-            yield task, _without_grade("failed", reason, task[0])
+            yield task, _without_grade("failed", reason, task.job)
         else:
             yield task, answer
-
-
-def processes(jobs: Sequence[Job], seed: int, wall: Sandbox) -> Start:
-    """The door to processes of this machine."""
-    return functools.partial(
-        trusted.run,
-        work=functools.partial(_grade_task, seed=seed, wall=wall),
-        seconds=_seconds,
-        preload=preload(jobs),
-    )
 
 
 def preload(jobs: Sequence[Job]) -> list[str]:
@@ -317,23 +351,15 @@ def _imported(assignment: Assignment) -> Iterator[str]:
         yield from imported_modules(source)
 
 
-def _seconds(task: Task) -> float:
-    return patience(task[0])
-
-
-def patience(job: Job) -> float:
+def patience(task: Task) -> float:
     """Seconds after which a submission's trusted process is ended."""
-    return job.assignment.config.limits.notebook_seconds * WALL_FACTOR + GRACE_SECONDS
+    return task.job.assignment.config.limits.notebook_seconds * WALL_FACTOR + GRACE_SECONDS
 
 
-def _grade_task(task: Task, *, seed: int, wall: Sandbox) -> Result:
-    return grade_one(task[0], seed, wall)
-
-
-def grade_one(job: Job, seed: int, wall: Sandbox, handed: Handed | None = None) -> Result:
-    """Grade one submission, read here if it is not yet; a refusal or a failure is a result too."""
+def grade_task(task: Task, *, seed: int, wall: Sandbox) -> Result:
+    """Grade one submission; a refusal or a failure is a result too."""
+    job, handed = task.job, task.handed
     try:
-        handed = handed or read(job)
         if handed.refusal:
             raise Refused(handed.refusal)
         cells = notebook.parse(handed.data, notebook.shown(handed.name))
@@ -370,16 +396,16 @@ def counts(graded: Sequence[Graded]) -> Mapping[str, int]:
 
 
 def unrecorded(
-    jobs: Sequence[Job], graded: Sequence[Graded], run: Run, recorded: Mapping[str, str]
-) -> dict[str, Graded]:
-    """By key what the gradebook does not have yet; where the grader failed there is nothing.
+    jobs: Sequence[Job], marks: Sequence[Result], run: Run, recorded: Mapping[str, str]
+) -> dict[str, Result]:
+    """By key the results that the gradebook does not have yet; failures of the grader are none.
 
     The same text, tests and seed need not earn the same twice: a student's code may throw dice.
     """
-    pairs = ((job.key, item) for job, item in zip(jobs, graded, strict=True))
+    pairs = ((job.key, result) for job, result in zip(jobs, marks, strict=True))
     return {
-        key: item
-        for key, item in pairs
-        if item.status != "failed"
-        and recorded.get(key) != results.signature(item.result, run.graded[key])
+        key: result
+        for key, result in pairs
+        if result.status != "failed"
+        and recorded.get(key) != results.signature(result, run.graded[key])
     }

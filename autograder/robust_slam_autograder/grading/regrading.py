@@ -14,7 +14,7 @@ from pathlib import Path
 
 from robust_slam_autograder.errors import Refused, WrongUse
 from robust_slam_autograder.grading import batch, journal, results
-from robust_slam_autograder.grading.batch import Door, Graded, Job
+from robust_slam_autograder.grading.batch import Graded, Graders, Job
 from robust_slam_autograder.grading.journal import Run
 from robust_slam_autograder.grading.results import ExerciseResult, Result
 from robust_slam_autograder.reading import assignment as assignments
@@ -123,7 +123,7 @@ class Trial:
 
     def results(self) -> list[tuple[Job, Result]]:
         """Each submission with its new result."""
-        return [(job, item.result) for job, item in zip(self.jobs, self.graded, strict=True)]
+        return [(job, item.load()) for job, item in zip(self.jobs, self.graded, strict=True)]
 
 
 def attempt(
@@ -133,7 +133,7 @@ def attempt(
     wall: Sandbox,
     workers: int,
     report: Callable[[], None],
-    door: Door,
+    graders: Graders,
 ) -> Trial:
     """Grade submissions again with the batch's own seed, beside the results that there are.
 
@@ -143,7 +143,7 @@ def attempt(
         wall: where student code runs.
         workers: how many submissions at once.
         report: called after each.
-        door: who grades, as for ``batch.grade``.
+        graders: who grades, as for ``batch.grade``.
 
     Raises:
         GraderFailure: a result cannot be written.
@@ -158,7 +158,7 @@ def attempt(
         wall=wall,
         workers=workers,
         report=lambda done: report(),
-        door=door,
+        graders=graders,
     )
     return Trial(tuple(jobs), tuple(graded), own)
 
@@ -202,12 +202,11 @@ def apply(trial: Trial, run: Run) -> None:
             run.remember(job.key, trial.run.graded[job.key])
 
 
-def standing(jobs: Sequence[Job], run: Run) -> tuple[list[Job], list[Graded]]:
-    """Submissions whose results hold, with these results, as ``batch.grade`` would give them."""
+def standing(jobs: Sequence[Job], run: Run) -> tuple[list[Job], list[Result]]:
+    """Submissions whose results hold, with these results."""
     held = [job for job in jobs if job.key in run.graded]
     paths = [results.path_of(run.out, job.student, job.assignment.name) for job in held]
-    graded = [Graded(path, results.read_checked(path).status, reused=True) for path in paths]
-    return held, graded
+    return held, [results.read_checked(path) for path in paths]
 
 
 def unrecorded(
@@ -215,9 +214,9 @@ def unrecorded(
 ) -> list[tuple[Job, Result]]:
     """Results that hold and are not in the gradebook yet, for a run before was stopped."""
     again = {job.key for job in trial.jobs}
-    held, graded = standing([job for job in jobs if job.key not in again], run)
-    due = batch.unrecorded(held, graded, run, recorded)
-    return [(job, due[job.key].result) for job in held if job.key in due]
+    held, marks = standing([job for job in jobs if job.key not in again], run)
+    due = batch.unrecorded(held, marks, run, recorded)
+    return [(job, due[job.key]) for job in held if job.key in due]
 
 
 def clear(run: Run) -> None:

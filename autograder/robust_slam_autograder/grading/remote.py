@@ -1,4 +1,4 @@
-"""The door to a Dask cluster: workers grade, the coordinator alone reads and writes.
+"""Grading on a cluster: workers grade, the coordinator alone reads and writes.
 
 What travels is bytes: the tests, the seed and the submission there, the text of a result file
 back. A worker needs no shared disk and writes nothing. It takes a submission only where its code
@@ -7,17 +7,15 @@ and its wall are the coordinator's, and grades it in a trusted process, as a loc
 
 from __future__ import annotations
 
-import functools
 import pickle
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from robust_slam_autograder.errors import WrongUse
-from robust_slam_autograder.executor import trusted
 from robust_slam_autograder.executor.dask_workers import Call, Cluster, Unfit, may_have_children
 from robust_slam_autograder.executor.trusted import Broken
 from robust_slam_autograder.grading import batch, results
-from robust_slam_autograder.grading.batch import Handed, Job, Start, Task
+from robust_slam_autograder.grading.batch import Job, Task, Terms
 from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.sandbox import BACK_ENDS, Sandbox, Unsandboxed
 
@@ -34,47 +32,33 @@ Answer = tuple[str, str]
 class Parcel:
     """All that a worker needs to grade one submission."""
 
-    job: Job
-    handed: Handed
+    task: Task
     seed: int
-    seconds: float
-    """What its trusted process may take."""
     preload: tuple[str, ...]
 
 
 @dataclass(frozen=True)
-class _Packed:
-    """A task that has been read, with the digest of just that text."""
+class Workers:
+    """Grades on the workers of a cluster."""
 
-    task: Task
-    parcel: bytes
+    cluster: Cluster
 
+    def grade(
+        self, tasks: Iterable[Task], terms: Terms, *, at_once: int
+    ) -> Iterator[tuple[Task, Result | Broken]]:
+        """Grade each task on a worker that is fit for it.
 
-def door(cluster: Cluster, jobs: Sequence[Job], seed: int, wall: Sandbox) -> Start:
-    """Make ready to grade on a cluster: bound to one, this is a ``batch.Door``.
+        Raises:
+            WrongUse: workers know the wall by no name.
+        """
+        code, wanted = batch.code_digest(), name_of(terms.wall)
 
-    Raises:
-        WrongUse: the wall is none that workers know by a name.
-    """
-    wanted, digest_of = name_of(wall), batch.Fingerprints(seed, wall).as_read
-    preload = (*batch.preload(jobs), __name__)
+        def call(task: Task) -> Call:
+            parcel = Parcel(task, terms.seed, terms.preload)
+            return grade_on_worker, code, wanted, pickle.dumps(parcel)
 
-    def pack(task: Task) -> _Packed:
-        job, _ = task
-        handed = batch.read(job)
-        parcel = Parcel(job, handed, seed, batch.patience(job), preload)
-        return _Packed((job, digest_of(job, handed)), pickle.dumps(parcel))
-
-    def call(packed: _Packed) -> Call:
-        return grade_on_worker, batch.code_digest(), wanted, packed.parcel
-
-    def start(
-        tasks: Iterable[Task], *, at_once: int
-    ) -> Iterator[tuple[Task, Result | trusted.Broken]]:
-        for packed, answer in cluster.run(map(pack, tasks), call, alone=at_once == 1):
-            yield packed.task, _checked(answer, packed.task[0])
-
-    return start
+        for task, answer in self.cluster.run(tasks, call, alone=at_once == 1):
+            yield task, _checked(answer, task.job)
 
 
 def name_of(wall: Sandbox) -> str:
@@ -125,17 +109,8 @@ def grade_on_worker(code: str, wall_name: str, parcel: bytes) -> Answer | Unfit:
         return Unfit(f"the sandbox {wall_name} does not work there ({problem}): {mend}")
     may_have_children()
     found: Parcel = pickle.loads(parcel)
-    ((_, answer),) = trusted.run(
-        [found],
-        functools.partial(_grade, wall=wall),
-        at_once=1,
-        seconds=lambda task: task.seconds,
-        preload=found.preload,
-    )
+    terms = Terms(found.seed, wall, found.preload)
+    ((_, answer),) = batch.Processes().grade([found.task], terms, at_once=1)
     if isinstance(answer, Broken):
         return "broken", answer.how
     return "result", results.as_text(answer)
-
-
-def _grade(parcel: Parcel, *, wall: Sandbox) -> Result:
-    return batch.grade_one(parcel.job, parcel.seed, wall, parcel.handed)

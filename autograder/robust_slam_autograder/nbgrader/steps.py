@@ -177,7 +177,7 @@ def grade(place: Place) -> Result:
             workers=1,
             report=lambda done: None,
         )
-    result = graded.result
+    result = graded.load()
     if result.status == "failed":
         raise GraderFailure(result.reason)
     return result

@@ -67,7 +67,7 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> Done:
     """One batch for the tests that only look at it."""
     folder = make_course(tmp_path_factory.mktemp("batch"))
     order: list[str] = []
-    graded = grade(folder, report=lambda item: order.append(item.result.student))
+    graded = grade(folder, report=lambda item: order.append(item.load().student))
     return Done(folder, graded, order)
 
 
@@ -108,7 +108,7 @@ def leave(course: Path, *students: str) -> None:
 def marks(graded: list[Graded]) -> list[tuple[str, str, float, tuple[str, ...]]]:
     return [
         (r.student, r.status, r.score, tuple(e.status for e in r.exercises))
-        for r in (item.result for item in graded)
+        for r in (item.load() for item in graded)
     ]
 
 
@@ -126,7 +126,7 @@ def test_the_number_of_jobs_changes_no_result(done: Done) -> None:
     serial = grade(done.course, "serial", workers=1)
     for a, b in zip(done.graded, serial, strict=True):
         fields = {"seconds": 0.0}
-        assert vars(a.result) | fields == vars(b.result) | fields
+        assert vars(a.load()) | fields == vars(b.load()) | fields
 
 
 def test_a_limit_is_judged_alone(done: Done) -> None:
@@ -143,7 +143,7 @@ def test_who_was_alone_already_is_not_graded_again(
 
     def counted(tasks: Iterable[batch.Task], *arguments: Any, **options: Any) -> Any:
         listed = list(tasks)
-        started.extend(job.student for job, _ in listed)
+        started.extend(task.job.student for task in listed)
         return run(listed, *arguments, **options)
 
     monkeypatch.setattr(trusted, "run", counted)
@@ -162,7 +162,7 @@ def test_the_same_seed_gives_the_same_marks_and_others_other_inputs(course: Path
     for seed in (2, 3):
         first, again = (grade(course, f"out-{seed}-{n}", seed) for n in (1, 2))
         assert marks(first) == marks(again)
-        scores = {item.result.score for item in first}
+        scores = {item.load().score for item in first}
         assert len(scores) == 1, "every student has the same inputs"
         seen[seed] = scores.pop()
     assert seen == {2: 14, 3: 20}
@@ -238,7 +238,7 @@ def test_a_failure_of_the_grader_is_a_result_that_tells_no_secret(
     leave(course, "ada", "dot")
     graded = grade(course, wall=Failing(how))
     assert [item.status for item in graded] == ["failed", "failed"]
-    assert {item.result.reason for item in graded} == {reason}
+    assert {item.load().reason for item in graded} == {reason}
     assert not journal.open_run(course / "out", None).graded
 
 
@@ -268,7 +268,7 @@ def test_what_changes_after_it_was_listed_is_refused_or_graded_as_it_is(course: 
     (submitted / "cem").rename(course / "aside")
     (submitted / "cem").symlink_to("ada")
     (submitted / "dot" / toy.NAME / f"{toy.NAME}.ipynb").unlink()
-    graded = [item.result for item in grade(course, given=listed)]
+    graded = [item.load() for item in grade(course, given=listed)]
     assert [(r.student, r.status) for r in graded[1:]] == [
         ("bob", "refused"),
         ("cem", "refused"),
@@ -315,7 +315,7 @@ def test_a_regrade_that_is_cut_short_keeps_no_result_of_another_text(
         grade(course)
     assert toy.result(course / "out", "ada")["score"] == 14
     path.write_bytes(old)
-    assert [item.result.score for item in grade(course)] == [20]
+    assert [item.load().score for item in grade(course)] == [20]
 
 
 def interrupt(*args: object) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import functools
 import json
 import os
 import pickle
@@ -83,8 +82,14 @@ def grade(
         wall=wall or Unsandboxed(),
         workers=len(listed),
         report=report,
-        door=functools.partial(remote.door, workers),
+        graders=remote.Workers(workers),
     )
+
+
+def graded_here(job: Job) -> results.Result:
+    """What this process makes of a submission as it lies on the disk."""
+    task = batch.Fingerprints(1, Unsandboxed()).task(job)
+    return batch.grade_task(task, seed=1, wall=Unsandboxed())
 
 
 def lines(out: Path) -> Counter[str]:
@@ -112,12 +117,12 @@ def test_marks_are_those_of_one_process(tmp_path: Path, two: Machines, wall_name
     )
     order: list[str] = []
     with connected(two, 2) as workers:
-        found = grade(course, workers, report=lambda g: order.append(g.result.student), wall=wall)
+        found = grade(course, workers, report=lambda g: order.append(g.load().student), wall=wall)
         assert lines(course / "out") == Counter(job.key for job in jobs(course))
         assert all(item.reused for item in grade(course, workers, wall=wall))
     for a, b in zip(serial, found, strict=True):
-        assert vars(a.result) | {"seconds": 0.0} == vars(b.result) | {"seconds": 0.0}
-    assert {item.result.sandbox for item in found} == {wall.name, "none"}
+        assert vars(a.load()) | {"seconds": 0.0} == vars(b.load()) | {"seconds": 0.0}
+    assert {item.load().sandbox for item in found} == {wall.name, "none"}
     assert sorted(order[-2:]) == ["bob", "cem"]
 
 
@@ -146,7 +151,7 @@ def test_a_worker_is_killed_and_another_joins_and_each_has_one_result(
                 machines.worker("--no-nanny")
 
         graded = grade(tmp_path, workers, report=change)
-    assert [item.result.score for item in graded] == [20] * 16
+    assert [item.load().score for item in graded] == [20] * 16
     assert len(reported) == 16
     assert lines(tmp_path / "out") == Counter(job.key for job in jobs(tmp_path))
     assert len(set(used)) == 3, "the one that joined had no submission"
@@ -163,7 +168,7 @@ def test_who_kills_every_worker_fails_alone(
         toy.hand_in(tmp_path / "submitted", student, answer)
     machines.worker("--nworkers", "2")
     with connected(machines, 2) as workers:
-        found = {item.result.student: item.result for item in grade(tmp_path, workers)}
+        found = {item.load().student: item.load() for item in grade(tmp_path, workers)}
     bob = found.pop("bob")
     assert bob.reason == "The grader lost its worker 2 times on this submission."
     assert [result.score for result in found.values()] == [20] * 3
@@ -289,12 +294,12 @@ class TestWhatAWorkerMayDo:
         (job,) = jobs(course)
         fake = Fake({"tcp://a:1": 1})
         sent: list[remote.Parcel] = []
+        path = job.path / f"{toy.NAME}.ipynb"
 
         def answer(worker: str, code: str, wall: str, parcel: bytes) -> tuple[str, str]:
             sent.append(pickle.loads(parcel))
-            path = job.path / f"{toy.NAME}.ipynb"
             path.write_text(path.read_text() + " ")
-            return "result", results.as_text(batch.grade_one(job, 1, Unsandboxed()))
+            return "result", results.as_text(graded_here(job))
 
         fake.answer = answer
         batch.grade(
@@ -304,11 +309,12 @@ class TestWhatAWorkerMayDo:
             wall=Unsandboxed(),
             workers=1,
             report=lambda graded: None,
-            door=functools.partial(remote.door, fake.cluster()),
+            graders=remote.Workers(fake.cluster()),
         )
         noted = journal.open_run(course / "out", 1).graded[job.key]
-        prints = batch.Fingerprints(1, Unsandboxed())
-        assert noted == prints.as_read(job, sent[0].handed) != prints.of(job)
+        assert noted == sent[0].task.fingerprint
+        assert noted != batch.Fingerprints(1, Unsandboxed()).of(job)
+        assert sent[0].task.handed.data + b" " == path.read_bytes()
 
 
 @pytest.mark.parametrize(
@@ -323,7 +329,7 @@ def test_what_is_no_result_is_a_failure_of_the_grader(tmp_path: Path, answer: An
 
 def test_a_result_of_another_is_a_failure_of_the_grader(tmp_path: Path) -> None:
     first, second, *_ = jobs(make_course(tmp_path))
-    text = results.as_text(batch.grade_one(first, 1, Unsandboxed()))
+    text = results.as_text(graded_here(first))
     assert remote._checked(("result", text), second) == Broken("sent back no result")
 
 

@@ -172,9 +172,9 @@ def test_the_grade_command_keeps_what_was_applied(
     assert "3 graded, 0 refused, 0 failed, 3 of them unchanged" in capsys.readouterr().out
 
 
-def spy(seen: list[batch.Task], tasks: Iterable[batch.Task]) -> Generator[Any, None, None]:
+def spy(seen: list[batch.Job], jobs: Iterable[batch.Job]) -> Generator[Any, None, None]:
     """In place of grading: note what would be graded."""
-    seen += tasks
+    seen += jobs
     yield from ()
 
 
@@ -182,15 +182,15 @@ def test_what_a_look_has_graded_is_not_graded_twice(
     course: Path, regrade: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     shown = changes(regrade)["changes"]
-    tasks: list[batch.Task] = []
-    monkeypatch.setattr(batch, "_grade_all", lambda start, left, at_once: spy(tasks, left))
+    jobs: list[batch.Job] = []
+    monkeypatch.setattr(batch, "_grade_all", lambda left, *how: spy(jobs, left))
     applied = changes(regrade, "--apply")
     assert applied["changes"] == shown and applied["applied"] is True
-    assert tasks == []
+    assert jobs == []
     write_tests(course, double_by_hand=STRICT)
     with pytest.raises(KeyError):  # for the spy grades nothing
         changes(regrade)
-    assert len(tasks) == 3
+    assert len(jobs) == 3
 
 
 def test_the_inputs_are_the_batchs_own(course: Path, regrade: Run) -> None:
@@ -250,7 +250,7 @@ def test_where_the_grader_fails_the_mark_stays(
 
     def fails(*arguments: Any) -> Iterator[tuple[batch.Task, results.Result]]:
         for task, result in every(*arguments):
-            yield task, failed if task[0].student == "ada" else result
+            yield task, failed if task.job.student == "ada" else result
 
     monkeypatch.setattr(batch, "_grade_all", fails)
     status, out, _ = regrade("--apply")
