@@ -53,7 +53,7 @@ def on_cluster(address: str) -> Executor:
 
     def execute(tasks: Sequence[Task]) -> Iterator[Run]:
         with connected(address) as cluster:
-            for task, runs in cluster.run(tasks, lambda task: (_on_worker, _code(), *task)):
+            for task, runs in cluster.run_each(tasks, lambda task: (_on_worker, _code(), *task)):
                 if isinstance(runs, Broken):
                     raise RuntimeError(f"{task}: the sweep {runs.how}")
                 yield from runs

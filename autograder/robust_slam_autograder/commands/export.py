@@ -90,7 +90,7 @@ def run(options: argparse.Namespace) -> int:
     marks = ledger.read(
         options.solutions,
         options.names,
-        place=places.gradebook(options),
+        location=places.gradebook(options),
         out=options.out,
         rules=rules,
         submitted=options.submitted,

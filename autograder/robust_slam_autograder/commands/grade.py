@@ -150,7 +150,7 @@ def _import_meanwhile(module: str) -> None:
     threading.Thread(target=importlib.import_module, args=(module,), daemon=True).start()
 
 
-def record(place: Path | str, run: Run, jobs: Sequence[Job], marks: Sequence[Result]) -> None:
+def record(location: Path | str, run: Run, jobs: Sequence[Job], marks: Sequence[Result]) -> None:
     """Write into the gradebook what it does not have yet of these results.
 
     Raises:
@@ -158,14 +158,14 @@ def record(place: Path | str, run: Run, jobs: Sequence[Job], marks: Sequence[Res
     """
     from robust_slam_autograder.nbgrader import database
 
-    due = batch.unrecorded(jobs, marks, run, database.recorded(place))
+    due = batch.unrecorded(jobs, marks, run, database.recorded(location))
     if not due:
         return
     from robust_slam_autograder.nbgrader import gradebook, graded_notebook
 
     used = {job.assignment.name: job.assignment for job in jobs}
     blank = {job.key: graded_notebook.unanswered(job) for job in jobs if job.key in due}
-    gradebook.record(place, list(used.values()), list(due.values()), blank, run.graded)
+    gradebook.record(location, list(used.values()), list(due.values()), blank, run.graded)
 
 
 def _tell(

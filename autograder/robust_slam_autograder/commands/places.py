@@ -84,7 +84,7 @@ def refuse_unwritable(option: str, path: Path, *, made: Path | None = None) -> N
         return
     if not folder.is_dir():
         raise WrongUse(
-            f"There is no folder {folder} for {option} {path}: make it, or mend the path."
+            f"There is no folder {folder} for {option} {path}: make it, or correct the path."
         )
     if not os.access(path if path.exists() else folder, os.W_OK):
         raise WrongUse(f"{option} {path} cannot be written: make it writable, or name another.")

@@ -107,22 +107,22 @@ def connected(address: str) -> Iterator[Cluster]:
         import dask
         from distributed import Client, Security
     except ImportError as error:
-        mend = "pip install distributed, which is the extra `cluster` of this package"
-        raise WrongUse(f"--scheduler needs Dask, which is not installed: {mend}.") from error
+        fix = "pip install distributed, which is the extra `cluster` of this package"
+        raise WrongUse(f"--scheduler needs Dask, which is not installed: {fix}.") from error
     # Before Dask sees it: its client takes long to give up an address that is none.
     security = Security()
     if not _ADDRESS.fullmatch(address):
         raise WrongUse(f"{address} is no scheduler's address: it wants tcp:// or tls://HOST:PORT.")
     if address.startswith("tls:") and not security.get_connection_args("client")["ssl_context"]:
-        mend = "set distributed.comm.tls.ca-file and .client.cert and .key in Dask's configuration"
-        raise WrongUse(f"{address} wants certificates: {mend}.")
+        fix = "set distributed.comm.tls.ca-file and .client.cert and .key in Dask's configuration"
+        raise WrongUse(f"{address} wants certificates: {fix}.")
     logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # we say it in a sentence
     dask.config.set({"distributed.admin.large-graph-warning-threshold": LARGEST_TASK})
     try:
         client = Client(address, timeout=CONNECT_SECONDS, security=security, set_as_default=False)
     except OSError as error:
-        mend = "start one there with `dask scheduler`, or mend the address"
-        raise WrongUse(f"No Dask scheduler answers at {address} ({error}): {mend}.") from error
+        fix = "start one there with `dask scheduler`, or correct the address"
+        raise WrongUse(f"No Dask scheduler answers at {address} ({error}): {fix}.") from error
     with client:
         yield Cluster(client, address)
 
@@ -138,7 +138,7 @@ class Cluster:
         self._next_look = 0.0
         self._last_fit = time.monotonic()
 
-    def run(
+    def run_each(
         self, tasks: Iterable[T], call: Callable[[T], Call], *, alone: bool = False
     ) -> Iterator[tuple[T, Any]]:
         """Do tasks, and give the answers as they come.
@@ -243,8 +243,8 @@ class Cluster:
             yield item.task, answer
 
     def _gone(self) -> GraderFailure:
-        mend = "start it again, with its workers; the same command goes on from here"
-        return GraderFailure(f"The Dask scheduler at {self._address} is gone: {mend}.")
+        fix = "start it again, with its workers; the same command goes on from here"
+        return GraderFailure(f"The Dask scheduler at {self._address} is gone: {fix}.")
 
     def _none_is_fit(self) -> str:
         found = "; ".join(f"{worker}: {why}" for worker, why in sorted(self._unfit.items()))

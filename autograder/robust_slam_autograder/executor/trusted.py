@@ -43,7 +43,7 @@ class _Worker(Generic[T]):
     """When it must be done (``time.monotonic``)."""
 
 
-def run(
+def run_each(
     tasks: Iterable[T],
     work: Callable[[T], R],
     *,

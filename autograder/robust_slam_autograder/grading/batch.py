@@ -110,7 +110,7 @@ class Processes:
         self, tasks: Iterable[Task], terms: Terms, *, at_once: int
     ) -> Iterator[tuple[Task, Result | Broken]]:
         """Grade each task in a process of its own."""
-        return trusted.run(
+        return trusted.run_each(
             tasks,
             functools.partial(grade_task, seed=terms.seed, wall=terms.wall),
             at_once=at_once,

@@ -57,7 +57,7 @@ class Workers:
             parcel = Parcel(task, terms.seed, terms.preload)
             return grade_on_worker, code, wanted, pickle.dumps(parcel)
 
-        for task, answer in self.cluster.run(tasks, call, alone=at_once == 1):
+        for task, answer in self.cluster.run_each(tasks, call, alone=at_once == 1):
             yield task, _checked(answer, task.job)
 
 
@@ -105,8 +105,8 @@ def grade_on_worker(code: str, wall_name: str, parcel: bytes) -> Answer | Unfit:
     wall = Unsandboxed() if wall_name == UNSANDBOXED else BACK_ENDS[wall_name]
     problem = wall.problem()
     if problem is not None:
-        mend = "see `autograder doctor` there, or choose another one for all with --sandbox"
-        return Unfit(f"the sandbox {wall_name} does not work there ({problem}): {mend}")
+        fix = "see `autograder doctor` there, or choose another one for all with --sandbox"
+        return Unfit(f"the sandbox {wall_name} does not work there ({problem}): {fix}")
     may_have_children()
     found: Parcel = pickle.loads(parcel)
     terms = Terms(found.seed, wall, found.preload)

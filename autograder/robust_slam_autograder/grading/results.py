@@ -139,8 +139,8 @@ def read_checked(path: Path) -> Result:
     try:
         return read(path)
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        mend = "delete it and grade that submission again"
-        raise WrongUse(f"{path} is no result file: {mend}.") from error
+        fix = "delete it and grade that submission again"
+        raise WrongUse(f"{path} is no result file: {fix}.") from error
 
 
 def _cases(values: Sequence[dict[str, Any]]) -> tuple[CaseResult, ...]:

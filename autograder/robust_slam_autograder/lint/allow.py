@@ -48,8 +48,8 @@ def allowances(subject: Subject, rules: Container[str]) -> tuple[list[Allowance]
     for cell, line, text, is_secret in _comments(subject):
         match = _ALLOW.fullmatch(text)
         if not is_secret:
-            mend = "move it into the hidden region, or into the exercise's solution region"
-            bad.append(Found(cell, line, f"Students would read this comment: {mend}."))
+            fix = "move it into the hidden region, or into the exercise's solution region"
+            bad.append(Found(cell, line, f"Students would read this comment: {fix}."))
         elif match is None:
             bad.append(Found(cell, line, "Say # lint: allow RULE (reason), with a reason."))
         elif match.group(1) not in rules:

@@ -24,7 +24,7 @@ def _no_module(subject: Subject) -> Iterator[Found]:
             yield Found(
                 CONFIG_NAME,
                 1,
-                f"withheld names {name}, which is not installed here: mend the name, "
+                f"withheld names {name}, which is not installed here: correct the name, "
                 "or install what the assignment uses.",
             )
 

@@ -27,12 +27,12 @@ def _region_place(subject: Subject) -> Iterator[Found]:
     """More regions than one, or visible code after one."""
     for code, lines in _with_regions(subject):
         end = code.regions[-1].stop
-        mend = "visible asserts first, then one hidden region, to the cell's end."
+        fix = "visible asserts first, then one hidden region, to the cell's end."
         if len(code.regions) > 1:
             line = code.regions[1].start - 1
-            yield Found(code.grade_id, line, f"There is a second hidden region: {mend}")
+            yield Found(code.grade_id, line, f"There is a second hidden region: {fix}")
         elif any(line.strip() and END_HIDDEN not in line for line in lines[end - 1 :]):
-            yield Found(code.grade_id, end + 1, f"Code follows the hidden region: {mend}")
+            yield Found(code.grade_id, end + 1, f"Code follows the hidden region: {fix}")
 
 
 def _no_hint(subject: Subject) -> Iterator[Found]:

@@ -20,7 +20,7 @@ class Found:
     line: int
     """In that cell, from 1."""
     message: str
-    """What is wrong there, and the mend."""
+    """What is wrong there, and the fix."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Rule:
 
 @dataclass(frozen=True)
 class Finding:
-    """What an instructor reads: a place, the rule, and the mend."""
+    """What an instructor reads: a place, the rule, and the fix."""
 
     path: str
     grade_id: str

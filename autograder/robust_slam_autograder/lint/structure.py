@@ -30,7 +30,7 @@ _MARKED = {
 def _unreadable(subject: Subject) -> Iterator[Found]:
     """Cells that are no Python."""
     for cell in subject.unreadable:
-        yield Found(cell.grade_id, cell.line, f"This cell is no Python ({cell.why}): mend it.")
+        yield Found(cell.grade_id, cell.line, f"This cell is no Python ({cell.why}): correct it.")
 
 
 def _several_notebooks(subject: Subject) -> Iterator[Found]:

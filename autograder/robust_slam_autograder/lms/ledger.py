@@ -12,7 +12,7 @@ from robust_slam_autograder.lms import marks
 from robust_slam_autograder.lms.late import Rules
 from robust_slam_autograder.lms.marks import Column
 from robust_slam_autograder.nbgrader import database, totals
-from robust_slam_autograder.nbgrader.database import Place
+from robust_slam_autograder.nbgrader.database import Location
 from robust_slam_autograder.nbgrader.totals import Totals
 from robust_slam_autograder.reading import assignment as assignments
 
@@ -45,7 +45,7 @@ def read(
     tree: Path,
     names: Sequence[str],
     *,
-    place: Place,
+    location: Location,
     out: Path,
     rules: Rules | None,
     submitted: Path,
@@ -55,7 +55,7 @@ def read(
     Args:
         tree: the instructor's source tree.
         names: assignments; all that somebody has handed in where empty.
-        place: the gradebook.
+        location: the gradebook.
         out: the results' folder.
         rules: the late policy.
         submitted: where the submissions lie.
@@ -63,9 +63,9 @@ def read(
     Raises:
         WrongUse: there are no marks, or the gradebook does not have all results.
     """
-    if not database.exists(place):
+    if not database.exists(location):
         raise WrongUse(
-            f"There is no gradebook {database.shown(place)}: grade first, or say --out DIR or "
+            f"There is no gradebook {database.shown(location)}: grade first, or say --out DIR or "
             "--gradebook URL."
         )
     known = assignments.find_names(tree)
@@ -75,7 +75,7 @@ def read(
     columns: list[Column] = []
     failed: list[tuple[str, str]] = []
     for name in dict.fromkeys(names or known):
-        total = totals.read(place, name)
+        total = totals.read(location, name)
         broken = _failed(out, name, total)
         failed += [(student, name) for student in broken]
         total = _without(total, broken)

@@ -79,7 +79,7 @@ def read(path: Path) -> Roster:
         if len(row.cells) != len(header):
             raise WrongUse(
                 f"{path}:{row.line}: {len(row.cells)} cells under {len(header)} columns: "
-                "export the gradebook again, or mend the line."
+                "export the gradebook again, or correct the line."
             )
     return Roster(path, header, tuple(rows[1:]))
 

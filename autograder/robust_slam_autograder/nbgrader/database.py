@@ -31,7 +31,7 @@ from sqlalchemy.exc import ArgumentError, DBAPIError, SQLAlchemyError
 
 from robust_slam_autograder.errors import GraderFailure, WrongUse
 
-Place = Path | str | URL
+Location = Path | str | URL
 """SQLite's file, or a database's address as SQLAlchemy has it."""
 
 LOCKS = {
@@ -63,30 +63,30 @@ _FIND_RECORDED = text(
 )
 
 
-def url_of(place: Place) -> URL:
+def url_of(location: Location) -> URL:
     """A gradebook's address, with how long to wait.
 
     Raises:
         WrongUse: it is none, or one of another kind of database. A password in it is not told.
     """
-    url = _url(place)
+    url = _url(location)
     return url.set(query={**_PATIENCE[url.get_backend_name()], **url.query})
 
 
-def for_nbgrader(place: Place) -> str:
+def for_nbgrader(location: Location) -> str:
     """A gradebook's address for nbgrader's own settings; it holds the password, if any.
 
     Raises:
         WrongUse: it is none.
     """
-    return _url(place).render_as_string(hide_password=False)
+    return _url(location).render_as_string(hide_password=False)
 
 
-def _url(place: Place) -> URL:
-    if isinstance(place, Path):
-        place = URL.create("sqlite", database=str(place))
+def _url(location: Location) -> URL:
+    if isinstance(location, Path):
+        location = URL.create("sqlite", database=str(location))
     try:
-        url = make_url(place)
+        url = make_url(location)
     except (ArgumentError, ValueError) as error:
         raise WrongUse(
             "That is no gradebook's address: it looks like postgresql://HOST/NAME, or "
@@ -106,15 +106,15 @@ def _url(place: Place) -> URL:
     return url.set(drivername="postgresql+psycopg2") if url.drivername == "postgresql" else url
 
 
-def file_of(place: Place) -> Path | None:
+def file_of(location: Location) -> Path | None:
     """The file of an SQLite gradebook."""
-    url = url_of(place)
+    url = url_of(location)
     return Path(url.database or "") if url.get_backend_name() == "sqlite" else None
 
 
-def has_password(place: Place) -> bool:
+def has_password(location: Location) -> bool:
     """Whether the address itself holds a password."""
-    return bool(_secrets(url_of(place)))
+    return bool(_secrets(url_of(location)))
 
 
 def _secrets(url: URL) -> list[str]:
@@ -122,9 +122,9 @@ def _secrets(url: URL) -> list[str]:
     return [*([str(url.password)] if url.password else []), *hidden]
 
 
-def shown(place: Place) -> str:
+def shown(location: Location) -> str:
     """The address for people: without passwords."""
-    url = url_of(place)
+    url = url_of(location)
     file = file_of(url)
     hidden = [key for key in url.query if "password" in key or key in _PATIENCE["postgresql"]]
     plain = url.set(drivername=url.get_backend_name()).difference_update_query(hidden)
@@ -132,14 +132,14 @@ def shown(place: Place) -> str:
 
 
 @contextlib.contextmanager
-def explained(place: Place, doing: str = "written") -> Iterator[None]:
+def explained(location: Location, doing: str = "written") -> Iterator[None]:
     """Say of what a database refuses whose it is, why, and what to do; never a password.
 
     Raises:
         GraderFailure: in place of the database's own errors.
         WrongUse: the package that speaks with PostgreSQL is missing.
     """
-    url = url_of(place)
+    url = url_of(location)
     try:
         yield
     except ModuleNotFoundError as error:
@@ -178,40 +178,44 @@ def _engine(url: URL) -> Iterator[Engine]:
         engine.dispose()
 
 
-def exists(place: Place) -> bool:
+def exists(location: Location) -> bool:
     """Whether there is a gradebook.
 
     Raises:
         GraderFailure: the server cannot be reached, or the file is no database.
     """
-    file = file_of(place)
+    file = file_of(location)
     if file is not None and not file.exists():
         return False
-    with explained(place, "read"), _engine(url_of(place)) as engine:
+    with explained(location, "read"), _engine(url_of(location)) as engine:
         return inspect(engine).has_table("assignment")
 
 
-def recorded(place: Place) -> dict[str, str]:
+def recorded(location: Location) -> dict[str, str]:
     """By ``student/assignment`` the signature of each result whose marks are there.
 
     Raises:
         GraderFailure: it cannot be read.
     """
-    if not exists(place):
+    if not exists(location):
         return {}
-    with explained(place, "read"), _engine(url_of(place)) as engine, engine.connect() as book:
+    with (
+        explained(location, "read"),
+        _engine(url_of(location)) as engine,
+        engine.connect() as book,
+    ):
         if not inspect(book).has_table(RECORDED.name):
             return {}
         return {f"{student}/{name}": seen for student, name, seen in book.execute(_FIND_RECORDED)}
 
 
-def make(place: Place) -> None:
+def make(location: Location) -> None:
     """Make a gradebook where there is none: all of it, or nothing where this is killed.
 
     Raises:
         GraderFailure: it cannot be written.
     """
-    url, file = url_of(place), file_of(place)
+    url, file = url_of(location), file_of(location)
     with explained(url), _engine(url) as engine:
         if file is not None:
             file.parent.mkdir(parents=True, exist_ok=True)
@@ -237,7 +241,7 @@ def _make_nbgraders(book: Connection) -> None:
     book.execute(text("INSERT INTO alembic_version VALUES (:version)"), {"version": version})
 
 
-def copy(place: Place, to: Path) -> None:
+def copy(location: Location, to: Path) -> None:
     """Copy a gradebook, as it is at one moment, into a new SQLite file; empty where there is none.
 
     Raises:
@@ -246,11 +250,11 @@ def copy(place: Place, to: Path) -> None:
     from nbgrader.api import Base  # it takes a second to import
 
     make(to)
-    if not exists(place):
+    if not exists(location):
         return
     with (
-        explained(place, "read"),
-        _engine(url_of(place)) as old,
+        explained(location, "read"),
+        _engine(url_of(location)) as old,
         _engine(url_of(to)) as new,
         old.connect() as book,
         new.begin() as copied,

@@ -25,7 +25,7 @@ from sqlalchemy.exc import SAWarning, SQLAlchemyError
 from robust_slam_autograder.grading.results import Result, signature
 from robust_slam_autograder.markup import visible
 from robust_slam_autograder.nbgrader import database, marked_cells
-from robust_slam_autograder.nbgrader.database import Place
+from robust_slam_autograder.nbgrader.database import Location
 from robust_slam_autograder.reading.assignment import Assignment
 
 TOGETHER = 50
@@ -35,7 +35,7 @@ NO_ANSWER = "No response."
 
 
 def record(
-    place: Place,
+    location: Location,
     assignments: Sequence[Assignment],
     marks: Sequence[Result],
     unanswered: Mapping[str, Collection[str]] | None = None,
@@ -47,7 +47,7 @@ def record(
     has a manual score is put up for review. Several programs may record at once.
 
     Args:
-        place: the gradebook, made where there is none.
+        location: the gradebook, made where there is none.
         assignments: every assignment that a result belongs to.
         marks: results; of a refused one every case earns 0.
         unanswered: by ``student/assignment`` the grade ids of free-text cells without an
@@ -59,8 +59,8 @@ def record(
         GraderFailure: it is no gradebook, or cannot be written.
     """
     known = {assignment.name: assignment for assignment in assignments}
-    database.make(place)
-    with opened(place) as gradebook:
+    database.make(location)
+    with opened(location) as gradebook:
         for first in range(0, len(marks), TOGETHER):
             some = marks[first : first + TOGETHER]
             with _one_transaction(gradebook):
@@ -74,28 +74,28 @@ def record(
                     _sign(gradebook, notebook, result, (fingerprints or {}).get(key))
 
 
-def declare(place: Place, assignment: Assignment) -> None:
+def declare(location: Location, assignment: Assignment) -> None:
     """Make the assignment and its cells in a gradebook as the instructor's notebook has them.
 
     Raises:
         GraderFailure: it is no gradebook, or cannot be written.
     """
-    database.make(place)
-    with opened(place) as gradebook, _one_transaction(gradebook):
+    database.make(location)
+    with opened(location) as gradebook, _one_transaction(gradebook):
         _declare(gradebook, assignment)
 
 
 @contextlib.contextmanager
-def opened(place: Place) -> Iterator[Gradebook]:
+def opened(location: Location) -> Iterator[Gradebook]:
     """A gradebook that is there.
 
     Raises:
         GraderFailure: it is no gradebook, or cannot be written.
     """
-    with database.explained(place), warnings.catch_warnings():
+    with database.explained(location), warnings.catch_warnings():
         warnings.simplefilter("ignore", SAWarning)  # nbgrader's own
         try:
-            with Gradebook(database.url_of(place)) as gradebook:
+            with Gradebook(database.url_of(location)) as gradebook:
                 yield gradebook
         except InvalidEntry as error:  # an error of the database's that nbgrader has renamed
             raise SQLAlchemyError(*error.args) from None

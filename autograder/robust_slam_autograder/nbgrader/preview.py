@@ -10,7 +10,7 @@ from pathlib import Path
 from robust_slam_autograder.grading.batch import Job
 from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.nbgrader import database, gradebook, graded_notebook, totals
-from robust_slam_autograder.nbgrader.database import Place
+from robust_slam_autograder.nbgrader.database import Location
 from robust_slam_autograder.nbgrader.totals import Total
 
 
@@ -22,13 +22,15 @@ class Effect:
     after: Total
 
 
-def effects(place: Place, assignment: str, new: Sequence[tuple[Job, Result]]) -> dict[str, Effect]:
+def effects(
+    location: Location, assignment: str, new: Sequence[tuple[Job, Result]]
+) -> dict[str, Effect]:
     """By student every total that would change, and who would then wait for a person.
 
     A cell that was deleted takes its marks along, from students too who are not graded again.
 
     Args:
-        place: the gradebook; where there is none, all totals are new.
+        location: the gradebook; where there is none, all totals are new.
         assignment: its name.
         new: submissions with their results.
 
@@ -39,7 +41,7 @@ def effects(place: Place, assignment: str, new: Sequence[tuple[Job, Result]]) ->
         return {}
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder, "gradebook.db")
-        database.copy(place, copy)
+        database.copy(location, copy)
         before = totals.read(copy, assignment).students
         blank = {job.key: graded_notebook.unanswered(job) for job, _ in new}
         tests = [job.assignment for job, _ in new[:1]]

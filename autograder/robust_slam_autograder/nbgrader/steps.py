@@ -33,13 +33,13 @@ from robust_slam_autograder.reading.assignment import BEGIN_HIDDEN, split_hidden
 from robust_slam_autograder.reading.submission import is_student
 from robust_slam_autograder.sandbox import BACK_ENDS, Sandbox, choose
 
-PLACE = "autograder"
+CONTEXT = "autograder"
 """Key of nbgrader's resources under which the steps find theirs."""
 Resources = dict[str, Any]
 
 
 @dataclass(frozen=True)
-class Place:
+class Context:
     """Where the steps find a submission, and where its result goes."""
 
     job: Job
@@ -122,7 +122,7 @@ class SafeExporter(NotebookExporter):
         """Convert a submission, or the graded notebook that this class wrote before."""
         resources = resources or {}
         names = resources["nbgrader"]
-        resources[PLACE] = self._place(names["student"])
+        resources[CONTEXT] = self._context(names["student"])
         if Path(filename).parent == self._folder(
             self._course.autograded_directory, names["student"]
         ):
@@ -133,10 +133,10 @@ class SafeExporter(NotebookExporter):
         )
         return made
 
-    def _place(self, student: str) -> Place:
+    def _context(self, student: str) -> Context:
         handed_in = self._folder(self._course.submitted_directory, student)
         job = Job(student, self._assignment, self._tests, handed_in)
-        return Place(job, self._results, self._wall)
+        return Context(job, self._results, self._wall)
 
     def _folder(self, step: str, student: str) -> Path:
         return Path(self._course.format_path(step, student, self._assignment.name))
@@ -147,33 +147,33 @@ class RunTests(NbGraderPreprocessor):  # type: ignore[misc]
 
     def preprocess(self, nb: NotebookNode, resources: Resources) -> tuple[NotebookNode, Resources]:
         """Grade; a result that is there already and still holds is taken over."""
-        place: Place = resources[PLACE]
+        context: Context = resources[CONTEXT]
         try:
-            result = grade(place)
+            result = grade(context)
         except AutograderError as error:
             self.log.error("%s", error)
             raise
         if result.status == "refused":
             self.log.warning("Refused, score 0: %s", result.reason)
-        resources["outputs"] = own_files.plain(place.job.path)
-        cells = graded_notebook.read(place.job)
-        return graded_notebook.build(place.job.assignment, cells, result), resources
+        resources["outputs"] = own_files.plain(context.job.path)
+        cells = graded_notebook.read(context.job)
+        return graded_notebook.build(context.job.assignment, cells, result), resources
 
 
-def grade(place: Place) -> Result:
+def grade(context: Context) -> Result:
     """Grade one submission in a process of its own, and keep its result file.
 
     Raises:
         WrongUse: another batch is at work on the same results.
         GraderFailure: the grader itself failed.
     """
-    with batch.locked(place.results):
-        run = journal.open_run(place.results, None)
+    with batch.locked(context.results):
+        run = journal.open_run(context.results, None)
         (graded,) = batch.grade(
-            [place.job],
-            out=place.results,
+            [context.job],
+            out=context.results,
             run=run,
-            wall=place.wall,
+            wall=context.wall,
             workers=1,
             report=lambda done: None,
         )
@@ -188,11 +188,11 @@ class SaveMarks(NbGraderPreprocessor):  # type: ignore[misc]
 
     def preprocess(self, nb: NotebookNode, resources: Resources) -> tuple[NotebookNode, Resources]:
         """Record the result that ``RunTests`` kept."""
-        place: Place = resources[PLACE]
-        job = place.job
-        with batch.locked(place.results):
-            run = journal.open_run(place.results, None)
-            path = results.path_of(place.results, job.student, job.assignment.name)
+        context: Context = resources[CONTEXT]
+        job = context.job
+        with batch.locked(context.results):
+            run = journal.open_run(context.results, None)
+            path = results.path_of(context.results, job.student, job.assignment.name)
             gradebook.record(
                 resources["nbgrader"]["db_url"],
                 [job.assignment],

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from nbgrader.api import MissingEntry
 
 from robust_slam_autograder.nbgrader import gradebook
-from robust_slam_autograder.nbgrader.database import Place
+from robust_slam_autograder.nbgrader.database import Location
 
 
 @dataclass(frozen=True)
@@ -33,17 +33,17 @@ class Totals:
     students: Mapping[str, Total]
 
 
-def read(place: Place, assignment: str) -> Totals:
+def read(location: Location, assignment: str) -> Totals:
     """Read an assignment's totals; an assignment that is not there has no students.
 
     Args:
-        place: the gradebook, which must be there: nbgrader would make one.
+        location: the gradebook, which must be there: nbgrader would make one.
         assignment: its name.
 
     Raises:
         GraderFailure: it is no gradebook.
     """
-    with gradebook.opened(place) as book:
+    with gradebook.opened(location) as book:
         try:
             max_score = book.find_assignment(assignment).max_score
         except MissingEntry:

@@ -1,4 +1,4 @@
-"""Reads a notebook strictly: plain cells, or one sentence that says what to mend.
+"""Reads a notebook strictly: plain cells, or one sentence that says what to fix.
 
 A submission is hostile until shown otherwise. Only a regular file is opened,
 links are not followed, and nothing in the file is trusted beyond its text.
@@ -48,7 +48,7 @@ def read(path: Path) -> tuple[Cell, ...]:
     """Read a notebook's cells.
 
     Raises:
-        Refused: the file is no readable nbformat 4 notebook; the sentence names it and the mend.
+        Refused: the file is no readable nbformat 4 notebook; the sentence names it and the fix.
     """
     return parse(read_bytes(path), shown(path.name))
 
@@ -76,8 +76,8 @@ def read_bytes(path: Path) -> bytes:
     if data is None:
         raise Refused(f"{name} is not a regular file: hand in the notebook itself.")
     if len(data) > MAX_BYTES:
-        mend = "clear its outputs and save it again"
-        raise Refused(f"{name} is larger than {MAX_BYTES // 2**20} MiB: {mend}.")
+        fix = "clear its outputs and save it again"
+        raise Refused(f"{name} is larger than {MAX_BYTES // 2**20} MiB: {fix}.")
     return data
 
 
@@ -117,8 +117,8 @@ def parse(data: bytes, name: str) -> tuple[Cell, ...]:
 
 def _json_object(data: bytes, name: str) -> dict[str, Any]:
     if sum(data.count(mark) for mark in (b",", b"[", b"{")) > MAX_VALUES:
-        mend = "clear its outputs and save it again"
-        raise Refused(f"{name} holds more than {MAX_VALUES:,} values: {mend}.")
+        fix = "clear its outputs and save it again"
+        raise Refused(f"{name} holds more than {MAX_VALUES:,} values: {fix}.")
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -146,8 +146,8 @@ def _cell(cell: object, position: int, name: str) -> Cell:
     try:
         source.encode()
     except UnicodeEncodeError as error:
-        mend = "delete that character"
-        raise Refused(f"Cell {position} of {name} holds half a character: {mend}.") from error
+        fix = "delete that character"
+        raise Refused(f"Cell {position} of {name} holds half a character: {fix}.") from error
     source = source.replace("\r\n", "\n").replace("\r", "\n")
     return Cell(kind=cell["cell_type"], source=source, **_nbgrader_metadata(cell))
 

@@ -11,6 +11,7 @@ from robust_slam_autograder.grading.regrading import ExerciseChange, Regraded
 from robust_slam_autograder.grading.results import ExerciseResult, Result, tidy
 from robust_slam_autograder.markup import one_line, visible
 from robust_slam_autograder.nbgrader.preview import Effect
+from robust_slam_autograder.reports.tables import aligned
 
 SCHEMA = 1
 ANEW = "handed in anew since it was graded"
@@ -45,11 +46,7 @@ def table(regrade: Regrade) -> str:
     rows = [("student", "exercise", "before", "after", "change", "")]
     for one in regrade.changed:
         rows += _rows(one)
-    widths = [max(len(row[n]) for row in rows) for n in range(5)]
-    lines = [
-        "  ".join([*(row[n].ljust(widths[n]) for n in range(5)), row[5]]).rstrip() for row in rows
-    ]
-    return "\n".join([*(lines if len(rows) > 1 else []), *_summary(regrade)])
+    return "\n".join([*(aligned(rows) if len(rows) > 1 else []), *_summary(regrade)])
 
 
 def _rows(one: Regraded) -> Iterator[tuple[str, str, str, str, str, str]]:

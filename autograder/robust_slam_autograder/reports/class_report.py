@@ -63,7 +63,7 @@ class Marks:
 
 
 @dataclass(frozen=True)
-class Case:
+class CaseStatistics:
     """How one case went."""
 
     name: str
@@ -82,13 +82,11 @@ class Case:
         """What should make an instructor look at the test; empty for most."""
         if self.students < FEWEST or 0 < self.passed < self.students:
             return ""
-        return (
-            "everybody passes: too easy?" if self.passed else "nobody passes: is the test right?"
-        )
+        return EASY if self.passed else BROKEN
 
 
 @dataclass(frozen=True)
-class Exercise:
+class ExerciseStatistics:
     """How one exercise went."""
 
     name: str
@@ -102,7 +100,7 @@ class Exercise:
     """The four numbers of students: all of the points, some, none, and no answer at all."""
     timeouts: int
     deaths: int
-    cases: tuple[Case, ...]
+    cases: tuple[CaseStatistics, ...]
     hints: tuple[Hint, ...]
 
     @property
@@ -176,7 +174,7 @@ class Report:
     failed: int
     marks: Marks | None
     """None where nothing was graded."""
-    exercises: tuple[Exercise, ...]
+    exercises: tuple[ExerciseStatistics, ...]
     """Hardest first."""
     time: Time | None
     attention: tuple[Kind, ...]
@@ -264,7 +262,7 @@ def _bins(scores: Sequence[float], most: float, *, whole: bool) -> tuple[Bin, ..
     return tuple(bins)
 
 
-def _exercises(results: Sequence[Result], source: Source) -> tuple[Exercise, ...]:
+def _exercises(results: Sequence[Result], source: Source) -> tuple[ExerciseStatistics, ...]:
     reader = Reader(source.names, source.students)
     exercises = [
         _exercise([result.exercises[n] for result in results], reader)
@@ -273,11 +271,11 @@ def _exercises(results: Sequence[Result], source: Source) -> tuple[Exercise, ...
     return tuple(sorted(exercises, key=lambda e: 2.0 if e.share is None else e.share))
 
 
-def _exercise(mine: Sequence[ExerciseResult], reader: Reader) -> Exercise:
+def _exercise(mine: Sequence[ExerciseResult], reader: Reader) -> ExerciseStatistics:
     most = sum(exercise.max_score for exercise in mine)
     status = Counter(exercise.status for exercise in mine)
     partly = sum(e.score > 0 for e in mine if e.status not in ("passed", "missing"))
-    return Exercise(
+    return ExerciseStatistics(
         name=visible(mine[0].name),
         share=sum(exercise.score for exercise in mine) / most if most else None,
         students=len(mine),
@@ -292,9 +290,9 @@ def _exercise(mine: Sequence[ExerciseResult], reader: Reader) -> Exercise:
     )
 
 
-def _case(outcomes: Sequence[CaseResult]) -> Case:
+def _case(outcomes: Sequence[CaseResult]) -> CaseStatistics:
     first = outcomes[0]
-    return Case(
+    return CaseStatistics(
         name=visible(first.name),
         hidden=not first.visible,
         points=first.points,

@@ -11,6 +11,7 @@ from robust_slam_autograder.lms.ledger import Ledger
 from robust_slam_autograder.lms.marks import Column, Mark
 from robust_slam_autograder.lms.matching import Matching
 from robust_slam_autograder.markup import log_line, one_line
+from robust_slam_autograder.reports.tables import aligned
 
 
 def late_table(columns: Sequence[Column], rules: Rules | None) -> str:
@@ -21,18 +22,12 @@ def late_table(columns: Sequence[Column], rules: Rules | None) -> str:
         rules: the late policy; None where nbgrader's own has taken something off.
     """
     zone = UTC if rules is None or rules.timezone is None else rules.timezone
-    head = ("student", "assignment", "handed in", "says", "late", "before", "after")
-    rows = [head]
+    rows = [("student", "assignment", "handed in", "says", "late", "before", "after")]
     for column in columns:
         for student, mark in sorted(column.marks.items()):
             rows.append((one_line(student), column.name, *_times(mark, zone), *_points(mark)))
-    widths = [max(len(row[n]) for row in rows) for n in range(len(head))]
-    lines = [
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
-        for row in rows
-    ]
     said = "nbgrader's own late policy" if rules is None else f"{rules.path}: {rules.policy}"
-    return "\n".join([*lines, f"Late work: {said}. Times are in {zone}."])
+    return "\n".join([*aligned(rows), f"Late work: {said}. Times are in {zone}."])
 
 
 def _times(mark: Mark, zone: tzinfo) -> tuple[str, str, str]:

@@ -29,7 +29,7 @@ class Reading:
 
 
 @dataclass(frozen=True)
-class Case:
+class ShownCase:
     """One case on the page."""
 
     name: str
@@ -44,7 +44,7 @@ class Case:
 
 
 @dataclass(frozen=True)
-class Exercise:
+class ShownExercise:
     """One exercise on the page."""
 
     name: str
@@ -57,7 +57,7 @@ class Exercise:
     message: str
     """What no case says already."""
     reading: Reading | None
-    cases: tuple[Case, ...]
+    cases: tuple[ShownCase, ...]
 
 
 @dataclass(frozen=True)
@@ -75,10 +75,10 @@ class Page:
     note: str
     note_kind: str
     """"Reason" or "Note"."""
-    start: Exercise | None
+    start: ShownExercise | None
     """The first exercise that lost points."""
     next: str
-    exercises: tuple[Exercise, ...]
+    exercises: tuple[ShownExercise, ...]
 
 
 @dataclass(frozen=True)
@@ -143,9 +143,9 @@ def _note(result: Result) -> str:
     return "" if result.status == "failed" else visible(result.reason)
 
 
-def _next(result: Result, start: Exercise | None) -> str:
+def _next(result: Result, start: ShownExercise | None) -> str:
     if result.status == "refused":
-        return "Mend that, see that JupyterLab opens the notebook, and hand it in again."
+        return "Fix that, see that JupyterLab opens the notebook, and hand it in again."
     if result.status == "failed":
         return "You need do nothing: your instructor is told, and your notebook is kept."
     if start is None:
@@ -153,10 +153,10 @@ def _next(result: Result, start: Exercise | None) -> str:
     return "Run autograder check on your notebook before you hand it in."
 
 
-def _exercise(number: int, exercise: ExerciseResult, reading: Reading | None) -> Exercise:
+def _exercise(number: int, exercise: ExerciseResult, reading: Reading | None) -> ShownExercise:
     told = {case.message for case in exercise.cases}
     passed = exercise.status == "passed"
-    return Exercise(
+    return ShownExercise(
         name=visible(exercise.name),
         anchor=f"exercise-{number}",
         outcome=sign(exercise.status),
@@ -174,7 +174,7 @@ def _points(score: float, most: float) -> str:
     return f"{score} of {most} {'point' if most == 1 else 'points'}"
 
 
-def _cases(exercise: ExerciseResult) -> tuple[Case, ...]:
+def _cases(exercise: ExerciseResult) -> tuple[ShownCase, ...]:
     before = [CaseResult("", 0, 0, True, ""), *exercise.cases]
     stopped = exercise.message if exercise.status in ("timeout", "died") else ""
     return tuple(
@@ -183,7 +183,7 @@ def _cases(exercise: ExerciseResult) -> tuple[Case, ...]:
     )
 
 
-def _case(case: CaseResult, previous: str, stopped: str) -> Case:
+def _case(case: CaseResult, previous: str, stopped: str) -> ShownCase:
     """One case.
 
     Args:
@@ -194,7 +194,7 @@ def _case(case: CaseResult, previous: str, stopped: str) -> Case:
     again = bool(case.message) and case.message == previous
     not_run = again and case.message == stopped
     passed = not case.message
-    return Case(
+    return ShownCase(
         name=visible(case.name),
         outcome=NOT_RUN if not_run else sign("passed" if passed else "failed"),
         passed=passed,

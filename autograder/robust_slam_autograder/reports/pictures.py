@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from robust_slam_autograder.reports.class_report import Bin, Exercise, Marks
+from robust_slam_autograder.reports.class_report import Bin, ExerciseStatistics, Marks
 
 HEIGHT = 150.0
 """Of the highest bar of a histogram."""
@@ -79,7 +79,7 @@ class Part:
     width: float
 
 
-def parts(exercise: Exercise) -> tuple[Part, ...]:
+def parts(exercise: ExerciseStatistics) -> tuple[Part, ...]:
     """Draw how many students have all of an exercise's points, some, none, and no answer."""
     found, x = [], 0.0
     for kind in ("whole", "partly", "none", "missing"):

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 from robust_slam_autograder.markup import cell, code, prose
 from robust_slam_autograder.reports import documents
-from robust_slam_autograder.reports.feedback import Case, Exercise, Page, Reading
+from robust_slam_autograder.reports.feedback import Page, Reading, ShownCase, ShownExercise
 
 
 def html(page: Page) -> str:
@@ -39,7 +39,7 @@ def _lines(page: Page) -> Iterator[str]:
         yield from _exercise(exercise)
 
 
-def _exercise(exercise: Exercise) -> Iterator[str]:
+def _exercise(exercise: ShownExercise) -> Iterator[str]:
     yield f"\n### {code(exercise.name)}: {exercise.outcome}, {exercise.points}"
     yield f"\n{exercise.meaning} {exercise.advice}".rstrip()
     if exercise.message:
@@ -50,7 +50,7 @@ def _exercise(exercise: Exercise) -> Iterator[str]:
     yield from map(_case, exercise.cases)
 
 
-def _case(case: Case) -> str:
+def _case(case: ShownCase) -> str:
     tag = ", checked with other inputs too" if case.other_inputs else ""
     said = "the same as above" if case.as_above else code(case.message)
     message = f": {said}" if said else ""

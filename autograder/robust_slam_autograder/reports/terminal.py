@@ -13,6 +13,7 @@ from robust_slam_autograder.grading.verdicts import (
     remaining,
 )
 from robust_slam_autograder.markup import one_line
+from robust_slam_autograder.reports.tables import aligned
 
 
 def marks_table(marks: Sequence[Result], *, names: bool = True) -> str:
@@ -27,11 +28,10 @@ def marks_table(marks: Sequence[Result], *, names: bool = True) -> str:
         (one_line(r.student), r.assignment, f"{r.score}/{r.max_score}", _remark(r, names))
         for r in marks
     ]
-    rows = rows if names else [rows[0], *sorted(rows[1:], key=lambda row: row[1:])]
-    widths = [max(len(row[column]) for row in rows) for column in range(3)]
-    shown = range(0 if names else 1, 3)
-    lines = ["  ".join([*(row[n].ljust(widths[n]) for n in shown), row[3]]) for row in rows]
-    return "\n".join(line.rstrip() for line in lines)
+    if not names:
+        head, *others = (row[1:] for row in rows)
+        return "\n".join(aligned([head, *sorted(others)]))
+    return "\n".join(aligned(rows))
 
 
 def _remark(result: Result, names: bool) -> str:

@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from robust_slam_autograder.sandbox.keeper import Place
+    from robust_slam_autograder.sandbox.keeper import Server
 
 READY = b"ready\n"
 PID = struct.Struct(">q")
@@ -36,7 +36,7 @@ def main() -> None:
     sys.argv[:] = [""]
     from robust_slam_autograder import temporary
     from robust_slam_autograder.sandbox import cgroup, root_filesystem, view
-    from robust_slam_autograder.sandbox.keeper import Place
+    from robust_slam_autograder.sandbox.keeper import Server
     from robust_slam_autograder.student.imports import Installed
 
     home = Path(settings["home"])
@@ -60,7 +60,7 @@ def main() -> None:
         root_filesystem.plan(files)
         _leave_the_starter()
         try:
-            serve(listener, owner, Place(home, settings["namespaces"], files))
+            serve(listener, owner, Server(home, settings["namespaces"], files))
         finally:
             temporary.remove(home)
 
@@ -87,7 +87,7 @@ def preload(modules: list[str], withheld: tuple[str, ...]) -> None:
     gc.freeze()
 
 
-def serve(listener: socket.socket, owner: int, place: Place) -> None:
+def serve(listener: socket.socket, owner: int, server: Server) -> None:
     """Fork a keeper for each connection, until the owner has ended."""
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)
     poller = select.poll()
@@ -99,18 +99,18 @@ def serve(listener: socket.socket, owner: int, place: Place) -> None:
             if os.fork() == 0:
                 os.close(owner)
                 listener.close()
-                _keep(connection, place)
+                _keep(connection, server)
             connection.close()
 
 
-def _keep(connection: socket.socket, place: Place) -> None:
+def _keep(connection: socket.socket, server: Server) -> None:
     from robust_slam_autograder.sandbox.inside import Launch
     from robust_slam_autograder.sandbox.keeper import keep
 
     try:
         data, pipes, _, _ = socket.recv_fds(connection, 1 << 20, 2)
         connection.send(PID.pack(os.getpid()))
-        keep(connection, (pipes[0], pipes[1]), Launch(**ast.literal_eval(data.decode())), place)
+        keep(connection, (pipes[0], pipes[1]), Launch(**ast.literal_eval(data.decode())), server)
     finally:
         os._exit(0)
 

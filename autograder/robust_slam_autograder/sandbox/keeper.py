@@ -44,8 +44,8 @@ NAMESPACES = ("pid", "net", "ipc", "uts")
 
 
 @dataclass(frozen=True)
-class Place:
-    """Where a server's untrusted processes live.
+class Server:
+    """What is the same for all untrusted processes of a fork server.
 
     Attributes:
         home: the server's folder.
@@ -59,43 +59,45 @@ class Place:
     files: Files
 
 
-def keep(connection: socket.socket, pipes: tuple[int, int], launch: Launch, place: Place) -> None:
+def keep(
+    connection: socket.socket, pipes: tuple[int, int], launch: Launch, server: Server
+) -> None:
     """Run an untrusted process until the other end of ``connection`` closes.
 
     Args:
         connection: to the trusted side; what goes wrong at the start is written to it.
         pipes: standard input and output of the untrusted process.
         launch: what it is started with.
-        place: where.
+        server: the fork server, whose settings hold for all of its processes.
     """
     signal.signal(signal.SIGCHLD, signal.SIG_DFL)
     for ignored in TERMINAL:
         signal.signal(ignored, signal.SIG_IGN)
     system.adopt_orphans()
     uid = inside.FIRST_UID + os.getpid() % inside.UIDS if os.getuid() == 0 else None
-    with _scratch(place, uid) as scratch, _group() as group:
+    with _scratch(server, uid) as scratch, _group() as group:
         try:
-            if place.namespaces:
+            if server.namespaces:
                 _leave_namespaces()
             child = os.fork()
         except OSError as error:
             connection.send(str(error).encode())
             return
         if child == 0:
-            _become(connection, pipes, launch, place, uid, scratch, group)
+            _become(connection, pipes, launch, server, uid, scratch, group)
         system.let_trace(False)
         for descriptor in pipes:
             os.close(descriptor)
-        _watch(connection, child, place, scratch)
+        _watch(connection, child, server, scratch)
 
 
 @contextlib.contextmanager
-def _scratch(place: Place, uid: int | None) -> Iterator[Path | None]:
+def _scratch(server: Server, uid: int | None) -> Iterator[Path | None]:
     """A folder of its own; with a private root /tmp is that."""
-    if place.namespaces:
+    if server.namespaces:
         yield None
         return
-    folder = place.home / f"scratch-{os.getpid()}"
+    folder = server.home / f"scratch-{os.getpid()}"
     folder.mkdir(mode=0o700)
     if uid is not None:
         os.chown(folder, uid, uid)
@@ -129,23 +131,23 @@ def _leave_namespaces() -> None:
     Path("/proc/self/gid_map").write_text(f"{gid} {gid} 1")
 
 
-def _watch(connection: socket.socket, child: int, place: Place, scratch: Path | None) -> None:
+def _watch(connection: socket.socket, child: int, server: Server, scratch: Path | None) -> None:
     """Wait for the lifeline's end; before that, end what uses too much."""
     poller = select.poll()
     poller.register(connection, select.POLLIN | select.POLLHUP)
     try:
         while not poller.poll(watch.SECONDS * 1000):
-            if not place.namespaces:
+            if not server.namespaces:
                 _reap()
             if watch.uses_too_much(watch.descendants(os.getpid()), scratch):
-                _kill_all(child, place)
+                _kill_all(child, server)
     finally:
-        _kill_all(child, place)
+        _kill_all(child, server)
 
 
-def _kill_all(child: int, place: Place) -> None:
+def _kill_all(child: int, server: Server) -> None:
     """Kill until nothing is left: a process may fork while the others are being killed."""
-    if place.namespaces:
+    if server.namespaces:
         # With the first process of a namespace the kernel ends all others.
         with contextlib.suppress(ProcessLookupError, ChildProcessError):
             os.kill(child, signal.SIGKILL)
@@ -172,7 +174,7 @@ def _become(
     connection: socket.socket,
     pipes: tuple[int, int],
     launch: Launch,
-    place: Place,
+    server: Server,
     uid: int | None,
     scratch: Path | None,
     group: Group | None,
@@ -185,12 +187,12 @@ def _become(
         os.setsid()
         for ignored in TERMINAL:
             signal.signal(ignored, signal.SIG_DFL)
-        if place.namespaces:
-            _enter_root(place)
+        if server.namespaces:
+            _enter_root(server)
         _settle(scratch)
-        rules = landlock.rules(_allowed(place.files, scratch)) if landlock.version() else None
-        untrusted.limit(_limits(launch, place))
-        _shut_the_door(uid, rules, shared_disk=not place.namespaces)
+        rules = landlock.rules(_allowed(server.files, scratch)) if landlock.version() else None
+        untrusted.limit(_limits(launch, server))
+        _shut_the_door(uid, rules, shared_disk=not server.namespaces)
         _keep_only(pipes)
     except BaseException as error:
         connection.send(f"{type(error).__name__}: {error}".encode()[:500])
@@ -212,9 +214,9 @@ def _settle(scratch: Path | None) -> None:
         np.random.seed()
 
 
-def _enter_root(place: Place) -> None:
+def _enter_root(server: Server) -> None:
     system.unshare("mount")
-    root_filesystem.enter(place.home / "root", place.files)
+    root_filesystem.enter(server.home / "root", server.files)
     child = os.fork()
     if child:
         _be_the_first_process(child)
@@ -245,8 +247,8 @@ def _allowed(files: Files, scratch: Path | None) -> list[tuple[Path, int]]:
     return [(Path("/"), landlock.READ), *devices, *own]
 
 
-def _limits(launch: Launch, place: Place) -> dict[str, int]:
-    limits = inside.limits(launch, walled=place.namespaces)
+def _limits(launch: Launch, server: Server) -> dict[str, int]:
+    limits = inside.limits(launch, walled=server.namespaces)
     if "RLIMIT_NPROC" not in limits:
         # All of the user's processes count here: this stops a flood, the keeper counts exactly.
         limits["RLIMIT_NPROC"] = _own_threads() + 4 * inside.PROCESSES

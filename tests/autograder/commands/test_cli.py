@@ -1,4 +1,4 @@
-"""The command line: what a path means, exit statuses, and messages that name the mend."""
+"""The command line: what a path means, exit statuses, and messages that name the fix."""
 
 from __future__ import annotations
 
@@ -261,7 +261,7 @@ class TestSummaries:
         assert status == 2 and out == ""
         assert err == (
             f"autograder: There is no folder {mistyped.parent} for {option} {mistyped}: "
-            "make it, or mend the path.\n"
+            "make it, or correct the path.\n"
         )
         assert both(option, course)[2].endswith("is a folder: name a file in it.\n")
         assert not mistyped.parent.exists() and not (course / "out").exists()

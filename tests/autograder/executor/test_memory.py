@@ -37,7 +37,7 @@ def grade(test: str) -> Result:
 
 @pytest.mark.parametrize("test", [GATHERS, RECORDS], ids=["answers", "arguments"])
 def test_what_a_test_gathers_costs_its_case_and_no_other(test: str) -> None:
-    ((_, result),) = trusted.run([test], grade, at_once=1, seconds=lambda task: 120)
+    ((_, result),) = trusted.run_each([test], grade, at_once=1, seconds=lambda task: 120)
     assert isinstance(result, Result) and result.status == "graded"
     double, apply = result.exercises
     assert double.status in ("partial", "died")
@@ -56,5 +56,5 @@ def hold(count: int) -> bool:
 
 def test_tests_have_their_share_and_the_grader_keeps_its_own() -> None:
     sizes = [memory.HELD_BYTES // 2, memory.HELD_BYTES + memory.KEPT_BACK_BYTES]
-    answers = trusted.run(sizes, hold, at_once=1, seconds=lambda task: 60)
+    answers = trusted.run_each(sizes, hold, at_once=1, seconds=lambda task: 60)
     assert [answer for _, answer in answers] == [True, False]

@@ -139,14 +139,14 @@ def test_who_was_alone_already_is_not_graded_again(
 ) -> None:
     leave(course, "bob")
     started: list[str] = []
-    run = trusted.run
+    run = trusted.run_each
 
     def counted(tasks: Iterable[batch.Task], *arguments: Any, **options: Any) -> Any:
         listed = list(tasks)
         started.extend(task.job.student for task in listed)
         return run(listed, *arguments, **options)
 
-    monkeypatch.setattr(trusted, "run", counted)
+    monkeypatch.setattr(trusted, "run_each", counted)
     assert marks(grade(course)) == [("bob", "graded", 10, ("timeout", "passed"))]
     assert started == ["bob"]
 
@@ -279,7 +279,7 @@ def test_what_changes_after_it_was_listed_is_refused_or_graded_as_it_is(course: 
 
 
 def test_a_full_disk_stops_the_batch_and_loses_nothing(course: Path) -> None:
-    """The error names the file and the mend; the same command goes on from there."""
+    """The error names the file and the fix; the same command goes on from there."""
     leave(course, "ada", "dot", "eve")
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
 

@@ -377,7 +377,7 @@ class Fake:
 
 
 def done(fake: Fake, tasks: int, **options: Any) -> list[tuple[int, Any]]:
-    return list(fake.cluster().run(range(tasks), lambda task: (print, task), **options))
+    return list(fake.cluster().run_each(range(tasks), lambda task: (print, task), **options))
 
 
 class TestEngine:
@@ -413,7 +413,7 @@ class TestEngine:
         fake = Fake({"tcp://a:1": 1, "tcp://b:1": 1}, answer=lambda worker, task: "waits")
         taken: list[int] = []
         tasks = (taken.append(number) or number for number in range(99))
-        found = fake.cluster().run(tasks, lambda task: (print, task))
+        found = fake.cluster().run_each(tasks, lambda task: (print, task))
         fake.answer = lambda worker, task: task if task == 3 else "waits"
         assert next(found) == (3, 3)
         assert taken == [0, 1, 2, 3]
@@ -422,7 +422,7 @@ class TestEngine:
     def test_alone_is_one_on_each_machine(self) -> None:
         fake = Fake({"tcp://a:1": 1, "tcp://a:2": 1, "tcp://b:1": 1})
         fake.answer = lambda worker, task: task if task == 1 else "waits"
-        found = fake.cluster().run(range(9), lambda task: (print, task), alone=True)
+        found = fake.cluster().run_each(range(9), lambda task: (print, task), alone=True)
         assert next(found) == (1, 1)
         assert [worker for worker, _ in fake.sent] == ["tcp://a:1", "tcp://b:1"]
 
@@ -452,4 +452,4 @@ class TestEngine:
         fake.nthreads = gone  # type: ignore[method-assign]
         time.sleep(0.02)
         with pytest.raises(GraderFailure, match=r"tcp://scheduler is gone: start it again"):
-            list(found.run(range(3), lambda task: (print, task)))
+            list(found.run_each(range(3), lambda task: (print, task)))

@@ -1,4 +1,4 @@
-"""``autograder regrade``: who changes when a test is mended, and nothing before it is told to."""
+"""``autograder regrade``: who changes when a test is fixed, and nothing before it is told to."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def how(course: Path) -> tuple[str, ...]:
 
 @pytest.fixture(scope="module")
 def looked(graded: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The test has been mended, and somebody has looked what that changes."""
+    """The test has been fixed, and somebody has looked what that changes."""
     made = Path(shutil.copytree(graded, tmp_path_factory.mktemp("looked") / "course"))
     write_tests(made)
     before = digests(made)

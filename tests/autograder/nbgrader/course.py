@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from nbgrader.api import Gradebook
-from robust_slam_autograder.nbgrader.database import Place, url_of
+from robust_slam_autograder.nbgrader.database import Location, url_of
 
 from tests import jupyterlab
 from tests.autograder import toy
@@ -102,7 +102,7 @@ def database(course: Path) -> Path:
     return course / "class" / "graded" / "gradebook.db"
 
 
-def rows(place: Place, what: str, assignment: str = toy.NAME) -> dict[str, dict[str, Any]]:
+def rows(place: Location, what: str, assignment: str = toy.NAME) -> dict[str, dict[str, Any]]:
     """By student and grade id a column of the marks, or ``comment``."""
     with Gradebook(url_of(place)) as book:
         return {
@@ -115,7 +115,7 @@ def rows(place: Place, what: str, assignment: str = toy.NAME) -> dict[str, dict[
         }
 
 
-def enter(place: Place, student: str, grade_id: str, score: float) -> None:
+def enter(place: Location, student: str, grade_id: str, score: float) -> None:
     """Do what formgrader does where an instructor enters a score."""
     with Gradebook(url_of(place)) as book:
         row = book.find_grade(grade_id, toy.NAME, toy.NAME, student)

@@ -18,7 +18,7 @@ from robust_slam_autograder import cli
 from robust_slam_autograder.commands import places
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.nbgrader import database, gradebook, totals
-from robust_slam_autograder.nbgrader.database import Place
+from robust_slam_autograder.nbgrader.database import Location
 from robust_slam_autograder.nbgrader.settings import nbgrader_settings
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.assignment import MAX_NAME
@@ -56,7 +56,7 @@ def shared(server: Server) -> URL:
 
 
 @pytest.fixture(params=["sqlite", "postgresql"])
-def place(request: pytest.FixtureRequest, tmp_path: Path) -> Place:
+def place(request: pytest.FixtureRequest, tmp_path: Path) -> Location:
     """Where there is no gradebook yet, of each kind."""
     if request.param == "sqlite":
         return tmp_path / "shared" / "gradebook.db"
@@ -64,7 +64,7 @@ def place(request: pytest.FixtureRequest, tmp_path: Path) -> Place:
     return url
 
 
-def scores(place: Place) -> dict[str, float]:
+def scores(place: Location) -> dict[str, float]:
     return {
         student: total.score for student, total in totals.read(place, toy.NAME).students.items()
     }
@@ -87,14 +87,14 @@ def _then(barrier: Any, function: Callable[..., object], arguments: tuple[object
     function(*arguments)
 
 
-def record_some(place: Place, students: Sequence[str], points: Sequence[float]) -> None:
+def record_some(place: Location, students: Sequence[str], points: Sequence[float]) -> None:
     """Record in small transactions, so that those of two graders alternate."""
     gradebook.TOGETHER = 3
     tests = toy.assignment()
     gradebook.record(place, [tests], [result(name, list(points), tests) for name in students])
 
 
-def enter_scores(place: Place, students: Sequence[str]) -> None:
+def enter_scores(place: Location, students: Sequence[str]) -> None:
     """Enter a person's scores, one after the other."""
     for name in students:
         course_of.enter(place, name, "double-random", 1)
@@ -103,7 +103,7 @@ def enter_scores(place: Place, students: Sequence[str]) -> None:
 class TestTwoAtOnce:
     """Two processes on one gradebook."""
 
-    def test_they_make_it_and_record_the_same_assignment(self, place: Place) -> None:
+    def test_they_make_it_and_record_the_same_assignment(self, place: Location) -> None:
         ours, theirs = ([f"{who}{n:02}" for n in range(CLASS)] for who in ("ann", "bob"))
         both = ["zoe", "zoë"]
         at_once(
@@ -116,7 +116,7 @@ class TestTwoAtOnce:
             (notebook,) = book.find_assignment(toy.NAME).notebooks
             assert len(notebook.grade_cells) == 4 and len(notebook.solution_cells) == 2
 
-    def test_what_a_person_enters_meanwhile_stays(self, place: Place) -> None:
+    def test_what_a_person_enters_meanwhile_stays(self, place: Location) -> None:
         students = [f"ann{n:02}" for n in range(CLASS)]
         record_some(place, students, FULL)
         others = [f"bob{n:02}" for n in range(CLASS)]
@@ -304,7 +304,7 @@ class TestCommands:
 
 
 class TestMistakes:
-    """What is wrong is said with its mend, and never a password."""
+    """What is wrong is said with its fix, and never a password."""
 
     @pytest.mark.parametrize(
         ("address", "sentence"),

@@ -1,4 +1,4 @@
-"""An instructor's notebook is sorted into set-up, solutions and cases, or the mend is named."""
+"""An instructor's notebook is sorted into set-up, solutions and cases, or the fix is named."""
 
 from __future__ import annotations
 
