@@ -40,6 +40,11 @@ def test_the_directions_are_kept() -> None:
             "from robust_slam_autograder.executor import session",
             "sandbox.view",
         ),
+        (
+            "autograder/robust_slam_autograder/grading/batch.py",
+            "import distributed",
+            "grading.batch",
+        ),
     ],
 )
 def test_a_wrong_direction_is_found(module: str, line: str, said: str, tmp_path: Path) -> None:

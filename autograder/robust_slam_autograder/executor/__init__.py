@@ -1,1 +1,1 @@
-"""Trusted and untrusted processes, and the pipe of plain data between them."""
+"""Trusted processes, sessions with untrusted ones, budgets, and the workers of a cluster."""

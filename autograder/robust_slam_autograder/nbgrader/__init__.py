@@ -1,1 +1,1 @@
-"""nbgrader's side: release, gradebook, formgrader, and its own commands on our executor."""
+"""nbgrader's side: settings, gradebook, formgrader, and its own commands on our executor."""

@@ -1,1 +1,1 @@
-"""What people read of a result: words, pages, Markdown, JSON and text for a terminal."""
+"""What people read of results: pages, tables, Markdown and JSON."""
