@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import subprocess
@@ -31,7 +32,8 @@ def related(pid: int, mark: str) -> list[psutil.Process]:
     found = psutil.Process(pid).children(recursive=True)
     for process in psutil.process_iter(["cmdline"]):
         if mark in " ".join(process.info["cmdline"] or ()):
-            found += [process, *process.children(recursive=True)]
+            with contextlib.suppress(psutil.NoSuchProcess):  # it may end meanwhile
+                found += [process, *process.children(recursive=True)]
     return found
 
 
