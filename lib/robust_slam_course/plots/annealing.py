@@ -1,7 +1,7 @@
 """Draw graduated non-convexity: its families of curves, the price of a weight, and its runs.
 
 Every function takes matplotlib axes and returns them. `curve` and `surrogate` are called with
-u, c and μ, such as `gnc.tls_weight` and `gnc.tls_surrogate`; u is a whitened residual.
+u, c and μ, such as `tls_weight` and `tls_surrogate`; u is a whitened residual.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def draw_prices(
 ) -> Axes:
     """Draw w u²/2 + Φ(w) over the weight w for each u, with a marker at the weight of u.
 
-    `process` gives Φ and `weight` the minimiser, such as `gnc.tls_process`, `gnc.tls_weight`.
+    `process` gives Φ and `weight` the minimiser, such as `tls_process`, `tls_weight`.
     """
     w = np.linspace(0.0, 1.0, 201)
     for look, u in zip(LOOKS[1:], us, strict=False):

@@ -27,7 +27,7 @@ def draw_graduation(
 ) -> Axes:
     """Draw Σ ρ_μ((x − z)/σ) over x (n,) for each μ, each curve as a share of its highest point.
 
-    `surrogate` is called with u, c and μ, such as `gnc.tls_surrogate`; z (m,) are the readings.
+    `surrogate` is called with u, c and μ, such as `tls_surrogate`; z (m,) are the readings.
     A marker stands at each minimum on the grid x: where there is one only, the curve has one
     basin. The readings are ticks along the bottom. The cost of `kernel`, which the surrogates
     harden into, is a broad band behind them.
