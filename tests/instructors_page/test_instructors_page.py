@@ -38,7 +38,7 @@ class Promise:
     """What the page has its reader do in the folder just before."""
 
 
-def mend_a_test(folder: Path) -> None:
+def fix_a_test(folder: Path) -> None:
     """Take the check of Cauchy's cost at u = c out of its first case."""
     path = folder / "solutions" / "02-four-costs" / "02-four-costs.ipynb"
     notebook = json.loads(path.read_text("utf-8"))
@@ -123,7 +123,7 @@ PROMISES = {
     "    --late class/late.toml": Promise(
         says=("before  after", "10 % of the points for each 24 hours begun", "class/canvas.csv")
     ),
-    REGRADE: Promise(says=printed("Regrade"), by_hand=mend_a_test),
+    REGRADE: Promise(says=printed("Regrade"), by_hand=fix_a_test),
     f"{REGRADE} --apply": Promise(says=("gradebook: sample-misprints 41 → 42",)),
     "make public": Promise(makes=("build/public/assignments/03-irls.zip", "build/public/lib")),
     ".venv/bin/autograder init-ci github-grading --out .": Promise(

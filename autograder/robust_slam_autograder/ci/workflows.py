@@ -59,7 +59,7 @@ WORKFLOWS = {
         "github-course.yml",
         ".github/workflows/course.yml",
         "commit it to your private repository, and choose under Settings, Pages, the source "
-        "GitHub Actions. A private repository's site is public, and may want a paid plan.",
+        "GitHub Actions. A private repository's site is public, and may need a paid plan.",
     ),
 }
 
@@ -110,7 +110,8 @@ def _from_repository(course: Course) -> list[str]:
     packages = course.packages()
     if not packages or not course.repository.url:
         raise WrongUse(
-            "Nothing says where students install from: write the public course's address "
-            f"into repository.url of _config.yml and packages into {COURSE_NAME}, or --install."
+            "Nothing says where students install from: write the public course's address into "
+            f"repository.url of _config.yml and packages into {COURSE_NAME}, "
+            "or add --install WHAT."
         )
     return [course.repository.requirement(name, folder) for name, folder in packages.items()]

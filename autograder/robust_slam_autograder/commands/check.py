@@ -48,7 +48,7 @@ def run(options: argparse.Namespace) -> int:
     except Refused as error:
         raise WrongUse(str(error)) from error
     if options.release is None:
-        tests, whose = _own_tests(cells, path), "that stand in it"
+        tests, whose = _own_tests(cells, path), "in it"
     else:
         original = _released(options.release, path)
         tests, whose = assignments.load(original), f"of {original}"

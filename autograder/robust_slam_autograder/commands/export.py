@@ -171,6 +171,8 @@ def _tell(
         print(exported.late_table(marks.columns, rules))
     new = [column.name for column in marks.columns if column.name not in values.places]
     if new:
-        print(f"new columns, for the roster has none: {', '.join(new)}", file=sys.stderr)
+        print(
+            f"new columns, because the roster has none for them: {', '.join(new)}", file=sys.stderr
+        )
     for line in exported.remarks(matched, marks, rules=rules, zero=options.missing_as_zero):
         print(line, file=sys.stderr)

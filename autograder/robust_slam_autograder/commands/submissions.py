@@ -192,7 +192,7 @@ def _odd(path: Path, mode: int) -> str:
         return "was made by macOS and holds no submission: delete it."
     if stat.S_ISDIR(mode):
         return (
-            "does not say its assignment: name folders <student>/<assignment>/, "
+            "does not say its assignment, or misspells it: name folders <student>/<assignment>/, "
             "or add --assignment NAME."
         )
     kind = "a file" if stat.S_ISREG(mode) else "a link" if stat.S_ISLNK(mode) else "no plain file"

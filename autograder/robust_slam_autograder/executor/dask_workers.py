@@ -112,10 +112,12 @@ def connected(address: str) -> Iterator[Cluster]:
     # Before Dask sees it: its client takes long to give up an address that is none.
     security = Security()
     if not _ADDRESS.fullmatch(address):
-        raise WrongUse(f"{address} is no scheduler's address: it wants tcp:// or tls://HOST:PORT.")
+        raise WrongUse(
+            f"{address} is not a scheduler's address: it needs tcp:// or tls://HOST:PORT."
+        )
     if address.startswith("tls:") and not security.get_connection_args("client")["ssl_context"]:
         fix = "set distributed.comm.tls.ca-file and .client.cert and .key in Dask's configuration"
-        raise WrongUse(f"{address} wants certificates: {fix}.")
+        raise WrongUse(f"{address} needs certificates: {fix}.")
     logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # we say it in a sentence
     dask.config.set({"distributed.admin.large-graph-warning-threshold": LARGEST_TASK})
     try:

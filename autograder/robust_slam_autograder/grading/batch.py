@@ -345,7 +345,7 @@ def preload(jobs: Sequence[Job]) -> list[str]:
 
 
 def _imported(assignment: Assignment) -> Iterator[str]:
-    """Modules that the instructor's cells import; the trusted side wants them all."""
+    """Modules that the instructor's cells import; the trusted side needs them all."""
     pieces = [piece.source for piece in assignment.setup]
     for source in [*pieces, *assignment.imports, *(case.full for case in assignment.cases)]:
         yield from imported_modules(source)

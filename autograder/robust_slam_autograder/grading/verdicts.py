@@ -49,7 +49,7 @@ def meaning(exercise: ExerciseResult) -> str:
 def verdict(result: Result) -> str:
     """Say in one sentence how a submission did."""
     if result.status == "refused":
-        return "Not graded: the notebook could not be read."
+        return "Not graded."
     if result.status == "failed":
         return "Not graded: the grader itself failed. Your code is not to blame."
     passed = sum(exercise.status == "passed" for exercise in result.exercises)

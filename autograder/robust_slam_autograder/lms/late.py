@@ -84,7 +84,9 @@ def load(path: Path) -> Rules:
     """
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+    except OSError as error:
+        raise WrongUse(f"{path} cannot be read: {error.strerror}.") from error
+    except ValueError as error:
         raise WrongUse(f"{path} cannot be read as TOML: {error}") from error
     check_table(path, table, _KEYS)
     check_table(
@@ -115,7 +117,7 @@ def _zone(path: Path, name: str | None) -> ZoneInfo | None:
 def _policy(path: Path, table: dict[str, Any]) -> Policy:
     check_table(path, table, _POLICY)
     if "percent_per_day" not in table:
-        raise WrongUse(f"{path}: [policy] wants percent_per_day; 0 takes nothing off.")
+        raise WrongUse(f"{path}: [policy] needs percent_per_day; 0 takes nothing off.")
     for key, value in table.items():
         most = 100 if "percent" in key else 7 * 24 * 60
         if not 0 <= value <= most:
@@ -137,7 +139,7 @@ def _time(path: Path, where: str, value: Any, zone: ZoneInfo | None) -> datetime
         return None
     if not isinstance(value, datetime):
         raise WrongUse(
-            f'{path}: {where} wants a date with a time, as 2026-10-20T23:59:00, or "{NONE}".'
+            f'{path}: {where} must be a date with a time, as 2026-10-20T23:59:00, or "{NONE}".'
         )
     if value.tzinfo is not None:
         return value

@@ -1,8 +1,8 @@
 """What Canvas and Moodle import: a roster's people, and a column for each assignment.
 
-Canvas's importer wants the roster's first columns up to ``Section`` as they are, then
+Canvas's importer needs the roster's first columns up to ``Section`` as they are, then
 ``Title (id)`` for an assignment that it knows, and a row ``Points Possible``, which it
-would take over. Moodle's wants a column that names the user, and a column for each grade
+would take over. Moodle's needs a column that names the user, and a column for each grade
 item; the instructor says on its page which is which. An empty cell empties a grade that
 is there, so who has no mark keeps what the roster says.
 

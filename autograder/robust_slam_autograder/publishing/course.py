@@ -168,7 +168,7 @@ def _public(path: Path, table: dict[str, Any]) -> Public:
     for key in ("files", "without"):
         names = table[key] = tuple(table.get(key, ()))
         if not all(isinstance(name, str) and _is_inside(name) for name in names):
-            raise WrongUse(f"{path}: {key} wants a list of paths inside the course's folder.")
+            raise WrongUse(f"{path}: {key} must be a list of paths inside the course's folder.")
     if not all(_is_inside(table.get(key, "x")) for key in ("book", "assignments")):
         raise WrongUse(f"{path}: book and assignments want a folder inside the course's folder.")
     return Public(**table)
@@ -192,11 +192,13 @@ def _repository(path: Path) -> Repository:
     table = table if isinstance(table, dict) else {}
     url, branch = table.get("url") or "", table.get("branch") or "main"
     if not isinstance(url, str) or not (url == "" or _ADDRESS.fullmatch(url)):
-        raise WrongUse(f"{path}: repository.url wants an address https://… or nothing ({url!r}).")
+        raise WrongUse(
+            f"{path}: repository.url must be an address https://… or nothing ({url!r})."
+        )
     if _PASSWORD.search(url):
         raise WrongUse(
             f"{path}: repository.url holds a password, and students would get it: take it out."
         )
     if not isinstance(branch, str) or not _BRANCH.fullmatch(branch):
-        raise WrongUse(f"{path}: repository.branch wants a branch's name ({branch!r}).")
+        raise WrongUse(f"{path}: repository.branch must be a branch's name ({branch!r}).")
     return Repository(url.rstrip("/"), branch)

@@ -177,7 +177,7 @@ def find_names(tree: Path) -> list[str]:
     folders = [path for path in tree.iterdir() if not path.name.startswith(".")]
     names = sorted(path.name for path in folders if any(path.glob("*.ipynb")))
     if not names:
-        raise WrongUse(f"{tree} holds no assignment: it wants NAME/NAME.ipynb.")
+        raise WrongUse(f"{tree} holds no assignment: it needs NAME/NAME.ipynb.")
     return names
 
 
@@ -337,7 +337,7 @@ def load_config(path: Path) -> Config:
         raise WrongUse(f"{path}: limits are seconds, more than 0 and at most {MAX_SECONDS:.0f}.")
     withheld = table.pop("withheld", [])
     if not all(isinstance(name, str) and _MODULE.fullmatch(name) for name in withheld):
-        raise WrongUse(f"{path}: withheld wants a list of module names.")
+        raise WrongUse(f"{path}: withheld must be a list of module names.")
     packages = table.pop("packages", DEFAULT_PACKAGES)
     if not all(isinstance(name, str) and name.isidentifier() for name in packages):
         raise WrongUse(

@@ -123,6 +123,8 @@ def _json_object(data: bytes, name: str) -> dict[str, Any]:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise Refused(f"{name} is not UTF-8 text: save it again from JupyterLab.") from error
+    if not text.strip():
+        raise Refused(f"{name} is empty: save it again from JupyterLab.")
     try:
         # As a float, for an integer of many digits is an error, or slow.
         value = json.loads(text, parse_int=float)

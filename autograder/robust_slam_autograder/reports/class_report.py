@@ -1,4 +1,4 @@
-"""What an instructor wants to know of an assignment: plain data, from the results alone.
+"""What an instructor needs to know of an assignment: plain data, from the results alone.
 
 Results hold no hidden code and no hidden input. Without names, a report holds neither a
 student's name nor text that may hold one: reasons, and students' own words.

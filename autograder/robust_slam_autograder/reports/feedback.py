@@ -145,7 +145,7 @@ def _note(result: Result) -> str:
 
 def _next(result: Result, start: ShownExercise | None) -> str:
     if result.status == "refused":
-        return "Fix that, see that JupyterLab opens the notebook, and hand it in again."
+        return "Fix that, make sure that JupyterLab opens the notebook, and hand it in again."
     if result.status == "failed":
         return "You need do nothing: your instructor is told, and your notebook is kept."
     if start is None:

@@ -129,7 +129,7 @@ def collect(exercises: Iterable[ExerciseResult], reader: Reader) -> tuple[Hint, 
 
 
 def _told(exercise: ExerciseResult) -> Iterator[tuple[str, str]]:
-    """Pairs of case and text; a missing cell is said once, not by each case that wants it."""
+    """Pairs of case and text; a missing cell is said once, not by each case that needs it."""
     if exercise.status == "missing":
         yield "", exercise.message
         return

@@ -47,7 +47,13 @@ def choose(name: str | None = None, *, unsandboxed: bool = False) -> Sandbox:
         if problem is None:
             return wall
         problems.append(f"{key}: {problem}")
+    why = "; ".join(problems)
+    if name is not None:
+        raise WrongUse(
+            f"This sandbox does not work here ({why}), so hidden tests are not run: "
+            "see `autograder doctor`, or name another --sandbox."
+        )
     raise WrongUse(
-        f"No sandbox works here ({'; '.join(problems)}), so hidden tests are not run: "
+        f"No sandbox works here ({why}), so hidden tests are not run: "
         "see `autograder doctor`, or trust the submissions with --unsandboxed."
     )

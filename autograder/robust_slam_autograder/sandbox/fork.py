@@ -221,7 +221,7 @@ def _landlock_problem() -> str | None:
         return f"the kernel's Landlock has version {found}, and {wanted} is needed"
     closed = _closed_folders() if is_root else []
     if closed:
-        return f"student code, as a user of its own, cannot enter {closed[0]}, where Python lies"
+        return f"student code, as a user of its own, cannot enter {closed[0]}, where Python is"
     return None
 
 

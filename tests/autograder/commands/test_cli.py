@@ -155,7 +155,7 @@ def test_a_draft_beside_the_submissions_is_left_out_and_named(course: Path, grad
     ("paths", "complaint"),
     [
         (["ada/07-toy", "eve/07-toy"], "path 2 of 2 does not exist"),
-        (["ada"], "path 1 of 1 does not say its assignment"),
+        (["ada"], "path 1 of 1 does not say its assignment, or misspells it"),
         (["more/ada.ipynb"], "path 1 of 1 lies beside the folders"),
         (["ada/07-toy/07-toy.ipynb"], "path 1 of 1 lies in a submission's folder"),
     ],
@@ -317,7 +317,7 @@ class TestCheck:
         status, out, _ = run("check", path)
         assert status == 0
         assert out.splitlines() == [
-            f"Checking {path}: the visible cases that stand in it.",
+            f"Checking {path}: the visible cases in it.",
             "✓ passed   double (visible cases; hidden cases remain)",
             "All visible cases passed; hidden cases remain when it is graded.",
         ]

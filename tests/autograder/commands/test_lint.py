@@ -502,7 +502,7 @@ def test_an_error_fails_and_json_has_every_field(run: Run) -> None:
     assert found["severity"] == "error"
 
 
-def test_wrong_use_names_the_mend(run: Run, tmp_path: Path) -> None:
+def test_wrong_use_names_the_fix(run: Run, tmp_path: Path) -> None:
     status, _, err = run(ONE, "no-such")
     assert status == 2 and "no assignment no-such" in err and toy.NAME in err
     status, _, err = run(ONE, "--answers", tmp_path / "nowhere")

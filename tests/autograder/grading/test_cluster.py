@@ -229,9 +229,9 @@ def test_the_command_says_what_is_missing(
     monkeypatch.setattr(engine, "CONNECT_SECONDS", 0.5)
     for address, why in {
         "tcp://127.0.0.1:9": "No Dask scheduler answers at tcp://127.0.0.1:9 (",
-        "127.0.0.1:9": "127.0.0.1:9 is no scheduler's address: it wants tcp://",
+        "127.0.0.1:9": "127.0.0.1:9 is not a scheduler's address: it needs tcp://",
         "tcp://127.0.0.1": "is no scheduler's address",
-        "tls://127.0.0.1:9": "tls://127.0.0.1:9 wants certificates: set distributed.comm.tls.ca",
+        "tls://127.0.0.1:9": "tls://127.0.0.1:9 needs certificates: set distributed.comm.tls.ca",
     }.items():
         assert run(*command, address) == 2
         assert why in capsys.readouterr().err

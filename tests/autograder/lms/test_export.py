@@ -136,7 +136,7 @@ def test_line_ends_and_delimiters_of_the_roster_change_nothing(
 
 def test_an_assignment_that_is_new_there_is_said_to_be(course: Path, export: Run) -> None:
     status, _, err = export("canvas", CANVAS.replace("The toy (881)", "Else (881)"))
-    assert status == 0 and "new columns, for the roster has none: 07-toy" in err
+    assert status == 0 and "new columns, because the roster has none for them: 07-toy" in err
     table = rows(course)
     assert table[0][5:] == [toy.NAME] and [row[5] for row in table[1:]] == [
         *("20", "15", "4", "", "")

@@ -120,7 +120,7 @@ def test_a_running_batch_is_not_disturbed(course: Path) -> None:
     assert not (course / "class" / "autograded").exists()
 
 
-def test_an_unusable_notebook_is_the_instructors_to_mend(course: Path) -> None:
+def test_an_unusable_notebook_is_the_instructors_to_fix(course: Path) -> None:
     (course / "solutions" / toy.NAME / "autograder.toml").write_text("limit = 3\n")
     with pytest.raises(NbGraderException, match="unknown key 'limit'"):
         autograde(course)

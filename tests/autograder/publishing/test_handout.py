@@ -160,10 +160,10 @@ def test_the_readme_has_short_lines_and_the_title(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("config", "sentence"),
     [
-        ("repository: {url: not an address}", "repository.url wants an address"),
+        ("repository: {url: not an address}", "repository.url must be an address"),
         ("repository: {url: 'https://me:t0ken@x/y'}", "repository.url holds a password"),
-        ("repository: {url: 3}", "repository.url wants an address"),
-        ("repository: {url: 'https://x/\"; rm'}", "repository.url wants an address"),
+        ("repository: {url: 3}", "repository.url must be an address"),
+        ("repository: {url: 'https://x/\"; rm'}", "repository.url must be an address"),
         ("repository: {url: 'https://x/y', branch: 'a b'}", "repository.branch wants"),
         ("repository: [", "cannot be read"),
     ],

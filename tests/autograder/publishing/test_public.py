@@ -171,7 +171,7 @@ def test_a_test_that_imports_what_stays_private_stops_it(
     [
         ('"LICENSE"', '"LICENCE"', "lists LICENCE, and git tracks no such file"),
         ('"lib/private/"', '"lib/privat/"', "lists lib/privat/, and git tracks no such file"),
-        ('"lib/private/"', '"../notes"', "without wants a list of paths inside"),
+        ('"lib/private/"', '"../notes"', "without must be a list of paths inside"),
         ("files = ", "file = ", "unknown key 'file'"),
         ("[public]", "[public.known]\nx = 3\n[public]", "x has a value of the wrong type"),
         ('"autograder"', '"../autograder"', r"\[install.assignments\] takes package = its folder"),

@@ -122,7 +122,7 @@ class TestWords:
         assert shown.exercises[0].meaning == "The public checks passed."
         assert "All" not in rendering.markdown(shown) + rendering.html(shown)
 
-    def test_a_refusal_has_its_reason_and_the_mend(self) -> None:
+    def test_a_refusal_has_its_reason_and_the_fix(self) -> None:
         shown = page(samples.refused("a.ipynb is not valid JSON: save it again."))
         assert shown.note == "a.ipynb is not valid JSON: save it again."
         assert (shown.note_kind, shown.score, shown.max_score) == ("Reason", "0", "20")

@@ -377,7 +377,7 @@ def test_a_solver_that_gives_up_is_told(monkeypatch):
         solve_sdp(cycle(2, 3, 0.3), 2)
 
 
-def test_without_cvxpy_the_mend_is_named(monkeypatch):
+def test_without_cvxpy_the_fix_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "cvxpy", None)
     with pytest.raises(ImportError, match=r"pip install robust-slam\[sdp\]"):
         solve_sdp(cycle(2, 3, 0.3), 2)

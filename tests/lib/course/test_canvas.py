@@ -274,7 +274,7 @@ class TestBundle:
 
 
 class TestBadInput:
-    """Each mistake is named with its argument and its mend."""
+    """Each mistake is named with its argument and its fix."""
 
     def test_more_frames_than_a_page_carries(self) -> None:
         many = [Slider("c", "c", range(31), 0), Checkbox("lie", "lie")]

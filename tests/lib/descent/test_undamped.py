@@ -1,4 +1,4 @@
-"""Gauss–Newton and Levenberg–Marquardt: hand numbers, laws, errors that say what to mend."""
+"""Gauss–Newton and Levenberg–Marquardt: hand numbers, laws, errors that say what to fix."""
 
 from __future__ import annotations
 

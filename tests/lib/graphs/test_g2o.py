@@ -188,7 +188,7 @@ FOURTH = f"EDGE_SE2 0 1 1 0 0.5 {UNIT}"
         (PLANE.encode("utf-16"), "1: the bytes are not UTF-8 text; save"),
     ],
 )
-def test_what_is_wrong_is_told_with_file_line_and_mend(tmp_path, text, told):
+def test_what_is_wrong_is_told_with_file_line_and_fix(tmp_path, text, told):
     path = put(tmp_path, text)
     with pytest.raises(G2oError) as caught:
         g2o.read(path)
