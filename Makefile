@@ -18,6 +18,8 @@ JOBS ?=
 export PATH := $(BIN):$(PATH)
 # One thread a process: the work is many small problems, and results stay the same everywhere.
 export OPENBLAS_NUM_THREADS := 1
+# Compiled modules are kept, whatever the shell says: grading and its tests start many processes.
+export PYTHONDONTWRITEBYTECODE :=
 
 files = $(shell find $(1) -type f -not -path '*/__pycache__/*' -not -path '*/.ipynb_checkpoints/*' 2>/dev/null)
 # Runs a command with its output in build/log, and shows how far it is.

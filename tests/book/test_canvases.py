@@ -1,4 +1,7 @@
-"""The canvases and quizzes of the chapters in Chromium, over http and from the disk."""
+"""The canvases and quizzes of the chapters in Chromium, from the disk and over http.
+
+From the disk everything is tried; over http, that a page loads without a complaint and moves.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import Browser, expect
 
-from tests.book.conftest import NOTEBOOKS, WAYS, Site, place
+from tests.book.conftest import NOTEBOOKS, Site, place
 from tests.book.moving import (
     assert_shows,
     by_keyboard,
@@ -28,14 +31,27 @@ from tests.chromium import Visit, visiting
 pytestmark = pytest.mark.browser
 
 
-@pytest.fixture(scope="module", params=list(itertools.product(NOTEBOOKS, WAYS)), ids="-".join)
+@pytest.fixture(scope="module", params=NOTEBOOKS)
 def chapter(
     request: pytest.FixtureRequest, site: Site, address: str, browser: Browser
 ) -> Iterator[Visit]:
     """A chapter, open while its tests run."""
-    with visiting(browser, place(site, address, *request.param)) as opened:
+    with visiting(browser, place(site, address, request.param, "file")) as opened:
         opened.page.evaluate("MathJax.startup.promise")
         yield opened
+
+
+@pytest.mark.parametrize("name", NOTEBOOKS)
+def test_over_http_a_page_moves_too(name: str, site: Site, address: str, browser: Browser) -> None:
+    with visiting(browser, place(site, address, name, "http")) as opened:
+        for canvas in canvases(opened.page):
+            control = controls(canvas)[0]
+            seen = []
+            for position in (0, size(control) - 1):
+                by_keyboard(control, position)
+                seen.append(picture(canvas))
+            assert seen[0] != seen[1]
+        assert opened.complaints == []
 
 
 class TestCanvas:

@@ -295,7 +295,7 @@ def test_the_fleet_keeps_what_the_centre_keeps(page: dict[str, Any]) -> None:
     assert not np.any(last.weights[page["met_lies"]])
     costs = [pose_graph.cost(x, met, last.weights) for x in (last.poses, centre.x)]
     assert costs[0] == pytest.approx(costs[1], rel=1e-6)
-    assert page["share"](len(page["rounds"]) - 1) == pytest.approx(1.0, rel=1e-6)
+    assert page["share"](len(page["history"]) - 1) == pytest.approx(1.0, rel=1e-6)
 
 
 def test_what_crosses_between_the_robots(page: dict[str, Any]) -> None:
@@ -306,7 +306,7 @@ def test_what_crosses_between_the_robots(page: dict[str, Any]) -> None:
     assert "78 of the 120 poses" in TEXT
     assert shared.sum() == 27
     assert "27 shared closures" in TEXT
-    assert (len(page["rounds"]) - 1, page["last"].numbers) == (92, 14086)
+    assert (len(page["history"]) - 1, page["last"].numbers) == (92, 14086)
     assert "14 086 have crossed in 92 rounds" in TEXT
     lacking = int(np.sum(~np.any(walker[met.edges] == 0, axis=1)))
     assert (lacking, len(met.edges), lacking * 9) == (88, 153, 792)
