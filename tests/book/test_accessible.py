@@ -26,7 +26,7 @@ STILL = "Promise.allSettled(document.getAnimations().map(a => a.finished)).then(
 """Resolves when nothing fades or moves any more."""
 
 
-def violations(page: Page, options: str) -> list[dict[str, object]]:
+def violations(page: Page, options: str = "{}") -> list[dict[str, object]]:
     """What axe-core says of a page."""
     page.evaluate(files("axe_playwright_python").joinpath("axe.min.js").read_text("utf-8"))
     found: list[dict[str, object]] = page.evaluate(

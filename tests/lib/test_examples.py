@@ -6,6 +6,7 @@ import doctest
 from importlib import import_module
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 LIB = Path(__file__).resolve().parents[2] / "lib" / "robust_slam"
@@ -40,7 +41,8 @@ WITH_EXAMPLES = sorted(
 
 @pytest.mark.parametrize("module", WITH_EXAMPLES)
 def test_the_examples_print_what_they_say(module: str) -> None:
-    result = doctest.testmod(import_module(f"robust_slam.{module}"))
+    with np.printoptions(suppress=False, precision=8):  # a chapter may have set others
+        result = doctest.testmod(import_module(f"robust_slam.{module}"))
     assert result.attempted > 0
     assert result.failed == 0
 

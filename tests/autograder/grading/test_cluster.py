@@ -230,7 +230,7 @@ def test_the_command_says_what_is_missing(
     for address, why in {
         "tcp://127.0.0.1:9": "No Dask scheduler answers at tcp://127.0.0.1:9 (",
         "127.0.0.1:9": "127.0.0.1:9 is not a scheduler's address: it needs tcp://",
-        "tcp://127.0.0.1": "is no scheduler's address",
+        "tcp://127.0.0.1": "is not a scheduler's address",
         "tls://127.0.0.1:9": "tls://127.0.0.1:9 needs certificates: set distributed.comm.tls.ca",
     }.items():
         assert run(*command, address) == 2

@@ -164,7 +164,7 @@ def test_the_readme_has_short_lines_and_the_title(tmp_path: Path) -> None:
         ("repository: {url: 'https://me:t0ken@x/y'}", "repository.url holds a password"),
         ("repository: {url: 3}", "repository.url must be an address"),
         ("repository: {url: 'https://x/\"; rm'}", "repository.url must be an address"),
-        ("repository: {url: 'https://x/y', branch: 'a b'}", "repository.branch wants"),
+        ("repository: {url: 'https://x/y', branch: 'a b'}", "repository.branch must be"),
         ("repository: [", "cannot be read"),
     ],
 )
