@@ -112,6 +112,12 @@ MUTANTS = (
     ),
     Mutant(
         "grading/marking.py",
+        "cases = _Cases(self.assignment, session, sources, seed)",
+        "cases = _Cases(self.assignment, session, sources, PUBLIC_SEED)",
+        f"{MARKING}::test_hidden_inputs_are_drawn_from_the_batchs_seed",
+    ),
+    Mutant(
+        "grading/marking.py",
         "sources, PUBLIC_SEED, explain.Calls())",
         "sources, 1, explain.Calls())",
         f"{MARKING}::test_visible_checks_draw_from_the_public_seed",

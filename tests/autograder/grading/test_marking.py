@@ -112,6 +112,19 @@ def test_visible_checks_draw_from_the_public_seed() -> None:
     assert repr(float(marking.case_generator(0, "double-random").normal())) in shown.pop()
 
 
+def test_hidden_inputs_are_drawn_from_the_batchs_seed() -> None:
+    cell = (
+        "assert double(1.0) == 2.0\n### BEGIN HIDDEN TESTS\n# hint: Double it.\n"
+        "x = rng.normal()\nassert double(x) == 2 * x\n### END HIDDEN TESTS\n"
+    )
+    drawn = float(marking.case_generator(8, "double-random").normal())
+    wrong_there = f"def double(x):\n    return 0.0 if x == {drawn!r} else 2 * x\n"
+    tests = toy.assignment(double_random=cell)
+    results = [grade(wrong_there, tests=tests, seed=seed) for seed in (8, 9)]
+    earned = [case(result, "random").earned for result in results]
+    assert earned[0] == 0 < earned[1]
+
+
 def test_hidden_inputs_reach_no_message() -> None:
     tell = "def double(x):\n    if np.shape(x) == (5,): raise ValueError(list(x))\n    return 2*x"
     result = repr(grade(tell + "\n", seed=8))
