@@ -22,7 +22,7 @@ from robust_slam_autograder.sandbox import BACK_ENDS, Sandbox, Unsandboxed
 UNSANDBOXED = "unsandboxed"
 OTHER_CODE = (
     "its Python, packages or grader are not those of this machine, and a mark must not depend on "
-    "the machine: install the same commit from the same requirements.lock, and restart it"
+    "the machine: install the same commit from the same requirements-dev.lock, and restart it"
 )
 Answer = tuple[str, str]
 """"result" and the text of its file, or "broken" and how."""

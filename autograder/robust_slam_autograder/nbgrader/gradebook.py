@@ -47,7 +47,7 @@ def record(
     has a manual score is put up for review. Several programs may record at once.
 
     Args:
-        location: the gradebook, made where there is none.
+        location: the gradebook, created if it does not exist.
         assignments: every assignment that a result belongs to.
         marks: results; of a refused one every case earns 0.
         unanswered: by ``student/assignment`` the grade ids of free-text cells without an

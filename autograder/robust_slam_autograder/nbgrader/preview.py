@@ -30,7 +30,7 @@ def effects(
     A cell that was deleted takes its marks along, from students too who are not graded again.
 
     Args:
-        location: the gradebook; where there is none, all totals are new.
+        location: the gradebook; if it does not exist, all totals are new.
         assignment: its name.
         new: submissions with their results.
 

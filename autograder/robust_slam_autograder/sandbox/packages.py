@@ -157,7 +157,7 @@ def _site(found: Distribution) -> Path:
 
 
 def place(path: Path) -> Path:
-    """Where a file or folder lies, through links to its folder but not through itself."""
+    """A path whose parent folder is resolved, while a link at its end stays a link."""
     return path.parent.resolve() / path.name
 
 

@@ -34,8 +34,8 @@ class Files:
     """What student code finds on its disk."""
 
     rules: tuple[tuple[Path, bool], ...]
-    """Files and folders, each before what lies in it, and whether they are shown. For a file the
-    last rule that it lies in decides: packages may lie in the standard library's folder."""
+    """Files and folders, parents first, and whether each is shown. The deepest rule that contains
+    a file decides, because packages may be inside the standard library's folder."""
     folders: tuple[Path, ...]
     """It may list these, from which packages are imported, but not read all in them."""
     fonts: tuple[Path, ...]

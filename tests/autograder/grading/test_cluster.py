@@ -193,7 +193,7 @@ def test_a_worker_with_another_package_grades_nothing(
     ]
     said = capsys.readouterr().err
     assert said.count("is left out") == 1
-    assert "install the same commit from the same requirements.lock" in said
+    assert "install the same commit from the same requirements-dev.lock" in said
 
 
 def test_a_stop_cancels_what_waits(tmp_path: Path, two: Machines) -> None:
