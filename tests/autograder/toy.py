@@ -114,9 +114,13 @@ def test_cell(source: str, grade_id: str, points: int) -> dict[str, Any]:
     return cell(source, grade_id, grade=True, locked=True, points=points)
 
 
-def source_notebook() -> dict[str, Any]:
-    """The instructor's notebook: two exercises of ten points."""
-    return notebook(
+def source_notebook(**sources: str) -> dict[str, Any]:
+    """The instructor's notebook: two exercises of ten points.
+
+    Args:
+        sources: other sources, as ``double_by_hand="assert double(3) == 7"``.
+    """
+    value = notebook(
         [
             cell(SETUP, "setup", locked=True),
             cell(DOUBLE, "double", solution=True),
@@ -127,6 +131,10 @@ def source_notebook() -> dict[str, Any]:
             test_cell(APPLY_HIDDEN, "apply-twice", 5),
         ]
     )
+    for each in value["cells"]:
+        each["source"] = sources.pop(each["id"].replace("-", "_"), each["source"])
+    assert not sources, f"there are no cells {list(sources)}"
+    return value
 
 
 def write(path: Path, value: dict[str, Any]) -> Path:
@@ -136,10 +144,10 @@ def write(path: Path, value: dict[str, Any]) -> Path:
     return path
 
 
-def make_tree(folder: Path, config: str = "") -> Path:
-    """An nbgrader source tree that holds this one assignment."""
+def make_tree(folder: Path, config: str = "", value: dict[str, Any] | None = None) -> Path:
+    """An nbgrader source tree that holds this one assignment, if need be with another notebook."""
     tree = folder / "solutions"
-    write(tree / NAME / f"{NAME}.ipynb", source_notebook())
+    write(tree / NAME / f"{NAME}.ipynb", value or source_notebook())
     if config:
         (tree / NAME / "autograder.toml").write_text(config, encoding="utf-8")
     return tree
