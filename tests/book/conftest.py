@@ -24,6 +24,17 @@ NOTEBOOKS = [page for page in PAGES if (ROOT / f"{page}.ipynb").exists()]
 WAYS = ("http", "file")
 
 
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """Each row of a chapter's table of formulas is a test."""
+    if "printed" in metafunc.fixturenames and hasattr(metafunc.cls, "formulas"):
+        metafunc.parametrize("printed", metafunc.cls.formulas)
+
+
+@pytest.fixture(scope="module")
+def page() -> None:
+    """Nothing: the formulas of most chapters need no more than the library."""
+
+
 @dataclass(frozen=True)
 class Site:
     """The folder of the built pages, and what the build said."""

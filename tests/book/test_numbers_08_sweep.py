@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import nbformat
 import numpy as np
 import pytest
 from robust_slam.estimators.graduation import gnc, start_mu
@@ -17,13 +16,12 @@ from robust_slam.graphs.metrics import ate
 from robust_slam.problems import PoseGraphProblem
 
 from benchmarks.sweep.definition import GROUP, PLANS
-from tests.book import prose
+from tests.book.prose import CHAPTERS, Chapter
 from tests.conftest import leave_out
 
-NOTEBOOK = nbformat.read(prose.CHAPTERS / "08-showcase.ipynb", as_version=4)
-CELLS = {cell["id"]: cell.source for cell in NOTEBOOK.cells}
+CHAPTER = Chapter("08-showcase")
 C = chi_square_threshold(0.99, 3)
-LINES = (prose.CHAPTERS / "data" / "robustness.csv").read_text(encoding="utf-8").splitlines()
+LINES = (CHAPTERS / "data" / "robustness.csv").read_text(encoding="utf-8").splitlines()
 ROWS = list(csv.DictReader(line for line in LINES if not line.startswith("#")))
 
 
@@ -53,9 +51,7 @@ def test_without_the_table_the_page_says_where_it_is(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    names: dict[str, Any] = {"np": np}
-    for cell in ("larger-load", "larger-figure", "larger-table", "growth-figure"):
-        exec(CELLS[cell], names)
+    CHAPTER.run("larger-load", "larger-figure", "larger-table", "growth-figure", np=np)
     said = capsys.readouterr().out
     assert "make sweep" in said
     assert said.count("chapters/data") == 2
@@ -100,7 +96,7 @@ def test_gnc_keeps_more_maps_from_dead_reckoning(graph: str) -> None:
     assert better >= 0.1
 
 
-def test_small_consistent_groups_seldom_outvote_the_honest_closures() -> None:
+def test_small_consistent_groups_seldom_outvote_the_inlier_closures() -> None:
     town = {"graph": "manhattan", "kind": "consistent", "percent": "90"}
     (row,) = chosen(**town, method="PCM + GNC-TLS")
     assert (row["good"], row["runs"]) == ("8", "10")
@@ -110,10 +106,7 @@ def test_small_consistent_groups_seldom_outvote_the_honest_closures() -> None:
 @pytest.fixture(scope="module")
 def town() -> Any:
     """The page's function (kind, count, seed) -> graph, lies, truth."""
-    names: dict[str, Any] = {"C": C}
-    for cell in ("imports", "town"):
-        exec(CELLS[cell].replace("use_style()\n", ""), names)
-    return names["with_lies"]
+    return CHAPTER.run("imports", "town", C=C)["with_lies"]
 
 
 def timid(graph: Any) -> np.ndarray:

@@ -163,7 +163,7 @@ def test_the_sweep_says_of_intels_odometry_what_it_computed(here: bool, page) ->
 
 def test_the_rest_of_a_chapter_prints_no_number_of_a_public_graph() -> None:
     for section in SECTIONS:
-        static = prose.chapter_text(f"{section.notebook}.ipynb")
+        static = prose.Chapter(section.notebook).text
         sentences = re.split(r"(?<=[.:;])\s", static)
         named = [s for s in sentences if re.search(r"\b(Intel|CSAIL)\b", s)]
         assert not [s for s in named if prose.decimals(s)]
