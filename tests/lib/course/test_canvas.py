@@ -143,7 +143,7 @@ def test_every_control_has_a_name_and_the_group_too(html: str) -> None:
     assert re.findall(r"<button.*?>(.*?)</button>", html) == ["Step", "Play", "Start again"]
 
 
-def test_play_is_offered_only_where_it_is_asked_for() -> None:
+def test_a_stepper_plays_only_where_it_is_asked_for() -> None:
     still = Stepper("lie", count=1)
     assert ">Play<" not in small(controls=[still]).static_html()
 
@@ -259,31 +259,26 @@ class TestBundle:
         assert bundle.keys() == {"text/plain", "text/html", WIDGETS}
         assert bundle["text/html"] == small().static_html()
 
-    def test_an_export_that_runs_the_notebook_keeps_the_static_one(
-        self, monkeypatch: pytest.MonkeyPatch
+    @pytest.mark.parametrize(("allow_stdin", "static"), [(False, ""), (True, "1")])
+    def test_an_export_or_the_environment_asks_for_the_static_one(
+        self, allow_stdin: bool, static: str, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        self.kernel(monkeypatch, allow_stdin=False)
-        assert WIDGETS not in small()._repr_mimebundle_()
-
-    def test_the_environment_can_ask_for_the_static_one(
-        self, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        self.kernel(monkeypatch, allow_stdin=True)
-        monkeypatch.setenv("ROBUST_SLAM_STATIC", "1")
+        self.kernel(monkeypatch, allow_stdin=allow_stdin)
+        monkeypatch.setenv("ROBUST_SLAM_STATIC", static)
         assert WIDGETS not in small()._repr_mimebundle_()
 
 
 class TestBadInput:
     """Each mistake is named with its argument and its fix."""
 
-    def test_more_frames_than_a_page_carries(self) -> None:
-        many = [Slider("c", "c", range(31), 0), Checkbox("lie", "lie")]
-        with pytest.raises(ValueError, match=r"31 × 2 = 62 states.*at most 60"):
-            small(controls=many, draw=lambda c, lie: None, describe=lambda c, lie: "")
+    def of_states(self, pairs: int) -> Canvas:
+        controls = [Slider("c", "c", range(pairs), 0), Checkbox("lie", "lie")]
+        return small(controls=controls, draw=lambda c, lie: None, describe=lambda c, lie: "")
 
-    def test_sixty_frames_are_carried(self) -> None:
-        many = [Slider("c", "c", range(30), 0), Checkbox("lie", "lie")]
-        small(controls=many, draw=lambda c, lie: None, describe=lambda c, lie: "")
+    def test_a_page_carries_sixty_frames_and_no_more(self) -> None:
+        self.of_states(30)
+        with pytest.raises(ValueError, match=r"31 × 2 = 62 states.*at most 60"):
+            self.of_states(31)
 
     def test_frames_that_are_too_heavy(self, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(page, "MAX_BYTES", 1000)
@@ -295,49 +290,44 @@ class TestBadInput:
         with pytest.raises(TypeError, match=rf"{argument}: it takes \(c\).*named lie"):
             small(**{argument: lambda c: None})
 
-    def test_two_controls_with_one_name_or_none_at_all(self) -> None:
-        with pytest.raises(ValueError, match="same name"):
-            small(controls=[Checkbox("lie", "a"), Checkbox("lie", "b")])
-        with pytest.raises(ValueError, match="controls: empty"):
-            small(controls=[])
+    @pytest.mark.parametrize(
+        ("build", "message"),
+        [
+            (lambda: small(controls=[Checkbox("lie", text) for text in "ab"]), "same name"),
+            (lambda: small(controls=[]), "controls: empty"),
+            (lambda: small().frame(truth=True), "values: truth given.*named lie"),
+            (lambda: small().frame(lie=7), "lie: 7 is not one of"),
+            (lambda: Slider("c", "c", [1, 2], 3), "initial: slider 'c'.*1, 2"),
+            (lambda: Choice("k", "k", ["a", "b"], "c"), "initial: choice 'k'.*a, b"),
+            (lambda: Slider("c", "c", [], 0), "values: empty"),
+            (lambda: Stepper("t", count=0), "count"),
+            (lambda: Checkbox("the lie", "lie"), "name: 'the lie'"),
+            (lambda: small(title=" "), "title: empty"),
+            (lambda: Checkbox("lie", ""), "label: empty"),
+        ],
+        ids=lambda value: value if isinstance(value, str) else "",
+    )
+    def test_a_control_or_a_canvas_that_makes_no_sense(self, build, message: str) -> None:
+        with pytest.raises(ValueError, match=message):
+            build()
 
-    def test_a_description_that_is_no_text(self) -> None:
-        with pytest.raises(TypeError, match="describe: it returned 3"):
-            small(describe=lambda lie: 3).static_html()
-
-    def test_a_drawing_that_is_no_figure(self) -> None:
-        with pytest.raises(TypeError, match="draw: it returned None"):
-            small(draw=lambda lie: None).static_html()
-
-    def test_an_unknown_name_or_value(self) -> None:
-        with pytest.raises(ValueError, match=r"values: truth given.*named lie"):
-            small().frame(truth=True)
-        with pytest.raises(ValueError, match="lie: 7 is not one of"):
-            small().frame(lie=7)
-
-    def test_an_initial_value_that_is_not_there(self) -> None:
-        with pytest.raises(ValueError, match=r"initial: slider 'c'.*1, 2"):
-            Slider("c", "c", [1, 2], 3)
-        with pytest.raises(ValueError, match=r"initial: choice 'k'.*a, b"):
-            Choice("k", "k", ["a", "b"], "c")
-
-    def test_a_control_without_values_or_with_a_name_that_is_none(self) -> None:
-        with pytest.raises(ValueError, match="values: empty"):
-            Slider("c", "c", [], 0)
-        with pytest.raises(ValueError, match="count"):
-            Stepper("t", count=0)
-        with pytest.raises(ValueError, match="name: 'the lie'"):
-            Checkbox("the lie", "lie")
+    @pytest.mark.parametrize(
+        ("changed", "error", "message"),
+        [
+            ({"describe": lambda lie: 3}, TypeError, "describe: it returned 3"),
+            ({"draw": lambda lie: None}, TypeError, "draw: it returned None"),
+            (
+                {"describe": lambda lie: "" if lie else "no lie"},
+                ValueError,
+                "describe, for {'lie': True}: empty",
+            ),
+        ],
+        ids=["no text", "no figure", "no words"],
+    )
+    def test_a_function_that_returns_something_else(self, changed, error, message) -> None:
+        with pytest.raises(error, match=message):
+            small(**changed).static_html()
 
 
 def test_a_slider_forgives_rounding_of_its_initial_value() -> None:
     assert Slider("c", "c", np.arange(0.1, 0.5, 0.1), 0.3).position == 2
-
-    def test_a_title_a_label_or_a_description_without_words(self) -> None:
-        with pytest.raises(ValueError, match="title: empty"):
-            small(title=" ")
-        with pytest.raises(ValueError, match="label: empty"):
-            Checkbox("lie", "")
-        late = small(describe=lambda lie: "" if lie else "no lie")
-        with pytest.raises(ValueError, match=r"describe, for {'lie': True}: empty"):
-            late.static_html()

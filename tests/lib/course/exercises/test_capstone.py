@@ -12,7 +12,7 @@ from robust_slam.certificates import optimality
 from robust_slam.consistency import pairwise
 from robust_slam.graphs import generate, outliers
 from robust_slam.graphs.pose_graph import PoseGraph
-from robust_slam_course.exercises import NOT_YET, capstone
+from robust_slam_course.exercises import capstone
 
 
 def as_dict(graph):
@@ -163,18 +163,3 @@ def test_without_gtsam_a_sentence_says_so(
     monkeypatch.setattr(capstone, "find_spec", lambda name: None)
     assert capstone.beside_gtsam(pipeline) is None
     assert capsys.readouterr().out == f"{capstone.NO_GTSAM}\n"
-
-
-def unfinished(*args: object, **kwargs: object) -> object:
-    raise NotImplementedError
-
-
-@pytest.mark.parametrize("student", [unfinished, lambda *args, **kwargs: None])
-@pytest.mark.parametrize("name", RIGHT)
-def test_an_unfinished_function_gets_a_sentence(
-    name: str, student: Callable[..., object], capsys: pytest.CaptureFixture[str]
-) -> None:
-    if name == "judge" and student is not unfinished:
-        return  # whatever it says is written below the maps
-    assert getattr(capstone, name)(student) is None
-    assert capsys.readouterr().out == f"{NOT_YET}\n"

@@ -9,7 +9,7 @@ import pytest
 from matplotlib.figure import Figure
 from robust_slam.estimators import graduation as library
 from robust_slam.problems import LocationProblem
-from robust_slam_course.exercises import NOT_YET, gnc
+from robust_slam_course.exercises import gnc
 
 
 def mu_schedule(mu0: float, factor: float, n: int, kind: str) -> list[float]:
@@ -52,19 +52,6 @@ def test_a_right_function_lies_on_the_truth(name: str) -> None:
                 np.testing.assert_allclose(yours.get_xydata(), truth.get_xydata(), rtol=1e-9)
                 pairs += 1
     assert pairs == {"start_mu": 2, "mu_schedule": 2, "gnc": 12, "repaired_gnc": 1}.get(name, 3)
-
-
-def unfinished(*args: object, **kwargs: object) -> object:
-    raise NotImplementedError
-
-
-@pytest.mark.parametrize("student", [unfinished, lambda *args, **kwargs: None])
-@pytest.mark.parametrize("name", RIGHT)
-def test_an_unfinished_function_gets_a_sentence(
-    name: str, student: Callable[..., object], capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert getattr(gnc, name)(student) is None
-    assert capsys.readouterr().out == f"{NOT_YET}\n"
 
 
 def test_the_listing_ends_where_the_lesson_prints_it() -> None:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from robust_slam.estimators.kernels import tls
 from robust_slam.estimators.reweighting import irls
 from robust_slam.problems import LocationProblem
-from robust_slam_course.exercises import NOT_YET, non_convexity
+from robust_slam_course.exercises import non_convexity
 from robust_slam_course.plots.landscapes import minima
 
 
@@ -64,16 +64,3 @@ def test_right_places_lie_in_the_rings_of_the_truth(name: str, places: int) -> N
     np.testing.assert_allclose(
         np.concatenate([line.get_xydata() for line in yours]), truth, atol=1e-3
     )
-
-
-def unfinished(*args: object, **kwargs: object) -> object:
-    raise NotImplementedError
-
-
-@pytest.mark.parametrize("student", [unfinished, lambda *args, **kwargs: "no number"])
-@pytest.mark.parametrize("name", RIGHT)
-def test_an_unfinished_function_gets_a_sentence(
-    name: str, student: Callable[..., object], capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert getattr(non_convexity, name)(student) is None
-    assert capsys.readouterr().out == f"{NOT_YET}\n"

@@ -12,7 +12,7 @@ from robust_slam.estimators import graduation
 from robust_slam.graphs import metrics, pose_graph, se2
 from robust_slam.graphs.pose_graph import PoseGraph
 from robust_slam.problems import PoseGraphProblem
-from robust_slam_course.exercises import NOT_YET, showcase
+from robust_slam_course.exercises import showcase
 
 
 def residuals(poses, graph):
@@ -93,16 +93,3 @@ def test_a_wrong_function_leaves_the_truth() -> None:
     figure = drawn("ate", lambda one, two: float(np.abs(one - two).max()))
     (truth,), (yours,) = labelled(figure, "the truth"), labelled(figure, "yours")
     assert np.abs(truth - yours).max() > 1.0
-
-
-def unfinished(*args: object, **kwargs: object) -> object:
-    raise NotImplementedError
-
-
-@pytest.mark.parametrize("student", [unfinished, lambda *args, **kwargs: None])
-@pytest.mark.parametrize("name", RIGHT)
-def test_an_unfinished_function_gets_a_sentence(
-    name: str, student: Callable[..., object], capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert getattr(showcase, name)(student) is None
-    assert capsys.readouterr().out == f"{NOT_YET}\n"

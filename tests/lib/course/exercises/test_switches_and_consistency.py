@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 from robust_slam.consistency import cliques, pairwise
 from robust_slam.estimators import switches
 from robust_slam.graphs.pose_graph import PoseGraph
-from robust_slam_course.exercises import NOT_YET
 from robust_slam_course.exercises import switches_and_consistency as pictures
 
 
@@ -68,18 +67,6 @@ def test_a_right_answer_is_drawn_with_a_title_and_named_axes(name: str) -> None:
     assert any(ax.get_title() for ax in figure.axes)
     assert all(ax.get_ylabel() or not ax.axison for ax in figure.axes)
     assert labelled(figure, "yours")
-
-
-@pytest.mark.parametrize("name", RIGHT)
-def test_an_answer_that_does_not_work_yet_gives_the_sentence(
-    name: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    def stub(*_: object) -> object:
-        raise NotImplementedError
-
-    for student in (stub, lambda *_: None, lambda *_: [[1.0], [2.0, 3.0]]):
-        assert getattr(pictures, name)(*(student for _ in RIGHT[name])) is None
-        assert capsys.readouterr().out == f"{NOT_YET}\n"
 
 
 @pytest.mark.parametrize("name", ["switch", "switch_weight", "dcs_switch"])

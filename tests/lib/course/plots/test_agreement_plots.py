@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
-from matplotlib import pyplot as plt
-from matplotlib.axes import Axes
 from robust_slam_course.plots.agreement import draw_agreement
 
 # Closures 0 and 2 are honest and agree, 1 and 3 are lies; 2 agrees with 3 as well.
@@ -16,21 +12,14 @@ AGREES[[0, 2, 2, 3], [2, 0, 3, 2]] = True
 LIES = [False, True, False, True]
 
 
-@pytest.fixture
-def ax() -> Iterator[Axes]:
-    figure, axes = plt.subplots()
-    yield axes
-    plt.close(figure)
-
-
-def test_pairs_are_filled_with_the_honest_ones_first(ax: Axes) -> None:
+def test_pairs_are_filled_with_the_honest_ones_first(ax) -> None:
     draw_agreement(ax, AGREES, LIES, [0, 2])
     pairs, rings = (set(map(tuple, each.get_offsets().tolist())) for each in ax.collections)
     assert pairs == {(0, 1), (1, 0), (1, 3), (3, 1)}
     assert rings == {(0, 0), (1, 1)}
 
 
-def test_a_line_parts_honest_ones_from_lies_both_ways(ax: Axes) -> None:
+def test_a_line_parts_honest_ones_from_lies_both_ways(ax) -> None:
     draw_agreement(ax, AGREES, LIES, [0, 2])
     across, down = ax.lines
     assert set(across.get_ydata()) == {1.5}
@@ -38,6 +27,6 @@ def test_a_line_parts_honest_ones_from_lies_both_ways(ax: Axes) -> None:
     assert ax.yaxis_inverted()
 
 
-def test_arrays_that_do_not_fit_are_refused(ax: Axes) -> None:
+def test_arrays_that_do_not_fit_are_refused(ax) -> None:
     with pytest.raises(ValueError, match="adjacency"):
         draw_agreement(ax, AGREES[:3, :3], LIES, [0])

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
-from matplotlib import pyplot as plt
-from matplotlib.axes import Axes
 from robust_slam.estimators import kernels
 from robust_slam.estimators.graduation import (
     gm_process,
@@ -24,14 +20,7 @@ Z = (-0.2, 0.1, 0.4, 10.0)
 U = np.linspace(0.0, 8.0, 41)
 
 
-@pytest.fixture
-def ax() -> Iterator[Axes]:
-    figure, axes = plt.subplots()
-    yield axes
-    plt.close(figure)
-
-
-def test_a_family_lies_over_the_cost_that_it_ends_at(ax: Axes) -> None:
+def test_a_family_lies_over_the_cost_that_it_ends_at(ax) -> None:
     draw_family(ax, tls_surrogate, 2.0, (0.1, 1e6), U, kernels.tls(2.0).rho)
     band, soft, hard = ax.lines
     np.testing.assert_allclose(hard.get_ydata(), band.get_ydata(), atol=1e-6)
@@ -41,12 +30,12 @@ def test_a_family_lies_over_the_cost_that_it_ends_at(ax: Axes) -> None:
     assert band.get_linewidth() > hard.get_linewidth()
 
 
-def test_a_family_needs_no_end(ax: Axes) -> None:
+def test_a_family_needs_no_end(ax) -> None:
     draw_family(ax, tls_weight, 2.0, (0.1, 1.0, 3.0), U)
     assert len(ax.lines) == 3
 
 
-def test_the_marker_stands_at_the_lowest_price(ax: Axes) -> None:
+def test_the_marker_stands_at_the_lowest_price(ax) -> None:
     draw_prices(ax, gm_process, gm_weight, 2.0, 3.0, (0.0, 1.0, 4.0))
     for curve, marker in zip(ax.lines[::2], ax.lines[1::2], strict=True):
         (w,), (least,) = marker.get_data()
@@ -54,7 +43,7 @@ def test_the_marker_stands_at_the_lowest_price(ax: Axes) -> None:
         assert abs(w - curve.get_xdata()[curve.get_ydata().argmin()]) <= 0.005
 
 
-def test_a_move_stands_on_the_curve(ax: Axes) -> None:
+def test_a_move_stands_on_the_curve(ax) -> None:
     x = np.linspace(-3.0, 13.0, 161)
     draw_stage(ax, Z, x, gm_surrogate, 2.0, 5.0, (2.5, 0.1), sigma=0.5)
     curve, before, after = ax.lines[0], ax.lines[-2], ax.lines[-1]
@@ -65,7 +54,7 @@ def test_a_move_stands_on_the_curve(ax: Axes) -> None:
     assert before.get_marker() != after.get_marker()
 
 
-def test_a_path_has_a_point_for_each_solve_and_none_for_the_start(ax: Axes) -> None:
+def test_a_path_has_a_point_for_each_solve_and_none_for_the_start(ax) -> None:
     history = gnc(LocationProblem(Z), 2.0).history
     draw_paths(ax, {"one": history, "two": history})
     for line, name in zip(ax.lines, ("one", "two"), strict=True):

@@ -2,22 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
-from matplotlib import pyplot as plt
-from matplotlib.axes import Axes
 from robust_slam_course.plots.growth import draw_growth, fitted_exponent
 
 SIZES = [10.0, 100.0, 1000.0]
-
-
-@pytest.fixture
-def ax() -> Iterator[Axes]:
-    figure, axes = plt.subplots()
-    yield axes
-    plt.close(figure)
 
 
 def test_the_exponent_of_a_power_law_is_found() -> None:
@@ -29,7 +18,7 @@ def test_the_exponent_is_the_least_squares_slope_of_the_logarithms() -> None:
     assert fitted_exponent(SIZES, [1.0, 100.0, 100.0]) == pytest.approx(1.0, abs=1e-12)
 
 
-def test_points_and_the_fitted_line_are_drawn_over_logarithmic_axes(ax: Axes) -> None:
+def test_points_and_the_fitted_line_are_drawn_over_logarithmic_axes(ax) -> None:
     draw_growth(ax, SIZES, 2.0 * np.array(SIZES) ** 1.25)
     law, points = ax.lines
     assert ax.get_xscale() == ax.get_yscale() == "log"
@@ -38,7 +27,7 @@ def test_points_and_the_fitted_line_are_drawn_over_logarithmic_axes(ax: Axes) ->
     assert law.get_ydata() == pytest.approx(2.0 * np.array([10.0, 1000.0]) ** 1.25)
 
 
-def test_line_and_points_differ_in_more_than_colour(ax: Axes) -> None:
+def test_line_and_points_differ_in_more_than_colour(ax) -> None:
     draw_growth(ax, SIZES, SIZES)
     law, points = ax.lines
     assert (law.get_linestyle(), law.get_marker()) == ("--", "None")
@@ -54,7 +43,7 @@ def test_line_and_points_differ_in_more_than_colour(ax: Axes) -> None:
     ],
 )
 def test_what_has_no_power_law_is_refused(
-    ax: Axes, sizes: list[float], costs: list[float], told: str
+    ax, sizes: list[float], costs: list[float], told: str
 ) -> None:
     with pytest.raises(ValueError, match=told):
         draw_growth(ax, sizes, costs)

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
-from matplotlib import pyplot as plt
-from matplotlib.axes import Axes
 from robust_slam.estimators.graduation import gm_surrogate, tls_surrogate
 from robust_slam.estimators.kernels import geman_mcclure
 from robust_slam_course.plots.landscapes import draw_graduation, minima
@@ -16,14 +12,7 @@ Z = (-0.2, 0.1, 0.4, 10.0)
 X = np.linspace(-4.0, 14.0, 3601)
 
 
-@pytest.fixture
-def ax() -> Iterator[Axes]:
-    figure, axes = plt.subplots()
-    yield axes
-    plt.close(figure)
-
-
-def test_one_curve_and_its_minima_for_each_mu(ax: Axes) -> None:
+def test_one_curve_and_its_minima_for_each_mu(ax) -> None:
     draw_graduation(ax, Z, X, tls_surrogate, 2.0, (1e-3, 50.0))
     first, low_first, last, low_last, _ = ax.lines
     assert (first.get_label(), last.get_label()) == ("μ = 0.001", "μ = 50")
@@ -32,13 +21,13 @@ def test_one_curve_and_its_minima_for_each_mu(ax: Axes) -> None:
     assert first.get_linestyle() != last.get_linestyle()
 
 
-def test_a_curve_is_the_summed_surrogate_up_to_its_scale(ax: Axes) -> None:
+def test_a_curve_is_the_summed_surrogate_up_to_its_scale(ax) -> None:
     draw_graduation(ax, Z, X, gm_surrogate, 2.0, (10.0,), sigma=0.5)
     cost = sum(gm_surrogate((X - z) / 0.5, 2.0, 10.0) for z in Z)
     np.testing.assert_allclose(ax.lines[0].get_ydata(), cost / cost.max(), rtol=1e-12)
 
 
-def test_at_mu_one_the_surrogate_lies_on_the_kernel_it_hardens_into(ax: Axes) -> None:
+def test_at_mu_one_the_surrogate_lies_on_the_kernel_it_hardens_into(ax) -> None:
     draw_graduation(ax, Z, X, gm_surrogate, 2.0, (1.0,), kernel=geman_mcclure(2.0))
     curve, _, band, _ = ax.lines
     np.testing.assert_allclose(curve.get_ydata(), band.get_ydata(), rtol=1e-12)
@@ -47,7 +36,7 @@ def test_at_mu_one_the_surrogate_lies_on_the_kernel_it_hardens_into(ax: Axes) ->
     assert band.get_zorder() < curve.get_zorder()
 
 
-def test_more_curves_than_looks_are_refused(ax: Axes) -> None:
+def test_more_curves_than_looks_are_refused(ax) -> None:
     with pytest.raises(ValueError, match="mus: there are 9; give at most 8"):
         draw_graduation(ax, Z, X, gm_surrogate, 2.0, range(1, 10))
 

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 from matplotlib import pyplot as plt
-from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from robust_slam.graphs.generate import circle, sphere
 from robust_slam.graphs.outliers import add_random_closures
@@ -30,13 +28,6 @@ NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
 COORDINATES = re.compile(r'(?:\sd|transform|\sx|\sy)="([^"]*)"')
 
 
-@pytest.fixture
-def ax() -> Iterator[Axes]:
-    figure, axes = plt.subplots()
-    yield axes
-    plt.close(figure)
-
-
 def town():
     rng = np.random.default_rng(5)
     honest, truth = circle(20, rng, laps=2, closures=4)
@@ -44,7 +35,7 @@ def town():
     return graph, is_lie, truth
 
 
-def ends_drawn(ax: Axes, colour: str) -> set[tuple[float, ...]]:
+def ends_drawn(ax, colour: str) -> set[tuple[float, ...]]:
     """Return the segments of all lines in a colour, each as (x, y, x, y)."""
     segments = set()
     for line in ax.lines:
@@ -56,7 +47,7 @@ def ends_drawn(ax: Axes, colour: str) -> set[tuple[float, ...]]:
     return segments
 
 
-def test_every_edge_is_drawn_once_in_the_colour_of_its_kind(ax: Axes) -> None:
+def test_every_edge_is_drawn_once_in_the_colour_of_its_kind(ax) -> None:
     graph, is_lie, truth = town()
     draw_map(ax, graph, truth, is_outlier=is_lie)
     kinds = {
@@ -69,14 +60,14 @@ def test_every_edge_is_drawn_once_in_the_colour_of_its_kind(ax: Axes) -> None:
         assert ends_drawn(ax, PALETTE[colour]) == {tuple(np.round(row, 9)) for row in ends}
 
 
-def test_a_map_has_one_scale_and_the_truth_is_dotted(ax: Axes) -> None:
+def test_a_map_has_one_scale_and_the_truth_is_dotted(ax) -> None:
     graph, _, truth = town()
     assert draw_map(ax, graph, truth, truth=truth) is ax
     assert ax.get_aspect() == 1.0
     assert [line.get_linestyle() for line in ax.lines].count(":") == 1
 
 
-def test_a_smaller_weight_is_fainter_and_zero_is_still_seen(ax: Axes) -> None:
+def test_a_smaller_weight_is_fainter_and_zero_is_still_seen(ax) -> None:
     graph, is_lie, truth = town()
     weights = np.where(is_lie, 0.0, 1.0)
     draw_map(ax, graph, truth, is_outlier=is_lie, weights=weights)
@@ -99,7 +90,7 @@ def decisions():
     return graph, is_lie, truth, kept, words
 
 
-def test_decisions_are_named_and_counted_in_the_legend(ax: Axes) -> None:
+def test_decisions_are_named_and_counted_in_the_legend(ax) -> None:
     graph, is_lie, truth, kept, words = decisions()
     draw_map(ax, graph, truth, is_outlier=is_lie, kept=kept)
     told = {text.get_text() for text in legend_below(ax).get_texts()}
@@ -108,7 +99,7 @@ def test_decisions_are_named_and_counted_in_the_legend(ax: Axes) -> None:
     assert len(told) == 5
 
 
-def test_every_decision_has_a_look_of_its_own_without_colour(ax: Axes) -> None:
+def test_every_decision_has_a_look_of_its_own_without_colour(ax) -> None:
     graph, is_lie, truth, kept, _ = decisions()
     draw_map(ax, graph, truth, is_outlier=is_lie, kept=kept)
     named = [line for line in ax.lines if not line.get_label().startswith("_")]
@@ -119,7 +110,7 @@ def test_every_decision_has_a_look_of_its_own_without_colour(ax: Axes) -> None:
     assert len(looks) == len(named) == 5
 
 
-def test_a_wrong_decision_has_a_marker_at_the_middle_of_its_edge(ax: Axes) -> None:
+def test_a_wrong_decision_has_a_marker_at_the_middle_of_its_edge(ax) -> None:
     graph, is_lie, truth, kept, words = decisions()
     draw_map(ax, graph, truth, is_outlier=is_lie, kept=kept)
     for line in ax.lines:
@@ -132,7 +123,7 @@ def test_a_wrong_decision_has_a_marker_at_the_middle_of_its_edge(ax: Axes) -> No
             assert line.get_marker() == "None"
 
 
-def test_the_legend_of_decisions_names_every_look_that_a_map_draws(ax: Axes) -> None:
+def test_the_legend_of_decisions_names_every_look_that_a_map_draws(ax) -> None:
     graph, is_lie, truth, kept, _ = decisions()
     draw_map(ax, graph, truth, is_outlier=is_lie, kept=kept, truth=truth)
     drawn = {
@@ -143,7 +134,7 @@ def test_the_legend_of_decisions_names_every_look_that_a_map_draws(ax: Axes) -> 
     assert {h.get_label(): (h.get_color(), h.get_linestyle()) for h in decision_legend()} == drawn
 
 
-def test_without_the_truth_closures_are_kept_or_rejected(ax: Axes) -> None:
+def test_without_the_truth_closures_are_kept_or_rejected(ax) -> None:
     graph, _, truth, kept, _ = decisions()
     draw_map(ax, graph, truth, kept=kept)
     words = {text.get_text().partition(" (")[0] for text in legend_below(ax).get_texts()}
@@ -151,7 +142,7 @@ def test_without_the_truth_closures_are_kept_or_rejected(ax: Axes) -> None:
 
 
 @pytest.mark.parametrize("view", [(0, 1), (0, 2), (1, 2)])
-def test_a_map_in_space_is_seen_from_a_side(ax: Axes, view: tuple[int, int]) -> None:
+def test_a_map_in_space_is_seen_from_a_side(ax, view: tuple[int, int]) -> None:
     graph, truth = sphere(40, np.random.default_rng(6))
     draw_map(ax, graph, truth, truth=truth, view=view)
     place = truth[:, list(view), 3]
@@ -160,13 +151,13 @@ def test_a_map_in_space_is_seen_from_a_side(ax: Axes, view: tuple[int, int]) -> 
 
 
 @pytest.mark.parametrize("view", [(0, 2), (0, -1), (0,), (0, 1, 1)])
-def test_a_view_that_the_graph_does_not_have_is_refused(ax: Axes, view: tuple[int, ...]) -> None:
+def test_a_view_that_the_graph_does_not_have_is_refused(ax, view: tuple[int, ...]) -> None:
     graph, _, truth = town()
     with pytest.raises(ValueError, match=r"view: it is .*; give two axes, each from 0 to 1"):
         draw_map(ax, graph, truth, view=view)
 
 
-def test_any_number_of_weights_makes_few_lines_and_loses_no_edge(ax: Axes) -> None:
+def test_any_number_of_weights_makes_few_lines_and_loses_no_edge(ax) -> None:
     rng = np.random.default_rng(7)
     graph, truth = circle(1000, rng, laps=2, closures=400)
     weights = rng.random(len(graph.edges))
@@ -177,7 +168,7 @@ def test_any_number_of_weights_makes_few_lines_and_loses_no_edge(ax: Axes) -> No
     assert drawn == {tuple(np.round(row, 9)) for row in ends}
 
 
-def test_beside_decisions_the_truth_is_named_and_looks_like_none_of_them(ax: Axes) -> None:
+def test_beside_decisions_the_truth_is_named_and_looks_like_none_of_them(ax) -> None:
     graph, is_lie, truth, kept, _ = decisions()
     draw_map(ax, graph, truth, is_outlier=is_lie, kept=kept, truth=truth)
     named = [line for line in ax.lines if not line.get_label().startswith("_")]
@@ -187,14 +178,14 @@ def test_beside_decisions_the_truth_is_named_and_looks_like_none_of_them(ax: Axe
 
 
 @pytest.mark.parametrize("name", ["poses", "truth", "weights", "is_outlier"])
-def test_an_array_of_the_wrong_length_is_named(ax: Axes, name: str) -> None:
+def test_an_array_of_the_wrong_length_is_named(ax, name: str) -> None:
     graph, _, truth = town()
     arguments = {"poses": truth, name: np.zeros((3, 3))}
     with pytest.raises(ValueError, match=rf"{name}: the shape is \(3, 3\); give \d+ rows"):
         draw_map(ax, graph, **arguments)
 
 
-def test_a_heading_points_ahead_and_a_lonely_name_stands_behind(ax: Axes) -> None:
+def test_a_heading_points_ahead_and_a_lonely_name_stands_behind(ax) -> None:
     draw_headings(ax, [[1.0, 2.0, np.pi / 2]], ["1"], size=0.5)
     tip = ax.texts[0].xy
     name = ax.texts[1]
@@ -203,7 +194,7 @@ def test_a_heading_points_ahead_and_a_lonely_name_stands_behind(ax: Axes) -> Non
     assert name.get_position()[1] < 2.0
 
 
-def test_a_name_stands_clear_of_the_ways_between_the_poses(ax: Axes) -> None:
+def test_a_name_stands_clear_of_the_ways_between_the_poses(ax) -> None:
     """Pose c of the bent path stands nearly in line with b and d: behind it runs the path."""
     poses = np.array([[0, 0, 0], [0.38, -0.22, 0.6], [0.55, 0.14, 1.3], [0.85, 1.0, 3.1]])
     draw_headings(ax, poses, ["a", "b", "c", "d"], size=0.2)
@@ -213,17 +204,17 @@ def test_a_name_stands_clear_of_the_ways_between_the_poses(ax: Axes) -> None:
             assert np.linalg.norm(along - name.get_position(), axis=1).min() > 0.1
 
 
-def test_poses_in_a_heap_are_named_together(ax: Axes) -> None:
+def test_poses_in_a_heap_are_named_together(ax) -> None:
     draw_headings(ax, [[0, 0, 0], [0.01, 0, 1], [5, 5, 0]], ["a", "b", "c"])
     assert [text.get_text() for text in ax.texts if text.get_text()] == ["a b", "c"]
 
 
-def test_a_name_for_each_pose(ax: Axes) -> None:
+def test_a_name_for_each_pose(ax) -> None:
     with pytest.raises(ValueError, match="give 2 rows"):
         draw_headings(ax, np.zeros((3, 3)), ["1", "2"])
 
 
-def test_a_chain_draws_closures_above_lies_below_and_odometry_on_the_line(ax: Axes) -> None:
+def test_a_chain_draws_closures_above_lies_below_and_odometry_on_the_line(ax) -> None:
     draw_chain(
         ax,
         [0, 1, 2],
@@ -238,14 +229,14 @@ def test_a_chain_draws_closures_above_lies_below_and_odometry_on_the_line(ax: Ax
     assert middles[PALETTE["outlier"].lower()] < 3.0
 
 
-def test_an_arc_ends_at_its_two_poses(ax: Axes) -> None:
+def test_an_arc_ends_at_its_two_poses(ax) -> None:
     draw_chain(ax, [0.0, 0.5, 7.0], [(2, 0)], is_odometry=[False])
     x, y = ax.lines[0].get_data()
     assert (x[0], x[-1]) == pytest.approx((7.0, 0.0))
     assert (y[0], y[-1]) == pytest.approx((0.0, 0.0))
 
 
-def test_a_chain_names_its_poses_from_one_unless_told_not_to(ax: Axes) -> None:
+def test_a_chain_names_its_poses_from_one_unless_told_not_to(ax) -> None:
     edges = [(0, 1)]
     draw_chain(ax, [0, 1], edges, is_odometry=[True], labels=["says 1"])
     assert {text.get_text() for text in ax.texts} == {"says 1", "$x_1$", "$x_2$"}
@@ -255,7 +246,7 @@ def test_a_chain_names_its_poses_from_one_unless_told_not_to(ax: Axes) -> None:
     plt.close(figure)
 
 
-def test_the_legend_shows_each_kind_as_the_map_draws_it(ax: Axes) -> None:
+def test_the_legend_shows_each_kind_as_the_map_draws_it(ax) -> None:
     graph, is_lie, truth = town()
     draw_map(ax, graph, truth, is_outlier=is_lie, truth=truth)
     drawn = {(line.get_color(), line.get_linestyle()) for line in ax.lines}

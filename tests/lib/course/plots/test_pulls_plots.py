@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
-from matplotlib import pyplot as plt
-from matplotlib.axes import Axes
 from robust_slam.estimators import kernels
 from robust_slam_course.plots.kernels import kernel_look
 from robust_slam_course.plots.pulls import draw_line_fit, draw_pull_ends, draw_pulls
@@ -16,14 +12,7 @@ P, Y = np.array([0.0, 1.0, 4.0]), np.array([1.0, 2.0, 9.0])
 IS_LIE = np.array([False, False, True])
 
 
-@pytest.fixture
-def ax() -> Iterator[Axes]:
-    figure, axes = plt.subplots()
-    yield axes
-    plt.close(figure)
-
-
-def test_the_fit_and_the_truth_are_lines_over_all_places(ax: Axes) -> None:
+def test_the_fit_and_the_truth_are_lines_over_all_places(ax) -> None:
     draw_line_fit(ax, P, Y, (1.0, 0.5), (2.0, 0.25), IS_LIE)
     lines = {line.get_label(): line for line in ax.lines}
     np.testing.assert_allclose(lines["fit"].get_xydata(), [[0, 1], [4, 3]])
@@ -31,7 +20,7 @@ def test_the_fit_and_the_truth_are_lines_over_all_places(ax: Axes) -> None:
     assert lines["fit"].get_linestyle() != lines["truth"].get_linestyle()
 
 
-def test_a_lie_differs_from_the_honest_in_marker_and_colour(ax: Axes) -> None:
+def test_a_lie_differs_from_the_honest_in_marker_and_colour(ax) -> None:
     draw_line_fit(ax, P, Y, (1.0, 0.5), (2.0, 0.25), IS_LIE)
     lines = {line.get_label(): line for line in ax.lines}
     np.testing.assert_allclose(lines["honest"].get_xydata(), [[0, 1], [1, 2]])
@@ -40,14 +29,14 @@ def test_a_lie_differs_from_the_honest_in_marker_and_colour(ax: Axes) -> None:
     assert lines["honest"].get_color() != lines["lie"].get_color()
 
 
-def test_a_residual_leads_from_the_fit_to_its_reading(ax: Axes) -> None:
+def test_a_residual_leads_from_the_fit_to_its_reading(ax) -> None:
     draw_line_fit(ax, P, Y, (1.0, 0.5), (2.0, 0.25), IS_LIE)
     segments = [s for group in ax.collections for s in group.get_segments()]
     want = [[[0, 1], [0, 1]], [[1, 1.5], [1, 2]], [[4, 3], [4, 9]]]
     np.testing.assert_allclose(segments, want)
 
 
-def test_a_bar_is_as_high_as_its_pull_and_a_lie_is_hatched(ax: Axes) -> None:
+def test_a_bar_is_as_high_as_its_pull_and_a_lie_is_hatched(ax) -> None:
     draw_pulls(ax, P, [0.5, -2.0, 1.345], IS_LIE)
     bars = {bar.get_x() + bar.get_width() / 2: bar for bar in ax.patches}
     assert {at: bar.get_height() for at, bar in bars.items()} == {0.0: 0.5, 1.0: -2.0, 4.0: 1.345}
@@ -56,7 +45,7 @@ def test_a_bar_is_as_high_as_its_pull_and_a_lie_is_hatched(ax: Axes) -> None:
 
 @pytest.mark.parametrize(("pull", "printed", "height"), [(1.5, "1.500", 1.5), (-2.0, "−2.000", 0)])
 def test_a_lie_s_pull_is_printed_above_its_bar(
-    pull: float, printed: str, height: float, ax: Axes
+    pull: float, printed: str, height: float, ax
 ) -> None:
     draw_pulls(ax, P, [0.5, -2.0, pull], IS_LIE)
     (text,) = ax.texts
@@ -64,13 +53,13 @@ def test_a_lie_s_pull_is_printed_above_its_bar(
     assert text.get_position() == (4.0, height)
 
 
-def test_pulls_need_one_number_for_each_place(ax: Axes) -> None:
+def test_pulls_need_one_number_for_each_place(ax) -> None:
     with pytest.raises(ValueError, match="pulls"):
         draw_pulls(ax, P, [1.0, 2.0], IS_LIE)
 
 
 @pytest.mark.parametrize(("name", "slope"), [("squared", 1), ("huber", 0), ("cauchy", -1)])
-def test_far_out_a_pull_is_a_straight_line(name: str, slope: int, ax: Axes) -> None:
+def test_far_out_a_pull_is_a_straight_line(name: str, slope: int, ax) -> None:
     draw_pull_ends(ax, [kernels.KERNELS[name](2.0)], (-1, 6))
     u, pull = ax.lines[0].get_data()
     assert (u[0], u[-1]) == pytest.approx((0.1, 1e6))
@@ -79,7 +68,7 @@ def test_far_out_a_pull_is_a_straight_line(name: str, slope: int, ax: Axes) -> N
     assert (ax.get_xscale(), ax.get_yscale()) == ("log", "log")
 
 
-def test_a_pull_of_zero_is_left_out(ax: Axes) -> None:
+def test_a_pull_of_zero_is_left_out(ax) -> None:
     kernel = kernels.tls(2.0)
     draw_pull_ends(ax, [kernel], (-1, 3))
     assert ax.lines[0].get_xdata().max() <= 2.0

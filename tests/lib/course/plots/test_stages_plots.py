@@ -2,39 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import pytest
-from matplotlib import pyplot as plt
-from matplotlib.axes import Axes
 from matplotlib.patches import FancyBboxPatch
 from robust_slam_course.plots.stages import STAGES, draw_stages
-from robust_slam_course.style import figure_style
 
 
 @pytest.fixture
-def ax() -> Iterator[Axes]:
-    with figure_style():
-        figure, axes = plt.subplots(figsize=(5.6, 6.0))
-        yield axes
-        plt.close(figure)
+def ax(ax):
+    ax.figure.set_size_inches(5.6, 6.0)
+    return ax
 
 
-def boxes(ax: Axes) -> list[FancyBboxPatch]:
+def boxes(ax) -> list[FancyBboxPatch]:
     return [patch for patch in ax.patches if isinstance(patch, FancyBboxPatch)]
 
 
-def written(ax: Axes) -> list[str]:
+def written(ax) -> list[str]:
     return [text.get_text() for text in ax.texts if text.get_text()]
 
 
-def test_every_lesson_stands_in_the_picture(ax: Axes) -> None:
+def test_every_lesson_stands_in_the_picture(ax) -> None:
     draw_stages(ax)
     words = " ".join(written(ax)).split()
     assert {f"L{number}" for number in range(1, 15)} <= set(words)
 
 
-def test_the_lit_stage_differs_in_more_than_colour(ax: Axes) -> None:
+def test_the_lit_stage_differs_in_more_than_colour(ax) -> None:
     draw_stages(ax, "ransac")
     wide = [box for box in boxes(ax) if box.get_linewidth() > 2.0]
     assert len(wide) == 1
@@ -42,18 +35,18 @@ def test_the_lit_stage_differs_in_more_than_colour(ax: Axes) -> None:
     assert [text for text in written(ax) if text.startswith("▶")] == ["▶ RANSAC · L8"]
 
 
-def test_an_unlit_machine_has_no_mark(ax: Axes) -> None:
+def test_an_unlit_machine_has_no_mark(ax) -> None:
     draw_stages(ax)
     assert len({box.get_linewidth() for box in boxes(ax)}) == 1
     assert not [text for text in written(ax) if text.startswith("▶")]
 
 
-def test_labels_can_be_left_out(ax: Axes) -> None:
+def test_labels_can_be_left_out(ax) -> None:
     draw_stages(ax, labels=False)
     assert len(written(ax)) == len(STAGES) + 1
 
 
-def test_boxes_hold_their_words_and_do_not_overlap(ax: Axes) -> None:
+def test_boxes_hold_their_words_and_do_not_overlap(ax) -> None:
     draw_stages(ax, "places")
     ax.figure.draw_without_rendering()
     frames = [box.get_window_extent() for box in boxes(ax)]
@@ -66,6 +59,6 @@ def test_boxes_hold_their_words_and_do_not_overlap(ax: Axes) -> None:
         assert not any(one.overlaps(other) for other in frames[k + 1 :])
 
 
-def test_an_unknown_stage_is_named(ax: Axes) -> None:
+def test_an_unknown_stage_is_named(ax) -> None:
     with pytest.raises(ValueError, match="'lidar' is no stage"):
         draw_stages(ax, "lidar")

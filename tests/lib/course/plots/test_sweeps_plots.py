@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
-from matplotlib import pyplot as plt
-from matplotlib.axes import Axes
 from robust_slam_course.plots.sweeps import draw_sweep
 
 SCORES = {
@@ -16,14 +12,7 @@ SCORES = {
 }
 
 
-@pytest.fixture
-def ax() -> Iterator[Axes]:
-    figure, axes = plt.subplots()
-    yield axes
-    plt.close(figure)
-
-
-def test_lines_go_through_the_medians_and_bars_from_best_to_worst(ax: Axes) -> None:
+def test_lines_go_through_the_medians_and_bars_from_best_to_worst(ax) -> None:
     draw_sweep(ax, ["few", "many"], SCORES)
     for line, bars, runs in zip(ax.lines, ax.collections, SCORES.values(), strict=True):
         assert line.get_ydata().tolist() == np.median(runs, axis=0).tolist()
@@ -32,7 +21,7 @@ def test_lines_go_through_the_medians_and_bars_from_best_to_worst(ax: Axes) -> N
         assert [segment[0, 0] for segment in bars.get_segments()] == line.get_xdata().tolist()
 
 
-def test_methods_differ_in_place_colour_line_and_marker(ax: Axes) -> None:
+def test_methods_differ_in_place_colour_line_and_marker(ax) -> None:
     draw_sweep(ax, ["few", "many"], SCORES)
     one, two = ax.lines
     assert one.get_label() == "bold"
@@ -43,13 +32,13 @@ def test_methods_differ_in_place_colour_line_and_marker(ax: Axes) -> None:
     assert np.all(np.round(two.get_xdata()) == [0, 1])
 
 
-def test_levels_are_named_and_the_axis_is_logarithmic(ax: Axes) -> None:
+def test_levels_are_named_and_the_axis_is_logarithmic(ax) -> None:
     draw_sweep(ax, ["few", "many"], SCORES)
     assert [label.get_text() for label in ax.get_xticklabels()] == ["few", "many"]
     assert ax.get_yscale() == "log"
 
 
-def test_scores_that_do_not_fit_are_refused(ax: Axes) -> None:
+def test_scores_that_do_not_fit_are_refused(ax) -> None:
     with pytest.raises(ValueError, match="bold"):
         draw_sweep(ax, ["one"], SCORES)
     with pytest.raises(ValueError, match="9 methods"):

@@ -2,24 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
-from matplotlib import pyplot as plt
-from matplotlib.axes import Axes
 from robust_slam.estimators.mixtures import NullHypothesis
 from robust_slam_course.plots.switches import draw_modes, draw_switch_costs, draw_switches
 
 
-@pytest.fixture
-def ax() -> Iterator[Axes]:
-    figure, axes = plt.subplots()
-    yield axes
-    plt.close(figure)
-
-
-def test_the_marker_stands_at_the_lowest_point_of_its_curve(ax: Axes) -> None:
+def test_the_marker_stands_at_the_lowest_point_of_its_curve(ax) -> None:
     draw_switch_costs(ax, (1.0, 9.0), lam=1.0)
     curves, markers = ax.lines[::2], ax.lines[1::2]
     for curve, marker in zip(curves, markers, strict=True):
@@ -31,7 +20,7 @@ def test_the_marker_stands_at_the_lowest_point_of_its_curve(ax: Axes) -> None:
     assert markers[0].get_marker() != markers[1].get_marker()
 
 
-def test_each_switch_is_a_stem_under_its_name_and_lies_are_crosses(ax: Axes) -> None:
+def test_each_switch_is_a_stem_under_its_name_and_lies_are_crosses(ax) -> None:
     draw_switches(ax, [1.0, 0.25, 0.5], [False, True, False], "ABC")
     honest, lies = ax.lines
     np.testing.assert_array_equal(honest.get_xydata(), [[0.0, 1.0], [2.0, 0.5]])
@@ -43,12 +32,12 @@ def test_each_switch_is_a_stem_under_its_name_and_lies_are_crosses(ax: Axes) -> 
 
 
 @pytest.mark.parametrize(("switches", "lies"), [([1.0], [False, True]), ([1.0, 0.0], [True])])
-def test_switches_and_marks_fit_the_names(ax: Axes, switches: list, lies: list) -> None:
+def test_switches_and_marks_fit_the_names(ax, switches: list, lies: list) -> None:
     with pytest.raises(ValueError, match=r"switches|is_outlier"):
         draw_switches(ax, switches, lies, "AB")
 
 
-def test_the_modes_cross_at_the_switch(ax: Axes) -> None:
+def test_the_modes_cross_at_the_switch(ax) -> None:
     rule = NullHypothesis(0.9, 10.0, 1)
     draw_modes(ax, rule, u_max=5.0)
     lower, inlier, outlier, switch = (np.asarray(line.get_ydata()) for line in ax.lines)
