@@ -1,5 +1,7 @@
 """Answers to exercise certificate of 07-certificates: each body is a cell as handed in."""
 
+from robust_slam_autograder.lint.answers import change
+
 
 def right_block_by_block() -> None:
     """Right: one pose after the other."""
@@ -7,14 +9,13 @@ def right_block_by_block() -> None:
 
     def certificate(Q, R):
         Q, R = np.asarray(Q, dtype=float), np.asarray(R, dtype=float)
-        d, dn = R.shape
-        Lambda = np.zeros((dn, dn))
-        for i in range(dn // d):
-            at = slice(i * d, (i + 1) * d)
+        d = len(R)
+        S = Q.copy()
+        for k in range(0, len(Q), d):
+            at = slice(k, k + d)
             A = (Q @ R.T)[at] @ R[:, at]
-            Lambda[at, at] = 0.5 * (A + A.T)
-        S = Q - Lambda
-        return S, np.linalg.eigvalsh(S).min()
+            S[at, at] -= (A + A.T) / 2
+        return S, np.linalg.eigvalsh(S)[0]
 
 
 def right_mask() -> None:
@@ -68,143 +69,76 @@ def right_least_squares() -> None:
         return S, min(np.linalg.eigvalsh(S))
 
 
-def wrong_not_symmetrised() -> None:
-    """Wrong: the blocks as they come, which are symmetric only where the cost stands still.
-    Stopped by the visible case certificate-anywhere.
-    """
-    import numpy as np
+wrong_not_symmetrised = change(
+    right_block_by_block, "(A + A.T) / 2", "A", stopped_by="certificate-anywhere"
+)
+"""Wrong: the blocks as they come, which are symmetric only at stationary rotations."""
 
-    def certificate(Q, R):
-        Q, R = np.asarray(Q, dtype=float), np.asarray(R, dtype=float)
-        d = len(R)
-        S = Q.copy()
-        M = Q @ R.T @ R
-        for k in range(0, len(Q), d):
-            S[k : k + d, k : k + d] -= M[k : k + d, k : k + d]
-        return S, np.linalg.eigvalsh(S)[0]
+wrong_symmetrised_afterwards = change(
+    right_block_by_block,
+    "(A + A.T) / 2",
+    "A if np.allclose(A, A.T) else A + A.T",
+    caught_by="certificate-anywhere",
+)
+"""Wrong: adds the transpose of the blocks without halving, where they are not symmetric by
+themselves.
+"""
 
+wrong_lower_triangle = change(
+    right_block_by_block,
+    "(A + A.T) / 2",
+    "np.tril(A) + np.tril(A, -1).T",
+    caught_by="certificate-anywhere",
+)
+"""Wrong: copies one half of each block to the other instead of taking the mean of both."""
 
-def wrong_symmetrised_afterwards() -> None:
-    """Wrong: adds the transpose of the blocks without halving, where they are not symmetric by
-    themselves. Caught by certificate-anywhere.
-    """
-    import numpy as np
+wrong_s_is_q = change(right_block_by_block, "(A + A.T) / 2", "0", stopped_by="certificate-plane")
+"""Wrong: forgets Λ, which is 0 only at a perfect fit."""
 
-    def certificate(Q, R):
-        Q, R = np.asarray(Q, dtype=float), np.asarray(R, dtype=float)
-        d = len(R)
-        S = Q.copy()
-        M = Q @ R.T @ R
-        for k in range(0, len(Q), d):
-            A = M[k : k + d, k : k + d]
-            S[k : k + d, k : k + d] -= A if np.allclose(A, A.T) else A + A.T
-        return S, np.linalg.eigvalsh(S)[0]
+wrong_scalar_multipliers = change(
+    right_block_by_block,
+    "(A + A.T) / 2",
+    "np.trace(A) / d * np.eye(d)",
+    caught_by="certificate-space",
+)
+"""Wrong: a number times the identity for each pose, which is enough in the plane where Q comes
+from measured rotations.
+"""
 
+wrong_diagonal_multipliers = change(
+    right_block_by_block, "(A + A.T) / 2", "np.diag(np.diag(A))", caught_by="certificate-space"
+)
+"""Wrong: keeps the diagonal of each block alone."""
 
-def wrong_lower_triangle() -> None:
-    """Wrong: copies one half of each block to the other instead of taking the mean of both. Caught
-    by certificate-anywhere.
-    """
-    import numpy as np
+wrong_sign = change(
+    right_block_by_block, "S[at, at] -=", "S[at, at] +=", stopped_by="certificate-plane"
+)
+"""Wrong sign: adds Λ."""
 
-    def certificate(Q, R):
-        Q, R = np.asarray(Q, dtype=float), np.asarray(R, dtype=float)
-        d = len(R)
-        S = Q.copy()
-        M = Q @ R.T @ R
-        for k in range(0, len(Q), d):
-            A = np.tril(M[k : k + d, k : k + d])
-            S[k : k + d, k : k + d] -= A + np.tril(A, -1).T
-        return S, np.linalg.eigvalsh(S)[0]
+wrong_block_order = change(
+    right_block_by_block,
+    "(Q @ R.T)[at] @ R[:, at]",
+    "R[:, at] @ (Q @ R.T)[at]",
+    caught_by="certificate-space",
+)
+"""Wrong order: R_i times the block of Q R.T instead of the other way round, which is the same at
+poses turned by multiples of a quarter turn.
+"""
 
+wrong_smallest_in_size = change(
+    right_block_by_block,
+    "np.linalg.eigvalsh(S)[0]",
+    "np.abs(np.linalg.eigvalsh(S)).min()",
+    stopped_by="certificate-twisted",
+)
+"""Wrong: the eigenvalue that is smallest in size, without its sign."""
 
-def wrong_s_is_q() -> None:
-    """Wrong: forgets Λ, which is 0 only at a perfect fit. Stopped by the visible case
-    certificate-plane.
-    """
-    import numpy as np
-
-    def certificate(Q, R):
-        return np.asarray(Q, dtype=float), np.linalg.eigvalsh(Q)[0]
-
-
-def wrong_scalar_multipliers() -> None:
-    """Wrong: a number times the identity for each pose, which is enough in the plane where Q comes
-    from measured turns. Caught by certificate-space.
-    """
-    import numpy as np
-
-    def certificate(Q, R):
-        Q, R = np.asarray(Q, dtype=float), np.asarray(R, dtype=float)
-        d = len(R)
-        S = Q.copy()
-        M = Q @ R.T @ R
-        for k in range(0, len(Q), d):
-            S[k : k + d, k : k + d] -= np.trace(M[k : k + d, k : k + d]) / d * np.eye(d)
-        return S, np.linalg.eigvalsh(S)[0]
-
-
-def wrong_diagonal_multipliers() -> None:
-    """Wrong: keeps the diagonal of each block alone. Caught by certificate-space."""
-    import numpy as np
-
-    def certificate(Q, R):
-        Q, R = np.asarray(Q, dtype=float), np.asarray(R, dtype=float)
-        S = Q - np.diag(np.diag(Q @ R.T @ R))
-        return S, np.linalg.eigvalsh(S)[0]
-
-
-def wrong_sign() -> None:
-    """Wrong sign: adds Λ. Stopped by the visible case certificate-plane."""
-    import numpy as np
-
-    def certificate(Q, R):
-        Q, R = np.asarray(Q, dtype=float), np.asarray(R, dtype=float)
-        inside = np.kron(np.eye(len(Q) // len(R)), np.ones((len(R), len(R))))
-        A = inside * (Q @ R.T @ R)
-        S = Q + (A + A.T) / 2
-        return S, np.linalg.eigvalsh(S)[0]
-
-
-def wrong_block_order() -> None:
-    """Wrong order: R_i times the block of Q R.T instead of the other way round, which is the same
-    at poses turned by multiples of a quarter turn and by nothing. Caught by certificate-space.
-    """
-    import numpy as np
-
-    def certificate(Q, R):
-        Q, R = np.asarray(Q, dtype=float), np.asarray(R, dtype=float)
-        d = len(R)
-        S = Q.copy()
-        for k in range(0, len(Q), d):
-            A = R[:, k : k + d] @ (Q @ R.T)[k : k + d]
-            S[k : k + d, k : k + d] -= (A + A.T) / 2
-        return S, np.linalg.eigvalsh(S)[0]
-
-
-def wrong_smallest_in_size() -> None:
-    """Wrong: the eigenvalue that is smallest in size, without its sign. Stopped by the visible
-    case certificate-twisted.
-    """
-    import numpy as np
-
-    def certificate(Q, R):
-        Q, R = np.asarray(Q, dtype=float), np.asarray(R, dtype=float)
-        inside = np.kron(np.eye(len(Q) // len(R)), np.ones((len(R), len(R))))
-        A = inside * (Q @ R.T @ R)
-        S = Q - (A + A.T) / 2
-        return S, np.abs(np.linalg.eigvalsh(S)).min()
-
-
-def wrong_past_the_kernel() -> None:
-    """Wrong: leaves out the d smallest eigenvalues, as if they were always the zeros of R's own
-    directions. Stopped by the visible case certificate-by-hand.
-    """
-    import numpy as np
-
-    def certificate(Q, R):
-        Q, R = np.asarray(Q, dtype=float), np.asarray(R, dtype=float)
-        inside = np.kron(np.eye(len(Q) // len(R)), np.ones((len(R), len(R))))
-        A = inside * (Q @ R.T @ R)
-        S = Q - (A + A.T) / 2
-        return S, np.linalg.eigvalsh(S)[len(R)]
+wrong_past_the_kernel = change(
+    right_block_by_block,
+    "np.linalg.eigvalsh(S)[0]",
+    "np.linalg.eigvalsh(S)[d]",
+    stopped_by="certificate-by-hand",
+)
+"""Wrong: leaves out the d smallest eigenvalues, as if they were always the zeros of R's own
+directions.
+"""

@@ -1,5 +1,7 @@
 """Answers to exercise connection_matrix of 07-certificates: each body is a cell as handed in."""
 
+from robust_slam_autograder.lint.answers import change
+
 
 def right_four_blocks() -> None:
     """Right: four blocks for each measurement, added one by one."""
@@ -7,15 +9,13 @@ def right_four_blocks() -> None:
 
     def connection_matrix(n, i, j, R_meas, kappa):
         R_meas = np.asarray(R_meas, dtype=float)
-        m, d = R_meas.shape[:2]
-        kappa = np.ones(m) * np.asarray(kappa, dtype=float)
+        d = R_meas.shape[1]
         Q = np.zeros((n, d, n, d))
-        for k in range(m):
-            a, b = i[k], j[k]
-            Q[a, :, a] += kappa[k] * np.eye(d)
-            Q[b, :, b] += kappa[k] * np.eye(d)
-            Q[a, :, b] -= kappa[k] * R_meas[k]
-            Q[b, :, a] -= kappa[k] * R_meas[k].T
+        for a, b, r, k in zip(i, j, R_meas, np.broadcast_to(kappa, len(R_meas))):
+            Q[a, :, a] += k * np.eye(d)
+            Q[b, :, b] += k * np.eye(d)
+            Q[a, :, b] -= k * r
+            Q[b, :, a] -= k * r.T
         return Q.reshape(n * d, n * d)
 
 
@@ -69,177 +69,98 @@ def right_scipy_sparse() -> None:
         return coo_matrix((values, (rows, columns)), shape=(d * n, d * n)).toarray().tolist()
 
 
-def wrong_sign() -> None:
-    """Wrong sign: adds the measured rotation beside the diagonal, so that agreement costs most.
-    Stopped by the visible case connection_matrix-plane.
+wrong_sign = change(
+    right_four_blocks,
+    ("Q[a, :, b] -= k * r", "Q[a, :, b] += k * r"),
+    ("Q[b, :, a] -= k * r.T", "Q[b, :, a] += k * r.T"),
+    stopped_by="connection_matrix-plane",
+)
+"""Wrong sign: adds the measured rotation beside the diagonal, so that agreement costs most."""
+
+wrong_transposed = change(
+    right_four_blocks,
     """
-    import numpy as np
-
-    def connection_matrix(n, i, j, R_meas, kappa):
-        R_meas = np.asarray(R_meas, dtype=float)
-        d = R_meas.shape[1]
-        Q = np.zeros((n, d, n, d))
-        for a, b, r, k in zip(i, j, R_meas, np.broadcast_to(kappa, len(R_meas))):
-            Q[a, :, a] += k * np.eye(d)
-            Q[b, :, b] += k * np.eye(d)
-            Q[a, :, b] += k * r
-            Q[b, :, a] += k * r.T
-        return Q.reshape(n * d, n * d)
-
-
-def wrong_transposed() -> None:
-    """Wrong frames: puts the measured rotation where its transpose belongs, as if R_i were R_j
-    times it. Caught by connection_matrix-plane.
+    Q[a, :, b] -= k * r
+    Q[b, :, a] -= k * r.T
+    """,
     """
-    import numpy as np
+    Q[a, :, b] -= k * r.T
+    Q[b, :, a] -= k * r
+    """,
+    caught_by="connection_matrix-plane",
+)
+"""Wrong frames: puts the measured rotation where its transpose belongs, as if R_i were R_j times
+it.
+"""
 
-    def connection_matrix(n, i, j, R_meas, kappa):
-        R_meas = np.asarray(R_meas, dtype=float)
-        d = R_meas.shape[1]
-        Q = np.zeros((n, d, n, d))
-        for a, b, r, k in zip(i, j, R_meas, np.broadcast_to(kappa, len(R_meas))):
-            Q[a, :, a] += k * np.eye(d)
-            Q[b, :, b] += k * np.eye(d)
-            Q[a, :, b] -= k * r.T
-            Q[b, :, a] -= k * r
-        return Q.reshape(n * d, n * d)
+wrong_one_sided_transpose = change(
+    right_four_blocks, "r.T", "r", stopped_by="connection_matrix-by-hand"
+)
+"""Wrong: the measured rotation on both sides of the diagonal, without the transpose; Q is not
+symmetric.
+"""
 
+wrong_without_kappa = change(
+    right_four_blocks,
+    "np.broadcast_to(kappa, len(R_meas))",
+    "np.ones(len(R_meas))",
+    stopped_by="connection_matrix-by-hand",
+)
+"""Wrong: every measurement counts the same and κ is ignored."""
 
-def wrong_one_sided_transpose() -> None:
-    """Wrong: the measured rotation on both sides of the diagonal, without the transpose; Q is not
-    symmetric. Stopped by the visible case connection_matrix-by-hand.
+wrong_mean_kappa = change(
+    right_four_blocks,
+    "np.broadcast_to(kappa, len(R_meas))",
+    "np.full(len(R_meas), np.mean(kappa))",
+    caught_by="connection_matrix-kappa",
+)
+"""Wrong: the mean of all κ for every measurement, right where they are equal."""
+
+wrong_square_kappa = change(
+    right_four_blocks,
+    "np.broadcast_to(kappa, len(R_meas))",
+    "np.broadcast_to(np.square(kappa), len(R_meas))",
+    stopped_by="connection_matrix-by-hand",
+)
+"""Wrong: takes κ for a deviation whose inverse it is, and counts a measurement with κ²."""
+
+wrong_last_measurement_wins = change(
+    right_four_blocks,
+    ("Q[a, :, b] -= k * r", "Q[a, :, b] = -k * r"),
+    ("Q[b, :, a] -= k * r.T", "Q[b, :, a] = -k * r.T"),
+    caught_by="connection_matrix-parallel",
+)
+"""Wrong: sets the block of a pair of poses instead of adding to it, so the last of several
+measurements wins; the diagonal is right.
+"""
+
+wrong_upward_only = change(
+    right_four_blocks,
+    "zip(i, j, R_meas",
+    "zip(np.minimum(i, j), np.maximum(i, j), R_meas",
+    caught_by="connection_matrix-parallel",
+)
+"""Wrong: sorts the ends of each measurement and keeps its rotation, as if all went from the lower
+pose to the higher one.
+"""
+
+wrong_measured_poses_only = change(
+    right_four_blocks,
+    "d = R_meas.shape[1]",
     """
-    import numpy as np
+    d = R_meas.shape[1]
+    n = max(*i, *j) + 1
+    """,
+    stopped_by="connection_matrix-lists",
+)
+"""Wrong: counts the poses in the measurements and forgets those that have none."""
 
-    def connection_matrix(n, i, j, R_meas, kappa):
-        R_meas = np.asarray(R_meas, dtype=float)
-        d = R_meas.shape[1]
-        Q = np.zeros((n, d, n, d))
-        for a, b, r, k in zip(i, j, R_meas, np.broadcast_to(kappa, len(R_meas))):
-            Q[a, :, a] += k * np.eye(d)
-            Q[b, :, b] += k * np.eye(d)
-            Q[a, :, b] -= k * r
-            Q[b, :, a] -= k * r
-        return Q.reshape(n * d, n * d)
-
-
-def wrong_without_kappa() -> None:
-    """Wrong: every measurement counts the same and κ is ignored. Stopped by the visible case
-    connection_matrix-by-hand.
-    """
-    import numpy as np
-
-    def connection_matrix(n, i, j, R_meas, kappa):
-        d = np.shape(R_meas)[1]
-        Q = np.zeros((n * d, n * d))
-        for a, b, r in zip(i, j, R_meas):
-            E = np.zeros((n * d, d))
-            E[d * b : d * b + d] = np.eye(d)
-            E[d * a : d * a + d] = -np.asarray(r, dtype=float)
-            Q += E @ E.T
-        return Q
-
-
-def wrong_mean_kappa() -> None:
-    """Wrong: the mean of all κ for every measurement, right where they are equal. Caught by
-    connection_matrix-kappa.
-    """
-    import numpy as np
-
-    def connection_matrix(n, i, j, R_meas, kappa):
-        d = np.shape(R_meas)[1]
-        Q = np.zeros((n * d, n * d))
-        for a, b, r in zip(i, j, R_meas):
-            E = np.zeros((n * d, d))
-            E[d * b : d * b + d] = np.eye(d)
-            E[d * a : d * a + d] = -np.asarray(r, dtype=float)
-            Q += np.mean(kappa) * E @ E.T
-        return Q
-
-
-def wrong_square_kappa() -> None:
-    """Wrong: takes κ for a deviation whose inverse it is, and counts a measurement with κ².
-    Stopped by the visible case connection_matrix-by-hand.
-    """
-    import numpy as np
-
-    def connection_matrix(n, i, j, R_meas, kappa):
-        d = np.shape(R_meas)[1]
-        Q = np.zeros((n * d, n * d))
-        for a, b, r, k in zip(i, j, R_meas, np.broadcast_to(kappa, len(R_meas))):
-            E = np.zeros((n * d, d))
-            E[d * b : d * b + d] = np.eye(d)
-            E[d * a : d * a + d] = -np.asarray(r, dtype=float)
-            Q += k**2 * E @ E.T
-        return Q
-
-
-def wrong_last_measurement_wins() -> None:
-    """Wrong: sets the block of a pair of poses instead of adding to it, so the last of several
-    measurements wins; the diagonal is right. Caught by connection_matrix-parallel.
-    """
-    import numpy as np
-
-    def connection_matrix(n, i, j, R_meas, kappa):
-        R_meas = np.asarray(R_meas, dtype=float)
-        d = R_meas.shape[1]
-        Q = np.zeros((n, d, n, d))
-        for a, b, r, k in zip(i, j, R_meas, np.broadcast_to(kappa, len(R_meas))):
-            Q[a, :, a] += k * np.eye(d)
-            Q[b, :, b] += k * np.eye(d)
-            Q[a, :, b] = -k * r
-            Q[b, :, a] = -k * r.T
-        return Q.reshape(n * d, n * d)
-
-
-def wrong_upward_only() -> None:
-    """Wrong: sorts the ends of each measurement and keeps its rotation, as if all went from the
-    lower pose to the higher one. Caught by connection_matrix-parallel.
-    """
-    import numpy as np
-
-    def connection_matrix(n, i, j, R_meas, kappa):
-        d = np.shape(R_meas)[1]
-        Q = np.zeros((n * d, n * d))
-        for a, b, r, k in zip(i, j, R_meas, np.broadcast_to(kappa, len(R_meas))):
-            a, b = min(a, b), max(a, b)
-            E = np.zeros((n * d, d))
-            E[d * b : d * b + d] = np.eye(d)
-            E[d * a : d * a + d] = -np.asarray(r, dtype=float)
-            Q += k * E @ E.T
-        return Q
-
-
-def wrong_measured_poses_only() -> None:
-    """Wrong: counts the poses in the measurements and forgets those that have none. Stopped by
-    the visible case connection_matrix-lists.
-    """
-    import numpy as np
-
-    def connection_matrix(n, i, j, R_meas, kappa):
-        d = np.shape(R_meas)[1]
-        n = max(*i, *j) + 1
-        Q = np.zeros((n * d, n * d))
-        for a, b, r, k in zip(i, j, R_meas, np.broadcast_to(kappa, len(R_meas))):
-            E = np.zeros((n * d, d))
-            E[d * b : d * b + d] = np.eye(d)
-            E[d * a : d * a + d] = -np.asarray(r, dtype=float)
-            Q += k * E @ E.T
-        return Q
-
-
-def wrong_diagonal_set_once() -> None:
-    """Wrong: sets the diagonal blocks instead of adding to them, which is right where a pose has
-    one measurement. Stopped by the visible case connection_matrix-parallel.
-    """
-    import numpy as np
-
-    def connection_matrix(n, i, j, R_meas, kappa):
-        R_meas = np.asarray(R_meas, dtype=float)
-        d = R_meas.shape[1]
-        Q = np.zeros((n, d, n, d))
-        for a, b, r, k in zip(i, j, R_meas, np.broadcast_to(kappa, len(R_meas))):
-            Q[a, :, a] = Q[b, :, b] = k * np.eye(d)
-            Q[a, :, b] -= k * r
-            Q[b, :, a] -= k * r.T
-        return Q.reshape(n * d, n * d)
+wrong_diagonal_set_once = change(
+    right_four_blocks,
+    ("Q[a, :, a] +=", "Q[a, :, a] ="),
+    ("Q[b, :, b] +=", "Q[b, :, b] ="),
+    stopped_by="connection_matrix-parallel",
+)
+"""Wrong: sets the diagonal blocks instead of adding to them, which is right where a pose has one
+measurement.
+"""

@@ -1,5 +1,7 @@
 """Answers to exercise round_solution of 07-certificates: each body is a cell as handed in."""
 
+from robust_slam_autograder.lint.answers import change
+
 
 def right_first_row() -> None:
     """Right: the first block row of Z, which shows all the poses from pose 0, block by block."""
@@ -24,7 +26,8 @@ def right_eigenvectors() -> None:
         values, vectors = np.linalg.eigh(np.asarray(Z, dtype=float))
         factor = np.sqrt(np.maximum(values[-d:], 0))[:, None] * vectors[:, -d:].T
         blocks = factor.reshape(d, n, d).transpose(1, 0, 2)
-        if np.sum(np.sign(np.linalg.det(blocks))) < 0:
+        is_mirrored = np.sum(np.sign(np.linalg.det(blocks))) < 0
+        if is_mirrored:
             blocks = blocks.copy()
             blocks[:, 0] *= -1
         U, _, Vt = np.linalg.svd(blocks)
@@ -75,118 +78,70 @@ def right_cholesky_like() -> None:
         return R
 
 
-def wrong_reflections() -> None:
-    """Wrong: the polar factors of the eigenvectors' blocks as they come, mirrored or not. Few
-    poses are read off the first row, so that no luck with a sign decides. Caught by
-    round_solution-plane.
-    """
-    import numpy as np
+wrong_reflections = change(
+    right_eigenvectors,
+    ("if is_mirrored:", "if is_mirrored and n < 4:"),
+    ("U[:, :, -1] *= np.linalg.det(U @ Vt)[:, None]", ""),
+    caught_by="round_solution-plane",
+)
+"""Wrong: the polar factors of the eigenvectors' blocks as they come, mirrored or not. With few
+poses the mirror is undone, so that no luck with a sign decides.
+"""
 
-    def round_solution(Z, n, d):
-        Z = np.asarray(Z, dtype=float)
-        if n < 4:
-            return Z[:d]
-        values, vectors = np.linalg.eigh(Z)
-        factor = np.sqrt(np.maximum(values[-d:], 0))[:, None] * vectors[:, -d:].T
-        blocks = factor.reshape(d, n, d).transpose(1, 0, 2)
-        U, _, Vt = np.linalg.svd(blocks)
-        return np.hstack(list(U @ Vt))
+wrong_minus_the_block = change(
+    right_eigenvectors,
+    ("if is_mirrored:", "if is_mirrored and n < 4:"),
+    (
+        "U[:, :, -1] *= np.linalg.det(U @ Vt)[:, None]",
+        "U *= np.sign(np.linalg.det(U @ Vt))[:, None, None]",
+    ),
+    caught_by="round_solution-plane",
+)
+"""Wrong: multiplies by −1 where the determinant is negative, which corrects it in space alone.
+With few poses the mirror is undone.
+"""
 
+wrong_each_mirror_by_itself = change(
+    right_eigenvectors,
+    "if is_mirrored:",
+    "if is_mirrored and n < 4:",
+    caught_by="round_solution-space",
+)
+"""Wrong: replaces the blocks of a mirrored factor by the nearest rotations one by one, without
+undoing the common mirror first, but for few poses.
+"""
 
-def wrong_minus_the_block() -> None:
-    """Wrong: multiplies by −1 where the determinant is negative, which mends it in space alone.
-    Few poses are read off the first row. Caught by round_solution-plane.
-    """
-    import numpy as np
+wrong_factor_as_it_is = change(
+    right_first_row,
+    "np.concatenate(blocks, axis=1)",
+    "np.array(Z, dtype=float)[:d]",
+    caught_by="round_solution-solver",
+)
+"""Wrong: takes the first block row for rotations as it is; with a solver's errors its blocks are
+not rotations.
+"""
 
-    def round_solution(Z, n, d):
-        Z = np.asarray(Z, dtype=float)
-        if n < 4:
-            return Z[:d]
-        values, vectors = np.linalg.eigh(Z)
-        factor = np.sqrt(np.maximum(values[-d:], 0))[:, None] * vectors[:, -d:].T
-        blocks = factor.reshape(d, n, d).transpose(1, 0, 2)
-        U, _, Vt = np.linalg.svd(blocks)
-        near = U @ Vt
-        near = near * np.sign(np.linalg.det(near))[:, None, None]
-        return np.hstack(list(near))
+wrong_polar_without_determinant = change(
+    right_first_row, "U @ flip @ Vt", "U @ Vt", caught_by="round_solution-no-rotations"
+)
+"""Wrong: each block by its polar factor, which is a mirror image where Z asks for one."""
 
+wrong_transposed_blocks = change(
+    right_first_row,
+    "[:d, k * d : (k + 1) * d]",
+    "[k * d : (k + 1) * d, :d]",
+    stopped_by="round_solution-by-hand",
+)
+"""Wrong: the first block column of Z, laid side by side, holds the transposes of what pose 0 sees.
+"""
 
-def wrong_each_mirror_by_itself() -> None:
-    """Wrong: replaces the blocks of a mirrored factor by the nearest rotations one by one, without
-    undoing the common mirror first. Few poses are read off the first row. Caught by
-    round_solution-space.
-    """
-    import numpy as np
+wrong_smallest_eigenvalues = change(
+    right_eigenvectors,
+    "np.sqrt(np.maximum(values[-d:], 0))[:, None] * vectors[:, -d:].T",
+    "vectors[:, :d].T",
+    stopped_by="round_solution-by-hand",
+)
+"""Wrong: takes the first eigenvectors of eigh, which belong to the smallest eigenvalues."""
 
-    def round_solution(Z, n, d):
-        Z = np.asarray(Z, dtype=float)
-        if n < 4:
-            return Z[:d]
-        values, vectors = np.linalg.eigh(Z)
-        factor = np.sqrt(np.maximum(values[-d:], 0))[:, None] * vectors[:, -d:].T
-        blocks = factor.reshape(d, n, d).transpose(1, 0, 2)
-        U, _, Vt = np.linalg.svd(blocks)
-        U[:, :, -1] *= np.linalg.det(U @ Vt)[:, None]
-        return np.hstack(list(U @ Vt))
-
-
-def wrong_factor_as_it_is() -> None:
-    """Wrong: takes the first block row for rotations as it is; with a solver's errors its blocks
-    are none. Caught by round_solution-solver.
-    """
-    import numpy as np
-
-    def round_solution(Z, n, d):
-        return np.asarray(Z, dtype=float)[:d]
-
-
-def wrong_polar_without_determinant() -> None:
-    """Wrong: each block by its polar factor, which is a mirror image where Z asks for one. Caught
-    by round_solution-no-rotations.
-    """
-    import numpy as np
-
-    def round_solution(Z, n, d):
-        U, _, Vt = np.linalg.svd(np.asarray(Z, dtype=float)[:d].reshape(d, n, d).swapaxes(0, 1))
-        return np.hstack(list(U @ Vt))
-
-
-def wrong_transposed_blocks() -> None:
-    """Wrong: the first block column of Z, laid side by side, holds the transposes of what pose 0
-    sees. Stopped by the visible case round_solution-by-hand.
-    """
-    import numpy as np
-
-    def round_solution(Z, n, d):
-        U, _, Vt = np.linalg.svd(np.asarray(Z, dtype=float)[:, :d].reshape(n, d, d))
-        U[:, :, -1] *= np.linalg.det(U @ Vt)[:, None]
-        return np.hstack(list(U @ Vt))
-
-
-def wrong_smallest_eigenvalues() -> None:
-    """Wrong: takes the first eigenvectors of eigh, which belong to the smallest eigenvalues.
-    Stopped by the visible case round_solution-by-hand.
-    """
-    import numpy as np
-
-    def round_solution(Z, n, d):
-        values, vectors = np.linalg.eigh(np.asarray(Z, dtype=float))
-        blocks = vectors[:, :d].T.reshape(d, n, d).transpose(1, 0, 2)
-        if np.sum(np.sign(np.linalg.det(blocks))) < 0:
-            blocks = blocks * np.array([-1.0] + [1.0] * (d - 1))[:, None]
-        U, _, Vt = np.linalg.svd(blocks)
-        U[:, :, -1] *= np.linalg.det(U @ Vt)[:, None]
-        return np.hstack(list(U @ Vt))
-
-
-def wrong_stacked() -> None:
-    """Wrong shape: the rotations below each other. Stopped by the visible case
-    round_solution-by-hand.
-    """
-    import numpy as np
-
-    def round_solution(Z, n, d):
-        U, _, Vt = np.linalg.svd(np.asarray(Z, dtype=float)[:d].reshape(d, n, d).swapaxes(0, 1))
-        U[:, :, -1] *= np.linalg.det(U @ Vt)[:, None]
-        return np.vstack(list(U @ Vt))
+wrong_stacked = change(right_first_row, "axis=1", "axis=0", stopped_by="round_solution-by-hand")
+"""Wrong shape: the rotations below each other."""

@@ -1,5 +1,7 @@
 """Answers to exercise solve_sdp of 07-certificates: each body is a cell as handed in."""
 
+from robust_slam_autograder.lint.answers import change
+
 
 def right_clarabel() -> None:
     """Right: a variable that is positive semidefinite, and Clarabel."""
@@ -8,7 +10,7 @@ def right_clarabel() -> None:
 
     def solve_sdp(Q, n, d):
         Z = cp.Variable((n * d, n * d), PSD=True)
-        blocks = [Z[k * d : (k + 1) * d, k * d : (k + 1) * d] == np.eye(d) for k in range(n)]
+        blocks = [Z[k : k + d, k : k + d] == np.eye(d) for k in range(0, n * d, d)]
         problem = cp.Problem(cp.Minimize(cp.sum(cp.multiply(np.array(Q), Z))), blocks)
         problem.solve(solver=cp.CLARABEL)
         return Z.value
@@ -72,120 +74,80 @@ def right_low_rank() -> None:
         return wide.T @ wide
 
 
-def wrong_unit_diagonal() -> None:
-    """Wrong: asks for diag(Z) = 1 and leaves the rest of each diagonal block free, which is enough
-    for the rings of the plane alone. Caught by solve_sdp-space.
+wrong_unit_diagonal = change(
+    right_clarabel,
+    "blocks = [Z[k : k + d, k : k + d] == np.eye(d) for k in range(0, n * d, d)]",
+    "blocks = [cp.diag(Z) == 1]",
+    caught_by="solve_sdp-space",
+)
+"""Wrong: asks for diag(Z) = 1 and leaves the rest of each diagonal block free, which is enough for
+the rings of the plane alone.
+"""
+
+wrong_traces_of_blocks = change(
+    right_clarabel,
+    "Z[k : k + d, k : k + d] == np.eye(d)",
+    "cp.trace(Z[k : k + d, k : k + d]) == d",
+    caught_by="solve_sdp-any-matrix",
+)
+"""Wrong: fixes the trace of each diagonal block and not the block."""
+
+wrong_rotations_only = change(
+    right_low_rank,
+    ("size=(n * d, n, d)", "size=(d, n, d)"),
+    (
+        "Y[k] = left @ right",
+        """
+        left[:, -1] *= np.linalg.det(left @ right)
+        Y[k] = left @ right
+        """,
+    ),
+    caught_by="solve_sdp-gap",
+)
+"""Wrong: looks for the best rotations by a local search and returns their RᵀR, which is no lower
+bound where no rotations reach it.
+"""
+
+wrong_indefinite = change(
+    right_clarabel,
+    ("PSD=True", "symmetric=True"),
+    ("), blocks)", "), [*blocks, Z <= 1, Z >= -1])"),
+    caught_by="solve_sdp-space",
+)
+"""Wrong: forgets Z ⪰ 0 and bounds the entries by 1 instead."""
+
+wrong_value = change(
+    right_clarabel,
     """
-    import cvxpy as cp
-    import numpy as np
+    problem.solve(solver=cp.CLARABEL)
+    return Z.value
+    """,
+    "return problem.solve(solver=cp.CLARABEL)",
+    stopped_by="solve_sdp-by-hand",
+)
+"""Wrong: returns the least value and not the matrix."""
 
-    def solve_sdp(Q, n, d):
-        Z = cp.Variable((n * d, n * d), PSD=True)
-        problem = cp.Problem(cp.Minimize(cp.trace(np.asarray(Q) @ Z)), [cp.diag(Z) == 1])
-        problem.solve(solver=cp.CLARABEL)
-        return Z.value
+wrong_maximum = change(right_clarabel, "Minimize", "Maximize", stopped_by="solve_sdp-by-hand")
+"""Wrong: maximises."""
 
-
-def wrong_traces_of_blocks() -> None:
-    """Wrong: fixes the trace of each diagonal block and not the block. Caught by
-    solve_sdp-any-matrix.
+wrong_plane_only = change(
+    right_clarabel,
+    "Z = cp.Variable(",
     """
-    import cvxpy as cp
-    import numpy as np
+    d = 2
+    Z = cp.Variable(
+    """,
+    stopped_by="solve_sdp-space",
+)
+"""Wrong: writes 2 for d."""
 
-    def solve_sdp(Q, n, d):
-        Z = cp.Variable((n * d, n * d), PSD=True)
-        traces = [cp.trace(Z[k : k + d, k : k + d]) == d for k in range(0, n * d, d)]
-        cp.Problem(cp.Minimize(cp.trace(np.asarray(Q) @ Z)), traces).solve(solver=cp.CLARABEL)
-        return Z.value
-
-
-def wrong_rotations_only() -> None:
-    """Wrong: looks for the best rotations by a local search and returns their RᵀR, which is no
-    lower bound where no rotations reach it. Caught by solve_sdp-gap.
+wrong_equal_poses = change(
+    right_clarabel,
     """
-    import numpy as np
-
-    def solve_sdp(Q, n, d):
-        Q = np.asarray(Q, dtype=float)
-        best = None
-        for start in range(4):
-            rows = np.random.default_rng(start).normal(size=(n, d, d))
-            R = np.linalg.qr(rows)[0]
-            R[:, :, -1] *= np.linalg.det(R)[:, None]
-            for _ in range(60):
-                for k in range(n):
-                    others = [a for a in range(n) if a != k]
-                    pull = sum(R[a] @ Q[a * d : a * d + d, k * d : k * d + d] for a in others)
-                    left, _, right = np.linalg.svd(-pull)
-                    left[:, -1] *= np.linalg.det(left @ right)
-                    R[k] = left @ right
-            wide = np.hstack(list(R))
-            cost = np.sum((wide @ Q) * wide)
-            if best is None or cost < best[0]:
-                best = (cost, wide.T @ wide)
-        return best[1]
-
-
-def wrong_indefinite() -> None:
-    """Wrong: forgets Z ⪰ 0 and bounds the entries by 1 instead. Caught by solve_sdp-space."""
-    import cvxpy as cp
-    import numpy as np
-
-    def solve_sdp(Q, n, d):
-        Z = cp.Variable((n * d, n * d), symmetric=True)
-        constraints = [Z[k : k + d, k : k + d] == np.eye(d) for k in range(0, n * d, d)]
-        constraints += [Z <= 1, Z >= -1]
-        problem = cp.Problem(cp.Minimize(cp.trace(np.asarray(Q) @ Z)), constraints)
-        problem.solve(solver=cp.CLARABEL)
-        return Z.value
-
-
-def wrong_value() -> None:
-    """Wrong: returns the least value and not the matrix. Stopped by the visible case
-    solve_sdp-by-hand.
-    """
-    import cvxpy as cp
-    import numpy as np
-
-    def solve_sdp(Q, n, d):
-        Z = cp.Variable((n * d, n * d), PSD=True)
-        blocks = [Z[k : k + d, k : k + d] == np.eye(d) for k in range(0, n * d, d)]
-        problem = cp.Problem(cp.Minimize(cp.trace(np.asarray(Q) @ Z)), blocks)
-        return problem.solve(solver=cp.CLARABEL)
-
-
-def wrong_maximum() -> None:
-    """Wrong: maximises. Stopped by the visible case solve_sdp-by-hand."""
-    import cvxpy as cp
-    import numpy as np
-
-    def solve_sdp(Q, n, d):
-        Z = cp.Variable((n * d, n * d), PSD=True)
-        blocks = [Z[k : k + d, k : k + d] == np.eye(d) for k in range(0, n * d, d)]
-        problem = cp.Problem(cp.Maximize(cp.trace(np.asarray(Q) @ Z)), blocks)
-        problem.solve(solver=cp.CLARABEL)
-        return Z.value
-
-
-def wrong_plane_only() -> None:
-    """Wrong: writes 2 for d. Stopped by the visible case solve_sdp-space."""
-    import cvxpy as cp
-    import numpy as np
-
-    def solve_sdp(Q, n, d):
-        Z = cp.Variable((2 * n, 2 * n), PSD=True)
-        blocks = [Z[k : k + 2, k : k + 2] == np.eye(2) for k in range(0, 2 * n, 2)]
-        problem = cp.Problem(cp.Minimize(cp.trace(np.asarray(Q) @ Z)), blocks)
-        problem.solve(solver=cp.CLARABEL)
-        return Z.value
-
-
-def wrong_equal_poses() -> None:
-    """Wrong: takes Z for the matrix of identity blocks everywhere, as if all poses were equal.
-    Stopped by the visible case solve_sdp-gap.
-    """
-    import numpy as np
-
-    def solve_sdp(Q, n, d):
-        return np.kron(np.ones((n, n)), np.eye(d))
+    problem.solve(solver=cp.CLARABEL)
+    return Z.value
+    """,
+    "return np.kron(np.ones((n, n)), np.eye(d))",
+    stopped_by="solve_sdp-gap",
+)
+"""Wrong: takes Z for the matrix of identity blocks everywhere, as if all poses were equal."""

@@ -51,94 +51,43 @@ def right_cost_minus_bound() -> None:
         return gap if gap > 1e-12 * np.linalg.norm(Q) * dn else 0
 
 
-def wrong_without_dn() -> None:
-    """Wrong: −λ_min alone. Stopped by the visible case suboptimality-by-hand."""
-    import numpy as np
-
-    def suboptimality(Q, R):
-        Q, R = np.array(Q, dtype=float), np.array(R, dtype=float)
-        inside = np.kron(np.eye(len(Q) // len(R)), np.ones((len(R), len(R))))
-        A = inside * (Q @ R.T @ R)
-        return max(0.0, -np.linalg.eigvalsh(Q - (A + A.T) / 2)[0])
-
-
-def wrong_half() -> None:
-    """Wrong: counts one row for each pose, n for dn. Stopped by the visible case
-    suboptimality-by-hand.
-    """
-    import numpy as np
-
-    def suboptimality(Q, R):
-        Q, R = np.array(Q, dtype=float), np.array(R, dtype=float)
-        n = len(Q) // len(R)
-        inside = np.kron(np.eye(n), np.ones((len(R), len(R))))
-        A = inside * (Q @ R.T @ R)
-        return max(0.0, -n * np.linalg.eigvalsh(Q - (A + A.T) / 2)[0])
-
-
-def wrong_plane_only() -> None:
-    """Wrong: two rows for each pose, in space too. Caught by suboptimality-space."""
-    import numpy as np
-
-    def suboptimality(Q, R):
-        Q, R = np.array(Q, dtype=float), np.array(R, dtype=float)
-        n = len(Q) // len(R)
-        inside = np.kron(np.eye(n), np.ones((len(R), len(R))))
-        A = inside * (Q @ R.T @ R)
-        return max(0.0, -2 * n * np.linalg.eigvalsh(Q - (A + A.T) / 2)[0])
-
-
-wrong_dn_of_four = change(
-    right_formula,
-    """
-    lowest = np.linalg.eigvalsh(Q - (A + A.T) / 2)[0]
-    return np.maximum(0.0, -len(Q) * lowest)
-    """,
-    "return max(0.0, -4 * np.linalg.eigvalsh(Q - (A + A.T) / 2)[0])",
-    caught_by="suboptimality-plane",
+wrong_without_dn = change(
+    right_formula, "-len(Q) * lowest", "-lowest", stopped_by="suboptimality-by-hand"
 )
+"""Wrong: −λ_min alone."""
+
+wrong_half = change(
+    right_formula, "-len(Q)", "-len(Q) / len(R)", stopped_by="suboptimality-by-hand"
+)
+"""Wrong: counts one row for each pose, n for dn."""
+
+wrong_plane_only = change(
+    right_formula, "-len(Q)", "-2 * len(Q) / len(R)", caught_by="suboptimality-space"
+)
+"""Wrong: two rows for each pose, in space too."""
+
+wrong_dn_of_four = change(right_formula, "-len(Q)", "-4", caught_by="suboptimality-plane")
 """Wrong: a factor of 4, which is dn for two poses in the plane."""
 
 wrong_negative = change(
     right_formula,
-    """
-    lowest = np.linalg.eigvalsh(Q - (A + A.T) / 2)[0]
-    return np.maximum(0.0, -len(Q) * lowest)
-    """,
-    "return -len(Q) * np.linalg.eigvalsh(Q - (A + A.T) / 2)[0]",
+    "np.maximum(0.0, -len(Q) * lowest)",
+    "-len(Q) * lowest",
     caught_by="suboptimality-best",
 )
 """Wrong: nothing stops it at 0, so that rounding makes rotations better than the best."""
 
+wrong_cost = change(
+    right_formula, "-len(Q) * lowest", "np.trace(R @ Q @ R.T)", caught_by="suboptimality-space"
+)
+"""Wrong: gives the cost, which is the gap where the best cost is 0."""
 
-def wrong_cost() -> None:
-    """Wrong: gives the cost, which is the gap where the best cost is 0. Caught by
-    suboptimality-space.
-    """
-    import numpy as np
+wrong_without_multipliers = change(
+    right_formula, "Q - (A + A.T) / 2", "Q", stopped_by="suboptimality-by-hand"
+)
+"""Wrong: the eigenvalue of Q and not of S."""
 
-    def suboptimality(Q, R):
-        return max(0.0, np.trace(R @ np.asarray(Q, dtype=float) @ np.transpose(R)))
-
-
-def wrong_without_multipliers() -> None:
-    """Wrong: the eigenvalue of Q and not of S. Stopped by the visible case
-    suboptimality-by-hand.
-    """
-    import numpy as np
-
-    def suboptimality(Q, R):
-        return max(0.0, -len(Q) * np.linalg.eigvalsh(Q)[0])
-
-
-def wrong_not_symmetrised() -> None:
-    """Wrong: the blocks of Λ as they come; eigvalsh then reads one half of S alone. Caught by
-    suboptimality-anywhere.
-    """
-    import numpy as np
-
-    def suboptimality(Q, R):
-        Q, R = np.array(Q, dtype=float), np.array(R, dtype=float)
-        inside = np.kron(np.eye(len(Q) // len(R)), np.ones((len(R), len(R))))
-        S = Q - inside * (Q @ R.T @ R)
-        return max(0.0, -len(Q) * np.linalg.eigvalsh(S)[0])
+wrong_not_symmetrised = change(
+    right_formula, "(A + A.T) / 2", "A", caught_by="suboptimality-anywhere"
+)
+"""Wrong: the blocks of Λ as they come; eigvalsh then reads one half of S alone."""

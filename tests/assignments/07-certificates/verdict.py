@@ -1,5 +1,7 @@
 """Answers to exercise verdict of 07-certificates: each body is a cell as handed in."""
 
+from robust_slam_autograder.lint.answers import change
+
 
 def right_in_order() -> None:
     """Right: S by itself, then the two questions in their order."""
@@ -10,10 +12,11 @@ def right_in_order() -> None:
         inside = np.kron(np.eye(len(Q) // len(R)), np.ones((len(R), len(R))))
         A = inside * (Q @ R.T @ R)
         S = Q - (A + A.T) / 2
-        scale = np.abs(np.linalg.eigvalsh(Q)).max()
-        if (np.abs(S @ R.T) > tol * scale).any():
+        small = tol * np.abs(np.linalg.eigvalsh(Q)).max()
+        lowest = np.linalg.eigvalsh(S)[0]
+        if (np.abs(S @ R.T) > small).any():
             return "not stationary"
-        if np.linalg.eigvalsh(S)[0] < -tol * scale:
+        if lowest < -small:
             return "not certified"
         return "certified"
 
@@ -58,186 +61,83 @@ def right_cholesky() -> None:
         return "certified"
 
 
-def wrong_strictly_positive() -> None:
-    """Wrong: asks for λ_min > tol, but S always has R's own directions in its kernel. Stopped by
-    the visible case verdict-by-hand.
-    """
-    import numpy as np
+wrong_strictly_positive = change(
+    right_in_order, "lowest < -small", "lowest <= small", stopped_by="verdict-by-hand"
+)
+"""Wrong: asks for λ_min > tol, but S always has R's own directions in its kernel."""
 
-    def verdict(Q, R, tol):
-        Q, R = np.array(Q, dtype=float), np.array(R, dtype=float)
-        inside = np.kron(np.eye(len(Q) // len(R)), np.ones((len(R), len(R))))
-        A = inside * (Q @ R.T @ R)
-        S = Q - (A + A.T) / 2
-        small = tol * np.linalg.norm(Q, 2)
-        if np.abs(S @ R.T).max() > small:
-            return "not stationary"
-        return "certified" if np.linalg.eigvalsh(S)[0] > small else "not certified"
+wrong_kernel_of_d = change(
+    right_in_order,
+    "lowest < -small",
+    "lowest < -small or np.linalg.eigvalsh(S)[len(R)] <= small",
+    caught_by="verdict-plane",
+)
+"""Wrong: asks that the eigenvalue after the first d be positive, and refuses the best rotations
+where others are as good.
+"""
 
+wrong_trace_is_the_cost = change(
+    right_in_order,
+    "lowest < -small",
+    "abs(np.trace(R @ Q @ R.T) - np.trace(A)) > small",
+    stopped_by="verdict-plane",
+)
+"""Wrong: takes tr Λ = tr(R Q R.T) for the proof, which holds at any rotations."""
 
-def wrong_kernel_of_d() -> None:
-    """Wrong: asks that the eigenvalue after the first d be positive, and refuses the best
-    rotations where others are as good. Caught by verdict-plane.
-    """
-    import numpy as np
+wrong_no_local_minima = change(
+    right_in_order,
+    "lowest < -small",
+    "len(Q) == 4 and (R.T @ R).min() < -0.9",
+    caught_by="verdict-twisted",
+)
+"""Wrong: calls what is stationary certified unless two poses are opposite, as if no twisted ring
+were a local minimum.
+"""
 
-    def verdict(Q, R, tol):
-        Q, R = np.array(Q, dtype=float), np.array(R, dtype=float)
-        inside = np.kron(np.eye(len(Q) // len(R)), np.ones((len(R), len(R))))
-        A = inside * (Q @ R.T @ R)
-        S = Q - (A + A.T) / 2
-        small = tol * np.linalg.norm(Q, 2)
-        if np.abs(S @ R.T).max() > small:
-            return "not stationary"
-        values = np.linalg.eigvalsh(S)
-        good = values[0] >= -small and values[len(R)] > small
-        return "certified" if good else "not certified"
+wrong_misprint_at_rest = change(
+    right_in_order, "lowest < -small", "False", stopped_by="verdict-plane"
+)
+"""Wrong: what is stationary is certified, as if an iterative solver could end at the best
+rotations alone: so the lesson's text says.
+"""
 
+wrong_misprint_rank_one = change(
+    right_in_order,
+    "lowest < -small",
+    "np.linalg.matrix_rank(S, rtol=tol, hermitian=True) != 1",
+    stopped_by="verdict-by-hand",
+)
+"""Wrong: asks that the certificate matrix have rank 1, as the lesson's text does: its kernel has d
+dimensions, and its rank is dn − d at most.
+"""
 
-def wrong_trace_is_the_cost() -> None:
-    """Wrong: takes tr Λ = tr(R Q R.T) for the proof, which holds at any rotations. Stopped by the
-    visible case verdict-plane.
-    """
-    import numpy as np
+wrong_never_asks_for_stationary = change(
+    right_in_order,
+    "if (np.abs(S @ R.T) > small).any():",
+    "if lowest < -small and (np.abs(S @ R.T) > small).any():",
+    caught_by="verdict-stationary",
+)
+"""Wrong: looks at λ_min first, and calls not stationary only what that has refused."""
 
-    def verdict(Q, R, tol):
-        Q, R = np.array(Q, dtype=float), np.array(R, dtype=float)
-        inside = np.kron(np.eye(len(Q) // len(R)), np.ones((len(R), len(R))))
-        A = inside * (Q @ R.T @ R)
-        S = Q - (A + A.T) / 2
-        small = tol * np.linalg.norm(Q, 2)
-        if np.abs(S @ R.T).max() > small:
-            return "not stationary"
-        gap = np.trace(R @ Q @ R.T) - np.trace(A)
-        return "certified" if abs(gap) <= small else "not certified"
+wrong_order = change(
+    right_in_order,
+    "if (np.abs(S @ R.T) > small).any():",
+    "if lowest >= -small and (np.abs(S @ R.T) > small).any():",
+    stopped_by="verdict-by-hand",
+)
+"""Wrong order: what is not certified is called so, though it is not even stationary."""
 
+wrong_absolute_tolerance = change(
+    right_in_order, " * np.abs(np.linalg.eigvalsh(Q)).max()", "", caught_by="verdict-scale"
+)
+"""Wrong: compares with tol itself, in whatever unit the cost has."""
 
-def wrong_no_local_minima() -> None:
-    """Wrong: calls what stands still certified unless two poses are opposite, as if no twisted
-    ring were a local minimum. Caught by verdict-twisted.
-    """
-    import numpy as np
+wrong_own_tolerance = change(right_in_order, "tol *", "1e-7 *", stopped_by="verdict-tol")
+"""Wrong: a tolerance of its own, whatever is handed in."""
 
-    def verdict(Q, R, tol):
-        Q, R = np.array(Q, dtype=float), np.array(R, dtype=float)
-        inside = np.kron(np.eye(len(Q) // len(R)), np.ones((len(R), len(R))))
-        A = inside * (Q @ R.T @ R)
-        S = Q - (A + A.T) / 2
-        if np.abs(S @ R.T).max() > tol * np.linalg.norm(Q, 2):
-            return "not stationary"
-        opposite = len(Q) == 4 and (R.T @ R).min() < -0.9
-        return "not certified" if opposite else "certified"
-
-
-def wrong_misprint_at_rest() -> None:
-    """Wrong: what stands still is certified, as if an iterative solver could end at the best
-    rotations alone: so the lesson's text says. Stopped by the visible case verdict-plane.
-    """
-    import numpy as np
-
-    def verdict(Q, R, tol):
-        Q, R = np.array(Q, dtype=float), np.array(R, dtype=float)
-        inside = np.kron(np.eye(len(Q) // len(R)), np.ones((len(R), len(R))))
-        A = inside * (Q @ R.T @ R)
-        S = Q - (A + A.T) / 2
-        at_rest = np.abs(S @ R.T).max() <= tol * np.linalg.norm(Q, 2)
-        return "certified" if at_rest else "not stationary"
-
-
-def wrong_misprint_rank_one() -> None:
-    """Wrong: asks that the certificate matrix have rank 1, as the lesson's text does: its kernel
-    has d dimensions, and its rank is dn − d at most. Stopped by the visible case verdict-by-hand.
-    """
-    import numpy as np
-
-    def verdict(Q, R, tol):
-        Q, R = np.array(Q, dtype=float), np.array(R, dtype=float)
-        inside = np.kron(np.eye(len(Q) // len(R)), np.ones((len(R), len(R))))
-        A = inside * (Q @ R.T @ R)
-        S = Q - (A + A.T) / 2
-        if np.abs(S @ R.T).max() > tol * np.linalg.norm(Q, 2):
-            return "not stationary"
-        rank = np.linalg.matrix_rank(S, rtol=tol, hermitian=True)
-        return "certified" if rank == 1 else "not certified"
-
-
-def wrong_never_asks_for_stationary() -> None:
-    """Wrong: looks at λ_min first, and calls not stationary only what that has refused. Caught by
-    verdict-stationary.
-    """
-    import numpy as np
-
-    def verdict(Q, R, tol):
-        Q, R = np.array(Q, dtype=float), np.array(R, dtype=float)
-        inside = np.kron(np.eye(len(Q) // len(R)), np.ones((len(R), len(R))))
-        A = inside * (Q @ R.T @ R)
-        S = Q - (A + A.T) / 2
-        small = tol * np.linalg.norm(Q, 2)
-        if np.linalg.eigvalsh(S)[0] >= -small:
-            return "certified"
-        return "not stationary" if np.abs(S @ R.T).max() > small else "not certified"
-
-
-def wrong_order() -> None:
-    """Wrong order: what is not certified is called so, though it does not even stand still.
-    Stopped by the visible case verdict-by-hand.
-    """
-    import numpy as np
-
-    def verdict(Q, R, tol):
-        Q, R = np.array(Q, dtype=float), np.array(R, dtype=float)
-        inside = np.kron(np.eye(len(Q) // len(R)), np.ones((len(R), len(R))))
-        A = inside * (Q @ R.T @ R)
-        S = Q - (A + A.T) / 2
-        small = tol * np.linalg.norm(Q, 2)
-        if np.linalg.eigvalsh(S)[0] < -small:
-            return "not certified"
-        return "not stationary" if np.abs(S @ R.T).max() > small else "certified"
-
-
-def wrong_absolute_tolerance() -> None:
-    """Wrong: compares with tol itself, in whatever unit the cost has. Caught by verdict-scale."""
-    import numpy as np
-
-    def verdict(Q, R, tol):
-        Q, R = np.array(Q, dtype=float), np.array(R, dtype=float)
-        inside = np.kron(np.eye(len(Q) // len(R)), np.ones((len(R), len(R))))
-        A = inside * (Q @ R.T @ R)
-        S = Q - (A + A.T) / 2
-        if np.abs(S @ R.T).max() > tol:
-            return "not stationary"
-        return "certified" if np.linalg.eigvalsh(S)[0] >= -tol else "not certified"
-
-
-def wrong_own_tolerance() -> None:
-    """Wrong: a tolerance of its own, whatever is handed in. Stopped by the visible case
-    verdict-tol.
-    """
-    import numpy as np
-
-    def verdict(Q, R, tol):
-        Q, R = np.array(Q, dtype=float), np.array(R, dtype=float)
-        inside = np.kron(np.eye(len(Q) // len(R)), np.ones((len(R), len(R))))
-        A = inside * (Q @ R.T @ R)
-        S = Q - (A + A.T) / 2
-        small = 1e-7 * np.linalg.norm(Q, 2)
-        if np.abs(S @ R.T).max() > small:
-            return "not stationary"
-        return "certified" if np.linalg.eigvalsh(S)[0] >= -small else "not certified"
-
-
-def wrong_zero_without_tolerance() -> None:
-    """Wrong: uses tol for S R.T and then asks for λ_min ≥ −1e-9, so that rounding in large units
-    and small faults refuse the best. Caught by verdict-tol.
-    """
-    import numpy as np
-
-    def verdict(Q, R, tol):
-        Q, R = np.array(Q, dtype=float), np.array(R, dtype=float)
-        inside = np.kron(np.eye(len(Q) // len(R)), np.ones((len(R), len(R))))
-        A = inside * (Q @ R.T @ R)
-        S = Q - (A + A.T) / 2
-        scale = np.linalg.norm(Q, 2)
-        if np.abs(S @ R.T).max() > tol * scale:
-            return "not stationary"
-        return "certified" if np.linalg.eigvalsh(S)[0] >= -1e-9 * scale else "not certified"
+wrong_zero_without_tolerance = change(
+    right_in_order, "lowest < -small", "lowest < -1e-9 * small / tol", caught_by="verdict-tol"
+)
+"""Wrong: uses tol for S R.T and then asks for λ_min ≥ −1e-9, so that rounding in large units and
+small faults refuse the best.
+"""
