@@ -5,8 +5,8 @@ each, below its docstring, is the text of the cell that a student hands in. The 
 wrong answer tells the misconception and ends with the case that it fails: "Caught by
 <grade id>." for a hidden check, "Stopped by the visible case <grade id>." for a visible one.
 
-A wrong answer that differs from a right one in a few places is written as a change to it, with
-its story below (see ``change``). The files are read and never run.
+An answer that differs from a right one in a few places is written as a change to it, with its
+story below (see ``change``). The files are read and never run.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import ast
 import re
 import textwrap
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 _CAUGHT = re.compile(r"\s*(Caught by|Stopped by the visible case) ([\w-]+)\.")
@@ -27,7 +27,7 @@ def change(
     caught_by: str = "",
     stopped_by: str = "",
 ) -> None:
-    '''Declare a wrong answer: a right one with other text in one or more places.
+    '''Declare an answer: a right one with other text in one or more places.
 
     ``read`` evaluates the declaration; called, it does nothing::
 
@@ -40,8 +40,8 @@ def change(
             this order. The old text must occur exactly once. Where a text has several lines, they
             are indented like the line in which it begins; one that starts with a line break is
             dedented first.
-        caught_by: grade id of the case whose hidden check catches it.
-        stopped_by: grade id of the case whose visible check stops it.
+        caught_by: grade id of the case whose hidden check catches it, if it is wrong.
+        stopped_by: grade id of the case whose visible check stops it, if it is wrong.
     '''
 
 
@@ -124,10 +124,13 @@ def _changed(name: str, call: ast.expr, story: str, known: Mapping[str, Answer])
     for old, new in _pairs([ast.literal_eval(text) for text in call.args[1:]]):
         source = replaced(source, old, new)
     cases = {word.arg: ast.literal_eval(word.value) for word in call.keywords}
-    if len(cases) != 1 or not cases.keys() <= {"caught_by", "stopped_by"}:
-        raise ValueError("it names one case, caught_by or stopped_by")
+    changed = Answer(right.exercise, name, source, story)
+    if changed.is_right and not cases:
+        return changed
+    if changed.is_right or len(cases) != 1 or not cases.keys() <= {"caught_by", "stopped_by"}:
+        raise ValueError("a wrong one names one case, caught_by or stopped_by; a right one none")
     (case,) = cases.values()
-    return Answer(right.exercise, name, source, story, case, is_visible="stopped_by" in cases)
+    return replace(changed, caught_by=case, is_visible="stopped_by" in cases)
 
 
 def _string(node: ast.stmt | None) -> str:

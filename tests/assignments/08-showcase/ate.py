@@ -75,98 +75,81 @@ def right_search() -> None:
         return min(rmse(start), found.fun)
 
 
-def wrong_not_aligned() -> None:
-    """Wrong: compares positions as they lie. Stopped by the visible case ate-by-hand."""
-    import numpy as np
+wrong_not_aligned = change(
+    right_svd,
+    (
+        """
+        p, q = p - p.mean(axis=0), q - q.mean(axis=0)
+        u,
+        """,
+        "u,",
+    ),
+    ("p @ turn.T", "p"),
+    stopped_by="ate-by-hand",
+)
+"""Wrong: compares positions as they lie."""
 
-    def ate(estimate, truth):
-        gap = (np.array(estimate, dtype=float) - np.array(truth, dtype=float))[:, :2]
-        return np.sqrt(np.mean(np.sum(gap**2, axis=1)))
+wrong_shift_only = change(right_svd, "p @ turn.T", "p", stopped_by="ate-moved")
+"""Wrong: puts the middles on each other and does not turn."""
 
-
-def wrong_shift_only() -> None:
-    """Wrong: puts the middles on each other and does not turn. Stopped by the visible case
-    ate-moved.
+wrong_with_scale = change(
+    right_svd,
+    "return",
     """
-    import numpy as np
-
-    def ate(estimate, truth):
-        gap = (np.array(estimate, dtype=float) - np.array(truth, dtype=float))[:, :2]
-        return np.sqrt(np.sum(np.var(gap, axis=0)))
-
-
-def wrong_with_scale() -> None:
-    """Wrong: scales the estimate too, and a map of the wrong size has no error. Stopped by the
-    visible case ate-by-hand.
-    """
-    import numpy as np
-
-    def ate(estimate, truth):
-        a, b = (np.array(m, dtype=float)[:, :2] @ [1, 1j] for m in (estimate, truth))
-        a, b = a - a.mean(), b - b.mean()
-        scale = np.vdot(a, b) / max(np.vdot(a, a).real, 1e-300)
-        return np.sqrt(np.mean(np.abs(scale * a - b) ** 2))
-
+    turn *= np.sum(q * (p @ turn.T)) / max(np.sum(p**2), 1e-300)
+    return
+    """,
+    stopped_by="ate-by-hand",
+)
+"""Wrong: scales the estimate too, and a map of the wrong size has no error."""
 
 wrong_mirrored = change(
     right_svd,
-    """
-    turn = u @ np.diag([1, np.sign(np.linalg.det(u @ vt))]) @ vt
-    return np.sqrt(np.mean(np.sum((p @ turn.T - q) ** 2, axis=1)))
-    """,
-    "return np.sqrt(np.mean(np.sum((p @ (u @ vt).T - q) ** 2, axis=1)))",
+    "u @ np.diag([1, np.sign(np.linalg.det(u @ vt))]) @ vt",
+    "u @ vt",
     stopped_by="ate-mirror",
 )
 """Wrong: takes the best orthogonal matrix, be it a reflection."""
 
+wrong_mean_distance = change(
+    right_svd,
+    "np.sqrt(np.mean(np.sum((p @ turn.T - q) ** 2, axis=1)))",
+    "np.mean(np.linalg.norm(p @ turn.T - q, axis=1))",
+    caught_by="ate-random",
+)
+"""Wrong: the mean of the distances in place of the root of the mean square."""
 
-def wrong_mean_distance() -> None:
-    """Wrong: the mean of the distances in place of the root of the mean square. Caught by
-    ate-random.
+wrong_sum_of_squares = change(
+    right_svd,
+    "np.sqrt(np.mean(np.sum((p @ turn.T - q) ** 2, axis=1)))",
+    "np.linalg.norm(p @ turn.T - q)",
+    stopped_by="ate-by-hand",
+)
+"""Wrong: the root of the sum, so that a longer way is a worse one."""
+
+wrong_aligned_by_the_first = change(
+    right_svd,
+    ("p, q = p - p.mean(axis=0), q - q.mean(axis=0)", "p, q = p - p[0], q - q[0]"),
+    (
+        "turn = u @ np.diag([1, np.sign(np.linalg.det(u @ vt))]) @ vt",
+        """
+        angle = truth[0][2] - estimate[0][2]
+        turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+        """,
+    ),
+    stopped_by="ate-by-hand",
+)
+"""Wrong: lays the first pose of one map on the first of the other, heading on heading."""
+
+wrong_headings_judged = change(
+    right_svd,
+    "return np.sqrt(np.mean(np.sum((p @ turn.T - q) ** 2, axis=1)))",
     """
-    import numpy as np
-
-    def ate(estimate, truth):
-        a, b = (np.array(m, dtype=float)[:, :2] @ [1, 1j] for m in (estimate, truth))
-        a, b = a - a.mean(), b - b.mean()
-        turn = np.exp(1j * np.angle(np.vdot(a, b)))
-        return np.mean(np.abs(turn * a - b))
-
-
-def wrong_sum_of_squares() -> None:
-    """Wrong: the root of the sum, so that a longer way is a worse one. Stopped by the visible case
-    ate-by-hand.
-    """
-    import numpy as np
-
-    def ate(estimate, truth):
-        a, b = (np.array(m, dtype=float)[:, :2] @ [1, 1j] for m in (estimate, truth))
-        a, b = a - a.mean(), b - b.mean()
-        turn = np.exp(1j * np.angle(np.vdot(a, b)))
-        return np.linalg.norm(turn * a - b)
-
-
-def wrong_aligned_by_the_first() -> None:
-    """Wrong: lays the first pose of one map on the first of the other, heading on heading. Stopped
-    by the visible case ate-by-hand.
-    """
-    import numpy as np
-
-    def ate(estimate, truth):
-        estimate, truth = np.array(estimate, dtype=float), np.array(truth, dtype=float)
-        a, b = (m[:, :2] @ [1, 1j] for m in (estimate, truth))
-        turn = np.exp(1j * (truth[0, 2] - estimate[0, 2]))
-        return np.sqrt(np.mean(np.abs(turn * (a - a[0]) - (b - b[0])) ** 2))
-
-
-def wrong_headings_judged() -> None:
-    """Wrong: the error of the headings is added. Stopped by the visible case ate-moved."""
-    import numpy as np
-
-    def ate(estimate, truth):
-        estimate, truth = np.array(estimate, dtype=float), np.array(truth, dtype=float)
-        a, b = (m[:, :2] @ [1, 1j] for m in (estimate, truth))
-        a, b = a - a.mean(), b - b.mean()
-        angle = np.angle(np.vdot(a, b))
-        turn = np.angle(np.exp(1j * (estimate[:, 2] + angle - truth[:, 2])))
-        return np.sqrt(np.mean(np.abs(np.exp(1j * angle) * a - b) ** 2 + turn**2))
+    angle = np.arctan2(turn[1, 0], turn[0, 0])
+    heading = np.array(estimate)[:, 2] + angle - np.array(truth)[:, 2]
+    heading = np.angle(np.exp(1j * heading))
+    return np.sqrt(np.mean(np.sum((p @ turn.T - q) ** 2, axis=1) + heading**2))
+    """,
+    stopped_by="ate-moved",
+)
+"""Wrong: the error of the headings is added."""

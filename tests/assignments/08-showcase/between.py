@@ -59,17 +59,13 @@ def right_inverse_then_compose() -> None:
         return np.concatenate([place, angle[..., None]], axis=-1)
 
 
-def wrong_no_wrap() -> None:
-    """Wrong: the difference of the angles with its whole turns. Stopped by the visible case
-    between-wrap.
-    """
-    import numpy as np
-
-    def between(a, b):
-        a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
-        gap = ((b - a)[..., 0] + 1j * (b - a)[..., 1]) * np.exp(-1j * a[..., 2])
-        return np.stack([gap.real, gap.imag, (b - a)[..., 2]], axis=-1)
-
+wrong_no_wrap = change(
+    right_complex,
+    "angle = np.angle(np.exp(1j * (b - a)[..., 2]))",
+    "angle = (b - a)[..., 2]",
+    stopped_by="between-wrap",
+)
+"""Wrong: the difference of the angles with its whole turns."""
 
 wrong_one_turn_only = change(
     right_complex,
@@ -83,63 +79,45 @@ wrong_one_turn_only = change(
 )
 """Wrong: takes out one turn at most, so that angles of several turns keep some."""
 
+wrong_swapped = change(
+    right_complex,
+    "a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)",
+    "a, b = np.asarray(b, dtype=float), np.asarray(a, dtype=float)",
+    stopped_by="between-by-hand",
+)
+"""Wrong: the inverse of the other pose, a as seen from b."""
 
-def wrong_swapped() -> None:
-    """Wrong: the inverse of the other pose, a as seen from b. Stopped by the visible case
-    between-by-hand.
+wrong_turned_forth = change(right_complex, "-1j", "1j", stopped_by="between-by-hand")
+"""Wrong: turns the difference by the angle of a, not back by it."""
+
+wrong_first_angle_for_all = change(
+    right_complex,
+    "np.exp(-1j * a[..., 2])",
+    "np.exp(-1j * np.ravel(a)[2])",
+    caught_by="between-rows",
+)
+"""Wrong: turns all rows by the angle of the first."""
+
+wrong_whole_numbers = change(
+    right_complex,
+    (
+        "a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)",
+        "a, b = np.asarray(a), np.asarray(b)",
+    ),
+    ("angle], axis=-1)", "angle], axis=-1).astype((b - a).dtype)"),
+    caught_by="between-lists",
+)
+"""Wrong: integers in, integers out, so the position is cut off."""
+
+wrong_two_turns_only = change(
+    right_complex,
+    "angle = np.angle(np.exp(1j * (b - a)[..., 2]))",
     """
-    import numpy as np
-
-    def between(a, b):
-        a, b = np.asarray(b, dtype=float), np.asarray(a, dtype=float)
-        gap = ((b - a)[..., 0] + 1j * (b - a)[..., 1]) * np.exp(-1j * a[..., 2])
-        return np.stack([gap.real, gap.imag, np.angle(np.exp(1j * (b - a)[..., 2]))], axis=-1)
-
-
-def wrong_turned_forth() -> None:
-    """Wrong: turns the difference by the angle of a, not back by it. Stopped by the visible case
-    between-by-hand.
-    """
-    import numpy as np
-
-    def between(a, b):
-        a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
-        gap = ((b - a)[..., 0] + 1j * (b - a)[..., 1]) * np.exp(1j * a[..., 2])
-        return np.stack([gap.real, gap.imag, np.angle(np.exp(1j * (b - a)[..., 2]))], axis=-1)
-
-
-def wrong_first_angle_for_all() -> None:
-    """Wrong: turns all rows by the angle of the first. Caught by between-rows."""
-    import numpy as np
-
-    def between(a, b):
-        a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
-        gap = ((b - a)[..., 0] + 1j * (b - a)[..., 1]) * np.exp(-1j * np.ravel(a)[2])
-        return np.stack([gap.real, gap.imag, np.angle(np.exp(1j * (b - a)[..., 2]))], axis=-1)
-
-
-def wrong_whole_numbers() -> None:
-    """Wrong: integers in, integers out, so the position is cut off. Caught by between-lists."""
-    import numpy as np
-
-    def between(a, b):
-        a, b = np.asarray(a), np.asarray(b)
-        gap = ((b - a)[..., 0] + 1j * (b - a)[..., 1]) * np.exp(-1j * a[..., 2])
-        answer = np.zeros_like(b - a)
-        answer[..., 0], answer[..., 1] = gap.real, gap.imag
-        answer[..., 2] = np.angle(np.exp(1j * (b - a)[..., 2]))
-        return answer
-
-
-def wrong_two_turns_only() -> None:
-    """Wrong: takes out two turns at most. Caught by between-wrap."""
-    import numpy as np
-
-    def between(a, b):
-        a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
-        gap = ((b - a)[..., 0] + 1j * (b - a)[..., 1]) * np.exp(-1j * a[..., 2])
-        angle = (b - a)[..., 2]
-        for _ in range(3):
-            angle = np.where(angle > np.pi, angle - 2 * np.pi, angle)
-            angle = np.where(angle <= -np.pi, angle + 2 * np.pi, angle)
-        return np.stack([gap.real, gap.imag, angle], axis=-1)
+    angle = (b - a)[..., 2]
+    for _ in range(3):
+        angle = np.where(angle > np.pi, angle - 2 * np.pi, angle)
+        angle = np.where(angle <= -np.pi, angle + 2 * np.pi, angle)
+    """,
+    caught_by="between-wrap",
+)
+"""Wrong: takes out two turns at most."""

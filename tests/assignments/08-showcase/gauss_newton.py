@@ -55,61 +55,6 @@ def right_vectorised() -> None:
         return x
 
 
-def right_prior() -> None:
-    """Right, an equivalent form: a spring of great strength holds pose 0, and every pose is solved
-    for; what pose 0 moved by is put back.
-    """
-    import numpy as np
-
-    def gauss_newton(graph, poses, weights, tol):
-        def turned(angle, v):
-            c, s = np.cos(angle), np.sin(angle)
-            return np.stack([c * v[..., 0] - s * v[..., 1], s * v[..., 0] + c * v[..., 1]], -1)
-
-        def seen(a, b):
-            angle = (b[..., 2:] - a[..., 2:] + np.pi) % (2 * np.pi) - np.pi
-            return np.concatenate([turned(-a[..., 2], (b - a)[..., :2]), angle], axis=-1)
-
-        def moved(a, d):
-            s, k = np.sinc(d[..., 2] / np.pi), d[..., 2] / 2 * np.sinc(d[..., 2] / 2 / np.pi) ** 2
-            bow = np.stack([s * d[..., 0] - k * d[..., 1], k * d[..., 0] + s * d[..., 1]], -1)
-            place = a[..., :2] + turned(a[..., 2], bow)
-            return np.concatenate([place, a[..., 2:] + d[..., 2:]], axis=-1)
-
-        def error(a, b):
-            e = seen(z, seen(a, b))
-            half = e[..., 2] / 2
-            q = np.cos(half) / np.sinc(half / np.pi)
-            x, y = q * e[..., 0] + half * e[..., 1], q * e[..., 1] - half * e[..., 0]
-            return np.stack([x, y, e[..., 2]], axis=-1)
-
-        x, z = np.array(poses, dtype=float), graph["measurement"]
-        i, j = graph["edges"].T
-        w = np.asarray(weights, dtype=float)[:, None, None]
-        omega = w * graph["information"]
-        n, m, h = graph["n"], len(i), 1e-5
-        for _ in range(50):
-            jacobian = np.zeros((m, 3, n, 3))
-            for k in range(3):
-                d = h * np.eye(3)[k]
-                jacobian[np.arange(m), :, i, k] = (
-                    error(moved(x[i], d), x[j]) - error(moved(x[i], -d), x[j])
-                ) / (2 * h)
-                jacobian[np.arange(m), :, j, k] = (
-                    error(x[i], moved(x[j], d)) - error(x[i], moved(x[j], -d))
-                ) / (2 * h)
-            rows = jacobian.reshape(m, 3, 3 * n)
-            H = np.einsum("kai,kab,kbj->ij", rows, omega, rows)
-            b = -np.einsum("kai,kab,kb->i", rows, omega, error(x[i], x[j]))
-            H[:3, :3] += 1e9 * np.eye(3)
-            delta = np.linalg.solve(H, b)
-            delta[:3] = 0
-            x = moved(x, delta.reshape(n, 3))
-            if np.max(np.abs(delta)) <= tol:
-                break
-        return x
-
-
 def right_square_roots() -> None:
     """Right: least squares by scipy's library routine over whitened residuals, x, y and θ of each
     pose but the first as its variables.
@@ -140,57 +85,28 @@ def right_square_roots() -> None:
         return np.concatenate([poses[:1], found.x.reshape(-1, 3)]).tolist()
 
 
-def right_lstsq() -> None:
-    """Right: solves each step by numpy's least squares, thirty steps at most."""
-    import numpy as np
+right_prior = change(
+    right_vectorised,
+    """
+    delta = np.zeros(3 * n)
+    delta[3:] = np.linalg.solve(H[3:, 3:], b[3:])
+    """,
+    """
+    H[:3, :3] += 1e9 * np.eye(3)
+    delta = np.linalg.solve(H, b)
+    delta[:3] = 0
+    """,
+)
+"""Right, an equivalent form: a spring of great strength holds pose 0, and every pose is solved
+for; what pose 0 moved by is put back.
+"""
 
-    def gauss_newton(graph, poses, weights, tol):
-        def turned(angle, v):
-            c, s = np.cos(angle), np.sin(angle)
-            return np.stack([c * v[..., 0] - s * v[..., 1], s * v[..., 0] + c * v[..., 1]], -1)
-
-        def seen(a, b):
-            angle = (b[..., 2:] - a[..., 2:] + np.pi) % (2 * np.pi) - np.pi
-            return np.concatenate([turned(-a[..., 2], (b - a)[..., :2]), angle], axis=-1)
-
-        def moved(a, d):
-            s, k = np.sinc(d[..., 2] / np.pi), d[..., 2] / 2 * np.sinc(d[..., 2] / 2 / np.pi) ** 2
-            bow = np.stack([s * d[..., 0] - k * d[..., 1], k * d[..., 0] + s * d[..., 1]], -1)
-            place = a[..., :2] + turned(a[..., 2], bow)
-            return np.concatenate([place, a[..., 2:] + d[..., 2:]], axis=-1)
-
-        def error(a, b):
-            e = seen(z, seen(a, b))
-            half = e[..., 2] / 2
-            q = np.cos(half) / np.sinc(half / np.pi)
-            x, y = q * e[..., 0] + half * e[..., 1], q * e[..., 1] - half * e[..., 0]
-            return np.stack([x, y, e[..., 2]], axis=-1)
-
-        x, z = np.array(poses, dtype=float), graph["measurement"]
-        i, j = graph["edges"].T
-        w = np.asarray(weights, dtype=float)[:, None, None]
-        omega = w * graph["information"]
-        n, m, h = graph["n"], len(i), 1e-5
-        for _ in range(30):
-            jacobian = np.zeros((m, 3, n, 3))
-            for k in range(3):
-                d = h * np.eye(3)[k]
-                jacobian[np.arange(m), :, i, k] = (
-                    error(moved(x[i], d), x[j]) - error(moved(x[i], -d), x[j])
-                ) / (2 * h)
-                jacobian[np.arange(m), :, j, k] = (
-                    error(x[i], moved(x[j], d)) - error(x[i], moved(x[j], -d))
-                ) / (2 * h)
-            rows = jacobian.reshape(m, 3, 3 * n)
-            H = np.einsum("kai,kab,kbj->ij", rows, omega, rows)
-            b = -np.einsum("kai,kab,kb->i", rows, omega, error(x[i], x[j]))
-            delta = np.zeros(3 * n)
-            delta[3:] = np.linalg.lstsq(H[3:, 3:], b[3:], rcond=None)[0]
-            x = moved(x, delta.reshape(n, 3))
-            if np.max(np.abs(delta)) <= tol:
-                break
-        return x
-
+right_lstsq = change(
+    right_vectorised,
+    ("range(50)", "range(30)"),
+    ("np.linalg.solve(H[3:, 3:], b[3:])", "np.linalg.lstsq(H[3:, 3:], b[3:], rcond=None)[0]"),
+)
+"""Right: solves each step by numpy's least squares, thirty steps at most."""
 
 wrong_covariance = change(
     right_vectorised,

@@ -22,7 +22,8 @@ def right_closed_form() -> None:
         by_j = np.array([[q, -half, bend * x + y / 2], [half, q, bend * y - x / 2], [0, 0, 1]])
         back = seen(j, i)
         c, s = np.cos(back[2]), np.sin(back[2])
-        return -by_j @ np.array([[c, -s, back[1]], [s, c, -back[0]], [0, 0, 1]]), by_j
+        adjoint = np.array([[c, -s, back[1]], [s, c, -back[0]], [0, 0, 1]])
+        return -by_j @ adjoint, by_j
 
 
 def right_matrix_differences() -> None:
@@ -75,117 +76,52 @@ def right_scipy() -> None:
         return both[:, :3].tolist(), both[:, 3:].tolist()
 
 
-def wrong_left_perturbation() -> None:
-    """Wrong: moves the poses on the left, by a step in the world's frame. Stopped by the visible
-    case jacobians-by-hand.
-    """
-    import numpy as np
+wrong_left_perturbation = change(
+    right_scipy,
+    "complex(p[0], p[1]) + np.exp(1j * p[2]) * complex(d[0], d[1]) * bow",
+    "complex(d[0], d[1]) * bow + np.exp(1j * angle) * complex(p[0], p[1])",
+    stopped_by="jacobians-by-hand",
+)
+"""Wrong: moves the poses on the left, by a step in the world's frame."""
 
-    def jacobians(pose_i, pose_j, z):
-        def moved(p, d):
-            angle = d[2]
-            bow = 1.0 if angle == 0 else (np.exp(1j * angle) - 1) / (1j * angle)
-            place = complex(d[0], d[1]) * bow + np.exp(1j * angle) * complex(p[0], p[1])
-            return place, p[2] + angle
-
-        def residual(d):
-            (at_i, turn_i), (at_j, turn_j) = moved(pose_i, d[:3]), moved(pose_j, d[3:])
-            gap = (at_j - at_i) * np.exp(-1j * turn_i) - complex(z[0], z[1])
-            gap = gap * np.exp(-1j * z[2])
-            angle = np.angle(np.exp(1j * (turn_j - turn_i - z[2])))
-            half = angle / 2
-            rho = gap * (np.cos(half) / np.sinc(half / np.pi) - 1j * half)
-            return np.array([rho.real, rho.imag, angle])
-
-        h = 1e-5 * np.eye(6)
-        both = np.transpose([(residual(e) - residual(-e)) / 2e-5 for e in h])
-        return both[:, :3], both[:, 3:]
-
-
-def wrong_without_the_bend() -> None:
-    """Wrong: takes the identity for pose j, and the adjoint alone for pose i, which is right for a
-    residual of zero only. Stopped by the visible case jacobians-random.
-    """
-    import numpy as np
-
-    def jacobians(pose_i, pose_j, z):
-        i, j = np.array(pose_i, dtype=float), np.array(pose_j, dtype=float)
-        c, s = np.cos(j[2]), np.sin(j[2])
-        x, y = np.array([[c, s], [-s, c]]) @ (i[:2] - j[:2])
-        c, s = np.cos(i[2] - j[2]), np.sin(i[2] - j[2])
-        return -np.array([[c, -s, y], [s, c, -x], [0, 0, 1]]), np.eye(3)
-
+wrong_without_the_bend = change(
+    right_closed_form,
+    "x, y, angle = seen(z, seen(i, j))",
+    "x, y, angle = np.zeros(3)",
+    stopped_by="jacobians-random",
+)
+"""Wrong: takes the identity for pose j, and the adjoint alone for pose i, which is right for a
+residual of zero only.
+"""
 
 wrong_first_order_bend = change(
     right_closed_form,
-    """
-    bend = (1 - q) / angle if abs(angle) > 1e-3 else angle / 12
-    x, y = q * x + half * y, q * y - half * x
-    by_j = np.array([[q, -half, bend * x + y / 2], [half, q, bend * y - x / 2], [0, 0, 1]])
-    """,
-    """
-    x, y = q * x + half * y, q * y - half * x
-    by_j = np.array([[1, -half, y / 2], [half, 1, -x / 2], [0, 0, 1]])
-    """,
+    "[[q, -half, bend * x + y / 2], [half, q, bend * y - x / 2], [0, 0, 1]]",
+    "[[1, -half, y / 2], [half, 1, -x / 2], [0, 0, 1]]",
     caught_by="jacobians-random",
 )
 """Wrong: the bend of the logarithm to first order in the residual."""
 
+wrong_additive_steps = change(
+    right_scipy,
+    "complex(p[0], p[1]) + np.exp(1j * p[2]) * complex(d[0], d[1]) * bow",
+    "complex(p[0] + d[0], p[1] + d[1])",
+    stopped_by="jacobians-small",
+)
+"""Wrong: adds the step to x, y and θ of the pose, which is no step of the robot's."""
 
-def wrong_additive_steps() -> None:
-    """Wrong: adds the step to x, y and θ of the pose, which is no step of the robot's. Stopped by
-    the visible case jacobians-small.
-    """
-    import numpy as np
-
-    def jacobians(pose_i, pose_j, z):
-        def residual(d):
-            i, j = np.asarray(pose_i) + d[:3], np.asarray(pose_j) + d[3:]
-            gap = complex(*(j - i)[:2]) * np.exp(-1j * i[2]) - complex(z[0], z[1])
-            gap = gap * np.exp(-1j * z[2])
-            angle = np.angle(np.exp(1j * (j[2] - i[2] - z[2])))
-            half = angle / 2
-            rho = gap * (np.cos(half) / np.sinc(half / np.pi) - 1j * half)
-            return np.array([rho.real, rho.imag, angle])
-
-        h = 1e-5 * np.eye(6)
-        both = np.transpose([(residual(e) - residual(-e)) / 2e-5 for e in h])
-        return both[:, :3], both[:, 3:]
-
-
-def wrong_transposed() -> None:
-    """Wrong: rows for columns. Stopped by the visible case jacobians-by-hand."""
-    import numpy as np
-
-    def jacobians(pose_i, pose_j, z):
-        i, j = np.array(pose_i, dtype=float), np.array(pose_j, dtype=float)
-        c, s = np.cos(j[2]), np.sin(j[2])
-        x, y = np.array([[c, s], [-s, c]]) @ (i[:2] - j[:2])
-        c, s = np.cos(i[2] - j[2]), np.sin(i[2] - j[2])
-        return -np.array([[c, -s, y], [s, c, -x], [0, 0, 1]]).T, np.eye(3)
-
+wrong_transposed = change(
+    right_closed_form,
+    "-by_j @ adjoint, by_j",
+    "-(by_j @ adjoint).T, by_j.T",
+    stopped_by="jacobians-by-hand",
+)
+"""Wrong: rows for columns."""
 
 wrong_turns_in_the_difference = change(
     right_scipy,
-    (
-        """
-        import numpy as np
-        from scipy.optimize._numdiff import approx_derivative
-        """,
-        "import numpy as np",
-    ),
-    ("angle = np.angle(np.exp(1j * (turn_j - turn_i - z[2])))", "angle = turn_j - turn_i - z[2]"),
-    (
-        """
-        both = approx_derivative(residual, np.zeros(6), method="3-point")
-        return both[:, :3].tolist(), both[:, 3:].tolist()
-        """,
-        """
-        h = 1e-5 * np.eye(6)
-        both = np.transpose([(residual(e) - residual(-e)) / 2e-5 for e in h])
-        return both[:, :3], both[:, 3:]
-        """,
-    ),
+    "np.angle(np.exp(1j * (turn_j - turn_i - z[2])))",
+    "turn_j - turn_i - z[2]",
     caught_by="jacobians-far",
 )
 """Wrong: the angle of the residual keeps whole turns, which bends the logarithm."""

@@ -49,9 +49,9 @@ def right_complex() -> None:
         def parts(p):
             return p[:, 0] + 1j * p[:, 1], np.exp(1j * p[:, 2])
 
-        place, turn = parts(np.asarray(poses, dtype=float))
-        z_place, z_turn = parts(graph["measurement"])
-        i, j = graph["edges"][:, 0], graph["edges"][:, 1]
+        poses, z = np.asarray(poses, dtype=float), graph["measurement"]
+        (place, turn), (z_place, z_turn) = parts(poses), parts(z)
+        i, j = graph["edges"].T
         gap = ((place[j] - place[i]) / turn[i] - z_place) / z_turn
         angle = np.angle(turn[j] / turn[i] / z_turn)
         flat = np.abs(angle) < 1e-9
@@ -83,129 +83,50 @@ def right_solve_the_bend() -> None:
         return answer
 
 
-def wrong_coordinates() -> None:
-    """Wrong: takes x and y of the error as they are, without the logarithm. Stopped by the visible
-    case residuals-by-hand.
-    """
-    import numpy as np
-
-    def residuals(poses, graph):
-        def parts(p):
-            return p[:, 0] + 1j * p[:, 1], np.exp(1j * p[:, 2])
-
-        place, turn = parts(np.asarray(poses, dtype=float))
-        z_place, z_turn = parts(graph["measurement"])
-        i, j = graph["edges"].T
-        gap = ((place[j] - place[i]) / turn[i] - z_place) / z_turn
-        return np.column_stack([gap.real, gap.imag, np.angle(turn[j] / turn[i] / z_turn)])
-
+wrong_coordinates = change(right_complex, "gap / mean", "gap", stopped_by="residuals-by-hand")
+"""Wrong: takes x and y of the error as they are, without the logarithm."""
 
 wrong_division_at_zero = change(
-    right_complex,
-    ('i, j = graph["edges"][:, 0], graph["edges"][:, 1]', 'i, j = graph["edges"].T'),
-    (
-        """
-        flat = np.abs(angle) < 1e-9
-        safe = np.where(flat, 1.0, angle)
-        mean = np.where(flat, 1.0, (np.exp(1j * safe) - 1) / (1j * safe))
-        rho = gap / mean
-        """,
-        "rho = gap * (angle / 2 / np.tan(angle / 2) - 0.5j * angle)",
-    ),
-    stopped_by="residuals-exact",
+    right_complex, "flat = np.abs(angle) < 1e-9", "flat = False", stopped_by="residuals-exact"
 )
-"""Wrong: divides by the tangent of a half angle of zero: NaN where the map fits."""
+"""Wrong: divides by an angle of zero: NaN where the map fits."""
 
 wrong_small_angle_log = change(
-    right_complex,
-    ('i, j = graph["edges"][:, 0], graph["edges"][:, 1]', 'i, j = graph["edges"].T'),
-    (
-        """
-        flat = np.abs(angle) < 1e-9
-        safe = np.where(flat, 1.0, angle)
-        mean = np.where(flat, 1.0, (np.exp(1j * safe) - 1) / (1j * safe))
-        rho = gap / mean
-        """,
-        "rho = gap * (1 - 0.5j * angle)",
-    ),
-    stopped_by="residuals-by-hand",
+    right_complex, "gap / mean", "gap * (1 - 0.5j * angle)", stopped_by="residuals-by-hand"
 )
 """Wrong: the matrix of the half angle for small angles, its diagonal always 1."""
 
+wrong_no_wrap = change(
+    right_complex,
+    "angle = np.angle(turn[j] / turn[i] / z_turn)",
+    "angle = poses[j, 2] - poses[i, 2] - z[:, 2]",
+    stopped_by="residuals-wrap",
+)
+"""Wrong: subtracts angles with their whole turns."""
 
-def wrong_no_wrap() -> None:
-    """Wrong: subtracts angles with their whole turns. Stopped by the visible case
-    residuals-wrap.
+wrong_wraps_before_z = change(
+    right_complex,
+    "angle = np.angle(turn[j] / turn[i] / z_turn)",
+    "angle = np.angle(turn[j] / turn[i]) - z[:, 2]",
+    caught_by="residuals-wrap",
+)
+"""Wrong: takes whole turns out of the step, and none out after the measurement is taken off."""
+
+wrong_whitened = change(
+    right_complex,
+    "return np.column_stack([rho.real, rho.imag, angle])",
     """
-    import numpy as np
+    r = np.column_stack([rho.real, rho.imag, angle])
+    return np.einsum("kba,kb->ka", np.linalg.cholesky(graph["information"]), r)
+    """,
+    caught_by="residuals-edges",
+)
+"""Wrong: whitens by the information, which is the solver's business."""
 
-    def residuals(poses, graph):
-        poses, z = np.asarray(poses, dtype=float), graph["measurement"]
-        i, j = graph["edges"].T
-        place = poses[:, 0] + 1j * poses[:, 1]
-        gap = (place[j] - place[i]) * np.exp(-1j * poses[i, 2]) - (z[:, 0] + 1j * z[:, 1])
-        gap = gap * np.exp(-1j * z[:, 2])
-        angle = poses[j, 2] - poses[i, 2] - z[:, 2]
-        half = angle / 2
-        rho = gap * (np.cos(half) / np.sinc(half / np.pi) - 1j * half)
-        return np.column_stack([rho.real, rho.imag, angle])
-
-
-def wrong_wraps_before_z() -> None:
-    """Wrong: takes whole turns out of the step, and none out after the measurement is taken off.
-    Caught by residuals-wrap.
-    """
-    import numpy as np
-
-    def residuals(poses, graph):
-        poses, z = np.asarray(poses, dtype=float), graph["measurement"]
-        i, j = graph["edges"].T
-        place = poses[:, 0] + 1j * poses[:, 1]
-        gap = (place[j] - place[i]) * np.exp(-1j * poses[i, 2]) - (z[:, 0] + 1j * z[:, 1])
-        gap = gap * np.exp(-1j * z[:, 2])
-        angle = np.angle(np.exp(1j * (poses[j, 2] - poses[i, 2]))) - z[:, 2]
-        half = angle / 2
-        rho = gap * (np.cos(half) / np.sinc(half / np.pi) - 1j * half)
-        return np.column_stack([rho.real, rho.imag, angle])
-
-
-def wrong_whitened() -> None:
-    """Wrong: whitens by the information, which is the solver's business. Caught by
-    residuals-edges.
-    """
-    import numpy as np
-
-    def residuals(poses, graph):
-        def parts(p):
-            return p[:, 0] + 1j * p[:, 1], np.exp(1j * p[:, 2])
-
-        place, turn = parts(np.asarray(poses, dtype=float))
-        z_place, z_turn = parts(graph["measurement"])
-        i, j = graph["edges"].T
-        gap = ((place[j] - place[i]) / turn[i] - z_place) / z_turn
-        angle = np.angle(turn[j] / turn[i] / z_turn)
-        half = angle / 2
-        rho = gap * (np.cos(half) / np.sinc(half / np.pi) - 1j * half)
-        r = np.column_stack([rho.real, rho.imag, angle])
-        root = np.linalg.cholesky(graph["information"])
-        return np.einsum("kba,kb->ka", root, r)
-
-
-def wrong_forward_edges() -> None:
-    """Wrong: sorts the two ends of an edge, so that closures to earlier poses are turned round.
-    Stopped by the visible case residuals-edges.
-    """
-    import numpy as np
-
-    def residuals(poses, graph):
-        def parts(p):
-            return p[:, 0] + 1j * p[:, 1], np.exp(1j * p[:, 2])
-
-        place, turn = parts(np.asarray(poses, dtype=float))
-        z_place, z_turn = parts(graph["measurement"])
-        i, j = np.sort(graph["edges"], axis=1).T
-        gap = ((place[j] - place[i]) / turn[i] - z_place) / z_turn
-        angle = np.angle(turn[j] / turn[i] / z_turn)
-        half = angle / 2
-        rho = gap * (np.cos(half) / np.sinc(half / np.pi) - 1j * half)
-        return np.column_stack([rho.real, rho.imag, angle])
+wrong_forward_edges = change(
+    right_complex,
+    'graph["edges"].T',
+    'np.sort(graph["edges"], axis=1).T',
+    stopped_by="residuals-edges",
+)
+"""Wrong: sorts the two ends of an edge, so that closures to earlier poses are turned round."""

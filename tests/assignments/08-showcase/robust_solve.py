@@ -127,35 +127,16 @@ wrong_stale_start = change(
 )
 """Wrong: begins every solve afresh, from no poses."""
 
-
-def wrong_stops_when_converged_once() -> None:
-    """Wrong: the poses of the solve before the last. Stopped by the visible case
-    robust_solve-by-hand.
-    """
-    import numpy as np
-
-    def robust_solve(graph, c, solve):
-        is_odometry = np.asarray(graph["is_odometry"], dtype=bool)
-        weights = np.ones(is_odometry.size)
-        poses, u = solve(graph, weights, None)
-        u = np.asarray(u)
-        worst = np.max(u[~is_odometry], initial=0.0)
-        if 2 * worst**2 <= c**2:
-            return poses, weights
-        mu = c**2 / (2 * worst**2 - c**2)
-        for _ in range(1000):
-            low, high = mu / (mu + 1) * c**2, (mu + 1) / mu * c**2
-            middle = c / np.maximum(u, 1e-300) * np.sqrt(mu * (mu + 1)) - mu
-            new = np.where(u**2 <= low, 1.0, np.where(u**2 >= high, 0.0, middle))
-            weights = np.where(is_odometry, 1.0, new)
-            before = poses
-            poses, u = solve(graph, weights, poses)
-            u = np.asarray(u)
-            if np.all((weights == 0) | (weights == 1)):
-                break
-            mu *= 1.4
-        return before, weights
-
+wrong_stops_when_converged_once = change(
+    right_three_pieces,
+    (
+        "poses, u = solve(graph, weights, poses)",
+        "before, (poses, u) = poses, solve(graph, weights, poses)",
+    ),
+    ("break", "return before, weights"),
+    stopped_by="robust_solve-by-hand",
+)
+"""Wrong: the poses of the solve before the last."""
 
 wrong_plain_tls = change(
     right_three_pieces,
@@ -165,31 +146,16 @@ wrong_plain_tls = change(
 )
 """Wrong: no graduation: rejects what is past c from the least-squares fit on."""
 
-
-def wrong_misprint_surrogate() -> None:
-    """Wrong: the weight of the lesson's surrogate, which ends at least squares, lies and all.
-    Stopped by the visible case robust_solve-by-hand.
-    """
-    import numpy as np
-
-    def robust_solve(graph, c, solve):
-        is_odometry = np.asarray(graph["is_odometry"], dtype=bool)
-        weights = np.ones(is_odometry.size)
-        poses, u = solve(graph, weights, None)
-        worst = np.max(np.asarray(u)[~is_odometry], initial=0.0)
-        if 2 * worst**2 <= c**2:
-            return poses, weights
-        mu = c**2 / (2 * worst**2 - c**2)
-        for _ in range(1000):
-            square = np.asarray(u) ** 2 / c**2
-            new = mu * (mu + 1) / (mu + 1 + square) ** 2
-            weights = np.where(is_odometry, 1.0, new)
-            poses, u = solve(graph, weights, poses)
-            if np.allclose(weights, 1.0, rtol=1e-3):
-                break
-            mu *= 1.4
-        return poses, weights
-
+wrong_misprint_surrogate = change(
+    right_three_pieces,
+    (
+        "new = np.where(u**2 <= low, 1.0, np.where(u**2 >= high, 0.0, middle))",
+        "new = mu * (mu + 1) / (mu + 1 + u**2 / c**2) ** 2",
+    ),
+    ("np.all((weights == 0) | (weights == 1))", "np.allclose(weights, 1.0, rtol=1e-3)"),
+    stopped_by="robust_solve-by-hand",
+)
+"""Wrong: the weight of the lesson's surrogate, which ends at least squares, outliers and all."""
 
 wrong_misprint_start = change(
     right_three_pieces, "c**2 / (2 * worst**2 - c**2)", "1.0", stopped_by="robust_solve-by-hand"
@@ -201,27 +167,7 @@ wrong_never_nothing = change(
 )
 """Wrong: no look at whether there is something to reject, and μ is negative."""
 
-
-def wrong_twenty_solves() -> None:
-    """Wrong: stops after twenty solves, though an outlier may be far away. Caught by
-    robust_solve-rows.
-    """
-    import numpy as np
-
-    def robust_solve(graph, c, solve):
-        is_odometry = np.asarray(graph["is_odometry"], dtype=bool)
-        weights = np.ones(is_odometry.size)
-        poses, u = solve(graph, weights, None)
-        worst = np.max(np.asarray(u)[~is_odometry], initial=0.0)
-        if 2 * worst**2 <= c**2:
-            return poses, weights
-        mu = c**2 / (2 * worst**2 - c**2)
-        for _ in range(20):
-            size = np.maximum(u, 1e-300)
-            new = np.clip(c / size * np.sqrt(mu * (mu + 1)) - mu, 0, 1)
-            weights = np.where(is_odometry, 1.0, new)
-            poses, u = solve(graph, weights, poses)
-            if np.all((weights == 0) | (weights == 1)):
-                break
-            mu *= 1.4
-        return poses, weights
+wrong_twenty_solves = change(
+    right_three_pieces, "range(1000)", "range(20)", caught_by="robust_solve-rows"
+)
+"""Wrong: stops after twenty solves, though an outlier may be far away."""

@@ -43,6 +43,13 @@ def test_a_change_is_the_right_answer_with_other_text(tmp_path: Path) -> None:
     assert (wrong.story, wrong.caught_by, wrong.is_visible) == ("Adds.", "area-two", True)
 
 
+def test_a_change_may_be_right_and_names_no_case(tmp_path: Path) -> None:
+    _, other = written(tmp_path, 'right_other = change(right_sum, "width *", "1 * width *")\n')
+    assert other.is_right and other.caught_by is None
+    with pytest.raises(ValueError, match="a right one none"):
+        written(tmp_path, 'right_other = change(right_sum, "width *", "1 *", caught_by="a")\n')
+
+
 def test_several_lines_stand_where_the_first_one_stood(tmp_path: Path) -> None:
     text = '''wrong_both = change(
     right_sum,
@@ -70,8 +77,8 @@ def test_several_lines_stand_where_the_first_one_stood(tmp_path: Path) -> None:
         ('change(right_sum, "depth", "w", caught_by="a")', "occurs 0 times"),
         ('change(right_sum, "", "w", caught_by="a")', "occurs 0 times"),
         ('change(right_none, "width *", "w", caught_by="a")', "no answer right_none above it"),
-        ('change(right_sum, "width *", "w")', "it names one case"),
-        ('change(right_sum, "width *", "w", caught_by="a", stopped_by="b")', "it names one case"),
+        ('change(right_sum, "width *", "w")', "names one case"),
+        ('change(right_sum, "width *", "w", caught_by="a", stopped_by="b")', "names one case"),
         ('change(right_sum, "width *", caught_by="a")', "an old text and a new one"),
         ('print(right_sum, "width *", "w", caught_by="a")', "change"),
     ],
