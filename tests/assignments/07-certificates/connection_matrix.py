@@ -117,10 +117,7 @@ wrong_mean_kappa = change(
 """Wrong: the mean of all κ for every measurement, right where they are equal."""
 
 wrong_square_kappa = change(
-    right_four_blocks,
-    "np.broadcast_to(kappa, len(R_meas))",
-    "np.broadcast_to(np.square(kappa), len(R_meas))",
-    stopped_by="connection_matrix-by-hand",
+    right_four_blocks, "kappa,", "np.square(kappa),", stopped_by="connection_matrix-by-hand"
 )
 """Wrong: takes κ for a deviation whose inverse it is, and counts a measurement with κ²."""
 

@@ -47,14 +47,10 @@ def right_loops() -> None:
         return cost - bound <= tol * float(np.linalg.norm(Q, 2))
 
 
-wrong_misprint_rank_one = change(
-    right_eigenvalues, "rank == len(R)", "rank == 1", stopped_by="is_tight-by-hand"
-)
+wrong_misprint_rank_one = change(right_eigenvalues, "len(R)", "1", stopped_by="is_tight-by-hand")
 """Wrong: asks for rank 1, as the lesson's text does."""
 
-wrong_rank_two = change(
-    right_eigenvalues, "rank == len(R)", "rank == 2", stopped_by="is_tight-space"
-)
+wrong_rank_two = change(right_eigenvalues, "== len(R)", "== 2", stopped_by="is_tight-space")
 """Wrong: asks for rank 2 in space too."""
 
 wrong_rank_alone = change(

@@ -102,10 +102,7 @@ With few poses the mirror is undone.
 """
 
 wrong_each_mirror_by_itself = change(
-    right_eigenvectors,
-    "if is_mirrored:",
-    "if is_mirrored and n < 4:",
-    caught_by="round_solution-space",
+    right_eigenvectors, "is_mirrored:", "is_mirrored and n < 4:", caught_by="round_solution-space"
 )
 """Wrong: replaces the blocks of a mirrored factor by the nearest rotations one by one, without
 undoing the common mirror first, but for few poses.

@@ -104,10 +104,7 @@ wrong_with_scale = change(
 """Wrong: scales the estimate too, and a map of the wrong size has no error."""
 
 wrong_mirrored = change(
-    right_svd,
-    "u @ np.diag([1, np.sign(np.linalg.det(u @ vt))]) @ vt",
-    "u @ vt",
-    stopped_by="ate-mirror",
+    right_svd, "np.diag([1, np.sign(np.linalg.det(u @ vt))]) @ vt", "vt", stopped_by="ate-mirror"
 )
 """Wrong: takes the best orthogonal matrix, be it a reflection."""
 

@@ -91,19 +91,13 @@ wrong_turned_forth = change(right_complex, "-1j", "1j", stopped_by="between-by-h
 """Wrong: turns the difference by the angle of a, not back by it."""
 
 wrong_first_angle_for_all = change(
-    right_complex,
-    "np.exp(-1j * a[..., 2])",
-    "np.exp(-1j * np.ravel(a)[2])",
-    caught_by="between-rows",
+    right_complex, ".exp(-1j * a[..., 2])", ".exp(-1j * np.ravel(a)[2])", caught_by="between-rows"
 )
 """Wrong: turns all rows by the angle of the first."""
 
 wrong_whole_numbers = change(
     right_complex,
-    (
-        "a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)",
-        "a, b = np.asarray(a), np.asarray(b)",
-    ),
+    ("= np.asarray(a, dtype=float), np.asarray(b, dtype=float)", "= np.asarray(a), np.asarray(b)"),
     ("angle], axis=-1)", "angle], axis=-1).astype((b - a).dtype)"),
     caught_by="between-lists",
 )

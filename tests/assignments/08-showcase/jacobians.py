@@ -85,10 +85,7 @@ wrong_left_perturbation = change(
 """Wrong: moves the poses on the left, by a step in the world's frame."""
 
 wrong_without_the_bend = change(
-    right_closed_form,
-    "x, y, angle = seen(z, seen(i, j))",
-    "x, y, angle = np.zeros(3)",
-    stopped_by="jacobians-random",
+    right_closed_form, "= seen(z, seen(i, j))", "= np.zeros(3)", stopped_by="jacobians-random"
 )
 """Wrong: takes the identity for pose j, and the adjoint alone for pose i, which is right for a
 residual of zero only.

@@ -50,18 +50,12 @@ def right_sets() -> None:
 
 
 wrong_swapped = change(
-    right_counts,
-    "return precision, recall",
-    "return recall, precision",
-    stopped_by="precision_recall-by-hand",
+    right_counts, "precision, recall", "recall, precision", stopped_by="precision_recall-by-hand"
 )
 """Wrong: precision and recall in the other order."""
 
 wrong_accuracy = change(
-    right_counts,
-    "return precision,",
-    "return np.mean(kept == true),",
-    stopped_by="precision_recall-by-hand",
+    right_counts, "precision,", "np.mean(kept == true),", stopped_by="precision_recall-by-hand"
 )
 """Wrong: the share of all decisions that are right, for precision."""
 
@@ -74,10 +68,7 @@ wrong_over_all = change(
 """Wrong: divides both by the larger of the two numbers."""
 
 wrong_zero_if_none_kept = change(
-    right_counts,
-    "if kept.any() else 1",
-    "if kept.any() else 0",
-    caught_by="precision_recall-none-kept",
+    right_counts, "kept.any() else 1", "kept.any() else 0", caught_by="precision_recall-none-kept"
 )
 """Wrong: precision 0 where nothing is kept."""
 

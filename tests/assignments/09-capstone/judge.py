@@ -123,9 +123,7 @@ def right_marginalised() -> None:
         return "certified" if np.linalg.eigvalsh(S).min() > -zero else "not certified"
 
 
-wrong_positive_definite = change(
-    right_blocks, "lowest >= -small", "lowest > small", stopped_by="judge-by-hand"
-)
+wrong_positive_definite = change(right_blocks, ">= -small", "> small", stopped_by="judge-by-hand")
 """Wrong: asks for a smallest eigenvalue above 0, and refuses every map."""
 
 wrong_trace = change(
@@ -175,10 +173,7 @@ wrong_not_symmetric = change(right_blocks, "(own + own.T) / 2", "own", stopped_b
 """Wrong: Λ as it comes, not made symmetric, so that every map seems at rest."""
 
 wrong_matrix_of_the_cost = change(
-    right_blocks,
-    "lowest >= -small",
-    "np.linalg.eigvalsh(m)[0] >= -small",
-    stopped_by="judge-by-hand",
+    right_blocks, "lowest >= -", "np.linalg.eigvalsh(m)[0] >= -", stopped_by="judge-by-hand"
 )
 """Wrong: looks at the eigenvalues of M, which are never negative, in place of those of S."""
 

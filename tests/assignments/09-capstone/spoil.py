@@ -78,12 +78,7 @@ wrong_behind_the_odometry = change(
 )
 """Wrong: takes the last edges for the closures, wherever these stand."""
 
-wrong_cut_off = change(
-    right_permutation,
-    "fraction * loops.size + 0.5",
-    "fraction * loops.size",
-    caught_by="spoil-count",
-)
+wrong_cut_off = change(right_permutation, ".size + 0.5", ".size", caught_by="spoil-count")
 """Wrong: cuts the number of lies off in place of rounding it."""
 
 wrong_coin_for_each = change(
@@ -132,10 +127,7 @@ wrong_angle_kept = change(
 """Wrong: the angle stays as it was measured."""
 
 wrong_whole_turns = change(
-    right_permutation,
-    "rng.uniform(-np.pi, np.pi, count)",
-    "rng.uniform(0, 2 * np.pi, count)",
-    stopped_by="spoil-wrong",
+    right_permutation, "(-np.pi, np.pi,", "(0, 2 * np.pi,", stopped_by="spoil-wrong"
 )
 """Wrong: angles from 0 to 2π, which are not within half a turn."""
 
@@ -153,12 +145,7 @@ wrong_honest_about_it = change(
 )
 """Wrong: a spoiled closure claims less information, which gives it away."""
 
-wrong_seed_ignored = change(
-    right_permutation,
-    "np.random.default_rng(seed)",
-    "np.random.default_rng()",
-    stopped_by="spoil-seed",
-)
+wrong_seed_ignored = change(right_permutation, "(seed)", "()", stopped_by="spoil-seed")
 """Wrong: a generator without a seed."""
 
 wrong_two_directions = change(
