@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from textwrap import dedent
 
 import pytest
 
@@ -60,3 +61,21 @@ def test_weak_cases_that_are_planted_are_found(tmp_path: Path) -> None:
     assert "argument 1" in found.pop("echo")
     assert "minus argument 1" in found.pop("nested")
     assert set(found) == {"constant", "apart"}
+
+
+def test_a_case_that_sees_only_the_calls_of_a_function_handed_in_is_found(tmp_path: Path) -> None:
+    solution = "def ask(f, u):\n    ### BEGIN SOLUTION\n    return f(u, 3)\n    ### END SOLUTION"
+    case = """
+    seen = []
+    ### BEGIN HIDDEN TESTS
+    # hint: Call f.
+    u = rng.uniform(1, 2)
+    answer = ask(lambda v, k: seen.append(v) or k * v, u)
+    {check}
+    ### END HIDDEN TESTS
+    """
+    checks = {"calls": "assert seen == [u]", "value": "assert answer == 3 * u"}
+    cases = {name: dedent(case.format(check=check)) for name, check in checks.items()}
+    plant(tmp_path, "ask", solution, cases)
+    solutions = reference.load(NAME, tmp_path)
+    assert [one.case.name for one in earned(solutions, 1)] == ["calls"]
