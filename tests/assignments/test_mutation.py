@@ -1,4 +1,4 @@
-"""The mutation tool kills what a case notices, tells what survives, and refuses old judgements."""
+"""The mutation tool kills what a case notices, reports what survives, refuses stale entries."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from tests.assignments.mutation import equivalents, run
 from tests.assignments.mutation.mutators import Mutant, mutants
 from tests.assignments.mutation.report import Report
 from tests.assignments.mutation.run import Verdict
+from tests.assignments.planted import NAME, plant
 
 SOLUTION = """\
 def size(u):
@@ -25,39 +26,26 @@ def size(u):
 """
 POSITIVE = "assert size(3) == 3\nassert size(0.5) == 0.5"
 NEGATIVE = "assert size(-0.5) == 0.5\nassert size(-3) == 3"
-MARKS = {"schema_version": 3, "locked": True, "task": False}
+BOTH = {"positive": POSITIVE, "negative": NEGATIVE}
 
 
-def toy(tree: Path, cases: dict[str, str], solution: str = SOLUTION) -> Path:
-    """An assignment of one exercise in a source tree."""
-    solved = {"grade_id": "size", "grade": False, "solution": True}
-    cells = [cell(solution, solved | {"locked": False})]
-    for name, source in cases.items():
-        marks = {"grade_id": f"size-{name}", "grade": True, "solution": False, "points": 5}
-        cells.append(cell(source, marks))
-    notebook = {"cells": cells, "metadata": {}, "nbformat": 4, "nbformat_minor": 5}
-    path = tree / "toy" / "toy.ipynb"
-    path.parent.mkdir(parents=True)
-    path.write_text(json.dumps(notebook), encoding="utf-8")
-    return tree
+@pytest.fixture
+def tree(tmp_path: Path) -> Path:
+    """An assignment of one exercise, whose cases notice all that can be noticed."""
+    plant(tmp_path, "size", SOLUTION, BOTH)
+    return tmp_path
 
 
-def cell(source: str, marks: dict[str, object]) -> dict[str, object]:
-    fields = {"metadata": {"nbgrader": MARKS | marks}, "source": source, "id": marks["grade_id"]}
-    return fields | {"cell_type": "code", "outputs": [], "execution_count": None}
+def mutate(tree: Path) -> Report:
+    return command.mutate(NAME, tree, tree, seed=1, jobs=1)
 
 
-def mutate(tree: Path, judged: Path | None = None) -> Report:
-    return command.mutate("toy", tree, judged or tree, seed=1, jobs=1)
-
-
-def judge(folder: Path, line: str, becomes: str, reason: str = "0 is -0") -> Path:
-    path = folder / "toy" / equivalents.FILE
-    path.parent.mkdir(parents=True, exist_ok=True)
+def judge(tree: Path, line: str, becomes: str, reason: str = "0 is -0") -> Path:
     entry = {"exercise": "size", "line": line, "becomes": becomes, "reason": reason}
     text = "".join(f"{key} = {json.dumps(value)}\n" for key, value in entry.items())
+    path = tree / NAME / equivalents.FILE
     path.write_text(f"[[equivalent]]\n{text}", encoding="utf-8")
-    return folder
+    return path
 
 
 def changes(source: str) -> set[str]:
@@ -115,8 +103,8 @@ def test_only_solution_regions_are_changed_and_no_words_of_an_error() -> None:
         mutants("f", "def f(): return 1")
 
 
-def test_a_planted_mutant_is_killed_by_the_case_that_notices(tmp_path: Path) -> None:
-    report = mutate(toy(tmp_path, {"positive": POSITIVE, "negative": NEGATIVE}))
+def test_a_planted_mutant_is_killed_by_the_case_that_notices(tree: Path) -> None:
+    report = mutate(tree)
     killers = {one.mutant.becomes: one.lost for one in report.verdicts}
     assert killers["return u"] == ("size-negative",)
     assert killers["if u < 1:"] == ("size-positive",)
@@ -124,43 +112,39 @@ def test_a_planted_mutant_is_killed_by_the_case_that_notices(tmp_path: Path) -> 
     assert [one.mutant.becomes for one in report.survivors] == ["if u <= 0:"]
 
 
-def test_a_survivor_is_told_where_a_case_is_missing(tmp_path: Path) -> None:
-    report = mutate(toy(tmp_path, {"positive": POSITIVE}))
+def test_a_survivor_is_reported_where_a_case_is_missing(tmp_path: Path) -> None:
+    plant(tmp_path, "size", SOLUTION, {"positive": POSITIVE})
+    report = mutate(tmp_path)
     assert "return u" in {one.mutant.becomes for one in report.survivors}
     assert "    - return -u\n    + return u" in str(report)
     assert not report.is_good
     assert report.raw_score == report.score < 0.95
 
 
-def test_what_is_judged_equivalent_counts_for_the_score_alone(tmp_path: Path) -> None:
-    tree = toy(tmp_path / "solutions", {"positive": POSITIVE, "negative": NEGATIVE})
-    report = mutate(tree, judge(tmp_path, "if u < 0:", "if u <= 0:"))
+def test_what_is_judged_equivalent_counts_for_the_score_alone(tree: Path) -> None:
+    judge(tree, "if u < 0:", "if u <= 0:")
+    report = mutate(tree)
     assert (len(report.equivalent), report.score) == (1, 1.0)
     assert report.raw_score < 1.0
 
 
 @pytest.mark.parametrize(
-    ("line", "becomes", "told"),
-    [
-        ("if u < 7:", "if u <= 7:", "no mutant"),
-        ("if u < 0:", "if u >= 0:", "kills"),
-    ],
+    ("line", "becomes", "problem"),
+    [("if u < 7:", "if u <= 7:", "no mutant"), ("if u < 0:", "if u >= 0:", "kills")],
 )
-def test_a_stale_judgement_is_refused(tmp_path: Path, line: str, becomes: str, told: str) -> None:
-    tree = toy(tmp_path / "solutions", {"positive": POSITIVE, "negative": NEGATIVE})
-    with pytest.raises(equivalents.Stale, match=told):
-        mutate(tree, judge(tmp_path, line, becomes))
+def test_a_stale_judgement_is_refused(tree: Path, line: str, becomes: str, problem: str) -> None:
+    judge(tree, line, becomes)
+    with pytest.raises(equivalents.Stale, match=problem):
+        mutate(tree)
 
 
-def test_a_judgement_wants_a_reason(tmp_path: Path) -> None:
-    judge(tmp_path, "if u < 0:", "if u <= 0:", reason=" ")
+def test_a_judgement_needs_a_reason(tree: Path) -> None:
     with pytest.raises(equivalents.Stale, match="reason"):
-        equivalents.read(tmp_path / "toy" / equivalents.FILE)
+        equivalents.read(judge(tree, "if u < 0:", "if u <= 0:", reason=" "))
 
 
-def test_an_endless_loop_is_cut_and_counts_as_killed(tmp_path: Path) -> None:
-    solution = SOLUTION.replace("if u < 0:\n", "while u < 0:\n")
-    (one,) = run.exercises(toy(tmp_path, {"negative": NEGATIVE}, solution) / "toy" / "toy.ipynb")
+def test_an_endless_loop_is_cut_and_counts_as_killed(tree: Path) -> None:
+    (one,) = run.exercises(tree / NAME / f"{NAME}.ipynb")
     endless = "def size(u):\n    while True:\n        pass\n"
     limited = run._with_limits(one, seed=1)
     verdict = run._grade(limited, Mutant("size", "size", endless, "", ""), seed=1)
@@ -169,18 +153,18 @@ def test_an_endless_loop_is_cut_and_counts_as_killed(tmp_path: Path) -> None:
 
 
 def test_a_reference_that_loses_marks_is_refused(tmp_path: Path) -> None:
+    plant(tmp_path, "size", SOLUTION, {"negative": NEGATIVE.replace("== 3", "== 4")})
     with pytest.raises(WrongUse, match="size-negative"):
-        mutate(toy(tmp_path, {"negative": NEGATIVE.replace("== 3", "== 4")}))
+        mutate(tmp_path)
 
 
 def test_the_commands_exit_status_says_how_it_went(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tree: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    tree = toy(tmp_path / "solutions", {"positive": POSITIVE, "negative": NEGATIVE})
-    options = ["toy", "--solutions", str(tree), "--judged", str(tmp_path), "--jobs", "1"]
+    options = [NAME, "--solutions", str(tree), "--judged", str(tree), "--jobs", "1"]
     assert command.main(options) == 1  # one of sixteen survives
     assert "survives in size" in capsys.readouterr().out
-    judge(tmp_path, "if u < 9:", "if u <= 9:")
+    judge(tree, "if u < 9:", "if u <= 9:")
     assert command.main(options) == 2
     assert "take it out" in capsys.readouterr().err
 
