@@ -7,6 +7,8 @@ import pytest
 from robust_slam.errors import Underdetermined
 from robust_slam.problems import LinearProblem, chain
 
+from tests.lib.worlds import refused
+
 LIE = {"i": [0, 1, 0, 0], "j": [1, 2, 2, 2], "z": [1.0, 1.0, 2.0, 0.0]}
 SIGMA = [0.1, 0.1, 0.05, 0.05]
 
@@ -92,21 +94,18 @@ def test_without_an_anchor_the_line_is_underdetermined():
         LinearProblem(free.jacobian, free.measurement, SIGMA).initial()
 
 
-@pytest.mark.parametrize(
-    ("arguments", "named"),
-    [
-        ({"i": [0, 3], "j": [1, 2]}, "i: edge 1 names pose 3"),
-        ({"i": [0, 1], "j": [1, -1]}, "j: edge 1 names pose -1"),
-        ({"i": [0, 1], "j": [1, 1]}, "edge 1 joins a pose to itself"),
-        ({"i": [0], "j": [1, 2]}, "i: give 2 whole numbers"),
-        ({"i": [0.0, 1.0], "j": [1, 2]}, "i: give 2 whole numbers"),
-        ({"i": [0, 1], "j": [1, 2], "anchor": 3}, "anchor is 3"),
-        ({"i": [0, 1], "j": [1, 2], "sigma": 0.0}, "sigma: entry 0"),
-    ],
+@refused(
+    ({"i": [0, 3], "j": [1, 2]}, "i: edge 1 names pose 3"),
+    ({"i": [0, 1], "j": [1, -1]}, "j: edge 1 names pose -1"),
+    ({"i": [0, 1], "j": [1, 1]}, "edge 1 joins a pose to itself"),
+    ({"i": [0], "j": [1, 2]}, "i: give 2 whole numbers"),
+    ({"i": [0.0, 1.0], "j": [1, 2]}, "i: give 2 whole numbers"),
+    ({"i": [0, 1], "j": [1, 2], "anchor": 3}, "anchor is 3"),
+    ({"i": [0, 1], "j": [1, 2], "sigma": 0.0}, "sigma: entry 0"),
 )
-def test_bad_input_is_refused_by_name(arguments, named):
-    with pytest.raises(ValueError, match=named):
-        chain(3, z=[1.0, 1.0], **arguments)
+def test_bad_input_is_refused_by_name(wrong, message):
+    with pytest.raises(ValueError, match=message):
+        chain(3, z=[1.0, 1.0], **wrong)
 
 
 def test_shapes_that_do_not_agree_are_refused():

@@ -7,6 +7,8 @@ import pytest
 from robust_slam.errors import Underdetermined
 from robust_slam.problems import LocationProblem
 
+from tests.lib.worlds import refused
+
 
 def test_least_squares_is_the_mean():
     assert LocationProblem([1, 2, 6]).initial() == 3.0
@@ -42,22 +44,19 @@ def test_nothing_is_trusted_unless_it_is_said():
     assert not LocationProblem([1.0, 2.0]).trusted.any()
 
 
-@pytest.mark.parametrize(
-    ("arguments", "named"),
-    [
-        (([],), "z is empty"),
-        (([1.0, float("nan")],), r"z: the entry at \(1,\)"),
-        (([[1.0]],), "z: the shape"),
-        (([1.0, 2.0], [1.0, 0.0]), "sigma: entry 1"),
-        (([1.0, 2.0], -1.0), "sigma: entry 0"),
-        (([1.0, 2.0], [1.0, 1.0, 1.0]), "sigma: the shape"),
-        (([1.0, 2.0], 1.0, [True]), "trusted: the shape"),
-        (([1.0, 2.0], 1.0, [0, 1]), "trusted: the entries"),
-    ],
+@refused(
+    (([],), "z is empty"),
+    (([1.0, float("nan")],), r"z: the entry at \(1,\)"),
+    (([[1.0]],), "z: the shape"),
+    (([1.0, 2.0], [1.0, 0.0]), "sigma: entry 1"),
+    (([1.0, 2.0], -1.0), "sigma: entry 0"),
+    (([1.0, 2.0], [1.0, 1.0, 1.0]), "sigma: the shape"),
+    (([1.0, 2.0], 1.0, [True]), "trusted: the shape"),
+    (([1.0, 2.0], 1.0, [0, 1]), "trusted: the entries"),
 )
-def test_bad_input_is_refused_by_name(arguments, named):
-    with pytest.raises(ValueError, match=named):
-        LocationProblem(*arguments)
+def test_bad_input_is_refused_by_name(wrong, message):
+    with pytest.raises(ValueError, match=message):
+        LocationProblem(*wrong)
 
 
 def test_the_problem_keeps_its_own_copy():

@@ -1,12 +1,30 @@
-"""Random poses and pose graphs in both groups, for the laws that hold everywhere."""
+"""Poses and pose graphs in both groups, for the laws that hold everywhere."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+from itertools import accumulate
+
 import numpy as np
+import pytest
 from robust_slam.graphs import se2, se3
-from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam.graphs.outliers import add_random_closures
+from robust_slam.graphs.pose_graph import PoseGraph, with_closures
+from robust_slam.problems import chain
 
 GROUPS = {"SE(2)": se2, "SE(3)": se3}
+
+
+def refused(*rows):
+    """A table of wrong arguments, each with the message that refuses it."""
+    return pytest.mark.parametrize(("wrong", "message"), rows)
+
+
+def chapter_0(**options):
+    """Two steps of odometry and two closures, the second an outlier; the odometry is trusted."""
+    trusted = {"trusted": [True, True, False, False]}
+    z, sigma = [1.0, 1.0, 2.0, 0.0], [0.1, 0.1, 0.05, 0.05]
+    return chain(3, [0, 1, 0, 0], [1, 2, 2, 2], z, sigma, **(trusted | options))
 
 
 def random_twists(group, count, rng, reach=3.0, turn=2.0):
@@ -24,22 +42,63 @@ def random_information(group, count, rng):
     return root @ np.swapaxes(root, 1, 2) + np.eye(group.DOF)
 
 
+def walked(group, steps):
+    """The poses from the identity on, one step after the other."""
+    return np.array(list(accumulate(steps, group.compose, initial=group.identity())))
+
+
+def shaken(group, poses, size, rng):
+    """Poses moved at random on the right, all but pose 0."""
+    twists = size * rng.normal(size=(len(poses), group.DOF))
+    twists[0] = 0.0
+    return group.compose(poses, group.exp(twists))
+
+
+def measured(group, poses, edges, error, information):
+    """The graph that measures the poses with these errors; its first n − 1 edges are odometry."""
+    n, edges = len(poses), np.asarray(edges)
+    z = group.compose(group.between(*poses[edges.T]), group.exp(error))
+    information = np.broadcast_to(information, (len(edges), group.DOF, group.DOF))
+    return PoseGraph(n, edges, z, information, np.arange(len(edges)) < n - 1)
+
+
 def random_graph(seed, group=se2, n=6, m=9, residual=1.0):
     """Poses and a connected graph whose residuals have about the given size."""
     rng = np.random.default_rng(seed)
     poses = random_poses(group, n, rng)
     tree = [(int(rng.integers(k)), k) for k in range(1, n)]
     loops = [tuple(rng.permutation(n)[:2]) for _ in range(m - n + 1)]
-    edges = np.array(tree + loops)
-    true = group.between(poses[edges[:, 0]], poses[edges[:, 1]])
     error = residual * rng.uniform(-1.0, 1.0, size=(m, group.DOF))
-    return poses, PoseGraph(
-        n,
-        edges,
-        group.compose(true, group.exp(error)),
-        random_information(group, m, rng),
-        np.arange(m) < n - 1,
-    )
+    information = random_information(group, m, rng)
+    return poses, measured(group, poses, tree + loops, error, information)
+
+
+def curving_walk(group, seed, n=16, closures=8, outliers=3):
+    """A walk with closures, the last of which say "the same place"; and its true poses."""
+    rng = np.random.default_rng(seed)
+    sigma = np.where(np.arange(group.DOF) < group.DIMENSION, 0.05, 0.02)
+    ahead = np.eye(group.DOF)[0]
+    truth = walked(group, group.exp(ahead + 0.3 * rng.normal(size=(n - 1, group.DOF))))
+    pairs = np.array([(i, j) for i in range(n) for j in range(i + 3, n)])
+    pairs = pairs[rng.choice(len(pairs), closures + outliers, replace=False)]
+    edges = [*((k, k + 1) for k in range(n - 1)), *pairs[:closures]]
+    noise = sigma * rng.normal(size=(len(edges) + outliers, group.DOF))
+    inliers = measured(group, truth, edges, noise[outliers:], np.diag(sigma**-2))
+    same = group.exp(noise[:outliers])
+    return with_closures(inliers, pairs[closures:], same, inliers.information[0]), truth
+
+
+def reweighted(graph, weights):
+    """The graph with the information of each edge multiplied by its weight."""
+    return replace(graph, information=weights[:, None, None] * graph.information)
+
+
+def with_outliers(make, n, seed, count, **options):
+    """A generated graph with wrong closures, which they are, the true poses, the graph before."""
+    rng = np.random.default_rng(seed)
+    clean, truth = make(n, rng, **options)
+    graph, is_outlier = add_random_closures(clean, count, rng, poses=truth)
+    return graph, is_outlier, truth, clean
 
 
 def perturbed(group, poses, k, delta):
@@ -49,6 +108,25 @@ def perturbed(group, poses, k, delta):
     return moved
 
 
+def slopes(function, size, h=1e-6):
+    """The derivatives of a function at 0, one column for each of ``size`` unknowns."""
+    return np.stack([(function(h * e) - function(-h * e)) / (2 * h) for e in np.eye(size)], -1)
+
+
+def cost_never_rises(result, tolerance=1e-10):
+    """Whether no step of a history costs more than the one before, up to rounding."""
+    costs = np.array([step.cost for step in result.history])
+    return np.all(np.diff(costs) <= tolerance * (1.0 + np.abs(costs[:-1])))
+
+
 def assert_same_poses(group, a, b, atol=1e-9):
     np.testing.assert_allclose(group.translation(a), group.translation(b), atol=atol)
     np.testing.assert_allclose(group.rotation(a), group.rotation(b), atol=atol)
+
+
+def assert_rotations(matrices):
+    unit = np.swapaxes(matrices, -1, -2) @ matrices
+    d = matrices.shape[-1]
+    np.testing.assert_allclose(unit, np.broadcast_to(np.eye(d), unit.shape), atol=1e-12)
+    if matrices.shape[-2] == d:
+        np.testing.assert_allclose(np.linalg.det(matrices), 1.0, atol=1e-12)

@@ -24,8 +24,6 @@ from robust_slam.graphs.rotations import nearest_stiefel
 
 from tests.lib.descent.sparse.matrices import as_dense
 
-both_groups = pytest.mark.parametrize("group", [se2, se3], ids=["se2", "se3"])
-
 
 def loops(group, seed, n=12, noise=0.1):
     """A noisy ring with chords, edges of unequal information, and its true poses."""
@@ -54,7 +52,6 @@ def random_blocks(group, n, r, rng):
     return np.concatenate([turn, rng.normal(size=(n, r, 1))], axis=2)
 
 
-@both_groups
 @pytest.mark.parametrize("extra", [0, 1, 2])
 def test_gradient_and_hessian_are_the_derivatives_of_the_cost(group, extra):
     graph, _ = loops(group, 1, n=5)
@@ -95,8 +92,6 @@ def test_the_basis_spans_the_tangent_space(d, r, p):
     assert np.all(np.linalg.matrix_rank(basis.reshape(4, p, -1)) == p)
 
 
-@both_groups
-@pytest.mark.parametrize("seed", range(3))
 def test_the_convergence_is_quadratic(group, seed):
     graph, truth = loops(group, seed, noise=0.03)
     problem = ChordalProblem.of(graph)
@@ -108,8 +103,6 @@ def test_the_convergence_is_quadratic(group, seed):
         assert after <= 100.0 * before**2 + 1e-14
 
 
-@both_groups
-@pytest.mark.parametrize("seed", range(3))
 def test_gauss_newton_on_the_logarithm_does_not_end_at_the_chordal_optimum(group, seed):
     graph, truth = loops(group, seed)
     problem = ChordalProblem.of(graph)
@@ -120,7 +113,6 @@ def test_gauss_newton_on_the_logarithm_does_not_end_at_the_chordal_optimum(group
     assert chordal_cost(graph, last) < chordal_cost(graph, first)
 
 
-@both_groups
 def test_the_numbers_say_minimum(group):
     graph, truth = loops(group, 4)
     poses = polish(graph, truth)
@@ -128,7 +120,6 @@ def test_the_numbers_say_minimum(group):
         assert chordal_cost(graph, shaken(group, poses, 1e-4, seed)) > chordal_cost(graph, poses)
 
 
-@both_groups
 def test_pose_0_stays_to_the_last_bit(group):
     graph, truth = loops(group, 9, n=6)
     start = group.compose(group.exp(np.full(group.DOF, 0.7)), truth)
@@ -137,7 +128,6 @@ def test_pose_0_stays_to_the_last_bit(group):
     np.testing.assert_array_equal(polish(graph, start)[0], start[0])
 
 
-@both_groups
 @pytest.mark.parametrize("seed", range(4))
 def test_no_step_raises_the_cost_however_far_the_start(group, seed):
     graph, truth = loops(group, seed)
@@ -148,7 +138,6 @@ def test_no_step_raises_the_cost_however_far_the_start(group, seed):
     assert np.all(np.diff(costs) <= 1e-12 * costs[:-1])
 
 
-@both_groups
 @pytest.mark.parametrize("extra", [1, 2])
 def test_at_a_higher_rank_the_columns_stay_orthonormal_and_the_cost_falls(group, extra):
     graph, _ = loops(group, 5)
@@ -163,7 +152,6 @@ def test_at_a_higher_rank_the_columns_stay_orthonormal_and_the_cost_falls(group,
     assert descent.last.cost < descent.history[0].cost
 
 
-@both_groups
 def test_weights_multiply_the_information(group):
     graph, truth = loops(group, 6)
     w = np.linspace(0.1, 1.0, len(graph.edges))
@@ -177,7 +165,6 @@ def test_weights_multiply_the_information(group):
     np.testing.assert_allclose(polish(graph, truth, w), polish(scaled, truth), atol=1e-9)
 
 
-@both_groups
 def test_stationarity_has_no_unit_and_does_not_know_where_the_map_lies(group):
     graph, truth = loops(group, 7)
     problem = ChordalProblem.of(graph)
@@ -198,7 +185,6 @@ def test_stationarity_has_no_unit_and_does_not_know_where_the_map_lies(group):
     assert stationarity(smaller, blocks) == pytest.approx(expected, rel=1e-9)
 
 
-@both_groups
 def test_bad_input_is_refused_and_too_few_steps_are_told(group):
     graph, truth = loops(group, 8)
     with pytest.raises(ValueError, match="poses: the shape"):

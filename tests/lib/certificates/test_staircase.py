@@ -9,10 +9,8 @@ from robust_slam.certificates.chordal import ChordalProblem, chordal_cost
 from robust_slam.certificates.optimality import Verdict, certify
 from robust_slam.certificates.sdp import solve_sdp
 from robust_slam.certificates.staircase import climb, rounded, solve_certified
-from robust_slam.graphs import se2, se3
+from robust_slam.graphs import se3
 from robust_slam.graphs.pose_graph import PoseGraph
-
-both_groups = pytest.mark.parametrize("group", [se2, se3], ids=["se2", "se3"])
 
 
 def ring(group, n, seed, noise, chords=0, reach=1.0):
@@ -35,7 +33,6 @@ def ring(group, n, seed, noise, chords=0, reach=1.0):
 
 
 @pytest.mark.parametrize("reach", [0.0, 1.0])
-@both_groups
 def test_the_twisted_five_cycle_is_left_to_cost_0(group, reach):
     graph, truth, twisted = ring(group, 5, 0, 0.0, reach=reach)
     assert certify(graph, twisted)[1].verdict is Verdict.NOT_CERTIFIED
@@ -47,7 +44,6 @@ def test_the_twisted_five_cycle_is_left_to_cost_0(group, reach):
     )
 
 
-@both_groups
 @pytest.mark.parametrize("n", [5, 8, 12])
 @pytest.mark.parametrize("chords", [0, 2])
 @pytest.mark.parametrize("seed", range(2))
@@ -61,8 +57,6 @@ def test_a_twisted_noisy_cycle_ends_at_the_certified_optimum(group, n, chords, s
     np.testing.assert_array_equal(poses[0], twisted[0])
 
 
-@both_groups
-@pytest.mark.parametrize("seed", range(3))
 def test_from_a_start_without_any_sense_it_ends_at_the_certified_optimum(group, seed):
     graph, truth, _ = ring(group, 12, seed, 0.05, chords=8)
     start = group.exp(2.0 * np.random.default_rng(seed).normal(size=(12, group.DOF)))
@@ -71,7 +65,6 @@ def test_from_a_start_without_any_sense_it_ends_at_the_certified_optimum(group, 
     assert record.cost == pytest.approx(certify(graph, truth)[1].cost, rel=1e-9)
 
 
-@both_groups
 def test_a_certified_start_is_polished_and_kept(group):
     graph, truth, _ = ring(group, 6, 1, 0.1, chords=2)
     polished, expected = certify(graph, truth)
@@ -80,8 +73,6 @@ def test_a_certified_start_is_polished_and_kept(group):
     assert record.cost == expected.cost
 
 
-@both_groups
-@pytest.mark.parametrize("seed", range(3))
 def test_one_rank_higher_the_cost_falls_and_the_columns_stay_orthonormal(group, seed):
     graph, _, twisted = ring(group, 8, seed, 0.1)
     poses, record = certify(graph, twisted)
@@ -108,7 +99,6 @@ def test_where_the_relaxation_is_not_tight_it_says_so_with_a_closer_bound():
     assert record.lower_bound < chordal_cost(graph, poses)
 
 
-@pytest.mark.parametrize("seed", range(3))
 def test_its_lower_bound_is_the_value_of_the_semidefinite_relaxation(seed):
     # Seed 1 is tight, 0 and 2 are not.
     graph, truth, _ = ring(se3, 10, seed, 0.8, reach=0.0)
@@ -117,7 +107,6 @@ def test_its_lower_bound_is_the_value_of_the_semidefinite_relaxation(seed):
     assert record.lower_bound == pytest.approx(solve_sdp(q, 3).value, rel=1e-6)
 
 
-@both_groups
 @pytest.mark.parametrize("extra", [0, 1])
 def test_rounding_moves_the_map_as_a_whole_to_where_pose_0_was(group, extra):
     graph, truth, _ = ring(group, 8, 1, 0.1)
@@ -133,7 +122,6 @@ def test_rounding_moves_the_map_as_a_whole_to_where_pose_0_was(group, extra):
     )
 
 
-@both_groups
 def test_weights_take_edges_out(group):
     graph, truth, twisted = ring(group, 6, 2, 0.1, chords=2)
     weights = np.where(np.arange(8) == 6, 0.0, 0.7)
@@ -142,7 +130,6 @@ def test_weights_take_edges_out(group):
     assert record.cost == pytest.approx(certify(graph, truth, weights)[1].cost, rel=1e-9)
 
 
-@both_groups
 def test_without_climbs_it_stays_and_bad_input_is_refused(group):
     graph, _, twisted = ring(group, 5, 3, 0.05)
     assert solve_certified(graph, twisted, max_climbs=0)[1].verdict is Verdict.NOT_CERTIFIED

@@ -10,15 +10,13 @@ from robust_slam.certificates.chordal import chordal_cost
 from robust_slam.descent.start import chordal
 from robust_slam.descent.undamped import gauss_newton
 from robust_slam.errors import Underdetermined
-from robust_slam.graphs import pose_graph, se2, se3
+from robust_slam.graphs import pose_graph
 from robust_slam.graphs.generate import Noise, manhattan
 from robust_slam.graphs.isotropic import precisions
 from robust_slam.graphs.odometry import spanning_tree
 from robust_slam.graphs.pose_graph import PoseGraph, select
 
-GROUPS = pytest.mark.parametrize("group", [se2, se3], ids=["SE(2)", "SE(3)"])
 STARTS = pytest.mark.parametrize("start", [spanning_tree, chordal])
-SEEDS = pytest.mark.parametrize("seed", range(3))
 
 
 def twists(group, rng, count, place, turn):
@@ -57,23 +55,19 @@ def assert_same_poses(group, a, b, atol=1e-9):
     np.testing.assert_allclose(group.log(group.between(a, b)), 0.0, atol=atol)
 
 
-@GROUPS
 @STARTS
-@SEEDS
 @pytest.mark.parametrize("odometry", [True, False])
 def test_without_noise_it_is_the_truth_seen_from_pose_0(group, start, seed, odometry):
     truth, graph = random_graph(group, seed, odometry=odometry)
     assert_same_poses(group, start(graph), group.between(truth[0], truth))
 
 
-@GROUPS
 @STARTS
 def test_pose_0_is_the_identity(group, start):
     _, graph = random_graph(group, 0, noise=0.3)
     np.testing.assert_array_equal(start(graph)[0], group.identity())
 
 
-@GROUPS
 @STARTS
 def test_two_poses_and_one_edge_backwards(group, start):
     z = group.exp(twists(group, np.random.default_rng(1), 1, 2.0, 1.0))
@@ -81,8 +75,6 @@ def test_two_poses_and_one_edge_backwards(group, start):
     assert_same_poses(group, start(graph)[1], group.inverse(z[0]))
 
 
-@GROUPS
-@SEEDS
 def test_with_complete_odometry_the_tree_is_dead_reckoning_whatever_closures_say(group, seed):
     _, graph = random_graph(group, seed, n=200, closures=40, noise=1.0)
     steps = graph.measurement[:199]
@@ -92,7 +84,6 @@ def test_with_complete_odometry_the_tree_is_dead_reckoning_whatever_closures_say
     assert_same_poses(group, spanning_tree(graph), np.array(walked), atol=1e-8)
 
 
-@GROUPS
 def test_the_tree_takes_few_closures_then_few_edges_then_the_first_edge(group):
     edges = [[0, 1], [1, 2], [4, 3], [0, 2], [2, 4], [3, 0], [0, 3], [4, 5]]
     is_odometry = [True, True, True, False, False, False, False, True]
@@ -107,7 +98,6 @@ def test_the_tree_takes_few_closures_then_few_edges_then_the_first_edge(group):
         assert_same_poses(group, poses[pose], reduce(group.compose, steps), atol=1e-12)
 
 
-@GROUPS
 def test_only_whether_a_weight_is_0_matters_to_the_tree(group):
     _, graph = random_graph(group, 3, noise=0.5, odometry=False)
     weights = np.where(np.arange(21) % 4 == 1, 0.0, np.linspace(0.01, 3.0, 21))
@@ -115,17 +105,13 @@ def test_only_whether_a_weight_is_0_matters_to_the_tree(group):
     np.testing.assert_array_equal(spanning_tree(graph, weights), spanning_tree(left))
 
 
-@GROUPS
-@SEEDS
 def test_turning_edges_round_changes_nothing_for_the_tree(group, seed):
     _, graph = random_graph(group, seed, noise=0.5)
     back = rebuilt(graph, edges=graph.edges[:, ::-1], measurement=group.inverse(graph.measurement))
     assert_same_poses(group, spanning_tree(back), spanning_tree(graph))
 
 
-@GROUPS
 @STARTS
-@SEEDS
 def test_other_numbers_for_the_poses_change_nothing_else(group, start, seed):
     _, graph = random_graph(group, seed, noise=0.3)
     name = np.concatenate([[0], 1 + np.random.default_rng(seed).permutation(graph.n - 1)])
@@ -133,9 +119,7 @@ def test_other_numbers_for_the_poses_change_nothing_else(group, start, seed):
     assert_same_poses(group, start(renamed)[name], start(graph))
 
 
-@GROUPS
 @STARTS
-@SEEDS
 def test_poses_with_turned_axes_come_out_turned(group, start, seed):
     _, graph = random_graph(group, seed, noise=0.3)
     turn = group.exp(twists(group, np.random.default_rng(seed), graph.n, 0.0, 2.0))
@@ -145,7 +129,6 @@ def test_poses_with_turned_axes_come_out_turned(group, start, seed):
     assert_same_poses(group, start(rebuilt(graph, measurement=z)), seen)
 
 
-@GROUPS
 @STARTS
 def test_in_other_units_only_the_positions_change(group, start):
     _, graph = random_graph(group, 4, noise=0.3)
@@ -171,8 +154,6 @@ def relaxed_rotations(graph, weights):
     return np.concatenate([np.eye(d)[None], np.swapaxes(free.reshape(-1, d, d), 1, 2)])
 
 
-@GROUPS
-@SEEDS
 def test_chordal_rotations_are_nearest_to_the_dense_relaxation(group, seed):
     _, graph = random_graph(group, seed, noise=1.0)
     weights = np.random.default_rng(seed).uniform(0.1, 2.0, len(graph.edges))
@@ -190,8 +171,6 @@ def test_chordal_rotations_are_nearest_to_the_dense_relaxation(group, seed):
     assert np.all(np.linalg.eigvalsh(polar)[:, :2].sum(axis=1) > 0.0)
 
 
-@GROUPS
-@SEEDS
 def test_no_other_positions_do_better_with_the_chordal_rotations(group, seed):
     _, graph = random_graph(group, seed, noise=1.0)
     weights = np.random.default_rng(seed).uniform(0.1, 2.0, len(graph.edges))
@@ -204,7 +183,6 @@ def test_no_other_positions_do_better_with_the_chordal_rotations(group, seed):
         assert chordal_cost(graph, moved, weights) > least
 
 
-@GROUPS
 @pytest.mark.parametrize("seed", range(6))
 def test_with_noise_the_chordal_start_costs_less_than_the_tree(group, seed):
     _, graph = random_graph(group, seed, n=40, closures=40, noise=0.3)
@@ -223,7 +201,6 @@ def test_from_the_tree_gauss_newton_may_end_in_a_minimum_that_chordal_avoids(see
     assert high > 5.0 * low
 
 
-@GROUPS
 def test_a_weight_multiplies_the_information_and_0_leaves_out(group):
     _, graph = random_graph(group, 5, noise=0.5)
     weights = np.where(np.arange(21) % 5 == 4, 0.0, np.linspace(0.2, 2.0, 21))
@@ -238,7 +215,6 @@ def test_a_weight_multiplies_the_information_and_0_leaves_out(group):
     assert_same_poses(group, chordal(graph, weights), chordal(scaled))
 
 
-@GROUPS
 @STARTS
 @pytest.mark.parametrize(
     ("weights", "told"),
@@ -254,7 +230,6 @@ def test_weights_that_are_none_are_refused(group, start, weights, told):
         start(graph, weights)
 
 
-@GROUPS
 @STARTS
 def test_a_pose_that_weights_cut_off_is_named(group, start):
     _, graph = random_graph(group, 7, closures=0)
@@ -263,8 +238,6 @@ def test_a_pose_that_weights_cut_off_is_named(group, start):
         start(graph, weights)
 
 
-@GROUPS
-@SEEDS
 @pytest.mark.parametrize("weight", [1e-300, 1e-15])
 def test_a_map_that_hangs_on_next_to_nothing_is_told(group, seed, weight):
     _, graph = random_graph(group, seed, n=6, closures=0)
@@ -272,8 +245,6 @@ def test_a_map_that_hangs_on_next_to_nothing_is_told(group, seed, weight):
         chordal(graph, [1.0, weight, 1.0, 1.0, 1.0])
 
 
-@GROUPS
-@SEEDS
 def test_a_map_that_hangs_on_little_is_still_exact_without_noise(group, seed):
     truth, graph = random_graph(group, seed, n=6, closures=0)
     poses = chordal(graph, [1.0, 1e-4, 1.0, 1.0, 1e4])

@@ -1,21 +1,12 @@
-"""The laws that every kernel obeys, and the numbers of chapter 2."""
+"""The laws that every kernel obeys, and numbers by hand."""
 
 from __future__ import annotations
 
-import re
 from math import inf, log, sqrt
 
 import numpy as np
 import pytest
-from robust_slam.estimators.kernels import (
-    KERNELS,
-    cauchy,
-    dcs,
-    geman_mcclure,
-    huber,
-    squared,
-    tls,
-)
+from robust_slam.estimators.kernels import KERNELS, cauchy, dcs, geman_mcclure, huber, squared, tls
 
 SCALES = (0.3, 1.0, 3.368)
 
@@ -44,11 +35,6 @@ def test_every_kernel_has_a_label_of_its_own():
     assert len(set(labels)) == len(labels)
 
 
-@pytest.mark.parametrize("constructor", KERNELS.values(), ids=KERNELS)
-def test_every_kernel_names_its_source_and_what_it_refuses(constructor):
-    assert re.search(r"\n *Raises:\n.*\n *Source: ", constructor.__doc__, re.DOTALL)
-
-
 def test_a_zero_residual_costs_nothing_and_has_full_weight(kernel):
     assert (kernel.rho(0.0), kernel.psi(0.0), kernel.weight(0.0)) == (0.0, 0.0, 1.0)
 
@@ -72,10 +58,8 @@ def test_influence_is_the_derivative_of_cost(kernel, u):
 
 def test_weight_is_influence_over_residual(kernel, u):
     at_the_kink = np.array([-kernel.scale, kernel.scale])
-    everywhere = np.concatenate([u, at_the_kink])
-    np.testing.assert_allclose(
-        kernel.weight(everywhere), kernel.psi(everywhere) / everywhere, rtol=1e-14
-    )
+    u = np.concatenate([u, at_the_kink])
+    np.testing.assert_allclose(kernel.weight(u), kernel.psi(u) / u, rtol=1e-14)
 
 
 def test_weight_stays_in_the_unit_interval_and_never_grows_with_the_residual(kernel):
@@ -121,13 +105,6 @@ def test_the_shape_is_kept_and_integers_are_accepted(kernel, shape):
         np.testing.assert_array_equal(function(u.tolist()), function(u.astype(float)))
 
 
-def test_the_input_is_left_as_it_was(kernel):
-    u = np.array([-2.0, 0.0, 5.0])
-    for function in (kernel.rho, kernel.psi, kernel.weight):
-        function(u)[...] = 7.0
-    np.testing.assert_array_equal(u, [-2.0, 0.0, 5.0])
-
-
 @pytest.mark.parametrize("constructor", KERNELS.values(), ids=KERNELS)
 @pytest.mark.parametrize("scale", [0.0, -1.0, inf, float("nan")])
 def test_a_scale_that_is_not_above_zero_is_refused(constructor, scale):
@@ -150,20 +127,6 @@ def test_costs_of_the_table_at_1_2_5_and_10(kernel, rho):
     np.testing.assert_allclose(kernel.rho([1, 2, 5, 10]), rho, rtol=1e-14)
 
 
-def test_the_table_of_chapter_2():
-    four = [squared(), huber(1), cauchy(1), tls(1)]
-    ratios = [float(kernel.rho(10) / kernel.rho(1)) for kernel in four]
-    assert ratios == pytest.approx([100, 19, 6.658211483, 1], rel=1e-9)
-    weights = [float(kernel.weight(10)) for kernel in four]
-    assert weights == pytest.approx([1, 0.1, 1 / 101, 0], rel=1e-12)
-
-
-def test_influence_grows_tenfold_where_cost_grows_a_hundredfold():
-    square = squared()
-    assert square.psi(10) / square.psi(1) == 10
-    assert square.rho(10) / square.rho(1) == 100
-
-
 @pytest.mark.parametrize(
     ("kernel", "where", "largest"),
     [
@@ -180,12 +143,6 @@ def test_the_largest_pull_and_where_it_is(kernel, where, largest):
     assert np.max(kernel.psi(np.linspace(0.0, 50.0, 5001))) <= largest * (1 + 1e-12)
 
 
-def test_huber_by_hand():
-    kernel = huber(1.345)
-    assert kernel.rho(3) == pytest.approx(3.1304875, rel=1e-12)
-    assert kernel.weight(3) == pytest.approx(1.345 / 3, rel=1e-12)
-
-
 @pytest.mark.parametrize("c", [0.5, 1.0, sqrt(10.0)])
 def test_dcs_has_the_weight_of_its_scaling_and_a_cost_that_ends_at_three_halves_of_phi(c):
     u, phi = c * np.linspace(0.05, 9.95, 100), c**2
@@ -195,12 +152,6 @@ def test_dcs_has_the_weight_of_its_scaling_and_a_cost_that_ends_at_three_halves_
     tail = (3 * phi * beyond**2 - phi**2) / (2 * (phi + beyond**2))
     np.testing.assert_allclose(kernel.rho(beyond), tail, rtol=1e-14)
     assert kernel.rho(1e9 * c) == pytest.approx(1.5 * phi, rel=1e-15)
-
-
-def test_the_weight_of_dcs_is_four_times_that_of_geman_mcclure_capped_at_one():
-    u = np.linspace(-12.0, 12.0, 97)
-    capped = np.minimum(1.0, 4.0 * geman_mcclure(1.5).weight(u))
-    np.testing.assert_allclose(dcs(1.5).weight(u), capped, rtol=1e-14)
 
 
 def test_at_the_threshold_the_inner_piece_holds():

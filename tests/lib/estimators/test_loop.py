@@ -12,6 +12,8 @@ from robust_slam.estimators.loop import reweight
 from robust_slam.estimators.result import StopReason
 from robust_slam.problems import LocationProblem, chain
 
+from tests.lib.worlds import refused
+
 Z = np.array([0.0, 0.0, 0.0, 10.0])
 
 
@@ -155,15 +157,12 @@ def test_the_tolerance_is_relative_to_1_plus_the_residual():
     assert (len(loose.history), len(tight.history)) == (2, 3)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "named"),
-    [
-        ({"x0": float("nan")}, "x0"),
-        ({"tol": -1.0}, "tol"),
-        ({"tol": float("nan")}, "tol"),
-        ({"max_iterations": 0}, "max_iterations"),
-    ],
+@refused(
+    ({"x0": float("nan")}, "x0"),
+    ({"tol": -1.0}, "tol"),
+    ({"tol": float("nan")}, "tol"),
+    ({"max_iterations": 0}, "max_iterations"),
 )
-def test_bad_input_is_refused_by_name(arguments, named):
-    with pytest.raises(ValueError, match=named):
-        reweight(LocationProblem(Z), HalvingRule(), **arguments)
+def test_bad_input_is_refused_by_name(wrong, message):
+    with pytest.raises(ValueError, match=message):
+        reweight(LocationProblem(Z), HalvingRule(), **wrong)

@@ -15,8 +15,6 @@ from robust_slam.graphs.odometry import spanning_tree
 from tests.conftest import leave_out
 from tests.lib.worlds import GROUPS, assert_same_poses, random_graph, random_poses
 
-EVERY_GROUP = pytest.mark.parametrize("group", GROUPS.values(), ids=GROUPS)
-
 
 @pytest.fixture(name="gtsam")
 def gtsam_itself():
@@ -38,7 +36,6 @@ def minimum(gtsam, graph, poses):
     return gtsam_graph.poses_from_gtsam(ended, graph), factors.error(ended)
 
 
-@EVERY_GROUP
 @pytest.mark.parametrize("seed", range(4))
 def test_the_error_of_the_factors_is_the_cost(gtsam, group, seed):
     _, graph = random_graph(seed, group, n=8, m=20)
@@ -47,8 +44,6 @@ def test_the_error_of_the_factors_is_the_cost(gtsam, group, seed):
     assert factors.error(values) == pytest.approx(pose_graph.cost(poses, graph), rel=1e-9)
 
 
-@EVERY_GROUP
-@pytest.mark.parametrize("seed", range(3))
 def test_each_factor_is_half_the_square_of_its_edge(gtsam, group, seed):
     poses, graph = random_graph(seed, group, n=5, m=9)
     factors, values = gtsam_graph.to_gtsam(graph, poses)
@@ -56,7 +51,6 @@ def test_each_factor_is_half_the_square_of_its_edge(gtsam, group, seed):
     np.testing.assert_allclose(2.0 * np.array(halves), pose_graph.squared_norms(poses, graph))
 
 
-@EVERY_GROUP
 def test_weights_scale_the_factors_and_a_weight_of_zero_leaves_one_out(gtsam, group):
     poses, graph = random_graph(5, group, n=6, m=10)
     weights = np.linspace(0.1, 1.0, 10)
@@ -67,7 +61,6 @@ def test_weights_scale_the_factors_and_a_weight_of_zero_leaves_one_out(gtsam, gr
     assert factors.error(values) == pytest.approx(wanted, rel=1e-9)
 
 
-@EVERY_GROUP
 def test_poses_go_there_and_come_back(gtsam, group):
     poses, graph = random_graph(6, group, n=12, m=14)
     _, values = gtsam_graph.to_gtsam(graph, poses)
@@ -76,7 +69,6 @@ def test_poses_go_there_and_come_back(gtsam, group):
     assert_same_poses(group, back, poses, atol=1e-13)
 
 
-@EVERY_GROUP
 def test_without_poses_the_values_are_those_of_the_spanning_tree(gtsam, group):
     _, graph = random_graph(7, group, n=12, m=14)
     _, values = gtsam_graph.to_gtsam(graph)
@@ -84,8 +76,6 @@ def test_without_poses_the_values_are_those_of_the_spanning_tree(gtsam, group):
     assert_same_poses(group, back, spanning_tree(graph), atol=1e-13)
 
 
-@EVERY_GROUP
-@pytest.mark.parametrize("seed", range(3))
 def test_both_end_at_the_same_minimum_and_the_prior_costs_nothing(gtsam, group, seed):
     truth, graph = random_graph(seed, group, n=10, m=25, residual=0.05)
     ours = gauss_newton(graph, truth)

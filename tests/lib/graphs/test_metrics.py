@@ -10,9 +10,8 @@ from robust_slam.graphs import se3
 from robust_slam.graphs.metrics import align, ate, precision_recall, rpe
 
 from tests.conftest import leave_out
-from tests.lib.worlds import GROUPS, assert_same_poses, random_poses
+from tests.lib.worlds import assert_same_poses, random_poses
 
-both_groups = pytest.mark.parametrize("group", GROUPS.values(), ids=GROUPS.keys())
 seeds = pytest.mark.parametrize("seed", range(4))
 
 masks = st.integers(1, 12).flatmap(
@@ -83,13 +82,11 @@ def test_masks_that_are_no_masks_are_refused(kept, true, told):
         precision_recall(kept, true)
 
 
-@both_groups
 def test_stretched_to_double_length_by_hand(group):
     # Middles on top of each other, both ends are off by 1.
     assert ate(placed(group, 0.0, 4.0), placed(group, 0.0, 2.0)) == pytest.approx(1.0)
 
 
-@both_groups
 @seeds
 def test_a_rigid_motion_of_the_whole_map_is_no_error(group, seed):
     truth = trajectory(seed, group)
@@ -100,7 +97,6 @@ def test_a_rigid_motion_of_the_whole_map_is_no_error(group, seed):
         np.testing.assert_allclose(rpe(moved, truth, delta), 0.0, atol=1e-12)
 
 
-@both_groups
 @seeds
 def test_the_errors_do_not_change_when_either_map_is_moved(group, seed):
     estimate, truth = trajectory(seed, group), trajectory(50 + seed, group)
@@ -111,7 +107,6 @@ def test_the_errors_do_not_change_when_either_map_is_moved(group, seed):
         assert measure(estimate, group.compose(move, truth)) == pytest.approx(expected)
 
 
-@both_groups
 @seeds
 def test_aligning_moves_the_map_as_one_piece(group, seed):
     estimate, truth = trajectory(seed, group), trajectory(50 + seed, group)
@@ -122,7 +117,6 @@ def test_aligning_moves_the_map_as_one_piece(group, seed):
     )
 
 
-@both_groups
 def test_a_change_of_scale_is_an_error(group):
     truth = trajectory(5, group)
     place = group.translation(truth)
@@ -131,7 +125,6 @@ def test_a_change_of_scale_is_an_error(group):
     assert ate(tripled, truth) == pytest.approx(2.0 * spread, rel=1e-12)
 
 
-@both_groups
 @seeds
 def test_a_mirror_image_is_an_error(group, seed):
     truth = trajectory(seed, group)
@@ -142,13 +135,11 @@ def test_a_mirror_image_is_an_error(group, seed):
     np.testing.assert_allclose(np.linalg.det(group.rotation(align(image, truth))), 1.0)
 
 
-@both_groups
 def test_headings_are_not_judged_by_the_absolute_error(group):
     truth = trajectory(9, group)
     assert ate(group.compose(truth, turned(group, 1.0)), truth) == pytest.approx(0.0, abs=1e-12)
 
 
-@both_groups
 @seeds
 def test_no_other_rigid_motion_fits_better(group, seed):
     estimate, truth = trajectory(seed, group), trajectory(50 + seed, group)
@@ -163,7 +154,6 @@ def test_no_other_rigid_motion_fits_better(group, seed):
             assert error(best) < error(group.compose(step, best))
 
 
-@both_groups
 def test_one_pose_and_poses_on_a_line_are_aligned(group):
     truth = placed(group, 0.0, 1.0, 3.0)
     move = motion(group, 3)
@@ -171,7 +161,6 @@ def test_one_pose_and_poses_on_a_line_are_aligned(group):
     assert ate(group.compose(move, truth[:1]), truth[:1]) == pytest.approx(0.0, abs=1e-12)
 
 
-@both_groups
 def test_one_step_too_long_by_hand(group):
     # Steps 1, 1, 1 against 1, 3, 1: one step of three is 2 too long. Over two steps both
     # pairs are 2 too long.
@@ -181,7 +170,6 @@ def test_one_step_too_long_by_hand(group):
     assert rpe(estimate, truth, 3) == (pytest.approx(2.0), pytest.approx(0.0))
 
 
-@both_groups
 @pytest.mark.parametrize("angle", [0.3, -0.3, 3.0])
 def test_one_turn_too_many_by_hand(group, angle):
     # The third pose and all behind it are turned about the third: one step of three ends
@@ -229,7 +217,6 @@ def evo():
     return metrics
 
 
-@both_groups
 @seeds
 def test_the_absolute_error_is_that_of_evo(evo, group, seed):
     truth = trajectory(seed, group, n=40)
@@ -240,7 +227,6 @@ def test_the_absolute_error_is_that_of_evo(evo, group, seed):
     assert ate(estimate, truth) == pytest.approx(expected, rel=1e-9)
 
 
-@both_groups
 @seeds
 @pytest.mark.parametrize("delta", [1, 7])
 def test_the_relative_errors_are_those_of_evo(evo, group, seed, delta):
@@ -274,7 +260,6 @@ def test_bad_input_is_refused_by_name(measure, estimate, truth, told):
         measure(estimate, truth)
 
 
-@both_groups
 @pytest.mark.parametrize("delta", [0, -1, 1.5, 15])
 def test_steps_that_do_not_fit_on_the_way_are_refused(group, delta):
     truth = trajectory(0, group)
