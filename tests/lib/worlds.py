@@ -7,7 +7,10 @@ from itertools import accumulate
 
 import numpy as np
 import pytest
+from robust_slam.descent.normal_equations import NormalEquations, weighted_edges
+from robust_slam.descent.step import Linearisation
 from robust_slam.graphs import se2, se3
+from robust_slam.graphs.isotropic import precisions
 from robust_slam.graphs.outliers import add_random_closures
 from robust_slam.graphs.pose_graph import PoseGraph, with_closures
 from robust_slam.problems import chain
@@ -73,6 +76,53 @@ def random_graph(seed, group=se2, n=6, m=9, residual=1.0):
     return poses, measured(group, poses, tree + loops, error, information)
 
 
+def about_z(group, angle):
+    """Rotations ``(…, d, d)`` by ``angle`` in the plane, or about the z axis."""
+    return group.rotation(group.exp(np.multiply.outer(angle, np.eye(group.DOF)[-1])))
+
+
+def unit_information(group):
+    """Information for which κ = τ = 1: in SE(3) κ = 3 / (2 · 3/2)."""
+    return np.diag([1.0] * 3 + [2.0] * (group.DOF - 3))
+
+
+def ring(group, n, seed, noise, chords=0, reach=1.0):
+    """A noisy ring of poses that all look the same way; its truth; and the twisted state."""
+    rng = np.random.default_rng(seed)
+    angle = 2.0 * np.pi * np.arange(n) / n
+    place = np.zeros((n, group.DIMENSION))
+    place[:, 0], place[:, 1] = reach * np.cos(angle), reach * np.sin(angle)
+    truth = group.from_parts(about_z(group, np.zeros(n)), place)
+    edges = [(k, (k + 1) % n) for k in range(n)] + [(k, k + 2) for k in range(chords)]
+    error = noise * rng.normal(size=(len(edges), group.DOF))
+    graph = measured(group, truth, edges, error, unit_information(group))
+    return graph, truth, group.from_parts(about_z(group, angle), place)
+
+
+def chain_with_closures(group, seed, n=12, closures=10, noise=0.0, odometry=True):
+    """Poses, the first not at the identity, and a chain over them with closures both ways."""
+    rng = np.random.default_rng(seed)
+    poses = random_poses(group, n, rng, reach=5.0)
+    edges = [(k, k + 1) for k in range(n - 1)]
+    edges += [tuple(rng.permutation(n)[:2]) for _ in range(closures)]
+    error = noise * random_twists(group, len(edges), rng, 1.7, 0.35)
+    place, turn = rng.uniform(1.0, 50.0, size=(2, len(edges)))
+    entries = np.repeat([place, turn], [group.DIMENSION, group.DOF - group.DIMENSION], axis=0)
+    graph = measured(group, poses, edges, error, entries.T[:, None] * np.eye(group.DOF))
+    return poses, replace(graph, is_odometry=graph.is_odometry & odometry)
+
+
+def with_best_positions(graph, turn):
+    """The poses of least chordal cost with these rotations and pose 0 at 0, all dense."""
+    i, j = graph.edges.T
+    root = np.sqrt(precisions(graph)[1])[:, None]
+    rows = root * (np.eye(graph.n)[j] - np.eye(graph.n)[i])
+    steps = root * (turn[i] @ graph.translation[..., None])[..., 0]
+    place = np.zeros((graph.n, graph.group.DIMENSION))
+    place[1:] = np.linalg.lstsq(rows[:, 1:], steps, rcond=None)[0]
+    return graph.group.from_parts(turn, place)
+
+
 def curving_walk(group, seed, n=16, closures=8, outliers=3):
     """A walk with closures, the last of which say "the same place"; and its true poses."""
     rng = np.random.default_rng(seed)
@@ -111,6 +161,13 @@ def perturbed(group, poses, k, delta):
 def slopes(function, size, h=1e-6):
     """The derivatives of a function at 0, one column for each of ``size`` unknowns."""
     return np.stack([(function(h * e) - function(-h * e)) / (2 * h) for e in np.eye(size)], -1)
+
+
+def gradient(graph, poses, weights=None):
+    """The gradient of the cost that Gauss–Newton takes, ``(n − 1, DOF)``."""
+    weights = np.ones(len(graph.edges)) if weights is None else weights
+    edges = weighted_edges(graph, Linearisation.at(graph, poses, weights), weights)
+    return NormalEquations(graph).assemble(*edges)[1][1:]
 
 
 def cost_never_rises(result, tolerance=1e-10):

@@ -12,20 +12,7 @@ from robust_slam.graphs.isotropic import precisions
 from robust_slam.graphs.pose_graph import PoseGraph
 from robust_slam.graphs.rotations import nearest_rotations
 
-
-def random_graph(group, seed, n=6, m=9, residual=0.5):
-    """Poses and a connected graph whose residuals have about the given size."""
-    rng = np.random.default_rng(seed)
-    poses = group.exp(2.0 * rng.normal(size=(n, group.DOF)))
-    tree = [(int(rng.integers(k)), k) for k in range(1, n)]
-    loops = [tuple(rng.permutation(n)[:2]) for _ in range(m - n + 1)]
-    edges = np.array(tree + loops)
-    error = residual * rng.uniform(-1.0, 1.0, size=(m, group.DOF))
-    true = group.between(poses[edges[:, 0]], poses[edges[:, 1]])
-    root = rng.normal(size=(m, group.DOF, group.DOF))
-    information = root @ np.swapaxes(root, 1, 2) + np.eye(group.DOF)
-    measurement = group.compose(true, group.exp(error))
-    return poses, PoseGraph(n, edges, measurement, information, np.arange(m) < n - 1)
+from tests.lib.worlds import assert_rotations, random_graph, refused, with_best_positions
 
 
 def summed_cost(graph, poses, weights):
@@ -40,27 +27,22 @@ def summed_cost(graph, poses, weights):
     return total
 
 
-def test_precisions_in_the_plane_by_hand():
-    # tr diag(4, 1)⁻¹ = 5/4, so τ = 2 / (5/4) = 8/5; what couples t and θ is left out.
-    information = np.array([[4.0, 0.0, 0.5], [0.0, 1.0, 0.2], [0.5, 0.2, 9.0]])
-    graph = PoseGraph(2, [[0, 1]], np.zeros((1, 3)), [information], [True])
-    kappa, tau = precisions(graph)
-    np.testing.assert_allclose([kappa[0], tau[0]], [9.0, 1.6], rtol=1e-14)
-
-
-def test_precisions_in_space_by_hand():
-    # τ = 3 / (1 + 1/4 + 1/4) = 2 and κ = 3 / (2 (1/2 + 1/4 + 1/4)) = 3/2.
-    information = np.diag([1.0, 4.0, 4.0, 2.0, 4.0, 4.0])
-    graph = PoseGraph(2, [[0, 1]], se3.identity()[None], [information], [True])
-    kappa, tau = precisions(graph)
-    np.testing.assert_allclose([kappa[0], tau[0]], [1.5, 2.0], rtol=1e-14)
-
-
-def test_tau_inverts_the_whole_block_not_its_diagonal():
-    # [[2, 1], [1, 2]]⁻¹ = [[2, -1], [-1, 2]] / 3, so τ = 2 / (4/3) = 3/2, and not 2.
-    information = np.array([[2.0, 1.0, 0.0], [1.0, 2.0, 0.0], [0.0, 0.0, 1.0]])
-    graph = PoseGraph(2, [[0, 1]], np.zeros((1, 3)), [information], [True])
-    assert precisions(graph)[1][0] == pytest.approx(1.5, rel=1e-14)
+@pytest.mark.parametrize(
+    ("information", "kappa", "tau"),
+    [
+        # tr diag(4, 1)⁻¹ = 5/4, so τ = 2 / (5/4) = 8/5; what couples t and θ is left out.
+        ([[4.0, 0.0, 0.5], [0.0, 1.0, 0.2], [0.5, 0.2, 9.0]], 9.0, 1.6),
+        # [[2, 1], [1, 2]]⁻¹ = [[2, -1], [-1, 2]] / 3, so τ = 2 / (4/3) = 3/2, and not 2.
+        ([[2.0, 1.0, 0.0], [1.0, 2.0, 0.0], [0.0, 0.0, 1.0]], 1.0, 1.5),
+        # τ = 3 / (1 + 1/4 + 1/4) = 2 and κ = 3 / (2 (1/2 + 1/4 + 1/4)) = 3/2.
+        (np.diag([1.0, 4.0, 4.0, 2.0, 4.0, 4.0]), 1.5, 2.0),
+    ],
+    ids=["plane", "coupled positions", "space"],
+)
+def test_precisions_by_hand(information, kappa, tau):
+    poses = np.zeros((2, 3)) if len(information) == 3 else np.stack([se3.identity()] * 2)
+    graph = PoseGraph(2, [[0, 1]], poses[:1], [information], [True])
+    np.testing.assert_allclose(np.ravel(precisions(graph)), [kappa, tau], rtol=1e-14)
 
 
 def test_small_residuals_cost_what_the_logarithm_says_but_angles_in_the_plane_twice(group):
@@ -77,7 +59,7 @@ def test_small_residuals_cost_what_the_logarithm_says_but_angles_in_the_plane_tw
 
 
 def test_the_quadratic_form_is_the_summed_cost(group, seed):
-    poses, graph = random_graph(group, seed)
+    poses, graph = random_graph(seed, group)
     weights = np.random.default_rng(seed).uniform(0.1, 1.0, len(graph.edges))
     x, m = chordal.lift(poses), chordal.data_matrix(graph, weights)
     expected = summed_cost(graph, poses, weights)
@@ -86,7 +68,7 @@ def test_the_quadratic_form_is_the_summed_cost(group, seed):
 
 
 def test_the_data_matrix_is_symmetric_and_not_negative_and_moving_the_map_is_free(group):
-    _, graph = random_graph(group, 3)
+    _, graph = random_graph(3, group)
     m, d = chordal.data_matrix(graph).toarray(), group.DIMENSION
     np.testing.assert_allclose(m, m.T, atol=1e-13 * np.abs(m).max())
     assert np.linalg.eigvalsh(m)[0] > -1e-12 * np.abs(m).max()
@@ -95,20 +77,15 @@ def test_the_data_matrix_is_symmetric_and_not_negative_and_moving_the_map_is_fre
 
 
 def test_a_common_motion_does_not_change_the_cost(group, seed):
-    poses, graph = random_graph(group, seed)
+    poses, graph = random_graph(seed, group)
     motion = group.exp(np.random.default_rng(seed).normal(size=group.DOF))
     assert chordal.chordal_cost(graph, group.compose(motion, poses)) == pytest.approx(
         chordal.chordal_cost(graph, poses), rel=1e-12
     )
 
 
-def test_without_residuals_the_cost_is_0(group):
-    poses, graph = random_graph(group, 4, residual=0.0)
-    assert chordal.chordal_cost(graph, poses) < 1e-25
-
-
 def test_an_edge_of_weight_0_drops_out(group):
-    _, graph = random_graph(group, 5)
+    _, graph = random_graph(5, group)
     kept = np.arange(len(graph.edges)) != 7
     rest = pose_graph.select(graph, kept)
     np.testing.assert_allclose(
@@ -117,10 +94,12 @@ def test_an_edge_of_weight_0_drops_out(group):
         rtol=1e-14,
     )
     assert len(ChordalProblem.of(graph, kept.astype(float)).edges) == len(rest.edges)
+    with pytest.raises(Underdetermined, match="poses are loose"):
+        chordal.data_matrix(graph, np.zeros(len(kept)))
 
 
 def test_half_the_gradient_of_the_cost_is_x_times_m(group, seed):
-    poses, graph = random_graph(group, seed)
+    poses, graph = random_graph(seed, group)
     problem = ChordalProblem.of(graph)
     blocks = chordal.pose_blocks(poses)
     pulls = np.zeros_like(blocks)
@@ -129,35 +108,21 @@ def test_half_the_gradient_of_the_cost_is_x_times_m(group, seed):
     np.testing.assert_allclose(chordal.as_matrix(pulls), product, atol=1e-10)
 
 
-def best_positions(graph, poses):
-    """Least squares over the stacked equations t_j − t_i = R_i t̃, t_0 = 0."""
-    turn, (_, tau) = graph.group.rotation(poses), precisions(graph)
-    rows = np.zeros((len(graph.edges), graph.n))
-    rows[np.arange(len(rows)), graph.edges[:, 1]] += 1.0
-    rows[np.arange(len(rows)), graph.edges[:, 0]] -= 1.0
-    moved = (turn[graph.edges[:, 0]] @ graph.translation[..., None])[..., 0]
-    root = np.sqrt(tau)[:, None]
-    place = np.linalg.lstsq(root * rows[:, 1:], root * moved, rcond=None)[0]
-    return np.concatenate([np.zeros((1, graph.group.DIMENSION)), place])
-
-
 def test_marginalised_is_the_cost_with_the_best_positions(group, seed):
-    poses, graph = random_graph(group, seed)
+    poses, graph = random_graph(seed, group)
     d = group.DIMENSION
     q = chordal.marginalised(chordal.data_matrix(graph), graph.n, d)
     turn = group.rotation(poses)
-    best = group.from_parts(turn, best_positions(graph, poses))
+    least = chordal.chordal_cost(graph, with_best_positions(graph, turn))
     stacked = np.concatenate(list(turn), axis=1)
     np.testing.assert_array_equal(q, q.T)
     assert q.shape == (d * graph.n, d * graph.n)
-    assert np.trace(stacked @ q @ stacked.T) == pytest.approx(
-        chordal.chordal_cost(graph, best), rel=1e-10
-    )
+    assert np.trace(stacked @ q @ stacked.T) == pytest.approx(least, rel=1e-10)
 
 
 @pytest.mark.parametrize("extra", [0, 1, 3])
 def test_project_undoes_lift_at_any_rank_up_to_one_motion(group, extra):
-    poses, graph = random_graph(group, 6)
+    poses, graph = random_graph(6, group)
     d = group.DIMENSION
     rng = np.random.default_rng(extra)
     frame = np.linalg.qr(rng.normal(size=(d + extra, d)))[0]
@@ -167,7 +132,7 @@ def test_project_undoes_lift_at_any_rank_up_to_one_motion(group, extra):
 
 
 def test_project_turns_a_mirrored_map_round(group):
-    poses, graph = random_graph(group, 7)
+    poses, graph = random_graph(7, group)
     mirror = np.eye(group.DIMENSION)
     mirror[0, 0] = -1.0
     back = chordal.project(mirror @ chordal.lift(poses), graph.n)
@@ -181,10 +146,7 @@ def test_the_nearest_rotation_is_a_rotation_and_none_is_nearer(d, seed):
     rng = np.random.default_rng(seed)
     matrices = rng.normal(size=(40, d, d))
     nearest = nearest_rotations(matrices)
-    np.testing.assert_allclose(
-        nearest @ np.swapaxes(nearest, 1, 2), np.broadcast_to(np.eye(d), (40, d, d)), atol=1e-12
-    )
-    np.testing.assert_allclose(np.linalg.det(nearest), 1.0)
+    assert_rotations(nearest)
     others = nearest_rotations(rng.normal(size=(500, 1, d, d)))
     distance = np.linalg.norm(nearest - matrices, axis=(1, 2))
     assert np.all(distance <= np.linalg.norm(others - matrices, axis=(2, 3)) + 1e-12)
@@ -192,7 +154,7 @@ def test_the_nearest_rotation_is_a_rotation_and_none_is_nearer(d, seed):
 
 
 def test_matrix_and_blocks_are_two_views_of_x(group):
-    poses, graph = random_graph(group, 8)
+    poses, graph = random_graph(8, group)
     blocks = chordal.pose_blocks(poses)
     x = chordal.lift(poses)
     d = group.DIMENSION
@@ -201,20 +163,18 @@ def test_matrix_and_blocks_are_two_views_of_x(group):
     np.testing.assert_array_equal(chordal.as_blocks(x, graph.n), blocks)
 
 
-def test_bad_input_is_refused_by_name(group):
-    poses, graph = random_graph(group, 9)
-    m = len(graph.edges)
-    with pytest.raises(ValueError, match="poses: the shape"):
-        chordal.chordal_cost(graph, poses[:-1])
-    with pytest.raises(ValueError, match="weights: the shape"):
-        chordal.chordal_cost(graph, poses, np.ones(m + 1))
-    with pytest.raises(ValueError, match="weights: edge 0 weighs less than 0"):
-        chordal.data_matrix(graph, np.arange(m) - 1.0)
-    with pytest.raises(Underdetermined, match="poses are loose"):
-        chordal.data_matrix(graph, np.zeros(m))
-    with pytest.raises(ValueError, match="matrix: the shape"):
-        chordal.marginalised(chordal.data_matrix(graph), graph.n + 1, group.DIMENSION)
-    with pytest.raises(ValueError, match="matrix: the shape"):
-        chordal.project(np.zeros((3, 7)), graph.n)
-    with pytest.raises(ValueError, match="matrix: it has 1 rows"):
-        chordal.project(chordal.lift(poses)[:1], graph.n)
+@refused(
+    (lambda graph, poses: chordal.chordal_cost(graph, poses[:-1]), "poses: the shape"),
+    (lambda graph, poses: chordal.chordal_cost(graph, poses, np.ones(10)), "weights: the shape"),
+    (
+        lambda graph, _: chordal.data_matrix(graph, np.arange(9) - 1.0),
+        "weights: edge 0 weighs less than 0",
+    ),
+    (lambda graph, _: chordal.marginalised(chordal.data_matrix(graph), 7, 2), "matrix: the shape"),
+    (lambda graph, _: chordal.project(np.zeros((3, 7)), 6), "matrix: the shape"),
+    (lambda _, poses: chordal.project(chordal.lift(poses)[:1], 6), "matrix: it has 1 rows"),
+)
+def test_bad_input_is_refused_by_name(group, wrong, message):
+    poses, graph = random_graph(9, group)
+    with pytest.raises(ValueError, match=message):
+        wrong(graph, poses)

@@ -1,0 +1,47 @@
+"""Levenberg–Marquardt and Gauss–Newton end at the same poses, and at rest."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from robust_slam.descent.damped import levenberg_marquardt
+from robust_slam.descent.undamped import gauss_newton
+from robust_slam.graphs import pose_graph
+from robust_slam.graphs.generate import Noise, circle
+from robust_slam.graphs.odometry import dead_reckoning
+
+from tests.lib.worlds import assert_same_poses, gradient, random_graph, with_outliers
+
+both_descents = pytest.mark.parametrize("solve", [gauss_newton, levenberg_marquardt])
+
+
+@both_descents
+def test_at_the_end_the_gradient_is_zero(solve, group, seed):
+    truth, graph = random_graph(seed, group, n=15, m=40, residual=0.1)
+    poses = solve(graph, truth)
+    scale = np.abs(gradient(graph, truth)).max()
+    assert np.abs(gradient(graph, poses)).max() < 1e-6 * scale
+    np.testing.assert_array_equal(poses[0], truth[0])
+
+
+def test_both_end_at_the_same_poses_with_weights(group):
+    truth, graph = random_graph(5, group, n=15, m=40, residual=0.1)
+    weights = np.random.default_rng(5).uniform(0.1, 1.0, 40)
+    one, other = (solve(graph, truth, weights) for solve in (gauss_newton, levenberg_marquardt))
+    assert_same_poses(group, one, other, 1e-7)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_it_comes_to_rest_below_a_far_start(seed):
+    graph, _, truth, _ = with_outliers(circle, 30, seed, 6, laps=2, closures=6)
+    far = truth + np.random.default_rng(seed).normal(size=truth.shape) * [5.0, 5.0, 2.0]
+    poses = levenberg_marquardt(graph, far)
+    assert pose_graph.cost(poses, graph) < pose_graph.cost(far, graph)
+    assert np.abs(gradient(graph, poses)).max() < 1e-6 * np.abs(gradient(graph, far)).max()
+
+
+@both_descents
+def test_a_map_that_fits_exactly_is_at_rest(solve):
+    graph, truth = circle(20, np.random.default_rng(3), laps=2, closures=5, noise=Noise(scale=0.0))
+    poses = solve(graph, dead_reckoning(graph))
+    np.testing.assert_allclose(poses[:, :2], truth[:, :2], atol=1e-9)
