@@ -13,9 +13,9 @@ import pytest
 from robust_slam.certificates import optimality
 from robust_slam.descent import start
 from robust_slam.descent.undamped import gauss_newton
-from robust_slam.graphs import datasets, pose_graph
+from robust_slam.graphs import pose_graph
 
-from tests.conftest import leave_out
+from tests.lib.worlds import public_graph
 
 LEAST_SQUARES = {
     "CSAIL": 20.275442,
@@ -41,10 +41,7 @@ CHORDAL = {
 @cache
 def solved(name):
     """A public graph and its least-squares poses."""
-    try:
-        graph = datasets.load(name)
-    except datasets.DatasetMissing as missing:
-        leave_out(str(missing))
+    graph = public_graph(name)
     return graph, gauss_newton(graph, start.chordal(graph))
 
 

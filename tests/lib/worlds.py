@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 from robust_slam.descent.normal_equations import NormalEquations, weighted_edges
 from robust_slam.descent.step import Linearisation
-from robust_slam.graphs import se2, se3
+from robust_slam.graphs import datasets, se2, se3
 from robust_slam.graphs.isotropic import precisions
 from robust_slam.graphs.outliers import add_random_closures
 from robust_slam.graphs.pose_graph import PoseGraph, with_closures
 from robust_slam.problems import chain
+
+from tests.conftest import leave_out
 
 GROUPS = {"SE(2)": se2, "SE(3)": se3}
 
@@ -149,6 +151,14 @@ def with_outliers(make, n, seed, count, **options):
     clean, truth = make(n, rng, **options)
     graph, is_outlier = add_random_closures(clean, count, rng, poses=truth)
     return graph, is_outlier, truth, clean
+
+
+def public_graph(name, load=datasets.load):
+    """A public graph, or no test where its file is not on this machine."""
+    try:
+        return load(name)
+    except datasets.DatasetMissing as missing:
+        leave_out(str(missing))
 
 
 def perturbed(group, poses, k, delta):

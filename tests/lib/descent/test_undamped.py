@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from robust_slam.descent.normal_equations import NormalEquations, weighted_edges
+from robust_slam.descent.start import chordal
 from robust_slam.descent.step import Linearisation
 from robust_slam.descent.undamped import descend, gauss_newton
 from robust_slam.errors import NotConverged, Underdetermined
@@ -126,6 +127,15 @@ def test_no_step_raises_the_cost_however_far_the_start(group, seed):
         descent = descend(equations, poses, ones, 1e-9, 1)
         assert descent.cost <= cost * (1.0 + 1e-9)
         poses, cost = descent.poses, descent.cost
+
+
+def test_information_that_spans_a_million_between_edges_is_solved(group, seed):
+    truth, graph = random_graph(seed, group, n=20, m=40, residual=0.02)
+    scaled = reweighted(graph, 10.0 ** np.linspace(-3.0, 3.0, 40))
+    one, other = (gauss_newton(scaled, start) for start in (truth, chordal(scaled)))
+    np.testing.assert_allclose(gradient(scaled, one), 0.0, atol=1e-6)
+    least = pose_graph.cost(one, scaled)
+    assert pose_graph.cost(other, scaled) == pytest.approx(least, rel=1e-9)
 
 
 def test_too_few_steps_are_an_error_with_a_fix():

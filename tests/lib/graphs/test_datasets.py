@@ -6,7 +6,6 @@ import hashlib
 import sys
 from functools import partial
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from pathlib import Path
 from threading import Thread
 
 import numpy as np
@@ -18,6 +17,7 @@ STAND_INS = {
     name: f"# {name}\nEDGE_SE2 0 1 {k}.5 0 0 1 0 0 1 0 1\n".encode()
     for k, name in enumerate(("intel", "manhattan"))
 }
+BOTH = ["intel.g2o", "manhattan.g2o"]
 
 
 class Files(BaseHTTPRequestHandler):
@@ -32,7 +32,7 @@ class Files(BaseHTTPRequestHandler):
         self.wfile.write(content or b"")
 
     def log_message(self, *_):
-        """Say nothing."""
+        """Print nothing."""
 
 
 @pytest.fixture
@@ -48,6 +48,11 @@ def server():
         thread.join()
 
 
+def close(server):
+    server.shutdown()
+    server.server_close()
+
+
 @pytest.fixture(autouse=True)
 def machine(tmp_path, monkeypatch):
     """A machine that knows the stand-ins, with an empty cache and no folder of its own."""
@@ -55,21 +60,27 @@ def machine(tmp_path, monkeypatch):
     hashes = {name: hashlib.sha256(text).hexdigest() for name, text in STAND_INS.items()}
     monkeypatch.setattr(datasets, "SHA256", datasets.SHA256 | hashes)
     monkeypatch.setattr(pooch, "os_cache", lambda project: cache / project)
-    for variable in (datasets.FOLDER, "CI"):
+    proxies = ("http_proxy", "HTTP_PROXY", "all_proxy", "ALL_PROXY")
+    for variable in (datasets.FOLDER, "CI", *proxies):
         monkeypatch.delenv(variable, raising=False)
-    for proxy in ("http_proxy", "HTTP_PROXY", "all_proxy", "ALL_PROXY"):
-        monkeypatch.delenv(proxy, raising=False)
     return cache / "robust-slam"
 
 
-def put(folder: Path, name: str, content: bytes | None = None) -> Path:
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A folder of the user's own, named by the variable."""
+    monkeypatch.setenv(datasets.FOLDER, str(tmp_path / "mine"))
+    return tmp_path / "mine"
+
+
+def put(folder, name, content=None):
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{name}.g2o"
     path.write_bytes(STAND_INS[name] if content is None else content)
     return path
 
 
-def contents(folder: Path) -> list[str]:
+def contents(folder):
     return sorted(path.name for path in folder.iterdir()) if folder.exists() else []
 
 
@@ -77,6 +88,7 @@ def test_every_graph_has_the_hash_of_a_file():
     assert len(datasets.NAMES) == 9
     assert all(len(bytes.fromhex(datasets.SHA256[name])) == 32 for name in datasets.NAMES)
     assert len(set(datasets.SHA256.values())) == 9
+    assert set(datasets.SHOWN) <= set(datasets.NAMES)
 
 
 def test_the_address_names_one_commit_and_cannot_move():
@@ -86,13 +98,11 @@ def test_the_address_names_one_commit_and_cannot_move():
     assert datasets.URL.endswith("/data/")
 
 
-def test_the_folder_of_the_variable_comes_before_the_cache(machine, tmp_path, monkeypatch):
-    in_cache, in_folder = put(machine, "intel"), put(tmp_path / "mine", "intel")
+def test_the_folder_of_the_variable_comes_before_the_cache(machine, folder):
+    in_cache = put(machine, "intel")
     assert datasets.find("intel") == in_cache
-    monkeypatch.setenv(datasets.FOLDER, str(tmp_path / "mine"))
+    in_folder = put(folder, "intel")
     assert datasets.find("intel") == in_folder
-    in_folder.unlink()
-    assert datasets.find("intel") == in_cache
 
 
 def test_a_graph_is_read_and_m3500_is_manhattan(machine):
@@ -102,7 +112,7 @@ def test_a_graph_is_read_and_m3500_is_manhattan(machine):
     np.testing.assert_array_equal(loaded.measurement, [[1.5, 0.0, 0.0]])
 
 
-def test_a_missing_graph_is_told_with_both_ways_out():
+def test_a_missing_graph_is_an_error_with_both_ways_out():
     with pytest.raises(datasets.DatasetMissing, match=r"make data.*ROBUST_SLAM_DATA") as caught:
         datasets.load("intel")
     assert isinstance(caught.value, FileNotFoundError)
@@ -118,53 +128,49 @@ def test_loading_never_downloads(monkeypatch):
             datasets.load(name)
 
 
-def test_an_unknown_name_is_told_with_the_known_ones():
+def test_an_unknown_name_is_refused_with_the_known_ones():
     with pytest.raises(ValueError, match=r"'Intel'; the names are CSAIL, .*torus3D"):
         datasets.load("Intel")
 
 
-@pytest.mark.parametrize("where", ["cache", "folder"])
-def test_a_file_of_other_content_is_refused_by_its_path(machine, tmp_path, monkeypatch, where):
-    folder = machine if where == "cache" else tmp_path / "mine"
-    monkeypatch.setenv(datasets.FOLDER, str(tmp_path / "mine"))
-    path = put(folder, "intel", STAND_INS["intel"] + b"\n")
+@pytest.mark.parametrize("where", ["machine", "folder"])
+def test_a_file_of_other_content_is_refused_by_its_path(request, where):
+    path = put(request.getfixturevalue(where), "intel", STAND_INS["intel"] + b"\n")
     with pytest.raises(datasets.DatasetChanged, match="delete the file") as caught:
         datasets.load("intel")
     assert str(path) in str(caught.value)
 
 
-def test_without_pooch_the_variable_is_enough(tmp_path, monkeypatch):
+def test_without_pooch_the_variable_is_enough(folder, monkeypatch):
     monkeypatch.setitem(sys.modules, "pooch", None)
     with pytest.raises(datasets.DatasetMissing):
         datasets.load("intel")
-    monkeypatch.setenv(datasets.FOLDER, str(tmp_path))
-    put(tmp_path, "intel")
+    put(folder, "intel")
     assert datasets.load("intel").n == 2
 
 
 @pytest.mark.parametrize("module", ["pooch", "tqdm"])
-def test_downloading_without_its_packages_says_how_to_get_them(monkeypatch, module):
+def test_downloading_without_its_packages_names_the_extra(monkeypatch, module):
     monkeypatch.setitem(sys.modules, module, None)
     with pytest.raises(ImportError, match=f"{module} is missing; install the extra `data`"):
         datasets.download()
 
 
-def test_a_page_shows_the_public_graph_or_says_that_it_is_a_generated_one(machine):
+def test_a_page_shows_the_public_graph_or_names_the_generated_one(machine):
     made, _ = generate.circle(5, np.random.default_rng(0))
-    graph, told = datasets.load_or_generate("intel", lambda: made)
+    graph, caption = datasets.load_or_generate("intel", lambda: made)
     assert graph is made
-    assert "intel is not on this machine" in told
-    assert "generated" in told
+    assert "intel is not on this machine" in caption
+    assert "generated" in caption
     put(machine, "intel")
-    graph, told = datasets.load_or_generate("intel", lambda: made)
+    graph, caption = datasets.load_or_generate("intel", lambda: made)
     assert graph.n == 2
-    assert told == "The graph is the public data set intel."
+    assert caption == "The graph is the public data set intel."
 
 
-def test_a_graph_is_here_in_the_folder_or_in_the_cache(machine, tmp_path, monkeypatch):
+def test_a_graph_is_here_in_the_folder_or_in_the_cache(machine, folder):
     assert not datasets.is_here("intel")
-    monkeypatch.setenv(datasets.FOLDER, str(tmp_path / "mine"))
-    put(tmp_path / "mine", "intel")
+    put(folder, "intel")
     assert datasets.is_here("intel")
     put(machine, "manhattan")
     assert datasets.is_here("M3500")
@@ -176,25 +182,23 @@ def test_a_graph_is_here_in_the_folder_or_in_the_cache(machine, tmp_path, monkey
 class TestTry:
     """The quiet download before the book is built."""
 
-    def test_it_fetches_what_is_missing_and_says_nothing(self, server, machine, capfd):
+    def test_it_fetches_what_is_missing_and_prints_nothing(self, server, machine, capfd):
         put(machine, "intel")
         assert datasets.try_download(STAND_INS, server.url) == [machine / "manhattan.g2o"]
         assert server.asked == ["/data/manhattan.g2o"]
         assert datasets.try_download(STAND_INS, server.url) == []
         assert capfd.readouterr() == ("", "")
 
-    def test_what_the_folder_holds_is_not_fetched(self, server, machine, tmp_path, monkeypatch):
-        monkeypatch.setenv(datasets.FOLDER, str(tmp_path / "mine"))
-        put(tmp_path / "mine", "intel")
+    def test_what_the_folder_holds_is_not_fetched(self, server, machine, folder):
+        put(folder, "intel")
         datasets.try_download(["intel"], server.url)
         assert server.asked == contents(machine) == []
 
-    def test_without_a_server_it_gives_up_at_once_and_says_nothing(self, server, machine, capfd):
+    def test_without_a_server_it_gives_up_at_once_and_prints_nothing(self, server, machine, capfd):
         del server.files["intel"]
         assert datasets.try_download(STAND_INS, server.url) == []
         assert server.asked == ["/data/intel.g2o"]
-        server.shutdown()
-        server.server_close()
+        close(server)
         assert datasets.try_download(STAND_INS, server.url) == []
         assert contents(machine) == []
         assert capfd.readouterr() == ("", "")
@@ -205,33 +209,23 @@ class TestTry:
         assert len(datasets.try_download(["intel"], server.url)) == fetched == len(server.asked)
 
     def test_the_command_never_fails(self, server, machine, monkeypatch, capfd):
-        monkeypatch.setattr(
-            datasets.try_download, "__defaults__", (tuple(STAND_INS), server.url, 5.0)
-        )
+        defaults = (tuple(STAND_INS), server.url, 5.0)
+        monkeypatch.setattr(datasets.try_download, "__defaults__", defaults)
         assert datasets.main(["--try"]) == 0
-        assert contents(machine) == ["intel.g2o", "manhattan.g2o"]
+        assert contents(machine) == BOTH
         server.files.clear()
         assert datasets.main(["--try"]) == 0
         assert capfd.readouterr() == ("", "")
 
 
-def test_the_graphs_that_the_chapters_show_are_known():
-    assert set(datasets.SHOWN) <= set(datasets.NAMES)
-
-
-def test_what_is_downloaded_is_loaded(server, machine):
-    paths = datasets.download(["intel", "M3500"], base_url=server.url)
-    assert paths == [machine / "intel.g2o", machine / "manhattan.g2o"]
+def test_what_is_downloaded_is_loaded_and_not_asked_for_again(server, machine):
+    for _ in range(2):
+        paths = datasets.download(["intel", "M3500"], base_url=server.url)
+        assert paths == [machine / name for name in BOTH]
+    assert server.asked == [f"/data/{name}" for name in BOTH]
     assert [path.read_bytes() for path in paths] == list(STAND_INS.values())
     assert datasets.load("intel").n == 2
-    assert contents(machine) == ["intel.g2o", "manhattan.g2o"]
-
-
-def test_a_second_download_asks_for_nothing(server):
-    datasets.download(list(STAND_INS), base_url=server.url)
-    assert server.asked == ["/data/intel.g2o", "/data/manhattan.g2o"]
-    datasets.download(list(STAND_INS), base_url=server.url)
-    assert len(server.asked) == 2
+    assert contents(machine) == BOTH
 
 
 def test_a_spoiled_file_is_fetched_again(server, machine):
@@ -246,26 +240,19 @@ def test_the_folder_of_a_download_may_be_chosen(server, machine, tmp_path):
     assert contents(machine) == []
 
 
-def test_of_a_download_with_a_wrong_hash_nothing_is_left(server, machine):
-    server.files["intel"] = b"something else\n"
-    with pytest.raises(datasets.DownloadFailed, match=r"intel\.g2o.*SHA256"):
+@pytest.mark.parametrize(
+    ("spoil", "message"),
+    [
+        (lambda server: server.files.update(intel=b"something else\n"), r"intel\.g2o.*SHA256"),
+        (lambda server: server.files.clear(), r"/data/intel\.g2o: 404"),
+        (close, "try again"),
+    ],
+    ids=["wrong hash", "no such file", "no server"],
+)
+def test_a_failed_download_leaves_nothing_and_names_the_cause(server, machine, spoil, message):
+    spoil(server)
+    with pytest.raises(datasets.DownloadFailed, match=message):
         datasets.download(["intel"], base_url=server.url)
-    assert contents(machine) == []
-
-
-def test_a_file_that_the_server_does_not_have_is_told_with_its_address(server, machine):
-    del server.files["intel"]
-    with pytest.raises(datasets.DownloadFailed, match=r"/data/intel\.g2o: 404"):
-        datasets.download(["intel"], base_url=server.url)
-    assert contents(machine) == []
-
-
-def test_a_server_that_is_not_there_is_told(server, machine):
-    url = server.url
-    server.shutdown()
-    server.server_close()
-    with pytest.raises(datasets.DownloadFailed, match="try again"):
-        datasets.download(["intel"], base_url=url)
     assert contents(machine) == []
 
 
@@ -273,13 +260,13 @@ def test_the_command_downloads_all_graphs_and_shows_progress(server, machine, mo
     monkeypatch.setattr(datasets, "NAMES", tuple(STAND_INS))
     monkeypatch.setattr(datasets.download, "__defaults__", (None, None, server.url))
     assert datasets.main() == 0
-    told = capsys.readouterr()
-    assert f"2 public graphs are in {machine}" in told.out
-    assert "100%" in told.err
-    assert contents(machine) == ["intel.g2o", "manhattan.g2o"]
+    printed = capsys.readouterr()
+    assert f"2 public graphs are in {machine}" in printed.out
+    assert "100%" in printed.err
+    assert contents(machine) == BOTH
 
 
-def test_the_command_tells_a_failure_and_fails(server, monkeypatch, capsys):
+def test_the_command_prints_a_failure_and_fails(server, monkeypatch, capsys):
     monkeypatch.setattr(datasets.download, "__defaults__", (["CSAIL"], None, server.url))
     assert datasets.main() == 1
     assert "CSAIL.g2o: 404" in capsys.readouterr().err

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from robust_slam.descent import start
 from robust_slam.descent.undamped import gauss_newton
-from robust_slam.graphs import datasets, gtsam_graph, pose_graph, se2
+from robust_slam.graphs import gtsam_graph, pose_graph, se2
 from robust_slam.graphs.odometry import spanning_tree
 
 from tests.conftest import leave_out
-from tests.lib.worlds import GROUPS, assert_same_poses, random_graph, random_poses
+from tests.lib.worlds import GROUPS, assert_same_poses, public_graph, random_graph, refused
 
 
 @pytest.fixture(name="gtsam")
@@ -34,14 +34,6 @@ def minimum(gtsam, graph, poses):
     settings.setAbsoluteErrorTol(1e-14)
     ended = gtsam.GaussNewtonOptimizer(factors, values, settings).optimize()
     return gtsam_graph.poses_from_gtsam(ended, graph), factors.error(ended)
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_the_error_of_the_factors_is_the_cost(gtsam, group, seed):
-    _, graph = random_graph(seed, group, n=8, m=20)
-    poses = random_poses(group, 8, np.random.default_rng(100 + seed))
-    factors, values = gtsam_graph.to_gtsam(graph, poses)
-    assert factors.error(values) == pytest.approx(pose_graph.cost(poses, graph), rel=1e-9)
 
 
 def test_each_factor_is_half_the_square_of_its_edge(gtsam, group, seed):
@@ -87,10 +79,7 @@ def test_both_end_at_the_same_minimum_and_the_prior_costs_nothing(gtsam, group, 
 
 @pytest.mark.parametrize("name", ["tinyGrid3D", "smallGrid3D"])
 def test_on_public_graphs_both_end_at_the_same_cost(gtsam, name):
-    try:
-        graph = datasets.load(name)
-    except datasets.DatasetMissing as missing:
-        leave_out(str(missing))
+    graph = public_graph(name)
     first = start.chordal(graph)
     _, error = minimum(gtsam, graph, first)
     ours = pose_graph.cost(gauss_newton(graph, first), graph)
@@ -107,14 +96,15 @@ def test_values_of_another_graph_are_refused(gtsam):
         gtsam_graph.poses_from_gtsam(gtsam.Values(), space)
 
 
-def test_bad_arguments_are_refused_by_name(gtsam):
+@refused(
+    ({"poses": np.zeros((3, 3))}, "poses: the shape"),
+    ({"weights": [1.0]}, "weights: the shape"),
+    ({"weights": [1.0, 1.0, -1.0, 1.0]}, "weights: edge 2 weighs less than 0"),
+)
+def test_bad_arguments_are_refused_by_name(gtsam, wrong, message):
     poses, graph = random_graph(9, se2, n=4, m=4)
-    with pytest.raises(ValueError, match="poses: the shape"):
-        gtsam_graph.to_gtsam(graph, poses[:3])
-    with pytest.raises(ValueError, match="weights: the shape"):
-        gtsam_graph.to_gtsam(graph, poses, [1.0])
-    with pytest.raises(ValueError, match="weights: edge 2 weighs less than 0"):
-        gtsam_graph.to_gtsam(graph, poses, [1.0, 1.0, -1.0, 1.0])
+    with pytest.raises(ValueError, match=message):
+        gtsam_graph.to_gtsam(graph, **({"poses": poses} | wrong))
 
 
 def test_without_gtsam_it_says_how_to_get_it(monkeypatch):

@@ -98,16 +98,6 @@ def test_a_rigid_motion_of_the_whole_map_is_no_error(group, seed):
 
 
 @seeds
-def test_the_errors_do_not_change_when_either_map_is_moved(group, seed):
-    estimate, truth = trajectory(seed, group), trajectory(50 + seed, group)
-    move = motion(group, seed)
-    for measure in (ate, rpe):
-        expected = measure(estimate, truth)
-        assert measure(group.compose(move, estimate), truth) == pytest.approx(expected)
-        assert measure(estimate, group.compose(move, truth)) == pytest.approx(expected)
-
-
-@seeds
 def test_aligning_moves_the_map_as_one_piece(group, seed):
     estimate, truth = trajectory(seed, group), trajectory(50 + seed, group)
     moved = align(estimate, truth)
@@ -115,14 +105,6 @@ def test_aligning_moves_the_map_as_one_piece(group, seed):
     assert_same_poses(
         group, group.between(moved[:1], moved), group.between(estimate[:1], estimate), atol=1e-12
     )
-
-
-def test_a_change_of_scale_is_an_error(group):
-    truth = trajectory(5, group)
-    place = group.translation(truth)
-    spread = np.sqrt(np.mean(np.sum((place - place.mean(axis=0)) ** 2, axis=1)))
-    tripled = group.from_parts(group.rotation(truth), 3.0 * place)
-    assert ate(tripled, truth) == pytest.approx(2.0 * spread, rel=1e-12)
 
 
 @seeds
@@ -168,23 +150,6 @@ def test_one_step_too_long_by_hand(group):
     assert rpe(estimate, truth) == (pytest.approx(2.0 / np.sqrt(3.0)), pytest.approx(0.0))
     assert rpe(estimate, truth, 2) == (pytest.approx(2.0), pytest.approx(0.0))
     assert rpe(estimate, truth, 3) == (pytest.approx(2.0), pytest.approx(0.0))
-
-
-@pytest.mark.parametrize("angle", [0.3, -0.3, 3.0])
-def test_one_turn_too_many_by_hand(group, angle):
-    # The third pose and all behind it are turned about the third: one step of three ends
-    # with a turn too many and nothing else, the next starts with it.
-    truth = placed(group, 0.0, 1.0, 2.0, 3.0)
-    bend = group.compose(truth[2], group.compose(turned(group, angle), group.inverse(truth[2])))
-    estimate = np.concatenate([truth[:2], group.compose(bend, truth[2:])])
-    translation, rotation = rpe(estimate, truth)
-    assert translation == pytest.approx(0.0, abs=1e-12)
-    assert rotation == pytest.approx(abs(angle) / np.sqrt(3.0))
-    # Over two steps the error of 0 to 2 is the turn alone. That of 1 to 3 has the last step
-    # turned: a chord of 2 sin(angle/2) m.
-    translation, rotation = rpe(estimate, truth, 2)
-    assert translation == pytest.approx(abs(2.0 * np.sin(angle / 2.0)) / np.sqrt(2.0))
-    assert rotation == pytest.approx(abs(angle))
 
 
 def test_a_turn_is_the_short_way_round():

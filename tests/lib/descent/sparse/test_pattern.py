@@ -16,16 +16,20 @@ from tests.lib.descent.sparse.matrices import (
     summed,
 )
 
-both_methods = pytest.mark.parametrize("method", METHODS)
 sizes = pytest.mark.parametrize(
     ("n", "more", "block"),
     [(2, 0, 3), (2, 3, 1), (9, 0, 2), (40, 15, 3), (60, 150, 6), (35, 200, 4)],
 )
 
 
+@pytest.fixture(params=METHODS)
+def method(request):
+    return request.param
+
+
 @pytest.fixture
-def case(request, monkeypatch):
-    def make(method, n, more, block, seed=0):
+def case(method, monkeypatch):
+    def make(n, more, block, seed=0):
         rng = np.random.default_rng(seed)
         edges = random_edges(n, more, rng)
         blocks = edge_blocks(len(edges), block, rng)
@@ -34,18 +38,16 @@ def case(request, monkeypatch):
     return make
 
 
-@both_methods
 @sizes
-def test_the_edges_add_up_to_the_matrix(case, method, n, more, block):
-    pattern, edges, blocks, _ = case(method, n, more, block)
+def test_the_edges_add_up_to_the_matrix(case, n, more, block):
+    pattern, edges, blocks, _ = case(n, more, block)
     full = dense(n, edges, blocks)[block:, block:]
     np.testing.assert_allclose(as_dense(pattern, summed(pattern, blocks)), full, atol=1e-12)
 
 
-@both_methods
 @sizes
-def test_only_joined_poses_have_blocks_each_once(case, method, n, more, block):
-    pattern, edges, _, _ = case(method, n, more, block)
+def test_only_joined_poses_have_blocks_each_once(case, n, more, block):
+    pattern, edges, _, _ = case(n, more, block)
     ends = np.sort(edges[np.all(edges > 0, axis=1)], axis=1)
     joined = {tuple(edge) for edge in ends.tolist()} | {(k, k) for k in range(1, n)}
     pairs = np.sort(np.stack([pattern.order[pattern.row], pattern.order[pattern.column]], 1), 1)
@@ -54,11 +56,10 @@ def test_only_joined_poses_have_blocks_each_once(case, method, n, more, block):
     assert np.all(pattern.row >= pattern.column)
 
 
-@both_methods
 @sizes
 @pytest.mark.parametrize("columns", [(), (3,)])
-def test_the_solution_is_the_dense_one_and_zero_at_pose_0(case, method, n, more, block, columns):
-    pattern, edges, blocks, rng = case(method, n, more, block)
+def test_the_solution_is_the_dense_one_and_zero_at_pose_0(case, n, more, block, columns):
+    pattern, edges, blocks, rng = case(n, more, block)
     right = rng.normal(size=(n, block, *columns))
     x = pattern.factorise(summed(pattern, blocks)).solve(right)
     full = dense(n, edges, blocks)[block:, block:]
@@ -69,9 +70,8 @@ def test_the_solution_is_the_dense_one_and_zero_at_pose_0(case, method, n, more,
     np.testing.assert_allclose(at_once, x, rtol=1e-9, atol=1e-12)
 
 
-@both_methods
-def test_a_shift_is_added_to_the_diagonal(case, method):
-    pattern, edges, blocks, rng = case(method, 30, 40, 3)
+def test_a_shift_is_added_to_the_diagonal(case):
+    pattern, edges, blocks, rng = case(30, 40, 3)
     shift, right = rng.uniform(0.0, 5.0, (30, 3)), rng.normal(size=(30, 3))
     total = summed(pattern, blocks)
     before = total.copy()
@@ -85,10 +85,9 @@ def test_a_shift_is_added_to_the_diagonal(case, method):
     )
 
 
-@both_methods
 @pytest.mark.parametrize("seed", range(4))
-def test_a_matrix_that_is_not_positive_definite_has_no_factors(case, method, seed):
-    pattern, edges, blocks, _ = case(method, 30, 25, 3, seed)
+def test_a_matrix_that_is_not_positive_definite_has_no_factors(case, seed):
+    pattern, edges, blocks, _ = case(30, 25, 3, seed)
     lowest = np.linalg.eigvalsh(dense(30, edges, blocks)[3:, 3:])[0]
     total, ones = summed(pattern, blocks), np.ones((30, 3))
     assert pattern.factorise(total, -(1.0 - 1e-6) * lowest * ones) is not None
@@ -97,9 +96,8 @@ def test_a_matrix_that_is_not_positive_definite_has_no_factors(case, method, see
     assert pattern.solve(0.0 * total, ones) is None
 
 
-@both_methods
-def test_a_singular_matrix_after_a_good_one_is_noticed(case, method):
-    pattern, _, blocks, rng = case(method, 20, 20, 3)
+def test_a_singular_matrix_after_a_good_one_is_noticed(case):
+    pattern, _, blocks, rng = case(20, 20, 3)
     total, right = summed(pattern, blocks), rng.normal(size=(20, 3))
     assert pattern.solve(total, right) is not None
     singular = total.copy()
@@ -108,18 +106,16 @@ def test_a_singular_matrix_after_a_good_one_is_noticed(case, method):
     assert pattern.factorise(singular) is None
 
 
-@both_methods
-def test_the_product_of_the_pivots_is_the_determinant(case, method):
-    pattern, edges, blocks, _ = case(method, 25, 30, 3)
+def test_the_product_of_the_pivots_is_the_determinant(case):
+    pattern, edges, blocks, _ = case(25, 30, 3)
     factors = pattern.factorise(summed(pattern, blocks))
     expected = np.linalg.slogdet(dense(25, edges, blocks)[3:, 3:])[1]
     assert np.sum(np.log(factors.pivots[1:])) == pytest.approx(expected, rel=1e-12)
     np.testing.assert_array_equal(factors.pivots[0], np.zeros(3))
 
 
-@both_methods
-def test_factors_are_their_own_or_say_that_they_are_stale(case, method):
-    pattern, _, blocks, rng = case(method, 20, 20, 3)
+def test_factors_are_their_own_or_are_stale(case, method):
+    pattern, _, blocks, rng = case(20, 20, 3)
     right, total = rng.normal(size=(20, 3)), summed(pattern, blocks)
     first = pattern.factorise(total)
     x = first.solve(right)
