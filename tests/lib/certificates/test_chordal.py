@@ -76,14 +76,6 @@ def test_the_data_matrix_is_symmetric_and_not_negative_and_moving_the_map_is_fre
     np.testing.assert_allclose(m @ everywhere, 0.0, atol=1e-12 * np.abs(m).max())
 
 
-def test_a_common_motion_does_not_change_the_cost(group, seed):
-    poses, graph = random_graph(seed, group)
-    motion = group.exp(np.random.default_rng(seed).normal(size=group.DOF))
-    assert chordal.chordal_cost(graph, group.compose(motion, poses)) == pytest.approx(
-        chordal.chordal_cost(graph, poses), rel=1e-12
-    )
-
-
 def test_an_edge_of_weight_0_drops_out(group):
     _, graph = random_graph(5, group)
     kept = np.arange(len(graph.edges)) != 7

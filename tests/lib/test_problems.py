@@ -1,0 +1,211 @@
+"""Locations, linear problems and pose graphs: what is solved, and what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from robust_slam.descent.undamped import gauss_newton
+from robust_slam.errors import Underdetermined
+from robust_slam.estimators.kernels import KERNELS, cauchy, squared, tls
+from robust_slam.estimators.result import StopReason
+from robust_slam.estimators.reweighting import irls
+from robust_slam.graphs.generate import circle
+from robust_slam.graphs.metrics import ate
+from robust_slam.graphs.odometry import dead_reckoning
+from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam.problems import LinearProblem, LocationProblem, PoseGraphProblem, chain
+
+from tests.lib.worlds import chapter_0, cost_never_rises, refused, with_outliers
+
+
+def test_a_location_is_a_mean_in_which_precise_measurements_count_more():
+    assert LocationProblem([1, 2, 6]).initial() == 3.0
+    assert LocationProblem([0.0, 10.0], [1.0, 2.0]).initial() == pytest.approx(2.0)
+    assert not LocationProblem([1.0, 2.0]).trusted.any()
+
+
+def test_residuals_are_whitened_and_have_no_sign():
+    problem = LocationProblem([0.1, -0.2, 0.15, -0.1, 5.0], 0.3)
+    expected = [2.966667, 3.966667, 2.8, 3.633333, 13.366667]
+    np.testing.assert_allclose(problem.residual_norms(0.99), expected, atol=5e-7)
+
+
+def test_the_solution_is_where_the_weighted_pull_is_zero():
+    rng = np.random.default_rng(3)
+    z, sigma, weights = rng.normal(size=9), rng.uniform(0.1, 2.0, 9), rng.uniform(0.0, 1.0, 9)
+    x = LocationProblem(z, sigma).solve(weights, 0.0)
+    assert np.sum(weights * (z - x) / sigma**2) == pytest.approx(0.0, abs=1e-11)
+
+
+def test_tiny_weights_still_determine_x():
+    assert LocationProblem([1.0, 3.0]).solve(np.array([1e-200, 1e-200]), 0.0) == 2.0
+
+
+def test_no_weight_left_is_an_error_that_says_so():
+    with pytest.raises(Underdetermined, match="all are 0"):
+        LocationProblem([1.0, 3.0]).solve(np.zeros(2), 0.0)
+
+
+@refused(
+    (([],), "z is empty"),
+    (([1.0, float("nan")],), r"z: the entry at \(1,\)"),
+    (([[1.0]],), "z: the shape"),
+    (([1.0, 2.0], [1.0, 0.0]), "sigma: entry 1"),
+    (([1.0, 2.0], -1.0), "sigma: entry 0"),
+    (([1.0, 2.0], [1.0, 1.0, 1.0]), "sigma: the shape"),
+    (([1.0, 2.0], 1.0, [True]), "trusted: the shape"),
+    (([1.0, 2.0], 1.0, [0, 1]), "trusted: the entries"),
+)
+def test_a_bad_location_is_refused_by_name(wrong, message):
+    with pytest.raises(ValueError, match=message):
+        LocationProblem(*wrong)
+
+
+def test_the_problem_keeps_its_own_copy():
+    z = np.array([1.0, 3.0])
+    problem = LocationProblem(z)
+    z[0] = 100.0
+    assert problem.initial() == 2.0
+    with pytest.raises(ValueError, match="read-only"):
+        problem.z[0] = 100.0
+
+
+def test_one_outlier_shortens_the_map_to_18_17():
+    problem = chapter_0()
+    x = problem.initial()
+    np.testing.assert_allclose(x, [0.0, 9 / 17, 18 / 17], rtol=1e-13)
+    expected = [-4.705882, -4.705882, -18.823529, 21.176471]
+    np.testing.assert_allclose(problem.residuals(x), expected, atol=5e-7)
+    assert np.sum(problem.residual_norms(x) ** 2) == pytest.approx(14400 / 17, rel=1e-13)
+
+
+def test_a_weight_of_0_takes_a_measurement_out():
+    x = chapter_0().solve(np.array([1.0, 1.0, 1.0, 0.0]), np.zeros(3))
+    np.testing.assert_allclose(x, [0.0, 1.0, 2.0], atol=1e-14)
+
+
+@pytest.mark.parametrize("anchor", [0, 1, 2])
+def test_the_anchor_moves_the_map_and_changes_no_residual(anchor):
+    problem, reference = chapter_0(anchor=anchor), chapter_0()
+    x = problem.initial()
+    assert x[anchor] == 0.0
+    expected = reference.residuals(reference.initial())
+    np.testing.assert_allclose(problem.residuals(x), expected, rtol=1e-11)
+
+
+def test_the_solution_satisfies_the_weighted_normal_equations():
+    rng = np.random.default_rng(4)
+    jacobian, z = rng.normal(size=(8, 3)), rng.normal(size=8)
+    sigma, weights = rng.uniform(0.1, 2.0, 8), rng.uniform(0.0, 1.0, 8)
+    x = LinearProblem(jacobian, z, sigma).solve(weights, np.zeros(3))
+    information = weights / sigma**2
+    np.testing.assert_allclose(jacobian.T @ (information * (jacobian @ x - z)), 0.0, atol=1e-9)
+
+
+def test_small_weights_do_not_lose_an_unknown():
+    x = chain(3, [0, 1], [1, 2], [1.0, 1.0]).solve(np.array([1.0, 1e-20]), np.zeros(3))
+    np.testing.assert_allclose(x, [0.0, 1.0, 2.0], rtol=1e-5)
+
+
+def test_a_pose_that_nothing_holds_is_an_error():
+    with pytest.raises(Underdetermined, match="1 of 2 unknowns"):
+        chain(3, [0, 1], [1, 2], [1.0, 1.0]).solve(np.array([1.0, 0.0]), np.zeros(3))
+
+
+def test_without_an_anchor_the_line_is_underdetermined():
+    free = chapter_0()
+    with pytest.raises(Underdetermined, match="2 of 3 unknowns"):
+        LinearProblem(free.jacobian, free.measurement, free.sigma).initial()
+
+
+@refused(
+    ({"i": [0, 3], "j": [1, 2]}, "i: edge 1 names pose 3"),
+    ({"i": [0, 1], "j": [1, -1]}, "j: edge 1 names pose -1"),
+    ({"i": [0, 1], "j": [1, 1]}, "edge 1 joins a pose to itself"),
+    ({"i": [0], "j": [1, 2]}, "i: give 2 whole numbers"),
+    ({"i": [0.0, 1.0], "j": [1, 2]}, "i: give 2 whole numbers"),
+    ({"i": [0, 1], "j": [1, 2], "anchor": 3}, "anchor is 3"),
+    ({"i": [0, 1], "j": [1, 2], "sigma": 0.0}, "sigma: entry 0"),
+)
+def test_a_bad_chain_is_refused_by_name(wrong, message):
+    with pytest.raises(ValueError, match=message):
+        chain(3, z=[1.0, 1.0], **wrong)
+
+
+@refused(
+    ({"measurement": [1.0, 2.0, 3.0]}, "measurement: the shape"),
+    ({"jacobian": [1.0, 2.0]}, "jacobian: the shape"),
+    ({"fixed": [True]}, "fixed: the shape"),
+)
+def test_shapes_that_do_not_agree_are_refused(wrong, message):
+    with pytest.raises(ValueError, match=message):
+        LinearProblem(**({"jacobian": np.eye(2), "measurement": [1.0, 2.0]} | wrong))
+
+
+def noisy(seed, count):
+    return with_outliers(circle, 30, seed, count, laps=2, closures=6)
+
+
+def test_a_pose_graph_starts_from_dead_reckoning_and_trusts_the_odometry():
+    graph, *_ = noisy(9, 2)
+    problem, start = PoseGraphProblem(graph), dead_reckoning(graph)
+    np.testing.assert_allclose(problem.guess, start, atol=1e-12)
+    np.testing.assert_array_equal(problem.trusted, graph.is_odometry)
+    np.testing.assert_allclose(problem.initial(), gauss_newton(graph, start), atol=1e-8)
+
+
+def test_a_graph_without_odometry_starts_along_its_closures():
+    graph = PoseGraph(2, [[0, 1]], [[1.0, 0.0, 0.0]], [np.eye(3)], [False])
+    problem = PoseGraphProblem(graph)
+    np.testing.assert_array_equal(problem.guess, [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+    assert not np.any(problem.trusted)
+
+
+@pytest.mark.parametrize("name", KERNELS)
+@pytest.mark.parametrize("steps", [1, 100])
+def test_irls_never_raises_the_robust_cost_of_a_pose_graph(name, steps):
+    graph, *_ = noisy(10, 4)
+    problem = PoseGraphProblem(graph, steps=steps)
+    result = irls(problem, KERNELS[name](3.0), problem.guess, max_iterations=40)
+    assert cost_never_rises(result, 1e-9)
+    assert all(np.all(step.weights[graph.is_odometry] == 1.0) for step in result.history)
+
+
+def test_cauchy_sees_through_outliers_that_fold_the_least_squares_map():
+    graph, is_outlier, truth, _ = noisy(11, 5)
+    problem = PoseGraphProblem(graph)
+    result = irls(problem, cauchy(1.0))
+    assert result.stop is StopReason.CONVERGED
+    assert ate(problem.initial(), truth) > 1.0
+    assert ate(result.x, truth) < 0.2
+    inliers = ~is_outlier & ~graph.is_odometry
+    assert result.weights[is_outlier].max() < 0.01 < result.weights[inliers].min()
+
+
+def test_without_trust_a_graph_may_be_rejected_whole():
+    graph, _ = circle(30, np.random.default_rng(12))
+    problem = PoseGraphProblem(graph, trusted=np.zeros(len(graph.edges), dtype=bool))
+    result = irls(problem, tls(1e-6))
+    assert result.stop is StopReason.ALL_REJECTED
+    np.testing.assert_array_equal(result.x, problem.initial())
+    np.testing.assert_array_equal(result.weights, np.zeros(len(graph.edges)))
+
+
+def test_a_piece_that_is_cut_off_without_trust_is_an_error_that_names_it():
+    graph, *_ = noisy(12, 5)
+    problem = PoseGraphProblem(graph, trusted=np.zeros(len(graph.edges), dtype=bool))
+    with pytest.raises(Underdetermined, match="trust the odometry"):
+        irls(problem, tls(1e-6))
+
+
+def test_a_pose_graph_on_a_line_ends_where_the_linear_problem_does():
+    measurement = np.zeros((4, 3))
+    measurement[:, 0] = [1.0, 1.0, 2.0, 0.0]
+    information = np.eye(3) / np.square([0.1, 0.1, 0.05, 0.05])[:, None, None]
+    edges, is_odometry = [[0, 1], [1, 2], [0, 2], [0, 2]], [True, True, False, False]
+    graph = PoseGraph(3, edges, measurement, information, is_odometry)
+    for kernel in (squared(), cauchy(1)):
+        found, expected = irls(PoseGraphProblem(graph), kernel), irls(chapter_0(), kernel)
+        np.testing.assert_allclose(found.x[:, 0], expected.x, atol=1e-9)
+        np.testing.assert_allclose(found.weights, expected.weights, rtol=1e-7)
+        assert found.cost == pytest.approx(expected.cost, rel=1e-12)
