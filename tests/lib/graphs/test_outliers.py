@@ -139,10 +139,10 @@ def test_the_distance_is_judged_by_the_poses_that_are_given():
 def test_the_noise_is_that_of_the_odometry_where_there_are_no_closures(group):
     rng = np.random.default_rng(6)
     covariance = 0.01 * random_information(group, 1, rng)[0] / group.DOF
-    information = np.linalg.inv(covariance)
-    information = (information + information.T) / 2.0
+    precision = np.linalg.inv(covariance)
+    precision = (precision + precision.T) / 2.0
     truth = walked(group, group.exp(np.tile(np.eye(group.DOF)[0], (299, 1))))
-    graph = measured(group, truth, along(300), np.zeros((299, group.DOF)), information)
+    graph = measured(group, truth, along(300), np.zeros((299, group.DOF)), precision)
     longer, is_outlier = add_random_closures(graph, 4000, rng)
     np.testing.assert_array_equal(longer.information[is_outlier][0], graph.information[0])
     drawn = group.log(longer.measurement[is_outlier])
