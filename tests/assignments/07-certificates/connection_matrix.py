@@ -71,22 +71,16 @@ def right_scipy_sparse() -> None:
 
 wrong_sign = change(
     right_four_blocks,
-    ("Q[a, :, b] -= k * r", "Q[a, :, b] += k * r"),
-    ("Q[b, :, a] -= k * r.T", "Q[b, :, a] += k * r.T"),
+    "np.asarray(R_meas, dtype=float)",
+    "np.negative(R_meas)",
     stopped_by="connection_matrix-plane",
 )
 """Wrong sign: adds the measured rotation beside the diagonal, so that agreement costs most."""
 
 wrong_transposed = change(
     right_four_blocks,
-    """
-    Q[a, :, b] -= k * r
-    Q[b, :, a] -= k * r.T
-    """,
-    """
-    Q[a, :, b] -= k * r.T
-    Q[b, :, a] -= k * r
-    """,
+    "np.asarray(R_meas, dtype=float)",
+    "np.swapaxes(R_meas, 1, 2)",
     caught_by="connection_matrix-plane",
 )
 """Wrong frames: puts the measured rotation where its transpose belongs, as if R_i were R_j times
@@ -144,10 +138,7 @@ pose to the higher one.
 wrong_measured_poses_only = change(
     right_four_blocks,
     "d = R_meas.shape[1]",
-    """
-    d = R_meas.shape[1]
-    n = max(*i, *j) + 1
-    """,
+    "d, n = R_meas.shape[1], max(*i, *j) + 1",
     stopped_by="connection_matrix-lists",
 )
 """Wrong: counts the poses in the measurements and forgets those that have none."""

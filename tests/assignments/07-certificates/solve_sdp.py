@@ -95,13 +95,7 @@ wrong_traces_of_blocks = change(
 wrong_rotations_only = change(
     right_low_rank,
     ("size=(n * d, n, d)", "size=(d, n, d)"),
-    (
-        "Y[k] = left @ right",
-        """
-        left[:, -1] *= np.linalg.det(left @ right)
-        Y[k] = left @ right
-        """,
-    ),
+    ("= left @ right", "= left * [*np.ones(d - 1), np.linalg.det(left @ right)] @ right"),
     caught_by="solve_sdp-gap",
 )
 """Wrong: looks for the best rotations by a local search and returns their RᵀR, which is no lower
@@ -116,38 +110,16 @@ wrong_indefinite = change(
 )
 """Wrong: forgets Z ⪰ 0 and bounds the entries by 1 instead."""
 
-wrong_value = change(
-    right_clarabel,
-    """
-    problem.solve(solver=cp.CLARABEL)
-    return Z.value
-    """,
-    "return problem.solve(solver=cp.CLARABEL)",
-    stopped_by="solve_sdp-by-hand",
-)
+wrong_value = change(right_clarabel, "return Z", "return problem", stopped_by="solve_sdp-by-hand")
 """Wrong: returns the least value and not the matrix."""
 
 wrong_maximum = change(right_clarabel, "Minimize", "Maximize", stopped_by="solve_sdp-by-hand")
 """Wrong: maximises."""
 
-wrong_plane_only = change(
-    right_clarabel,
-    "Z = cp.Variable(",
-    """
-    d = 2
-    Z = cp.Variable(
-    """,
-    stopped_by="solve_sdp-space",
-)
+wrong_plane_only = change(right_clarabel, "Z = cp.", "d, Z = 2, cp.", stopped_by="solve_sdp-space")
 """Wrong: writes 2 for d."""
 
 wrong_equal_poses = change(
-    right_clarabel,
-    """
-    problem.solve(solver=cp.CLARABEL)
-    return Z.value
-    """,
-    "return np.kron(np.ones((n, n)), np.eye(d))",
-    stopped_by="solve_sdp-gap",
+    right_clarabel, "Z.value", "np.kron(np.ones((n, n)), np.eye(d))", stopped_by="solve_sdp-gap"
 )
 """Wrong: takes Z for the matrix of identity blocks everywhere, as if all poses were equal."""

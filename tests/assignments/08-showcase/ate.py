@@ -77,13 +77,7 @@ def right_search() -> None:
 
 wrong_not_aligned = change(
     right_svd,
-    (
-        """
-        p, q = p - p.mean(axis=0), q - q.mean(axis=0)
-        u,
-        """,
-        "u,",
-    ),
+    ("p, q = p - p.mean(axis=0), q - q.mean(axis=0)", ""),
     ("p @ turn.T", "p"),
     stopped_by="ate-by-hand",
 )
@@ -94,11 +88,8 @@ wrong_shift_only = change(right_svd, "p @ turn.T", "p", stopped_by="ate-moved")
 
 wrong_with_scale = change(
     right_svd,
-    "return",
-    """
-    turn *= np.sum(q * (p @ turn.T)) / max(np.sum(p**2), 1e-300)
-    return
-    """,
+    "p @ turn.T",
+    "p @ turn.T * np.sum(q * (p @ turn.T)) / max(np.sum(p**2), 1e-300)",
     stopped_by="ate-by-hand",
 )
 """Wrong: scales the estimate too, and a map of the wrong size has no error."""

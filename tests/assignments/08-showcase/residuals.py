@@ -58,7 +58,8 @@ def right_complex() -> None:
         safe = np.where(flat, 1.0, angle)
         mean = np.where(flat, 1.0, (np.exp(1j * safe) - 1) / (1j * safe))
         rho = gap / mean
-        return np.column_stack([rho.real, rho.imag, angle])
+        r = np.column_stack([rho.real, rho.imag, angle])
+        return r
 
 
 def right_solve_the_bend() -> None:
@@ -114,11 +115,8 @@ wrong_wraps_before_z = change(
 
 wrong_whitened = change(
     right_complex,
-    "return np.column_stack([rho.real, rho.imag, angle])",
-    """
-    r = np.column_stack([rho.real, rho.imag, angle])
-    return np.einsum("kba,kb->ka", np.linalg.cholesky(graph["information"]), r)
-    """,
+    "return r",
+    'return np.einsum("kba,kb->ka", np.linalg.cholesky(graph["information"]), r)',
     caught_by="residuals-edges",
 )
 """Wrong: whitens by the information, which is the solver's business."""

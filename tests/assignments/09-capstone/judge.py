@@ -128,24 +128,14 @@ wrong_positive_definite = change(right_blocks, ">= -small", "> small", stopped_b
 
 wrong_trace = change(
     right_blocks,
-    'return "certified" if lowest >= -small else "not certified"',
-    """
-    cost = np.trace(x @ m @ x.T)
-    return "certified" if abs(np.trace(m - s) - cost) <= 1e-6 * (1 + cost) else "not certified"
-    """,
+    "lowest >= -small",
+    "abs(np.trace(m - s) - np.trace(x @ m @ x.T)) <= small",
     stopped_by="judge-by-hand",
 )
 """Wrong: takes the trace of Λ, which is the cost at any map at rest, for a proof."""
 
 wrong_misprint_stationary_is_best = change(
-    right_blocks,
-    """
-    if not np.all(np.abs(x @ s) <= small):
-        return "not stationary"
-    return "certified" if lowest >= -small else "not certified"
-    """,
-    'return "certified" if np.all(np.abs(x @ s) <= small) else "not stationary"',
-    stopped_by="judge-by-hand",
+    right_blocks, "lowest >= -small", "True", stopped_by="judge-by-hand"
 )
 """Wrong: a map at rest is certified, as if a solver could end at the best map alone: so the
 lesson's text says.

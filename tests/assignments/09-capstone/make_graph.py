@@ -144,11 +144,9 @@ wrong_uniform_noise = change(
 
 wrong_backward = change(
     right_complex,
-    "place = gap + np.exp(1j * turn) * (eta[:, :2] @ [1, 1j]) * bow",
-    """
-    place, turn = -gap * np.exp(-1j * turn), -turn
-    place = place + np.exp(1j * turn) * (eta[:, :2] @ [1, 1j]) * bow
-    """,
+    ("truth[j] - truth[i]", "truth[i] - truth[j]"),
+    ("-1j * truth[i, 2]", "-1j * truth[j, 2]"),
+    ("truth[j, 2] - truth[i, 2]", "truth[i, 2] - truth[j, 2]"),
     stopped_by="make_graph-noise",
 )
 """Wrong: measures pose i as seen from pose j."""

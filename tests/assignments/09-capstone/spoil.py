@@ -23,7 +23,7 @@ def right_permutation() -> None:
 
 
 def right_plain_loop() -> None:
-    """Right: one lie at a time, and the mask as a list."""
+    """Right: one outlier at a time, and the mask as a list."""
     import math
 
     import numpy as np
@@ -32,17 +32,18 @@ def right_plain_loop() -> None:
         rng = np.random.default_rng(seed)
         loops = [k for k, own in enumerate(graph["is_odometry"]) if not own]
         rows = [list(z) for z in graph["measurement"]]
-        lies = {int(k) for k in rng.choice(loops, round(fraction * len(loops)), replace=False)}
-        for k in sorted(lies):
+        count = round(fraction * len(loops))
+        outliers = {int(k) for k in rng.choice(loops, count, replace=False)}
+        for k in sorted(outliers):
             way, far = rng.uniform(-math.pi, math.pi), rng.uniform(5.0, 10.0)
             rows[k][0] += far * math.cos(way)
             rows[k][1] += far * math.sin(way)
             rows[k][2] = rng.uniform(-math.pi, math.pi)
-        return {**graph, "measurement": np.array(rows)}, [k in lies for k in range(len(rows))]
+        return {**graph, "measurement": np.array(rows)}, [k in outliers for k in range(len(rows))]
 
 
 def right_keys() -> None:
-    """Right, an equivalent form: every closure draws a number, and those with the smallest lie;
+    """Right, an equivalent form: every closure draws a number, and the smallest are outliers;
     directions are normal vectors made one long.
     """
     import numpy as np
@@ -54,11 +55,11 @@ def right_keys() -> None:
         mask = np.argsort(np.argsort(key)) < np.rint(fraction * np.sum(loop))
         way = rng.normal(size=(loop.size, 2))
         way /= np.linalg.norm(way, axis=1, keepdims=True)
-        lie = graph["measurement"] + np.hstack(
+        moved = graph["measurement"] + np.hstack(
             [way * rng.uniform(5, 10, (loop.size, 1)), way[:, :1]]
         )
-        lie[:, 2] = rng.uniform(-np.pi, np.pi, loop.size)
-        measurement = np.where(mask[:, None], lie, graph["measurement"])
+        moved[:, 2] = rng.uniform(-np.pi, np.pi, loop.size)
+        measurement = np.where(mask[:, None], moved, graph["measurement"])
         return {key: measurement if key == "measurement" else graph[key] for key in graph}, mask
 
 
@@ -79,7 +80,7 @@ wrong_behind_the_odometry = change(
 """Wrong: takes the last edges for the closures, wherever these stand."""
 
 wrong_cut_off = change(right_permutation, ".size + 0.5", ".size", caught_by="spoil-count")
-"""Wrong: cuts the number of lies off in place of rounding it."""
+"""Wrong: cuts the number of outliers off in place of rounding it."""
 
 wrong_coin_for_each = change(
     right_permutation,
@@ -100,23 +101,15 @@ wrong_one_direction = change(
     "np.full(count, rng.uniform(0, 2 * np.pi))",
     caught_by="spoil-wrong",
 )
-"""Wrong: all lies move the same way, and so agree with each other."""
+"""Wrong: all outliers move the same way, and so agree with each other."""
 
 wrong_square_box = change(
     right_permutation,
-    """
-    measurement[chosen, 0] += far * np.cos(way)
-    measurement[chosen, 1] += far * np.sin(way)
-    """,
-    """
-    measurement[chosen, 0] += rng.uniform(5, 7, count)
-    measurement[chosen, 1] += rng.uniform(5, 7, count)
-    """,
+    ("far * np.cos(way)", "rng.uniform(5, 7, count)"),
+    ("far * np.sin(way)", "rng.uniform(5, 7, count)"),
     caught_by="spoil-wrong",
 )
-"""Wrong: x and y drawn on their own from 5 m to 10 m, so that lies are longer than that and all
-point the same way.
-"""
+"""Wrong: x and y move by 5 m to 7 m each, so that all outliers point the same way."""
 
 wrong_angle_kept = change(
     right_permutation,
@@ -133,13 +126,10 @@ wrong_whole_turns = change(
 
 wrong_honest_about_it = change(
     right_permutation,
-    "return dict(graph, measurement=measurement), mask",
+    "return dict(graph,",
     """
-    return dict(
-        graph,
-        measurement=measurement,
-        information=graph["information"] * np.where(mask, 0.1, 1.0)[:, None, None],
-    ), mask
+    information = graph["information"] * np.where(mask, 0.1, 1.0)[:, None, None]
+    return dict(graph, information=information,
     """,
     stopped_by="spoil-rest",
 )
