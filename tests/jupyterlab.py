@@ -164,11 +164,3 @@ class Notebook:
             " && prompt.textContent !== before",
             arg=[prompt.element_handle(), before],
         )
-
-    def shoot(self, folder: Path, name: str, grade_ids: list[str]) -> None:
-        """Photograph cells as they stand on the screen."""
-        for number, cell in enumerate(self.read()):
-            known = cell["metadata"].get("nbgrader", {}).get("grade_id", cell["id"])
-            if known in grade_ids:
-                self.cells.nth(number).scroll_into_view_if_needed()
-                self.cells.nth(number).screenshot(path=folder / f"{name}-{known}.png")

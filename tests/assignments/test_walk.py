@@ -1,32 +1,75 @@
-"""A released assignment in JupyterLab: wrong answers are told so, right ones pass every check."""
+"""A released assignment in JupyterLab: its checks refuse wrong answers and accept right ones."""
 
 from __future__ import annotations
 
+import subprocess
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Any
 
 import pytest
 from playwright.sync_api import Browser
+from robust_slam_autograder.lint.answers import Answer
 from robust_slam_autograder.publishing.student_release import release
 
 from tests import jupyterlab
-from tests.assignments import answers, walk
-from tests.assignments.walk import check
+from tests.assignments import answers
 
 pytestmark = pytest.mark.long
 
-NAME = "03-irls"
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    soak = metafunc.config.getoption("--soak")
+    metafunc.parametrize("name", answers.assignments() if soak else ["03-irls"])
+
+
+def one_of_each(found: Iterable[Answer]) -> dict[str, Answer]:
+    """The first answer to each exercise."""
+    chosen: dict[str, Answer] = {}
+    for answer in found:
+        chosen.setdefault(answer.exercise, answer)
+    return chosen
+
+
+def sources(chosen: Mapping[str, Answer]) -> dict[str, str]:
+    return {exercise: answer.source for exercise, answer in chosen.items()}
+
+
+def failed(cells: Iterable[Mapping[str, Any]]) -> set[str]:
+    """The grade ids, or else the ids, of the cells that show an error."""
+    return {
+        cell["metadata"].get("nbgrader", {}).get("grade_id", cell["id"])
+        for cell in cells
+        if any(out["output_type"] == "error" for out in cell.get("outputs", []))
+    }
 
 
 @pytest.mark.browser
-def test_wrong_answers_are_told_and_right_ones_pass(browser: Browser, tmp_path: Path) -> None:
-    release(answers.SOLUTIONS, [NAME], tmp_path / "release")
-    place = tmp_path / "release" / NAME
+def test_wrong_answers_are_refused_and_right_ones_pass(
+    name: str, browser: Browser, tmp_path: Path
+) -> None:
+    release(answers.SOLUTIONS, [name], tmp_path / "release")
+    path = tmp_path / "release" / name / f"{name}.ipynb"
+    visible_first = sorted(answers.answers(name), key=lambda answer: not answer.is_visible)
+    wrong = one_of_each(answer for answer in visible_first if not answer.is_right)
+    right = one_of_each(answer for answer in visible_first if answer.is_right)
     variables = jupyterlab.environment(tmp_path / "home")
-    with jupyterlab.running(place, variables) as address, jupyterlab.page_of(browser) as page:
-        *said, last = walk.walk(page, address, place / f"{NAME}.ipynb", tmp_path)
-    wrong = walk.wrong_answers(NAME).values()
-    stopped = {answer.caught_by for answer in wrong if answer.is_visible}
-    told = {line.split(":")[0].strip() for line in said if line.startswith("  ")}
-    assert stopped and stopped <= told
-    assert last.startswith("right answers: every check passes")
-    assert check(place / f"{NAME}.ipynb").startswith("All visible cases passed; ")
+    with (
+        jupyterlab.running(path.parent, variables) as address,
+        jupyterlab.page_of(browser) as page,
+    ):
+        notebook = jupyterlab.Notebook(page, address, path)
+        notebook.type_in(sources(wrong))
+        with_wrong = notebook.run_all()
+        notebook.type_in(sources(right))
+        with_right = notebook.run_all()
+    stopped = {answer.caught_by for answer in wrong.values() if answer.is_visible}
+    assert stopped and stopped <= failed(with_wrong)
+    assert not failed(with_right)
+    pictures = [cell for cell in with_right if cell["id"].startswith("picture-")]
+    assert pictures
+    assert not [cell["id"] for cell in pictures if "image/" not in str(cell["outputs"])]
+    command = [str(jupyterlab.SCRIPTS / "autograder"), "check", str(path)]
+    checked = subprocess.run(command, capture_output=True, text=True, cwd=path.parent)
+    assert checked.returncode == 0, checked.stdout + checked.stderr
+    assert checked.stdout.strip().splitlines()[-1].startswith("All visible cases passed; ")

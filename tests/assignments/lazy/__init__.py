@@ -1,7 +1,5 @@
 """Tries answers that solve nothing on every exercise: none may earn a hidden point.
 
-    python -m tests.assignments.lazy [NAME…] [--seeds N]
-
 A lazy answer returns the right value for every input of the visible checks, by heart. For any
 other input it returns a constant, an argument, or a simple function of one argument. Where a
 function returns several things, in a tuple or a dict, each of them may be lazy in its own way. A
