@@ -19,13 +19,14 @@ import pytest
 from robust_slam_autograder import cli
 from robust_slam_autograder.ci import gradescope
 from robust_slam_autograder.ci.gradescope import as_gradescope
-from robust_slam_autograder.grading.results import CaseResult, ExerciseResult, Result
+from robust_slam_autograder.grading.results import ExerciseResult, ExerciseStatus
 from robust_slam_autograder.sandbox import landlock
 
 from tests import as_user
 from tests.autograder import toy
 from tests.autograder.ci import running
 from tests.autograder.publishing import world
+from tests.autograder.reports.samples import case, exercise, result
 from tests.conftest import leave_out
 
 pytestmark = pytest.mark.long
@@ -33,46 +34,45 @@ pytestmark = pytest.mark.long
 VISIBILITY = {"enum": ["hidden", "after_due_date", "after_published", "visible"]}
 FORMAT = {"enum": ["text", "simple_format", "html", "md", "ansi"]}
 NUMBER, TEXT, OBJECT = {"type": "number"}, {"type": "string"}, {"type": "object"}
-TEST = {
-    "type": "object",
-    "additionalProperties": False,
-    "properties": {
-        "score": NUMBER,
-        "max_score": NUMBER,
-        "status": {"enum": ["passed", "failed"]},
-        "name": TEXT,
-        "name_format": FORMAT,
-        "number": TEXT,
-        "output": TEXT,
-        "output_format": FORMAT,
-        "tags": {"type": "array", "items": TEXT},
-        "visibility": VISIBILITY,
-        "extra_data": OBJECT,
-    },
-}
+
+
+def record(**properties: Any) -> dict[str, Any]:
+    """The schema of an object that has these properties and no others."""
+    return {"type": "object", "additionalProperties": False, "properties": properties}
+
+
+TEST = record(
+    score=NUMBER,
+    max_score=NUMBER,
+    status={"enum": ["passed", "failed"]},
+    name=TEXT,
+    name_format=FORMAT,
+    number=TEXT,
+    output=TEXT,
+    output_format=FORMAT,
+    tags={"type": "array", "items": TEXT},
+    visibility=VISIBILITY,
+    extra_data=OBJECT,
+)
+EVERY_TEST_HAS_A_SCORE = {"minItems": 1, "items": {"required": ["score"]}}
 SCHEMA = {
-    "type": "object",
-    "additionalProperties": False,
-    "properties": {
-        "score": NUMBER,
-        "execution_time": NUMBER,
-        "output": TEXT,
-        "output_format": FORMAT,
-        "test_output_format": FORMAT,
-        "test_name_format": FORMAT,
-        "visibility": VISIBILITY,
-        "stdout_visibility": VISIBILITY,
-        "extra_data": OBJECT,
-        "tests": {"type": "array", "items": TEST},
-        "leaderboard": {"type": "array"},
-    },
+    **record(
+        score=NUMBER,
+        execution_time=NUMBER,
+        output=TEXT,
+        output_format=FORMAT,
+        test_output_format=FORMAT,
+        test_name_format=FORMAT,
+        visibility=VISIBILITY,
+        stdout_visibility=VISIBILITY,
+        extra_data=OBJECT,
+        tests={"type": "array", "items": TEST},
+        leaderboard={"type": "array"},
+    ),
     # A total is wanted where not every test has a score.
     "anyOf": [
         {"required": ["score"]},
-        {
-            "required": ["tests"],
-            "properties": {"tests": {"minItems": 1, "items": {"required": ["score"]}}},
-        },
+        {"required": ["tests"], "properties": {"tests": EVERY_TEST_HAS_A_SCORE}},
     ],
 }
 """Gradescope's format: https://gradescope-autograders.readthedocs.io/en/latest/specs/."""
@@ -210,24 +210,17 @@ def curious(container: Path) -> dict[str, Any]:
 
 
 @pytest.mark.sandbox
+@pytest.mark.parametrize("before", [(), AS_IN_DOCKER], ids=["root", "as in docker"])
 def test_student_code_sees_neither_tests_nor_seed_and_writes_no_marks(
-    submit: Submit, container: Path, wall_name: str
+    submit: Submit, container: Path, wall_name: str, before: Sequence[str]
 ) -> None:
-    value = submit(curious(container))
+    if before and not as_user.may():
+        leave_out("only root can give rights away")
+    if before and landlock.version() == 0:
+        leave_out("this kernel has no Landlock")
+    value = submit(curious(container), before=before)
     assert value is not None and value["score"] == toy.MOST
     jsonschema.validate(value, SCHEMA)
-
-
-@pytest.mark.sandbox
-def test_so_it_is_in_a_container_whose_root_has_no_namespaces(
-    submit: Submit, container: Path, wall_name: str
-) -> None:
-    if not as_user.may():
-        leave_out("only root can give rights away")
-    if landlock.version() == 0:
-        leave_out("this kernel has no Landlock")
-    value = submit(curious(container), before=AS_IN_DOCKER)
-    assert value is not None and value["score"] == toy.MOST
 
 
 @pytest.mark.sandbox
@@ -262,29 +255,16 @@ def test_where_no_sandbox_works_there_is_no_mark(
     assert "No sandbox works here (broken: it is not installed)" in capsys.readouterr().err
 
 
-def result(**changes: Any) -> Result:
-    """A submission's result with one exercise of two cases."""
+def double(status: ExerciseStatus, message: str) -> ExerciseResult:
     cases = (
-        CaseResult("by-hand", 4, 4, visible=True, message=""),
-        CaseResult("random", 6, 0, visible=False, message="Try \u202enegative numbers."),
+        case("by-hand", points=4, visible=True),
+        case("random", "Try \u202enegative numbers.", points=6),
     )
-    exercise = ExerciseResult("double", 4, 10, "timeout", "Took longer than 10 s.", cases)
-    value: dict[str, Any] = {
-        "student": "ada",
-        "assignment": toy.NAME,
-        "score": 4,
-        "max_score": 10,
-        "status": "graded",
-        "reason": "",
-        "sandbox": "fork",
-        "seconds": 3.25,
-        "exercises": (exercise,),
-    }
-    return Result(**{**value, **changes})
+    return exercise("double", status, *cases, message=message)
 
 
 def test_before_marks_are_published_nothing_of_hidden_inputs_shows() -> None:
-    value = as_gradescope(result())
+    value = as_gradescope(result(double("timeout", "Took longer than 10 s."), seconds=3.25))
     jsonschema.validate(value, SCHEMA)
     shown = [test for test in value["tests"] if test["visibility"] == "visible"]
     before = json.dumps([value["output"], shown])
@@ -297,9 +277,6 @@ def test_before_marks_are_published_nothing_of_hidden_inputs_shows() -> None:
 
 
 def test_an_absent_answer_is_told_at_once() -> None:
-    (exercise,) = result().exercises
-    absent = ExerciseResult(
-        exercise.name, 0, 10, "missing", "There is no cell double.", exercise.cases
-    )
-    output = as_gradescope(result(score=0, exercises=(absent,)))["output"]
+    absent = result(double("missing", "There is no cell double."))
+    output = as_gradescope(absent)["output"]
     assert re.search("^double: The notebook holds no answer", output)

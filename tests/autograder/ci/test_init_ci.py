@@ -15,6 +15,7 @@ from robust_slam_autograder.commands import init_ci
 
 from tests.autograder import toy
 from tests.autograder.ci import running
+from tests.autograder.conftest import Run
 from tests.autograder.publishing import world
 
 
@@ -29,10 +30,9 @@ def course(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return root
 
 
-def files_of(target: str, out: Path) -> list[Path]:
-    if target == init_ci.GRADESCOPE:
-        return [out / f"{toy.NAME}.zip"]
-    return [out / WORKFLOWS[target].place]
+def file_of(target: str, out: Path) -> Path:
+    is_archive = target == init_ci.GRADESCOPE
+    return out / (f"{toy.NAME}.zip" if is_archive else WORKFLOWS[target].place)
 
 
 @pytest.mark.parametrize("target", init_ci.TARGETS)
@@ -41,7 +41,7 @@ def test_a_target_is_one_file_and_says_what_to_do_next(
 ) -> None:
     out = tmp_path / "clean"
     assert cli.main(["init-ci", target, "--out", str(out)]) == 0
-    (path,) = files_of(target, out)
+    path = file_of(target, out)
     assert [out / name for name in world.files(out)] == [path]
     told = capsys.readouterr().out
     assert f"wrote {path}\n" in told and "\nNext: " in told
@@ -55,7 +55,7 @@ def test_what_is_there_stays_unless_forced(
     course: Path, tmp_path: Path, target: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     command = ["init-ci", target, "--out", str(tmp_path / "out")]
-    (path,) = files_of(target, tmp_path / "out")
+    path = file_of(target, tmp_path / "out")
     path.parent.mkdir(parents=True)
     path.write_text("mine")
     assert cli.main(command) == 2
@@ -67,19 +67,16 @@ def test_what_is_there_stays_unless_forced(
 
 
 def test_students_install_from_the_public_repository(course: Path) -> None:
-    for target, job in (("github-student", "check"), ("gitlab-student", "")):
+    for target in ("github-student", "gitlab-student"):
         assert cli.main(["init-ci", target]) == 0
-        (path,) = files_of(target, course)
-        script = (
-            running.scripts(path, job)["Install"]["run"]
-            if job
-            else running.load(path)["public-checks"]["script"][0]
-        )
-        assert script == (
-            "python -m pip install \\\n"
-            f"  'toy-library[extra] @ git+{world.URL}@main#subdirectory=lib' \\\n"
-            f"  'the-grader @ git+{world.URL}@main#subdirectory=autograder'\n"
-        )
+    script = running.load(file_of("gitlab-student", course))["public-checks"]["script"][0]
+    assert script == (
+        "python -m pip install \\\n"
+        f"  'toy-library[extra] @ git+{world.URL}@main#subdirectory=lib' \\\n"
+        f"  'the-grader @ git+{world.URL}@main#subdirectory=autograder'\n"
+    )
+    steps = running.scripts(file_of("github-student", course), "check")
+    assert steps["Install"]["run"] == script
 
 
 @pytest.mark.parametrize(
@@ -94,33 +91,29 @@ def test_students_install_from_the_public_repository(course: Path) -> None:
         (["github-student", "--install", " "], "cannot be installed"),
     ],
 )
-def test_wrong_use_is_told_and_nothing_written(
-    course: Path, arguments: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
+def test_wrong_use_writes_nothing(
+    course: Path, autograder: Run, arguments: list[str], sentence: str
 ) -> None:
     before = world.files(course)
-    try:
-        status = cli.main(["init-ci", *arguments])
-    except SystemExit as error:  # how argparse ends
-        status = int(error.code or 0)
-    assert status == 2 and sentence in capsys.readouterr().err
+    status, _, err = autograder("--solutions", "solutions", "init-ci", *arguments)
+    assert status == 2 and sentence in err
     assert world.files(course) == before
 
 
 @pytest.mark.parametrize("target", ["github-student", "gitlab-student", "gradescope"])
 def test_a_course_that_does_not_say_what_to_install_is_told_so(
-    tmp_path: Path, target: str, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, autograder: Run, target: str
 ) -> None:
-    tree = toy.make_tree(tmp_path)
+    toy.make_tree(tmp_path)
     out = tmp_path / "out"
-    command = ["--solutions", str(tree), "init-ci", target, "--out", str(out)]
-    assert cli.main(command) == 2
-    assert "course.toml" in capsys.readouterr().err
+    status, _, err = autograder("init-ci", target, "--out", out)
+    assert status == 2 and "course.toml" in err
     assert not out.exists() or not world.files(out)
 
 
 def test_what_pip_gets_is_one_word_of_the_shells(course: Path) -> None:
     assert cli.main(["init-ci", "github-student", "--install", "a'; touch made; '"]) == 0
-    (path,) = files_of("github-student", course)
+    path = file_of("github-student", course)
     script = running.scripts(path, "check")["Install"]["run"]
     assert "'a'\"'\"'; touch made; '\"'\"''" in script
 

@@ -5,31 +5,32 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from robust_slam_autograder import cli, sandbox
+from robust_slam_autograder import sandbox
 from robust_slam_autograder.commands import doctor
 from robust_slam_autograder.sandbox import Fork, Unsandboxed, view
 
 from tests.autograder import toy
+from tests.autograder.conftest import Run
 
 
 def test_it_says_what_works_and_what_is_taken(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    autograder: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sandbox, "BACK_ENDS", {"broken": toy.Broken(), "good": Unsandboxed()})
-    assert cli.main(["doctor"]) == 0
-    out = capsys.readouterr().out
+    status, out, _ = autograder("doctor")
+    assert status == 0
     assert "✗ unusable    broken: it is not installed" in out
     assert "✓ works       good" in out and "Grading uses good" in out
 
 
 @pytest.mark.parametrize("problem", [None, "this user may make no control group"])
 def test_it_says_how_memory_is_counted(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, problem: str | None
+    autograder: Run, monkeypatch: pytest.MonkeyPatch, problem: str | None
 ) -> None:
     monkeypatch.setattr(sandbox, "BACK_ENDS", {"good": Unsandboxed()})
     monkeypatch.setattr(doctor.cgroup, "problem", lambda: problem)
-    assert cli.main(["doctor"]) == 0
-    out = capsys.readouterr().out
+    status, out, _ = autograder("doctor")
+    assert status == 0
     if problem is None:
         assert "Memory is counted by the kernel" in out
     else:
@@ -37,40 +38,33 @@ def test_it_says_how_memory_is_counted(
 
 
 def test_it_says_what_student_code_would_see_of_the_course(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    autograder: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """The sentence with which grading refuses."""
     tree, out = toy.make_tree(tmp_path), tmp_path / "graded"
     monkeypatch.setattr(sandbox, "BACK_ENDS", {"fork": Fork()})
     monkeypatch.setattr(Fork, "problem", lambda wall: None)
-    command = ["--solutions", str(tree), "doctor", "--out", str(out)]
-    assert cli.main(command) == 0
-    assert doctor.SEEN in capsys.readouterr().out
+    status, said, _ = autograder("doctor", "--out", out)
+    assert status == 0 and doctor.SEEN in said
     monkeypatch.setattr(view, "_visible", lambda allowed: (out.parent,))
-    assert cli.main(command) == 1
-    said = capsys.readouterr().out
+    status, said, _ = autograder("doctor", "--out", out)
+    assert status == 1 and doctor.SEEN not in said
     assert f"Student code could read {tree}, which lies in {tmp_path}: move it" in said
-    assert doctor.SEEN not in said
 
 
 def test_nothing_that_works_is_exit_status_1(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    autograder: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sandbox, "BACK_ENDS", {"broken": toy.Broken()})
-    assert cli.main(["doctor"]) == 1
-    assert "--unsandboxed" in capsys.readouterr().out
+    status, out, _ = autograder("doctor")
+    assert status == 1 and "--unsandboxed" in out
 
 
 @pytest.mark.parametrize(
     ("name", "problem", "facts", "remedy"),
     [
         ("bubblewrap", "bwrap is not installed", {"bwrap": None}, "apt-get install bubblewrap"),
-        (
-            "fork",
-            "unshare: Operation not permitted",
-            {"setting": "1"},
-            "sysctl -w kernel.apparmor",
-        ),
+        ("fork", "unshare: Operation not…", {"setting": "1"}, "sysctl -w kernel.apparmor"),
         ("fork", "unshare: Operation not permitted", {}, "grade as root, outside a container"),
         ("fork", "it says nothing", {}, "Report this"),
         ("landlock", "version 0", {"landlock": 0}, "Linux 5.13"),

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
-from collections.abc import Callable
+import shutil
 from pathlib import Path
 from typing import Any
 
+import nbgrader
 import pytest
-from robust_slam_autograder import cli
 from robust_slam_autograder import lint as lint_module
 from robust_slam_autograder.lint import RULES, Finding
 from robust_slam_autograder.publishing.student_release import release
 
 from tests.autograder import toy
+from tests.autograder.conftest import Run
 
 CELL = "double-random"
 SAID = '"say why"'
@@ -27,24 +26,40 @@ def hidden(*lines: str) -> str:
     return opening + "\n".join(lines) + "\n### END HIDDEN TESTS\n"
 
 
-def lint(
-    folder: Path, value: dict[str, Any], config: str = "", answers: Path | None = None
-) -> list[Finding]:
-    tree = toy.make_tree(folder, config)
-    path = toy.write(tree / toy.NAME / f"{toy.NAME}.ipynb", value)
-    return lint_module.lint(path, answers)
+@pytest.fixture
+def lint(tmp_path: Path) -> Any:
+    """Look at a notebook: what is found."""
+
+    def run(value: dict[str, Any], config: str = "", answers: Path | None = None) -> list[Finding]:
+        tree = toy.make_tree(tmp_path, config, value)
+        if not config:
+            (tree / toy.NAME / "autograder.toml").unlink(missing_ok=True)
+        return lint_module.lint(tree / toy.NAME / f"{toy.NAME}.ipynb", answers)
+
+    return run
 
 
 def with_case(source: str, **fields: Any) -> dict[str, Any]:
     """The toy assignment with this text in one of its cases."""
-    value = toy.source_notebook()
-    value["cells"][3]["source"] = source
+    value = toy.source_notebook(double_random=source)
     value["cells"][3]["metadata"]["nbgrader"] |= fields
     return value
 
 
-def lines(findings: list[Finding], rule: str, cell: str = CELL) -> list[int]:
-    return [one.line for one in findings if (one.rule, one.grade_id) == (rule, cell)]
+def with_more(*cells: dict[str, Any], **sources: str) -> dict[str, Any]:
+    """The toy assignment with more cells at its end."""
+    value = toy.source_notebook(**sources)
+    value["cells"] += cells
+    return value
+
+
+def places(findings: list[Finding], rule: str) -> list[tuple[str, int]]:
+    """The cells and lines in which a rule finds something."""
+    return [(one.grade_id, one.line) for one in findings if one.rule == rule]
+
+
+def messages(findings: list[Finding], rule: str) -> list[str]:
+    return [one.message for one in findings if one.rule == rule]
 
 
 X = "x = rng.normal(size=5)"
@@ -179,22 +194,10 @@ IN_HIDDEN: list[tuple[str, list[str], int, list[str]]] = [
      [X, "assert len(double(x)) == 5, 'a text'"]),
     ("tells-input", [X, "print(x)", "assert len(double(x)) == 5"], 5,
      [X, "str(x)", "assert len(double(x)) == 5"]),
+    # A variable that is made anew is the student's no more.
+    ("nan-passes", [X, GOT, "assert not np.any(got > 2)"], 6,
+     [X, GOT, "got = np.ones(5)", "assert not np.any(got > 2)", "assert double(x)"]),
 ]  # fmt: skip
-
-
-def names_of_rules(found: list[tuple[str, list[str], int, list[str]]]) -> list[str]:
-    return [f"{rule}-{number}" for number, (rule, *_) in enumerate(found)]
-
-
-@pytest.mark.parametrize(("rule", "bad", "line", "near"), IN_HIDDEN, ids=names_of_rules(IN_HIDDEN))
-def test_a_rule_finds_its_cell_and_leaves_the_near_miss(
-    rule: str, bad: list[str], line: int, near: list[str], tmp_path: Path
-) -> None:
-    found = lint(tmp_path / "bad", with_case(hidden(*bad)))
-    assert lines(found, rule) == [line], [str(one) for one in found]
-    spared = lint(tmp_path / "near", with_case(hidden(*near)))
-    assert not lines(spared, rule), [str(one) for one in spared]
-    assert not lines(spared, "unreadable")
 
 
 REGION = "### BEGIN HIDDEN TESTS\n{}\n### END HIDDEN TESTS\n"
@@ -225,165 +228,157 @@ WHOLE: list[tuple[str, str, int, str]] = [
      REGION.format("# hint: Not only 2 doubles.\nassert double(2)")),
 ]  # fmt: skip
 
+CASES = [(rule, hidden(*bad), line, hidden(*near)) for rule, bad, line, near in IN_HIDDEN] + WHOLE
+NAMES = [f"{rule}-{number}" for number, (rule, *_) in enumerate(CASES)]
+
+
+@pytest.mark.parametrize(("rule", "bad", "line", "near"), CASES, ids=NAMES)
+def test_a_rule_finds_its_case_and_leaves_the_near_miss(
+    lint: Any, rule: str, bad: str, line: int, near: str
+) -> None:
+    found = lint(with_case(bad))
+    assert [at for cell, at in places(found, rule) if cell == CELL] == [line], found
+    spared = lint(with_case(near))
+    assert CELL not in dict(places(spared, rule)), spared
+    assert not places(spared, "unreadable")
+
+
+REGION_OF_HALF = "def half(x):\n    ### BEGIN SOLUTION\n    return x / 2\n    ### END SOLUTION\n"
+DRAWS = "z = rng.normal(size=3)\nw = make(rng)\n\n\ndef later():\n    return rng.normal()\n"
+PLAIN_DOUBLE = "def double(x):\n    return 2 * x\n"
+LEVEL = toy.DOUBLE + "\n\nlevel = double(1)\n"
+PAIR = toy.DOUBLE + "\n\nclass Pair:\n    pass\n\n\nclass Own:\n    pass\n"
+
+# Rule, notebook, configuration, and all that the rule finds in it.
+WHOLE_NOTEBOOKS: list[tuple[str, dict[str, Any], str, list[tuple[str, int]]]] = [
+    ("few-hidden-cases", toy.source_notebook(), "", [("double", 1), ("apply", 1)]),
+    ("few-hidden-cases", toy.source_notebook(double_by_hand=hidden("assert double(rng.normal())")),
+     "", [("apply", 1)]),
+    *(("odd-points", with_case(toy.DOUBLE_RANDOM, points=points), "", [(CELL, 1)])
+      for points in (0, 1.5, -1)),
+    ("odd-points", with_case(toy.DOUBLE_RANDOM, points=2), "", []),
+    ("orphan-case", with_case(toy.DOUBLE_RANDOM, grade_id="test_2"), "", [("test_2", 1)]),
+    # A helper that another exercise's case uses needs no points of its own, nor does an essay.
+    ("no-points", with_more(
+        toy.cell(REGION_OF_HALF.replace("half", "lonely"), "lonely", solution=True),
+        toy.cell(REGION_OF_HALF.replace("half", "three"), "three", solution=True),
+        toy.test_cell("assert double(three(6)) == 6\n", "double-three", 1),
+        toy.cell("An essay", "essay", solution=True, grade=True, points=5),
+    ), "", [("lonely", 1)]),
+    ("no-solution-region", toy.source_notebook(double=PLAIN_DOUBLE), "", [("double", 1)]),
+    ("region-unmarked", with_more(
+        toy.cell(REGION_OF_HALF) | {"id": "a"},
+        toy.cell(toy.DOUBLE_RANDOM) | {"id": "b"},
+        toy.cell(REGION_OF_HALF + REGION.format(GOOD), "half", solution=True),
+        toy.test_cell(REGION_OF_HALF, "half-twice", 1),
+    ), "", [("set-up 2", 2), ("set-up 3", 2), ("half", 5), ("half-twice", 2)]),
+    # What a function of the set-up draws, it draws later.
+    ("setup-draws", toy.source_notebook(setup=toy.SETUP + DRAWS), "",
+     [("set-up 1", 6), ("set-up 1", 7)]),
+    ("setup-draws", toy.source_notebook(), "", []),
+    ("limits", toy.source_notebook(),
+     "[limits]\ncall_seconds = 30\ncell_seconds = 20\nnotebook_seconds = 15\n",
+     [("autograder.toml", 1)] * 2),
+    ("limits", toy.source_notebook(), "[limits]\ncall_seconds = 20\n", []),
+    ("nan-passes", toy.source_notebook(
+        double_by_hand="assert not (level > 3), 'say why'\n", double=LEVEL), "",
+     [("double-by-hand", 1)]),
+    ("asks-for-class", toy.source_notebook(
+        double=PAIR, double_random=f"got = Pair(3)\nassert double(got.x) == 6, {SAID}\n"), "",
+     [("double", 8)]),
+]  # fmt: skip
+
 
 @pytest.mark.parametrize(
-    ("rule", "bad", "line", "near"), WHOLE, ids=[f"{w[0]}-{i}" for i, w in enumerate(WHOLE)]
+    ("rule", "value", "config", "wanted"),
+    WHOLE_NOTEBOOKS,
+    ids=[f"{rule}-{number}" for number, (rule, *_) in enumerate(WHOLE_NOTEBOOKS)],
 )
-def test_a_rule_finds_its_whole_cell_and_leaves_the_near_miss(
-    rule: str, bad: str, line: int, near: str, tmp_path: Path
+def test_a_rule_finds_in_a_notebook_what_it_is_for_and_no_more(
+    lint: Any, rule: str, value: dict[str, Any], config: str, wanted: list[tuple[str, int]]
 ) -> None:
-    assert lines(lint(tmp_path / "bad", with_case(bad)), rule) == [line]
-    spared = lint(tmp_path / "near", with_case(near))
-    assert not lines(spared, rule), [str(one) for one in spared]
+    assert sorted(places(lint(value, config), rule)) == sorted(wanted)
 
 
-def test_two_hidden_cases_are_enough(tmp_path: Path) -> None:
-    few = lint(tmp_path / "few", toy.source_notebook())
-    assert lines(few, "few-hidden-cases", "double") == [1]
-    assert lines(few, "few-hidden-cases", "apply") == [1]
-    value = toy.source_notebook()
-    value["cells"][2]["source"] = hidden("assert double(rng.normal())")
-    enough = lint(tmp_path / "enough", value)
-    assert not lines(enough, "few-hidden-cases", "double")
+@pytest.mark.parametrize(
+    ("rule", "config", "named"),
+    [
+        (
+            "no-module",
+            'withheld = ["json.decoder", "json.no_such", "no_such_package.part"]',
+            ["json.no_such", "no_such_package"],
+        ),
+        (
+            "no-package",
+            'packages = ["numpy", "ctypes", "no_such_package"]',
+            ["no_such_package, which is not installed"],
+        ),
+    ],
+)
+def test_a_module_that_does_not_exist_is_named(
+    lint: Any, rule: str, config: str, named: list[str]
+) -> None:
+    said = messages(lint(toy.source_notebook(), config), rule)
+    assert len(said) == len(named)
+    assert all(name in message for name, message in zip(named, said, strict=True))
 
 
-@pytest.mark.parametrize(("points", "is_odd"), [(0, True), (1.5, True), (-1, True), (2, False)])
-def test_points_are_whole_and_more_than_none(points: float, is_odd: bool, tmp_path: Path) -> None:
-    found = lint(tmp_path, with_case(toy.DOUBLE_RANDOM, points=points))
-    assert bool(lines(found, "odd-points")) == is_odd
-
-
-def test_a_case_that_belongs_to_no_exercise_is_found(tmp_path: Path) -> None:
-    found = lint(tmp_path, with_case(toy.DOUBLE_RANDOM, grade_id="test_2"))
-    assert lines(found, "orphan-case", "test_2") == [1]
-    assert not lines(found, "orphan-case", "double-by-hand")
-
-
-def test_an_exercise_without_points_is_found_and_a_helper_is_none(tmp_path: Path) -> None:
-    value = toy.source_notebook()
-    region = "    ### BEGIN SOLUTION\n    return 1\n    ### END SOLUTION\n"
-    value["cells"] += [
-        toy.cell(f"def lonely():\n{region}", "lonely", solution=True),
-        toy.cell(f"def three():\n{region}", "three", solution=True),
-        toy.test_cell("assert double(three()) == 2\n", "double-three", 1),
-        toy.cell("An essay", "essay", solution=True, grade=True, points=5),
-    ]
-    found = lint(tmp_path, value)
-    assert [one.grade_id for one in found if one.rule == "no-points"] == ["lonely"]
-
-
-def test_a_solution_cell_without_its_region_is_found(tmp_path: Path) -> None:
-    value = toy.source_notebook()
-    value["cells"][1]["source"] = "def double(x):\n    return 2 * x\n"
-    found = lint(tmp_path, value)
-    assert lines(found, "no-solution-region", "double") == [1]
-    assert not lines(found, "no-solution-region", "apply")
-
-
-def test_a_region_in_a_cell_that_is_not_marked_for_it_is_found(tmp_path: Path) -> None:
-    region = "def half(x):\n    ### BEGIN SOLUTION\n    return x / 2\n    ### END SOLUTION\n"
-    value = toy.source_notebook()
-    value["cells"] += [
-        toy.cell(region) | {"id": "a"},
-        toy.cell(toy.DOUBLE_RANDOM) | {"id": "b"},
-        toy.cell(region + REGION.format(GOOD), "half", solution=True),
-        toy.test_cell(region, "half-twice", 1),
-    ]
-    found = [one for one in lint(tmp_path, value) if one.rule == "region-unmarked"]
-    assert {(one.grade_id, one.line) for one in found} == {
-        *(("set-up 2", 2), ("set-up 3", 2), ("half", 5), ("half-twice", 2)),
-    }
-    assert "(def half(x):)" in found[0].message and "Autograded answer" in found[0].message
-
-
-def test_a_set_up_cell_that_draws_is_found_and_a_function_in_it_may(tmp_path: Path) -> None:
-    value = toy.source_notebook()
-    value["cells"][0]["source"] += (
-        "z = rng.normal(size=3)\nw = make(rng)\n\n\ndef later():\n    return rng.normal()\n"
-    )
-    found = lint(tmp_path, value)
-    assert lines(found, "setup-draws", "set-up 1") == [6, 7]
-    assert not lines(lint(tmp_path / "near", toy.source_notebook()), "setup-draws", "set-up 1")
-
-
-def test_a_withheld_module_that_does_not_exist_is_found(tmp_path: Path) -> None:
-    config = 'withheld = ["json.decoder", "json.no_such", "no_such_package.part"]\n'
-    found = lint(tmp_path, toy.source_notebook(), config)
-    said = [one.message for one in found if one.rule == "no-module"]
-    assert len(said) == 2 and "json.no_such" in said[0] and "no_such_package" in said[1]
-
-
-def test_a_package_that_is_not_installed_is_found(tmp_path: Path) -> None:
-    config = 'packages = ["numpy", "ctypes", "no_such_package"]\n'
-    found = lint(tmp_path, toy.source_notebook(), config)
-    said = [one.message for one in found if one.rule == "no-package"]
-    assert len(said) == 1 and "no_such_package, which is not installed" in said[0]
-
-
-def test_an_import_that_students_may_not_make_is_found(tmp_path: Path) -> None:
+def test_an_import_that_students_may_not_make_is_found(lint: Any) -> None:
     """In the set-up, and anywhere in a solution; what a set-up's function imports runs outside."""
-    value = toy.source_notebook()
-    value["cells"][0]["source"] += "import networkx\n\n\ndef later():\n    import networkx\n"
-    solution = value["cells"][1]
-    solution["source"] = solution["source"].replace("    return 2", "    import evo\n    return 2")
-    found = lint(tmp_path, value)
-    assert lines(found, "not-allowed", "set-up 1") == [6]
-    assert lines(found, "not-allowed", "double") == [4]
-    config = 'packages = ["numpy", "networkx", "evo"]\n'
-    assert not [one for one in lint(tmp_path, value, config) if one.rule == "not-allowed"]
-    config += 'withheld = ["evo"]\n'
-    assert lines(lint(tmp_path, value, config), "not-allowed", "double") == [4]
-
-
-def test_a_limit_above_the_one_around_it_is_found(tmp_path: Path) -> None:
-    config = "[limits]\ncall_seconds = {}\ncell_seconds = 20\nnotebook_seconds = 15\n"
-    found = lint(tmp_path, toy.source_notebook(), config.format(30))
-    assert len(lines(found, "limits", "autograder.toml")) == 2
-    found = lint(tmp_path, toy.source_notebook(), "[limits]\ncall_seconds = 20\n")
-    assert not lines(found, "limits", "autograder.toml")
-
-
-def test_an_exercise_needs_a_wrong_and_a_right_answer_where_answers_are_given(
-    tmp_path: Path,
-) -> None:
-    answers = tmp_path / "answers"
-    (answers / toy.NAME).mkdir(parents=True)
-    both = "def right_a():\n    pass\n\n\ndef wrong_a():\n    pass\n"
-    (answers / toy.NAME / "double.py").write_text(both, encoding="utf-8")
-    found = lint(tmp_path, toy.source_notebook(), answers=answers)
-    assert lines(found, "no-mutant", "apply") == [1, 1]
-    assert not lines(found, "no-mutant", "double")
-    (answers / toy.NAME / "double.py").write_text(both[:25], encoding="utf-8")
-    found = lint(tmp_path, toy.source_notebook(), answers=answers)
-    assert [one.message.split(":")[0].split()[-1] for one in found if one.rule == "no-mutant"][
-        :1
-    ] == ["wrong_…"]
-    (answers / toy.NAME / "double.py").write_text("wrong_a = change(right_a)\n", encoding="utf-8")
-    found = lint(tmp_path, toy.source_notebook(), answers=answers)
-    unread = [one.message for one in found if one.rule == "no-mutant"]
-    assert "double.py cannot be read: " in unread[0]
-    assert not [one for one in lint(tmp_path, toy.source_notebook()) if one.rule == "no-mutant"]
-
-
-def test_a_comment_in_the_hidden_region_allows_a_finding_there(tmp_path: Path) -> None:
-    comment = "# lint: allow no-rng (the lesson's own numbers)"
-    found = lint(tmp_path, with_case(hidden(comment, "assert double(5) == 10")))
-    assert not lines(found, "no-rng")
-    assert not [one for one in found if one.rule.startswith("allow")]
-
-
-def test_a_comment_in_a_solution_region_allows_for_the_exercise_and_its_cases(
-    tmp_path: Path,
-) -> None:
-    value = toy.source_notebook()
-    comments = "".join(
-        f"    # lint: allow {rule} (a reason)\n" for rule in ("few-hidden-cases", "no-message")
+    value = toy.source_notebook(
+        setup=f"{toy.SETUP}import networkx\n\n\ndef later():\n    import networkx\n",
+        double=toy.DOUBLE.replace("    return 2", "    import evo\n    return 2"),
     )
-    region = "    ### BEGIN SOLUTION\n"
-    value["cells"][1]["source"] = toy.DOUBLE.replace(region, region + comments)
-    found = lint(tmp_path, value)
-    assert [one.grade_id for one in found if one.rule == "few-hidden-cases"] == ["apply"]
-    assert {one.grade_id for one in found if one.rule == "no-message"} == {"apply-by-hand"}
+    assert places(lint(value), "not-allowed") == [("set-up 1", 6), ("double", 4)]
+    config = 'packages = ["numpy", "networkx", "evo"]\n'
+    assert not places(lint(value, config), "not-allowed")
+    assert places(lint(value, f'{config}withheld = ["evo"]\n'), "not-allowed") == [("double", 4)]
+
+
+@pytest.mark.parametrize(
+    ("double", "wanted"),
+    [
+        ("def right_a():\n    pass\n\n\ndef wrong_a():\n    pass\n", []),
+        ("def right_a():\n    pass\n", ["wrong_…"]),
+        ("wrong_a = change(right_a)\n", ["read"]),
+    ],
+)
+def test_an_exercise_needs_a_wrong_and_a_right_answer_where_answers_are_given(
+    lint: Any, tmp_path: Path, double: str, wanted: list[str]
+) -> None:
+    file = tmp_path / "answers" / toy.NAME / "double.py"
+    file.parent.mkdir(parents=True)
+    file.write_text(double, encoding="utf-8")
+    found = lint(toy.source_notebook(), answers=tmp_path / "answers")
+    assert [cell for cell, _ in places(found, "no-mutant")].count("apply") == 2
+    said = [m for m in messages(found, "no-mutant") if "apply" not in m]
+    assert [message.split(":")[0].split()[-1] for message in said] == wanted
+    assert not places(lint(toy.source_notebook()), "no-mutant")
+
+
+REASON = "(SECRET-REASON)"
+FROM_THE_REGION = "    ### BEGIN SOLUTION\n" + "".join(
+    f"    # lint: allow {rule} {REASON}\n" for rule in ("few-hidden-cases", "no-message")
+)
+ALLOWED = toy.source_notebook(
+    double=toy.DOUBLE.replace("    ### BEGIN SOLUTION\n", FROM_THE_REGION),
+    double_random=hidden(f"# lint: allow no-rng {REASON}", "assert double(5) == 10").replace(
+        f", {SAID}", ""
+    ),
+)
+
+
+def test_a_comment_allows_a_finding_in_its_case_or_in_its_exercise(lint: Any) -> None:
+    found = lint(ALLOWED)
+    assert not places(found, "no-rng")
+    assert not [one for one in found if one.rule.startswith("allow")]
+    assert [cell for cell, _ in places(found, "few-hidden-cases")] == ["apply"]
+    assert {cell for cell, _ in places(found, "no-message")} == {"apply-by-hand"}
+
+
+def test_a_comment_does_not_reach_the_release(tmp_path: Path) -> None:
+    (made,) = release(toy.make_tree(tmp_path, value=ALLOWED), [], tmp_path / "release")
+    assert "SECRET-REASON" not in made.read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(
@@ -396,44 +391,22 @@ def test_a_comment_in_a_solution_region_allows_for_the_exercise_and_its_cases(
         (hidden(X, "# lint: allow no-rng (why)", "assert len(double(x)) == 5"), "allow-unused", 5),
     ],
 )
-def test_a_comment_that_does_not_hold_is_found(
-    source: str, rule: str, line: int, tmp_path: Path
+def test_a_comment_that_allows_nothing_is_found(
+    lint: Any, source: str, rule: str, line: int
 ) -> None:
-    assert lines(lint(tmp_path, with_case(source)), rule) == [line]
+    assert places(lint(with_case(source)), rule) == [(CELL, line)]
 
 
-def test_a_comment_does_not_reach_the_release(tmp_path: Path) -> None:
-    tree = toy.make_tree(tmp_path)
-    value = with_case(hidden("# lint: allow no-rng (SECRET-REASON)", "assert double(5) == 10"))
-    region = "    ### BEGIN SOLUTION\n"
-    allowed = region + "    # lint: allow few-hidden-cases (SECRET-REASON)\n"
-    value["cells"][1]["source"] = toy.DOUBLE.replace(region, allowed)
-    toy.write(tree / toy.NAME / f"{toy.NAME}.ipynb", value)
-    (made,) = release(tree, [], tmp_path / "release")
-    assert "SECRET-REASON" not in made.read_text(encoding="utf-8")
-
-
-def test_results_are_told_apart_by_their_place_in_a_tuple(tmp_path: Path) -> None:
+def test_results_are_told_apart_by_their_place_in_a_tuple(lint: Any) -> None:
     source = hidden(
         "last, history = apply(abs, 1, 2)",
         "assert np.shape(history) == (3,)",
         "assert np.allclose(last, rng.normal(size=3))",
         "assert np.allclose(history[1], 1.0)",
     )
-    found = lint(tmp_path, with_case(source))
-    assert lines(found, "shape-unchecked") == [6]
-    assert not lines(found, "number-unchecked")
-
-
-def test_a_variable_that_is_made_anew_is_the_students_no_more(tmp_path: Path) -> None:
-    source = hidden(X, GOT, "got = np.ones(5)", "assert not np.any(got > 2)", "assert double(x)")
-    assert not lines(lint(tmp_path, with_case(source)), "nan-passes")
-
-
-def test_a_students_variable_is_followed_too(tmp_path: Path) -> None:
-    value = with_case("assert not (level > 3), 'say why'\n")
-    value["cells"][1]["source"] += "\n\nlevel = double(1)\n"
-    assert lines(lint(tmp_path, value), "nan-passes") == [1]
+    found = lint(with_case(source))
+    assert places(found, "shape-unchecked") == [(CELL, 6)]
+    assert not places(found, "number-unchecked")
 
 
 def test_rules_have_names_of_their_own_and_each_has_a_test() -> None:
@@ -445,44 +418,29 @@ def test_rules_have_names_of_their_own_and_each_has_a_test() -> None:
     assert all(rule.summary.endswith(".") for rule in RULES)
 
 
-Run = Callable[..., tuple[int, str, str]]
+ONE = hidden("v = rng.uniform()", "assert double(v) == v + v")
 
 
 @pytest.fixture
-def run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Run:
-    """Run ``autograder lint`` on a tree with this case: exit status, output, errors."""
+def run(tmp_path: Path, autograder: Run) -> Run:
+    """Run ``autograder lint`` on a tree with this case beside one that has nothing wrong."""
 
     def command(source: str, *arguments: object) -> tuple[int, str, str]:
-        value = clean()
-        value["cells"][2]["source"] = source
-        tree = toy.make_tree(tmp_path)
-        toy.write(tree / toy.NAME / f"{toy.NAME}.ipynb", value)
-        status = cli.main(["--solutions", str(tree), "lint", *map(str, arguments)])
-        out, err = capsys.readouterr()
-        return status, out, err
+        cells = [
+            toy.cell(toy.SETUP, "setup", locked=True),
+            toy.cell(toy.DOUBLE, "double", solution=True),
+            toy.test_cell(source, "double-one", 1),
+            toy.test_cell(ONE, "double-two", 1),
+        ]
+        toy.make_tree(tmp_path, value=toy.notebook(cells))
+        return autograder("lint", *arguments)
 
     return command
 
 
-ONE = hidden("v = rng.uniform()", "assert double(v) == v + v")
-
-
-def clean() -> dict[str, Any]:
-    """An assignment in which no rule finds anything."""
-    return toy.notebook(
-        [
-            toy.cell(toy.SETUP, "setup", locked=True),
-            toy.cell(toy.DOUBLE, "double", solution=True),
-            toy.test_cell(ONE, "double-one", 1),
-            toy.test_cell(ONE, "double-two", 1),
-        ]
-    )
-
-
 def test_a_clean_assignment_passes_even_strictly(run: Run) -> None:
     status, out, _ = run(ONE, "--strict")
-    assert status == 0
-    assert out == "✓ 0 errors, 0 warnings in 1 assignment.\n"
+    assert (status, out) == (0, "✓ 0 errors, 0 warnings in 1 assignment.\n")
 
 
 def test_a_warning_fails_only_strictly(run: Run) -> None:
@@ -502,10 +460,10 @@ def test_an_error_fails_and_json_has_every_field(run: Run) -> None:
     assert found["severity"] == "error"
 
 
-def test_wrong_use_names_the_fix(run: Run, tmp_path: Path) -> None:
+def test_wrong_use_names_the_remedy(run: Run) -> None:
     status, _, err = run(ONE, "no-such")
     assert status == 2 and "no assignment no-such" in err and toy.NAME in err
-    status, _, err = run(ONE, "--answers", tmp_path / "nowhere")
+    status, _, err = run(ONE, "--answers", "nowhere")
     assert status == 2 and "--answers DIR" in err
 
 
@@ -515,37 +473,26 @@ def test_rules_are_listed_with_a_sentence_each(run: Run) -> None:
     assert [line.split()[0] for line in out.splitlines()] == [rule.name for rule in RULES]
 
 
-def test_a_class_that_tests_use_is_told(tmp_path: Path) -> None:
-    value = with_case(f"got = Pair(3)\nassert double(got.x) == 6, {SAID}\n")
-    value["cells"][1]["source"] += "\n\nclass Pair:\n    pass\n\n\nclass Own:\n    pass\n"
-    found = [one for one in lint(tmp_path, value) if one.rule == "asks-for-class"]
-    assert [(one.grade_id, one.message.split(",")[0]) for one in found] == [
-        ("double", "Tests use the class Pair")
-    ]
-
-
 def test_nbgraders_own_demonstration_is_told_what_does_not_work_here(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, autograder: Run
 ) -> None:
     """Two notebooks in one assignment, and a test that takes away a function it relies on."""
-    command = [sys.executable, "-m", "nbgrader", "quickstart", "demo"]
-    subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
-    tree = tmp_path / "demo" / "source"
-    assert cli.main(["--solutions", str(tree), "lint"]) == 1
-    said = capsys.readouterr().out
-    several = [
-        line for line in said.splitlines() if line.split(": ")[2:3] == ["several-notebooks"]
-    ]
+    tree = tmp_path / "solutions"
+    # What `nbgrader quickstart` copies.
+    demonstration = Path(nbgrader.__file__).parent / "docs/source/user_guide/source/ps1"
+    shutil.copytree(demonstration, tree / "ps1")
+    status, said, _ = autograder("lint")
+    assert status == 1
+    lines = said.splitlines()
+    several = [line for line in lines if line.split(": ")[2:3] == ["several-notebooks"]]
     assert "This assignment is 2 notebooks (problem1.ipynb and problem2.ipynb)" in several[0]
     assert "problem2.ipynb" in several[1] and "holds no test cell" in several[1]
     assert "sum_of_squares_uses_squares:3: rebinds: squares is the student's" in said
-    assert cli.main(["--solutions", str(tree), "release", "--out", str(tmp_path / "out")]) == 2
-    assert "ps1 has 2 notebooks, and an assignment is one: ps1.ipynb" in capsys.readouterr().err
+    status, _, err = autograder("release", "--out", tmp_path / "out")
+    assert status == 2 and "ps1 has 2 notebooks, and an assignment is one: ps1.ipynb" in err
     # As lint says: a folder for each notebook.
     for path in sorted((tree / "ps1").glob("*.ipynb")):
         (tree / path.stem).mkdir()
         path.rename(tree / path.stem / path.name)
-    arguments = ["release", "problem1", "--out", str(tmp_path / "out")]
-    (tree / "ps1" / "jupyter.png").unlink()
-    (tree / "ps1").rmdir()
-    assert cli.main(["--solutions", str(tree), *arguments]) == 0
+    shutil.rmtree(tree / "ps1")
+    assert autograder("release", "problem1", "--out", tmp_path / "out")[0] == 0

@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import csv
-import os
 import shutil
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from nbgrader.api import Gradebook
-from robust_slam_autograder import cli
 from robust_slam_autograder.grading import results
-from robust_slam_autograder.grading.results import Result, without_grade
+from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.nbgrader import gradebook
+from robust_slam_autograder.reading.submission import DATABASE_NAME
 
 from tests.autograder import toy
-from tests.autograder.nbgrader.test_gradebook import result
+from tests.autograder.conftest import Run
+from tests.autograder.nbgrader.course import marked
+from tests.autograder.reports import samples
+from tests.autograder.timestamps import JUNK
 
 ZOE = "Zoe\u0308"
 """As some systems name folders; the roster writes ë as one letter."""
@@ -42,47 +44,42 @@ percent_per_day = 10
 [due]
 07-toy = 2026-10-20T12:00:00
 """
-Run = Callable[..., tuple[int, str, str]]
+IN_TIME = "2026-10-20 12:00:00 Europe/Berlin"
+A_DAY_LATE = "2026-10-21 10:00:01 UTC"
 
 
 @pytest.fixture(scope="module")
 def graded(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A course with the marks of two students."""
-    folder = tmp_path_factory.mktemp("graded")
-    tests = toy.assignment()
-    toy.make_tree(folder, 'title = "The toy"\n')
-    marks = [result("ada", [4, 6, 5, 0], tests), result(ZOE, [4, 0, 0, 0], tests)]
-    record(folder, *marks)
-    return folder
+    """The marks of two students."""
+    out = tmp_path_factory.mktemp("graded") / "out"
+    record(out, marked("ada", [4, 6, 5, 0]), marked(ZOE, [4, 0, 0, 0]))
+    return out
 
 
-def record(course: Path, *marks: Result) -> None:
+def record(out: Path, *marks: Result) -> None:
     for mark in marks:
-        results.write(course / "out", mark)
+        results.write(out, mark)
     known = [mark for mark in marks if mark.status != "failed"]
-    gradebook.record(course / "out" / "gradebook.db", [toy.assignment()], known)
+    gradebook.record(out / DATABASE_NAME, [toy.assignment()], known)
 
 
 @pytest.fixture
 def course(graded: Path, tmp_path: Path) -> Path:
-    """A course of the test's own."""
-    return Path(shutil.copytree(graded, tmp_path / "course"))
+    """A course of the test's own, with these marks."""
+    toy.make_tree(tmp_path, 'title = "The toy"\n')
+    shutil.copytree(graded, tmp_path / "out")
+    return tmp_path
 
 
 @pytest.fixture
-def export(course: Path, capsys: pytest.CaptureFixture[str]) -> Run:
+def export(course: Path, autograder: Run, monkeypatch: pytest.MonkeyPatch) -> Run:
     """Export with a roster's text: exit status, output, errors."""
+    monkeypatch.chdir(course)
 
     def command(system: str, roster: str, *arguments: object) -> tuple[int, str, str]:
         (course / "roster.csv").write_text(roster, encoding="utf-8", newline="")
-        where = ("--out", course / "out", "--to", course / "marks.csv")
-        what = ("export", "--format", system, "--roster", course / "roster.csv", *where)
-        every = map(str, ("--solutions", course / "solutions", *what, *arguments))
-        try:
-            status = cli.main(list(every))
-        except SystemExit as error:  # how argparse ends
-            status = int(error.code or 0)
-        return (status, *capsys.readouterr())
+        what = ("--format", system, "--roster", "roster.csv", "--out", "out", "--to", "marks.csv")
+        return autograder("export", *what, *arguments)
 
     return command
 
@@ -90,6 +87,11 @@ def export(course: Path, capsys: pytest.CaptureFixture[str]) -> Run:
 def rows(course: Path) -> list[list[str]]:
     with (course / "marks.csv").open(encoding="utf-8", newline="") as file:
         return list(csv.reader(file))
+
+
+def column(course: Path) -> list[str]:
+    """The marks of Ada, Zoë and who handed in nothing, in a file for Canvas."""
+    return [row[5] for row in rows(course)[2:5]]
 
 
 def test_canvas_gets_its_own_columns_and_points(course: Path, export: Run) -> None:
@@ -124,127 +126,142 @@ def test_a_column_of_any_name_can_match(course: Path, export: Run) -> None:
     assert rows(course)[0][3] == "E-Mail-Adresse"
 
 
-@pytest.mark.parametrize("end", ["\n", "\r\n"])
-def test_line_ends_and_delimiters_of_the_roster_change_nothing(
-    course: Path, export: Run, end: str
-) -> None:
-    export("canvas", CANVAS)
-    wanted = (course / "marks.csv").read_bytes()
-    export("canvas", CANVAS.replace("\n", end))
-    assert (course / "marks.csv").read_bytes() == wanted
-
-
-def test_an_assignment_that_is_new_there_is_said_to_be(course: Path, export: Run) -> None:
-    status, _, err = export("canvas", CANVAS.replace("The toy (881)", "Else (881)"))
-    assert status == 0 and "new columns, because the roster has none for them: 07-toy" in err
-    table = rows(course)
-    assert table[0][5:] == [toy.NAME] and [row[5] for row in table[1:]] == [
-        *("20", "15", "4", "", "")
-    ]
-
-
-def test_a_column_is_named_where_no_name_says_it(course: Path, export: Run) -> None:
-    roster = CANVAS.replace("The toy (881)", "Else (881)")
-    status, _, err = export("canvas", roster, "--column", f"{toy.NAME}=Else (881)")
-    assert status == 0 and "new columns" not in err
-    assert rows(course)[0][5:] == ["Else (881)"] and rows(course)[4][5] == "7"
-
-
-def test_who_handed_in_nothing_has_0_on_demand(course: Path, export: Run) -> None:
-    status, _, err = export("canvas", CANVAS, "--missing-as-zero")
-    assert status == 0 and "no submission of 07-toy, 0: 1 (gone)" in err
-    assert [row[5] for row in rows(course)[2:5]] == ["15", "4", "0"]
-
-
-def test_who_is_not_on_the_roster_is_named_and_the_status_says_so(
-    course: Path, export: Run
-) -> None:
-    status, _, err = export("canvas", CANVAS.replace(",ada,", ",Ada,"))
-    assert status == 1 and "not on the roster, and not in the file: 1 (ada)" in err
-    assert [row[5] for row in rows(course)[2:4]] == ["", "4"]
+@pytest.mark.parametrize(
+    ("old", "new", "arguments", "status", "said", "marks"),
+    [
+        ("\n", "\r\n", [], 0, "left as the roster has it: 1 (gone)", ["15", "4", "7"]),
+        ("", "", ["--missing-as-zero"], 0, "07-toy, 0: 1 (gone)", ["15", "4", "0"]),
+        (",ada,", ",Ada,", [], 1, "on the roster, and not in the file: 1 (ada)", ["", "4", "7"]),
+        ("The toy", "Else", [], 0, "the roster has none for them: 07-toy", ["15", "4", ""]),
+        ("The toy", "Else", ["--column", "07-toy=Else (881)"], 0, "", ["15", "4", "7"]),
+    ],
+    ids=["line ends", "missing as zero", "not on the roster", "new there", "named column"],
+)  # fmt: skip
+def test_each_student_has_the_mark_that_there_is(
+    course: Path, export: Run, old: str, new: str, arguments: list[str], status: int, said: str,
+    marks: list[str],
+) -> None:  # fmt: skip
+    ended, _, err = export("canvas", CANVAS.replace(old, new) if old else CANVAS, *arguments)
+    assert ended == status and said in err
+    assert column(course) == marks
+    is_new = "new columns" in err
+    wanted = toy.NAME if is_new else "Else (881)" if new == "Else" else "The toy (881)"
+    assert rows(course)[0][5:] == [wanted] and is_new == (new == "Else" and not arguments)
 
 
 def test_a_failure_of_the_grader_is_no_mark(course: Path, export: Run) -> None:
-    failed = without_grade("failed", "why", student="ada", assignment=toy.NAME, max_score=20)
-    record(course, failed)
+    record(course / "out", samples.failed("why"))
     status, out, err = export("canvas", CANVAS, "--missing-as-zero")
     assert status == 1 and "1 of 3 students have marks" in out
     assert "the grader failed on ada/07-toy: no mark" in err
-    assert [row[5] for row in rows(course)[2:5]] == ["", "4", "0"]
+    assert column(course) == ["", "4", "0"]
+
+
+def test_two_spellings_of_one_name_have_no_mark_and_the_others_have(
+    course: Path, export: Run
+) -> None:
+    record(course / "out", marked("Zo\u00eb", [4, 6, 5, 5]))
+    status, _, err = export("canvas", CANVAS, "--missing-as-zero")
+    assert status == 1 and "are one name, written in two ways: no mark" in err
+    assert column(course) == ["15", "3.5", "0"]
 
 
 def test_what_a_person_gave_counts_and_what_waits_is_told(course: Path, export: Run) -> None:
-    with Gradebook(f"sqlite:///{course / 'out' / 'gradebook.db'}") as book:
+    with Gradebook(f"sqlite:///{course / 'out' / DATABASE_NAME}") as book:
         row = book.find_grade("apply-twice", toy.NAME, toy.NAME, "ada")
         row.manual_score, row.needs_manual_grade = 2.25, True
         book.db.commit()
     _, _, err = export("canvas", CANVAS)
-    assert rows(course)[2][5] == "17.25"
+    assert column(course)[0] == "17.25"
     assert "07-toy waits for a person's marks: 1 (ada)" in err
 
 
-def submitted(course: Path, **times: str) -> tuple[str, Path]:
-    """Submissions that say when they were handed in; gives the option that names their folder."""
-    for student, time in times.items():
-        folder = toy.hand_in(course / "submitted", student, toy.answer())
-        (folder / "timestamp.txt").write_text(time)
-    return "--submitted", course / "submitted"
+class TestLate:
+    """``--late``: what is taken off late work."""
 
+    @pytest.fixture
+    def late(self, course: Path, export: Run) -> Run:
+        """Export late work, with the times at which Ada and Zoë handed in."""
 
-def test_late_work_is_shown_before_and_after(course: Path, export: Run) -> None:
-    (course / "late.toml").write_text(POLICY)
-    when = {"ada": "2026-10-21 10:00:01 UTC", ZOE: "2026-10-20 12:00:00 Europe/Berlin"}
-    status, out, _ = export(
-        "canvas", CANVAS, "--late", course / "late.toml", *submitted(course, **when)
+        def command(
+            ada: str, zoe: str = IN_TIME, policy: str = POLICY, *arguments: object
+        ) -> tuple[int, str, str]:
+            (course / "late.toml").write_text(policy)
+            for student, time in {"ada": ada, ZOE: zoe}.items():
+                folder = toy.hand_in(course / "submitted", student, toy.answer())
+                (folder / "timestamp.txt").write_text(time)
+            what = ("--late", "late.toml", "--submitted", "submitted", *arguments)
+            return export("canvas", CANVAS, *what)
+
+        return command
+
+    def test_it_is_shown_before_and_after(self, course: Path, late: Run) -> None:
+        status, out, _ = late(A_DAY_LATE)
+        assert status == 0 and column(course)[:2] == ["11", "4"]
+        zoe, ada = (line.split() for line in out.splitlines()[1:3])
+        assert ada == [
+            *("ada", "07-toy", "2026-10-21", "12:00:01", "+0200", "timestamp.txt"),
+            *("1d", "0h", "00m", "01s", "15", "11"),
+        ]
+        assert zoe[-3:] == ["timestamp.txt", "4", "4"]
+        assert "10 % of the points for each 24 hours begun, after 0 minutes' grace" in out
+        assert "Times are in Europe/Berlin." in out
+        with Gradebook(f"sqlite:///{course / 'out' / DATABASE_NAME}") as book:
+            # The gradebook keeps its own.
+            assert book.find_submission(toy.NAME, "ada").score == 15
+
+    def test_an_extension_of_a_student_without_a_mark_is_named(self, late: Run) -> None:
+        later = "= 2026-12-24T12:00:00\n"
+        extensions = f"[extensions.07-toy]\nada {later}aad {later}[extensions.08]\nbob {later}"
+        status, _, err = late(A_DAY_LATE, IN_TIME, POLICY + extensions)
+        assert status == 0 and "bob" not in err
+        assert "an extension for 07-toy, and no mark of theirs: 1 (aad)" in err
+
+    def test_a_mark_does_not_fall_below_nothing(self, course: Path, late: Run) -> None:
+        late("2026-12-24 10:00:01 UTC", "2026-12-24 12:00:00 UTC")
+        assert column(course)[:2] == ["0", "0"]
+
+    def test_nbgraders_own_penalty_is_shown_and_never_taken_twice(
+        self, course: Path, export: Run, late: Run
+    ) -> None:
+        with Gradebook(f"sqlite:///{course / 'out' / DATABASE_NAME}") as book:
+            row = book.find_submission_notebook(toy.NAME, toy.NAME, "ada")
+            row.late_submission_penalty = 3
+            book.db.commit()
+        status, out, _ = export("canvas", CANVAS)
+        assert status == 0 and "nbgrader's own late policy" in out
+        assert column(course)[0] == "12"
+        (course / "marks.csv").unlink()
+        status, _, err = late(A_DAY_LATE)
+        assert status == 2 and "has taken 3 points off ada/07-toy" in err
+        assert not (course / "marks.csv").exists()
+
+    @pytest.mark.parametrize(
+        ("spoil", "said"),
+        [
+            (lambda stamp: (stamp.unlink(), JUNK["device"](stamp)), "timestamp.txt"),
+            (lambda stamp: shutil.rmtree(stamp.parents[1]), "--submitted DIR"),
+        ],
+        ids=["junk", "no submission"],
     )
-    assert status == 0
-    zoe, ada = (line.split() for line in out.splitlines()[1:3])
-    assert ada == [
-        *("ada", "07-toy", "2026-10-21", "12:00:01", "+0200", "timestamp.txt"),
-        *("1d", "0h", "00m", "01s", "15", "11"),
-    ]
-    assert zoe[-3:] == ["timestamp.txt", "4", "4"]
-    assert "10 % of the points for each 24 hours begun, after 0 minutes' grace" in out
-    assert "Times are in Europe/Berlin." in out
-    assert [row[5] for row in rows(course)[2:4]] == ["11", "4"]
-    with Gradebook(f"sqlite:///{course / 'out' / 'gradebook.db'}") as book:
-        assert book.find_submission(toy.NAME, "ada").score == 15  # the gradebook keeps its own
+    def test_a_submission_without_a_time_costs_its_own_student_the_mark(
+        self, course: Path, export: Run, late: Run, spoil: Callable[[Path], object], said: str
+    ) -> None:
+        late(IN_TIME)
+        spoil(course / "submitted" / "ada" / toy.NAME / "timestamp.txt")
+        what = ("--late", "late.toml", "--missing-as-zero", "--submitted", "submitted")
+        status, out, err = export("canvas", CANVAS, *what)
+        assert status == 1 and "1 of 3 students have marks" in out
+        assert "ada/07-toy has no mark: " in err and said in err
+        assert column(course) == ["", "4", "0"]
 
-
-def test_an_extension_of_nobody_is_named(course: Path, export: Run) -> None:
-    later = "= 2026-12-24T12:00:00\n"
-    extensions = f"[extensions.07-toy]\nada {later}aad {later}[extensions.08]\nbob {later}"
-    (course / "late.toml").write_text(POLICY + extensions)
-    when = {"ada": "2026-10-21 10:00:01 UTC", ZOE: "2026-10-20 12:00:00 UTC"}
-    status, _, err = export(
-        "canvas", CANVAS, "--late", course / "late.toml", *submitted(course, **when)
-    )
-    assert status == 0
-    assert "an extension for 07-toy, and no mark of theirs: 1 (aad)" in err and "bob" not in err
-
-
-def test_a_mark_does_not_fall_below_nothing(course: Path, export: Run) -> None:
-    (course / "late.toml").write_text(POLICY)
-    when = {"ada": "2026-12-24 10:00:01 UTC", ZOE: "2026-12-24 12:00:00 UTC"}
-    export("canvas", CANVAS, "--late", course / "late.toml", *submitted(course, **when))
-    assert [row[5] for row in rows(course)[2:4]] == ["0", "0"]
-
-
-def test_nbgraders_own_penalty_is_shown_and_never_taken_twice(course: Path, export: Run) -> None:
-    with Gradebook(f"sqlite:///{course / 'out' / 'gradebook.db'}") as book:
-        book.find_submission_notebook(toy.NAME, toy.NAME, "ada").late_submission_penalty = 3
-        book.db.commit()
-    status, out, _ = export("canvas", CANVAS)
-    assert status == 0 and "nbgrader's own late policy" in out
-    assert rows(course)[2][5] == "12"
-    (course / "marks.csv").unlink()
-    (course / "late.toml").write_text(POLICY)
-    when = {"ada": "2026-10-21 10:00:01 UTC", ZOE: "2026-10-20 12:00:00 UTC"}
-    status, _, err = export(
-        "canvas", CANVAS, "--late", course / "late.toml", *submitted(course, **when)
-    )
-    assert status == 2 and "has taken 3 points off ada/07-toy" in err
-    assert not (course / "marks.csv").exists()
+    def test_where_no_submission_says_when_nothing_is_written(
+        self, course: Path, export: Run
+    ) -> None:
+        (course / "late.toml").write_text(POLICY)
+        status, _, err = export("canvas", CANVAS, "--late", "late.toml", "--submitted", "none")
+        assert status == 2 and "--submitted DIR" in err
+        assert not (course / "marks.csv").exists()
 
 
 @pytest.mark.parametrize(
@@ -260,7 +277,7 @@ def test_nbgraders_own_penalty_is_shown_and_never_taken_twice(course: Path, expo
         ("moodle", "ID number", "Email address", "roster.csv:1: two columns are named"),
     ],
 )
-def test_what_is_doubtful_is_refused_and_nothing_written(
+def test_a_doubtful_roster_is_refused_and_nothing_written(
     course: Path, export: Run, system: str, old: str, new: str, words: str
 ) -> None:
     roster = CANVAS if system == "canvas" else MOODLE
@@ -281,92 +298,42 @@ def test_what_is_doubtful_is_refused_and_nothing_written(
         (["--late", "none.toml"], "none.toml cannot be read"),
         (["--out", "nowhere"], "There is no gradebook nowhere/gradebook.db: grade first"),
         (["--to", "nowhere/marks.csv"], "There is no folder nowhere for --to"),
+        (["--to", "roster.csv"], "is the roster itself"),
     ],
 )
-def test_wrong_use_is_told_and_nothing_written(
+def test_wrong_use_writes_nothing(
     course: Path, export: Run, arguments: list[str], words: str
 ) -> None:
     status, out, err = export("canvas", CANVAS, *arguments)
     assert status == 2 and words in err and out == ""
     assert not (course / "marks.csv").exists()
-
-
-def test_the_roster_is_not_written_over(course: Path, export: Run) -> None:
-    status, _, err = export("canvas", CANVAS, "--to", course / "roster.csv")
-    assert status == 2 and "is the roster itself" in err
     assert (course / "roster.csv").read_text(encoding="utf-8") == CANVAS
 
 
 def test_a_gradebook_that_lags_behind_the_results_is_refused(course: Path, export: Run) -> None:
-    results.write(course / "out", result("ada", [4, 6, 5, 5], toy.assignment()))
+    results.write(course / "out", marked("ada", [4, 6, 5, 5]))
     status, _, err = export("canvas", CANVAS)
     assert status == 2 and "does not have ada/07-toy as it was graded last" in err
 
 
-def test_two_spellings_of_one_name_have_no_mark_and_the_others_have(
-    course: Path, export: Run
-) -> None:
-    record(course, result("Zo\u00eb", [4, 6, 5, 5], toy.assignment()))
-    status, _, err = export("canvas", CANVAS, "--missing-as-zero")
-    assert status == 1 and "are one name, written in two ways: no mark" in err
-    assert [row[5] for row in rows(course)[2:5]] == ["15", "3.5", "0"]
-
-
-JUNK = {
-    "words": lambda path: path.write_text("soon"),
-    "binary": lambda path: path.write_bytes(b"\xff\xfe\x00"),
-    "empty": Path.touch,
-    "long": lambda path: path.write_text("9" * 5000),
-    "before all time": lambda path: path.write_text("0001-01-01 00:00:00 +2359"),
-    "pipe": os.mkfifo,
-    "folder": Path.mkdir,
-    "device": lambda path: path.symlink_to("/dev/zero"),
-    "nothing": lambda path: shutil.rmtree(path.parents[1]),
-}
-
-
-@pytest.mark.parametrize("spoil", JUNK.values(), ids=JUNK)
-def test_a_junk_timestamp_costs_its_own_student_the_mark(
-    course: Path, export: Run, spoil: Callable[[Path], object]
-) -> None:
-    (course / "late.toml").write_text(POLICY)
-    where = submitted(course, ada="soon", **{ZOE: "2026-10-20 12:00:00 Europe/Berlin"})
-    stamp = where[1] / "ada" / toy.NAME / "timestamp.txt"
-    stamp.unlink()
-    spoil(stamp)
-    late = ("--late", course / "late.toml", "--missing-as-zero", *where)
-    status, out, err = export("canvas", CANVAS, *late)
-    assert status == 1 and "1 of 3 students have marks" in out
-    assert "ada/07-toy has no mark: " in err and "no submission of 07-toy, 0: 1 (gone)" in err
-    assert [row[5] for row in rows(course)[2:5]] == ["", "4", "0"]
-    assert ("timestamp.txt" in err) != (spoil is JUNK["nothing"])
-
-
-def test_where_no_submission_says_when_nothing_is_written(course: Path, export: Run) -> None:
-    (course / "late.toml").write_text(POLICY)
-    late = ("--late", course / "late.toml", "--submitted", course / "nowhere")
-    status, out, err = export("canvas", CANVAS, *late)
-    assert status == 2 and out == "" and "--submitted DIR" in err
-    assert not (course / "marks.csv").exists()
-
-
 def test_from_the_submission_to_the_file(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, autograder: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     toy.make_tree(tmp_path)
-    toy.hand_in(tmp_path / "class" / "submitted", "ada", toy.answer())
     half = toy.answer(apply="def apply(f, x, times):\n    return x, []\n")
-    folder = toy.hand_in(tmp_path / "class" / "submitted", "gone", half)
-    (folder / "timestamp.txt").write_text("2026-10-21 10:00:01 UTC")
-    (folder.parents[1] / "ada" / toy.NAME / "timestamp.txt").write_text("2026-10-01 00:00:00 UTC")
-    paths = [str(path) for path in (tmp_path / "class" / "submitted").glob("*/*")]
-    assert cli.main(["grade", *paths, "--unsandboxed", "--seed", "1"]) == 0
+    paths = []
+    for student, value, time in (
+        ("ada", toy.answer(), "2026-10-01 00:00:00 UTC"),
+        ("gone", half, A_DAY_LATE),
+    ):
+        paths.append(toy.hand_in(tmp_path / "class" / "submitted", student, value))
+        (paths[-1] / "timestamp.txt").write_text(time)
+    assert autograder("grade", *paths, "--unsandboxed", "--seed", 1)[0] == 0
     (tmp_path / "roster.csv").write_text(CANVAS, encoding="utf-8")
     (tmp_path / "late.toml").write_text(POLICY)
-    command = ["export", "--format", "canvas", "--roster", "roster.csv", "--late", "late.toml"]
-    assert cli.main([*command, "--column", f"{toy.NAME}=The toy (881)"]) == 0
-    assert "2 of 3 students have marks" in capsys.readouterr().out
+    what = ("--format", "canvas", "--roster", "roster.csv", "--late", "late.toml")
+    assert autograder("export", *what, "--column", f"{toy.NAME}=The toy (881)")[0] == 0
     text = (tmp_path / "class" / "canvas.csv").read_text(encoding="utf-8")
     assert '"Lovelace, Ada",11,s1,ada,One,20\n' in text
     assert "'=cmd(),13,s3,gone,Two and One,6\n" in text

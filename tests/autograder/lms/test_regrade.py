@@ -1,4 +1,4 @@
-"""``autograder regrade``: who changes when a test is fixed, and nothing before it is told to."""
+"""``autograder regrade``: who changes when a test is fixed; without ``--apply`` nothing does."""
 
 from __future__ import annotations
 
@@ -13,81 +13,53 @@ from typing import Any
 import pytest
 from robust_slam_autograder import cli
 from robust_slam_autograder.grading import batch, journal, regrading, results
-from robust_slam_autograder.grading.results import without_grade
+from robust_slam_autograder.reading.submission import DATABASE_NAME
 
 from tests.autograder import toy
+from tests.autograder.conftest import Run
 from tests.autograder.nbgrader import course as course_of
+from tests.autograder.reports import samples
 
 TRIPLE = "def double(x):\n    return 3 * np.asarray(x)\n"
 EMPTY = "def apply(f, x, times):\n    raise NotImplementedError\n"
 STRICT = "assert double(3) == 7, 'wrong'\n"
-Run = Callable[..., tuple[int, str, str]]
-
-
-def write_tests(course: Path, **sources: str) -> None:
-    """Write the instructor's notebook with other sources in some test cells."""
-    value = toy.source_notebook()
-    for cell in value["cells"]:
-        cell["source"] = sources.get(cell["id"].replace("-", "_"), cell["source"])
-    toy.write(course / "solutions" / toy.NAME / f"{toy.NAME}.ipynb", value)
+AT_ONCE = ("--unsandboxed", "--jobs", "1")
+AGAIN = ("regrade", toy.NAME, "--submitted", "submitted", "--out", "out", *AT_ONCE)
 
 
 @pytest.fixture(scope="module")
-def graded(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Three students, graded by a test that asks for 7 where 6 is right."""
-    folder = tmp_path_factory.mktemp("regrade")
-    toy.make_tree(folder)
-    write_tests(folder, double_by_hand=STRICT)
+def looked(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A course whose test asked for 7 where 6 is right; it is fixed, and was looked at once."""
+    folder = tmp_path_factory.mktemp("looked")
+    toy.make_tree(folder, value=toy.source_notebook(double_by_hand=STRICT))
     for student, value in {
         "ada": toy.answer(),
         "bob": toy.answer(TRIPLE),
         "eve": toy.answer(apply=EMPTY),
     }.items():
         toy.hand_in(folder / "submitted", student, value)
-    paths = map(str, sorted((folder / "submitted").glob("*/*")))
-    assert cli.main([*tree(folder), "grade", *paths, *how(folder), "--seed", "5"]) == 0
+    with pytest.MonkeyPatch.context() as patched:
+        patched.chdir(folder)
+        paths = map(str, sorted(Path("submitted").glob("*/*")))
+        assert cli.main(["grade", *paths, "--out", "out", *AT_ONCE, "--seed", "5"]) == 0
+        toy.make_tree(folder)
+        before = digests(folder)
+        assert cli.main(list(AGAIN)) == 0
+        assert digests(folder) == before
     return folder
 
 
-def tree(course: Path) -> tuple[str, str]:
-    return "--solutions", str(course / "solutions")
-
-
-def how(course: Path) -> tuple[str, ...]:
-    return "--out", str(course / "out"), "--unsandboxed", "--jobs", "1"
-
-
-@pytest.fixture(scope="module")
-def looked(graded: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The test has been fixed, and somebody has looked what that changes."""
-    made = Path(shutil.copytree(graded, tmp_path_factory.mktemp("looked") / "course"))
-    write_tests(made)
-    before = digests(made)
-    assert cli.main(command(made)) == 0
-    assert digests(made) == before
-    return made
-
-
-def command(course: Path, *arguments: object) -> list[str]:
-    what = ("regrade", toy.NAME, "--submitted", str(course / "submitted"), *how(course))
-    return [*tree(course), *what, *map(str, arguments)]
+@pytest.fixture
+def course(looked: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A course of the test's own; to look again grades nothing that has not changed since."""
+    monkeypatch.chdir(shutil.copytree(looked, tmp_path, dirs_exist_ok=True))
+    return tmp_path
 
 
 @pytest.fixture
-def course(looked: Path, tmp_path: Path) -> Path:
-    """A course of the test's own; who looks again grades nothing that has not changed since."""
-    return Path(shutil.copytree(looked, tmp_path / "course"))
-
-
-@pytest.fixture
-def regrade(course: Path, capsys: pytest.CaptureFixture[str]) -> Run:
+def regrade(course: Path, autograder: Run) -> Run:
     """Grade again: exit status, output, errors."""
-
-    def run(*arguments: object) -> tuple[int, str, str]:
-        status = cli.main(command(course, *arguments))
-        return (status, *capsys.readouterr())
-
-    return run
+    return lambda *arguments: autograder(*AGAIN, *arguments)
 
 
 def digests(course: Path) -> dict[str, str]:
@@ -102,6 +74,15 @@ def digests(course: Path) -> dict[str, str]:
 def changes(regrade: Run, *arguments: object) -> dict[str, Any]:
     value: dict[str, Any] = json.loads(regrade("--json", *arguments)[1])
     return value
+
+
+def scores(course: Path) -> dict[str, int]:
+    return {name: toy.result(course / "out", name)["score"] for name in ("ada", "bob", "eve")}
+
+
+def in_gradebook(course: Path) -> dict[str, float]:
+    rows = course_of.rows(course / "out" / DATABASE_NAME, "score")
+    return {name: sum(cells.values()) for name, cells in rows.items()}
 
 
 TABLE = """\
@@ -147,29 +128,21 @@ def test_json_says_the_same_and_has_standard_output_for_itself(course: Path, reg
     }
     assert eve["change"] == 4
     assert value["gradebook"][0] == {"student": "ada", "before": 16, "after": 20, "waits": False}
-    regrade("--json", course / "changes.json")
+    regrade("--json", "changes.json")
     assert json.loads((course / "changes.json").read_text(encoding="utf-8")) == value
 
 
-def test_apply_changes_results_and_gradebook_as_shown(course: Path, regrade: Run) -> None:
+def test_apply_changes_results_and_gradebook_as_shown(
+    course: Path, regrade: Run, autograder: Run
+) -> None:
     status, out, _ = regrade("--apply")
     assert status == 0 and "gradebook: ada 16 → 20" in out and "Applied" in out
-    scores = {name: toy.result(course / "out", name)["score"] for name in ("ada", "bob", "eve")}
-    assert scores == {"ada": 20, "bob": 10, "eve": 10}
-    rows = course_of.rows(course / "out" / "gradebook.db", "auto_score")
-    assert {name: sum(cells.values()) for name, cells in rows.items()} == scores
+    assert scores(course) == in_gradebook(course) == {"ada": 20, "bob": 10, "eve": 10}
     assert not (course / "out" / regrading.FOLDER_NAME).exists()
     again = changes(regrade)
     assert again["counts"]["kept"] == 3 and again["changes"] == again["gradebook"] == []
-
-
-def test_the_grade_command_keeps_what_was_applied(
-    course: Path, regrade: Run, capsys: pytest.CaptureFixture[str]
-) -> None:
-    regrade("--apply")
-    paths = map(str, sorted((course / "submitted").glob("*/*")))
-    assert cli.main([*tree(course), "grade", *paths, *how(course)]) == 0
-    assert "3 graded, 0 refused, 0 failed, 3 of them unchanged" in capsys.readouterr().out
+    paths = sorted((course / "submitted").glob("*/*"))
+    assert "3 of them unchanged" in autograder("grade", *paths, "--out", "out", *AT_ONCE)[1]
 
 
 def spy(seen: list[batch.Job], jobs: Iterable[batch.Job]) -> Generator[Any, None, None]:
@@ -187,37 +160,33 @@ def test_what_a_look_has_graded_is_not_graded_twice(
     applied = changes(regrade, "--apply")
     assert applied["changes"] == shown and applied["applied"] is True
     assert jobs == []
-    write_tests(course, double_by_hand=STRICT)
+    toy.make_tree(course, value=toy.source_notebook(double_by_hand=STRICT))
     with pytest.raises(KeyError):  # for the spy grades nothing
         changes(regrade)
     assert len(jobs) == 3
 
 
 def test_the_inputs_are_the_batchs_own(course: Path, regrade: Run) -> None:
-    write_tests(
-        course,
-        double_by_hand=STRICT,
-        double_random="### BEGIN HIDDEN TESTS\nassert rng.random() == "
-        f"{toy.case_generator(5, 'double-random').random()!r}\n### END HIDDEN TESTS\n",
-    )
+    drawn = toy.case_generator(5, "double-random").random()
+    random = f"### BEGIN HIDDEN TESTS\nassert rng.random() == {drawn!r}\n### END HIDDEN TESTS\n"
+    toy.make_tree(course, value=toy.source_notebook(double_by_hand=STRICT, double_random=random))
     (bob,) = changes(regrade)["changes"]
     assert bob["student"] == "bob" and bob["change"] == 6
 
 
 def test_a_persons_mark_stays_and_waits_to_be_looked_at(course: Path, regrade: Run) -> None:
-    course_of.enter(course / "out" / "gradebook.db", "ada", "double-by-hand", 1)
+    gradebook = course / "out" / DATABASE_NAME
+    course_of.enter(gradebook, "ada", "double-by-hand", 1)
     rows = {row["student"]: row for row in changes(regrade)["gradebook"]}
     assert rows["ada"] == {"student": "ada", "before": 17, "after": 17, "waits": True}
     assert rows["eve"]["after"] == 10
     assert "ada 17 → 17, waits for a person" in regrade("--apply")[1]
-    marks = course_of.rows(course / "out" / "gradebook.db", "manual_score")
-    assert marks["ada"]["double-by-hand"] == 1
+    assert course_of.rows(gradebook, "manual_score")["ada"]["double-by-hand"] == 1
 
 
 def test_an_exercise_may_come_or_go(course: Path, regrade: Run) -> None:
     value = toy.source_notebook()
-    value["cells"] = value["cells"][:4]
-    toy.write(course / "solutions" / toy.NAME / f"{toy.NAME}.ipynb", value)
+    toy.make_tree(course, value=value | {"cells": value["cells"][:4]})
     status, out, _ = regrade()
     lines = [line.split() for line in out.splitlines()]
     assert status == 0 and ["ada", "apply", "10/10", "–", "-10"] in lines
@@ -237,7 +206,7 @@ def test_a_submission_that_is_gone_is_named_and_its_mark_stays(course: Path, reg
     shutil.rmtree(course / "submitted" / "eve")
     status, out, _ = regrade("--apply")
     assert status == 0 and "left out, for there is no submission of theirs: eve" in out
-    assert toy.result(course / "out", "eve")["score"] == 6
+    assert scores(course)["eve"] == 6
 
 
 def test_where_the_grader_fails_the_mark_stays(
@@ -246,44 +215,39 @@ def test_where_the_grader_fails_the_mark_stays(
     shutil.rmtree(course / "out" / regrading.FOLDER_NAME)
     # Student code runs in other processes, which a patch does not reach: their answers do.
     every = batch._grade_all
-    failed = without_grade("failed", "why", student="ada", assignment=toy.NAME, max_score=20)
 
     def fails(*arguments: Any) -> Iterator[tuple[batch.Task, results.Result]]:
         for task, result in every(*arguments):
-            yield task, failed if task.job.student == "ada" else result
+            yield task, samples.failed("why") if task.job.student == "ada" else result
 
     monkeypatch.setattr(batch, "_grade_all", fails)
     status, out, _ = regrade("--apply")
     assert status == 1 and "the grader failed on ada: the mark stays as it is" in out
-    assert toy.result(course / "out", "ada")["score"] == 16
-    assert toy.result(course / "out", "eve")["score"] == 10
+    assert scores(course) == {"ada": 16, "bob": 10, "eve": 10}
 
 
-def test_a_kill_while_applying_is_made_good_by_the_same_command(
+def test_after_a_kill_while_applying_the_same_command_finishes(
     course: Path, regrade: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with monkeypatch.context() as killed:
         killed.setattr("robust_slam_autograder.commands.grade.record", lambda *_: 1 / 0)
         with pytest.raises(ZeroDivisionError):
             regrade("--apply")
-    assert toy.result(course / "out", "ada")["score"] == 20
+    assert scores(course)["ada"] == 20
     told = changes(regrade, "--apply")["gradebook"]
     assert [(row["student"], row["after"]) for row in told] == [("ada", 20), ("eve", 10)]
-    rows = course_of.rows(course / "out" / "gradebook.db", "auto_score")
-    assert sum(rows["ada"].values()) == 20
+    assert in_gradebook(course)["ada"] == 20
 
 
 def test_a_name_in_brackets_is_no_pattern(tmp_path: Path) -> None:
     name = "07-toy[draft]"
-    toy.write(tmp_path / "solutions" / name / "07-toy.ipynb", toy.source_notebook())
-    (tmp_path / "submitted" / "ada" / name).mkdir(parents=True)
-    results.write(
-        tmp_path, without_grade("failed", "", student="ada", assignment=name, max_score=1)
-    )
+    solutions, submitted = tmp_path / "solutions", tmp_path / "submitted"
+    toy.write(solutions / name / "07-toy.ipynb", toy.source_notebook())
+    (submitted / "ada" / name).mkdir(parents=True)
+    failed = results.without_grade("failed", "", student="ada", assignment=name, max_score=1)
+    results.write(tmp_path, failed)
     journal.open_run(tmp_path, 1)
-    plan = regrading.plan(
-        tmp_path / "solutions", name, out=tmp_path, submitted=tmp_path / "submitted"
-    )
+    plan = regrading.plan(solutions, name, out=tmp_path, submitted=submitted)
     assert [job.student for job in plan.jobs] == ["ada"]
 
 

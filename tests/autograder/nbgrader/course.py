@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import shutil
 import subprocess
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from nbgrader.api import Gradebook
+from robust_slam_autograder.grading.results import CaseResult, ExerciseResult, Result
 from robust_slam_autograder.nbgrader.database import Location, url_of
+from robust_slam_autograder.reading.assignment import Assignment
 
 from tests import jupyterlab
 from tests.autograder import toy
@@ -16,6 +19,8 @@ from tests.jupyterlab import SCRIPTS
 
 ROOT = Path(__file__).parents[3]
 SEED = 4711
+FULL = [4.0, 6.0, 5.0, 5.0]
+"""Full points in the toy's cases."""
 SCHEME = "canary-of-the-marking-scheme"
 WHY = "Why twice?\n### BEGIN SOLUTION\nBecause canary-of-the-answer.\n### END SOLUTION"
 DRAW = f"Draw it.\n=== BEGIN MARK SCHEME ===\n{SCHEME}\n=== END MARK SCHEME ==="
@@ -51,6 +56,26 @@ def answer(text: str = "Because.", **sources: str) -> dict[str, Any]:
     value = toy.answer(**sources)
     value["cells"].append(free_text(text, points=300))
     return value
+
+
+def with_text() -> Assignment:
+    """The assignment that a person marks a part of."""
+    return toy.assignment(value=source_notebook())
+
+
+def marked(student: str, earned: Sequence[float], tests: Assignment | None = None) -> Result:
+    """A student's result, with these points for the cases."""
+    tests = tests or toy.assignment()
+    cases = [
+        (case.exercise, CaseResult(case.name, case.points, points, True, ""))
+        for case, points in zip(tests.cases, earned, strict=True)
+    ]
+    exercises = tuple(
+        ExerciseResult(name, 0, 0, "passed", "", tuple(c for e, c in cases if e == name))
+        for name in tests.exercises
+    )
+    name, score = tests.name, sum(earned)
+    return Result(student, name, score, toy.MOST, "graded", "", "none", 0.0, exercises)
 
 
 def make(folder: Path) -> Path:

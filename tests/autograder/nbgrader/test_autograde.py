@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -12,6 +15,7 @@ from typing import Any
 import pytest
 from nbgrader.api import Gradebook
 from robust_slam_autograder.grading import journal
+from robust_slam_autograder.nbgrader.database import url_of
 from robust_slam_autograder.sandbox import BACK_ENDS
 
 from tests import kernel
@@ -20,61 +24,70 @@ from tests.autograder.nbgrader import course as course_of
 
 pytestmark = pytest.mark.sandbox
 
+NOTEBOOK = f"{toy.NAME}.ipynb"
 WRONG = toy.DOUBLE.replace("2 *", "3 *")
 LOOP = "def double(x):\n    while True: pass\n"
+WRITER = """\
+import contextlib
+def double(x):
+    with contextlib.suppress(OSError):
+        open({path!r}, 'w').write('out')
+    return 2 * np.asarray(x)
+"""
 REFUSED = ("broken", "link", "nothing", "old", "pipe")
+TIME, SECRET = "timestamp.txt", "submission_secret.txt"
+"""nbgrader's own files, to release feedback by."""
 
 
-def writer(path: Path) -> str:
-    """A right answer that writes a file where it can."""
-    attempt = f"open({str(path)!r}, 'w').write('out')"
-    return (
-        "import contextlib\ndef double(x):\n    with contextlib.suppress(OSError):\n"
-        f"        {attempt}\n    return 2 * np.asarray(x)\n"
-    )
-
-
-def hand_everything_in(course: Path) -> None:
-    """Honest, broken and hostile submissions."""
-    secret = course / "solutions" / toy.NAME / f"{toy.NAME}.ipynb"
-    course_of.hand_in(course, "ada", course_of.answer())
-    course_of.hand_in(course, "ben", course_of.answer("", double=WRONG))
+def notebooks(course: Path) -> dict[str, dict[str, Any]]:
+    """Right, wrong and hostile submissions; who is not here hands in the right answers."""
     copied = course_of.answer(course_of.RELEASED_WHY)
     copied["cells"] += [copied["cells"][1], copied["cells"][2], copied["cells"][2]]
-    course_of.hand_in(course, "copied", copied)
-    course_of.hand_in(course, "loop", toy.answer(LOOP))
     tagged = course_of.answer(double=WRONG)
     for cell in tagged["cells"]:
         cell["metadata"]["tags"] = ["skip-execution"]
         cell["metadata"].get("nbgrader", {}).update(schema_version=99, points=1000)
-    course_of.hand_in(course, "tagged", tagged)
-    course_of.hand_in(course, "writer", toy.answer(writer(course / "escaped")))
-    folder = course_of.hand_in(course, "misnamed", course_of.answer())
-    (folder / f"{toy.NAME}.ipynb").rename(folder / "homework (1).ipynb")
-    folder = course_of.hand_in(course, "broken", toy.answer())
-    (folder / f"{toy.NAME}.ipynb").write_text('{"cells": [')
-    course_of.hand_in(course, "old", {"nbformat": 99, "cells": []})
-    folder = course_of.hand_in(course, "link", toy.answer())
-    (folder / f"{toy.NAME}.ipynb").unlink()
-    (folder / f"{toy.NAME}.ipynb").symlink_to(secret)
-    (folder / "endless.txt").symlink_to("/dev/zero")
-    (folder / ".solution.txt").symlink_to(secret)
-    folder = course_of.hand_in(course, "pipe", toy.answer())
-    (folder / f"{toy.NAME}.ipynb").unlink()
-    os.mkfifo(folder / f"{toy.NAME}.ipynb")
-    os.mkfifo(folder / "data.txt")
-    os.mkfifo(folder / "timestamp.txt")
-    folder = course_of.hand_in(course, "late", course_of.answer())
-    (folder / "timestamp.txt").write_text("2026-03-01 12:00:00 UTC")
-    (folder / "submission_secret.txt").write_text("fetches feedback")
-    folder = course_of.hand_in(course, "undated", course_of.answer())
-    (folder / "timestamp.txt").symlink_to("/dev/zero")
-    pasted = "Mine: ![image.png](attachment:image.png)"
-    course_of.hand_in(course, "pasted", course_of.answer(pasted))
-    long = course_of.answer("\\begin{a}" * 60_000, double=toy.DOUBLE + "#" + "." * 10**6)
-    course_of.hand_in(course, "long", long)
-    folder = course_of.hand_in(course, "nothing", toy.answer())
-    (folder / f"{toy.NAME}.ipynb").rename(folder / "notebook.txt")
+    return {
+        "ada": course_of.answer(),
+        "ben": course_of.answer("", double=WRONG),
+        "copied": copied,
+        "loop": toy.answer(LOOP),
+        "tagged": tagged,
+        "writer": toy.answer(WRITER.format(path=str(course / "escaped"))),
+        "old": {"nbformat": 99, "cells": []},
+        "pasted": course_of.answer("Mine: ![image.png](attachment:image.png)"),
+        "long": course_of.answer("\\begin{a}" * 60_000, double=toy.DOUBLE + "#" + "." * 10**6),
+    }
+
+
+def link(folder: Path) -> None:
+    secret = folder.parents[3] / "solutions" / toy.NAME / NOTEBOOK
+    (folder / NOTEBOOK).unlink()
+    for name, target in {NOTEBOOK: secret, "endless.txt": "/dev/zero", ".s.txt": secret}.items():
+        (folder / name).symlink_to(target)
+
+
+def pipe(folder: Path) -> None:
+    (folder / NOTEBOOK).unlink()
+    for name in (NOTEBOOK, "data.txt", TIME):
+        os.mkfifo(folder / name)
+
+
+def late(folder: Path) -> None:
+    (folder / TIME).write_text("2026-03-01 12:00:00 UTC")
+    (folder / SECRET).write_text("fetches feedback")
+
+
+FOLDERS: dict[str, Callable[[Path], object]] = {
+    "misnamed": lambda folder: (folder / NOTEBOOK).rename(folder / "homework (1).ipynb"),
+    "broken": lambda folder: (folder / NOTEBOOK).write_text('{"cells": ['),
+    "link": link,
+    "pipe": pipe,
+    "late": late,
+    "undated": lambda folder: (folder / TIME).symlink_to("/dev/zero"),
+    "nothing": lambda folder: (folder / NOTEBOOK).rename(folder / "notebook.txt"),
+}
+"""What becomes of a folder with right answers."""
 
 
 @dataclass
@@ -84,116 +97,106 @@ class Done:
     course: Path
     wall: str
     said: dict[str, str]
-    by_command_line: Path
+
+    @property
+    def graded(self) -> Path:
+        return self.course / "class" / "graded"
+
+    def rows(self, what: str) -> dict[str, dict[str, Any]]:
+        return course_of.rows(course_of.database(self.course), what)
+
+    def page(self, student: str) -> str:
+        path = Path("feedback", student, toy.NAME, f"{toy.NAME}.html")
+        return (self.course / "class" / path).read_text("utf-8")
 
 
 @pytest.fixture(scope="module")
 def done(tmp_path_factory: pytest.TempPathFactory, wall_name: str) -> Done:
     kernel.working(wall_name)
     course = course_of.make(tmp_path_factory.mktemp("course"))
-    hand_everything_in(course)
+    for student, value in notebooks(course).items():
+        course_of.hand_in(course, student, value)
+    for student, spoil in FOLDERS.items():
+        spoil(course_of.hand_in(course, student, course_of.answer()))
     journal.open_run(course / "class" / "graded", course_of.SEED)
-    wall = f"--SafeExporter.sandbox={wall_name}"
-    said = {}
-    for arguments in (
-        ("generate_assignment", toy.NAME),
-        ("autograde", toy.NAME, wall),
-        ("generate_feedback", toy.NAME),
-        ("export", "--to", "marks.csv"),
-    ):
-        ended = course_of.nbgrader(course, *arguments)
-        assert ended.returncode == 0, ended.stderr
-        said[arguments[0]] = ended.stderr
     paths = sorted((course / "class" / "submitted").glob("*/*"))
     where = ("--out", "alone", "--seed", course_of.SEED, "--sandbox", wall_name)
-    ended = course_of.autograder(course, "grade", *paths, *where)
-    assert ended.returncode == 0, ended.stderr
-    return Done(course, wall_name, said, course / "alone")
-
-
-def without_time(path: Path) -> dict[str, Any]:
-    value: dict[str, Any] = json.loads(path.read_text("utf-8"))
-    return value | {"seconds": 0}
+    commands = {
+        "generate_assignment": (toy.NAME,),
+        "autograde": (toy.NAME, f"--SafeExporter.sandbox={wall_name}"),
+        "generate_feedback": (toy.NAME,),
+        "export": ("--to", "marks.csv"),
+    }
+    with ThreadPoolExecutor() as pool:
+        alone = pool.submit(course_of.autograder, course, "grade", *paths, *where)
+        ended = {
+            name: course_of.nbgrader(course, name, *arguments)
+            for name, arguments in commands.items()
+        }
+    for one in (alone.result(), *ended.values()):
+        assert one.returncode == 0, one.stderr
+    return Done(course, wall_name, {name: one.stderr for name, one in ended.items()})
 
 
 def test_results_are_the_command_lines(done: Done) -> None:
-    ours = sorted(done.by_command_line.glob("*/*.json"))
+    alone = done.course / "alone"
+    ours = [path.relative_to(alone) for path in alone.glob("*/*.json")]
     assert len(ours) == 16
     for path in ours:
-        theirs = done.course / "class" / "graded" / path.relative_to(done.by_command_line)
-        assert without_time(theirs) == without_time(path)
-    wall = toy.result(done.course / "class" / "graded", "ada")["sandbox"]
-    assert wall == BACK_ENDS[done.wall].name
+        one, other = (json.loads((at / path).read_text()) for at in (alone, done.graded))
+        assert one | {"seconds": 0} == other | {"seconds": 0}
+    assert toy.result(done.graded, "ada")["sandbox"] == BACK_ENDS[done.wall].name
 
 
 @pytest.mark.parametrize("what", ["auto_score", "needs_manual_grade", "max_score", "comment"])
 def test_the_gradebook_is_the_command_lines(done: Done, what: str) -> None:
-    theirs = course_of.rows(course_of.database(done.course), what)
-    assert len(theirs) == 16
-    assert theirs == course_of.rows(done.by_command_line / "gradebook.db", what)
+    assert len(done.rows(what)) == 16
+    assert done.rows(what) == course_of.rows(done.course / "alone" / "gradebook.db", what)
 
 
-def test_marks_are_right(done: Done) -> None:
-    scores = course_of.rows(course_of.database(done.course), "score")
-    assert {student: sum(marks.values()) for student, marks in scores.items()} == {
-        **dict.fromkeys(("ada", "copied", "misnamed", "writer", "late", "undated"), 20),
-        **dict.fromkeys(("pasted", "long"), 20),
-        **dict.fromkeys(("ben", "tagged", "loop"), 10),
-        **dict.fromkeys(REFUSED, 0),
-    }
-    with Gradebook(f"sqlite:///{course_of.database(done.course)}") as book:
-        assert book.find_assignment(toy.NAME).max_score == 25
-
-
-def test_export_writes_them(done: Done) -> None:
-    lines = (done.course / "marks.csv").read_text().splitlines()
-    names = lines[0].split(",")
-    found = [dict(zip(names, line.split(","), strict=True)) for line in lines[1:]]
-    assert {row["student_id"]: (row["score"], row["max_score"]) for row in found}["ben"] == (
-        "10.0",
-        "25.0",
-    )
-    assert len(found) == 16
+def test_marks_are_right_and_exported(done: Done) -> None:
+    right = ("ada", "copied", "misnamed", "writer", "late", "undated", "pasted", "long")
+    wanted = dict.fromkeys(right, 20) | dict.fromkeys(("ben", "tagged", "loop"), 10)
+    wanted |= dict.fromkeys(REFUSED, 0)
+    assert {name: sum(marks.values()) for name, marks in done.rows("score").items()} == wanted
+    found = list(csv.DictReader((done.course / "marks.csv").read_text().splitlines()))
+    assert {row["student_id"]: float(row["score"]) for row in found} == wanted
+    assert {row["max_score"] for row in found} == {"25.0"}
 
 
 @pytest.mark.parametrize("student", REFUSED)
 def test_a_refusal_is_a_zero_with_its_reason(done: Done, student: str) -> None:
-    reason = toy.result(done.course / "class" / "graded", student)["reason"]
+    reason = toy.result(done.graded, student)["reason"]
     assert reason.endswith(".")
-    comments = course_of.rows(course_of.database(done.course), "comment")[student]
-    assert comments["double"] == reason
-    waiting = course_of.rows(course_of.database(done.course), "needs_manual_grade")[student]
-    assert not any(waiting.values())
-    page = done.course / "class" / "feedback" / student / toy.NAME / f"{toy.NAME}.html"
-    assert reason.split(" ")[-1] in page.read_text("utf-8")
+    assert done.rows("comment")[student]["double"] == reason
+    assert not any(done.rows("needs_manual_grade")[student].values())
+    assert reason.split(" ")[-1] in done.page(student)
 
 
 def test_failed_cases_speak_to_the_student(done: Done) -> None:
-    comments = course_of.rows(course_of.database(done.course), "comment")
-    assert comments["ben"]["double"] == (
-        "double(3) is 6: add the number to itself\nHere, double(3) returned 9; expected 6."
-    )
+    comments = done.rows("comment")
+    assert comments["ben"]["double"].startswith("double(3) is 6: add the number to itself\nHere, ")
     assert comments["ada"]["double"] is None
     assert "ran longer than it may" in comments["loop"]["double"]
 
 
 def test_only_what_a_person_marks_waits_for_one(done: Done) -> None:
-    waiting = course_of.rows(course_of.database(done.course), "needs_manual_grade")
+    waiting = done.rows("needs_manual_grade")
     open_cells = {s: {name for name, w in marks.items() if w} for s, marks in waiting.items()}
     assert open_cells["ada"] == {"why", "draw"}
-    # An answer that is empty, as released, or not there waits for nobody.
+    # An answer that is empty, as released, or not there does not wait.
     assert open_cells["ben"] == open_cells["copied"] == open_cells["writer"] == {"draw"}
-    comments = course_of.rows(course_of.database(done.course), "comment")
+    comments = done.rows("comment")
     assert comments["ben"]["why"] == comments["copied"]["why"] == "No response."
 
 
-def test_student_code_ran_behind_the_wall_alone(done: Done) -> None:
+def test_student_code_ran_in_the_sandbox_alone(done: Done) -> None:
     assert not (done.course / "escaped").exists()
     assert "kernel" not in done.said["autograde"].lower()
 
 
 def test_a_time_is_taken_from_a_plain_file_alone(done: Done) -> None:
-    with Gradebook(f"sqlite:///{course_of.database(done.course)}") as book:
+    with Gradebook(url_of(course_of.database(done.course))) as book:
         times = {s.student.id: s.timestamp for s in book.assignment_submissions(toy.NAME)}
     assert times["late"] == datetime(2026, 3, 1, 12)
     assert times["undated"] is times["pipe"] is None
@@ -203,9 +206,8 @@ def test_nothing_else_of_a_submission_is_copied(done: Done) -> None:
     kept = done.course / "class"
     found = [path for step in ("autograded", "feedback") for path in (kept / step).rglob("*")]
     names = {path.name for path in found if not path.is_dir()}
-    own = {"timestamp.txt", "submission_secret.txt"}  # nbgrader's, to release feedback by
-    assert names == {f"{toy.NAME}.ipynb", f"{toy.NAME}.html", "autograder.toml", *own}
-    assert {path.parts[-3] for path in found if path.name in own} == {"late"}
+    assert names == {NOTEBOOK, f"{toy.NAME}.html", "autograder.toml", TIME, SECRET}
+    assert {path.parts[-3] for path in found if path.name in (TIME, SECRET)} == {"late"}
     assert not [path for path in found if path.is_symlink()]
 
 
@@ -221,22 +223,16 @@ def test_no_page_tells_what_is_hidden(done: Done) -> None:
 
 
 def test_feedback_says_how_each_case_went(done: Done) -> None:
-    page = done.course / "class" / "feedback" / "ben" / toy.NAME / f"{toy.NAME}.html"
-    text = page.read_text("utf-8")
+    text = done.page("ben")
     assert "✗ failed: 0 of 6 points\nTry negative numbers." in text
     assert "✓ passed: 5 of 5 points" in text
     assert "Score: 10.0 / 25.0" in text
 
 
 def test_pasted_pictures_and_long_texts_have_their_pages(done: Done) -> None:
-    pages = {
-        student: (
-            done.course / "class" / "feedback" / student / toy.NAME / f"{toy.NAME}.html"
-        ).read_text("utf-8")
-        for student in ("pasted", "long")
-    }
-    assert "Mine: (picture left out: image.png)" in pages["pasted"]
-    assert "\\begin{a}" * 60_000 in pages["long"] and "." * 10**6 in pages["long"]
+    assert "Mine: (picture left out: image.png)" in done.page("pasted")
+    text = done.page("long")
+    assert "\\begin{a}" * 60_000 in text and "." * 10**6 in text
 
 
 def test_a_graded_assignment_can_be_released_again(done: Done) -> None:

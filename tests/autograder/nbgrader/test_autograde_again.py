@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import shutil
 from pathlib import Path
 
@@ -96,12 +97,26 @@ def test_neither_needs_nbgrader_to_have_released(course: Path) -> None:
     assert sum(scores(course).values()) == 20
 
 
-def test_where_no_sandbox_works_nothing_is_graded(
-    course: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("prevented", "sentence"),
+    [
+        ("no sandbox", "No sandbox works .*it is not installed.*doctor"),
+        ("another batch", "Another batch is at work"),
+        ("a wrong setting", "unknown key 'limit'"),
+    ],
+)
+def test_what_the_command_line_would_refuse_is_refused(
+    course: Path, monkeypatch: pytest.MonkeyPatch, prevented: str, sentence: str
 ) -> None:
-    monkeypatch.setattr(sandbox, "BACK_ENDS", {"broken": toy.Broken()})
-    with pytest.raises(NbGraderException, match=r"No sandbox works .*it is not installed.*doctor"):
-        autograde(course, unsandboxed=False)
+    with contextlib.ExitStack() as stack:
+        if prevented == "no sandbox":
+            monkeypatch.setattr(sandbox, "BACK_ENDS", {"broken": toy.Broken()})
+        elif prevented == "another batch":
+            stack.enter_context(batch.locked(course / "class" / "graded"))
+        else:
+            toy.make_tree(course, "limit = 3\n")
+        with pytest.raises(NbGraderException, match=sentence):
+            autograde(course, unsandboxed=prevented != "no sandbox")
     assert not (course / "class" / "autograded").exists()
 
 
@@ -109,21 +124,6 @@ def test_one_button_grades_one_student(course: Path) -> None:
     course_of.hand_in(course, "ben", course_of.answer())
     autograde(course, "ben")
     assert course_of.rows(course_of.database(course), "score").keys() == {"ben"}
-
-
-def test_a_running_batch_is_not_disturbed(course: Path) -> None:
-    with (
-        batch.locked(course / "class" / "graded"),
-        pytest.raises(NbGraderException, match="Another batch is at work"),
-    ):
-        autograde(course)
-    assert not (course / "class" / "autograded").exists()
-
-
-def test_an_unusable_notebook_is_the_instructors_to_fix(course: Path) -> None:
-    (course / "solutions" / toy.NAME / "autograder.toml").write_text("limit = 3\n")
-    with pytest.raises(NbGraderException, match="unknown key 'limit'"):
-        autograde(course)
 
 
 def test_a_student_named_as_sqlites_own_file_is_left_out(

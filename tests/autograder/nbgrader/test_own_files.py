@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
@@ -13,6 +12,8 @@ from nbgrader.coursedir import CourseDirectory
 from robust_slam_autograder.lms import handed_in
 from robust_slam_autograder.nbgrader import own_files
 from robust_slam_autograder.nbgrader.own_files import read_warily
+
+from tests.autograder.timestamps import JUNK
 
 
 @pytest.fixture
@@ -48,25 +49,12 @@ def test_times_are_read_as_nbgrader_reads_them(api: NbGraderAPI, folder: Path, t
     assert times(api, folder) == {datetime(2026, 3, 1, 12)}
 
 
-@pytest.mark.parametrize(
-    "make",
-    [
-        os.mkfifo,
-        Path.mkdir,
-        lambda path: path.symlink_to("/dev/zero"),
-        lambda path: path.symlink_to("nowhere"),
-        lambda path: path.write_bytes(b"\xff\xfe\x00"),
-        lambda path: path.write_text("soon"),
-        lambda path: path.write_text("9" * 5000),
-        lambda path: path.write_text(""),
-        lambda path: path.write_text("0001-01-01 00:00:00 +2359"),
-        lambda path: None,
-    ],
-)
-def test_anything_else_is_none(
-    api: NbGraderAPI, folder: Path, make: Callable[[Path], object]
+@pytest.mark.parametrize("spoil", JUNK.values(), ids=JUNK)
+def test_what_holds_no_time_is_read_as_none(
+    api: NbGraderAPI, folder: Path, spoil: Callable[[Path], object]
 ) -> None:
-    make(folder / "timestamp.txt")
+    assert times(api, folder) == {None}
+    spoil(folder / "timestamp.txt")
     assert times(api, folder) == {None}
 
 

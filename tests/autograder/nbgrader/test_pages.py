@@ -12,7 +12,7 @@ import nbformat
 import pytest
 from bs4 import BeautifulSoup
 from nbformat.v4 import new_code_cell, new_output
-from robust_slam_autograder.grading.results import CaseResult, ExerciseResult, Result
+from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.nbgrader import graded_notebook
 from robust_slam_autograder.nbgrader.safe_markdown import LONGEST, as_html, code_as_html
 from robust_slam_autograder.nbgrader.steps import HideTests
@@ -21,23 +21,23 @@ from robust_slam_autograder.reading.assignment import Assignment
 
 from tests.autograder import toy
 from tests.autograder.nbgrader import course as course_of
+from tests.autograder.reports.samples import case, exercise, result
 
 
 @pytest.fixture
 def tests() -> Assignment:
-    return toy.assignment(value=course_of.source_notebook())
+    return course_of.with_text()
 
 
-def result(message: str = "") -> Result:
-    cases = (CaseResult("by-hand", 4, 4, True, ""), CaseResult("random", 6, 0, False, message))
-    exercise = ExerciseResult("double", 4, 10, "partial", message, cases)
-    return Result("ada", toy.NAME, 4, 20, "graded", "", "none", 0.0, (exercise,))
+def graded(message: str) -> Result:
+    cases = case("by-hand", points=4, visible=True), case("random", message, points=6)
+    return result(exercise("double", "partial", *cases))
 
 
 def build(tests: Assignment, value: dict[str, Any], made: Result | None = None) -> dict[str, Any]:
     """The page's cells by grade id; the student's own under their texts."""
     cells = notebook.parse(json.dumps(value).encode(), "ada.ipynb")
-    page = graded_notebook.build(tests, cells, made or result("Try it."))
+    page = graded_notebook.build(tests, cells, made or graded("Try it."))
     nbformat.validate(page)
     return {c.metadata.get("nbgrader", {}).get("grade_id") or c.source: c for c in page.cells}
 
@@ -85,8 +85,8 @@ def test_test_cells_are_the_instructors_and_show_no_hidden_line(tests: Assignmen
 
 
 def test_an_answer_without_its_grade_id_is_shown_as_the_answer(tests: Assignment) -> None:
-    value = toy.notebook([toy.cell("def double(x):\n    return x + x\n")])
-    assert build(tests, value)["double"].source == "def double(x):\n    return x + x\n"
+    source = "def double(x):\n    return x + x\n"
+    assert build(tests, toy.notebook([toy.cell(source)]))["double"].source == source
 
 
 def test_of_copied_cells_the_last_is_the_answer(tests: Assignment) -> None:
@@ -104,7 +104,7 @@ def test_raw_cells_are_shown_as_code(tests: Assignment, kind: str) -> None:
 
 
 def test_terminal_escapes_of_a_message_are_shown(tests: Assignment) -> None:
-    cells = build(tests, toy.answer(), result("red \x1b[31m"))
+    cells = build(tests, toy.answer(), graded("red \x1b[31m"))
     assert cells["double-random"].outputs[0].text.endswith("red \\x1b[31m\n")
 
 

@@ -14,7 +14,6 @@ from typing import Any
 
 import pytest
 from nbgrader import dbutil
-from robust_slam_autograder import cli
 from robust_slam_autograder.commands import places
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.nbgrader import database, gradebook, totals
@@ -26,16 +25,15 @@ from robust_slam_autograder.reading.submission import DATABASE_VARIABLE
 from sqlalchemy import URL
 
 from tests.autograder import toy
+from tests.autograder.conftest import Run
 from tests.autograder.nbgrader import course as course_of
 from tests.autograder.nbgrader import postgresql
+from tests.autograder.nbgrader.course import FULL, marked, with_text
 from tests.autograder.nbgrader.postgresql import PASSWORD, Server
-from tests.autograder.nbgrader.test_gradebook import result, with_text
 from tests.conftest import leave_out
 
-FULL = [4.0, 6.0, 5.0, 5.0]
 CLASS = 12
 NUMBERS = itertools.count()
-Run = Callable[..., tuple[int, str, str]]
 
 
 @pytest.fixture(scope="module")
@@ -90,8 +88,7 @@ def _then(barrier: Any, function: Callable[..., object], arguments: tuple[object
 def record_some(place: Location, students: Sequence[str], points: Sequence[float]) -> None:
     """Record in small transactions, so that those of two graders alternate."""
     gradebook.TOGETHER = 3
-    tests = toy.assignment()
-    gradebook.record(place, [tests], [result(name, list(points), tests) for name in students])
+    gradebook.record(place, [toy.assignment()], [marked(name, points) for name in students])
 
 
 def enter_scores(place: Location, students: Sequence[str]) -> None:
@@ -133,10 +130,9 @@ class TestTwoAtOnce:
         for name in ("ann", "bob"):
             handed_in = toy.hand_in(tmp_path / name, f"of-{name}", toy.answer())
             command = [sys.executable, "-m", "robust_slam_autograder.cli", "grade", handed_in]
-            more = ["--out", tmp_path / f"{name}-out", "--unsandboxed", "--jobs", "1"]
             graders.append(
                 subprocess.Popen(
-                    [str(word) for word in [*command, *more]],
+                    [*command, "--out", tmp_path / f"{name}-out", "--unsandboxed", "--jobs", "1"],
                     cwd=tmp_path,
                     env=os.environ | {DATABASE_VARIABLE: database.for_nbgrader(shared)},
                     stdout=subprocess.PIPE,
@@ -160,35 +156,33 @@ class TestPostgresIsStrict:
         value = toy.source_notebook()
         value["cells"][3]["metadata"]["nbgrader"]["grade_id"] = f"double-{'r' * (MAX_NAME - 7)}"
         tests = replace(toy.assignment(value=value), name=long, notebook=long)
-        gradebook.record(shared, [tests], [result(long, FULL, tests)])
+        gradebook.record(shared, [tests], [marked(long, FULL, tests)])
         assert totals.read(shared, long).students[long].score == 20
 
-    @pytest.mark.parametrize("part", ["name", "grade id"])
+    @pytest.mark.parametrize(
+        ("name", "grade_id"), [("n" * (MAX_NAME + 1), "x"), (toy.NAME, "g" * (MAX_NAME + 1))]
+    )
     def test_a_name_that_does_not_fit_is_refused_before_grading(
-        self, tmp_path: Path, part: str
+        self, tmp_path: Path, name: str, grade_id: str
     ) -> None:
         value = toy.source_notebook()
-        name = "n" * (MAX_NAME + 1) if part == "name" else toy.NAME
-        if part == "grade id":
-            value["cells"][3]["metadata"]["nbgrader"]["grade_id"] = "g" * (MAX_NAME + 1)
-        toy.write(tmp_path / "solutions" / name / f"{name}.ipynb", value)
+        value["cells"][3]["metadata"]["nbgrader"]["grade_id"] = grade_id
+        path = toy.write(tmp_path / name / f"{name}.ipynb", value)
         with pytest.raises(WrongUse, match="a name of more than 128 characters: shorten it"):
-            assignments.load(tmp_path / "solutions" / name / f"{name}.ipynb")
+            assignments.load(path)
 
     def test_any_message_is_a_comment(self, shared: URL) -> None:
-        tests = toy.assignment()
-        mark = result("ada", FULL, tests)
+        mark = marked("ada", FULL)
         odd = replace(mark.exercises[0], message="a\0b \udcff 😀 %s %(x)s ' " + "long " * 50_000)
-        gradebook.record(shared, [tests], [replace(mark, exercises=(odd, *mark.exercises[1:]))])
+        mark = replace(mark, exercises=(odd, *mark.exercises[1:]))
+        gradebook.record(shared, [toy.assignment()], [mark])
         said = course_of.rows(shared, "comment")["ada"]["double"]
         assert said.startswith("a\\x00b \\udcff 😀 %s %(x)s ' long ") and len(said) > 250_000
 
     def test_cells_go_with_the_marks_that_a_person_gave(self, shared: URL) -> None:
-        tests = with_text()
-        mark = result("ada", FULL, tests)
-        for known in (tests, toy.assignment(), tests):
-            gradebook.record(shared, [known], [mark])
-            if known is tests:
+        for known in (with_text(), toy.assignment(), with_text()):
+            gradebook.record(shared, [known], [marked("ada", FULL)])
+            if known == with_text():
                 course_of.enter(shared, "ada", "why", 2)
         kept = course_of.rows(shared, "manual_score")["ada"]
         assert kept["why"] == 2 and set(kept) >= {"why", "draw", "double-random"}
@@ -207,24 +201,9 @@ class TestPostgresIsStrict:
 
 
 @pytest.fixture
-def course(tmp_path: Path) -> Path:
-    """A course with two submissions."""
-    toy.make_tree(tmp_path)
-    for student in ("ada", "bob"):
-        toy.hand_in(tmp_path / "submitted", student, toy.answer())
-    return tmp_path
-
-
-@pytest.fixture
-def run(course: Path, capfd: pytest.CaptureFixture[str]) -> Run:
-    """Run a command on the course: exit status, output, errors."""
-
-    def command(name: str, *arguments: object) -> tuple[int, str, str]:
-        where = ("--solutions", course / "solutions", name, "--out", course / "out")
-        status = cli.main([*map(str, where), *map(str, arguments)])
-        return (status, *capfd.readouterr())
-
-    return command
+def run(course: Path, autograder: Run) -> Run:
+    """Run a command on the course, with results of its own."""
+    return lambda name, *arguments: autograder(name, "--out", course / "out", *arguments)
 
 
 def grade(run: Run, course: Path, *arguments: object) -> str:
@@ -265,9 +244,8 @@ class TestCommands:
         monkeypatch.setenv(DATABASE_VARIABLE, database.for_nbgrader(shared))
         record_some(shared, ["eve"], [4, 6, 0, 0])  # another grader's
         grade(run, course)
-        value = toy.source_notebook()
-        value["cells"][2]["source"] = "assert double(3) == 7\n"
-        toy.write(course / "solutions" / toy.NAME / f"{toy.NAME}.ipynb", value)
+        changed = toy.source_notebook(double_by_hand="assert double(3) == 7\n")
+        toy.make_tree(course, value=changed)
         again = ("regrade", toy.NAME, "--submitted", course / "submitted", "--unsandboxed")
         status, out, _ = run(*again)
         assert status == 0 and "gradebook would change: ada 20 → 16" in out
@@ -318,25 +296,22 @@ class TestMistakes:
             ("postgresql://ta:secret@host/grades", "put it into ~/.pgpass or $PGPASSWORD"),
             ("postgresql://host/grades?password=secret", "put it into ~/.pgpass or $PGPASSWORD"),
             ("postgresql://127.0.0.1:1/grades", "See that the server runs"),
-            ("postgresql+missing://host/grades", "pip install psycopg2-binary"),
         ],
     )
-    def test_nothing_is_graded(
-        self,
-        course: Path,
-        run: Run,
-        monkeypatch: pytest.MonkeyPatch,
-        address: str,
-        sentence: str,
-    ) -> None:
-        if "+missing" in address:
-            monkeypatch.setitem(sys.modules, "psycopg2", None)
-            address = address.replace("+missing", "")
+    def test_nothing_is_graded(self, course: Path, run: Run, address: str, sentence: str) -> None:
         paths = (course / "submitted" / "ada" / toy.NAME, "--unsandboxed")
         status, out, err = run("grade", *paths, "--gradebook", address)
         assert status == 2 and sentence in err and out == ""
         assert "secret" not in err and PASSWORD not in err and "Traceback" not in err
         assert not (course / "out").exists()
+
+    def test_a_missing_driver_is_named(
+        self, course: Path, run: Run, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setitem(sys.modules, "psycopg2", None)
+        paths = (course / "submitted" / "ada" / toy.NAME, "--unsandboxed")
+        status, _, err = run("grade", *paths, "--gradebook", "postgresql://host/grades")
+        assert status == 2 and "pip install psycopg2-binary" in err
 
     def test_a_database_that_is_not_there_and_a_wrong_password(
         self, course: Path, run: Run, server: Server, monkeypatch: pytest.MonkeyPatch
@@ -352,7 +327,7 @@ class TestMistakes:
         assert not (course / "out").exists()
 
     @pytest.mark.parametrize("rest", ["secret@host/grades", "secret/x@host/grades"])
-    def test_a_password_is_not_told_where_its_own_at_sign_ends_it(
+    def test_a_password_with_an_at_sign_is_not_told(
         self, course: Path, run: Run, monkeypatch: pytest.MonkeyPatch, rest: str
     ) -> None:
         monkeypatch.setenv(DATABASE_VARIABLE, f"postgresql://ta:a@{rest}")

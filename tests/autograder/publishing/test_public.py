@@ -11,12 +11,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from robust_slam_autograder import cli
 from robust_slam_autograder.errors import GraderFailure, WrongUse
 from robust_slam_autograder.publishing import public
 from robust_slam_autograder.publishing.public import for_the_public, install_cell, publish
 
 from tests.autograder import toy
+from tests.autograder.conftest import Run
 from tests.autograder.publishing import world
 
 SECRET = "history.append(f(history[-1])) or None"
@@ -27,14 +27,18 @@ SECRET = "history.append(f(history[-1])) or None"
 def tree(tmp_path: Path) -> Path:
     """The source tree of a course whose solution has a telling line."""
     tree = world.make(tmp_path / "course")
-    value = toy.source_notebook()
-    value["cells"][4]["source"] = toy.APPLY.replace("history.append(f(history[-1]))", SECRET)
-    toy.write(tree / toy.NAME / f"{toy.NAME}.ipynb", value)
+    apply = toy.APPLY.replace("history.append(f(history[-1]))", SECRET)
+    toy.write(tree / toy.NAME / f"{toy.NAME}.ipynb", toy.source_notebook(apply=apply))
     return tree
 
 
-def test_it_holds_what_is_listed_and_the_release(tree: Path, tmp_path: Path) -> None:
-    out = tmp_path / "public"
+@pytest.fixture
+def out(tmp_path: Path) -> Path:
+    """Where the public course goes."""
+    return tmp_path / "public"
+
+
+def test_it_holds_what_is_listed_and_the_release(tree: Path, out: Path) -> None:
     written = publish(tree, out)
     assert written == list(world.files(out)) == [
         "LICENSE",
@@ -62,8 +66,7 @@ def test_the_same_course_gives_the_same_bytes(tree: Path, tmp_path: Path) -> Non
     assert world.files(tmp_path / "a") == world.files(tmp_path / "b")
 
 
-def test_it_replaces_the_one_before_as_a_whole(tree: Path, tmp_path: Path) -> None:
-    out = tmp_path / "public"
+def test_it_replaces_the_one_before_as_a_whole(tree: Path, tmp_path: Path, out: Path) -> None:
     publish(tree, out)
     before = world.files(out)
     (out / "lib" / "old.py").write_text("")
@@ -74,17 +77,17 @@ def test_it_replaces_the_one_before_as_a_whole(tree: Path, tmp_path: Path) -> No
     assert sorted(path.name for path in tmp_path.iterdir()) == ["course", "public"]
 
 
-def test_what_git_does_not_track_stays_here(tree: Path, tmp_path: Path) -> None:
+def test_what_git_does_not_track_stays_here(tree: Path, out: Path) -> None:
     (tree.parent / "lib" / "marks.csv").write_text("a student,3\n")
-    assert "lib/marks.csv" not in publish(tree, tmp_path / "public")
+    assert "lib/marks.csv" not in publish(tree, out)
 
 
-def as_output(text: str) -> str:
-    cell = {
-        **toy.cell("1"),
-        "outputs": [{"output_type": "stream", "name": "stdout", "text": text}],
-    }
-    return json.dumps(toy.notebook([cell]))
+def chapter(source: str, **outputs: str) -> str:
+    """A chapter of one cell."""
+    made = [
+        {"output_type": "stream", "name": name, "text": text} for name, text in outputs.items()
+    ]
+    return json.dumps(toy.notebook([toy.cell(source) | {"outputs": made}]))
 
 
 @pytest.mark.parametrize(
@@ -92,8 +95,8 @@ def as_output(text: str) -> str:
     [
         ("lib/toy_library.py", f"def double(x):\n    {SECRET}\n"),
         ("lib/data.txt", f"first\r\n\t{SECRET}\r\n"),
-        ("chapters/00-one.ipynb", json.dumps(toy.notebook([toy.cell(f"def a():\n  {SECRET}\n")]))),
-        ("chapters/00-one.ipynb", as_output(f"it was\n    {SECRET}\n")),
+        ("chapters/00-one.ipynb", chapter(f"def a():\n  {SECRET}\n")),
+        ("chapters/00-one.ipynb", chapter("1", stdout=f"it was\n    {SECRET}\n")),
         ("lib/deep.json", json.dumps({"a": [{f"x\n{SECRET}\ny": 1}]})),
         ("tests/lib/test_library.py", f'TEXT = """\n{SECRET}\n"""\n'),
         ("README.md", f"# Toy\n\n    {SECRET}\n"),
@@ -103,9 +106,8 @@ def as_output(text: str) -> str:
     ids=["code", "text", "cell", "output", "json", "string", "readme", "hidden-test", "hint"],
 )  # fmt: skip
 def test_a_file_that_tells_stops_it_and_leaves_what_was_there(
-    tree: Path, tmp_path: Path, name: str, text: str
+    tree: Path, tmp_path: Path, out: Path, name: str, text: str
 ) -> None:
-    out = tmp_path / "public"
     publish(tree, out)
     before = world.files(out)
     world.write(tree.parent, name, text)
@@ -116,34 +118,45 @@ def test_a_file_that_tells_stops_it_and_leaves_what_was_there(
     assert sorted(path.name for path in tmp_path.iterdir()) == ["course", "public"]
 
 
-def test_a_known_line_is_let_through_in_its_own_file_alone(tree: Path, tmp_path: Path) -> None:
+def test_a_known_line_is_let_through_in_its_own_file_alone(tree: Path, out: Path) -> None:
     known = f"[public.known]\n'lib/toy_library.py' = ['{SECRET}']\n"
     world.write(tree.parent, "solutions/course.toml", world.COURSE + known)
     world.write(tree.parent, "lib/toy_library.py", f"{SECRET}\n")
-    assert publish(tree, tmp_path / "public")
+    assert publish(tree, out)
     world.write(tree.parent, "LICENSE", f"{SECRET}\n")
     with pytest.raises(GraderFailure, match="LICENSE would tell"):
-        publish(tree, tmp_path / "public")
+        publish(tree, out)
 
 
-def test_an_archive_is_looked_into(tree: Path, tmp_path: Path) -> None:
-    with zipfile.ZipFile(tree.parent / "lib" / "more.zip", "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("a/b.py", f"x = 1\n{SECRET}\n")
-    world.track(tree.parent)
-    with pytest.raises(GraderFailure, match=r"lib/more\.zip would tell"):
-        publish(tree, tmp_path / "public")
-    assert not (tmp_path / "public").exists()
-
-
-def test_an_import_of_a_solution_tells_nothing(tree: Path, tmp_path: Path) -> None:
+def test_an_import_of_a_solution_tells_nothing(tree: Path, out: Path) -> None:
     line = "from scipy.sparse.linalg import spsolve_triangular"
-    value = toy.source_notebook()
-    value["cells"][4]["source"] = toy.APPLY.replace(
-        "    history = [x]", f"    {line}\n    history = [x]"
-    )
-    toy.write(tree / toy.NAME / f"{toy.NAME}.ipynb", value)
+    apply = toy.APPLY.replace("    history = [x]", f"    {line}\n    history = [x]")
+    toy.make_tree(tree.parent, value=toy.source_notebook(apply=apply))
     world.write(tree.parent, "lib/toy_library.py", f"{line}\n")
-    assert publish(tree, tmp_path / "public")
+    assert publish(tree, out)
+
+
+def add_an_archive(root: Path) -> None:
+    with zipfile.ZipFile(root / "lib" / "more.zip", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("a/b.py", f"x = 1\n{SECRET}\n")
+
+
+def add_a_link(root: Path) -> None:
+    (root / "lib" / "more.py").symlink_to("../solutions/course.toml")
+
+
+@pytest.mark.parametrize(
+    ("add", "sentence"),
+    [(add_an_archive, r"lib/more\.zip would tell"), (add_a_link, "no plain file")],
+)
+def test_an_archive_is_looked_into_and_a_link_is_not_followed(
+    tree: Path, out: Path, add: Callable[[Path], None], sentence: str
+) -> None:
+    add(tree.parent)
+    world.track(tree.parent)
+    with pytest.raises(GraderFailure, match=sentence):
+        publish(tree, out)
+    assert not out.exists()
 
 
 @pytest.mark.parametrize(
@@ -156,14 +169,12 @@ def test_an_import_of_a_solution_tells_nothing(tree: Path, tmp_path: Path) -> No
         "from ..answers import apply",
     ],
 )
-def test_a_test_that_imports_what_stays_private_stops_it(
-    tree: Path, tmp_path: Path, line: str
-) -> None:
+def test_a_test_that_imports_what_stays_private_stops_it(tree: Path, out: Path, line: str) -> None:
     world.write(tree.parent, "tests/lib/test_new.py", f"{line}\n")
     world.track(tree.parent)
     with pytest.raises(GraderFailure, match=r"tests/lib/test_new\.py imports tests/answers\.py"):
-        publish(tree, tmp_path / "public")
-    assert not (tmp_path / "public").exists()
+        publish(tree, out)
+    assert not out.exists()
 
 
 @pytest.mark.parametrize(
@@ -180,29 +191,26 @@ def test_a_test_that_imports_what_stays_private_stops_it(
     ],
 )
 def test_what_is_wrong_in_the_list_is_named(
-    tree: Path, tmp_path: Path, old: str, new: str, sentence: str
+    tree: Path, out: Path, old: str, new: str, sentence: str
 ) -> None:
     world.write(tree.parent, "solutions/course.toml", world.COURSE.replace(old, new))
     with pytest.raises(WrongUse, match=sentence):
-        publish(tree, tmp_path / "public")
-    assert not (tmp_path / "public").exists()
+        publish(tree, out)
+    assert not out.exists()
 
 
-def a_repository(out: Path) -> None:
-    (out / ".git").mkdir(parents=True)
+OTHERS: dict[str, Callable[[Path], object]] = {
+    "a repository": lambda out: world.write(out, ".git/HEAD", "ref: refs/heads/main"),
+    "a folder": lambda out: world.write(out, "letters.txt", "mine"),
+    "a file": Path.touch,
+}
 
 
-def a_home(out: Path) -> None:
-    out.mkdir()
-    (out / "letters.txt").write_text("mine")
-
-
-@pytest.mark.parametrize("what", [a_repository, a_home, Path.touch])
+@pytest.mark.parametrize("make", OTHERS.values(), ids=OTHERS)
 def test_nothing_else_is_overwritten(
-    tree: Path, tmp_path: Path, what: Callable[[Path], None]
+    tree: Path, tmp_path: Path, out: Path, make: Callable[[Path], object]
 ) -> None:
-    out = tmp_path / "public"
-    what(out)
+    make(out)
     before = world.files(tmp_path)
     with pytest.raises(WrongUse, match="--out DIR"):
         publish(tree, out)
@@ -213,13 +221,6 @@ def test_nothing_else_is_overwritten(
 def test_the_course_itself_is_never_overwritten(tree: Path, where: str) -> None:
     with pytest.raises(WrongUse, match="holds the course's own files"):
         publish(tree, tree.parent / where)
-
-
-def test_a_link_is_not_followed(tree: Path, tmp_path: Path) -> None:
-    (tree.parent / "lib" / "more.py").symlink_to("../solutions/course.toml")
-    world.track(tree.parent)
-    with pytest.raises(GraderFailure, match="no plain file"):
-        publish(tree, tmp_path / "public")
 
 
 def test_without_git_it_says_so(tmp_path: Path) -> None:
@@ -238,17 +239,14 @@ def test_a_mark_without_a_partner_is_refused(text: str) -> None:
 class TestInstallCell:
     """With a repository's address the book's notebooks can install what they need."""
 
-    def test_without_an_address_notebooks_are_as_they_were(
-        self, tree: Path, tmp_path: Path
-    ) -> None:
-        publish(tree, tmp_path / "public")
+    def test_without_an_address_notebooks_are_as_they_were(self, tree: Path, out: Path) -> None:
+        publish(tree, out)
         name = "chapters/00-one.ipynb"
-        assert world.files(tmp_path / "public")[name] == world.files(tree.parent)[name]
+        assert (out / name).read_bytes() == (tree.parent / name).read_bytes()
 
-    def test_it_stands_before_the_first_code(self, tmp_path: Path) -> None:
-        tree = world.make(tmp_path / "course", f"{world.URL}/")
-        publish(tree, tmp_path / "public")
-        value = json.loads((tmp_path / "public" / "chapters" / "00-one.ipynb").read_bytes())
+    def test_it_stands_before_the_first_code(self, tmp_path: Path, out: Path) -> None:
+        publish(world.make(tmp_path / "course", f"{world.URL}/"), out)
+        value = json.loads((out / "chapters" / "00-one.ipynb").read_bytes())
         assert [cell["id"] for cell in value["cells"]] == ["intro", "install", "imports"]
         cell = value["cells"][1]
         assert cell["metadata"]["tags"] == ["remove-cell"]
@@ -275,13 +273,11 @@ class TestInstallCell:
         assert done.stdout.strip() == ("" if present else wanted)
 
 
-def test_the_command_says_where_it_is(
-    tree: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    out = tmp_path / "public"
-    assert cli.main(["--solutions", str(tree), "public", "--out", str(out)]) == 0
-    assert f"public course of 13 files: {out}" in capsys.readouterr().out
+def test_the_command_says_where_it_is(tree: Path, out: Path, autograder: Run) -> None:
+    command = ("--solutions", tree, "public", "--out")
+    status, said, _ = autograder(*command, out)
+    assert status == 0 and f"public course of 13 files: {out}" in said
+    assert autograder(*command, tree)[0] == 2
     world.write(tree.parent, "lib/toy_library.py", SECRET)
-    assert cli.main(["--solutions", str(tree), "public", "--out", str(out)]) == 1
-    assert "Nothing written." in capsys.readouterr().err
-    assert cli.main(["--solutions", str(tree), "public", "--out", str(tree)]) == 2
+    status, _, err = autograder(*command, out)
+    assert status == 1 and "Nothing written." in err

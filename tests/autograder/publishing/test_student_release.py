@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -17,21 +15,19 @@ from robust_slam_autograder.publishing.student_release import release
 from robust_slam_autograder.reading import notebook
 
 from tests.autograder import toy
+from tests.autograder.nbgrader import course as course_of
 
 SOLUTION_CANARY = "canary-of-the-solution-9b2"
-ROOT = Path(__file__).resolve().parents[3]
 
 
 @pytest.fixture
 def tree(tmp_path: Path) -> Path:
     """The toy's source tree, with a canary in a solution and outputs that tell."""
-    tree = toy.make_tree(tmp_path, 'title = "Toy"\n')
-    value = toy.source_notebook()
-    cells = value["cells"]
-    cells[1]["source"] = toy.DOUBLE.replace("    return", f"    # {SOLUTION_CANARY}\n    return")
-    cells[1]["outputs"] = [{"output_type": "stream", "name": "stdout", "text": SOLUTION_CANARY}]
-    toy.write(tree / toy.NAME / f"{toy.NAME}.ipynb", value)
-    return tree
+    double = toy.DOUBLE.replace("    return", f"    # {SOLUTION_CANARY}\n    return")
+    value = toy.source_notebook(double=double)
+    told = {"output_type": "stream", "name": "stdout", "text": SOLUTION_CANARY}
+    value["cells"][1]["outputs"] = [told]
+    return toy.make_tree(tmp_path, 'title = "Toy"\n', value)
 
 
 def change(tree: Path, what: Callable[[list[dict[str, Any]]], object]) -> None:
@@ -131,20 +127,9 @@ def test_nbgrader_makes_the_same_release_with_the_courses_configuration(
     tree: Path, tmp_path: Path
 ) -> None:
     """`JUPYTER_CONFIG_PATH=autograder nbgrader generate_assignment NAME`, from the root."""
-    folder = tmp_path / "autograder"
-    folder.mkdir()
-    text = (ROOT / "autograder" / "nbgrader_config.py").read_text()
-    (folder / "nbgrader_config.py").write_text(text)
-    scripts = Path(sys.executable).parent
-    environment = os.environ | {
-        "JUPYTER_CONFIG_PATH": "autograder",
-        "HOME": str(tmp_path),
-        "PATH": os.pathsep.join([str(scripts), os.environ.get("PATH", "")]),
-    }
-    command = [str(scripts / "nbgrader"), "generate_assignment", toy.NAME]
-    done = subprocess.run(
-        command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=60
-    )
+    (tmp_path / "autograder").mkdir()
+    shutil.copy(course_of.ROOT / "autograder" / "nbgrader_config.py", tmp_path / "autograder")
+    done = course_of.nbgrader(tmp_path, "generate_assignment", toy.NAME)
     assert done.returncode == 0, done.stderr
     (ours,) = release(tree, [], tmp_path / "out")
     theirs = tmp_path / "build" / "release" / toy.NAME / ours.name

@@ -48,10 +48,12 @@ def test_a_case_belongs_to_the_longest_name_that_fits() -> None:
         toy.test_cell("g()", "g-x", 1),
         toy.test_cell("pass", "test_7", 1),
     )
-    cases = [(case.exercise, case.name) for case in tests.cases]
-    assert cases == [("ex-1", "a"), ("ex-1-b", "c"), ("g", "x"), ("test_7", "tests")]
-    assert [tests.owner(case.exercise) for case in tests.cases] == [
-        *("ex-1", "ex-1-b", "ex-1", "test_7")
+    found = [(each.exercise, each.name, tests.owner(each.exercise)) for each in tests.cases]
+    assert found == [
+        ("ex-1", "a", "ex-1"),
+        ("ex-1-b", "c", "ex-1-b"),
+        ("g", "x", "ex-1"),
+        ("test_7", "tests", "test_7"),
     ]
 
 
@@ -119,10 +121,12 @@ def test_a_tree_names_its_assignments_and_nothing_else(tmp_path: Path) -> None:
     toy.write(tree / ".ipynb_checkpoints" / "x.ipynb", toy.answer())
     (tree / "empty").mkdir()
     assert assignments.find_names(tree) == [toy.NAME]
-    with pytest.raises(WrongUse, match="autograder --solutions DIR"):
-        assignments.find_names(tmp_path / "missing")
-    with pytest.raises(WrongUse, match="no assignment"):
-        assignments.find_names(tree / "empty")
+    for folder, sentence in (
+        (tmp_path / "missing", "autograder --solutions DIR"),
+        (tree / "empty", "no assignment"),
+    ):
+        with pytest.raises(WrongUse, match=sentence):
+            assignments.find_names(folder)
 
 
 def test_the_one_notebook_of_a_folder_is_found(tmp_path: Path) -> None:

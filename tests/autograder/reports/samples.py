@@ -67,6 +67,11 @@ def refused(reason: str, *, student: str = "ada") -> Result:
     return without_grade("refused", reason, student=student, assignment="07-toy", max_score=20)
 
 
+def failed(reason: str, *, student: str = "ada") -> Result:
+    """A submission on which the grader failed."""
+    return without_grade("failed", reason, student=student, assignment="07-toy", max_score=20)
+
+
 PASSED = exercise("double", "passed", case("by-hand", visible=True), case("random"))
 PARTLY = exercise("apply", "partial", case("by-hand", visible=True), case("twice", "Add the ½."))
 SLOW = "Your code ran longer than it may; the rest of this exercise was not run."
@@ -79,6 +84,6 @@ EVERY_STATUS = (PASSED, PARTLY, HUNG, DIED, MISSING, UNWRITTEN)
 
 def told(text: str) -> Result:
     """A result that holds a text wherever a student's own may stand."""
-    failed = exercise("double", "failed", case("by-hand", text), case("random", "x" + text))
+    wrong = exercise("double", "failed", case("by-hand", text), case("random", "x" + text))
     gone = exercise("gone", "missing", case("first", "gone is not defined."), message=text)
-    return result(failed, gone, student=text, reason=text)
+    return result(wrong, gone, student=text, reason=text)

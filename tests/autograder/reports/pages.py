@@ -1,0 +1,134 @@
+"""The pages that the tests look at, and a reader of their tags."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from html.parser import HTMLParser
+from typing import Any
+
+from hypothesis import example, given
+from robust_slam_autograder.grading.results import Result
+from robust_slam_autograder.reading.assignment import Config
+from robust_slam_autograder.reports import class_pages, class_report, feedback, rendering
+from robust_slam_autograder.reports.class_pages import Entry
+from robust_slam_autograder.reports.class_report import Report, Source
+from robust_slam_autograder.reports.feedback import Book
+
+from tests.autograder.reports import samples
+from tests.autograder.reports.samples import case, exercise, result
+from tests.autograder.test_markup import ANY_TEXT
+
+SITE = "https://example.org/course/"
+CONFIG = Config(
+    title="Twice, and *again*", chapter="07-toy", sections={"apply": "Half, or no half"}
+)
+
+
+class Skeleton(HTMLParser):
+    """A page's tags with their attributes, and its text."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.tags: list[tuple[str, Any]] = []
+        self.text = ""
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, attrs))
+
+    def handle_endtag(self, tag: str) -> None:
+        self.tags.append((f"/{tag}", None))
+
+    def handle_comment(self, data: str) -> None:
+        self.tags.append(("comment", None))
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+def for_any_text(test: Callable[..., None]) -> Callable[..., None]:
+    """Run a test on each hostile text and on random ones."""
+    for text in samples.HOSTILE.values():
+        test = example(text=text)(test)
+    return given(text=ANY_TEXT)(test)
+
+
+def page(made: Result, config: Config = CONFIG, site: str = SITE) -> feedback.Page:
+    """A student's page, before it is rendered."""
+    return feedback.page(made, config, Book(site))
+
+
+def report(*results: Result, **fields: Any) -> Report:
+    """A class's report."""
+    known = frozenset(each.student for each in results)
+    source = Source("07-toy", "Twice & again", results, students=known, **fields)
+    return class_report.report(source)
+
+
+LONG = "A sentence that is long enough to go over the end of a line on every phone, number "
+
+
+def student(n: int) -> Result:
+    """One of many, each with another mark and another message."""
+    cases = [
+        case(f"case-{k}", f"{LONG}{n % 7}." if k > n % 9 else "", visible=k < 2) for k in range(8)
+    ]
+    status = ("partial", "timeout", "died")[n % 3] if n % 9 < 7 else "passed"
+    first = exercise("solve_largest_consistent_set", status, *cases)  # type: ignore[arg-type]
+    broken = exercise("broken", "failed", case("first", "Your function raised E: x."))
+    return result(first, broken, samples.PASSED, student=f"student {n}", seconds=n * 7.7)
+
+
+MANY = (
+    *(student(n) for n in range(40)),
+    result(samples.PASSED, student="early"),
+    samples.refused("07-toy.ipynb is not valid JSON: save it again.", student="ben"),
+    samples.failed("It died.", student="zoe"),
+)
+
+
+def hostile(text: str) -> Report:
+    """A class whose students wrote this wherever they may."""
+    said = samples.told(text)
+    others = (samples.refused(text, student=f"b{text}"), replace(said, student=f"a{text}"))
+    return report(*others, links={f"b{text}": "b.html"})
+
+
+def of_students() -> dict[str, str]:
+    """Pages for students by their names."""
+    texts = samples.HOSTILE.values()
+    pages = {
+        "every-status": result(*samples.EVERY_STATUS, reason="A cell was copied."),
+        "passed": result(samples.PASSED),
+        "refused": samples.refused("07-toy.ipynb is not valid JSON: save it again."),
+        "hostile": result(
+            *(
+                replace(samples.told(text).exercises[0], name=f"double-{n}")
+                for n, text in enumerate(texts)
+            ),
+            student=" ".join(texts),
+            reason="\n".join(texts),
+        ),
+        "told": samples.told("A MESSAGE"),
+    }
+    return {name: rendering.html(page(made)) for name, made in pages.items()}
+
+
+def of_classes() -> dict[str, str]:
+    """Pages for the instructor by their names."""
+    links = {each.student: "../feedback/x/07-toy.html" for each in MANY}
+    reports = {
+        "many": report(*MANY, links=links),
+        "no-names": report(*MANY, names=False),
+        "one": report(result(samples.PASSED)),
+        "nothing": report(samples.refused("No.")),
+        "no-points": report(result()),
+        "class-hostile": hostile("\n".join(samples.HOSTILE.values())),
+    }
+    entries = [
+        Entry(reports[name], "" if name == "nothing" else f"{name}.html")
+        for name in ("many", "one", "nothing", "no-points")
+    ]
+    pages = {name: class_pages.html(made) for name, made in reports.items()}
+    return pages | {"index": class_pages.index(entries, names=True)}

@@ -1,0 +1,181 @@
+"""The pages in Chromium: only read, read by all, on every screen and on paper."""
+
+from __future__ import annotations
+
+import functools
+import http.server
+import itertools
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Page
+
+from tests.autograder.reports import pages
+from tests.book.test_accessible import violations
+from tests.chromium import Opener, QuietHandler
+
+pytestmark = pytest.mark.browser
+
+OF_STUDENTS = ("every-status", "passed", "refused", "hostile")
+OF_CLASSES = ("many", "no-names", "one", "nothing", "no-points", "class-hostile", "index")
+VISITS = [
+    *itertools.product(OF_STUDENTS, ("light", "dark")),
+    *itertools.product(OF_CLASSES, ("light",)),
+    # What the instructor's other pages show is in these two.
+    *itertools.product(("many", "index"), ("dark",)),
+]
+OPEN_ALL = "document.querySelectorAll('details').forEach(one => { one.open = true })"
+WIDTH = "document.documentElement.scrollWidth"
+TOO_WIDE = """() => [...document.querySelectorAll("code, td, th, dd, p, summary")]
+  .filter(one => getComputedStyle(one).display !== "inline")
+  .filter(one => one.scrollWidth > one.clientWidth + 1)
+  .map(one => one.textContent)"""
+FOCUSED = "document.activeElement.textContent"
+IDS = "[...document.querySelectorAll('[id]')].map(one => one.id)"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("pages")
+    for name, text in (pages.of_students() | pages.of_classes()).items():
+        (made / f"{name}.html").write_text(text, encoding="utf-8")
+    return made
+
+
+@pytest.fixture
+def opened(folder: Path, open_page: Opener) -> Opener:
+    """Open a page by its name."""
+    return lambda name, scheme="light": open_page(
+        (folder / f"{name}.html").as_uri(), color_scheme=scheme
+    )
+
+
+@pytest.mark.parametrize(("name", "scheme"), VISITS)
+def test_a_page_asks_for_nothing_fits_and_is_read_by_all(
+    opened: Opener, name: str, scheme: str
+) -> None:
+    visit = opened(name, scheme)
+    page = visit.page
+    page.evaluate(OPEN_ALL)
+    assert (visit.complaints, visit.outside) == ([], [])
+    assert page.evaluate("performance.getEntriesByType('resource').length") == 0
+    assert page.evaluate("document.scripts.length + document.images.length") == 0
+    assert page.locator("header").count() == page.locator("main").count() == 1
+    assert page.locator("th:not([scope])").count() == 0
+    ids = page.evaluate(IDS)
+    assert len(ids) == len(set(ids))
+    for width in (1280, 390):
+        page.set_viewport_size({"width": width, "height": 900})
+        assert page.evaluate(WIDTH) <= width
+        if name in OF_CLASSES:
+            assert page.evaluate(TOO_WIDE) == []
+    assert violations(page) == []
+
+
+def test_a_page_that_would_not_do_is_found(folder: Path, opened: Opener) -> None:
+    """The policy stops what autoescape would have let through, and grey on white is seen."""
+    text = (folder / "told.html").read_text(encoding="utf-8")
+    bad = text.replace("A MESSAGE", "<script>document.title = 'taken'</script>")
+    bad = bad.replace("</header>", "<p><font color=#999>grey</font></p></header>")
+    (folder / "bad.html").write_text(bad, encoding="utf-8")
+    visit = opened("bad")
+    assert visit.page.title() != "taken"
+    assert any("Content Security Policy" in said for said in visit.complaints)
+    assert [one["id"] for one in violations(visit.page)] == ["color-contrast"]
+
+
+@pytest.fixture(scope="module")
+def served(folder: Path) -> Iterator[str]:
+    handler = functools.partial(QuietHandler, directory=folder)
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}"
+        server.shutdown()
+
+
+@pytest.mark.parametrize("way", ["http", "file"])
+def test_a_page_asks_for_itself_alone(
+    folder: Path, served: str, open_page: Opener, way: str
+) -> None:
+    address = f"{served if way == 'http' else folder.as_uri()}/every-status.html"
+    visit = open_page("about:blank")
+    asked: list[str] = []
+    visit.page.on("request", lambda request: asked.append(request.url))
+    visit.page.goto(address)
+    assert (asked, visit.complaints) == ([address], [])
+    assert "feedback for" in visit.page.title()
+
+
+@pytest.mark.parametrize("name", ["every-status", "many"])
+def test_on_paper_all_is_dark_on_white(opened: Opener, name: str) -> None:
+    page = opened(name, "dark").page
+    page.emulate_media(media="print", color_scheme="dark")
+    colour = "getComputedStyle(document.body).backgroundColor"
+    assert page.evaluate(colour) == "rgb(255, 255, 255)"
+    assert violations(page, "{runOnly: ['color-contrast']}") == []
+    assert page.pdf(format="A4").startswith(b"%PDF")
+
+
+def headings(page: Page) -> list[str]:
+    return page.locator("h1, h2, h3").evaluate_all("all => all.map(one => one.tagName)")
+
+
+def test_a_students_page_has_one_level_of_headings_below_its_title(opened: Opener) -> None:
+    for name in OF_STUDENTS:
+        first, *others = headings(opened(name).page)
+        assert first == "H1" and set(others) == {"H2"}
+
+
+def test_keys_lead_to_the_exercise_to_start_with(opened: Opener) -> None:
+    page = opened("every-status").page
+    page.keyboard.press("Tab")
+    assert page.evaluate(FOCUSED) == "apply"
+    page.keyboard.press("Enter")
+    assert page.url.endswith("#exercise-2")
+    assert page.locator("#exercise-2").text_content() == "apply"
+
+
+class TestManyStudents:
+    """The instructor's page of a class."""
+
+    @pytest.fixture
+    def many(self, opened: Opener) -> Page:
+        return opened("many").page
+
+    def test_keys_open_what_is_folded(self, many: Page) -> None:
+        found = []
+        for _ in range(3):
+            many.keyboard.press("Tab")
+            found.append(many.evaluate(FOCUSED))
+        attention = sum(kind.students for kind in pages.report(*pages.MANY).attention)
+        assert found == ["All assignments", str(attention), "The same as a table"]
+        assert not many.get_by_role("cell", name="0–4").is_visible()
+        many.keyboard.press("Enter")
+        assert many.locator("figure + details[open]").count() == 1
+
+    def test_labels_of_a_histogram_do_not_meet(self, many: Page) -> None:
+        for width in (1280, 390):
+            many.set_viewport_size({"width": width, "height": 900})
+            boxes = many.locator("figure text[y='212']").all()
+            shown = [box for one in boxes if (box := one.bounding_box()) and box["width"]]
+            assert len(shown) >= 6
+            for left, right in itertools.pairwise(shown):
+                assert left["x"] + left["width"] < right["x"]
+
+    def test_patterns_are_drawn_and_not_colour_alone(self, many: Page) -> None:
+        fill = "kind => getComputedStyle(document.querySelector(`.key .${kind}`)).fill"
+        fills = [many.evaluate(fill, kind) for kind in ("whole", "partly", "none", "missing")]
+        assert len(set(fills)) == 4
+        assert [f for f in fills if "url" in f] == ['url("#some")', 'url("#lost")']
+        assert many.locator("pattern#some").count() == many.locator("pattern#lost").count() == 1
+
+    def test_its_parts_have_headings(self, many: Page) -> None:
+        assert many.locator("h2").all_text_contents() == [
+            "Marks",
+            "Exercises, hardest first",
+            "What students were told",
+            "Time of grading",
+            "Who needs attention",
+        ]
