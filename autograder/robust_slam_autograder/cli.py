@@ -6,6 +6,7 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
+from importlib import metadata
 from pathlib import Path
 
 from robust_slam_autograder.commands import COMMANDS
@@ -64,11 +65,19 @@ def _parser() -> argparse.ArgumentParser:
         metavar="DIR",
         help="the instructor's source tree",
     )
+    parser.add_argument("--version", action="version", version=f"autograder {_version()}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
     for command in COMMANDS:
         command.add(commands)
     return parser
+
+
+def _version() -> str:
+    try:
+        return metadata.version("robust-slam-autograder")
+    except metadata.PackageNotFoundError:  # run from its sources
+        return "(not installed)"
 
 
 if __name__ == "__main__":

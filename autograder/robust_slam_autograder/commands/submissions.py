@@ -98,10 +98,14 @@ class Reader:
         return kept, [*strays, *doubled]
 
     def _claim(self, path: Path, mode: int, roots: Collection[Path]) -> Claim:
-        if self._is_in_layout(path, mode):
-            student = self.student or path.parent.name
-        elif self.student:
+        if self.student:
             student = self.student
+        elif self._is_in_layout(path, mode):
+            if self._is_in_a_students_folder(path.parent):
+                raise _LeftOut(
+                    "lies in another student's folder: name folders <student>/<assignment>/ alone."
+                )
+            student = path.parent.name
         elif path.suffix != NOTEBOOK or stat.S_ISDIR(mode):
             raise _LeftOut(_odd(path, mode))
         elif self._owner(path).parent in roots or self._is_students(path.parent):
@@ -151,6 +155,11 @@ class Reader:
 
     def _is_students(self, folder: Path) -> bool:
         return any(os.path.lexists(folder / name) for name in self.names)
+
+    def _is_in_a_students_folder(self, folder: Path) -> bool:
+        """Whether a folder that looks like a student's was made by another student."""
+        owner = folder.parent
+        return owner.parent.name == LAYOUT and self._is_students(owner)
 
     def _roots(self, modes: dict[Path, int]) -> set[Path]:
         """Folders whose folders are students', as far as these paths tell."""

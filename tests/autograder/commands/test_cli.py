@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from importlib import metadata
 from pathlib import Path
 
 import pytest
@@ -38,6 +39,11 @@ def grade(autograder: Run, monkeypatch: pytest.MonkeyPatch) -> Run:
 
 def score(student: str) -> int:
     return toy.result(Path("out"), student)["score"]
+
+
+def test_it_tells_its_version(autograder: Run) -> None:
+    version = metadata.version("robust-slam-autograder")
+    assert autograder("--version") == (0, f"autograder {version}\n", "")
 
 
 def test_a_folder_says_student_and_assignment(course: Path, grade: Run) -> None:

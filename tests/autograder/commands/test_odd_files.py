@@ -144,6 +144,17 @@ def test_a_notebook_in_an_inbox_is_its_stems(course: Path, path: str) -> None:
     assert read(paths, assignment=toy.NAME) == (owners, [])
 
 
+def test_a_folder_in_a_students_folder_is_not_another_students(course: Path) -> None:
+    deeper = course / "submitted" / "bob" / "alice" / toy.NAME
+    deeper.mkdir(parents=True)
+    own = course / "submitted" / "bob" / toy.NAME
+    assert read([deeper, own]) == ({own: "bob"}, [deeper])
+    assert read([deeper], student="eve") == ({deeper: "eve"}, [])
+    section = course / "submitted" / "monday" / "mia" / toy.NAME
+    section.mkdir(parents=True)
+    assert read([section]) == ({section: "mia"}, [])
+
+
 def test_two_paths_of_one_submission_cost_no_other_student_a_mark(course: Path) -> None:
     again = toy.write(course / "c" / "d" / "bob.ipynb", toy.answer())
     twice = [toy.write(course / place / "eve.ipynb", toy.answer()) for place in ("a/b", "e/f")]
