@@ -156,14 +156,14 @@ def container(archive: Path, request: pytest.FixtureRequest) -> Path:
     return root
 
 
-Submit = Callable[..., dict[str, Any] | None]
+Submit = Callable[..., dict[str, Any]]
 
 
 @pytest.fixture
 def submit(container: Path) -> Submit:
     """Hand in a notebook, and give what Gradescope then reads."""
 
-    def run(value: dict[str, Any], *, before: Sequence[str] = ()) -> dict[str, Any] | None:
+    def run(value: dict[str, Any], *, before: Sequence[str] = ()) -> dict[str, Any]:
         shutil.rmtree(container / "submission")
         toy.write(container / "submission" / f"{toy.NAME}.ipynb", value)
         (container / "submission_metadata.json").write_text('{"users": [{"name": "Ada"}]}')
@@ -177,18 +177,17 @@ def submit(container: Path) -> Submit:
             capture_output=True,
             text=True,
         )
-        assert done.returncode == 0 or not found.exists()
-        assert found.exists() or "Not graded: " in done.stderr, done.stderr
-        return json.loads(found.read_text("utf-8")) if found.exists() else None
+        assert done.returncode == 0, done.stderr
+        value: dict[str, Any] = json.loads(found.read_text("utf-8"))
+        jsonschema.validate(value, SCHEMA)
+        return value
 
     return run
 
 
 @pytest.mark.sandbox
-def test_a_submission_has_its_marks_in_gradescopes_format(submit: Submit, wall_name: str) -> None:
+def test_a_submission_has_its_marks_in_gradescopes_format(submit, wall_name):
     value = submit(toy.answer())
-    assert value is not None
-    jsonschema.validate(value, SCHEMA)
     assert value["score"] == toy.MOST
     assert sum(test["max_score"] for test in value["tests"]) == toy.MOST
     shown = {test["name"]: test["visibility"] for test in value["tests"]}
@@ -212,23 +211,22 @@ def curious(container: Path) -> dict[str, Any]:
 @pytest.mark.sandbox
 @pytest.mark.parametrize("before", [(), AS_IN_DOCKER], ids=["root", "as in docker"])
 def test_student_code_sees_neither_tests_nor_seed_and_writes_no_marks(
-    submit: Submit, container: Path, wall_name: str, before: Sequence[str]
-) -> None:
+    submit, container, wall_name, before
+):
     if before and not as_user.may():
         leave_out("only root can give rights away")
     if before and landlock.version() == 0:
         leave_out("this kernel has no Landlock")
     value = submit(curious(container), before=before)
-    assert value is not None and value["score"] == toy.MOST
-    jsonschema.validate(value, SCHEMA)
+    assert value["score"] == toy.MOST
 
 
 @pytest.mark.sandbox
 def test_a_wrong_answer_and_a_broken_notebook_are_told_without_a_hidden_input(
-    submit: Submit, container: Path, wall_name: str
-) -> None:
+    submit, container, wall_name
+):
     value = submit(toy.answer(double="def double(x):\n    return abs(2 * np.asarray(x))\n"))
-    assert value is not None and value["score"] == toy.MOST - 6
+    assert value["score"] == toy.MOST - 6
     (failed,) = [test for test in value["tests"] if test["status"] == "failed"]
     assert failed["visibility"] == "after_published"
     assert failed["output"] == "Try negative numbers."
@@ -236,14 +234,11 @@ def test_a_wrong_answer_and_a_broken_notebook_are_told_without_a_hidden_input(
     assert not [text for text in toy.hidden_inputs(seed) if text in json.dumps(value)]
     assert toy.CANARY not in json.dumps(value)
     refused = submit({"no": "notebook"})
-    assert refused is not None and refused["score"] == 0 and refused["tests"] == []
-    jsonschema.validate(refused, SCHEMA)
+    assert refused["score"] == 0 and refused["tests"] == []
     assert refused["output"].startswith("Not graded: ")
 
 
-def test_where_no_sandbox_works_there_is_no_mark(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_where_no_sandbox_works_there_is_no_mark(tmp_path, monkeypatch, capsys):
     toy.make_tree(tmp_path / "source")
     (tmp_path / "source" / "seed").write_text("7\n")
     toy.write(tmp_path / "submission" / "a.ipynb", toy.answer())
@@ -263,7 +258,7 @@ def double(status: ExerciseStatus, message: str) -> ExerciseResult:
     return exercise("double", status, *cases, message=message)
 
 
-def test_before_marks_are_published_nothing_of_hidden_inputs_shows() -> None:
+def test_before_marks_are_published_nothing_of_hidden_inputs_shows():
     value = as_gradescope(result(double("timeout", "Took longer than 10 s."), seconds=3.25))
     jsonschema.validate(value, SCHEMA)
     shown = [test for test in value["tests"] if test["visibility"] == "visible"]
@@ -276,7 +271,7 @@ def test_before_marks_are_published_nothing_of_hidden_inputs_shows() -> None:
     assert any(test["visibility"] != "visible" for test in value["tests"])
 
 
-def test_an_absent_answer_is_told_at_once() -> None:
+def test_an_absent_answer_is_told_at_once():
     absent = result(double("missing", "There is no cell double."))
     output = as_gradescope(absent)["output"]
     assert re.search("^double: The notebook holds no answer", output)

@@ -15,7 +15,6 @@ from robust_slam_autograder.commands import init_ci
 
 from tests.autograder import toy
 from tests.autograder.ci import running
-from tests.autograder.conftest import Run
 from tests.autograder.publishing import world
 
 
@@ -36,9 +35,7 @@ def file_of(target: str, out: Path) -> Path:
 
 
 @pytest.mark.parametrize("target", init_ci.TARGETS)
-def test_a_target_is_one_file_and_says_what_to_do_next(
-    course: Path, tmp_path: Path, target: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_target_is_one_file_and_says_what_to_do_next(course, tmp_path, target, capsys):
     out = tmp_path / "clean"
     assert cli.main(["init-ci", target, "--out", str(out)]) == 0
     path = file_of(target, out)
@@ -51,9 +48,7 @@ def test_a_target_is_one_file_and_says_what_to_do_next(
 
 
 @pytest.mark.parametrize("target", init_ci.TARGETS)
-def test_what_is_there_stays_unless_forced(
-    course: Path, tmp_path: Path, target: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_is_there_stays_unless_forced(course, tmp_path, target, capsys):
     command = ["init-ci", target, "--out", str(tmp_path / "out")]
     path = file_of(target, tmp_path / "out")
     path.parent.mkdir(parents=True)
@@ -66,7 +61,7 @@ def test_what_is_there_stays_unless_forced(
     assert [p.name for p in path.parent.iterdir()] == [path.name]
 
 
-def test_students_install_from_the_public_repository(course: Path) -> None:
+def test_students_install_from_the_public_repository(course):
     for target in ("github-student", "gitlab-student"):
         assert cli.main(["init-ci", target]) == 0
     script = running.load(file_of("gitlab-student", course))["public-checks"]["script"][0]
@@ -91,9 +86,7 @@ def test_students_install_from_the_public_repository(course: Path) -> None:
         (["github-student", "--install", " "], "cannot be installed"),
     ],
 )
-def test_wrong_use_writes_nothing(
-    course: Path, autograder: Run, arguments: list[str], sentence: str
-) -> None:
+def test_wrong_use_writes_nothing(course, autograder, arguments, sentence):
     before = world.files(course)
     status, _, err = autograder("--solutions", "solutions", "init-ci", *arguments)
     assert status == 2 and sentence in err
@@ -101,9 +94,7 @@ def test_wrong_use_writes_nothing(
 
 
 @pytest.mark.parametrize("target", ["github-student", "gitlab-student", "gradescope"])
-def test_a_course_that_does_not_say_what_to_install_is_told_so(
-    tmp_path: Path, autograder: Run, target: str
-) -> None:
+def test_a_course_that_does_not_say_what_to_install_is_told_so(tmp_path, autograder, target):
     toy.make_tree(tmp_path)
     out = tmp_path / "out"
     status, _, err = autograder("init-ci", target, "--out", out)
@@ -111,14 +102,14 @@ def test_a_course_that_does_not_say_what_to_install_is_told_so(
     assert not out.exists() or not world.files(out)
 
 
-def test_what_pip_gets_is_one_word_of_the_shells(course: Path) -> None:
+def test_what_pip_gets_is_one_word_of_the_shells(course):
     assert cli.main(["init-ci", "github-student", "--install", "a'; touch made; '"]) == 0
     path = file_of("github-student", course)
     script = running.scripts(path, "check")["Install"]["run"]
     assert "'a'\"'\"'; touch made; '\"'\"''" in script
 
 
-def test_the_archive_is_its_owners_and_has_what_it_needs(course: Path) -> None:
+def test_the_archive_is_its_owners_and_has_what_it_needs(course):
     assert cli.main(["init-ci", "gradescope"]) == 0
     path = course / "class" / "gradescope" / f"{toy.NAME}.zip"
     assert stat.S_IMODE(path.stat().st_mode) == 0o600

@@ -88,7 +88,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     return {name: write(tree, name, folder / name) for name in WORKFLOWS}
 
 
-def test_every_workflow_passes_the_linter(written: dict[str, Path], linter: Path) -> None:
+def test_every_workflow_passes_the_linter(written, linter):
     assert complaints(linter, [*OWN, *(written[name] for name in ON_GITHUB)]) == []
 
 
@@ -101,9 +101,7 @@ def test_every_workflow_passes_the_linter(written: dict[str, Path], linter: Path
         ("    steps:\n", "    steps: []\n    step:\n"),
     ],
 )
-def test_the_linter_sees_what_it_looks_for(
-    written: dict[str, Path], linter: Path, tmp_path: Path, good: str, bad: str
-) -> None:
+def test_the_linter_sees_what_it_looks_for(written, linter, tmp_path, good, bad):
     text = written["github-student"].read_text("utf-8")
     assert good in text
     path = tmp_path / "bad.yml"
@@ -112,7 +110,7 @@ def test_the_linter_sees_what_it_looks_for(
 
 
 @pytest.mark.parametrize("name", ON_GITHUB)
-def test_a_workflow_has_few_rights_and_an_end(written: dict[str, Path], name: str) -> None:
+def test_a_workflow_has_few_rights_and_an_end(written, name):
     text, value = written[name].read_text("utf-8"), running.load(written[name])
     assert value["permissions"] == {"contents": "read"} and value["concurrency"]
     assert "pull_request_target" not in value["on"]
@@ -130,7 +128,7 @@ def test_a_workflow_has_few_rights_and_an_end(written: dict[str, Path], name: st
         assert step.get("shell") == "bash" or not re.search(r"[^|]\|[^|]", script)
 
 
-def test_only_a_job_without_the_courses_code_may_publish(written: dict[str, Path]) -> None:
+def test_only_a_job_without_the_courses_code_may_publish(written):
     jobs = running.load(written["github-course"])["jobs"]
     assert [name for name, job in jobs.items() if "permissions" in job] == ["publish"]
     assert jobs["publish"]["permissions"] == {"pages": "write", "id-token": "write"}
@@ -140,7 +138,7 @@ def test_only_a_job_without_the_courses_code_may_publish(written: dict[str, Path
     )
 
 
-def test_what_is_published_is_the_site_of_the_public_course(written: dict[str, Path]) -> None:
+def test_what_is_published_is_the_site_of_the_public_course(written):
     steps = running.load(written["github-course"])["jobs"]["build"]["steps"]
     (upload,) = [s for s in steps if s.get("uses", "").startswith("actions/upload-pages")]
     assert upload["with"] == {"path": "build/public/build/html"}
@@ -158,7 +156,7 @@ def scripts_in(path: Path) -> list[str]:
 
 
 @pytest.mark.parametrize("name", WORKFLOWS)
-def test_the_scripts_are_shell(written: dict[str, Path], name: str) -> None:
+def test_the_scripts_are_shell(written, name):
     found = scripts_in(written[name])
     assert len(found) >= 2
     # GitLab's may be run by a plain shell.
@@ -202,9 +200,7 @@ def machine(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureReq
     return Runner(tmp_path_factory.mktemp("machine"), offline=offline)
 
 
-def test_a_push_is_checked_in_a_fresh_clone(
-    init: Init, tmp_path: Path, released: Path, machine: Runner
-) -> None:
+def test_a_push_is_checked_in_a_fresh_clone(init, tmp_path, released, machine):
     student = students_repository(tmp_path / "student", released)
     path = init("github-student", student, "--install", str(GRADER))
     solve(student / toy.NAME / f"{toy.NAME}.ipynb", toy.DOUBLE)
@@ -234,9 +230,7 @@ def test_a_push_is_checked_in_a_fresh_clone(
     assert done.returncode == 1 and "There is no assignment here" in done.stdout
 
 
-def test_gitlab_checks_the_same_and_shows_the_notebook_no_token(
-    init: Init, tmp_path: Path, released: Path
-) -> None:
+def test_gitlab_checks_the_same_and_shows_the_notebook_no_token(init, tmp_path, released):
     student = students_repository(tmp_path / "student", released)
     path = init("gitlab-student", student, "--install", str(GRADER))
     look = "def double(x):\n    return 0 if 'CI_JOB_TOKEN' in os.environ else 2 * np.asarray(x)\n"
@@ -285,9 +279,7 @@ def grade(grader: Runner, root: Path, steps: dict[str, Any]) -> subprocess.Compl
 
 
 @pytest.mark.sandbox
-def test_marks_leave_the_machine_encrypted_and_without_a_name(
-    private: tuple[Path, dict[str, Any]], grader: Runner, wall_name: str
-) -> None:
+def test_marks_leave_the_machine_encrypted_and_without_a_name(private, grader, wall_name):
     root, steps = private
     toy.write(root / "submitted" / STUDENT / "draft" / "draft.ipynb", toy.answer())
     key(root / ".github" / "marks.asc", grader)
@@ -332,9 +324,7 @@ def key(path: Path, grader: Runner) -> None:
     path.write_bytes(done.stdout)
 
 
-def test_without_a_key_or_a_sandbox_or_submissions_nothing_is_graded(
-    private: tuple[Path, dict[str, Any]], grader: Runner
-) -> None:
+def test_without_a_key_or_a_sandbox_or_submissions_nothing_is_graded(private, grader):
     root, steps = private
     grader.known["inputs.submitted"] = "elsewhere"
     done = grade(grader, root, steps)
@@ -356,9 +346,7 @@ def test_without_a_key_or_a_sandbox_or_submissions_nothing_is_graded(
         ("$(touch made)", []),
     ],
 )
-def test_what_is_named_is_graded_and_never_run(
-    private: tuple[Path, dict[str, Any]], grader: Runner, assignment: str, paths: list[str]
-) -> None:
+def test_what_is_named_is_graded_and_never_run(private, grader, assignment, paths):
     root, steps = private
     toy.write(root / "submitted" / "bob" / "08-more" / "08-more.ipynb", toy.answer())
     program = root / ".venv" / "bin" / "autograder"

@@ -41,26 +41,24 @@ def score(student: str) -> int:
     return toy.result(Path("out"), student)["score"]
 
 
-def test_it_tells_its_version(autograder: Run) -> None:
+def test_it_tells_its_version(autograder):
     version = metadata.version("robust-slam-autograder")
     assert autograder("--version") == (0, f"autograder {version}\n", "")
 
 
-def test_a_folder_says_student_and_assignment(course: Path, grade: Run) -> None:
+def test_a_folder_says_student_and_assignment(course, grade):
     status, out, _ = grade(f"{ADA}/", course / ADA)
     assert status == 0 and "1 graded" in out
     assert score("ada") == toy.MOST and toy.result(Path("out"), "ada")["sandbox"] == "none"
 
 
-def test_a_path_may_be_the_current_folder(
-    course: Path, grade: Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_path_may_be_the_current_folder(course, grade, monkeypatch):
     monkeypatch.chdir(ADA)
     assert grade(".", "--out", course / "out")[0] == 0
     assert toy.result(course / "out", "ada")["score"] == toy.MOST
 
 
-def test_a_notebook_is_the_work_of_the_student_in_its_name(course: Path, grade: Run) -> None:
+def test_a_notebook_is_the_work_of_the_student_in_its_name(course, grade):
     path = toy.write(course / "inbox" / "Grace Hopper.ipynb", toy.answer())
     assert grade(path)[0] == grade(path, "--student", "grace")[0] == 0
     assert score("Grace Hopper") == score("grace") == toy.MOST
@@ -92,9 +90,7 @@ def test_a_notebook_is_the_work_of_the_student_in_its_name(course: Path, grade: 
         ([], "the following arguments are required: PATH"),
     ],
 )
-def test_wrong_use_grades_nothing(
-    course: Path, grade: Run, arguments: list[str], sentence: str
-) -> None:
+def test_wrong_use_grades_nothing(course, grade, arguments, sentence):
     toy.write(course / "copy.ipynb", toy.answer())
     status, out, err = grade(*arguments)
     assert status == 2 and sentence in err and out == ""
@@ -104,9 +100,7 @@ def test_wrong_use_grades_nothing(
 @pytest.mark.parametrize(
     "name", ["two\nlines", ".hidden", "a\u202eb", "ä" * 101, "a" * 129, "gradebook.db"]
 )
-def test_an_odd_folder_name_is_refused_and_the_batch_goes_on(
-    course: Path, grade: Run, name: str
-) -> None:
+def test_an_odd_folder_name_is_refused_and_the_batch_goes_on(course, grade, name):
     odd = toy.hand_in(course / "submitted", name, toy.answer())
     status, out, _ = grade(odd, ADA)
     assert status == 0 and "1 graded, 1 refused" in out
@@ -116,7 +110,7 @@ def test_an_odd_folder_name_is_refused_and_the_batch_goes_on(
     assert score("ada") == score("ben") == toy.MOST
 
 
-def test_names_that_look_alike_are_two_students_and_are_named(course: Path, grade: Run) -> None:
+def test_names_that_look_alike_are_two_students_and_are_named(course, grade):
     names = ("Zo\u00eb", "Zoe\u0308", "Zoe")
     paths = [toy.hand_in(course / "submitted", name, toy.answer()) for name in names]
     status, out, err = grade(*paths)
@@ -127,7 +121,7 @@ def test_names_that_look_alike_are_two_students_and_are_named(course: Path, grad
     assert "note:" not in grade(*paths[1:])[2]
 
 
-def test_a_draft_beside_the_submissions_is_left_out_and_named(course: Path, grade: Run) -> None:
+def test_a_draft_beside_the_submissions_is_left_out_and_named(course, grade):
     draft = course / "submitted" / "ada" / "draft"
     draft.mkdir()
     status, out, err = grade(ADA, draft)
@@ -145,40 +139,35 @@ def test_a_draft_beside_the_submissions_is_left_out_and_named(course: Path, grad
         (["ada/07-toy/07-toy.ipynb"], "path 1 of 1 lies in a submission's folder"),
     ],
 )
-def test_without_names_a_complaint_numbers_the_paths(
-    course: Path, grade: Run, paths: list[str], complaint: str
-) -> None:
+def test_without_names_a_complaint_numbers_the_paths(course, grade, paths, complaint):
     toy.write(course / "submitted" / "more" / "ada.ipynb", toy.answer())
     status, out, err = grade(*(course / "submitted" / path for path in paths), "--no-names")
     assert status == 2 and complaint in err
     assert not [name for name in ("ada", "eve") if name in out + err]
 
 
-def test_a_reader_that_closes_the_pipe_causes_no_traceback() -> None:
+def test_a_reader_that_closes_the_pipe_causes_no_traceback():
     command = [sys.executable, "-m", "robust_slam_autograder.cli", "doctor"]
     # The pipe's reading end is closed before anything is written.
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
-        assert process.stdout is not None and process.stderr is not None
         process.stdout.close()
         assert process.stderr.read() == b""
     assert process.returncode == 1
 
 
-def test_without_a_sandbox_nothing_is_graded(
-    autograder: Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_a_sandbox_nothing_is_graded(autograder, monkeypatch):
     monkeypatch.setattr(sandbox, "BACK_ENDS", {"broken": toy.Broken()})
     status, _, err = autograder("grade", ADA, "--out", "out")
     assert status == 2 and "--unsandboxed" in err
 
 
-def test_a_place_that_cannot_be_written_is_named(course: Path, grade: Run) -> None:
+def test_a_place_that_cannot_be_written_is_named(course, grade):
     (course / "file").touch()
     status, _, err = grade(ADA, "--out", course / "file")
     assert status == 2 and str(course / "file") in err
 
 
-def test_a_failure_of_the_grader_is_status_1(course: Path, grade: Run) -> None:
+def test_a_failure_of_the_grader_is_status_1(course, grade):
     toy.make_tree(course, value=toy.source_notebook(setup="1 / 0\n"))
     status, out, _ = grade(ADA)
     assert status == 1
@@ -194,7 +183,7 @@ class TestSummaries:
         Path("grace.ipynb").write_text("{")
         return lambda *arguments: grade(ADA, "grace.ipynb", *arguments)
 
-    def test_files_are_written_beside_the_table(self, both: Run) -> None:
+    def test_files_are_written_beside_the_table(self, both):
         status, out, _ = both("--json", "out/marks.json", "--markdown", "marks.md")
         assert status == 0 and "1 graded, 1 refused, 0 failed" in out
         assert "refused: grace.ipynb is not valid JSON" in out
@@ -204,18 +193,18 @@ class TestSummaries:
         assert "| `ada` | `07-toy` | 20/20 |" in Path("marks.md").read_text("utf-8")
         assert toy.result(Path("out"), "grace")["status"] == "refused"
 
-    def test_standard_output_has_the_summary_alone(self, both: Run) -> None:
+    def test_standard_output_has_the_summary_alone(self, both):
         status, out, err = both("--json", "-")
         assert status == 0 and json.loads(out)["schema"] == 1
         assert "1 graded, 1 refused" in err
         assert both("--json", "-", "--seed", 2)[1] == out, "it depends on the submissions alone"
         assert both("--markdown", "-")[1].startswith("## Grading\n")
 
-    def test_a_place_that_fails_after_grading_is_named(self, both: Run) -> None:
+    def test_a_place_that_fails_after_grading_is_named(self, both):
         status, _, err = both("--json", "/dev/full")
         assert status == 1 and err.startswith("autograder: /dev/full cannot be written (No space")
 
-    def test_without_names_no_output_has_one(self, course: Path, both: Run) -> None:
+    def test_without_names_no_output_has_one(self, course, both):
         status, out, err = both("--json", "marks.json", "--markdown", "marks.md", "--no-names")
         files = [Path(name).read_text("utf-8") for name in ("marks.json", "marks.md")]
         shown = [out.replace(str(course), ""), err, *files]
@@ -225,7 +214,7 @@ class TestSummaries:
 
 
 @pytest.mark.sandbox
-def test_marks_reach_the_gradebook_once(autograder: Run, wall_name: str) -> None:
+def test_marks_reach_the_gradebook_once(autograder, wall_name):
     where = ("grade", ADA, "--out", "out", "--sandbox", wall_name)
     gradebook = Path("out", DATABASE_NAME)
     assert autograder(*where)[0] == 0 and gradebook.is_file()
@@ -235,9 +224,7 @@ def test_marks_reach_the_gradebook_once(autograder: Run, wall_name: str) -> None
     assert toy.result(Path("out"), "ada")["sandbox"] == wall_name
 
 
-def test_the_gradebook_follows_a_result_that_came_out_otherwise(
-    course: Path, autograder: Run
-) -> None:
+def test_the_gradebook_follows_a_result_that_came_out_otherwise(course, autograder):
     dice, out = course / "dice", course / "out"
     code = f"{RIGHT}if not __import__('os').path.exists({str(dice)!r}):\n    double = abs\n"
     toy.hand_in(course / "submitted", "ada", toy.answer(code))
@@ -259,7 +246,7 @@ class TestCheck:
 
         return run
 
-    def test_a_right_notebook_passes(self, check: Run) -> None:
+    def test_a_right_notebook_passes(self, check):
         status, out, _ = check(toy.answer())
         assert status == 0
         assert out.splitlines()[:2] == [
@@ -267,7 +254,7 @@ class TestCheck:
             "✓ passed   double (visible cases; hidden cases remain)",
         ]
 
-    def test_a_wrong_one_does_not_and_its_summary_says_the_same(self, check: Run) -> None:
+    def test_a_wrong_one_does_not_and_its_summary_says_the_same(self, check):
         status, out, _ = check(toy.answer(WRONG), "--markdown", "summary.md")
         said = "double(3) is 6: add the number to itself"
         assert status == 1
@@ -288,18 +275,14 @@ class TestCheck:
             (["untested.ipynb"], "holds no test cell"),
         ],
     )
-    def test_wrong_use_names_the_remedy(
-        self, course: Path, autograder: Run, arguments: list[str], sentence: str
-    ) -> None:
+    def test_wrong_use_names_the_remedy(self, course, autograder, arguments, sentence):
         (course / "broken.ipynb").write_text("{")
         toy.write(course / "mine.ipynb", toy.answer())
         toy.write(course / "untested.ipynb", toy.notebook([toy.cell(RIGHT, "double")]))
         status, out, err = autograder("check", *arguments)
         assert (status, out) == (2, "") and sentence in err
 
-    def test_the_release_has_the_original_tests(
-        self, course: Path, check: Run, autograder: Run
-    ) -> None:
+    def test_the_release_has_the_original_tests(self, course, check, autograder):
         release(course / "solutions", [], course / "release")
         without_tests = toy.answer(WRONG)
         del without_tests["cells"][2]
@@ -311,7 +294,7 @@ class TestCheck:
         status, _, err = autograder("check", other, "--release", course / "release")
         assert status == 2 and "has no release for other.ipynb" in err
 
-    def test_copied_cells_and_magics_are_no_obstacle(self, check: Run) -> None:
+    def test_copied_cells_and_magics_are_no_obstacle(self, check):
         value = toy.answer("%%time\n" + RIGHT)
         value["cells"].insert(2, value["cells"][1] | {"source": "!ls\n" + RIGHT, "id": "copy"})
         assert check(value)[0] == 0
@@ -325,15 +308,13 @@ class TestCheck:
             ("networkx", 'packages = ["numpy", "networkx"]', None),
         ],
     )
-    def test_what_a_notebook_may_import_is_as_when_it_is_graded(
-        self, check: Run, module: str, config: str, said: str | None
-    ) -> None:
+    def test_what_a_notebook_may_import_is_as_when_it_is_graded(self, check, module, config, said):
         Path("autograder.toml").write_text(f"{config}\n")
         status, out, _ = check(toy.answer(f"import {module}\n{RIGHT}"))
         assert status == (0 if said is None else 1) and (said or "") in out
 
 
-def test_release_writes_each_assignment(course: Path, autograder: Run) -> None:
+def test_release_writes_each_assignment(course, autograder):
     status, out, _ = autograder("release", "--out", course / "release")
     assert status == 0
     released = course / "release" / toy.NAME

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 from robust_slam_autograder import sandbox
 from robust_slam_autograder.commands import doctor
 from robust_slam_autograder.sandbox import Fork, Unsandboxed, view
 
 from tests.autograder import toy
-from tests.autograder.conftest import Run
 
 
-def test_it_says_what_works_and_what_is_taken(
-    autograder: Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_it_says_what_works_and_what_is_taken(autograder, monkeypatch):
     monkeypatch.setattr(sandbox, "BACK_ENDS", {"broken": toy.Broken(), "good": Unsandboxed()})
     status, out, _ = autograder("doctor")
     assert status == 0
@@ -24,9 +19,7 @@ def test_it_says_what_works_and_what_is_taken(
 
 
 @pytest.mark.parametrize("problem", [None, "this user may make no control group"])
-def test_it_says_how_memory_is_counted(
-    autograder: Run, monkeypatch: pytest.MonkeyPatch, problem: str | None
-) -> None:
+def test_it_says_how_memory_is_counted(autograder, monkeypatch, problem):
     monkeypatch.setattr(sandbox, "BACK_ENDS", {"good": Unsandboxed()})
     monkeypatch.setattr(doctor.cgroup, "problem", lambda: problem)
     status, out, _ = autograder("doctor")
@@ -37,9 +30,7 @@ def test_it_says_how_memory_is_counted(
         assert problem in out and "process by process" in out and "systemd-run" in out
 
 
-def test_it_says_what_student_code_would_see_of_the_course(
-    autograder: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_it_says_what_student_code_would_see_of_the_course(autograder, monkeypatch, tmp_path):
     """The sentence with which grading refuses."""
     tree, out = toy.make_tree(tmp_path), tmp_path / "graded"
     monkeypatch.setattr(sandbox, "BACK_ENDS", {"fork": Fork()})
@@ -52,9 +43,7 @@ def test_it_says_what_student_code_would_see_of_the_course(
     assert f"Student code could read {tree}, which lies in {tmp_path}: move it" in said
 
 
-def test_nothing_that_works_is_exit_status_1(
-    autograder: Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_nothing_that_works_is_exit_status_1(autograder, monkeypatch):
     monkeypatch.setattr(sandbox, "BACK_ENDS", {"broken": toy.Broken()})
     status, out, _ = autograder("doctor")
     assert status == 1 and "--unsandboxed" in out
@@ -73,9 +62,7 @@ def test_nothing_that_works_is_exit_status_1(
         ("fork", "it needs Linux", {"system": "Darwin"}, "WSL"),
     ],
 )
-def test_a_problem_has_a_remedy(
-    monkeypatch: pytest.MonkeyPatch, name: str, problem: str, facts: dict[str, object], remedy: str
-) -> None:
+def test_a_problem_has_a_remedy(monkeypatch, name, problem, facts, remedy):
     restriction = "kernel.apparmor_restrict_unprivileged_userns"
     monkeypatch.setattr("platform.system", lambda: facts.get("system", "Linux"))
     monkeypatch.setattr("shutil.which", lambda command: facts.get("bwrap", "/usr/bin/bwrap"))

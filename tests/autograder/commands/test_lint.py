@@ -233,9 +233,7 @@ NAMES = [f"{rule}-{number}" for number, (rule, *_) in enumerate(CASES)]
 
 
 @pytest.mark.parametrize(("rule", "bad", "line", "near"), CASES, ids=NAMES)
-def test_a_rule_finds_its_case_and_leaves_the_near_miss(
-    lint: Any, rule: str, bad: str, line: int, near: str
-) -> None:
+def test_a_rule_finds_its_case_and_leaves_the_near_miss(lint, rule, bad, line, near):
     found = lint(with_case(bad))
     assert [at for cell, at in places(found, rule) if cell == CELL] == [line], found
     spared = lint(with_case(near))
@@ -294,9 +292,7 @@ WHOLE_NOTEBOOKS: list[tuple[str, dict[str, Any], str, list[tuple[str, int]]]] = 
     WHOLE_NOTEBOOKS,
     ids=[f"{rule}-{number}" for number, (rule, *_) in enumerate(WHOLE_NOTEBOOKS)],
 )
-def test_a_rule_finds_in_a_notebook_what_it_is_for_and_no_more(
-    lint: Any, rule: str, value: dict[str, Any], config: str, wanted: list[tuple[str, int]]
-) -> None:
+def test_a_rule_finds_in_a_notebook_what_it_is_for_and_no_more(lint, rule, value, config, wanted):
     assert sorted(places(lint(value, config), rule)) == sorted(wanted)
 
 
@@ -315,15 +311,13 @@ def test_a_rule_finds_in_a_notebook_what_it_is_for_and_no_more(
         ),
     ],
 )
-def test_a_module_that_does_not_exist_is_named(
-    lint: Any, rule: str, config: str, named: list[str]
-) -> None:
+def test_a_module_that_does_not_exist_is_named(lint, rule, config, named):
     said = messages(lint(toy.source_notebook(), config), rule)
     assert len(said) == len(named)
     assert all(name in message for name, message in zip(named, said, strict=True))
 
 
-def test_an_import_that_students_may_not_make_is_found(lint: Any) -> None:
+def test_an_import_that_students_may_not_make_is_found(lint):
     """In the set-up, and anywhere in a solution; what a set-up's function imports runs outside."""
     value = toy.source_notebook(
         setup=f"{toy.SETUP}import networkx\n\n\ndef later():\n    import networkx\n",
@@ -344,8 +338,8 @@ def test_an_import_that_students_may_not_make_is_found(lint: Any) -> None:
     ],
 )
 def test_an_exercise_needs_a_wrong_and_a_right_answer_where_answers_are_given(
-    lint: Any, tmp_path: Path, double: str, wanted: list[str]
-) -> None:
+    lint, tmp_path, double, wanted
+):
     file = tmp_path / "answers" / toy.NAME / "double.py"
     file.parent.mkdir(parents=True)
     file.write_text(double, encoding="utf-8")
@@ -368,7 +362,7 @@ ALLOWED = toy.source_notebook(
 )
 
 
-def test_a_comment_allows_a_finding_in_its_case_or_in_its_exercise(lint: Any) -> None:
+def test_a_comment_allows_a_finding_in_its_case_or_in_its_exercise(lint):
     found = lint(ALLOWED)
     assert not places(found, "no-rng")
     assert not [one for one in found if one.rule.startswith("allow")]
@@ -376,7 +370,7 @@ def test_a_comment_allows_a_finding_in_its_case_or_in_its_exercise(lint: Any) ->
     assert {cell for cell, _ in places(found, "no-message")} == {"apply-by-hand"}
 
 
-def test_a_comment_does_not_reach_the_release(tmp_path: Path) -> None:
+def test_a_comment_does_not_reach_the_release(tmp_path):
     (made,) = release(toy.make_tree(tmp_path, value=ALLOWED), [], tmp_path / "release")
     assert "SECRET-REASON" not in made.read_text(encoding="utf-8")
 
@@ -391,13 +385,11 @@ def test_a_comment_does_not_reach_the_release(tmp_path: Path) -> None:
         (hidden(X, "# lint: allow no-rng (why)", "assert len(double(x)) == 5"), "allow-unused", 5),
     ],
 )
-def test_a_comment_that_allows_nothing_is_found(
-    lint: Any, source: str, rule: str, line: int
-) -> None:
+def test_a_comment_that_allows_nothing_is_found(lint, source, rule, line):
     assert places(lint(with_case(source)), rule) == [(CELL, line)]
 
 
-def test_results_are_told_apart_by_their_place_in_a_tuple(lint: Any) -> None:
+def test_results_are_told_apart_by_their_place_in_a_tuple(lint):
     source = hidden(
         "last, history = apply(abs, 1, 2)",
         "assert np.shape(history) == (3,)",
@@ -409,7 +401,7 @@ def test_results_are_told_apart_by_their_place_in_a_tuple(lint: Any) -> None:
     assert not places(found, "number-unchecked")
 
 
-def test_rules_have_names_of_their_own_and_each_has_a_test() -> None:
+def test_rules_have_names_of_their_own_and_each_has_a_test():
     names = [rule.name for rule in RULES]
     assert len(set(names)) == len(names)
     text = Path(__file__).read_text(encoding="utf-8")
@@ -438,12 +430,12 @@ def run(tmp_path: Path, autograder: Run) -> Run:
     return command
 
 
-def test_a_clean_assignment_passes_even_strictly(run: Run) -> None:
+def test_a_clean_assignment_passes_even_strictly(run):
     status, out, _ = run(ONE, "--strict")
     assert (status, out) == (0, "✓ 0 errors, 0 warnings in 1 assignment.\n")
 
 
-def test_a_warning_fails_only_strictly(run: Run) -> None:
+def test_a_warning_fails_only_strictly(run):
     source = ONE.replace(f", {SAID}", "")
     status, out, _ = run(source, toy.NAME)
     assert status == 0 and out.endswith("✓ 0 errors, 1 warnings in 1 assignment.\n")
@@ -451,7 +443,7 @@ def test_a_warning_fails_only_strictly(run: Run) -> None:
     assert run(source, "--strict")[0] == 1
 
 
-def test_an_error_fails_and_json_has_every_field(run: Run) -> None:
+def test_an_error_fails_and_json_has_every_field(run):
     status, out, _ = run(ONE.replace(f"double(3) == 6, {SAID}", f"(1, 2), {SAID}"), "--json")
     (found,) = json.loads(out)
     assert status == 1
@@ -460,22 +452,20 @@ def test_an_error_fails_and_json_has_every_field(run: Run) -> None:
     assert found["severity"] == "error"
 
 
-def test_wrong_use_names_the_remedy(run: Run) -> None:
+def test_wrong_use_names_the_remedy(run):
     status, _, err = run(ONE, "no-such")
     assert status == 2 and "no assignment no-such" in err and toy.NAME in err
     status, _, err = run(ONE, "--answers", "nowhere")
     assert status == 2 and "--answers DIR" in err
 
 
-def test_rules_are_listed_with_a_sentence_each(run: Run) -> None:
+def test_rules_are_listed_with_a_sentence_each(run):
     status, out, _ = run(ONE, "--rules")
     assert status == 0
     assert [line.split()[0] for line in out.splitlines()] == [rule.name for rule in RULES]
 
 
-def test_nbgraders_own_demonstration_is_told_what_does_not_work_here(
-    tmp_path: Path, autograder: Run
-) -> None:
+def test_nbgraders_own_demonstration_is_told_what_does_not_work_here(tmp_path, autograder):
     """Two notebooks in one assignment, and a test that takes away a function it relies on."""
     tree = tmp_path / "solutions"
     # What `nbgrader quickstart` copies.

@@ -94,9 +94,7 @@ def read(paths: list[Path], **options: str) -> tuple[dict[Path, str], list[Path]
 @pytest.mark.parametrize("place", PLACES)
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("options", [{}, {"assignment": toy.NAME}], ids=["", "named"])
-def test_a_students_own_folder_alone_counts(
-    course: Path, kind: str, place: str, options: dict[str, str]
-) -> None:
+def test_a_students_own_folder_alone_counts(course, kind, place, options):
     odd = course / "submitted" / "bob" / place
     KINDS[kind](odd)
     owners, strays = read(list(map(Path, everything(course))), **options)
@@ -105,7 +103,7 @@ def test_a_students_own_folder_alone_counts(
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_what_is_in_a_submissions_place_is_its_students(course: Path, kind: str) -> None:
+def test_what_is_in_a_submissions_place_is_its_students(course, kind):
     odd = course / "submitted" / "eve" / toy.NAME
     odd.parent.mkdir()
     KINDS[kind](odd)
@@ -125,9 +123,7 @@ def test_what_is_in_a_submissions_place_is_its_students(course: Path, kind: str)
         (f"submitted/__MACOSX/{toy.NAME}",),
     ],
 )
-def test_a_notebook_in_a_students_folder_is_not_another_students(
-    course: Path, paths: tuple[str, ...]
-) -> None:
+def test_a_notebook_in_a_students_folder_is_not_another_students(course, paths):
     for path in paths:
         toy.write(course / path / "x" if path.endswith(toy.NAME) else course / path, toy.answer())
     owners, _ = read([course / path for path in paths], assignment=toy.NAME)
@@ -138,13 +134,13 @@ def test_a_notebook_in_a_students_folder_is_not_another_students(
 
 
 @pytest.mark.parametrize("path", ["inbox/alice.ipynb", f"inbox/{toy.NAME}/alice.ipynb"])
-def test_a_notebook_in_an_inbox_is_its_stems(course: Path, path: str) -> None:
+def test_a_notebook_in_an_inbox_is_its_stems(course, path):
     paths = [toy.write(course / path, toy.answer()), course / "submitted" / "ada" / toy.NAME]
     owners = dict(zip(paths, ("alice", "ada"), strict=True))
     assert read(paths, assignment=toy.NAME) == (owners, [])
 
 
-def test_a_folder_in_a_students_folder_is_not_another_students(course: Path) -> None:
+def test_a_folder_in_a_students_folder_is_not_another_students(course):
     deeper = course / "submitted" / "bob" / "alice" / toy.NAME
     deeper.mkdir(parents=True)
     own = course / "submitted" / "bob" / toy.NAME
@@ -155,14 +151,14 @@ def test_a_folder_in_a_students_folder_is_not_another_students(course: Path) -> 
     assert read([section]) == ({section: "mia"}, [])
 
 
-def test_two_paths_of_one_submission_cost_no_other_student_a_mark(course: Path) -> None:
+def test_two_paths_of_one_submission_cost_no_other_student_a_mark(course):
     again = toy.write(course / "c" / "d" / "bob.ipynb", toy.answer())
     twice = [toy.write(course / place / "eve.ipynb", toy.answer()) for place in ("a/b", "e/f")]
     owners, strays = read([*map(Path, everything(course)), again, *twice], assignment=toy.NAME)
     assert sorted(owners.values()) == ["ada", "bob"] and strays == [again, *twice]
 
 
-def test_a_path_that_cannot_be_looked_at_is_left_out(tmp_path: Path) -> None:
+def test_a_path_that_cannot_be_looked_at_is_left_out(tmp_path):
     path = tmp_path / ("x" * 300) / toy.NAME
     assert read([path]) == ({}, [path])
     job = Job("eve", toy.assignment(), tmp_path, path)
@@ -170,7 +166,7 @@ def test_a_path_that_cannot_be_looked_at_is_left_out(tmp_path: Path) -> None:
         batch.locate(job)
 
 
-def test_the_documented_command_grades_everyone_else(course: Path, run: Run) -> None:
+def test_the_documented_command_grades_everyone_else(course, run):
     bob = course / "submitted" / "bob"
     for number, name in enumerate([*HOSTILE.values(), *PLACES]):
         make = list(KINDS.values())[number % len(KINDS)]
@@ -209,9 +205,7 @@ def test_the_documented_command_grades_everyone_else(course: Path, run: Run) -> 
 
 
 @pytest.mark.sandbox
-def test_what_is_no_submission_is_refused_and_the_others_are_graded(
-    course: Path, run: Run, wall_name: str
-) -> None:
+def test_what_is_no_submission_is_refused_and_the_others_are_graded(course, run, wall_name):
     kinds = KINDS | {"visible": lambda path: path.symlink_to(sysconfig.get_path("stdlib"))}
     for kind, make in kinds.items():
         odd = course / "submitted" / kind / toy.NAME
@@ -224,9 +218,7 @@ def test_what_is_no_submission_is_refused_and_the_others_are_graded(
     assert toy.result(course / "out", "notebook")["score"] == toy.MOST
 
 
-def test_names_of_files_beside_the_results_are_no_students(
-    course: Path, run: Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_names_of_files_beside_the_results_are_no_students(course, run, monkeypatch):
     monkeypatch.setattr(grade_command, "record", lambda *arguments: None)
     (course / "out").mkdir()
     (course / "out" / "left.txt").touch()

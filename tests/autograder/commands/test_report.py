@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import shutil
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from urllib.parse import unquote
@@ -52,7 +51,7 @@ def links(page: str) -> list[str]:
     return re.findall(r'href="(?!#|data:)([^"]*)"', page)
 
 
-def test_each_assignment_has_a_page_and_the_index_leads_there(graded: Path, run: Run) -> None:
+def test_each_assignment_has_a_page_and_the_index_leads_there(graded, run):
     status, out, err = run()
     assert (status, err) == (0, "")
     assert out == f"report on 2 of 2 assignments: {graded / 'report' / 'index.html'}\n"
@@ -62,14 +61,14 @@ def test_each_assignment_has_a_page_and_the_index_leads_there(graded: Path, run:
     assert links(found[f"{OTHER}.html"]) == ["index.html"]
 
 
-def test_a_title_is_the_assignments_own(graded: Path, run: Run) -> None:
+def test_a_title_is_the_assignments_own(graded, run):
     toy.make_tree(graded, 'title = "Twice, and again"\n')
     assert run()[0] == 0
     assert "<h1>Twice, and again</h1>" in pages(graded)[f"{toy.NAME}.html"]
     assert f"<h1>{OTHER}</h1>" in pages(graded)[f"{OTHER}.html"]
 
 
-def test_one_page_may_be_made_anew_and_the_index_still_has_all(graded: Path, run: Run) -> None:
+def test_one_page_may_be_made_anew_and_the_index_still_has_all(graded, run):
     status, out, _ = run(OTHER)
     assert status == 0 and out.startswith("report on 1 of 2 assignments")
     assert set(pages(graded)) == {"index.html", f"{OTHER}.html"}
@@ -79,7 +78,7 @@ def test_one_page_may_be_made_anew_and_the_index_still_has_all(graded: Path, run
     assert links(pages(graded)["index.html"]) == [f"{toy.NAME}.html", f"{OTHER}.html"]
 
 
-def test_names_lead_to_the_feedback_that_there_is(graded: Path, run: Run) -> None:
+def test_names_lead_to_the_feedback_that_there_is(graded, run):
     for student in STUDENTS[:2]:
         page = graded / "feedback" / student / f"{toy.NAME}.html"
         page.parent.mkdir(parents=True)
@@ -92,7 +91,7 @@ def test_names_lead_to_the_feedback_that_there_is(graded: Path, run: Run) -> Non
     }
 
 
-def test_without_names_no_file_and_no_page_tells_one(graded: Path, run: Run) -> None:
+def test_without_names_no_file_and_no_page_tells_one(graded, run):
     shutil.copytree(graded / "graded", graded / "feedback")
     assert run("--no-names")[0] == 0
     shown = repr(pages(graded))
@@ -100,7 +99,7 @@ def test_without_names_no_file_and_no_page_tells_one(graded: Path, run: Run) -> 
     assert "Refused: 1" in pages(graded)[f"{toy.NAME}.html"]
 
 
-def test_without_names_the_index_leads_to_no_page_of_before(graded: Path, run: Run) -> None:
+def test_without_names_the_index_leads_to_no_page_of_before(graded, run):
     assert run()[0] == 0
     assert run(OTHER, "--no-names")[0] == 0
     assert links(pages(graded)["index.html"]) == [f"{OTHER}.html"]
@@ -113,13 +112,13 @@ def test_without_names_the_index_leads_to_no_page_of_before(graded: Path, run: R
         (["--out", "nowhere"], "nowhere holds no result: grade first"),
     ],
 )
-def test_wrong_use_is_told(graded: Path, run: Run, arguments: list[str], sentence: str) -> None:
+def test_wrong_use_is_told(graded, run, arguments, sentence):
     status, out, err = run(*arguments)
     assert (status, out) == (2, "") and sentence in err
     assert not (graded / "report").exists()
 
 
-def test_no_assignment_takes_the_place_of_the_index(graded: Path, run: Run) -> None:
+def test_no_assignment_takes_the_place_of_the_index(graded, run):
     made = graded / "graded" / "cleo" / f"{toy.NAME}.json"
     shutil.copy(made, made.with_name("index.json"))
     status, _, err = run()
@@ -127,7 +126,7 @@ def test_no_assignment_takes_the_place_of_the_index(graded: Path, run: Run) -> N
     assert not (graded / "report").exists()
 
 
-def test_a_place_that_cannot_be_written_is_named(graded: Path, run: Run) -> None:
+def test_a_place_that_cannot_be_written_is_named(graded, run):
     (graded / "report").write_text("a file")
     status, out, err = run()
     assert (status, out) == (1, "")
@@ -147,9 +146,7 @@ SPOILT = {
 
 
 @pytest.mark.parametrize("spoil", SPOILT.values(), ids=SPOILT)
-def test_a_file_that_is_no_result_is_named(
-    graded: Path, run: Run, spoil: Callable[[str], str]
-) -> None:
+def test_a_file_that_is_no_result_is_named(graded, run, spoil):
     path = graded / "graded" / "cleo" / f"{toy.NAME}.json"
     text = path.read_text()
     assert spoil(text) != text

@@ -26,7 +26,7 @@ def written(folder: Path, text: str) -> list[Answer]:
     return read(path)
 
 
-def test_a_function_is_its_body_its_story_and_its_case(tmp_path: Path) -> None:
+def test_a_function_is_its_body_its_story_and_its_case(tmp_path):
     text = 'def wrong_one():\n    """Wrong: always one. Caught by area-two."""\n    area = 1\n'
     right, wrong = written(tmp_path, text)
     assert right.is_right and right.caught_by is None and right.exercise == "area"
@@ -34,7 +34,7 @@ def test_a_function_is_its_body_its_story_and_its_case(tmp_path: Path) -> None:
     assert wrong == Answer("area", "wrong_one", "area = 1\n", "Wrong: always one.", "area-two")
 
 
-def test_a_change_is_the_right_answer_with_other_text(tmp_path: Path) -> None:
+def test_a_change_is_the_right_answer_with_other_text(tmp_path):
     text = (
         'wrong_plus = change(right_sum, "width *", "width +", stopped_by="area-two")\n"""Adds."""'
     )
@@ -43,14 +43,14 @@ def test_a_change_is_the_right_answer_with_other_text(tmp_path: Path) -> None:
     assert (wrong.story, wrong.caught_by, wrong.is_visible) == ("Adds.", "area-two", True)
 
 
-def test_a_change_may_be_right_and_names_no_case(tmp_path: Path) -> None:
+def test_a_change_may_be_right_and_names_no_case(tmp_path):
     _, other = written(tmp_path, 'right_other = change(right_sum, "width *", "1 * width *")\n')
     assert other.is_right and other.caught_by is None
     with pytest.raises(ValueError, match="a right one none"):
         written(tmp_path, 'right_other = change(right_sum, "width *", "1 *", caught_by="a")\n')
 
 
-def test_several_lines_stand_where_the_first_one_stood(tmp_path: Path) -> None:
+def test_several_lines_stand_where_the_first_one_stood(tmp_path):
     text = '''wrong_both = change(
     right_sum,
     (
@@ -83,16 +83,16 @@ def test_several_lines_stand_where_the_first_one_stood(tmp_path: Path) -> None:
         ('print(right_sum, "width *", "w", caught_by="a")', "change"),
     ],
 )
-def test_another_form_is_refused_with_its_place(tmp_path: Path, call: str, told: str) -> None:
+def test_another_form_is_refused_with_its_place(tmp_path, call, told):
     with pytest.raises(ValueError, match=rf"area\.py:11: wrong_plus: .*{told}"):
         written(tmp_path, f"wrong_plus = {call}\n")
 
 
-def test_nothing_of_the_file_is_run(tmp_path: Path) -> None:
+def test_nothing_of_the_file_is_run(tmp_path):
     read_ones = written(tmp_path, "raise SystemExit\n")
     assert [answer.name for answer in read_ones] == ["right_sum"]
 
 
-def test_an_occurrence_may_span_lines_of_any_indentation() -> None:
+def test_an_occurrence_may_span_lines_of_any_indentation():
     source = "if a:\n    if b:\n        c\nif b:\n    d\n"
     assert replaced(source, "if b:\n    c", "c") == "if a:\n    c\nif b:\n    d\n"

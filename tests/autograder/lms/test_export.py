@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import shutil
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -94,7 +93,7 @@ def column(course: Path) -> list[str]:
     return [row[5] for row in rows(course)[2:5]]
 
 
-def test_canvas_gets_its_own_columns_and_points(course: Path, export: Run) -> None:
+def test_canvas_gets_its_own_columns_and_points(course, export):
     status, out, err = export("canvas", CANVAS)
     assert status == 0 and "2 of 3 students have marks, matched by SIS Login ID" in out
     assert rows(course) == [
@@ -109,7 +108,7 @@ def test_canvas_gets_its_own_columns_and_points(course: Path, export: Run) -> No
     assert (course / "marks.csv").stat().st_mode & 0o777 == 0o600
 
 
-def test_moodle_gets_who_and_the_grade(course: Path, export: Run) -> None:
+def test_moodle_gets_who_and_the_grade(course, export):
     assert export("moodle", MOODLE)[0] == 0
     assert rows(course) == [
         ["First name", "Last name", "ID number", "Email address", "Assignment: The toy (Real)"],
@@ -119,7 +118,7 @@ def test_moodle_gets_who_and_the_grade(course: Path, export: Run) -> None:
     ]
 
 
-def test_a_column_of_any_name_can_match(course: Path, export: Run) -> None:
+def test_a_column_of_any_name_can_match(course, export):
     roster = MOODLE.replace("Email address", "E-Mail-Adresse")
     status, out, _ = export("moodle", roster, "--match", "E-Mail-Adresse")
     assert status == 0 and "matched by E-Mail-Adresse" in out
@@ -138,9 +137,9 @@ def test_a_column_of_any_name_can_match(course: Path, export: Run) -> None:
     ids=["line ends", "missing as zero", "not on the roster", "new there", "named column"],
 )  # fmt: skip
 def test_each_student_has_the_mark_that_there_is(
-    course: Path, export: Run, old: str, new: str, arguments: list[str], status: int, said: str,
-    marks: list[str],
-) -> None:  # fmt: skip
+    course, export, old, new, arguments, status, said,
+    marks,
+):  # fmt: skip
     ended, _, err = export("canvas", CANVAS.replace(old, new) if old else CANVAS, *arguments)
     assert ended == status and said in err
     assert column(course) == marks
@@ -149,7 +148,7 @@ def test_each_student_has_the_mark_that_there_is(
     assert rows(course)[0][5:] == [wanted] and is_new == (new == "Else" and not arguments)
 
 
-def test_a_failure_of_the_grader_is_no_mark(course: Path, export: Run) -> None:
+def test_a_failure_of_the_grader_is_no_mark(course, export):
     record(course / "out", samples.failed("why"))
     status, out, err = export("canvas", CANVAS, "--missing-as-zero")
     assert status == 1 and "1 of 3 students have marks" in out
@@ -157,16 +156,14 @@ def test_a_failure_of_the_grader_is_no_mark(course: Path, export: Run) -> None:
     assert column(course) == ["", "4", "0"]
 
 
-def test_two_spellings_of_one_name_have_no_mark_and_the_others_have(
-    course: Path, export: Run
-) -> None:
+def test_two_spellings_of_one_name_have_no_mark_and_the_others_have(course, export):
     record(course / "out", marked("Zo\u00eb", [4, 6, 5, 5]))
     status, _, err = export("canvas", CANVAS, "--missing-as-zero")
     assert status == 1 and "are one name, written in two ways: no mark" in err
     assert column(course) == ["15", "3.5", "0"]
 
 
-def test_what_a_person_gave_counts_and_what_waits_is_told(course: Path, export: Run) -> None:
+def test_what_a_person_gave_counts_and_what_waits_is_told(course, export):
     with Gradebook(f"sqlite:///{course / 'out' / DATABASE_NAME}") as book:
         row = book.find_grade("apply-twice", toy.NAME, toy.NAME, "ada")
         row.manual_score, row.needs_manual_grade = 2.25, True
@@ -195,7 +192,7 @@ class TestLate:
 
         return command
 
-    def test_it_is_shown_before_and_after(self, course: Path, late: Run) -> None:
+    def test_it_is_shown_before_and_after(self, course, late):
         status, out, _ = late(A_DAY_LATE)
         assert status == 0 and column(course)[:2] == ["11", "4"]
         zoe, ada = (line.split() for line in out.splitlines()[1:3])
@@ -210,20 +207,18 @@ class TestLate:
             # The gradebook keeps its own.
             assert book.find_submission(toy.NAME, "ada").score == 15
 
-    def test_an_extension_of_a_student_without_a_mark_is_named(self, late: Run) -> None:
+    def test_an_extension_of_a_student_without_a_mark_is_named(self, late):
         later = "= 2026-12-24T12:00:00\n"
         extensions = f"[extensions.07-toy]\nada {later}aad {later}[extensions.08]\nbob {later}"
         status, _, err = late(A_DAY_LATE, IN_TIME, POLICY + extensions)
         assert status == 0 and "bob" not in err
         assert "an extension for 07-toy, and no mark of theirs: 1 (aad)" in err
 
-    def test_a_mark_does_not_fall_below_nothing(self, course: Path, late: Run) -> None:
+    def test_a_mark_does_not_fall_below_nothing(self, course, late):
         late("2026-12-24 10:00:01 UTC", "2026-12-24 12:00:00 UTC")
         assert column(course)[:2] == ["0", "0"]
 
-    def test_nbgraders_own_penalty_is_shown_and_never_taken_twice(
-        self, course: Path, export: Run, late: Run
-    ) -> None:
+    def test_nbgraders_own_penalty_is_shown_and_never_taken_twice(self, course, export, late):
         with Gradebook(f"sqlite:///{course / 'out' / DATABASE_NAME}") as book:
             row = book.find_submission_notebook(toy.NAME, toy.NAME, "ada")
             row.late_submission_penalty = 3
@@ -245,8 +240,8 @@ class TestLate:
         ids=["junk", "no submission"],
     )
     def test_a_submission_without_a_time_costs_its_own_student_the_mark(
-        self, course: Path, export: Run, late: Run, spoil: Callable[[Path], object], said: str
-    ) -> None:
+        self, course, export, late, spoil, said
+    ):
         late(IN_TIME)
         spoil(course / "submitted" / "ada" / toy.NAME / "timestamp.txt")
         what = ("--late", "late.toml", "--missing-as-zero", "--submitted", "submitted")
@@ -255,9 +250,7 @@ class TestLate:
         assert "ada/07-toy has no mark: " in err and said in err
         assert column(course) == ["", "4", "0"]
 
-    def test_where_no_submission_says_when_nothing_is_written(
-        self, course: Path, export: Run
-    ) -> None:
+    def test_where_no_submission_says_when_nothing_is_written(self, course, export):
         (course / "late.toml").write_text(POLICY)
         status, _, err = export("canvas", CANVAS, "--late", "late.toml", "--submitted", "none")
         assert status == 2 and "--submitted DIR" in err
@@ -277,9 +270,7 @@ class TestLate:
         ("moodle", "ID number", "Email address", "roster.csv:1: two columns are named"),
     ],
 )
-def test_a_doubtful_roster_is_refused_and_nothing_written(
-    course: Path, export: Run, system: str, old: str, new: str, words: str
-) -> None:
+def test_a_doubtful_roster_is_refused_and_nothing_written(course, export, system, old, new, words):
     roster = CANVAS if system == "canvas" else MOODLE
     assert old in roster
     status, out, err = export(system, roster.replace(old, new))
@@ -301,24 +292,20 @@ def test_a_doubtful_roster_is_refused_and_nothing_written(
         (["--to", "roster.csv"], "is the roster itself"),
     ],
 )
-def test_wrong_use_writes_nothing(
-    course: Path, export: Run, arguments: list[str], words: str
-) -> None:
+def test_wrong_use_writes_nothing(course, export, arguments, words):
     status, out, err = export("canvas", CANVAS, *arguments)
     assert status == 2 and words in err and out == ""
     assert not (course / "marks.csv").exists()
     assert (course / "roster.csv").read_text(encoding="utf-8") == CANVAS
 
 
-def test_a_gradebook_that_lags_behind_the_results_is_refused(course: Path, export: Run) -> None:
+def test_a_gradebook_that_lags_behind_the_results_is_refused(course, export):
     results.write(course / "out", marked("ada", [4, 6, 5, 5]))
     status, _, err = export("canvas", CANVAS)
     assert status == 2 and "does not have ada/07-toy as it was graded last" in err
 
 
-def test_from_the_submission_to_the_file(
-    tmp_path: Path, autograder: Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_from_the_submission_to_the_file(tmp_path, autograder, monkeypatch):
     monkeypatch.chdir(tmp_path)
     toy.make_tree(tmp_path)
     half = toy.answer(apply="def apply(f, x, times):\n    return x, []\n")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -50,22 +49,22 @@ def loaded(folder: Path, text: str = TABLE) -> late.Rules:
         (365 * 24 * HOUR, 10),
     ],
 )
-def test_each_day_begun_costs_up_to_the_cap(lateness: timedelta, points: float) -> None:
+def test_each_day_begun_costs_up_to_the_cap(lateness, points):
     policy = Policy(percent_per_day=10, grace_minutes=15, cap_percent=50)
     assert policy.penalty(lateness, 20) == points
 
 
-def test_nothing_is_taken_off_at_no_percent() -> None:
+def test_nothing_is_taken_off_at_no_percent():
     assert Policy(percent_per_day=0).penalty(100 * HOUR, 20) == 0
 
 
-def test_due_times_are_the_zones_and_extensions_the_students(tmp_path: Path) -> None:
+def test_due_times_are_the_zones_and_extensions_the_students(tmp_path):
     rules = loaded(tmp_path)
     due = rules.due_for("07-toy", "eve")
-    assert due is not None and late.as_utc(due) == datetime(2026, 10, 20, 21, 59, tzinfo=UTC)
+    assert late.as_utc(due) == datetime(2026, 10, 20, 21, 59, tzinfo=UTC)
     own = rules.due_for("07-toy", "ada")
     # Clocks change in between: a week is an hour longer.
-    assert own is not None and late.as_utc(own) - late.as_utc(due) == 7 * 24 * HOUR + HOUR
+    assert late.as_utc(own) - late.as_utc(due) == 7 * 24 * HOUR + HOUR
     assert rules.due_for("07-toy", "bob") is None
     assert rules.due_for("08-free", "ada") is None
     assert rules.due_for("09-utc", "ada") == datetime(2026, 10, 20, 23, 59, tzinfo=UTC)
@@ -93,9 +92,7 @@ def test_due_times_are_the_zones_and_extensions_the_students(tmp_path: Path) -> 
         ("[due]", "[due", "cannot be read as TOML"),
     ],
 )
-def test_what_is_unclear_is_refused_by_name(
-    tmp_path: Path, old: str, new: str, words: str
-) -> None:
+def test_what_is_unclear_is_refused_by_name(tmp_path, old, new, words):
     assert old in TABLE
     with pytest.raises(WrongUse, match=r"late\.toml") as caught:
         loaded(tmp_path, TABLE.replace(old, new))
@@ -113,7 +110,7 @@ def test_what_is_unclear_is_refused_by_name(
         ("2026-10-20 23:59:00", datetime(2026, 10, 20, 23, 59, tzinfo=UTC)),
     ],
 )
-def test_nbgraders_time_comes_first(tmp_path: Path, text: str, moment: datetime) -> None:
+def test_nbgraders_time_comes_first(tmp_path, text, moment):
     (tmp_path / "timestamp.txt").write_text(text)
     (tmp_path / "07-toy.ipynb").write_text("{}")
     found = handed_in.when(tmp_path, "07-toy")
@@ -121,16 +118,14 @@ def test_nbgraders_time_comes_first(tmp_path: Path, text: str, moment: datetime)
 
 
 @pytest.mark.parametrize("spoil", JUNK.values(), ids=JUNK)
-def test_what_holds_no_time_is_refused_and_not_guessed(
-    tmp_path: Path, spoil: Callable[[Path], object]
-) -> None:
+def test_what_holds_no_time_is_refused_and_not_guessed(tmp_path, spoil):
     (tmp_path / "07-toy.ipynb").write_text("{}")
     spoil(tmp_path / "timestamp.txt")
     with pytest.raises(handed_in.Undated, match=r"timestamp\.txt"):
         handed_in.when(tmp_path, "07-toy")
 
 
-def test_without_it_the_notebooks_own_time_counts_and_is_named(tmp_path: Path) -> None:
+def test_without_it_the_notebooks_own_time_counts_and_is_named(tmp_path):
     path = tmp_path / "renamed.ipynb"
     path.write_text("{}")
     os.utime(path, (1_000_000_000, 1_000_000_000))
@@ -139,6 +134,6 @@ def test_without_it_the_notebooks_own_time_counts_and_is_named(tmp_path: Path) -
     assert found.source == "renamed.ipynb"
 
 
-def test_without_a_notebook_nothing_is_guessed(tmp_path: Path) -> None:
+def test_without_a_notebook_nothing_is_guessed(tmp_path):
     with pytest.raises(handed_in.Undated, match=r"does not say when .* --submitted DIR"):
         handed_in.when(tmp_path / "none", "07-toy")

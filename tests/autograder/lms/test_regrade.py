@@ -6,7 +6,7 @@ import hashlib
 import json
 import os
 import shutil
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Generator, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -98,14 +98,14 @@ Nothing was changed; --apply does it.
 """
 
 
-def test_the_table_says_who_changes_and_nothing_changes(course: Path, regrade: Run) -> None:
+def test_the_table_says_who_changes_and_nothing_changes(course, regrade):
     before = digests(course)
     status, out, _ = regrade()
     assert status == 0 and out == TABLE
     assert digests(course) == before
 
 
-def test_json_says_the_same_and_has_standard_output_for_itself(course: Path, regrade: Run) -> None:
+def test_json_says_the_same_and_has_standard_output_for_itself(course, regrade):
     status, out, err = regrade("--json")
     value = json.loads(out)
     assert status == 0 and "graded again, 2 changed" in err
@@ -132,9 +132,7 @@ def test_json_says_the_same_and_has_standard_output_for_itself(course: Path, reg
     assert json.loads((course / "changes.json").read_text(encoding="utf-8")) == value
 
 
-def test_apply_changes_results_and_gradebook_as_shown(
-    course: Path, regrade: Run, autograder: Run
-) -> None:
+def test_apply_changes_results_and_gradebook_as_shown(course, regrade, autograder):
     status, out, _ = regrade("--apply")
     assert status == 0 and "gradebook: ada 16 → 20" in out and "Applied" in out
     assert scores(course) == in_gradebook(course) == {"ada": 20, "bob": 10, "eve": 10}
@@ -151,9 +149,7 @@ def spy(seen: list[batch.Job], jobs: Iterable[batch.Job]) -> Generator[Any, None
     yield from ()
 
 
-def test_what_a_look_has_graded_is_not_graded_twice(
-    course: Path, regrade: Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_a_look_has_graded_is_not_graded_twice(course, regrade, monkeypatch):
     shown = changes(regrade)["changes"]
     jobs: list[batch.Job] = []
     monkeypatch.setattr(batch, "_grade_all", lambda left, *how: spy(jobs, left))
@@ -166,7 +162,7 @@ def test_what_a_look_has_graded_is_not_graded_twice(
     assert len(jobs) == 3
 
 
-def test_the_inputs_are_the_batchs_own(course: Path, regrade: Run) -> None:
+def test_the_inputs_are_the_batchs_own(course, regrade):
     drawn = toy.case_generator(5, "double-random").random()
     random = f"### BEGIN HIDDEN TESTS\nassert rng.random() == {drawn!r}\n### END HIDDEN TESTS\n"
     toy.make_tree(course, value=toy.source_notebook(double_by_hand=STRICT, double_random=random))
@@ -174,7 +170,7 @@ def test_the_inputs_are_the_batchs_own(course: Path, regrade: Run) -> None:
     assert bob["student"] == "bob" and bob["change"] == 6
 
 
-def test_a_persons_mark_stays_and_waits_to_be_looked_at(course: Path, regrade: Run) -> None:
+def test_a_persons_mark_stays_and_waits_to_be_looked_at(course, regrade):
     gradebook = course / "out" / DATABASE_NAME
     course_of.enter(gradebook, "ada", "double-by-hand", 1)
     rows = {row["student"]: row for row in changes(regrade)["gradebook"]}
@@ -184,7 +180,7 @@ def test_a_persons_mark_stays_and_waits_to_be_looked_at(course: Path, regrade: R
     assert course_of.rows(gradebook, "manual_score")["ada"]["double-by-hand"] == 1
 
 
-def test_an_exercise_may_come_or_go(course: Path, regrade: Run) -> None:
+def test_an_exercise_may_come_or_go(course, regrade):
     value = toy.source_notebook()
     toy.make_tree(course, value=value | {"cells": value["cells"][:4]})
     status, out, _ = regrade()
@@ -193,7 +189,7 @@ def test_an_exercise_may_come_or_go(course: Path, regrade: Run) -> None:
     assert ["ada", "total", "16/20", "10/10", "-6"] in lines
 
 
-def test_work_that_was_handed_in_anew_is_told_apart(course: Path, regrade: Run) -> None:
+def test_work_that_was_handed_in_anew_is_told_apart(course, regrade):
     path = toy.hand_in(course / "submitted", "bob", toy.answer()) / f"{toy.NAME}.ipynb"
     later = (course / "out" / "bob" / f"{toy.NAME}.json").stat().st_mtime + 5
     os.utime(path, (later, later))
@@ -202,16 +198,14 @@ def test_work_that_was_handed_in_anew_is_told_apart(course: Path, regrade: Run) 
     assert "handed in anew since it was graded" in regrade()[1]
 
 
-def test_a_submission_that_is_gone_is_named_and_its_mark_stays(course: Path, regrade: Run) -> None:
+def test_a_submission_that_is_gone_is_named_and_its_mark_stays(course, regrade):
     shutil.rmtree(course / "submitted" / "eve")
     status, out, _ = regrade("--apply")
     assert status == 0 and "left out, for there is no submission of theirs: eve" in out
     assert scores(course)["eve"] == 6
 
 
-def test_where_the_grader_fails_the_mark_stays(
-    course: Path, regrade: Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_where_the_grader_fails_the_mark_stays(course, regrade, monkeypatch):
     shutil.rmtree(course / "out" / regrading.FOLDER_NAME)
     # Student code runs in other processes, which a patch does not reach: their answers do.
     every = batch._grade_all
@@ -226,9 +220,7 @@ def test_where_the_grader_fails_the_mark_stays(
     assert scores(course) == {"ada": 16, "bob": 10, "eve": 10}
 
 
-def test_after_a_kill_while_applying_the_same_command_finishes(
-    course: Path, regrade: Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_after_a_kill_while_applying_the_same_command_finishes(course, regrade, monkeypatch):
     with monkeypatch.context() as killed:
         killed.setattr("robust_slam_autograder.commands.grade.record", lambda *_: 1 / 0)
         with pytest.raises(ZeroDivisionError):
@@ -239,7 +231,7 @@ def test_after_a_kill_while_applying_the_same_command_finishes(
     assert in_gradebook(course)["ada"] == 20
 
 
-def test_a_name_in_brackets_is_no_pattern(tmp_path: Path) -> None:
+def test_a_name_in_brackets_is_no_pattern(tmp_path):
     name = "07-toy[draft]"
     solutions, submitted = tmp_path / "solutions", tmp_path / "submitted"
     toy.write(solutions / name / "07-toy.ipynb", toy.source_notebook())
@@ -260,9 +252,7 @@ def test_a_name_in_brackets_is_no_pattern(tmp_path: Path) -> None:
         (lambda course: shutil.move(course / "solutions" / toy.NAME, course), "assignment"),
     ],
 )
-def test_what_cannot_be_regraded_is_refused(
-    course: Path, regrade: Run, spoil: Callable[[Path], object], words: str
-) -> None:
+def test_what_cannot_be_regraded_is_refused(course, regrade, spoil, words):
     spoil(course)
     status, out, err = regrade("--apply")
     assert status == 2 and words in err and out == ""

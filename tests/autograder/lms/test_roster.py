@@ -33,13 +33,13 @@ def written(folder: Path, text: str | bytes) -> Path:
     ],
     ids=["plain", "BOM", "CRLF", "CR", "semicolon", "tab", "no end", "quoted", "empty lines"],
 )
-def test_every_way_of_writing_it_is_one_table(tmp_path: Path, text: str) -> None:
+def test_every_way_of_writing_it_is_one_table(tmp_path, text):
     read = roster.read(written(tmp_path, text))
     assert read.header == ("Name", "Mail")
     assert [row.cells for row in read.rows] == [("Åsa", "asa"), ("Bob", "bob")]
 
 
-def test_a_line_is_where_it_begins(tmp_path: Path) -> None:
+def test_a_line_is_where_it_begins(tmp_path):
     read = roster.read(written(tmp_path, 'Name,Mail\n"two\nlines",x\n\nBob,y\n'))
     assert [row.line for row in read.rows] == [2, 5]
 
@@ -58,27 +58,25 @@ def test_a_line_is_where_it_begins(tmp_path: Path) -> None:
         ("Name,Mail\na,b\n".encode("utf-16"), 1, "this is not UTF-8"),
     ],
 )
-def test_what_is_no_table_is_named_with_its_line(
-    tmp_path: Path, text: str | bytes, line: int, words: str
-) -> None:
+def test_what_is_no_table_is_named_with_its_line(tmp_path, text, line, words):
     path = written(tmp_path, text)
     with pytest.raises(WrongUse, match=f"{re.escape(str(path))}:{line}: .*{re.escape(words)}"):
         roster.read(path)
 
 
-def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
+def test_a_file_that_is_not_there_is_named(tmp_path):
     with pytest.raises(WrongUse, match=r"none\.csv cannot be read"):
         roster.read(tmp_path / "none.csv")
 
 
-def test_a_missing_column_is_told_with_those_that_there_are(tmp_path: Path) -> None:
+def test_a_missing_column_is_told_with_those_that_there_are(tmp_path):
     read = roster.read(written(tmp_path, PLAIN))
     assert read.column(" Mail", "--match") == 1
     with pytest.raises(WrongUse, match=r"no column 'Email' for --match; there are Name, Mail"):
         read.column("Email", "--match")
 
 
-def test_a_student_stands_there_once(tmp_path: Path) -> None:
+def test_a_student_stands_there_once(tmp_path):
     decomposed = "A\u030asa"
     read = roster.read(written(tmp_path, f"{PLAIN}{decomposed},else\n"))
     assert set(roster.by_key(read, read.rows, 1)) == {"asa", "bob", "else"}
@@ -86,6 +84,6 @@ def test_a_student_stands_there_once(tmp_path: Path) -> None:
         roster.by_key(read, read.rows, 0)
 
 
-def test_who_has_nothing_in_the_matched_column_is_nobody(tmp_path: Path) -> None:
+def test_who_has_nothing_in_the_matched_column_is_nobody(tmp_path):
     read = roster.read(written(tmp_path, "Name,Mail\na,\nb,\nc,x\n"))
     assert set(roster.by_key(read, read.rows, 1)) == {"x"}

@@ -52,12 +52,12 @@ def scores(course: Path) -> dict[str, float]:
 
 
 @pytest.mark.parametrize("again", [autograde, grade])
-def test_manual_scores_stay(course: Path, again: object) -> None:
+def test_manual_scores_stay(course, again):
     autograde(course)
     course_of.enter(course_of.database(course), "ada", "why", 2.5)
     course_of.enter(course_of.database(course), "ada", "double-by-hand", 1)
     course_of.hand_in(course, "ada", course_of.answer(double=WRONG))
-    again(course)  # type: ignore[operator]
+    again(course)
     codes = {"double-by-hand": 1, "double-random": 0, "apply-by-hand": 5, "apply-twice": 5}
     assert scores(course) == codes | {"why": 2.5, "draw": 0}
     # As in nbgrader, they are put up for review.
@@ -65,7 +65,7 @@ def test_manual_scores_stay(course: Path, again: object) -> None:
     assert {name for name, w in waiting.items() if w} == {"why", "draw", "double-by-hand"}
 
 
-def test_manual_scores_outlive_a_new_test_cell(course: Path) -> None:
+def test_manual_scores_outlive_a_new_test_cell(course):
     autograde(course)
     course_of.enter(course_of.database(course), "ada", "why", 2.5)
     value = course_of.source_notebook()
@@ -76,9 +76,7 @@ def test_manual_scores_outlive_a_new_test_cell(course: Path) -> None:
     assert scores(course)["double-one"] == 7
 
 
-def test_the_command_line_and_formgrader_take_over_from_each_other(
-    course: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_command_line_and_formgrader_take_over_from_each_other(course, capsys):
     autograde(course)
     path = course / "class" / "graded" / "ada" / f"{toy.NAME}.json"
     first = path.read_text()
@@ -88,7 +86,7 @@ def test_the_command_line_and_formgrader_take_over_from_each_other(
     assert path.read_text() == first  # the seconds would differ
 
 
-def test_neither_needs_nbgrader_to_have_released(course: Path) -> None:
+def test_neither_needs_nbgrader_to_have_released(course):
     grade(course)
     autograde(course)
     assert sum(scores(course).values()) == 20
@@ -105,9 +103,7 @@ def test_neither_needs_nbgrader_to_have_released(course: Path) -> None:
         ("a wrong setting", "unknown key 'limit'"),
     ],
 )
-def test_what_the_command_line_would_refuse_is_refused(
-    course: Path, monkeypatch: pytest.MonkeyPatch, prevented: str, sentence: str
-) -> None:
+def test_what_the_command_line_would_refuse_is_refused(course, monkeypatch, prevented, sentence):
     with contextlib.ExitStack() as stack:
         if prevented == "no sandbox":
             monkeypatch.setattr(sandbox, "BACK_ENDS", {"broken": toy.Broken()})
@@ -120,15 +116,13 @@ def test_what_the_command_line_would_refuse_is_refused(
     assert not (course / "class" / "autograded").exists()
 
 
-def test_one_button_grades_one_student(course: Path) -> None:
+def test_one_button_grades_one_student(course):
     course_of.hand_in(course, "ben", course_of.answer())
     autograde(course, "ben")
     assert course_of.rows(course_of.database(course), "score").keys() == {"ben"}
 
 
-def test_a_student_named_as_sqlites_own_file_is_left_out(
-    course: Path, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_a_student_named_as_sqlites_own_file_is_left_out(course, caplog):
     course_of.hand_in(course, "gradebook.db-wal", course_of.answer())
     for _ in range(2):  # the folder of that name would stop the second run
         autograde(course)

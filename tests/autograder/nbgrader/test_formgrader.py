@@ -82,9 +82,7 @@ def autograde(formgrader: FrameLocator, student: str) -> str:
 
 @pytest.mark.browser
 @pytest.mark.sandbox
-def test_formgraders_button_gives_the_command_lines_marks(
-    sample: Class, lab: str, page: Page, tmp_path: Path
-) -> None:
+def test_formgraders_button_gives_the_command_lines_marks(sample, lab, page, tmp_path):
     formgrader = open_formgrader(page, lab)
     formgrader.locator("tr", has_text=ASSIGNMENT).locator(".num-submissions a").click()
     for student in sample_class.STUDENTS:

@@ -34,7 +34,7 @@ def database(empty: Path, tmp_path: Path) -> Path:
     return Path(shutil.copy(empty, tmp_path / "gradebook.db"))
 
 
-def test_every_case_has_its_points(database: Path) -> None:
+def test_every_case_has_its_points(database):
     refused = samples.refused("why", student="eve")
     gradebook.record(database, [toy.assignment()], [marked("ada", [4, 0, 5, 5]), refused])
     assert course.rows(database, "score") == {
@@ -47,7 +47,7 @@ def test_every_case_has_its_points(database: Path) -> None:
         assert not book.find_submission(toy.NAME, "ada").needs_manual_grade
 
 
-def test_marks_are_replaced_and_other_students_stay(database: Path) -> None:
+def test_marks_are_replaced_and_other_students_stay(database):
     tests = toy.assignment()
     gradebook.record(database, [tests], [marked(name, [0] * 4) for name in ("ada", "bob")])
     gradebook.record(database, [tests], [marked("ada", FULL)])
@@ -55,7 +55,7 @@ def test_marks_are_replaced_and_other_students_stay(database: Path) -> None:
     assert totals == {"ada": 20, "bob": 0}
 
 
-def test_the_gradebook_follows_the_instructors_cases(database: Path) -> None:
+def test_the_gradebook_follows_the_instructors_cases(database):
     gradebook.record(database, [toy.assignment()], [marked("ada", FULL)])
     value = toy.source_notebook()
     value["cells"][5]["metadata"]["nbgrader"]["grade_id"] = "apply-new"
@@ -65,7 +65,7 @@ def test_the_gradebook_follows_the_instructors_cases(database: Path) -> None:
     assert marks == {"double-by-hand": 4, "double-random": 6, "apply-new": 5}
 
 
-def test_nbgraders_own_gradebook_is_taken_over(database: Path) -> None:
+def test_nbgraders_own_gradebook_is_taken_over(database):
     with Gradebook(url_of(database)) as book:
         book.add_assignment(toy.NAME)
         book.add_notebook(toy.NAME, toy.NAME)
@@ -77,7 +77,7 @@ def test_nbgraders_own_gradebook_is_taken_over(database: Path) -> None:
         assert book.find_student("ada").first_name == "Ada"
 
 
-def test_what_a_person_marks_is_declared_and_waits(database: Path) -> None:
+def test_what_a_person_marks_is_declared_and_waits(database):
     gradebook.record(database, [with_text()], [marked("ada", FULL)])
     with Gradebook(url_of(database)) as book:
         assert book.find_assignment(toy.NAME).max_score == 25
@@ -90,14 +90,14 @@ def test_what_a_person_marks_is_declared_and_waits(database: Path) -> None:
     assert course.rows(database, "auto_score")["ada"]["why"] is None
 
 
-def test_an_absent_answer_does_not_wait_for_a_person(database: Path) -> None:
+def test_an_absent_answer_does_not_wait_for_a_person(database):
     unanswered = {f"ada/{toy.NAME}": ["why"]}
     gradebook.record(database, [with_text()], [marked("ada", FULL)], unanswered)
     assert course.rows(database, "auto_score")["ada"]["why"] == 0
     assert course.rows(database, "comment")["ada"]["why"] == gradebook.NO_ANSWER
 
 
-def test_what_a_person_entered_is_never_lost(database: Path) -> None:
+def test_what_a_person_entered_is_never_lost(database):
     gradebook.record(database, [with_text()], [marked("ada", FULL)])
     course.enter(database, "ada", "why", 2)
     with Gradebook(url_of(database)) as book:
@@ -109,14 +109,14 @@ def test_what_a_person_entered_is_never_lost(database: Path) -> None:
         assert course.rows(database, "comment")["ada"]["why"] == "Nearly."
 
 
-def test_free_text_comes_and_goes_with_the_instructors_notebook(database: Path) -> None:
+def test_free_text_comes_and_goes_with_the_instructors_notebook(database):
     for tests in (toy.assignment(), with_text(), toy.assignment()):
         gradebook.record(database, [tests], [marked("ada", FULL)])
         more = {"why", "draw"} if tests == with_text() else set()
         assert course.rows(database, "score")["ada"].keys() == {*NAMES, *more}
 
 
-def test_a_comment_is_the_exercises_message(database: Path) -> None:
+def test_a_comment_is_the_exercises_message(database):
     mark = marked("ada", [4, 0, 5, 5])
     double = replace(mark.exercises[0], message="Look at \x1b[31mred.")
     mark = replace(mark, exercises=(double, *mark.exercises[1:]))
@@ -125,13 +125,13 @@ def test_a_comment_is_the_exercises_message(database: Path) -> None:
     assert said == {"double": "Look at \\x1b[31mred.", "apply": None}
 
 
-def test_a_region_that_is_not_closed_is_named(database: Path) -> None:
+def test_a_region_that_is_not_closed_is_named(database):
     value = toy.source_notebook(double=toy.DOUBLE.replace("### END SOLUTION", ""))
     with pytest.raises(GraderFailure, match="no end solution statement"):
         gradebook.declare(database, toy.assignment(value=value))
 
 
-def test_a_file_that_is_no_gradebook_is_named(tmp_path: Path) -> None:
+def test_a_file_that_is_no_gradebook_is_named(tmp_path):
     database = tmp_path / "gradebook.db"
     database.write_text('{"no": "gradebook"}' * 100)
     with pytest.raises(GraderFailure, match=r"gradebook\.db cannot be written"):

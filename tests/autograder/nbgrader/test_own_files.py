@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -44,15 +43,13 @@ def times(api: NbGraderAPI, folder: Path) -> set[datetime | None]:
 @pytest.mark.parametrize(
     "text", ["2026-03-01 12:00:00 UTC", "2026-03-01T13:00:00+01:00\n", "2026-03-01 12:00"]
 )
-def test_times_are_read_as_nbgrader_reads_them(api: NbGraderAPI, folder: Path, text: str) -> None:
+def test_times_are_read_as_nbgrader_reads_them(api, folder, text):
     (folder / "timestamp.txt").write_text(text)
     assert times(api, folder) == {datetime(2026, 3, 1, 12)}
 
 
 @pytest.mark.parametrize("spoil", JUNK.values(), ids=JUNK)
-def test_what_holds_no_time_is_read_as_none(
-    api: NbGraderAPI, folder: Path, spoil: Callable[[Path], object]
-) -> None:
+def test_what_holds_no_time_is_read_as_none(api, folder, spoil):
     assert times(api, folder) == {None}
     spoil(folder / "timestamp.txt")
     assert times(api, folder) == {None}
@@ -66,9 +63,7 @@ def test_what_holds_no_time_is_read_as_none(
         *("20 October 2026", "Tuesday", "2026-10-20 23:59:00 Nowhere/Town", "10"),
     ],
 )
-def test_nbgrader_and_the_late_policy_read_one_time(
-    api: NbGraderAPI, folder: Path, text: str
-) -> None:
+def test_nbgrader_and_the_late_policy_read_one_time(api, folder, text):
     (folder / "timestamp.txt").write_text(text)
     try:
         at = handed_in.when(folder, "07-toy").at.astimezone(UTC).replace(tzinfo=None)
@@ -77,7 +72,7 @@ def test_nbgrader_and_the_late_policy_read_one_time(
     assert times(api, folder) == {at}
 
 
-def test_both_files_are_kept_where_they_are_plain(folder: Path) -> None:
+def test_both_files_are_kept_where_they_are_plain(folder):
     (folder / "timestamp.txt").write_text("2026-03-01")
     (folder / "submission_secret.txt").write_text("s3cret")
     wanted = {"timestamp.txt": b"2026-03-01", "submission_secret.txt": b"s3cret"}

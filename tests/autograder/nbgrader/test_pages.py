@@ -42,7 +42,7 @@ def build(tests: Assignment, value: dict[str, Any], made: Result | None = None) 
     return {c.metadata.get("nbgrader", {}).get("grade_id") or c.source: c for c in page.cells}
 
 
-def test_each_case_says_how_it_went(tests: Assignment) -> None:
+def test_each_case_says_how_it_went(tests):
     cells = build(tests, course_of.answer())
     said = {name: cell.outputs[0].text for name, cell in cells.items() if cell.get("outputs")}
     assert said == {
@@ -53,7 +53,7 @@ def test_each_case_says_how_it_went(tests: Assignment) -> None:
     }
 
 
-def test_missing_cells_come_where_they_belong(tests: Assignment) -> None:
+def test_missing_cells_come_where_they_belong(tests):
     names = [
         name for name in build(tests, toy.answer()) if name in {c.grade_id for c in tests.marked}
     ]
@@ -62,7 +62,7 @@ def test_missing_cells_come_where_they_belong(tests: Assignment) -> None:
     assert [name for name in alone if name in names] == names
 
 
-def test_metadata_and_outputs_are_the_instructors(tests: Assignment) -> None:
+def test_metadata_and_outputs_are_the_instructors(tests):
     value = course_of.answer()
     for cell in value["cells"]:
         cell["metadata"]["tags"] = ["skip-execution"]
@@ -76,7 +76,7 @@ def test_metadata_and_outputs_are_the_instructors(tests: Assignment) -> None:
     assert build(tests, value)["why"].metadata.nbgrader.points == 3
 
 
-def test_test_cells_are_the_instructors_and_show_no_hidden_line(tests: Assignment) -> None:
+def test_test_cells_are_the_instructors_and_show_no_hidden_line(tests):
     value = toy.answer()
     value["cells"][2]["source"] = "assert True"
     cells = build(tests, value)
@@ -84,12 +84,12 @@ def test_test_cells_are_the_instructors_and_show_no_hidden_line(tests: Assignmen
     assert toy.CANARY not in json.dumps(cells) and course_of.SCHEME not in json.dumps(cells)
 
 
-def test_an_answer_without_its_grade_id_is_shown_as_the_answer(tests: Assignment) -> None:
+def test_an_answer_without_its_grade_id_is_shown_as_the_answer(tests):
     source = "def double(x):\n    return x + x\n"
     assert build(tests, toy.notebook([toy.cell(source)]))["double"].source == source
 
 
-def test_of_copied_cells_the_last_is_the_answer(tests: Assignment) -> None:
+def test_of_copied_cells_the_last_is_the_answer(tests):
     value = toy.answer()
     value["cells"].append(toy.cell("def double(x):\n    return 2\n", "double", solution=True))
     cells = build(tests, value)
@@ -98,12 +98,12 @@ def test_of_copied_cells_the_last_is_the_answer(tests: Assignment) -> None:
 
 
 @pytest.mark.parametrize("kind", ["raw", "html", "raw\n<b>"])
-def test_raw_cells_are_shown_as_code(tests: Assignment, kind: str) -> None:
+def test_raw_cells_are_shown_as_code(tests, kind):
     cell = toy.cell("<script>alert(1)</script>") | {"cell_type": kind}
     assert build(tests, toy.notebook([cell]))[cell["source"]].cell_type == "code"
 
 
-def test_terminal_escapes_of_a_message_are_shown(tests: Assignment) -> None:
+def test_terminal_escapes_of_a_message_are_shown(tests):
     cells = build(tests, toy.answer(), graded("red \x1b[31m"))
     assert cells["double-random"].outputs[0].text.endswith("red \\x1b[31m\n")
 
@@ -129,7 +129,7 @@ LIVE = [
 
 
 @pytest.mark.parametrize("text", LIVE)
-def test_nothing_in_a_students_markdown_comes_to_life(text: str) -> None:
+def test_nothing_in_a_students_markdown_comes_to_life(text):
     html = as_html(text)
     elements = BeautifulSoup(html, "html.parser").find_all(True)
     assert {element.name for element in elements} <= {"p", "a", "code", "pre"}
@@ -138,7 +138,7 @@ def test_nothing_in_a_students_markdown_comes_to_life(text: str) -> None:
     assert not [value for _, value in attributes if not value.startswith("http")]
 
 
-def test_markup_and_formulas_stay() -> None:
+def test_markup_and_formulas_stay():
     html = as_html("# Why\n\nBecause $a < b$ and **so**.\n\n| x | y |\n|---|---|\n| 1 | `2` |\n")
     for part in ("$a &lt; b$", "<strong>so</strong>", "<td>1</td>", "<code>2</code>", "Why"):
         assert part in html
@@ -155,19 +155,19 @@ def test_markup_and_formulas_stay() -> None:
         ("[![a](attachment:b)](http://c.org)", "picture left out: a"),
     ],
 )
-def test_a_picture_is_left_out_and_the_text_stays(text: str, said: str) -> None:
+def test_a_picture_is_left_out_and_the_text_stays(text, said):
     html = as_html(f"**Before** {text} after")
     assert said in html and "<strong>Before</strong>" in html and "after" in html
     assert len(html) < 500 and not BeautifulSoup(html, "html.parser").find("img")
 
 
-def test_a_fenced_block_is_shown_as_it_is() -> None:
+def test_a_fenced_block_is_shown_as_it_is():
     assert as_html("```html+jinja\n{{ x < 1 }}\n```") == (
         "<pre><code>{{ x &lt; 1 }}\n</code></pre>\n"
     )
 
 
-def test_code_is_coloured_and_long_code_is_plain() -> None:
+def test_code_is_coloured_and_long_code_is_plain():
     assert 'class="k">return' in code_as_html("return 1 < 2")
     long = code_as_html("1 < 2 # " + "x" * LONGEST)
     assert long.startswith('<div class="highlight"><pre>1 &lt; 2 # x') and "<span" not in long
@@ -195,7 +195,7 @@ assert page.count("lastword") == len(cells)
 @pytest.mark.parametrize(
     ("size", "texts"), [(LONGEST - 20, SLOW), (10**5, ["[", "."]), (10**6, ["\\begin{a}"])]
 )
-def test_a_page_takes_time_in_proportion_to_its_text(size: int, texts: list[str]) -> None:
+def test_a_page_takes_time_in_proportion_to_its_text(size, texts):
     made = [f"x{text * (size // len(text))} lastword" for text in texts]
     done = subprocess.run(
         [sys.executable, "-c", RENDER],
@@ -208,7 +208,7 @@ def test_a_page_takes_time_in_proportion_to_its_text(size: int, texts: list[str]
     assert done.returncode == 0, done.stderr[-500:]
 
 
-def test_feedback_on_what_plain_nbgrader_graded_hides_its_tests() -> None:
+def test_feedback_on_what_plain_nbgrader_graded_hides_its_tests():
     cell = new_code_cell(toy.DOUBLE_RANDOM)
     cell.metadata["nbgrader"] = {"grade": True, "solution": False, "grade_id": "double-random"}
     cell.outputs = [new_output("error", ename="E", evalue="", traceback=[toy.DOUBLE_RANDOM])]

@@ -100,7 +100,7 @@ def enter_scores(place: Location, students: Sequence[str]) -> None:
 class TestTwoAtOnce:
     """Two processes on one gradebook."""
 
-    def test_they_make_it_and_record_the_same_assignment(self, place: Location) -> None:
+    def test_they_make_it_and_record_the_same_assignment(self, place):
         ours, theirs = ([f"{who}{n:02}" for n in range(CLASS)] for who in ("ann", "bob"))
         both = ["zoe", "zoë"]
         at_once(
@@ -113,7 +113,7 @@ class TestTwoAtOnce:
             (notebook,) = book.find_assignment(toy.NAME).notebooks
             assert len(notebook.grade_cells) == 4 and len(notebook.solution_cells) == 2
 
-    def test_what_a_person_enters_meanwhile_stays(self, place: Location) -> None:
+    def test_what_a_person_enters_meanwhile_stays(self, place):
         students = [f"ann{n:02}" for n in range(CLASS)]
         record_some(place, students, FULL)
         others = [f"bob{n:02}" for n in range(CLASS)]
@@ -124,7 +124,7 @@ class TestTwoAtOnce:
         )
         assert scores(place) == dict.fromkeys(students, 1) | dict.fromkeys(others, 20)
 
-    def test_two_commands_grade_a_class_each(self, shared: URL, tmp_path: Path) -> None:
+    def test_two_commands_grade_a_class_each(self, shared, tmp_path):
         toy.make_tree(tmp_path)
         graders = []
         for name in ("ann", "bob"):
@@ -151,7 +151,7 @@ class TestTwoAtOnce:
 class TestPostgresIsStrict:
     """What SQLite takes as it comes."""
 
-    def test_the_longest_names_fit(self, shared: URL) -> None:
+    def test_the_longest_names_fit(self, shared):
         long = "ä" * 50 + "x" * (MAX_NAME - 50)
         value = toy.source_notebook()
         value["cells"][3]["metadata"]["nbgrader"]["grade_id"] = f"double-{'r' * (MAX_NAME - 7)}"
@@ -162,16 +162,14 @@ class TestPostgresIsStrict:
     @pytest.mark.parametrize(
         ("name", "grade_id"), [("n" * (MAX_NAME + 1), "x"), (toy.NAME, "g" * (MAX_NAME + 1))]
     )
-    def test_a_name_that_does_not_fit_is_refused_before_grading(
-        self, tmp_path: Path, name: str, grade_id: str
-    ) -> None:
+    def test_a_name_that_does_not_fit_is_refused_before_grading(self, tmp_path, name, grade_id):
         value = toy.source_notebook()
         value["cells"][3]["metadata"]["nbgrader"]["grade_id"] = grade_id
         path = toy.write(tmp_path / name / f"{name}.ipynb", value)
         with pytest.raises(WrongUse, match="a name of more than 128 characters: shorten it"):
             assignments.load(path)
 
-    def test_any_message_is_a_comment(self, shared: URL) -> None:
+    def test_any_message_is_a_comment(self, shared):
         mark = marked("ada", FULL)
         odd = replace(mark.exercises[0], message="a\0b \udcff 😀 %s %(x)s ' " + "long " * 50_000)
         mark = replace(mark, exercises=(odd, *mark.exercises[1:]))
@@ -179,7 +177,7 @@ class TestPostgresIsStrict:
         said = course_of.rows(shared, "comment")["ada"]["double"]
         assert said.startswith("a\\x00b \\udcff 😀 %s %(x)s ' long ") and len(said) > 250_000
 
-    def test_cells_go_with_the_marks_that_a_person_gave(self, shared: URL) -> None:
+    def test_cells_go_with_the_marks_that_a_person_gave(self, shared):
         for known in (with_text(), toy.assignment(), with_text()):
             gradebook.record(shared, [known], [marked("ada", FULL)])
             if known == with_text():
@@ -187,9 +185,7 @@ class TestPostgresIsStrict:
         kept = course_of.rows(shared, "manual_score")["ada"]
         assert kept["why"] == 2 and set(kept) >= {"why", "draw", "double-random"}
 
-    def test_nbgraders_own_upgrade_has_nothing_to_do(
-        self, shared: URL, server: Server, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
+    def test_nbgraders_own_upgrade_has_nothing_to_do(self, shared, server, monkeypatch):
         monkeypatch.setenv("PATH", f"{course_of.SCRIPTS}{os.pathsep}{os.environ['PATH']}")
         record_some(shared, ["ada"], FULL)
         versions = [server.run("SELECT version_num FROM alembic_version", shared.database or "")]
@@ -217,8 +213,8 @@ class TestCommands:
     """The commands with a shared gradebook."""
 
     def test_what_a_gradebook_has_is_asked_of_the_gradebook(
-        self, course: Path, run: Run, server: Server, shared: URL, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
+        self, course, run, server, shared, monkeypatch
+    ):
         own = course / "out" / "gradebook.db"
         grade(run, course)
         before = own.read_bytes()
@@ -238,9 +234,7 @@ class TestCommands:
         assert scores(shared) == {"ada": 20, "bob": 20}
         assert own.read_bytes() == before
 
-    def test_regrade_looks_at_a_copy_and_export_reads_all(
-        self, course: Path, run: Run, shared: URL, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
+    def test_regrade_looks_at_a_copy_and_export_reads_all(self, course, run, shared, monkeypatch):
         monkeypatch.setenv(DATABASE_VARIABLE, database.for_nbgrader(shared))
         record_some(shared, ["eve"], [4, 6, 0, 0])  # another grader's
         grade(run, course)
@@ -261,9 +255,7 @@ class TestCommands:
         marks = [line.rsplit(",", 1)[-1] for line in to.read_text("utf-8-sig").splitlines()]
         assert marks[-3:] == ["16", "16", "10"]
 
-    def test_nbgraders_own_commands_write_there_too(
-        self, tmp_path: Path, shared: URL, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
+    def test_nbgraders_own_commands_write_there_too(self, tmp_path, shared, monkeypatch):
         made = course_of.make(tmp_path)
         course_of.hand_in(made, "ada", course_of.answer())
         address = database.for_nbgrader(shared)
@@ -298,24 +290,22 @@ class TestMistakes:
             ("postgresql://127.0.0.1:1/grades", "See that the server runs"),
         ],
     )
-    def test_nothing_is_graded(self, course: Path, run: Run, address: str, sentence: str) -> None:
+    def test_nothing_is_graded(self, course, run, address, sentence):
         paths = (course / "submitted" / "ada" / toy.NAME, "--unsandboxed")
         status, out, err = run("grade", *paths, "--gradebook", address)
         assert status == 2 and sentence in err and out == ""
         assert "secret" not in err and PASSWORD not in err and "Traceback" not in err
         assert not (course / "out").exists()
 
-    def test_a_missing_driver_is_named(
-        self, course: Path, run: Run, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
+    def test_a_missing_driver_is_named(self, course, run, monkeypatch):
         monkeypatch.setitem(sys.modules, "psycopg2", None)
         paths = (course / "submitted" / "ada" / toy.NAME, "--unsandboxed")
         status, _, err = run("grade", *paths, "--gradebook", "postgresql://host/grades")
         assert status == 2 and "pip install psycopg2-binary" in err
 
     def test_a_database_that_is_not_there_and_a_wrong_password(
-        self, course: Path, run: Run, server: Server, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
+        self, course, run, server, monkeypatch
+    ):
         paths = (course / "submitted" / "ada" / toy.NAME, "--unsandboxed")
         for url, sentence in {
             server.url("grades"): "Make it on its server: createdb --owner=grader grades",
@@ -327,16 +317,14 @@ class TestMistakes:
         assert not (course / "out").exists()
 
     @pytest.mark.parametrize("rest", ["secret@host/grades", "secret/x@host/grades"])
-    def test_a_password_with_an_at_sign_is_not_told(
-        self, course: Path, run: Run, monkeypatch: pytest.MonkeyPatch, rest: str
-    ) -> None:
+    def test_a_password_with_an_at_sign_is_not_told(self, course, run, monkeypatch, rest):
         monkeypatch.setenv(DATABASE_VARIABLE, f"postgresql://ta:a@{rest}")
         status, out, err = run("grade", course / "submitted" / "ada" / toy.NAME, "--unsandboxed")
         assert status == 2 and "%40" in err and "secret" not in out + err
 
     def test_a_server_that_goes_away_costs_no_result(
-        self, course: Path, run: Run, server: Server, shared: URL, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
+        self, course, run, server, shared, monkeypatch
+    ):
         paths = (course / "submitted" / "ada" / toy.NAME, "--unsandboxed")
         gone = server.url("gone")
         with monkeypatch.context() as there_at_first:

@@ -61,7 +61,7 @@ def tree(tmp_path: Path) -> Path:
     return world.make(tmp_path / "course")
 
 
-def test_it_holds_the_release_and_a_readme(released: Released) -> None:
+def test_it_holds_the_release_and_a_readme(released):
     assert tuple(released.toy) == HELD
     for name in (f"{toy.NAME}.ipynb", "autograder.toml"):
         assert released.toy[name] == (released.out / toy.NAME / name).read_bytes()
@@ -72,7 +72,7 @@ def test_it_holds_the_release_and_a_readme(released: Released) -> None:
             assert entry.compress_type == zipfile.ZIP_STORED
 
 
-def test_the_same_release_gives_the_same_bytes(tree: Path, tmp_path: Path) -> None:
+def test_the_same_release_gives_the_same_bytes(tree, tmp_path):
     release(tree, [], tmp_path / "a")
     time.sleep(2.1)  # archives tell times to two seconds
     before = os.umask(0o077)
@@ -84,13 +84,13 @@ def test_the_same_release_gives_the_same_bytes(tree: Path, tmp_path: Path) -> No
     assert a == b
 
 
-def test_files_that_an_assignment_needs_come_with_it(released: Released) -> None:
+def test_files_that_an_assignment_needs_come_with_it(released):
     more = archive_of(released.out, MORE)
     assert more["data/z.csv"] == b"1,2\n"
     assert more["README.txt"] == b"The instructor's own.\n"
 
 
-def test_students_install_from_the_archive(released: Released) -> None:
+def test_students_install_from_the_archive(released):
     wanted = released.toy["requirements.txt"].decode().splitlines()
     assert wanted == [f"./packages/{WHEELS[1]}[extra]", f"./packages/{WHEELS[0]}", "a-lab>=4"]
     lines = [line.strip() for line in released.toy["README.txt"].decode().splitlines()]
@@ -98,11 +98,11 @@ def test_students_install_from_the_archive(released: Released) -> None:
     assert tuple(lines[start : start + len(INSTALL)]) == INSTALL
 
 
-def test_an_extra_is_for_its_assignment_alone(released: Released) -> None:
+def test_an_extra_is_for_its_assignment_alone(released):
     assert b"[extra]" not in archive_of(released.out, MORE)["requirements.txt"]
 
 
-def test_a_wheel_holds_what_the_public_may_have(released: Released, tmp_path: Path) -> None:
+def test_a_wheel_holds_what_the_public_may_have(released, tmp_path):
     wheel = tmp_path / WHEELS[1]
     wheel.write_bytes(released.toy[f"packages/{WHEELS[1]}"])
     with zipfile.ZipFile(wheel) as held:
@@ -111,13 +111,13 @@ def test_a_wheel_holds_what_the_public_may_have(released: Released, tmp_path: Pa
     assert not [name for name in names if "private" in name or "untracked" in name]
 
 
-def test_the_readme_has_short_lines_and_the_title(released: Released) -> None:
+def test_the_readme_has_short_lines_and_the_title(released):
     text = released.toy["README.txt"].decode()
     assert text.startswith(f"{toy.NAME}: Double and apply\n===")
     assert not [line for line in text.splitlines() if len(line) > 79]
 
 
-def test_a_course_that_says_nothing_leaves_it_to_the_instructor(tmp_path: Path) -> None:
+def test_a_course_that_says_nothing_leaves_it_to_the_instructor(tmp_path):
     release(toy.make_tree(tmp_path), [], tmp_path / "out")
     text = archive_of(tmp_path / "out")["README.txt"].decode()
     assert text.startswith(f"{toy.NAME}\n=====") and "pip install" not in text
@@ -143,9 +143,7 @@ COURSE, BOOK = "solutions/course.toml", "_config.yml"
         (BOOK, '""', "[", "cannot be read"),
     ],
 )
-def test_what_cannot_be_installed_is_named(
-    tree: Path, tmp_path: Path, file: str, old: str, new: str, sentence: str
-) -> None:
+def test_what_cannot_be_installed_is_named(tree, tmp_path, file, old, new, sentence):
     text = (tree.parent / file).read_text(encoding="utf-8")
     assert old in text
     world.write(tree.parent, file, text.replace(old, new))
@@ -154,14 +152,14 @@ def test_what_cannot_be_installed_is_named(
     assert not (tmp_path / "out").exists()
 
 
-def test_a_package_that_cannot_be_built_stops_it(tree: Path, tmp_path: Path) -> None:
+def test_a_package_that_cannot_be_built_stops_it(tree, tmp_path):
     world.write(tree.parent, "lib/pyproject.toml", "[build-system")
     with pytest.raises(GraderFailure, match="pip could not build lib, autograder: "):
         release(tree, [], tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 
-def test_of_several_assignments_all_are_released_or_none(tree: Path, tmp_path: Path) -> None:
+def test_of_several_assignments_all_are_released_or_none(tree, tmp_path):
     out = tmp_path / "out"
     release(tree, [], out)
     before = world.files(out)
@@ -175,7 +173,7 @@ def test_of_several_assignments_all_are_released_or_none(tree: Path, tmp_path: P
     assert sorted(path.name for path in tmp_path.iterdir()) == ["course", "out"]
 
 
-def test_one_release_leaves_the_others_alone(tree: Path, tmp_path: Path) -> None:
+def test_one_release_leaves_the_others_alone(tree, tmp_path):
     toy.write(tree / MORE / f"{MORE}.ipynb", toy.source_notebook())
     out = tmp_path / "out"
     release(tree, [], out)

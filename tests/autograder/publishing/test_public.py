@@ -16,7 +16,6 @@ from robust_slam_autograder.publishing import public
 from robust_slam_autograder.publishing.public import for_the_public, install_cell, publish
 
 from tests.autograder import toy
-from tests.autograder.conftest import Run
 from tests.autograder.publishing import world
 
 SECRET = "history.append(f(history[-1])) or None"
@@ -38,7 +37,7 @@ def out(tmp_path: Path) -> Path:
     return tmp_path / "public"
 
 
-def test_it_holds_what_is_listed_and_the_release(tree: Path, out: Path) -> None:
+def test_it_holds_what_is_listed_and_the_release(tree, out):
     written = publish(tree, out)
     assert written == list(world.files(out)) == [
         "LICENSE",
@@ -60,13 +59,13 @@ def test_it_holds_what_is_listed_and_the_release(tree: Path, out: Path) -> None:
     assert not [data for data in world.files(out).values() if SECRET.encode() in data]
 
 
-def test_the_same_course_gives_the_same_bytes(tree: Path, tmp_path: Path) -> None:
+def test_the_same_course_gives_the_same_bytes(tree, tmp_path):
     for name in ("a", "b"):
         publish(tree, tmp_path / name)
     assert world.files(tmp_path / "a") == world.files(tmp_path / "b")
 
 
-def test_it_replaces_the_one_before_as_a_whole(tree: Path, tmp_path: Path, out: Path) -> None:
+def test_it_replaces_the_one_before_as_a_whole(tree, tmp_path, out):
     publish(tree, out)
     before = world.files(out)
     (out / "lib" / "old.py").write_text("")
@@ -77,7 +76,7 @@ def test_it_replaces_the_one_before_as_a_whole(tree: Path, tmp_path: Path, out: 
     assert sorted(path.name for path in tmp_path.iterdir()) == ["course", "public"]
 
 
-def test_what_git_does_not_track_stays_here(tree: Path, out: Path) -> None:
+def test_what_git_does_not_track_stays_here(tree, out):
     (tree.parent / "lib" / "marks.csv").write_text("a student,3\n")
     assert "lib/marks.csv" not in publish(tree, out)
 
@@ -105,9 +104,7 @@ def chapter(source: str, **outputs: str) -> str:
     ],
     ids=["code", "text", "cell", "output", "json", "string", "readme", "hidden-test", "hint"],
 )  # fmt: skip
-def test_a_file_that_tells_stops_it_and_leaves_what_was_there(
-    tree: Path, tmp_path: Path, out: Path, name: str, text: str
-) -> None:
+def test_a_file_that_tells_stops_it_and_leaves_what_was_there(tree, tmp_path, out, name, text):
     publish(tree, out)
     before = world.files(out)
     world.write(tree.parent, name, text)
@@ -118,7 +115,7 @@ def test_a_file_that_tells_stops_it_and_leaves_what_was_there(
     assert sorted(path.name for path in tmp_path.iterdir()) == ["course", "public"]
 
 
-def test_a_known_line_is_let_through_in_its_own_file_alone(tree: Path, out: Path) -> None:
+def test_a_known_line_is_let_through_in_its_own_file_alone(tree, out):
     known = f"[public.known]\n'lib/toy_library.py' = ['{SECRET}']\n"
     world.write(tree.parent, "solutions/course.toml", world.COURSE + known)
     world.write(tree.parent, "lib/toy_library.py", f"{SECRET}\n")
@@ -128,7 +125,7 @@ def test_a_known_line_is_let_through_in_its_own_file_alone(tree: Path, out: Path
         publish(tree, out)
 
 
-def test_an_import_of_a_solution_tells_nothing(tree: Path, out: Path) -> None:
+def test_an_import_of_a_solution_tells_nothing(tree, out):
     line = "from scipy.sparse.linalg import spsolve_triangular"
     apply = toy.APPLY.replace("    history = [x]", f"    {line}\n    history = [x]")
     toy.make_tree(tree.parent, value=toy.source_notebook(apply=apply))
@@ -149,9 +146,7 @@ def add_a_link(root: Path) -> None:
     ("add", "sentence"),
     [(add_an_archive, r"lib/more\.zip would tell"), (add_a_link, "no plain file")],
 )
-def test_an_archive_is_looked_into_and_a_link_is_not_followed(
-    tree: Path, out: Path, add: Callable[[Path], None], sentence: str
-) -> None:
+def test_an_archive_is_looked_into_and_a_link_is_not_followed(tree, out, add, sentence):
     add(tree.parent)
     world.track(tree.parent)
     with pytest.raises(GraderFailure, match=sentence):
@@ -169,7 +164,7 @@ def test_an_archive_is_looked_into_and_a_link_is_not_followed(
         "from ..answers import apply",
     ],
 )
-def test_a_test_that_imports_what_stays_private_stops_it(tree: Path, out: Path, line: str) -> None:
+def test_a_test_that_imports_what_stays_private_stops_it(tree, out, line):
     world.write(tree.parent, "tests/lib/test_new.py", f"{line}\n")
     world.track(tree.parent)
     with pytest.raises(GraderFailure, match=r"tests/lib/test_new\.py imports tests/answers\.py"):
@@ -190,9 +185,7 @@ def test_a_test_that_imports_what_stays_private_stops_it(tree: Path, out: Path, 
         (world.COURSE[world.COURSE.index("[public]") :], "", r"has no \[public\]"),
     ],
 )
-def test_what_is_wrong_in_the_list_is_named(
-    tree: Path, out: Path, old: str, new: str, sentence: str
-) -> None:
+def test_what_is_wrong_in_the_list_is_named(tree, out, old, new, sentence):
     world.write(tree.parent, "solutions/course.toml", world.COURSE.replace(old, new))
     with pytest.raises(WrongUse, match=sentence):
         publish(tree, out)
@@ -207,9 +200,7 @@ OTHERS: dict[str, Callable[[Path], object]] = {
 
 
 @pytest.mark.parametrize("make", OTHERS.values(), ids=OTHERS)
-def test_nothing_else_is_overwritten(
-    tree: Path, tmp_path: Path, out: Path, make: Callable[[Path], object]
-) -> None:
+def test_nothing_else_is_overwritten(tree, tmp_path, out, make):
     make(out)
     before = world.files(tmp_path)
     with pytest.raises(WrongUse, match="--out DIR"):
@@ -218,12 +209,12 @@ def test_nothing_else_is_overwritten(
 
 
 @pytest.mark.parametrize("where", [".", "..", "solutions", "solutions/x"])
-def test_the_course_itself_is_never_overwritten(tree: Path, where: str) -> None:
+def test_the_course_itself_is_never_overwritten(tree, where):
     with pytest.raises(WrongUse, match="holds the course's own files"):
         publish(tree, tree.parent / where)
 
 
-def test_without_git_it_says_so(tmp_path: Path) -> None:
+def test_without_git_it_says_so(tmp_path):
     tree = toy.make_tree(tmp_path)
     world.write(tmp_path, "solutions/course.toml", world.COURSE)
     with pytest.raises(WrongUse, match=r"git cannot say .* not a git repository"):
@@ -231,7 +222,7 @@ def test_without_git_it_says_so(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("text", ["a <!-- private --> b", "b <!-- /private -->", "<!-- public b"])
-def test_a_mark_without_a_partner_is_refused(text: str) -> None:
+def test_a_mark_without_a_partner_is_refused(text):
     with pytest.raises(WrongUse, match="not closed"):
         for_the_public(text, "README.md")
 
@@ -239,12 +230,12 @@ def test_a_mark_without_a_partner_is_refused(text: str) -> None:
 class TestInstallCell:
     """With a repository's address the book's notebooks can install what they need."""
 
-    def test_without_an_address_notebooks_are_as_they_were(self, tree: Path, out: Path) -> None:
+    def test_without_an_address_notebooks_are_as_they_were(self, tree, out):
         publish(tree, out)
         name = "chapters/00-one.ipynb"
         assert (out / name).read_bytes() == (tree.parent / name).read_bytes()
 
-    def test_it_stands_before_the_first_code(self, tmp_path: Path, out: Path) -> None:
+    def test_it_stands_before_the_first_code(self, tmp_path, out):
         publish(world.make(tmp_path / "course", f"{world.URL}/"), out)
         value = json.loads((out / "chapters" / "00-one.ipynb").read_bytes())
         assert [cell["id"] for cell in value["cells"]] == ["intro", "install", "imports"]
@@ -255,7 +246,7 @@ class TestInstallCell:
         assert '%pip install -q "toy-library @ {where}"' in source
 
     @pytest.mark.parametrize("present", [True, False])
-    def test_it_installs_only_what_is_missing(self, present: bool) -> None:
+    def test_it_installs_only_what_is_missing(self, present):
         """IPython runs the cell, and a magic of ours stands in for pip."""
         package = "robust-slam-autograder" if present else "no-such-library[extra]"
         repository = public.Repository(world.URL)
@@ -273,7 +264,7 @@ class TestInstallCell:
         assert done.stdout.strip() == ("" if present else wanted)
 
 
-def test_the_command_says_where_it_is(tree: Path, out: Path, autograder: Run) -> None:
+def test_the_command_says_where_it_is(tree, out, autograder):
     command = ("--solutions", tree, "public", "--out")
     status, said, _ = autograder(*command, out)
     assert status == 0 and f"public course of 13 files: {out}" in said

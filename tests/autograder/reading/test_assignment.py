@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -25,7 +24,7 @@ def solution(text: str, grade_id: str) -> dict[str, Any]:
     return toy.cell(text, grade_id, solution=True)
 
 
-def test_the_toy_assignment_is_read_as_it_is_meant(tmp_path: Path) -> None:
+def test_the_toy_assignment_is_read_as_it_is_meant(tmp_path):
     tree = toy.make_tree(tmp_path, 'withheld = ["a.b"]\n[limits]\ncall_seconds = 1\n')
     tests = assignments.load(tree / toy.NAME / f"{toy.NAME}.ipynb")
     assert tests.name == tests.notebook == toy.NAME
@@ -39,7 +38,7 @@ def test_the_toy_assignment_is_read_as_it_is_meant(tmp_path: Path) -> None:
     assert tests.config.limits == Limits(call_seconds=1)
 
 
-def test_a_case_belongs_to_the_longest_name_that_fits() -> None:
+def test_a_case_belongs_to_the_longest_name_that_fits():
     tests = from_cells(
         solution("def f(): pass\ndef g(): pass\n", "ex-1"),
         solution("def h(): pass\n", "ex-1-b"),
@@ -57,7 +56,7 @@ def test_a_case_belongs_to_the_longest_name_that_fits() -> None:
     ]
 
 
-def test_cells_without_marks_are_set_up_of_which_the_definitions_run() -> None:
+def test_cells_without_marks_are_set_up_of_which_the_definitions_run():
     tests = from_cells(
         toy.cell("import numpy as np\n"),
         toy.cell("x = 1\n", "setup", locked=True),
@@ -82,9 +81,7 @@ def test_cells_without_marks_are_set_up_of_which_the_definitions_run() -> None:
         ),
     ],
 )
-def test_an_assignment_that_cannot_be_used_is_refused(
-    cells: list[dict[str, Any]], sentence: str
-) -> None:
+def test_an_assignment_that_cannot_be_used_is_refused(cells, sentence):
     with pytest.raises(WrongUse, match=sentence):
         from_cells(*cells)
 
@@ -107,16 +104,14 @@ def test_an_assignment_that_cannot_be_used_is_refused(
         ("[limits]\ncall_seconds = true", "wrong type"),
     ],
 )
-def test_a_configuration_that_cannot_be_used_names_the_key(
-    tmp_path: Path, text: str, sentence: str
-) -> None:
+def test_a_configuration_that_cannot_be_used_names_the_key(tmp_path, text, sentence):
     path = tmp_path / assignments.CONFIG_NAME
     path.write_text(text)
     with pytest.raises(WrongUse, match=sentence):
         assignments.load_config(path)
 
 
-def test_a_tree_names_its_assignments_and_nothing_else(tmp_path: Path) -> None:
+def test_a_tree_names_its_assignments_and_nothing_else(tmp_path):
     tree = toy.make_tree(tmp_path)
     toy.write(tree / ".ipynb_checkpoints" / "x.ipynb", toy.answer())
     (tree / "empty").mkdir()
@@ -129,7 +124,7 @@ def test_a_tree_names_its_assignments_and_nothing_else(tmp_path: Path) -> None:
             assignments.find_names(folder)
 
 
-def test_the_one_notebook_of_a_folder_is_found(tmp_path: Path) -> None:
+def test_the_one_notebook_of_a_folder_is_found(tmp_path):
     folder = tmp_path / "hw"
     toy.write(folder / "only.ipynb", toy.source_notebook())
     assert assignments.notebook_path(folder).name == "only.ipynb"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-from pathlib import Path
 
 import pytest
 from robust_slam_autograder.errors import Refused
@@ -21,19 +20,19 @@ def parsed(value: object) -> tuple[Cell, ...] | str:
         return str(error)
 
 
-def test_metadata_of_a_wrong_type_is_as_good_as_none() -> None:
+def test_metadata_of_a_wrong_type_is_as_good_as_none():
     fields = {"grade_id": 3, "grade": "yes", "solution": 1, "locked": None, "points": True}
     value = toy.notebook([toy.cell("x = 1", "g") | {"metadata": {"nbgrader": fields}}])
     assert parsed(value) == (Cell(kind="code", source="x = 1"),)
 
 
 @pytest.mark.parametrize("points", [float("nan"), float("inf"), 10**400, "3", None, [1]])
-def test_points_are_a_number_or_none(points: object) -> None:
+def test_points_are_a_number_or_none(points):
     cells = parsed(toy.notebook([toy.test_cell("pass\n", "g", points)]))
     assert isinstance(cells, tuple) and cells[0].points == 0
 
 
-def test_a_notebook_of_too_many_values_is_refused() -> None:
+def test_a_notebook_of_too_many_values_is_refused():
     value = toy.answer()
     value["cells"][0]["outputs"] = [0] * notebook.MAX_VALUES
     assert "holds more than 1,000,000 values: clear its outputs" in parsed(value)
@@ -41,7 +40,7 @@ def test_a_notebook_of_too_many_values_is_refused() -> None:
     assert parsed(value) == parsed(toy.answer())
 
 
-def test_a_link_is_not_followed(tmp_path: Path) -> None:
+def test_a_link_is_not_followed(tmp_path):
     toy.write(tmp_path / "real.ipynb", toy.answer())
     (tmp_path / "link.ipynb").symlink_to("real.ipynb")
     assert len(notebook.read(tmp_path / "real.ipynb")) == 4
@@ -49,7 +48,7 @@ def test_a_link_is_not_followed(tmp_path: Path) -> None:
         notebook.read(tmp_path / "link.ipynb")
 
 
-def test_only_a_regular_file_is_opened_and_nothing_waits(tmp_path: Path) -> None:
+def test_only_a_regular_file_is_opened_and_nothing_waits(tmp_path):
     os.mkfifo(tmp_path / "pipe.ipynb")
     (tmp_path / "folder.ipynb").mkdir()
     for name in ("pipe.ipynb", "folder.ipynb", "missing.ipynb", "a\0b.ipynb"):
@@ -62,13 +61,13 @@ def test_only_a_regular_file_is_opened_and_nothing_waits(tmp_path: Path) -> None
     assert len(os.listdir("/proc/self/fd")) == before
 
 
-def test_a_name_in_a_message_cannot_write_to_the_terminal() -> None:
+def test_a_name_in_a_message_cannot_write_to_the_terminal():
     assert notebook.shown("a\x1b[2J\nb\udcff.ipynb") == "a?[2J?b?.ipynb"
     assert len(notebook.shown("x" * 500)) == notebook.MAX_NAME
 
 
 @pytest.mark.parametrize("size", [notebook.MAX_BYTES, notebook.MAX_BYTES + 1])
-def test_a_large_file_is_refused_by_its_size(tmp_path: Path, size: int) -> None:
+def test_a_large_file_is_refused_by_its_size(tmp_path, size):
     path = tmp_path / "large.ipynb"
     with open(path, "wb") as file:
         file.truncate(size)

@@ -13,12 +13,12 @@ def kept(text: str, used: set[str]) -> list[str]:
     return [ast.unparse(node) for node in tree.body if node in source.helpers([tree], used)]
 
 
-def test_definitions_stay_and_experiments_go() -> None:
+def test_definitions_stay_and_experiments_go():
     text = "import os\ndef f(): pass\nclass C: pass\nprint(1)\nx = f()\nfor i in []: pass\n"
     assert kept(text, set()) == ["import os", "def f():\n    pass", "class C:\n    pass"]
 
 
-def test_a_variable_stays_when_a_chain_of_uses_leads_to_it() -> None:
+def test_a_variable_stays_when_a_chain_of_uses_leads_to_it():
     text = "a = slow()\nb = a + 1\nc = 5\nd = {}\nd['k'] = b\ne = slow()\ndef f():\n    return d\n"
     assert kept(text, {"f"})[:4] == ["a = slow()", "b = a + 1", "d = {}", "d['k'] = b"]
     assert "e = slow()" not in kept(text, {"f"})
@@ -45,7 +45,7 @@ def test_a_variable_stays_when_a_chain_of_uses_leads_to_it() -> None:
         "T.inner.items.append(2)",
     ],
 )
-def test_whatever_changes_a_variable_that_a_solution_reads_stays(change: str) -> None:
+def test_whatever_changes_a_variable_that_a_solution_reads_stays(change):
     text = f"T = []\n{change}\n"
     assert kept(text, {"T"}) == ["T = []", ast.unparse(ast.parse(change))]
     assert kept(text, set()) == []
@@ -61,23 +61,23 @@ def test_whatever_changes_a_variable_that_a_solution_reads_stays(change: str) ->
         "slow(T)",
     ],
 )
-def test_an_experiment_that_changes_no_variable_goes(experiment: str) -> None:
+def test_an_experiment_that_changes_no_variable_goes(experiment):
     text = f"import numpy as np\nimport matplotlib.pyplot as plt\nT = []\n{experiment}\n"
     assert kept(text, {"T", "np", "plt", "slow"})[2:] == ["T = []"]
 
 
-def test_a_local_variable_uses_nothing_of_the_same_name() -> None:
+def test_a_local_variable_uses_nothing_of_the_same_name():
     text = "x = slow()\ndef f(x):\n    y = x\n    return y\ny = slow()\n"
     assert kept(text, set()) == ["def f(x):\n    y = x\n    return y"]
 
 
-def test_a_choice_between_imports_stays() -> None:
+def test_a_choice_between_imports_stays():
     text = "try:\n    import a\nexcept ImportError:\n    a = None\n"
     assert kept(text, set()) == [text.strip()]
     assert kept("try:\n    main()\nexcept ValueError:\n    pass\n", set()) == []
 
 
-def test_a_decorated_definition_keeps_its_decorator() -> None:
+def test_a_decorated_definition_keeps_its_decorator():
     assert kept("@wraps\ndef f():\n    pass\n", set()) == ["@wraps\ndef f():\n    pass"]
 
 
@@ -97,24 +97,24 @@ def test_a_decorated_definition_keeps_its_decorator() -> None:
         ("", False),
     ],
 )
-def test_a_definition_is_known_by_the_look_of_its_line(text: str, found: bool) -> None:
+def test_a_definition_is_known_by_the_look_of_its_line(text, found):
     assert source.defines(text, ["f"]) is found
 
 
-def test_names_are_those_that_the_top_level_binds() -> None:
+def test_names_are_those_that_the_top_level_binds():
     text = "import a\nb = c = 1\n(d, e), f = g\nh: int = 2\nk[0] = l.m = 3\ndef n():\n    o = 1\n"
     assert sorted(source.defined_names(text)) == ["b", "c", "d", "e", "f", "h", "n"]
     assert source.imports(text) == "import a"
 
 
 @pytest.mark.parametrize("text", ["def f(:", "(" * 1000, "-" * 100_000 + "1", "a\0b"])
-def test_text_that_is_no_python_defines_nothing(text: str) -> None:
+def test_text_that_is_no_python_defines_nothing(text):
     assert source.defined_names(text) == []
     assert source.imports(text) == ""
     assert isinstance(source.plain_python(text), str)
 
 
-def test_magics_become_python_and_keep_the_lines() -> None:
+def test_magics_become_python_and_keep_the_lines():
     assert source.plain_python("%%time\nx = 1\n") == "\nx = 1\n"
     assert source.plain_python("%%bash\nrm -rf /\n") == ""
     magic = source.plain_python("%matplotlib inline\nx = 1\n!ls\ny = 2\n")
@@ -124,6 +124,6 @@ def test_magics_become_python_and_keep_the_lines() -> None:
     assert magic.split("\n")[1] == "x = 1"
 
 
-def test_names_that_are_awaited_are_used() -> None:
+def test_names_that_are_awaited_are_used():
     statements = ast.parse("x = await load(path)\nasync for y in source: pass\n").body
     assert {"load", "path", "source"} <= source.used_names(*statements)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -22,13 +21,13 @@ def labels(found: Submission) -> list[tuple[str, bool]]:
     return [(piece.label, piece.own) for piece in found.pieces]
 
 
-def test_cells_are_matched_by_grade_id() -> None:
+def test_cells_are_matched_by_grade_id():
     found = toy.submission(toy.answer(), toy.assignment())
     assert labels(found) == [("double", False), ("apply", False)]
     assert not found.missing and not found.notes
 
 
-def test_cells_without_their_grade_id_are_matched_by_name() -> None:
+def test_cells_without_their_grade_id_are_matched_by_name():
     found = collect(toy.cell(APPLY + DOUBLE), toy.cell("x = 1\n"))
     assert labels(found) == [("double", False), (OWN, True)]
     assert not found.missing
@@ -38,25 +37,25 @@ def test_cells_without_their_grade_id_are_matched_by_name() -> None:
     )
 
 
-def test_a_grade_id_goes_before_a_name() -> None:
+def test_a_grade_id_goes_before_a_name():
     found = collect(toy.cell(DOUBLE), toy.cell("pass\n", "double", solution=True))
     assert labels(found) == [(OWN, True), ("double", False)]
 
 
-def test_what_is_not_there_is_missing() -> None:
+def test_what_is_not_there_is_missing():
     found = collect(toy.cell(DOUBLE, "double", solution=True))
     assert found.missing == {"apply"}
     assert found.notes == ("The cell apply was not found.",)
 
 
-def test_copies_run_in_order_with_a_note() -> None:
+def test_copies_run_in_order_with_a_note():
     copies = [toy.cell(text, "double", solution=True) for text in ("x = 1\n", DOUBLE)]
     found = collect(*copies, toy.cell(APPLY, "apply", solution=True))
     assert [piece.source for piece in found.pieces] == ["x = 1\n", DOUBLE, APPLY]
     assert found.notes == ("double stands in 2 cells: they ran in order.",)
 
 
-def test_the_instructors_cells_are_not_the_students() -> None:
+def test_the_instructors_cells_are_not_the_students():
     found = collect(
         toy.cell(toy.SETUP),
         toy.test_cell("double = lambda x: 6\n", "double-random", 9),
@@ -67,7 +66,7 @@ def test_the_instructors_cells_are_not_the_students() -> None:
     assert labels(found)[-1] == (OWN, True) and len(found.pieces) == 2
 
 
-def test_the_notebook_of_a_folder_is_found_or_its_absence_told(tmp_path: Path) -> None:
+def test_the_notebook_of_a_folder_is_found_or_its_absence_told(tmp_path):
     with pytest.raises(Refused, match=r"no notebook in the folder: hand in one, named a\.ipynb"):
         notebook_in(tmp_path, "a")
     toy.write(tmp_path / "b\n.ipynb", toy.answer())

@@ -30,7 +30,7 @@ def words(page: str) -> str:
     ("share", "said"),
     [(None, "–"), (0, "0 %"), (0.001, "<1 %"), (0.5, "50 %"), (0.999, ">99 %"), (1, "100 %")],
 )
-def test_nothing_and_everything_are_said_of_these_alone(share: float | None, said: str) -> None:
+def test_nothing_and_everything_are_said_of_these_alone(share, said):
     assert class_pages.percent(share) == said
 
 
@@ -45,18 +45,17 @@ def test_nothing_and_everything_are_said_of_these_alone(share: float | None, sai
         (3599.7, "1 h 00 min"),
     ],
 )
-def test_durations_are_for_people(seconds: float, said: str) -> None:
+def test_durations_are_for_people(seconds, said):
     assert class_pages.duration(seconds) == said
 
 
-def test_a_page_says_that_it_is_the_instructors(made: dict[str, str]) -> None:
+def test_a_page_says_that_it_is_the_instructors(made):
     for page in made.values():
         assert "For the instructor. " in words(page) and "do not publish it" in words(page)
 
 
-def test_every_number_of_a_picture_is_in_a_table(made: dict[str, str]) -> None:
+def test_every_number_of_a_picture_is_in_a_table(made):
     text, shown = words(made["many"]), report(*MANY)
-    assert shown.marks is not None
     for found in shown.marks.bins:
         assert f"{found.label} {found.students}" in text
     apply = next(each for each in shown.exercises if each.name.startswith("solve"))
@@ -66,7 +65,7 @@ def test_every_number_of_a_picture_is_in_a_table(made: dict[str, str]) -> None:
     assert f"case-7 hidden 5 {apply.cases[7].passed}" in text
 
 
-def test_other_versions_are_told_at_the_top_and_on_the_index(made: dict[str, str]) -> None:
+def test_other_versions_are_told_at_the_top_and_on_the_index(made):
     text = words(made["many"])
     assert "the version that graded most, 40 of 41 submissions" in text
     assert "1 submission: 10 points in all in place of 55; without the exercises" in text
@@ -75,21 +74,21 @@ def test_other_versions_are_told_at_the_top_and_on_the_index(made: dict[str, str
 
 
 def test_what_goes_wrong_with_a_test_is_seen_before_its_cases_are_opened(
-    made: dict[str, str],
-) -> None:
+    made,
+):
     assert "1 case of broken · 1: nobody passes: is the test right?" in words(made["many"])
 
 
 def test_the_index_names_what_is_hardest_and_links_to_pages_that_there_are(
-    made: dict[str, str],
-) -> None:
+    made,
+):
     text = words(made["index"])
     assert "hardest: broken, 0 % of its points" in text and text.count("hardest") == 1
     links = [dict(attrs)["href"] for tag, attrs in Skeleton(made["index"]).tags if tag == "a"]
     assert links == ["many.html", "one.html", "no-points.html"]
 
 
-def test_texts_that_few_got_are_folded_and_the_rest_counted() -> None:
+def test_texts_that_few_got_are_folded_and_the_rest_counted():
     texts = [exercise("e", "failed", case("c", f"Text {n:03}.")) for n in range(40)]
     many = report(*(result(one, student=f"s{n}") for n, one in enumerate(texts)))
     text = class_pages.html(many)
@@ -97,7 +96,7 @@ def test_texts_that_few_got_are_folded_and_the_rest_counted() -> None:
     assert "And 10 more, which 1 student or fewer got each." in text
 
 
-def test_without_names_no_name_is_on_the_page(made: dict[str, str]) -> None:
+def test_without_names_no_name_is_on_the_page(made):
     text = made["no-names"]
     names = {each.student for each in MANY} | {"Your function raised E:", 'href="..'}
     assert not [name for name in names if name in text]
@@ -106,14 +105,14 @@ def test_without_names_no_name_is_on_the_page(made: dict[str, str]) -> None:
 
 @settings(max_examples=30)
 @for_any_text
-def test_no_text_makes_a_tag(text: str) -> None:
+def test_no_text_makes_a_tag(text):
     if text:
         shown = Skeleton(class_pages.html(hostile(text)))
         assert shown.tags == Skeleton(class_pages.html(hostile("harmless"))).tags
         assert shown.text.count(visible(text)) >= 3
 
 
-def test_a_title_is_text() -> None:
+def test_a_title_is_text():
     title = "<b>Twice</b>"
     shown = replace(report(result(samples.PASSED)), title=title, assignment=title)
     for page in (class_pages.html(shown), class_pages.index([Entry(shown, "x")], names=True)):

@@ -30,15 +30,14 @@ def marked(marks: Sequence[float], most: float = 60) -> Report:
 
 
 def labels(made: Report) -> list[tuple[str, int]]:
-    assert made.marks is not None
     return [(found.label, found.students) for found in made.marks.bins if found.students]
 
 
 class TestMarks:
-    def test_bins_are_of_round_numbers_and_full_marks_have_their_own(self) -> None:
+    def test_bins_are_of_round_numbers_and_full_marks_have_their_own(self):
         made = marked([0, 4, 5, 59, 60])
         assert labels(made) == [("0–4", 2), ("5–9", 1), ("55–59", 1), ("60", 1)]
-        assert made.marks is not None and made.marks.median == 5
+        assert made.marks.median == 5
 
     @pytest.mark.parametrize(
         ("marks", "most", "wanted"),
@@ -51,15 +50,13 @@ class TestMarks:
             ([1234, 2000], 2000, [("1200–1399", 1), ("2000", 1)]),
         ],
     )
-    def test_labels_say_what_is_in_a_bin(
-        self, marks: list[float], most: float, wanted: list[tuple[str, int]]
-    ) -> None:
+    def test_labels_say_what_is_in_a_bin(self, marks, most, wanted):
         assert labels(marked(marks, most)) == wanted
 
     @given(MARKS)
-    def test_every_mark_is_in_the_one_bin_that_says_so(self, marks: list[int]) -> None:
+    def test_every_mark_is_in_the_one_bin_that_says_so(self, marks):
         found = marked(marks).marks
-        assert found is not None and found.students == len(marks)
+        assert found.students == len(marks)
         assert [sum(b.low <= mark <= b.high for mark in marks) for b in found.bins] == [
             b.students for b in found.bins
         ]
@@ -67,31 +64,29 @@ class TestMarks:
         assert ends == sorted(ends) and found.highest == max(marks)
 
     @given(MARKS)
-    def test_the_median_is_drawn_in_its_bin(self, marks: list[int]) -> None:
+    def test_the_median_is_drawn_in_its_bin(self, marks):
         found = marked(marks).marks
-        assert found is not None
         drawn = pictures.histogram(found)
         n = int(drawn.median * len(found.bins) / 100 - 1e-9)
         assert found.bins[n].low - 0.5 <= found.median <= found.bins[n].high + 0.5
         assert max(bar.height for bar in drawn.bars) == pictures.HEIGHT
 
-    def test_who_has_no_mark_is_counted_apart(self) -> None:
+    def test_who_has_no_mark_is_counted_apart(self):
         others = samples.refused("No.", student="b"), samples.failed("It died.", student="z")
         made = report(result(samples.PASSED), *others)
         assert (made.handed_in, made.graded, made.refused, made.failed) == (3, 1, 1, 1)
-        assert made.marks is not None and made.marks.students == 1
+        assert made.marks.students == 1
 
-    def test_where_nothing_was_graded_there_are_no_marks(self) -> None:
+    def test_where_nothing_was_graded_there_are_no_marks(self):
         made = report(samples.refused("No.", student="b"))
         assert (made.marks, made.time, made.exercises) == (None, None, ())
         assert [kind.name for kind in made.attention] == ["Refused"]
 
-    def test_a_spread_is_in_per_cent_of_the_points(self) -> None:
+    def test_a_spread_is_in_per_cent_of_the_points(self):
         marks = marked([0, 30, 60]).marks
-        assert marks is not None
         assert pictures.spread(marks) == pictures.Spread(0, 25, 50, 75, 100)
         none = marked([0], 0).marks
-        assert none is not None and pictures.spread(none) is None
+        assert pictures.spread(none) is None
 
 
 EASIER = exercise("double", "passed", case("by-hand", visible=True), case("random"))
@@ -107,12 +102,12 @@ CLASS = tuple(
 
 
 class TestExercises:
-    def test_the_hardest_is_first_and_shares_are_of_points(self) -> None:
+    def test_the_hardest_is_first_and_shares_are_of_points(self):
         made = report(*CLASS)
         assert [each.name for each in made.exercises] == ["apply", "double"]
         assert [each.share for each in made.exercises] == [0.25, 1]
 
-    def test_every_student_is_in_one_part(self) -> None:
+    def test_every_student_is_in_one_part(self):
         apply, double = report(*CLASS).exercises
         assert (apply.whole, apply.partly, apply.none, apply.missing) == (0, 2, 1, 1)
         assert (double.whole, double.partly, double.none, double.missing) == (4, 0, 0, 0)
@@ -120,39 +115,39 @@ class TestExercises:
         parts = [(part.kind, part.x, part.width) for part in pictures.parts(apply)]
         assert parts == [("partly", 0, 50), ("none", 50, 25), ("missing", 75, 25)]
 
-    def test_a_case_says_who_passes_it_and_whether_it_is_hidden(self) -> None:
+    def test_a_case_says_who_passes_it_and_whether_it_is_hidden(self):
         apply, _ = report(*CLASS).exercises
         assert [(c.name, c.hidden, c.passed, c.share, c.remark) for c in apply.cases] == [
             ("by-hand", False, 2, 0.5, ""),
             ("twice", True, 0, 0, BROKEN),
         ]
 
-    def test_what_all_pass_is_marked(self) -> None:
+    def test_what_all_pass_is_marked(self):
         assert report(*CLASS).exercises[1].remarks == {EASY: 2}
 
-    def test_one_student_is_no_reason_to_doubt_a_test(self) -> None:
+    def test_one_student_is_no_reason_to_doubt_a_test(self):
         assert not any(each.remarks for each in report(CLASS[0]).exercises)
 
-    def test_an_exercise_of_no_points_has_no_share_and_comes_last(self) -> None:
+    def test_an_exercise_of_no_points_has_no_share_and_comes_last(self):
         free = exercise("free", "passed", case("first", points=0))
         made = report(result(free, HARDER), result(free, HARDER, student="b"))
         assert [(each.name, each.share) for each in made.exercises] == [
             *(("apply", 0), ("free", None))
         ]
 
-    def test_an_assignment_where_nothing_passes_has_its_picture(self) -> None:
+    def test_an_assignment_where_nothing_passes_has_its_picture(self):
         made = report(result(HARDER), result(HARDER, student="ben"))
-        assert made.marks is not None and made.marks.highest == 0
+        assert made.marks.highest == 0
         assert [part.kind for part in pictures.parts(made.exercises[0])] == ["none"]
 
 
 class TestVersions:
     """Marks that different tests gave are not mixed."""
 
-    def test_the_most_common_one_is_shown_and_the_others_are_told(self) -> None:
+    def test_the_most_common_one_is_shown_and_the_others_are_told(self):
         old = [result(EASIER, student=f"old{n}") for n in range(2)]
         made = report(*old, *CLASS)
-        assert made.graded == 6 and made.marks is not None
+        assert made.graded == 6
         assert made.marks.students == 4 and made.marks.max_score == 20
         (other,) = made.others
         assert other.students == 2
@@ -169,15 +164,13 @@ class TestVersions:
             (exercise("double", "passed", case("by-hand", visible=True, points=1)), "1 point, v"),
         ],
     )
-    def test_each_difference_makes_a_version_and_is_named(
-        self, other: ExerciseResult, said: str
-    ) -> None:
+    def test_each_difference_makes_a_version_and_is_named(self, other, said):
         same = replace(EASIER, cases=EASIER.cases)
         made = report(result(same), result(EASIER, student="b"), result(other, student="c"))
         assert len(made.others) == 1
         assert said in "; ".join(made.others[0].differences)
 
-    def test_a_case_that_is_failed_makes_no_version(self) -> None:
+    def test_a_case_that_is_failed_makes_no_version(self):
         assert report(*CLASS).others == ()
 
 
@@ -186,19 +179,19 @@ def told(*exercises: ExerciseResult, names: bool = True, students: str = "") -> 
 
 
 class TestHints:
-    def test_a_text_counts_once_for_each_student(self) -> None:
+    def test_a_text_counts_once_for_each_student(self):
         (first, second) = told(samples.UNWRITTEN, samples.UNWRITTEN, HARDER)[:2]
         assert (first.text, first.students, first.cases) == ("Not written.", 2, ("first", "next"))
         assert (second.students, second.wordings, second.example) == (1, 1, "")
 
-    def test_a_missing_cell_is_said_once(self) -> None:
+    def test_a_missing_cell_is_said_once(self):
         (hint,) = told(GONE)
         assert (hint.text, hint.cases) == ("There is no cell apply.", ())
 
-    def test_a_passed_exercise_says_nothing(self) -> None:
+    def test_a_passed_exercise_says_nothing(self):
         assert told(EASIER) == []
 
-    def test_students_words_are_grouped_by_what_was_raised(self) -> None:
+    def test_students_words_are_grouped_by_what_was_raised(self):
         texts = ["ValueError: shapes (3,)", "ValueError: shapes (2,)", "KeyError: 'a'"]
         texts.append(texts[1])
         failed = (exercise("e", "failed", case("c", f"Your function raised {t}.")) for t in texts)
@@ -218,9 +211,7 @@ class TestHints:
             ("raise type('WORDS', (KeyError,), {})", f"Your function raised {hints.UNNAMED}."),
         ],
     )
-    def test_what_the_grader_says_is_told_from_what_students_say(
-        self, double: str, start: str
-    ) -> None:
+    def test_what_the_grader_says_is_told_from_what_students_say(self, double, start):
         """The grader's own sentences, from a submission that was graded."""
         tests = toy.assignment()
         code = toy.submission(toy.answer(f"def double(x):\n    {double}\n"), tests)
@@ -229,7 +220,7 @@ class TestHints:
         assert hint.text == start
         assert "WORDS" not in repr(told(graded, names=False))
 
-    def test_a_text_that_names_a_student_is_withheld_without_names(self) -> None:
+    def test_a_text_that_names_a_student_is_withheld_without_names(self):
         failed = exercise("e", "failed", case("c", "Not (Ada) but ben."), case("d", "adamant"))
         texts = {hint.text for hint in told(failed, names=False, students="ada ben a.b")}
         assert texts == {hints.WITHHELD, "adamant"}
@@ -247,17 +238,17 @@ class TestHints:
             ("a\u030ake", "\u212bKE"),
         ],
     )
-    def test_a_name_is_withheld_however_it_is_written(self, student: str, text: str) -> None:
+    def test_a_name_is_withheld_however_it_is_written(self, student, text):
         failed = exercise("e", "failed", case("c", text))
         (hint,) = told(failed, names=False, students=student)
         assert hint.text == hints.WITHHELD
 
-    def test_without_students_nothing_is_withheld(self) -> None:
+    def test_without_students_nothing_is_withheld(self):
         assert [hint.text for hint in told(HARDER, names=False)] == ["Look.", "No."]
 
 
 class TestAttention:
-    def test_each_student_stands_under_the_most_pressing_reason(self) -> None:
+    def test_each_student_stands_under_the_most_pressing_reason(self):
         hung = [replace(HARDER, status="timeout"), replace(EASIER, status="died")]
         made = report(
             result(EASIER, HARDER, student="gus"),
@@ -278,28 +269,26 @@ class TestAttention:
             ("No points", "ned", "0 of 20 points"),
         ]
 
-    def test_no_points_of_none_need_no_attention(self) -> None:
+    def test_no_points_of_none_need_no_attention(self):
         free = exercise("free", "passed", case("first", points=0))
         assert report(result(free)).attention == ()
 
-    def test_links_are_those_that_there_are(self) -> None:
+    def test_links_are_those_that_there_are(self):
         nothing = [result(samples.UNWRITTEN, student=name) for name in ("ada", "ben")]
         made = report(*nothing, links={"ben": "b.html"})
         assert [one.link for one in made.attention[0].list] == ["", "b.html"]
-        assert made.time is not None
         assert [one.link for one in made.time.slowest] == ["", "b.html"]
 
 
 class TestTime:
-    def test_the_slowest_are_named_and_refusals_take_no_part(self) -> None:
+    def test_the_slowest_are_named_and_refusals_take_no_part(self):
         slow = [result(EASIER, student=f"s{n}", seconds=float(n)) for n in range(9)]
         time = report(*slow, samples.refused("No.", student="b")).time
-        assert time is not None
         assert (time.median, time.longest, time.total) == (4, 8, 36)
         assert [one.student for one in time.slowest] == ["s8", "s7", "s6", "s5", "s4"]
 
 
-def test_without_names_nothing_tells_who_it_was() -> None:
+def test_without_names_nothing_tells_who_it_was():
     mine = "Your function raised AdaError: by ada-lovelace."
     own = exercise("double", "failed", case("by-hand", mine, visible=True), case("random", "ada"))
     made = report(
@@ -313,4 +302,4 @@ def test_without_names_nothing_tells_who_it_was() -> None:
     shown = repr(made).lower()
     assert not [name for name in ("ada", "ben", "cleo", "dora", "lovelace") if name in shown]
     assert [kind.students for kind in made.attention] == [1, 1, 1, 1]
-    assert made.time is not None and made.time.longest > 0
+    assert made.time.longest > 0

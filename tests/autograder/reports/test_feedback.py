@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import json
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -37,7 +36,7 @@ def double(x):
 class TestWords:
     """What the content says."""
 
-    def test_each_status_has_a_meaning_and_all_but_passed_an_advice(self) -> None:
+    def test_each_status_has_a_meaning_and_all_but_passed_an_advice(self):
         shown = page(result(*samples.EVERY_STATUS))
         words = [each.outcome.split()[1] for each in shown.exercises]
         assert words == ["passed", "partial", "timeout", "died", "missing", "failed"]
@@ -45,7 +44,7 @@ class TestWords:
         assert [bool(each.advice) for each in shown.exercises] == [False] + [True] * 5
         assert shown.start == shown.exercises[1]
 
-    def test_a_case_has_a_word_its_points_and_its_message(self) -> None:
+    def test_a_case_has_a_word_its_points_and_its_message(self):
         (partly,) = page(result(samples.PARTLY)).exercises
         first, second = partly.cases
         assert (first.outcome, first.points, first.message) == ("✓ passed", "5 of 5 points", "")
@@ -55,7 +54,7 @@ class TestWords:
         one = exercise("e", "passed", case("c", points=1))
         assert page(result(one)).exercises[0].points == "1 of 1 point"
 
-    def test_a_message_is_told_once(self) -> None:
+    def test_a_message_is_told_once(self):
         (stub,) = page(result(samples.UNWRITTEN)).exercises
         told = [(each.message, each.as_above) for each in stub.cases]
         assert told == [("Not written.", False), ("", True)]
@@ -63,7 +62,7 @@ class TestWords:
         (gone,) = page(result(samples.MISSING)).exercises
         assert gone.message == "No cell.", "no case says it"
 
-    def test_what_comes_after_a_fault_was_not_run(self) -> None:
+    def test_what_comes_after_a_fault_was_not_run(self):
         (hung,) = page(result(samples.HUNG)).exercises
         assert [(each.outcome, each.message, each.other_inputs) for each in hung.cases] == [
             ("✓ passed", "", True),
@@ -71,28 +70,26 @@ class TestWords:
             ("✗ not run", "", False),
         ]
 
-    def test_all_passed_is_said_where_hidden_checks_ran_alone(self) -> None:
+    def test_all_passed_is_said_where_hidden_checks_ran_alone(self):
         assert page(result(samples.PASSED)).verdict.startswith("All checks passed")
         shown = page(result(exercise("e", "passed", case("c", visible=True))))
         assert shown.verdict == "Public checks passed: 1 of 1 exercises."
         assert shown.exercises[0].meaning == "The public checks passed."
         assert "All" not in rendering.markdown(shown) + rendering.html(shown)
 
-    def test_a_refusal_has_its_reason_and_the_remedy(self) -> None:
+    def test_a_refusal_has_its_reason_and_the_remedy(self):
         shown = page(samples.refused("a.ipynb is not valid JSON: save it again."))
         assert shown.note == "a.ipynb is not valid JSON: save it again."
         assert (shown.note_kind, shown.score, shown.max_score) == ("Reason", "0", "20")
         assert "hand it in again" in shown.next
 
-    def test_a_student_is_not_told_why_the_grader_failed(self) -> None:
+    def test_a_student_is_not_told_why_the_grader_failed(self):
         shown = page(samples.failed("The instructor's cell, set-up 1, fails: 0.1234."))
         assert "not to blame" in shown.verdict and "nothing" in shown.next
         assert "0.1234" not in rendering.html(shown) + rendering.markdown(shown)
 
     @pytest.mark.parametrize("render", [rendering.html, rendering.markdown])
-    def test_seconds_and_sandbox_are_in_no_page(
-        self, render: Callable[[feedback.Page], str]
-    ) -> None:
+    def test_seconds_and_sandbox_are_in_no_page(self, render):
         slow = result(*samples.EVERY_STATUS, seconds=1234.5, sandbox="bubblewrap")
         assert render(page(slow)) == render(page(replace(slow, seconds=0.25, sandbox="fork")))
 
@@ -100,7 +97,7 @@ class TestWords:
 class TestChapter:
     """The way back to the book."""
 
-    def test_with_a_site_it_is_a_link_to_the_section(self) -> None:
+    def test_with_a_site_it_is_a_link_to_the_section(self):
         shown = page(result(samples.PASSED, samples.PARTLY, samples.HUNG))
         base = f"{SITE}chapters/07-toy.html"
         section = feedback.Reading("chapter 07-toy, “Half, or no half”", f"{base}#half-or-no-half")
@@ -112,19 +109,18 @@ class TestChapter:
         assert f'href="{base}#half-or-no-half"' in rendering.html(shown)
         assert f"](<{base}#half-or-no-half>)" in rendering.markdown(shown)
 
-    def test_a_path_from_the_page_is_a_site_too(self) -> None:
+    def test_a_path_from_the_page_is_a_site_too(self):
         (partly,) = page(result(samples.PARTLY), site="../../html").exercises
-        assert partly.reading is not None
         assert partly.reading.address == "../../html/chapters/07-toy.html#half-or-no-half"
 
-    def test_without_a_site_it_is_a_name(self) -> None:
+    def test_without_a_site_it_is_a_name(self):
         shown = page(result(samples.PARTLY), site="")
         html = rendering.html(shown)
         assert "chapter 07-toy, “Half, or no half”" in html
         assert "href=" in html and "07-toy.html" not in html
         assert "](" not in rendering.markdown(shown)
 
-    def test_without_a_chapter_there_is_none(self) -> None:
+    def test_without_a_chapter_there_is_none(self):
         assert page(result(samples.PARTLY), Config()).exercises[0].reading is None
 
     @pytest.mark.parametrize(
@@ -134,9 +130,7 @@ class TestChapter:
             ("double = 1", "double has a value of the wrong type"),
         ],
     )
-    def test_sections_are_of_exercises_that_there_are(
-        self, tmp_path: Path, sections: str, sentence: str
-    ) -> None:
+    def test_sections_are_of_exercises_that_there_are(self, tmp_path, sections, sentence):
         tree = toy.make_tree(tmp_path, f"[sections]\n{sections}\n")
         with pytest.raises(WrongUse, match=sentence):
             assignments.load(tree / toy.NAME / f"{toy.NAME}.ipynb")
@@ -156,21 +150,21 @@ class TestCourse:
     def config(self, name: str) -> Config:
         return assignments.load_config(ASSIGNMENTS / name / assignments.CONFIG_NAME)
 
-    def test_every_exercise_names_a_heading_of_its_chapter(self, name: str) -> None:
+    def test_every_exercise_names_a_heading_of_its_chapter(self, name):
         loaded = assignments.load(ASSIGNMENTS / name / f"{name}.ipynb")
         assert set(loaded.config.sections) == set(loaded.exercises)
         headings = chapter_headings(loaded.config.chapter)
         for heading in loaded.config.sections.values():
             assert headings.count(heading) == 1, heading
 
-    def test_the_site_has_the_sections_that_pages_link_to(self, config: Config) -> None:
+    def test_the_site_has_the_sections_that_pages_link_to(self, config):
         built = ROOT / "build" / "html" / "chapters" / f"{config.chapter}.html"
         assert built.is_file(), "build the site first: make book"
         tags = Skeleton(built.read_text(encoding="utf-8")).tags
         ids = {dict(attrs).get("id") for tag, attrs in tags if tag == "section"}
         assert {feedback.anchor(heading) for heading in config.sections.values()} <= ids
 
-    def test_anchors_follow_the_books_rule(self, config: Config) -> None:
+    def test_anchors_follow_the_books_rule(self, config):
         headings = chapter_headings(config.chapter)
         assert len(headings) > 10
         assert [feedback.anchor(each) for each in headings] == [make_id(each) for each in headings]
@@ -187,18 +181,18 @@ class TestInjection:
     """Whatever a student writes, the page's structure is the same and the text is to be read."""
 
     @for_any_text
-    def test_no_text_makes_a_tag(self, text: str) -> None:
+    def test_no_text_makes_a_tag(self, text):
         if text:
             shown = Skeleton(rendering.html(page(samples.told(text))))
             assert shown.tags == Skeleton(rendering.html(page(samples.told("harmless")))).tags
             assert shown.text.count(visible(text)) >= 4
 
     @for_any_text
-    def test_no_text_makes_markdown(self, text: str) -> None:
+    def test_no_text_makes_markdown(self, text):
         if text.split():
             assert markdown_shape(text) == markdown_shape("harmless")
 
-    def test_markdown_has_the_chapters_links_and_no_others(self) -> None:
+    def test_markdown_has_the_chapters_links_and_no_others(self):
         text = rendering.markdown(page(samples.told(" ".join(samples.HOSTILE.values()))))
         children = [child for block in GITHUB.parse(text) for child in block.children or []]
         links = [child.attrs["href"] for child in children if child.type == "link_open"]
@@ -230,7 +224,7 @@ class TestCommand:
         where = ("--out", graded / "graded", "--to", graded / "feedback")
         return lambda *arguments: autograder("feedback", *where, *arguments)
 
-    def test_each_submission_has_two_files(self, graded: Path, run: Run) -> None:
+    def test_each_submission_has_two_files(self, graded, run):
         status, out, _ = run("--site", SITE)
         assert status == 0 and out.startswith("feedback on 3 submissions of 3 students: ")
         found = {path.relative_to(graded / "feedback") for path in graded.rglob("feedback/*/*")}
@@ -241,7 +235,7 @@ class TestCommand:
         assert "(0 of 6 points, checked with other inputs too): `Try negative numbers.`" in text
         assert f"{SITE}chapters/07-toy.html" in text
 
-    def test_no_page_tells_what_is_hidden(self, graded: Path, run: Run) -> None:
+    def test_no_page_tells_what_is_hidden(self, graded, run):
         assert run()[0] == 0
         texts = [path.read_text(encoding="utf-8") for path in graded.rglob("feedback/*/*")]
         seconds = [str(toy.result(graded / "graded", s)["seconds"]) for s in ("ada", "ben")]
@@ -250,7 +244,7 @@ class TestCommand:
         assert not [secret for secret in secrets for text in texts if secret in text]
         assert any("ValueError: &lt;script&gt;3&lt;/script&gt;" in text for text in texts)
 
-    def test_a_student_may_be_named(self, graded: Path, run: Run) -> None:
+    def test_a_student_may_be_named(self, graded, run):
         assert run("ada")[0] == 0
         assert [path.name for path in (graded / "feedback").iterdir()] == ["ada"]
 
@@ -262,14 +256,12 @@ class TestCommand:
             (["--site", "javascript:alert(1)"], "an address https://…, or a path"),
         ],
     )
-    def test_wrong_use_names_the_remedy(
-        self, graded: Path, run: Run, arguments: list[str], sentence: str
-    ) -> None:
+    def test_wrong_use_names_the_remedy(self, graded, run, arguments, sentence):
         status, out, err = run(*arguments)
         assert status == 2 and sentence in err and out == ""
         assert not (graded / "feedback").exists()
 
-    def test_a_place_that_cannot_be_written_is_named(self, graded: Path, run: Run) -> None:
+    def test_a_place_that_cannot_be_written_is_named(self, graded, run):
         (graded / "feedback").write_text("a file")
         status, out, err = run()
         path = graded / "feedback" / "<b>cleo" / f"{toy.NAME}.html"

@@ -53,9 +53,7 @@ def opened(folder: Path, open_page: Opener) -> Opener:
 
 
 @pytest.mark.parametrize(("name", "scheme"), VISITS)
-def test_a_page_asks_for_nothing_fits_and_is_read_by_all(
-    opened: Opener, name: str, scheme: str
-) -> None:
+def test_a_page_asks_for_nothing_fits_and_is_read_by_all(opened, name, scheme):
     visit = opened(name, scheme)
     page = visit.page
     page.evaluate(OPEN_ALL)
@@ -74,7 +72,7 @@ def test_a_page_asks_for_nothing_fits_and_is_read_by_all(
     assert violations(page) == []
 
 
-def test_a_page_that_would_not_do_is_found(folder: Path, opened: Opener) -> None:
+def test_a_page_that_would_not_do_is_found(folder, opened):
     """The policy stops what autoescape would have let through, and grey on white is seen."""
     text = (folder / "told.html").read_text(encoding="utf-8")
     bad = text.replace("A MESSAGE", "<script>document.title = 'taken'</script>")
@@ -96,9 +94,7 @@ def served(folder: Path) -> Iterator[str]:
 
 
 @pytest.mark.parametrize("way", ["http", "file"])
-def test_a_page_asks_for_itself_alone(
-    folder: Path, served: str, open_page: Opener, way: str
-) -> None:
+def test_a_page_asks_for_itself_alone(folder, served, open_page, way):
     address = f"{served if way == 'http' else folder.as_uri()}/every-status.html"
     visit = open_page("about:blank")
     asked: list[str] = []
@@ -109,7 +105,7 @@ def test_a_page_asks_for_itself_alone(
 
 
 @pytest.mark.parametrize("name", ["every-status", "many"])
-def test_on_paper_all_is_dark_on_white(opened: Opener, name: str) -> None:
+def test_on_paper_all_is_dark_on_white(opened, name):
     page = opened(name, "dark").page
     page.emulate_media(media="print", color_scheme="dark")
     colour = "getComputedStyle(document.body).backgroundColor"
@@ -122,13 +118,13 @@ def headings(page: Page) -> list[str]:
     return page.locator("h1, h2, h3").evaluate_all("all => all.map(one => one.tagName)")
 
 
-def test_a_students_page_has_one_level_of_headings_below_its_title(opened: Opener) -> None:
+def test_a_students_page_has_one_level_of_headings_below_its_title(opened):
     for name in OF_STUDENTS:
         first, *others = headings(opened(name).page)
         assert first == "H1" and set(others) == {"H2"}
 
 
-def test_keys_lead_to_the_exercise_to_start_with(opened: Opener) -> None:
+def test_keys_lead_to_the_exercise_to_start_with(opened):
     page = opened("every-status").page
     page.keyboard.press("Tab")
     assert page.evaluate(FOCUSED) == "apply"
@@ -144,7 +140,7 @@ class TestManyStudents:
     def many(self, opened: Opener) -> Page:
         return opened("many").page
 
-    def test_keys_open_what_is_folded(self, many: Page) -> None:
+    def test_keys_open_what_is_folded(self, many):
         found = []
         for _ in range(3):
             many.keyboard.press("Tab")
@@ -155,7 +151,7 @@ class TestManyStudents:
         many.keyboard.press("Enter")
         assert many.locator("figure + details[open]").count() == 1
 
-    def test_labels_of_a_histogram_do_not_meet(self, many: Page) -> None:
+    def test_labels_of_a_histogram_do_not_meet(self, many):
         for width in (1280, 390):
             many.set_viewport_size({"width": width, "height": 900})
             boxes = many.locator("figure text[y='212']").all()
@@ -164,14 +160,14 @@ class TestManyStudents:
             for left, right in itertools.pairwise(shown):
                 assert left["x"] + left["width"] < right["x"]
 
-    def test_patterns_are_drawn_and_not_colour_alone(self, many: Page) -> None:
+    def test_patterns_are_drawn_and_not_colour_alone(self, many):
         fill = "kind => getComputedStyle(document.querySelector(`.key .${kind}`)).fill"
         fills = [many.evaluate(fill, kind) for kind in ("whole", "partly", "none", "missing")]
         assert len(set(fills)) == 4
         assert [f for f in fills if "url" in f] == ['url("#some")', 'url("#lost")']
         assert many.locator("pattern#some").count() == many.locator("pattern#lost").count() == 1
 
-    def test_its_parts_have_headings(self, many: Page) -> None:
+    def test_its_parts_have_headings(self, many):
         assert many.locator("h2").all_text_contents() == [
             "Marks",
             "Exercises, hardest first",

@@ -30,7 +30,7 @@ def as_json(marks: list[Result]) -> Any:
     return json.loads(summary.as_json(marks, COUNTS, names=True))
 
 
-def test_json_has_marks_and_statuses_in_the_batchs_order() -> None:
+def test_json_has_marks_and_statuses_in_the_batchs_order():
     value = as_json(MARKS[1:])
     assert value["schema"] == 1 and value["counts"] == COUNTS
     assert value["submissions"][0] == {
@@ -48,7 +48,7 @@ def test_json_has_marks_and_statuses_in_the_batchs_order() -> None:
     ]
 
 
-def test_markdown_is_a_table_with_a_word_beside_each_sign() -> None:
+def test_markdown_is_a_table_with_a_word_beside_each_sign():
     assert summary.as_markdown(MARKS, COUNTS, names=True).splitlines() == [
         "## Grading",
         "",
@@ -68,7 +68,7 @@ RENDERED = pytest.mark.parametrize("render", [summary.as_json, summary.as_markdo
 
 
 @RENDERED
-def test_without_names_nothing_tells_who_it_was(render: Render) -> None:
+def test_without_names_nothing_tells_who_it_was(render):
     shown = render(MARKS, COUNTS, names=False)
     assert not any(name in shown for name in ("ada", "ben", "cleo", "dora", "zoe", "student"))
     assert "refused" in shown and "10" in shown
@@ -77,7 +77,7 @@ def test_without_names_nothing_tells_who_it_was(render: Render) -> None:
 
 @pytest.mark.parametrize("names", [True, False])
 @RENDERED
-def test_seconds_sandbox_and_messages_are_not_in_it(render: Render, names: bool) -> None:
+def test_seconds_sandbox_and_messages_are_not_in_it(render, names):
     before = render(MARKS, COUNTS, names=names)
     other = [replace(result, seconds=77.25, sandbox="fork") for result in MARKS]
     assert render(other, COUNTS, names=names) == before
@@ -86,7 +86,7 @@ def test_seconds_sandbox_and_messages_are_not_in_it(render: Render, names: bool)
 
 
 @for_any_text
-def test_a_hostile_text_changes_no_structure(text: str) -> None:
+def test_a_hostile_text_changes_no_structure(text):
     def shape(plain: str) -> list[str]:
         marks = [samples.told(plain), samples.refused(plain, student=plain)]
         blocks = GITHUB.parse(summary.as_markdown(marks, COUNTS, names=True))
@@ -98,7 +98,7 @@ def test_a_hostile_text_changes_no_structure(text: str) -> None:
     assert len(as_json([samples.told(text)])["submissions"]) == 1
 
 
-def test_a_check_of_ones_own_shows_messages_and_promises_no_mark() -> None:
+def test_a_check_of_ones_own_shows_messages_and_promises_no_mark():
     own = samples.result(*samples.EVERY_STATUS, reason="A cell was copied.", student="")
     text = summary.check_as_markdown(own, {"double": 2, "apply": 1})
     assert text.splitlines()[2:6] == [

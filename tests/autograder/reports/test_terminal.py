@@ -20,7 +20,7 @@ FAILED = exercise("three", "failed", case("a", "Add the ½.", visible=True))
 HUNG = exercise("four", "timeout", case("a", "Your code ran longer than it may.", visible=True))
 
 
-def test_the_table_has_a_line_and_a_remark_for_each() -> None:
+def test_the_table_has_a_line_and_a_remark_for_each():
     hidden = exercise("one", "passed", case("a"))
     marks = [result(PASSED), result(PASSED, PARTLY), result(FAILED), result(hidden)]
     table = terminal.marks_table([*marks, samples.refused("No.", student="bo")])
@@ -34,7 +34,7 @@ def test_the_table_has_a_line_and_a_remark_for_each() -> None:
     ]
 
 
-def test_without_names_the_table_names_no_student() -> None:
+def test_without_names_the_table_names_no_student():
     marks = [samples.refused("bo.ipynb is no.", student="bo"), result(PASSED, PARTLY)]
     assert terminal.marks_table(marks, names=False).splitlines() == [
         "assignment  mark",
@@ -43,13 +43,13 @@ def test_without_names_the_table_names_no_student() -> None:
     ]
 
 
-def test_what_a_students_text_does_to_a_terminal_is_undone() -> None:
+def test_what_a_students_text_does_to_a_terminal_is_undone():
     told = exercise("one", "failed", case("a", "\x1b[2J\nall passed", visible=True))
     lines = terminal.check_line(told, None).splitlines()
     assert lines == ["✗ failed   one (a): \\x1b[2J", "    all passed"]
 
 
-def test_a_check_names_each_exercise_and_what_it_lost() -> None:
+def test_a_check_names_each_exercise_and_what_it_lost():
     hidden = {"one": 1, "two": 3}
     lines = [terminal.check_line(each, hidden) for each in (PASSED, PARTLY, FAILED, HUNG)]
     assert lines == [
@@ -76,7 +76,7 @@ def test_a_check_names_each_exercise_and_what_it_lost() -> None:
         (5, "5 hidden cases remain"),
     ],
 )
-def test_a_check_that_passes_promises_no_mark(count: int | None, said: str) -> None:
+def test_a_check_that_passes_promises_no_mark(count, said):
     hidden = None if count is None else {"one": count}
     assert terminal.check_line(PASSED, hidden) == f"✓ passed   one (visible cases; {said})"
     end = terminal.check_end(result(PASSED), hidden)
