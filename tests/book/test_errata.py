@@ -16,6 +16,10 @@ from scipy.linalg import solve_continuous_are
 from scipy.optimize import brentq, minimize_scalar
 from scipy.spatial.transform import Rotation
 
+from tests.book.graduation import gm_weight, lesson_surrogate, listing, tls_weight
+from tests.book.samples import READINGS as Z
+from tests.book.samples import three_poses
+
 PAGE = Path(__file__).parents[2] / "chapters" / "errata.md"
 NUMBER = re.compile(r"[-−]?[0-9]+(?:\.[0-9]+)?(?:/[0-9]+)?")
 Rows = list[list[str]]
@@ -48,12 +52,9 @@ def assert_prints(cell: str, expected: list[float]) -> None:
         )
 
 
-Z = np.array([0.1, -0.2, 0.15, -0.1, 5.0])
-"""The readings of the IRLS example."""
-
 # --- Chapter 0 -------------------------------------------------------------------------
 
-THREE = problems.chain(3, [0, 1, 0, 0], [1, 2, 2, 2], [1, 1, 2, 0], [0.1, 0.1, 0.05, 0.05])
+THREE = three_poses(2, 0)
 INFORMATION = np.diag(1.0 / THREE.sigma**2)
 NORMAL = THREE.jacobian.T @ INFORMATION @ THREE.jacobian
 
@@ -71,7 +72,7 @@ def chapter_0() -> Iterator[list[float]]:
     x = THREE.initial()
     length = x[2] - x[0]
     printed = [0.8, 1.0, 1.2]
-    without = problems.chain(3, [0, 1, 0], [1, 2, 2], [1, 1, 0], [0.1, 0.1, 0.05]).initial()
+    without = three_poses(0).initial()
     parts = THREE.residuals(x) ** 2
     five = problems.chain(5, [0, 1, 2, 3, 1], [1, 2, 3, 4, 3], [1, 1, 1, 1, 0], [0.1] * 4 + [0.05])
     yield [length, length, 0, *x, 1, *(x + 1 - x.mean())]
@@ -198,19 +199,6 @@ def chapter_4() -> Iterator[list[float]]:
 PRINTED = [(1, 0.80, 0.04), (1.5, 0.86, 0.02), (2.25, 0.92, 0.008), (100, 0.99, 0.0004)]
 
 
-def surrogate(u: float, mu: float, c: float = 2.0) -> float:
-    return c**2 * mu * u**2 / ((mu + 1) * c**2 + u**2)
-
-
-def tls_weight(u: np.ndarray, c: float, mu: float) -> np.ndarray:
-    middle = c / np.maximum(np.abs(u), 1e-300) * math.sqrt(mu * (mu + 1)) - mu
-    return np.clip(middle, 0.0, 1.0)
-
-
-def gm_weight(u: np.ndarray, c: float, mu: float) -> np.ndarray:
-    return (mu * c**2 / (u**2 + mu * c**2)) ** 2
-
-
 def gnc(z: list[float], weight: Callable, mus: Iterator[float]) -> list[tuple[float, ...]]:
     """Return μ, first weight, last weight, x for each step of GNC from the mean, c = 2."""
     values, rows = np.asarray(z, dtype=float), []
@@ -225,7 +213,7 @@ def gnc(z: list[float], weight: Callable, mus: Iterator[float]) -> list[tuple[fl
 
 def two_minima(mu: float) -> list[float]:
     def total(x: float) -> float:
-        return surrogate(x, mu) + surrogate(10 - x, mu)
+        return lesson_surrogate(x, mu) + lesson_surrogate(10 - x, mu)
 
     halves = [(0, 5), (5, 10)]
     return [
@@ -244,7 +232,16 @@ def chapter_5() -> Iterator[list[float]]:
     yield [10 * out / (inside + out) for _, inside, out in PRINTED[1:3]]
     yield [1.5**11, 1.5**12]
     yield [5, tls_costs[0], 0, tls_costs[1], 10, 5, start, start, rejected, 0]
-    yield [2, 10, surrogate(10, 1), 1, surrogate(10, 100), 100, surrogate(10, 1e4), 10000]
+    yield [
+        2,
+        10,
+        lesson_surrogate(10, 1),
+        1,
+        lesson_surrogate(10, 100),
+        100,
+        lesson_surrogate(10, 1e4),
+        10000,
+    ]
     yield [1, 3, 1, *two_minima(1), one_minimum]
     yield from annealing()
 
@@ -254,15 +251,6 @@ def anneal(z: list[float], factor: float = 1.4) -> list[tuple[float, ...]]:
     largest = max(abs(value - np.mean(z)) for value in z)
     start = 4 / (2 * largest**2 - 4)
     return gnc(z, tls_weight, (start * factor**k for k in range(60)))
-
-
-def listing(steps: int) -> tuple[float, float]:
-    """The lesson's loop with its own weights: x and the outlier's weight."""
-    x, mu, last = 0.0, 1.0, 0.0
-    for _ in range(steps):
-        w = mu * (mu + 1) / (mu + 1 + (Z - x) ** 2) ** 2
-        x, mu, last = w @ Z / w.sum(), 1.4 * mu, w[4]
-    return x, last
 
 
 def annealing() -> Iterator[list[float]]:

@@ -20,6 +20,7 @@ from robust_slam.graphs.outliers import add_random_closures
 from robust_slam.problems import LocationProblem, PoseGraphProblem
 from scipy.stats import chi2
 
+from tests.book.graduation import gm_weight, lesson_surrogate, listing, tls_weight
 from tests.book.prose import Chapter, Numbers, rounds_to
 from tests.book.samples import READINGS as FIVE
 from tests.book.samples import three_poses
@@ -33,17 +34,6 @@ AT_ONE = 4 * sqrt(2) / 5 - 1  # the weight of u = 2.5 for c = 2 and μ = 1
 Row = tuple[float, np.ndarray, float]
 
 
-def tls(u: np.ndarray | float, c: float, mu: float) -> np.ndarray:
-    square = np.maximum(u, 0.0) ** 2
-    between = c * sqrt(mu * (mu + 1)) / np.sqrt(np.maximum(square, 1e-300)) - mu
-    inside, outside = square <= c**2 * mu / (mu + 1), square >= c**2 * (mu + 1) / mu
-    return np.select([inside, outside], [1.0, 0.0], between)
-
-
-def gm(u: np.ndarray | float, c: float, mu: float) -> np.ndarray:
-    return (mu * c**2 / (u**2 + mu * c**2)) ** 2
-
-
 def first_mu(u_max: float, c: float, kind: str) -> float:
     if kind == "gm":
         return 2 * u_max**2 / c**2
@@ -55,28 +45,13 @@ def anneal(z: np.ndarray, kind: str, factor: float = 1.4, mu: float | None = Non
     x, rows = float(z.mean()), []
     mu = first_mu(float(np.abs(z - x).max()), 2.0, kind) if mu is None else mu
     for _ in range(200):
-        w = (tls if kind == "tls" else gm)(np.abs(z - x), 2.0, mu)
+        w = (tls_weight if kind == "tls" else gm_weight)(np.abs(z - x), 2.0, mu)
         x = float(w @ z / w.sum())
         rows.append((mu, w, x))
         if mu == 1.0 if kind == "gm" else np.all((w == 0) | (w == 1)):
             break
         mu = max(1.0, mu / factor) if kind == "gm" else mu * factor
     return rows
-
-
-def lesson_surrogate(u: float, mu: float, c: float = 2.0) -> float:
-    """The lesson's surrogate, without the ½."""
-    return c**2 * mu * u**2 / ((mu + 1) * c**2 + u**2)
-
-
-def listing(steps: int, x: float = 0.0) -> tuple[float, float]:
-    """Return x and the weight of the outlier after some steps of the lesson's listing."""
-    mu, w = 1.0, np.ones(5)
-    for _ in range(steps):
-        w = mu * (mu + 1) / ((mu + 1) + (FIVE - x) ** 2) ** 2
-        x = float(w @ FIVE / w.sum())
-        mu *= 1.4
-    return x, float(w[-1])
 
 
 def backwards_on_a(mus: list[float]) -> float:
@@ -137,11 +112,11 @@ FORMULAS = {
     "9.591591": lambda page: 10 - page.a_tls[0][2],
     "0.816": lambda page: sqrt(2 / 3),
     "9.925": lambda page: second_minimum(),
-    "0.066 0.002": lambda page: tls(np.array([1.0, 10.0]), 1.0, 1 / 199),
-    "0.990 0.444": lambda page: gm(np.array([1.0, 10.0]), 1.0, 200.0),
+    "0.066 0.002": lambda page: tls_weight(np.array([1.0, 10.0]), 1.0, 1 / 199),
+    "0.990 0.444": lambda page: gm_weight(np.array([1.0, 10.0]), 1.0, 200.0),
     "3.125": lambda page: 2.5**2 / 2,
     "0.131371 0.13": lambda page: AT_ONE,
-    "0.41": lambda page: tls(2.0, 2.0, 1.0),
+    "0.41": lambda page: tls_weight(2.0, 2.0, 1.0),
     "0.410534": lambda page: AT_ONE * 2.5**2 / 2,
     "1.535534": lambda page: 2 * (1 - AT_ONE) / (1 + AT_ONE),
     "1.946068": lambda page: 2 * 2.5 * sqrt(2) - (4 + 2.5**2) / 2,
