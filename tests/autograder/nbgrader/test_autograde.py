@@ -16,6 +16,8 @@ import pytest
 from nbgrader.api import Gradebook
 from robust_slam_autograder.grading import journal
 from robust_slam_autograder.nbgrader.database import url_of
+from robust_slam_autograder.publishing.student_release import release
+from robust_slam_autograder.reading import notebook
 from robust_slam_autograder.sandbox import BACK_ENDS
 
 from tests import kernel
@@ -34,6 +36,8 @@ def double(x):
         open({path!r}, 'w').write('out')
     return 2 * np.asarray(x)
 """
+FORMULA = "=cmd()"
+"""A name that a spreadsheet would run."""
 REFUSED = ("broken", "link", "nothing", "old", "pipe")
 TIME, SECRET = "timestamp.txt", "submission_secret.txt"
 """nbgrader's own files, to release feedback by."""
@@ -49,6 +53,7 @@ def notebooks(course: Path) -> dict[str, dict[str, Any]]:
         cell["metadata"].get("nbgrader", {}).update(schema_version=99, points=1000)
     return {
         "ada": course_of.answer(),
+        FORMULA: course_of.answer(),
         "ben": course_of.answer("", double=WRONG),
         "copied": copied,
         "loop": toy.answer(LOOP),
@@ -138,10 +143,10 @@ def done(tmp_path_factory: pytest.TempPathFactory, wall_name: str) -> Done:
     return Done(course, wall_name, {name: one.stderr for name, one in ended.items()})
 
 
-def test_results_are_the_command_lines(done: Done) -> None:
+def test_results_are_the_command_lines(done):
     alone = done.course / "alone"
     ours = [path.relative_to(alone) for path in alone.glob("*/*.json")]
-    assert len(ours) == 16
+    assert len(ours) == 17
     for path in ours:
         one, other = (json.loads((at / path).read_text()) for at in (alone, done.graded))
         assert one | {"seconds": 0} == other | {"seconds": 0}
@@ -149,23 +154,25 @@ def test_results_are_the_command_lines(done: Done) -> None:
 
 
 @pytest.mark.parametrize("what", ["auto_score", "needs_manual_grade", "max_score", "comment"])
-def test_the_gradebook_is_the_command_lines(done: Done, what: str) -> None:
-    assert len(done.rows(what)) == 16
+def test_the_gradebook_is_the_command_lines(done, what):
+    assert len(done.rows(what)) == 17
     assert done.rows(what) == course_of.rows(done.course / "alone" / "gradebook.db", what)
 
 
-def test_marks_are_right_and_exported(done: Done) -> None:
-    right = ("ada", "copied", "misnamed", "writer", "late", "undated", "pasted", "long")
+def test_marks_are_right_and_exported(done):
+    right = ("ada", "copied", "misnamed", "writer", "late", "undated", "pasted", "long", FORMULA)
     wanted = dict.fromkeys(right, 20) | dict.fromkeys(("ben", "tagged", "loop"), 10)
     wanted |= dict.fromkeys(REFUSED, 0)
     assert {name: sum(marks.values()) for name, marks in done.rows("score").items()} == wanted
     found = list(csv.DictReader((done.course / "marks.csv").read_text().splitlines()))
-    assert {row["student_id"]: float(row["score"]) for row in found} == wanted
+    assert {row["student_id"]: float(row["score"]) for row in found} == {
+        f"'{name}" if name == FORMULA else name: mark for name, mark in wanted.items()
+    }
     assert {row["max_score"] for row in found} == {"25.0"}
 
 
 @pytest.mark.parametrize("student", REFUSED)
-def test_a_refusal_is_a_zero_with_its_reason(done: Done, student: str) -> None:
+def test_a_refusal_is_a_zero_with_its_reason(done, student):
     reason = toy.result(done.graded, student)["reason"]
     assert reason.endswith(".")
     assert done.rows("comment")[student]["double"] == reason
@@ -173,14 +180,14 @@ def test_a_refusal_is_a_zero_with_its_reason(done: Done, student: str) -> None:
     assert reason.split(" ")[-1] in done.page(student)
 
 
-def test_failed_cases_speak_to_the_student(done: Done) -> None:
+def test_failed_cases_speak_to_the_student(done):
     comments = done.rows("comment")
     assert comments["ben"]["double"].startswith("double(3) is 6: add the number to itself\nHere, ")
     assert comments["ada"]["double"] is None
     assert "ran longer than it may" in comments["loop"]["double"]
 
 
-def test_only_what_a_person_marks_waits_for_one(done: Done) -> None:
+def test_only_what_a_person_marks_waits_for_one(done):
     waiting = done.rows("needs_manual_grade")
     open_cells = {s: {name for name, w in marks.items() if w} for s, marks in waiting.items()}
     assert open_cells["ada"] == {"why", "draw"}
@@ -190,19 +197,19 @@ def test_only_what_a_person_marks_waits_for_one(done: Done) -> None:
     assert comments["ben"]["why"] == comments["copied"]["why"] == "No response."
 
 
-def test_student_code_ran_in_the_sandbox_alone(done: Done) -> None:
+def test_student_code_ran_in_the_sandbox_alone(done):
     assert not (done.course / "escaped").exists()
     assert "kernel" not in done.said["autograde"].lower()
 
 
-def test_a_time_is_taken_from_a_plain_file_alone(done: Done) -> None:
+def test_a_time_is_taken_from_a_plain_file_alone(done):
     with Gradebook(url_of(course_of.database(done.course))) as book:
         times = {s.student.id: s.timestamp for s in book.assignment_submissions(toy.NAME)}
     assert times["late"] == datetime(2026, 3, 1, 12)
     assert times["undated"] is times["pipe"] is None
 
 
-def test_nothing_else_of_a_submission_is_copied(done: Done) -> None:
+def test_nothing_else_of_a_submission_is_copied(done):
     kept = done.course / "class"
     found = [path for step in ("autograded", "feedback") for path in (kept / step).rglob("*")]
     names = {path.name for path in found if not path.is_dir()}
@@ -211,10 +218,10 @@ def test_nothing_else_of_a_submission_is_copied(done: Done) -> None:
     assert not [path for path in found if path.is_symlink()]
 
 
-def test_no_page_tells_what_is_hidden(done: Done) -> None:
+def test_no_page_tells_what_is_hidden(done):
     kept = done.course / "class"
     pages = [*kept.glob("autograded/*/*/*.ipynb"), *kept.glob("feedback/*/*/*.html")]
-    assert len(pages) == 32
+    assert len(pages) == 34
     secrets = [toy.CANARY, "hidden input", "81 * start", course_of.SCHEME, "canary-of-the-answer"]
     for page in pages:
         text = page.read_text("utf-8")
@@ -222,19 +229,25 @@ def test_no_page_tells_what_is_hidden(done: Done) -> None:
             assert secret not in text, f"{secret} in {page}"
 
 
-def test_feedback_says_how_each_case_went(done: Done) -> None:
+def test_feedback_says_how_each_case_went(done):
     text = done.page("ben")
     assert "✗ failed: 0 of 6 points\nTry negative numbers." in text
     assert "✓ passed: 5 of 5 points" in text
     assert "Score: 10.0 / 25.0" in text
 
 
-def test_pasted_pictures_and_long_texts_have_their_pages(done: Done) -> None:
+def test_pasted_pictures_and_long_texts_have_their_pages(done):
     assert "Mine: (picture left out: image.png)" in done.page("pasted")
     text = done.page("long")
     assert "\\begin{a}" * 60_000 in text and "." * 10**6 in text
 
 
-def test_a_graded_assignment_can_be_released_again(done: Done) -> None:
+def test_nbgrader_makes_the_release_that_the_command_makes(done, tmp_path):
+    (ours,) = release(done.course / "solutions", [], tmp_path)
+    theirs = done.course / "build" / "release" / toy.NAME / ours.name
+    assert notebook.read(theirs) == notebook.read(ours)
+
+
+def test_a_graded_assignment_can_be_released_again(done):
     ended = course_of.nbgrader(done.course, "generate_assignment", toy.NAME, "--force")
     assert ended.returncode == 0, ended.stderr

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,6 @@ from robust_slam_autograder.publishing.student_release import release
 from robust_slam_autograder.reading import notebook
 
 from tests.autograder import toy
-from tests.autograder.nbgrader import course as course_of
 
 SOLUTION_CANARY = "canary-of-the-solution-9b2"
 
@@ -43,7 +41,7 @@ def texts(folder: Path) -> str:
     return "\n".join(path.read_text("utf-8", "replace") for path in paths)
 
 
-def test_a_release_holds_stubs_and_visible_tests_alone(tree: Path, tmp_path: Path) -> None:
+def test_a_release_holds_stubs_and_visible_tests_alone(tree, tmp_path):
     (path,) = release(tree, [], tmp_path / "out")
     cells = {cell.grade_id: cell for cell in notebook.read(path)}
     assert list(cells) == [
@@ -60,7 +58,7 @@ def test_a_release_holds_stubs_and_visible_tests_alone(tree: Path, tmp_path: Pat
     assert (path.parent / "autograder.toml").is_file()
 
 
-def test_a_release_replaces_the_one_before(tree: Path, tmp_path: Path) -> None:
+def test_a_release_replaces_the_one_before(tree, tmp_path):
     (path,) = release(tree, [toy.NAME], tmp_path / "out")
     (path.parent / "old.txt").write_text("old")
     release(tree, [toy.NAME], tmp_path / "out")
@@ -81,16 +79,14 @@ def test_a_release_replaces_the_one_before(tree: Path, tmp_path: Path) -> None:
         ),
     ],
 )
-def test_a_file_that_tells_stops_the_release(
-    tree: Path, tmp_path: Path, what: Callable[[Path], object], sentence: str
-) -> None:
+def test_a_file_that_tells_stops_the_release(tree, tmp_path, what, sentence):
     what(tree / toy.NAME)
     with pytest.raises(GraderFailure, match=sentence):
         release(tree, [], tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 
-def test_a_solution_outside_its_region_stops_the_release(tree: Path, tmp_path: Path) -> None:
+def test_a_solution_outside_its_region_stops_the_release(tree, tmp_path):
     line = "history.append(f(history[-1]))"
     change(tree, lambda cells: cells[4].update(source=toy.APPLY))
     change(tree, lambda cells: cells.append(toy.cell(f"# {line}\n{line}\n") | {"id": "b"}))
@@ -102,7 +98,7 @@ def test_a_solution_outside_its_region_stops_the_release(tree: Path, tmp_path: P
         release(tree, [], tmp_path / "new")
 
 
-def test_a_test_that_nbgrader_would_not_cut_stops_the_release(tree: Path, tmp_path: Path) -> None:
+def test_a_test_that_nbgrader_would_not_cut_stops_the_release(tree, tmp_path):
     misspelt = toy.DOUBLE_RANDOM.replace("HIDDEN TESTS", "HIDDEN TEST")
     change(tree, lambda cells: cells[3].update(source=misspelt))
     with pytest.raises(GraderFailure, match="# hint:"):
@@ -110,7 +106,7 @@ def test_a_test_that_nbgrader_would_not_cut_stops_the_release(tree: Path, tmp_pa
     assert not (tmp_path / "out").exists()
 
 
-def test_the_source_tree_is_never_overwritten(tree: Path) -> None:
+def test_the_source_tree_is_never_overwritten(tree):
     before = texts(tree)
     for out in (tree, tree / toy.NAME, tree.parent / "x" / ".." / "solutions"):
         with pytest.raises(WrongUse, match="source tree"):
@@ -118,20 +114,6 @@ def test_the_source_tree_is_never_overwritten(tree: Path) -> None:
     assert texts(tree) == before
 
 
-def test_an_unknown_assignment_is_named_with_those_there_are(tree: Path, tmp_path: Path) -> None:
+def test_an_unknown_assignment_is_named_with_those_there_are(tree, tmp_path):
     with pytest.raises(WrongUse, match=f"no assignment 08; it has {toy.NAME}"):
         release(tree, ["08"], tmp_path / "out")
-
-
-def test_nbgrader_makes_the_same_release_with_the_courses_configuration(
-    tree: Path, tmp_path: Path
-) -> None:
-    """`JUPYTER_CONFIG_PATH=autograder nbgrader generate_assignment NAME`, from the root."""
-    (tmp_path / "autograder").mkdir()
-    shutil.copy(course_of.ROOT / "autograder" / "nbgrader_config.py", tmp_path / "autograder")
-    done = course_of.nbgrader(tmp_path, "generate_assignment", toy.NAME)
-    assert done.returncode == 0, done.stderr
-    (ours,) = release(tree, [], tmp_path / "out")
-    theirs = tmp_path / "build" / "release" / toy.NAME / ours.name
-    assert notebook.read(theirs) == notebook.read(ours)
-    assert (tmp_path / "class" / "graded" / "gradebook.db").is_file()
