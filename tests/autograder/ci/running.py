@@ -61,7 +61,6 @@ class Runner:
             subprocess.run([sys.executable, "-m", "venv", str(self.python)], check=True)
 
     def check_out(self, repository: Path) -> None:
-        """Clone a repository."""
         command = ["git", "clone", "-q", f"file://{repository}", str(self.clone)]
         subprocess.run(command, check=True, env=self.environment())
 

@@ -146,7 +146,6 @@ def test_what_is_published_is_the_site_of_the_public_course(written):
 
 
 def scripts_in(path: Path) -> list[str]:
-    """Every script of a workflow file."""
     value = running.load(path)
     jobs = value.get("jobs", value).values()
     steps = [step for job in jobs for step in job.get("steps", [])]
@@ -171,7 +170,6 @@ def test_the_scripts_are_shell(written, name):
 
 @pytest.fixture(scope="module")
 def released(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The toy's release."""
     folder = tmp_path_factory.mktemp("released")
     release(toy.make_tree(folder), [], folder / "release")
     return folder / "release" / toy.NAME
@@ -272,7 +270,6 @@ def grader(tmp_path: Path) -> Runner:
 
 
 def grade(grader: Runner, root: Path, steps: dict[str, Any]) -> subprocess.CompletedProcess[str]:
-    """Clone, and grade."""
     grader.check_out(running.repository(root))
     (grader.clone / ".venv").symlink_to(sys.prefix)
     return grader.run(steps["Grade"])

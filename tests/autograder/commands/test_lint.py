@@ -28,8 +28,6 @@ def hidden(*lines: str) -> str:
 
 @pytest.fixture
 def lint(tmp_path: Path) -> Any:
-    """Look at a notebook: what is found."""
-
     def run(value: dict[str, Any], config: str = "", answers: Path | None = None) -> list[Finding]:
         tree = toy.make_tree(tmp_path, config, value)
         if not config:
@@ -40,14 +38,12 @@ def lint(tmp_path: Path) -> Any:
 
 
 def with_case(source: str, **fields: Any) -> dict[str, Any]:
-    """The toy assignment with this text in one of its cases."""
     value = toy.source_notebook(double_random=source)
     value["cells"][3]["metadata"]["nbgrader"] |= fields
     return value
 
 
 def with_more(*cells: dict[str, Any], **sources: str) -> dict[str, Any]:
-    """The toy assignment with more cells at its end."""
     value = toy.source_notebook(**sources)
     value["cells"] += cells
     return value

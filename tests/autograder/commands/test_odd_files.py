@@ -64,7 +64,6 @@ PLACES = ("alice.ipynb", f"{toy.NAME}.ipynb", "notes", ".DS_Store", "__MACOSX", 
 
 @pytest.fixture
 def run(course: Path, autograder: Run) -> Run:
-    """Run a command with results in the course's own folder."""
     return lambda name, *arguments: autograder(name, *arguments, "--out", course / "out")
 
 

@@ -33,14 +33,12 @@ def graded(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def run(tmp_path: Path, autograder: Run) -> Run:
-    """Run ``report``: exit status, output, errors."""
     places = {"out": "graded", "to": "report", "feedback": "feedback"}
     where = [word for name, at in places.items() for word in (f"--{name}", tmp_path / at)]
     return lambda *arguments: autograder("report", *where, *arguments)
 
 
 def pages(folder: Path) -> dict[str, str]:
-    """The report's files by name."""
     return {
         str(path.relative_to(folder / "report")): path.read_text("utf-8")
         for path in (folder / "report").rglob("*")

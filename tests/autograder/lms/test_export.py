@@ -49,7 +49,6 @@ A_DAY_LATE = "2026-10-21 10:00:01 UTC"
 
 @pytest.fixture(scope="module")
 def graded(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The marks of two students."""
     out = tmp_path_factory.mktemp("graded") / "out"
     record(out, marked("ada", [4, 6, 5, 0]), marked(ZOE, [4, 0, 0, 0]))
     return out
@@ -64,7 +63,6 @@ def record(out: Path, *marks: Result) -> None:
 
 @pytest.fixture
 def course(graded: Path, tmp_path: Path) -> Path:
-    """A course of the test's own, with these marks."""
     toy.make_tree(tmp_path, 'title = "The toy"\n')
     shutil.copytree(graded, tmp_path / "out")
     return tmp_path

@@ -58,7 +58,6 @@ def course(looked: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pat
 
 @pytest.fixture
 def regrade(course: Path, autograder: Run) -> Run:
-    """Grade again: exit status, output, errors."""
     return lambda *arguments: autograder(*AGAIN, *arguments)
 
 

@@ -41,7 +41,6 @@ def free_text(source: str = WHY, points: int = 3) -> dict[str, Any]:
 
 
 def task(source: str = DRAW) -> dict[str, Any]:
-    """The task cell."""
     return text_cell(source, "draw", task=True, locked=True, points=2)
 
 
@@ -90,7 +89,6 @@ def make(folder: Path) -> Path:
 
 
 def hand_in(course: Path, student: str, value: dict[str, Any]) -> Path:
-    """Hand a notebook in; gives its folder."""
     return toy.hand_in(course / "class" / "submitted", student, value)
 
 
@@ -102,17 +100,14 @@ def environment(course: Path) -> dict[str, str]:
 
 
 def nbgrader(course: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
-    """Run one of nbgrader's own commands in the course."""
     return run(course, "nbgrader", *arguments)
 
 
 def autograder(course: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
-    """Run one of this package's commands in the course."""
     return run(course, "autograder", *arguments)
 
 
 def run(course: Path, program: str, *arguments: object) -> subprocess.CompletedProcess[str]:
-    """Run a program of the environment's from the course's root."""
     return subprocess.run(
         [str(SCRIPTS / program), *map(str, arguments)],
         cwd=course,
@@ -125,7 +120,6 @@ def run(course: Path, program: str, *arguments: object) -> subprocess.CompletedP
 
 
 def database(course: Path) -> Path:
-    """The course's gradebook."""
     return course / "class" / "graded" / "gradebook.db"
 
 

@@ -42,7 +42,6 @@ class Server:
         return made
 
     def run(self, statement: str, database: str = "postgres") -> list[tuple[Any, ...]]:
-        """Run a statement."""
         with contextlib.closing(self.connect(database)) as connection, connection.cursor() as at:
             at.execute(statement)
             return at.fetchall() if at.description else []
@@ -97,7 +96,6 @@ def _who() -> dict[str, Any]:
 
 
 def _answering(server: Server, process: subprocess.Popen[bytes]) -> Server:
-    """Wait until a server answers."""
     while process.poll() is None:
         with contextlib.suppress(psycopg2.OperationalError):
             server.run("SELECT 1")

@@ -98,8 +98,6 @@ def enter_scores(place: Location, students: Sequence[str]) -> None:
 
 
 class TestTwoAtOnce:
-    """Two processes on one gradebook."""
-
     def test_they_make_it_and_record_the_same_assignment(self, place):
         ours, theirs = ([f"{who}{n:02}" for n in range(CLASS)] for who in ("ann", "bob"))
         both = ["zoe", "zoë"]
@@ -210,8 +208,6 @@ def grade(run: Run, course: Path, *arguments: object) -> str:
 
 
 class TestCommands:
-    """The commands with a shared gradebook."""
-
     def test_what_a_gradebook_has_is_asked_of_the_gradebook(
         self, course, run, server, shared, monkeypatch
     ):
@@ -274,7 +270,12 @@ class TestCommands:
 
 
 class TestMistakes:
-    """What is wrong is said with its fix, and never a password."""
+    """What is wrong is said with its remedy, and never a password."""
+
+    @pytest.fixture
+    def grade_ada(self, course: Path, run: Run) -> Run:
+        paths = (course / "submitted" / "ada" / toy.NAME, "--unsandboxed")
+        return lambda *arguments: run("grade", *paths, *arguments)
 
     @pytest.mark.parametrize(
         ("address", "sentence"),
@@ -290,47 +291,41 @@ class TestMistakes:
             ("postgresql://127.0.0.1:1/grades", "See that the server runs"),
         ],
     )
-    def test_nothing_is_graded(self, course, run, address, sentence):
-        paths = (course / "submitted" / "ada" / toy.NAME, "--unsandboxed")
-        status, out, err = run("grade", *paths, "--gradebook", address)
+    def test_nothing_is_graded(self, course, grade_ada, address, sentence):
+        status, out, err = grade_ada("--gradebook", address)
         assert status == 2 and sentence in err and out == ""
         assert "secret" not in err and PASSWORD not in err and "Traceback" not in err
         assert not (course / "out").exists()
 
-    def test_a_missing_driver_is_named(self, course, run, monkeypatch):
+    def test_a_missing_driver_is_named(self, grade_ada, monkeypatch):
         monkeypatch.setitem(sys.modules, "psycopg2", None)
-        paths = (course / "submitted" / "ada" / toy.NAME, "--unsandboxed")
-        status, _, err = run("grade", *paths, "--gradebook", "postgresql://host/grades")
+        status, _, err = grade_ada("--gradebook", "postgresql://host/grades")
         assert status == 2 and "pip install psycopg2-binary" in err
 
     def test_a_database_that_is_not_there_and_a_wrong_password(
-        self, course, run, server, monkeypatch
+        self, course, grade_ada, server, monkeypatch
     ):
-        paths = (course / "submitted" / "ada" / toy.NAME, "--unsandboxed")
         for url, sentence in {
             server.url("grades"): "Make it on its server: createdb --owner=grader grades",
             server.url("postgres").set(password=f"wrong{PASSWORD}"): "authentication failed",
         }.items():
             monkeypatch.setenv(DATABASE_VARIABLE, database.for_nbgrader(url))
-            status, _, err = run("grade", *paths)
+            status, _, err = grade_ada()
             assert status == 2 and sentence in err and PASSWORD not in err
         assert not (course / "out").exists()
 
     @pytest.mark.parametrize("rest", ["secret@host/grades", "secret/x@host/grades"])
-    def test_a_password_with_an_at_sign_is_not_told(self, course, run, monkeypatch, rest):
+    def test_a_password_with_an_at_sign_is_not_told(self, grade_ada, monkeypatch, rest):
         monkeypatch.setenv(DATABASE_VARIABLE, f"postgresql://ta:a@{rest}")
-        status, out, err = run("grade", course / "submitted" / "ada" / toy.NAME, "--unsandboxed")
+        status, out, err = grade_ada()
         assert status == 2 and "%40" in err and "secret" not in out + err
 
-    def test_a_server_that_goes_away_costs_no_result(
-        self, course, run, server, shared, monkeypatch
-    ):
-        paths = (course / "submitted" / "ada" / toy.NAME, "--unsandboxed")
+    def test_a_server_that_goes_away_costs_no_result(self, grade_ada, server, shared, monkeypatch):
         gone = server.url("gone")
         with monkeypatch.context() as there_at_first:
             there_at_first.setattr(places, "gradebook", lambda options: gone)
-            status, _, err = run("grade", *paths)
+            status, _, err = grade_ada()
         assert status == 1 and 'database "gone" does not exist' in err and PASSWORD not in err
         monkeypatch.setenv(DATABASE_VARIABLE, database.for_nbgrader(shared))
-        assert "1 of them unchanged and reused" in run("grade", *paths)[1]
+        assert "1 of them unchanged and reused" in grade_ada()[1]
         assert scores(shared) == {"ada": 20}

@@ -33,7 +33,6 @@ def tree(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def out(tmp_path: Path) -> Path:
-    """Where the public course goes."""
     return tmp_path / "public"
 
 
@@ -82,7 +81,6 @@ def test_what_git_does_not_track_stays_here(tree, out):
 
 
 def chapter(source: str, **outputs: str) -> str:
-    """A chapter of one cell."""
     made = [
         {"output_type": "stream", "name": name, "text": text} for name, text in outputs.items()
     ]

@@ -83,14 +83,12 @@ def make(root: Path, url: str = "") -> Path:
 
 
 def write(root: Path, name: str, text: str) -> None:
-    """Write a file of the course."""
     path = root / name
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(text, encoding="utf-8")
 
 
 def track(root: Path) -> None:
-    """Have git track all there is."""
     subprocess.run(["git", "-C", str(root), "add", "-A"], check=True)
 
 

@@ -55,12 +55,10 @@ def for_any_text(test: Callable[..., None]) -> Callable[..., None]:
 
 
 def page(made: Result, config: Config = CONFIG, site: str = SITE) -> feedback.Page:
-    """A student's page, before it is rendered."""
     return feedback.page(made, config, Book(site))
 
 
 def report(*results: Result, **fields: Any) -> Report:
-    """A class's report."""
     known = frozenset(each.student for each in results)
     source = Source("07-toy", "Twice & again", results, students=known, **fields)
     return class_report.report(source)
@@ -96,7 +94,6 @@ def hostile(text: str) -> Report:
 
 
 def of_students() -> dict[str, str]:
-    """Pages for students by their names."""
     texts = samples.HOSTILE.values()
     pages = {
         "every-status": result(*samples.EVERY_STATUS, reason="A cell was copied."),
@@ -116,7 +113,6 @@ def of_students() -> dict[str, str]:
 
 
 def of_classes() -> dict[str, str]:
-    """Pages for the instructor by their names."""
     links = {each.student: "../feedback/x/07-toy.html" for each in MANY}
     reports = {
         "many": report(*MANY, links=links),

@@ -55,7 +55,6 @@ def exercise(
 
 
 def result(*exercises: ExerciseResult, student: str = "ada", **fields: Any) -> Result:
-    """A graded submission of these exercises."""
     score = sum(each.score for each in exercises)
     most = sum(each.max_score for each in exercises)
     usual: dict[str, Any] = {"reason": "", "sandbox": "none", "seconds": 0.25, **fields}

@@ -24,7 +24,6 @@ MARKS = st.lists(st.integers(0, 60), min_size=1, max_size=40)
 
 
 def marked(marks: Sequence[float], most: float = 60) -> Report:
-    """A class with these marks."""
     results = [replace(result(student=f"s{n}"), score=m) for n, m in enumerate(marks)]
     return report(*(replace(one, max_score=most) for one in results))
 

@@ -34,8 +34,6 @@ def double(x):
 
 
 class TestWords:
-    """What the content says."""
-
     def test_each_status_has_a_meaning_and_all_but_passed_an_advice(self):
         shown = page(result(*samples.EVERY_STATUS))
         words = [each.outcome.split()[1] for each in shown.exercises]
@@ -137,8 +135,6 @@ class TestChapter:
 
 
 class TestCourse:
-    """The course's own assignments and chapters."""
-
     @pytest.fixture(params=assignments.find_names(ASSIGNMENTS))
     def name(self, request: pytest.FixtureRequest) -> str:
         config = assignments.load_config(ASSIGNMENTS / request.param / assignments.CONFIG_NAME)
@@ -220,7 +216,6 @@ class TestCommand:
 
     @pytest.fixture
     def run(self, graded: Path, autograder: Run) -> Run:
-        """Run ``feedback`` on the graded class."""
         where = ("--out", graded / "graded", "--to", graded / "feedback")
         return lambda *arguments: autograder("feedback", *where, *arguments)
 

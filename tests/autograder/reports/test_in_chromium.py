@@ -46,7 +46,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def opened(folder: Path, open_page: Opener) -> Opener:
-    """Open a page by its name."""
     return lambda name, scheme="light": open_page(
         (folder / f"{name}.html").as_uri(), color_scheme=scheme
     )
@@ -134,8 +133,6 @@ def test_keys_lead_to_the_exercise_to_start_with(opened):
 
 
 class TestManyStudents:
-    """The instructor's page of a class."""
-
     @pytest.fixture
     def many(self, opened: Opener) -> Page:
         return opened("many").page
