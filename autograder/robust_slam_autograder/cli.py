@@ -13,6 +13,7 @@ from robust_slam_autograder.commands import COMMANDS
 from robust_slam_autograder.errors import AutograderError, WrongUse
 from robust_slam_autograder.markup import log_line
 
+DISTRIBUTION = "robust-slam-autograder"
 GRADING = (
     "alembic",
     "jinja2",
@@ -24,7 +25,7 @@ GRADING = (
     "yaml",
 )
 """Modules that the extra ``grading`` installs."""
-HOW_TO_GRADE = 'this command needs pip install "robust-slam-autograder[grading]".'
+HOW_TO_GRADE = f'this command needs pip install "{DISTRIBUTION}[grading]".'
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -75,7 +76,7 @@ def _parser() -> argparse.ArgumentParser:
 
 def _version() -> str:
     try:
-        return metadata.version("robust-slam-autograder")
+        return metadata.version(DISTRIBUTION)
     except metadata.PackageNotFoundError:  # run from its sources
         return "(not installed)"
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from nbgrader.api import Gradebook
-from robust_slam_autograder import sandbox
+from robust_slam_autograder import cli, sandbox
 from robust_slam_autograder.commands import grade as grade_command
 from robust_slam_autograder.nbgrader import database
 from robust_slam_autograder.publishing.student_release import release
@@ -41,9 +41,11 @@ def score(student: str) -> int:
     return toy.result(Path("out"), student)["score"]
 
 
-def test_it_tells_its_version(autograder):
-    version = metadata.version("robust-slam-autograder")
+def test_it_tells_its_version(autograder, monkeypatch):
+    version = metadata.version(cli.DISTRIBUTION)
     assert autograder("--version") == (0, f"autograder {version}\n", "")
+    monkeypatch.setattr(cli, "DISTRIBUTION", "no-such-distribution")
+    assert autograder("--version") == (0, "autograder (not installed)\n", "")
 
 
 def test_a_folder_says_student_and_assignment(course, grade):
