@@ -3,7 +3,7 @@
 from robust_slam_autograder.lint.answers import change
 
 
-def right_block_by_block() -> None:
+def right_blocks() -> None:
     """Right: one pose after the other."""
     import numpy as np
 
@@ -70,70 +70,57 @@ def right_least_squares() -> None:
 
 
 wrong_not_symmetrised = change(
-    right_block_by_block, "(A + A.T) / 2", "A", stopped_by="certificate-anywhere"
+    right_blocks, "(A + A.T) / 2", "A", stopped_by="certificate-anywhere"
 )
 """Wrong: the blocks as they come, which are symmetric only at stationary rotations."""
 
 wrong_symmetrised_afterwards = change(
-    right_block_by_block,
+    right_blocks,
     "(A + A.T) / 2",
     "A if np.allclose(A, A.T) else A + A.T",
     caught_by="certificate-anywhere",
 )
-"""Wrong: adds the transpose of the blocks without halving, where they are not symmetric by
-themselves.
-"""
+"""Wrong: adds the transpose of the blocks without halving, where they are not symmetric."""
 
 wrong_lower_triangle = change(
-    right_block_by_block,
+    right_blocks,
     "(A + A.T) / 2",
     "np.tril(A) + np.tril(A, -1).T",
     caught_by="certificate-anywhere",
 )
 """Wrong: copies one half of each block to the other instead of taking the mean of both."""
 
-wrong_s_is_q = change(right_block_by_block, "(A + A.T) / 2", "0", stopped_by="certificate-plane")
+wrong_s_is_q = change(right_blocks, "(A + A.T) / 2", "0", stopped_by="certificate-plane")
 """Wrong: forgets Λ, which is 0 only at a perfect fit."""
 
 wrong_scalar_multipliers = change(
-    right_block_by_block,
-    "(A + A.T) / 2",
-    "np.trace(A) / d * np.eye(d)",
-    caught_by="certificate-space",
+    right_blocks, "(A + A.T) / 2", "np.trace(A) / d * np.eye(d)", caught_by="certificate-space"
 )
-"""Wrong: a number times the identity for each pose, which is enough in the plane where Q comes
-from measured rotations.
-"""
+"""Wrong: a multiple of the identity for each pose, enough in the plane with measured rotations."""
 
 wrong_diagonal_multipliers = change(
-    right_block_by_block, "(A + A.T) / 2", "np.diag(np.diag(A))", caught_by="certificate-space"
+    right_blocks, "(A + A.T) / 2", "np.diag(np.diag(A))", caught_by="certificate-space"
 )
 """Wrong: keeps the diagonal of each block alone."""
 
-wrong_sign = change(right_block_by_block, "-=", "+=", stopped_by="certificate-plane")
+wrong_sign = change(right_blocks, "-=", "+=", stopped_by="certificate-plane")
 """Wrong sign: adds Λ."""
 
 wrong_block_order = change(
-    right_block_by_block,
+    right_blocks,
     "(Q @ R.T)[at] @ R[:, at]",
     "R[:, at] @ (Q @ R.T)[at]",
     caught_by="certificate-space",
 )
-"""Wrong order: R_i times the block of Q R.T instead of the other way round, which is the same at
-poses turned by multiples of a quarter turn.
-"""
+"""Wrong order: R_i times the block of Q R.T, which is the same at multiples of a quarter turn."""
 
 wrong_smallest_in_size = change(
-    right_block_by_block,
+    right_blocks,
     "np.linalg.eigvalsh(S)[0]",
     "np.abs(np.linalg.eigvalsh(S)).min()",
     stopped_by="certificate-twisted",
 )
 """Wrong: the eigenvalue that is smallest in size, without its sign."""
 
-wrong_past_the_kernel = change(
-    right_block_by_block, ".eigvalsh(S)[0]", ".eigvalsh(S)[d]", stopped_by="certificate-by-hand"
-)
-"""Wrong: leaves out the d smallest eigenvalues, as if they were always the zeros of R's own
-directions.
-"""
+wrong_past_the_kernel = change(right_blocks, "(S)[0]", "(S)[d]", stopped_by="certificate-by-hand")
+"""Wrong: leaves out the d smallest eigenvalues, as if they were always the zeros of R itself."""

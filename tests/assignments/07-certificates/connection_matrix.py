@@ -3,7 +3,7 @@
 from robust_slam_autograder.lint.answers import change
 
 
-def right_four_blocks() -> None:
+def right_blocks() -> None:
     """Right: four blocks for each measurement, added one by one."""
     import numpy as np
 
@@ -70,7 +70,7 @@ def right_scipy_sparse() -> None:
 
 
 wrong_sign = change(
-    right_four_blocks,
+    right_blocks,
     "np.asarray(R_meas, dtype=float)",
     "np.negative(R_meas)",
     stopped_by="connection_matrix-plane",
@@ -78,24 +78,20 @@ wrong_sign = change(
 """Wrong sign: adds the measured rotation beside the diagonal, so that agreement costs most."""
 
 wrong_transposed = change(
-    right_four_blocks,
+    right_blocks,
     "np.asarray(R_meas, dtype=float)",
     "np.swapaxes(R_meas, 1, 2)",
     caught_by="connection_matrix-plane",
 )
-"""Wrong frames: puts the measured rotation where its transpose belongs, as if R_i were R_j times
-it.
-"""
+"""Wrong frames: the transpose of the measured rotation, as if R_i were R_j times it."""
 
 wrong_one_sided_transpose = change(
-    right_four_blocks, "r.T", "r", stopped_by="connection_matrix-by-hand"
+    right_blocks, "r.T", "r", stopped_by="connection_matrix-by-hand"
 )
-"""Wrong: the measured rotation on both sides of the diagonal, without the transpose; Q is not
-symmetric.
-"""
+"""Wrong: the measured rotation on both sides of the diagonal: Q is not symmetric."""
 
 wrong_without_kappa = change(
-    right_four_blocks,
+    right_blocks,
     "np.broadcast_to(kappa, len(R_meas))",
     "np.ones(len(R_meas))",
     stopped_by="connection_matrix-by-hand",
@@ -103,7 +99,7 @@ wrong_without_kappa = change(
 """Wrong: every measurement counts the same and κ is ignored."""
 
 wrong_mean_kappa = change(
-    right_four_blocks,
+    right_blocks,
     "np.broadcast_to(kappa, len(R_meas))",
     "np.full(len(R_meas), np.mean(kappa))",
     caught_by="connection_matrix-kappa",
@@ -111,32 +107,28 @@ wrong_mean_kappa = change(
 """Wrong: the mean of all κ for every measurement, right where they are equal."""
 
 wrong_square_kappa = change(
-    right_four_blocks, "kappa,", "np.square(kappa),", stopped_by="connection_matrix-by-hand"
+    right_blocks, "kappa,", "np.square(kappa),", stopped_by="connection_matrix-by-hand"
 )
 """Wrong: takes κ for a deviation whose inverse it is, and counts a measurement with κ²."""
 
 wrong_last_measurement_wins = change(
-    right_four_blocks,
+    right_blocks,
     ("Q[a, :, b] -= k * r", "Q[a, :, b] = -k * r"),
     ("Q[b, :, a] -= k * r.T", "Q[b, :, a] = -k * r.T"),
     caught_by="connection_matrix-parallel",
 )
-"""Wrong: sets the block of a pair of poses instead of adding to it, so the last of several
-measurements wins; the diagonal is right.
-"""
+"""Wrong: sets the blocks beside the diagonal, so the last of several measurements wins."""
 
 wrong_upward_only = change(
-    right_four_blocks,
+    right_blocks,
     "zip(i, j, R_meas",
     "zip(np.minimum(i, j), np.maximum(i, j), R_meas",
     caught_by="connection_matrix-parallel",
 )
-"""Wrong: sorts the ends of each measurement and keeps its rotation, as if all went from the lower
-pose to the higher one.
-"""
+"""Wrong: keeps the rotation, as if each measurement went from the lower pose to the higher one."""
 
 wrong_measured_poses_only = change(
-    right_four_blocks,
+    right_blocks,
     "d = R_meas.shape[1]",
     "d, n = R_meas.shape[1], max(*i, *j) + 1",
     stopped_by="connection_matrix-lists",
@@ -144,11 +136,9 @@ wrong_measured_poses_only = change(
 """Wrong: counts the poses in the measurements and forgets those that have none."""
 
 wrong_diagonal_set_once = change(
-    right_four_blocks,
+    right_blocks,
     ("Q[a, :, a] +=", "Q[a, :, a] ="),
     ("Q[b, :, b] +=", "Q[b, :, b] ="),
     stopped_by="connection_matrix-parallel",
 )
-"""Wrong: sets the diagonal blocks instead of adding to them, which is right where a pose has one
-measurement.
-"""
+"""Wrong: sets the diagonal blocks, which is right where a pose has one measurement."""

@@ -3,7 +3,7 @@
 from robust_slam_autograder.lint.answers import change
 
 
-def right_eigenvalues() -> None:
+def right_traces() -> None:
     """Right: counts eigenvalues and compares traces."""
     import numpy as np
 
@@ -47,22 +47,19 @@ def right_loops() -> None:
         return cost - bound <= tol * float(np.linalg.norm(Q, 2))
 
 
-wrong_misprint_rank_one = change(right_eigenvalues, "len(R)", "1", stopped_by="is_tight-by-hand")
+wrong_misprint_rank_one = change(right_traces, "len(R)", "1", stopped_by="is_tight-by-hand")
 """Wrong: asks for rank 1, as the lesson's text does."""
 
-wrong_rank_two = change(right_eigenvalues, "== len(R)", "== 2", stopped_by="is_tight-space")
+wrong_rank_two = change(right_traces, "== len(R)", "== 2", stopped_by="is_tight-space")
 """Wrong: asks for rank 2 in space too."""
 
 wrong_rank_alone = change(
-    right_eigenvalues,
-    " and abs(gap) <= tol * np.linalg.norm(Q, 2)",
-    "",
-    stopped_by="is_tight-by-hand",
+    right_traces, " and abs(gap) <= tol * np.linalg.norm(Q, 2)", "", stopped_by="is_tight-by-hand"
 )
 """Wrong: looks at the rank of Z and not at what the rotations cost."""
 
 wrong_rank_and_agreement = change(
-    right_eigenvalues,
+    right_traces,
     "abs(gap) <= tol * np.linalg.norm(Q, 2)",
     "np.sum(Z * (R.T @ R)) > 0.4 * np.sum(Z * Z)",
     caught_by="is_tight-gap",
@@ -70,36 +67,27 @@ wrong_rank_and_agreement = change(
 """Wrong: takes rank d and rotations that agree with Z by and large for proof, not the costs."""
 
 wrong_cost_alone = change(
-    right_eigenvalues,
-    "rank == len(R)",
-    "not np.allclose(Z, np.eye(len(Z)))",
-    caught_by="is_tight-rank",
+    right_traces, "rank == len(R)", "not np.allclose(Z, np.eye(len(Z)))", caught_by="is_tight-rank"
 )
 """Wrong: compares the costs and counts no eigenvalues, with an exception for Z = I."""
 
 wrong_absolute_gap = change(
-    right_eigenvalues, " * np.linalg.norm(Q, 2)", "", caught_by="is_tight-scale"
+    right_traces, " * np.linalg.norm(Q, 2)", "", caught_by="is_tight-scale"
 )
 """Wrong: compares the gap with tol itself, in whatever unit the cost has."""
 
 wrong_share_of_the_cost = change(
-    right_eigenvalues,
-    "np.linalg.norm(Q, 2)",
-    "abs(np.trace(R @ Q @ R.T))",
-    caught_by="is_tight-scale",
+    right_traces, "np.linalg.norm(Q, 2)", "abs(np.trace(R @ Q @ R.T))", caught_by="is_tight-scale"
 )
 """Wrong: compares the gap with a share of the cost, which is 0 at a perfect fit."""
 
 wrong_own_tolerance = change(
-    right_eigenvalues,
-    ("tol * values[-1]", "1e-6 * values[-1]"),
-    ("tol * np", "1e-6 * np"),
-    caught_by="is_tight-tol",
+    right_traces, ("tol * values", "1e-6 * values"), ("tol *", "1e-6 *"), caught_by="is_tight-tol"
 )
 """Wrong: a tolerance of its own, whatever is handed in."""
 
 wrong_rank_without_tolerance = change(
-    right_eigenvalues,
+    right_traces,
     "np.sum(values > tol * values[-1])",
     "np.linalg.matrix_rank(Z)",
     stopped_by="is_tight-tol",
@@ -107,9 +95,9 @@ wrong_rank_without_tolerance = change(
 """Wrong: numpy's rank as it is, which counts every error of a solver."""
 
 wrong_less_than_twice_the_rank = change(
-    right_eigenvalues, "rank == len(R)", "len(R) <= rank < 2 * len(R)", caught_by="is_tight-rank"
+    right_traces, "rank == len(R)", "len(R) <= rank < 2 * len(R)", caught_by="is_tight-rank"
 )
 """Wrong: refuses a rank of 2d and takes every rank from d to 2d - 1."""
 
-wrong_absolute_rank = change(right_eigenvalues, " * values[-1]", "", caught_by="is_tight-tol")
+wrong_absolute_rank = change(right_traces, " * values[-1]", "", caught_by="is_tight-tol")
 """Wrong: compares the eigenvalues with tol, not with tol times the largest."""

@@ -16,7 +16,7 @@ def right_first_row() -> None:
         return np.concatenate(blocks, axis=1)
 
 
-def right_eigenvectors() -> None:
+def right_factor() -> None:
     """Right: the factor of rank d from the eigenvectors, mirrored if most blocks are, then each
     block replaced by the nearest rotation.
     """
@@ -79,7 +79,7 @@ def right_cholesky_like() -> None:
 
 
 wrong_reflections = change(
-    right_eigenvectors,
+    right_factor,
     ("if is_mirrored:", "if is_mirrored and n < 4:"),
     ("U[:, :, -1] *= np.linalg.det(U @ Vt)[:, None]", ""),
     caught_by="round_solution-plane",
@@ -89,7 +89,7 @@ poses the mirror is undone, so that no luck with a sign decides.
 """
 
 wrong_minus_the_block = change(
-    right_eigenvectors,
+    right_factor,
     ("if is_mirrored:", "if is_mirrored and n < 4:"),
     (
         "U[:, :, -1] *= np.linalg.det(U @ Vt)[:, None]",
@@ -102,7 +102,7 @@ With few poses the mirror is undone.
 """
 
 wrong_each_mirror_by_itself = change(
-    right_eigenvectors, "is_mirrored:", "is_mirrored and n < 4:", caught_by="round_solution-space"
+    right_factor, "is_mirrored:", "is_mirrored and n < 4:", caught_by="round_solution-space"
 )
 """Wrong: replaces the blocks of a mirrored factor by the nearest rotations one by one, without
 undoing the common mirror first, but for few poses.
@@ -114,9 +114,7 @@ wrong_factor_as_it_is = change(
     "np.array(Z, dtype=float)[:d]",
     caught_by="round_solution-solver",
 )
-"""Wrong: takes the first block row for rotations as it is; with a solver's errors its blocks are
-not rotations.
-"""
+"""Wrong: takes the first block row as it is; a solver's errors make its blocks no rotations."""
 
 wrong_polar_without_determinant = change(
     right_first_row, "U @ flip @ Vt", "U @ Vt", caught_by="round_solution-no-rotations"
@@ -129,11 +127,10 @@ wrong_transposed_blocks = change(
     "[k * d : (k + 1) * d, :d]",
     stopped_by="round_solution-by-hand",
 )
-"""Wrong: the first block column of Z, laid side by side, holds the transposes of what pose 0 sees.
-"""
+"""Wrong: the first block column of Z, which holds the transposes of what pose 0 sees."""
 
 wrong_smallest_eigenvalues = change(
-    right_eigenvectors,
+    right_factor,
     "np.sqrt(np.maximum(values[-d:], 0))[:, None] * vectors[:, -d:].T",
     "vectors[:, :d].T",
     stopped_by="round_solution-by-hand",

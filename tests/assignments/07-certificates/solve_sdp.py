@@ -80,9 +80,7 @@ wrong_unit_diagonal = change(
     "blocks = [cp.diag(Z) == 1]",
     caught_by="solve_sdp-space",
 )
-"""Wrong: asks for diag(Z) = 1 and leaves the rest of each diagonal block free, which is enough for
-the rings of the plane alone.
-"""
+"""Wrong: asks for diag(Z) = 1 alone, which is enough for the rings of the plane."""
 
 wrong_traces_of_blocks = change(
     right_clarabel,
@@ -98,9 +96,7 @@ wrong_rotations_only = change(
     ("= left @ right", "= left * [*np.ones(d - 1), np.linalg.det(left @ right)] @ right"),
     caught_by="solve_sdp-gap",
 )
-"""Wrong: looks for the best rotations by a local search and returns their RᵀR, which is no lower
-bound where no rotations reach it.
-"""
+"""Wrong: returns RᵀR of the best rotations, which is no lower bound where there is a gap."""
 
 wrong_indefinite = change(
     right_clarabel,

@@ -33,9 +33,7 @@ def right_largest_of_the_negative() -> None:
 
 
 def right_cost_minus_bound() -> None:
-    """Right, an equivalent form: the cost less the value of the dual problem, tr Λ + dn·λ_min;
-    rounding below 0 is cut off.
-    """
+    """Right, an equivalent form: the cost less the value of the dual problem, cut off near 0."""
     import numpy as np
 
     def suboptimality(Q, R):

@@ -72,9 +72,7 @@ wrong_kernel_of_d = change(
     "lowest < -small or np.linalg.eigvalsh(S)[len(R)] <= small",
     caught_by="verdict-plane",
 )
-"""Wrong: asks that the eigenvalue after the first d be positive, and refuses the best rotations
-where others are as good.
-"""
+"""Wrong: asks that the eigenvalue after the first d be positive; others may be as good."""
 
 wrong_trace_is_the_cost = change(
     right_in_order,
@@ -90,16 +88,12 @@ wrong_no_local_minima = change(
     "len(Q) == 4 and (R.T @ R).min() < -0.9",
     caught_by="verdict-twisted",
 )
-"""Wrong: calls what is stationary certified unless two poses are opposite, as if no twisted ring
-were a local minimum.
-"""
+"""Wrong: certifies what is stationary unless two poses are opposite: no twisted ring is."""
 
 wrong_misprint_at_rest = change(
     right_in_order, "lowest < -small", "False", stopped_by="verdict-plane"
 )
-"""Wrong: what is stationary is certified, as if an iterative solver could end at the best
-rotations alone: so the lesson's text says.
-"""
+"""Wrong: what is stationary is certified, as if no other rotations were: the lesson says so."""
 
 wrong_misprint_rank_one = change(
     right_in_order,
@@ -107,9 +101,7 @@ wrong_misprint_rank_one = change(
     "np.linalg.matrix_rank(S, rtol=tol, hermitian=True) != 1",
     stopped_by="verdict-by-hand",
 )
-"""Wrong: asks that the certificate matrix have rank 1, as the lesson's text does: its kernel has d
-dimensions, and its rank is dn − d at most.
-"""
+"""Wrong: asks that S have rank 1, as the lesson's text does; its rank is dn − d at most."""
 
 wrong_never_asks_for_stationary = change(
     right_in_order,
@@ -138,6 +130,4 @@ wrong_own_tolerance = change(right_in_order, "tol *", "1e-7 *", stopped_by="verd
 wrong_zero_without_tolerance = change(
     right_in_order, "lowest < -small", "lowest < -1e-9 * small / tol", caught_by="verdict-tol"
 )
-"""Wrong: uses tol for S R.T and then asks for λ_min ≥ −1e-9, so that rounding in large units and
-small faults refuse the best.
-"""
+"""Wrong: uses tol for S R.T alone, and asks for λ_min ≥ −1e-9."""

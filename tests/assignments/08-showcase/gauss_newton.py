@@ -3,7 +3,7 @@
 from robust_slam_autograder.lint.answers import change
 
 
-def right_vectorised() -> None:
+def right_arrays() -> None:
     """Right: all edges at once, central differences, and pose 0 left out of the equations."""
     import numpy as np
 
@@ -86,7 +86,7 @@ def right_square_roots() -> None:
 
 
 right_prior = change(
-    right_vectorised,
+    right_arrays,
     "delta[3:] = np.linalg.solve(H[3:, 3:], b[3:])",
     """
     H[:3, :3] += 1e9 * np.eye(3)
@@ -98,14 +98,14 @@ for; what pose 0 moved by is put back.
 """
 
 right_lstsq = change(
-    right_vectorised,
+    right_arrays,
     ("range(50)", "range(30)"),
     ("np.linalg.solve(H[3:, 3:], b[3:])", "np.linalg.lstsq(H[3:, 3:], b[3:], rcond=None)[0]"),
 )
 """Right: solves each step by numpy's least squares, thirty steps at most."""
 
 wrong_covariance = change(
-    right_vectorised,
+    right_arrays,
     'graph["information"]',
     'np.linalg.inv(graph["information"])',
     stopped_by="gauss_newton-random",
@@ -113,39 +113,37 @@ wrong_covariance = change(
 """Wrong: takes the information for a covariance and inverts it."""
 
 wrong_diagonal_only = change(
-    right_vectorised,
+    right_arrays,
     'graph["information"]',
     'np.eye(3) * graph["information"]',
     caught_by="gauss_newton-random",
 )
 """Wrong: whitens by the diagonal of the information."""
 
-wrong_squared_weights = change(
-    right_vectorised, "w * graph", "w**2 * graph", stopped_by="gauss_newton-by-hand"
-)
+wrong_squared_weights = change(right_arrays, "w *", "w**2 *", stopped_by="gauss_newton-by-hand")
 """Wrong: multiplies residual and Jacobian by the weight each, which squares it."""
 
 wrong_weights_ignored = change(
-    right_vectorised, "w * graph", "graph", stopped_by="gauss_newton-by-hand"
+    right_arrays, "w * graph", "graph", stopped_by="gauss_newton-by-hand"
 )
 """Wrong: every edge counts fully."""
 
 wrong_weights_binary = change(
-    right_vectorised,
+    right_arrays,
     "np.asarray(weights, dtype=float)",
     "1.0 * (np.asarray(weights) > 0.5)",
     stopped_by="gauss_newton-by-hand",
 )
 """Wrong: an edge counts fully or not at all, by a weight over one half."""
 
-wrong_two_steps = change(right_vectorised, "range(50)", "range(2)", caught_by="gauss_newton-exact")
+wrong_two_steps = change(right_arrays, "range(50)", "range(2)", caught_by="gauss_newton-exact")
 """Wrong: stops after two steps, whatever tol says."""
 
-wrong_one_step = change(right_vectorised, "range(50)", "range(1)", caught_by="gauss_newton-exact")
+wrong_one_step = change(right_arrays, "range(50)", "range(1)", caught_by="gauss_newton-exact")
 """Wrong: takes one step, and calls it the minimum."""
 
 wrong_nothing_held = change(
-    right_vectorised,
+    right_arrays,
     "delta[3:] = np.linalg.solve(H[3:, 3:], b[3:])",
     "delta = np.linalg.pinv(H) @ b",
     stopped_by="gauss_newton-by-hand",
@@ -153,7 +151,7 @@ wrong_nothing_held = change(
 """Wrong: no pose is held; the smallest step of all that solve is taken, and pose 0 moves too."""
 
 wrong_back_to_the_origin = change(
-    right_vectorised,
+    right_arrays,
     'i, j = graph["edges"].T',
     'x = seen(x[:1], x)\ni, j = graph["edges"].T',
     stopped_by="gauss_newton-anchor",
@@ -161,7 +159,7 @@ wrong_back_to_the_origin = change(
 """Wrong: puts pose 0 at the origin, wherever it was handed in."""
 
 wrong_integer_start = change(
-    right_vectorised,
+    right_arrays,
     ("np.array(poses, dtype=float)", "np.array(poses)"),
     ("x = moved(x, delta.reshape(n, 3))", "x[...] = moved(x, delta.reshape(n, 3))"),
     stopped_by="gauss_newton-lists",

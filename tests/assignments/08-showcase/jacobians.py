@@ -3,7 +3,7 @@
 from robust_slam_autograder.lint.answers import change
 
 
-def right_closed_form() -> None:
+def right_closed() -> None:
     """Right: the inverse right Jacobian of the residual, and the adjoint for pose i."""
     import numpy as np
 
@@ -85,14 +85,12 @@ wrong_left_perturbation = change(
 """Wrong: moves the poses on the left, by a step in the world's frame."""
 
 wrong_without_the_bend = change(
-    right_closed_form, "= seen(z, seen(i, j))", "= np.zeros(3)", stopped_by="jacobians-random"
+    right_closed, "= seen(z, seen(i, j))", "= np.zeros(3)", stopped_by="jacobians-random"
 )
-"""Wrong: takes the identity for pose j, and the adjoint alone for pose i, which is right for a
-residual of zero only.
-"""
+"""Wrong: the identity, and the adjoint alone, which is right for a residual of zero only."""
 
 wrong_first_order_bend = change(
-    right_closed_form,
+    right_closed,
     "[[q, -half, bend * x + y / 2], [half, q, bend * y - x / 2], [0, 0, 1]]",
     "[[1, -half, y / 2], [half, 1, -x / 2], [0, 0, 1]]",
     caught_by="jacobians-random",
@@ -108,7 +106,7 @@ wrong_additive_steps = change(
 """Wrong: adds the step to x, y and θ of the pose, which is no step of the robot's."""
 
 wrong_transposed = change(
-    right_closed_form,
+    right_closed,
     "-by_j @ adjoint, by_j",
     "-(by_j @ adjoint).T, by_j.T",
     stopped_by="jacobians-by-hand",

@@ -3,7 +3,7 @@
 from robust_slam_autograder.lint.answers import change
 
 
-def right_three_pieces() -> None:
+def right_pieces() -> None:
     """Right: the three pieces of the weight by np.where."""
     import numpy as np
 
@@ -83,22 +83,22 @@ def right_counted_mu() -> None:
 
 
 wrong_odometry_doubted = change(
-    right_three_pieces, "np.where(is_odometry, 1.0, new)", "new", stopped_by="robust_solve-map"
+    right_pieces, "np.where(is_odometry, 1.0, new)", "new", stopped_by="robust_solve-map"
 )
 """Wrong: weighs the odometry like the closures."""
 
 wrong_start_by_all_norms = change(
-    right_three_pieces, "u[~is_odometry]", "u", stopped_by="robust_solve-trust"
+    right_pieces, "u[~is_odometry]", "u", stopped_by="robust_solve-trust"
 )
 """Wrong: the odometry's norms too decide whether there is something to reject."""
 
 wrong_mu_before_the_solve = change(
-    right_three_pieces, "c**2 /", "1.4 * c**2 /", stopped_by="robust_solve-by-hand"
+    right_pieces, "c**2 /", "1.4 * c**2 /", stopped_by="robust_solve-by-hand"
 )
 """Wrong: multiplies μ before the first solve with it."""
 
 wrong_c_for_its_square = change(
-    right_three_pieces,
+    right_pieces,
     "mu / (mu + 1) * c**2, (mu + 1) / mu * c**2",
     "mu / (mu + 1) * c, (mu + 1) / mu * c",
     stopped_by="robust_solve-by-hand",
@@ -106,21 +106,21 @@ wrong_c_for_its_square = change(
 """Wrong: c where its square belongs, in the knees of the weight."""
 
 wrong_no_middle_piece = change(
-    right_three_pieces,
+    right_pieces,
     "c / np.maximum(u, 1e-300) * np.sqrt(mu * (mu + 1)) - mu",
     "0.0",
     stopped_by="robust_solve-by-hand",
 )
 """Wrong: keeps or rejects at once, without the piece between."""
 
-wrong_factor = change(right_three_pieces, "mu *= 1.4", "mu *= 2", caught_by="robust_solve-rows")
+wrong_factor = change(right_pieces, "mu *= 1.4", "mu *= 2", caught_by="robust_solve-rows")
 """Wrong: μ grows by 2."""
 
-wrong_stale_start = change(right_three_pieces, ", poses", ", None", caught_by="robust_solve-map")
+wrong_stale_start = change(right_pieces, ", poses", ", None", caught_by="robust_solve-map")
 """Wrong: begins every solve afresh, from no poses."""
 
 wrong_stops_when_converged_once = change(
-    right_three_pieces,
+    right_pieces,
     (
         "poses, u = solve(graph, weights, poses)",
         "before, (poses, u) = poses, solve(graph, weights, poses)",
@@ -131,7 +131,7 @@ wrong_stops_when_converged_once = change(
 """Wrong: the poses of the solve before the last."""
 
 wrong_plain_tls = change(
-    right_three_pieces,
+    right_pieces,
     ("mu = c**2 / (2 * worst**2 - c**2)", "mu = 1e9"),
     ("mu *= 1.4", "mu = 1e9"),
     stopped_by="robust_solve-by-hand",
@@ -139,7 +139,7 @@ wrong_plain_tls = change(
 """Wrong: no graduation: rejects what is past c from the least-squares fit on."""
 
 wrong_misprint_surrogate = change(
-    right_three_pieces,
+    right_pieces,
     (
         "new = np.where(u**2 <= low, 1.0, np.where(u**2 >= high, 0.0, middle))",
         "new = mu * (mu + 1) / (mu + 1 + u**2 / c**2) ** 2",
@@ -150,14 +150,14 @@ wrong_misprint_surrogate = change(
 """Wrong: the weight of the lesson's surrogate, which ends at least squares, outliers and all."""
 
 wrong_misprint_start = change(
-    right_three_pieces, "c**2 / (2 * worst**2 - c**2)", "1.0", stopped_by="robust_solve-by-hand"
+    right_pieces, "c**2 / (2 * worst**2 - c**2)", "1.0", stopped_by="robust_solve-by-hand"
 )
 """Wrong: starts at μ = 1, as the lesson does, whatever the largest norm is."""
 
 wrong_never_nothing = change(
-    right_three_pieces, "2 * worst**2 <= c**2", "worst == 0", caught_by="robust_solve-nothing"
+    right_pieces, "2 * worst**2 <= c**2", "worst == 0", caught_by="robust_solve-nothing"
 )
 """Wrong: no look at whether there is something to reject, and μ is negative."""
 
-wrong_twenty_solves = change(right_three_pieces, "(1000)", "(20)", caught_by="robust_solve-rows")
+wrong_twenty_solves = change(right_pieces, "(1000)", "(20)", caught_by="robust_solve-rows")
 """Wrong: stops after twenty solves, though an outlier may be far away."""

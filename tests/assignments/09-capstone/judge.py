@@ -38,9 +38,7 @@ def right_blocks() -> None:
 
 
 def right_cholesky() -> None:
-    """Right: a Cholesky test with a small shift, and the gradient by finite differences of the
-    cost.
-    """
+    """Right: a Cholesky test with a small shift, and finite differences of the cost."""
     import numpy as np
 
     def judge(graph, poses):
@@ -137,9 +135,7 @@ wrong_trace = change(
 wrong_misprint_stationary_is_best = change(
     right_blocks, "lowest >= -small", "True", stopped_by="judge-by-hand"
 )
-"""Wrong: a map at rest is certified, as if a solver could end at the best map alone: so the
-lesson's text says.
-"""
+"""Wrong: a stationary map is certified, as if no other were stationary: the lesson says so."""
 
 wrong_never_at_rest = change(
     right_blocks,
@@ -173,9 +169,7 @@ wrong_mean_information = change(
     "(omega[0, 0] + omega[1, 1]) / 2",
     caught_by="judge-precisions",
 )
-"""Wrong: τ is the mean of the two entries of the information, right only where they are the same
-and nothing is off the diagonal.
-"""
+"""Wrong: τ is the mean of two entries of the information, right only where these are all."""
 
 wrong_half_kappa = change(
     right_blocks,

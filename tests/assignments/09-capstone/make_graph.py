@@ -34,9 +34,7 @@ def right_complex() -> None:
 
 
 def right_square_walk() -> None:
-    """Right: a walk round a square of 1 m steps, edge by edge, with matrices; closures are drawn
-    until there are enough.
-    """
+    """Right: round a square of 1 m steps, with matrices; draws closures until it has enough."""
     import numpy as np
     from scipy.linalg import expm
 
@@ -114,9 +112,7 @@ wrong_noise_on_the_left = change(
     "(eta[:, :2] @ [1, 1j]) * bow + np.exp(1j * eta[:, 2]) * gap",
     caught_by="make_graph-noise",
 )
-"""Wrong: the noise comes before the step, Exp(η) ∘ (x_i⁻¹ ∘ x_j), and its turn swings the whole
-step.
-"""
+"""Wrong: the noise comes before the step, Exp(η) ∘ (x_i⁻¹ ∘ x_j), and turns all of it."""
 
 wrong_exact_odometry = change(
     right_complex,
@@ -192,6 +188,4 @@ wrong_one_draw_for_three = change(
 wrong_closures_at_the_start = change(
     right_complex, "triu_indices(n, 2)", "triu_indices(min(n, 25), 2)", caught_by="make_graph-way"
 )
-"""Wrong: draws its closures among the first 25 poses, where there are too few pairs for many of
-them.
-"""
+"""Wrong: draws its closures among the first 25 poses, where there are too few pairs."""

@@ -3,7 +3,7 @@
 from robust_slam_autograder.lint.answers import change
 
 
-def right_permutation() -> None:
+def right_order() -> None:
     """Right: the first of the closures in a random order."""
     import numpy as np
 
@@ -64,7 +64,7 @@ def right_keys() -> None:
 
 
 wrong_odometry_too = change(
-    right_permutation,
+    right_order,
     'np.logical_not(graph["is_odometry"])',
     'np.ones(len(graph["edges"]))',
     stopped_by="spoil-form",
@@ -72,18 +72,15 @@ wrong_odometry_too = change(
 """Wrong: counts and draws among all edges."""
 
 wrong_behind_the_odometry = change(
-    right_permutation,
-    "np.logical_not",
-    'np.arange(len(graph["edges"])) >= np.sum',
-    caught_by="spoil-rest",
+    right_order, ".logical_not", '.arange(len(graph["edges"])) >= np.sum', caught_by="spoil-rest"
 )
 """Wrong: takes the last edges for the closures, wherever these stand."""
 
-wrong_cut_off = change(right_permutation, ".size + 0.5", ".size", caught_by="spoil-count")
+wrong_cut_off = change(right_order, ".size + 0.5", ".size", caught_by="spoil-count")
 """Wrong: cuts the number of outliers off in place of rounding it."""
 
 wrong_coin_for_each = change(
-    right_permutation,
+    right_order,
     "int(fraction * loops.size + 0.5)",
     "rng.binomial(loops.size, fraction)",
     caught_by="spoil-count",
@@ -91,12 +88,12 @@ wrong_coin_for_each = change(
 """Wrong: tosses a coin for each closure, so that the number is right on average only."""
 
 wrong_always_the_first = change(
-    right_permutation, "rng.permutation(loops)", "loops", caught_by="spoil-seed"
+    right_order, "rng.permutation(loops)", "loops", caught_by="spoil-seed"
 )
 """Wrong: spoils the first of the closures, not drawn ones."""
 
 wrong_one_direction = change(
-    right_permutation,
+    right_order,
     "rng.uniform(0, 2 * np.pi, count)",
     "np.full(count, rng.uniform(0, 2 * np.pi))",
     caught_by="spoil-wrong",
@@ -104,7 +101,7 @@ wrong_one_direction = change(
 """Wrong: all outliers move the same way, and so agree with each other."""
 
 wrong_square_box = change(
-    right_permutation,
+    right_order,
     ("far * np.cos(way)", "rng.uniform(5, 7, count)"),
     ("far * np.sin(way)", "rng.uniform(5, 7, count)"),
     caught_by="spoil-wrong",
@@ -112,20 +109,18 @@ wrong_square_box = change(
 """Wrong: x and y move by 5 m to 7 m each, so that all outliers point the same way."""
 
 wrong_angle_kept = change(
-    right_permutation,
+    right_order,
     "rng.uniform(-np.pi, np.pi, count)",
     "0.9 * measurement[chosen, 2]",
     caught_by="spoil-wrong",
 )
 """Wrong: the angle stays as it was measured."""
 
-wrong_whole_turns = change(
-    right_permutation, "(-np.pi, np.pi,", "(0, 2 * np.pi,", stopped_by="spoil-wrong"
-)
+wrong_whole_turns = change(right_order, "-np.pi, np.pi", "0, 2 * np.pi", stopped_by="spoil-wrong")
 """Wrong: angles from 0 to 2π, which are not within half a turn."""
 
 wrong_honest_about_it = change(
-    right_permutation,
+    right_order,
     "return dict(graph,",
     """
     information = graph["information"] * np.where(mask, 0.1, 1.0)[:, None, None]
@@ -135,11 +130,11 @@ wrong_honest_about_it = change(
 )
 """Wrong: a spoiled closure claims less information, which gives it away."""
 
-wrong_seed_ignored = change(right_permutation, "(seed)", "()", stopped_by="spoil-seed")
+wrong_seed_ignored = change(right_order, "(seed)", "()", stopped_by="spoil-seed")
 """Wrong: a generator without a seed."""
 
 wrong_two_directions = change(
-    right_permutation,
+    right_order,
     "rng.uniform(0, 2 * np.pi, count)",
     "np.pi * rng.integers(2, size=count)",
     caught_by="spoil-wrong",
@@ -147,7 +142,7 @@ wrong_two_directions = change(
 """Wrong: moves along x alone, forward or back."""
 
 wrong_four_directions = change(
-    right_permutation,
+    right_order,
     "rng.uniform(0, 2 * np.pi, count)",
     "np.pi / 2 * rng.integers(4, size=count)",
     caught_by="spoil-wrong",
