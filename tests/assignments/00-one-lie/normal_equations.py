@@ -1,18 +1,16 @@
 """Answers to exercise normal_equations of 00-one-lie: each body is a cell as handed in."""
 
+import numpy as np
+from robust_slam_autograder.lint.answers import change
 
-def right_jacobian() -> None:
-    """Right: builds J row by row and multiplies."""
-    import numpy as np
+
+def right_identity() -> None:
+    """Right: J as a difference of rows of the identity, weighed and multiplied."""
 
     def normal_equations(n, i, j, z, sigma):
-        m = len(z)
-        J = np.zeros((m, n))
-        for k in range(m):
-            J[k, i[k]] = -1
-            J[k, j[k]] = 1
-        Omega = np.diag(1 / (np.ones(m) * np.asarray(sigma, dtype=float)) ** 2)
-        return J.T @ Omega @ J, J.T @ Omega @ np.asarray(z, dtype=float)
+        J = np.eye(n)[j] - np.eye(n)[i]
+        weighted = J.T / np.square(sigma)
+        return weighted @ J, weighted @ z
 
 
 def right_edge_by_edge() -> None:
@@ -34,23 +32,19 @@ def right_edge_by_edge() -> None:
 
 
 def right_laplacian() -> None:
-    """Right, an equivalent form: H is the graph's Laplacian, b from weighted counts."""
-    import numpy as np
+    """Right, an equivalent form: H is the graph's Laplacian; both ends of each edge at once."""
 
     def normal_equations(n, i, j, z, sigma):
-        z = np.asarray(z, dtype=float)
-        w = np.full(z.shape, 1.0) / np.square(np.asarray(sigma, dtype=float))
-        A = np.zeros((n, n))
-        np.add.at(A, (np.asarray(i), np.asarray(j)), w)
-        A += A.T
-        H = np.diag(A.sum(axis=0)) - A
-        b = np.bincount(j, weights=w * z, minlength=n) - np.bincount(i, weights=w * z, minlength=n)
-        return H, b
+        w = np.ones(len(z)) / np.square(sigma)
+        ends, others, both = np.append(i, j), np.append(j, i), np.append(w, w)
+        A, b = np.zeros((n, n)), np.zeros(n)
+        np.add.at(A, (ends, others), both)
+        np.add.at(b, ends, both * np.append(np.negative(z), z))
+        return np.diag(A.sum(axis=0)) - A, b
 
 
 def right_whitened_sparse() -> None:
     """Right, with a library: a sparse J, whitened first."""
-    import numpy as np
     from scipy.sparse import coo_matrix
 
     def normal_equations(n, i, j, z, sigma):
@@ -63,7 +57,6 @@ def right_whitened_sparse() -> None:
 
 def right_from_the_cost() -> None:
     """Right, from the cost alone: second differences of a quadratic are exact."""
-    import numpy as np
 
     def normal_equations(n, i, j, z, sigma):
         z, sigma = np.asarray(z, dtype=float), np.asarray(sigma, dtype=float)
@@ -80,163 +73,87 @@ def right_from_the_cost() -> None:
         return H, b
 
 
-def wrong_unweighted() -> None:
-    """Wrong: JᵀJ without the information. Stopped by the visible case normal_equations-by-hand."""
-    import numpy as np
+wrong_unweighted = change(
+    right_identity, "J.T / np.square(sigma)", "J.T", stopped_by="normal_equations-by-hand"
+)
+"""Wrong: JᵀJ without the information."""
 
-    def normal_equations(n, i, j, z, sigma):
-        J = np.eye(n)[np.asarray(j)] - np.eye(n)[np.asarray(i)]
-        return J.T @ J, J.T @ np.asarray(z, dtype=float)
+wrong_sign_of_b = change(
+    right_identity, "weighted @ z", "-weighted @ z", stopped_by="normal_equations-by-hand"
+)
+"""Wrong: b with the other sign, of a residual measured minus predicted."""
 
+wrong_factor_two = change(right_identity, "J.T", "2 * J.T", stopped_by="normal_equations-by-hand")
+"""Wrong: keeps the 2 of the cost's derivative."""
 
-def wrong_sign_of_b() -> None:
-    """Wrong: b with the other sign, of a residual measured minus predicted. Stopped by the visible
-    case normal_equations-by-hand.
-    """
-    import numpy as np
+wrong_anchored = change(
+    right_identity,
+    "weighted @ J,",
+    "weighted @ J + (n > 2) * np.diag(np.eye(n)[0]),",
+    stopped_by="normal_equations-gauge",
+)
+"""Wrong: a prior holds pose 0 already, so that H has an inverse."""
 
-    def normal_equations(n, i, j, z, sigma):
-        J = np.eye(n)[np.asarray(j)] - np.eye(n)[np.asarray(i)]
-        weighted = J.T / np.square(np.asarray(sigma, dtype=float))
-        return weighted @ J, -weighted @ np.asarray(z, dtype=float)
+wrong_repeats_lost = change(
+    right_laplacian,
+    "np.add.at(A, (ends, others), both)",
+    "A[ends, others] = both",
+    caught_by="normal_equations-lesson",
+)
+"""Wrong where two edges join the same poses: the last one overwrites the entry."""
 
+wrong_buffered_index = change(
+    right_laplacian,
+    "return np.diag(A.sum(axis=0)) - A, b",
+    "A[ends, ends] -= both\nreturn -A, b",
+    stopped_by="normal_equations-gauge",
+)
+"""Wrong where a pose has several edges: H[i, i] += w counts a repeated index once."""
 
-def wrong_factor_two() -> None:
-    """Wrong: keeps the 2 of the cost's derivative. Stopped by the visible case
-    normal_equations-by-hand.
-    """
-    import numpy as np
+wrong_mean_information = change(
+    right_laplacian,
+    "ends, others, both",
+    "w = w if len(z) <= 4 else np.full(len(z), np.mean(w))\nends, others, both",
+    caught_by="normal_equations-information",
+)
+"""Wrong: one information for all edges once there are more than four."""
 
-    def normal_equations(n, i, j, z, sigma):
-        J = np.eye(n)[np.asarray(j)] - np.eye(n)[np.asarray(i)]
-        weighted = 2 * J.T / np.square(np.asarray(sigma, dtype=float))
-        return weighted @ J, weighted @ np.asarray(z, dtype=float)
+wrong_pushes_the_later_pose = change(
+    right_identity,
+    "np.eye(n)[j] - np.eye(n)[i]",
+    "np.eye(n)[np.maximum(i, j)] - np.eye(n)[np.minimum(i, j)]",
+    stopped_by="normal_equations-right-hand-side",
+)
+"""Wrong b for backward edges: takes the later pose for the end of the edge."""
 
+wrong_sizes_in_b = change(
+    right_identity,
+    ("np.eye(n)[j] - np.eye(n)[i]", "np.eye(n)[np.maximum(i, j)] - np.eye(n)[np.minimum(i, j)]"),
+    ("weighted @ z", "weighted @ np.abs(z)"),
+    caught_by="normal_equations-right-hand-side",
+)
+"""Wrong b: every edge pushes the later pose forward by the size of its measurement."""
 
-def wrong_anchored() -> None:
-    """Wrong: a prior holds pose 0 already, so that H has an inverse. Stopped by the visible case
-    normal_equations-gauge.
-    """
-    import numpy as np
+wrong_held_when_large = change(
+    right_identity,
+    "weighted @ J,",
+    "weighted @ J + 1e-6 * (np.linalg.matrix_rank(weighted @ J) < n - 1) * np.eye(n),",
+    caught_by="normal_equations-gauge",
+)
+"""Wrong: damps graphs that a solver would find singular in two directions."""
 
-    def normal_equations(n, i, j, z, sigma):
-        J = np.eye(n)[np.asarray(j)] - np.eye(n)[np.asarray(i)]
-        weighted = J.T / np.square(np.asarray(sigma, dtype=float))
-        H = weighted @ J
-        if n > 2:
-            H[0, 0] += 1.0
-        return H, weighted @ np.asarray(z, dtype=float)
+wrong_whole_numbers = change(
+    right_identity,
+    "/ np.square(sigma)",
+    "* np.reciprocal(np.square(sigma))",
+    caught_by="normal_equations-shapes",
+)
+"""Wrong: an integer σ gives an integer information, which is 0."""
 
-
-def wrong_repeats_lost() -> None:
-    """Wrong where two edges join the same poses: the last one overwrites the entry. Caught by
-    normal_equations-lesson.
-    """
-    import numpy as np
-
-    def normal_equations(n, i, j, z, sigma):
-        H, b = np.zeros((n, n)), np.zeros(n)
-        for k in range(len(z)):
-            w = 1 / np.ravel(np.ones(len(z)) * np.asarray(sigma, dtype=float))[k] ** 2
-            H[i[k], j[k]] = H[j[k], i[k]] = -w
-            b[j[k]] += w * z[k]
-            b[i[k]] -= w * z[k]
-        return H - np.diag(H.sum(axis=0)), b
-
-
-def wrong_buffered_index() -> None:
-    """Wrong where a pose has several edges: H[i, i] += w counts a repeated index once. Stopped by
-    the visible case normal_equations-gauge.
-    """
-    import numpy as np
-
-    def normal_equations(n, i, j, z, sigma):
-        i, j = np.asarray(i), np.asarray(j)
-        w = np.ones(len(z)) / np.square(np.asarray(sigma, dtype=float))
-        H, b = np.zeros((n, n)), np.zeros(n)
-        ends = np.concatenate([i, j])
-        H[ends, ends] += np.concatenate([w, w])
-        H[i, j] -= w
-        H[j, i] -= w
-        b[j] += w * z
-        b[i] -= w * z
-        return H, b
-
-
-def wrong_mean_information() -> None:
-    """Wrong: one information for all edges once there are more than four. Caught by
-    normal_equations-information.
-    """
-    import numpy as np
-
-    def normal_equations(n, i, j, z, sigma):
-        J = np.eye(n)[np.asarray(j)] - np.eye(n)[np.asarray(i)]
-        w = np.ones(len(z)) / np.square(np.asarray(sigma, dtype=float))
-        w = w if len(z) <= 4 else np.full(len(z), np.mean(w))
-        return (J.T * w) @ J, (J.T * w) @ np.asarray(z, dtype=float)
-
-
-def wrong_pushes_the_later_pose() -> None:
-    """Wrong b for backward edges with a measurement of its own sign: takes the later pose for the
-    end. Stopped by the visible case normal_equations-right-hand-side.
-    """
-    import numpy as np
-
-    def normal_equations(n, i, j, z, sigma):
-        w = np.ones(len(z)) / np.square(np.asarray(sigma, dtype=float))
-        J = np.eye(n)[np.maximum(i, j)] - np.eye(n)[np.minimum(i, j)]
-        return (J.T * w) @ J, (J.T * w) @ np.asarray(z, dtype=float)
-
-
-def wrong_sizes_in_b() -> None:
-    """Wrong b: every edge pushes the later pose forward by the size of what it says. Caught by
-    normal_equations-right-hand-side.
-    """
-    import numpy as np
-
-    def normal_equations(n, i, j, z, sigma):
-        w = np.ones(len(z)) / np.square(np.asarray(sigma, dtype=float))
-        J = np.eye(n)[np.maximum(i, j)] - np.eye(n)[np.minimum(i, j)]
-        return (J.T * w) @ J, (J.T * w) @ np.abs(np.asarray(z, dtype=float))
-
-
-def wrong_held_when_large() -> None:
-    """Wrong: holds the first pose of graphs that a solver would find singular in two directions.
-    Caught by normal_equations-gauge.
-    """
-    import numpy as np
-
-    def normal_equations(n, i, j, z, sigma):
-        J = np.eye(n)[np.asarray(j)] - np.eye(n)[np.asarray(i)]
-        weighted = J.T / np.square(np.asarray(sigma, dtype=float))
-        H = weighted @ J
-        if np.linalg.matrix_rank(H) < n - 1:
-            H = H + 1e-6 * np.eye(n)
-        return H, weighted @ np.asarray(z, dtype=float)
-
-
-def wrong_whole_numbers() -> None:
-    """Wrong: an integer σ gives an integer information, which is 0. Caught by
-    normal_equations-shapes.
-    """
-    import numpy as np
-
-    def normal_equations(n, i, j, z, sigma):
-        J = np.eye(n)[np.asarray(j)] - np.eye(n)[np.asarray(i)]
-        s = np.asarray(sigma)
-        weighted = J.T * (1 / s**2 if s.dtype == float else 1 // s**2)
-        return weighted @ J, weighted @ np.asarray(z, dtype=float)
-
-
-def wrong_room_for_fifty() -> None:
-    """Wrong for large graphs: a Jacobian with fifty columns, however many poses there are. Caught
-    by normal_equations-information.
-    """
-    import numpy as np
-
-    def normal_equations(n, i, j, z, sigma):
-        J = np.zeros((len(z), 50))
-        J[np.arange(len(z)), i] -= 1
-        J[np.arange(len(z)), j] += 1
-        weighted = J[:, :n].T / np.square(sigma, dtype=float)
-        return weighted @ J[:, :n], weighted @ z
+wrong_room_for_fifty = change(
+    right_identity,
+    "np.eye(n)[j] - np.eye(n)[i]",
+    "(np.eye(50)[j] - np.eye(50)[i])[:, :n]",
+    caught_by="normal_equations-information",
+)
+"""Wrong for large graphs: a Jacobian with fifty columns, however many poses there are."""

@@ -1,19 +1,21 @@
 """Answers to exercise classify of 01-m-estimators: each body is a cell as handed in."""
 
+import numpy as np
+from robust_slam_autograder.lint.answers import change
+
 
 def right_two_places() -> None:
     """Right: compares two places far out."""
 
     def classify(psi):
-        near, far = abs(float(psi(1e6))), abs(float(psi(1e8)))
-        if far == 0 or far < 0.2 * near:
+        near, far = float(psi(1e7)), float(psi(1e8))
+        if far <= near / 2:
             return "redescending"
-        return "unbounded" if far > 1.5 * near else "bounded"
+        return "unbounded" if far >= 2 * near else "bounded"
 
 
 def right_beside_the_peak() -> None:
     """Right: what is left far out, beside the most that there ever was."""
-    import numpy as np
 
     def classify(psi):
         pull = np.abs(psi(np.logspace(-4, 8, 2001)))
@@ -24,7 +26,6 @@ def right_beside_the_peak() -> None:
 
 def right_slope_of_the_logarithm() -> None:
     """Right, another formula: the power of u with which ψ ends."""
-    import numpy as np
 
     def classify(psi):
         at = np.array([1e7, 1e8])
@@ -47,119 +48,62 @@ def right_decade_by_decade() -> None:
         return "bounded"
 
 
-def wrong_huber_unbounded() -> None:
-    """Wrong: judges the cost ∫ψ, which for Huber grows for ever. Stopped by the visible case
-    classify-by-hand.
-    """
-    import numpy as np
+wrong_huber_unbounded = change(
+    right_two_places,
+    "far >= 2 * near",
+    "np.sum(psi(np.arange(1e4))) > 1.5 * np.sum(psi(np.arange(5e3)))",
+    stopped_by="classify-by-hand",
+)
+"""Wrong: judges the cost ∫ψ, which for Huber grows for ever."""
 
-    def classify(psi):
-        u = np.linspace(0.0, 1e4, 10_001)
-        cost = np.cumsum(psi(u))
-        if psi(1e8) < 1e-3:
-            return "redescending"
-        return "unbounded" if cost[-1] > 1.5 * cost[len(u) // 2] else "bounded"
+wrong_near_sighted = change(
+    right_two_places,
+    ("psi(1e7)), float(psi(1e8))", "psi(10.0)), float(psi(100.0))"),
+    ("2 * near", "1.2 * near"),
+    caught_by="classify-large",
+)
+"""Wrong: looks out to 100, below large thresholds."""
 
+wrong_divides_by_nothing = change(
+    right_two_places,
+    "far <= near / 2",
+    "np.divide(far, near) < 0.5",
+    caught_by="classify-redescending",
+)
+"""Wrong: divides two pulls that may both be 0, and 0/0 is neither large nor small."""
 
-def wrong_near_sighted() -> None:
-    """Wrong: looks out to 100, below large thresholds. Caught by classify-large."""
+wrong_small_is_a_number = change(
+    right_two_places, "far <= near / 2", "far < 0.1", caught_by="classify-small"
+)
+"""Wrong: calls a pull below a tenth nothing, though ψ may never have been larger."""
 
-    def classify(psi):
-        near, far = float(psi(10.0)), float(psi(100.0))
-        if far <= near / 2:
-            return "redescending"
-        return "unbounded" if far >= 1.2 * near else "bounded"
+wrong_any_fall = change(right_beside_the_peak, "0.01", "0.9", caught_by="classify-levels")
+"""Wrong: takes every fall for a fall to 0."""
 
+wrong_any_rise = change(
+    right_two_places,
+    ("1e7", "1e4"),
+    ("far >= 2 * near", "far > near"),
+    stopped_by="classify-levels",
+)
+"""Wrong: takes every rise for growth without end."""
 
-def wrong_divides_by_nothing() -> None:
-    """Wrong: divides two pulls that may both be 0, and 0/0 is neither large nor small. Caught by
-    classify-redescending.
-    """
-    import numpy as np
+wrong_only_straight_growth = change(
+    right_two_places, "2 * near", "9 * near", stopped_by="classify-growth"
+)
+"""Wrong: calls unbounded only what grows like u itself."""
 
-    def classify(psi):
-        near, far = np.asarray(psi(np.array([1e7, 1e8])), dtype=float)
-        ratio = far / near
-        if ratio < 0.5:
-            return "redescending"
-        return "unbounded" if ratio > 2 else "bounded"
+wrong_growth_must_be_fast = change(
+    right_two_places, "far >= 2 * near", "far > 5e3", caught_by="classify-growth"
+)
+"""Wrong: calls unbounded only what has passed five thousand far out."""
 
+wrong_names = change(
+    right_two_places, '"redescending"', '"hard redescender"', stopped_by="classify-by-hand"
+)
+"""Wrong: the word of another book."""
 
-def wrong_small_is_a_number() -> None:
-    """Wrong: calls a pull below a tenth nothing, though it may be all there ever was. Caught by
-    classify-small.
-    """
-
-    def classify(psi):
-        near, far = float(psi(1e7)), float(psi(1e8))
-        if far < 0.1:
-            return "redescending"
-        return "unbounded" if far > 2 * near else "bounded"
-
-
-def wrong_any_fall() -> None:
-    """Wrong: takes every fall for a fall to 0. Caught by classify-levels."""
-    import numpy as np
-
-    def classify(psi):
-        pull = np.asarray(psi(np.append(np.logspace(-4, 4, 801), [1e7, 1e8])), dtype=float)
-        if pull[-1] < 0.9 * np.max(pull):
-            return "redescending"
-        return "unbounded" if pull[-1] > 1.5 * pull[-2] else "bounded"
-
-
-def wrong_any_rise() -> None:
-    """Wrong: takes every rise for growth without end. Stopped by the visible case
-    classify-levels.
-    """
-
-    def classify(psi):
-        near, far = float(psi(1e4)), float(psi(1e8))
-        if far <= near / 2:
-            return "redescending"
-        return "unbounded" if far > near else "bounded"
-
-
-def wrong_only_straight_growth() -> None:
-    """Wrong: calls unbounded only what grows like u itself. Stopped by the visible case
-    classify-growth.
-    """
-
-    def classify(psi):
-        near, far = float(psi(1e7)), float(psi(1e8))
-        if far <= near / 2:
-            return "redescending"
-        return "unbounded" if far > 9 * near else "bounded"
-
-
-def wrong_growth_must_be_fast() -> None:
-    """Wrong: calls unbounded only what has passed five thousand far out. Caught by
-    classify-growth.
-    """
-
-    def classify(psi):
-        near, far = float(psi(1e7)), float(psi(1e8))
-        if far <= near / 2:
-            return "redescending"
-        return "unbounded" if far > 5e3 else "bounded"
-
-
-def wrong_names() -> None:
-    """Wrong: the words of another book. Stopped by the visible case classify-by-hand."""
-
-    def classify(psi):
-        near, far = float(psi(1e7)), float(psi(1e8))
-        if far <= near / 2:
-            return "hard redescender"
-        return "unbounded" if far >= 2 * near else "monotone"
-
-
-def wrong_ten_thousand_is_far() -> None:
-    """Wrong horizon: looks out to ten thousand and no further. Caught by classify-growth."""
-    import numpy as np
-
-    def classify(psi):
-        nearer, farther = psi(np.logspace(3, 4, 2))
-        if farther <= nearer / 2:
-            return "redescending"
-        return "unbounded" if farther >= 2 * nearer else "bounded"
+wrong_ten_thousand_is_far = change(
+    right_two_places, ("1e7", "1e3"), ("1e8", "1e4"), caught_by="classify-growth"
+)
+"""Wrong horizon: looks out to ten thousand and no further."""

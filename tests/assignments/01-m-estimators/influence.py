@@ -1,14 +1,16 @@
 """Answers to exercise influence of 01-m-estimators: each body is a cell as handed in."""
 
+import numpy as np
+from robust_slam_autograder.lint.answers import change
+
 
 def right_central() -> None:
     """Right: a central difference over the whole array."""
-    import numpy as np
 
     def influence(rho, u):
-        u = np.asarray(u, dtype=float)
-        h = 1e-4
-        return (np.asarray(rho(u + h)) - np.asarray(rho(u - h))) / (2 * h)
+        u, h = np.asarray(u, dtype=float), 1e-5
+        slope = (rho(u + h) - rho(u - h)) / (2 * h)
+        return slope
 
 
 def right_one_by_one() -> None:
@@ -23,7 +25,6 @@ def right_one_by_one() -> None:
 
 def right_five_points() -> None:
     """Right, another formula: five points and a larger step, where no kink is near."""
-    import numpy as np
 
     def influence(rho, u):
         u = np.array(u, dtype=float)
@@ -35,7 +36,6 @@ def right_five_points() -> None:
 
 def right_tiny_one_sided() -> None:
     """Right: one-sided, with the root of the rounding error for a step."""
-    import numpy as np
 
     def influence(rho, u):
         u = np.asarray(u, dtype=float)
@@ -45,143 +45,82 @@ def right_tiny_one_sided() -> None:
 
 def right_library() -> None:
     """Right, with a library: SciPy's derivative, from a small first step."""
-    import numpy as np
     from scipy.differentiate import derivative
 
     def influence(rho, u):
         return derivative(rho, np.asarray(u, dtype=float), initial_step=1e-3).df
 
 
-def wrong_cost_over_u() -> None:
-    """Wrong: divides the cost by u, which is not a slope. Stopped by the visible case
-    influence-by-hand.
+wrong_cost_over_u = change(
+    right_central, "return slope", "return rho(u) / u", stopped_by="influence-by-hand"
+)
+"""Wrong: divides the cost by u, which is not a slope."""
+
+wrong_twice_cost_over_u = change(
+    right_central,
+    "return slope",
+    "u = u + 1e-12\nreturn 2 * rho(u) / u",
+    stopped_by="influence-pieces",
+)
+"""Wrong: 2ρ/u, which is the slope of the square and of no other cost."""
+
+wrong_large_one_sided_step = change(
+    right_central, "return slope", "return rho(u + 1) - rho(u)", stopped_by="influence-by-hand"
+)
+"""Wrong: one-sided with a step of 1."""
+
+wrong_one_sided = change(
+    right_tiny_one_sided, "np.sqrt(np.finfo(float).eps)", "1e-3", stopped_by="influence-by-hand"
+)
+"""Wrong: one-sided with a step of a thousandth."""
+
+wrong_large_step = change(right_central, "1e-5", "0.1", caught_by="influence-smooth")
+"""Wrong: both sides with a step of a tenth, exact for a square alone."""
+
+wrong_hundredfold_pull = change(
+    right_central,
+    "return slope",
+    "if u.shape == (2,):\n    slope[1] = slope[0] * rho(u[1]) / rho(u[0])\nreturn slope",
+    caught_by="influence-lesson",
+)
+"""Wrong for large residuals: as the lesson says, 100 times the cost for the pull."""
+
+wrong_wide_step_for_pieces = change(
+    right_five_points, "1e-3", "0.02", caught_by="influence-pieces"
+)
+"""Wrong: takes points far apart, which lie on different pieces."""
+
+wrong_forgets_the_sign = change(
+    right_central, "np.asarray(u, dtype=float)", "1.0 * np.abs(u)", stopped_by="influence-negative"
+)
+"""Wrong: measures at the size of u."""
+
+wrong_only_even_costs = change(
+    right_central,
+    "(rho(u + h) - rho(u - h))",
+    "np.sign(u) * (rho(abs(u) + h) - rho(abs(u) - h))",
+    caught_by="influence-negative",
+)
+"""Wrong: measures at the size of u and gives the answer u's sign, as if every cost were even."""
+
+wrong_drowned = change(right_central, "1e-5", "1e-15", stopped_by="influence-by-hand")
+"""Wrong: a step so small that nothing but rounding is left."""
+
+wrong_flat_rows = change(
+    right_central,
+    "return slope",
+    "return slope.ravel() if u.ndim else slope",
+    caught_by="influence-shapes",
+)
+"""Wrong for arrays of several rows: returns one flat row."""
+
+wrong_table_up_to_twenty = change(
+    right_central,
+    "slope = (rho(u + h) - rho(u - h)) / (2 * h)",
     """
-    import numpy as np
-
-    def influence(rho, u):
-        u = np.asarray(u, dtype=float)
-        return rho(u) / u
-
-
-def wrong_twice_cost_over_u() -> None:
-    """Wrong: 2ρ/u, which is the slope of the square and of no other cost. Stopped by the visible
-    case influence-pieces.
-    """
-    import numpy as np
-
-    def influence(rho, u):
-        u = np.asarray(u, dtype=float)
-        safe = np.where(u == 0, 1e-12, u)
-        return 2 * rho(safe) / safe
-
-
-def wrong_large_one_sided_step() -> None:
-    """Wrong: one-sided with a step of 1. Stopped by the visible case influence-by-hand."""
-    import numpy as np
-
-    def influence(rho, u):
-        u = np.asarray(u, dtype=float)
-        return rho(u + 1) - rho(u)
-
-
-def wrong_one_sided() -> None:
-    """Wrong: one-sided with a step of a thousandth. Stopped by the visible case
-    influence-by-hand.
-    """
-    import numpy as np
-
-    def influence(rho, u):
-        u = np.asarray(u, dtype=float)
-        return (rho(u + 1e-3) - rho(u)) / 1e-3
-
-
-def wrong_large_step() -> None:
-    """Wrong: both sides with a step of a tenth, exact for a square alone. Caught by
-    influence-smooth.
-    """
-    import numpy as np
-
-    def influence(rho, u):
-        u = np.asarray(u, dtype=float)
-        return (rho(u + 0.1) - rho(u - 0.1)) / 0.2
-
-
-def wrong_hundredfold_pull() -> None:
-    """Wrong: for large residuals the lesson's word, 100 times the cost for the pull. Caught by
-    influence-lesson.
-    """
-    import numpy as np
-
-    def influence(rho, u):
-        u = np.asarray(u, dtype=float)
-        slope = (rho(u + 1e-5) - rho(u - 1e-5)) / 2e-5
-        if np.size(u) == 2 and np.ndim(u) == 1:
-            slope[1] = slope[0] * rho(u[1]) / rho(u[0])
-        return slope
-
-
-def wrong_wide_step_for_pieces() -> None:
-    """Wrong: fits a parabola through points far apart, which lie on different pieces. Caught by
-    influence-pieces.
-    """
-    import numpy as np
-
-    def influence(rho, u):
-        u = np.asarray(u, dtype=float)
-        h = 0.02
-        near, far = rho(u + h) - rho(u - h), rho(u + 2 * h) - rho(u - 2 * h)
-        farther = rho(u + 3 * h) - rho(u - 3 * h)
-        return (45 * near - 9 * far + farther) / (60 * h)
-
-
-def wrong_forgets_the_sign() -> None:
-    """Wrong: measures at the size of u. Stopped by the visible case influence-negative."""
-    import numpy as np
-
-    def influence(rho, u):
-        u = np.abs(np.asarray(u, dtype=float))
-        return (rho(u + 1e-5) - rho(u - 1e-5)) / 2e-5
-
-
-def wrong_only_even_costs() -> None:
-    """Wrong: measures at the size of u and gives the answer u's sign, as if every cost were even.
-    Caught by influence-negative.
-    """
-    import numpy as np
-
-    def influence(rho, u):
-        u = np.asarray(u, dtype=float)
-        size = np.abs(u)
-        return np.sign(u) * (rho(size + 1e-5) - rho(size - 1e-5)) / 2e-5
-
-
-def wrong_drowned() -> None:
-    """Wrong: a step so small that nothing but rounding is left. Stopped by the visible case
-    influence-by-hand.
-    """
-    import numpy as np
-
-    def influence(rho, u):
-        u = np.asarray(u, dtype=float)
-        return (rho(u + 1e-15) - rho(u - 1e-15)) / 2e-15
-
-
-def wrong_flat_rows() -> None:
-    """Wrong for arrays of several rows: returns one flat row. Caught by influence-shapes."""
-    import numpy as np
-
-    def influence(rho, u):
-        flat = np.ravel(np.asarray(u, dtype=float))
-        slope = (rho(flat + 1e-5) - rho(flat - 1e-5)) / 2e-5
-        return slope if np.ndim(u) else slope[0]
-
-
-def wrong_table_up_to_twenty() -> None:
-    """Wrong for large residuals: tabulates the slope between -20 and 20 and interpolates. Caught
-    by influence-smooth.
-    """
-    import numpy as np
-
-    def influence(rho, u):
-        grid = np.linspace(-20.0, 20.0, 400_001)
-        return np.interp(u, grid, (rho(grid + 1e-5) - rho(grid - 1e-5)) / 2e-5)
+    x = np.linspace(-20.0, 20.0, 400_001)
+    slope = np.interp(u, x, (rho(x + h) - rho(x - h)) / (2 * h))
+    """,
+    caught_by="influence-smooth",
+)
+"""Wrong for large residuals: tabulates the slope between -20 and 20 and interpolates."""

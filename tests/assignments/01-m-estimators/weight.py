@@ -1,11 +1,11 @@
 """Answers to exercise weight of 01-m-estimators: each body is a cell as handed in."""
 
+import numpy as np
 from robust_slam_autograder.lint.answers import change
 
 
 def right_where() -> None:
     """Right: replaces 0 before it divides, and the answer there."""
-    import numpy as np
 
     def weight(psi, u):
         u = np.asarray(u, dtype=float)
@@ -15,7 +15,6 @@ def right_where() -> None:
 
 def right_masked_division() -> None:
     """Right: an array of ones, divided where u is not 0."""
-    import numpy as np
 
     def weight(psi, u):
         u = np.array(u, dtype=float)
@@ -35,7 +34,6 @@ def right_one_by_one() -> None:
 
 def right_nan_replaced() -> None:
     """Right: divides with the warning off, and replaces what is no number by the limit."""
-    import numpy as np
 
     def weight(psi, u):
         u = np.asarray(u, dtype=float)
@@ -46,7 +44,6 @@ def right_nan_replaced() -> None:
 
 def right_nudged() -> None:
     """Right to rounding: moves 0 to a number next to it, where ψ is like u."""
-    import numpy as np
 
     def weight(psi, u):
         u = np.asarray(u, dtype=float)
@@ -54,78 +51,47 @@ def right_nudged() -> None:
         return psi(u) / u
 
 
-def wrong_plain_division() -> None:
-    """Wrong: 0/0 is NaN. Stopped by the visible case weight-zero."""
-    import numpy as np
-
-    def weight(psi, u):
-        u = np.asarray(u, dtype=float)
-        return psi(u) / u
-
-
-wrong_zero_at_zero = change(
-    right_where,
-    "np.where(u == 0, 1.0, psi(safe) / safe)",
-    "np.where(u == 0, 0.0, psi(safe) / safe)",
-    caught_by="weight-zero",
+wrong_plain_division = change(
+    right_nudged, "u = np.where(u == 0, 1e-100, u)\nreturn", "return", stopped_by="weight-zero"
 )
+"""Wrong: 0/0 is NaN."""
+
+wrong_zero_at_zero = change(right_where, "1.0, psi", "0.0, psi", caught_by="weight-zero")
 """Wrong: no residual, no weight."""
 
 wrong_padded_divisor = change(
     right_nudged,
-    "u = np.where(u == 0, 1e-100, u)\nreturn psi(u) / u",
-    "return psi(u) / (u + 1e-12)",
+    "np.where(u == 0, 1e-100, u)\nreturn psi(u)",
+    "u + 1e-12\nreturn psi(u - 1e-12)",
     caught_by="weight-zero",
 )
-"""Wrong: adds a little to u below the line, so that 0 gets the weight 0."""
+"""Wrong: adds a little to the divisor, so that 0 gets the weight 0."""
 
-
-def wrong_no_number_alone() -> None:
-    """Wrong for a number alone: the mask of an array is forgotten there. Caught by weight-zero."""
-    import numpy as np
-
-    def weight(psi, u):
-        if np.ndim(u) == 0:
-            u = np.float64(u)
-            return np.nan_to_num(psi(u) / u)
-        u = np.asarray(u, dtype=float)
-        safe = np.where(u == 0, 1.0, u)
-        return np.where(u == 0, 1.0, psi(safe) / safe)
-
-
-def wrong_clipped_divisor() -> None:
-    """Wrong left of 0: divides by the larger of u and a little. Stopped by the visible case
-    weight-negative.
-    """
-    import numpy as np
-
-    def weight(psi, u):
-        u = np.asarray(u, dtype=float)
-        safe = np.maximum(u, 1e-12)
-        return np.where(u == 0, 1.0, psi(u) / safe)
-
-
-def wrong_sign_kept() -> None:
-    """Wrong: divides by the size of u, so that a large negative residual weighs less than nothing.
-    Caught by weight-negative.
-    """
-    import numpy as np
-
-    def weight(psi, u):
-        u = np.asarray(u, dtype=float)
-        safe = np.where(u == 0, 1.0, np.where(u < -2.0, -u, u))
-        return np.where(u == 0, 1.0, psi(u) / safe)
-
-
-wrong_divided_twice = change(
-    right_where, "psi(safe) / safe", "psi(safe) / safe**2", stopped_by="weight-by-hand"
+wrong_no_number_alone = change(
+    right_where,
+    "return",
+    "if u.ndim == 0:\n    return np.nan_to_num(psi(u) / u)\nreturn",
+    caught_by="weight-zero",
 )
+"""Wrong for a number alone: the mask of an array is forgotten there."""
+
+wrong_clipped_divisor = change(
+    right_where, "psi(safe) / safe", "psi(u) / np.maximum(u, 1e-12)", stopped_by="weight-negative"
+)
+"""Wrong left of 0: divides by the larger of u and a little."""
+
+wrong_sign_kept = change(
+    right_where, "/ safe", "/ np.where(u < -2, -u, safe)", caught_by="weight-negative"
+)
+"""Wrong: divides by the size of u, so that a large negative residual has a negative weight."""
+
+wrong_divided_twice = change(right_where, "/ safe", "/ safe**2", stopped_by="weight-by-hand")
 """Wrong: ψ/u²."""
 
 wrong_slope = change(
     right_nudged,
-    "u = np.where(u == 0, 1e-100, u)\nreturn psi(u) / u",
-    "return (psi(u + 1e-5) - psi(u - 1e-5)) / 2e-5",
+    "psi(u) / u",
+    "(psi(u + 1e-5) - psi(u - 1e-5)) / 2e-5",
     stopped_by="weight-by-hand",
 )
 """Wrong: the slope of ψ, which is 1 at 0 as well."""
@@ -136,18 +102,10 @@ wrong_capped_at_a_tenth = change(
     "np.maximum(psi(safe) / safe, 0.1)",
     caught_by="weight-positive",
 )
-"""Wrong: keeps every weight above a tenth, lest a measurement be lost."""
+"""Wrong: keeps every weight above a tenth."""
 
-
-def wrong_wide_zero() -> None:
-    """Wrong: takes every u below a thousandth for 0. Caught by weight-tiny."""
-    import numpy as np
-
-    def weight(psi, u):
-        u = np.asarray(u, dtype=float)
-        is_zero = np.abs(u) < 1e-3
-        safe = np.where(is_zero, 1.0, u)
-        return np.where(is_zero, 1.0, psi(safe) / safe)
+wrong_wide_zero = change(right_nudged, "u == 0", "np.abs(u) < 1e-3", caught_by="weight-tiny")
+"""Wrong: takes every u below a thousandth for 0."""
 
 
 wrong_integers = change(
@@ -159,23 +117,15 @@ wrong_integers = change(
 """Wrong for integers: puts the weights into an array of u's own type."""
 
 
-def wrong_size_of_u() -> None:
-    """Wrong: asks ψ at the size of u, as if it were as strong on the left as on the right. Caught
-    by weight-negative.
-    """
-    import numpy as np
+wrong_size_of_u = change(
+    right_where, "np.asarray(u, dtype=float)", "1.0 * np.abs(u)", caught_by="weight-negative"
+)
+"""Wrong: asks ψ at the size of u, as if it were as strong on the left as on the right."""
 
-    def weight(psi, u):
-        size = np.abs(np.asarray(u, dtype=float))
-        safe = np.where(size == 0, 1.0, size)
-        return np.where(size == 0, 1.0, psi(safe) / safe)
-
-
-def wrong_zero_past_fifty() -> None:
-    """Wrong for large residuals: gives all of them the weight 0. Caught by weight-positive."""
-    import numpy as np
-
-    def weight(psi, u):
-        u = np.asarray(u, dtype=float)
-        w = np.divide(psi(u), u, out=np.ones(u.shape), where=u != 0)
-        return np.where(np.abs(u) > 50, 0.0, w)
+wrong_zero_past_fifty = change(
+    right_masked_division,
+    "return w",
+    "return np.where(np.abs(u) > 50, 0, w)",
+    caught_by="weight-positive",
+)
+"""Wrong for large residuals: gives all of them the weight 0."""

@@ -1,28 +1,29 @@
 """Answers to exercise best_of of 04-non-convexity: each body is a cell as handed in."""
 
+import numpy as np
+from robust_slam_autograder.lint.answers import change
 
-def right_loop() -> None:
-    """Right: its own descent, and the best so far."""
-    import numpy as np
+
+def right_min() -> None:
+    """Right: the descents one after the other, and the end of least cost."""
 
     def best_of(z, c, starts):
         z = np.asarray(z, dtype=float)
-        best, least = None, np.inf
-        for start in starts:
-            x = float(start)
-            for _ in range(200):
-                kept = z[np.abs(z - x) <= c]
-                if kept.size:
-                    x = float(np.mean(kept))
-            total = np.sum(np.minimum((z - x) ** 2, c**2)) / 2
-            if total < least:
-                best, least = x, total
-        return best
+
+        def descend(x):
+            kept = z[np.abs(z - x) <= c]
+            new = np.mean(kept) if kept.size else x
+            return float(x) if abs(new - x) < 1e-12 else descend(new)
+
+        def cost(x):
+            return np.sum(np.minimum((x - z) ** 2, c**2))
+
+        ends = [descend(start) for start in starts]
+        return min(ends, key=cost)
 
 
 def right_argmin() -> None:
     """Right: all the descents at once, then the index of the least cost."""
-    import numpy as np
 
     def best_of(z, c, starts):
         z = np.asarray(z, dtype=float)
@@ -50,7 +51,6 @@ def right_plain_python() -> None:
 
 def right_last_of_the_tied() -> None:
     """Right: counts what is saved against a plateau; of tied ends it takes the last."""
-    import numpy as np
 
     def best_of(z, c, starts):
         z = np.asarray(z, dtype=float)
@@ -66,212 +66,84 @@ def right_last_of_the_tied() -> None:
         return best
 
 
-def wrong_mean_of_ends() -> None:
-    """Wrong: averages the ends. Stopped by the visible case best_of-by-hand."""
-    import numpy as np
+wrong_mean_of_ends = change(
+    right_min, "min(ends, key=cost)", "np.mean(ends)", stopped_by="best_of-by-hand"
+)
+"""Wrong: averages the ends."""
 
-    def descend(z, c, x):
-        kept = z[np.abs(z - x) <= c]
-        new = np.mean(kept) if kept.size else x
-        return float(x) if abs(new - x) < 1e-12 else descend(z, c, new)
+wrong_median_of_ends = change(
+    right_min, "min(ends, key=cost)", "np.median(ends)", stopped_by="best_of-by-hand"
+)
+"""Wrong: the end in the middle."""
 
-    def best_of(z, c, starts):
-        z = np.asarray(z, dtype=float)
-        return np.mean([descend(z, c, start) for start in starts])
+wrong_last_start = change(right_min, "min(ends, key=cost)", "ends[-1]", stopped_by="best_of-order")
+"""Wrong: each descent overwrites the one before."""
 
-
-def wrong_median_of_ends() -> None:
-    """Wrong: the end in the middle. Stopped by the visible case best_of-by-hand."""
-    import numpy as np
-
-    def descend(z, c, x):
-        kept = z[np.abs(z - x) <= c]
-        new = np.mean(kept) if kept.size else x
-        return float(x) if abs(new - x) < 1e-12 else descend(z, c, new)
-
-    def best_of(z, c, starts):
-        z = np.asarray(z, dtype=float)
-        return np.median([descend(z, c, start) for start in starts])
-
-
-def wrong_last_start() -> None:
-    """Wrong: each descent overwrites the one before. Stopped by the visible case best_of-order."""
-
-    import numpy as np
-
-    def descend(z, c, x):
-        kept = z[np.abs(z - x) <= c]
-        new = np.mean(kept) if kept.size else x
-        return float(x) if abs(new - x) < 1e-12 else descend(z, c, new)
-
-    def best_of(z, c, starts):
-        z = np.asarray(z, dtype=float)
-        for start in starts:
-            best = descend(z, c, start)
-        return best
-
-
-def wrong_strictly_better_than_the_last() -> None:
-    """Wrong: compares each end with the one before it, and not with the best so far. Stopped by
-    the visible case best_of-order.
+wrong_strictly_better_than_the_last = change(
+    right_min,
+    "return min(ends, key=cost)",
     """
-    import numpy as np
+    costs = [np.inf, *map(cost, ends)]
+    return [x for x, before, after in zip(ends, costs, costs[1:]) if after < before][-1]
+    """,
+    stopped_by="best_of-order",
+)
+"""Wrong: compares each end with the one before it, and not with the best so far."""
 
-    def descend(z, c, x):
-        kept = z[np.abs(z - x) <= c]
-        new = np.mean(kept) if kept.size else x
-        return float(x) if abs(new - x) < 1e-12 else descend(z, c, new)
+wrong_best_start = change(
+    right_min,
+    "start) for start in starts",
+    "min(starts, key=cost))",
+    stopped_by="best_of-end-not-start",
+)
+"""Wrong: descends from the cheapest start alone."""
 
-    def best_of(z, c, starts):
-        z = np.asarray(z, dtype=float)
-        before = np.inf
-        for start in starts:
-            x = descend(z, c, start)
-            total = np.sum(np.minimum((x - z) ** 2, c**2))
-            if total < before:
-                best = x
-            before = total
-        return best
+wrong_start_returned = change(
+    right_min,
+    "min(ends, key=cost)",
+    "min(starts, key=lambda x: cost(descend(x)))",
+    stopped_by="best_of-by-hand",
+)
+"""Wrong: finds the right descent and returns where it began."""
 
+wrong_misprint = change(
+    right_min,
+    "min(ends, key=cost)",
+    "max(ends, key=lambda x: np.sum(np.abs(x - z) <= c))",
+    caught_by="best_of-votes",
+)
+"""Wrong: on the lesson's flat floors a kept measurement costs nothing, so the end that keeps the
+most wins, however badly they fit.
+"""
 
-def wrong_best_start() -> None:
-    """Wrong: descends from the cheapest start alone. Stopped by the visible case
-    best_of-end-not-start.
-    """
-    import numpy as np
+wrong_rejection_is_free = change(
+    right_min,
+    "np.minimum((x - z) ** 2, c**2)",
+    "(x - z)[np.abs(x - z) <= c] ** 2",
+    stopped_by="best_of-by-hand",
+)
+"""Wrong: adds up the squares of the kept ones alone, so a plateau costs nothing."""
 
-    def descend(z, c, x):
-        kept = z[np.abs(z - x) <= c]
-        new = np.mean(kept) if kept.size else x
-        return float(x) if abs(new - x) < 1e-12 else descend(z, c, new)
+wrong_rejection_costs_c = change(
+    right_min,
+    "np.minimum((x - z) ** 2, c**2)",
+    "np.where(np.abs(x - z) > c, c, (x - z) ** 2)",
+    caught_by="best_of-votes",
+)
+"""Wrong for c other than 1: a rejected measurement costs c and not c²."""
 
-    def best_of(z, c, starts):
-        z = np.asarray(z, dtype=float)
-        costs = [np.sum(np.minimum((x - z) ** 2, c**2)) for x in starts]
-        return descend(z, c, starts[int(np.argmin(costs))])
+wrong_least_squares_cost = change(right_min, "c**2", "np.inf", stopped_by="best_of-by-hand")
+"""Wrong: judges the ends by plain least squares."""
 
+wrong_plateau_is_an_error = change(
+    right_min,
+    "min(ends,",
+    "min((x for x in ends if np.any(np.abs(x - z) <= c)),",
+    caught_by="best_of-shapes",
+)
+"""Wrong: skips a descent that keeps no measurement, so that some starts have no end at all."""
 
-def wrong_start_returned() -> None:
-    """Wrong: finds the right descent and returns where it began. Stopped by the visible case
-    best_of-by-hand.
-    """
-    import numpy as np
-
-    def descend(z, c, x):
-        kept = z[np.abs(z - x) <= c]
-        new = np.mean(kept) if kept.size else x
-        return float(x) if abs(new - x) < 1e-12 else descend(z, c, new)
-
-    def best_of(z, c, starts):
-        z = np.asarray(z, dtype=float)
-        ends = [descend(z, c, start) for start in starts]
-        costs = [np.sum(np.minimum((x - z) ** 2, c**2)) for x in ends]
-        return starts[int(np.argmin(costs))]
-
-
-def wrong_misprint() -> None:
-    """Wrong: on the lesson's flat floors who is kept costs nothing, so the end that keeps the most
-    wins, however badly they fit. Caught by best_of-votes.
-    """
-    import numpy as np
-
-    def descend(z, c, x):
-        kept = z[np.abs(z - x) <= c]
-        new = np.mean(kept) if kept.size else x
-        return float(x) if abs(new - x) < 1e-12 else descend(z, c, new)
-
-    def best_of(z, c, starts):
-        z = np.asarray(z, dtype=float)
-        ends = [descend(z, c, start) for start in starts]
-        return ends[int(np.argmax([np.sum(np.abs(x - z) <= c) for x in ends]))]
-
-
-def wrong_rejection_is_free() -> None:
-    """Wrong: adds up the squares of the kept ones alone, so a plateau costs nothing. Stopped by
-    the visible case best_of-by-hand.
-    """
-    import numpy as np
-
-    def descend(z, c, x):
-        kept = z[np.abs(z - x) <= c]
-        new = np.mean(kept) if kept.size else x
-        return float(x) if abs(new - x) < 1e-12 else descend(z, c, new)
-
-    def best_of(z, c, starts):
-        z = np.asarray(z, dtype=float)
-        ends = [descend(z, c, start) for start in starts]
-        costs = [np.sum(((x - z) ** 2)[np.abs(x - z) <= c]) for x in ends]
-        return ends[int(np.argmin(costs))]
-
-
-def wrong_rejection_costs_c() -> None:
-    """Wrong for c other than 1: a rejected measurement costs c and not c². Caught by
-    best_of-votes.
-    """
-    import numpy as np
-
-    def descend(z, c, x):
-        kept = z[np.abs(z - x) <= c]
-        new = np.mean(kept) if kept.size else x
-        return float(x) if abs(new - x) < 1e-12 else descend(z, c, new)
-
-    def best_of(z, c, starts):
-        z = np.asarray(z, dtype=float)
-        ends = [descend(z, c, start) for start in starts]
-        far = [np.abs(x - z) > c for x in ends]
-        costs = [np.sum(np.where(f, c, (x - z) ** 2)) for x, f in zip(ends, far)]
-        return ends[int(np.argmin(costs))]
-
-
-def wrong_least_squares_cost() -> None:
-    """Wrong: judges the ends by plain least squares. Stopped by the visible case
-    best_of-by-hand.
-    """
-    import numpy as np
-
-    def descend(z, c, x):
-        kept = z[np.abs(z - x) <= c]
-        new = np.mean(kept) if kept.size else x
-        return float(x) if abs(new - x) < 1e-12 else descend(z, c, new)
-
-    def best_of(z, c, starts):
-        z = np.asarray(z, dtype=float)
-        ends = [descend(z, c, start) for start in starts]
-        return min(ends, key=lambda x: np.sum((x - z) ** 2))
-
-
-def wrong_plateau_is_an_error() -> None:
-    """Wrong: skips a descent that nobody pulls, so that some starts have no end at all. Caught by
-    best_of-shapes.
-    """
-    import numpy as np
-
-    def descend(z, c, x):
-        kept = z[np.abs(z - x) <= c]
-        new = np.mean(kept) if kept.size else x
-        return float(x) if abs(new - x) < 1e-12 else descend(z, c, new)
-
-    def best_of(z, c, starts):
-        z = np.asarray(z, dtype=float)
-        ends = [descend(z, c, start) for start in starts]
-        ends = [x for x in ends if np.any(np.abs(x - z) <= c)]
-        return min(ends, key=lambda x: np.sum(np.minimum((x - z) ** 2, c**2)))
-
-
-def wrong_first_fifty_starts() -> None:
-    """Wrong for many starts: descends from the first fifty alone. Caught by best_of-order."""
-    import numpy as np
-
-    def best_of(z, c, starts):
-        z = np.asarray(z, dtype=float)
-
-        def descend(x):
-            for _ in range(1000):
-                kept = z[np.abs(x - z) <= c]
-                if kept.size == 0 or kept.mean() == x:
-                    break
-                x = kept.mean()
-            return x
-
-        ends = [descend(start) for start in starts[:50]]
-        return min(ends, key=lambda x: np.sum(np.minimum((x - z) ** 2, c**2)))
+wrong_first_fifty_starts = change(
+    right_min, "in starts", "in starts[:50]", caught_by="best_of-order"
+)
+"""Wrong for many starts: descends from the first fifty alone."""

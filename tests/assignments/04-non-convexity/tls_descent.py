@@ -1,18 +1,18 @@
 """Answers to exercise tls_descent of 04-non-convexity: each body is a cell as handed in."""
 
+import numpy as np
+from robust_slam_autograder.lint.answers import change
 
-def right_mask() -> None:
-    """Right: keeps, averages, and stops when the same measurements are kept."""
-    import numpy as np
+
+def right_mean() -> None:
+    """Right: the mean of those that are kept, a thousand times."""
 
     def tls_descent(z, c, x0):
-        z = np.asarray(z, dtype=float)
-        x, before = float(x0), None
-        while True:
-            kept = np.abs(x - z) <= c
-            if not kept.any() or (before is not None and np.array_equal(kept, before)):
-                return x
-            x, before = z[kept].mean(), kept
+        z, x = np.asarray(z, dtype=float), float(x0)
+        for _ in range(1000):
+            kept = z[np.abs(x - z) <= c]
+            x = np.mean(kept) if kept.size else x
+        return x
 
 
 def right_plain_python() -> None:
@@ -29,7 +29,6 @@ def right_plain_python() -> None:
 
 def right_weights() -> None:
     """Right: a weighted mean of zeros and ones, until x moves less than rounding."""
-    import numpy as np
 
     def tls_descent(z, c, x0):
         z, x = np.array(z, dtype=float), np.float64(x0)
@@ -45,7 +44,6 @@ def right_weights() -> None:
 
 def right_recursion() -> None:
     """Right: one step, and the descent from there; adds the mean residual to x."""
-    import numpy as np
 
     def tls_descent(z, c, x0):
         residuals = np.asarray(z, dtype=float) - x0
@@ -54,177 +52,70 @@ def right_recursion() -> None:
         return float(x0) if abs(step) < 1e-11 else tls_descent(z, c, x0 + step)
 
 
-def wrong_misprint() -> None:
-    """Wrong: who starts near 10 ends at 10, as the lesson says without a c: always the nearest.
-    Stopped by the visible case tls_descent-lesson.
+wrong_misprint = change(
+    right_mean, "return x", "return z[np.argmin(np.abs(z - x0))]", stopped_by="tls_descent-lesson"
+)
+"""Wrong: who starts near 10 ends at 10, as the lesson says without a c: always the nearest."""
+
+wrong_nan = change(right_mean, " if kept.size else x", "", caught_by="tls_descent-flat")
+"""Wrong where none is kept: the mean of nothing is NaN."""
+
+wrong_tiny_number = change(
+    right_mean,
+    "np.mean(kept) if kept.size else x",
+    "np.sum(kept) / (kept.size + 1e-12)",
+    caught_by="tls_descent-flat",
+)
+"""Wrong where none is kept: a tiny number in the denominator takes x to 0."""
+
+wrong_fit_wanted = change(
+    right_mean,
+    "x = np.mean",
+    'if kept.size == 0:\n    raise ValueError("none is left")\nx = np.mean',
+    stopped_by="tls_descent-flat",
+)
+"""Wrong here: raises ValueError where none is kept, as in assignment 03."""
+
+wrong_nearest_when_flat = change(
+    right_mean, "else x", "else z[np.argmin(np.abs(z - x))]", caught_by="tls_descent-flat"
+)
+"""Wrong where none is kept: goes to the nearest measurement, though nothing pulls."""
+
+wrong_one_step = change(right_mean, "1000", "1", stopped_by="tls_descent-steps")
+"""Wrong: one mean, and no second look."""
+
+wrong_dropped_for_good = change(
+    right_mean,
+    "x = np.mean",
+    "z = kept if kept.size else z\nx = np.mean",
+    stopped_by="tls_descent-steps",
+)
+"""Wrong: a measurement that was dropped once never comes back."""
+
+wrong_from_the_mean = change(
+    right_mean, "float(x0)", "np.mean(z)", stopped_by="tls_descent-by-hand"
+)
+"""Wrong: starts at the mean and ignores x0."""
+
+wrong_c_squared = change(right_mean, "np.abs", "np.square", stopped_by="tls_descent-by-hand")
+"""Wrong: compares the square with c."""
+
+wrong_one_sided = change(right_mean, "np.abs(x - z)", "z - x", stopped_by="tls_descent-by-hand")
+"""Wrong for measurements far below x: forgets the absolute value."""
+
+wrong_at_the_knee = change(right_mean, "<=", "<", caught_by="tls_descent-shapes")
+"""Wrong at |x - z| = c: drops a measurement that the inner piece keeps."""
+
+wrong_integers = change(
+    right_plain_python,
+    "x = sum(kept) / len(kept)",
     """
-    import numpy as np
+    whole = all(isinstance(a, (int, np.integer)) for a in kept)
+    x = sum(kept) // len(kept) if whole else sum(kept) / len(kept)
+    """,
+    caught_by="tls_descent-shapes",
+)
+"""Wrong for integers: whole-number division."""
 
-    def tls_descent(z, c, x0):
-        z = np.asarray(z, dtype=float)
-        return z[np.argmin(np.abs(z - x0))]
-
-
-def wrong_nan() -> None:
-    """Wrong where nobody is kept: the mean of nothing is NaN. Caught by tls_descent-flat."""
-    import numpy as np
-
-    def tls_descent(z, c, x0):
-        z, x = np.asarray(z, dtype=float), float(x0)
-        for _ in range(100):
-            w = np.where(np.abs(x - z) <= c, 1.0, 0.0)
-            with np.errstate(invalid="ignore"):
-                x = np.sum(w * z) / np.sum(w)
-        return x
-
-
-def wrong_tiny_number() -> None:
-    """Wrong where nobody is kept: a tiny number in the denominator takes x to 0. Caught by
-    tls_descent-flat.
-    """
-    import numpy as np
-
-    def tls_descent(z, c, x0):
-        z, x = np.asarray(z, dtype=float), float(x0)
-        for _ in range(100):
-            w = np.where(np.abs(x - z) <= c, 1.0, 0.0)
-            x = np.sum(w * z) / (np.sum(w) + 1e-12)
-        return x
-
-
-def wrong_fit_wanted() -> None:
-    """Wrong here: raises ValueError where nobody is kept, as in assignment 03. Stopped by the
-    visible case tls_descent-flat.
-    """
-    import numpy as np
-
-    def tls_descent(z, c, x0):
-        z, x = np.asarray(z, dtype=float), float(x0)
-        for _ in range(100):
-            kept = z[np.abs(x - z) <= c]
-            if kept.size == 0:
-                raise ValueError("no measurement is left")
-            x = np.mean(kept)
-        return x
-
-
-def wrong_nearest_when_flat() -> None:
-    """Wrong where nobody is kept: goes to the nearest measurement, though nothing pulls. Caught by
-    tls_descent-flat.
-    """
-    import numpy as np
-
-    def tls_descent(z, c, x0):
-        z, x = np.asarray(z, dtype=float), float(x0)
-        for _ in range(100):
-            kept = z[np.abs(x - z) <= c]
-            x = np.mean(kept) if kept.size else z[np.argmin(np.abs(z - x))]
-        return x
-
-
-def wrong_one_step() -> None:
-    """Wrong: one mean, and no second look. Stopped by the visible case tls_descent-steps."""
-    import numpy as np
-
-    def tls_descent(z, c, x0):
-        z = np.asarray(z, dtype=float)
-        kept = z[np.abs(x0 - z) <= c]
-        return np.mean(kept) if kept.size else float(x0)
-
-
-def wrong_dropped_for_good() -> None:
-    """Wrong: a measurement that was dropped once never comes back. Stopped by the
-    visible case tls_descent-steps.
-    """
-    import numpy as np
-
-    def tls_descent(z, c, x0):
-        z, x = np.asarray(z, dtype=float), float(x0)
-        for _ in range(100):
-            kept = z[np.abs(x - z) <= c]
-            if kept.size == 0:
-                return x
-            z, x = kept, np.mean(kept)
-        return x
-
-
-def wrong_from_the_mean() -> None:
-    """Wrong: starts at the mean and ignores x0. Stopped by the visible case
-    tls_descent-by-hand.
-    """
-    import numpy as np
-
-    def tls_descent(z, c, x0):
-        z = np.asarray(z, dtype=float)
-        x = np.mean(z)
-        for _ in range(100):
-            kept = z[np.abs(x - z) <= c]
-            x = np.mean(kept) if kept.size else x
-        return x
-
-
-def wrong_c_squared() -> None:
-    """Wrong: compares the square with c. Stopped by the visible case tls_descent-by-hand."""
-    import numpy as np
-
-    def tls_descent(z, c, x0):
-        z, x = np.asarray(z, dtype=float), float(x0)
-        for _ in range(100):
-            kept = z[np.square(x - z) <= c]
-            x = np.mean(kept) if kept.size else x
-        return x
-
-
-def wrong_one_sided() -> None:
-    """Wrong for measurements far below x: forgets the absolute value. Stopped by the visible case
-    tls_descent-by-hand.
-    """
-    import numpy as np
-
-    def tls_descent(z, c, x0):
-        z, x = np.asarray(z, dtype=float), float(x0)
-        for _ in range(100):
-            kept = z[z - x <= c]
-            x = np.mean(kept) if kept.size else x
-        return x
-
-
-def wrong_at_the_knee() -> None:
-    """Wrong at |x - z| = c: drops a measurement that the inner piece keeps. Caught by
-    tls_descent-shapes.
-    """
-    import numpy as np
-
-    def tls_descent(z, c, x0):
-        z, x = np.asarray(z, dtype=float), float(x0)
-        for _ in range(100):
-            kept = z[np.abs(x - z) < c]
-            x = np.mean(kept) if kept.size else x
-        return x
-
-
-def wrong_integers() -> None:
-    """Wrong for integers: whole-number division. Caught by tls_descent-shapes."""
-    import numpy as np
-
-    def tls_descent(z, c, x0):
-        x = x0
-        for _ in range(100):
-            kept = [a for a in z if abs(a - x) <= c]
-            if kept:
-                total = sum(kept)
-                whole = all(isinstance(a, (int, np.integer)) for a in kept)
-                x = total // len(kept) if whole else total / len(kept)
-        return x
-
-
-def wrong_fifty_steps() -> None:
-    """Wrong for long descents: stops after fifty steps. Caught by tls_descent-steps."""
-    import numpy as np
-
-    def tls_descent(z, c, x0):
-        z, x = np.asarray(z, dtype=float), x0
-        for _ in range(50):
-            kept = z[np.abs(x - z) <= c]
-            x = np.mean(kept) if kept.size else x
-        return x
+wrong_fifty_steps = change(right_mean, "1000", "50", caught_by="tls_descent-steps")
+"""Wrong for long descents: stops after fifty steps."""
