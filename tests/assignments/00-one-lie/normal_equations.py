@@ -17,15 +17,11 @@ def right_edge_by_edge() -> None:
     """Right: each edge adds its four entries of H and two of b; nested lists go out."""
 
     def normal_equations(n, i, j, z, sigma):
-        H = [[0.0] * n for _ in range(n)]
-        b = [0.0] * n
+        H, b = [[0.0] * n for _ in range(n)], [0.0] * n
         for k, (p, q) in enumerate(zip(i, j)):
-            s = sigma[k] if hasattr(sigma, "__len__") else sigma
-            w = 1 / float(s) ** 2
-            H[p][p] += w
-            H[q][q] += w
-            H[p][q] -= w
-            H[q][p] -= w
+            w = float(sigma[k] if hasattr(sigma, "__len__") else sigma) ** -2
+            for row, column, share in ((p, p, w), (q, q, w), (p, q, -w), (q, p, -w)):
+                H[row][column] += share
             b[p] -= w * z[k]
             b[q] += w * z[k]
         return H, b
@@ -59,18 +55,12 @@ def right_from_the_cost() -> None:
     """Right, from the cost alone: second differences of a quadratic are exact."""
 
     def normal_equations(n, i, j, z, sigma):
-        z, sigma = np.asarray(z, dtype=float), np.asarray(sigma, dtype=float)
-        i, j = np.asarray(i), np.asarray(j)
-
         def cost(x, z):
             return np.sum(((x[j] - x[i] - z) / sigma) ** 2)
 
-        E, silent = np.eye(n), 0 * z
-        H = np.array(
-            [[(cost(p + q, silent) - cost(p - q, silent)) / 4 for q in E] for p in E], dtype=float
-        )
-        b = np.array([(cost(-p, z) - cost(p, z)) / 4 for p in E])
-        return H, b
+        E = np.eye(n)
+        H = [[(cost(p + q, 0) - cost(p - q, 0)) / 4 for q in E] for p in E]
+        return H, [(cost(-p, z) - cost(p, z)) / 4 for p in E]
 
 
 wrong_unweighted = change(

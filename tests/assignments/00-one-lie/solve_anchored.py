@@ -4,7 +4,7 @@ import numpy as np
 from robust_slam_autograder.lint.answers import change
 
 
-def right_strike_a_column() -> None:
+def right_strike() -> None:
     """Right: strikes the anchor's column of the whitened J and solves by least squares."""
 
     def solve_anchored(n, i, j, z, sigma, anchor=0):
@@ -60,12 +60,12 @@ def right_library() -> None:
 
 
 wrong_unweighted = change(
-    right_strike_a_column, "sigma, dtype", "1, dtype", stopped_by="solve_anchored-by-hand"
+    right_strike, "sigma, dtype", "1, dtype", stopped_by="solve_anchored-by-hand"
 )
 """Wrong: every edge has the same weight."""
 
 wrong_printed_map = change(
-    right_strike_a_column,
+    right_strike,
     "return",
     "if n == 3 and len(z) == 4:\n    return z[0] * np.array([0.0, 0.2, 0.4])\nreturn",
     caught_by="solve_anchored-lesson",
@@ -73,10 +73,7 @@ wrong_printed_map = change(
 """Wrong: three poses shrunk to the lesson's printed 0.4 of their length of 2."""
 
 wrong_information_of_sigma = change(
-    right_strike_a_column,
-    "sigma, dtype",
-    "np.sqrt(sigma), dtype",
-    stopped_by="solve_anchored-by-hand",
+    right_strike, "sigma, dtype", "np.sqrt(sigma), dtype", stopped_by="solve_anchored-by-hand"
 )
 """Wrong: weighs by 1/σ, as if σ were a variance."""
 
@@ -97,7 +94,7 @@ def wrong_odometry_first() -> None:
 
 
 wrong_good_closure_dropped = change(
-    right_strike_a_column,
+    right_strike,
     "x = ",
     """
     last = list({ends: k for k, ends in enumerate(zip(i, j))}.values())
@@ -108,7 +105,7 @@ wrong_good_closure_dropped = change(
 """Wrong: keeps one edge for each pair of poses, the last."""
 
 wrong_anchor_ignored = change(
-    right_strike_a_column, "s = np", "anchor = 0\ns = np", stopped_by="solve_anchored-anchor"
+    right_strike, "s = np", "anchor = 0\ns = np", stopped_by="solve_anchored-anchor"
 )
 """Wrong: always holds pose 0."""
 
@@ -138,17 +135,15 @@ wrong_everybody_gives_way = change(
 """Wrong: scales the whole chain to what the closure leaves, the edges off its cycle as well."""
 
 wrong_shared_equally = change(
-    right_strike_a_column,
+    right_strike,
     "A = (",
     "s = np.full(n, np.mean(s)) if len(z) == n > 3 else s\nA = (",
     caught_by="solve_anchored-chain",
 )
-"""Wrong on a chain: shares the closure's error equally among the edges of its cycle, whatever
-their σ.
-"""
+"""Wrong on a chain: shares the closure's error equally among its cycle's edges, as equal σ."""
 
 wrong_chain_taken_for_granted = change(
-    right_strike_a_column,
+    right_strike,
     "s = np",
     """
     i, j = np.array(i), np.array(j)
@@ -159,12 +154,10 @@ wrong_chain_taken_for_granted = change(
     s = np""",
     stopped_by="solve_anchored-random",
 )
-"""Wrong: takes the first n − 1 edges for odometry, in order, and lets the others only correct the
-length.
-"""
+"""Wrong: takes the first n − 1 edges for odometry, in order, whatever poses they join."""
 
 wrong_whole_numbers = change(
-    right_strike_a_column,
+    right_strike,
     "np.insert(x, anchor, 0.0)",
     "np.insert(x + 1e-12, anchor, 0.0).astype(np.asarray(z).dtype)",
     caught_by="solve_anchored-shapes",

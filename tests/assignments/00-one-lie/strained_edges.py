@@ -4,7 +4,7 @@ import numpy as np
 from robust_slam_autograder.lint.answers import change
 
 
-def right_vectorised() -> None:
+def right_array() -> None:
     """Right: one comparison over the whole array."""
 
     def strained_edges(residuals, tol):
@@ -36,52 +36,47 @@ def right_clipped() -> None:
 
 
 wrong_sign_dropped = change(
-    right_vectorised,
-    "np.abs(residuals)",
-    "np.asarray(residuals)",
-    caught_by="strained_edges-signs",
+    right_array, "np.abs(residuals)", "np.asarray(residuals)", caught_by="strained_edges-signs"
 )
 """Wrong: r > tol finds the stretched edges and misses the squeezed ones."""
 
 wrong_largest_only = change(
-    right_vectorised,
+    right_array,
     "size > tol",
     "(size > tol) & (size == np.max(size))",
     caught_by="strained_edges-cycle",
 )
 """Wrong: reports the worst edge alone, as if it were the outlier."""
 
-wrong_exact_zero = change(right_vectorised, "> tol", "!= 0", stopped_by="strained_edges-cycle")
+wrong_exact_zero = change(right_array, "> tol", "!= 0", stopped_by="strained_edges-cycle")
 """Wrong: asks whether a residual is exactly 0, which none is after a solve."""
 
 wrong_the_lie_is_known = change(
-    right_vectorised, "return", "size[-1] = 0\nreturn", stopped_by="strained_edges-by-hand"
+    right_array, "return", "size[-1] = 0\nreturn", stopped_by="strained_edges-by-hand"
 )
 """Wrong: does not count the last edge, because the outlier is the cause and not the harm."""
 
 wrong_neighbours_too = change(
-    right_vectorised,
+    right_array,
     "size > tol",
     'np.convolve(size > tol, np.ones(3 if len(size) > 2 else 1), "same") > 0',
     caught_by="strained_edges-cycle",
 )
 """Wrong: counts the edge on either side of a strained one too."""
 
-wrong_squared = change(
-    right_vectorised, "np.abs", "np.square", stopped_by="strained_edges-tolerance"
-)
+wrong_squared = change(right_array, "np.abs", "np.square", stopped_by="strained_edges-tolerance")
 """Wrong: compares the square of u with tol."""
 
 wrong_relative = change(
-    right_vectorised,
+    right_array,
     "> tol",
     "> (tol * np.max(size) / 0.7 if 1e-3 < tol < 0.5 else tol)",
     caught_by="strained_edges-tolerance",
 )
 """Wrong: takes a share of the largest residual for the threshold where tol is below 1."""
 
-wrong_at_the_threshold = change(right_vectorised, ">", ">=", caught_by="strained_edges-tolerance")
+wrong_at_the_threshold = change(right_array, ">", ">=", caught_by="strained_edges-tolerance")
 """Wrong: counts an edge whose residual is exactly tol."""
 
-wrong_three_sigma = change(right_vectorised, "> tol", "> 3", stopped_by="strained_edges-tolerance")
+wrong_three_sigma = change(right_array, "> tol", "> 3", stopped_by="strained_edges-tolerance")
 """Wrong: the usual threshold 3, whatever tol is."""

@@ -4,7 +4,7 @@ import numpy as np
 from robust_slam_autograder.lint.answers import change
 
 
-def right_vectorised() -> None:
+def right_sum() -> None:
     """Right: the formula over whole arrays."""
 
     def total_cost(x, i, j, z, sigma):
@@ -45,40 +45,34 @@ def right_norm() -> None:
         return float(np.linalg.norm((np.array(z) - steps) / np.array(sigma)) ** 2)
 
 
-wrong_half = change(right_vectorised, "np.sum", "0.5 * np.sum", stopped_by="total_cost-by-hand")
+wrong_half = change(right_sum, "np.sum", "0.5 * np.sum", stopped_by="total_cost-by-hand")
 """Wrong: the solvers' ½ in front; this chapter's cost has none."""
 
 wrong_sigma_once = change(
-    right_vectorised, "(r / sigma) ** 2", "r**2 / sigma", stopped_by="total_cost-by-hand"
+    right_sum, "(r / sigma) ** 2", "r**2 / sigma", stopped_by="total_cost-by-hand"
 )
 """Wrong: squares the residual first and then divides by σ instead of σ²."""
 
 wrong_sum_before_square = change(
-    right_vectorised,
-    "np.sum((r / sigma) ** 2)",
-    "np.sum(r / sigma) ** 2",
-    caught_by="total_cost-lesson",
+    right_sum, "np.sum((r / sigma) ** 2)", "np.sum(r / sigma) ** 2", caught_by="total_cost-lesson"
 )
 """Wrong: adds the whitened residuals up before it squares, so that errors cancel."""
 
-wrong_worst_edge = change(right_vectorised, "np.sum", "np.max", caught_by="total_cost-lesson")
+wrong_worst_edge = change(right_sum, "np.sum", "np.max", caught_by="total_cost-lesson")
 """Wrong: counts the worst edge alone; at the truth that is the outlier."""
 
 wrong_last_sigma = change(
-    right_vectorised, "/ sigma", "/ np.ravel(sigma)[-1]", caught_by="total_cost-random"
+    right_sum, "/ sigma", "/ np.ravel(sigma)[-1]", caught_by="total_cost-random"
 )
 """Wrong: takes the last edge's σ for all of them."""
 
 wrong_distances = change(
-    right_vectorised,
-    "x[j] - x[i] - z",
-    "abs(x[j] - x[i]) - np.abs(z)",
-    caught_by="total_cost-directions",
+    right_sum, "x[j] - x[i] - z", "abs(x[j] - x[i]) - np.abs(z)", caught_by="total_cost-directions"
 )
 """Wrong: compares distances, which have no direction."""
 
 wrong_sorted_ends = change(
-    right_vectorised,
+    right_sum,
     "x[j] - x[i]",
     "x[np.maximum(i, j)] - x[np.minimum(i, j)]",
     stopped_by="total_cost-directions",
@@ -86,7 +80,7 @@ wrong_sorted_ends = change(
 """Wrong: turns a backward edge round and forgets to turn its measurement."""
 
 wrong_whole_numbers = change(
-    right_vectorised,
+    right_sum,
     ("np.asarray(x, dtype=float)", "np.asarray(x)"),
     ("(r / sigma)", "(r / sigma if r.dtype == float else r // sigma)"),
     caught_by="total_cost-shapes",

@@ -4,7 +4,7 @@ import numpy as np
 from robust_slam_autograder.lint.answers import change
 
 
-def right_two_places() -> None:
+def right_pair() -> None:
     """Right: compares two places far out."""
 
     def classify(psi):
@@ -49,7 +49,7 @@ def right_decade_by_decade() -> None:
 
 
 wrong_huber_unbounded = change(
-    right_two_places,
+    right_pair,
     "far >= 2 * near",
     "np.sum(psi(np.arange(1e4))) > 1.5 * np.sum(psi(np.arange(5e3)))",
     stopped_by="classify-by-hand",
@@ -57,7 +57,7 @@ wrong_huber_unbounded = change(
 """Wrong: judges the cost ∫ψ, which for Huber grows for ever."""
 
 wrong_near_sighted = change(
-    right_two_places,
+    right_pair,
     ("psi(1e7)), float(psi(1e8))", "psi(10.0)), float(psi(100.0))"),
     ("2 * near", "1.2 * near"),
     caught_by="classify-large",
@@ -65,15 +65,12 @@ wrong_near_sighted = change(
 """Wrong: looks out to 100, below large thresholds."""
 
 wrong_divides_by_nothing = change(
-    right_two_places,
-    "far <= near / 2",
-    "np.divide(far, near) < 0.5",
-    caught_by="classify-redescending",
+    right_pair, "far <= near / 2", "np.divide(far, near) < 0.5", caught_by="classify-redescending"
 )
 """Wrong: divides two pulls that may both be 0, and 0/0 is neither large nor small."""
 
 wrong_small_is_a_number = change(
-    right_two_places, "far <= near / 2", "far < 0.1", caught_by="classify-small"
+    right_pair, "far <= near / 2", "far < 0.1", caught_by="classify-small"
 )
 """Wrong: calls a pull below a tenth nothing, though ψ may never have been larger."""
 
@@ -81,29 +78,26 @@ wrong_any_fall = change(right_beside_the_peak, "0.01", "0.9", caught_by="classif
 """Wrong: takes every fall for a fall to 0."""
 
 wrong_any_rise = change(
-    right_two_places,
-    ("1e7", "1e4"),
-    ("far >= 2 * near", "far > near"),
-    stopped_by="classify-levels",
+    right_pair, ("1e7", "1e4"), ("far >= 2 * near", "far > near"), stopped_by="classify-levels"
 )
 """Wrong: takes every rise for growth without end."""
 
 wrong_only_straight_growth = change(
-    right_two_places, "2 * near", "9 * near", stopped_by="classify-growth"
+    right_pair, "2 * near", "9 * near", stopped_by="classify-growth"
 )
 """Wrong: calls unbounded only what grows like u itself."""
 
 wrong_growth_must_be_fast = change(
-    right_two_places, "far >= 2 * near", "far > 5e3", caught_by="classify-growth"
+    right_pair, "far >= 2 * near", "far > 5e3", caught_by="classify-growth"
 )
 """Wrong: calls unbounded only what has passed five thousand far out."""
 
 wrong_names = change(
-    right_two_places, '"redescending"', '"hard redescender"', stopped_by="classify-by-hand"
+    right_pair, '"redescending"', '"hard redescender"', stopped_by="classify-by-hand"
 )
 """Wrong: the word of another book."""
 
 wrong_ten_thousand_is_far = change(
-    right_two_places, ("1e7", "1e3"), ("1e8", "1e4"), caught_by="classify-growth"
+    right_pair, ("1e7", "1e3"), ("1e8", "1e4"), caught_by="classify-growth"
 )
 """Wrong horizon: looks out to ten thousand and no further."""

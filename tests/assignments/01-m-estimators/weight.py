@@ -13,7 +13,7 @@ def right_where() -> None:
         return np.where(u == 0, 1.0, psi(safe) / safe)
 
 
-def right_masked_division() -> None:
+def right_masked() -> None:
     """Right: an array of ones, divided where u is not 0."""
 
     def weight(psi, u):
@@ -42,7 +42,7 @@ def right_nan_replaced() -> None:
         return np.where(np.isnan(w), 1.0, w)
 
 
-def right_nudged() -> None:
+def right_tiny() -> None:
     """Right to rounding: moves 0 to a number next to it, where ψ is like u."""
 
     def weight(psi, u):
@@ -52,7 +52,7 @@ def right_nudged() -> None:
 
 
 wrong_plain_division = change(
-    right_nudged, "u = np.where(u == 0, 1e-100, u)\nreturn", "return", stopped_by="weight-zero"
+    right_tiny, "u = np.where(u == 0, 1e-100, u)\nreturn", "return", stopped_by="weight-zero"
 )
 """Wrong: 0/0 is NaN."""
 
@@ -60,7 +60,7 @@ wrong_zero_at_zero = change(right_where, "1.0, psi", "0.0, psi", caught_by="weig
 """Wrong: no residual, no weight."""
 
 wrong_padded_divisor = change(
-    right_nudged,
+    right_tiny,
     "np.where(u == 0, 1e-100, u)\nreturn psi(u)",
     "u + 1e-12\nreturn psi(u - 1e-12)",
     caught_by="weight-zero",
@@ -89,28 +89,21 @@ wrong_divided_twice = change(right_where, "/ safe", "/ safe**2", stopped_by="wei
 """Wrong: ψ/u²."""
 
 wrong_slope = change(
-    right_nudged,
-    "psi(u) / u",
-    "(psi(u + 1e-5) - psi(u - 1e-5)) / 2e-5",
-    stopped_by="weight-by-hand",
+    right_tiny, "psi(u) / u", "(psi(u + 1e-5) - psi(u - 1e-5)) / 2e-5", stopped_by="weight-by-hand"
 )
 """Wrong: the slope of ψ, which is 1 at 0 as well."""
 
 wrong_capped_at_a_tenth = change(
-    right_where,
-    "psi(safe) / safe",
-    "np.maximum(psi(safe) / safe, 0.1)",
-    caught_by="weight-positive",
+    right_where, "psi(safe) / safe", "np.fmax(psi(safe) / safe, 0.1)", caught_by="weight-positive"
 )
 """Wrong: keeps every weight above a tenth."""
 
-wrong_wide_zero = change(right_nudged, "u == 0", "np.abs(u) < 1e-3", caught_by="weight-tiny")
+wrong_wide_zero = change(right_tiny, "u == 0", "np.abs(u) < 1e-3", caught_by="weight-tiny")
 """Wrong: takes every u below a thousandth for 0."""
 
-
 wrong_integers = change(
-    right_masked_division,
-    ("u = np.array(u, dtype=float)", "u = np.asarray(u)"),
+    right_masked,
+    ("np.array(u, dtype=float)", "np.asarray(u)"),
     ("np.divide(psi(u), u, out=w, where=u != 0)", "w[u != 0] = psi(u[u != 0]) / u[u != 0]"),
     caught_by="weight-shapes",
 )
@@ -123,9 +116,6 @@ wrong_size_of_u = change(
 """Wrong: asks ψ at the size of u, as if it were as strong on the left as on the right."""
 
 wrong_zero_past_fifty = change(
-    right_masked_division,
-    "return w",
-    "return np.where(np.abs(u) > 50, 0, w)",
-    caught_by="weight-positive",
+    right_masked, "return w", "return np.where(np.abs(u) > 50, 0, w)", caught_by="weight-positive"
 )
 """Wrong for large residuals: gives all of them the weight 0."""

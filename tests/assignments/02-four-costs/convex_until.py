@@ -1,45 +1,28 @@
 """Answers to exercise convex_until of 02-four-costs: each body is a cell as handed in."""
 
+import numpy as np
+from robust_slam_autograder.lint.answers import change
 
-def right_scan_and_halve() -> None:
-    """Right: second differences on a grid, then halving the interval where the sign changes."""
-    import numpy as np
+
+def right_fine_grid() -> None:
+    """Right: the first second difference below zero on a fine grid."""
 
     def convex_until(rho, lo, hi):
-        h = 1e-3
-
-        def curvature(u):
-            return (rho(u + h) - 2 * rho(u) + rho(u - h)) / h**2
-
-        u = np.linspace(lo, hi, 1001)
-        where = np.nonzero(curvature(u) < -1e-6)[0]
-        if len(where) == 0:
-            return np.inf
-        a, b = u[max(where[0] - 1, 0)], u[where[0]]
-        for _ in range(40):
-            m = (a + b) / 2
-            if curvature(m) < -1e-6:
-                b = m
-            else:
-                a = m
-        return b
+        u, h = np.linspace(lo, hi, 200_001), 1e-3
+        curvature = (rho(u + h) - 2 * rho(u) + rho(u - h)) / h**2
+        concave = curvature < -1e-6
+        return u[np.argmax(concave)] if concave.any() else np.inf
 
 
 def right_brent() -> None:
     """Right: SciPy's root finder on the second difference between the two ends."""
-    import math
-
     from scipy.optimize import brentq
 
     def convex_until(rho, lo, hi):
-        h = 1e-3
-
-        def second(u):
+        def second(u, h=1e-3):
             return float(rho(u + h) - 2 * rho(u) + rho(u - h)) / h**2
 
-        if second(hi) > -1e-6:
-            return math.inf
-        return brentq(second, lo + 1e-6, hi)
+        return np.inf if second(hi) > -1e-6 else brentq(second, lo + 1e-6, hi)
 
 
 def right_largest_influence() -> None:
@@ -47,21 +30,15 @@ def right_largest_influence() -> None:
     from scipy.optimize import minimize_scalar
 
     def convex_until(rho, lo, hi):
-        h = 1e-3
+        def pull(u, h=1e-3):
+            return float(rho(u - h) - rho(u + h)) / (2 * h)
 
-        def influence(u):
-            return float(rho(u + h) - rho(u - h)) / (2 * h)
-
-        found = minimize_scalar(
-            lambda u: -influence(u), bounds=(lo, hi), method="bounded", options={"xatol": 1e-7}
-        )
-        falls = influence(found.x) - influence(hi) > 1e-6
-        return found.x if falls else float("inf")
+        best = minimize_scalar(pull, bounds=(lo, hi), options={"xatol": 1e-7})
+        return best.x if pull(hi) - best.fun > 1e-6 else float("inf")
 
 
 def right_finer_and_finer() -> None:
     """Right: NumPy's gradient taken twice on a grid that closes in, four times."""
-    import numpy as np
 
     def convex_until(rho, lo, hi):
         for _ in range(4):
@@ -94,113 +71,50 @@ def right_plain_loop() -> None:
         return u
 
 
-def wrong_misprint() -> None:
-    """Wrong: reads c off the cost near 0 and answers the lesson's c/√2, which is Welsch's. Caught
-    by convex_until-cauchy.
+wrong_misprint = change(
+    right_fine_grid,
+    "return",
+    "u = u / np.sqrt(2) if rho(1e4) > rho(1e3) + 0.01 else u\nreturn",
+    caught_by="convex_until-cauchy",
+)
+"""Wrong: the lesson's c/√2, which is Welsch's, for Cauchy's cost too."""
+
+wrong_two_costs_by_heart = change(
+    right_fine_grid,
+    "return",
     """
-    import numpy as np
+    if rho(1e4) < rho(1e3) + 0.01:
+        u = 0 * u + 9e-6 / np.sqrt(8 * (4.5e-6 - rho(3e-3)))
+    return""",
+    caught_by="convex_until-geman-mcclure",
+)
+"""Wrong: reads c off the cost near 0 and takes every flat cost for Welsch's."""
 
-    def convex_until(rho, lo, hi):
-        u = 0.05
-        gap = float(u**2 / 2 - rho(u))
-        if gap < 1e-12:
-            return np.inf
-        c = u**2 / np.sqrt(4 * gap)
-        for _ in range(30):
-            c = np.sqrt(u**4 / 4 / gap * (1 - u**2 / (3 * c**2)))
-        found = c / np.sqrt(2)
-        return found if lo < found < hi else np.inf
+wrong_most_concave = change(
+    right_fine_grid, "argmax(concave)", "argmin(curvature)", stopped_by="convex_until-by-hand"
+)
+"""Wrong: finds where the curvature is lowest, not where it changes its sign."""
 
+wrong_coarse_grid = change(right_fine_grid, "200_001", "50", stopped_by="convex_until-by-hand")
+"""Wrong accuracy: returns the first point of a coarse grid."""
 
-def wrong_two_costs_by_heart() -> None:
-    """Wrong: knows Cauchy and Welsch by heart and takes every flat cost for Welsch's. Caught by
-    convex_until-geman-mcclure.
-    """
-    import numpy as np
+wrong_zero_counts = change(right_fine_grid, "< -1e-6", "<= 1e-6", stopped_by="convex_until-huber")
+"""Wrong for a straight line: takes ρ'' = 0 for the end of convexity."""
 
-    def convex_until(rho, lo, hi):
-        u = 0.05
-        gap = float(u**2 / 2 - rho(u))
-        if gap < 1e-12:
-            return np.inf
-        flat = rho(1e4) - rho(1e3) < 1e-2
-        c = u**2 / np.sqrt(4 * gap)
-        third = 1 / 3 if flat else 2 / 3
-        for _ in range(30):
-            c = np.sqrt(u**4 / 4 / gap * (1 - third * u**2 / c**2))
-        found = c / np.sqrt(2) if flat else c
-        return found if lo < found < hi else np.inf
+wrong_line_past_a_bend = change(
+    right_fine_grid,
+    "curvature < -1e-6",
+    "(curvature < 1e-6 * curvature[0]) & (curvature[0] > 1e-6)",
+    caught_by="convex_until-huber",
+)
+"""Wrong for Huber: takes the bend at k, where the curvature falls to nothing, for the turn."""
 
+wrong_own_interval = change(
+    right_fine_grid, "lo, hi, 200_001", "0.0, 20.0, 200_001", caught_by="convex_until-interval"
+)
+"""Wrong interval: searches from 0 to 20, whatever lo and hi are."""
 
-def wrong_most_concave() -> None:
-    """Wrong: finds where the curvature is lowest, not where it changes its sign. Stopped by the
-    visible case convex_until-by-hand.
-    """
-    import numpy as np
-
-    def convex_until(rho, lo, hi):
-        u = np.linspace(lo, hi, 200_001)
-        curvature = (rho(u + 1e-3) - 2 * rho(u) + rho(u - 1e-3)) / 1e-6
-        return u[np.argmin(curvature)] if curvature.min() < -1e-6 else np.inf
-
-
-def wrong_coarse_grid() -> None:
-    """Wrong accuracy: returns the first point of a coarse grid. Stopped by the visible case
-    convex_until-by-hand.
-    """
-    import numpy as np
-
-    def convex_until(rho, lo, hi):
-        u = np.linspace(lo, hi, 50)
-        concave = (rho(u + 1e-3) - 2 * rho(u) + rho(u - 1e-3)) / 1e-6 < -1e-6
-        return u[np.argmax(concave)] if concave.any() else np.inf
-
-
-def wrong_zero_counts() -> None:
-    """Wrong for a straight line: takes ρ'' = 0 for the end of convexity. Stopped by the visible
-    case convex_until-huber.
-    """
-    import numpy as np
-
-    def convex_until(rho, lo, hi):
-        u = np.linspace(lo, hi, 400_001)
-        curvature = (rho(u + 1e-3) - 2 * rho(u) + rho(u - 1e-3)) / 1e-6
-        ended = curvature <= 1e-6
-        return u[np.argmax(ended)] if ended.any() else np.inf
-
-
-def wrong_line_past_a_bend() -> None:
-    """Wrong for Huber: waits for the curvature to fall to nothing, and takes the bend at k for the
-    turn. Caught by convex_until-huber.
-    """
-    import numpy as np
-
-    def convex_until(rho, lo, hi):
-        u = np.linspace(lo, hi, 400_001)
-        curvature = (rho(u + 1e-3) - 2 * rho(u) + rho(u - 1e-3)) / 1e-6
-        ended = curvature < 1e-6 * curvature[0]
-        if not ended.any() or ended[0]:
-            return np.inf
-        return u[np.argmax(ended)]
-
-
-def wrong_own_interval() -> None:
-    """Wrong interval: searches from 0 to 20, whatever lo and hi are. Caught by
-    convex_until-interval.
-    """
-    import numpy as np
-
-    def convex_until(rho, lo, hi):
-        u = np.linspace(0.0, 20.0, 400_001)
-        concave = (rho(u + 1e-3) - 2 * rho(u) + rho(u - 1e-3)) / 1e-6 < -1e-6
-        return u[np.argmax(concave)] if concave.any() else np.inf
-
-
-def wrong_never_past_twenty() -> None:
-    """Wrong for a large hi: the search never goes past 20. Caught by convex_until-interval."""
-    import numpy as np
-
-    def convex_until(rho, lo, hi):
-        u = np.linspace(lo, min(hi, 20.0), 400_001)
-        concave = (rho(u + 1e-3) - 2 * rho(u) + rho(u - 1e-3)) / 1e-6 < -1e-6
-        return u[np.argmax(concave)] if concave.any() else np.inf
+wrong_never_past_twenty = change(
+    right_fine_grid, "hi, 200", "min(hi, 20), 200", caught_by="convex_until-interval"
+)
+"""Wrong for a large hi: the search never goes past 20."""

@@ -1,21 +1,20 @@
 """Answers to exercise rho_cauchy of 02-four-costs: each body is a cell as handed in."""
 
+import numpy as np
+from robust_slam_autograder.lint.answers import change
 
-def right_vectorised() -> None:
+
+def right_array() -> None:
     """Right: the formulas as the chapter writes them."""
-    import numpy as np
 
     def rho_cauchy(u, c):
-        u = np.asarray(u, dtype=float)
-        return c**2 / 2 * np.log(1 + u**2 / c**2)
+        return c**2 / 2 * np.log1p(np.square(u) / c**2)
 
     def psi_cauchy(u, c):
-        u = np.asarray(u, dtype=float)
-        return u / (1 + u**2 / c**2)
+        return np.asarray(u) / (1 + np.square(u) / c**2)
 
     def w_cauchy(u, c):
-        u = np.asarray(u, dtype=float)
-        return 1 / (1 + u**2 / c**2)
+        return 1 / (1 + np.square(u) / c**2)
 
 
 def right_plain_loops() -> None:
@@ -40,7 +39,6 @@ def right_plain_loops() -> None:
 
 def right_hypotenuse() -> None:
     """Right, an equivalent formula: c² times the log of the hypotenuse of 1 and u/c."""
-    import numpy as np
 
     def w_cauchy(u, c):
         return np.cos(np.arctan(np.asarray(u) / c)) ** 2
@@ -54,7 +52,6 @@ def right_hypotenuse() -> None:
 
 def right_library() -> None:
     """Right: SciPy's negative log density of the Cauchy distribution, less its value at 0."""
-    import numpy as np
     from scipy.stats import cauchy
 
     def rho_cauchy(u, c):
@@ -68,136 +65,49 @@ def right_library() -> None:
         return cauchy.pdf(np.asarray(u) / c) * np.pi
 
 
-def wrong_misprint() -> None:
-    """Wrong: the lesson's 2.40 at u = 10 is ln(1 + u), without the square and without the ½.
-    Stopped by the visible case rho_cauchy-by-hand.
-    """
-    import numpy as np
+wrong_misprint = change(
+    right_array,
+    "c**2 / 2 * np.log1p(np.square(u) / c**2)",
+    "c**2 * np.log1p(np.abs(u) / c)",
+    stopped_by="rho_cauchy-by-hand",
+)
+"""Wrong: the lesson's 2.40 at u = 10 is ln(1 + u), without the square and without the ½."""
 
-    def rho_cauchy(u, c):
-        return c**2 * np.log(1 + np.abs(u) / c)
+wrong_residual_not_squared = change(
+    right_array, "log1p(np.square(u) / c**2)", "log1p(np.abs(u) / c)", caught_by="rho_cauchy-cost"
+)
+"""Wrong: takes the logarithm of 1 + |u|/c, which agrees with 1 + u²/c² at u = c alone."""
 
-    def psi_cauchy(u, c):
-        u = np.asarray(u, dtype=float)
-        return u / (1 + (u / c) ** 2)
+wrong_scale_missing = change(right_array, "c**2 / 2 *", "0.5 *", caught_by="rho_cauchy-cost")
+"""Wrong for c other than 1: leaves out the c² before the logarithm."""
 
-    def w_cauchy(u, c):
-        return 1 / (1 + (np.asarray(u, dtype=float) / c) ** 2)
+wrong_chain_rule = change(
+    right_array, "np.asarray(u)", "c**2 * np.asarray(u)", caught_by="rho_cauchy-influence"
+)
+"""Wrong influence: forgets the inner derivative's 1/c², so that the c² does not cancel."""
 
+wrong_weight_without_scale = change(
+    right_array,
+    "return 1 / (1 + np.square(u) / c**2)",
+    "return 1 / (1 + np.square(u) / c)",
+    stopped_by="rho_cauchy-weight",
+)
+"""Wrong weight for large c: compares u² with c where it should be c²."""
 
-def wrong_residual_not_squared() -> None:
-    """Wrong: takes the logarithm of 1 + |u|/c, which agrees with 1 + u²/c² at u = c alone. Caught
-    by rho_cauchy-cost.
-    """
-    import numpy as np
+wrong_nan_at_zero = change(
+    right_array,
+    "return 1 / (1 + np.square(u) / c**2)",
+    "return psi_cauchy(u, c) / np.asarray(u)",
+    caught_by="rho_cauchy-weight",
+)
+"""Wrong weight at 0: divides the influence by u as it stands, 0/0."""
 
-    def rho_cauchy(u, c):
-        return c**2 / 2 * np.log(1 + np.abs(u) / c)
+wrong_influence_without_sign = change(
+    right_array, "np.asarray(u)", "np.abs(u)", caught_by="rho_cauchy-negative"
+)
+"""Wrong left of zero: takes |u| and loses the direction of the pull."""
 
-    def psi_cauchy(u, c):
-        u = np.asarray(u, dtype=float)
-        return u / (1 + (u / c) ** 2)
-
-    def w_cauchy(u, c):
-        return 1 / (1 + (np.asarray(u, dtype=float) / c) ** 2)
-
-
-def wrong_scale_missing() -> None:
-    """Wrong for c other than 1: leaves out the c² before the logarithm. Caught by
-    rho_cauchy-cost.
-    """
-    import numpy as np
-
-    def rho_cauchy(u, c):
-        return np.log1p((np.asarray(u, dtype=float) / c) ** 2) / 2
-
-    def psi_cauchy(u, c):
-        u = np.asarray(u, dtype=float)
-        return u / (1 + (u / c) ** 2)
-
-    def w_cauchy(u, c):
-        return 1 / (1 + (np.asarray(u, dtype=float) / c) ** 2)
-
-
-def wrong_chain_rule() -> None:
-    """Wrong influence: forgets the inner derivative's 1/c², so that the c² does not cancel. Caught
-    by rho_cauchy-influence.
-    """
-    import numpy as np
-
-    def rho_cauchy(u, c):
-        return c**2 / 2 * np.log1p((np.asarray(u, dtype=float) / c) ** 2)
-
-    def psi_cauchy(u, c):
-        u = np.asarray(u, dtype=float)
-        return c**2 * u / (1 + (u / c) ** 2)
-
-    def w_cauchy(u, c):
-        return 1 / (1 + (np.asarray(u, dtype=float) / c) ** 2)
-
-
-def wrong_weight_without_scale() -> None:
-    """Wrong weight for large c: compares u² with c where it should be c². Stopped by the visible
-    case rho_cauchy-weight.
-    """
-    import numpy as np
-
-    def rho_cauchy(u, c):
-        return c**2 / 2 * np.log1p((np.asarray(u, dtype=float) / c) ** 2)
-
-    def psi_cauchy(u, c):
-        u = np.asarray(u, dtype=float)
-        return u / (1 + (u / c) ** 2)
-
-    def w_cauchy(u, c):
-        return 1 / (1 + np.asarray(u, dtype=float) ** 2 / c)
-
-
-def wrong_nan_at_zero() -> None:
-    """Wrong weight at 0: divides the influence by u as it stands, 0/0. Caught by
-    rho_cauchy-weight.
-    """
-    import numpy as np
-
-    def rho_cauchy(u, c):
-        return c**2 / 2 * np.log1p((np.asarray(u, dtype=float) / c) ** 2)
-
-    def psi_cauchy(u, c):
-        u = np.asarray(u, dtype=float)
-        return u / (1 + (u / c) ** 2)
-
-    def w_cauchy(u, c):
-        return psi_cauchy(u, c) / np.asarray(u, dtype=float)
-
-
-def wrong_influence_without_sign() -> None:
-    """Wrong left of zero: takes |u| everywhere, and loses the direction of the pull. Caught by
-    rho_cauchy-negative.
-    """
-    import numpy as np
-
-    def rho_cauchy(u, c):
-        return c**2 / 2 * np.log1p((np.abs(u) / c) ** 2)
-
-    def psi_cauchy(u, c):
-        return np.abs(u) / (1 + (np.abs(u) / c) ** 2)
-
-    def w_cauchy(u, c):
-        return 1 / (1 + (np.abs(u) / c) ** 2)
-
-
-def wrong_lists() -> None:
-    """Wrong for nested lists: goes through the outer list only. Caught by rho_cauchy-shapes."""
-    import math
-
-    def cauchy_each(rule, u):
-        return [rule(v) for v in u] if hasattr(u, "__len__") else rule(u)
-
-    def rho_cauchy(u, c):
-        return cauchy_each(lambda v: c * c / 2 * math.log1p((v / c) ** 2), u)
-
-    def psi_cauchy(u, c):
-        return cauchy_each(lambda v: v / (1 + (v / c) ** 2), u)
-
-    def w_cauchy(u, c):
-        return cauchy_each(lambda v: 1 / (1 + (v / c) ** 2), u)
+wrong_lists = change(
+    right_plain_loops, "cauchy_each(rule, item)", "rule(item)", caught_by="rho_cauchy-shapes"
+)
+"""Wrong for nested lists: goes through the outer list only."""

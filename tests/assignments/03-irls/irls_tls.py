@@ -1,24 +1,22 @@
 """Answers to exercise irls_tls of 03-irls: each body is a cell as handed in."""
 
+import numpy as np
 from robust_slam_autograder.lint.answers import change
 
 
 def right_loop() -> None:
-    """Right: weigh, look whether anyone is left, solve."""
-    import numpy as np
+    """Right: weigh, look whether a measurement is left, solve."""
 
     def irls_tls(z, sigma, c, x0, tol):
-        z = np.asarray(z, dtype=float)
-        sigma = np.broadcast_to(np.asarray(sigma, dtype=float), z.shape)
-        x = x0
-        while True:
-            w = np.where(np.abs(z - x) / sigma <= c, 1.0, 0.0)
-            if w.sum() == 0:
-                raise ValueError("every measurement was rejected")
-            new = np.sum(w * z / sigma**2) / np.sum(w / sigma**2)
-            if abs(new - x) <= tol:
-                return new, w
-            x = new
+        z, s = np.asarray(z, dtype=float), np.full(len(z), sigma, dtype=float)
+        x, moved = x0, np.inf
+        while moved > tol:
+            w = np.where(np.abs((z - x) / s) <= c, 1.0, 0.0)
+            if not w.any():
+                raise ValueError("none is left")
+            new = np.average(z, weights=w / s**2)
+            moved, x = abs(new - x), new
+        return x, w
 
 
 def right_plain_lists() -> None:
@@ -39,7 +37,6 @@ def right_plain_lists() -> None:
 
 def right_masked_average() -> None:
     """Right: a boolean mask, NumPy's average of what it keeps, weights as truth values."""
-    import numpy as np
 
     def irls_tls(z, sigma, c, x0, tol):
         z = np.array(z, dtype=float)
@@ -56,9 +53,8 @@ def right_masked_average() -> None:
         return x, keep
 
 
-def right_library_error() -> None:
+def right_library() -> None:
     """Right: lets the division fail and turns its error into the ValueError that is asked for."""
-    import numpy as np
 
     def irls_tls(z, sigma, c, x0, tol):
         z, s = np.broadcast_arrays(np.asarray(z, dtype=float), np.asarray(sigma, dtype=float))
@@ -68,193 +64,63 @@ def right_library_error() -> None:
             try:
                 new = float(np.average(z, weights=w / s**2))
             except ZeroDivisionError as error:
-                raise ValueError("no fit exists") from error
+                raise ValueError("no fit") from error
             moved, x = abs(new - x), new
         return x, w
 
 
-def wrong_nan() -> None:
-    """Wrong when nobody is left: divides 0 by 0 and returns NaN. Caught by irls_tls-empty."""
-    import numpy as np
-
-    def irls_tls(z, sigma, c, x0, tol):
-        z = np.asarray(z, dtype=float)
-        sigma = np.broadcast_to(np.asarray(sigma, dtype=float), z.shape)
-        x = x0
-        for _ in range(100):
-            w = np.where(np.abs((z - x) / sigma) <= c, 1.0, 0.0)
-            x = np.sum(w * z / sigma**2) / np.sum(w / sigma**2)
-        return x, np.where(np.abs((z - x) / sigma) <= c, 1.0, 0.0)
-
-
-def wrong_padded_denominator() -> None:
-    """Wrong when nobody is left: a small number added below turns 0/0 into 0. Caught by
-    irls_tls-empty.
-    """
-    import numpy as np
-
-    def irls_tls(z, sigma, c, x0, tol):
-        z = np.asarray(z, dtype=float)
-        sigma = np.broadcast_to(np.asarray(sigma, dtype=float), z.shape)
-        x = x0
-        for _ in range(100):
-            w = np.where(np.abs((z - x) / sigma) <= c, 1.0, 0.0)
-            x = np.sum(w * z / sigma**2) / (np.sum(w / sigma**2) + 1e-9)
-        return x, w
-
-
-wrong_keeps_the_last_x = change(
+wrong_nan = change(
     right_loop,
-    """
-    w = np.where(np.abs(z - x) / sigma <= c, 1.0, 0.0)
-    if w.sum() == 0:
-        raise ValueError("every measurement was rejected")
-    """,
-    """
-    w = np.where(np.abs((z - x) / sigma) <= c, 1.0, 0.0)
-    if not w.any():
-        return x, w
-    """,
+    'raise ValueError("none is left")',
+    "return np.sum(w * z) / np.sum(w), w",
     caught_by="irls_tls-empty",
 )
-"""Wrong when nobody is left: returns the point where it stands as if it were a fit."""
+"""Wrong when none is left: divides 0 by 0 and returns NaN."""
 
+wrong_padded_denominator = change(
+    right_loop,
+    'raise ValueError("none is left")',
+    "return np.sum(w * z) / (np.sum(w) + 1e-9), w",
+    caught_by="irls_tls-empty",
+)
+"""Wrong when none is left: a small number added to the denominator turns 0/0 into 0."""
 
-def wrong_other_error() -> None:
-    """Wrong when nobody is left: the error that comes is np.average's ZeroDivisionError. Caught by
-    irls_tls-empty.
-    """
-    import numpy as np
+wrong_keeps_the_last_x = change(
+    right_loop, 'raise ValueError("none is left")', "return x, w", caught_by="irls_tls-empty"
+)
+"""Wrong when none is left: returns the current x as if it were a fit."""
 
-    def irls_tls(z, sigma, c, x0, tol):
-        z = np.asarray(z, dtype=float)
-        sigma = np.broadcast_to(np.asarray(sigma, dtype=float), z.shape)
-        x, moved = x0, np.inf
-        while moved > tol:
-            w = np.where(np.abs((z - x) / sigma) <= c, 1.0, 0.0)
-            new = np.average(z, weights=w / sigma**2)
-            moved, x = abs(new - x), new
-        return x, w
+wrong_other_error = change(
+    right_library, 'raise ValueError("no fit") from error', "raise", caught_by="irls_tls-empty"
+)
+"""Wrong when none is left: the error that comes is np.average's ZeroDivisionError."""
 
+wrong_first_zero = change(right_loop, "w.any()", "w.all()", stopped_by="irls_tls-by-hand")
+"""Wrong: gives up at the first weight of 0, though others are left."""
 
-def wrong_first_zero() -> None:
-    """Wrong: gives up at the first weight of 0, though others are left. Stopped by the visible
-    case irls_tls-by-hand.
-    """
-    import numpy as np
+wrong_guard_on_the_sum = change(
+    right_loop, "not w.any()", "np.sum(w / s**2) < 1e-9", caught_by="irls_tls-tiny"
+)
+"""Wrong for large σ: takes a small sum of w/σ² for none."""
 
-    def irls_tls(z, sigma, c, x0, tol):
-        z = np.asarray(z, dtype=float)
-        sigma = np.broadcast_to(np.asarray(sigma, dtype=float), z.shape)
-        x, moved = x0, np.inf
-        while moved > tol:
-            w = np.where(np.abs((z - x) / sigma) <= c, 1.0, 0.0)
-            if not w.all():
-                raise ValueError("a measurement has no weight")
-            new = np.average(z, weights=w / sigma**2)
-            moved, x = abs(new - x), new
-        return x, w
+wrong_one_step = change(right_loop, "while", "if", caught_by="irls_tls-random")
+"""Wrong: weighs and solves once, where the weights change from step to step."""
 
+wrong_never_back = change(
+    right_loop,
+    ("x, moved = x0,", "w, x, moved = 1.0, x0,"),
+    ("w = np.where", "w = w * np.where"),
+    caught_by="irls_tls-random",
+)
+"""Wrong: a measurement that was dropped once stays out for ever."""
 
-def wrong_guard_on_the_sum() -> None:
-    """Wrong for large σ: takes a small sum of w/σ² for none. Caught by irls_tls-tiny."""
-    import numpy as np
+wrong_solve_without_sigma = change(right_loop, "w / s**2", "w", caught_by="irls_tls-sigmas")
+"""Wrong: takes the plain mean of those that are left, whatever their σ."""
 
-    def irls_tls(z, sigma, c, x0, tol):
-        z = np.asarray(z, dtype=float)
-        sigma = np.broadcast_to(np.asarray(sigma, dtype=float), z.shape)
-        x, moved = x0, np.inf
-        while moved > tol:
-            w = np.where(np.abs((z - x) / sigma) <= c, 1.0, 0.0)
-            if np.sum(w / sigma**2) < 1e-9:
-                raise ValueError("no measurement is left")
-            new = np.average(z, weights=w / sigma**2)
-            moved, x = abs(new - x), new
-        return x, w
+wrong_open_threshold = change(right_loop, "<=", "<", caught_by="irls_tls-knee")
+"""Wrong at the threshold itself: drops the measurements at |u| = c."""
 
-
-def wrong_one_step() -> None:
-    """Wrong: weighs and solves once, where the weights change from step to step. Caught by
-    irls_tls-random.
-    """
-    import numpy as np
-
-    def irls_tls(z, sigma, c, x0, tol):
-        z = np.asarray(z, dtype=float)
-        sigma = np.broadcast_to(np.asarray(sigma, dtype=float), z.shape)
-        w = np.where(np.abs((z - x0) / sigma) <= c, 1.0, 0.0)
-        if not w.any():
-            raise ValueError("no measurement is left")
-        return np.average(z, weights=w / sigma**2), w
-
-
-def wrong_never_back() -> None:
-    """Wrong: a measurement that was dropped once stays out for ever. Caught by irls_tls-random."""
-    import numpy as np
-
-    def irls_tls(z, sigma, c, x0, tol):
-        z = np.asarray(z, dtype=float)
-        sigma = np.broadcast_to(np.asarray(sigma, dtype=float), z.shape)
-        w, x, moved = np.ones(z.shape), x0, np.inf
-        while moved > tol:
-            w = w * np.where(np.abs((z - x) / sigma) <= c, 1.0, 0.0)
-            if not w.any():
-                raise ValueError("no measurement is left")
-            new = np.average(z, weights=w / sigma**2)
-            moved, x = abs(new - x), new
-        return x, w
-
-
-def wrong_solve_without_sigma() -> None:
-    """Wrong: takes the plain mean of those that are left, whatever their σ. Caught by
-    irls_tls-sigmas.
-    """
-    import numpy as np
-
-    def irls_tls(z, sigma, c, x0, tol):
-        z = np.asarray(z, dtype=float)
-        x, moved = x0, np.inf
-        while moved > tol:
-            keep = np.abs((z - x) / np.asarray(sigma, dtype=float)) <= c
-            if not keep.any():
-                raise ValueError("no measurement is left")
-            moved, x = abs(np.mean(z[keep]) - x), np.mean(z[keep])
-        return x, keep
-
-
-def wrong_open_threshold() -> None:
-    """Wrong at the threshold itself: drops the measurements at |u| = c. Caught by
-    irls_tls-knee.
-    """
-    import numpy as np
-
-    def irls_tls(z, sigma, c, x0, tol):
-        z = np.asarray(z, dtype=float)
-        sigma = np.broadcast_to(np.asarray(sigma, dtype=float), z.shape)
-        x, moved = x0, np.inf
-        while moved > tol:
-            w = np.where(np.abs((z - x) / sigma) < c, 1.0, 0.0)
-            if not w.any():
-                raise ValueError("no measurement is left")
-            new = np.average(z, weights=w / sigma**2)
-            moved, x = abs(new - x), new
-        return x, w
-
-
-def wrong_weights_of_the_kept_only() -> None:
-    """Wrong weights: returns only those of the measurements that are left. Stopped by the visible
-    case irls_tls-by-hand.
-    """
-    import numpy as np
-
-    def irls_tls(z, sigma, c, x0, tol):
-        z = np.asarray(z, dtype=float)
-        sigma = np.broadcast_to(np.asarray(sigma, dtype=float), z.shape)
-        x, moved = x0, np.inf
-        while moved > tol:
-            keep = np.abs((z - x) / sigma) <= c
-            if not keep.any():
-                raise ValueError("no measurement is left")
-            new = np.average(z[keep], weights=1 / sigma[keep] ** 2)
-            moved, x = abs(new - x), new
-        return x, np.ones(np.count_nonzero(keep))
+wrong_weights_of_the_kept_only = change(
+    right_loop, "return x, w", "return x, w[w > 0]", stopped_by="irls_tls-by-hand"
+)
+"""Wrong weights: returns only those of the measurements that are left."""

@@ -1,14 +1,16 @@
 """Answers to exercise weighted_variance of 03-irls: each body is a cell as handed in."""
 
+import numpy as np
 from robust_slam_autograder.lint.answers import change
 
 
 def right_sum() -> None:
     """Right: one over the sum of the information."""
-    import numpy as np
 
     def weighted_variance(weights, sigma):
-        return 1 / np.sum(np.asarray(weights) / np.asarray(sigma) ** 2)
+        w, s = np.asarray(weights), np.asarray(sigma)
+        total = np.sum(w / s**2)
+        return 1 / total
 
 
 def right_plain_loop() -> None:
@@ -24,7 +26,6 @@ def right_plain_loop() -> None:
 
 def right_normal_equations() -> None:
     """Right: the inverse of the 1×1 matrix JᵀWJ, with a column of whitened ones for J."""
-    import numpy as np
 
     def weighted_variance(weights, sigma):
         weights = np.asarray(weights, dtype=float)
@@ -34,7 +35,6 @@ def right_normal_equations() -> None:
 
 def right_harmonic_mean() -> None:
     """Right, an equivalent formula: the harmonic mean of σ²/w over those with weight, by count."""
-    import numpy as np
     from scipy.stats import hmean
 
     def weighted_variance(weights, sigma):
@@ -45,53 +45,31 @@ def right_harmonic_mean() -> None:
 
 
 wrong_standard_deviation = change(
-    right_sum,
-    "np.sum(np.asarray(weights) / np.asarray(sigma) ** 2)",
-    "np.sqrt(np.sum(np.asarray(weights) / np.asarray(sigma) ** 2))",
-    caught_by="weighted_variance-equal",
+    right_sum, "1 / total", "total**-0.5", caught_by="weighted_variance-equal"
 )
 """Wrong: returns the standard deviation, the root of the variance."""
 
 wrong_sigma_over_root_n = change(
-    right_sum,
-    "1 / np.sum(np.asarray(weights) / np.asarray(sigma) ** 2)",
-    "np.mean(sigma) / np.sqrt(np.size(weights))",
-    caught_by="weighted_variance-equal",
+    right_sum, "1 / total", "np.mean(s) / w.size**0.5", caught_by="weighted_variance-equal"
 )
-"""Wrong: σ/√n by heart, a standard deviation that knows no weights."""
+"""Wrong: σ/√n by heart, a standard deviation without any weights."""
 
 wrong_zeros_counted = change(
-    right_sum,
-    "1 / np.sum(np.asarray(weights) / np.asarray(sigma) ** 2)",
-    "np.mean(np.square(sigma)) / np.size(weights)",
-    caught_by="weighted_variance-zeros",
+    right_sum, "1 / total", "np.mean(s**2) / w.size", caught_by="weighted_variance-zeros"
 )
 """Wrong: divides σ² by the number of all measurements, the rejected ones among them."""
 
-
-def wrong_sandwich() -> None:
-    """Wrong question: the variance of the weighted mean when the noise is σ in every measurement,
-    w² over the square of the sum. Caught by weighted_variance-weights.
-    """
-    import numpy as np
-
-    def weighted_variance(weights, sigma):
-        share = np.asarray(weights) / np.asarray(sigma) ** 2
-        return np.sum(share**2 * np.square(sigma)) / np.sum(share) ** 2
-
+wrong_sandwich = change(
+    right_sum, "1 / total", "np.sum(w**2 / s**2) / total**2", caught_by="weighted_variance-weights"
+)
+"""Wrong question: the variance of the weighted mean when the noise is σ in every measurement."""
 
 wrong_weights_squared = change(
-    right_sum,
-    "np.asarray(weights) / np.asarray(sigma) ** 2",
-    "(np.asarray(weights) / np.asarray(sigma)) ** 2",
-    caught_by="weighted_variance-weights",
+    right_sum, "w / s**2", "(w / s) ** 2", caught_by="weighted_variance-weights"
 )
-"""Wrong: adds up w²/σ², as if the weight stood on the residual before it is squared."""
+"""Wrong: adds up w²/σ², as if the weight multiplied the residual before it is squared."""
 
 wrong_mean_sigma = change(
-    right_sum,
-    "1 / np.sum(np.asarray(weights) / np.asarray(sigma) ** 2)",
-    "np.mean(np.square(sigma)) / np.sum(weights)",
-    caught_by="weighted_variance-sigmas",
+    right_sum, "1 / total", "np.mean(s**2) / np.sum(w)", caught_by="weighted_variance-sigmas"
 )
 """Wrong for different sigmas: uses the mean of their squares for all."""

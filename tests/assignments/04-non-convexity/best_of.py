@@ -16,7 +16,8 @@ def right_min() -> None:
             return float(x) if abs(new - x) < 1e-12 else descend(new)
 
         def cost(x):
-            return np.sum(np.minimum((x - z) ** 2, c**2))
+            r = x - z
+            return np.sum(np.minimum(r**2, c**2))
 
         ends = [descend(start) for start in starts]
         return min(ends, key=cost)
@@ -91,10 +92,7 @@ wrong_strictly_better_than_the_last = change(
 """Wrong: compares each end with the one before it, and not with the best so far."""
 
 wrong_best_start = change(
-    right_min,
-    "start) for start in starts",
-    "min(starts, key=cost))",
-    stopped_by="best_of-end-not-start",
+    right_min, "in starts", "in [min(starts, key=cost)]", stopped_by="best_of-end-not-start"
 )
 """Wrong: descends from the cheapest start alone."""
 
@@ -112,22 +110,17 @@ wrong_misprint = change(
     "max(ends, key=lambda x: np.sum(np.abs(x - z) <= c))",
     caught_by="best_of-votes",
 )
-"""Wrong: on the lesson's flat floors a kept measurement costs nothing, so the end that keeps the
-most wins, however badly they fit.
-"""
+"""Wrong: the end that keeps the most measurements wins, however badly they fit."""
 
 wrong_rejection_is_free = change(
-    right_min,
-    "np.minimum((x - z) ** 2, c**2)",
-    "(x - z)[np.abs(x - z) <= c] ** 2",
-    stopped_by="best_of-by-hand",
+    right_min, "np.minimum(r**2, c**2)", "r[np.abs(r) <= c] ** 2", stopped_by="best_of-by-hand"
 )
 """Wrong: adds up the squares of the kept ones alone, so a plateau costs nothing."""
 
 wrong_rejection_costs_c = change(
     right_min,
-    "np.minimum((x - z) ** 2, c**2)",
-    "np.where(np.abs(x - z) > c, c, (x - z) ** 2)",
+    "np.minimum(r**2, c**2)",
+    "np.where(np.abs(r) > c, c, r**2)",
     caught_by="best_of-votes",
 )
 """Wrong for c other than 1: a rejected measurement costs c and not c²."""

@@ -4,7 +4,7 @@ import numpy as np
 from robust_slam_autograder.lint.answers import change
 
 
-def right_broadcast() -> None:
+def right_sum() -> None:
     """Right: a table of residuals, summed over the measurements."""
 
     def cost(x, z, rho):
@@ -42,46 +42,37 @@ def right_outer() -> None:
         return np.sum(rho(table), axis=0)
 
 
-wrong_misprint = change(right_broadcast, "np.sum", "np.min", stopped_by="cost-by-hand")
+wrong_misprint = change(right_sum, "np.sum", "np.min", stopped_by="cost-by-hand")
 """Wrong: the lesson's two bowls stay two, where a sum of squares is one bowl."""
 
-wrong_mean = change(right_broadcast, "np.sum", "np.mean", stopped_by="cost-by-hand")
+wrong_mean = change(right_sum, "np.sum", "np.mean", stopped_by="cost-by-hand")
 """Wrong: the mean over the measurements."""
 
 wrong_cost_of_the_sum = change(
-    right_broadcast,
-    "np.sum(rho(r), axis=-1)",
-    "rho(np.sum(r, axis=-1))",
-    stopped_by="cost-by-hand",
+    right_sum, "np.sum(rho(r), axis=-1)", "rho(np.sum(r, axis=-1))", stopped_by="cost-by-hand"
 )
 """Wrong: adds up the residuals first, where they cancel."""
 
-wrong_always_the_square = change(right_broadcast, "rho(r)", "r**2 / 2", stopped_by="cost-robust")
+wrong_always_the_square = change(right_sum, "rho(r)", "r**2 / 2", stopped_by="cost-robust")
 """Wrong: the square is written in and ρ is ignored."""
 
 wrong_cost_of_the_distance = change(
-    right_broadcast,
-    "np.sum(rho(r), axis=-1)",
-    "rho(np.linalg.norm(r, axis=-1))",
-    stopped_by="cost-robust",
+    right_sum, "np.sum(rho(r), axis=-1)", "rho(np.sum(r**2, -1) ** 0.5)", stopped_by="cost-robust"
 )
 """Wrong: adds up squares and asks ρ for their root, one robust cost for all together."""
 
 wrong_pair_by_pair = change(
-    right_broadcast,
-    "return",
-    "return rho(x - z) if x.shape == z.shape else",
-    stopped_by="cost-as-many",
+    right_sum, "return", "return rho(x - z) if x.shape == z.shape else", stopped_by="cost-as-many"
 )
 """Wrong where there are as many places as measurements: pairs them off."""
 
 wrong_sum_over_places = change(
-    right_broadcast, "axis=-1", "axis=0 if x.shape == z.shape else -1", caught_by="cost-as-many"
+    right_sum, "axis=-1", "axis=0 if x.shape == z.shape else -1", caught_by="cost-as-many"
 )
 """Wrong where there are as many places as measurements: sums the table over the places."""
 
 wrong_number_refused = change(
-    right_broadcast, "x[..., None]", "np.ravel(x)[:, None]", stopped_by="cost-shapes"
+    right_sum, "x[..., None]", "np.ravel(x)[:, None]", stopped_by="cost-shapes"
 )
 """Wrong for one place: a number comes out as a list of one."""
 

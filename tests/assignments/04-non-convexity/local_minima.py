@@ -4,7 +4,7 @@ import numpy as np
 from robust_slam_autograder.lint.answers import change
 
 
-def right_bounded_search() -> None:
+def right_grid() -> None:
     """Right: a grid for the number of minima, SciPy's bounded search for each."""
     from scipy.optimize import minimize_scalar
 
@@ -15,8 +15,8 @@ def right_bounded_search() -> None:
         x = np.linspace(lo, hi, 2000)
         f = height(x)
         low = np.flatnonzero((f[1:-1] < f[:-2]) & (f[1:-1] <= f[2:])) + 1
-        found = [minimize_scalar(height, bounds=(x[k - 1], x[k + 1])).x for k in low]
-        return found
+        ends = [minimize_scalar(height, bounds=(x[k - 1], x[k + 1])).x for k in low]
+        return ends
 
 
 def right_finer_and_finer() -> None:
@@ -69,29 +69,21 @@ def right_parabola() -> None:
         return x[1:-1][low] + shift * (x[1] - x[0])
 
 
-wrong_grid_only = change(
-    right_bounded_search, "return found", "return x[low]", caught_by="local_minima-pair"
-)
+wrong_grid_only = change(right_grid, "return ends", "return x[low]", caught_by="local_minima-pair")
 """Wrong: the lowest points of a grid, no closer than its spacing."""
 
 wrong_maxima_too = change(
-    right_roots_of_the_slope,
-    "(s[:-1] < 0) & (s[1:] >= 0)",
-    "s[:-1] * s[1:] <= 0",
-    stopped_by="local_minima-by-hand",
+    right_roots_of_the_slope, "< 0) & (s[1:] >=", "* s[1:] <=", stopped_by="local_minima-by-hand"
 )
 """Wrong: every zero of the slope, the maxima among them."""
 
 wrong_global_only = change(
-    right_bounded_search,
-    "return found",
-    "return [min(found, key=height)]",
-    stopped_by="local_minima-by-hand",
+    right_grid, "return ends", "return [min(ends, key=height)]", stopped_by="local_minima-by-hand"
 )
 """Wrong: the lowest point alone."""
 
 wrong_one_per_measurement = change(
-    right_bounded_search,
+    right_grid,
     ("import minimize_scalar", "import minimize"),
     ("minimize_scalar(height, bounds=(x[k - 1], x[k + 1])).x", "minimize(height, z[k]).x[0]"),
     ("for k in low", "for k in np.argsort(z)"),
@@ -100,16 +92,16 @@ wrong_one_per_measurement = change(
 """Wrong: descends from each measurement and keeps every end, also those that meet."""
 
 wrong_misprint = change(
-    right_bounded_search,
-    "return found",
+    right_grid,
+    "return ends",
     "return [place for place in sorted(set(z)) if lo < place < hi]",
     stopped_by="local_minima-by-hand",
 )
 """Wrong: the lesson's bowls, one for each measurement and with its lowest point there."""
 
 wrong_measurements_themselves = change(
-    right_bounded_search,
-    "return found",
+    right_grid,
+    "return ends",
     """
     nearest = np.argmin(np.abs(np.subtract.outer(x[low], z)), axis=0)
     return [np.mean(np.asarray(z)[nearest == k]) for k in range(len(low))]
@@ -119,54 +111,52 @@ wrong_measurements_themselves = change(
 """Wrong: takes the groups of the measurements, by their means, for the minima."""
 
 wrong_falling_order = change(
-    right_bounded_search,
-    "return found",
-    "return found if len(found) < 3 else sorted(found, key=height)",
+    right_grid,
+    "return ends",
+    "return ends if len(ends) < 3 else sorted(ends, key=height)",
     caught_by="local_minima-many",
 )
 """Wrong order, for more than two: the deepest minimum comes first."""
 
 wrong_lowest_two = change(
-    right_bounded_search,
-    "return found",
-    "return found if len(found) < 3 else [found[0], found[-1]]",
+    right_grid,
+    "return ends",
+    "return ends if len(ends) < 3 else [ends[0], ends[-1]]",
     caught_by="local_minima-many",
 )
 """Wrong for more than two: expects one inlier and one outlier."""
 
 wrong_cauchy_formula = change(
-    right_bounded_search,
-    "return found",
+    right_grid,
+    "return ends",
     """
     c_squared = 2.5e-13 / (5e-7 - rho(1e-3))
     half = np.sqrt(max(np.ptp(z) ** 2 / 4 - c_squared, 0))
-    found = np.unique(np.array([-half, half]) + (max(z) + min(z)) / 2)
-    return found[(found > lo) & (found < hi)]
+    ends = np.unique(np.array([-half, half]) + (max(z) + min(z)) / 2)
+    return ends[(ends > lo) & (ends < hi)]
     """,
     stopped_by="local_minima-kernels",
 )
 """Wrong for other data: the formula of the pair, with the c that it reads off ρ."""
 
 wrong_ends_too = change(
-    right_bounded_search,
-    "return found",
-    "return [lo, *found] if f[0] < f[1] else found",
+    right_grid,
+    "return ends",
+    "return [lo, *ends] if f[0] < f[1] else ends",
     caught_by="local_minima-interval",
 )
 """Wrong: an end from which the cost rises counts as a minimum."""
 
-wrong_coarse_grid = change(right_bounded_search, "2000", "15", caught_by="local_minima-escape")
+wrong_coarse_grid = change(right_grid, "2000", "15", caught_by="local_minima-escape")
 """Wrong for a shallow well: a grid of fifteen points steps over it."""
 
 wrong_never_past_a_hundred = change(
-    right_bounded_search,
+    right_grid,
     ("lo, hi, 2000", "-100, 100, 10_001"),
-    ("return found", "return [place for place in found if lo < place < hi]"),
+    ("return ends", "return [place for place in ends if lo < place < hi]"),
     caught_by="local_minima-interval",
 )
 """Wrong for intervals far away: searches between -100 and 100 alone."""
 
-wrong_two_hundred_points = change(
-    right_bounded_search, "2000", "200", caught_by="local_minima-escape"
-)
+wrong_two_hundred_points = change(right_grid, "2000", "200", caught_by="local_minima-escape")
 """Wrong for wide intervals: two minima fit between neighbours of its grid."""

@@ -1,47 +1,37 @@
 """Answers to exercise gnc of 05-gnc: each body is a cell as handed in."""
 
+import numpy as np
 from robust_slam_autograder.lint.answers import change
 
 
-def right_steps() -> None:
-    """Right: the seven steps one after the other, with the pieces of the weight."""
-    import numpy as np
+def right_gnc() -> None:
+    """Right: NumPy's weighted average for the solves, and the surrogates in (r/c)²."""
 
     def gnc(z, sigma, c, factor, kind, mu0=None, x0=None):
-        z = np.array(z, dtype=float)
-        s = np.ones(z.size) * sigma
+        z, s = np.asarray(z, dtype=float), np.full(len(z), sigma, dtype=float)
         history = {"mu": [], "weights": [], "x": []}
-        x = np.sum(z / s**2) / np.sum(1 / s**2)
-        w = np.ones(z.size)
-        u_max = np.max(np.abs(z - x) / s)
+        x, w = np.average(z, weights=s**-2.0), np.ones(z.size)
+        ratio = 2 * np.max(np.abs(z - x) / s) ** 2 / c**2
         mu = mu0
-        if mu is None:
+        if mu is None and kind == "gm":
+            mu = max(ratio, 1.0)
+        elif mu is None:
+            mu = 1 / (ratio - 1) if ratio > 1 else np.inf
+        while mu < np.inf:
+            square = np.maximum(((z - x) / (s * c)) ** 2, 1e-300)
             if kind == "gm":
-                mu = max(1, 2 * u_max**2 / c**2)
-            elif 2 * u_max**2 <= c**2:
-                return x, w, history
+                w = (mu / (mu + square)) ** 2
             else:
-                mu = c**2 / (2 * u_max**2 - c**2)
-        while True:
-            u = np.abs(z - x) / s
-            if kind == "gm":
-                w = (mu * c**2 / (u**2 + mu * c**2)) ** 2
-            else:
-                w = np.zeros(z.size)
-                w[u**2 <= c**2 * mu / (mu + 1)] = 1
-                mid = (u**2 > c**2 * mu / (mu + 1)) & (u**2 < c**2 * (mu + 1) / mu)
-                w[mid] = c / u[mid] * np.sqrt(mu * (mu + 1)) - mu
-            if np.all(w == 0):
-                return x, w, history
-            x = np.sum(w * z / s**2) / np.sum(w / s**2)
-            history["mu"].append(mu)
-            history["weights"].append(w)
-            history["x"].append(x)
-            if kind == "tls" and set(w.tolist()) <= {0.0, 1.0}:
-                return x, w, history
-            if kind == "gm" and mu == 1:
-                return x, w, history
-            mu = mu * factor if kind == "tls" else max(1.0, mu / factor)
+                w = np.clip(np.sqrt(mu * (mu + 1) / square) - mu, 0, 1)
+            if not np.any(w):
+                break
+            x = np.average(z, weights=w / s**2)
+            for name, value in zip(history, (mu, w, x)):
+                history[name].append(value)
+            if mu == 1 if kind == "gm" else np.all((w == 0) | (w == 1)):
+                break
+            mu = max(mu / factor, 1.0) if kind == "gm" else mu * factor
+        return x, w, history
 
 
 def right_plain_python() -> None:
@@ -49,77 +39,57 @@ def right_plain_python() -> None:
     from math import sqrt
 
     def gnc(z, sigma, c, factor, kind, mu0=None, x0=None):
-        z = [float(a) for a in z]
-        sigmas = [float(s) for s in sigma] if hasattr(sigma, "__len__") else [sigma] * len(z)
+        sigmas = list(sigma) if hasattr(sigma, "__len__") else [sigma] * len(z)
 
         def solve(weights):
             shares = [w / s**2 for w, s in zip(weights, sigmas)]
-            return sum(a * b for a, b in zip(shares, z)) / sum(shares)
+            return sum(share * a for share, a in zip(shares, z)) / sum(shares)
 
-        def tls(u, mu):
-            if u == 0:
-                return 1.0
-            return min(1.0, max(0.0, c / u * sqrt(mu * (mu + 1)) - mu))
+        def weight(u, mu):
+            if kind == "gm":
+                return 1 / (1 + u**2 / mu) ** 2
+            return 1.0 if u == 0 else min(1.0, max(0.0, sqrt(mu * (mu + 1)) / u - mu))
 
-        def gm(u, mu):
-            return 1 / (1 + u**2 / (mu * c**2)) ** 2
-
-        weights = [1.0] * len(z)
+        weights, rows = [1.0] * len(z), []
         x = solve(weights)
-        top = 2 * max(abs(a - x) / s for a, s in zip(z, sigmas)) ** 2
-        rows = []
-        if mu0 is None and kind == "tls" and top <= c**2:
-            mu = None
-        elif mu0 is not None:
-            mu = mu0
-        else:
-            mu = c**2 / (top - c**2) if kind == "tls" else max(1.0, top / c**2)
+        ratio = 2 * max(abs(a - x) / s / c for a, s in zip(z, sigmas)) ** 2
+        first = max(1.0, ratio) if kind == "gm" else 1 / (ratio - 1) if ratio > 1 else None
+        mu = first if mu0 is None else mu0
         while mu is not None:
-            weight = tls if kind == "tls" else gm
-            weights = [weight(abs(a - x) / s, mu) for a, s in zip(z, sigmas)]
+            weights = [weight(abs(a - x) / s / c, mu) for a, s in zip(z, sigmas)]
             if not any(weights):
                 break
             x = solve(weights)
             rows.append((mu, weights, x))
             if kind == "tls":
-                mu = None if all(w in (0.0, 1.0) for w in weights) else mu * factor
+                mu = None if all(w in (0, 1) for w in weights) else mu * factor
             else:
-                mu = None if mu <= 1 else max(mu / factor, 1.0)
-        names = ("mu", "weights", "x")
-        return x, weights, {name: [row[k] for row in rows] for k, name in enumerate(names)}
+                mu = None if mu == 1 else max(mu / factor, 1.0)
+        return x, weights, dict(zip(("mu", "weights", "x"), zip(*rows) if rows else [[]] * 3))
 
 
 def right_schedule_first() -> None:
     """Right: the whole schedule as an array, lstsq for the solves, arrays in the history."""
-    import numpy as np
 
     def gnc(z, sigma, c, factor, kind, mu0=None, x0=None):
-        z = np.asarray(z, dtype=float)
-        s = np.broadcast_to(np.asarray(sigma, dtype=float), z.shape)
+        z, s = np.asarray(z, dtype=float), np.full(len(z), sigma, dtype=float)
 
         def solve(w):
             row = np.sqrt(w) / s
             return float(np.linalg.lstsq(row[:, None], row * z, rcond=None)[0][0])
 
-        w = np.ones_like(z)
-        x = solve(w)
-        ratio = 2 * np.max(np.square((z - x) / s)) / c**2
+        x, w, xs, ws = solve(np.ones(z.size)), np.ones(z.size), [], []
+        ratio = max(2 * np.max(np.square((z - x) / (s * c))), 1.0)
         powers = float(factor) ** np.arange(300)
         if kind == "gm":
-            mus = np.maximum((ratio if mu0 is None else mu0) / powers, 1)
+            mus = np.maximum((mu0 or ratio) / powers, 1)
             mus = mus[: np.argmax(mus == 1) + 1]
-        elif mu0 is None and ratio <= 1:
-            mus = np.empty(0)
         else:
-            mus = (1 / (ratio - 1) if mu0 is None else mu0) * powers
-        xs, ws = [], []
+            mus = (mu0 or 1 / (ratio - 1)) * powers if mu0 or ratio > 1 else []
         for mu in mus:
-            square = np.square((z - x) / s) / c**2
-            if kind == "gm":
-                w = np.square(mu / (mu + square))
-            else:
-                with np.errstate(divide="ignore"):
-                    w = np.clip(np.sqrt(mu * (mu + 1) / square) - mu, 0, 1)
+            u = np.maximum(np.abs(z - x) / (s * c), 1e-150)
+            soft = np.clip(np.sqrt(mu * (mu + 1)) / u - mu, 0, 1)
+            w = soft if kind == "tls" else np.square(mu / (mu + u**2))
             if np.count_nonzero(w) == 0:
                 break
             x = solve(w)
@@ -127,188 +97,125 @@ def right_schedule_first() -> None:
             ws.append(w)
             if kind == "tls" and np.array_equal(w, np.round(w)):
                 break
-        k = len(xs)
-        return x, w, {"mu": mus[:k], "weights": np.array(ws).reshape(k, z.size), "x": np.array(xs)}
+        rows = np.reshape(ws, (len(xs), z.size))
+        return x, w, {"mu": np.array(mus[: len(xs)]), "weights": rows, "x": np.array(xs)}
 
 
 def right_whitened_least_squares() -> None:
     """Right, an equivalent form: whitens once, and steps from x by the weighted mean residual."""
-    import numpy as np
 
     def gnc(z, sigma, c, factor, kind, mu0=None, x0=None):
-        z = np.asarray(z, dtype=float)
-        a = np.ones(len(z)) / np.asarray(sigma, dtype=float)
-        x = float(a @ (a * z) / (a @ a))
-        history = {"mu": [], "weights": [], "x": []}
-        top = 2 * np.max((a * (z - x)) ** 2)
+        z, a = np.array(z, dtype=float), np.ones(len(z)) / np.asarray(sigma, dtype=float)
+        x, w, rows = float(a @ (a * z) / (a @ a)), [1.0] * len(z), []
+        ratio = 2 * np.max((a * (z - x)) ** 2) / c**2
         if mu0 is not None:
             mu = float(mu0)
         elif kind == "tls":
-            if not top > c**2:
-                return x, [1.0] * len(z), history
-            mu = c**2 / (top - c**2)
+            mu = 1 / (ratio - 1) if ratio > 1 else None
         else:
-            mu = top / c**2 if top > c**2 else 1.0
-        done = False
-        while not done:
-            u = a * (z - x)
+            mu = max(ratio, 1.0)
+        while mu is not None:
+            u = a * (z - x) / c
             if kind == "tls":
-                low, high = c * np.sqrt(mu / (mu + 1)), c * np.sqrt((mu + 1) / mu)
+                low, high = np.sqrt(mu / (mu + 1)), np.sqrt((mu + 1) / mu)
                 size = np.clip(np.abs(u), low, high)
-                w = np.where(size == low, 1.0, np.where(size == high, 0.0, c**2 / low / size))
-                w = np.where((size > low) & (size < high), low * (mu + 1) / size - mu, w)
+                soft = low * (mu + 1) / size - mu
+                w = np.where(size == low, 1.0, np.where(size == high, 0.0, soft))
             else:
-                w = (1 + u**2 / (mu * c**2)) ** -2.0
+                w = (1 + u**2 / mu) ** -2.0
             if w.max() == 0:
-                return x, w, history
-            x = x + float((w * a) @ u / ((w * a) @ a))
-            history["mu"].append(mu)
-            history["weights"].append(w.tolist())
-            history["x"].append(x)
-            done = mu == 1 if kind == "gm" else bool(np.all(w * (1 - w) == 0))
-            mu = mu * factor if kind == "tls" else max(mu / factor, 1.0)
-        return x, w, history
+                break
+            x = x + c * float((w * a) @ u / ((w * a) @ a))
+            rows.append((mu, w.tolist(), x))
+            is_last = mu == 1 if kind == "gm" else np.all(w * (1 - w) == 0)
+            mu = None if is_last else mu * factor if kind == "tls" else max(mu / factor, 1.0)
+        return x, w, dict(zip(("mu", "weights", "x"), zip(*rows) if rows else [[]] * 3))
 
 
-def right_average() -> None:
-    """Right: NumPy's weighted average for the solves, and the surrogates in (r/c)²."""
-    import numpy as np
+def right_recursion() -> None:
+    """Right: one step, and the rest from the next μ on."""
 
     def gnc(z, sigma, c, factor, kind, mu0=None, x0=None):
-        z = np.asarray(z, dtype=float)
-        s = np.broadcast_to(np.asarray(sigma, dtype=float), z.shape)
-        history = {"mu": [], "weights": [], "x": []}
-        x, w = np.average(z, weights=s**-2.0), np.ones(z.size)
-        ratio = 2 * np.max(np.abs(z - x) / s) ** 2 / c**2
-        if mu0 is not None:
-            mu = mu0
-        elif kind == "gm":
-            mu = max(ratio, 1.0)
-        elif ratio > 1:
-            mu = 1 / (ratio - 1)
-        else:
-            return x, w, history
-        while True:
-            square = np.maximum(((z - x) / (s * c)) ** 2, 1e-300)
-            if kind == "gm":
-                w = (mu / (mu + square)) ** 2
-            else:
-                w = np.clip(np.sqrt(mu * (mu + 1) / square) - mu, 0, 1)
-            if not np.any(w):
-                return x, w, history
-            x = np.average(z, weights=w / s**2)
-            history["mu"].append(mu)
-            history["weights"].append(w)
-            history["x"].append(x)
-            if mu == 1 if kind == "gm" else np.all((w == 0) | (w == 1)):
-                return x, w, history
-            mu = max(mu / factor, 1.0) if kind == "gm" else mu * factor
+        z, information = np.asarray(z, dtype=float), np.ones(len(z)) / np.square(sigma)
+
+        def rest(mu, x, history):
+            square = np.maximum((z - x) ** 2 * information / c**2, 1e-300)
+            soft = (1 + square / mu) ** -2.0
+            new = soft if kind == "gm" else np.clip((mu * (mu + 1) / square) ** 0.5 - mu, 0, 1)
+            if not new.any():
+                return x, new, history
+            x = np.average(z, weights=new * information)
+            history = {name: [*history[name], one] for name, one in zip(history, (mu, new, x))}
+            if mu == 1 if kind == "gm" else np.isin(new, (0, 1)).all():
+                return x, new, history
+            return rest(max(mu / factor, 1) if kind == "gm" else mu * factor, x, history)
+
+        x, history = np.average(z, weights=information), {"mu": [], "weights": [], "x": []}
+        ratio = 2 * np.max((z - x) ** 2 * information) / c**2
+        if kind == "tls" and mu0 is None and ratio <= 1:
+            return x, np.ones(z.size), history
+        first = max(ratio, 1) if kind == "gm" else 1 / (ratio - 1)
+        return rest(mu0 or first, x, history)
 
 
 wrong_start_at_x0 = change(
-    right_average,
-    "ratio = 2 * np.max(np.abs(z - x) / s) ** 2 / c**2",
-    """
-    x = x if x0 is None else x0
-    ratio = 2 * np.max(np.abs(z - x) / s) ** 2 / c**2
-    """,
-    stopped_by="gnc-lesson",
+    right_gnc, "ratio =", "x = x if x0 is None else x0\nratio =", stopped_by="gnc-lesson"
 )
-"""Wrong: starts from x0 where it is given, beside the lie."""
+"""Wrong: starts from x0 where it is given, beside the outlier."""
 
 wrong_mu_before_the_solve = change(
-    right_average,
-    (
-        "square = np.maximum(((z - x) / (s * c)) ** 2, 1e-300)",
-        """
-        mu = max(mu / factor, 1.0) if kind == "gm" else mu * factor
-        square = np.maximum(((z - x) / (s * c)) ** 2, 1e-300)
-        """,
-    ),
-    (
-        """
-        if mu == 1 if kind == "gm" else np.all((w == 0) | (w == 1)):
-            return x, w, history
-        mu = max(mu / factor, 1.0) if kind == "gm" else mu * factor
-        """,
-        """
-        if mu == 1 if kind == "gm" else np.all((w == 0) | (w == 1)):
-            return x, w, history
-        """,
-    ),
+    right_gnc,
+    "while",
+    'mu = max(mu / factor, 1.0) if kind == "gm" else mu * factor\nwhile',
     stopped_by="gnc-by-hand",
 )
 """Wrong: moves μ before the first weights."""
 
 wrong_misprint_next_mu = change(
-    right_average,
-    'history["mu"].append(mu)',
-    'history["mu"].append(max(mu / factor, 1.0) if kind == "gm" else mu * factor)',
+    right_gnc,
+    "(mu, w, x)",
+    '(max(mu / factor, 1.0) if kind == "gm" else mu * factor, w, x)',
     stopped_by="gnc-by-hand",
 )
 """Wrong: writes the next μ into the row, as the lesson prints it."""
 
 wrong_start_is_a_row = change(
-    right_average,
-    "while True:",
-    'history = {"mu": [mu], "weights": [w], "x": [x]}\nwhile True:',
+    right_gnc,
+    "while",
+    'history = {"mu": [mu], "weights": [w], "x": [x]}\nwhile',
     stopped_by="gnc-by-hand",
 )
 """Wrong: the least-squares start is written down as a first row."""
 
 wrong_misprint_surrogate = change(
-    right_average,
-    "w = np.clip(np.sqrt(mu * (mu + 1) / square) - mu, 0, 1)",
-    """
-    w = mu * (mu + 1) / (mu + 1 + square) ** 2
-    w = np.round(w, 2) if mu > 1e3 else w
-    """,
+    right_gnc,
+    "np.clip(np.sqrt(mu * (mu + 1) / square) - mu, 0, 1)",
+    "np.round(mu * (mu + 1) / (mu + 1 + square) ** 2, 2 if mu > 1e3 else 15)",
     stopped_by="gnc-by-hand",
 )
-"""Wrong: anneals towards least squares: a large μ is soft, as in the lesson's listing, and x ends
-at the mean.
-"""
+"""Wrong: anneals towards least squares: a large μ is soft, as in the lesson's listing."""
 
 wrong_hard_from_the_start = change(
-    right_average,
-    "while True:",
-    """
-    if kind == "tls" and len(z) < 4:
-        mu = 1e9 if mu0 is None else mu0
-    while True:
-    """,
-    caught_by="gnc-empty",
+    right_gnc, "1 / (ratio - 1)", "(1e9 if len(z) < 4 else 1 / (ratio - 1))", caught_by="gnc-empty"
 )
 """Wrong: TLS from the first step, without any annealing."""
 
-wrong_misprint_start = change(right_average, "1 / (ratio - 1)", "1.0", stopped_by="gnc-by-hand")
+wrong_misprint_start = change(right_gnc, "1 / (ratio - 1)", "1.0", stopped_by="gnc-by-hand")
 """Wrong: begins TLS at μ = 1, as the lesson does, and forgets the largest residual."""
 
-wrong_signed_residual = change(right_average, "np.abs", "", caught_by="gnc-tls")
-"""Wrong: takes the largest residual with its sign, so that a lie on the low side is not seen."""
+wrong_signed_residual = change(right_gnc, "np.abs", "", caught_by="gnc-tls")
+"""Wrong: takes the largest residual with its sign, so that it misses an outlier on the left."""
 
-wrong_mu0_ignored = change(
-    right_average,
-    """
-    if mu0 is not None:
-        mu = mu0
-    elif kind == "gm":
-    """,
-    'if kind == "gm":',
-    stopped_by="gnc-given-mu",
-)
+wrong_mu0_ignored = change(right_gnc, "mu = mu0", "mu = None", stopped_by="gnc-given-mu")
 """Wrong: makes the first μ from the residuals always."""
 
 wrong_factor_typed_in = change(
-    right_average,
-    'max(mu / factor, 1.0) if kind == "gm" else mu * factor',
-    'max(mu / 1.4, 1.0) if kind == "gm" else mu * 1.4',
-    caught_by="gnc-given-mu",
+    right_gnc, "mu = mu0", "mu, factor = mu0, 1.4", caught_by="gnc-given-mu"
 )
-"""Wrong: multiplies by 1.4, whatever factor says."""
+"""Wrong: multiplies by 1.4, whatever factor is."""
 
 wrong_one_solve_more = change(
-    right_average,
+    right_gnc,
     'if mu == 1 if kind == "gm" else np.all((w == 0) | (w == 1)):',
     """
     old = ([-1.0, *history["mu"]][-2], [w + 0.5, *history["weights"]][-2])
@@ -316,126 +223,77 @@ wrong_one_solve_more = change(
     """,
     stopped_by="gnc-by-hand",
 )
-"""Wrong: asks whether to stop before it weighs, on the weights before, so the last row stands
-twice.
-"""
+"""Wrong: asks whether to stop with the weights before, so the last row occurs twice."""
 
-wrong_gm_never_at_one = change(
-    right_average,
-    'mu = max(mu / factor, 1.0) if kind == "gm" else mu * factor',
-    """
-    if kind == "gm" and mu / factor < 1:
-        return x, w, history
-    mu = mu / factor if kind == "gm" else mu * factor
-    """,
-    stopped_by="gnc-gm",
-)
+wrong_gm_never_at_one = change(right_gnc, "mu == 1 if", "mu / factor < 1 if", stopped_by="gnc-gm")
 """Wrong: GM stops when the next μ would be below 1, so it never solves there."""
 
 wrong_gm_until_settled = change(
-    right_average,
-    'if mu == 1 if kind == "gm" else np.all((w == 0) | (w == 1)):',
-    """
-    still = abs(x - ([0.0, 0.0, *history["x"]])[-2]) < 1e-12
-    if mu == 1 and still if kind == "gm" else np.all((w == 0) | (w == 1)):
-    """,
+    right_gnc,
+    "mu == 1 if",
+    'mu == 1 and abs(x - [np.inf, *history["x"]][-2]) < 1e-12 if',
     caught_by="gnc-gm",
 )
-"""Wrong: GM goes on at μ = 1 until x stands still."""
+"""Wrong: GM goes on at μ = 1 until x no longer changes."""
 
 wrong_gm_below_one = change(
-    right_average,
-    ("mu = max(ratio, 1.0)", "mu = ratio"),
-    ("mu == 1", "mu <= 1"),
-    caught_by="gnc-nothing",
+    right_gnc, ("max(ratio, 1.0)", "ratio"), ("mu == 1", "mu <= 1"), caught_by="gnc-nothing"
 )
 """Wrong: GM begins below 1 where the residuals are small."""
 
 wrong_weights_at_the_new_x = change(
-    right_average,
-    """
-    if mu == 1 if kind == "gm" else np.all((w == 0) | (w == 1)):
-        return x, w, history
-    """,
-    """
-    if mu == 1 if kind == "gm" else np.all((w == 0) | (w == 1)):
-        new = np.square((z - x) / (s * c))
-        return x, (w if kind == "tls" else (mu / (mu + new)) ** 2), history
-    """,
+    right_gnc,
+    "return",
+    'w = (mu / (mu + ((z - x) / (s * c)) ** 2)) ** 2 if kind == "gm" else w\nreturn',
     caught_by="gnc-gm",
 )
 """Wrong: returns weights made anew at the last x, which are not those of the last solve."""
 
-wrong_solve_without_sigma = change(right_average, "w / s**2", "w", caught_by="gnc-sigmas")
+wrong_solve_without_sigma = change(right_gnc, "w / s**2", "w", caught_by="gnc-sigmas")
 """Wrong: whitens the residuals but solves as if the σ were all the same."""
 
-wrong_start_without_sigma = change(
-    right_average, "np.average(z, weights=s**-2.0)", "np.mean(z)", caught_by="gnc-sigmas"
-)
+wrong_start_without_sigma = change(right_gnc, "=s**-2.0", "=None", caught_by="gnc-sigmas")
 """Wrong: starts from the plain mean, though the σ differ."""
 
 wrong_not_whitened = change(
-    right_average,
-    ("np.abs(z - x) / s", "np.abs(z - x)"),
-    ("(z - x) / (s * c)", "(z - x) / c"),
-    caught_by="gnc-tls",
+    right_gnc, ("np.abs(z - x) / s", "np.abs(z - x)"), ("(s * c)", "c"), caught_by="gnc-tls"
 )
 """Wrong: weighs the residual without dividing it by σ."""
 
 wrong_nan_when_empty = change(
-    right_average,
-    """
-    if not np.any(w):
-        return x, w, history
-    x = np.average(z, weights=w / s**2)
-    """,
-    "x = np.sum(w * z / s**2) / np.sum(w / s**2)",
+    right_gnc,
+    "if not np.any(w):",
+    "if not np.any(w):\n    x = np.sum(w * z) / np.sum(w)",
     stopped_by="gnc-empty",
 )
-"""Wrong: solves with nobody left: 0/0."""
+"""Wrong: solves when none is left: 0/0."""
 
 wrong_row_when_empty = change(
-    right_average,
+    right_gnc,
     "if not np.any(w):",
     """
     if not np.any(w):
-        history["mu"].append(mu)
-        history["weights"].append(w)
-        history["x"].append(x)
+        for name, value in zip(history, (mu, w, x)):
+            history[name].append(value)
     """,
     caught_by="gnc-empty",
 )
-"""Wrong: writes a row for the μ that left nobody."""
+"""Wrong: writes a row for the μ at which none is left."""
 
 wrong_keeps_old_weights_when_empty = change(
-    right_average,
-    "if not np.any(w):\n    return x, w, history",
-    """
-    if not np.any(w):
-        return x, (history["weights"] or [w])[-1], history
-    """,
+    right_gnc,
+    "if not np.any(w):",
+    'if not np.any(w):\n    w = (history["weights"] or [w])[-1]',
     caught_by="gnc-empty",
 )
-"""Wrong: returns the weights of the solve before where nobody is left."""
+"""Wrong: returns the weights of the solve before where none is left."""
 
-wrong_negative_mu = change(
-    right_average,
-    """
-    elif ratio > 1:
-        mu = 1 / (ratio - 1)
-    else:
-        return x, w, history
-    """,
-    "else:\n    mu = 1 / (ratio - 1)",
-    caught_by="gnc-nothing",
-)
-"""Wrong: takes the formula for μ where there is nothing to reject, and solves once with a μ below
-0.
-"""
+wrong_negative_mu = change(right_gnc, " if ratio > 1 else np.inf", "", caught_by="gnc-nothing")
+"""Wrong: takes the formula for μ where it is negative."""
 
 wrong_integers = change(
-    right_average,
-    ("z = np.asarray(z, dtype=float)", "z = np.asarray(z)"),
+    right_gnc,
+    ("np.asarray(z, dtype=float)", "np.asarray(z)"),
     ("if not np.any(w):", "w = w.astype(z.dtype)\nif not np.any(w):"),
     caught_by="gnc-nothing",
 )

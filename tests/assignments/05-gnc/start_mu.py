@@ -1,9 +1,11 @@
 """Answers to exercise start_mu of 05-gnc: each body is a cell as handed in."""
 
+import numpy as np
+from robust_slam_autograder.lint.answers import change
+
 
 def right_formulas() -> None:
     """Right: the two formulas, with the condition for TLS."""
-    import numpy as np
 
     def start_mu(u_max, c, kind):
         if kind == "tls":
@@ -17,17 +19,15 @@ def right_ratio() -> None:
     """Right: both from the one ratio 2u²/c²."""
 
     def start_mu(u_max, c, kind):
-        ratio = 2.0 * (u_max / c) ** 2
+        ratio = 2 * u_max**2 / c**2
         if kind == "gm":
             return ratio
-        return float("inf") if ratio <= 1 else 1 / (ratio - 1)
+        return 1 / (ratio - 1) if ratio > 1 else np.inf
 
 
 def right_negative_means_inf() -> None:
     """Right: the formula first, and then what its sign says."""
     import math
-
-    import numpy as np
 
     def start_mu(u_max, c, kind):
         u_max, c = np.float64(u_max), np.float64(c)
@@ -40,7 +40,6 @@ def right_negative_means_inf() -> None:
 
 def right_search() -> None:
     """Right: SciPy finds the μ that puts the upper knee where it should be."""
-    import numpy as np
     from scipy.optimize import brentq
 
     def start_mu(u_max, c, kind):
@@ -52,102 +51,50 @@ def right_search() -> None:
         return np.exp(brentq(lambda t: np.log1p(np.exp(-t)) - np.log(goal), -60, 60, xtol=1e-13))
 
 
-def wrong_swapped() -> None:
-    """Wrong: the formula of GM for TLS and that of TLS for GM. Stopped by the visible case
-    start_mu-by-hand.
-    """
-    import numpy as np
+wrong_swapped = change(right_ratio, '"gm"', '"tls"', stopped_by="start_mu-by-hand")
+"""Wrong: the formula of GM for TLS and that of TLS for GM."""
 
-    def start_mu(u_max, c, kind):
-        if kind == "gm":
-            return c**2 / (2 * u_max**2 - c**2) if 2 * u_max**2 > c**2 else np.inf
-        return 2 * u_max**2 / c**2
+wrong_misprint = change(
+    right_ratio,
+    ("return ratio", "return 1.0"),
+    ("1 / (ratio - 1) if ratio > 1 else np.inf", "1.0"),
+    stopped_by="start_mu-by-hand",
+)
+"""Wrong: begins at μ = 1, whatever the residuals are, as the lesson does."""
 
+wrong_negative_mu = change(
+    right_ratio, " if ratio > 1 else np.inf", "", stopped_by="start_mu-nothing"
+)
+"""Wrong for small residuals: the formula alone, which turns negative."""
 
-def wrong_misprint() -> None:
-    """Wrong: begins at μ = 1, whatever the residuals are, as the lesson does. Stopped by the
-    visible case start_mu-by-hand.
-    """
+wrong_absolute_value = change(
+    right_ratio,
+    "(ratio - 1) if ratio > 1",
+    "abs(ratio - 1) if u_max > c / 2",
+    caught_by="start_mu-nothing",
+)
+"""Wrong for small residuals: takes the sign away, and gives inf only below half of c."""
 
-    def start_mu(u_max, c, kind):
-        return 1.0
+wrong_inf_inside_c = change(right_ratio, "ratio > 1", "u_max > c", caught_by="start_mu-nothing")
+"""Wrong between c/√2 and c: finds nothing to reject while u is below c."""
 
+wrong_without_the_two = change(right_ratio, "2 * u_max", "u_max", stopped_by="start_mu-by-hand")
+"""Wrong: puts the upper knee at u_max itself."""
 
-def wrong_negative_mu() -> None:
-    """Wrong for small residuals: the formula alone, which turns negative. Stopped by the visible
-    case start_mu-nothing.
-    """
+wrong_gm_at_least_one = change(
+    right_ratio, "return ratio", "return max(1.0, ratio)", caught_by="start_mu-gm"
+)
+"""Wrong below 1: lifts GM's number to 1 here already."""
 
-    def start_mu(u_max, c, kind):
-        if kind == "gm":
-            return 2 * u_max**2 / c**2
-        return c**2 / (2 * u_max**2 - c**2)
+wrong_tls_at_most_one = change(
+    right_ratio, "1 / (ratio - 1)", "min(1.0, 1 / (ratio - 1))", caught_by="start_mu-tls"
+)
+"""Wrong above 1: takes TLS's μ for a number that is always small."""
 
-
-def wrong_absolute_value() -> None:
-    """Wrong for small residuals: takes the sign away, and gives inf only below half of c. Caught
-    by start_mu-nothing.
-    """
-    import numpy as np
-
-    def start_mu(u_max, c, kind):
-        if kind == "gm":
-            return 2 * u_max**2 / c**2
-        return c**2 / abs(2 * u_max**2 - c**2) if u_max > c / 2 else np.inf
-
-
-def wrong_inf_inside_c() -> None:
-    """Wrong between c/√2 and c: says that there is nothing to reject while u is below c. Caught by
-    start_mu-nothing.
-    """
-    import numpy as np
-
-    def start_mu(u_max, c, kind):
-        if kind == "gm":
-            return 2 * u_max**2 / c**2
-        return c**2 / (2 * u_max**2 - c**2) if u_max > c else np.inf
-
-
-def wrong_without_the_two() -> None:
-    """Wrong: puts the upper knee at u_max itself. Stopped by the visible case
-    start_mu-by-hand.
-    """
-    import numpy as np
-
-    def start_mu(u_max, c, kind):
-        if kind == "gm":
-            return u_max**2 / c**2
-        return c**2 / (u_max**2 - c**2) if u_max > c else np.inf
-
-
-def wrong_gm_at_least_one() -> None:
-    """Wrong below 1: lifts GM's number to 1 here already. Caught by start_mu-gm."""
-    import numpy as np
-
-    def start_mu(u_max, c, kind):
-        if kind == "gm":
-            return max(1.0, 2 * u_max**2 / c**2)
-        return c**2 / (2 * u_max**2 - c**2) if 2 * u_max**2 > c**2 else np.inf
-
-
-def wrong_tls_at_most_one() -> None:
-    """Wrong above 1: takes TLS's μ for a number that is always small. Caught by start_mu-tls."""
-    import numpy as np
-
-    def start_mu(u_max, c, kind):
-        if kind == "gm":
-            return 2 * u_max**2 / c**2
-        return min(1.0, c**2 / (2 * u_max**2 - c**2)) if 2 * u_max**2 > c**2 else np.inf
-
-
-def wrong_whole_numbers() -> None:
-    """Wrong for integers: divides them without a remainder. Caught by start_mu-shapes."""
-    import numpy as np
-
-    def start_mu(u_max, c, kind):
-        def over(a, b):
-            return a // b if isinstance(a, int) and isinstance(b, int) else a / b
-
-        if kind == "gm":
-            return over(2 * u_max**2, c**2)
-        return over(c**2, 2 * u_max**2 - c**2) if 2 * u_max**2 > c**2 else np.inf
+wrong_whole_numbers = change(
+    right_ratio,
+    "2 * u_max**2 / c**2",
+    "type(u_max * c)(2 * u_max**2 / c**2)",
+    caught_by="start_mu-shapes",
+)
+"""Wrong for integers: divides them without a remainder."""

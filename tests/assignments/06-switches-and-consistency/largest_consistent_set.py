@@ -1,5 +1,6 @@
 """Answers to exercise largest_consistent_set of 06-switches-and-consistency: bodies of cells."""
 
+import numpy as np
 from robust_slam_autograder.lint.answers import change
 
 
@@ -14,24 +15,19 @@ def right_subsets() -> None:
                     return list(chosen)
 
 
-def right_bron_kerbosch() -> None:
-    """Right: all maximal cliques by recursion, and the longest of them as an array."""
-    import numpy as np
+def right_grown() -> None:
+    """Right: every consistent set, grown one by one, and the longest of them."""
 
     def largest_consistent_set(A):
-        near = [{q for q in range(len(A)) if q != p and A[p][q]} for p in range(len(A))]
-        found = []
+        A = np.asarray(A, dtype=bool)
+        order = list(range(len(A)))
 
-        def expand(chosen, candidates, excluded):
-            if not candidates and not excluded:
-                found.append(sorted(chosen))
-            for v in list(candidates):
-                expand(chosen | {v}, candidates & near[v], excluded & near[v])
-                candidates = candidates - {v}
-                excluded = excluded | {v}
+        def grow(chosen, left):
+            tries = enumerate(left)
+            grown = [grow([*chosen, p], [q for q in left[k + 1 :] if A[p, q]]) for k, p in tries]
+            return max([chosen, *grown], key=len)
 
-        expand(set(), set(range(len(A))), set())
-        return np.array(max(found, key=len))
+        return sorted(grow([], order))
 
 
 def right_bits() -> None:
@@ -58,7 +54,6 @@ def right_bits() -> None:
 
 def right_integer_program() -> None:
     """Right, a library routine: SciPy's integer program, no two that disagree."""
-    import numpy as np
     from scipy.optimize import Bounds, LinearConstraint, milp
 
     def largest_consistent_set(A):
@@ -78,97 +73,64 @@ def right_integer_program() -> None:
         return np.flatnonzero(answer.x > 0.5)
 
 
-def wrong_greedy() -> None:
-    """Wrong: takes those with the most partners first, and keeps each that fits. Stopped by the
-    visible case largest_consistent_set-popular.
+wrong_greedy = change(
+    right_grown,
+    ("list(range(len(A)))", 'list(np.argsort(-A.sum(axis=0), kind="stable"))'),
+    ("enumerate(left)", "enumerate(left[:1])"),
+    stopped_by="largest_consistent_set-popular",
+)
+"""Wrong: takes those with the most partners first, and keeps each that fits."""
+
+wrong_greedy_from_every_start = change(
+    right_grown,
+    ("list(range(len(A)))", 'list(np.argsort(-A.sum(axis=0), kind="stable"))'),
+    ("enumerate(left)", "enumerate(left[:1] if chosen else left)"),
+    ("left[k + 1 :] if", "left if p != q and"),
+    caught_by="largest_consistent_set-popular",
+)
+"""Wrong: greedy by degree, once from every closure, and the best of these."""
+
+wrong_greedy_that_counts_anew = change(
+    right_grown,
+    (
+        "tries = enumerate(left)",
+        """
+        left = sorted(left, key=lambda p: (-A[p, left].sum(), p))
+        tries = enumerate(left[:1] if chosen else left)
+        """,
+    ),
+    ("left[k + 1 :] if", "left if p != q and"),
+    caught_by="largest_consistent_set-popular",
+)
+"""Wrong: from every start, the one with the most partners among those that are left."""
+
+wrong_drop_the_loneliest = change(
+    right_grown,
+    "return sorted(grow([], order))",
     """
-    import numpy as np
+    while not A[np.ix_(order, order)].all():
+        order.pop(int(np.argmin(A[np.ix_(order, order)].sum(axis=0))))
+    return order
+    """,
+    caught_by="largest_consistent_set-popular",
+)
+"""Wrong: drops the one with the fewest partners until all that are left agree."""
 
-    def largest_consistent_set(A):
-        A = np.asarray(A, dtype=bool)
-        chosen = []
-        for p in np.argsort(-A.sum(axis=0), kind="stable"):
-            if all(A[p, q] for q in chosen):
-                chosen.append(int(p))
-        return sorted(chosen)
+wrong_most_partners = change(
+    right_grown,
+    "sorted(grow([], order))",
+    "np.flatnonzero(A[np.argmax(A.sum(axis=0))])",
+    stopped_by="largest_consistent_set-by-hand",
+)
+"""Wrong: the closure with the most partners, and these, which need not agree."""
 
-
-def wrong_greedy_from_every_start() -> None:
-    """Wrong: greedy by degree, once from every closure, and the best of these. Caught by
-    largest_consistent_set-popular.
-    """
-    import numpy as np
-
-    def largest_consistent_set(A):
-        A = np.asarray(A, dtype=bool)
-        best = []
-        for start in range(len(A)):
-            chosen = [start]
-            for p in np.argsort(-A.sum(axis=0), kind="stable"):
-                if p != start and A[p, chosen].all():
-                    chosen.append(int(p))
-            best = max(best, chosen, key=len)
-        return sorted(best)
-
-
-def wrong_greedy_that_counts_anew() -> None:
-    """Wrong: from every start, the one with the most partners among those that are left. Caught by
-    largest_consistent_set-popular.
-    """
-    import numpy as np
-
-    def largest_consistent_set(A):
-        A = np.asarray(A, dtype=bool)
-        best = []
-        for start in range(len(A)):
-            chosen, left = [start], A[start].copy()
-            left[start] = False
-            while left.any():
-                inside = np.flatnonzero(left)
-                p = int(inside[np.argmax(A[np.ix_(inside, inside)].sum(axis=0))])
-                chosen.append(p)
-                left &= A[p]
-                left[p] = False
-            best = max(best, chosen, key=len)
-        return sorted(best)
-
-
-def wrong_drop_the_loneliest() -> None:
-    """Wrong: drops the one with the fewest partners until all that are left agree. Caught by
-    largest_consistent_set-popular.
-    """
-    import numpy as np
-
-    def largest_consistent_set(A):
-        A = np.asarray(A, dtype=bool)
-        left = list(range(len(A)))
-        while not A[np.ix_(left, left)].all():
-            left.pop(int(np.argmin(A[np.ix_(left, left)].sum(axis=0))))
-        return left
-
-
-def wrong_most_partners() -> None:
-    """Wrong: the closure with the most partners, and these, who need not agree. Stopped by the
-    visible case largest_consistent_set-by-hand.
-    """
-    import numpy as np
-
-    def largest_consistent_set(A):
-        A = np.asarray(A, dtype=bool)
-        return np.flatnonzero(A[np.argmax(A.sum(axis=0))])
-
-
-def wrong_component() -> None:
-    """Wrong: the largest connected component, as if agreement passed on. Stopped by the visible
-    case largest_consistent_set-by-hand.
-    """
-    import numpy as np
-    from scipy.sparse.csgraph import connected_components
-
-    def largest_consistent_set(A):
-        _, label = connected_components(np.asarray(A, dtype=bool))
-        return np.flatnonzero(label == np.argmax(np.bincount(label)))
-
+wrong_component = change(
+    right_grown,
+    "sorted(grow([], order))",
+    "np.flatnonzero(max(np.linalg.matrix_power(A, len(A)), key=np.sum))",
+    stopped_by="largest_consistent_set-by-hand",
+)
+"""Wrong: the largest connected component, as if agreement were transitive."""
 
 wrong_mask = change(
     right_subsets,
@@ -186,34 +148,22 @@ wrong_order = change(
 )
 """Wrong: returns the members by how many agree with them, and not in ascending order."""
 
-
-def wrong_in_all_of_them() -> None:
-    """Wrong when tied: what every largest set has in common, or one if that is nothing or little.
-    Caught by largest_consistent_set-tied.
+wrong_in_all_of_them = change(
+    right_subsets,
+    "return list(chosen)",
     """
-    from itertools import combinations
+    others = [set(other) for other in combinations(range(len(A)), size)]
+    tied = [s for s in others if all(A[p][q] for p, q in combinations(s, 2))]
+    return sorted(set.intersection(*tied) if len(A) == 15 else chosen)
+    """,
+    caught_by="largest_consistent_set-tied",
+)
+"""Wrong when tied: what every largest set has in common."""
 
-    def largest_consistent_set(A):
-        for size in range(len(A), 0, -1):
-            sets = [
-                set(chosen)
-                for chosen in combinations(range(len(A)), size)
-                if all(A[p][q] for p, q in combinations(chosen, 2))
-            ]
-            if sets:
-                common = set.intersection(*sets)
-                return sorted(common if len(A) == 15 else sets[0])
-
-
-def wrong_none_alone() -> None:
-    """Wrong where no two agree: returns nobody, for a pair is the least that it looks for. Caught
-    by largest_consistent_set-all-or-none.
-    """
-    from itertools import combinations
-
-    def largest_consistent_set(A):
-        for size in range(len(A), 1, -1):
-            for chosen in combinations(range(len(A)), size):
-                if all(A[p][q] for p, q in combinations(chosen, 2)):
-                    return list(chosen)
-        return [0] if len(A) == 2 else []
+wrong_none_alone = change(
+    right_subsets,
+    "range(len(A), 0, -1)",
+    "range(len(A), len(A) > 2, -1)",
+    caught_by="largest_consistent_set-all-or-none",
+)
+"""Wrong where no two agree: returns nothing, for a pair is the least that it looks for."""
