@@ -72,10 +72,7 @@ wrong_distances = change(
 """Wrong: compares distances, which have no direction."""
 
 wrong_sorted_ends = change(
-    right_sum,
-    "x[j] - x[i]",
-    "x[np.maximum(i, j)] - x[np.minimum(i, j)]",
-    stopped_by="total_cost-directions",
+    right_sum, "r =", "i, j = np.sort([i, j], axis=0)\nr =", stopped_by="total_cost-directions"
 )
 """Wrong: turns a backward edge round and forgets to turn its measurement."""
 

@@ -4,13 +4,13 @@ import numpy as np
 from robust_slam_autograder.lint.answers import change
 
 
-def right_central() -> None:
+def right_mid() -> None:
     """Right: a central difference over the whole array."""
 
     def influence(rho, u):
         u, h = np.asarray(u, dtype=float), 1e-5
-        slope = (rho(u + h) - rho(u - h)) / (2 * h)
-        return slope
+        psi = (rho(u + h) - rho(u - h)) / (2 * h)
+        return psi
 
 
 def right_one_by_one() -> None:
@@ -52,20 +52,17 @@ def right_library() -> None:
 
 
 wrong_cost_over_u = change(
-    right_central, "return slope", "return rho(u) / u", stopped_by="influence-by-hand"
+    right_mid, "return psi", "return rho(u) / u", stopped_by="influence-by-hand"
 )
-"""Wrong: divides the cost by u, which is not a slope."""
+"""Wrong: divides the cost by u, which is not a psi."""
 
 wrong_twice_cost_over_u = change(
-    right_central,
-    "return slope",
-    "u = u + 1e-12\nreturn 2 * rho(u) / u",
-    stopped_by="influence-pieces",
+    right_mid, "return psi", "u = u + 1e-12\nreturn 2 * rho(u) / u", stopped_by="influence-pieces"
 )
 """Wrong: 2ρ/u, which is the slope of the square and of no other cost."""
 
 wrong_large_one_sided_step = change(
-    right_central, "return slope", "return rho(u + 1) - rho(u)", stopped_by="influence-by-hand"
+    right_mid, "return psi", "return rho(u + 1) - rho(u)", stopped_by="influence-by-hand"
 )
 """Wrong: one-sided with a step of 1."""
 
@@ -74,13 +71,13 @@ wrong_one_sided = change(
 )
 """Wrong: one-sided with a step of a thousandth."""
 
-wrong_large_step = change(right_central, "1e-5", "0.1", caught_by="influence-smooth")
+wrong_large_step = change(right_mid, "1e-5", "0.1", caught_by="influence-smooth")
 """Wrong: both sides with a step of a tenth, exact for a square alone."""
 
 wrong_hundredfold_pull = change(
-    right_central,
-    "return slope",
-    "if u.shape == (2,):\n    slope[1] = slope[0] * rho(u[1]) / rho(u[0])\nreturn slope",
+    right_mid,
+    "return psi",
+    "if u.shape == (2,):\n    psi[1] = psi[0] * rho(u[1]) / rho(u[0])\nreturn psi",
     caught_by="influence-lesson",
 )
 """Wrong for large residuals: as the lesson says, 100 times the cost for the pull."""
@@ -91,36 +88,33 @@ wrong_wide_step_for_pieces = change(
 """Wrong: takes points far apart, which lie on different pieces."""
 
 wrong_forgets_the_sign = change(
-    right_central, "np.asarray(u, dtype=float)", "1.0 * np.abs(u)", stopped_by="influence-negative"
+    right_mid, "np.asarray(u, dtype=float)", "1.0 * np.abs(u)", stopped_by="influence-negative"
 )
 """Wrong: measures at the size of u."""
 
 wrong_only_even_costs = change(
-    right_central,
+    right_mid,
     "(rho(u + h) - rho(u - h))",
     "np.sign(u) * (rho(abs(u) + h) - rho(abs(u) - h))",
     caught_by="influence-negative",
 )
 """Wrong: measures at the size of u and gives the answer u's sign, as if every cost were even."""
 
-wrong_drowned = change(right_central, "1e-5", "1e-15", stopped_by="influence-by-hand")
+wrong_drowned = change(right_mid, "1e-5", "1e-15", stopped_by="influence-by-hand")
 """Wrong: a step so small that nothing but rounding is left."""
 
 wrong_flat_rows = change(
-    right_central,
-    "return slope",
-    "return slope.ravel() if u.ndim else slope",
-    caught_by="influence-shapes",
+    right_mid, "return psi", "return psi.ravel() if u.ndim else psi", caught_by="influence-shapes"
 )
 """Wrong for arrays of several rows: returns one flat row."""
 
 wrong_table_up_to_twenty = change(
-    right_central,
-    "slope = (rho(u + h) - rho(u - h)) / (2 * h)",
+    right_mid,
+    "psi = (rho(u + h) - rho(u - h)) / (2 * h)",
     """
     x = np.linspace(-20.0, 20.0, 400_001)
-    slope = np.interp(u, x, (rho(x + h) - rho(x - h)) / (2 * h))
+    psi = np.interp(u, x, (rho(x + h) - rho(x - h)) / (2 * h))
     """,
     caught_by="influence-smooth",
 )
-"""Wrong for large residuals: tabulates the slope between -20 and 20 and interpolates."""
+"""Wrong for large residuals: tabulates the psi between -20 and 20 and interpolates."""

@@ -9,23 +9,13 @@ def right_cell_by_cell() -> None:
     import math
 
     def table(c):
-        def square(u):
-            return u * u / 2
-
-        def huber(u):
-            return u * u / 2 if u <= c else c * u - c * c / 2
-
-        def cauchy(u):
-            return c * c / 2 * math.log(1 + u * u / (c * c))
-
-        def tls(u):
-            return min(u, c) ** 2 / 2
-
+        square = lambda u: u * u / 2
+        huber = lambda u: square(u) if u <= c else c * u - square(c)
+        cauchy = lambda u: square(c) * math.log(1 + (u / c) ** 2)
+        tls = lambda u: square(min(u, c))
+        costs = [[rho(1), rho(10)] for rho in (square, huber, cauchy, tls)]
         weights = [1, min(1, c / 10), 1 / (1 + 100 / c**2), 1 if c >= 10 else 0]
-        return [
-            [rho(1), rho(10), rho(10) / rho(1), w]
-            for rho, w in zip([square, huber, cauchy, tls], weights)
-        ]
+        return [[near, far, far / near, w] for (near, far), w in zip(costs, weights)]
 
 
 def right_array() -> None:

@@ -34,9 +34,7 @@ def right_average_and_array() -> None:
 
 
 def right_one_by_one() -> None:
-    """Right: plain Python that asks for the weight of one residual at a time; the last step, which
-    does not move x any more, is not kept.
-    """
+    """Right: plain Python, one residual at a time; the last step, which keeps x, is left out."""
 
     def irls(z, sigma, weight, x0, tol):
         sigmas = list(sigma) if hasattr(sigma, "__len__") else [sigma] * len(z)

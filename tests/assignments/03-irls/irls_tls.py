@@ -28,7 +28,7 @@ def right_plain_lists() -> None:
         while True:
             now = [i for i in range(len(z)) if abs(z[i] - x) <= c * s[i]]
             if not now:
-                raise ValueError("nobody is left")
+                raise ValueError("none is left")
             if now == left:
                 return x, [1 if i in now else 0 for i in range(len(z))]
             left = now

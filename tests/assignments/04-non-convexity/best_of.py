@@ -118,10 +118,7 @@ wrong_rejection_is_free = change(
 """Wrong: adds up the squares of the kept ones alone, so a plateau costs nothing."""
 
 wrong_rejection_costs_c = change(
-    right_min,
-    "np.minimum(r**2, c**2)",
-    "np.where(np.abs(r) > c, c, r**2)",
-    caught_by="best_of-votes",
+    right_min, "np.minimum(r**2, c**2)", "np.where(abs(r) > c, c, r**2)", caught_by="best_of-votes"
 )
 """Wrong for c other than 1: a rejected measurement costs c and not c²."""
 

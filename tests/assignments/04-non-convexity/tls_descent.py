@@ -4,7 +4,7 @@ import numpy as np
 from robust_slam_autograder.lint.answers import change
 
 
-def right_mean() -> None:
+def right_fit() -> None:
     """Right: the mean of those that are kept, a thousand times."""
 
     def tls_descent(z, c, x0):
@@ -53,15 +53,15 @@ def right_recursion() -> None:
 
 
 wrong_misprint = change(
-    right_mean, "return x", "return z[np.argmin(np.abs(z - x0))]", stopped_by="tls_descent-lesson"
+    right_fit, "return x", "return z[np.argmin(np.abs(z - x0))]", stopped_by="tls_descent-lesson"
 )
 """Wrong: who starts near 10 ends at 10, as the lesson says without a c: always the nearest."""
 
-wrong_nan = change(right_mean, " if kept.size else x", "", caught_by="tls_descent-flat")
+wrong_nan = change(right_fit, " if kept.size else x", "", caught_by="tls_descent-flat")
 """Wrong where none is kept: the mean of nothing is NaN."""
 
 wrong_tiny_number = change(
-    right_mean,
+    right_fit,
     "np.mean(kept) if kept.size else x",
     "np.sum(kept) / (kept.size + 1e-12)",
     caught_by="tls_descent-flat",
@@ -69,7 +69,7 @@ wrong_tiny_number = change(
 """Wrong where none is kept: a tiny number in the denominator takes x to 0."""
 
 wrong_fit_wanted = change(
-    right_mean,
+    right_fit,
     "x = np.mean",
     'if kept.size == 0:\n    raise ValueError("none is left")\nx = np.mean',
     stopped_by="tls_descent-flat",
@@ -77,33 +77,30 @@ wrong_fit_wanted = change(
 """Wrong here: raises ValueError where none is kept, as in assignment 03."""
 
 wrong_nearest_when_flat = change(
-    right_mean, "else x", "else z[np.argmin(np.abs(z - x))]", caught_by="tls_descent-flat"
+    right_fit, "else x", "else z[np.argmin(np.abs(z - x))]", caught_by="tls_descent-flat"
 )
 """Wrong where none is kept: goes to the nearest measurement, though nothing pulls."""
 
-wrong_one_step = change(right_mean, "1000", "1", stopped_by="tls_descent-steps")
+wrong_one_step = change(right_fit, "1000", "1", stopped_by="tls_descent-steps")
 """Wrong: one mean, and no second look."""
 
 wrong_dropped_for_good = change(
-    right_mean,
-    "x = np.mean",
-    "z = kept if kept.size else z\nx = np.mean",
-    stopped_by="tls_descent-steps",
+    right_fit, "x = np.m", "z = kept if kept.size else z\nx = np.m", stopped_by="tls_descent-steps"
 )
 """Wrong: a measurement that was dropped once never comes back."""
 
 wrong_from_the_mean = change(
-    right_mean, "float(x0)", "np.mean(z)", stopped_by="tls_descent-by-hand"
+    right_fit, "float(x0)", "np.mean(z)", stopped_by="tls_descent-by-hand"
 )
 """Wrong: starts at the mean and ignores x0."""
 
-wrong_c_squared = change(right_mean, "np.abs", "np.square", stopped_by="tls_descent-by-hand")
+wrong_c_squared = change(right_fit, "np.abs", "np.square", stopped_by="tls_descent-by-hand")
 """Wrong: compares the square with c."""
 
-wrong_one_sided = change(right_mean, "np.abs(x - z)", "z - x", stopped_by="tls_descent-by-hand")
+wrong_one_sided = change(right_fit, "np.abs(x - z)", "z - x", stopped_by="tls_descent-by-hand")
 """Wrong for measurements far below x: forgets the absolute value."""
 
-wrong_at_the_knee = change(right_mean, "<=", "<", caught_by="tls_descent-shapes")
+wrong_at_the_knee = change(right_fit, "<=", "<", caught_by="tls_descent-shapes")
 """Wrong at |x - z| = c: drops a measurement that the inner piece keeps."""
 
 wrong_integers = change(
@@ -117,5 +114,5 @@ wrong_integers = change(
 )
 """Wrong for integers: whole-number division."""
 
-wrong_fifty_steps = change(right_mean, "1000", "50", caught_by="tls_descent-steps")
+wrong_fifty_steps = change(right_fit, "1000", "50", caught_by="tls_descent-steps")
 """Wrong for long descents: stops after fifty steps."""

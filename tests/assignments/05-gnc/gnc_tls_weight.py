@@ -64,10 +64,7 @@ wrong_misprint_surrogate = change(
 """Wrong: the weight of the lesson's printed surrogate, which never becomes TLS."""
 
 wrong_no_middle_piece = change(
-    right_clip,
-    "np.clip(w, 0.0, 1.0)",
-    "np.where(np.abs(u) <= c, 1.0, 0.0)",
-    stopped_by="gnc_tls_weight-by-hand",
+    right_clip, "np.clip(w, 0.0, 1.0)", "1 - (np.abs(u) > c)", stopped_by="gnc_tls_weight-by-hand"
 )
 """Wrong: 1 inside c and 0 past it, as if μ were infinite."""
 

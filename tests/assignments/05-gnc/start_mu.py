@@ -68,10 +68,7 @@ wrong_negative_mu = change(
 """Wrong for small residuals: the formula alone, which turns negative."""
 
 wrong_absolute_value = change(
-    right_ratio,
-    "(ratio - 1) if ratio > 1",
-    "abs(ratio - 1) if u_max > c / 2",
-    caught_by="start_mu-nothing",
+    right_ratio, ("(ratio - 1)", "abs(ratio - 1)"), ("> 1", "> 0.5"), caught_by="start_mu-nothing"
 )
 """Wrong for small residuals: takes the sign away, and gives inf only below half of c."""
 
@@ -92,9 +89,6 @@ wrong_tls_at_most_one = change(
 """Wrong above 1: takes TLS's μ for a number that is always small."""
 
 wrong_whole_numbers = change(
-    right_ratio,
-    "2 * u_max**2 / c**2",
-    "type(u_max * c)(2 * u_max**2 / c**2)",
-    caught_by="start_mu-shapes",
+    right_ratio, "if kind", "ratio = type(u_max * c)(ratio)\nif kind", caught_by="start_mu-shapes"
 )
 """Wrong for integers: divides them without a remainder."""

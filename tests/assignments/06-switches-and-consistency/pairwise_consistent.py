@@ -223,10 +223,7 @@ wrong_only_the_translation = change(
 """Wrong: compares the positions alone, and lets the angles disagree."""
 
 wrong_only_variances = change(
-    right_plain,
-    "np.linalg.inv(here[1])",
-    "np.diag(1 / np.diag(here[1]))",
-    caught_by="pairwise_consistent-lever",
+    right_plain, "inv(here[1])", "inv(here[1] * np.eye(3))", caught_by="pairwise_consistent-lever"
 )
 """Wrong: divides by the variances alone, as if the coordinates of the error were independent."""
 
@@ -236,18 +233,12 @@ wrong_not_wrapped = change(
 """Wrong: the angle is not brought into (-π, π], so that a whole turn is a large error."""
 
 wrong_no_logarithm = change(
-    right_plain,
-    "x, y = a[:2]",
-    "return np.array([*a[:2], angle])",
-    caught_by="pairwise_consistent-turns",
+    right_plain, "x, y = a[:2]", "return [*a[:2], angle]", caught_by="pairwise_consistent-turns"
 )
 """Wrong: takes [x, y, θ] itself, wrapped, for its logarithm."""
 
 wrong_bend = change(
-    right_plain,
-    ("x + angle", "x - angle"),
-    ("y - angle", "y + angle"),
-    caught_by="pairwise_consistent-turns",
+    right_plain, ("x + a", "x - a"), ("y - a", "y + a"), caught_by="pairwise_consistent-turns"
 )
 """Wrong: the logarithm bends the translation to the other side."""
 

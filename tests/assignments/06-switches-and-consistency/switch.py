@@ -81,18 +81,12 @@ wrong_lambda_is_one = change(
 """Wrong for λ other than 1: leaves it out of the switch."""
 
 wrong_linear = change(
-    right_closed,
-    "return s",
-    "return np.maximum(0.0, 1 - np.divide(chi2, 2 * lam))",
-    caught_by="switch-table",
+    right_closed, "return s", "return np.maximum(0.0, 1.5 - 0.5 / s)", caught_by="switch-table"
 )
 """Wrong: a switch that falls in a straight line and is 0 from χ² = 2λ on."""
 
 wrong_price_forgotten = change(
-    right_closed,
-    "lam * chi2 / (lam + chi2)",
-    "switch(chi2, lam) ** 2 * chi2",
-    stopped_by="switch-by-hand",
+    right_closed, "lam * chi2 /", "lam**2 * chi2 / (lam + chi2) /", stopped_by="switch-by-hand"
 )
 """Wrong cost: what is left of the residual, without the price of the switch."""
 
