@@ -42,7 +42,7 @@ def right_increment() -> None:
 
 
 def right_plain_sums() -> None:
-    """Right: sums in plain Python; the residuals' sign is changed, which an even weight ignores."""
+    """Right: sums in plain Python; residuals of the other sign, which an even weight ignores."""
 
     def location(z, sigma, weight, x0, tol):
         sigmas = list(sigma) if hasattr(sigma, "__len__") else [sigma] * len(z)
