@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from robust_slam.certificates.optimality import Verdict
-from robust_slam.descent import start
-from robust_slam.descent.undamped import gauss_newton
-from robust_slam.graphs.generate import circle, manhattan, sphere
-from robust_slam.graphs.metrics import ate, precision_recall
+from robust_slam.descent import gauss_newton, start
+from robust_slam.graphs import ate, circle, manhattan, precision_recall, sphere
 from robust_slam.pipeline import solve
 
 from tests.lib.worlds import with_outliers

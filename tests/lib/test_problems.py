@@ -6,13 +6,9 @@ import numpy as np
 import pytest
 from robust_slam.descent.undamped import gauss_newton
 from robust_slam.errors import Underdetermined
+from robust_slam.estimators import StopReason, irls
 from robust_slam.estimators.kernels import KERNELS, cauchy, squared, tls
-from robust_slam.estimators.result import StopReason
-from robust_slam.estimators.reweighting import irls
-from robust_slam.graphs.generate import circle
-from robust_slam.graphs.metrics import ate
-from robust_slam.graphs.odometry import dead_reckoning
-from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam.graphs import PoseGraph, ate, circle, dead_reckoning
 from robust_slam.problems import LinearProblem, LocationProblem, PoseGraphProblem, chain
 
 from tests.lib.worlds import chapter_0, cost_never_rises, refused, with_outliers

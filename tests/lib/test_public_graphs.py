@@ -11,8 +11,7 @@ from functools import cache
 import numpy as np
 import pytest
 from robust_slam.certificates import optimality
-from robust_slam.descent import start
-from robust_slam.descent.undamped import gauss_newton
+from robust_slam.descent import gauss_newton, start
 from robust_slam.graphs import pose_graph
 
 from tests.lib.worlds import public_graph

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 from robust_slam.descent.normal_equations import NormalEquations, weighted_edges
 from robust_slam.descent.step import Linearisation
-from robust_slam.graphs import datasets, se2, se3
+from robust_slam.graphs import add_random_closures, datasets, se2, se3
 from robust_slam.graphs.isotropic import precisions
-from robust_slam.graphs.outliers import add_random_closures
 from robust_slam.graphs.pose_graph import PoseGraph, with_closures
 from robust_slam.problems import chain
 

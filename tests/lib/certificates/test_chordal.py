@@ -7,9 +7,8 @@ import pytest
 from robust_slam.certificates import chordal
 from robust_slam.certificates.chordal import ChordalProblem
 from robust_slam.errors import Underdetermined
-from robust_slam.graphs import pose_graph, se3
+from robust_slam.graphs import PoseGraph, pose_graph, se3
 from robust_slam.graphs.isotropic import precisions
-from robust_slam.graphs.pose_graph import PoseGraph
 from robust_slam.graphs.rotations import nearest_rotations
 
 from tests.lib.worlds import assert_rotations, random_graph, refused, with_best_positions

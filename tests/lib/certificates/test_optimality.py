@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from robust_slam.certificates import chordal
+from robust_slam.certificates import Verdict, certificate, certify, chordal
 from robust_slam.certificates.chordal import ChordalProblem, chordal_cost
 from robust_slam.certificates.newton import polish
-from robust_slam.certificates.optimality import Verdict, certificate, certify
 from robust_slam.descent.undamped import gauss_newton
 from robust_slam.errors import Underdetermined
 from robust_slam.graphs import se2, se3

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from robust_slam.certificates import chordal
+from robust_slam.certificates import Verdict, certify, chordal
 from robust_slam.certificates.chordal import ChordalProblem, chordal_cost
-from robust_slam.certificates.optimality import Verdict, certify
 from robust_slam.certificates.sdp import solve_sdp
 from robust_slam.certificates.staircase import climb, rounded, solve_certified
 from robust_slam.graphs import se3

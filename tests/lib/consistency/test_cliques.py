@@ -23,16 +23,6 @@ def is_clique(adjacency, members):
     return np.all(adjacency[np.ix_(members, members)] | np.eye(len(members), dtype=bool))
 
 
-def largest_by_subsets(adjacency):
-    """The size of a largest clique, from all 2^m sets of vertices."""
-    m = len(adjacency)
-    return max(
-        len(chosen)
-        for chosen in (np.flatnonzero(number >> np.arange(m) & 1) for number in range(1 << m))
-        if is_clique(adjacency, chosen)
-    )
-
-
 def largest_by_growth(adjacency, inside=None):
     """The size of a largest clique among the set ``inside``: with its first vertex or without."""
     near = [set(np.flatnonzero(row)) for row in adjacency]
@@ -61,16 +51,6 @@ def decoy(seed, pieces=8, size=5, planted=9):
     adjacency[len(group) :, len(group) :] = ~np.eye(planted, dtype=bool)
     order = np.random.default_rng(seed).permutation(m)
     return adjacency[np.ix_(order, order)], np.flatnonzero(order >= len(group))
-
-
-@pytest.mark.parametrize("seed", range(6))
-@pytest.mark.parametrize("density", DENSITIES)
-def test_the_size_is_that_of_a_search_over_all_subsets(density, seed):
-    adjacency = random_adjacency(9, density, seed)
-    clique = max_clique(adjacency)
-    assert is_clique(adjacency, clique.members)
-    assert len(clique.members) == clique.bound == largest_by_subsets(adjacency)
-    assert clique.proven
 
 
 @pytest.mark.parametrize("budget", [1, 20, 60, 200, 1000, None])

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from robust_slam.descent.damped import levenberg_marquardt
-from robust_slam.descent.undamped import gauss_newton
-from robust_slam.graphs import pose_graph
-from robust_slam.graphs.generate import Noise, circle
-from robust_slam.graphs.odometry import dead_reckoning
+from robust_slam.descent import gauss_newton, levenberg_marquardt
+from robust_slam.graphs import Noise, circle, dead_reckoning, pose_graph
 
 from tests.lib.worlds import assert_same_poses, gradient, random_graph, with_outliers
 

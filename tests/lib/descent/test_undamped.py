@@ -9,9 +9,7 @@ from robust_slam.descent.start import chordal
 from robust_slam.descent.step import Linearisation
 from robust_slam.descent.undamped import descend, gauss_newton
 from robust_slam.errors import NotConverged, Underdetermined
-from robust_slam.graphs import pose_graph, se2
-from robust_slam.graphs.generate import Noise, circle, manhattan
-from robust_slam.graphs.odometry import dead_reckoning
+from robust_slam.graphs import Noise, circle, dead_reckoning, manhattan, pose_graph, se2
 from robust_slam.graphs.pose_graph import PoseGraph, select
 
 from tests.lib.worlds import (

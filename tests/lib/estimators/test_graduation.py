@@ -9,14 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from robust_slam.estimators import StopReason, chi_square_threshold, irls, kernels
 from robust_slam.estimators import graduation as g
-from robust_slam.estimators import kernels
 from robust_slam.estimators.graduation import GncGm, GncTls, gnc, start_mu, strides
-from robust_slam.estimators.result import StopReason
-from robust_slam.estimators.reweighting import irls
-from robust_slam.estimators.thresholds import chi_square_threshold
-from robust_slam.graphs.generate import circle, manhattan
-from robust_slam.graphs.metrics import ate
+from robust_slam.graphs import ate, circle, manhattan
 from robust_slam.problems import LocationProblem, PoseGraphProblem, chain
 
 from tests.lib.worlds import chapter_0, refused, with_outliers

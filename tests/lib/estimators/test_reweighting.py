@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from robust_slam.estimators import StopReason, irls
 from robust_slam.estimators.kernels import KERNELS, cauchy, huber, squared, tls
-from robust_slam.estimators.result import StopReason
-from robust_slam.estimators.reweighting import irls
 from robust_slam.problems import LinearProblem, LocationProblem
 
 from tests.lib.worlds import cost_never_rises
@@ -72,21 +71,6 @@ def test_the_fixed_point_of_the_lesson():
     np.testing.assert_allclose(
         result.weights, [0.899566, 0.692821, 0.799486, 0.900434, 0.003587], atol=5e-7
     )
-
-
-@pytest.mark.parametrize(
-    ("sigma", "c", "expected"),
-    [
-        (0.3, 3.0, [0.99, 0.125, -0.0125]),
-        (0.3, 4.0, [0.99, -0.0125]),
-        (1.0, 1.0, [0.99, 0.125, -0.0125]),
-    ],
-)
-def test_truncated_least_squares_on_the_lesson(sigma, c, expected):
-    result = irls(lesson(sigma), tls(c))
-    iterates = [step.x for step in result.history]
-    assert iterates == pytest.approx([*expected, expected[-1]], abs=1e-12)
-    assert result.stop is StopReason.CONVERGED
 
 
 def test_truncated_least_squares_that_rejects_all_keeps_its_start():

@@ -6,13 +6,10 @@ import numpy as np
 import pytest
 from robust_slam.descent.undamped import gauss_newton
 from robust_slam.errors import Underdetermined
-from robust_slam.estimators import kernels
-from robust_slam.estimators.result import StopReason
-from robust_slam.estimators.reweighting import irls
+from robust_slam.estimators import StopReason, irls, kernels
+from robust_slam.estimators import switched_cost as cost_of
 from robust_slam.estimators.switches import dcs, dcs_switch, joint_switchable, switch, switchable
-from robust_slam.estimators.switches import switched_cost as cost_of
-from robust_slam.graphs import pose_graph, se2
-from robust_slam.graphs.generate import Noise, circle
+from robust_slam.graphs import Noise, circle, pose_graph, se2
 from robust_slam.problems import LocationProblem, PoseGraphProblem
 
 from tests.lib.worlds import cost_never_rises, curving_walk, refused, shaken, slopes

@@ -9,16 +9,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from robust_slam.descent.undamped import gauss_newton
-from robust_slam.estimators.graduation import gnc
-from robust_slam.estimators.result import StopReason
-from robust_slam.estimators.thresholds import chi_square_threshold
+from robust_slam.estimators import StopReason, chi_square_threshold, gnc
 from robust_slam.fleet.rounds import Fleet, solve
-from robust_slam.graphs import pose_graph, se2
+from robust_slam.graphs import PoseGraph, add_random_closures, ate, pose_graph, se2, spanning_tree
 from robust_slam.graphs.generate import Noise, manhattan, sphere
-from robust_slam.graphs.metrics import ate
-from robust_slam.graphs.odometry import spanning_tree
-from robust_slam.graphs.outliers import add_random_closures
-from robust_slam.graphs.pose_graph import PoseGraph
 from robust_slam.problems import PoseGraphProblem
 
 from tests.lib.worlds import refused

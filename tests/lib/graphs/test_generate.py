@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from robust_slam.graphs import pose_graph, se2, se3
+from robust_slam.graphs import dead_reckoning, pose_graph, se2, se3
 from robust_slam.graphs.generate import Noise, circle, manhattan, sphere
 from robust_slam.graphs.group import group_of
-from robust_slam.graphs.odometry import dead_reckoning
 
 from tests.lib.worlds import assert_same_poses
 

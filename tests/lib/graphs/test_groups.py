@@ -171,15 +171,3 @@ def test_the_group_is_told_by_the_shape():
     for shape in [(), (5,), (5, 4), (5, 4, 4), (5, 7)]:
         with pytest.raises(ValueError, match=r"poses: the shape is"):
             groups.group_of(np.zeros(shape))
-
-
-def test_a_motion_in_the_plane_is_the_same_in_space():
-    """Exp, composition and residual of SE(3) restricted to x, y and the turn about z."""
-    flat = random_twists(se2, 50, np.random.default_rng(9))
-    space = np.zeros((50, 6))
-    space[:, [0, 1, 5]] = flat
-    p, q = se2.exp(flat), se3.exp(space)
-    np.testing.assert_allclose(q[:, :2, 3], p[:, :2], atol=1e-14)
-    np.testing.assert_allclose(q[:, :2, :2], se2.rotation(p), atol=1e-14)
-    jacobian = se3.inverse_right_jacobian(space)[:, [0, 1, 5]][:, :, [0, 1, 5]]
-    np.testing.assert_allclose(jacobian, se2.inverse_right_jacobian(flat), atol=1e-12)

@@ -7,10 +7,8 @@ import sys
 
 import numpy as np
 import pytest
-from robust_slam.descent import start
-from robust_slam.descent.undamped import gauss_newton
-from robust_slam.graphs import gtsam_graph, pose_graph, se2
-from robust_slam.graphs.odometry import spanning_tree
+from robust_slam.descent import gauss_newton, start
+from robust_slam.graphs import gtsam_graph, pose_graph, se2, spanning_tree
 
 from tests.conftest import leave_out
 from tests.lib.worlds import GROUPS, assert_same_poses, public_graph, random_graph, refused

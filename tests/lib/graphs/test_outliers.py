@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from robust_slam.graphs import outliers, pose_graph, se2
-from robust_slam.graphs.generate import Noise, circle
+from robust_slam.graphs import Noise, circle, outliers, pose_graph, se2
 from robust_slam.graphs.outliers import (
     add_aliased_closures,
     add_grouped_closures,
