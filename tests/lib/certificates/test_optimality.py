@@ -12,7 +12,7 @@ from robust_slam.errors import Underdetermined
 from robust_slam.graphs import se2, se3
 from robust_slam.graphs.pose_graph import PoseGraph, with_closures
 
-from tests.lib.worlds import about_z, refused, reweighted, ring, unit_information
+from tests.lib.worlds import about_z, refused, ring, unit_information
 
 
 def turning_cycle(group, n, angle):
@@ -155,15 +155,6 @@ def test_with_a_wrong_closure_kept_it_certifies_a_wrong_map(group):
     poses, record = certify(longer, truth, np.arange(9) < 8.0)
     assert record.verdict is Verdict.CERTIFIED
     np.testing.assert_allclose(poses, truth, atol=1e-12)
-
-
-def test_weights_multiply_the_information(group):
-    graph, truth, _ = ring(group, 6, 1, 0.1, chords=3)
-    w = np.linspace(0.2, 1.0, len(graph.edges))
-    one, other = certify(graph, truth, w)[1], certify(reweighted(graph, w), truth)[1]
-    assert one.verdict is other.verdict is Verdict.CERTIFIED
-    assert one.cost == pytest.approx(other.cost, rel=1e-10)
-    assert one.eta == pytest.approx(other.eta, rel=1e-6)
 
 
 def test_the_verdict_does_not_depend_on_the_unit_of_the_information(group):

@@ -330,20 +330,17 @@ def test_measurements_that_are_none_are_refused_by_name(wrong, message):
         connection_matrix(**(arguments | wrong))
 
 
-@pytest.mark.parametrize(
-    ("Q", "d", "told"),
-    [
-        (np.eye(4)[:3], 2, "Q: the shape"),
-        (np.triu(np.ones((4, 4))), 2, "Q is not symmetric"),
-        (np.full((4, 4), np.nan), 2, "Q: the entry"),
-        (np.eye(4), 3, "Q: 4 rows are not blocks of d = 3"),
-        (np.eye(4), 1, "Q: 4 rows are not blocks of d = 1"),
-        (np.empty((0, 0)), 2, "Q: the shape"),
-    ],
+@refused(
+    ((np.eye(4)[:3], 2), "Q: the shape"),
+    ((np.triu(np.ones((4, 4))), 2), "Q is not symmetric"),
+    ((np.full((4, 4), np.nan), 2), "Q: the entry"),
+    ((np.eye(4), 3), "Q: 4 rows are not blocks of d = 3"),
+    ((np.eye(4), 1), "Q: 4 rows are not blocks of d = 1"),
+    ((np.empty((0, 0)), 2), "Q: the shape"),
 )
-def test_a_matrix_that_is_no_cost_is_refused_by_name(Q, d, told):
-    with pytest.raises(ValueError, match=told):
-        solve_sdp(Q, d)
+def test_a_matrix_that_is_no_cost_is_refused_by_name(wrong, message):
+    with pytest.raises(ValueError, match=message):
+        solve_sdp(*wrong)
 
 
 def test_a_solution_of_another_size_is_refused():

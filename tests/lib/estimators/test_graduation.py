@@ -75,13 +75,6 @@ def test_every_formula_keeps_the_shape_that_it_gets(kind, u):
         assert function(argument, 2.0, 0.7).shape == np.shape(u)
 
 
-def test_tls_has_no_jump_at_its_knees(mu):
-    for knee, level in zip(knees(2.0, mu), (1.0, 0.0), strict=True):
-        sides = np.array([knee * (1.0 - 1e-9), knee * (1.0 + 1e-9)])
-        assert np.ptp(g.tls_surrogate(sides, 2.0, mu)) < 1e-7
-        np.testing.assert_allclose(g.tls_weight(sides, 2.0, mu), level, atol=1e-5)
-
-
 def test_between_the_knees_the_curvature_of_tls_is_minus_mu(mu):
     low, high = knees(2.0, mu)
     u, h = 0.5 * (low + high), 1e-3 * (high - low)

@@ -230,18 +230,15 @@ def test_bad_input_is_refused_by_name(wrong, message):
         max_mixture_modes(PoseGraphProblem(GRAPH), [], **wrong)
 
 
-@pytest.mark.parametrize(
-    ("edges", "measurement", "told"),
-    [
-        ([3], np.zeros((1, 3)), "edges: an entry is outside 0 to 2"),
-        ([-1], np.zeros((1, 3)), "edges: an entry is outside 0 to 2"),
-        ([True, False, True], np.zeros((2, 3)), "edges: give the numbers of edges"),
-        ([2], np.zeros((2, 3)), "measurement: the shape"),
-    ],
+@refused(
+    (([3], 0.5, np.zeros((1, 3))), "edges: an entry is outside 0 to 2"),
+    (([-1], 0.5, np.zeros((1, 3))), "edges: an entry is outside 0 to 2"),
+    (([True, False, True], 0.5, np.zeros((2, 3))), "edges: give the numbers of edges"),
+    (([2], 0.5, np.zeros((2, 3))), "measurement: the shape"),
 )
-def test_an_alternative_for_an_edge_that_is_not_there_is_refused(edges, measurement, told):
-    with pytest.raises(ValueError, match=told):
-        alternative(GRAPH, edges, 0.5, measurement)
+def test_an_alternative_for_an_edge_that_is_not_there_is_refused(wrong, message):
+    with pytest.raises(ValueError, match=message):
+        alternative(GRAPH, *wrong)
 
 
 @refused(

@@ -10,7 +10,7 @@ from robust_slam.graphs import se3
 from robust_slam.graphs.metrics import align, ate, precision_recall, rpe
 
 from tests.conftest import leave_out
-from tests.lib.worlds import assert_same_poses, random_poses
+from tests.lib.worlds import assert_same_poses, random_poses, refused
 
 seeds = pytest.mark.parametrize("seed", range(4))
 
@@ -64,17 +64,14 @@ def test_keeping_nothing_makes_no_wrong_choice_and_finding_nothing_misses_nothin
     assert precision_recall(np.array([], dtype=bool), np.array([], dtype=bool)) == (1.0, 1.0)
 
 
-@pytest.mark.parametrize(
-    ("kept", "true", "told"),
-    [
-        ([True], [True, False], "true: the shape"),
-        ([1, 0], [True, False], "kept: the entries"),
-        ([True, False], [0.0, 1.0], "true: the entries"),
-    ],
+@refused(
+    (([True], [True, False]), "true: the shape"),
+    (([1, 0], [True, False]), "kept: the entries"),
+    (([True, False], [0.0, 1.0]), "true: the entries"),
 )
-def test_masks_that_are_no_masks_are_refused(kept, true, told):
-    with pytest.raises(ValueError, match=told):
-        precision_recall(kept, true)
+def test_masks_that_are_no_masks_are_refused(wrong, message):
+    with pytest.raises(ValueError, match=message):
+        precision_recall(*wrong)
 
 
 def test_stretched_to_double_length_by_hand(group):
