@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from matplotlib import pyplot as plt
 from matplotlib.colors import to_hex
+from matplotlib.lines import Line2D
 from robust_slam.graphs.generate import circle, sphere
 from robust_slam.graphs.outliers import add_random_closures
 from robust_slam_course.plots import opening
@@ -31,8 +32,8 @@ COORDINATES = re.compile(r'(?:\sd|transform|\sx|\sy)="([^"]*)"')
 def town():
     rng = np.random.default_rng(5)
     honest, truth = circle(20, rng, laps=2, closures=4)
-    graph, is_lie = add_random_closures(honest, 2, rng, poses=truth)
-    return graph, is_lie, truth
+    graph, wrong = add_random_closures(honest, 2, rng, poses=truth)
+    return graph, wrong, truth
 
 
 def ends_drawn(ax, colour: str) -> set[tuple[float, ...]]:
@@ -40,24 +41,37 @@ def ends_drawn(ax, colour: str) -> set[tuple[float, ...]]:
     segments = set()
     for line in ax.lines:
         if to_hex(line.get_color()) == colour.lower() and line.get_linestyle() != "None":
-            xy = np.column_stack(line.get_data())
-            for a, b in pairwise(xy):
+            for a, b in pairwise(np.column_stack(line.get_data())):
                 if np.all(np.isfinite([a, b])):
                     segments.add(tuple(np.round([*a, *b], 9)))
     return segments
 
 
-def test_every_edge_is_drawn_once_in_the_colour_of_its_kind(ax) -> None:
-    graph, is_lie, truth = town()
-    draw_map(ax, graph, truth, is_outlier=is_lie)
-    kinds = {
-        "estimate": graph.is_odometry,
-        "inlier": ~graph.is_odometry & ~is_lie,
-        "outlier": is_lie,
+def ends_of(places: np.ndarray, edges: np.ndarray) -> set[tuple[float, ...]]:
+    """Return the segments of some edges between places (n, 2), each as (x, y, x, y)."""
+    return {tuple(np.round(row, 9)) for row in places[edges].reshape(-1, 4)}
+
+
+def named(ax) -> dict[str, Line2D]:
+    """The lines that the legend names, without their counts."""
+    return {
+        line.get_label().partition(" (")[0]: line
+        for line in ax.lines
+        if not line.get_label().startswith("_")
     }
+
+
+def words_below(ax) -> set[str]:
+    return {text.get_text() for text in legend_below(ax).get_texts()}
+
+
+def test_every_edge_is_drawn_once_in_the_colour_of_its_kind(ax) -> None:
+    graph, wrong, truth = town()
+    draw_map(ax, graph, truth, is_outlier=wrong)
+    inliers = ~graph.is_odometry & ~wrong
+    kinds = {"estimate": graph.is_odometry, "inlier": inliers, "outlier": wrong}
     for colour, chosen in kinds.items():
-        ends = truth[graph.edges[chosen]][:, :, :2].reshape(-1, 4)
-        assert ends_drawn(ax, PALETTE[colour]) == {tuple(np.round(row, 9)) for row in ends}
+        assert ends_drawn(ax, PALETTE[colour]) == ends_of(truth[:, :2], graph.edges[chosen])
 
 
 def test_a_map_has_one_scale_and_the_truth_is_dotted(ax) -> None:
@@ -68,9 +82,9 @@ def test_a_map_has_one_scale_and_the_truth_is_dotted(ax) -> None:
 
 
 def test_a_smaller_weight_is_fainter_and_zero_is_still_seen(ax) -> None:
-    graph, is_lie, truth = town()
-    weights = np.where(is_lie, 0.0, 1.0)
-    draw_map(ax, graph, truth, is_outlier=is_lie, weights=weights)
+    graph, wrong, truth = town()
+    weights = np.where(wrong, 0.0, 1.0)
+    draw_map(ax, graph, truth, is_outlier=wrong, weights=weights)
     alphas = {to_hex(line.get_color()): line.get_alpha() for line in ax.lines}
     assert 0.0 < alphas[PALETTE["outlier"].lower()] < 0.3
     assert alphas[PALETTE["inlier"].lower()] == 1.0
@@ -78,66 +92,63 @@ def test_a_smaller_weight_is_fainter_and_zero_is_still_seen(ax) -> None:
 
 def decisions():
     """A map with one mistake of each kind, and the words for every edge."""
-    graph, is_lie, truth = town()
-    kept = ~is_lie
-    kept[np.flatnonzero(is_lie)[0]] = True
+    graph, wrong, truth = town()
+    kept = ~wrong
+    kept[np.flatnonzero(wrong)[0]] = True
     kept[np.flatnonzero(~graph.is_odometry)[0]] = False
     words = np.where(
         graph.is_odometry,
         "odometry",
-        np.char.add(np.where(is_lie, "wrong, ", "true, "), np.where(kept, "kept", "rejected")),
+        np.char.add(np.where(wrong, "wrong, ", "true, "), np.where(kept, "kept", "rejected")),
     )
-    return graph, is_lie, truth, kept, words
+    return graph, wrong, truth, kept, words
 
 
-def test_decisions_are_named_and_counted_in_the_legend(ax) -> None:
-    graph, is_lie, truth, kept, words = decisions()
-    draw_map(ax, graph, truth, is_outlier=is_lie, kept=kept)
-    told = {text.get_text() for text in legend_below(ax).get_texts()}
-    names, counts = np.unique(words, return_counts=True)
-    assert told == {f"{name} ({count})" for name, count in zip(names, counts, strict=True)}
-    assert len(told) == 5
+@pytest.fixture
+def judged(ax):
+    """The axes on which the map of decisions is drawn."""
+    graph, wrong, truth, kept, _ = decisions()
+    return draw_map(ax, graph, truth, is_outlier=wrong, kept=kept)
 
 
-def test_every_decision_has_a_look_of_its_own_without_colour(ax) -> None:
-    graph, is_lie, truth, kept, _ = decisions()
-    draw_map(ax, graph, truth, is_outlier=is_lie, kept=kept)
-    named = [line for line in ax.lines if not line.get_label().startswith("_")]
+def test_decisions_are_named_and_counted_in_the_legend(judged) -> None:
+    names, counts = np.unique(decisions()[-1], return_counts=True)
+    assert len(names) == 5
+    assert words_below(judged) == {
+        f"{name} ({count})" for name, count in zip(names, counts, strict=True)
+    }
+
+
+def test_every_decision_has_a_look_of_its_own_without_colour(judged) -> None:
     looks = {
         (str(line._unscaled_dash_pattern), line.get_linewidth(), line.get_marker())
-        for line in named
+        for line in named(judged).values()
     }
-    assert len(looks) == len(named) == 5
+    assert len(looks) == len(named(judged)) == 5
 
 
-def test_a_wrong_decision_has_a_marker_at_the_middle_of_its_edge(ax) -> None:
-    graph, is_lie, truth, kept, words = decisions()
-    draw_map(ax, graph, truth, is_outlier=is_lie, kept=kept)
-    for line in ax.lines:
-        word = line.get_label().partition(" (")[0]
+def test_a_wrong_decision_has_a_marker_at_the_middle_of_its_edge(judged) -> None:
+    graph, _, truth, _, words = decisions()
+    for word, line in named(judged).items():
         if word in ("wrong, kept", "true, rejected"):
             marked = np.column_stack(line.get_data())[line.get_markevery()]
             middles = truth[graph.edges[words == word]][:, :, :2].mean(axis=1)
             np.testing.assert_allclose(marked, middles)
-        elif line.get_label() in words:
+        else:
             assert line.get_marker() == "None"
 
 
 def test_the_legend_of_decisions_names_every_look_that_a_map_draws(ax) -> None:
-    graph, is_lie, truth, kept, _ = decisions()
-    draw_map(ax, graph, truth, is_outlier=is_lie, kept=kept, truth=truth)
-    drawn = {
-        line.get_label().partition(" (")[0]: (line.get_color(), line.get_linestyle())
-        for line in ax.lines
-        if not line.get_label().startswith("_")
-    }
+    graph, wrong, truth, kept, _ = decisions()
+    draw_map(ax, graph, truth, is_outlier=wrong, kept=kept, truth=truth)
+    drawn = {word: (line.get_color(), line.get_linestyle()) for word, line in named(ax).items()}
     assert {h.get_label(): (h.get_color(), h.get_linestyle()) for h in decision_legend()} == drawn
 
 
 def test_without_the_truth_closures_are_kept_or_rejected(ax) -> None:
     graph, _, truth, kept, _ = decisions()
     draw_map(ax, graph, truth, kept=kept)
-    words = {text.get_text().partition(" (")[0] for text in legend_below(ax).get_texts()}
+    words = {word.partition(" (")[0] for word in words_below(ax)}
     assert words == {"odometry", "kept", "rejected"}
 
 
@@ -145,9 +156,8 @@ def test_without_the_truth_closures_are_kept_or_rejected(ax) -> None:
 def test_a_map_in_space_is_seen_from_a_side(ax, view: tuple[int, int]) -> None:
     graph, truth = sphere(40, np.random.default_rng(6))
     draw_map(ax, graph, truth, truth=truth, view=view)
-    place = truth[:, list(view), 3]
-    ends = place[graph.edges[graph.is_odometry]].reshape(-1, 4)
-    assert ends_drawn(ax, PALETTE["estimate"]) == {tuple(np.round(row, 9)) for row in ends}
+    odometry = ends_of(truth[:, list(view), 3], graph.edges[graph.is_odometry])
+    assert ends_drawn(ax, PALETTE["estimate"]) == odometry
 
 
 @pytest.mark.parametrize("view", [(0, 2), (0, -1), (0,), (0, 1, 1)])
@@ -163,18 +173,16 @@ def test_any_number_of_weights_makes_few_lines_and_loses_no_edge(ax) -> None:
     weights = rng.random(len(graph.edges))
     draw_map(ax, graph, truth, weights=weights)
     assert len(ax.lines) <= 2 * 256 + 1
-    ends = truth[graph.edges][:, :, :2].reshape(-1, 4)
     drawn = ends_drawn(ax, PALETTE["estimate"]) | ends_drawn(ax, PALETTE["inlier"])
-    assert drawn == {tuple(np.round(row, 9)) for row in ends}
+    assert drawn == ends_of(truth[:, :2], graph.edges)
 
 
 def test_beside_decisions_the_truth_is_named_and_looks_like_none_of_them(ax) -> None:
-    graph, is_lie, truth, kept, _ = decisions()
-    draw_map(ax, graph, truth, is_outlier=is_lie, kept=kept, truth=truth)
-    named = [line for line in ax.lines if not line.get_label().startswith("_")]
-    assert named[0].get_label() == "true path"
-    assert len({str(line._unscaled_dash_pattern) for line in named}) == 5
-    assert named[0].get_linestyle() == ":"
+    graph, wrong, truth, kept, _ = decisions()
+    draw_map(ax, graph, truth, is_outlier=wrong, kept=kept, truth=truth)
+    first, *_ = named(ax).items()
+    assert (first[0], first[1].get_linestyle()) == ("true path", ":")
+    assert len({str(line._unscaled_dash_pattern) for line in named(ax).values()}) == 5
 
 
 @pytest.mark.parametrize("name", ["poses", "truth", "weights", "is_outlier"])
@@ -185,7 +193,7 @@ def test_an_array_of_the_wrong_length_is_named(ax, name: str) -> None:
         draw_map(ax, graph, **arguments)
 
 
-def test_a_heading_points_ahead_and_a_lonely_name_stands_behind(ax) -> None:
+def test_a_heading_points_ahead_and_a_name_alone_stands_behind(ax) -> None:
     draw_headings(ax, [[1.0, 2.0, np.pi / 2]], ["1"], size=0.5)
     tip = ax.texts[0].xy
     name = ax.texts[1]
@@ -214,7 +222,7 @@ def test_a_name_for_each_pose(ax) -> None:
         draw_headings(ax, np.zeros((3, 3)), ["1", "2"])
 
 
-def test_a_chain_draws_closures_above_lies_below_and_odometry_on_the_line(ax) -> None:
+def test_a_chain_draws_closures_above_outliers_below_and_odometry_on_the_line(ax) -> None:
     draw_chain(
         ax,
         [0, 1, 2],
@@ -247,8 +255,8 @@ def test_a_chain_names_its_poses_from_one_unless_told_not_to(ax) -> None:
 
 
 def test_the_legend_shows_each_kind_as_the_map_draws_it(ax) -> None:
-    graph, is_lie, truth = town()
-    draw_map(ax, graph, truth, is_outlier=is_lie, truth=truth)
+    graph, wrong, truth = town()
+    draw_map(ax, graph, truth, is_outlier=wrong, truth=truth)
     drawn = {(line.get_color(), line.get_linestyle()) for line in ax.lines}
     assert {(h.get_color(), h.get_linestyle()) for h in map_legend()} <= drawn
 
