@@ -29,7 +29,7 @@ _OPTIONS = (
     f"--IdentityProvider.token={TOKEN}",
     "--LabApp.check_for_updates_class=jupyterlab.NeverCheckForUpdate",
 )
-_START_SECONDS = 60.0
+_START_SECONDS = 300.0
 _SETTINGS: dict[str, dict[str, object]] = {
     "notebook-extension/tracker": {"windowingMode": "none"},
     "apputils-extension/notification": {"fetchNews": "false"},  # its question covers the cells

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 import subprocess
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -20,29 +21,23 @@ pytestmark = pytest.mark.browser
 CHAPTER = ROOT / "chapters" / "03-irls.ipynb"
 
 
-@pytest.fixture(scope="module")
-def export(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A chapter, run and exported by nbconvert as anybody would."""
+@pytest.fixture(scope="module", autouse=True)
+def exporting(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[], Path]]:
+    """A chapter is run and exported as anybody would; the function waits for its page.
+
+    It runs beside the test of JupyterLab, which mostly waits.
+    """
     folder = tmp_path_factory.mktemp("export")
     command = [jupyterlab.SCRIPTS / "jupyter", "nbconvert", "--execute", "--to", "html", CHAPTER]
-    subprocess.run([*command, "--output-dir", folder], check=True, capture_output=True)
-    return folder / "03-irls.html"
+    with subprocess.Popen([*command, "--output-dir", folder], stderr=subprocess.PIPE) as running:
 
+        def wait() -> Path:
+            _, said = running.communicate()
+            assert running.returncode == 0, said.decode()
+            return folder / "03-irls.html"
 
-def test_an_export_needs_no_kernel(export: Path, open_page: Opener) -> None:
-    page = open_page(export.as_uri()).page
-    canvases = page.locator(".rs-canvas").all()
-    assert canvases
-    for canvas in canvases:
-        for control in controls(canvas):
-            by_keyboard(control, 0)
-            first = picture(canvas)
-            by_keyboard(control, size(control) - 1)
-            assert picture(canvas) != first
-    assert page.locator(".jupyter-widgets, .widget-subarea").count() == 0
-    answer = page.locator(".rs-quiz details").first
-    answer.locator("summary").click()
-    assert answer.locator("p").is_visible()
+        yield wait
+        running.kill()
 
 
 def test_a_kernel_draws_it_anew(browser: Browser, tmp_path: Path) -> None:
@@ -59,6 +54,22 @@ def test_a_kernel_draws_it_anew(browser: Browser, tmp_path: Path) -> None:
             if any("Canvas: " in text for text in texts(cell)):
                 moves(notebook.cells.nth(number))
                 assert not page.locator(".jp-OutputArea-output[data-mime-type*=stderr]").count()
+
+
+def test_an_export_needs_no_kernel(exporting: Callable[[], Path], open_page: Opener) -> None:
+    page = open_page(exporting().as_uri()).page
+    canvases = page.locator(".rs-canvas").all()
+    assert canvases
+    for canvas in canvases:
+        for control in controls(canvas):
+            by_keyboard(control, 0)
+            first = picture(canvas)
+            by_keyboard(control, size(control) - 1)
+            assert picture(canvas) != first
+    assert page.locator(".jupyter-widgets, .widget-subarea").count() == 0
+    answer = page.locator(".rs-quiz details").first
+    answer.locator("summary").click()
+    assert answer.locator("p").is_visible()
 
 
 def texts(cell: dict[str, object]) -> list[str]:
