@@ -1,14 +1,17 @@
 """Mutants of the grader: small changes that remove a protection, and the test that catches each.
 
 ``python -m tests.autograder.mutants [WORD…]`` changes a copy of the grader, one mutant at a time,
-and runs its test, which must fail. First every test must pass on the grader as it is. With words,
-only mutants whose file or test contains one of them are tried. All of them take minutes.
+and runs its test, which must fail or take longer than ``SECONDS``. First every test must pass on
+the grader as it is. With words, only mutants whose file or test contains one of them are tried.
+All of them take minutes.
 """
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -19,6 +22,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = Path("autograder/robust_slam_autograder")
 TESTS = Path("tests/autograder")
+SECONDS = 240
+"""For one test. A mutant may hang: that counts as caught."""
 
 
 @dataclass(frozen=True)
@@ -31,116 +36,152 @@ class Mutant:
     caught_by: str
 
 
-SANDBOX = "sandbox/test_sandbox.py"
-MARKING = "grading/test_marking.py"
+BATCH = "grading/test_batch.py::test_"
+MARKING = "grading/test_marking.py::test_"
+SANDBOX = "sandbox/test_sandbox.py::"
+SEEN = f"{SANDBOX}TestWhatIsSeen::test_"
+SECCOMP = "sandbox/test_seccomp.py::test_"
+SESSION = "executor/test_session.py::test_"
+VIEW = "sandbox/test_view.py::test_"
+WATCH = "sandbox/test_watch.py::test_"
+WIRE = "student/test_wire.py::test_"
+USES = f"{WATCH}memory_files_and_threads_of_all_processes_count"
 
-MUTANTS = (
-    # The sandbox.
-    Mutant(
-        "sandbox/watch.py",
-        "threads > 2 * PROCESSES",
-        "threads > 20 * PROCESSES",
-        "sandbox/test_watch.py::test_threads_of_all_processes_count_to_twice_the_kernels_limit",
-    ),
-    Mutant(
-        "sandbox/keeper.py",
-        "    system.forbid_new_privileges()\n",
-        "",
-        "sandbox/test_sandbox.py::TestWhatIsSeen::test_it_has_no_rights_and_no_files_open",
-    ),
-    Mutant(
-        "sandbox/keeper.py",
-        "    os.closerange(3, 1 << 16)\n",
-        "",
-        "sandbox/test_sandbox.py::TestWhatIsSeen::test_it_has_no_rights_and_no_files_open",
-    ),
-    Mutant(
-        "sandbox/keeper.py",
-        "    if program is not None:\n",
-        "    if False:\n",
-        f"{SANDBOX}::test_what_is_out_of_reach",
-    ),
-    # The executor and the messages.
-    Mutant(
-        "executor/memory.py",
-        "(most - KEPT_BACK_BYTES, most))\n    try",
-        "(most, most))\n    try",
-        "executor/test_memory.py::test_tests_have_their_share_and_the_grader_keeps_its_own",
-    ),
-    Mutant(
-        "executor/handed_over.py",
-        "        if name not in named:\n",
-        "        if False:\n",
-        "executor/test_handed_over.py::test_what_the_author_did_not_provide_for_is_refused",
-    ),
-    Mutant(
-        "executor/session.py",
-        " if name not in _ENDS_OF_LOOPS)",
-        ")",
-        "executor/test_session.py::test_nothing_that_a_student_raises_empties_a_loop",
-    ),
-    Mutant(
-        "executor/budget.py",
-        "            self._ended += self._running()\n",
-        "",
-        "executor/test_budget.py::test_what_an_ended_process_used_stays_used",
-    ),
-    Mutant(
-        "student/wire.py",
-        "    if depth > MAX_DEPTH:\n",
-        "    if False:\n",
-        "student/test_wire.py::test_a_sender_refuses_what_its_reader_would",
-    ),
-    Mutant(
-        "student/wire.py",
-        "    if len(body) > MAX_PAIR_BYTES:\n",
-        "    if False:\n",
-        "student/test_wire.py::test_hand_written_bytes_are_refused",
-    ),
-    Mutant(
-        "student/channel.py",
-        "    if not isinstance(kind, str) or type(number) is not int:\n",
-        "    if False:\n",
-        "student/test_channel.py::test_a_message_of_another_shape_ends_the_conversation",
-    ),
-    # Marks.
-    Mutant(
-        "grading/marking.py",
-        "missing = not score and owner",
-        "missing = owner",
-        f"{MARKING}::test_an_exercise_that_earned_points_is_not_missing",
-    ),
-    Mutant(
-        "grading/marking.py",
-        "cases = _Cases(self.assignment, session, sources, seed)",
-        "cases = _Cases(self.assignment, session, sources, PUBLIC_SEED)",
-        f"{MARKING}::test_hidden_inputs_are_drawn_from_the_batchs_seed",
-    ),
-    Mutant(
-        "grading/marking.py",
-        "sources, PUBLIC_SEED, explain.Calls())",
-        "sources, 1, explain.Calls())",
-        f"{MARKING}::test_visible_checks_draw_from_the_public_seed",
-    ),
-    Mutant(
-        "grading/marking.py",
-        "        if known or session.fault is None:\n",
-        "        if True:\n",
-        f"{MARKING}::test_a_fault_that_a_test_swallows_is_a_fault",
-    ),
-    Mutant(
-        "grading/marking.py",
-        "        contextlib.redirect_stdout(nowhere),\n",
-        "",
-        f"{MARKING}::test_tests_print_nothing",
-    ),
-    Mutant(
-        "grading/marking.py",
-        'exec", dont_inherit=True, optimize=0',
-        'exec", dont_inherit=True',
-        f"{MARKING}::test_asserts_count_under_an_optimising_interpreter",
-    ),
-)
+_CHANGES = {
+    "sandbox/watch.py": [
+        ("threads > 2 * PROCESSES", "threads > 20 * PROCESSES", USES),
+        ("info.rss - info.shared", "0", USES),
+        ("info.rss - info.shared", "info.rss", USES),
+        (", BLOCK)", ", 0)", f"{WATCH}files_on_the_disk_count"),
+    ],
+    "sandbox/keeper.py": [
+        ("    system.forbid_new_privileges()\n", "", f"{SEEN}it_has_no_rights_and_no_files_open"),
+        ("    os.closerange(3, 1 << 16)\n", "", f"{SEEN}it_has_no_rights_and_no_files_open"),
+        ("if program is not None:", "if False:", f"{SANDBOX}test_what_is_out_of_reach"),
+    ],
+    "sandbox/inside.py": [
+        ('        "RLIMIT_FSIZE": SCRATCH_BYTES,\n', "", f"{SEEN}the_kernel_limits_each_process"),
+        ('        "RLIMIT_CORE": 0,\n', "", f"{SEEN}the_kernel_limits_each_process"),
+    ],
+    "sandbox/fork.py": [
+        (', env=environment\n', "\n", f"{SEEN}the_environment_is_the_sandboxs_own"),
+    ],
+    "sandbox/view.py": [
+        (', ".ipynb_checkpoints")', ")", f"{VIEW}an_editors_copies_of_a_withheld_module"),
+        (" if _is_shown(inner, rules))", ")", f"{VIEW}a_link_in_a_folder_leads_nowhere_else"),
+        (", path.resolve()):", ",):", f"{VIEW}a_folder_in_view_is_found_also_through_a_link"),
+    ],
+    "sandbox/seccomp.py": [
+        ("        *(221, 187, 27),", "", f"{SECCOMP}what_acts_on_others_is_refused"),
+        ("_EVICT = (20, 21)", "_EVICT = (20,)", f"{SECCOMP}calls_are_judged_by_their_arguments"),
+    ],
+    "executor/memory.py": [
+        (
+            "(most - KEPT_BACK_BYTES, most))\n    try",
+            "(most, most))\n    try",
+            "executor/test_memory.py::test_tests_have_their_share_and_the_grader_keeps_its_own",
+        ),
+    ],
+    "executor/handed_over.py": [
+        (
+            "if name not in named:",
+            "if False:",
+            "executor/test_handed_over.py::test_what_the_author_did_not_provide_for_is_refused",
+        ),
+    ],
+    "executor/session.py": [
+        (" if name not in _ENDS_OF_LOOPS)", ")", f"{SESSION}nothing_that_a_student_raises"),
+        (
+            "if self.fault or channel is not self._channel:",
+            "if self.fault:",
+            f"{SESSION}a_function_that_a_function_returned_has_the_same_deadline",
+        ),
+        (
+            "not self._channel.is_quiet()",
+            "False",
+            f"{SESSION}a_process_that_talks_by_itself_is_replaced_for_the_next_cell",
+        ),
+    ],
+    "executor/budget.py": [
+        (
+            "            self._ended += self._running()\n",
+            "",
+            "executor/test_budget.py::test_what_an_ended_process_used_stays_used",
+        ),
+    ],
+    "executor/trusted.py": [
+        (
+            "    _end_with_the_batch()\n",
+            "",
+            "executor/test_trusted.py::test_a_killed_batch_takes_its_processes_and_its_folder",
+        ),
+    ],
+    "student/wire.py": [
+        ("if depth > MAX_DEPTH:", "if False:", f"{WIRE}a_sender_refuses_what_its_reader_would"),
+        ("if len(body) > MAX_PAIR_BYTES:", "if False:", f"{WIRE}hand_written_bytes_are_refused"),
+    ],
+    "student/channel.py": [
+        (
+            "if not isinstance(kind, str) or type(number) is not int:",
+            "if False:",
+            "student/test_channel.py::test_a_message_of_another_shape_ends_the_conversation",
+        ),
+    ],
+    "grading/allowed.py": [
+        (
+            "if shown is not None:",
+            "if False:",
+            "grading/test_allowed.py::test_what_student_code_could_read_is_refused",
+        ),
+    ],
+    "grading/batch.py": [
+        ("at_once > 1 and _ran_into_a_limit(result)", "False", f"{BATCH}a_limit_is_judged_alone"),
+        ("if job.path.is_symlink():", "if False:", f"{BATCH}a_link_on_the_way_is_refused"),
+        ("if job.path.parent.is_symlink():", "if False:", f"{BATCH}a_link_on_the_way_is_refused"),
+    ],
+    "grading/marking.py": [
+        (
+            "missing = not score and owner",
+            "missing = owner",
+            f"{MARKING}an_exercise_that_earned_points_is_not_missing",
+        ),
+        (
+            "cases = _Cases(self.assignment, session, sources, seed)",
+            "cases = _Cases(self.assignment, session, sources, PUBLIC_SEED)",
+            f"{MARKING}hidden_inputs_are_drawn_from_the_batchs_seed",
+        ),
+        (
+            "sources, PUBLIC_SEED, explain.Calls())",
+            "sources, 1, explain.Calls())",
+            f"{MARKING}visible_checks_draw_from_the_public_seed",
+        ),
+        (
+            "if known or session.fault is None:",
+            "if True:",
+            f"{MARKING}a_fault_that_a_test_swallows_is_a_fault",
+        ),
+        (
+            "        contextlib.redirect_stdout(nowhere),\n",
+            "",
+            f"{MARKING}tests_print_nothing",
+        ),
+        (
+            'exec", dont_inherit=True, optimize=0',
+            'exec", dont_inherit=True',
+            f"{MARKING}asserts_count_under_an_optimising_interpreter",
+        ),
+        (
+            "    signal.setitimer(signal.ITIMER_REAL, session.time_left() + ALARM_GRACE)\n",
+            "",
+            f"{MARKING}what_computes_for_ever_on_this_side_is_ended",
+        ),
+    ],
+    "markup.py": [
+        ('.replace("|", "¦")', "", "test_markup.py::test_a_cell_stays_one_cell"),
+        ("|##(?=", "|###(?=", "test_markup.py::test_no_ci_service_obeys_a_line"),
+    ],
+}  # fmt: skip
+MUTANTS = [Mutant(file, *change) for file, changes in _CHANGES.items() for change in changes]
 
 
 def apply(mutant: Mutant, folder: Path) -> None:
@@ -158,24 +199,34 @@ def apply(mutant: Mutant, folder: Path) -> None:
     path.write_text(text.replace(mutant.old, mutant.new), "utf-8")
 
 
-def fails(tests: Sequence[str], folder: Path) -> bool:
-    """Whether a test fails in a copy of the project.
+def fails(tests: Sequence[str], folder: Path, seconds: float) -> bool:
+    """Whether a test fails in a copy of the project, or takes too long.
 
     Raises:
         RuntimeError: no test was run.
     """
     paths = [str(TESTS / test) for test in tests]
     places = os.pathsep.join(str(folder / name) for name in ("autograder", "lib"))
-    done = subprocess.run(
+    pytest = subprocess.Popen(
         [sys.executable, "-B", "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", *paths],
         cwd=folder,
         env={**os.environ, "PYTHONPATH": places},
-        capture_output=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
         text=True,
+        start_new_session=True,
     )
-    if done.returncode not in (0, 1):
-        raise RuntimeError(f"{' '.join(tests)}: {done.stdout[-2000:]}{done.stderr[-2000:]}")
-    return done.returncode == 1
+    try:
+        said, _ = pytest.communicate(timeout=seconds)
+    except subprocess.TimeoutExpired:
+        return True
+    finally:
+        with contextlib.suppress(ProcessLookupError):  # what the mutant let live on
+            os.killpg(pytest.pid, signal.SIGKILL)
+        pytest.wait()
+    if pytest.returncode not in (0, 1):
+        raise RuntimeError(f"{' '.join(tests)}: {said[-2000:]}")
+    return pytest.returncode == 1
 
 
 def copy(folder: Path) -> Path:
@@ -197,7 +248,8 @@ def main(words: Sequence[str]) -> int:
     with tempfile.TemporaryDirectory() as name:
         Path(name).chmod(0o755)  # student code is another user
         folder = copy(Path(name))
-        if fails(list(dict.fromkeys(mutant.caught_by for mutant in chosen)), folder):
+        tests = list(dict.fromkeys(mutant.caught_by for mutant in chosen))
+        if fails(tests, folder, SECONDS * len(tests)):
             print("A test fails on the grader as it is.")
             return 1
         left = 0
@@ -205,7 +257,7 @@ def main(words: Sequence[str]) -> int:
             path = folder / PACKAGE / mutant.file
             before = path.read_bytes()
             apply(mutant, folder)
-            caught = fails([mutant.caught_by], folder)
+            caught = fails([mutant.caught_by], folder, SECONDS)
             path.write_bytes(before)
             left += not caught
             sign = "✓ caught" if caught else "✗ NOT caught"

@@ -6,11 +6,12 @@ import json
 from pathlib import Path
 from typing import Any
 
-from robust_slam_autograder.grading.marking import case_generator
+from robust_slam_autograder.grading import marking
+from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.reading import notebook as notebook_module
 from robust_slam_autograder.reading.assignment import Assignment, Config, from_cells
 from robust_slam_autograder.reading.submission import Submission, collect
-from robust_slam_autograder.sandbox import Launch, Running
+from robust_slam_autograder.sandbox import Launch, Running, Sandbox, Unsandboxed
 
 NAME = "07-toy"
 CANARY = "CANARY-TEST-TEXT"
@@ -179,7 +180,7 @@ def result(out: Path, student: str) -> dict[str, Any]:
 
 def hidden_inputs(seed: int) -> list[str]:
     """What the hidden tests draw from a batch's seed, as texts to look for."""
-    x = case_generator(seed, "double-random").normal(size=5)
+    x = marking.case_generator(seed, "double-random").normal(size=5)
     return [repr(float(value))[:10] for value in x]
 
 
@@ -200,3 +201,23 @@ def assignment(
 def submission(value: dict[str, Any], tests: Assignment) -> Submission:
     """A submission as the grader reads it."""
     return collect(notebook_module.parse(json.dumps(value).encode(), "toy.ipynb"), tests)
+
+
+def graded(
+    value: dict[str, Any],
+    tests: Assignment | None = None,
+    *,
+    seed: int = 3,
+    wall: Sandbox | None = None,
+) -> Result:
+    """What a submission earns, by default without a sandbox."""
+    tests = tests or assignment()
+    code = submission(value, tests)
+    return marking.grade(tests, code, student="a", seed=seed, sandbox=wall or Unsandboxed())
+
+
+def checked(value: dict[str, Any], tests: Assignment | None = None, **options: Any) -> Result:
+    """What a student's own check says of a submission."""
+    tests = tests or assignment()
+    code = submission(value, tests)
+    return marking.check(tests, code, sandbox=Unsandboxed(), **options)

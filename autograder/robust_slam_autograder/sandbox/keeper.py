@@ -204,9 +204,8 @@ def _become(
 
 
 def _settle(scratch: Path | None) -> None:
-    """Forget the server's environment, and go home."""
+    """Go home. The server's environment, in which this begins, has nothing of its user's."""
     homes = dict.fromkeys(("HOME", "MPLCONFIGDIR", "TMPDIR"), str(scratch or ENVIRONMENT["HOME"]))
-    os.environ.clear()
     os.environ.update(ENVIRONMENT | homes)
     os.chdir(homes["HOME"])
     tempfile.tempdir = None  # the server's

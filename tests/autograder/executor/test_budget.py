@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from robust_slam_autograder.executor import budget
 from robust_slam_autograder.executor.budget import WALL_FACTOR, Meter, soonest
-from robust_slam_autograder.executor.session import Program, Session, SessionFault
+from robust_slam_autograder.executor.session import SessionFault
 from robust_slam_autograder.reading import assignment
-from robust_slam_autograder.reading.assignment import Limits, Piece
-from robust_slam_autograder.sandbox import Sandbox, Unsandboxed
+from robust_slam_autograder.reading.assignment import Limits
+from robust_slam_autograder.sandbox import Unsandboxed
 
 from tests import kernel
+from tests.autograder.sessions import started
 
 ROOT = Path(__file__).resolve().parents[3]
 FOR_EVER = 1e6
@@ -79,14 +80,9 @@ def test_the_soonest_of_several_limits_counts(clocks: Clocks) -> None:
     assert soonest([meter.start(0.5), total]) == 0.5
 
 
-@pytest.fixture(params=["none", *kernel.usable()])
-def wall(request: pytest.FixtureRequest) -> Sandbox:
-    return Unsandboxed() if request.param == "none" else kernel.working(request.param)
-
-
 CODE = """
 import time, threading
-def sleep(): return time.sleep(0.3)
+def sleep(seconds): return time.sleep(seconds)
 def work():
     while True: pass
 def work_in_a_thread():
@@ -95,47 +91,36 @@ def work_in_a_thread():
     thread.join()
 """
 NAMES = ("sleep", "work", "work_in_a_thread")
-
-
-@pytest.fixture
-def session(wall: Sandbox, monkeypatch: pytest.MonkeyPatch) -> Iterator[Session]:
-    """One in which the clock ends nothing, and 0.1 seconds of work do."""
-    monkeypatch.setattr(budget, "WALL_FACTOR", FOR_EVER)
-    limits = Limits(call_seconds=0.1, cell_seconds=20, notebook_seconds=20)
-    program = Program((), [Piece("cell", CODE, own=False)], NAMES, ())
-    made = Session(wall, program, limits, Meter().start(20))
-    made.begin()
-    yield made
-    made.close()
+SHORT = Limits(call_seconds=0.1, cell_seconds=20, notebook_seconds=20)
 
 
 @pytest.mark.sandbox
-def test_each_back_end_counts_work_and_no_sleep(session: Session) -> None:
-    names = session.bindings()
-    assert names["sleep"]() is None
-    for name in NAMES[1:]:
-        with pytest.raises(SessionFault) as caught:
-            names[name]()
-        assert caught.value.kind == "timeout"
-        session.begin()
-    assert session.total.left() > 0
+@pytest.mark.parametrize("back_end", ["none", *kernel.usable()])
+def test_each_back_end_counts_work_and_no_sleep(
+    back_end: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(budget, "WALL_FACTOR", FOR_EVER)
+    wall = Unsandboxed() if back_end == "none" else kernel.working(back_end)
+    with started(CODE, names=NAMES, limits=SHORT, wall=wall) as session:
+        names = session.bindings()
+        assert names["sleep"](0.3) is None
+        for name in NAMES[1:]:
+            with pytest.raises(SessionFault, match="timeout"):
+                names[name]()
+            session.begin()
+        assert session.total.left() > 0
 
 
 def test_sleep_is_ended_by_the_clock() -> None:
-    limits = Limits(call_seconds=0.1, cell_seconds=20, notebook_seconds=20)
-    program = Program((), [Piece("cell", CODE.replace("0.3", "600"), own=False)], NAMES, ())
-    session = Session(Unsandboxed(), program, limits, Meter().start(20))
-    try:
-        session.begin()
-        with pytest.raises(SessionFault) as caught:
-            session.bindings()["sleep"]()
-    finally:
-        session.close()
-    assert caught.value.kind == "timeout"
+    with started(CODE, names=NAMES, limits=SHORT) as session:
+        names = session.bindings()
+        with pytest.raises(SessionFault, match="timeout"):
+            names["sleep"](600)
 
 
-CALLS = 100_000
-"""What the statements of two assignments call slow, and their limits allow."""
+PART = 5
+CALLS = 100_000 // PART
+"""A part of what the statements of two assignments call slow, and their limits allow."""
 MANY = f"""
 def f(rho):
     for n in range({CALLS}): last = rho(n / 7)
@@ -147,16 +132,12 @@ def test_the_calls_that_statements_name_are_within_their_limits(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(budget, "WALL_FACTOR", FOR_EVER)  # the tests beside it may take long
-    loaded = [
+    first, other = (
         assignment.load_config(ROOT / "solutions" / name / assignment.CONFIG_NAME).limits
         for name in ("02-four-costs", "04-non-convexity")
-    ]
-    assert loaded[0] == loaded[1]
-    program = Program((), [Piece("f", MANY, own=False)], ("f",), ())
-    session = Session(Unsandboxed(), program, loaded[0], Meter().start(120))
-    try:
-        session.begin()
+    )
+    assert first == other
+    limits = replace(first, call_seconds=first.call_seconds / PART)
+    with started(MANY, limits=limits) as session:
         last = session.bindings()["f"](lambda u: float(np.minimum(u, 3.0)) / 2)
-    finally:
-        session.close()
     assert last == 1.5

@@ -11,12 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 from robust_slam_autograder.executor import handed_over
-from robust_slam_autograder.executor.budget import Meter
-from robust_slam_autograder.executor.session import Program, Session
-from robust_slam_autograder.reading.assignment import Limits, Piece
-from robust_slam_autograder.sandbox import Unsandboxed
 from robust_slam_autograder.student import wire
 from scipy import special
+
+from tests.autograder.sessions import started
 
 COLUMN, ROW = np.ones((20_000, 1)), np.ones((1, 20_000))
 LARGE = np.zeros(handed_over.MAX_BYTES // 8 + 1)
@@ -114,14 +112,8 @@ def f(add):
 
 
 def test_a_session_makes_no_other_call() -> None:
-    limits = Limits(call_seconds=10, cell_seconds=10, notebook_seconds=20)
-    program = Program((), [Piece("f", STUDENT, own=False)], ("f",), ())
-    session = Session(Unsandboxed(), program, limits, Meter().start(20))
-    try:
-        session.begin()
+    with started(STUDENT) as session:
         said = session.bindings()["f"](np.add)
-    finally:
-        session.close()
     assert said == [
         3.0,
         "add takes 2 positional arguments and no others here",

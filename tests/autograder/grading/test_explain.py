@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
 from typing import Any
 
 import numpy as np
 import pytest
-from robust_slam_autograder.grading import causes, explain, marking
-from robust_slam_autograder.grading.results import ExerciseResult, Result
+from robust_slam_autograder.grading import causes, explain
+from robust_slam_autograder.grading.results import ExerciseResult
 from robust_slam_autograder.reading.assignment import Config
-from robust_slam_autograder.sandbox import Unsandboxed
 
 from tests.autograder import toy
 
@@ -138,28 +136,27 @@ def test_exceptions_have_a_likely_cause(raised: str, sentence: str) -> None:
     assert sentence in told if sentence else told == ""
 
 
-def check(double: str, *, config: Config | None = None) -> Result:
-    tests = toy.assignment(config)
-    code = toy.submission(toy.answer(double), tests)
-    return marking.check(tests, code, sandbox=Unsandboxed())
+def explained(double: str, config: Config | None = None) -> str:
+    """The second line of what a student's check says of the first exercise."""
+    result = toy.checked(toy.answer(double), toy.assignment(config))
+    return result.exercises[0].message.splitlines()[1]
 
 
 def test_the_list_that_is_indexed_is_named() -> None:
-    (double, _) = check("def double(x):\n    x = [1]\n    return x[[0]]\n").exercises
-    assert double.message.splitlines()[1] == "x is a list; make it an array: x = np.asarray(x)."
+    answer = "def double(x):\n    x = [1]\n    return x[[0]]\n"
+    assert explained(answer) == "x is a list; make it an array: x = np.asarray(x)."
 
 
 def test_an_assignments_own_causes_come_first() -> None:
-    config = dataclasses.replace(Config(), causes={"Singular matrix": "Fix one pose."})
     answer = "def double(x):\n    return np.linalg.inv(np.zeros((2, 2)))\n"
-    assert check(answer, config=config).exercises[0].message.splitlines()[1] == "Fix one pose."
+    assert (
+        explained(answer, Config(causes={"Singular matrix": "Fix one pose."})) == "Fix one pose."
+    )
 
 
 def test_exercises_are_reported_as_they_end() -> None:
-    tests = toy.assignment()
-    code = toy.submission(toy.answer("def double(x): return 7\n"), tests)
     told: list[ExerciseResult] = []
-    result = marking.check(tests, code, sandbox=Unsandboxed(), report=told.append)
+    result = toy.checked(toy.answer("def double(x): return 7\n"), report=told.append)
     assert tuple(told) == result.exercises
     assert told[0].message.splitlines()[1] == "Here, double(3) returned 7; expected 6."
 
@@ -168,8 +165,7 @@ def test_exercises_are_reported_as_they_end() -> None:
 def test_of_a_hidden_check_nothing_is_explained(body: str) -> None:
     """In the hidden pass whatever student code returns or raises could hold hidden inputs."""
     answer = f"def double(x):\n    if np.shape(x) != (5,): return 2 * np.asarray(x)\n    {body}\n"
-    tests = toy.assignment()
-    code = toy.submission(toy.answer(answer), tests)
-    result = marking.grade(tests, code, student="a", seed=3, sandbox=Unsandboxed())
-    (random,) = [case for case in result.exercises[0].cases if case.name == "random"]
+    (random,) = (
+        c for c in toy.graded(toy.answer(answer)).exercises[0].cases if c.name == "random"
+    )
     assert (random.earned, random.message) == (0, "Try negative numbers.")

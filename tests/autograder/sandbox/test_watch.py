@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -12,7 +13,7 @@ from typing import Any
 import psutil
 import pytest
 from robust_slam_autograder.sandbox import watch
-from robust_slam_autograder.sandbox.inside import PROCESSES
+from robust_slam_autograder.sandbox.inside import MEMORY_BYTES, PROCESSES
 
 
 def test_all_descendants_are_found() -> None:
@@ -25,46 +26,59 @@ def test_all_descendants_are_found() -> None:
     assert watch.descendants(process.pid) == []
 
 
-@pytest.mark.parametrize("limit", ["MEMORY_BYTES", "PROCESSES", "SCRATCH_BYTES"])
-def test_each_limit_counts(limit: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    processes = [psutil.Process()]
-    (tmp_path / "file").write_bytes(os.urandom(10_000))
-    assert not watch.uses_too_much(processes, tmp_path)
-    monkeypatch.setattr(watch, limit, 0)
-    assert watch.uses_too_much(processes, tmp_path)
+@dataclass
+class Using:
+    """A process as the watch sees it."""
 
-
-class Threads:
-    """A process that only has threads."""
-
-    def __init__(self, count: int) -> None:
-        self.count = count
+    rss: int = 0
+    shared: int = 0
+    threads: int = 0
+    files: int = 0
 
     def memory_info(self) -> SimpleNamespace:
-        return SimpleNamespace(rss=0, shared=0)
+        return SimpleNamespace(rss=self.rss, shared=self.shared)
 
     def num_threads(self) -> int:
-        return self.count
+        return self.threads
 
     def num_fds(self) -> int:
-        return 0
+        return self.files
 
 
-@pytest.mark.parametrize(("more", "is_too_much"), [(0, False), (1, True)])
-def test_threads_of_all_processes_count_to_twice_the_kernels_limit(
-    more: int, is_too_much: bool
+HALF = MEMORY_BYTES // 2
+OPEN = MEMORY_BYTES // watch.SOCKET_BYTES
+
+
+@pytest.mark.parametrize(
+    ("processes", "is_too_much"),
+    [
+        ([Using(rss=HALF + 9, shared=9), Using(rss=HALF)], False),
+        ([Using(rss=HALF + 9, shared=9), Using(rss=HALF + 1)], True),
+        ([Using(files=OPEN - 1), Using(files=1)], False),
+        ([Using(files=OPEN), Using(files=1)], True),
+        ([Using(threads=PROCESSES), Using(threads=PROCESSES)], False),
+        ([Using(threads=PROCESSES), Using(threads=PROCESSES - 1), Using(threads=2)], True),
+    ],
+    ids=lambda value: "" if isinstance(value, bool) else repr(value[-1]),
+)
+def test_memory_files_and_threads_of_all_processes_count(
+    processes: list[Any], is_too_much: bool
 ) -> None:
-    processes: Any = [Threads(PROCESSES), Threads(PROCESSES - 1), Threads(1 + more)]
+    """Shared memory does not; an open file counts as a full socket."""
     assert watch.uses_too_much(processes, None) == is_too_much
 
 
-def test_a_flood_of_empty_files_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(watch, "SCRATCH_BYTES", 50_000)
-    for number in range(20):
-        (tmp_path / str(number)).touch()
+@pytest.mark.parametrize("sizes", [[10_000], [0] * 20], ids=["bytes", "a flood of empty files"])
+def test_files_on_the_disk_count(
+    sizes: list[int], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for number, size in enumerate(sizes):
+        (tmp_path / str(number)).write_bytes(os.urandom(size))
+    assert not watch.uses_too_much([psutil.Process()], tmp_path)
+    monkeypatch.setattr(watch, "SCRATCH_BYTES", 5000 * len(sizes) // 2)
     assert watch.uses_too_much([psutil.Process()], tmp_path)
 
 
-def test_a_folder_that_cannot_be_listed_is_told(tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_listed_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(OSError):
         watch.uses_too_much([psutil.Process()], tmp_path / "missing")
