@@ -180,10 +180,8 @@ def test_arrays_keep_type_shape_and_values(begin: Begin) -> None:
 
 
 def test_few_digits_do_not_round_what_they_are_compared_with(begin: Begin) -> None:
-    code = (
-        "import numpy as np\ndef f(x, kind): return [np.dtype(kind).type(x), np.full(1, x, kind)]"
-    )
-    narrow = begin(code).bindings()["f"]
+    code = "def f(x, kind): return [np.dtype(kind).type(x), np.full(1, x, kind)]\n"
+    narrow = begin("import numpy as np\n" + code).bindings()["f"]
     for kind in ("float16", "float32", "complex64"):
         for got in narrow(0.1, kind):
             assert got.dtype.itemsize == 8 * (1 + np.iscomplexobj(got)), kind
