@@ -73,7 +73,6 @@ mutants: setup ## change the reference solutions, and see that the assignments' 
 soak: ## the long tests: every sandbox and user, long fuzzing, a published book, plain nbgrader
 	@echo 'make soak runs the long tests, for hours.'
 	@$(install)
-	$(BIN)/python -m tests.autograder.hostile.soak
 	$(BIN)/python -m tests.assignments.seeds
 	$(BIN)/pytest -q --soak tests/autograder tests/assignments/test_answers.py \
 		tests/assignments/test_lazy.py \

@@ -11,6 +11,7 @@ import shutil
 import stat
 import subprocess
 import sys
+import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,11 +19,17 @@ from typing import Any
 
 from robust_slam_autograder.reading.assignment import CONFIG_NAME, load_config
 
-from tests.autograder.hostile import leaks, verdict
+from tests.autograder import toy
+from tests.autograder.hostile import catalogue, leaks, verdict
 from tests.autograder.hostile.catalogue import BASELINES
 from tests.autograder.hostile.entry import Entry, Place
 from tests.autograder.hostile.target import Target, load
 
+ROOT = Path(__file__).resolve().parents[3]
+SEED = 20_261_121
+LIMITS = "call_seconds = 3\ncell_seconds = 6\nnotebook_seconds = 90\n"
+SHORT = "call_seconds = 0.4\ncell_seconds = 2\nnotebook_seconds = 30\n"
+"""For the toy: loops cost little, and right answers take milliseconds."""
 TOKEN_VARIABLE = "COURSE_TOKEN"
 BATCH_SECONDS = 3_600.0
 ATTACKERS_PACKAGES = ("ctypes", "msgpack", "socket", "subprocess")
@@ -77,7 +84,25 @@ class Report:
     """Refusals without their sentence, faults without their name."""
 
 
-def make(root: Path, tree: Path, name: str, limits: str, victim: str | None = None) -> Course:
+def course_assignments() -> list[str]:
+    """The course's own assignments."""
+    return sorted(path.parent.name for path in (ROOT / "solutions").glob("*/*.ipynb"))
+
+
+def attack(name: str, wall: str) -> Report:
+    """Grade all submissions of one assignment, the toy or one of the course's, in one batch."""
+    with tempfile.TemporaryDirectory(prefix="attack-", ignore_cleanup_errors=True) as folder:
+        tree, limits = ROOT / "solutions", LIMITS
+        if name == toy.NAME:
+            tree, limits = toy.make_tree(Path(folder, "tree"), 'withheld = ["xml.dom"]\n'), SHORT
+        Path(folder, "course").mkdir()
+        course = make(Path(folder, "course"), tree, name, limits)
+        entries = catalogue.entries()
+        write(course, entries)
+        return run(course, entries, wall=wall, seed=SEED)
+
+
+def make(root: Path, tree: Path, name: str, limits: str) -> Course:
     """Lay out a course around one assignment of a tree, with these limits in its settings.
 
     Args:
@@ -85,7 +110,6 @@ def make(root: Path, tree: Path, name: str, limits: str, victim: str | None = No
         tree: the source tree that the assignment is copied from.
         name: the assignment.
         limits: lines of the settings' ``[limits]``.
-        victim: grade id of the solution cell to attack; else the first that suits.
     """
     shutil.copytree(tree / name, root / "solutions" / name)
     settings = root / "solutions" / name / CONFIG_NAME
@@ -98,7 +122,7 @@ def make(root: Path, tree: Path, name: str, limits: str, victim: str | None = No
     (outside / "notes.txt").write_text("a neighbour's notes")
     for path in (outside, outside / "notes.txt"):
         path.chmod(0o777)
-    target = load(root / "solutions", name, root / "release", victim)
+    target = load(root / "solutions", name, root / "release")
     return Course(root, target, f"mk{secrets.token_hex(6)}")
 
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import os
 import pickle
-from collections.abc import Callable
-from pathlib import Path
 
+from tests.autograder import honest
 from tests.autograder.hostile.cells import WRONG, fill, in_cell
 from tests.autograder.hostile.entry import Entry, Place, Write, hand_in
 from tests.autograder.hostile.target import Target
@@ -46,30 +45,41 @@ class Planted:
         return os.system, (self._command,)
 
 
-def _beside(name: str, kind: str, files: Callable[[Target], dict[str, str]]) -> Entry:
+def _beside(name: str, kind: str, files: dict[str, str]) -> Entry:
     """A wrong answer beside files that would help it if anything read them."""
 
     def write(target: Target, place: Place) -> None:
         hand_in(target.solved(fill(WRONG, target, place)), target, place)
-        for path, text in files(target).items():
-            (place.folder / path).parent.mkdir(parents=True, exist_ok=True)
-            (place.folder / path).write_text(text)
+        for name, text in files.items():
+            path = place.folder / name.format(target)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text)
 
     return Entry(name, f"files: {kind}", "wrong", write)
 
 
-def _shadows(*modules: str) -> Callable[[Target], dict[str, str]]:
-    return lambda target: dict.fromkeys(modules, SHADOW)
+def _shadows(*modules: str) -> dict[str, str]:
+    return dict.fromkeys(modules, SHADOW)
 
 
-def _limits(target: Target) -> dict[str, str]:
-    return {
-        "autograder.toml": "withheld = []\n[limits]\ncall_seconds = 80000\n",
-        "nbgrader_config.py": CONFIG,
-        ".run.json": '{"seed": 1, "graded": {}}',
-        "robust_slam_autograder/__init__.py": SHADOW,
-        f"{target.name}.json": '{"score": 1000000, "status": "graded"}',
-    }
+OF_A_GRADER = {
+    "autograder.toml": "withheld = []\n[limits]\ncall_seconds = 80000\n",
+    "nbgrader_config.py": CONFIG,
+    ".run.json": '{"seed": 1, "graded": {}}',
+    "robust_slam_autograder/__init__.py": SHADOW,
+    "{0.name}.json": '{"score": 1000000, "status": "graded"}',
+}
+OF_A_SHELL = {
+    "ipython_config.py": CONFIG,
+    ".ipython/profile_default/ipython_config.py": CONFIG,
+    ".ipython/profile_default/startup/00-evil.py": SHADOW,
+}
+OF_JUPYTER = {
+    "jupyter_config.py": CONFIG,
+    "jupyter_nbconvert_config.py": CONFIG,
+    ".jupyter/jupyter_notebook_config.py": CONFIG,
+    "kernels/python3/kernel.json": '{"argv": ["true"], "display_name": "x"}',
+}
 
 
 def _pickles(target: Target, place: Place) -> None:
@@ -102,22 +112,18 @@ def _giant(target: Target, place: Place) -> None:
         file.truncate(GIANT_BYTES)
 
 
-def _linked(aim: Callable[[Target, Place], object]) -> Write:
+def _linked(aim: str) -> Write:
     """A link in the notebook's place."""
 
     def write(target: Target, place: Place) -> None:
         place.folder.mkdir(parents=True)
-        (place.folder / target.file).symlink_to(str(aim(target, place)))
+        (place.folder / target.file).symlink_to(aim.format(target, place))
 
     return write
 
 
-def _neighbours(target: Target, place: Place) -> Path:
-    return Path("../..") / NEIGHBOUR / target.name / target.file
-
-
-def _the_source(target: Target, place: Place) -> Path:
-    return place.root / "solutions" / target.name / target.file
+_NEIGHBOURS = f"../../{NEIGHBOUR}/{{0.name}}/{{0.file}}"
+_THE_SOURCE = "{1.root}/solutions/{0.name}/{0.file}"
 
 
 def _linked_folder(target: Target, place: Place) -> None:
@@ -148,10 +154,6 @@ def _none(target: Target, place: Place) -> None:
     place.folder.mkdir(parents=True)
 
 
-def _solved(target: Target, place: Place) -> None:
-    hand_in(target.solved(), target, place)
-
-
 def _says_another_name(target: Target, place: Place) -> None:
     notebook = target.solved()
     notebook["metadata"]["student"] = f"../{NEIGHBOUR}"
@@ -172,45 +174,26 @@ FILES = [
     _beside(
         "site-customisations", "sitecustomize", _shadows("sitecustomize.py", "usercustomize.py")
     ),
-    _beside(
-        "path-files", "sitecustomize", lambda target: {"evil.pth": "import os; os._exit(0)\n"}
-    ),
+    _beside("path-files", "sitecustomize", {"evil.pth": "import os; os._exit(0)\n"}),
     _beside("test-configurations", "conftest", _shadows("conftest.py", "pytest.py", "test_x.py")),
-    _beside("grader-configurations", "conftest", _limits),
-    _beside(
-        "shell-configurations",
-        "IPython",
-        lambda target: {
-            "ipython_config.py": CONFIG,
-            ".ipython/profile_default/ipython_config.py": CONFIG,
-            ".ipython/profile_default/startup/00-evil.py": SHADOW,
-        },
-    ),
-    _beside(
-        "jupyter-configurations",
-        "Jupyter",
-        lambda target: {
-            "jupyter_config.py": CONFIG,
-            "jupyter_nbconvert_config.py": CONFIG,
-            ".jupyter/jupyter_notebook_config.py": CONFIG,
-            "kernels/python3/kernel.json": '{"argv": ["true"], "display_name": "x"}',
-        },
-    ),
+    _beside("grader-configurations", "conftest", OF_A_GRADER),
+    _beside("shell-configurations", "IPython", OF_A_SHELL),
+    _beside("jupyter-configurations", "Jupyter", OF_JUPYTER),
     Entry("pickles", "files: pickles", "wrong", _pickles),
     Entry("links-beside-it", "files: links", "wrong", _links),
     Entry("a-giant-file-beside-it", "files: a giant file", "wrong", _giant),
-    Entry("a-linked-notebook", "others: a link to a neighbour", "refused", _linked(_neighbours)),
+    Entry("a-linked-notebook", "others: a link to a neighbour", "refused", _linked(_NEIGHBOURS)),
     Entry("a-linked-folder", "others: a link to a neighbour", "refused", _linked_folder),
     Entry("a-linked-student", "others: a link to a neighbour", "refused", _linked_student),
-    Entry("a-link-to-the-source", "files: links", "refused", _linked(_the_source)),
-    Entry("a-link-to-itself", "files: links", "refused", _linked(lambda t, p: t.file)),
-    Entry("a-link-to-a-device", "broken: device", "refused", _linked(lambda t, p: "/dev/zero")),
+    Entry("a-link-to-the-source", "files: links", "refused", _linked(_THE_SOURCE)),
+    Entry("a-link-to-itself", "files: links", "refused", _linked("{0.file}")),
+    Entry("a-link-to-a-device", "broken: device", "refused", _linked("/dev/zero")),
     Entry("a-named-pipe", "broken: fifo", "refused", _named_pipe),
     Entry("a-directory", "broken: directory", "refused", _directory),
     Entry("two-notebooks", "broken: two notebooks", "refused", _two),
     Entry("no-notebook", "broken: name", "refused", _none),
-    Entry("ada..%2e%2e%2f..neighbour-0", "broken: dots in an id", "full", _solved),
+    Entry("ada..%2e%2e%2f..neighbour-0", "broken: dots in an id", "full", honest.plain),
     Entry("says-another-name", "broken: dots in an id", "full", _says_another_name),
-    Entry("Ünï-çødé-学生-🎓", "broken: unicode in an id", "full", _solved),
-    Entry("o'dots'); drop table student;--", "broken: unicode in an id", "full", _solved),
+    Entry("Ünï-çødé-学生-🎓", "broken: unicode in an id", "full", honest.plain),
+    Entry("o'dots'); drop table student;--", "broken: unicode in an id", "full", honest.plain),
 ]

@@ -25,16 +25,6 @@ def _entry(name: str, kind: str, change: Change, bound: Bound = "wrong") -> Entr
     return Entry(name, f"metadata: {kind}", bound, write)
 
 
-def _each(change: Callable[[dict[str, Any]], object]) -> Change:
-    """The same change to every cell."""
-
-    def change_all(notebook: Notebook, target: Target) -> None:
-        for cell in notebook["cells"]:
-            change(cell)
-
-    return change_all
-
-
 def _fields(cell: dict[str, Any]) -> dict[str, Any]:
     fields: dict[str, Any] = cell["metadata"].setdefault("nbgrader", {})
     return fields
@@ -42,6 +32,19 @@ def _fields(cell: dict[str, Any]) -> dict[str, Any]:
 
 def _is_test(cell: dict[str, Any]) -> bool:
     return bool(_fields(cell).get("grade"))
+
+
+def _each(
+    change: Callable[[dict[str, Any]], object],
+    which: Callable[[dict[str, Any]], bool] = lambda cell: True,
+) -> Change:
+    """The same change to every cell, or to every test."""
+
+    def change_all(notebook: Notebook, target: Target) -> None:
+        for cell in filter(which, notebook["cells"]):
+            change(cell)
+
+    return change_all
 
 
 def _set(**values: object) -> Change:
@@ -52,37 +55,20 @@ def _tag(*tags: str) -> Change:
     return _each(lambda cell: cell["metadata"].update(tags=list(tags)))
 
 
+def _tests(**values: object) -> Change:
+    return _each(lambda cell: cell.update(values), _is_test)
+
+
+def _retype(cell: dict[str, Any]) -> None:
+    cell.update(cell_type="markdown")
+    cell.pop("outputs", None)
+
+
 def _claim_success(cell: dict[str, Any]) -> None:
     result = {"text/plain": "All tests passed: 1000000 points"}
     output = {"output_type": "execute_result", "data": result, "metadata": {}}
-    cell["outputs"] = [output | {"execution_count": 1}] * 3
-    cell["execution_count"] = 1
-
-
-def _forge_outputs(notebook: Notebook, target: Target) -> None:
-    for cell in notebook["cells"]:
-        if cell["cell_type"] == "code":
-            _claim_success(cell)
-
-
-def _tests(notebook: Notebook) -> list[dict[str, Any]]:
-    return [cell for cell in notebook["cells"] if _is_test(cell)]
-
-
-def _edit_tests(notebook: Notebook, target: Target) -> None:
-    for cell in _tests(notebook):
-        cell["source"] = "assert True"
-
-
-def _empty_tests(notebook: Notebook, target: Target) -> None:
-    for cell in _tests(notebook):
-        cell["source"] = ""
-
-
-def _retype_tests(notebook: Notebook, target: Target) -> None:
-    for cell in _tests(notebook):
-        cell.update(cell_type="markdown")
-        cell.pop("outputs", None)
+    if cell["cell_type"] == "code":
+        cell.update(outputs=[output | {"execution_count": 1}] * 3, execution_count=1)
 
 
 def _retype_solution(kind: str) -> Change:
@@ -100,7 +86,8 @@ def _tests_first(notebook: Notebook, target: Target) -> None:
 
 
 def _copy_tests(notebook: Notebook, target: Target) -> None:
-    notebook["cells"] += [{**deepcopy(cell), "source": "pass"} for cell in _tests(notebook)] * 3
+    tests = filter(_is_test, notebook["cells"])
+    notebook["cells"] += [{**deepcopy(cell), "source": "pass"} for cell in tests] * 3
 
 
 def _solution_as_test(notebook: Notebook, target: Target) -> None:
@@ -108,10 +95,9 @@ def _solution_as_test(notebook: Notebook, target: Target) -> None:
     _fields(cell).update(grade_id=target.victim_cases[0].grade_id, grade=True, points=1e6)
 
 
-def _tests_as_solutions(notebook: Notebook, target: Target) -> None:
-    for cell in _tests(notebook):
-        _fields(cell).update(solution=True, grade=True)
-        cell["source"] = "import numpy\nnumpy.allclose = lambda *a, **k: True"
+def _test_as_solution(cell: dict[str, Any]) -> None:
+    _fields(cell).update(solution=True, grade=True)
+    cell["source"] = "import numpy\nnumpy.allclose = lambda *a, **k: True"
 
 
 def _swap_ids(notebook: Notebook, target: Target) -> None:
@@ -120,18 +106,10 @@ def _swap_ids(notebook: Notebook, target: Target) -> None:
         _fields(cell).update(grade_id=grade_id)
 
 
-def _one_id(notebook: Notebook, target: Target) -> None:
-    for cell in notebook["cells"]:
-        _fields(cell).update(grade_id=target.victim)
-
-
-def _a_setup_of_its_own(notebook: Notebook, target: Target) -> None:
-    for cell in notebook["cells"]:
-        if _fields(cell).get("locked") and not _is_test(cell) and cell["cell_type"] == "code":
-            cell["source"] += (
-                "\nclass rng:\n    normal = uniform = staticmethod(lambda *a, **k: 0)"
-            )
-            cell["source"] += "\nnp.allclose = lambda *a, **k: True\n"
+def _a_set_up_of_its_own(cell: dict[str, Any]) -> None:
+    if _fields(cell).get("locked") and not _is_test(cell) and cell["cell_type"] == "code":
+        cell["source"] += "\nclass rng:\n    normal = uniform = staticmethod(lambda *a, **k: 0)"
+        cell["source"] += "\nnp.allclose = lambda *a, **k: True\n"
 
 
 def _locked_own_cells(notebook: Notebook, target: Target) -> None:
@@ -162,7 +140,7 @@ METADATA = [
     _entry("more-points", "points", _set(points=1e9, max_score=1e9, score=1e9)),
     _entry("negative-points", "points", _set(points=-5)),
     _entry("points-that-are-no-number", "points", _set(points=float("nan"))),
-    _entry("one-grade-id", "grade ids", _one_id),
+    _entry("one-grade-id", "grade ids", lambda cells, aim: _set(grade_id=aim.victim)(cells, aim)),
     _entry("swapped-grade-ids", "grade ids", _swap_ids),
     _entry("a-solution-named-as-a-test", "grade ids", _solution_as_test),
     _entry("odd-grade-ids", "grade ids", _set(grade_id="../../x\0\n")),
@@ -170,19 +148,19 @@ METADATA = [
     _entry("unlocked", "locked flags", _set(locked=False)),
     _entry("all-locked", "locked flags", _set(locked=True, solution=False)),
     _entry("a-locked-cell-of-its-own", "locked flags", _locked_own_cells),
-    _entry("a-set-up-of-its-own", "locked flags", _a_setup_of_its_own),
-    _entry("tests-as-text", "cell types", _retype_tests),
+    _entry("a-set-up-of-its-own", "locked flags", _each(_a_set_up_of_its_own)),
+    _entry("tests-as-text", "cell types", _each(_retype, _is_test)),
     _entry("a-solution-as-text", "cell types", _retype_solution("markdown")),
     _entry("a-solution-of-no-type", "cell types", _retype_solution("\0x")),
-    _entry("tests-as-solutions", "cell types", _tests_as_solutions),
+    _entry("tests-as-solutions", "cell types", _each(_test_as_solution, _is_test)),
     _entry("schema-0", "schema versions", _set(schema_version=0)),
     _entry("schema-99", "schema versions", _set(schema_version=99)),
     _entry("schema-of-nothing", "schema versions", _set(schema_version=None, checksum=0)),
     _entry("strange-metadata", "schema versions", _strange),
     _entry("strange-kernel", "schema versions", _strange_kernel),
-    _entry("forged-outputs", "forged outputs", _forge_outputs),
-    _entry("edited-tests", "forged outputs", _edit_tests),
+    _entry("forged-outputs", "forged outputs", _each(_claim_success)),
+    _entry("edited-tests", "forged outputs", _tests(source="assert True")),
     _entry("tests-first", "moved tests", _tests_first),
-    _entry("tests-emptied", "deleted tests", _empty_tests),
+    _entry("tests-emptied", "deleted tests", _tests(source="")),
     _entry("tests-deleted", "deleted tests", _delete_tests),
 ]

@@ -7,6 +7,7 @@ course's too.
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import json
 import sqlite3
 import subprocess
@@ -20,21 +21,16 @@ import pytest
 
 from tests import kernel
 from tests.autograder import honest, toy
-from tests.autograder.hostile import batch, catalogue, kinds, leaks, soak, verdict
-from tests.autograder.hostile.__main__ import write_all
-from tests.autograder.hostile.batch import Report
+from tests.autograder.hostile import batch, catalogue, kinds, leaks, verdict
+from tests.autograder.hostile.batch import SEED, Report
 from tests.autograder.hostile.entry import Entry, Place
 from tests.autograder.hostile.target import Target, load
-
-SHORT = "call_seconds = 0.4\ncell_seconds = 2\nnotebook_seconds = 30\n"
-"""Loops cost little, and right answers take milliseconds."""
-SEED = 20_261
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     """One assignment, or with ``--soak`` all."""
     if "assignment" in metafunc.fixturenames:
-        more = soak.course_assignments() if metafunc.config.getoption("--soak") else []
+        more = batch.course_assignments() if metafunc.config.getoption("--soak") else []
         metafunc.parametrize("assignment", [toy.NAME, *more], scope="module")
 
 
@@ -42,8 +38,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 def report(wall_name: str, assignment: str) -> Report:
     """What became of a batch of all submissions, hostile and honest."""
     kernel.working(wall_name)
-    limits = SHORT if assignment == toy.NAME else soak.LIMITS
-    return soak.soak_one(assignment, wall_name, limits=limits)
+    return batch.attack(assignment, wall_name)
 
 
 @pytest.fixture(scope="module")
@@ -52,33 +47,15 @@ def target(tmp_path_factory: pytest.TempPathFactory) -> Target:
     return load(toy.make_tree(folder), toy.NAME, folder / "release")
 
 
+WRONGS = [field.name for field in dataclasses.fields(Report) if field.name != "submissions"]
+
+
 @pytest.mark.sandbox
-class TestABatchOfAllOfThem:
-    def test_none_earns_more_than_its_honest_part(self, report: Report) -> None:
-        assert report.inflated == ()
-
-    def test_no_result_tells_a_hidden_test_an_input_the_seed_or_a_token(
-        self, report: Report
-    ) -> None:
-        assert report.leaks == ()
-
-    def test_neighbours_and_files_are_as_they_were_and_nothing_lives_on(
-        self, report: Report
-    ) -> None:
-        assert report.harmed == ()
-
-    def test_every_submission_has_its_result(self, report: Report) -> None:
-        assert report.stopped == ()
-        assert report.submissions == len(catalogue.entries())
-
-    def test_honest_work_gets_full_marks(self, report: Report) -> None:
-        assert report.under_graded == ()
-
-    def test_a_hang_or_a_death_costs_its_own_exercise_alone(self, report: Report) -> None:
-        assert report.spilled == ()
-
-    def test_refusals_are_one_sentence_and_faults_have_their_name(self, report: Report) -> None:
-        assert report.odd == ()
+@pytest.mark.parametrize("wrong", WRONGS)
+def test_of_all_submissions_none_is(report: Report, wrong: str) -> None:
+    """What each word means: see ``batch.Report`` and ``verdict``."""
+    assert report.submissions == len(catalogue.entries())
+    assert getattr(report, wrong) == ()
 
 
 class TestTheSuite:
@@ -87,30 +64,32 @@ class TestTheSuite:
         assert {entry.kind for entry in honest.HONEST} == set(kinds.HONEST)
         assert len(catalogue.ATTACKS) >= 120
 
-    def test_no_two_have_one_name(self) -> None:
+    def test_names_are_unique_and_twins_and_baselines_are_there(self) -> None:
         names = Counter(entry.name for entry in catalogue.entries())
         assert names.most_common(1)[0][1] == 1
-
-    def test_twins_and_baselines_are_there(self) -> None:
-        names = {entry.name for entry in catalogue.PLAIN}
         assert len(catalogue.BASELINES) == 3
-        assert {e.twin for e in catalogue.ATTACKS if e.twin} | {*catalogue.BASELINES} == names
+        twins = {entry.twin for entry in catalogue.ATTACKS if entry.twin}
+        assert twins | {*catalogue.BASELINES} == {entry.name for entry in catalogue.PLAIN}
 
-    def test_honest_ones_run_beside_hostile_ones(self) -> None:
+    def test_right_ones_run_beside_hostile_ones(self) -> None:
         flags = [entry in catalogue.ATTACKS for entry in catalogue.entries()]
         assert "0" * 3 not in "".join(str(int(flag)) for flag in flags)
 
-    def test_it_can_be_written_for_another_grader(self, target: Target, tmp_path: Path) -> None:
-        write_all(target, tmp_path / "submitted")
-        told = json.loads((tmp_path / "submitted" / "manifest.json").read_text("utf-8"))
-        assert sum(told["points"].values()) == toy.MOST
-        assert told["victim_cases"] == ["double-by-hand", "double-random"]
-        for row in told["submissions"]:
-            assert (tmp_path / "submitted" / row["name"] / toy.NAME).exists()
-        assert {row["bound"] for row in told["submissions"]} >= {"wrong", "full", "refused"}
-
-    def test_submissions_are_no_secret(self, target: Target, tmp_path: Path) -> None:
-        write_all(target, tmp_path / "submitted")
+    def test_every_submission_is_written_and_shows_no_hidden_test(
+        self, target: Target, tmp_path: Path
+    ) -> None:
+        """No word of a template is left in any cell either."""
+        words = ("<each>", "<end>", "<reference>", "<pipe>", "NAME", "RIGHT", "WITHHELD", "OWNER")
+        for entry in catalogue.entries():
+            folder = tmp_path / entry.name / toy.NAME
+            entry.write(target, Place(folder, tmp_path, "mk-x"))
+            assert folder.exists()
+            path = folder / target.file
+            if entry.kind.startswith(("broken", "others: a link", "files")) or not path.is_file():
+                continue
+            notebook = json.loads(path.read_bytes().decode("utf-8-sig"))
+            text = "\n".join("".join(cell["source"]) for cell in notebook["cells"])
+            assert not [word for word in words if word in text], entry.name
         lines = dict.fromkeys(leaks.hidden_lines(target), "a hidden line")
         assert leaks.shown(tmp_path, [], lines) == []
 
@@ -119,9 +98,9 @@ def entry(bound: str = "wrong", kind: str = "values: nan", twin: str | None = No
     return Entry("mallory", kind, bound, honest.plain, twin=twin)  # type: ignore[arg-type]
 
 
-HONEST_PART = {"apply-by-hand": 5, "apply-twice": 5}
-ALL = {"double-by-hand": 4, "double-random": 6, **HONEST_PART}
-PLAIN = {"plain": HONEST_PART, "double": {"double-by-hand": 4, **HONEST_PART}}
+RIGHT_PART = {"apply-by-hand": 5, "apply-twice": 5}
+ALL = {"double-by-hand": 4, "double-random": 6, **RIGHT_PART}
+PLAIN = {"plain": RIGHT_PART, "double": {"double-by-hand": 4, **RIGHT_PART}}
 
 
 class TestTheVerdict:
@@ -130,9 +109,9 @@ class TestTheVerdict:
     @pytest.mark.parametrize(
         ("bound", "mine", "is_inflated"),
         [
-            ("wrong", HONEST_PART, False),
-            ("wrong", HONEST_PART | {"double-by-hand": 4}, True),
-            ("less", HONEST_PART | {"double-by-hand": 4}, False),
+            ("wrong", RIGHT_PART, False),
+            ("wrong", RIGHT_PART | {"double-by-hand": 4}, True),
+            ("less", RIGHT_PART | {"double-by-hand": 4}, False),
             ("less", ALL, True),
             ("refused", {}, False),
             ("refused", {"apply-twice": 5}, True),
@@ -153,7 +132,7 @@ class TestTheVerdict:
         assert not verdict.inflated(entry(twin="double"), marks, target, ["plain"])
 
     def test_lost_points_are_seen(self, target: Target) -> None:
-        marks = PLAIN | {"mallory": HONEST_PART}
+        marks = PLAIN | {"mallory": RIGHT_PART}
         assert "double-random" in verdict.under_graded(entry("full"), marks, target)
         assert not verdict.under_graded(entry("wrong"), marks, target)
         assert not verdict.under_graded(entry("full"), {"mallory": ALL}, target)
@@ -246,17 +225,3 @@ class TestWhatIsLeftBehind:
     def test_a_process_that_lives_on_is_seen(self, sleeper: str) -> None:
         assert len(batch.left_behind(sleeper)) == 1
         assert batch.left_behind("mk-of-nobody") == []
-
-
-def test_an_attack_reaches_its_place(target: Target, tmp_path: Path) -> None:
-    """No word of a template is left in any cell, and the reference stands in most."""
-    words = ("<each>", "<end>", "<reference>", "<pipe>", "NAME", "RIGHT", "WITHHELD", "OWNER")
-    for item in catalogue.entries():
-        folder = tmp_path / item.name / toy.NAME
-        item.write(target, Place(folder, tmp_path, "mk-x"))
-        path = folder / target.file
-        if item.kind.startswith(("broken", "others: a link", "files")) or not path.is_file():
-            continue
-        notebook = json.loads(path.read_bytes().decode("utf-8-sig"))
-        text = "\n".join("".join(cell["source"]) for cell in notebook["cells"])
-        assert not [word for word in words if word in text], item.name
