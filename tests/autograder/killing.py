@@ -12,7 +12,8 @@ from pathlib import Path
 
 import psutil
 
-PATIENCE = 300.0
+PATIENCE = 900.0
+"""Seconds, for a busy machine; tests wait so long only where something is wrong."""
 ENDED = (psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD)
 
 

@@ -42,6 +42,7 @@ SANDBOX = "sandbox/test_sandbox.py::"
 SEEN = f"{SANDBOX}TestWhatIsSeen::test_"
 SECCOMP = "sandbox/test_seccomp.py::test_"
 SESSION = "executor/test_session.py::test_"
+TRUSTED = "executor/test_trusted.py::test_"
 VIEW = "sandbox/test_view.py::test_"
 WATCH = "sandbox/test_watch.py::test_"
 WIRE = "student/test_wire.py::test_"
@@ -61,13 +62,14 @@ _CHANGES = {
     ],
     "sandbox/inside.py": [
         ('        "RLIMIT_FSIZE": SCRATCH_BYTES,\n', "", f"{SEEN}the_kernel_limits_each_process"),
-        ('        "RLIMIT_CORE": 0,\n', "", f"{SEEN}the_kernel_limits_each_process"),
+        ('        "RLIMIT_NOFILE": 128,\n', "", f"{SEEN}the_kernel_limits_each_process"),
     ],
     "sandbox/fork.py": [
         (', env=environment\n', "\n", f"{SEEN}the_environment_is_the_sandboxs_own"),
     ],
     "sandbox/view.py": [
-        (', ".ipynb_checkpoints")', ")", f"{VIEW}an_editors_copies_of_a_withheld_module"),
+        (', ".ipynb_checkpoints")', ")",
+         f"{VIEW}an_editors_copies_of_a_withheld_module_are_withheld_too"),
         (" if _is_shown(inner, rules))", ")", f"{VIEW}a_link_in_a_folder_leads_nowhere_else"),
         (", path.resolve()):", ",):", f"{VIEW}a_folder_in_view_is_found_also_through_a_link"),
     ],
@@ -76,63 +78,40 @@ _CHANGES = {
         ("_EVICT = (20, 21)", "_EVICT = (20,)", f"{SECCOMP}calls_are_judged_by_their_arguments"),
     ],
     "executor/memory.py": [
-        (
-            "(most - KEPT_BACK_BYTES, most))\n    try",
-            "(most, most))\n    try",
-            "executor/test_memory.py::test_tests_have_their_share_and_the_grader_keeps_its_own",
-        ),
+        ("(most - KEPT_BACK_BYTES, most))\n    try", "(most, most))\n    try",
+         "executor/test_memory.py::test_tests_have_their_share_and_the_grader_keeps_its_own"),
     ],
     "executor/handed_over.py": [
-        (
-            "if name not in named:",
-            "if False:",
-            "executor/test_handed_over.py::test_what_the_author_did_not_provide_for_is_refused",
-        ),
+        ("if name not in named:", "if False:",
+         "executor/test_handed_over.py::test_what_the_author_did_not_provide_for_is_refused"),
     ],
     "executor/session.py": [
-        (" if name not in _ENDS_OF_LOOPS)", ")", f"{SESSION}nothing_that_a_student_raises"),
-        (
-            "if self.fault or channel is not self._channel:",
-            "if self.fault:",
-            f"{SESSION}a_function_that_a_function_returned_has_the_same_deadline",
-        ),
-        (
-            "not self._channel.is_quiet()",
-            "False",
-            f"{SESSION}a_process_that_talks_by_itself_is_replaced_for_the_next_cell",
-        ),
+        (" if name not in _ENDS_OF_LOOPS)", ")",
+         f"{SESSION}nothing_that_a_student_raises_empties_a_loop"),
+        ("if self.fault or channel is not self._channel:", "if self.fault:",
+         f"{SESSION}a_function_that_a_function_returned_has_the_same_deadline"),
+        ("not self._channel.is_quiet()", "False",
+         f"{SESSION}a_process_that_talks_by_itself_is_replaced_for_the_next_cell"),
     ],
     "executor/budget.py": [
-        (
-            "            self._ended += self._running()\n",
-            "",
-            "executor/test_budget.py::test_what_an_ended_process_used_stays_used",
-        ),
+        ("            self._ended += self._running()\n", "",
+         "executor/test_budget.py::test_what_an_ended_process_used_stays_used"),
     ],
     "executor/trusted.py": [
-        (
-            "    _end_with_the_batch()\n",
-            "",
-            "executor/test_trusted.py::test_a_killed_batch_takes_its_processes_and_its_folder",
-        ),
+        ("    _end_with_the_batch()\n", "",
+         f"{TRUSTED}a_killed_batch_takes_its_processes_and_its_folder_with_it"),
     ],
     "student/wire.py": [
         ("if depth > MAX_DEPTH:", "if False:", f"{WIRE}a_sender_refuses_what_its_reader_would"),
         ("if len(body) > MAX_PAIR_BYTES:", "if False:", f"{WIRE}hand_written_bytes_are_refused"),
     ],
     "student/channel.py": [
-        (
-            "if not isinstance(kind, str) or type(number) is not int:",
-            "if False:",
-            "student/test_channel.py::test_a_message_of_another_shape_ends_the_conversation",
-        ),
+        ("if not isinstance(kind, str) or type(number) is not int:", "if False:",
+         "student/test_channel.py::test_a_message_of_another_shape_ends_the_conversation"),
     ],
     "grading/allowed.py": [
-        (
-            "if shown is not None:",
-            "if False:",
-            "grading/test_allowed.py::test_what_student_code_could_read_is_refused",
-        ),
+        ("if shown is not None:", "if False:",
+         "grading/test_allowed.py::test_what_student_code_could_read_is_refused"),
     ],
     "grading/batch.py": [
         ("at_once > 1 and _ran_into_a_limit(result)", "False", f"{BATCH}a_limit_is_judged_alone"),
@@ -140,41 +119,19 @@ _CHANGES = {
         ("if job.path.parent.is_symlink():", "if False:", f"{BATCH}a_link_on_the_way_is_refused"),
     ],
     "grading/marking.py": [
-        (
-            "missing = not score and owner",
-            "missing = owner",
-            f"{MARKING}an_exercise_that_earned_points_is_not_missing",
-        ),
-        (
-            "cases = _Cases(self.assignment, session, sources, seed)",
-            "cases = _Cases(self.assignment, session, sources, PUBLIC_SEED)",
-            f"{MARKING}hidden_inputs_are_drawn_from_the_batchs_seed",
-        ),
-        (
-            "sources, PUBLIC_SEED, explain.Calls())",
-            "sources, 1, explain.Calls())",
-            f"{MARKING}visible_checks_draw_from_the_public_seed",
-        ),
-        (
-            "if known or session.fault is None:",
-            "if True:",
-            f"{MARKING}a_fault_that_a_test_swallows_is_a_fault",
-        ),
-        (
-            "        contextlib.redirect_stdout(nowhere),\n",
-            "",
-            f"{MARKING}tests_print_nothing",
-        ),
-        (
-            'exec", dont_inherit=True, optimize=0',
-            'exec", dont_inherit=True',
-            f"{MARKING}asserts_count_under_an_optimising_interpreter",
-        ),
-        (
-            "    signal.setitimer(signal.ITIMER_REAL, session.time_left() + ALARM_GRACE)\n",
-            "",
-            f"{MARKING}what_computes_for_ever_on_this_side_is_ended",
-        ),
+        ("missing = not score and owner", "missing = owner",
+         f"{MARKING}an_exercise_that_earned_points_is_not_missing"),
+        ("session, sources, seed)", "session, sources, PUBLIC_SEED)",
+         f"{MARKING}hidden_inputs_are_drawn_from_the_batchs_seed"),
+        ("sources, PUBLIC_SEED, explain.Calls())", "sources, 1, explain.Calls())",
+         f"{MARKING}visible_checks_draw_from_the_public_seed"),
+        ("if known or session.fault is None:", "if True:",
+         f"{MARKING}a_fault_that_a_test_swallows_is_a_fault"),
+        ("        contextlib.redirect_stdout(nowhere),\n", "", f"{MARKING}tests_print_nothing"),
+        ('exec", dont_inherit=True, optimize=0', 'exec", dont_inherit=True',
+         f"{MARKING}asserts_count_under_an_optimising_interpreter"),
+        ("    signal.setitimer(signal.ITIMER_REAL, session.time_left() + ALARM_GRACE)\n", "",
+         f"{MARKING}what_computes_for_ever_on_this_side_is_ended"),
     ],
     "markup.py": [
         ('.replace("|", "¦")', "", "test_markup.py::test_a_cell_stays_one_cell"),

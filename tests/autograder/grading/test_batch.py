@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
-import resource
 import shutil
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,35 +16,25 @@ from robust_slam_autograder.errors import GraderFailure, Refused, WrongUse
 from robust_slam_autograder.executor import trusted
 from robust_slam_autograder.grading import batch, journal, results
 from robust_slam_autograder.grading.batch import Graded, Job
-from robust_slam_autograder.reading import assignment as assignments
-from robust_slam_autograder.sandbox import Sandbox, Unsandboxed
 
 from tests.autograder import toy
+from tests.autograder.grading.course import (
+    GUESS,
+    grade,
+    jobs,
+    leave,
+    make_course,
+    marks,
+    same_but_for_time,
+)
+from tests.autograder.grading.disks import full_disk
 
-GUESS = "def double(x):\n    return 6\n"
 RANDOM = """
 ### BEGIN HIDDEN TESTS
 assert rng.random() < 0.5
 ### END HIDDEN TESTS
 """
 """A case that about half of all seeds pass."""
-
-
-def make_course(folder: Path) -> Path:
-    """A folder with a tree and five submissions."""
-    toy.make_tree(folder, "[limits]\ncall_seconds = 0.4\ncell_seconds = 3\n")
-    answers = {
-        "ada": toy.answer(),
-        "bob": toy.answer("def double(x):\n    while True: pass\n"),
-        "cem": toy.answer("import os\ndef double(x):\n    os._exit(0)\n"),
-        "dot": toy.answer(GUESS),
-    }
-    for student, value in answers.items():
-        toy.hand_in(folder / "submitted", student, value)
-    broken = folder / "submitted" / "eve" / toy.NAME
-    broken.mkdir(parents=True)
-    (broken / f"{toy.NAME}.ipynb").write_text("{")
-    return folder
 
 
 @pytest.fixture
@@ -71,47 +61,6 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> Done:
     return Done(folder, graded, order)
 
 
-def jobs(course: Path) -> list[Job]:
-    tests = course / "solutions" / toy.NAME / f"{toy.NAME}.ipynb"
-    loaded = assignments.load(tests)
-    folders = sorted((course / "submitted").iterdir())
-    return [Job(folder.name, loaded, tests, folder / toy.NAME) for folder in folders]
-
-
-def grade(
-    course: Path,
-    out: str = "out",
-    seed: int | None = 1,
-    workers: int = 2,
-    report: Callable[[Graded], None] = lambda graded: None,
-    wall: Sandbox | None = None,
-    given: list[Job] | None = None,
-) -> list[Graded]:
-    folder = course / out
-    run = journal.open_run(folder, seed)
-    return batch.grade(
-        jobs(course) if given is None else given,
-        out=folder,
-        run=run,
-        wall=wall or Unsandboxed(),
-        workers=workers,
-        report=report,
-    )
-
-
-def leave(course: Path, *students: str) -> None:
-    for folder in (course / "submitted").iterdir():
-        if folder.name not in students:
-            shutil.rmtree(folder)
-
-
-def marks(graded: list[Graded]) -> list[tuple[str, str, float, tuple[str, ...]]]:
-    return [
-        (r.student, r.status, r.score, tuple(e.status for e in r.exercises))
-        for r in (item.load() for item in graded)
-    ]
-
-
 def test_every_submission_gets_its_result_in_order(done: Done) -> None:
     assert marks(done.graded) == [
         ("ada", "graded", 20, ("passed", "passed")),
@@ -124,9 +73,7 @@ def test_every_submission_gets_its_result_in_order(done: Done) -> None:
 
 def test_the_number_of_jobs_changes_no_result(done: Done) -> None:
     serial = grade(done.course, "serial", workers=1)
-    for a, b in zip(done.graded, serial, strict=True):
-        fields = {"seconds": 0.0}
-        assert vars(a.load()) | fields == vars(b.load()) | fields
+    assert same_but_for_time(done.graded, serial)
 
 
 def test_a_limit_is_judged_alone(done: Done) -> None:
@@ -232,8 +179,8 @@ def test_a_failure_of_the_grader_is_a_result_that_tells_no_secret(
     course: Path, monkeypatch: pytest.MonkeyPatch, how: str, reason: str
 ) -> None:
     if how == "hang":
-        config = "[limits]\nnotebook_seconds = 0.1\n"
-        (course / "solutions" / toy.NAME / "autograder.toml").write_text(config)
+        settings = course / "solutions" / toy.NAME / "autograder.toml"
+        settings.write_text("[limits]\nnotebook_seconds = 0.1\n")
         monkeypatch.setattr(batch, "GRACE_SECONDS", 0.3)
     leave(course, "ada", "dot")
     graded = grade(course, wall=Failing(how))
@@ -281,16 +228,12 @@ def test_what_changes_after_it_was_listed_is_refused_or_graded_as_it_is(course: 
 def test_a_full_disk_stops_the_batch_and_loses_nothing(course: Path) -> None:
     """The error names the file and the fix; the same command goes on from there."""
     leave(course, "ada", "dot", "eve")
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
 
-    def fill_the_disk(graded: Graded) -> None:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (200, before[1]))
-
-    try:
-        with pytest.raises(GraderFailure, match=r"\.json cannot be written .*: make room"):
-            grade(course, workers=1, report=fill_the_disk)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    with (
+        contextlib.ExitStack() as full,
+        pytest.raises(GraderFailure, match=r"\.json cannot be written .*: make room"),
+    ):
+        grade(course, workers=1, report=lambda _: full.enter_context(full_disk(200)))
     written = [path.parent.name for path in (course / "out").glob("*/*")]
     assert written == ["ada"]
     again = grade(course)

@@ -1,4 +1,4 @@
-"""A batch of sixty that is killed again and again ends as one that never was."""
+"""A batch that is killed again and again ends as one that never was."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 from tests.autograder import toy
-from tests.autograder.killing import PATIENCE, kill, wait_until_empty
+from tests.autograder.killing import kill, wait_until_empty
 
 pytestmark = pytest.mark.long
 
@@ -23,7 +23,7 @@ SEED = 11
 OWN_FILES = {".lock", ".run.json", ".run.log", "gradebook.db"}
 
 ANSWERS = {
-    "honest": toy.DOUBLE,
+    "right": toy.DOUBLE,
     "guess": "def double(x):\n    return 6\n",
     "loop": "def double(x):\n    while True: pass\n",
     "exit": "import os\ndef double(x):\n    os._exit(0)\n",
@@ -35,30 +35,29 @@ ANSWERS = {
     "alien": "def double(x):\n    return object()\n",
     "vandal": "import shutil\nshutil.rmtree('/tmp', ignore_errors=True)\n" + toy.DOUBLE,
 }
-SHARES = {"honest": 24, "guess": 8, "loop": 2, "exit": 4, "raise": 4, "nonsense": 4}
-SHARES |= {"child": 2, "alien": 2, "vandal": 2}
-SCORES = {"honest": 20, "guess": 14, "loop": 10, "exit": 10, "raise": 10, "nonsense": 10}
-SCORES |= {"child": 20, "alien": 10, "vandal": 20}
+SHARES = dict.fromkeys(ANSWERS, 1) | {"right": 8, "guess": 4}
+SCORES = dict.fromkeys(ANSWERS, 10) | {"right": 20, "guess": 14, "child": 20, "vandal": 20}
 SCORES |= dict.fromkeys(("empty", "half", "binary", "nothing", "link"), 0)
+SUBMISSIONS = 24
 FILES = {"empty": b"", "half": b'{"nbformat": 4, "cells": [', "binary": bytes(range(256))}
 
 
 @pytest.fixture(scope="module")
 def course(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A course with sixty submissions, of every kind."""
-    root = tmp_path_factory.mktemp("sixty")
+    """A course with submissions of every kind."""
+    root = tmp_path_factory.mktemp("course")
     toy.make_tree(root, "[limits]\ncall_seconds = 1\ncell_seconds = 5\n")
     submitted = root / "submitted"
     # Sorted by name the kinds are mixed.
     for kind, count in SHARES.items():
         for number in range(count):
             toy.hand_in(submitted, f"{number:02}-{kind}", toy.answer(ANSWERS[kind]))
-    for number, (kind, data) in enumerate(2 * list(FILES.items())):
+    for number, (kind, data) in enumerate(FILES.items()):
         name = f"{number:02}-{kind}"
         toy.hand_in(submitted, name, {}).joinpath(f"{toy.NAME}.ipynb").write_bytes(data)
     (submitted / "01-nothing" / toy.NAME).mkdir(parents=True)
-    (submitted / "02-link").symlink_to("00-honest")
-    assert len(list(submitted.iterdir())) == 60
+    (submitted / "02-link").symlink_to("00-right")
+    assert len(list(submitted.iterdir())) == SUBMISSIONS
     return root
 
 
@@ -81,7 +80,7 @@ def start(course: Path, out: Path, temporary: Path, wall: str) -> subprocess.Pop
 
 def finish(course: Path, out: Path, temporary: Path, wall: str) -> str:
     process = start(course, out, temporary, wall)
-    said, complaint = process.communicate(timeout=PATIENCE)
+    said, complaint = process.communicate()
     assert process.returncode == 0, complaint
     return said
 
@@ -119,7 +118,7 @@ def test_a_batch_that_is_killed_ends_as_one_that_is_not(
     def kill_when(when: Callable[[], bool]) -> None:
         kill(start(course, out, temporary, wall_name), when, mark)
 
-    for count in (5, 25, 50):
+    for count in (2, 9, 18):
         kill_when(lambda count=count: len(list(out.glob(f"*/{toy.NAME}.json"))) >= count)
         found = results(out)
         assert found and all(found[student] == results(whole)[student] for student in found)
@@ -128,7 +127,7 @@ def test_a_batch_that_is_killed_ends_as_one_that_is_not(
 
     assert "of them unchanged and reused" in finish(course, out, temporary, wall_name)
     assert results(out) == results(whole)
-    assert gradebook(out) == gradebook(whole) and len(gradebook(out)) == 60 * 4
+    assert gradebook(out) == gradebook(whole) and len(gradebook(out)) == SUBMISSIONS * 4
     files = {path.name for path in out.rglob("*") if path.is_file()}
     assert files == OWN_FILES | {f"{toy.NAME}.json"}
     wait_until_empty(temporary)

@@ -22,10 +22,11 @@ from robust_slam_autograder.executor.dask_workers import Cluster, Unfit
 from robust_slam_autograder.executor.trusted import Broken
 from robust_slam_autograder.grading import batch, journal, remote, results
 from robust_slam_autograder.grading.batch import Graded, Job
-from robust_slam_autograder.sandbox import BACK_ENDS, Sandbox, Unsandboxed
+from robust_slam_autograder.sandbox import BACK_ENDS, Unsandboxed
 
 from tests.autograder import toy
-from tests.autograder.grading.test_batch import jobs, leave, make_course, marks
+from tests.autograder.grading.course import grade as grade_here
+from tests.autograder.grading.course import jobs, leave, make_course, marks, same_but_for_time
 from tests.autograder.killing import wait_for
 from tests.autograder.machines import Machines
 
@@ -66,24 +67,10 @@ def connected(machines: Machines, workers: int) -> Iterator[Cluster]:
         yield found
 
 
-def grade(
-    course: Path,
-    workers: Cluster,
-    out: str = "out",
-    report: Callable[[Graded], None] = lambda graded: None,
-    wall: Sandbox | None = None,
-    given: list[Job] | None = None,
-) -> list[Graded]:
-    listed = jobs(course) if given is None else given
-    return batch.grade(
-        listed,
-        out=course / out,
-        run=journal.open_run(course / out, 1),
-        wall=wall or Unsandboxed(),
-        workers=len(listed),
-        report=report,
-        graders=remote.Workers(workers),
-    )
+def grade(course: Path, workers: Cluster, **options: Any) -> list[Graded]:
+    """Grade a course on a cluster, all at once."""
+    most = len(options.get("given") or jobs(course))
+    return grade_here(course, workers=most, graders=remote.Workers(workers), **options)
 
 
 def graded_here(job: Job) -> results.Result:
@@ -107,21 +94,13 @@ def test_marks_are_those_of_one_process(tmp_path: Path, two: Machines, wall_name
     odd = toy.hand_in(course / "submitted", "xia", toy.answer())
     (odd / f"{toy.NAME}.ipynb").rename(odd / os.fsdecode(b"m\xffine.ipynb"))
     wall = BACK_ENDS[wall_name]
-    serial = batch.grade(
-        jobs(course),
-        out=course / "serial",
-        run=journal.open_run(course / "serial", 1),
-        wall=wall,
-        workers=1,
-        report=lambda graded: None,
-    )
+    serial = grade_here(course, "serial", workers=1, wall=wall)
     order: list[str] = []
     with connected(two, 2) as workers:
         found = grade(course, workers, report=lambda g: order.append(g.load().student), wall=wall)
         assert lines(course / "out") == Counter(job.key for job in jobs(course))
         assert all(item.reused for item in grade(course, workers, wall=wall))
-    for a, b in zip(serial, found, strict=True):
-        assert vars(a.load()) | {"seconds": 0.0} == vars(b.load()) | {"seconds": 0.0}
+    assert same_but_for_time(serial, found)
     assert {item.load().sandbox for item in found} == {wall.name, "none"}
     assert sorted(order[-2:]) == ["bob", "cem"]
 
@@ -241,33 +220,19 @@ def test_the_command_says_what_is_missing(
     assert not (tmp_path / "out").exists()
 
 
-def test_the_command_grades_on_a_cluster(
+def test_the_commands_grade_and_grade_again_on_a_cluster(
     tmp_path: Path, two: Machines, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    tree = toy.make_tree(tmp_path)
+    tree = str(toy.make_tree(tmp_path))
     folder = toy.hand_in(tmp_path / "submitted", "ada", toy.answer())
-    command = ["--solutions", str(tree), "grade", str(folder), "--unsandboxed"]
-    command += ["--out", str(tmp_path / "out"), "--scheduler", two.address]
-    assert run(*command) == 0
+    options = ["--unsandboxed", "--out", str(tmp_path / "out"), "--scheduler", two.address]
+    assert run("--solutions", tree, "grade", str(folder), *options) == 0
     assert toy.result(tmp_path / "out", "ada")["score"] == 20
     assert "1 graded, 0 refused, 0 failed" in capsys.readouterr().out
-
-
-def test_the_command_grades_again_on_a_cluster(
-    tmp_path: Path, two: Machines, capsys: pytest.CaptureFixture[str]
-) -> None:
-    tree = toy.make_tree(tmp_path)
-    wrong = toy.DOUBLE.replace("2 *", "3 *")
-    assert wrong != toy.DOUBLE
-    folder = toy.hand_in(tmp_path / "submitted", "ada", toy.answer())
-    out = ["--unsandboxed", "--out", str(tmp_path / "out")]
-    assert run("--solutions", str(tree), "grade", str(folder), *out) == 0
-    toy.hand_in(tmp_path / "submitted", "ada", toy.answer(wrong))
-    capsys.readouterr()
-    command = ["regrade", toy.NAME, "--submitted", str(tmp_path / "submitted"), "--json"]
-    status = run("--solutions", str(tree), *command, *out, "--scheduler", two.address)
+    toy.hand_in(tmp_path / "submitted", "ada", toy.answer(toy.DOUBLE.replace("2 *", "3 *")))
+    again = ["regrade", toy.NAME, "--submitted", str(tmp_path / "submitted"), "--json"]
+    assert run("--solutions", tree, *again, *options) == 0
     (change,) = json.loads(capsys.readouterr().out)["changes"]
-    assert status == 0
     assert change["after"]["score"] < change["before"]["score"] == 20
 
 
@@ -302,15 +267,7 @@ class TestWhatAWorkerMayDo:
             return "result", results.as_text(graded_here(job))
 
         fake.answer = answer
-        batch.grade(
-            [job],
-            out=course / "out",
-            run=journal.open_run(course / "out", 1),
-            wall=Unsandboxed(),
-            workers=1,
-            report=lambda graded: None,
-            graders=remote.Workers(fake.cluster()),
-        )
+        grade(course, fake.cluster(), given=[job])
         noted = journal.open_run(course / "out", 1).graded[job.key]
         assert noted == sent[0].task.fingerprint
         assert noted != batch.Fingerprints(1, Unsandboxed()).of(job)
@@ -387,20 +344,15 @@ class TestEngine:
         monkeypatch.setattr(engine, "LOOK_SECONDS", 0.01)
         monkeypatch.setattr(engine, "PATIENCE_SECONDS", 0.1)
 
-    def test_a_worker_that_is_unfit_is_asked_no_more(
-        self, capsys: pytest.CaptureFixture[str]
+    @pytest.mark.parametrize("answer", [Unfit("rusty"), ImportError("gone")], ids=repr)
+    def test_a_worker_that_is_unfit_or_fails_is_asked_no_more(
+        self, answer: Any, capsys: pytest.CaptureFixture[str]
     ) -> None:
         fake = Fake({"tcp://a:1": 1, "tcp://b:1": 1})
-        fake.answer = lambda worker, task: Unfit("rusty") if "a:" in worker else task
+        fake.answer = lambda worker, task: answer if "a:" in worker else task
         assert sorted(done(fake, 9)) == [(task, task) for task in range(9)]
         assert sum("a:" in worker for worker, _ in fake.sent) <= engine.IN_FLIGHT
-        assert capsys.readouterr().err == "The worker tcp://a:1 is left out: rusty.\n"
-
-    def test_a_worker_that_fails_is_asked_no_more(self) -> None:
-        fake = Fake({"tcp://a:1": 1, "tcp://b:1": 1})
-        fake.answer = lambda worker, task: ImportError("gone") if "a:" in worker else task
-        assert sorted(done(fake, 9)) == [(task, task) for task in range(9)]
-        assert sum("a:" in worker for worker, _ in fake.sent) <= engine.IN_FLIGHT
+        assert capsys.readouterr().err.startswith("The worker tcp://a:1 is left out: ")
 
     def test_several_threads_are_refused_and_nobody_is_waited_for_forever(self) -> None:
         with pytest.raises(GraderFailure, match=r"has 4 threads: start it with --nthreads 1"):

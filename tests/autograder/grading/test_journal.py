@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import itertools
 import json
-import resource
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -15,16 +12,7 @@ from robust_slam_autograder.grading import durable, journal, results
 from robust_slam_autograder.grading.journal import LOG_NAME, RUN_NAME, open_run
 from robust_slam_autograder.grading.results import Result
 
-
-@contextmanager
-def full_disk(after: int) -> Iterator[None]:
-    """No file of this process grows beyond so many bytes."""
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (after, before[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+from tests.autograder.grading.disks import full_disk
 
 
 def test_a_batch_draws_a_secret_seed_and_keeps_it(tmp_path: Path) -> None:

@@ -14,9 +14,7 @@ import numpy as np
 import pytest
 from robust_slam_autograder import sandbox
 from robust_slam_autograder.errors import WrongUse
-from robust_slam_autograder.executor.budget import Meter
-from robust_slam_autograder.executor.session import Program, Session, SessionFault
-from robust_slam_autograder.reading.assignment import Limits, Piece
+from robust_slam_autograder.executor.session import SessionFault
 from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES
 from robust_slam_autograder.sandbox import (
     Fork,
@@ -29,16 +27,16 @@ from robust_slam_autograder.sandbox import (
     view,
 )
 
-from tests import as_user, kernel
 from tests.autograder import toy
+from tests.autograder.sandbox.probing import LAUNCH, is_private, run
 
 ROOT = Path(__file__).resolve().parents[3]
 TOKEN = "planted-token-77"
-ATTACKERS = (*DEFAULT_PACKAGES, "ctypes", "socket", "subprocess")
-"""What attacks import: they are to reach the wall, not what tells students of the allow-list."""
 
 PROBE = """
-import ctypes, fcntl, glob, mmap, os, resource, signal, socket, struct, subprocess, sys
+import ctypes, errno, fcntl, glob, mmap, os, resource, socket, struct, subprocess, sys
+
+LIMITS = ("RLIMIT_AS", "RLIMIT_CORE", "RLIMIT_FSIZE", "RLIMIT_NOFILE")
 
 def look():
     facts = {
@@ -50,6 +48,7 @@ def look():
         "etc": sorted(content("/etc") or []),
         "descriptors": [n for n in range(200) if is_open(n)],
         "arguments": sys.argv,
+        "limits": {name: resource.getrlimit(getattr(resource, name))[1] for name in LIMITS},
     }
     facts["readable"] = [path for path in PATHS if content(path)]
     facts["writable"] = [path for path in (*WRITABLE, os.environ["HOME"]) if write(path)]
@@ -87,31 +86,56 @@ def attempt(what):
     except BaseException as error:
         return type(error).__name__
 
-def reach():
-    c = ctypes.CDLL(None, use_errno=True)
-    return {
+LIBC = ctypes.CDLL(None, use_errno=True)
+OPTIONS = {"SO_SNDBUF": 7, "SO_RCVBUF": 8, "SO_SNDBUFFORCE": 32, "SO_RCVBUFFORCE": 33,
+           "SO_RESERVE_MEM": 73, "SO_ATTACH_FILTER": 26}
+CALLS = {"memfd_create": 319, "vmsplice": 278, "tee": 276, "shmget": 29, "semget": 64,
+         "msgget": 68, "mq_open": 240, "landlock_create_ruleset": 444, "io_uring_setup": 425,
+         "inotify_init": 253, "add_key": 248, "bpf": 321, "perf_event_open": 298,
+         "fadvise64": 221, "readahead": 187, "mincore": 27, "cachestat": 451}
+if os.uname().machine != "x86_64":
+    CALLS = {}  # they have other numbers
+
+def refused():
+    pair, pipe, folder = socket.socketpair(), os.pipe(), os.open(".", os.O_RDONLY)
+    found = {
         "network": attempt(lambda: socket.create_connection(("127.0.0.1", 22), 0.2)),
-        "namespace": c.unshare(0x10000000),
-        "mount": c.mount(b"x", b"/tmp", b"tmpfs", 0, None),
-        "become root": attempt(lambda: os.setuid(0)),
-        "kill the parent": attempt(lambda: os.kill(1, 9)),
         "another's limits": attempt(lambda: resource.prlimit(1, resource.RLIMIT_NOFILE)),
         "memory without a process": attempt(lambda: os.memfd_create("x")),
         "memory that nobody counts": attempt(lambda: mmap.mmap(-1, 4096)),
         "a lease": attempt(lambda: fcntl.fcntl(open(os.__file__), fcntl.F_SETLEASE, 0)),
         "datagrams": attempt(lambda: socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM)),
-        "another's memory": c.shmat(0, None, 0),
-        "watches": c.inotify_init(),
+        "a named socket": attempt(lambda: pair[0].bind(chr(0) + "taken")),
+        "to a named socket": attempt(lambda: pair[0].connect(chr(0) + "taken")),
+        "F_SETPIPE_SZ": attempt(lambda: fcntl.fcntl(pipe[1], 1031, 1 << 20)),
+        "F_NOTIFY": attempt(lambda: fcntl.fcntl(folder, 1026, 0xFF)),
+        "RWF_NOWAIT": attempt(lambda: os.preadv(folder, [bytearray(1)], 0, os.RWF_NOWAIT)),
+    }
+    for name, option in OPTIONS.items():
+        found[name] = attempt(lambda: pair[0].setsockopt(socket.SOL_SOCKET, option, 1 << 26))
+    for name, number in CALLS.items():
+        result = LIBC.syscall(number, b"x", 0, 0, 0, 0)
+        is_refused = result < 0 and ctypes.get_errno() == errno.EPERM
+        found[name] = "PermissionError" if is_refused else "?"
+    return found
+
+def reach():
+    return {
+        "namespace": LIBC.unshare(0x10000000),
+        "mount": LIBC.mount(b"x", b"/tmp", b"tmpfs", 0, None),
+        "another's memory": LIBC.shmat(0, None, 0),
+        "watches": LIBC.inotify_init(),
+        "become root": attempt(lambda: os.setuid(0)),
+        "kill the parent": attempt(lambda: os.kill(1, 9)),
         "raise a limit": attempt(lambda: resource.setrlimit(
             resource.RLIMIT_AS, (2**40, 2**40))),
-        "a named socket": attempt(lambda: socket.socketpair()[0].bind(chr(0) + "taken")),
-        "to a named socket": attempt(lambda: socket.socketpair()[0].connect(chr(0) + "taken")),
         "a lock": attempt(lambda: fcntl.flock(open(os.__file__), fcntl.LOCK_EX)),
         "survival": attempt(lambda: open("/proc/self/oom_score_adj", "w").write("-17")),
         "subprocess": subprocess.run(
             [sys.executable, "-S", "-c", "import os; print(os.getuid())"],
             capture_output=True, text=True).stdout,
         "a shell": attempt(lambda: subprocess.run(["/bin/sh", "-c", "true"])),
+        "refused": refused(),
     }
 
 def use_up():
@@ -140,28 +164,6 @@ def use_up():
 """
 
 
-def program(
-    *texts: str,
-    withheld: tuple[str, ...] = (),
-    names: tuple[str, ...] = (),
-    packages: tuple[str, ...] = ATTACKERS,
-) -> Program:
-    pieces = [Piece(f"cell {n}", text, own=False) for n, text in enumerate(texts)]
-    return Program(setup=(), pieces=pieces, names=names, withheld=withheld, packages=packages)
-
-
-def run(wall: Sandbox, what: Program, name: str) -> Any:
-    """Run a program behind a wall and call one of its functions."""
-    limits = Limits(call_seconds=30, cell_seconds=30)
-    session = Session(wall, what, limits, Meter().start(60))
-    try:
-        session.begin()
-        assert not session.errors, {label: str(error) for label, error in session.errors.items()}
-        return session.bindings()[name]()
-    finally:
-        session.close()
-
-
 SECRETS = (
     *(ROOT / name for name in ("solutions", "chapters", "tests", "build", ".git", "README.md")),
     *map(Path, ("/etc/passwd", "/etc/shadow", "/var", "/home", "/run", "/sys", "/root/.ssh")),
@@ -171,26 +173,9 @@ SECRETS = (
 WRITABLE = ("/", "/usr", "/etc", "/dev", "/proc", "/tmp", "/dev/shm", str(ROOT), sys.prefix)
 
 
-def walls() -> list[str]:
-    """All back ends; Landlock where student code can reach Python, else see the views."""
-    closed = as_user.may() and not kernel.supports("landlock")
-    return [name for name in sandbox.BACK_ENDS if not (closed and name == "landlock")]
-
-
-@pytest.fixture(scope="module", params=walls())
-def wall(request: pytest.FixtureRequest) -> Sandbox:
-    """Every back end, working."""
-    return kernel.working(request.param)
-
-
 def fresh(wall: Sandbox) -> Sandbox:
     """The same back end, without the servers that it has started already."""
     return Fork(namespaces=is_private(wall)) if isinstance(wall, Fork) else wall
-
-
-def is_private(wall: Sandbox) -> bool:
-    """Whether it gives student code a root and processes of its own."""
-    return wall is not sandbox.BACK_ENDS["landlock"]
 
 
 @pytest.fixture(scope="module")
@@ -203,7 +188,7 @@ def facts(wall: Sandbox, tmp_path_factory: pytest.TempPathFactory) -> dict[str, 
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("COURSE_TOKEN", TOKEN)
         patch.setenv("ROBUST_SLAM_SEED", "31415926")
-        found: dict[str, Any] = run(wall, program(PROBE, values, names=("look",)), "look")
+        found: dict[str, Any] = run(wall, "look", PROBE, values)
     return found
 
 
@@ -229,6 +214,14 @@ class TestWhatIsSeen:
         assert facts["identity"][0] != 0
         assert os.getuid() != 0 or facts["identity"][2] == []
         assert len(facts["descriptors"]) == 6  # four that lead nowhere, and the two pipes
+
+    def test_the_kernel_limits_each_process(self, facts: dict[str, Any]) -> None:
+        assert facts["limits"] == {
+            "RLIMIT_AS": inside.MEMORY_BYTES,
+            "RLIMIT_CORE": 0,
+            "RLIMIT_FSIZE": inside.SCRATCH_BYTES,
+            "RLIMIT_NOFILE": 128,
+        }
 
     def test_only_scratch_folders_are_writable(self, facts: dict[str, Any], wall: Sandbox) -> None:
         own = facts["environment"]["HOME"]
@@ -292,8 +285,7 @@ def is_needed(path: str) -> bool:
 @pytest.mark.sandbox
 def test_every_file_that_can_be_read_is_one_that_is_needed(wall: Sandbox) -> None:
     """Of the whole disk; a course may lie anywhere, such as in /usr/src or /usr/local/share."""
-    what = program(EVERYTHING, f"GUESSES = {guesses()!r}", names=("readable",))
-    found = run(wall, what, "readable")
+    found = run(wall, "readable", EVERYTHING, f"GUESSES = {guesses()!r}")
     assert str(STANDARD / "os.py") in found and len(found) > 100
     assert [path for path in found if not is_needed(path)] == []
 
@@ -313,13 +305,13 @@ def versions():
 def test_allowed_packages_can_be_imported(wall: Sandbox) -> None:
     """None of these is in memory already, some lie in one file and one in its source folder."""
     allowed = (*DEFAULT_PACKAGES, "qdldl", "robust_slam")
-    found = run(wall, program(ALLOWED, names=("versions",), packages=allowed), "versions")
+    found = run(wall, "versions", ALLOWED, packages=allowed)
     assert found == [importlib.metadata.version(name) for name in ("numpy", "robust_slam", "tqdm")]
 
 
 @pytest.mark.sandbox
 def test_what_is_out_of_reach(wall: Sandbox) -> None:
-    found = run(wall, program(PROBE, names=("reach",)), "reach")
+    found = run(wall, "reach", PROBE)
     assert found.pop("subprocess").strip().isdecimal()
     # Locks seem to succeed; see the next test.
     assert found.pop("a lock") == "None"
@@ -330,15 +322,9 @@ def test_what_is_out_of_reach(wall: Sandbox) -> None:
     assert found.pop("become root") in ("PermissionError", "OSError")
     # Its first process ignores the signal; only Landlock keeps the signal from it.
     of_one_user = wall.name == "bubblewrap" and os.getuid() != 0
+    refused = found.pop("refused")
+    assert {what for what, said in refused.items() if said != "PermissionError"} == set()
     assert found == {
-        "network": "PermissionError",
-        "another's limits": "PermissionError",
-        "memory without a process": "PermissionError",
-        "memory that nobody counts": "PermissionError",
-        "a lease": "PermissionError",
-        "datagrams": "PermissionError",
-        "a named socket": "PermissionError",
-        "to a named socket": "PermissionError",
         "another's memory": -1,
         "watches": -1,
         "namespace": -1,
@@ -352,9 +338,9 @@ def test_what_is_out_of_reach(wall: Sandbox) -> None:
 def test_what_is_limited(wall: Sandbox) -> None:
     if not is_private(wall):
         with pytest.raises(SessionFault):  # its keeper ends it
-            run(wall, program(PROBE, names=("use_up",)), "use_up")
+            run(wall, "use_up", PROBE)
         return
-    found = run(wall, program(PROBE, names=("use_up",)), "use_up")
+    found = run(wall, "use_up", PROBE)
     assert 0 < found["processes"] <= inside.PROCESSES
     assert 0 < found["disk"] <= inside.SCRATCH_BYTES
     assert (found["memory"], found["files"]) == ("MemoryError", "OSError")
@@ -380,12 +366,12 @@ def make():
 def test_files_of_no_size_are_counted(wall: Sandbox, folder: str) -> None:
     """Each takes some of the kernel's memory, which no process's size shows."""
     where = repr(folder) if is_private(wall) else "os.environ['HOME']"
-    what = program(f"{MANY}\nFOLDER = {where}\n", names=("make",))
+    code = f"{MANY}\nFOLDER = {where}\n"
     if wall is sandbox.BACK_ENDS["fork"]:
-        assert 0 < run(wall, what, "make") <= inside.SCRATCH_FILES
+        assert 0 < run(wall, "make", code) <= inside.SCRATCH_FILES
         return
     with pytest.raises(SessionFault) as caught:  # its keeper ends it
-        run(wall, what, "make")
+        run(wall, "make", code)
     assert caught.value.kind == "died"
 
 
@@ -449,8 +435,7 @@ def test_a_withheld_module_is_not_even_a_file(
     monkeypatch.syspath_prepend(tmp_path)
     withheld = tuple(f"withheld_demo.{name}" for name in ("answers", "deep", "deep.inner"))
     allowed = (*DEFAULT_PACKAGES, "withheld_demo")
-    what = program(TRICKS, withheld=withheld, names=("search",), packages=allowed)
-    found = run(fresh(wall), what, "search")
+    found = run(fresh(wall), "search", TRICKS, withheld=withheld, packages=allowed)
     for cached in (packages.find, view._visible):
         cached.cache_clear()  # the next back end's package lies elsewhere
     assert found["files"] == []
@@ -477,7 +462,7 @@ def test_matplotlib_finds_its_list_of_fonts(
     tmp_path.chmod(0o755)
     (tmp_path / "fontlist-v1.json").write_text("{}")
     monkeypatch.setenv("MPLCONFIGDIR", str(tmp_path))
-    assert run(fresh(wall), program(text, names=("listed",)), "listed") is is_private(wall)
+    assert run(fresh(wall), "listed", text) is is_private(wall)
 
 
 def test_without_a_wall_hidden_tests_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -491,24 +476,23 @@ def test_a_user_without_a_wall_keeps_the_right_to_processes(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Where all of a user's processes count, a limit for one would stop its first thread."""
-    launch = sandbox.Launch(withheld=(), used=(), cpu_seconds=5)
     monkeypatch.setattr(os, "getuid", lambda: 1000)
-    assert "RLIMIT_NPROC" not in inside.limits(launch, walled=False)
+    assert "RLIMIT_NPROC" not in inside.limits(LAUNCH, walled=False)
     for release, limited in {"5.13.0-x": False, "5.14.0": True, "6.1": True, "odd": False}.items():
         monkeypatch.setattr("platform.release", lambda release=release: release)
-        assert ("RLIMIT_NPROC" in inside.limits(launch, walled=True)) is limited
+        assert ("RLIMIT_NPROC" in inside.limits(LAUNCH, walled=True)) is limited
 
 
 def test_a_process_that_does_not_start_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
     command = [sys.executable, "-c", "import sys; sys.exit('no such luck')"]
     monkeypatch.setattr(inside, "python_command", lambda *arguments, **options: command)
-    running = Unsandboxed().start(sandbox.Launch(withheld=(), used=(), cpu_seconds=5))
+    running = Unsandboxed().start(LAUNCH)
     assert running.await_ready() == "no such luck"
     running.stop()
 
 
 def test_a_stopped_process_leaves_no_scratch_folder() -> None:
-    running = Unsandboxed().start(sandbox.Launch(withheld=(), used=(), cpu_seconds=5))
+    running = Unsandboxed().start(LAUNCH)
     assert running.await_ready() is None
     assert running.scratch is not None and Path(running.scratch.name).is_dir()
     running.stop()
@@ -516,7 +500,7 @@ def test_a_stopped_process_leaves_no_scratch_folder() -> None:
     assert running.process.returncode is not None
 
 
-HONEST = """
+PLAIN_WORK = """
 import asyncio, concurrent.futures, subprocess, sys, tempfile, threading
 import numpy as np
 import matplotlib.pyplot as plt
@@ -540,7 +524,6 @@ async def answer():
 
 
 @pytest.mark.sandbox
-def test_honest_work_goes_on(wall: Sandbox) -> None:
-    what = program(HONEST, names=("work",), packages=(*DEFAULT_PACKAGES, "subprocess"))
-    found = run(wall, what, "work")
+def test_plain_work_goes_on(wall: Sandbox) -> None:
+    found = run(wall, "work", PLAIN_WORK, packages=(*DEFAULT_PACKAGES, "subprocess"))
     assert found == [42, [0, 1, 4, 9, 16], "42\n", True]
