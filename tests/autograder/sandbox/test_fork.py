@@ -75,9 +75,12 @@ def owner(wall: Fork) -> Iterator[tuple[int, Path]]:
     options = {"stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL, "text": True}
     command = [sys.executable, "-c", OWNER]
     with subprocess.Popen(command, start_new_session=True, **options) as process:  # type: ignore[call-overload]
-        said, home = process.stdout.readline().split()
-        assert said == "None" and len(processes_of(Path(home))) > 1
-        yield process.pid, Path(home)
+        try:
+            said, home = process.stdout.readline().split()
+            assert said == "None" and len(processes_of(Path(home))) > 1
+            yield process.pid, Path(home)
+        finally:
+            process.kill()
 
 
 @pytest.mark.parametrize(
