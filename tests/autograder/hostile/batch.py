@@ -139,7 +139,7 @@ def run(
     *,
     wall: str,
     seed: int,
-    jobs: int = 2,
+    jobs: int = 4,
 ) -> Report:
     """Grade the batch and look at what became of everything.
 
@@ -148,7 +148,7 @@ def run(
         entries: those submissions.
         wall: the back end.
         seed: the batch's secret.
-        jobs: how many at once.
+        jobs: how many at once: many of them only wait, for limits that are judged alone.
     """
     before = snapshot(course.root)
     token = f"planted-token-{secrets.token_hex(8)}"
