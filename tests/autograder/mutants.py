@@ -70,7 +70,8 @@ _CHANGES = {
     "sandbox/view.py": [
         (', ".ipynb_checkpoints")', ")",
          f"{VIEW}an_editors_copies_of_a_withheld_module_are_withheld_too"),
-        (" if _is_shown(inner, rules))", ")", f"{VIEW}a_link_in_a_folder_leads_nowhere_else"),
+        (" if one in rules), False)", " if one in rules), True)",
+         f"{VIEW}a_link_in_a_folder_leads_nowhere_else"),
         (", path.resolve()):", ",):", f"{VIEW}a_folder_in_view_is_found_also_through_a_link"),
     ],
     "sandbox/seccomp.py": [

@@ -26,7 +26,8 @@ print(*(answer for _, answer in answers))
 
 def start(folder: Path, *tasks: str) -> subprocess.Popen[str]:
     """A batch of expressions to evaluate, with a temporary folder of its own."""
-    environment = os.environ | {"TMPDIR": str(folder), "PYTHONPATH": str(folder)}
+    places = os.pathsep.join(filter(None, [str(folder), os.environ.get("PYTHONPATH")]))
+    environment = os.environ | {"TMPDIR": str(folder), "PYTHONPATH": places}
     pipes: Any = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     return subprocess.Popen([sys.executable, "-c", BATCH, *tasks], env=environment, **pipes)
 

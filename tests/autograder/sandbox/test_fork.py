@@ -17,7 +17,7 @@ from robust_slam_autograder.sandbox import Fork, Launch
 from robust_slam_autograder.sandbox.fork import Forked
 
 from tests import kernel
-from tests.autograder.killing import wait_for
+from tests.autograder.killing import PATIENCE, wait_for
 from tests.autograder.sandbox.probing import LAUNCH, processes_of
 
 pytestmark = pytest.mark.sandbox
@@ -48,7 +48,7 @@ def test_other_processes_use_the_same_server(wall: Fork) -> None:
     workers = [context.Process(target=start_and_stop, args=(wall, answers)) for _ in range(2)]
     for worker in workers:
         worker.start()
-    assert [answers.get() for _ in workers] == [None, None]
+    assert [answers.get(timeout=PATIENCE) for _ in workers] == [None, None]
     for worker in workers:
         worker.join()
     # The servers outlive the workers, one for each kind of launch.
