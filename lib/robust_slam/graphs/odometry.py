@@ -1,28 +1,46 @@
 """Initial poses from the odometry alone or along a spanning tree.
 
-Source: Hillis and Steele 1986 for chains; Dijkstra 1959 for the tree.
+Source: Hillis and Steele 1986, "Data parallel algorithms", pointer doubling; Dijkstra 1959
+for the tree.
 """
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import dijkstra
 
-from robust_slam._arrays import Array, Indices, Mask
-from robust_slam.graphs.pose_graph import PoseGraph, check_weights
+from robust_slam._arrays import Array, Indices
+from robust_slam.graphs.forest import find_forest, parts, poses_along
+from robust_slam.graphs.pose_graph import PoseGraph, check_weights, unreached
+
+_ROOT = np.array([0])
+
+
+def sessions(graph: PoseGraph) -> Indices:
+    """Return for each pose the number ``(n,)`` of its session, from 0.
+
+    A session is a set of poses that odometry connects. One robot on one drive gives one
+    session; several drives, or a gap in the odometry, give several, which only closures
+    join. Sessions are numbered in the order of their smallest poses.
+
+    >>> graph = PoseGraph(3, [[0, 1], [1, 2]], [[1, 0, 0], [1, 0, 0]], [np.eye(3)] * 2,
+    ...                   is_odometry=[True, False])
+    >>> sessions(graph).tolist()
+    [0, 0, 1]
+    """
+    return parts(graph, graph.is_odometry)
 
 
 def dead_reckoning(graph: PoseGraph) -> Array:
     """Return the poses from the odometry alone, with pose 0 the identity.
 
-    They are ``(n, 3)`` in SE(2) and ``(n, 3, 4)`` in SE(3).
+    They are ``(n, 3)`` in SE(2) and ``(n, 3, 4)`` in SE(3). Odometry edges may have either
+    direction and any order. Where they form cycles, a path with the fewest edges counts.
 
     Raises:
-        ValueError: no odometry edge (k, k + 1) leads to some pose k + 1.
+        ValueError: no path of odometry leads to some pose.
 
-    Source: Hillis and Steele 1986, "Data parallel algorithms", the prefix sum.
+    Source: Hillis and Steele 1986, "Data parallel algorithms", pointer doubling.
 
     >>> graph = PoseGraph(3, [[0, 1], [1, 2]], [[1, 0, np.pi / 2], [1, 0, 0]], [np.eye(3)] * 2,
     ...                   is_odometry=[True, True])
@@ -31,24 +49,14 @@ def dead_reckoning(graph: PoseGraph) -> Array:
            [1.   , 0.   , 1.571],
            [1.   , 1.   , 1.571]])
     """
-    i, j = graph.edges.T
-    steps = np.flatnonzero(graph.is_odometry & (j == i + 1))
-    edge = np.full(graph.n, -1, dtype=np.intp)
-    edge[j[steps[::-1]]] = steps[::-1]
-    if np.any(edge[1:] < 0):
-        missing = 1 + int(np.argmax(edge[1:] < 0))
+    if not graph.odometry_joins_all:
+        missing = int(unreached(graph, graph.is_odometry)[0])
         raise ValueError(
-            f"graph: no odometry edge leads from pose {missing - 1} to pose {missing}; "
-            "mark it in is_odometry or give first poses"
+            f"graph: no path of odometry leads from pose 0 to pose {missing}; mark more edges in "
+            "is_odometry, or take spanning_tree, which uses closures where odometry ends"
         )
-    group = graph.group
-    poses = np.concatenate([group.identity()[None], graph.measurement[edge[1:]]])
-    # Chains of 1, 2, 4, … steps: each round composes every chain with the one before it.
-    reach = 1
-    while reach < graph.n:
-        poses[reach:] = group.compose(poses[:-reach], poses[reach:])
-        reach *= 2
-    return poses
+    ones = np.ones(len(graph.edges))
+    return poses_along(graph, find_forest(graph, graph.is_odometry, ones, _ROOT))
 
 
 def spanning_tree(graph: PoseGraph, weights: ArrayLike | None = None) -> Array:
@@ -71,49 +79,6 @@ def spanning_tree(graph: PoseGraph, weights: ArrayLike | None = None) -> Array:
     [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]]
     """
     used = check_weights(weights, graph) > 0.0
-    parent, edge = _tree(graph, used)
-    forward = graph.edges[edge, 1] == np.arange(graph.n)
-    z = graph.measurement[edge]
-    group = graph.group
-    back = group.inverse(z)
-    ahead = forward.reshape(-1, *(1,) * (z.ndim - 1))
-    poses: Array = np.where(ahead, z, back)
-    poses[0] = group.identity()
-    # Each pose is known relative to an ancestor. Replacing the ancestor by its own ancestor
-    # doubles the distance, so a path of 10000 edges takes 14 rounds instead of 10000.
-    while np.any(parent > 0):
-        poses = group.compose(poses[parent], poses)
-        parent = parent[parent]
-    return poses
-
-
-def _tree(graph: PoseGraph, used: Mask) -> tuple[Indices, Indices]:
-    """Return the parent of each pose in the tree and the edge to it, ``(n,)`` each.
-
-    Pose 0 is its own parent, with edge 0.
-    """
     # A path has fewer than n edges, so closures of length n are minimised first.
     length = np.where(graph.is_odometry, 1.0, float(graph.n))
-    distance = _distances(graph.n, graph.edges[used], length[used])
-    number = np.flatnonzero(used)
-    ends = graph.edges[number]
-    tails, heads = np.concatenate([ends, ends[:, ::-1]]).T
-    number = np.concatenate([number, number])
-    # Lengths are whole numbers, so shortest paths are recognised by equality.
-    best = distance[tails] + length[number] == distance[heads]
-    tails, heads, number = tails[best], heads[best], number[best]
-    order = np.argsort(-number, kind="stable")
-    parent, edge = np.zeros(graph.n, dtype=np.intp), np.zeros(graph.n, dtype=np.intp)
-    parent[heads[order]], edge[heads[order]] = tails[order], number[order]
-    return parent, edge
-
-
-def _distances(n: int, edges: Indices, length: Array) -> Array:
-    """Return the length ``(n,)`` of the shortest path from pose 0 to each pose."""
-    low, high = edges.min(axis=1), edges.max(axis=1)
-    # A sparse matrix sums duplicate entries, so only the shortest edge of a pair is kept.
-    order = np.lexsort((length, high, low))
-    _, first = np.unique((low * n + high)[order], return_index=True)
-    kept = order[first]
-    joined = csr_array((length[kept], (low[kept], high[kept])), shape=(n, n))
-    return np.asarray(dijkstra(joined, directed=False, indices=[0])[0], dtype=np.float64)
+    return poses_along(graph, find_forest(graph, used, length, _ROOT))

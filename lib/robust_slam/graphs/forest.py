@@ -1,0 +1,155 @@
+"""Spanning trees of a pose graph, one for each part that the chosen edges connect.
+
+Source: Dijkstra 1959, shortest paths; Bender and Farach-Colton 2000, common ancestors by
+range minima.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components, depth_first_order, dijkstra
+
+from robust_slam._arrays import Array, Indices, Mask
+from robust_slam.graphs.pose_graph import PoseGraph
+
+
+@dataclass(frozen=True, eq=False)
+class Forest:
+    """A tree for each connected part of a graph.
+
+    ``parent`` ``(n,)`` is the parent of each pose and ``edge`` ``(n,)`` the edge to it. A
+    root is its own parent, with edge −1. ``part`` ``(n,)`` numbers the trees from 0 in the
+    order of their smallest poses.
+    """
+
+    parent: Indices
+    edge: Indices
+    part: Indices
+
+
+def find_forest(graph: PoseGraph, used: Mask, length: Array, roots: Indices) -> Forest:
+    """Return the trees of shortest paths from ``roots`` over the edges that ``used`` marks.
+
+    ``used`` ``(m,)`` is a mask; ``length`` ``(m,)`` holds whole numbers of at least 1;
+    ``roots`` has one pose of each connected part. Ties are broken by the lowest edge index.
+
+    Source: Dijkstra 1959.
+    """
+    number = np.flatnonzero(used)
+    ends = graph.edges[number]
+    distance = _distances(graph.n, ends, length[number], roots)
+    tails, heads = np.concatenate([ends, ends[:, ::-1]]).T
+    number = np.concatenate([number, number])
+    # Lengths are whole numbers, so shortest paths are recognised by equality.
+    best = distance[tails] + length[number] == distance[heads]
+    tails, heads, number = tails[best], heads[best], number[best]
+    order = np.argsort(-number, kind="stable")
+    parent, edge = np.arange(graph.n), np.full(graph.n, -1, dtype=np.intp)
+    parent[heads[order]], edge[heads[order]] = tails[order], number[order]
+    return Forest(parent, edge, parts(graph, used))
+
+
+def parts(graph: PoseGraph, used: Mask) -> Indices:
+    """Return for each pose the number ``(n,)`` of the part that the ``used`` edges connect.
+
+    Parts are numbered from 0 in the order of their smallest poses.
+    """
+    i, j = graph.edges[used].T
+    joined = csr_array((np.ones(i.size, dtype=np.int8), (i, j)), shape=(graph.n, graph.n))
+    _, label = connected_components(joined, directed=False)
+    _, first, inverse = np.unique(label, return_index=True, return_inverse=True)
+    return np.asarray(np.argsort(np.argsort(first))[inverse], dtype=np.intp)
+
+
+def _distances(n: int, edges: Indices, length: Array, roots: Indices) -> Array:
+    """Return the length ``(n,)`` of the shortest path from a root to each pose."""
+    low, high = edges.min(axis=1), edges.max(axis=1)
+    # A sparse matrix sums duplicate entries, so only the shortest edge of a pair is kept.
+    order = np.lexsort((length, high, low))
+    _, first = np.unique((low * n + high)[order], return_index=True)
+    kept = order[first]
+    joined = csr_array((length[kept], (low[kept], high[kept])), shape=(n, n))
+    return np.asarray(
+        dijkstra(joined, directed=False, indices=roots, min_only=True), dtype=np.float64
+    )
+
+
+def poses_along(graph: PoseGraph, forest: Forest) -> Array:
+    """Return the poses ``(n, …)`` along the trees, with each root the identity."""
+    group = graph.group
+    z = graph.measurement[forest.edge]
+    forward = graph.edges[forest.edge, 1] == np.arange(graph.n)
+    ahead = forward.reshape(-1, *(1,) * (z.ndim - 1))
+    poses: Array = np.where(ahead, z, group.inverse(z))
+    parent = forest.parent
+    poses[parent == np.arange(graph.n)] = group.identity()
+    # Each pose is known relative to an ancestor. Replacing the ancestor by its own ancestor
+    # doubles the distance, so a path of 10000 edges takes 14 rounds instead of 10000.
+    while np.any(parent[parent] != parent):
+        poses = group.compose(poses[parent], poses)
+        parent = parent[parent]
+    return poses
+
+
+def sums_along(forest: Forest, values: Array) -> Array:
+    """Return for each pose the sum of ``values`` ``(n, …)`` from its root down to it.
+
+    The values of roots count as 0.
+    """
+    total = values.copy()
+    parent = forest.parent
+    total[parent == np.arange(parent.size)] = 0.0
+    while np.any(parent[parent] != parent):
+        total = total + total[parent]
+        parent = parent[parent]
+    return total
+
+
+@dataclass(frozen=True, eq=False)
+class Ancestors:
+    """Answers which pose is the lowest common ancestor of two.
+
+    ``number`` ``(n + 1,)`` is the place of each pose in depth-first order, and ``order``
+    the pose at each place. A pose n above all roots joins the trees.
+    """
+
+    number: Indices
+    order: Indices
+    _lowest: Indices
+
+    @classmethod
+    def of(cls, forest: Forest) -> Ancestors:
+        """Return the ancestors of the poses in ``forest``."""
+        n = forest.parent.size
+        top = np.append(np.where(forest.parent == np.arange(n), n, forest.parent), n)
+        tree = csr_array((np.ones(n, dtype=np.int8), (top[:-1], np.arange(n))), shape=(n + 1,) * 2)
+        order = np.asarray(depth_first_order(tree, n, return_predecessors=False), dtype=np.intp)
+        number = np.empty(n + 1, dtype=np.intp)
+        number[order] = np.arange(n + 1)
+        rows = [number[top[order]]]
+        for reach in 2 ** np.arange(max(1, n).bit_length() - 1):
+            below = rows[-1]
+            further = np.concatenate([below[reach:], below[-reach:]])
+            rows.append(np.minimum(below, further))
+        return cls(number, order, np.stack(rows))
+
+    def common(self, a: ArrayLike, b: ArrayLike) -> Indices:
+        """Return the lowest common ancestor of poses ``a`` and ``b``, arrays of one shape.
+
+        It is n where two poses are in different trees.
+
+        Source: Bender and Farach-Colton 2000: in depth-first order the common ancestor has
+        the lowest number among the parents of the poses behind the first, up to the second.
+        """
+        at, to = self.number[np.asarray(a)], self.number[np.asarray(b)]
+        low, high = np.minimum(at, to), np.maximum(at, to)
+        width = np.maximum(high - low, 1)
+        level = np.frexp(width)[1] - 1
+        left = self._lowest[level, np.minimum(low + 1, high)]
+        right = self._lowest[level, np.maximum(high + 1 - (1 << level), 0)]
+        found: Indices = self.order[np.where(low == high, low, np.minimum(left, right))]
+        return found
