@@ -12,24 +12,35 @@ Limitations:
   pairs and contradict each other together (Forsgren et al. 2022).
 - The largest set is kept. A large group of mutually consistent outliers can be larger than
   the set of inliers, and a single closure is consistent with itself.
-- Σ grows with the odometry in the cycle, so a long cycle passes too easily. All closures
-  should have the same direction, from the earlier pose to the later one: with opposite
-  directions the cycle contains more odometry.
+- Σ grows with the odometry in the cycle, so a long cycle passes too easily.
+- A test of pairs has the given probability for each pair. An inlier is compared with many
+  others, so more inliers are lost than the probability suggests.
 
-Computation (derived here). With x the poses from dead reckoning, a closure displaces the
-world behind it by G = x_i ∘ z ∘ x_j⁻¹. The cycle, conjugated, is G_q⁻¹ ∘ G_p: two closures
-are consistent when their displacements are equal. Each part is perturbed on the right and
-transformed to the world frame, where odometry step k, from pose k to k + 1 with covariance
-Σ_k, contributes Ad(x_{k+1}) Σ_k Ad(x_{k+1})ᵀ. With S the sums of these from pose 0, the
-odometry between a and b has the covariance P(a, b) = S_max(a,b) − S_min(a,b), and a closure
-has Q = Ad(x_j) Σ_z Ad(x_j)ᵀ. With A_q = Ad(G_q⁻¹) the cycle has the covariance
+Every closure is taken in the direction of travel, from the pose that the odometry reaches
+first to the other: with opposite directions the cycle would contain more odometry. So it
+does not matter in which direction a closure is written.
+
+The odometry is a spanning tree of the odometry edges, whichever their direction, rooted
+where the drive begins. Where it has gaps, each connected part is a session with a tree of
+its own. Two closures are compared when both join the same two sessions, as in PCM for
+several robots; others do not contradict each other.
+
+Computation (derived here). With x the poses from dead reckoning, each in the frame of its
+session, a closure displaces the world behind it by G = x_i ∘ z ∘ x_j⁻¹. The cycle,
+conjugated, is G_q⁻¹ ∘ G_p: two closures are consistent when their displacements are equal.
+Each part is perturbed on the right and transformed to the world frame, where an odometry
+edge that ends at pose k with covariance Σ_z contributes Ad(x_k) Σ_z Ad(x_k)ᵀ. With S(a) the
+sum of these from the root to pose a, and M(a, b) = S(c) for the lowest common ancestor c of
+a and b, the odometry between a and b has the covariance
+P(a, b) = M(a, a) + M(b, b) − 2 M(a, b). A closure has Q = Ad(x_j) Σ_z Ad(x_j)ᵀ. With
+A_q = Ad(G_q⁻¹) the cycle has the covariance
 
     Q_p + Q_q + P(j_p, j_q) + A_q P(i_p, i_q) A_qᵀ
 
-if its four parts are independent. Both odometry parts may contain the same steps, though:
-with W the covariance of the common steps, the term ± (W A_qᵀ + A_q W) is missing, + where
-both have the same direction. The distance is the same in every frame, and the Jacobian of
-Log cancels, since Jr(e) e = e.
+if its four parts are independent. Both odometry parts may contain the same edges, though:
+with W = M(j_q, i_p) + M(j_p, i_q) − M(j_p, i_p) − M(j_q, i_q), the covariance of the common
+edges, negative where they have opposite directions, the term W A_qᵀ + A_q W is missing. The
+distance is the same in every frame, and the Jacobian of Log cancels, since Jr(e) e = e.
 
 Source: Mangelson, Dominic, Eustice and Vasudevan 2018; SLAM Handbook 2026, (3.6) to (3.8).
 """
@@ -45,9 +56,12 @@ from numpy.typing import ArrayLike
 from robust_slam._arrays import Array, Indices, Mask, mask, positive
 from robust_slam.consistency.cliques import BUDGET, Clique, max_clique
 from robust_slam.estimators.thresholds import chi_square_threshold
-from robust_slam.graphs.odometry import dead_reckoning
+from robust_slam.graphs.forest import Ancestors, Forest, find_forest, poses_along, sums_along
+from robust_slam.graphs.odometry import sessions
 from robust_slam.graphs.pose_graph import PoseGraph
 
+PAIRS = 20_000_000
+"""The default number of pairs that are compared: about half a minute in the plane."""
 _CHUNK = 20_000
 """Pairs that are computed at a time: their 6×6 matrices stay in the cache."""
 
@@ -60,20 +74,26 @@ class PcmResult:
     clique. ``closures`` ``(m,)`` are the edges that were compared, ``adjacency`` ``(m, m)``
     which of them are consistent, and ``clique`` the set that was found. Its members are
     indices into ``closures``, and ``clique.proven`` tells whether it is proven optimal.
+    ``block`` ``(m,)`` tells which closures were compared: two of different blocks were not,
+    since they join other sessions or the budget of pairs did not suffice; they count as
+    consistent. ``complete`` is False where that budget did not suffice.
     """
 
     kept: Mask
     closures: Indices
     adjacency: Mask
     clique: Clique
+    block: Indices
+    complete: bool
 
 
 @dataclass(frozen=True, eq=False)
 class _Displacements:
     """The displacements of m closures in the world frame; D is 3 in SE(2) and 6 in SE(3).
 
-    ``ends`` ``(m, 2)``; ``move`` ``(m, …)`` is G; ``adjoint`` ``(m, D, D)`` Ad(G⁻¹);
-    ``own`` ``(m, D, D)`` Q; ``accumulated`` ``(n, D, D)`` the sums S at every pose.
+    ``ends`` ``(m, 2)``, in the direction of travel; ``move`` ``(m, …)`` is G; ``adjoint``
+    ``(m, D, D)`` Ad(G⁻¹); ``own`` ``(m, D, D)`` Q; ``accumulated`` ``(n + 1, D, D)`` the sums
+    S at every pose, and 0 above the roots; ``ancestors`` those of the odometry's trees.
     """
 
     ends: Indices
@@ -81,6 +101,7 @@ class _Displacements:
     adjoint: Array
     own: Array
     accumulated: Array
+    ancestors: Ancestors
 
 
 def pairwise_distances(
@@ -89,24 +110,26 @@ def pairwise_distances(
     """Return the Mahalanobis distance √(eᵀ Σ⁻¹ e) of each pair, ``(m, m)``, without a unit.
 
     ``closures`` is a mask ``(M,)`` of the edges to compare, by default all that are not
-    odometry; row p is the p-th of them. For p < q the cycle begins with z_p: where edges
-    stand in another order, its error is the inverse one, and as Σ is of first order the
+    odometry; row p is the p-th of them. For p < q the cycle begins with z_p: where the edges
+    are in another order, its error is the inverse one, and as Σ is of first order the
     distance differs a little. For a pair of inliers the square is χ² with 3 degrees of freedom
-    in SE(2) and 6 in SE(3), to first order. The matrix is symmetric with a zero diagonal.
-    ``shared_odometry`` accounts for odometry steps in both parts of the cycle, which is exact
+    in SE(2) and 6 in SE(3), to first order. The matrix is symmetric with a zero diagonal, and
+    0 too where two closures join different sessions.
+    ``shared_odometry`` accounts for odometry edges in both parts of the cycle, which is exact
     to first order; the paper assumes that the parts are independent.
 
     Raises:
-        ValueError: the mask does not fit or marks odometry, or no odometry edge (k, k + 1)
-            leads to some pose k + 1.
+        ValueError: the mask does not fit or marks odometry.
 
     Source: Mangelson et al. 2018; SLAM Handbook 2026, (3.6) to (3.8); the shared odometry is
     derived here, see the module.
     """
     chosen = _chosen(graph, closures)
     distances = np.zeros((chosen.size, chosen.size))
-    for p, q, distance in _pairs(graph, chosen, shared_odometry):
-        distances[p, q] = distances[q, p] = distance
+    world, session = _displacements(graph, chosen)
+    for members in _groups(session):
+        for p, q, distance in _pairs(graph, world, members, shared_odometry):
+            distances[p, q] = distances[q, p] = distance
     return distances
 
 
@@ -129,7 +152,7 @@ def pairwise_consistent(
     Source: Mangelson et al. 2018; SLAM Handbook 2026, (3.6) to (3.8).
     """
     gamma = positive("gamma", gamma)
-    return _adjacency(graph, _chosen(graph, closures), gamma, shared_odometry)
+    return _adjacency(graph, _chosen(graph, closures), gamma, shared_odometry, PAIRS)[0]
 
 
 def pcm(
@@ -140,21 +163,24 @@ def pcm(
     trusted: ArrayLike | None = None,
     shared_odometry: bool = False,
     budget: int = BUDGET,
+    pairs: int = PAIRS,
 ) -> PcmResult:
     """Return a largest set of pairwise consistent closures of ``graph``.
 
     ``gamma`` is the largest distance of a consistent pair, by default the one that a pair of
-    inliers does not exceed with ``probability``. ``trusted`` ``(M,)`` marks closures that
-    must be in the set. ``budget`` limits the search as in ``max_clique``: when it is used up,
-    the best set found so far is returned, and ``clique.proven`` is False.
+    inliers does not exceed with ``probability``. That is the probability of each pair: an
+    inlier is compared with many others, so the set holds a smaller share of the inliers.
+    ``trusted`` ``(M,)`` marks closures that must be in the set. ``budget`` limits the search
+    as in ``max_clique``: when it is used up, the best set found so far is returned, and
+    ``clique.proven`` is False. ``pairs`` limits the comparisons: if there are more pairs,
+    closures are compared in blocks along the drive, and ``complete`` is False.
 
     It does not test a closure against the odometry alone, nor the set jointly, and it
     prefers a larger group of consistent outliers. See the module.
 
     Raises:
         ValueError: ``gamma`` is not above 0, ``probability`` is not inside (0, 1),
-            ``budget`` is below 1, trusted closures contradict each other, or no odometry
-            edge (k, k + 1) leads to some pose k + 1.
+            ``budget`` or ``pairs`` is below 1, or trusted closures contradict each other.
 
     Source: Mangelson et al. 2018; SLAM Handbook 2026, (3.6) to (3.8).
 
@@ -169,12 +195,12 @@ def pcm(
     limit = limit if gamma is None else positive("gamma", gamma)
     closures = _chosen(graph, None)
     held = mask("trusted", trusted, len(graph.edges))[closures]
-    adjacency = _adjacency(graph, closures, limit, shared_odometry)
+    adjacency, block, complete = _adjacency(graph, closures, limit, shared_odometry, pairs)
     _refuse_contradiction(closures[held], adjacency[np.ix_(held, held)])
     clique = max_clique(adjacency, fixed=np.flatnonzero(held), budget=budget)
     kept = graph.is_odometry.copy()
     kept[closures[clique.members]] = True
-    return PcmResult(kept, closures, adjacency, clique)
+    return PcmResult(kept, closures, adjacency, clique, block, complete)
 
 
 def _chosen(graph: PoseGraph, closures: ArrayLike | None) -> Indices:
@@ -195,59 +221,126 @@ def _refuse_contradiction(trusted: Indices, consistent: Mask) -> None:
         )
 
 
-def _adjacency(graph: PoseGraph, chosen: Indices, gamma: float, shared: bool) -> Mask:
-    consistent = np.eye(chosen.size, dtype=np.bool_)
-    for p, q, distance in _pairs(graph, chosen, shared):
-        consistent[p, q] = consistent[q, p] = distance <= gamma
-    return consistent
+def _adjacency(
+    graph: PoseGraph, chosen: Indices, gamma: float, shared: bool, pairs: int
+) -> tuple[Mask, Indices, bool]:
+    """Return which closures are consistent, their blocks, and whether all pairs were compared."""
+    if pairs < 1:
+        raise ValueError(f"pairs is {pairs}; give at least 1")
+    world, session = _displacements(graph, chosen)
+    groups = _groups(session)
+    blocks = _blocks(world, groups, pairs)
+    consistent = np.ones((chosen.size, chosen.size), dtype=np.bool_)
+    block = np.empty(chosen.size, dtype=np.intp)
+    for number, members in enumerate(blocks):
+        block[members] = number
+        for p, q, distance in _pairs(graph, world, members, shared):
+            consistent[p, q] = consistent[q, p] = distance <= gamma
+    return consistent, block, len(blocks) == len(groups)
+
+
+def _groups(session: Indices) -> list[Indices]:
+    """Return the closures, ascending, that join the same two sessions, for each such pair."""
+    if not session.size:
+        return []
+    _, label = np.unique(session, axis=0, return_inverse=True)
+    order = np.argsort(label, kind="stable")
+    return np.split(order, np.flatnonzero(np.diff(label[order])) + 1)
+
+
+def _blocks(world: _Displacements, groups: list[Indices], pairs: int) -> list[Indices]:
+    """Return ``groups``, cut along the drive into blocks with about ``pairs`` pairs in all."""
+    total = sum(members.size * (members.size - 1) for members in groups) // 2
+    if total <= pairs:
+        return groups
+    blocks = []
+    for members in groups:
+        last = world.ancestors.number[world.ends[members]].max(axis=1)
+        along = members[np.argsort(last, kind="stable")]
+        blocks.extend(np.sort(part) for part in np.array_split(along, -(-total // pairs)))
+    return [members for members in blocks if members.size]
 
 
 def _pairs(
-    graph: PoseGraph, chosen: Indices, shared: bool
+    graph: PoseGraph, world: _Displacements, members: Indices, shared: bool
 ) -> Iterator[tuple[Indices, Indices, Array]]:
-    """Yield p, q and the distance of every pair p < q, a bounded number at a time."""
-    world = _displacements(graph, chosen)
-    rows = 1 + _CHUNK // (chosen.size + 1)
-    for first in range(0, chosen.size, rows):
-        block = np.arange(first, min(first + rows, chosen.size))
-        q, p = np.nonzero(np.arange(chosen.size) < block[:, None])
-        q += first
+    """Yield p, q and the distance of every pair p < q of members, a bounded number at a time."""
+    rows = 1 + _CHUNK // (members.size + 1)
+    for first in range(0, members.size, rows):
+        block = np.arange(first, min(first + rows, members.size))
+        q, p = np.nonzero(np.arange(members.size) < block[:, None])
+        p, q = members[p], members[q + first]
         yield p, q, _distances(graph, world, p, q, shared)
 
 
-def _displacements(graph: PoseGraph, chosen: Indices) -> _Displacements:
+def _displacements(graph: PoseGraph, chosen: Indices) -> tuple[_Displacements, Indices]:
+    """Return the displacements, and the two sessions ``(m, 2)`` that each closure joins."""
     group = graph.group
-    poses, accumulated = _accumulate(graph)
-    ends = graph.edges[chosen]
+    forest = _odometry_forest(graph)
+    ancestors = Ancestors.of(forest)
+    poses = _centred(graph, forest)
+    ends, z, covariance = _in_direction_of_travel(graph, chosen, ancestors)
     start, end = poses[ends[:, 0]], poses[ends[:, 1]]
-    move = group.compose(group.compose(start, graph.measurement[chosen]), group.inverse(end))
-    own = _transformed(group.adjoint(end), _covariances(graph, chosen))
-    return _Displacements(ends, move, group.adjoint(group.inverse(move)), own, accumulated)
+    move = group.compose(group.compose(start, z), group.inverse(end))
+    own = _transformed(group.adjoint(end), covariance)
+    accumulated = _accumulated(graph, forest, poses)
+    adjoint = group.adjoint(group.inverse(move))
+    world = _Displacements(ends, move, adjoint, own, accumulated, ancestors)
+    return world, forest.part[ends]
 
 
-def _accumulate(graph: PoseGraph) -> tuple[Array, Array]:
-    """Return the centred poses from dead reckoning, and the sums S ``(n, D, D)``.
+def _odometry_forest(graph: PoseGraph) -> Forest:
+    """Return a spanning tree of each session, rooted where its drive begins.
+
+    That is the pose of smallest number with the fewest odometry edges, of these one that no
+    odometry edge leads to.
+    """
+    used = graph.is_odometry
+    session = sessions(graph)
+    degree = np.bincount(graph.edges[used].ravel(), minlength=graph.n)
+    entered = np.bincount(graph.edges[used, 1], minlength=graph.n) > 0
+    order = np.lexsort((np.arange(graph.n), entered, degree, session))
+    _, first = np.unique(session[order], return_index=True)
+    return find_forest(graph, used, np.ones(len(graph.edges)), order[first])
+
+
+def _centred(graph: PoseGraph, forest: Forest) -> Array:
+    """Return the poses along the forest, moved so that their mean position is the origin.
 
     The distances do not depend on the world frame, but entries grow with the square of the
-    distance to its origin. The origin is placed at the mean position to limit rounding.
+    distance to its origin.
     """
     group = graph.group
-    poses = dead_reckoning(graph)
+    poses = poses_along(graph, forest)
     centre = group.translation(poses).mean(axis=0)
     unrotated = group.rotation(group.identity())
-    poses = group.compose(group.from_parts(unrotated, -centre), poses)
-    covariance = _covariances(graph, _steps(graph))
-    accumulated = np.zeros((graph.n, group.DOF, group.DOF))
-    accumulated[1:] = np.cumsum(_transformed(group.adjoint(poses[1:]), covariance), axis=0)
-    return poses, accumulated
+    return group.compose(group.from_parts(unrotated, -centre), poses)
 
 
-def _steps(graph: PoseGraph) -> Indices:
-    """Return the odometry edges ``(n − 1,)`` that lead to poses 1, 2, …; the first of each."""
-    i, j = graph.edges.T
-    steps = np.flatnonzero(graph.is_odometry & (j == i + 1))
-    _, first = np.unique(j[steps], return_index=True)
-    return steps[first]
+def _in_direction_of_travel(
+    graph: PoseGraph, chosen: Indices, ancestors: Ancestors
+) -> tuple[Indices, Array, Array]:
+    """Return the ends ``(m, 2)``, measurements and covariances of closures, so directed."""
+    group = graph.group
+    ends, z = graph.edges[chosen].copy(), graph.measurement[chosen].copy()
+    covariance = _covariances(graph, chosen)
+    back = ancestors.number[ends[:, 0]] > ancestors.number[ends[:, 1]]
+    # (z Exp(δ))⁻¹ = z⁻¹ Exp(−Ad(z) δ)
+    covariance[back] = _transformed(group.adjoint(z[back]), covariance[back])
+    z[back] = group.inverse(z[back])
+    ends[back] = ends[back, ::-1]
+    return ends, z, covariance
+
+
+def _accumulated(graph: PoseGraph, forest: Forest, poses: Array) -> Array:
+    """Return the sums S ``(n + 1, D, D)``, the last of them 0."""
+    group = graph.group
+    edge = np.flatnonzero(graph.is_odometry)
+    own = _transformed(group.adjoint(poses[graph.edges[edge, 1]]), _covariances(graph, edge))
+    each = np.zeros((len(graph.edges), group.DOF, group.DOF))
+    each[edge] = own
+    sums = sums_along(forest, each[forest.edge])
+    return np.concatenate([sums, np.zeros((1, group.DOF, group.DOF))])
 
 
 def _covariances(graph: PoseGraph, edges: Indices) -> Array:
@@ -267,24 +360,25 @@ def _distances(
 
 def _odometry(world: _Displacements, p: Indices, q: Indices, shared: bool) -> Array:
     """Return the covariance of the two odometry parts of each cycle, ``(…, D, D)``."""
-    low, high = np.minimum(world.ends[p], world.ends[q]), np.maximum(world.ends[p], world.ends[q])
-    by_i, by_j = _between(world.accumulated, low, high)
+    (i_p, j_p), (i_q, j_q) = world.ends[p].T, world.ends[q].T
     a = world.adjoint[q]
+    total = _between(world, j_p, j_q) + _transformed(a, _between(world, i_p, i_q))
     if not shared:
-        return by_j + _transformed(a, by_i)
-    first, last = low.max(axis=1), np.maximum(high.min(axis=1), low.max(axis=1))
-    both = world.accumulated[last] - world.accumulated[first]
-    # O(j_p→j_q) and O(i_q→i_p) have the same direction when one pair of ends encloses the other.
-    forward = world.ends[p] < world.ends[q]
-    sign = np.where(forward[:, 0] == forward[:, 1], -1.0, 1.0)[:, None, None]
-    unit = np.eye(a.shape[-1])
-    apart: Array = by_j - both + _transformed(a, by_i - both)
-    return apart + _transformed(unit + sign * a, both)
+        return total
+    both = _common(world, j_q, i_p) + _common(world, j_p, i_q)
+    both -= _common(world, j_p, i_p) + _common(world, j_q, i_q)
+    return np.asarray(total + both @ np.swapaxes(a, -1, -2) + a @ both)
 
 
-def _between(accumulated: Array, low: Indices, high: Indices) -> tuple[Array, Array]:
-    by_i, by_j = (accumulated[high[:, end]] - accumulated[low[:, end]] for end in (0, 1))
-    return by_i, by_j
+def _between(world: _Displacements, a: Indices, b: Indices) -> Array:
+    """Return the covariance P ``(…, D, D)`` of the odometry between poses ``a`` and ``b``."""
+    below, ancestor = world.ancestors.common(a, b), world.accumulated
+    return np.asarray(ancestor[a] + ancestor[b] - 2.0 * ancestor[below])
+
+
+def _common(world: _Displacements, a: Indices, b: Indices) -> Array:
+    """Return M ``(…, D, D)``: the covariance of the odometry above both ``a`` and ``b``."""
+    return world.accumulated[world.ancestors.common(a, b)]
 
 
 def _transformed(adjoint: Array, covariance: Array) -> Array:
