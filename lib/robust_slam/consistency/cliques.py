@@ -103,6 +103,11 @@ def max_clique(
         raise ValueError(f"budget is {budget}; give at least 1")
     free = np.flatnonzero(joined[held].all(axis=0))
     inner = joined[np.ix_(free, free)]
+    # In dense graphs most vertices are joined to all others: they belong to every largest
+    # clique and need no search.
+    joins_all = inner.sum(axis=1) == free.size - 1
+    held, free = np.concatenate([held, free[joins_all]]), free[~joins_all]
+    inner = inner[np.ix_(~joins_all, ~joins_all)]
     found, bound = _solve(inner, _improved(inner, _greedy(inner)), budget)
     members = np.sort(np.concatenate([held, free[found]]))
     bound += held.size
@@ -141,22 +146,28 @@ def _held(fixed: ArrayLike | None, joined: Mask) -> Indices:
 def _solve(joined: Mask, best: Indices, budget: int) -> tuple[Indices, int]:
     """Return a clique, at least as large as the clique ``best``, and a bound on the largest.
 
-    Components are reduced and split until they are connected; their cliques are united.
+    Components are split and reduced until they are connected; their cliques are united.
     """
-    todo = [(np.arange(len(joined)), best)]
+    todo = _split(joined, np.arange(len(joined)), best)
     members, bound = [np.empty(0, dtype=np.intp)], 0
     while todo:
         part, best = todo.pop()
         kept, best = _reduced(joined, part, best)
         inner = joined[np.ix_(kept, kept)]
-        pieces = [kept[piece] for piece in _pieces(inner)]
-        if len(pieces) > 1:
-            todo.extend((piece, np.intersect1d(piece, best)) for piece in pieces)
+        smaller = _split(joined, kept, best)
+        if len(smaller) > 1:
+            todo.extend(smaller)
             continue
         found, most, budget = _branch(inner, np.searchsorted(kept, best), budget)
         members.append(kept[found])
         bound += most
     return np.concatenate(members), bound
+
+
+def _split(joined: Mask, part: Indices, best: Indices) -> list[tuple[Indices, Indices]]:
+    """Return the components of the complement of ``part``, each with its share of ``best``."""
+    pieces = [part[piece] for piece in _pieces(joined[np.ix_(part, part)])] if part.size else []
+    return [(piece, np.intersect1d(piece, best)) for piece in pieces]
 
 
 def _greedy(joined: Mask) -> Indices:

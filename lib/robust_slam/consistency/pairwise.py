@@ -253,7 +253,7 @@ def _blocks(world: _Displacements, groups: list[Indices], pairs: int) -> list[In
     total = sum(members.size * (members.size - 1) for members in groups) // 2
     if total <= pairs:
         return groups
-    blocks = []
+    blocks: list[Indices] = []
     for members in groups:
         last = world.ancestors.number[world.ends[members]].max(axis=1)
         along = members[np.argsort(last, kind="stable")]

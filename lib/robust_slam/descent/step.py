@@ -83,11 +83,17 @@ def increases(cost: float, before: float) -> bool:
 
 
 def is_small(step: Array, poses: Array, tol: float) -> bool:
-    """Tell whether no coordinate of a step exceeds tol·(1 + the map's largest coordinate).
+    """Tell whether a step moves positions by at most tol·(1 m + extent), rotations by tol.
 
-    ``step`` is ``(n, D)``, ``poses`` ``(n, 3)`` or ``(n, 3, 4)``.
+    ``step`` is ``(n, D)`` in m and rad, ``poses`` ``(n, 3)`` or ``(n, 3, 4)``; the extent is
+    the map's longest side. The rounding of coordinates is allowed on top: a map that is far
+    from the origin cannot be computed more precisely.
     """
-    return float(np.abs(step).max()) <= tol * (1.0 + float(np.abs(poses).max()))
+    position = poses[:, :2] if poses.ndim == 2 else poses[:, :, 3]
+    moved, turned = np.split(np.abs(step), [position.shape[1]], axis=1)
+    rounding = 4.0 * np.finfo(float).eps * float(np.abs(position).max())
+    extent = float(np.ptp(position, axis=0).max())
+    return bool(moved.max() <= tol * (1.0 + extent) + rounding and turned.max() <= tol + rounding)
 
 
 def damping_factor(gain_ratio: float) -> float:

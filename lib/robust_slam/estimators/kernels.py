@@ -12,7 +12,7 @@ there, and figures take its line style from its position there.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import inf, sqrt
 from typing import Literal, TypeAlias
 
@@ -24,6 +24,9 @@ from robust_slam._arrays import Array, positive
 Influence: TypeAlias = Literal["unbounded", "bounded", "redescending"]
 Function: TypeAlias = Callable[[ArrayLike], Array]
 
+_LARGE = 1e100
+"""A ratio u/c whose square is still a float."""
+
 
 @dataclass(frozen=True)
 class Kernel:
@@ -34,20 +37,40 @@ class Kernel:
     array of that shape. ``convex_until`` is the largest |u| up to which ρ is convex.
     ``influence`` describes ψ for large u: "unbounded" grows without limit, "bounded"
     tends to a constant above 0, "redescending" tends to 0.
+
+    Kernels are values: two of the same name and scale are equal and have the same hash, and
+    those of ``KERNELS`` can be pickled.
     """
 
     name: str
     label: str
     scale: float
-    rho: Function
-    psi: Function
-    weight: Function
+    rho: Function = field(compare=False, repr=False)
+    psi: Function = field(compare=False, repr=False)
+    weight: Function = field(compare=False, repr=False)
     convex_until: float
     influence: Influence
+
+    def __reduce__(self) -> tuple[object, ...]:
+        # The functions are closures, which pickle cannot store: store how to make them.
+        if self.name in KERNELS:
+            return KERNELS[self.name], (self.scale,)
+        return super().__reduce__()  # type: ignore[return-value]
 
 
 def _real(u: ArrayLike) -> Array:
     return np.asarray(u, dtype=np.float64)
+
+
+def _squared_ratio(u: ArrayLike, c: float) -> Array:
+    """Return (u/c)², infinite where floats end."""
+    with np.errstate(over="ignore"):
+        return np.asarray((_real(u) / c) ** 2)
+
+
+def _bounded(v: Array) -> Array:
+    """Return v²/(1 + v²)."""
+    return np.asarray(v**2 / (1.0 + v**2))
 
 
 def squared(scale: float = 1.0) -> Kernel:
@@ -86,7 +109,7 @@ def huber(k: float) -> Kernel:
 
     def rho(u: ArrayLike) -> Array:
         size = np.abs(_real(u))
-        return np.where(size <= k, 0.5 * size**2, k * (size - 0.5 * k))
+        return np.where(size <= k, 0.5 * np.minimum(size, k) ** 2, k * (size - 0.5 * k))
 
     return Kernel(
         name="huber",
@@ -113,13 +136,22 @@ def cauchy(c: float) -> Kernel:
     (array([0.5, 0.3]), array([0.5, 0.1]))
     """
     c = positive("c", c)
+
+    def rho(u: ArrayLike) -> Array:
+        size = np.abs(_real(u)) / c
+        # ln(1 + v²) = 2 ln v where v² is beyond all floats, and to rounding long before.
+        large = np.log(np.maximum(size, _LARGE))
+        return np.asarray(
+            c**2 * np.where(size < _LARGE, 0.5 * np.log1p(np.minimum(size, _LARGE) ** 2), large)
+        )
+
     return Kernel(
         name="cauchy",
         label="Cauchy",
         scale=c,
-        rho=lambda u: 0.5 * c**2 * np.log1p((_real(u) / c) ** 2),
-        psi=lambda u: _real(u) / (1.0 + (_real(u) / c) ** 2),
-        weight=lambda u: 1.0 / (1.0 + (_real(u) / c) ** 2),
+        rho=rho,
+        psi=lambda u: _real(u) / (1.0 + _squared_ratio(u, c)),
+        weight=lambda u: 1.0 / (1.0 + _squared_ratio(u, c)),
         convex_until=c,
         influence="redescending",
     )
@@ -134,13 +166,19 @@ def geman_mcclure(c: float) -> Kernel:
     Source: Geman and McClure 1987; SLAM Handbook 2026, (3.25) at μ = 1, without the ½ there.
     """
     c = positive("c", c)
+
+    def weight(u: ArrayLike) -> Array:
+        with np.errstate(over="ignore"):
+            return np.asarray(1.0 / (1.0 + _squared_ratio(u, c)) ** 2)
+
     return Kernel(
         name="geman-mcclure",
         label="Geman–McClure",
         scale=c,
-        rho=lambda u: 0.5 * _real(u) ** 2 / (1.0 + (_real(u) / c) ** 2),
-        psi=lambda u: _real(u) / (1.0 + (_real(u) / c) ** 2) ** 2,
-        weight=lambda u: 1.0 / (1.0 + (_real(u) / c) ** 2) ** 2,
+        # Capped, ρ does not become ∞/∞; at the cap it equals c²/2 to rounding.
+        rho=lambda u: 0.5 * c**2 * _bounded(np.minimum(np.abs(_real(u)) / c, _LARGE)),
+        psi=lambda u: weight(u) * _real(u),
+        weight=weight,
         convex_until=c / sqrt(3.0),
         influence="redescending",
     )
@@ -185,10 +223,10 @@ def dcs(c: float) -> Kernel:
     phi = c**2
 
     def scaling(u: ArrayLike) -> Array:
-        return np.minimum(1.0, 2.0 / (1.0 + (_real(u) / c) ** 2))
+        return np.minimum(1.0, 2.0 / (1.0 + _squared_ratio(u, c)))
 
     def rho(u: ArrayLike) -> Array:
-        square = (_real(u) / c) ** 2
+        square = _squared_ratio(u, c)
         beyond = np.maximum(square, 1.0)
         tail = (1.5 - 0.5 / beyond) / (1.0 + 1.0 / beyond)
         return phi * np.where(square <= 1.0, 0.5 * square, tail)
@@ -216,13 +254,13 @@ def welsch(c: float) -> Kernel:
     c = positive("c", c)
 
     def weight(u: ArrayLike) -> Array:
-        return np.asarray(np.exp(-((_real(u) / c) ** 2)))
+        return np.asarray(np.exp(-_squared_ratio(u, c)))
 
     return Kernel(
         name="welsch",
         label="Welsch",
         scale=c,
-        rho=lambda u: -0.5 * c**2 * np.expm1(-((_real(u) / c) ** 2)),
+        rho=lambda u: -0.5 * c**2 * np.expm1(-_squared_ratio(u, c)),
         psi=lambda u: weight(u) * _real(u),
         weight=weight,
         convex_until=c / sqrt(2.0),

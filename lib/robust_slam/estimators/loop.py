@@ -96,13 +96,13 @@ def reweight(
     """Run the loop from ``x0``, or from plain least squares, until the rule stops it.
 
     A whitened residual u has settled when its change, relative to 1 + u, is at most ``tol``.
-    When every untrusted weight is 0 and the trusted measurements do not determine x, the
-    loop stops with ALL_REJECTED and the previous x.
+    When the weights of a step do not determine x, the loop stops with the previous x: with
+    ALL_REJECTED if every untrusted weight is 0, else with UNDERDETERMINED.
 
     Raises:
         ValueError: the residuals at the start are not finite, ``tol`` is negative or
             ``max_iterations`` is below 1.
-        Underdetermined: some untrusted weights are positive, yet no solution exists.
+        Underdetermined: the plain least-squares solution does not exist.
         TypeError: ``problem`` is not a problem, for instance a graph.
 
     Source: Black and Rangarajan 1996; SLAM Handbook 2026, Theorem 3.4; Yang et al. 2020.
@@ -122,12 +122,13 @@ def reweight(
     for _ in range(max_iterations):
         weights = np.ones_like(norms)
         weights[untrusted] = rule.weights(norms[untrusted], state)
-        solution = _solve(problem, weights, x)
-        x = x if solution is None else solution
+        try:
+            x = problem.solve(weights, x)
+        except Underdetermined:
+            history.append(Step(x, weights, history[-1].cost, state))
+            return Result.ending(history, _without_solution(weights[untrusted]))
         before, norms = norms, problem.residual_norms(x)
         history.append(Step(x, weights, _cost(rule, norms, untrusted), state))
-        if solution is None:
-            return Result.ending(history, StopReason.ALL_REJECTED)
         moved = _moved(before, norms)
         stop = rule.finished(weights[untrusted], state, bool(np.all(moved <= tol)))
         if stop is not None:
@@ -184,12 +185,6 @@ def _cost(rule: Rule[State], norms: Array, untrusted: Mask) -> float:
     return rule.cost(norms[untrusted]) + 0.5 * float(np.sum(norms[~untrusted] ** 2))
 
 
-def _solve(problem: Problem[X], weights: Array, x: X) -> X | None:
-    """Return the solution; None if it is not determined and all untrusted weights are 0."""
-    try:
-        return problem.solve(weights, x)
-    except Underdetermined:
-        untrusted = weights[~problem.trusted]
-        if untrusted.size == 0 or np.any(untrusted > 0.0):
-            raise
-        return None
+def _without_solution(untrusted: Array) -> StopReason:
+    rejected = untrusted.size > 0 and not np.any(untrusted > 0.0)
+    return StopReason.ALL_REJECTED if rejected else StopReason.UNDERDETERMINED

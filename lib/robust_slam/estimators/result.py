@@ -21,6 +21,8 @@ class StopReason(Enum):
     - NOTHING_TO_REJECT: no residual of the first solution is large enough for an outlier.
     - ALL_REJECTED: every untrusted measurement has weight 0 and the others do not determine
       x; the result is the previous x.
+    - UNDERDETERMINED: some untrusted measurements have positive weight, but no solution
+      exists with these weights; the result is the previous x.
     - ITERATION_LIMIT: the iterations are used up; the weights may not be final.
     """
 
@@ -28,6 +30,7 @@ class StopReason(Enum):
     BINARY_WEIGHTS = "binary weights"
     NOTHING_TO_REJECT = "nothing to reject"
     ALL_REJECTED = "all rejected"
+    UNDERDETERMINED = "underdetermined"
     ITERATION_LIMIT = "iteration limit"
 
 

@@ -82,7 +82,9 @@ class PoseGraph:
     @cached_property
     def inverse_measurement(self) -> Array:
         """The pose of i in the frame of j for each edge, ``(m, 3)`` or ``(m, 3, 4)``."""
-        return self.group.inverse(self.measurement)
+        inverse = self.group.inverse(self.measurement)
+        inverse.flags.writeable = False
+        return inverse
 
     @property
     def rotation(self) -> Array:
