@@ -4,8 +4,9 @@ The short way::
 
     import robust_slam as rs
 
-    graph = rs.load("intel")
+    graph = rs.load("my.g2o")  # or the name of a public graph, such as "intel"
     answer = rs.solve(graph)
+    print(graph.summary(), answer.summary(), sep="\\n\\n")
 
 The folders follow the course:
 
@@ -22,6 +23,14 @@ Each folder offers its main functions under short names: ``rs.estimators.gnc`` o
 ``from robust_slam.estimators import gnc, irls``. A module loads when first used.
 """
 
+from importlib.metadata import PackageNotFoundError, version
+
 import lazy_loader
 
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+
+try:
+    __version__ = version("robust-slam")
+except PackageNotFoundError:  # run from a folder that was never installed
+    __version__ = "unknown"
+del PackageNotFoundError, version

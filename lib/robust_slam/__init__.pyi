@@ -6,7 +6,9 @@ from . import fleet as fleet
 from . import graphs as graphs
 from . import pipeline as pipeline
 from . import problems as problems
-from .graphs.datasets import load as load
+from .graphs.files import load as load
 from .graphs.g2o import read as read
 from .graphs.pose_graph import PoseGraph as PoseGraph
 from .pipeline import solve as solve
+
+__version__: str

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components, depth_first_order, dijkstra
+from scipy.sparse.csgraph import depth_first_order, dijkstra
 
 from robust_slam._arrays import Array, Indices, Mask
-from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam.graphs.pose_graph import PoseGraph, connected_parts
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,19 +50,7 @@ def find_forest(graph: PoseGraph, used: Mask, length: Array, roots: Indices) -> 
     order = np.argsort(-number, kind="stable")
     parent, edge = np.arange(graph.n), np.full(graph.n, -1, dtype=np.intp)
     parent[heads[order]], edge[heads[order]] = tails[order], number[order]
-    return Forest(parent, edge, parts(graph, used))
-
-
-def parts(graph: PoseGraph, used: Mask) -> Indices:
-    """Return for each pose the number ``(n,)`` of the part that the ``used`` edges connect.
-
-    Parts are numbered from 0 in the order of their smallest poses.
-    """
-    i, j = graph.edges[used].T
-    joined = csr_array((np.ones(i.size, dtype=np.int8), (i, j)), shape=(graph.n, graph.n))
-    _, label = connected_components(joined, directed=False)
-    _, first, inverse = np.unique(label, return_index=True, return_inverse=True)
-    return np.asarray(np.argsort(np.argsort(first))[inverse], dtype=np.intp)
+    return Forest(parent, edge, connected_parts(graph.n, graph.edges[used]))
 
 
 def _distances(n: int, edges: Indices, length: Array, roots: Indices) -> Array:

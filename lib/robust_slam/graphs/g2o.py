@@ -3,7 +3,9 @@
 Tags: ``VERTEX_SE2 id x y θ``, ``EDGE_SE2 i j x y θ`` and 6 numbers of information;
 ``VERTEX_SE3:QUAT id x y z qx qy qz qw``, ``EDGE_SE3:QUAT i j x y z qx qy qz qw`` and 21
 numbers; ``FIX id``. Metres and radians. Blank lines and comments, which start with ``#``,
-are ignored. A file has vertices for all of its poses or for none of them.
+are ignored. A file has vertices for all of its poses or for none of them. Lines with other
+tags, such as landmarks, parameters and TORO's ``VERTEX2`` and ``EDGE2``, are refused or, on
+demand, skipped.
 
 An edge ``i j`` measures pose j in the frame of pose i, whichever id is larger; it is never
 inverted. The information is the upper triangle, row by row, in the order (x, y, θ) or
@@ -27,6 +29,7 @@ import secrets
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -36,7 +39,11 @@ from scipy.spatial.transform import Rotation
 
 from robust_slam._arrays import Array, Indices, Mask
 from robust_slam.graphs import se3
+from robust_slam.graphs.definite import Repair, definite
 from robust_slam.graphs.pose_graph import PoseGraph, check_poses
+
+Indefinite: TypeAlias = Literal["raise"] | Repair
+Unknown: TypeAlias = Literal["raise", "skip"]
 
 _STEP = 2.0**-50
 """The grid of quaternions: rounding in a rotation matrix stays below half a step."""
@@ -56,11 +63,15 @@ class G2o:
 
     ``poses`` are its vertices, ``(n, 3)`` or ``(n, 3, 4)``, in the order of the graph, or
     None if it has none. ``names`` ``(n,)`` are the file's ids of poses 0 to n − 1.
+    ``repaired`` ``(k,)`` are the edges whose information matrix was replaced, and
+    ``skipped`` maps each skipped tag to its number of lines.
     """
 
     graph: PoseGraph
     poses: Array | None
     names: Indices
+    repaired: Indices
+    skipped: dict[str, int]
 
 
 @dataclass(frozen=True)
@@ -96,7 +107,12 @@ class _Rows:
     numbers: Array
 
 
-def read(path: str | os.PathLike[str]) -> G2o:
+def read(
+    path: str | os.PathLike[str],
+    *,
+    indefinite: Indefinite = "raise",
+    unknown: Unknown = "raise",
+) -> G2o:
     """Return the graph of a g2o file, its initial poses and its ids.
 
     Ids may come in any order and with gaps. Pose 0 of the graph is the vertex that a FIX
@@ -108,12 +124,18 @@ def read(path: str | os.PathLike[str]) -> G2o:
     if there is none, the first edge back. To change this, use
     ``dataclasses.replace(graph, is_odometry=…)``.
 
+    ``indefinite`` tells what becomes of information matrices that are not positive definite:
+    they are refused ("raise") or replaced as in ``definite``, by the "nearest" one or by an
+    "isotropic" one. Lines with an ``unknown`` tag are refused or left out ("skip"), and FIX
+    lines of their vertices with them. The result counts both.
+
     Raises:
         G2oError: a line is malformed, a tag unknown, a number not finite, an id not a
             whole number, a vertex given twice or missing, a quaternion zero, an information
             matrix not positive definite; an edge joins a vertex to itself; SE(2) and SE(3)
             are mixed; several vertices are fixed; there are no edges, or they do not
             connect all vertices; or the file is not UTF-8.
+        ValueError: ``indefinite`` or ``unknown`` is none of the words above.
         OSError: the file cannot be read.
 
     >>> import tempfile
@@ -122,11 +144,18 @@ def read(path: str | os.PathLike[str]) -> G2o:
     >>> read(path).graph.n, read(path).names.tolist()
     (2, [7, 9])
     """
+    _check_word("indefinite", indefinite, ("raise", *get_args(Repair)))
+    _check_word("unknown", unknown, get_args(Unknown))
     content = Path(path).read_bytes()
     try:
-        return _parsed(_decoded(content))
+        return _parsed(_decoded(content), indefinite, unknown)
     except _Fault as fault:
         raise G2oError(f"{os.fspath(path)}:{fault}") from None
+
+
+def _check_word(name: str, value: str, words: Sequence[str]) -> None:
+    if value not in words:
+        raise ValueError(f"{name} is {value!r}; give one of {', '.join(map(repr, words))}")
 
 
 def _decoded(content: bytes) -> str:
@@ -137,12 +166,17 @@ def _decoded(content: bytes) -> str:
         raise _Fault(line, "the bytes are not UTF-8 text; save the file as plain text") from None
 
 
-def _parsed(text: str) -> G2o:
-    rows = {tag: _rows(tag, lines) for tag, lines in _by_tag(text).items()}
+def _parsed(text: str, indefinite: Indefinite, unknown: Unknown) -> G2o:
+    tagged, skipped = _by_tag(text, unknown)
+    rows = {tag: _rows(tag, lines) for tag, lines in tagged.items()}
     layout = _layout(rows)
     vertices, edges = rows[layout.vertex], rows[layout.edge]
     ascending = _ascending_ids(vertices, edges)
-    first = _fixed(rows[_FIX], ascending)
+    fix = rows[_FIX]
+    if skipped:
+        fix = _of_poses(fix, ascending, skipped)
+    first = _fixed(fix, ascending)
+    information, repaired = _information(edges, layout, indefinite)
     ranks = np.searchsorted(ascending, edges.ids)
     _check_joined(ranks, ascending)
     # Pose 0 is the fixed vertex; the poses before it in ascending order move up by one.
@@ -153,30 +187,48 @@ def _parsed(text: str) -> G2o:
         n=ascending.size,
         edges=number[ranks],
         measurement=_poses(edges, layout),
-        information=_information(edges, layout),
+        information=information,
         is_odometry=_steps(ranks),
     )
-    return G2o(graph, _guess(vertices, layout, order, graph), _locked(ascending[order]))
+    guess = _guess(vertices, layout, order, graph)
+    return G2o(graph, guess, _locked(ascending[order]), _locked(repaired), skipped)
 
 
-def _by_tag(text: str) -> dict[str, list[tuple[int, list[str]]]]:
-    """Return the lines of each tag, as their number and fields."""
+def _by_tag(
+    text: str, unknown: Unknown
+) -> tuple[dict[str, list[tuple[int, list[str]]]], dict[str, int]]:
+    """Return the lines of each tag, as their number and fields, and the skipped tags."""
     found: dict[str, list[tuple[int, list[str]]]] = {tag: [] for tag in _FIELDS}
+    skipped: dict[str, int] = {}
     for line, content in enumerate(text.split("\n"), start=1):
         fields = content.partition("#")[0].split()
         if not fields:
             continue
+        if unknown == "skip" and fields[0] not in _FIELDS:
+            skipped[fields[0]] = skipped.get(fields[0], 0) + 1
+            continue
         if _FIELDS.get(fields[0]) != len(fields):
             raise _Fault(line, _malformed(fields))
         found[fields[0]].append((line, fields))
-    return found
+    return found, skipped
+
+
+def _of_poses(fix: _Rows, ascending: Indices, skipped: dict[str, int]) -> _Rows:
+    """Return the FIX lines of poses; those of skipped vertices count as skipped."""
+    known = np.isin(fix.ids[:, 0], ascending)
+    if not np.all(known):
+        skipped[_FIX] = int(np.sum(~known))
+    return _Rows(fix.line[known], fix.ids[known], fix.numbers[known])
 
 
 def _malformed(fields: list[str]) -> str:
     tag = fields[0]
     if tag in _FIELDS:
         return f"{tag} has {len(fields) - 1} fields behind it; give {_FIELDS[tag] - 1}"
-    return f"the tag {tag[:40]!r} is unknown; use {', '.join(_FIELDS)} or start it with #"
+    return (
+        f"the tag {tag[:40]!r} is unknown; use {', '.join(_FIELDS)}, or leave such lines out "
+        'with unknown="skip"'
+    )
 
 
 def _rows(tag: str, lines: list[tuple[int, list[str]]]) -> _Rows:
@@ -346,19 +398,29 @@ def _on_grid(quaternion: Array) -> Array:
     return np.where(np.arange(4) == top, largest, smaller)
 
 
-def _information(edges: _Rows, layout: _Layout) -> Array:
+def _information(edges: _Rows, layout: _Layout, indefinite: Indefinite) -> tuple[Array, Indices]:
+    """Return the information matrices and the edges whose matrix was replaced."""
     rows, columns = np.triu_indices(layout.dof)
     information = np.empty((edges.line.size, layout.dof, layout.dof))
     information[:, rows, columns] = edges.numbers[:, layout.pose :]
     information[:, columns, rows] = edges.numbers[:, layout.pose :]
     weak = ~(np.linalg.eigvalsh(information)[:, 0] > 0.0)
-    if np.any(weak):
+    if np.any(weak) and indefinite == "raise":
         raise _Fault(
             _first(edges, weak),
-            "the information matrix is not positive definite; give the upper triangle of an "
-            "inverse covariance",
+            f"the information matrix is not positive definite ({int(weak.sum())} of {weak.size} "
+            "are not); give the upper triangle of an inverse covariance, or read with "
+            'indefinite="nearest" or "isotropic"',
         )
-    return information
+    if indefinite != "raise":
+        information[weak], empty = definite(information[weak], indefinite)
+        if np.any(empty):
+            raise _Fault(
+                _first(edges, np.isin(np.arange(weak.size), np.flatnonzero(weak)[empty])),
+                "the information matrix has no positive eigenvalue in position or in rotation; "
+                "drop the edge",
+            )
+    return information, np.flatnonzero(weak)
 
 
 def _guess(vertices: _Rows, layout: _Layout, order: Indices, graph: PoseGraph) -> Array | None:

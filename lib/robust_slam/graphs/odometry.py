@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, Indices
-from robust_slam.graphs.forest import find_forest, parts, poses_along
-from robust_slam.graphs.pose_graph import PoseGraph, check_weights, unreached
+from robust_slam.graphs.forest import find_forest, poses_along
+from robust_slam.graphs.pose_graph import PoseGraph, check_weights, connected_parts, unreached
 
 _ROOT = np.array([0])
 
@@ -28,7 +28,7 @@ def sessions(graph: PoseGraph) -> Indices:
     >>> sessions(graph).tolist()
     [0, 0, 1]
     """
-    return parts(graph, graph.is_odometry)
+    return connected_parts(graph.n, graph.edges[graph.is_odometry])
 
 
 def dead_reckoning(graph: PoseGraph) -> Array:

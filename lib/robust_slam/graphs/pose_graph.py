@@ -28,7 +28,7 @@ _ORTHOGONALITY = 1e-6
 """The largest accepted entry of |R Rᵀ − I|; rounding stays far below."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PoseGraph:
     """Relative poses between ``n`` poses, numbered from 0.
 
@@ -68,6 +68,28 @@ class PoseGraph:
         for name, value in checked.items():
             object.__setattr__(self, name, value)
         _check_connected(self.n, edges)
+
+    def __repr__(self) -> str:
+        closures = int(np.sum(~self.is_odometry))
+        kind = f"SE({self.group.DIMENSION})"
+        edges = f"{len(self.edges):,} edges, {closures:,} of them closures"
+        return f"<PoseGraph: {self.n:,} poses in {kind}, {edges}>"
+
+    def summary(self) -> str:
+        """Return a small table: poses, edges, sessions and the typical precision.
+
+        A session is a set of poses that odometry connects. The deviations are medians, in m
+        and in degrees, of one axis.
+        """
+        sessions = int(connected_parts(self.n, self.edges[self.is_odometry]).max()) + 1
+        odometry, closures = self.is_odometry, ~self.is_odometry
+        rows = [
+            ("poses", f"{self.n:,} in SE({self.group.DIMENSION})"),
+            ("sessions", f"{sessions:,}"),
+            ("odometry", _described(self, odometry)),
+            ("closures", _described(self, closures)),
+        ]
+        return "\n".join(f"{name:<10} {text}" for name, text in rows)
 
     @property
     def group(self) -> Group:
@@ -169,11 +191,32 @@ def unreached(graph: PoseGraph, used: ArrayLike) -> Indices:
 
 
 def _unreached(n: int, edges: Indices) -> Indices:
+    loose: Indices = np.flatnonzero(connected_parts(n, edges) > 0)
+    return loose
+
+
+def connected_parts(n: int, edges: Indices) -> Indices:
+    """Return for each of ``n`` poses the number ``(n,)`` of the part that ``edges`` connect.
+
+    Parts are numbered from 0 in the order of their smallest poses; ``edges`` are ``(m, 2)``.
+    """
     i, j = edges.T
     adjacency = coo_array((np.ones(i.size, dtype=np.int8), (i, j)), shape=(n, n))
     _, label = connected_components(adjacency, directed=False)
-    loose: Indices = np.flatnonzero(label != label[0])
-    return loose
+    _, first, inverse = np.unique(label, return_index=True, return_inverse=True)
+    return np.asarray(np.argsort(np.argsort(first))[inverse], dtype=np.intp)
+
+
+def _described(graph: PoseGraph, chosen: Mask) -> str:
+    """Return the number of the ``chosen`` edges with their typical standard deviations."""
+    count = int(np.sum(chosen))
+    if count == 0:
+        return "0"
+    d = graph.group.DIMENSION
+    variances = np.diagonal(np.linalg.inv(graph.information[chosen]), axis1=1, axis2=2)
+    metres = np.median(np.sqrt(variances[:, :d].mean(axis=1)))
+    degrees = np.degrees(np.median(np.sqrt(variances[:, d:].mean(axis=1))))
+    return f"{count:,}, each within about {metres:.3g} m and {degrees:.3g}°"
 
 
 def check_poses(name: str, poses: ArrayLike, graph: PoseGraph) -> Array:
