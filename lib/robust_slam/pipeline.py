@@ -14,44 +14,123 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robust_slam._arrays import Array, Mask
+from robust_slam._arrays import Array, Indices, Mask
 from robust_slam.certificates.optimality import Certificate, certify
+from robust_slam.consistency.bridges import Bridges, find_bridges
 from robust_slam.consistency.pairwise import PcmResult, pcm
 from robust_slam.descent import start
-from robust_slam.estimators.graduation import Kind, gnc
-from robust_slam.estimators.result import Result
+from robust_slam.estimators.graduation import Kind, check_kind, gnc
+from robust_slam.estimators.result import KEPT, Result, Step, StopReason
 from robust_slam.estimators.thresholds import chi_square_threshold
+from robust_slam.graphs import pose_graph
+from robust_slam.graphs.odometry import spanning_tree
 from robust_slam.graphs.pose_graph import PoseGraph, select
 from robust_slam.problems import PoseGraphProblem
+from robust_slam.progress import Progress, stages
 
 _STEPS = 20
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Answer:
     """A map, the edges that were kept, and the result of each stage.
 
     ``kept`` ``(m,)`` marks the edges of the graph that were kept, odometry among them, and
     ``poses``, ``(n, 3)`` or ``(n, 3, 4)``, are a minimum of their chordal cost.
     ``consistency`` is the result of PCM over all edges, ``result`` that of GNC over the
-    consistent ones, and ``certificate`` tells whether the minimum is global.
+    consistent ones, and ``certificate`` tells whether the minimum is global. ``bridges`` are
+    the closures that were trusted to join sessions, where the odometry does not join all.
     """
 
+    graph: PoseGraph
     poses: Array
     kept: Mask
+    bridges: Bridges
     consistency: PcmResult
     result: Result[Array]
     certificate: Certificate
 
+    @property
+    def weights(self) -> Array:
+        """The weight of each edge, ``(m,)``; 0 for closures that PCM removed."""
+        weights = np.zeros(self.kept.size)
+        weights[self.consistency.kept] = self.result.weights
+        return weights
 
-def solve(graph: PoseGraph, probability: float = 0.99, *, kind: Kind = "tls") -> Answer:
+    @property
+    def cost(self) -> float:
+        """½ Σ ‖whitened residual‖² over the kept edges."""
+        return pose_graph.cost(self.poses, self.graph, self.kept.astype(np.float64))
+
+    @property
+    def stop(self) -> StopReason:
+        """Why GNC stopped."""
+        return self.result.stop
+
+    @property
+    def history(self) -> tuple[Step[Array], ...]:
+        """The steps of GNC, over the consistent edges."""
+        return self.result.history
+
+    @property
+    def rejected(self) -> Indices:
+        """The edges that were not kept, ascending."""
+        return np.flatnonzero(~self.kept)
+
+    def __repr__(self) -> str:
+        kept = f"{int(self.kept.sum()):,} of {self.kept.size:,} edges kept"
+        return f"<Answer: {self.poses.shape[0]:,} poses, {kept}, {self.certificate.verdict.value}>"
+
+    def summary(self) -> str:
+        """Return what happened at each stage, a line each."""
+        closures = ~self.graph.is_odometry
+        agree, kept = (int(np.sum(mask & closures)) for mask in (self.consistency.kept, self.kept))
+        steps = len(self.history) - 1
+        proof = self.certificate
+        rows = [
+            ("read", f"{self.kept.size:,} edges, {int(closures.sum()):,} of them closures"),
+            ("PCM", f"{agree:,} closures agree{self._about_pcm()}"),
+            ("GNC", f"{kept:,} closures kept; {self.stop.value} after {steps} steps"),
+            ("map", f"{len(self.poses):,} poses, cost {self.cost:.6g} of the kept edges"),
+            ("optimum", f"{proof.verdict.value}, the gap is at most {proof.bound:.3g}"),
+        ]
+        return "\n".join([*(f"{name:<8} {text}" for name, text in rows), *self.notes()])
+
+    def _about_pcm(self) -> str:
+        if not self.consistency.complete:
+            return ", compared in blocks along the drive as there are very many"
+        return "" if self.consistency.clique.proven else ", maybe not the largest such set"
+
+    def notes(self) -> list[str]:
+        """Return a sentence for each thing that the map depends on and nothing confirms."""
+        edges, support = self.bridges.edges, self.bridges.support
+        if not edges.size:
+            return []
+        lines = [f"The odometry leaves {edges.size + 1:,} sessions, joined by trusted closures."]
+        alone = edges[support == 1]
+        if alone.size:
+            named = ", ".join(map(str, alone[:5])) + (", …" if alone.size > 5 else "")
+            lines.append(f"Nothing confirms {alone.size:,} of these closures (edges {named}).")
+        return lines
+
+
+def solve(
+    graph: PoseGraph,
+    probability: float = 0.99,
+    *,
+    kind: Kind = "tls",
+    progress: bool | Progress = False,
+) -> Answer:
     """Return the map of ``graph`` without its outliers, and its certificate.
 
-    The odometry is trusted. An inlier passes each test with ``probability``.
+    The odometry is trusted. Where it has gaps, it leaves several sessions: a tree of closures
+    that agree with most others joins them, and these are trusted too (``Answer.bridges``). An
+    inlier passes each test with ``probability``. ``progress`` shows a bar, or is a function
+    that is told each stage; stages are logged in any case.
 
     Raises:
-        ValueError: ``probability`` is not inside (0, 1), ``kind`` is unknown, or the
-            odometry does not lead to every pose.
+        TypeError: ``graph`` is not a pose graph.
+        ValueError: ``probability`` is not inside (0, 1), or ``kind`` is unknown.
         NotConverged: the polish of the last map did not converge.
 
     Source: Mangelson et al. 2018 for PCM, Yang et al. 2020 for GNC, Rosen et al. 2019 for
@@ -65,18 +144,42 @@ def solve(graph: PoseGraph, probability: float = 0.99, *, kind: Kind = "tls") ->
     >>> answer.certificate.verdict.value, int(np.sum(answer.kept & is_outlier))
     ('certified', 0)
     """
+    check_kind(kind)
+    if not isinstance(graph, PoseGraph):
+        raise TypeError(
+            f"graph is a {type(graph).__name__}; give a PoseGraph, for instance load(path)"
+        )
     threshold = chi_square_threshold(probability, graph.group.DOF)
-    consistency = pcm(graph, threshold)
-    consistent = select(graph, consistency.kept)
+    with stages(progress) as tell:
+        tell("PCM compares closures")
+        consistency = pcm(graph, threshold)
+        bridges = find_bridges(graph, consistency)
+        trusted = graph.is_odometry | np.isin(np.arange(len(graph.edges)), bridges.edges)
+        result = _classified(graph, consistency.kept, trusted, threshold, kind, tell)
+        kept = consistency.kept.copy()
+        kept[kept] = result.weights > KEPT
+        tell("the certificate is computed")
+        poses, certificate = _certified(select(graph, kept))
+    return Answer(graph, poses, kept, bridges, consistency, result, certificate)
+
+
+def _classified(
+    graph: PoseGraph, used: Mask, trusted: Mask, threshold: float, kind: Kind, tell: Progress
+) -> Result[Array]:
+    """Return the result of GNC over the ``used`` edges, from the poses along trusted ones."""
     # Start at odometry: remaining outliers distort the least-squares map.
-    problem = PoseGraphProblem(consistent, steps=1)
-    result = gnc(problem, threshold, kind, problem.guess)
-    kept = consistency.kept.copy()
-    kept[kept] = result.weights > 0.5
+    first = spanning_tree(graph, trusted.astype(np.float64))
+    problem = PoseGraphProblem(select(graph, used), first, trusted[used], steps=1)
+
+    def watch(step: Step[Array]) -> None:
+        tell(f"GNC at mu = {step.mu:.3g}")
+
+    return gnc(problem, threshold, kind, problem.guess, watch=watch)
+
+
+def _certified(inliers: PoseGraph) -> tuple[Array, Certificate]:
     # Without outliers the chordal start is close to the optimum, while GNC may have ended in
     # a local minimum. Far from the optimum Gauss–Newton is faster than the polish.
-    inliers = select(graph, kept)
     first = start.chordal(inliers)
     near = PoseGraphProblem(inliers, first, steps=_STEPS).solve(np.ones(len(inliers.edges)), first)
-    poses, certificate = certify(inliers, near)
-    return Answer(poses, kept, consistency, result, certificate)
+    return certify(inliers, near)

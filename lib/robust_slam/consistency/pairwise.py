@@ -133,6 +133,27 @@ def pairwise_distances(
     return distances
 
 
+def total_distances(graph: PoseGraph, closures: ArrayLike | None = None) -> Array:
+    """Return the sum of each closure's distances to all it can be compared with, ``(m,)``.
+
+    ``closures`` is a mask ``(M,)`` as in ``pairwise_distances``; here the distances are not
+    stored. The smallest sum belongs to the closure in the middle of the others.
+
+    Raises:
+        ValueError: the mask does not fit or marks odometry.
+
+    Source: Kaufman and Rousseeuw 1987, the medoid.
+    """
+    chosen = _chosen(graph, closures)
+    world, session = _displacements(graph, chosen)
+    totals = np.zeros(chosen.size)
+    for members in _groups(session):
+        for p, q, distance in _pairs(graph, world, members, shared=False):
+            np.add.at(totals, p, distance)
+            np.add.at(totals, q, distance)
+    return totals
+
+
 def pairwise_consistent(
     graph: PoseGraph,
     gamma: float,

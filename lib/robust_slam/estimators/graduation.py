@@ -25,6 +25,7 @@ Source: Yang et al. 2020, "Graduated Non-Convexity for Robust Spatial Perception
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf, sqrt
 from typing import Literal, TypeAlias, TypeVar
@@ -34,8 +35,10 @@ from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, positive
 from robust_slam.estimators.kernels import geman_mcclure, tls
-from robust_slam.estimators.loop import Problem, reweight, settle
-from robust_slam.estimators.result import Result, StopReason
+from robust_slam.estimators.loop import Problem, prepare, reweight, settle
+from robust_slam.estimators.result import Result, Step, StopReason
+from robust_slam.estimators.thresholds import threshold_of
+from robust_slam.graphs.pose_graph import PoseGraph
 
 X = TypeVar("X")
 Kind: TypeAlias = Literal["tls", "gm"]
@@ -158,7 +161,7 @@ def start_mu(u_max: float, c: float, kind: Kind = "tls") -> float:
 
     Source: Yang et al. 2020, Remark 5.
     """
-    _check_kind(kind)
+    check_kind(kind)
     if not u_max >= 0.0:
         raise ValueError(f"u_max is {u_max}; give a residual norm, a number of at least 0")
     with np.errstate(over="ignore"):
@@ -290,7 +293,12 @@ def _check(c: float, factor: float, mu0: float | None) -> None:
         positive("mu0", mu0)
 
 
-def _check_kind(kind: str) -> None:
+def check_kind(kind: str) -> None:
+    """Check the name of a rule.
+
+    Raises:
+        ValueError: ``kind`` is none of ``RULES``.
+    """
     if kind not in RULES:
         raise ValueError(f"kind is {kind!r}; give one of {', '.join(map(repr, RULES))}")
 
@@ -300,25 +308,31 @@ RULES: dict[Kind, type[GncTls] | type[GncGm]] = {"tls": GncTls, "gm": GncGm}
 
 
 def gnc(
-    problem: Problem[X],
-    c: float,
+    problem: Problem[X] | PoseGraph,
+    c: float | None = None,
     kind: Kind = "tls",
     x0: X | None = None,
     *,
+    probability: float = 0.99,
     factor: float = 1.4,
     mu0: float | None = None,
     adaptive: bool = False,
-    tol: float = 1e-9,
+    tol: float | None = None,
     max_iterations: int = 1000,
+    watch: Callable[[Step[X]], None] | None = None,
 ) -> Result[X]:
     """Minimise Σ ρ(u) of the TLS or Geman–McClure kernel by graduated non-convexity.
 
-    ``c`` is the scale of the kernel, one number for all measurements; for Gaussian inliers
-    take ``thresholds.chi_square_threshold``. ``factor``, ``mu0`` and ``adaptive`` are those of
-    the rules ``GncTls`` and ``GncGm``. Weights are ``(m,)``; ``tol`` is the largest change of
-    a residual, relative to 1 + u, in the last solve.
+    ``c`` is the scale of the kernel, one number for all measurements; by default the norm
+    that a Gaussian inlier does not exceed with ``probability``. ``factor``, ``mu0`` and
+    ``adaptive`` are those of the rules ``GncTls`` and ``GncGm``. Weights are ``(m,)``; ``tol``
+    is the largest change of a residual, relative to 1 + u, in the last solve, by default 1e-9.
+    ``watch`` is called with each step, to show progress.
 
-    Without ``x0`` it starts from the unweighted solution, as in the paper. Consistent
+    ``problem`` may be a pose graph. It is then solved with one step for each μ, starts at
+    dead reckoning, and ``tol`` is 1e-6 by default: see ``loop.prepare``.
+
+    Without ``x0`` a problem starts from the unweighted solution, as in the paper. Consistent
     outliers distort that solution and have small residuals there. On a pose graph with
     trusted odometry, dead reckoning is the better start, ``x0=problem.guess``: the first
     weights come from the residuals there, as in GTSAM, and more runs succeed on every graph
@@ -332,14 +346,15 @@ def gnc(
     depends on the graph.
 
     It stops with BINARY_WEIGHTS (TLS), CONVERGED (GM, after μ = 1), NOTHING_TO_REJECT,
-    ALL_REJECTED or ITERATION_LIMIT, also when the last solve does not converge. The last x
+    ALL_REJECTED, UNDERDETERMINED or ITERATION_LIMIT, also when the last solve does not
+    converge. The last x
     of GM belongs to the weights of the previous step, so it is near a minimum of the
     kernel's cost, not at one; ``irls`` with ``kernels.geman_mcclure`` continues from there.
 
     Raises:
         ValueError: ``kind`` is unknown, ``c`` or ``mu0`` is not above 0, ``factor`` is not
             above 1, or as ``loop.reweight``.
-        Underdetermined: some untrusted weights are positive, yet no solution exists.
+        Underdetermined: the unweighted solution does not exist.
         NotConverged: the unweighted solve did not converge; give ``x0``.
 
     Source: Yang et al. 2020, (12), (14) and Remark 5; Antonante et al. 2022, Algorithm 2.
@@ -349,9 +364,11 @@ def gnc(
     >>> round(result.x, 4), result.weights, result.stop.value
     (-0.0125, array([1., 1., 1., 1., 0.]), 'binary weights')
     """
-    _check_kind(kind)
+    check_kind(kind)
+    c = threshold_of(problem, probability) if c is None else c
     rule = RULES[kind](c, factor, mu0, adaptive)
-    result = reweight(problem, rule, x0, tol=tol, max_iterations=max_iterations)
+    problem, x0, tol = prepare(problem, x0, tol, 1e-9)
+    result = reweight(problem, rule, x0, tol=tol, max_iterations=max_iterations, watch=watch)
     if result.stop in (StopReason.BINARY_WEIGHTS, StopReason.CONVERGED):
         return settle(problem, rule, result, tol)
     return result

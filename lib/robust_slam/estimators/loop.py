@@ -9,6 +9,7 @@ Source: Black and Rangarajan 1996; SLAM Handbook 2026, Theorem 3.4.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Protocol, TypeVar
 
 import numpy as np
@@ -16,10 +17,14 @@ import numpy as np
 from robust_slam._arrays import Array, Mask
 from robust_slam.errors import Underdetermined
 from robust_slam.estimators.result import Result, Step, StopReason
+from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam.problems import PoseGraphProblem
 
 X = TypeVar("X")
 State = TypeVar("State", bound="float | None")
 
+GRAPH_TOL = 1e-6
+"""The tolerance where a pose graph is given: beyond it, no decision on an edge changes."""
 _SOLVES = 500
 """The largest number of repetitions of the last solve."""
 
@@ -85,15 +90,44 @@ class Rule(Protocol[State]):
         ...
 
 
+def prepare(
+    given: Problem[X] | PoseGraph, x0: X | None, tol: float | None, usual: float
+) -> tuple[Problem[X], X | None, float]:
+    """Return a problem, its start and its tolerance, from a problem or a pose graph.
+
+    A graph becomes a problem with one Gauss–Newton step for each solve. It starts at
+    ``PoseGraphProblem.guess``, that is at dead reckoning where the odometry is complete, and
+    its tolerance is 1e-6. A problem starts at ``x0`` or, if None, at plain least squares, and
+    its tolerance is ``usual``. ``x0`` and ``tol`` are kept where they are given.
+
+    Raises:
+        TypeError: ``given`` is neither.
+    """
+    if isinstance(given, PoseGraph):
+        problem = PoseGraphProblem(given, tol=GRAPH_TOL, steps=1)
+        start: X = problem.guess if x0 is None else x0  # type: ignore[assignment]
+        return problem, start, GRAPH_TOL if tol is None else tol  # type: ignore[return-value]
+    if not hasattr(given, "residual_norms"):
+        raise TypeError(
+            f"problem is a {type(given).__name__}; give a PoseGraph, or a problem such as "
+            "LocationProblem or PoseGraphProblem"
+        )
+    return given, x0, usual if tol is None else tol
+
+
 def reweight(
-    problem: Problem[X],
+    problem: Problem[X] | PoseGraph,
     rule: Rule[State],
     x0: X | None = None,
     *,
-    tol: float = 1e-12,
+    tol: float | None = None,
     max_iterations: int = 100,
+    watch: Callable[[Step[X]], None] | None = None,
 ) -> Result[X]:
     """Run the loop from ``x0``, or from plain least squares, until the rule stops it.
+
+    Where ``problem`` is a pose graph, start and tolerance are those of ``prepare``; else
+    ``tol`` is 1e-12 by default. ``watch`` is called with each step, to show progress.
 
     A whitened residual u has settled when its change, relative to 1 + u, is at most ``tol``.
     When the weights of a step do not determine x, the loop stops with the previous x: with
@@ -103,14 +137,12 @@ def reweight(
         ValueError: the residuals at the start are not finite, ``tol`` is negative or
             ``max_iterations`` is below 1.
         Underdetermined: the plain least-squares solution does not exist.
-        TypeError: ``problem`` is not a problem, for instance a graph.
+        TypeError: ``problem`` is neither a problem nor a pose graph.
 
     Source: Black and Rangarajan 1996; SLAM Handbook 2026, Theorem 3.4; Yang et al. 2020.
     """
+    problem, x0, tol = prepare(problem, x0, tol, 1e-12)
     _check_limits(tol, max_iterations)
-    if not hasattr(problem, "residual_norms"):
-        kind = type(problem).__name__
-        raise TypeError(f"problem is a {kind}; a graph becomes one with PoseGraphProblem(graph)")
     x = problem.initial() if x0 is None else x0
     norms = _start_norms(problem, x)
     untrusted = ~problem.trusted
@@ -129,6 +161,8 @@ def reweight(
             return Result.ending(history, _without_solution(weights[untrusted]))
         before, norms = norms, problem.residual_norms(x)
         history.append(Step(x, weights, _cost(rule, norms, untrusted), state))
+        if watch is not None:
+            watch(history[-1])
         moved = _moved(before, norms)
         stop = rule.finished(weights[untrusted], state, bool(np.all(moved <= tol)))
         if stop is not None:

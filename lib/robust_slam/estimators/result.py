@@ -7,7 +7,9 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Generic, TypeVar
 
-from robust_slam._arrays import Array
+import numpy as np
+
+from robust_slam._arrays import Array, Mask
 
 X = TypeVar("X")
 
@@ -34,7 +36,12 @@ class StopReason(Enum):
     ITERATION_LIMIT = "iteration limit"
 
 
-@dataclass(frozen=True)
+KEPT = 0.5
+"""A measurement counts as kept when its weight is above this."""
+_ROWS = 12
+
+
+@dataclass(frozen=True, repr=False)
 class Step(Generic[X]):
     """One iteration of the loop.
 
@@ -48,10 +55,18 @@ class Step(Generic[X]):
     cost: float
     mu: float | None
 
+    def __repr__(self) -> str:
+        mu = "" if self.mu is None else f", mu {self.mu:.4g}"
+        return f"<Step: cost {self.cost:.6g}{mu}, {_kept(self.weights)}>"
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, repr=False)
 class Result(Generic[X]):
-    """The last step, the reason for stopping there, and the history that led to it."""
+    """The last step, the reason for stopping there, and the history that led to it.
+
+    On a pose graph ``poses`` is another name for x. ``kept`` ``(m,)`` marks the measurements
+    whose weight is above ½.
+    """
 
     x: X
     weights: Array
@@ -59,8 +74,41 @@ class Result(Generic[X]):
     stop: StopReason
     history: tuple[Step[X], ...]
 
+    @property
+    def poses(self) -> X:
+        """The solution x: on a pose graph its poses."""
+        return self.x
+
+    @property
+    def kept(self) -> Mask:
+        """The measurements ``(m,)`` whose weight is above ½."""
+        return np.asarray(self.weights > KEPT)
+
+    def __repr__(self) -> str:
+        steps = len(self.history) - 1
+        end = f"{self.stop.value} after {steps} steps, cost {self.cost:.6g}"
+        return f"<Result: {end}, {_kept(self.weights)}>"
+
+    def summary(self) -> str:
+        """Return the history as a table: μ, cost and number of kept measurements.
+
+        A long history is thinned to at most a dozen rows, the first and the last among them.
+        """
+        shown = np.unique(np.linspace(0, len(self.history) - 1, _ROWS).round().astype(int))
+        rows = ["step          mu          cost    kept"]
+        for k in shown:
+            step = self.history[k]
+            mu = "-" if step.mu is None else f"{step.mu:.4g}"
+            kept = int(np.sum(step.weights > KEPT))
+            rows.append(f"{k:4d}  {mu:>10}  {step.cost:12.6g}  {kept:6d}")
+        return "\n".join([*rows, f"stopped: {self.stop.value}"])
+
     @classmethod
     def ending(cls, history: Sequence[Step[X]], stop: StopReason) -> Result[X]:
         """Return the result whose solution is the last step of ``history``."""
         last = history[-1]
         return cls(last.x, last.weights, last.cost, stop, tuple(history))
+
+
+def _kept(weights: Array) -> str:
+    return f"{int(np.sum(weights > KEPT))} of {weights.size} measurements kept"

@@ -16,6 +16,7 @@ from robust_slam._arrays import Array
 from robust_slam.estimators.kernels import Kernel
 from robust_slam.estimators.loop import Problem, reweight
 from robust_slam.estimators.result import Result, StopReason
+from robust_slam.graphs.pose_graph import PoseGraph
 
 X = TypeVar("X")
 
@@ -46,14 +47,17 @@ class IrlsRule:
 
 
 def irls(
-    problem: Problem[X],
+    problem: Problem[X] | PoseGraph,
     kernel: Kernel,
     x0: X | None = None,
     *,
-    tol: float = 1e-12,
+    tol: float | None = None,
     max_iterations: int = 100,
 ) -> Result[X]:
     """Minimise Σ ρ(u) by reweighting, from ``x0`` or from plain least squares.
+
+    ``problem`` may be a pose graph: see ``loop.prepare`` for its start and tolerance. For a
+    problem ``tol`` is 1e-12 by default.
 
     The robust cost never increases, but the result depends on the start: a non-convex
     kernel has several stationary points.

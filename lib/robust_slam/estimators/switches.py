@@ -40,6 +40,7 @@ from robust_slam.estimators import kernels
 from robust_slam.estimators.loop import Problem
 from robust_slam.estimators.result import Result, Step, StopReason
 from robust_slam.estimators.reweighting import irls
+from robust_slam.estimators.thresholds import threshold_of
 from robust_slam.graphs import pose_graph
 from robust_slam.graphs.pose_graph import PoseGraph, check_poses
 from robust_slam.problems import PoseGraphProblem
@@ -103,17 +104,20 @@ def _squares(chi2: ArrayLike) -> Array:
 
 
 def switchable(
-    problem: Problem[X],
-    lam: float,
+    problem: Problem[X] | PoseGraph,
+    lam: float | None = None,
     x0: X | None = None,
     *,
-    tol: float = 1e-12,
+    probability: float = 0.99,
+    tol: float | None = None,
     max_iterations: int = 100,
 ) -> Result[X]:
     """Minimise the switched cost by alternating the solve and the closed-form switches.
 
     The weights of the result are s², so the switches are their square roots. λ has the unit
-    of χ²: an edge with χ² = λ has s = ½. The start is ``x0``, or plain least squares.
+    of χ²: an edge with χ² = λ has s = ½. By default it is the χ² that an inlier does not
+    exceed with ``probability``. The start is ``x0``, or plain least squares. ``problem`` may
+    be a pose graph, as in ``irls``.
 
     Raises:
         ValueError: ``lam`` is not a finite number above zero, or as ``loop.reweight``.
@@ -125,7 +129,8 @@ def switchable(
     >>> (result.weights**0.5).round(3)
     array([0.997, 0.998, 0.039])
     """
-    kernel = kernels.geman_mcclure(sqrt(positive("lam", lam)))
+    c = threshold_of(problem, probability) if lam is None else sqrt(positive("lam", lam))
+    kernel = kernels.geman_mcclure(c)
     return irls(problem, kernel, x0, tol=tol, max_iterations=max_iterations)
 
 
@@ -186,25 +191,27 @@ def joint_switchable(
 
 
 def dcs(
-    problem: Problem[X],
-    phi: float,
+    problem: Problem[X] | PoseGraph,
+    phi: float | None = None,
     x0: X | None = None,
     *,
-    tol: float = 1e-12,
+    probability: float = 0.99,
+    tol: float | None = None,
     max_iterations: int = 100,
 ) -> Result[X]:
     """Run dynamic covariance scaling: IRLS with the weight s² of ``dcs_switch``.
 
-    The cost is that of ``kernels.dcs`` with c² = Φ, whose weight is s².
-
-    The start is ``x0``, or plain least squares.
+    The cost is that of ``kernels.dcs`` with c² = Φ, whose weight is s². By default Φ is the
+    χ² that an inlier does not exceed with ``probability``. The start is ``x0``, or plain
+    least squares. ``problem`` may be a pose graph, as in ``irls``.
 
     Raises:
         ValueError: ``phi`` is not a finite number above zero, or as ``loop.reweight``.
 
     Source: Agarwal et al. 2013, the closed form of the scaling s.
     """
-    kernel = kernels.dcs(sqrt(positive("phi", phi)))
+    c = threshold_of(problem, probability) if phi is None else sqrt(positive("phi", phi))
+    kernel = kernels.dcs(c)
     return irls(problem, kernel, x0, tol=tol, max_iterations=max_iterations)
 
 

@@ -6,6 +6,8 @@ from math import sqrt
 
 from scipy.stats import chi2
 
+from robust_slam.graphs.pose_graph import PoseGraph
+
 
 def chi_square_threshold(probability: float, dimension: int) -> float:
     """Return the norm that a whitened Gaussian residual exceeds with 1 − ``probability``.
@@ -26,3 +28,16 @@ def chi_square_threshold(probability: float, dimension: int) -> float:
     if dimension != int(dimension) or dimension < 1:
         raise ValueError(f"dimension is {dimension}; give a whole number of at least 1")
     return sqrt(float(chi2.ppf(probability, dimension)))
+
+
+def threshold_of(problem: object, probability: float) -> float:
+    """Return ``chi_square_threshold`` for the residuals of ``problem``.
+
+    Their dimension is 3 or 6 if ``problem`` is a pose graph or has one as ``graph``, else 1.
+
+    Raises:
+        ValueError: ``probability`` is not inside (0, 1).
+    """
+    graph = getattr(problem, "graph", problem)
+    dimension = graph.group.DOF if isinstance(graph, PoseGraph) else 1
+    return chi_square_threshold(probability, dimension)

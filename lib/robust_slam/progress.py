@@ -1,0 +1,42 @@
+"""How a long computation shows where it is: a bar, a function, and the log."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TypeAlias
+
+Progress: TypeAlias = Callable[[str], None]
+"""Is told in a few words what is computed now."""
+_LOG = logging.getLogger("robust_slam")
+
+
+@contextmanager
+def stages(progress: bool | Progress) -> Iterator[Progress]:
+    """Yield a function that tells the user what is computed now, and logs it.
+
+    True shows it with tqdm on the standard error, False shows nothing, and a function is
+    called with the words.
+
+    Raises:
+        ImportError: ``progress`` is True and tqdm is not installed.
+    """
+    if callable(progress):
+        yield lambda words: _told(words, progress)
+        return
+    if not progress:
+        yield lambda words: _told(words, None)
+        return
+    try:
+        from tqdm.auto import tqdm
+    except ImportError as error:
+        raise ImportError("progress=True needs tqdm: pip install tqdm") from error
+    with tqdm(bar_format="{desc} [{elapsed}]") as bar:
+        yield lambda words: _told(words, bar.set_description_str)
+
+
+def _told(words: str, show: Callable[[str], object] | None) -> None:
+    _LOG.info("%s", words)
+    if show is not None:
+        show(words)
