@@ -6,6 +6,8 @@ from . import fleet as fleet
 from . import graphs as graphs
 from . import pipeline as pipeline
 from . import problems as problems
+from .descent.marginals import covariance as covariance
+from .drawing import draw_map as draw_map
 from .graphs.files import load as load
 from .graphs.g2o import read as read
 from .graphs.pose_graph import PoseGraph as PoseGraph

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TypeAlias
@@ -16,11 +17,8 @@ _LOG = logging.getLogger("robust_slam")
 def stages(progress: bool | Progress) -> Iterator[Progress]:
     """Yield a function that tells the user what is computed now, and logs it.
 
-    True shows it with tqdm on the standard error, False shows nothing, and a function is
-    called with the words.
-
-    Raises:
-        ImportError: ``progress`` is True and tqdm is not installed.
+    True shows it on the standard error, in one line if tqdm is installed and else in a line
+    each; False shows nothing, and a function is called with the words.
     """
     if callable(progress):
         yield lambda words: _told(words, progress)
@@ -30,8 +28,9 @@ def stages(progress: bool | Progress) -> Iterator[Progress]:
         return
     try:
         from tqdm.auto import tqdm
-    except ImportError as error:
-        raise ImportError("progress=True needs tqdm: pip install tqdm") from error
+    except ImportError:
+        yield lambda words: _told(words, lambda line: print(line, file=sys.stderr))
+        return
     with tqdm(bar_format="{desc} [{elapsed}]") as bar:
         yield lambda words: _told(words, bar.set_description_str)
 

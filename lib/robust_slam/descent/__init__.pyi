@@ -1,2 +1,3 @@
 from .damped import levenberg_marquardt as levenberg_marquardt
+from .marginals import covariance as covariance
 from .undamped import gauss_newton as gauss_newton

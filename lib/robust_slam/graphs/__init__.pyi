@@ -5,8 +5,11 @@ from .generate import sphere as sphere
 from .metrics import ate as ate
 from .metrics import precision_recall as precision_recall
 from .odometry import dead_reckoning as dead_reckoning
+from .odometry import sessions as sessions
 from .odometry import spanning_tree as spanning_tree
 from .outliers import add_local_closures as add_local_closures
 from .outliers import add_random_closures as add_random_closures
 from .outliers import spoil_closures as spoil_closures
 from .pose_graph import PoseGraph as PoseGraph
+from .trajectories import write_kitti as write_kitti
+from .trajectories import write_tum as write_tum

@@ -25,8 +25,7 @@ format; the grid of quaternions is derived here.
 from __future__ import annotations
 
 import os
-import secrets
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, TypeAlias, get_args
@@ -38,6 +37,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial.transform import Rotation
 
 from robust_slam._arrays import Array, Indices, Mask
+from robust_slam._files import write_lines
 from robust_slam.graphs import se3
 from robust_slam.graphs.definite import Repair, definite
 from robust_slam.graphs.pose_graph import PoseGraph, check_poses
@@ -459,7 +459,7 @@ def write(
     layout = _PLANE if graph.group.DIMENSION == 2 else _SPACE
     given = None if poses is None else check_poses("poses", poses, graph)
     ids = np.arange(graph.n) if names is None else _names(names, graph.n)
-    _replace(Path(path), _lines(graph, given, ids, layout))
+    write_lines(path, _lines(graph, given, ids, layout))
 
 
 def _names(value: ArrayLike, n: int) -> Indices:
@@ -504,14 +504,3 @@ def _tagged(tag: str, ids: Indices, numbers: Array) -> Iterator[str]:
 
 def _joined(values: Sequence[int] | Sequence[float]) -> str:
     return " ".join(map(repr, values))
-
-
-def _replace(path: Path, lines: Iterable[str]) -> None:
-    """Write ``lines`` to a temporary file beside ``path``, then rename it to ``path``."""
-    part = path.with_name(f".{path.name}.{secrets.token_hex(4)}.part")
-    try:
-        with part.open("x", encoding="utf-8", newline="\n") as file:
-            file.writelines(lines)
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)

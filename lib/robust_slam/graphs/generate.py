@@ -38,7 +38,7 @@ class Noise:
 
 def circle(
     n: int,
-    rng: np.random.Generator,
+    rng: int | np.random.Generator,
     *,
     radius: float = 5.0,
     laps: int = 1,
@@ -58,6 +58,7 @@ def circle(
     >>> graph.n, len(graph.edges), truth[4].round(3).tolist()
     (8, 8, [0.0, 10.0, 3.142])
     """
+    rng = np.random.default_rng(rng)
     if n < 3 or laps < 1:
         raise ValueError(f"n is {n} and laps {laps}; give at least 3 poses and 1 lap")
     angle = 2.0 * np.pi * laps * np.arange(n) / n
@@ -71,7 +72,7 @@ def circle(
 
 def manhattan(
     n: int,
-    rng: np.random.Generator,
+    rng: int | np.random.Generator,
     *,
     block: float = 1.0,
     side: int | None = None,
@@ -96,6 +97,7 @@ def manhattan(
     >>> len(graph.edges), int(graph.is_odometry.sum()), truth.shape
     (55, 49, (50, 3))
     """
+    rng = np.random.default_rng(rng)
     if n < 3:
         raise ValueError(f"n is {n}; give at least 3 poses")
     if not 0.0 <= turn <= 1.0:
@@ -112,7 +114,7 @@ def manhattan(
 
 def sphere(
     n: int,
-    rng: np.random.Generator,
+    rng: int | np.random.Generator,
     *,
     around: int | None = None,
     radius: float = 5.0,
@@ -132,6 +134,7 @@ def sphere(
     Source: derived here, modelled on the graph sphere2500; colatitude and longitude grow
     linearly along the path.
     """
+    rng = np.random.default_rng(rng)
     if n < 3:
         raise ValueError(f"n is {n}; give at least 3 poses")
     around = max(3, round(np.sqrt(n))) if around is None else around

@@ -43,7 +43,7 @@ _Relation = Callable[[Indices], Array]
 def add_random_closures(
     graph: PoseGraph,
     count: int,
-    rng: np.random.Generator,
+    rng: int | np.random.Generator,
     *,
     poses: ArrayLike | None = None,
     apart: float | None = None,
@@ -66,6 +66,7 @@ def add_random_closures(
     >>> len(graph.edges), np.flatnonzero(is_outlier).tolist()
     (23, [20, 21, 22])
     """
+    rng = np.random.default_rng(rng)
     known = _known(graph, poses)
     least = _half_side(graph.group, known) if apart is None else float(apart)
     edges, relative = _find("count", count, 1, _anywhere(graph.n, rng), _same(graph), known, least)
@@ -75,7 +76,7 @@ def add_random_closures(
 def add_local_closures(
     graph: PoseGraph,
     count: int,
-    rng: np.random.Generator,
+    rng: int | np.random.Generator,
     *,
     reach: int = 20,
     poses: ArrayLike | None = None,
@@ -94,6 +95,7 @@ def add_local_closures(
 
     Source: the local policy of Sünderhauf and Protzel 2012.
     """
+    rng = np.random.default_rng(rng)
     known = _known(graph, poses)
     least = _median_step(graph.group, known) if apart is None else float(apart)
     draw = _nearby(graph.n, reach, rng)
@@ -104,7 +106,7 @@ def add_local_closures(
 def add_grouped_closures(
     graph: PoseGraph,
     groups: int,
-    rng: np.random.Generator,
+    rng: int | np.random.Generator,
     *,
     size: int = 10,
     reach: int | None = None,
@@ -127,6 +129,7 @@ def add_grouped_closures(
 
     Source: the random group and local group policies of Sünderhauf and Protzel 2012.
     """
+    rng = np.random.default_rng(rng)
     known = _known(graph, poses)
     default = _half_side if reach is None else _median_step
     least = default(graph.group, known) if apart is None else float(apart)
@@ -138,7 +141,7 @@ def add_grouped_closures(
 def add_aliased_closures(
     graph: PoseGraph,
     groups: int,
-    rng: np.random.Generator,
+    rng: int | np.random.Generator,
     *,
     size: int = 10,
     poses: ArrayLike | None = None,
@@ -160,6 +163,7 @@ def add_aliased_closures(
 
     Source: derived here; perceptual aliasing in general, Lajoie et al. 2019.
     """
+    rng = np.random.default_rng(rng)
     known = _known(graph, poses)
     least = _half_side(graph.group, known) if apart is None else float(apart)
     group = graph.group
@@ -177,7 +181,7 @@ def add_aliased_closures(
 def spoil_closures(
     graph: PoseGraph,
     fraction: float,
-    rng: np.random.Generator,
+    rng: int | np.random.Generator,
     *,
     poses: ArrayLike | None = None,
     apart: float | None = None,
@@ -195,6 +199,7 @@ def spoil_closures(
 
     Source: the experiments of Antonante et al. 2022 with spoiled loop closures.
     """
+    rng = np.random.default_rng(rng)
     if not 0.0 <= fraction <= 1.0:
         raise ValueError(f"fraction is {fraction}; give a number from 0 to 1")
     known, group = _known(graph, poses), graph.group
