@@ -1,0 +1,117 @@
+"""Kernels are values, huge residuals are no error, and a graph is as good as a problem."""
+
+from __future__ import annotations
+
+import pickle
+
+import numpy as np
+import pytest
+from robust_slam.estimators.graduation import gnc
+from robust_slam.estimators.kernels import KERNELS, cauchy
+from robust_slam.estimators.result import StopReason
+from robust_slam.estimators.reweighting import irls
+from robust_slam.estimators.switches import dcs, switchable
+from robust_slam.estimators.thresholds import chi_square_threshold
+from robust_slam.graphs.generate import manhattan
+from robust_slam.graphs.outliers import add_random_closures
+from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam.problems import LocationProblem, PoseGraphProblem
+
+HUGE = np.array([0.0, 1e-300, 1e-8, 1.0, 1e100, 1.4e154, 1e200, 1e300])
+
+
+@pytest.mark.parametrize("name", KERNELS)
+def test_kernels_of_one_name_and_scale_are_equal_and_can_be_pickled(name):
+    kernel, same, other = KERNELS[name](2.0), KERNELS[name](2.0), KERNELS[name](3.0)
+    assert kernel == same and hash(kernel) == hash(same) and kernel != other
+    copy = pickle.loads(pickle.dumps(kernel))
+    assert copy == kernel
+    np.testing.assert_array_equal(copy.rho([1.0, 5.0]), kernel.rho([1.0, 5.0]))
+    assert len({kernel, same, other}) == 2
+
+
+@pytest.mark.parametrize("name", [name for name in KERNELS if name != "squared"])
+@pytest.mark.filterwarnings("error")
+def test_no_residual_is_too_large_for_a_kernel(name):
+    kernel = KERNELS[name](2.0)
+    rho, psi, weight = kernel.rho(HUGE), kernel.psi(HUGE), kernel.weight(HUGE)
+    assert np.all(np.isfinite(rho)) and np.all(np.diff(rho) >= 0.0)
+    assert np.all(np.isfinite(psi)) and np.all(np.diff(weight) <= 0.0)
+
+
+@pytest.fixture(scope="module")
+def town():
+    rng = np.random.default_rng(0)
+    graph, truth = manhattan(80, rng, closures=30)
+    return add_random_closures(graph, 12, rng, poses=truth)
+
+
+SOLVERS = {
+    "gnc": gnc,
+    "irls": lambda given, **more: irls(given, cauchy(3.0), **more),
+    "switchable": switchable,
+    "dcs": dcs,
+}
+
+
+@pytest.mark.parametrize("name", SOLVERS)
+def test_a_graph_is_solved_from_dead_reckoning_in_single_steps(town, name):
+    graph, _ = town
+    problem = PoseGraphProblem(graph, tol=1e-6, steps=1)
+    ours = SOLVERS[name](graph)
+    by_hand = SOLVERS[name](problem, x0=problem.guess, tol=1e-6)
+    np.testing.assert_array_equal(ours.poses, by_hand.poses)
+    assert ours.stop is by_hand.stop
+    assert ours.stop in (StopReason.BINARY_WEIGHTS, StopReason.CONVERGED)
+
+
+def test_gnc_on_a_graph_finds_the_outliers(town):
+    graph, is_outlier = town
+    kept = gnc(graph).kept
+    assert not np.any(kept & is_outlier)
+
+
+def test_a_threshold_follows_from_the_probability(town):
+    graph, _ = town
+    by_norm = gnc(graph, chi_square_threshold(0.9, 3))
+    np.testing.assert_array_equal(gnc(graph, probability=0.9).weights, by_norm.weights)
+    location = LocationProblem([0.0, 0.1, 9.0])
+    by_norm = gnc(location, chi_square_threshold(0.99, 1))
+    np.testing.assert_array_equal(gnc(location).weights, by_norm.weights)
+
+
+def test_what_is_neither_a_graph_nor_a_problem_is_refused():
+    with pytest.raises(TypeError, match="problem is a list; give a PoseGraph, or a problem"):
+        gnc([1, 2, 3], 1.0)
+
+
+def test_a_watcher_sees_every_step(town):
+    seen = []
+    result = gnc(town[0], watch=seen.append)
+    assert [step.mu for step in seen] == [s.mu for s in result.history[1:] if s.mu][: len(seen)]
+    assert len(seen) >= 5
+
+
+def test_a_loop_that_cannot_go_on_returns_what_it_has():
+    """Two sessions, joined by closures that contradict each other: none is trusted."""
+    graph = PoseGraph(
+        4,
+        [[0, 1], [2, 3], [0, 2], [1, 3], [0, 3]],
+        [[1, 0, 0], [1, 0, 0], [0, 5, 1.0], [9, -4, 2.0], [-7, 1, -2.0]],
+        [100.0 * np.eye(3)] * 5,
+        [True, True, False, False, False],
+    )
+    far = np.array([[0.0, 0, 0], [1, 0, 0], [50, 50, 0], [51, 50, 0]])
+    result = gnc(graph, 0.01, x0=far, mu0=1e6)
+    assert result.stop is StopReason.ALL_REJECTED
+    np.testing.assert_array_equal(result.poses, far)
+    assert len(result.history) == 2
+
+
+def test_results_and_steps_have_a_line_and_a_table(town):
+    result = gnc(town[0])
+    for text in (repr(result), repr(result.history[3])):
+        assert len(text) < 120 and "kept" in text
+    table = result.summary().splitlines()
+    assert len(table) <= 14
+    assert table[-1] == f"stopped: {result.stop.value}"

@@ -1,0 +1,97 @@
+"""Spanning trees, what is summed along them, and common ancestors."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from robust_slam.graphs.forest import Ancestors, Forest, find_forest, sums_along
+from robust_slam.graphs.generate import manhattan
+from robust_slam.graphs.odometry import dead_reckoning, sessions
+from robust_slam.graphs.pose_graph import PoseGraph, select
+
+
+def random_forest(n, seed):
+    """Each pose is a root or hangs below one of the three poses before it."""
+    rng = np.random.default_rng(seed)
+    parent = np.array(
+        [k if k == 0 or rng.random() < 0.1 else rng.integers(max(0, k - 3), k) for k in range(n)]
+    )
+    return Forest(parent, np.full(n, -1), np.zeros(n, dtype=int))
+
+
+def way_up(forest, pose):
+    """The pose, its parent and so on, and n above the root."""
+    way = [pose]
+    while forest.parent[way[-1]] != way[-1]:
+        way.append(int(forest.parent[way[-1]]))
+    return [*way, forest.parent.size]
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 17, 64, 100])
+@pytest.mark.parametrize("seed", range(3))
+def test_the_common_ancestor_is_the_first_pose_on_both_ways_up(n, seed):
+    forest = random_forest(n, seed)
+    a, b = np.random.default_rng(seed).integers(n, size=(2, 100))
+    expected = [
+        next(pose for pose in way_up(forest, i) if pose in way_up(forest, j))
+        for i, j in zip(a, b, strict=True)
+    ]
+    np.testing.assert_array_equal(Ancestors.of(forest).common(a, b), expected)
+
+
+def test_sums_run_from_the_root_and_leave_it_out():
+    forest = random_forest(40, 1)
+    values = np.random.default_rng(1).normal(size=(40, 2))
+    for pose, total in enumerate(sums_along(forest, values)):
+        below_root = way_up(forest, pose)[:-2]
+        np.testing.assert_allclose(total, values[below_root].sum(axis=0), atol=1e-12)
+
+
+def test_a_part_without_a_way_to_pose_0_has_a_tree_of_its_own():
+    graph, _ = manhattan(30, np.random.default_rng(0), closures=10)
+    used = graph.is_odometry & ~np.all(graph.edges == [11, 12], axis=1)
+    forest = find_forest(graph, used, np.ones(len(graph.edges)), np.array([0, 12]))
+    np.testing.assert_array_equal(forest.part, np.arange(30) >= 12)
+    np.testing.assert_array_equal(forest.parent, [0, *range(11), 12, *range(12, 29)])
+
+
+def turned(graph, chosen):
+    """The same graph, its ``chosen`` edges written from j to i."""
+    group, edges, z = graph.group, graph.edges.copy(), graph.measurement.copy()
+    onto = np.linalg.inv(group.adjoint(z[chosen]))
+    information = graph.information.copy()
+    moved = np.swapaxes(onto, 1, 2) @ information[chosen] @ onto
+    information[chosen] = 0.5 * (moved + np.swapaxes(moved, 1, 2))
+    edges[chosen], z[chosen] = edges[chosen][:, ::-1], group.inverse(z[chosen])
+    return PoseGraph(graph.n, edges, z, information, graph.is_odometry)
+
+
+def renumbered(graph, first):
+    """The same graph with pose ``first`` as pose 0, as a FIX line makes it, and the numbers."""
+    number = np.arange(graph.n) + (np.arange(graph.n) < first)
+    number[first] = 0
+    edges = number[graph.edges]
+    made = PoseGraph(graph.n, edges, graph.measurement, graph.information, graph.is_odometry)
+    return made, number
+
+
+def test_dead_reckoning_is_the_same_whichever_way_odometry_is_written():
+    graph, _ = manhattan(40, np.random.default_rng(2), closures=5)
+    back = turned(graph, np.random.default_rng(3).random(len(graph.edges)) < 0.5)
+    np.testing.assert_allclose(dead_reckoning(back), dead_reckoning(graph), atol=1e-12)
+
+
+def test_dead_reckoning_from_another_pose_is_the_same_map():
+    graph, _ = manhattan(40, np.random.default_rng(4), closures=5)
+    other, number = renumbered(graph, 17)
+    known = dead_reckoning(graph)
+    expected = graph.group.between(np.broadcast_to(known[17], known.shape), known)
+    np.testing.assert_allclose(dead_reckoning(other)[number], expected, atol=1e-12)
+
+
+def test_a_gap_in_the_odometry_makes_two_sessions_and_no_dead_reckoning():
+    graph, _ = manhattan(30, np.random.default_rng(5), closures=12)
+    cut = select(graph, ~np.all(graph.edges == [14, 15], axis=1))
+    assert sessions(cut).tolist() == [0] * 15 + [1] * 15
+    with pytest.raises(ValueError, match="no path of odometry leads from pose 0 to pose 15"):
+        dead_reckoning(cut)
