@@ -1,0 +1,38 @@
+"""The API page: every public name is on it, and its twins in GTSAM print what they print."""
+
+from __future__ import annotations
+
+import doctest
+import re
+from pathlib import Path
+
+import pytest
+import robust_slam as rs
+
+from tests.book import prose
+
+PAGE = prose.CHAPTERS / "api.md"
+FOLDERS = ("estimators", "graphs", "descent", "consistency", "certificates", "fleet")
+
+
+def test_the_twins_in_gtsam_give_the_same_results() -> None:
+    blocks = re.findall(r"^```python\n(>>>.*?)^```$", PAGE.read_text("utf-8"), re.M | re.S)
+    assert len(blocks) == 4
+    test = doctest.DocTestParser().get_doctest("\n".join(blocks), {}, PAGE.name, str(PAGE), 0)
+    result = doctest.DocTestRunner().run(test)
+    assert result.failed == 0 and result.attempted > 20
+
+
+@pytest.mark.parametrize("folder", FOLDERS)
+def test_every_folder_has_a_section_with_all_of_its_names(folder: str) -> None:
+    assert f".. automodule:: robust_slam.{folder}\n   :members:" in PAGE.read_text("utf-8")
+    assert getattr(rs, folder).__all__
+
+
+def test_every_short_name_of_the_library_is_on_the_page() -> None:
+    listed = set(re.findall(r"robust_slam\.([a-zA-Z_]+)", PAGE.read_text("utf-8")))
+    assert {name for name in rs.__all__ if not name.startswith("_")} - listed <= {"pipeline"}
+
+
+def test_the_page_is_in_the_table_of_contents() -> None:
+    assert "chapters/api" in (Path(PAGE).parents[1] / "_toc.yml").read_text("utf-8")
