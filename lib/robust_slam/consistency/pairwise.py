@@ -47,8 +47,8 @@ Source: Mangelson, Dominic, Eustice and Vasudevan 2018; SLAM Handbook 2026, (3.6
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -60,10 +60,22 @@ from robust_slam.graphs.forest import Ancestors, Forest, find_forest, poses_alon
 from robust_slam.graphs.odometry import sessions
 from robust_slam.graphs.pose_graph import PoseGraph
 
-PAIRS = 20_000_000
-"""The default number of pairs that are compared: about half a minute in the plane."""
+PAIRS = {2: 2_000_000, 3: 400_000}
+"""The default number of pairs that are compared, by dimension: a few seconds of work."""
 _CHUNK = 20_000
 """Pairs that are computed at a time: their 6×6 matrices stay in the cache."""
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """Closures that were compared with each other.
+
+    ``members`` ``(k,)`` are their places among the closures of ``PcmResult``, ascending, and
+    ``consistent`` ``(k, k)`` tells which pairs are.
+    """
+
+    members: Indices
+    consistent: Mask
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,20 +83,26 @@ class PcmResult:
     """The closures that PCM keeps, and the consistency graph.
 
     ``kept`` ``(M,)`` marks edges of the graph: every edge that was not compared, and the
-    clique. ``closures`` ``(m,)`` are the edges that were compared, ``adjacency`` ``(m, m)``
-    which of them are consistent, and ``clique`` the set that was found. Its members are
-    indices into ``closures``, and ``clique.proven`` tells whether it is proven optimal.
-    ``block`` ``(m,)`` tells which closures were compared: two of different blocks were not,
-    since they join other sessions or the budget of pairs did not suffice; they count as
-    consistent. ``complete`` is False where that budget did not suffice.
+    clique. ``closures`` ``(m,)`` are the edges that were compared, and ``clique`` the set that
+    was found. Its members are indices into ``closures``, and ``clique.proven`` tells whether
+    it is proven optimal. ``blocks`` are the closures that were compared with each other: two
+    of different blocks were not, since they join other sessions or since there are more pairs
+    than the budget allows, and count as consistent. ``complete`` is False in the latter case.
     """
 
     kept: Mask
     closures: Indices
-    adjacency: Mask
+    blocks: tuple[Block, ...]
     clique: Clique
-    block: Indices
     complete: bool
+
+    @property
+    def adjacency(self) -> Mask:
+        """Which pairs of closures are consistent, ``(m, m)``, the diagonal True."""
+        joined = np.ones((self.closures.size, self.closures.size), dtype=np.bool_)
+        for block in self.blocks:
+            joined[np.ix_(block.members, block.members)] = block.consistent
+        return joined
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,7 +191,11 @@ def pairwise_consistent(
     Source: Mangelson et al. 2018; SLAM Handbook 2026, (3.6) to (3.8).
     """
     gamma = positive("gamma", gamma)
-    return _adjacency(graph, _chosen(graph, closures), gamma, shared_odometry, PAIRS)[0]
+    chosen = _chosen(graph, closures)
+    consistent = np.ones((chosen.size, chosen.size), dtype=np.bool_)
+    for block in _compared(graph, chosen, gamma, shared_odometry, chosen.size**2)[0]:
+        consistent[np.ix_(block.members, block.members)] = block.consistent
+    return consistent
 
 
 def pcm(
@@ -184,7 +206,7 @@ def pcm(
     trusted: ArrayLike | None = None,
     shared_odometry: bool = False,
     budget: int = BUDGET,
-    pairs: int = PAIRS,
+    pairs: int | None = None,
 ) -> PcmResult:
     """Return a largest set of pairwise consistent closures of ``graph``.
 
@@ -193,8 +215,9 @@ def pcm(
     inlier is compared with many others, so the set holds a smaller share of the inliers.
     ``trusted`` ``(M,)`` marks closures that must be in the set. ``budget`` limits the search
     as in ``max_clique``: when it is used up, the best set found so far is returned, and
-    ``clique.proven`` is False. ``pairs`` limits the comparisons: if there are more pairs,
-    closures are compared in blocks along the drive, and ``complete`` is False.
+    ``clique.proven`` is False. ``pairs`` limits the comparisons, by default to ``PAIRS``: if
+    there are more pairs, closures are compared in blocks along the drive, each has a largest
+    set of its own, and ``complete`` is False.
 
     It does not test a closure against the odometry alone, nor the set jointly, and it
     prefers a larger group of consistent outliers. See the module.
@@ -216,12 +239,28 @@ def pcm(
     limit = limit if gamma is None else positive("gamma", gamma)
     closures = _chosen(graph, None)
     held = mask("trusted", trusted, len(graph.edges))[closures]
-    adjacency, block, complete = _adjacency(graph, closures, limit, shared_odometry, pairs)
-    _refuse_contradiction(closures[held], adjacency[np.ix_(held, held)])
-    clique = max_clique(adjacency, fixed=np.flatnonzero(held), budget=budget)
+    most = PAIRS[graph.group.DIMENSION] if pairs is None else pairs
+    blocks, complete = _compared(graph, closures, limit, shared_odometry, most)
+    clique = _united([_largest(block, closures, held, budget) for block in blocks])
     kept = graph.is_odometry.copy()
     kept[closures[clique.members]] = True
-    return PcmResult(kept, closures, adjacency, clique, block, complete)
+    return PcmResult(kept, closures, tuple(blocks), clique, complete)
+
+
+def _largest(block: Block, closures: Indices, held: Mask, budget: int) -> Clique:
+    """Return a largest clique of ``block`` with the ``held`` closures, as places among all."""
+    fixed = np.flatnonzero(held[block.members])
+    trusted = closures[block.members[fixed]]
+    _refuse_contradiction(trusted, block.consistent[np.ix_(fixed, fixed)])
+    clique = max_clique(block.consistent, fixed=fixed, budget=budget)
+    return replace(clique, members=block.members[clique.members])
+
+
+def _united(cliques: Sequence[Clique]) -> Clique:
+    """Return the union of cliques of vertices that are joined to all other cliques."""
+    members = [np.empty(0, dtype=np.intp), *(clique.members for clique in cliques)]
+    proven = all(clique.proven for clique in cliques)
+    return Clique(np.sort(np.concatenate(members)), proven, sum(c.bound for c in cliques))
 
 
 def _chosen(graph: PoseGraph, closures: ArrayLike | None) -> Indices:
@@ -242,22 +281,23 @@ def _refuse_contradiction(trusted: Indices, consistent: Mask) -> None:
         )
 
 
-def _adjacency(
+def _compared(
     graph: PoseGraph, chosen: Indices, gamma: float, shared: bool, pairs: int
-) -> tuple[Mask, Indices, bool]:
-    """Return which closures are consistent, their blocks, and whether all pairs were compared."""
-    if pairs < 1:
+) -> tuple[list[Block], bool]:
+    """Return the blocks of closures, and whether all comparable pairs were compared."""
+    if pairs < 1 and chosen.size > 1:
         raise ValueError(f"pairs is {pairs}; give at least 1")
     world, session = _displacements(graph, chosen)
     groups = _groups(session)
-    blocks = _blocks(world, groups, pairs)
-    consistent = np.ones((chosen.size, chosen.size), dtype=np.bool_)
-    block = np.empty(chosen.size, dtype=np.intp)
-    for number, members in enumerate(blocks):
-        block[members] = number
+    parts = _cut(world, groups, pairs)
+    blocks = []
+    for members in parts:
+        consistent = np.eye(members.size, dtype=np.bool_)
         for p, q, distance in _pairs(graph, world, members, shared):
-            consistent[p, q] = consistent[q, p] = distance <= gamma
-    return consistent, block, len(blocks) == len(groups)
+            at, to = np.searchsorted(members, p), np.searchsorted(members, q)
+            consistent[at, to] = consistent[to, at] = distance <= gamma
+        blocks.append(Block(members, consistent))
+    return blocks, len(parts) == len(groups)
 
 
 def _groups(session: Indices) -> list[Indices]:
@@ -269,17 +309,18 @@ def _groups(session: Indices) -> list[Indices]:
     return np.split(order, np.flatnonzero(np.diff(label[order])) + 1)
 
 
-def _blocks(world: _Displacements, groups: list[Indices], pairs: int) -> list[Indices]:
-    """Return ``groups``, cut along the drive into blocks with about ``pairs`` pairs in all."""
-    total = sum(members.size * (members.size - 1) for members in groups) // 2
-    if total <= pairs:
+def _cut(world: _Displacements, groups: list[Indices], pairs: int) -> list[Indices]:
+    """Return ``groups``, large ones cut along the drive, with about ``pairs`` pairs in all."""
+    if sum(members.size * (members.size - 1) for members in groups) // 2 <= pairs:
         return groups
-    blocks: list[Indices] = []
+    # Blocks of this size have m·size/2 pairs together, for m closures.
+    size = max(2, 2 * pairs // sum(members.size for members in groups))
+    parts: list[Indices] = []
     for members in groups:
         last = world.ancestors.number[world.ends[members]].max(axis=1)
         along = members[np.argsort(last, kind="stable")]
-        blocks.extend(np.sort(part) for part in np.array_split(along, -(-total // pairs)))
-    return [members for members in blocks if members.size]
+        parts.extend(np.sort(part) for part in np.array_split(along, -(-members.size // size)))
+    return parts
 
 
 def _pairs(
