@@ -24,7 +24,7 @@ from robust_slam.estimators.result import KEPT, Result, Step, StopReason
 from robust_slam.estimators.thresholds import chi_square_threshold
 from robust_slam.graphs import pose_graph
 from robust_slam.graphs.odometry import spanning_tree
-from robust_slam.graphs.pose_graph import PoseGraph, select
+from robust_slam.graphs.pose_graph import PoseGraph, check_graph, select
 from robust_slam.problems import PoseGraphProblem
 from robust_slam.progress import Progress, stages
 
@@ -145,10 +145,7 @@ def solve(
     ('certified', 0)
     """
     check_kind(kind)
-    if not isinstance(graph, PoseGraph):
-        raise TypeError(
-            f"graph is a {type(graph).__name__}; give a PoseGraph, for instance load(path)"
-        )
+    check_graph(graph)
     threshold = chi_square_threshold(probability, graph.group.DOF)
     with stages(progress) as tell:
         tell("PCM compares closures")

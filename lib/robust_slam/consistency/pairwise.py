@@ -58,7 +58,7 @@ from robust_slam.consistency.cliques import BUDGET, Clique, max_clique
 from robust_slam.estimators.thresholds import chi_square_threshold
 from robust_slam.graphs.forest import Ancestors, Forest, find_forest, poses_along, sums_along
 from robust_slam.graphs.odometry import sessions
-from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam.graphs.pose_graph import PoseGraph, check_graph
 
 PAIRS = {2: 2_000_000, 3: 400_000}
 """The default number of pairs that are compared, by dimension: a few seconds of work."""
@@ -235,7 +235,7 @@ def pcm(
     >>> int(result.kept[is_outlier].sum()), result.clique.proven
     (0, True)
     """
-    limit = chi_square_threshold(probability, graph.group.DOF)
+    limit = chi_square_threshold(probability, check_graph(graph).group.DOF)
     limit = limit if gamma is None else positive("gamma", gamma)
     closures = _chosen(graph, None)
     held = mask("trusted", trusted, len(graph.edges))[closures]
@@ -264,7 +264,7 @@ def _united(cliques: Sequence[Clique]) -> Clique:
 
 
 def _chosen(graph: PoseGraph, closures: ArrayLike | None) -> Indices:
-    m = len(graph.edges)
+    m = len(check_graph(graph).edges)
     chosen = ~graph.is_odometry if closures is None else mask("closures", closures, m)
     if np.any(chosen & graph.is_odometry):
         k = int(np.argmax(chosen & graph.is_odometry))

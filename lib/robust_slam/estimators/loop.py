@@ -13,6 +13,7 @@ from collections.abc import Callable
 from typing import Protocol, TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, Mask
 from robust_slam.errors import Underdetermined
@@ -113,6 +114,22 @@ def prepare(
             "LocationProblem or PoseGraphProblem"
         )
     return given, x0, usual if tol is None else tol
+
+
+def as_graph_problem(
+    given: PoseGraphProblem | PoseGraph, x0: ArrayLike | None
+) -> tuple[PoseGraphProblem, ArrayLike | None]:
+    """Return a problem on a pose graph and its start, as ``prepare`` does.
+
+    Raises:
+        TypeError: ``given`` is neither a graph nor a problem on one.
+    """
+    if isinstance(given, PoseGraph):
+        problem = PoseGraphProblem(given)
+        return problem, problem.guess if x0 is None else x0
+    if isinstance(given, PoseGraphProblem):
+        return given, x0
+    raise TypeError(f"problem is a {type(given).__name__}; give a PoseGraph or a PoseGraphProblem")
 
 
 def reweight(

@@ -36,7 +36,7 @@ from robust_slam.descent.step import (
     is_small,
     retract,
 )
-from robust_slam.estimators.loop import Problem, reweight
+from robust_slam.estimators.loop import Problem, as_graph_problem, reweight
 from robust_slam.estimators.result import Result, StopReason
 from robust_slam.graphs import pose_graph
 from robust_slam.graphs.pose_graph import PoseGraph, check_poses
@@ -117,13 +117,13 @@ class NullHypothesis:
 
 
 def max_mixture(
-    problem: Problem[X],
+    problem: Problem[X] | PoseGraph,
     pi_in: float,
     ratio: float,
     dimension: int,
     x0: X | None = None,
     *,
-    tol: float = 1e-12,
+    tol: float | None = None,
     max_iterations: int = 100,
 ) -> Result[X]:
     """Minimise the cost of the null hypothesis, from ``x0`` or from plain least squares.
@@ -205,7 +205,7 @@ class ModeResult:
 
 
 def max_mixture_modes(
-    problem: PoseGraphProblem,
+    problem: PoseGraphProblem | PoseGraph,
     alternatives: Sequence[Mode],
     x0: ArrayLike | None = None,
     *,
@@ -231,6 +231,7 @@ def max_mixture_modes(
 
     Source: Olson and Agarwal 2012, the max-mixture with several means.
     """
+    problem, x0 = as_graph_problem(problem, x0)
     check_limits(tol, max_iterations)
     mixture = _mixture(problem.graph, alternatives, ~problem.trusted)
     equations, ones = NormalEquations(problem.graph), np.ones(len(problem.graph.edges))

@@ -37,7 +37,7 @@ from robust_slam.descent.step import (
     retract,
 )
 from robust_slam.estimators import kernels
-from robust_slam.estimators.loop import Problem
+from robust_slam.estimators.loop import Problem, as_graph_problem
 from robust_slam.estimators.result import Result, Step, StopReason
 from robust_slam.estimators.reweighting import irls
 from robust_slam.estimators.thresholds import threshold_of
@@ -135,7 +135,7 @@ def switchable(
 
 
 def joint_switchable(
-    problem: PoseGraphProblem,
+    problem: PoseGraphProblem | PoseGraph,
     lam: float,
     x0: ArrayLike | None = None,
     s0: ArrayLike | None = None,
@@ -146,11 +146,12 @@ def joint_switchable(
 ) -> Result[Array]:
     """Minimise the switched cost over poses and switches together.
 
-    The poses start at ``x0`` ``(n, 3)`` or ``(n, 3, 4)``, by default plain least squares,
-    and the switches at ``s0`` ``(m,)``, by default 1; trusted edges have none and stay
-    at 1. Each of at most ``max_iterations`` steps is a Gauss–Newton step on both. Switches
-    are clipped to [0, 1]. The poses are damped, initially by ``damping`` (0 for a plain first
-    step), more after a rejected step and less after a good one. The result has CONVERGED
+    The poses start at ``x0`` ``(n, 3)`` or ``(n, 3, 4)``, by default plain least squares, or
+    dead reckoning where ``problem`` is a graph, and the switches at ``s0`` ``(m,)``, by
+    default 1; trusted edges have none and stay at 1. Each of at most ``max_iterations`` steps
+    is a Gauss–Newton step on both. Switches are clipped to [0, 1]. The poses are damped,
+    initially by ``damping`` (0 for a plain first step), more after a rejected step and less
+    after a good one. The result has CONVERGED
     when an undamped step changes no switch by more than ``tol`` and no pose by more than
     ``tol`` times 1 + the largest coordinate of the map.
 
@@ -164,6 +165,7 @@ def joint_switchable(
     Source: Sünderhauf and Protzel 2012; Marquardt 1963, damping by the diagonal; Nielsen
     1999, the update of the damping by the gain ratio.
     """
+    problem, x0 = as_graph_problem(problem, x0)
     lam, damping = positive("lam", lam), _checked_damping(damping)
     check_limits(tol, max_iterations)
     model = _Switched(NormalEquations(problem.graph), ~problem.trusted, lam)

@@ -11,7 +11,13 @@ from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, Indices
 from robust_slam.graphs.forest import find_forest, poses_along
-from robust_slam.graphs.pose_graph import PoseGraph, check_weights, connected_parts, unreached
+from robust_slam.graphs.pose_graph import (
+    PoseGraph,
+    check_graph,
+    check_weights,
+    connected_parts,
+    unreached,
+)
 
 _ROOT = np.array([0])
 
@@ -28,7 +34,7 @@ def sessions(graph: PoseGraph) -> Indices:
     >>> sessions(graph).tolist()
     [0, 0, 1]
     """
-    return connected_parts(graph.n, graph.edges[graph.is_odometry])
+    return connected_parts(check_graph(graph).n, graph.edges[graph.is_odometry])
 
 
 def dead_reckoning(graph: PoseGraph) -> Array:
@@ -49,7 +55,7 @@ def dead_reckoning(graph: PoseGraph) -> Array:
            [1.   , 0.   , 1.571],
            [1.   , 1.   , 1.571]])
     """
-    if not graph.odometry_joins_all:
+    if not check_graph(graph).odometry_joins_all:
         missing = int(unreached(graph, graph.is_odometry)[0])
         raise ValueError(
             f"graph: no path of odometry leads from pose 0 to pose {missing}; mark more edges in "

@@ -219,23 +219,37 @@ def _described(graph: PoseGraph, chosen: Mask) -> str:
     return f"{count:,}, each within about {metres:.3g} m and {degrees:.3g}°"
 
 
+def check_graph(graph: PoseGraph) -> PoseGraph:
+    """Return ``graph``.
+
+    Raises:
+        TypeError: it is not a pose graph.
+    """
+    if isinstance(graph, PoseGraph):
+        return graph
+    remedy = "its attribute graph" if hasattr(graph, "graph") else "for instance load(path)"
+    raise TypeError(f"graph is a {type(graph).__name__}; give a PoseGraph, {remedy}")
+
+
 def check_poses(name: str, poses: ArrayLike, graph: PoseGraph) -> Array:
     """Return ``poses`` ``(n, 3)`` or ``(n, 3, 4)`` of ``graph`` as a read-only copy.
 
     Raises:
+        TypeError: ``graph`` is not a pose graph.
         ValueError: the shape differs, an entry is not finite, or a matrix is not a rotation.
     """
-    return _poses(name, poses, graph.group, graph.n)
+    return _poses(name, poses, check_graph(graph).group, graph.n)
 
 
 def check_weights(weights: ArrayLike | None, graph: PoseGraph) -> Array:
     """Return the weights ``(m,)``, all 1 if None.
 
     Raises:
+        TypeError: ``graph`` is not a pose graph.
         ValueError: the shape differs, or a weight is not finite or negative.
         Underdetermined: the edges with positive weight do not connect all poses.
     """
-    m = len(graph.edges)
+    m = len(check_graph(graph).edges)
     full = np.ones(m) if weights is None else finite("weights", weights, (m,))
     if np.any(full < 0.0):
         raise ValueError(f"weights: edge {int(np.argmax(full < 0.0))} weighs less than 0")

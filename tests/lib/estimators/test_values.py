@@ -6,13 +6,17 @@ import pickle
 
 import numpy as np
 import pytest
+import robust_slam as rs
+from robust_slam.consistency.pairwise import pcm
 from robust_slam.estimators.graduation import gnc
 from robust_slam.estimators.kernels import KERNELS, cauchy
+from robust_slam.estimators.mixtures import max_mixture_modes
 from robust_slam.estimators.result import StopReason
 from robust_slam.estimators.reweighting import irls
-from robust_slam.estimators.switches import dcs, switchable
+from robust_slam.estimators.switches import dcs, joint_switchable, switchable
 from robust_slam.estimators.thresholds import chi_square_threshold
 from robust_slam.graphs.generate import manhattan
+from robust_slam.graphs.odometry import dead_reckoning, sessions, spanning_tree
 from robust_slam.graphs.outliers import add_random_closures
 from robust_slam.graphs.pose_graph import PoseGraph
 from robust_slam.problems import LocationProblem, PoseGraphProblem
@@ -115,3 +119,20 @@ def test_results_and_steps_have_a_line_and_a_table(town):
     table = result.summary().splitlines()
     assert len(table) <= 14
     assert table[-1] == f"stopped: {result.stop.value}"
+
+
+def test_joint_solvers_take_a_graph_too(town):
+    graph, _ = town
+    problem = PoseGraphProblem(graph)
+    joint = joint_switchable(graph, 9.0)
+    np.testing.assert_array_equal(joint.poses, joint_switchable(problem, 9.0, problem.guess).poses)
+    modes = max_mixture_modes(graph, [])
+    np.testing.assert_array_equal(modes.x, max_mixture_modes(problem, [], problem.guess).x)
+    with pytest.raises(TypeError, match="is a LocationProblem; give a PoseGraph or a Pose"):
+        joint_switchable(LocationProblem([1.0]), 9.0)
+
+
+@pytest.mark.parametrize("call", [pcm, rs.solve, dead_reckoning, sessions, spanning_tree])
+def test_a_problem_in_place_of_a_graph_is_told_at_once(town, call):
+    with pytest.raises(TypeError, match="graph is a PoseGraphProblem; give a PoseGraph, its attr"):
+        call(PoseGraphProblem(town[0]))
