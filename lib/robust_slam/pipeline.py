@@ -59,8 +59,13 @@ class Answer:
 
     @property
     def cost(self) -> float:
-        """½ Σ ‖whitened residual‖² over the kept edges."""
-        return pose_graph.cost(self.poses, self.graph, self.kept.astype(np.float64))
+        """The chordal cost of the kept edges, which the certificate is about.
+
+        It takes one precision for the position of an edge and one for its rotation. For a
+        minimum with the whole information matrices continue with
+        ``gauss_newton(select(graph, answer.kept), answer.poses)``.
+        """
+        return self.certificate.cost
 
     @property
     def stop(self) -> StopReason:
@@ -91,7 +96,7 @@ class Answer:
             ("read", f"{self.kept.size:,} edges, {int(closures.sum()):,} of them closures"),
             ("PCM", f"{agree:,} closures agree{self._about_pcm()}"),
             ("GNC", f"{kept:,} closures kept; {self.stop.value} after {steps} steps"),
-            ("map", f"{len(self.poses):,} poses, cost {self.cost:.6g} of the kept edges"),
+            ("map", f"{len(self.poses):,} poses, chordal cost {self.cost:.6g}"),
             ("optimum", f"{proof.verdict.value}, the gap is at most {proof.bound:.3g}"),
         ]
         return "\n".join([*(f"{name:<8} {text}" for name, text in rows), *self.notes()])
@@ -163,15 +168,31 @@ def solve(
 def _classified(
     graph: PoseGraph, used: Mask, trusted: Mask, threshold: float, kind: Kind, tell: Progress
 ) -> Result[Array]:
-    """Return the result of GNC over the ``used`` edges, from the poses along trusted ones."""
-    # Start at odometry: remaining outliers distort the least-squares map.
-    first = spanning_tree(graph, trusted.astype(np.float64))
-    problem = PoseGraphProblem(select(graph, used), first, trusted[used], steps=1)
+    """Return the result of GNC over the ``used`` edges, from the better of two first maps."""
+    consistent = select(graph, used)
+    along = spanning_tree(graph, trusted.astype(np.float64))
+    first = _better_start(consistent, along, trusted[used], threshold)
+    problem = PoseGraphProblem(consistent, first, trusted[used], steps=1)
 
     def watch(step: Step[Array]) -> None:
         tell(f"GNC at mu = {step.mu:.3g}")
 
     return gnc(problem, threshold, kind, problem.guess, watch=watch)
+
+
+def _better_start(graph: PoseGraph, along: Array, trusted: Mask, threshold: float) -> Array:
+    """Return the poses ``along`` trusted edges or the chordal ones, whichever cost less.
+
+    The cost is that of truncated least squares, which GNC minimises. Outliers distort the
+    chordal poses; where there are few of them, or where the odometry is coarse, they are
+    still the better start.
+    """
+
+    def cost(poses: Array) -> float:
+        squares = pose_graph.squared_norms(poses, graph)
+        return float(np.sum(np.where(trusted, squares, np.minimum(squares, threshold**2))))
+
+    return min((along, start.chordal(graph)), key=cost)
 
 
 def _certified(inliers: PoseGraph) -> tuple[Array, Certificate]:
