@@ -153,7 +153,7 @@ def run(name: str, spoiled: PoseGraph, is_lie: Mask, reference: Array, steps: in
     began = time.process_time()
     poses = METHODS[name](problem, c)
     seconds = time.process_time() - began
-    kept = pose_graph.residual_norms(poses, spoiled) <= c
+    kept = pose_graph.residual_norms(spoiled, poses) <= c
     closures = ~spoiled.is_odometry
     precision, recall = precision_recall(kept[closures], ~is_lie[closures])
     return Score(precision, recall, ate(poses, reference), seconds)

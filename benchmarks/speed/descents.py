@@ -54,10 +54,10 @@ def steps_needed(graph: PoseGraph, guess: Array) -> int:
     """Return after how many steps from ``guess`` the cost falls by less than ``FALL``."""
     ones = np.ones(len(graph.edges))
     one_step = PoseGraphProblem(graph, guess, steps=1)
-    poses, steps, before, cost = guess, 0, np.inf, pose_graph.cost(guess, graph)
+    poses, steps, before, cost = guess, 0, np.inf, pose_graph.cost(graph, guess)
     while before - cost >= FALL * before:
         poses, steps, before = one_step.solve(ones, poses), steps + 1, cost
-        cost = pose_graph.cost(poses, graph)
+        cost = pose_graph.cost(graph, poses)
     return steps
 
 
@@ -66,7 +66,7 @@ def _our_side(graph: PoseGraph, guess: Array, steps: int) -> Side:
         ones = np.ones(len(graph.edges))
         return PoseGraphProblem(graph, guess, steps=steps).solve(ones, guess)
 
-    return Side("ours", run, lambda poses: pose_graph.cost(poses, graph))
+    return Side("ours", run, lambda poses: pose_graph.cost(graph, poses))
 
 
 def _gtsam_side(graph: PoseGraph, guess: Array, steps: int, ordering: str) -> Side:

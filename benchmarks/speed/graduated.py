@@ -167,7 +167,7 @@ class GtsamProblem:
 
     def residual_norms(self, x: gtsam.Values) -> Array:
         """Return the whitened residual norm of every edge, ``(m,)``."""
-        return pose_graph.residual_norms(_poses(x, self.graph), self.graph)
+        return pose_graph.residual_norms(self.graph, _poses(x, self.graph))
 
     def solve(self, weights: Array, x: gtsam.Values) -> gtsam.Values:
         """Return the values after ``STEPS`` steps from ``x``."""

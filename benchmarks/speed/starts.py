@@ -23,7 +23,7 @@ def measure(name: str) -> Figure:
     ours, other = in_turns(
         [
             Side(
-                "ours", lambda: start.chordal(graph), lambda poses: pose_graph.cost(poses, graph)
+                "ours", lambda: start.chordal(graph), lambda poses: pose_graph.cost(graph, poses)
             ),
             Side("GTSAM", lambda: gtsam.InitializePose3.initialize(factors), factors.error),
         ]

@@ -189,7 +189,7 @@ def _better_start(graph: PoseGraph, along: Array, trusted: Mask, threshold: floa
     """
 
     def cost(poses: Array) -> float:
-        squares = pose_graph.squared_norms(poses, graph)
+        squares = pose_graph.squared_norms(graph, poses)
         return float(np.sum(np.where(trusted, squares, np.minimum(squares, threshold**2))))
 
     return min((along, start.chordal(graph)), key=cost)

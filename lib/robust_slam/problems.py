@@ -216,7 +216,7 @@ class PoseGraphProblem:
 
     def residual_norms(self, x: Array) -> Array:
         """Return the whitened residual norm of every edge, ``(m,)``."""
-        return pose_graph.residual_norms(np.asarray(x), self.graph)
+        return pose_graph.residual_norms(self.graph, np.asarray(x))
 
     def solve(self, weights: Array, x: Array) -> Array:
         """Return the poses that Gauss–Newton reaches from ``x``.

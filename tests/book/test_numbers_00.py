@@ -194,7 +194,7 @@ def test_a_sigma_of_the_pentagon_comes_with_half_of_it_for_the_heading(page) -> 
 
 def test_the_edges_off_the_cycle_of_the_outlier_keep_their_residual(page) -> None:
     graph = page.build(True, False, 0.1)
-    norms = pose_graph.residual_norms(page.solve(graph, page.pentagon), graph)
+    norms = pose_graph.residual_norms(graph, page.solve(graph, page.pentagon))
     assert norms[2:4] == pytest.approx([0, 0], abs=1e-6)
     assert min(norms[[0, 1, 4]]) > 1
 

@@ -255,7 +255,7 @@ def test_gnc_and_the_four_are_both_certified() -> None:
     for weights in (chosen.weights, (says == 0).astype(float)):
         poses, proof = certify(graph, chosen.x, weights)
         assert proof.verdict is Verdict.CERTIFIED
-        robust.append(0.5 * np.minimum(residual_norms(poses, graph) ** 2, 4.0).sum())
+        robust.append(0.5 * np.minimum(residual_norms(graph, poses) ** 2, 4.0).sum())
     assert robust == pytest.approx([10.0, 6.0])
 
 

@@ -88,7 +88,7 @@ FORMULAS = {
     "0.110 0.023": lambda page: [graduation.tls_weight(C, C, mu) for mu in first_mus(page)],
     "0.26": lambda page: walks(page)[page.SEED],
     "0.10": lambda page: ate(*solved(page)[1:]),
-    "22.22": lambda page: pose_graph.cost(solved(page)[1], solved(page)[0]),
+    "22.22": lambda page: pose_graph.cost(solved(page)[0], solved(page)[1]),
     "1.414214": lambda page: math.sqrt((1 + 1 + 4) / 3),
     "1.732051": lambda page: math.sqrt(9 / 3),
     "0.9 0.75 0.917": lambda page: [9 / 10, 9 / 12, 11 / 12],
@@ -247,7 +247,7 @@ def test_at_half_the_noise_the_pipeline_keeps_no_random_outlier(page) -> None:
 
 def test_the_exercises_by_hand() -> None:
     turned = pose_graph.PoseGraph(2, [[0, 1]], [[5.0, 0.0, 0.0]], [np.eye(3)], [False])
-    by_i, _ = pose_graph.jacobians(np.array([[0.0, 0, 0], [5.0, 0, 0]]), turned)
+    by_i, _ = pose_graph.jacobians(turned, np.array([[0.0, 0, 0], [5.0, 0, 0]]))
     change = by_i[0][:, 2] * 0.02
     assert change == pytest.approx([0, -0.1, -0.02])
     assert np.linalg.norm(change / [0.05, 0.05, 0.02]) == pytest.approx(math.sqrt(5))

@@ -68,8 +68,8 @@ class Page:
     def rounds_until(self, maps: list[np.ndarray], gap: float) -> int:
         """After how many rounds the maps stay within this share of the least cost."""
         weights = self.last.weights
-        least = pose_graph.cost(self.centre.x, self.met, weights)
-        high = [pose_graph.cost(poses, self.met, weights) > least * (1 + gap) for poses in maps]
+        least = pose_graph.cost(self.met, self.centre.x, weights)
+        high = [pose_graph.cost(self.met, poses, weights) > least * (1 + gap) for poses in maps]
         assert not high[-1]
         return int(np.flatnonzero(high)[-1]) + 1
 
@@ -300,7 +300,7 @@ def test_the_fleet_keeps_what_the_centre_keeps(page) -> None:
     np.testing.assert_array_equal(page.last.weights, page.centre.weights)
     assert not np.any(page.last.weights[page.met_lies])
     costs = [
-        pose_graph.cost(x, page.met, page.last.weights) for x in (page.last.poses, page.centre.x)
+        pose_graph.cost(page.met, x, page.last.weights) for x in (page.last.poses, page.centre.x)
     ]
     assert costs[0] == pytest.approx(costs[1], rel=1e-6)
     assert page.share(len(page.history) - 1) == pytest.approx(1.0, rel=1e-6)

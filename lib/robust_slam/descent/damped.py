@@ -58,7 +58,7 @@ def levenberg_marquardt(
     >>> from robust_slam.graphs import circle, dead_reckoning
     >>> from robust_slam.graphs.pose_graph import cost
     >>> graph, _ = circle(40, np.random.default_rng(0), laps=2, closures=8)
-    >>> round(cost(levenberg_marquardt(graph, dead_reckoning(graph)), graph), 1)
+    >>> round(cost(graph, levenberg_marquardt(graph, dead_reckoning(graph))), 1)
     11.2
     """
     check_limits(tol, max_iterations)

@@ -114,7 +114,7 @@ def weighted_edges(
     These are the factors ``(2, m, D, D)`` of J, A = w Ω ``(m, D, D)`` and p = w Ω r ``(m, D)``,
     with ``weights`` w ``(m,)``.
     """
-    jacobian = pose_graph.linearise(linearisation.relative, linearisation.residuals, graph)
+    jacobian = pose_graph.linearise(graph, linearisation.relative, linearisation.residuals)
     information = weights[:, None, None] * graph.information
     return jacobian, information, linearisation.weighted_residuals
 

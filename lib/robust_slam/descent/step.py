@@ -40,9 +40,9 @@ class Linearisation:
     @classmethod
     def at(cls, graph: PoseGraph, poses: Array, weights: Array) -> Linearisation:
         """Return the linearisation of ``graph`` at ``poses`` with ``weights`` ``(m,)``."""
-        relative = pose_graph.relative_poses(poses, graph)
-        r = pose_graph.residuals_of(relative, graph)
-        weighted = weights[:, None] * pose_graph.apply_information(r, graph)
+        relative = pose_graph.relative_poses(graph, poses)
+        r = pose_graph.residuals_of(graph, relative)
+        weighted = weights[:, None] * pose_graph.apply_information(graph, r)
         return cls(poses, relative, r, weighted, 0.5 * float(np.sum(r * weighted)))
 
 

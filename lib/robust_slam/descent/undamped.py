@@ -53,7 +53,7 @@ def gauss_newton(
     >>> from robust_slam.graphs.pose_graph import cost
     >>> graph, _ = circle(40, np.random.default_rng(0), laps=2, closures=8)
     >>> first = dead_reckoning(graph)
-    >>> round(cost(first, graph), 1), round(cost(gauss_newton(graph, first), graph), 1)
+    >>> round(cost(graph, first), 1), round(cost(graph, gauss_newton(graph, first)), 1)
     (619.0, 11.2)
     """
     check_limits(tol, max_iterations)

@@ -262,7 +262,7 @@ class _Mixture:
     offsets: Array
 
     def at(self, poses: Array) -> ModeStep:
-        chi2 = np.stack([pose_graph.squared_norms(poses, graph) for graph in self.graphs])
+        chi2 = np.stack([pose_graph.squared_norms(graph, poses) for graph in self.graphs])
         costs = 0.5 * chi2 + self.offsets
         return ModeStep(poses, np.argmin(costs, axis=0), float(np.sum(costs.min(axis=0))))
 

@@ -248,7 +248,7 @@ class _Switched:
         return self.equations.graph
 
     def at(self, poses: Array, switches: Array) -> _Iterate:
-        chi2 = pose_graph.squared_norms(poses, self.graph)
+        chi2 = pose_graph.squared_norms(self.graph, poses)
         total = np.sum(switches**2 * chi2 + self.lam * (1.0 - switches) ** 2)
         return _Iterate(poses, switches, 0.5 * float(total))
 
@@ -266,10 +266,10 @@ class _Switched:
         The derivative of s·r by s is r, not s·r, so a switch can leave s = 0.
         """
         graph, s = self.graph, iterate.switches
-        relative = pose_graph.relative_poses(iterate.poses, graph)
-        r = pose_graph.residuals_of(relative, graph)
-        jacobian = pose_graph.linearise(relative, r, graph)
-        v = pose_graph.apply_information(r, graph)
+        relative = pose_graph.relative_poses(graph, iterate.poses)
+        r = pose_graph.residuals_of(graph, relative)
+        jacobian = pose_graph.linearise(graph, relative, r)
+        v = pose_graph.apply_information(graph, r)
         chi2 = np.sum(r * v, axis=1)
         # A trusted edge has a switch of infinite stiffness: h = ∞ leaves A = Ω, p = Ωr.
         inverse = np.where(self.untrusted, 1.0 / (chi2 + self.lam), 0.0)

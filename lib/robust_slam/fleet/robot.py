@@ -162,7 +162,7 @@ class Robot:
     def norms(self) -> Array:
         """Return the whitened residual norms ``(j,)`` of the edges that this robot weighs."""
         graph, poses = self.block()
-        norms: Array = pose_graph.residual_norms(poses, graph)[:-1][self.judged]
+        norms: Array = pose_graph.residual_norms(graph, poses)[:-1][self.judged]
         return norms
 
     def improve(self, tol: float) -> list[Message]:

@@ -45,7 +45,7 @@ class PoseGraph:
     >>> import numpy as np
     >>> graph = PoseGraph(3, [[0, 1], [1, 2], [0, 2]], [[1, 0, 0], [1, 0, 0], [1.9, 0, 0]],
     ...                   [np.eye(3)] * 3, is_odometry=[True, True, False])
-    >>> round(cost(np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0]]), graph), 4)
+    >>> round(cost(graph, np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0]])), 4)
     0.005
     """
 
@@ -265,53 +265,53 @@ def check_weights(weights: ArrayLike | None, graph: PoseGraph) -> Array:
     return full
 
 
-def residuals(poses: Array, graph: PoseGraph) -> Array:
+def residuals(graph: PoseGraph, poses: Array) -> Array:
     """Return Log(z⁻¹ ∘ x_i⁻¹ ∘ x_j) ``(m, D)`` in m and rad, not whitened.
 
     Source: Grisetti et al. 2010, the error function, with the full logarithm.
     """
-    return residuals_of(relative_poses(poses, graph), graph)
+    return residuals_of(graph, relative_poses(graph, poses))
 
 
-def relative_poses(poses: Array, graph: PoseGraph) -> Array:
+def relative_poses(graph: PoseGraph, poses: Array) -> Array:
     """Return x_i⁻¹ ∘ x_j for each edge, pose j in the frame of i: ``(m, 3)`` or ``(m, 3, 4)``."""
     i, j = graph.edges.T
     return graph.group.between(poses[i], poses[j])
 
 
-def residuals_of(relative: Array, graph: PoseGraph) -> Array:
+def residuals_of(graph: PoseGraph, relative: Array) -> Array:
     """Return Log(z⁻¹ ∘ p) ``(m, D)`` in m and rad; p, ``relative``, as in ``relative_poses``."""
     group = graph.group
     return group.log(group.compose(graph.inverse_measurement, relative))
 
 
-def squared_norms(poses: Array, graph: PoseGraph) -> Array:
+def squared_norms(graph: PoseGraph, poses: Array) -> Array:
     """Return the squared whitened residual rᵀ Ω r of each edge, ``(m,)``, without a unit."""
-    return mahalanobis_squared(residuals(poses, graph), graph)
+    return mahalanobis_squared(graph, residuals(graph, poses))
 
 
-def mahalanobis_squared(r: Array, graph: PoseGraph) -> Array:
+def mahalanobis_squared(graph: PoseGraph, r: Array) -> Array:
     """Return rᵀ Ω r ``(m,)``, without a unit, for residuals ``r`` ``(m, D)`` in m and rad."""
-    return np.asarray(np.maximum(np.sum(r * apply_information(r, graph), axis=1), 0.0))
+    return np.asarray(np.maximum(np.sum(r * apply_information(graph, r), axis=1), 0.0))
 
 
-def apply_information(r: Array, graph: PoseGraph) -> Array:
+def apply_information(graph: PoseGraph, r: Array) -> Array:
     """Return Ω r ``(m, D)`` for residuals ``r`` ``(m, D)`` in m and rad."""
     return np.asarray((graph.information @ r[..., None])[..., 0])
 
 
-def residual_norms(poses: Array, graph: PoseGraph) -> Array:
+def residual_norms(graph: PoseGraph, poses: Array) -> Array:
     """Return the whitened residual norm of each edge, ``(m,)``: the u of a kernel."""
-    return np.sqrt(squared_norms(poses, graph))
+    return np.sqrt(squared_norms(graph, poses))
 
 
-def cost(poses: Array, graph: PoseGraph, weights: Array | None = None) -> float:
+def cost(graph: PoseGraph, poses: Array, weights: Array | None = None) -> float:
     """Return ½ Σ w ‖whitened residual‖²; ``weights`` ``(m,)`` are 1 if None."""
-    u2 = squared_norms(poses, graph)
+    u2 = squared_norms(graph, poses)
     return 0.5 * float(np.sum(u2 if weights is None else weights * u2))
 
 
-def linearise(relative: Array, r: Array, graph: PoseGraph) -> Array:
+def linearise(graph: PoseGraph, relative: Array, r: Array) -> Array:
     """Return the Jacobians of the residuals as two factors, ``(2, m, D, D)``.
 
     ``relative`` are the ``relative_poses`` and ``r`` ``(m, D)`` their residuals. Poses are
@@ -328,13 +328,13 @@ def linearise(relative: Array, r: Array, graph: PoseGraph) -> Array:
     return factors
 
 
-def jacobians(poses: Array, graph: PoseGraph) -> tuple[Array, Array]:
+def jacobians(graph: PoseGraph, poses: Array) -> tuple[Array, Array]:
     """Return the Jacobians of the residuals by pose i and by pose j, ``(m, D, D)`` each.
 
     Source: as ``linearise``.
     """
-    relative = relative_poses(poses, graph)
-    by_j, transfer = linearise(relative, residuals_of(relative, graph), graph)
+    relative = relative_poses(graph, poses)
+    by_j, transfer = linearise(graph, relative, residuals_of(graph, relative))
     return by_j @ transfer, by_j
 
 

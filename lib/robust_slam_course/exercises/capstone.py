@@ -57,7 +57,7 @@ def make_graph(
     made, poses = student(60, 60, (0.1, 0.05), 1)
     graph = PoseGraph(**made)
     truth = finite("truth", poses, (60, 3))
-    squares = pose_graph.squared_norms(truth, graph)
+    squares = pose_graph.squared_norms(graph, truth)
     fig = Figure(figsize=(7.0, 3.2))
     left, right = fig.subplots(1, 2)
     maps.draw_map(left, graph, truth)

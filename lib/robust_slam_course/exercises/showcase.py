@@ -70,7 +70,7 @@ def residuals(student: Callable[[Array, Graph], ArrayLike]) -> Figure:
     place = np.arange(len(norms))
     fig = Figure()
     ax = fig.subplots()
-    truth = pose_graph.residual_norms(poses, graph)
+    truth = pose_graph.residual_norms(graph, poses)
     ax.bar(place, truth, color=PALETTE["muted"], alpha=0.5, label="the truth")
     ax.plot(place, norms, **_MARKED)
     ax.plot(place[is_outlier], norms[is_outlier], "X", color=PALETTE["outlier"], label="the lie")
@@ -148,7 +148,7 @@ def precision_recall(student: Callable[[Mask, Mask], tuple[float, float]]) -> Fi
     """Draw precision and recall of closures that are kept up to a threshold on their norm."""
     graph, is_outlier, truth = _town(10)
     loops = ~graph.is_odometry
-    u, true = pose_graph.residual_norms(truth, graph)[loops], ~is_outlier[loops]
+    u, true = pose_graph.residual_norms(graph, truth)[loops], ~is_outlier[loops]
     u[~true] = np.random.default_rng(3).uniform(1.5, 12.0, int(np.sum(~true)))
     at = np.linspace(0.0, 12.0, 61)
     right = np.array([metrics.precision_recall(u <= c, true) for c in at])
@@ -199,7 +199,7 @@ def _solve(graph: Graph, weights: ArrayLike, poses: ArrayLike | None) -> tuple[A
     known = PoseGraph(**graph)
     first = spanning_tree(known) if poses is None else poses
     found = solver.gauss_newton(known, first, weights)
-    return found, pose_graph.residual_norms(found, known)
+    return found, pose_graph.residual_norms(known, found)
 
 
 def _poses(value: ArrayLike, n: int) -> Array:

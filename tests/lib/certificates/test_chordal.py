@@ -51,7 +51,7 @@ def test_small_residuals_cost_what_the_logarithm_says_but_angles_in_the_plane_tw
         z = group.exp(e * np.eye(group.DOF)[axis])[None]
         graph = PoseGraph(2, [[0, 1]], z, [4.0 * np.eye(group.DOF)], [True])
         poses = np.stack([group.identity()] * 2)
-        logarithm = 2.0 * pose_graph.cost(poses, graph)
+        logarithm = 2.0 * pose_graph.cost(graph, poses)
         assert chordal.chordal_cost(graph, poses) == pytest.approx(
             count[axis] * logarithm, rel=1e-6
         )

@@ -19,7 +19,7 @@ def test_the_cost_does_not_depend_on_where_the_map_is(make, solve, offset):
     first = dead_reckoning(graph)
     group = graph.group
     away = group.from_parts(group.rotation(group.identity()), np.full(group.DIMENSION, offset))
-    near = cost(solve(graph, first), graph)
-    far = cost(solve(graph, group.compose(away, first)), graph)
+    near = cost(graph, solve(graph, first))
+    far = cost(graph, solve(graph, group.compose(away, first)))
     # Coordinates of 1e9 m are rounded to 1e-7 m.
     assert far == pytest.approx(near, rel=1e-12 * offset + 1e-9)

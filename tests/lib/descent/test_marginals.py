@@ -32,7 +32,7 @@ def test_it_is_the_block_of_the_dense_inverse():
     graph, truth = manhattan(12, 0, closures=4)
     from robust_slam.graphs.pose_graph import jacobians
 
-    by_i, by_j = jacobians(truth, graph)
+    by_i, by_j = jacobians(graph, truth)
     dense = np.zeros((36, 36))
     for (i, j), a, b, omega in zip(graph.edges, by_i, by_j, graph.information, strict=True):
         row = np.zeros((3, 36))

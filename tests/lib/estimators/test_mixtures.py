@@ -124,7 +124,7 @@ def test_of_two_readings_of_each_closure_it_finds_the_true_one(group, seed):
     np.testing.assert_array_equal(result.modes[graph.is_odometry], 0)
     np.testing.assert_allclose(result.x, gauss_newton(true, problem.guess), atol=1e-7)
     # Both readings are equally likely and equally sharp, so only residuals cost.
-    assert result.cost == pytest.approx(pose_graph.cost(result.x, true), rel=1e-12)
+    assert result.cost == pytest.approx(pose_graph.cost(true, result.x), rel=1e-12)
 
 
 @seeds
@@ -151,7 +151,7 @@ def test_each_recorded_step_has_the_likeliest_modes_and_their_cost(group):
             # −log(π |Λ|^½) against that of mode 0, whose π is 1/2.
             offset = -np.log(chance * np.sqrt(np.linalg.det(mode.information)))
             offset += np.log(0.5 * np.sqrt(np.linalg.det(graph.information)))
-            costs[k] = 0.5 * pose_graph.squared_norms(step.x, said) + offset
+            costs[k] = 0.5 * pose_graph.squared_norms(said, step.x) + offset
         costs[1:, graph.is_odometry] = np.inf
         np.testing.assert_array_equal(step.modes, np.argmin(costs, axis=0))
         assert step.cost == pytest.approx(np.sum(np.min(costs, axis=0)), rel=1e-9)

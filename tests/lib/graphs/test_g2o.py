@@ -102,7 +102,7 @@ def test_the_fixed_vertex_is_pose_0_and_the_others_ascend(tmp_path):
     np.testing.assert_array_equal(found.poses[:, 0], [1, 0, 1.5])
     plain = read(tmp_path, PLANE)
     # The same edges between the same vertices cost the same.
-    assert pose_graph.cost(found.poses, found.graph) == pose_graph.cost(plain.poses, plain.graph)
+    assert pose_graph.cost(found.graph, found.poses) == pose_graph.cost(plain.graph, plain.poses)
     np.testing.assert_array_equal(found.graph.is_odometry, plain.graph.is_odometry)
 
 

@@ -40,7 +40,7 @@ def test_the_same_seed_gives_the_same_graph_and_another_seed_another(make):
 
 def test_without_noise_the_truth_costs_nothing_and_dead_reckoning_finds_it(make):
     graph, truth = make(50, np.random.default_rng(3), noise=Noise(scale=0.0))
-    assert pose_graph.cost(truth, graph) < 1e-20
+    assert pose_graph.cost(graph, truth) < 1e-20
     assert_same_poses(graph.group, dead_reckoning(graph), truth, atol=1e-12)
 
 
@@ -55,7 +55,7 @@ def test_each_component_of_the_noise_is_independent_and_has_its_own_deviation(
     deviation = np.array(loud.odometry if odometry else loud.closure)
     expected = np.broadcast_to(np.diag(deviation**-2.0), graph.information[chosen].shape)
     np.testing.assert_allclose(graph.information[chosen], expected, rtol=1e-12)
-    u = pose_graph.residuals(truth, graph)[chosen] / deviation
+    u = pose_graph.residuals(graph, truth)[chosen] / deviation
     # An entry of the covariance of k draws has at most the deviation √(2/k), the mean √(1/k).
     spread = np.sqrt(2.0 / len(u))
     np.testing.assert_allclose(np.cov(u.T), np.eye(len(deviation)), atol=5.0 * spread)
@@ -76,8 +76,8 @@ def test_the_scale_changes_the_noise_and_not_the_claim(make):
         make(30, np.random.default_rng(6), noise=Noise(scale=scale)) for scale in (1.0, 0.5)
     )
     np.testing.assert_array_equal(full.information, half.information)
-    expected = 0.5 * pose_graph.residuals(truth, full)
-    np.testing.assert_allclose(pose_graph.residuals(truth, half), expected, atol=1e-12)
+    expected = 0.5 * pose_graph.residuals(full, truth)
+    np.testing.assert_allclose(pose_graph.residuals(half, truth), expected, atol=1e-12)
 
 
 def test_odometry_comes_first_step_by_step_and_closures_are_revisits(make):
@@ -162,7 +162,7 @@ def test_fewer_closures_are_drawn_from_them_all():
 def test_a_short_way_round_the_sphere_is_a_graph_too(n):
     graph, truth = sphere(n, np.random.default_rng(17), noise=Noise(scale=0.0))
     assert np.sum(graph.is_odometry) == n - 1
-    assert pose_graph.cost(truth, graph) < 1e-20
+    assert pose_graph.cost(graph, truth) < 1e-20
 
 
 @pytest.mark.parametrize("seed", range(5))

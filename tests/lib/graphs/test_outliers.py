@@ -207,7 +207,7 @@ def test_spoiling_replaces_the_asked_share_in_place(group, seed, fraction):
     for name in ("edges", "information", "is_odometry"):
         np.testing.assert_array_equal(getattr(worse, name), getattr(graph, name))
     np.testing.assert_array_equal(worse.measurement[~is_outlier], graph.measurement[~is_outlier])
-    u = pose_graph.residual_norms(truth, worse)
+    u = pose_graph.residual_norms(worse, truth)
     assert np.all(u[is_outlier] > 20.0)
     assert u[~is_outlier].max() < 7.0
 

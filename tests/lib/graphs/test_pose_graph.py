@@ -64,7 +64,7 @@ def test_a_graph_keeps_its_own_copy_and_cannot_be_written_to():
 def test_the_residual_is_the_logarithm_of_what_is_left_over(group):
     poses, graph = random_graph(2, group)
     for (i, j), z, r in zip(
-        graph.edges, graph.measurement, pose_graph.residuals(poses, graph), strict=True
+        graph.edges, graph.measurement, pose_graph.residuals(graph, poses), strict=True
     ):
         unseen = group.compose(group.inverse(z), group.inverse(poses[i]))
         left_over = group.compose(unseen, poses[j])
@@ -75,35 +75,35 @@ def test_whole_turns_of_a_heading_change_nothing():
     poses, graph = random_graph(4)
     turned = poses + np.array([0.0, 0.0, 2.0 * np.pi]) * np.arange(-2, 4)[:, None]
     np.testing.assert_allclose(
-        pose_graph.residuals(turned, graph), pose_graph.residuals(poses, graph), atol=1e-12
+        pose_graph.residuals(graph, turned), pose_graph.residuals(graph, poses), atol=1e-12
     )
 
 
 def test_norms_are_whitened_by_the_information(group):
     poses, graph = random_graph(5, group)
-    r = pose_graph.residuals(poses, graph)
+    r = pose_graph.residuals(graph, poses)
     whitened = [np.linalg.cholesky(o).T @ e for o, e in zip(graph.information, r, strict=True)]
     np.testing.assert_allclose(
-        pose_graph.residual_norms(poses, graph), np.linalg.norm(whitened, axis=1), rtol=1e-12
+        pose_graph.residual_norms(graph, poses), np.linalg.norm(whitened, axis=1), rtol=1e-12
     )
 
 
 def test_the_cost_is_half_the_weighted_sum_of_squared_norms():
     poses, graph = random_graph(6)
-    u, w = pose_graph.residual_norms(poses, graph), np.linspace(0.0, 1.0, 9)
-    assert pose_graph.cost(poses, graph) == pytest.approx(0.5 * np.sum(u**2), rel=1e-12)
-    assert pose_graph.cost(poses, graph, w) == pytest.approx(0.5 * np.sum(w * u**2), rel=1e-12)
+    u, w = pose_graph.residual_norms(graph, poses), np.linspace(0.0, 1.0, 9)
+    assert pose_graph.cost(graph, poses) == pytest.approx(0.5 * np.sum(u**2), rel=1e-12)
+    assert pose_graph.cost(graph, poses, w) == pytest.approx(0.5 * np.sum(w * u**2), rel=1e-12)
 
 
 @pytest.mark.parametrize("seed", range(8))
 @pytest.mark.parametrize("residual", [0.0, 1e-3, 1.0])
 def test_jacobians_are_the_derivatives_for_a_perturbation_on_the_right(group, seed, residual):
     poses, graph = random_graph(seed, group, residual=residual)
-    for side, jacobian in enumerate(pose_graph.jacobians(poses, graph)):
+    for side, jacobian in enumerate(pose_graph.jacobians(graph, poses)):
         for k, end in enumerate(graph.edges[:, side]):
 
             def residual_of(delta, k=k, end=end):
-                return pose_graph.residuals(perturbed(group, poses, end, delta), graph)[k]
+                return pose_graph.residuals(graph, perturbed(group, poses, end, delta))[k]
 
             expected = slopes(residual_of, group.DOF)
             np.testing.assert_allclose(jacobian[k], expected, rtol=1e-5, atol=1e-6)
@@ -141,7 +141,7 @@ def test_selected_edges_are_a_graph_of_their_own(group):
     rest = select(graph, used)
     np.testing.assert_array_equal(rest.edges, graph.edges[used])
     np.testing.assert_array_equal(
-        pose_graph.residual_norms(poses, rest), pose_graph.residual_norms(poses, graph)[used]
+        pose_graph.residual_norms(rest, poses), pose_graph.residual_norms(graph, poses)[used]
     )
     with pytest.raises(ValueError, match="is not joined to pose 0"):
         select(graph, np.arange(9) > 6)
