@@ -33,7 +33,7 @@ from robust_slam.certificates.tangent import retract as retract
 from robust_slam.certificates.tangent import stationarity as stationarity
 from robust_slam.certificates.tangent import tangent_basis as tangent_basis
 from robust_slam.certificates.tangent import tangent_dimension as tangent_dimension
-from robust_slam.descent.step import NEGLIGIBLE_COST, ROUNDING, check_limits
+from robust_slam.descent.step import NEGLIGIBLE_COST, check_limits, increases
 from robust_slam.errors import NotConverged
 from robust_slam.graphs.group import Group
 from robust_slam.graphs.pose_graph import PoseGraph, check_poses
@@ -63,6 +63,8 @@ class Stop(Enum):
     """No step lowers the gradient or the cost any further in working precision."""
     FLAT = "flat"
     """A step is predicted to lower the cost by less than the share asked for."""
+    LOOSE = "the relaxation is not tight"
+    """The staircase solved the relaxation, and no map was found that attains its value."""
     ITERATION_LIMIT = "iteration limit"
     TIME_LIMIT = "time limit"
 
@@ -153,7 +155,7 @@ def descend(
     """Run Newton from ``blocks`` ``(n, r, d + 1)`` of any rank r ≥ d.
 
     It stops as ``polish`` does, or when a step is predicted to lower the cost by less than
-    ``least_decrease`` times the cost, after ``max_iterations`` trial steps, or after
+    ``least_decrease`` times the cost, after ``max_iterations`` steps, or after
     ``max_seconds`` of CPU time, and returns the best point so far. The cost never increases.
     Each step is logged at the level DEBUG.
 
@@ -164,44 +166,41 @@ def descend(
     check_limits(tol, max_iterations)
     end = time.process_time() + max_seconds
     systems = Systems(problem, blocks.shape[1])
-    history, region = [Point.at(problem, blocks)], None
+    history: list[Point] = [Point.at(problem, blocks)]
+    radius = None
     for _ in range(max_iterations):
         point = history[-1]
         if point.stationarity <= tol:
             return Descent(tuple(history), Stop.STATIONARY)
         if time.process_time() > end:
             return Descent(tuple(history), Stop.TIME_LIMIT)
-        if region is None or region.point is not point:
-            region = _Region.at(systems, point, None if region is None else region.radius)
-        step = region.step()
-        trial = Point.at(problem, systems.with_optimal_positions(
-            retract_vectors(point.blocks, step.vectors)))
-        ratio = _gain_ratio(point, trial, step)
-        _log.debug(
-            "rank %d: cost %.9g, stationarity %.1e, %d inner iterations, gain ratio %.2f",
-            blocks.shape[1], point.cost, point.stationarity, step.iterations, ratio,
-        )
-        region.radius *= _factor(ratio, step.at_edge)
-        if ratio > _ACCEPTED and trial.cost <= point.cost * (1.0 + ROUNDING) + NEGLIGIBLE_COST:
+        region = _Region.at(systems, point, radius)
+        step, trial = region.advance()
+        radius = region.radius
+        if trial is not None:
             history.append(trial)
-            if not step.at_edge and _FLAT > point.stationarity < 2.0 * trial.stationarity:
-                return Descent(tuple(history), Stop.ROUNDING)
-        elif step.decrease <= _NOISE * point.cost + NEGLIGIBLE_COST:
+        if trial is None or (not step.at_edge and _is_rounding(point, trial)):
             return Descent(tuple(history), Stop.ROUNDING)
         if step.decrease < least_decrease * point.cost:
             return Descent(tuple(history), Stop.FLAT)
     return Descent(tuple(history), Stop.ITERATION_LIMIT)
 
 
+def _is_rounding(point: Point, trial: Point) -> bool:
+    return point.stationarity < _FLAT and trial.stationarity > 0.5 * point.stationarity
+
+
 @dataclass(frozen=True, eq=False)
 class _Step:
     """Tangent ``vectors`` ``(n, r, d + 1)`` and the ``decrease`` of the cost in the model.
 
-    ``at_edge`` tells whether the trust region limits the step.
+    ``length`` is that of the step in the norm of the region; ``at_edge`` tells whether the
+    region limits it.
     """
 
     vectors: Array
     decrease: float
+    length: float
     iterations: int
     at_edge: bool
 
@@ -214,6 +213,7 @@ class _Region:
     about its decrease of the cost.
     """
 
+    systems: Systems
     point: Point
     gradient: Array
     hessian: Operator
@@ -228,7 +228,35 @@ class _Region:
         inverse = systems.preconditioner(point.blocks)
         if radius is None:
             radius = _FIRST_RADIUS * np.sqrt(np.vdot(gradient, inverse(gradient)))
-        return cls(point, gradient, systems.hessian(point.blocks), inverse, float(radius))
+        hessian = systems.hessian(point.blocks)
+        return cls(systems, point, gradient, hessian, inverse, float(radius))
+
+    def advance(self) -> tuple[_Step, Point | None]:
+        """Return a step and its point, of no higher cost; None if a step gains rounding alone.
+
+        The radius shrinks until the model predicts the cost well enough.
+
+        Source: Absil, Baker and Gallivan 2007, Algorithm 1.
+        """
+        problem, point = self.systems.problem, self.point
+        while True:
+            step = self.step()
+            moved = retract_vectors(point.blocks, step.vectors)
+            trial = Point.at(problem, self.systems.with_optimal_positions(moved))
+            ratio = _gain_ratio(point, trial, step)
+            _log.debug(
+                "rank %d: cost %.9g, stationarity %.1e, %d inner iterations, gain ratio %.2f",
+                point.blocks.shape[1],
+                point.cost,
+                point.stationarity,
+                step.iterations,
+                ratio,
+            )
+            self.radius = _next_radius(self.radius, step, ratio)
+            if ratio > _ACCEPTED and not increases(trial.cost, point.cost):
+                return step, trial
+            if step.decrease <= _NOISE * point.cost + NEGLIGIBLE_COST:
+                return step, None
 
     def step(self) -> _Step:
         """Return the step of truncated conjugate gradients.
@@ -254,7 +282,7 @@ class _Region:
                 length = (np.sqrt(max(room, 0.0)) - across) / along
                 vectors += length * direction
                 change += length * curved
-                return self._step(vectors, change, iteration, at_edge=True)
+                return self._step(vectors, change, self.radius, iteration, at_edge=True)
             vectors += length * direction
             change += length * curved
             residual += length * curved
@@ -265,11 +293,13 @@ class _Region:
             direction = (size / last) * direction - scaled
             across = (size / last) * (across + length * along)
             along = size + (size / last) ** 2 * along
-        return self._step(vectors, change, iteration, at_edge=False)
+        return self._step(vectors, change, float(np.sqrt(square)), iteration, at_edge=False)
 
-    def _step(self, vectors: Array, change: Array, iterations: int, at_edge: bool) -> _Step:
+    def _step(
+        self, vectors: Array, change: Array, length: float, iterations: int, at_edge: bool
+    ) -> _Step:
         decrease = -float(np.vdot(2.0 * self.gradient + change, vectors))
-        return _Step(vectors, decrease, iterations, at_edge)
+        return _Step(vectors, decrease, length, iterations, at_edge)
 
 
 def _gain_ratio(point: Point, trial: Point, step: _Step) -> float:
@@ -282,10 +312,10 @@ def _gain_ratio(point: Point, trial: Point, step: _Step) -> float:
     return (point.cost - trial.cost + noise) / (step.decrease + noise)
 
 
-def _factor(ratio: float, at_edge: bool) -> float:
-    """Return the factor on the radius of the trust region."""
+def _next_radius(radius: float, step: _Step, ratio: float) -> float:
+    """Return the radius after ``step`` with the given gain ratio."""
     if not ratio >= _POOR:
-        return 0.25
-    if not at_edge or ratio < _GOOD:
-        return 1.0
-    return 2.0 if ratio < _VERY_GOOD else 4.0
+        return 0.25 * step.length
+    if not step.at_edge or ratio < _GOOD:
+        return radius
+    return 2.0 * radius if ratio < _VERY_GOOD else 4.0 * radius

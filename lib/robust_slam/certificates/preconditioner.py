@@ -56,11 +56,12 @@ class Systems:
         self.problem = problem
         elimination = free_elimination(problem.n, problem.edges)
         self._matrix = csr_array(assemble(problem, problem.edge_blocks))
-        self._whole = r > problem.d
+        self._whole = tangent_dimension(problem.d, r) > 10
         block = problem.d + 1 if self._whole else tangent_dimension(problem.d, r)
         self._pattern = find_pattern(problem.n, problem.edges, block, elimination)
-        self._positions = _position_factors(problem, find_pattern(
-            problem.n, problem.edges, 1, elimination))
+        self._positions = _position_factors(
+            problem, find_pattern(problem.n, problem.edges, 1, elimination)
+        )
         self._level = 0
 
     def with_optimal_positions(self, blocks: Array) -> Array:
@@ -107,7 +108,9 @@ class Systems:
         self._level = max(0, self._level - 1)
         while self._level < len(_LEVELS):
             theta = _LEVELS[self._level]
-            factors = self._factorise(problem.edge_blocks + theta * (s - problem.edge_blocks), basis)
+            factors = self._factorise(
+                problem.edge_blocks + theta * (s - problem.edge_blocks), basis
+            )
             if factors is not None:
                 return _inverse(blocks, factors, basis)
             self._level += 1

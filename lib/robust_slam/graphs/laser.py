@@ -93,7 +93,10 @@ def _drive(n: int, side: int, step: float, rng: np.random.Generator) -> Array:
     for k in range(1, n):
         moving = step
         while moving >= left:
-            at, moving = np.round((at + left * ahead[facing]) / _CORRIDOR) * _CORRIDOR, moving - left
+            at, moving = (
+                np.round((at + left * ahead[facing]) / _CORRIDOR) * _CORRIDOR,
+                moving - left,
+            )
             facing, left = _turned(at, facing, length, rng), _CORRIDOR
         at, left = at + moving * ahead[facing], left - moving
         poses[k] = [*at, facing * np.pi / 2.0]
@@ -158,7 +161,11 @@ def _deviations(
     """Return a root ``(m, 3, 3)`` of each edge's covariance, in the frame of pose j."""
     m = len(edges)
     position, rotation = (positive("deviation", number) for number in deviation)
-    across, turned, longer = _SPREAD ** rng.random(m), _SPREAD ** rng.random(m), _LONG ** rng.random(m)
+    across, turned, longer = (
+        _SPREAD ** rng.random(m),
+        _SPREAD ** rng.random(m),
+        _LONG ** rng.random(m),
+    )
     factor = np.where(is_odometry, 1.0, 3.0)
     sigma = factor[:, None] * np.column_stack(
         [position * across * longer, position * across, rotation * turned]
