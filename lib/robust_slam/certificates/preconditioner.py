@@ -4,8 +4,8 @@ A preconditioner is the inverse of M − θ Λ, restricted to the tangent space.
 the Hessian. Where it is indefinite, θ is lowered until the factorisation succeeds: at
 θ = 0, with pose 0 left out, M is always positive definite.
 
-A map's tangent space is small, and the restriction is factorised: a step with θ = 1 is then
-Newton's. At a higher rank the restriction has many more unknowns, and the matrix itself, with
+Up to rank d + 1 the tangent space is small, and the restriction is factorised: a step with
+θ = 1 is then Newton's. At higher ranks it has many more unknowns, and the matrix itself, with
 d + 1 unknowns for each pose, is factorised once for all rows; the result is projected.
 
 Source: Rosen et al. 2019, "SE-Sync", section 5.1, a Cholesky factor of M as preconditioner;
@@ -47,6 +47,8 @@ Operator = Callable[[Array], Array]
 
 _LEVELS = (1.0, 0.9, 0.5, 0.0)
 """The values of θ, the best first."""
+_RESTRICTED = 10
+"""Up to this many unknowns of a pose the restriction to the tangent space is factorised."""
 
 
 class Systems:
@@ -56,8 +58,9 @@ class Systems:
         self.problem = problem
         elimination = free_elimination(problem.n, problem.edges)
         self._matrix = csr_array(assemble(problem, problem.edge_blocks))
-        self._whole = tangent_dimension(problem.d, r) > 10
-        block = problem.d + 1 if self._whole else tangent_dimension(problem.d, r)
+        unknowns = tangent_dimension(problem.d, r)
+        self._whole = unknowns > _RESTRICTED
+        block = problem.d + 1 if self._whole else unknowns
         self._pattern = find_pattern(problem.n, problem.edges, block, elimination)
         self._positions = _position_factors(
             problem, find_pattern(problem.n, problem.edges, 1, elimination)
@@ -102,39 +105,50 @@ class Systems:
             Underdetermined: even the factorisation of M fails.
         """
         problem = self.problem
-        basis = None if self._whole else tangent_basis(blocks)
         s = certificate_blocks(problem, blocks)
-        # A level that failed at the last point is tried again only after a lower one passed.
+        # The level of the last point is a good guess; a better one is tried first.
         self._level = max(0, self._level - 1)
         while self._level < len(_LEVELS):
             theta = _LEVELS[self._level]
-            factors = self._factorise(
-                problem.edge_blocks + theta * (s - problem.edge_blocks), basis
+            inverse = self._inverse(
+                blocks, problem.edge_blocks + theta * (s - problem.edge_blocks)
             )
-            if factors is not None:
-                return _inverse(blocks, factors, basis)
+            if inverse is not None:
+                return inverse
             self._level += 1
         raise Underdetermined(
             "the chordal problem is singular to working precision: some edges weigh almost "
             "nothing beside the others; give such edges weight 0 or trust more edges"
         )
 
-    def _factorise(self, matrix: Array, basis: Array | None) -> PoseFactors | None:
-        if basis is None:
-            return self._pattern.factorise(self._pattern.sum(pieces_of(matrix)))
-        return self._pattern.factorise(restricted(self.problem, self._pattern, matrix, basis))
+    def _inverse(self, blocks: Array, matrix: Array) -> Operator | None:
+        """Return the inverse of a matrix of edge blocks, None if not positive definite."""
+        if self._whole:
+            factors = self._pattern.factorise(self._pattern.sum(pieces_of(matrix)))
+            return None if factors is None else _projected(blocks, factors)
+        basis = tangent_basis(blocks)
+        factors = self._pattern.factorise(restricted(self.problem, self._pattern, matrix, basis))
+        return None if factors is None else _in_basis(basis, factors)
 
 
-def _inverse(blocks: Array, factors: PoseFactors, basis: Array | None) -> Operator:
-    def whole(vectors: Array) -> Array:
+def _projected(blocks: Array, factors: PoseFactors) -> Operator:
+    """Return the inverse of the matrix over all rows, projected on the tangent space."""
+
+    def apply(vectors: Array) -> Array:
         rows = np.ascontiguousarray(np.swapaxes(vectors, 1, 2))
         return project_tangent(blocks, np.swapaxes(factors.solve(rows), 1, 2))
 
-    def tangent(vectors: Array) -> Array:
+    return apply
+
+
+def _in_basis(basis: Array, factors: PoseFactors) -> Operator:
+    """Return the inverse of the restriction to ``basis`` ``(n, p, r, d + 1)``."""
+
+    def apply(vectors: Array) -> Array:
         coordinates = np.einsum("npcx,ncx->np", basis, vectors)
         return np.asarray(np.einsum("npcx,np->ncx", basis, factors.solve(coordinates)))
 
-    return whole if basis is None else tangent
+    return apply
 
 
 def _position_factors(problem: ChordalProblem, pattern: BlockPattern) -> PoseFactors:

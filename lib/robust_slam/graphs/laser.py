@@ -27,8 +27,10 @@ _CORRIDOR = 6.0
 """The length of a corridor between two crossings, in m."""
 _REACH = 1.0
 """The largest distance in m at which two scans are matched."""
-_LONG, _SPREAD = 30.0, 10.0
-"""How much larger a deviation can be along a corridor than across it, and from edge to edge."""
+_SPREAD = 30.0
+"""How much larger a deviation can be along a corridor than across, and from edge to edge."""
+_CLOSURE = 3.0
+"""How much larger the deviations of a closure are than those of an odometry edge."""
 
 
 def building(
@@ -39,7 +41,7 @@ def building(
     side: int | None = None,
     gaps: int | None = None,
     closures: int | None = None,
-    deviation: tuple[float, float] = (0.002, 0.001),
+    deviation: tuple[float, float] = (0.001, 0.001),
     scale: float = 1.0,
 ) -> tuple[PoseGraph, Array]:
     """Return a drive of ``n`` poses through the corridors of a building, and the true poses.
@@ -47,14 +49,14 @@ def building(
     The true poses are ``(n, 3)``. The building has ``side`` by ``side`` rooms of 6 m with
     corridors around them, by default about a room for every 150 poses, and the robot drives
     ``step`` m from pose to pose and turns at random crossings. ``gaps`` of the odometry edges
-    are missing, by default n/500. The ``closures``, by default n/5, are drawn from all pairs of
+    are missing, by default n/500. The ``closures``, by default n/9, are drawn from all pairs of
     poses that are at most 1 m apart and not consecutive; those that join the sequences on
     both sides of a gap come first.
 
-    An odometry edge has a standard deviation of at least ``deviation`` (m, rad): across a
-    corridor that many m, times up to 10, and along it up to 30 times more; the rotation that
-    many rad, times up to 10. A closure has three times that. ``scale`` multiplies the noise
-    but not the information matrix; 0 gives exact measurements.
+    ``deviation`` holds the least standard deviations of an odometry edge, in m and rad. Across
+    a corridor the position has up to 30 times the first, along it up to 30 times that, and
+    the rotation up to 30 times the second, each log-uniform. A closure has three times more.
+    ``scale`` multiplies the noise but not the information matrix; 0 gives exact measurements.
 
     Raises:
         ValueError: an argument is out of range, there are fewer pairs than ``closures``, or
@@ -73,7 +75,7 @@ def building(
     truth = _drive(n, side, positive("step", step), rng)
     odometry = np.stack([np.arange(n - 1), np.arange(1, n)], axis=1)
     odometry = np.delete(odometry, rng.choice(n - 1, size=gaps, replace=False), axis=0)
-    found = _closures(truth, odometry, n // 5 if closures is None else closures, rng)
+    found = _closures(truth, odometry, n // 9 if closures is None else closures, rng)
     edges = np.concatenate([odometry, found])
     is_odometry = np.arange(len(edges)) < len(odometry)
     root = _deviations(edges, is_odometry, truth, deviation, rng)
@@ -106,8 +108,8 @@ def _drive(n: int, side: int, step: float, rng: np.random.Generator) -> Array:
 def _turned(at: Array, facing: int, length: float, rng: np.random.Generator) -> int:
     """Return the heading after a crossing, in quarter turns; the robot stays inside."""
     ahead = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
-    for turn in [*rng.permutation([0, 1, 3]).tolist(), 2]:
-        heading = (facing + turn) % 4
+    for turn in [*rng.permutation([0, 1, 3]), 2]:
+        heading = int(facing + turn) % 4
         after = at + _CORRIDOR * ahead[heading]
         if np.all((after >= -1e-6) & (after <= length + 1e-6)):
             return heading
@@ -161,13 +163,8 @@ def _deviations(
     """Return a root ``(m, 3, 3)`` of each edge's covariance, in the frame of pose j."""
     m = len(edges)
     position, rotation = (positive("deviation", number) for number in deviation)
-    across, turned, longer = (
-        _SPREAD ** rng.random(m),
-        _SPREAD ** rng.random(m),
-        _LONG ** rng.random(m),
-    )
-    factor = np.where(is_odometry, 1.0, 3.0)
-    sigma = factor[:, None] * np.column_stack(
+    across, longer, turned = _SPREAD ** rng.random((3, m))
+    sigma = np.where(is_odometry, 1.0, _CLOSURE)[:, None] * np.column_stack(
         [position * across * longer, position * across, rotation * turned]
     )
     # The corridor is measured not quite along the heading, so the information is not diagonal.
@@ -175,4 +172,5 @@ def _deviations(
     root = np.zeros((m, 3, 3))
     root[:, :2, :2] = se2.rotation(np.column_stack([np.zeros((m, 2)), tilt]))
     root[:, 2, 2] = 1.0
-    return root * sigma[:, None, :]
+    covariance_root: Array = root * sigma[:, None, :]
+    return covariance_root
