@@ -169,11 +169,11 @@ def certificate(
     """Return the certificate of ``poses`` without polishing them.
 
     ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``; ``weights`` ``(m,)`` are 1 if None. ``eta``
-    is the mean shift of the Cholesky test, in the unit of κ; if None it is 1e-12 of the mean of
-    M's diagonal over the rotations, or larger where the stationarity is larger. The verdict
-    follows from the bound: a larger shift passes more easily and proves less. A map counts
-    as stationary if its stationarity is at most ``tol``. The smallest eigenvalue of a
-    certified map is 0, since S_R Rᵀ = 0.
+    is the mean shift of the Cholesky test, in the unit of κ. If None or too small it is 1e-12
+    of the mean of M's diagonal over the rotations, or more where the stationarity is larger.
+    The verdict follows from the bound: a larger shift passes more easily and proves less. A
+    map counts as stationary if its stationarity is at most ``tol``. The smallest eigenvalue of
+    a certified map is 0, since S_R Rᵀ = 0.
 
     It is about the chordal cost of the weighted edges: with a wrong closure kept it may
     certify a wrong map.
@@ -203,11 +203,12 @@ def judge(
     diagonal = np.einsum("icc->ic", problem.pose_blocks)[:, : problem.d]
     scale = float(diagonal.mean())
     share = float(max(_SHIFT, min(gradient_norm, _ROUNDING / 2.0)))
-    shift = share * scale if eta is None else positive("eta", eta)
+    first = share * scale
+    shift = first if eta is None else max(first, positive("eta", eta))
     s = _CertificateMatrix.at(problem, blocks)
     passed = s.factorise(shift / scale * diagonal)
     rounding = passed is not None and shift <= _ROUNDING * scale
-    lowest, direction = (0.0, None) if rounding else _lowest(s, shift)
+    lowest, direction = (0.0, None) if rounding else _lowest(s, first)
     if passed is None:
         shift = _least_shift(s, max(shift, -lowest))
     cost = lifted_cost(problem, blocks)
@@ -285,7 +286,7 @@ def _solved(factors: PoseFactors, right_rotations: Array) -> Array:
     return np.asarray(factors.solve(right)[1:])
 
 
-def _lowest(s: _CertificateMatrix, eta: float) -> tuple[float, Array]:
+def _lowest(s: _CertificateMatrix, least: float) -> tuple[float, Array]:
     """Return λ_min of S_R and its eigenvector ``(n, d + 1)`` with optimal positions.
 
     It is found by inverse iterations with S + σI, where σ passes the Cholesky test and is at
@@ -294,15 +295,15 @@ def _lowest(s: _CertificateMatrix, eta: float) -> tuple[float, Array]:
     Source: Ericsson and Ruhe 1980, the shifted and inverted Lanczos method; the choice of σ
     is derived here.
     """
-    shift, factors = _bracket(s, eta)
+    shift, factors = _bracket(s, least)
     inverse, rotations = _largest(s.pattern.n - 1, s.pattern.block - 1, factors)
     full = _solved(factors, rotations)
     return 1.0 / inverse - shift, full / np.linalg.norm(full[:, :-1])
 
 
-def _bracket(s: _CertificateMatrix, eta: float) -> tuple[float, PoseFactors]:
-    """Return a shift of at least ``eta`` that passes, and its factors."""
-    below, shift = eta, eta
+def _bracket(s: _CertificateMatrix, least: float) -> tuple[float, PoseFactors]:
+    """Return a shift of at least ``least`` that passes, and its factors."""
+    below, shift = least, least
     while s.factorise(shift) is None:
         if shift > s.ceiling:
             raise Underdetermined(
