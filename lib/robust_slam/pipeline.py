@@ -52,7 +52,6 @@ def solve(graph: PoseGraph, probability: float = 0.99, *, kind: Kind = "tls") ->
     Raises:
         ValueError: ``probability`` is not inside (0, 1), ``kind`` is unknown, or the
             odometry does not lead to every pose.
-        NotConverged: the polish of the last map did not converge.
 
     Source: Mangelson et al. 2018 for PCM, Yang et al. 2020 for GNC, Rosen et al. 2019 for
     the certificate; in this order as in the SLAM Handbook 2026, chapter 3.
