@@ -175,11 +175,13 @@ def descend(
         if time.process_time() > end:
             return Descent(tuple(history), Stop.TIME_LIMIT)
         region = _Region.at(systems, point, radius)
-        step, trial = region.advance()
+        step, trial = region.advance(end)
         radius = region.radius
-        if trial is not None:
-            history.append(trial)
-        if trial is None or (not step.at_edge and _is_rounding(point, trial)):
+        if trial is None:
+            stop = Stop.TIME_LIMIT if time.process_time() > end else Stop.ROUNDING
+            return Descent(tuple(history), stop)
+        history.append(trial)
+        if not step.at_edge and _is_rounding(point, trial):
             return Descent(tuple(history), Stop.ROUNDING)
         if step.decrease < least_decrease * point.cost:
             return Descent(tuple(history), Stop.FLAT)
@@ -231,10 +233,11 @@ class _Region:
         hessian = systems.hessian(point.blocks)
         return cls(systems, point, gradient, hessian, inverse, float(radius))
 
-    def advance(self) -> tuple[_Step, Point | None]:
+    def advance(self, end: float) -> tuple[_Step, Point | None]:
         """Return a step and its point, of no higher cost; None if a step gains rounding alone.
 
-        The radius shrinks until the model predicts the cost well enough.
+        The radius shrinks until the model predicts the cost well enough. The point is also
+        None if that is not so when the CPU clock has reached ``end``, in seconds.
 
         Source: Absil, Baker and Gallivan 2007, Algorithm 1.
         """
@@ -255,7 +258,8 @@ class _Region:
             self.radius = _next_radius(self.radius, step, ratio)
             if ratio > _ACCEPTED and not increases(trial.cost, point.cost):
                 return step, trial
-            if step.decrease <= _NOISE * point.cost + NEGLIGIBLE_COST:
+            exhausted = step.decrease <= _NOISE * point.cost + NEGLIGIBLE_COST
+            if exhausted or time.process_time() > end:
                 return step, None
 
     def step(self) -> _Step:
@@ -268,6 +272,8 @@ class _Region:
         residual = self.gradient.copy()
         scaled = self.inverse(residual)
         size = first = float(np.vdot(residual, scaled))
+        if first == 0.0:
+            return self._step(vectors, change, 0.0, 0, at_edge=False)
         goal = first * min(_FORCING, np.sqrt(self.point.stationarity)) ** 2
         direction = -scaled
         # In the norm of the preconditioner: of the step, of the direction, and their product.

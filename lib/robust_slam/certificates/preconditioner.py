@@ -4,9 +4,9 @@ A preconditioner is the inverse of M − θ Λ, restricted to the tangent space.
 the Hessian. Where it is indefinite, θ is lowered until the factorisation succeeds: at
 θ = 0, with pose 0 left out, M is always positive definite.
 
-Up to rank d + 1 the tangent space is small, and the restriction is factorised: a step with
-θ = 1 is then Newton's. At higher ranks it has many more unknowns, and the matrix itself, with
-d + 1 unknowns for each pose, is factorised once for all rows; the result is projected.
+At low ranks the tangent space is small, and the restriction is factorised: a step with θ = 1
+is then Newton's. At higher ranks it has many more unknowns, and the matrix itself, with d + 1
+unknowns for each pose, is factorised once for all rows; the result is projected.
 
 Source: Rosen et al. 2019, "SE-Sync", section 5.1, a Cholesky factor of M as preconditioner;
 the levels of θ are derived here.
@@ -47,7 +47,7 @@ Operator = Callable[[Array], Array]
 
 _LEVELS = (1.0, 0.9, 0.5, 0.0)
 """The values of θ, the best first."""
-_RESTRICTED = 10
+_RESTRICTED = 12
 """Up to this many unknowns of a pose the restriction to the tangent space is factorised."""
 
 
