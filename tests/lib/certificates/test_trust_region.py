@@ -103,12 +103,19 @@ def test_optimal_positions_leave_no_gradient_of_the_positions(make):
     np.testing.assert_array_equal(placed[0], blocks[0])
 
 
-@graphs
+def stiff_building():
+    """Positions are measured so well that the rotations turn large parts of the map."""
+    rng = np.random.default_rng(0)
+    return building(1500, rng, closures=60, deviation=(1e-4, 3e-3))[0]
+
+
+@pytest.mark.parametrize("make", [small_building, stiff_building, small_sphere])
 def test_from_the_chordal_start_a_hard_graph_is_certified_in_few_steps(make):
+    # Positions that move along straight lines take 71 steps in the stiff building.
     graph = make()
     first = start.chordal(graph)
     descent = descend(ChordalProblem.of(graph), pose_blocks(first))
-    assert descent.converged and len(descent.history) <= 15
+    assert descent.converged and len(descent.history) <= 9
     _, record = solve_certified(graph, first)
     assert record.verdict is Verdict.CERTIFIED
     assert record.cost == pytest.approx(descent.last.cost, rel=1e-9)
