@@ -41,7 +41,7 @@ def building(
     side: int | None = None,
     gaps: int | None = None,
     closures: int | None = None,
-    deviation: tuple[float, float] = (0.001, 0.001),
+    deviation: tuple[float, float] = (0.001, 0.003),
     scale: float = 1.0,
 ) -> tuple[PoseGraph, Array]:
     """Return a drive of ``n`` poses through the corridors of a building, and the true poses.
@@ -49,7 +49,7 @@ def building(
     The true poses are ``(n, 3)``. The building has ``side`` by ``side`` rooms of 6 m with
     corridors around them, by default about a room for every 150 poses, and the robot drives
     ``step`` m from pose to pose and turns at random crossings. ``gaps`` of the odometry edges
-    are missing, by default n/500. The ``closures``, by default n/9, are drawn from all pairs of
+    are missing, by default n/500. The ``closures``, by default n/15, are drawn from all pairs of
     poses that are at most 1 m apart and not consecutive; those that join the sequences on
     both sides of a gap come first.
 
@@ -75,7 +75,7 @@ def building(
     truth = _drive(n, side, positive("step", step), rng)
     odometry = np.stack([np.arange(n - 1), np.arange(1, n)], axis=1)
     odometry = np.delete(odometry, rng.choice(n - 1, size=gaps, replace=False), axis=0)
-    found = _closures(truth, odometry, n // 9 if closures is None else closures, rng)
+    found = _closures(truth, odometry, n // 15 if closures is None else closures, rng)
     edges = np.concatenate([odometry, found])
     is_odometry = np.arange(len(edges)) < len(odometry)
     root = _deviations(edges, is_odometry, truth, deviation, rng)
