@@ -1,8 +1,7 @@
 """Certificates of the public graphs: the cost, and where the time goes.
 
 The chordal start, brought to rest by Gauss–Newton, is polished on the chordal cost and then
-certified. Newton's method alone is long about it on parking-garage: from the chordal start it
-takes more than two hundred steps, from Gauss–Newton's end five.
+certified.
 
 The line compares the cost with the optimal value that SE-Sync reports. A certified cost is
 the least there is, up to the bound of the certificate.

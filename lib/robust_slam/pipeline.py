@@ -15,7 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from robust_slam._arrays import Array, Indices, Mask
-from robust_slam.certificates.optimality import Certificate, certify
+from robust_slam.certificates.optimality import MAX_SECONDS, Certificate, Verdict
+from robust_slam.certificates.staircase import solve_certified
 from robust_slam.consistency.bridges import Bridges, find_bridges
 from robust_slam.consistency.pairwise import PcmResult, pcm
 from robust_slam.descent import start
@@ -27,8 +28,6 @@ from robust_slam.graphs.odometry import spanning_tree
 from robust_slam.graphs.pose_graph import PoseGraph, check_graph, select
 from robust_slam.problems import PoseGraphProblem
 from robust_slam.progress import Progress, stages
-
-_STEPS = 20
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -97,7 +96,10 @@ class Answer:
             ("PCM", f"{agree:,} closures agree{self._about_pcm()}"),
             ("GNC", f"{kept:,} closures kept; {self.stop.value} after {steps} steps"),
             ("map", f"{len(self.poses):,} poses, chordal cost {self.cost:.6g}"),
-            ("optimum", f"{proof.verdict.value}, the gap is at most {proof.bound:.3g}"),
+            (
+                "optimum",
+                f"{proof.verdict.value}, the gap is at most {proof.bound:.3g}{_end(proof)}",
+            ),
         ]
         return "\n".join([*(f"{name:<8} {text}" for name, text in rows), *self.notes()])
 
@@ -119,24 +121,32 @@ class Answer:
         return lines
 
 
+def _end(proof: Certificate) -> str:
+    """Return why the search for a certificate stopped without one."""
+    if proof.verdict is Verdict.CERTIFIED or proof.stop is None:
+        return ""
+    return f"; the search stopped: {proof.stop.value}"
+
+
 def solve(
     graph: PoseGraph,
     probability: float = 0.99,
     *,
     kind: Kind = "tls",
     progress: bool | Progress = False,
+    max_seconds: float = MAX_SECONDS,
 ) -> Answer:
     """Return the map of ``graph`` without its outliers, and its certificate.
 
     The odometry is trusted. Where it has gaps, it leaves several sessions: a tree of closures
     that agree with most others joins them, and these are trusted too (``Answer.bridges``). An
     inlier passes each test with ``probability``. ``progress`` shows a bar, or is a function
-    that is told each stage; stages are logged in any case.
+    that is told each stage; stages are logged in any case. The search for the certificate
+    ends after about ``max_seconds`` of CPU time with the best map so far.
 
     Raises:
         TypeError: ``graph`` is not a pose graph.
         ValueError: ``probability`` is not inside (0, 1), or ``kind`` is unknown.
-        NotConverged: the polish of the last map did not converge.
 
     Source: Mangelson et al. 2018 for PCM, Yang et al. 2020 for GNC, Rosen et al. 2019 for
     the certificate; in this order as in the SLAM Handbook 2026, chapter 3.
@@ -161,7 +171,12 @@ def solve(
         kept = consistency.kept.copy()
         kept[kept] = result.weights > KEPT
         tell("the certificate is computed")
-        poses, certificate = _certified(select(graph, kept))
+        # Without outliers the chordal start is close to the optimum, while GNC may have ended
+        # in a local minimum.
+        inliers = select(graph, kept)
+        poses, certificate = solve_certified(
+            inliers, start.chordal(inliers), max_seconds=max_seconds
+        )
     return Answer(graph, poses, kept, bridges, consistency, result, certificate)
 
 
@@ -193,11 +208,3 @@ def _better_start(graph: PoseGraph, along: Array, trusted: Mask, threshold: floa
         return float(np.sum(np.where(trusted, squares, np.minimum(squares, threshold**2))))
 
     return min((along, start.chordal(graph)), key=cost)
-
-
-def _certified(inliers: PoseGraph) -> tuple[Array, Certificate]:
-    # Without outliers the chordal start is close to the optimum, while GNC may have ended in
-    # a local minimum. Far from the optimum Gauss–Newton is faster than the polish.
-    first = start.chordal(inliers)
-    near = PoseGraphProblem(inliers, first, steps=_STEPS).solve(np.ones(len(inliers.edges)), first)
-    return certify(inliers, near)

@@ -187,11 +187,10 @@ def test_without_trust_a_graph_may_be_rejected_whole():
     np.testing.assert_array_equal(result.weights, np.zeros(len(graph.edges)))
 
 
-def test_a_piece_that_is_cut_off_without_trust_is_an_error_that_names_it():
+def test_a_piece_that_is_cut_off_without_trust_ends_the_loop():
     graph, *_ = noisy(12, 5)
     problem = PoseGraphProblem(graph, trusted=np.zeros(len(graph.edges), dtype=bool))
-    with pytest.raises(Underdetermined, match="trust the odometry"):
-        irls(problem, tls(1e-6))
+    assert irls(problem, tls(1e-6)).stop in (StopReason.UNDERDETERMINED, StopReason.ALL_REJECTED)
 
 
 def test_a_pose_graph_on_a_line_ends_where_the_linear_problem_does():

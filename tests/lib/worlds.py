@@ -196,3 +196,23 @@ def assert_rotations(matrices):
     np.testing.assert_allclose(unit, np.broadcast_to(np.eye(d), unit.shape), atol=1e-12)
     if matrices.shape[-2] == d:
         np.testing.assert_allclose(np.linalg.det(matrices), 1.0, atol=1e-12)
+
+
+def turned(graph, chosen):
+    """The same graph, its ``chosen`` edges written from j to i."""
+    group, edges, z = graph.group, graph.edges.copy(), graph.measurement.copy()
+    onto = np.linalg.inv(group.adjoint(z[chosen]))
+    information = graph.information.copy()
+    moved = np.swapaxes(onto, 1, 2) @ information[chosen] @ onto
+    information[chosen] = 0.5 * (moved + np.swapaxes(moved, 1, 2))
+    edges[chosen], z[chosen] = edges[chosen][:, ::-1], group.inverse(z[chosen])
+    return PoseGraph(graph.n, edges, z, information, graph.is_odometry)
+
+
+def renumbered(graph, first):
+    """The same graph with pose ``first`` as pose 0, as a FIX line makes it, and the numbers."""
+    number = np.arange(graph.n) + (np.arange(graph.n) < first)
+    number[first] = 0
+    edges = number[graph.edges]
+    made = PoseGraph(graph.n, edges, graph.measurement, graph.information, graph.is_odometry)
+    return made, number

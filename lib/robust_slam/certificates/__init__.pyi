@@ -3,3 +3,4 @@ from .optimality import Certificate as Certificate
 from .optimality import Verdict as Verdict
 from .optimality import certificate as certificate
 from .optimality import certify as certify
+from .staircase import solve_certified as solve_certified

@@ -1,69 +1,89 @@
 """Riemannian Newton on the chordal problem, over rotations or over the Stiefel manifold.
 
 Gauss–Newton minimises the logarithm cost, not the chordal one, so a map is polished before
-it is certified. At rank r = d the iterate is a map in SO(d)ⁿ × R^{dn};
-at a higher rank each rotation is an r × d matrix with orthonormal columns, as the
-Riemannian staircase needs. Pose 0 is fixed.
+it is certified. Each step minimises the quadratic model of the cost in a trust region, by
+conjugate gradients: they need only products with the Hessian, stop early far from a minimum,
+and follow a direction of negative curvature to the edge of the region. Pose 0 is fixed, and
+after each step the positions are the best ones for the rotations.
 
-With B a basis of the tangent space the gradient is 2 Bᵀ vec(X M) and the Hessian
-2 Bᵀ ((M − Λ) ⊗ I_r) B, both sums over the edges. The factors 2 are left out below.
+With the preconditioner of ``preconditioner`` one iteration of the conjugate gradients is
+Newton's step close to a minimum, and where the problem is badly conditioned a few do.
 
-Source: Absil, Mahony and Sepulchre 2008, "Optimization Algorithms on Matrix Manifolds",
-Newton's method with a retraction; Rosen et al. 2019 for the Hessian's S = M − Λ.
+Source: Absil, Baker and Gallivan 2007, "Trust-region methods on Riemannian manifolds",
+Algorithms 1 and 2; Steihaug 1983 and Toint 1981 for truncated conjugate gradients; Rosen et
+al. 2019, "SE-Sync", section 5, for pose graphs.
 """
 
 from __future__ import annotations
 
+import logging
+import time
 from dataclasses import dataclass
-from itertools import combinations, product
+from enum import Enum
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array
-from robust_slam.certificates.chordal import (
-    ChordalProblem,
-    certificate_blocks,
-    edge_gradients,
-    lifted_cost,
-    pose_blocks,
-)
-from robust_slam.descent.sparse.pattern import BlockPattern, find_pattern, pieces_of
-from robust_slam.descent.step import ROUNDING, check_limits
+from robust_slam.certificates.chordal import ChordalProblem, pose_blocks
+from robust_slam.certificates.preconditioner import Operator, Systems
+from robust_slam.certificates.tangent import Point, half_gradient, retract_vectors
+from robust_slam.certificates.tangent import equations as equations
+from robust_slam.certificates.tangent import retract as retract
+from robust_slam.certificates.tangent import stationarity as stationarity
+from robust_slam.certificates.tangent import tangent_basis as tangent_basis
+from robust_slam.certificates.tangent import tangent_dimension as tangent_dimension
+from robust_slam.descent.step import NEGLIGIBLE_COST, check_limits, increases
 from robust_slam.errors import NotConverged
 from robust_slam.graphs.group import Group
 from robust_slam.graphs.pose_graph import PoseGraph, check_poses
-from robust_slam.graphs.rotations import nearest_stiefel
 
 STEP_LIMIT = 200
-_FIRST_SHIFT = 1e-7
-_GROWTH = 3.0
-_LAST_SHIFT = 1e12
-"""Beyond this shift, relative to the diagonal, a step is below rounding."""
+_log = logging.getLogger(__name__)
+_INNER_LIMIT = 300
+"""The largest number of conjugate-gradient iterations in a step."""
+_FORCING = 0.1
+"""The least relative reduction of the residual by conjugate gradients."""
+_FIRST_RADIUS = 4.0
+"""The first radius, relative to the preconditioned gradient."""
+_ACCEPTED, _POOR, _GOOD, _VERY_GOOD = 0.05, 0.25, 0.75, 0.9
+"""Ratios of the decrease of the cost to that of the model."""
+_NOISE = 1e-13
+"""The rounding error of a difference of costs, relative to the cost."""
+_FLAT = 1e-9
+"""Below this stationarity a Newton step that does not halve it has reached rounding level."""
 
 
-@dataclass(frozen=True, eq=False)
-class Point:
-    """An iterate ``blocks`` ``(n, r, d + 1)`` with its cost and its ``stationarity``."""
+class Stop(Enum):
+    """Why a descent stopped."""
 
-    blocks: Array
-    cost: float
-    stationarity: float
+    STATIONARY = "stationary"
+    """The stationarity is at most ``tol``."""
+    ROUNDING = "rounding"
+    """No step lowers the gradient or the cost any further in working precision."""
+    FLAT = "flat"
+    """A step is predicted to lower the cost by less than the share asked for."""
+    LOOSE = "the relaxation is not tight"
+    """The staircase solved the relaxation, and no map was found that attains its value."""
+    ITERATION_LIMIT = "iteration limit"
+    TIME_LIMIT = "time limit"
 
 
 @dataclass(frozen=True, eq=False)
 class Descent:
-    """The result of a descent: the ``history`` of points, the start first.
-
-    ``converged`` means that the gradient is zero up to ``tol`` or rounding.
-    """
+    """The result of a descent: the ``history`` of points, the start first, and its ``stop``."""
 
     history: tuple[Point, ...]
-    converged: bool
+    stop: Stop
+
+    @property
+    def converged(self) -> bool:
+        """Whether the gradient is zero up to ``tol`` or rounding."""
+        return self.stop in (Stop.STATIONARY, Stop.ROUNDING)
 
     @property
     def last(self) -> Point:
-        """The last point."""
+        """The last point, that of the lowest cost."""
         return self.history[-1]
 
 
@@ -80,7 +100,7 @@ def polish(
     ``poses``, ``(n, 3)`` or ``(n, 3, 4)``, are the start; pose 0 is fixed. ``weights``
     ``(m,)`` multiply κ and τ and are 1 if None. It converges when the stationarity
     is at most ``tol``, or at rounding level, where a step does not halve it. The convergence
-    is quadratic near a minimum but can be slow far away: use ``gauss_newton`` first.
+    is quadratic near a minimum.
 
     Raises:
         ValueError: ``poses`` or ``weights`` have the wrong shape or are not finite, a
@@ -88,14 +108,19 @@ def polish(
         Underdetermined: the edges with positive weight do not connect all poses.
         NotConverged: ``max_iterations`` steps were not enough.
 
-    Source: Absil, Mahony and Sepulchre 2008, Newton's method; the shift is derived here.
+    Source: Absil, Baker and Gallivan 2007, Algorithm 1.
     """
     start = check_poses("poses", poses, graph)
     problem = ChordalProblem.of(graph, weights)
     last = converged_point(descend(problem, pose_blocks(start), tol, max_iterations))
-    polished = poses_of(graph.group, last.blocks)
-    polished[0] = start[0]
-    return polished
+    return poses_like(graph, last.blocks, start)
+
+
+def poses_like(graph: PoseGraph, blocks: Array, start: Array) -> Array:
+    """Return the poses of ``blocks`` ``(n, d, d + 1)``, with pose 0 exactly as in ``start``."""
+    poses = poses_of(graph.group, blocks)
+    poses[0] = start[0]
+    return poses
 
 
 def poses_of(group: Group, blocks: Array) -> Array:
@@ -118,152 +143,185 @@ def converged_point(descent: Descent) -> Point:
     return descent.last
 
 
-def stationarity(problem: ChordalProblem, blocks: Array) -> float:
-    """Return the relative size of S·Xᵀ, without a unit: 0 where the gradient is 0.
-
-    ``blocks`` ``(n, r, d + 1)`` are a map, or a point of a higher rank.
-
-    It is √(Σ_c ‖(X S)_c‖² / M_cc) / √(Σ_c M_cc), the first sum over all columns, the
-    second over those of the rotations. It does not depend on the unit of length, on the
-    scale of the information, or on the origin. Its square is about the decrease of the cost
-    by one diagonally scaled gradient step, relative to the cost of measurements that are all
-    wrong.
-
-    Source: derived here.
-    """
-    diagonal = np.einsum("icc->ic", problem.pose_blocks)
-    gradient_squared = np.sum(_gradient(problem, blocks) ** 2, axis=1) / diagonal
-    return float(np.sqrt(np.sum(gradient_squared) / np.sum(diagonal[:, : problem.d])))
-
-
-def _gradient(problem: ChordalProblem, blocks: Array) -> Array:
-    """Return X S = X M − X Λ as blocks ``(n, r, d + 1)``."""
-    d = problem.d
-    gradient = np.zeros_like(blocks)
-    np.add.at(gradient, problem.edges, edge_gradients(problem, blocks))
-    rotation = blocks[..., :d]
-    inner = np.swapaxes(rotation, 1, 2) @ gradient[..., :d]
-    gradient[..., :d] -= rotation @ (0.5 * (inner + np.swapaxes(inner, 1, 2)))
-    return gradient
-
-
 def descend(
     problem: ChordalProblem,
     blocks: Array,
     tol: float = 1e-13,
     max_iterations: int = STEP_LIMIT,
+    *,
+    least_decrease: float = 0.0,
+    max_seconds: float = np.inf,
 ) -> Descent:
     """Run Newton from ``blocks`` ``(n, r, d + 1)`` of any rank r ≥ d.
 
-    The stopping rule is that of ``polish``, but running out of iterations raises no error.
-    The cost never increases.
+    It stops as ``polish`` does, or when a step is predicted to lower the cost by less than
+    ``least_decrease`` times the cost, after ``max_iterations`` steps, or after
+    ``max_seconds`` of CPU time, and returns the best point so far. The cost never increases.
+    Each step is logged at the level DEBUG.
 
     Raises:
         ValueError: ``tol`` is negative or ``max_iterations`` below 1.
+        Underdetermined: the problem is singular to working precision.
     """
     check_limits(tol, max_iterations)
-    pattern = find_pattern(problem.n, problem.edges, tangent_dimension(problem.d, blocks.shape[1]))
-    history = [_point(problem, blocks)]
-    shift = 0.0
+    end = time.process_time() + max_seconds
+    systems = Systems(problem, blocks.shape[1])
+    history: list[Point] = [Point.at(problem, blocks)]
+    radius = None
     for _ in range(max_iterations):
         point = history[-1]
         if point.stationarity <= tol:
-            return Descent(tuple(history), converged=True)
-        trial, shift = _descend_once(problem, pattern, point, shift)
+            return Descent(tuple(history), Stop.STATIONARY)
+        if time.process_time() > end:
+            return Descent(tuple(history), Stop.TIME_LIMIT)
+        region = _Region.at(systems, point, radius)
+        step, trial = region.advance(end)
+        radius = region.radius
+        if trial is None:
+            stop = Stop.TIME_LIMIT if time.process_time() > end else Stop.ROUNDING
+            return Descent(tuple(history), stop)
         history.append(trial)
-        if shift == 0.0 and trial.stationarity > 0.5 * point.stationarity and _is_flat(point):
-            return Descent(tuple(history), converged=True)
-    return Descent(tuple(history), converged=False)
+        if not step.at_edge and _is_rounding(point, trial):
+            return Descent(tuple(history), Stop.ROUNDING)
+        if step.decrease < least_decrease * point.cost:
+            return Descent(tuple(history), Stop.FLAT)
+    return Descent(tuple(history), Stop.ITERATION_LIMIT)
 
 
-def _is_flat(point: Point) -> bool:
-    return point.stationarity < 1e-9
+def _is_rounding(point: Point, trial: Point) -> bool:
+    return point.stationarity < _FLAT and trial.stationarity > 0.5 * point.stationarity
 
 
-def _point(problem: ChordalProblem, blocks: Array) -> Point:
-    return Point(blocks, lifted_cost(problem, blocks), stationarity(problem, blocks))
+@dataclass(frozen=True, eq=False)
+class _Step:
+    """Tangent ``vectors`` ``(n, r, d + 1)`` and the ``decrease`` of the cost in the model.
 
-
-def tangent_dimension(d: int, r: int) -> int:
-    """Return the tangent dimension of a pose at rank r: d(d − 1)/2 + (r − d) d + r."""
-    return d * (d - 1) // 2 + (r - d) * d + r
-
-
-def _descend_once(
-    problem: ChordalProblem, pattern: BlockPattern, point: Point, shift: float
-) -> tuple[Point, float]:
-    """Return a point of no higher cost, and the first shift of the next step.
-
-    The Levenberg shift grows until the Hessian is positive definite and the cost falls. It is
-    relative to the diagonal of the Hessian of Λ = 0, which is always positive.
+    ``length`` is that of the step in the norm of the region; ``at_edge`` tells whether the
+    region limits it.
     """
-    basis = tangent_basis(point.blocks)
-    hessian, gradient, scale = equations(problem, pattern, point, basis)
-    while shift < _LAST_SHIFT:
-        factors = pattern.factorise(hessian, shift * scale)
-        if factors is not None:
-            trial = _point(problem, retract(point.blocks, basis, -factors.solve(gradient)))
-            if trial.cost <= point.cost * (1.0 + ROUNDING):
-                return trial, _relaxed(shift)
-        shift = max(_FIRST_SHIFT, _GROWTH * shift)
-    return point, 0.0
+
+    vectors: Array
+    decrease: float
+    length: float
+    iterations: int
+    at_edge: bool
 
 
-def _relaxed(shift: float) -> float:
-    """Return the first shift of the next step, 0 (plain Newton) where it would be small."""
-    lower = shift / _GROWTH**2
-    return lower if lower > _FIRST_SHIFT else 0.0
+@dataclass(eq=False)
+class _Region:
+    """The quadratic model at a point, in a trust region of ``radius``.
 
-
-def tangent_basis(blocks: Array) -> Array:
-    """Return a basis ``(n, p, r, d + 1)`` of the tangent space at each pose.
-
-    First the Y A with A skew, then the Y⊥ K, then the positions, along the axes.
+    The radius is in the norm of the preconditioner, where the square of a Newton step is
+    about its decrease of the cost.
     """
-    n, r, width = blocks.shape
-    d = width - 1
-    rotation = blocks[..., :d]
-    basis = np.zeros((n, tangent_dimension(d, r), r, width))
-    for k, (a, b) in enumerate(combinations(range(d), 2)):
-        basis[:, k, :, b], basis[:, k, :, a] = rotation[..., a], -rotation[..., b]
-    beyond = np.linalg.qr(rotation, mode="complete")[0][..., d:]
-    for k, (c, a) in enumerate(product(range(r - d), range(d)), d * (d - 1) // 2):
-        basis[:, k, :, a] = beyond[..., c]
-    basis[:, np.arange(-r, 0), np.arange(r), d] = 1.0
-    return basis
+
+    systems: Systems
+    point: Point
+    gradient: Array
+    hessian: Operator
+    inverse: Operator
+    radius: float
+
+    @classmethod
+    def at(cls, systems: Systems, point: Point, radius: float | None) -> _Region:
+        """Return the model at ``point``; the first ``radius`` follows from the gradient."""
+        gradient = half_gradient(systems.problem, point.blocks)
+        gradient[0] = 0.0
+        inverse = systems.preconditioner(point.blocks)
+        if radius is None:
+            radius = _FIRST_RADIUS * np.sqrt(np.vdot(gradient, inverse(gradient)))
+        hessian = systems.hessian(point.blocks)
+        return cls(systems, point, gradient, hessian, inverse, float(radius))
+
+    def advance(self, end: float) -> tuple[_Step, Point | None]:
+        """Return a step and its point, of no higher cost; None if a step gains rounding alone.
+
+        The radius shrinks until the model predicts the cost well enough. The point is also
+        None if that is not so when the CPU clock has reached ``end``, in seconds.
+
+        Source: Absil, Baker and Gallivan 2007, Algorithm 1.
+        """
+        problem, point = self.systems.problem, self.point
+        while True:
+            step = self.step()
+            moved = retract_vectors(point.blocks, step.vectors)
+            trial = Point.at(problem, self.systems.with_optimal_positions(moved))
+            ratio = _gain_ratio(point, trial, step)
+            _log.debug(
+                "rank %d: cost %.9g, stationarity %.1e, %d inner iterations, gain ratio %.2f",
+                point.blocks.shape[1],
+                point.cost,
+                point.stationarity,
+                step.iterations,
+                ratio,
+            )
+            self.radius = _next_radius(self.radius, step, ratio)
+            if ratio > _ACCEPTED and not increases(trial.cost, point.cost):
+                return step, trial
+            exhausted = step.decrease <= _NOISE * point.cost + NEGLIGIBLE_COST
+            if exhausted or time.process_time() > end:
+                return step, None
+
+    def step(self) -> _Step:
+        """Return the step of truncated conjugate gradients.
+
+        Source: Steihaug 1983; Absil, Baker and Gallivan 2007, Algorithm 2, with its
+        equations for the norms.
+        """
+        vectors, change = np.zeros_like(self.gradient), np.zeros_like(self.gradient)
+        residual = self.gradient.copy()
+        scaled = self.inverse(residual)
+        size = first = float(np.vdot(residual, scaled))
+        if first == 0.0:
+            return self._step(vectors, change, 0.0, 0, at_edge=False)
+        goal = first * min(_FORCING, np.sqrt(self.point.stationarity)) ** 2
+        direction = -scaled
+        # In the norm of the preconditioner: of the step, of the direction, and their product.
+        square, across, along = 0.0, 0.0, size
+        for iteration in range(1, _INNER_LIMIT + 1):
+            curved = self.hessian(direction)
+            curvature = float(np.vdot(direction, curved))
+            length = size / curvature if curvature > 0.0 else np.inf
+            longer = square + 2.0 * length * across + length**2 * along
+            if not longer < self.radius**2:
+                room = across**2 + along * (self.radius**2 - square)
+                length = (np.sqrt(max(room, 0.0)) - across) / along
+                vectors += length * direction
+                change += length * curved
+                return self._step(vectors, change, self.radius, iteration, at_edge=True)
+            vectors += length * direction
+            change += length * curved
+            residual += length * curved
+            scaled = self.inverse(residual)
+            square, last, size = longer, size, float(np.vdot(residual, scaled))
+            if size <= goal:
+                break
+            direction = (size / last) * direction - scaled
+            across = (size / last) * (across + length * along)
+            along = size + (size / last) ** 2 * along
+        return self._step(vectors, change, float(np.sqrt(square)), iteration, at_edge=False)
+
+    def _step(
+        self, vectors: Array, change: Array, length: float, iterations: int, at_edge: bool
+    ) -> _Step:
+        decrease = -float(np.vdot(2.0 * self.gradient + change, vectors))
+        return _Step(vectors, decrease, length, iterations, at_edge)
 
 
-def retract(blocks: Array, basis: Array, step: Array) -> Array:
-    """Return ``blocks`` moved by ``step`` ``(n, p)`` and retracted to the manifold.
+def _gain_ratio(point: Point, trial: Point, step: _Step) -> float:
+    """Return the decrease of the cost over that of the model, 1 where both are rounding.
 
-    The retraction is the polar factor, the nearest matrix with orthonormal columns.
-
-    Source: Absil, Mahony and Sepulchre 2008, the polar retraction of the Stiefel manifold.
+    Source: Conn, Gould and Toint 2000, "Trust-Region Methods", section 17.4.2, for the
+    rounding.
     """
-    moved = blocks + np.einsum("np,npcx->ncx", step, basis)
-    moved[..., :-1] = nearest_stiefel(moved[..., :-1])
-    # Poses with a zero step, such as the fixed pose 0, are unchanged to the last bit.
-    fixed = ~np.any(step, axis=1)
-    moved[fixed] = blocks[fixed]
-    return np.asarray(moved)
+    noise = _NOISE * point.cost + NEGLIGIBLE_COST
+    return (point.cost - trial.cost + noise) / (step.decrease + noise)
 
 
-def equations(
-    problem: ChordalProblem, pattern: BlockPattern, point: Point, basis: Array
-) -> tuple[Array, Array, Array]:
-    """Return Hessian, gradient and the diagonal of the Hessian of Λ = 0.
-
-    ``basis`` ``(n, p, r, d + 1)`` is the tangent basis at the point. The Hessian comes as the
-    filled blocks of ``pattern``, without pose 0, the others as ``(n, p)``; all three are
-    half the derivatives.
-    """
-    blocks = certificate_blocks(problem, point.blocks)
-    _, p, r, width = basis.shape
-    ends = basis[problem.edges]
-    flat = ends.reshape(-1, 2, 1, p * r, width) @ blocks
-    flat = flat.reshape(-1, 2, 2, p, r * width)
-    pairs = flat @ np.swapaxes(ends.reshape(-1, 1, 2, p, r * width), -1, -2)
-    hessian = pattern.sum(pieces_of(pairs))
-    gradient = np.einsum("npcx,ncx->np", basis, _gradient(problem, point.blocks))
-    scale = np.einsum("npcx,nxy,npcy->np", basis, problem.pose_blocks, basis)
-    return hessian, gradient, scale
+def _next_radius(radius: float, step: _Step, ratio: float) -> float:
+    """Return the radius after ``step`` with the given gain ratio."""
+    if not ratio >= _POOR:
+        return 0.25 * step.length
+    if not step.at_edge or ratio < _GOOD:
+        return radius
+    return 2.0 * radius if ratio < _VERY_GOOD else 4.0 * radius

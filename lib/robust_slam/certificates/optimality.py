@@ -6,26 +6,37 @@ then X minimises the chordal cost over all maps.
 
 Two mistakes make this test invalid, and both are avoided:
 
-- A shift is needed, because S has a kernel of dimension d + 1 at least: S + ηI may pass a
-  Cholesky test at a point that is not stationary. Stationarity is tested first.
+- A shift is needed, because S has a kernel of dimension d + 1 at least, and with a shift the
+  Cholesky test passes at maps that are not optimal. So the verdict does not follow from the
+  test but from the bound that it proves: a map is certified if it is stationary and its cost
+  less the lower bound is at rounding level. A larger shift gives a looser bound, so no η
+  certifies a wrong map.
 - tr Λ = cost holds at any rotations with optimal positions. It proves nothing.
+
+**What counts as rounding.** For a positive diagonal matrix D with S + diag(D, 0) ⪰ 0 every
+map X' costs tr Λ + tr(X' S X'ᵀ) ≥ tr Λ − tr D, as the columns of rotations have length 1.
+With D = s·diag(M) over the rotations, tr D is s times the cost of measurements that are all
+wrong, and s is a relative change of the entries of M: below 1e-11 that is the error of the
+data and of the factorisation. A gap of at most 1e-9 of the cost counts as rounding too,
+whatever shift proves it.
 
 **What a certificate does not prove.** It is about the weighted least-squares problem over
 the kept edges, and about its chordal cost alone. It says nothing about outliers: with a
 wrong closure kept it may certify a wrong map. A map without a certificate need not be wrong:
 it may be a local minimum, or the relaxation may not be tight.
 
-Source: Rosen et al. 2019, "SE-Sync", Theorem 7 and equations (107) and (112).
+Source: Rosen et al. 2019, "SE-Sync", Theorem 7 and equations (107) and (112), and the weak
+duality of Problem 6; the bound with positions and the shift by a diagonal are derived here.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse.linalg import LinearOperator, eigsh
+from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
 from robust_slam._arrays import Array, positive
 from robust_slam.certificates.chordal import (
@@ -35,7 +46,7 @@ from robust_slam.certificates.chordal import (
     lifted_cost,
     pose_blocks,
 )
-from robust_slam.certificates.newton import polish, stationarity
+from robust_slam.certificates.newton import Stop, descend, poses_like, stationarity
 from robust_slam.descent.sparse.pattern import (
     BlockPattern,
     PoseFactors,
@@ -47,16 +58,23 @@ from robust_slam.graphs.pose_graph import PoseGraph, check_poses
 
 STATIONARY = 1e-9
 """The largest stationarity of a map that counts as stationary; a polished one has 1e-13."""
-_SHIFT = 1e-12
+MAX_SECONDS = 60.0
+"""The default limit of a descent, in seconds of CPU time."""
+_SHIFT, _ROUNDING = 1e-12, 2e-11
+"""The first shift of the Cholesky test and the largest that is rounding, relative to M."""
+_GAP = 1e-9
+"""An optimality gap, relative to the cost, that counts as rounding."""
 _DENSE = 60
 """Up to this size of S_R a dense eigenvalue solver is used instead of ARPACK."""
+_EIGENVALUE_TOLERANCE, _RESTARTS, _POWERS = 1e-7, 15, 20
+"""The tolerance and the restarts of ARPACK, and the inverse iterations where it fails."""
 
 
 class Verdict(Enum):
     """The verdict of a certificate on a map."""
 
     CERTIFIED = "certified"
-    """The map is stationary and S + η·diag(I, 0) is positive definite: the global optimum."""
+    """The map is stationary and its optimality gap is at rounding level: the global optimum."""
     NOT_CERTIFIED = "not certified"
     """The map is stationary but not proved optimal: a local minimum or a loose relaxation."""
     NOT_STATIONARY = "not stationary"
@@ -69,12 +87,14 @@ class Certificate:
 
     ``stationarity`` is that of ``newton.stationarity``, the relative size of
     S·Xᵀ. ``lambda_min`` is the smallest eigenvalue of S_R, the S of the rotations alone
-    with the positions marginalised, in the unit of κ. ``eta`` is the shift with which
-    S + η·diag(I, 0), without a shift on positions and with one of them fixed, passed the
-    Cholesky test. ``cost`` is the chordal cost of the map, and every map costs at least
-    ``lower_bound`` = tr Λ − d n η. ``direction`` ``(n, d + 1)``, rotation part first, is
-    the eigenvector of a negative ``lambda_min`` with its optimal positions, a descent
-    direction at the next rank; None if the Cholesky test passed at once.
+    with the positions marginalised, in the unit of κ; 0 where it is 0 up to rounding.
+    ``eta`` is the mean over the rotations of the shift with which S passed the Cholesky test,
+    without a shift on positions and with one of them fixed. ``cost`` is the chordal cost of
+    the map, and every map costs at least ``lower_bound`` = tr Λ − d n η. ``direction``
+    ``(n, d + 1)``, rotation part first, is the eigenvector of a negative ``lambda_min`` with
+    its optimal positions, a descent direction at the next rank; None if the Cholesky test
+    passed at once. ``stop`` is the reason why the descent before it stopped, None if there
+    was none.
 
     It says nothing about outliers: see the module.
     """
@@ -86,15 +106,16 @@ class Certificate:
     cost: float
     lower_bound: float
     direction: Array | None
+    stop: Stop | None = None
 
     @property
     def bound(self) -> float:
         """An upper bound on the optimality gap, the cost minus the global minimum.
 
         It holds at any map, stationary or not: for every map X' with S + η·diag(I, 0) ⪰ 0
-        cost(X') = tr Λ + tr(X' S X'ᵀ) ≥ tr Λ − η ‖R'‖²_F, and ‖R'‖²_F = d n. With
-        η = −λ_min of an S that keeps the positions this would be false, as nothing bounds
-        ‖t'‖.
+        cost(X') = tr Λ + tr(X' S X'ᵀ) ≥ tr Λ − η ‖R'‖²_F, and ‖R'‖²_F = d n; so does it with
+        any diagonal shift of the rotations of mean η. With η = −λ_min of an S that keeps the
+        positions this would be false, as nothing bounds ‖t'‖.
 
         Source: Rosen et al. 2019, weak duality of Problem 6; with positions derived here.
         """
@@ -103,19 +124,24 @@ class Certificate:
 
 
 def certify(
-    graph: PoseGraph, poses: ArrayLike, weights: ArrayLike | None = None
+    graph: PoseGraph,
+    poses: ArrayLike,
+    weights: ArrayLike | None = None,
+    *,
+    max_seconds: float = MAX_SECONDS,
 ) -> tuple[Array, Certificate]:
     """Return the poses polished on the chordal cost, and their certificate.
 
     ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``; ``weights`` ``(m,)`` multiply κ and τ and are 1
-    if None; edges of weight 0 are left out. The certificate is about weighted least squares
-    over the remaining edges and says nothing about outliers among them.
+    if None; edges of weight 0 are left out. After ``max_seconds`` of CPU time the polish ends
+    with the best map so far. The verdict is then NOT_STATIONARY, and ``stop`` of the
+    certificate gives the reason. The certificate is about weighted least squares over the
+    remaining edges and says nothing about outliers among them.
 
     Raises:
         ValueError: ``poses`` or ``weights`` have the wrong shape or are not finite, or a
             weight is negative.
         Underdetermined: the edges with positive weight do not connect all poses.
-        NotConverged: the polish did not converge.
 
     Source: Rosen et al. 2019, Theorem 7 and equations (107) and (112).
 
@@ -125,8 +151,11 @@ def certify(
     >>> proof.verdict.value, round(proof.cost, 3), proof.bound < 1e-6
     ('certified', 1.217, True)
     """
-    polished = polish(graph, poses, weights)
-    return polished, certificate(graph, polished, weights)
+    start = check_poses("poses", poses, graph)
+    problem = ChordalProblem.of(graph, weights)
+    descent = descend(problem, pose_blocks(start), max_seconds=max_seconds)
+    record = judge(problem, descent.last.blocks)
+    return poses_like(graph, descent.last.blocks, start), replace(record, stop=descent.stop)
 
 
 def certificate(
@@ -140,10 +169,11 @@ def certificate(
     """Return the certificate of ``poses`` without polishing them.
 
     ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``; ``weights`` ``(m,)`` are 1 if None. ``eta``
-    is the shift of the Cholesky test, in the unit of κ; if None it is 1e-12 of the mean of
-    M's diagonal over the rotations, or larger where the stationarity is larger. A map counts
-    as stationary if its stationarity is at most ``tol``. The smallest eigenvalue of a
-    certified map is 0, since S_R Rᵀ = 0.
+    is the mean shift of the Cholesky test, in the unit of κ. If None or too small it is 1e-12
+    of the mean of M's diagonal over the rotations, or more where the stationarity is larger.
+    The verdict follows from the bound: a larger shift passes more easily and proves less. A
+    map counts as stationary if its stationarity is at most ``tol``. The smallest eigenvalue of
+    a certified map is 0, since S_R Rᵀ = 0.
 
     It is about the chordal cost of the weighted edges: with a wrong closure kept it may
     certify a wrong map.
@@ -170,33 +200,35 @@ def judge(
     """
     tol = positive("tol", tol)
     gradient_norm = stationarity(problem, blocks)
-    first = _shift(problem, gradient_norm) if eta is None else positive("eta", eta)
+    diagonal = np.einsum("icc->ic", problem.pose_blocks)[:, : problem.d]
+    scale = float(diagonal.mean())
+    share = float(max(_SHIFT, min(gradient_norm, _ROUNDING / 2.0)))
+    first = share * scale
+    shift = first if eta is None else max(first, positive("eta", eta))
     s = _CertificateMatrix.at(problem, blocks)
-    passed = s.factorise(first)
-    lowest, direction = _lowest(s, first, passed)
-    shift = first if passed else _least_shift(s, max(first, -lowest))
+    passed = s.factorise(shift / scale * diagonal)
+    rounding = passed is not None and shift <= _ROUNDING * scale
+    lowest, direction = (0.0, None) if rounding else _lowest(s, first)
+    if passed is None:
+        shift = _least_shift(s, max(shift, -lowest))
     cost = lifted_cost(problem, blocks)
+    floor = _multiplier_trace(problem, blocks, cost) - problem.d * problem.n * shift
+    negligible = _GAP * cost + (_ROUNDING * float(diagonal.sum()) if rounding else 0.0)
     return Certificate(
-        verdict=_verdict(gradient_norm <= tol, passed is not None),
+        verdict=_verdict(gradient_norm <= tol, cost - floor <= negligible),
         stationarity=gradient_norm,
         lambda_min=lowest,
         eta=shift,
         cost=cost,
-        lower_bound=_multiplier_trace(problem, blocks, cost) - problem.d * problem.n * shift,
+        lower_bound=floor,
         direction=None if passed else direction,
     )
 
 
-def _verdict(stationary: bool, passed: bool) -> Verdict:
+def _verdict(stationary: bool, closed: bool) -> Verdict:
     if not stationary:
         return Verdict.NOT_STATIONARY
-    return Verdict.CERTIFIED if passed else Verdict.NOT_CERTIFIED
-
-
-def _shift(problem: ChordalProblem, gradient_norm: float) -> float:
-    """Return η, above rounding and above the remaining gradient."""
-    diagonal = np.einsum("icc->ic", problem.pose_blocks)[:, : problem.d]
-    return float(max(_SHIFT, min(gradient_norm, STATIONARY)) * diagonal.mean())
+    return Verdict.CERTIFIED if closed else Verdict.NOT_CERTIFIED
 
 
 def _multiplier_trace(problem: ChordalProblem, blocks: Array, cost: float) -> float:
@@ -232,10 +264,13 @@ class _CertificateMatrix:
         multipliers = problem.edge_blocks - s[1:]
         return cls(pattern, pattern.sum(pieces_of(s)), 2.0 * float(np.abs(multipliers).sum()))
 
-    def factorise(self, eta: float) -> PoseFactors | None:
-        """Return the factors of S + η·diag(I, 0), or None if it is not positive definite."""
-        shift = np.full((self.pattern.n, self.pattern.block), eta)
-        shift[:, -1] = 0.0
+    def factorise(self, eta: float | Array) -> PoseFactors | None:
+        """Return the factors of S + diag(η, 0), or None if it is not positive definite.
+
+        ``eta`` is one number or ``(n, d)``, over the rotations' columns.
+        """
+        shift = np.zeros((self.pattern.n, self.pattern.block))
+        shift[1:, :-1] = eta
         return self.pattern.factorise(self.blocks, shift)
 
 
@@ -251,24 +286,48 @@ def _solved(factors: PoseFactors, right_rotations: Array) -> Array:
     return np.asarray(factors.solve(right)[1:])
 
 
-def _lowest(s: _CertificateMatrix, eta: float, passed: PoseFactors | None) -> tuple[float, Array]:
-    """Return λ_min of S_R and its eigenvector ``(n, d + 1)`` with optimal positions."""
-    shift, factors = eta, passed
-    while factors is None:
-        if shift > s.ceiling:
-            raise Underdetermined(
-                "the certificate matrix is singular to working precision: some edges weigh "
-                "almost nothing beside the others; give such edges weight 0"
-            )
-        shift *= 100.0
-        factors = s.factorise(shift)
+def _lowest(s: _CertificateMatrix, least: float) -> tuple[float, Array]:
+    """Return λ_min of S_R and its eigenvector ``(n, d + 1)`` with optimal positions.
+
+    It is found by inverse iterations with S + σI, where σ passes the Cholesky test and is at
+    most 4 times the least shift that does: then λ_min is well separated.
+
+    Source: Ericsson and Ruhe 1980, the shifted and inverted Lanczos method; the choice of σ
+    is derived here.
+    """
+    shift, factors = _bracket(s, least)
     inverse, rotations = _largest(s.pattern.n - 1, s.pattern.block - 1, factors)
     full = _solved(factors, rotations)
     return 1.0 / inverse - shift, full / np.linalg.norm(full[:, :-1])
 
 
+def _bracket(s: _CertificateMatrix, least: float) -> tuple[float, PoseFactors]:
+    """Return a shift of at least ``least`` that passes, and its factors."""
+    below, shift = least, least
+    while s.factorise(shift) is None:
+        if shift > s.ceiling:
+            raise Underdetermined(
+                "the certificate matrix is singular to working precision: some edges weigh "
+                "almost nothing beside the others; give such edges weight 0"
+            )
+        below, shift = shift, 100.0 * shift
+    while shift > 4.0 * below:
+        middle = float(np.sqrt(below * shift))
+        if s.factorise(middle) is None:
+            below = middle
+        else:
+            shift = middle
+    factors = s.factorise(shift)
+    assert factors is not None
+    return shift, factors
+
+
 def _largest(n: int, d: int, factors: PoseFactors) -> tuple[float, Array]:
-    """Return the largest eigenvalue of (S_R + ηI)⁻¹ and its eigenvector ``(n, d)``."""
+    """Return the largest eigenvalue of (S_R + σI)⁻¹ and its eigenvector ``(n, d)``.
+
+    Where ARPACK does not converge within its restarts, it is the Rayleigh quotient and the
+    vector of plain inverse iterations.
+    """
     size = n * d
 
     def apply(x: Array) -> Array:
@@ -278,11 +337,19 @@ def _largest(n: int, d: int, factors: PoseFactors) -> tuple[float, Array]:
     if size <= _DENSE:
         full = apply(np.eye(size))
         values, vectors = np.linalg.eigh(0.5 * (full + full.T))
-    else:
-        operator = LinearOperator((size, size), matvec=apply, dtype=np.float64)
-        start = np.random.default_rng(0).normal(size=size)
-        values, vectors = eigsh(operator, k=1, which="LM", v0=start)
-    return float(values[-1]), vectors[:, -1].reshape(n, d)
+        return float(values[-1]), vectors[:, -1].reshape(n, d)
+    operator = LinearOperator((size, size), matvec=apply, dtype=np.float64)
+    vector = np.random.default_rng(0).normal(size=size)
+    try:
+        values, vectors = eigsh(
+            operator, k=1, which="LM", v0=vector, tol=_EIGENVALUE_TOLERANCE, maxiter=_RESTARTS
+        )
+        return float(values[-1]), vectors[:, -1].reshape(n, d)
+    except ArpackNoConvergence:
+        for _ in range(_POWERS):
+            vector = apply(vector / np.linalg.norm(vector))
+        unit = vector / np.linalg.norm(vector)
+        return float(unit @ apply(unit)), unit.reshape(n, d)
 
 
 def _least_shift(s: _CertificateMatrix, above: float) -> float:

@@ -11,6 +11,8 @@ and Proposition 3, on pose graphs.
 
 from __future__ import annotations
 
+import logging
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -24,14 +26,23 @@ from robust_slam.certificates.chordal import (
     pose_blocks,
     project,
 )
-from robust_slam.certificates.newton import descend
-from robust_slam.certificates.optimality import Certificate, Verdict, certify, judge
+from robust_slam.certificates.newton import Stop, descend
+from robust_slam.certificates.optimality import (
+    MAX_SECONDS,
+    Certificate,
+    Verdict,
+    certify,
+    judge,
+)
 from robust_slam.descent.step import ROUNDING
 from robust_slam.graphs.pose_graph import PoseGraph, check_poses
 from robust_slam.graphs.rotations import nearest_stiefel
 
+_log = logging.getLogger(__name__)
 _NEAR = 1e-8
 """The stationarity tolerance at a higher rank; maps are polished further."""
+_LEAST_DECREASE = 1e-12
+"""A step at a higher rank that lowers the cost by a smaller share is the last."""
 _HALVINGS = 40
 
 
@@ -41,6 +52,7 @@ def solve_certified(
     weights: ArrayLike | None = None,
     *,
     max_climbs: int = 5,
+    max_seconds: float = MAX_SECONDS,
 ) -> tuple[Array, Certificate]:
     """Return the best map that the staircase finds from ``poses``, and its certificate.
 
@@ -50,30 +62,63 @@ def solve_certified(
     higher than that of the polished start. Where the relaxation is not tight the verdict is
     NOT_CERTIFIED, with the best ``lower_bound`` that was found.
 
+    It ends after about ``max_seconds`` of CPU time with the best map so far. ``stop`` of the
+    certificate gives the reason: of the last polish where the map is certified, otherwise
+    LOOSE, ITERATION_LIMIT or TIME_LIMIT. Each rank is logged at the level INFO.
+
     The certificate is about the weighted edges, not about outliers: see ``certificate``.
 
     Raises:
         ValueError: ``poses`` or ``weights`` have the wrong shape or are not finite, a
             weight is negative, or ``max_climbs`` is below 0.
         Underdetermined: the edges with positive weight do not connect all poses.
-        NotConverged: the polish of a map did not converge.
 
     Source: Boumal, Voroninski and Bandeira 2016; Rosen et al. 2019, Algorithms 1 and 2.
     """
     if max_climbs < 0:
         raise ValueError(f"max_climbs is {max_climbs}; give at least 0")
-    best, certificate = certify(graph, check_poses("poses", poses, graph), weights)
+    end = time.process_time() + max_seconds
+    found = certify(graph, check_poses("poses", poses, graph), weights, max_seconds=max_seconds)
     problem = ChordalProblem.of(graph, weights)
-    blocks, relaxed = pose_blocks(best), certificate
+    blocks, relaxed = pose_blocks(found[0]), found[1]
+    _report(problem.d, found[1])
     for _ in range(max_climbs):
-        if certificate.verdict is Verdict.CERTIFIED or relaxed.direction is None:
-            break
+        if found[1].verdict is Verdict.CERTIFIED:
+            return found
+        if relaxed.direction is None:
+            return _stopped(found, Stop.LOOSE)
         higher = climb(problem, blocks, relaxed.direction)
-        blocks = descend(problem, higher, _NEAR).last.blocks
+        blocks = _descended(problem, higher, end)
         relaxed = judge(problem, blocks)
-        near, proof = certify(graph, rounded(graph, blocks, best), weights)
-        best, certificate = _better((best, certificate), (near, proof), relaxed)
-    return best, certificate
+        near = rounded(graph, blocks, found[0])
+        new = certify(graph, near, weights, max_seconds=end - time.process_time())
+        found = _better(found, new, relaxed)
+        _report(blocks.shape[1], found[1])
+        if time.process_time() > end and found[1].verdict is not Verdict.CERTIFIED:
+            return _stopped(found, Stop.TIME_LIMIT)
+    return (
+        found if found[1].verdict is Verdict.CERTIFIED else _stopped(found, Stop.ITERATION_LIMIT)
+    )
+
+
+def _descended(problem: ChordalProblem, blocks: Array, end: float) -> Array:
+    """Return the blocks where the descent from ``blocks`` stops, ``(n, r, d + 1)`` both."""
+    left = end - time.process_time()
+    descent = descend(problem, blocks, _NEAR, least_decrease=_LEAST_DECREASE, max_seconds=left)
+    return descent.last.blocks
+
+
+def _stopped(found: tuple[Array, Certificate], stop: Stop) -> tuple[Array, Certificate]:
+    return found[0], replace(found[1], stop=stop)
+
+
+def _report(rank: int, certificate: Certificate) -> None:
+    _log.info(
+        "rank %d: the best map costs %.9g, no map less than %.9g",
+        rank,
+        certificate.cost,
+        certificate.lower_bound,
+    )
 
 
 def _better(

@@ -2,6 +2,7 @@ from .generate import Noise as Noise
 from .generate import circle as circle
 from .generate import manhattan as manhattan
 from .generate import sphere as sphere
+from .laser import building as building
 from .metrics import ate as ate
 from .metrics import precision_recall as precision_recall
 from .odometry import dead_reckoning as dead_reckoning

@@ -24,6 +24,7 @@ format; the grid of quaternions is derived here.
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -70,8 +71,8 @@ class G2o:
     graph: PoseGraph
     poses: Array | None
     names: Indices
-    repaired: Indices
-    skipped: dict[str, int]
+    repaired: Indices = dataclasses.field(default_factory=lambda: np.empty(0, dtype=np.intp))
+    skipped: dict[str, int] = dataclasses.field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -118,6 +118,7 @@ def sphere(
     *,
     around: int | None = None,
     radius: float = 5.0,
+    neighbours: int = 1,
     closures: int | None = None,
     noise: Noise | None = None,
 ) -> tuple[PoseGraph, Array]:
@@ -126,7 +127,9 @@ def sphere(
     The graph is in SE(3). The path winds from pole to pole with ``around`` poses per ring, by
     default about √n. The robot faces its direction of motion, and its z axis points outwards
     from the sphere of ``radius`` m. The ``closures``, by default all, are drawn from the
-    pairs (k, k + around), which are neighbours on consecutive rings.
+    pairs (k, k + around), which are neighbours on consecutive rings. With ``neighbours`` 3,
+    5, … each pose is paired with that many poses of the next ring, those around its
+    neighbour: 2200 poses, 50 around, have 8649 edges with 3.
 
     Raises:
         ValueError: an argument is out of range, or there are fewer such pairs.
@@ -140,9 +143,13 @@ def sphere(
     around = max(3, round(np.sqrt(n))) if around is None else around
     if around < 3:
         raise ValueError(f"around is {around}; give at least 3 poses a turn")
+    if neighbours < 1 or neighbours % 2 == 0 or neighbours > around:
+        raise ValueError(f"neighbours is {neighbours}; give an odd number up to {around}")
     truth = _winding(n, around, positive("radius", radius))
-    first = np.arange(max(n - around, 0))
-    pairs = np.stack([first, first + around], axis=1)
+    beside = np.arange(neighbours) - neighbours // 2
+    first, after = np.divmod(np.arange(n * neighbours), neighbours)
+    pairs = np.stack([first, first + around + beside[after]], axis=1)
+    pairs = pairs[(pairs[:, 1] < n) & (pairs[:, 1] > pairs[:, 0] + 1)]
     count = len(pairs) if closures is None else closures
     return _measured(truth, _drawn(pairs, count, rng), noise, rng), truth
 

@@ -20,6 +20,7 @@ from tests.lib.worlds import (
     random_poses,
     refused,
     slopes,
+    turned,
     walked,
     with_outliers,
 )
@@ -81,6 +82,7 @@ def test_distances_are_those_of_the_definition(group, noise, shared, seed):
     graph = wandering(seed, group, n=9, closures=4, noise=noise)
     distances = pairwise_distances(graph, shared_odometry=shared)
     closures = np.flatnonzero(~graph.is_odometry)
+    graph = turned(graph, graph.edges[:, 0] > graph.edges[:, 1])  # in the direction of travel
     for a, b in zip(*np.triu_indices(len(closures), 1), strict=True):
         expected = distance(group, graph, closures[a], closures[b], shared)
         assert distances[a, b] == pytest.approx(expected, rel=1e-4, abs=1e-6)
@@ -124,7 +126,7 @@ def test_with_shared_odometry_the_squares_are_chi_square():
     rng = np.random.default_rng(7)
     squares = {False: [], True: []}
     truth = walked(se2, np.tile([1.0, 0.0, 0.15], (20, 1)))
-    pairs = [(2, 6), (10, 16), (6, 2), (10, 16), (2, 16), (12, 4)]
+    pairs = [(2, 6), (10, 16), (6, 2), (16, 10), (1, 3), (14, 19)]
     edges = [(k, k + 1) for k in range(20)] + pairs
     information = np.tile(np.diag(np.array([0.02, 0.02, 0.004]) ** -2.0), (26, 1, 1))
     information[20:] *= 100.0
@@ -254,9 +256,7 @@ def test_bad_arguments_are_refused_by_name(wrong, message):
         pcm(wandering(16, se2), **wrong)
 
 
-def test_odometry_is_not_compared_and_must_be_there():
+def test_odometry_is_not_compared():
     graph = wandering(16, se2)
     with pytest.raises(ValueError, match="edge 0 is odometry; mark loop closures alone"):
         pairwise_distances(graph, np.ones(len(graph.edges), dtype=bool))
-    with pytest.raises(ValueError, match="no odometry edge leads from pose 0 to pose 1"):
-        pcm(replace(graph, is_odometry=np.zeros(len(graph.edges), dtype=bool)))

@@ -10,7 +10,7 @@ from robust_slam.graphs.generate import manhattan, sphere
 from robust_slam.graphs.outliers import add_random_closures
 from robust_slam.graphs.pose_graph import PoseGraph, select
 
-from tests.lib.graphs.test_forest import renumbered, turned
+from tests.lib.worlds import renumbered, turned
 
 
 def spoiled(make, seed, outliers=15):

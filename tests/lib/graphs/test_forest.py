@@ -7,7 +7,9 @@ import pytest
 from robust_slam.graphs.forest import Ancestors, Forest, find_forest, sums_along
 from robust_slam.graphs.generate import manhattan
 from robust_slam.graphs.odometry import dead_reckoning, sessions
-from robust_slam.graphs.pose_graph import PoseGraph, select
+from robust_slam.graphs.pose_graph import select
+
+from tests.lib.worlds import renumbered, turned
 
 
 def random_forest(n, seed):
@@ -53,26 +55,6 @@ def test_a_part_without_a_way_to_pose_0_has_a_tree_of_its_own():
     forest = find_forest(graph, used, np.ones(len(graph.edges)), np.array([0, 12]))
     np.testing.assert_array_equal(forest.part, np.arange(30) >= 12)
     np.testing.assert_array_equal(forest.parent, [0, *range(11), 12, *range(12, 29)])
-
-
-def turned(graph, chosen):
-    """The same graph, its ``chosen`` edges written from j to i."""
-    group, edges, z = graph.group, graph.edges.copy(), graph.measurement.copy()
-    onto = np.linalg.inv(group.adjoint(z[chosen]))
-    information = graph.information.copy()
-    moved = np.swapaxes(onto, 1, 2) @ information[chosen] @ onto
-    information[chosen] = 0.5 * (moved + np.swapaxes(moved, 1, 2))
-    edges[chosen], z[chosen] = edges[chosen][:, ::-1], group.inverse(z[chosen])
-    return PoseGraph(graph.n, edges, z, information, graph.is_odometry)
-
-
-def renumbered(graph, first):
-    """The same graph with pose ``first`` as pose 0, as a FIX line makes it, and the numbers."""
-    number = np.arange(graph.n) + (np.arange(graph.n) < first)
-    number[first] = 0
-    edges = number[graph.edges]
-    made = PoseGraph(graph.n, edges, graph.measurement, graph.information, graph.is_odometry)
-    return made, number
 
 
 def test_dead_reckoning_is_the_same_whichever_way_odometry_is_written():

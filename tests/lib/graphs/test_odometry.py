@@ -20,16 +20,17 @@ def test_dead_reckoning_and_a_tree_with_complete_odometry_take_its_steps_alone(g
         assert_same_poses(group, start(graph), expected, atol=1e-8)
 
 
-def test_dead_reckoning_takes_the_first_odometry_edge_of_a_step_in_any_order():
+def test_dead_reckoning_takes_the_fewest_edges_and_of_twins_the_first():
     z = [[5.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [9.0, 0.0, 0.0], [7.0, 0.0, 0.0]]
     edges = [[1, 2], [0, 1], [0, 1], [0, 1], [0, 2]]
-    graph = PoseGraph(3, edges, z, [np.eye(3)] * 5, [True, True, True, False, True])
-    np.testing.assert_array_equal(dead_reckoning(graph)[:, 0], [0.0, 1.0, 6.0])
+    for shortcut, last in ((False, 6.0), (True, 7.0)):
+        graph = PoseGraph(3, edges, z, [np.eye(3)] * 5, [True, True, True, False, shortcut])
+        np.testing.assert_array_equal(dead_reckoning(graph)[:, 0], [0.0, 1.0, last])
 
 
 def test_dead_reckoning_names_the_step_that_is_missing():
     graph = PoseGraph(3, [[0, 1], [1, 2]], np.zeros((2, 3)), [np.eye(3)] * 2, [True, False])
-    with pytest.raises(ValueError, match="from pose 1 to pose 2"):
+    with pytest.raises(ValueError, match="from pose 0 to pose 2"):
         dead_reckoning(graph)
 
 
