@@ -35,7 +35,7 @@ _CLOSURE = 3.0
 
 def building(
     n: int,
-    rng: np.random.Generator,
+    rng: int | np.random.Generator,
     *,
     step: float = 0.5,
     side: int | None = None,
@@ -66,6 +66,7 @@ def building(
     >>> len(graph.edges), int(graph.is_odometry.sum()), graph.odometry_joins_all
     (337, 297, False)
     """
+    rng = np.random.default_rng(rng)
     gaps = n // 500 if gaps is None else gaps
     if n < 3 or not 0 <= gaps <= n - 2:
         raise ValueError(f"n is {n} and gaps {gaps}; give at least 3 poses and at most n - 2 gaps")
