@@ -23,11 +23,14 @@ from robust_slam.descent import start
 from robust_slam.estimators.graduation import Kind, check_kind, gnc
 from robust_slam.estimators.result import KEPT, Result, Step, StopReason
 from robust_slam.estimators.thresholds import chi_square_threshold
-from robust_slam.graphs import pose_graph
-from robust_slam.graphs.odometry import spanning_tree
+from robust_slam.graphs.odometry import accumulated_rotation, spanning_tree
 from robust_slam.graphs.pose_graph import PoseGraph, check_graph, select
 from robust_slam.problems import PoseGraphProblem
 from robust_slam.progress import Progress, stages
+
+
+_LOST = 1.0
+"""The deviation (rad) of a rotation from which on it is lost."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -183,28 +186,15 @@ def solve(
 def _classified(
     graph: PoseGraph, used: Mask, trusted: Mask, threshold: float, kind: Kind, tell: Progress
 ) -> Result[Array]:
-    """Return the result of GNC over the ``used`` edges, from the better of two first maps."""
+    """Return the result of GNC over the ``used`` edges."""
     consistent = select(graph, used)
-    along = spanning_tree(graph, trusted.astype(np.float64))
-    first = _better_start(consistent, along, trusted[used], threshold)
+    # Start at odometry: remaining outliers distort the chordal and the least-squares map.
+    # Where the odometry loses its rotation it says less than these.
+    lost = accumulated_rotation(graph, trusted) > _LOST
+    first = start.chordal(consistent) if lost else spanning_tree(graph, trusted.astype(float))
     problem = PoseGraphProblem(consistent, first, trusted[used], steps=1)
 
     def watch(step: Step[Array]) -> None:
         tell(f"GNC at mu = {step.mu:.3g}")
 
     return gnc(problem, threshold, kind, problem.guess, watch=watch)
-
-
-def _better_start(graph: PoseGraph, along: Array, trusted: Mask, threshold: float) -> Array:
-    """Return the poses ``along`` trusted edges or the chordal ones, whichever cost less.
-
-    The cost is that of truncated least squares, which GNC minimises. Outliers distort the
-    chordal poses; where there are few of them, or where the odometry is coarse, they are
-    still the better start.
-    """
-
-    def cost(poses: Array) -> float:
-        squares = pose_graph.squared_norms(graph, poses)
-        return float(np.sum(np.where(trusted, squares, np.minimum(squares, threshold**2))))
-
-    return min((along, start.chordal(graph)), key=cost)

@@ -252,7 +252,7 @@ def test_a_common_factor_leaves_the_best_map_alone(page) -> None:
     graph, wrong, _ = page.town(0, "random", 12)
     inliers = pose_graph.select(graph, ~wrong)
     scaled = dataclasses.replace(inliers, information=inliers.information / 4)
-    one, two = (pipeline.certify(g, page.start.chordal(g))[0] for g in (inliers, scaled))
+    one, two = (certificates.certify(g, page.start.chordal(g))[0] for g in (inliers, scaled))
     np.testing.assert_allclose(one, two, atol=1e-6)
 
 

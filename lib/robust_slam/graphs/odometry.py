@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_slam._arrays import Array, Indices
-from robust_slam.graphs.forest import find_forest, poses_along
+from robust_slam._arrays import Array, Indices, mask
+from robust_slam.graphs.forest import find_forest, poses_along, sums_along
 from robust_slam.graphs.pose_graph import (
     PoseGraph,
     check_graph,
@@ -63,6 +63,30 @@ def dead_reckoning(graph: PoseGraph) -> Array:
         )
     ones = np.ones(len(graph.edges))
     return poses_along(graph, find_forest(graph, graph.is_odometry, ones, _ROOT))
+
+
+def accumulated_rotation(graph: PoseGraph, used: ArrayLike | None = None) -> float:
+    """Return the largest deviation (rad) of a rotation along a tree of ``used`` edges.
+
+    It is that of one axis, relative to pose 0, if the errors of the edges are independent.
+    ``used`` ``(m,)`` is the mask of the tree's edges, by default the odometry. Above about
+    1 rad the rotation is lost, and nothing that is linear in it holds.
+
+    Raises:
+        ValueError: the mask does not fit, or no path of ``used`` edges leads to some pose.
+
+    >>> graph = PoseGraph(3, [[0, 1], [1, 2]], [[1, 0, 0]] * 2, [np.diag([1, 1, 4])] * 2,
+    ...                   is_odometry=[True, True])
+    >>> round(accumulated_rotation(graph), 4)
+    0.7071
+    """
+    chosen = graph.is_odometry if used is None else mask("used", used, len(graph.edges))
+    check_weights(chosen.astype(np.float64), graph)
+    forest = find_forest(graph, chosen, np.ones(len(graph.edges)), _ROOT)
+    d = graph.group.DIMENSION
+    covariance = np.linalg.inv(graph.information)[:, d:, d:]
+    variance = np.trace(covariance, axis1=1, axis2=2) / covariance.shape[-1]
+    return float(np.sqrt(sums_along(forest, variance[forest.edge]).max()))
 
 
 def spanning_tree(graph: PoseGraph, weights: ArrayLike | None = None) -> Array:
