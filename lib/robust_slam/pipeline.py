@@ -28,9 +28,8 @@ from robust_slam.graphs.pose_graph import PoseGraph, check_graph, select
 from robust_slam.problems import PoseGraphProblem
 from robust_slam.progress import Progress, stages
 
-
-_LOST = 1.0
-"""The deviation (rad) of a rotation from which on it is lost."""
+_LOST = np.pi
+"""The deviation (rad) of a rotation from which on it may be any."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

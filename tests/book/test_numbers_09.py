@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from robust_slam import pipeline
+from robust_slam import certificates, pipeline
 from robust_slam.certificates.optimality import Verdict, certificate
 from robust_slam.consistency.pairwise import pcm
 from robust_slam.estimators import kernels

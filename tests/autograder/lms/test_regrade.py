@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 from robust_slam_autograder import cli
-from robust_slam_autograder.grading import batch, journal, regrading, results
+from robust_slam_autograder.grading import batch, journal, marking, regrading, results
 from robust_slam_autograder.reading.submission import DATABASE_NAME
 
 from tests.autograder import toy
@@ -162,7 +162,7 @@ def test_what_a_look_has_graded_is_not_graded_twice(course, regrade, monkeypatch
 
 
 def test_the_inputs_are_the_batchs_own(course, regrade):
-    drawn = toy.case_generator(5, "double-random").random()
+    drawn = marking.case_generator(5, "double-random").random()
     random = f"### BEGIN HIDDEN TESTS\nassert rng.random() == {drawn!r}\n### END HIDDEN TESTS\n"
     toy.make_tree(course, value=toy.source_notebook(double_by_hand=STRICT, double_random=random))
     (bob,) = changes(regrade)["changes"]

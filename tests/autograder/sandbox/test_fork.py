@@ -59,8 +59,10 @@ def test_a_copy_knows_the_same_folder(wall: Fork) -> None:
     assert pickle.loads(pickle.dumps(wall))._home == wall._home
 
 
+# A shell's background processes ignore interrupts; this one must not.
 OWNER = """
-import sys, time
+import signal, sys, time
+signal.signal(signal.SIGINT, signal.default_int_handler)
 from robust_slam_autograder.sandbox import Fork, Launch
 wall = Fork()
 running = wall.start(Launch(withheld=(), used=(), cpu_seconds=20))
