@@ -11,7 +11,8 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(CURDIR)/$(VENV)/bin
 STRICT ?=
-# How many at once; where empty, tests take the machine's cores and the sweep, which measures, one.
+# How many at once; where empty, tests take one more than the machine's cores, as half of their time
+# is waiting for browsers, kernels and limits, and the sweep, which measures, one.
 JOBS ?=
 
 # The environment's scripts come first: nbgrader calls some of its own by name.
@@ -94,7 +95,7 @@ test: ## set up and pass all tests; STRICT=1 fails where one would be left out
 	@echo 'make test checks style and types, builds the book and runs all tests.'
 	@$(install)
 	@$(MAKE) -j 2 check book
-	ROBUST_SLAM_STRICT=$(filter-out 0,$(STRICT)) $(BIN)/pytest -q -n $(or $(JOBS),logical) --maxprocesses 8 \
+	ROBUST_SLAM_STRICT=$(filter-out 0,$(STRICT)) $(BIN)/pytest -q -n $(or $(JOBS),$$(( $$($(BIN)/python -c "import os; print(os.cpu_count())") + 1 ))) --maxprocesses 9 \
 		--dist loadfile --no-loadscope-reorder
 
 # Says what tests need and is not there, then installs it.

@@ -15,8 +15,10 @@ import pytest
 
 LIB = Path(__file__).resolve().parents[1] / "lib" / "robust_slam"
 MODULES = sorted(p for p in LIB.rglob("*.py") if not p.name.startswith("_"))
-WITHOUT_LITERATURE = {"errors", "group", "quiz", "result", "style"}
-"""Modules that hold no method: names, records and what pages look like."""
+RECORDS = {"errors", "group", "quiz", "result", "style"}
+TOOLS = {"cli", "drawing", "files", "progress"}
+WITHOUT_LITERATURE = RECORDS | TOOLS
+"""Modules that hold no method: names, records, files, commands and what pages look like."""
 ARRAYS = {"Array", "ArrayLike", "Mask", "Indices"}
 
 

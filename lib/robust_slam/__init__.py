@@ -18,6 +18,9 @@ The folders follow the course:
 - ``fleet``: GNC by several robots, each with its own part of the graph
 - ``problems``: what the loop can solve: a location, a linear problem, a pose graph
 - ``pipeline``: PCM, GNC and the certificate in one function
+- ``drawing``: a map in one line
+- ``progress``: how long computations show where they are
+- ``cli``: the command ``robust-slam``
 
 Each folder offers its main functions under short names: ``rs.estimators.gnc`` or
 ``from robust_slam.estimators import gnc, irls``. A module loads when first used.

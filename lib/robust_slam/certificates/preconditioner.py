@@ -99,7 +99,7 @@ class Systems:
     def preconditioner(self, blocks: Array) -> Operator:
         """Return an approximate inverse of ``hessian(blocks)``, positive definite.
 
-        It is valid until the next one is made.
+        ``blocks`` are ``(n, r, d + 1)``. It is valid until the next one is made.
 
         Raises:
             Underdetermined: even the factorisation of M fails.

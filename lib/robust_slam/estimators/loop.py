@@ -121,6 +121,8 @@ def as_graph_problem(
 ) -> tuple[PoseGraphProblem, ArrayLike | None]:
     """Return a problem on a pose graph and its start, as ``prepare`` does.
 
+    ``x0`` are poses, ``(n, 3)`` or ``(n, 3, 4)``, or None.
+
     Raises:
         TypeError: ``given`` is neither a graph nor a problem on one.
     """

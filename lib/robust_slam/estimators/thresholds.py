@@ -33,10 +33,12 @@ def chi_square_threshold(probability: float, dimension: int) -> float:
 def threshold_of(problem: object, probability: float) -> float:
     """Return ``chi_square_threshold`` for the residuals of ``problem``.
 
-    Their dimension is 3 or 6 if ``problem`` is a pose graph or has one as ``graph``, else 1.
+    The dimension of these is 3 or 6 if ``problem`` is a pose graph or has one as ``graph``, else 1.
 
     Raises:
         ValueError: ``probability`` is not inside (0, 1).
+
+    Source: Antonante et al. 2022.
     """
     graph = getattr(problem, "graph", problem)
     dimension = graph.group.DOF if isinstance(graph, PoseGraph) else 1
