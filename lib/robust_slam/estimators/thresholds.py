@@ -33,7 +33,8 @@ def chi_square_threshold(probability: float, dimension: int) -> float:
 def threshold_of(problem: object, probability: float) -> float:
     """Return ``chi_square_threshold`` for the residuals of ``problem``.
 
-    The dimension of these is 3 or 6 if ``problem`` is a pose graph or has one as ``graph``, else 1.
+    The dimension of these is 3 or 6 where ``problem`` is a pose graph or has one as ``graph``,
+    else 1.
 
     Raises:
         ValueError: ``probability`` is not inside (0, 1).
