@@ -211,7 +211,7 @@ def _value_or_none(call: Callable[[], Any]) -> Any:
     signal.setitimer(signal.ITIMER_VIRTUAL, LONGEST)
     try:
         return call()
-    except Exception:  # anything at all may come out of a call that makes no sense
+    except (Exception, SystemExit):  # anything at all may come out of a call that makes no sense
         return None
     finally:
         signal.setitimer(signal.ITIMER_VIRTUAL, 0)
