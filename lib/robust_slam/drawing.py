@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 from robust_slam_course.plots import maps
 
-from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam.graphs.pose_graph import PoseGraph, check_poses
 
 
 def draw_map(
@@ -26,8 +26,11 @@ def draw_map(
     Without ``ax`` a new figure is made.
 
     Raises:
+        TypeError: ``graph`` is not a pose graph.
         ValueError: an argument does not fit the graph.
     """
+    # A figure that was made in vain would stay open.
+    check_poses("poses", poses, graph)
     if ax is None:
         _, ax = plt.subplots()
     return maps.draw_map(ax, graph, poses, kept=kept, truth=truth, view=view)

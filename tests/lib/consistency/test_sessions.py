@@ -55,14 +55,14 @@ def two_sessions(seed):
 
 def test_closures_are_compared_with_those_that_join_the_same_sessions():
     graph, _ = two_sessions(3)
-    distances = pairwise_distances(graph)
+    apart = pairwise_distances(graph)
     i, j = np.sort(graph.edges[~graph.is_odometry], axis=1).T
     kind = (i >= 30) * 1 + (j >= 30) * 1
     together = kind[:, None] == kind
     np.fill_diagonal(together, False)
-    assert np.all(distances[together] > 0.0)
-    assert np.all(distances[~together] == 0.0)
-    np.testing.assert_allclose(total_distances(graph), distances.sum(axis=1))
+    assert np.all(apart[together] > 0.0)
+    assert np.all(apart[~together] == 0.0)
+    np.testing.assert_allclose(total_distances(graph), apart.sum(axis=1))
 
 
 def test_with_exact_odometry_a_gap_changes_no_distance_within_a_session():
