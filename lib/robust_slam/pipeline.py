@@ -32,7 +32,7 @@ _LOST = np.pi
 """The deviation (rad) of a rotation from which on it may be any."""
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Answer:
     """A map, the edges that were kept, and the result of each stage.
 
@@ -179,7 +179,15 @@ def solve(
         poses, certificate = solve_certified(
             inliers, start.chordal(inliers), max_seconds=max_seconds
         )
-    return Answer(graph, poses, kept, bridges, consistency, result, certificate)
+    return Answer(
+        graph=graph,
+        poses=poses,
+        kept=kept,
+        bridges=bridges,
+        consistency=consistency,
+        result=result,
+        certificate=certificate,
+    )
 
 
 def _classified(
