@@ -12,8 +12,8 @@ from robust_slam.graphs.odometry import spanning_tree
 
 def test_the_same_seed_gives_the_same_graph_and_another_seed_another():
     first, again, other = (building(300, np.random.default_rng(seed))[0] for seed in (1, 1, 2))
-    for name in ("edges", "measurement", "information", "is_odometry"):
-        np.testing.assert_array_equal(getattr(first, name), getattr(again, name))
+    for part in ("edges", "measurement", "information", "is_odometry"):
+        np.testing.assert_array_equal(getattr(first, part), getattr(again, part))
     assert not np.array_equal(first.measurement, other.measurement)
 
 
