@@ -124,7 +124,7 @@ PROMISES = {
         says=("before  after", "10 % of the points for each 24 hours begun", "class/canvas.csv")
     ),
     REGRADE: Promise(says=printed("Regrade"), by_hand=fix_a_test),
-    f"{REGRADE} --apply": Promise(says=("gradebook: sample-misprints 41 → 42",)),
+    f"{REGRADE} --apply": Promise(says=("gradebook: sample-misprints 43 → 44",)),
     "make public": Promise(makes=("build/public/assignments/03-irls.zip", "build/public/lib")),
     ".venv/bin/autograder init-ci github-grading --out .": Promise(
         says=("Next:",), makes=(".github/workflows/grading.yml",)
