@@ -103,7 +103,7 @@ class Reader:
         elif self._is_in_layout(path, mode):
             if self._is_in_a_students_folder(path.parent):
                 raise _LeftOut(
-                    "lies in another student's folder: name folders <student>/<assignment>/ alone."
+                    "is in another student's folder: name folders <student>/<assignment>/ alone."
                 )
             student = path.parent.name
         elif path.suffix != NOTEBOOK or stat.S_ISDIR(mode):

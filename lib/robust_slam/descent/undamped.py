@@ -38,8 +38,8 @@ def gauss_newton(
     """Return the poses at a minimum of ½ Σ w ‖whitened residual‖² near ``poses``.
 
     ``poses``, ``(n, 3)`` or ``(n, 3, 4)``, are the start; pose 0 is held fixed. ``weights``
-    ``(m,)`` are 1 if None. It converges when no coordinate of a step (m, rad) is larger than
-    ``tol`` times 1 + the largest coordinate of the map.
+    ``(m,)`` are 1 if None. It converges when a step moves positions by at most
+    ``tol`` times 1 m + the longest side of the map, and rotations by at most ``tol`` rad.
 
     Raises:
         ValueError: ``poses`` or ``weights`` have the wrong shape or are not finite, a

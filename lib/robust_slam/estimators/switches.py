@@ -151,9 +151,8 @@ def joint_switchable(
     default 1; trusted edges have none and stay at 1. Each of at most ``max_iterations`` steps
     is a Gauss–Newton step on both. Switches are clipped to [0, 1]. The poses are damped,
     initially by ``damping`` (0 for a plain first step), more after a rejected step and less
-    after a good one. The result has CONVERGED
-    when an undamped step changes no switch by more than ``tol`` and no pose by more than
-    ``tol`` times 1 + the largest coordinate of the map.
+    after a good one. The result has CONVERGED when an undamped step changes no switch by
+    more than ``tol``, and no pose by more than ``gauss_newton`` allows with this ``tol``.
 
     The weights of a step are s², with s the switches at its poses.
 

@@ -138,8 +138,7 @@ class TestCourse:
     @pytest.fixture(params=assignments.find_names(ASSIGNMENTS))
     def name(self, request: pytest.FixtureRequest) -> str:
         config = assignments.load_config(ASSIGNMENTS / request.param / assignments.CONFIG_NAME)
-        if not (ROOT / "chapters" / f"{config.chapter}.ipynb").is_file():
-            pytest.skip("it has no chapter")
+        assert (ROOT / "chapters" / f"{config.chapter}.ipynb").is_file()
         return request.param
 
     @pytest.fixture
