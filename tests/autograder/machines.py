@@ -27,7 +27,8 @@ class Machines:
         self._file = self.folder / "scheduler.json"
         where = ["--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(self._file)]
         self._start("scheduler", *where)
-        wait_for(self._file.exists)
+        # The file is there before it is written.
+        wait_for(lambda: self._file.exists() and self._file.read_text().endswith("}"))
         self.address = json.loads(self._file.read_text())["address"]
 
     def worker(self, *options: str, path: Path | None = None) -> subprocess.Popen[bytes]:

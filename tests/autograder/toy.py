@@ -46,15 +46,14 @@ def apply(f, x, times):
 
 DOUBLE_VISIBLE = 'assert double(3) == 6, "double(3) is 6: add the number to itself"\n'
 
-# Of five numbers none is negative for one seed in 32, and then abs(2 * x) would be right.
 DOUBLE_RANDOM = """\
 assert np.shape(double([1, 2])) == (2,)
 ### BEGIN HIDDEN TESTS
 # hint: Try negative numbers.
 # CANARY-TEST-TEXT
-x = rng.normal(size=40)
+x = rng.normal(size=5)
 got = np.asarray(double(x))
-assert got.shape == (40,), f"hidden input {x}"
+assert got.shape == (5,), f"hidden input {x}"
 assert np.allclose(got, x + x, rtol=1e-9, atol=0)
 ### END HIDDEN TESTS
 """
@@ -181,7 +180,7 @@ def result(out: Path, student: str) -> dict[str, Any]:
 
 def hidden_inputs(seed: int) -> list[str]:
     """What the hidden tests draw from a batch's seed, as texts to look for."""
-    x = marking.case_generator(seed, "double-random").normal(size=40)
+    x = marking.case_generator(seed, "double-random").normal(size=5)
     return [repr(float(value))[:10] for value in x]
 
 

@@ -225,7 +225,8 @@ def test_student_code_sees_neither_tests_nor_seed_and_writes_no_marks(
 def test_a_wrong_answer_and_a_broken_notebook_are_told_without_a_hidden_input(
     submit, container, wall_name
 ):
-    value = submit(toy.answer(double="def double(x):\n    return abs(2 * np.asarray(x))\n"))
+    # The seed is drawn here, and of five numbers none is negative for one seed in 32.
+    value = submit(toy.answer(double="def double(x):\n    return 2 * np.round(x)\n"))
     assert value["score"] == toy.MOST - 6
     (failed,) = [test for test in value["tests"] if test["status"] == "failed"]
     assert failed["visibility"] == "after_published"
