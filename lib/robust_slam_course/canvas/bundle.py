@@ -1,0 +1,52 @@
+"""The scripts of a live picture as one text: its modules, in order of dependency.
+
+A browser loads no module from a file, so a page carries the script itself. The modules are
+written for this: imports are static and named, and a name is used by one module only, so that
+a line of import can be left out and the word ``export`` with it.
+"""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from importlib.resources import files
+from posixpath import dirname, join, normpath
+
+_IMPORT = re.compile(r'^import\s*\{[^}]*\}\s*from\s*"(\.[^"]+)";\n', re.MULTILINE)
+_EXPORT = re.compile(r"^export (?=(?:async )?(?:function|const|class)\b)", re.MULTILINE)
+
+
+@cache
+def bundle(name: str) -> str:
+    """Return the script of the picture ``name``: a scope that defines ``render``.
+
+    Raises:
+        FileNotFoundError: there is no such picture, or a module imports one that is not there.
+        ValueError: a module has an import or export of a form that cannot be bundled.
+    """
+    done: dict[str, str] = {}
+    _add(f"pictures/{name}.js", done)
+    return "\n".join(done.values())
+
+
+def modules(name: str) -> list[str]:
+    """Return the modules of the picture ``name`` in order of dependency."""
+    done: dict[str, str] = {}
+    _add(f"pictures/{name}.js", done)
+    return list(done)
+
+
+def _add(path: str, done: dict[str, str]) -> None:
+    """Add the module ``path``, after those that it imports."""
+    if path in done:
+        return
+    source = (files(__package__) / "js" / path).read_text(encoding="utf-8")
+    for imported in _IMPORT.findall(source):
+        _add(normpath(join(dirname(path), imported)), done)
+    body = _EXPORT.sub("", _IMPORT.sub("", source))
+    if re.search(r"^(import|export)\b", body, re.MULTILINE):
+        raise ValueError(
+            f"{path}: write imports as import {{ a, b }} from \"./c.js\"; and exports as"
+            " export function, const or class; other forms cannot be bundled."
+        )
+    done[path] = body

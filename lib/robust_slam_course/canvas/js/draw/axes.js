@@ -1,0 +1,86 @@
+import { pathThrough } from "./scene.js";
+
+/** About `count` round numbers that cover `[low, high]`. */
+export function roundTicks(low, high, count = 5) {
+  const rough = (high - low) / Math.max(count, 1);
+  const power = 10 ** Math.floor(Math.log10(rough));
+  const step = power * [1, 2, 5, 10].find((factor) => factor * power >= rough);
+  const ticks = [];
+  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k += 1) {
+    ticks.push(Number((k * step).toPrecision(12)));
+  }
+  return ticks;
+}
+
+/** A number as a reader's text: at most `digits` significant digits, with a real minus sign. */
+export function numberText(value, digits = 3) {
+  if (!Number.isFinite(value)) return value > 0 ? "∞" : "−∞";
+  return String(Number(value.toPrecision(digits))).replace("-", "−");
+}
+
+/**
+ * Two axes with ticks inside the box `{x, y, width, height}` (pixels); `across` and `up` are
+ * `{domain: [low, high], label, ticks?}`. Returns the maps between data and pixels.
+ */
+export function putAxes(scene, layer, key, box, across, up) {
+  const [left, bottom, top, right] = [46, 40, 10, 8];
+  const inner = {
+    x: box.x + left, y: box.y + top,
+    width: box.width - left - right, height: box.height - top - bottom,
+  };
+  const spanX = across.domain[1] - across.domain[0];
+  const spanY = up.domain[1] - up.domain[0];
+  const maps = {
+    inner,
+    toX: (value) => inner.x + ((value - across.domain[0]) / spanX) * inner.width,
+    toY: (value) => inner.y + inner.height - ((value - up.domain[0]) / spanY) * inner.height,
+    fromX: (pixel) => across.domain[0] + ((pixel - inner.x) / inner.width) * spanX,
+    fromY: (pixel) => up.domain[0] + ((inner.y + inner.height - pixel) / inner.height) * spanY,
+  };
+  const floor = inner.y + inner.height;
+  for (const value of across.ticks ?? roundTicks(...across.domain, inner.width / 70)) {
+    const x = maps.toX(value);
+    scene.put(layer, `${key}-x-${value}`, "path", { class: "rs-grid", d: `M${x} ${inner.y}V${floor}` });
+    const place = { class: "rs-tick", x, y: floor + 16, "text-anchor": "middle" };
+    scene.put(layer, `${key}-xt-${value}`, "text", place, numberText(value));
+  }
+  for (const value of up.ticks ?? roundTicks(...up.domain, inner.height / 45)) {
+    const y = maps.toY(value);
+    scene.put(layer, `${key}-y-${value}`, "path", { class: "rs-grid", d: `M${inner.x} ${y}h${inner.width}` });
+    const place = { class: "rs-tick", x: inner.x - 6, y: y + 4, "text-anchor": "end" };
+    scene.put(layer, `${key}-yt-${value}`, "text", place, numberText(value));
+  }
+  const middle = { x: inner.x + inner.width / 2, y: floor + 34, "text-anchor": "middle" };
+  scene.put(layer, `${key}-xl`, "text", { class: "rs-label", ...middle }, across.label);
+  const [x, y] = [box.x + 12, inner.y + inner.height / 2];
+  const turned = { x, y, "text-anchor": "middle", transform: `rotate(-90 ${x} ${y})` };
+  scene.put(layer, `${key}-yl`, "text", { class: "rs-label", ...turned }, up.label);
+  return maps;
+}
+
+/** A curve y = f(x) over the axes' box, cut off above and below it. */
+export function putCurve(scene, layer, key, maps, domain, f, attributes, samples = 200) {
+  const { inner } = maps;
+  const clamp = (y) => Math.min(inner.y + inner.height + 2000, Math.max(inner.y - 2000, y));
+  const points = Array.from({ length: samples + 1 }, (_, k) => {
+    const x = domain[0] + ((domain[1] - domain[0]) * k) / samples;
+    return [maps.toX(x), clamp(maps.toY(f(x)))];
+  });
+  return putPath(scene, layer, key, maps, points, attributes);
+}
+
+/** A path through points in pixels, clipped to the axes' box. */
+export function putPath(scene, layer, key, maps, points, attributes) {
+  const { x, y, width, height } = maps.inner;
+  const outer = scene.put(layer, `${key}-box`, "svg", { x, y, width, height });
+  let path = outer.firstElementChild;
+  if (!path) {
+    path = outer.ownerDocument.createElementNS(outer.namespaceURI, "path");
+    outer.append(path);
+  }
+  const inside = points.map(([px, py]) => [px - x, py - y]);
+  for (const [name, value] of Object.entries({ ...attributes, d: pathThrough(inside) })) {
+    path.setAttribute(name, value);
+  }
+  return path;
+}

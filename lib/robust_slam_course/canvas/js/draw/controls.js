@@ -1,0 +1,106 @@
+/** A new HTML element with attributes and children (elements or texts). */
+export function htmlElement(name, attributes = {}, ...children) {
+  const element = document.createElement(name);
+  for (const [key, value] of Object.entries(attributes)) {
+    if (value !== null && value !== false) element.setAttribute(key, value === true ? "" : value);
+  }
+  element.append(...children);
+  return element;
+}
+
+/**
+ * The native control of a specification. `change(partial, settle)` is called with what the
+ * reader chose. Returns `{element, show(state, result)}`, which brings the control up to date.
+ *
+ * Kinds: `slider` (name, label, min, max, step, text(value), log), `choice` (name, label,
+ * options [[value, text], …]), `toggle` (name, label), `button` (label, does(state, result) →
+ * partial) and `player` (name, label, count(state, result), text(value, result)), a slider over
+ * steps that can play.
+ */
+export function makeControl(spec, change, calm) {
+  return { slider, choice, toggle, button, player }[spec.kind](spec, change, calm);
+}
+
+function slider(spec, change) {
+  const forward = spec.log ? Math.log10 : (value) => value;
+  const back = spec.log ? (position) => Number((10 ** position).toPrecision(4)) : (position) => position;
+  const input = htmlElement("input", {
+    type: "range", min: forward(spec.min), max: forward(spec.max), step: spec.step,
+    "data-control": spec.name, autocomplete: "off",
+  });
+  const value = htmlElement("span", { class: "rs-value", "aria-hidden": "true" });
+  input.addEventListener("input", () => change({ [spec.name]: back(Number(input.value)) }));
+  const show = (state) => {
+    input.value = forward(state[spec.name]);
+    value.textContent = spec.text(state[spec.name]);
+    input.setAttribute("aria-valuetext", value.textContent);
+  };
+  return { element: htmlElement("label", {}, htmlElement("span", {}, spec.label), input, value), show };
+}
+
+function choice(spec, change) {
+  const options = spec.options.map(([value, text]) => htmlElement("option", { value }, text));
+  const select = htmlElement("select", { "data-control": spec.name, autocomplete: "off" }, ...options);
+  select.addEventListener("input", () => change({ [spec.name]: select.value }));
+  const show = (state) => { select.value = state[spec.name]; };
+  return { element: htmlElement("label", {}, htmlElement("span", {}, spec.label), select), show };
+}
+
+function toggle(spec, change) {
+  const box = htmlElement("input", { type: "checkbox", "data-control": spec.name, autocomplete: "off" });
+  box.addEventListener("input", () => change({ [spec.name]: box.checked }));
+  const show = (state) => { box.checked = state[spec.name]; };
+  return { element: htmlElement("label", {}, box, htmlElement("span", {}, spec.label)), show };
+}
+
+function button(spec, change) {
+  const element = htmlElement("button", { type: "button", "data-control": spec.label }, spec.label);
+  let latest = [];
+  // `disabled` would take the focus away from a reader who pressed the button by keyboard.
+  element.addEventListener("click", () => {
+    if (element.getAttribute("aria-disabled") !== "true") change(spec.does(...latest));
+  });
+  const show = (...now) => {
+    latest = now;
+    element.setAttribute("aria-disabled", String(spec.when ? !spec.when(...now) : false));
+  };
+  return { element, show };
+}
+
+const BEAT = 450; // ms from one step to the next while playing
+
+function player(spec, change, calm) {
+  const input = htmlElement("input", { type: "range", min: 0, step: 1, "data-control": spec.name });
+  const play = htmlElement("button", { type: "button", "data-control": `play-${spec.name}` }, "Play");
+  const value = htmlElement("span", { class: "rs-value", "aria-hidden": "true" });
+  let timer = 0;
+  const stop = () => {
+    clearInterval(timer);
+    timer = 0;
+    play.textContent = "Play";
+  };
+  const forward = () => {
+    if (!input.isConnected || Number(input.value) >= Number(input.max)) return stop();
+    change({ [spec.name]: Number(input.value) + 1 });
+    return undefined;
+  };
+  input.addEventListener("input", () => { stop(); change({ [spec.name]: Number(input.value) }); });
+  play.addEventListener("click", () => {
+    if (timer) return stop();
+    const ended = Number(input.value) >= Number(input.max);
+    // Readers who asked for less movement get the last step at once.
+    if (calm.matches) return change({ [spec.name]: ended ? 0 : Number(input.max) });
+    if (ended) change({ [spec.name]: 0 });
+    play.textContent = "Pause";
+    timer = setInterval(forward, BEAT);
+    return undefined;
+  });
+  const show = (state, result) => {
+    input.max = spec.count(state, result);
+    input.value = state[spec.name];
+    value.textContent = spec.text(state[spec.name], result);
+    input.setAttribute("aria-valuetext", value.textContent);
+  };
+  const label = htmlElement("label", {}, htmlElement("span", {}, spec.label), input, value);
+  return { element: htmlElement("span", { class: "rs-player" }, label, play), show };
+}

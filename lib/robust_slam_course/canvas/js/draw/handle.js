@@ -1,0 +1,84 @@
+const ARROWS = {
+  ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowDown: [0, -1], ArrowUp: [0, 1],
+  PageDown: [-10, -10], PageUp: [10, 10],
+};
+
+/**
+ * A handle that mouse, touch and keyboard move. `options`:
+ * - `x`, `y`: where it is, in the scene's pixels; `shape`: "circle", "square" or "diamond"
+ * - `label`, `text`, `now`, `least`, `most`: its name, and its value as words and as a number
+ * - `drag(x, y)`: the pointer is at these pixels
+ * - `step(right, up)`: an arrow key, in steps (ten with Page Up, Page Down or Shift)
+ * - `remove()`: Delete or Backspace, where there is something to remove
+ * - `look`: a class of the style sheet
+ */
+export function putHandle(scene, key, options) {
+  const element = scene.put("handles", key, "g", {
+    class: `rs-handle ${options.look ?? ""}`,
+    role: "slider",
+    tabindex: 0,
+    transform: `translate(${options.x.toFixed(1)} ${options.y.toFixed(1)})`,
+    "aria-label": options.label,
+    "aria-valuetext": options.text,
+    "aria-valuenow": options.now,
+    "aria-valuemin": options.least,
+    "aria-valuemax": options.most,
+    "data-handle": key,
+  });
+  if (!element.firstElementChild) {
+    drawHandle(element, options.shape ?? "circle");
+    listen(element, scene);
+  }
+  element.options = options;
+  return element;
+}
+
+function drawHandle(element, shape) {
+  const outlines = {
+    circle: "M-9 0a9 9 0 1 0 18 0a9 9 0 1 0 -18 0Z",
+    square: "M-8 -8H8V8H-8Z",
+    diamond: "M0 -11L11 0L0 11L-11 0Z",
+  };
+  // A finger needs 44 pixels; the ring around what is seen is the target.
+  element.innerHTML = `<circle class="rs-target" r="22"></circle><path d="${outlines[shape]}"></path>`;
+}
+
+function listen(element, scene) {
+  let grip = null;
+  element.addEventListener("pointerdown", (event) => {
+    if (event.button !== 0) return;
+    const at = scenePoint(scene, event);
+    // The handle keeps its distance to the finger, so that taking it moves nothing.
+    grip = [element.options.x - at[0], element.options.y - at[1]];
+    element.setPointerCapture(event.pointerId);
+    element.focus({ preventScroll: true });
+    event.preventDefault();
+  });
+  element.addEventListener("pointermove", (event) => {
+    if (!grip) return;
+    const at = scenePoint(scene, event);
+    element.options.drag(at[0] + grip[0], at[1] + grip[1]);
+  });
+  for (const name of ["pointerup", "pointercancel", "lostpointercapture"]) {
+    element.addEventListener(name, () => {
+      if (grip && element.options.drop) element.options.drop();
+      grip = null;
+    });
+  }
+  element.addEventListener("keydown", (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const { remove, step } = element.options;
+    if (remove && (event.key === "Delete" || event.key === "Backspace")) remove();
+    else if (ARROWS[event.key]) {
+      const times = event.shiftKey ? 10 : 1;
+      step(...ARROWS[event.key].map((count) => count * times));
+    } else return;
+    event.preventDefault();
+  });
+}
+
+/** Where a pointer is, in the scene's pixels. */
+export function scenePoint(scene, event) {
+  const box = scene.root.getBoundingClientRect();
+  return [event.clientX - box.left, event.clientY - box.top];
+}

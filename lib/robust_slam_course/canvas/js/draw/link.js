@@ -1,0 +1,24 @@
+/** The part of an address that brings back a state: `#name={…}`, with what differs from `first`. */
+export function stateToHash(name, state, first) {
+  const changed = Object.entries(state).filter(
+    ([key, value]) => JSON.stringify(value) !== JSON.stringify(first[key]),
+  );
+  return `#${name}=${encodeURIComponent(JSON.stringify(Object.fromEntries(changed)))}`;
+}
+
+/** The state that an address names, over `first`; null where it names none for this picture. */
+export function stateFromHash(name, hash, first) {
+  const head = `#${name}=`;
+  if (!hash.startsWith(head)) return null;
+  try {
+    const changed = JSON.parse(decodeURIComponent(hash.slice(head.length)));
+    // A link comes from anywhere: only names that the state has are taken, and only of its type.
+    const known = Object.entries(changed).filter(
+      ([key, value]) => key in first && typeof value === typeof first[key]
+        && Array.isArray(value) === Array.isArray(first[key]),
+    );
+    return { ...first, ...Object.fromEntries(known) };
+  } catch {
+    return null;
+  }
+}

@@ -1,0 +1,91 @@
+import { putHandle } from "./handle.js";
+import { pathThrough } from "./scene.js";
+
+/**
+ * Maps between metres and pixels that fit `poses` (x, y, θ one after the other, in m, m, rad)
+ * into the box `{x, y, width, height}` (pixels), with one scale for both axes.
+ */
+export function fitMap(box, poses, margin = 26) {
+  let [west, east, south, north] = [Infinity, -Infinity, Infinity, -Infinity];
+  for (let k = 0; k < poses.length; k += 3) {
+    west = Math.min(west, poses[k]);
+    east = Math.max(east, poses[k]);
+    south = Math.min(south, poses[k + 1]);
+    north = Math.max(north, poses[k + 1]);
+  }
+  const scale = Math.min(
+    (box.width - 2 * margin) / Math.max(east - west, 1e-9),
+    (box.height - 2 * margin) / Math.max(north - south, 1e-9),
+  );
+  const [x0, y0] = [box.x + box.width / 2, box.y + box.height / 2];
+  const [mx, my] = [(west + east) / 2, (south + north) / 2];
+  return {
+    scale,
+    toX: (x) => x0 + scale * (x - mx),
+    toY: (y) => y0 - scale * (y - my),
+    fromX: (pixel) => mx + (pixel - x0) / scale,
+    fromY: (pixel) => my - (pixel - y0) / scale,
+  };
+}
+
+/** Pixels of pose `k`. */
+export function posePixels(map, poses, k) {
+  return [map.toX(poses[3 * k]), map.toY(poses[3 * k + 1])];
+}
+
+/** The drive through `poses` in order, a line with a dot for each pose. */
+export function putDrive(scene, layer, key, map, poses, look) {
+  const points = Array.from({ length: poses.length / 3 }, (_, k) => posePixels(map, poses, k));
+  scene.put(layer, `${key}-line`, "path", { class: `rs-drive ${look}`, d: pathThrough(points) });
+  const dots = points.map(([x, y]) => `M${x.toFixed(1)} ${y.toFixed(1)}h0`).join("");
+  scene.put(layer, `${key}-dots`, "path", { class: `rs-dots ${look}`, d: dots });
+}
+
+/** An edge between poses `i` and `j`; `width` in pixels, `look` a class of the style sheet. */
+export function putEdge(scene, layer, key, map, poses, [i, j], look, width = 2) {
+  const d = pathThrough([posePixels(map, poses, i), posePixels(map, poses, j)]);
+  scene.put(layer, key, "path", { class: `rs-edge ${look}`, d, "stroke-width": width });
+}
+
+/** The pose nearest to a point in metres; those for which `allowed(k)` is false are left out. */
+export function nearestPose(poses, x, y, allowed = () => true) {
+  let [best, least] = [-1, Infinity];
+  for (let k = 0; k < poses.length / 3; k += 1) {
+    const distance = Math.hypot(poses[3 * k] - x, poses[3 * k + 1] - y);
+    if (distance < least && allowed(k)) [best, least] = [k, distance];
+  }
+  return best;
+}
+
+/**
+ * The two ends of each closure in `closures` as handles on `poses`. An end snaps to the
+ * nearest pose; arrows move it along the drive. `edit(list)` is told the new closures;
+ * Delete removes one where `removable`. `gap` is the least distance of two ends, in poses.
+ */
+export function putClosureHandles(scene, map, poses, closures, edit, { gap = 2, removable = true, noun = "Closure" } = {}) {
+  const last = poses.length / 3 - 1;
+  closures.forEach((closure, number) => [0, 1].forEach((end) => {
+    const [here, there] = [closure[end], closure[1 - end]];
+    const move = (pose) => edit(closures.map((other, k) => {
+      if (k !== number || Math.abs(pose - there) < gap) return other;
+      return end === 0 ? [pose, there] : [there, pose];
+    }));
+    const [x, y] = posePixels(map, poses, here);
+    putHandle(scene, `closure-${number}-${end}`, {
+      x, y, shape: end ? "diamond" : "circle", look: "rs-wrong",
+      label: `${noun} ${number + 1}, ${end ? "second" : "first"} end`,
+      text: `pose ${here}`, now: here, least: 0, most: last,
+      drag: (px, py) => move(nearestPose(
+        poses, map.fromX(px), map.fromY(py), (k) => Math.abs(k - there) >= gap,
+      )),
+      step: (right, up) => {
+        const steps = right || up;
+        let pose = here + steps;
+        // Past the other end, on to the first pose on its far side.
+        if (Math.abs(pose - there) < gap) pose = there + Math.sign(steps) * gap;
+        move(Math.min(last, Math.max(0, pose)));
+      },
+      remove: removable ? () => edit(closures.filter((_, k) => k !== number)) : undefined,
+    });
+  }));
+}

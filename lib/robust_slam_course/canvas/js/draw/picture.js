@@ -1,0 +1,143 @@
+import { htmlElement, makeControl } from "./controls.js";
+import { Glide } from "./glide.js";
+import { stateFromHash, stateToHash } from "./link.js";
+import { Scene } from "./scene.js";
+
+const REST = 700; // ms without a change after which the caption is spoken
+const NEAR = 0.004; // what is left of a movement, in the picture's units, when it has arrived
+
+/**
+ * Run a live picture inside `el`. `model` follows anywidget's convention: `get("name")`,
+ * `get("texts")` {title, label, tries}, `get("state")` and `get("data")`; `set` and
+ * `save_changes` hand the state back to Python. `spec` says what is particular:
+ * - `controls`: see `makeControl`
+ * - `clean(state, data)`: the nearest state that is possible; a link may hold any
+ * - `solve(state, data)`: all that follows from a state
+ * - `moving(result)`: the numbers that glide from one result to the next (may be absent)
+ * - `height(width)`: of the drawing, in pixels
+ * - `layers`: names from back to front; "handles" holds what can be taken hold of
+ * - `draw(scene, view)`: one pass; `view` has state, result, shown (the gliding numbers),
+ *   width, height, data, and change(partial)
+ * - `caption(view)`: what is seen, in one to three sentences
+ */
+export function livePicture({ model, el }, spec) {
+  const [name, texts, data] = ["name", "texts", "data"].map((key) => model.get(key));
+  const first = spec.clean(model.get("state"), data);
+  const calm = window.matchMedia("(prefers-reduced-motion: reduce)");
+  const linked = () => stateFromHash(name, window.location.hash, first);
+  let state = spec.clean(linked() ?? first, data);
+  let result = spec.solve(state, data);
+  let [asked, stale, spoken] = [0, false, 0];
+  const glide = new Glide();
+  const parts = frame(el, texts, spec, change, calm);
+  const scene = new Scene(parts.stage, texts.title);
+  const view = { data, change, picture: el };
+
+  function change(partial) {
+    state = spec.clean({ ...state, ...partial }, data);
+    stale = true;
+    ask();
+  }
+
+  function ask() {
+    if (!asked) asked = requestAnimationFrame(show);
+  }
+
+  function show(time) {
+    asked = 0;
+    const began = performance.now();
+    if (stale) {
+      result = spec.solve(state, data);
+      stale = false;
+      handBack();
+    }
+    const target = spec.moving ? spec.moving(result) : [];
+    glide.aim(target, calm.matches);
+    if (glide.advance(time) > NEAR) ask();
+    else glide.arrive();
+    draw();
+    performance.measure("rs-picture", { start: began, end: performance.now() });
+  }
+
+  function draw() {
+    const width = Math.max(280, parts.stage.clientWidth);
+    Object.assign(view, { state, result, shown: glide.shown, width, height: spec.height(width) });
+    scene.begin(view.width, view.height, [...spec.layers, "handles"]);
+    spec.draw(scene, view);
+    scene.end();
+    for (const control of parts.controls) control.show(state, result);
+    tell(spec.caption(view));
+  }
+
+  function tell(text) {
+    if (parts.caption.textContent === text) return;
+    parts.caption.textContent = text;
+    // A screen reader hears the caption once the hand rests, not at every pixel.
+    clearTimeout(spoken);
+    spoken = setTimeout(() => { parts.spoken.textContent = text; }, REST);
+  }
+
+  function handBack() {
+    model.set("state", state);
+    model.save_changes();
+  }
+
+  parts.reset.addEventListener("click", () => change(first));
+  parts.link.addEventListener("click", async () => {
+    window.history.replaceState(null, "", stateToHash(name, state, first));
+    parts.link.textContent = "The address now holds this state";
+    setTimeout(() => { parts.link.textContent = LINK; }, 2500);
+    await navigator.clipboard?.writeText(window.location.href).catch(() => {});
+  });
+  const follow = () => { if (linked()) change(linked()); };
+  window.addEventListener("hashchange", follow);
+  const resized = new ResizeObserver(ask);
+  resized.observe(parts.stage);
+  model.on?.("change:state", () => {
+    const given = model.get("state");
+    if (JSON.stringify(given) !== JSON.stringify(state)) change(given);
+  });
+  glide.aim(spec.moving ? spec.moving(result) : [], true);
+  draw();
+  parts.spoken.textContent = "";
+  clearTimeout(spoken);
+  if (linked()) el.scrollIntoView({ block: "center" });
+  el.dataset.live = "";
+  return () => {
+    window.removeEventListener("hashchange", follow);
+    resized.disconnect();
+    cancelAnimationFrame(asked);
+    clearTimeout(spoken);
+  };
+}
+
+const LINK = "Link to this state";
+
+/** The picture's frame: what to try, controls, stage, caption, buttons. */
+function frame(el, texts, spec, change, calm) {
+  const controls = (spec.controls ?? []).map((control) => makeControl(control, change, calm));
+  const tries = texts.tries.map((text, k) => htmlElement(
+    "li", {}, htmlElement("strong", {}, k ? "Try: " : "Predict: "), text,
+  ));
+  const parts = {
+    controls,
+    stage: htmlElement("div", { class: "rs-stage" }),
+    caption: htmlElement("p", { class: "rs-caption" }),
+    spoken: htmlElement("p", { class: "rs-spoken", "aria-live": "polite" }),
+    reset: htmlElement("button", { type: "button", "data-control": "reset" }, "Reset"),
+    link: htmlElement("button", { type: "button", "data-control": "link" }, LINK),
+  };
+  el.classList.add("rs-picture");
+  el.setAttribute("role", "group");
+  el.setAttribute("aria-label", texts.title);
+  el.replaceChildren(
+    htmlElement("p", { class: "rs-title" }, texts.title),
+    htmlElement("ol", { class: "rs-tries" }, ...tries),
+    htmlElement("div", { class: "rs-controls" }, ...controls.map(({ element }) => element)),
+    parts.stage,
+    parts.caption,
+    parts.spoken,
+    htmlElement("div", { class: "rs-buttons" }, parts.reset, parts.link),
+  );
+  return parts;
+}

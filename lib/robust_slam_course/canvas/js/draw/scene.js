@@ -1,0 +1,71 @@
+const SVG_NAMESPACE = "http://www.w3.org/2000/svg";
+
+/** Set the attributes that differ; null or false removes one. */
+export function setAttributes(element, attributes) {
+  for (const [name, value] of Object.entries(attributes)) {
+    if (value === null || value === undefined || value === false) element.removeAttribute(name);
+    else if (element.getAttribute(name) !== String(value)) element.setAttribute(name, value);
+  }
+}
+
+/** A new SVG element. */
+export function svgElement(name, attributes = {}, parent = null) {
+  const element = document.createElementNS(SVG_NAMESPACE, name);
+  setAttributes(element, attributes);
+  if (parent) parent.append(element);
+  return element;
+}
+
+/**
+ * A drawing whose parts have keys. Each pass between `begin` and `end` puts every part that
+ * shall be seen; a part keeps its element from one pass to the next, so that focus and a
+ * pointer's capture survive, and a part that is not put again is removed. `begin` names the
+ * layers from back to front.
+ */
+export class Scene {
+  constructor(parent, label) {
+    this.root = svgElement("svg", { role: "group", "aria-label": label }, parent);
+    this.layers = new Map();
+    this.parts = new Map();
+    this.seen = new Set();
+  }
+
+  /** Start a pass over a drawing of this size, in CSS pixels. */
+  begin(width, height, layers) {
+    setAttributes(this.root, { width, height, viewBox: `0 0 ${width} ${height}` });
+    for (const name of layers) {
+      if (!this.layers.has(name)) {
+        const hidden = name === "handles" ? null : "true";
+        this.layers.set(name, svgElement("g", { "aria-hidden": hidden }, this.root));
+      }
+    }
+    this.seen.clear();
+  }
+
+  /** Put a part into a layer and return its element. */
+  put(layer, key, name, attributes, text = null) {
+    let element = this.parts.get(key);
+    if (!element) {
+      element = svgElement(name, {}, this.layers.get(layer));
+      this.parts.set(key, element);
+    }
+    this.seen.add(key);
+    setAttributes(element, attributes);
+    if (text !== null && element.textContent !== text) element.textContent = text;
+    return element;
+  }
+
+  /** End a pass: what was not put is removed. */
+  end() {
+    for (const [key, element] of this.parts) {
+      if (this.seen.has(key)) continue;
+      element.remove();
+      this.parts.delete(key);
+    }
+  }
+}
+
+/** The `d` of a path through points `[[x, y], …]`, in pixels. */
+export function pathThrough(points) {
+  return points.map(([x, y], k) => `${k ? "L" : "M"}${x.toFixed(1)} ${y.toFixed(1)}`).join("");
+}

@@ -1,0 +1,108 @@
+import { gnc } from "../solve/graduation.js";
+import { CHI_99_3, deadReckoning, leastSquares, makeGraph, poseGraphProblem } from "../solve/pose_graph.js";
+import { fitMap, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
+import { livePicture } from "../draw/picture.js";
+
+/** A drive through a town, correct closures, and wrong ones that the reader moves. */
+export function render(context) {
+  return livePicture(context, {
+    layers: ["ghost", "edges", "drive", "wrong"],
+    controls: [
+      { kind: "toggle", name: "robust", label: "Robust: graduated non-convexity" },
+      {
+        kind: "button", label: "Add a wrong closure", does: addWrongClosure,
+        when: (state) => state.wrong.length < MOST_WRONG,
+      },
+      {
+        kind: "button", label: "Remove the last one", when: (state) => state.wrong.length > 0,
+        does: (state) => ({ wrong: state.wrong.slice(0, -1) }),
+      },
+    ],
+    clean: cleanOpening,
+    solve: solveOpening,
+    moving: (result) => result.poses,
+    height: (width) => Math.min(460, Math.max(300, 0.72 * width)),
+    draw: drawOpening,
+    caption: openingCaption,
+  });
+}
+
+const MOST_WRONG = 6;
+
+function cleanOpening(state, data) {
+  const last = data.truth.length / 3 - 1;
+  const possible = (edge) => Array.isArray(edge) && edge.length === 2
+    && edge.every((pose) => Number.isInteger(pose) && pose >= 0 && pose <= last)
+    && Math.abs(edge[0] - edge[1]) > 1;
+  return { robust: state.robust, wrong: state.wrong.filter(possible).slice(0, MOST_WRONG) };
+}
+
+// Far from each other and from the first: each new one folds another part of the map.
+function addWrongClosure(state, result) {
+  const count = result.poses.length / 3;
+  const k = state.wrong.length;
+  const from = (13 + 29 * k) % count;
+  return { wrong: [...state.wrong, [from, (from + Math.floor(count / 2) + 7 * k) % count]] };
+}
+
+/** The graph of the data with one more edge for each wrong closure: "these are one place". */
+function withWrongClosures(data, wrong) {
+  return makeGraph({
+    poses: data.truth.length / 3,
+    edges: [...data.edges, ...wrong],
+    measurements: Float64Array.from([...data.measurements, ...wrong.flatMap(() => [0, 0, 0])]),
+    information: Float64Array.from([...data.information, ...wrong.flatMap(() => data.wrongInformation)]),
+    trusted: Uint8Array.from([...data.trusted, ...wrong.map(() => 0)]),
+  });
+}
+
+function solveOpening(state, data) {
+  const graph = withWrongClosures(data, state.wrong);
+  const problem = poseGraphProblem(graph, deadReckoning(graph), null, { tol: 1e-6, steps: 1 });
+  const result = state.robust
+    ? gnc(problem, CHI_99_3, "tls", problem.guess, { keepHistory: false })
+    : leastSquares(problem);
+  const poses = state.robust ? result.x : result.poses;
+  const weights = state.robust ? result.weights : new Float64Array(graph.edges.length).fill(1);
+  return { poses, weights, farthest: farthestPose(poses, data.truth) };
+}
+
+/** The largest distance (m) of a pose from where it was. */
+function farthestPose(poses, truth) {
+  let most = 0;
+  for (let k = 0; k < poses.length; k += 3) {
+    most = Math.max(most, Math.hypot(poses[k] - truth[k], poses[k + 1] - truth[k + 1]));
+  }
+  return most;
+}
+
+function drawOpening(scene, { state, result, shown, width, height, data, change }) {
+  const map = fitMap({ x: 0, y: 0, width, height }, data.truth, 40);
+  putDrive(scene, "ghost", "truth", map, data.truth, "is-ghost");
+  data.edges.forEach((edge, k) => {
+    if (data.trusted[k]) return;
+    const look = result.weights[k] > 0.5 ? "is-inlier" : "is-rejected";
+    putEdge(scene, "edges", `edge-${k}`, map, shown, edge, look);
+  });
+  putDrive(scene, "drive", "map", map, shown, "is-estimate");
+  state.wrong.forEach((edge, k) => {
+    const kept = result.weights[data.edges.length + k] > 0.5;
+    putEdge(scene, "wrong", `wrong-${k}`, map, data.truth, edge, kept ? "is-outlier" : "is-rejected", 3);
+  });
+  putClosureHandles(scene, map, data.truth, state.wrong, (wrong) => change({ wrong }), {
+    noun: "Wrong closure",
+  });
+}
+
+function openingCaption({ state, result, data }) {
+  const count = state.wrong.length;
+  const wrong = count === 1 ? "1 wrong closure" : `${count || "no"} wrong closures`;
+  const off = `The farthest pose is ${result.farthest.toFixed(1)} m from where it was.`;
+  const correct = data.trusted.length - data.trusted.reduce((sum, value) => sum + value, 0);
+  if (!state.robust) {
+    return `Least squares believes all ${correct} correct closures and ${wrong} alike. ${off}`;
+  }
+  const rejected = state.wrong.filter((_, k) => result.weights[data.edges.length + k] <= 0.5).length;
+  const kept = data.trusted.filter((value, k) => !value && result.weights[k] > 0.5).length;
+  return `Of ${wrong}, GNC rejects ${rejected}; it keeps ${kept} of ${correct} correct closures. ${off}`;
+}

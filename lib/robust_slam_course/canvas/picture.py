@@ -1,0 +1,144 @@
+"""A live picture: what Python knows of it, and how a page or a notebook gets it.
+
+The script of a picture is an ES module with ``render({model, el})``, the convention of
+anywidget. In a notebook with a kernel anywidget runs it; on a page a few lines do, with the
+data beside them, so that it needs no network. Without scripts, on paper and in exports a
+still picture is shown with its words.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from html import escape
+from importlib.resources import files
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
+
+from matplotlib.figure import Figure
+
+from robust_slam_course.canvas import notebook
+from robust_slam_course.canvas.bundle import bundle
+from robust_slam_course.canvas.still import Still, check_words, to_svg
+
+if TYPE_CHECKING:
+    import anywidget
+
+STYLE = (files(__package__) / "picture.css").read_text(encoding="utf-8")
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """A picture that the reader takes hold of.
+
+    ``name`` is that of its script, ``js/pictures/<name>.js``. ``state`` is what the reader
+    changes, ``data`` what stays, both of JSON's values. ``tries`` are things to try, a
+    prediction first; ``still`` shows the first state and ``caption`` says what it shows.
+
+    Raises:
+        ValueError: a text is empty, or there are no things to try.
+        TypeError: ``still`` is no figure, or ``state`` and ``data`` are not of JSON's values.
+    """
+
+    name: str
+    title: str
+    tries: Sequence[str]
+    caption: str
+    state: Mapping[str, Any]
+    data: Mapping[str, Any]
+    still: Figure
+
+    def __post_init__(self) -> None:
+        check_words("title", self.title)
+        check_words("caption", self.caption)
+        if not self.tries:
+            raise ValueError("tries: empty; give a prediction to make and a thing to try.")
+        for text in self.tries:
+            check_words("tries", text)
+        if not isinstance(self.still, Figure):
+            raise TypeError(f"still: {self.still!r} is no matplotlib Figure.")
+        _block(self._traits())
+
+    def _traits(self) -> dict[str, Any]:
+        texts = {"title": self.title, "tries": list(self.tries)}
+        return {
+            "name": self.name, "texts": texts, "state": self.state, "data": self.data,
+        }  # fmt: skip
+
+    def static_html(self) -> str:
+        """Return the picture as HTML that needs nothing else."""
+        still = Still(to_svg(self.still))
+        tries = "".join(
+            f"<li><strong>{'Try' if k else 'Predict'}: </strong>{escape(text)}</li>"
+            for k, text in enumerate(self.tries)
+        )
+        width, height = still.size
+        return (
+            f'<div class="rs-picture" role="group" aria-label="{escape(self.title)}"'
+            f' data-picture="{escape(self.name)}"><style>{STYLE}</style>'
+            f'<p class="rs-title">{escape(self.title)}</p><ol class="rs-tries">{tries}</ol>'
+            f'<figure><img src="{escape(still.source)}" alt="{escape(self.caption)}"'
+            f' width="{width}" height="{height}">'
+            f"<figcaption>{escape(self.caption)}</figcaption></figure>"
+            f'<script type="application/json">{_block(self._traits())}</script></div>'
+            f"<script>{_loader(self.name)}</script>"
+        )
+
+    def widget(self) -> anywidget.AnyWidget:
+        """Return the picture as a widget; its ``state`` follows the reader's hand.
+
+        Raises:
+            ModuleNotFoundError: anywidget is not installed.
+        """
+        return _widget_class(self.name)(**self._traits())
+
+    def _repr_mimebundle_(self, **_: object) -> dict[str, Any]:
+        """Return the picture for a page, and the widget beside it where a person runs the cell."""
+        found: dict[str, Any] = {"text/plain": f"Picture: {self.title}"}
+        found["text/html"] = self.static_html()
+        wanted = not os.environ.get("ROBUST_SLAM_STATIC") and find_spec("anywidget")
+        if wanted and notebook.someone_is_there():
+            data = self.widget()._repr_mimebundle_()
+            data = data[0] if isinstance(data, tuple) else data
+            found[notebook.MIME] = data[notebook.MIME]
+        return found
+
+
+def _loader(name: str) -> str:
+    """Return the script that brings the picture ``name`` to life on a page."""
+    return (
+        f"(() => {{\n{bundle(name)}\n"
+        f"for (const el of document.querySelectorAll("
+        f"'[data-picture=\"{name}\"]:not([data-live])')) {{\n"
+        "  const given = JSON.parse(el.querySelector('script').textContent);\n"
+        "  const style = el.querySelector('style');\n"
+        "  const model = { get: (key) => given[key], set() {}, save_changes() {} };\n"
+        "  render({ model, el });\n"
+        "  el.prepend(style);\n"
+        "}\n})();"
+    )
+
+
+@cache
+def _widget_class(name: str) -> type[anywidget.AnyWidget]:
+    """Return the class of widget for the picture ``name``."""
+    import anywidget
+    import traitlets
+
+    synced = {key: traitlets.Dict().tag(sync=True) for key in ("texts", "state", "data")}
+    members = {
+        "_esm": f"{bundle(name)}\nexport default {{ render }};",
+        "_css": STYLE,
+        "name": traitlets.Unicode().tag(sync=True),
+        **synced,
+    }
+    return type("PictureWidget", (anywidget.AnyWidget,), members)
+
+
+def _block(value: Mapping[str, Any]) -> str:
+    """Return ``value`` as JSON that cannot end the script element around it."""
+    text = json.dumps(value, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+    return text.replace("</", "<\\/").replace("<!", "\\u003c!")
