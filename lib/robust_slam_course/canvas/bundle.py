@@ -46,7 +46,7 @@ def _add(path: str, done: dict[str, str]) -> None:
     body = _EXPORT.sub("", _IMPORT.sub("", source))
     if re.search(r"^(import|export)\b", body, re.MULTILINE):
         raise ValueError(
-            f"{path}: write imports as import {{ a, b }} from \"./c.js\"; and exports as"
+            f'{path}: write imports as import {{ a, b }} from "./c.js"; and exports as'
             " export function, const or class; other forms cannot be bundled."
         )
     done[path] = body

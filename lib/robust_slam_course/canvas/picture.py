@@ -71,18 +71,18 @@ class Picture:
     def static_html(self) -> str:
         """Return the picture as HTML that needs nothing else."""
         still = Still(to_svg(self.still))
-        tries = "".join(
-            f"<li><strong>{'Try' if k else 'Predict'}: </strong>{escape(text)}</li>"
+        predict, *tries = (
+            f'<p class="rs-ask"><strong>{"Try" if k else "Predict"}: </strong>{escape(text)}</p>'
             for k, text in enumerate(self.tries)
         )
         width, height = still.size
         return (
             f'<div class="rs-picture" role="group" aria-label="{escape(self.title)}"'
             f' data-picture="{escape(self.name)}"><style>{STYLE}</style>'
-            f'<p class="rs-title">{escape(self.title)}</p><ol class="rs-tries">{tries}</ol>'
+            f'<p class="rs-title">{escape(self.title)}</p>{predict}'
             f'<figure><img src="{escape(still.source)}" alt="{escape(self.caption)}"'
             f' width="{width}" height="{height}">'
-            f"<figcaption>{escape(self.caption)}</figcaption></figure>"
+            f"<figcaption>{escape(self.caption)}</figcaption></figure>{''.join(tries)}"
             f'<script type="application/json">{_block(self._traits())}</script></div>'
             f"<script>{_loader(self.name)}</script>"
         )
@@ -101,8 +101,9 @@ class Picture:
         found["text/html"] = self.static_html()
         wanted = not os.environ.get("ROBUST_SLAM_STATIC") and find_spec("anywidget")
         if wanted and notebook.someone_is_there():
-            data = self.widget()._repr_mimebundle_()
-            data = data[0] if isinstance(data, tuple) else data
+            shown: Any = self.widget()._repr_mimebundle_()
+            # ipywidgets returns the data, anywidget the data and its metadata.
+            data = shown[0] if isinstance(shown, tuple) else shown
             found[notebook.MIME] = data[notebook.MIME]
         return found
 

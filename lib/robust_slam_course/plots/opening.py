@@ -49,15 +49,22 @@ class Town:
 def town(seed: int = 2) -> Town:
     """Return the walk of chapter 0 and its three maps; the seed draws the walk and the outlier."""
     rng = np.random.default_rng(seed)
-    honest, truth = manhattan(100, rng, side=9, turn=0.25, closures=12)
-    graph, is_lie = add_random_closures(honest, 1, rng, poses=truth)
+    correct, truth = manhattan(100, rng, side=9, turn=0.25, closures=12)
+    graph, is_lie = add_random_closures(correct, 1, rng, poses=truth)
+    return three_maps(correct, graph, is_lie, truth)
+
+
+def three_maps(
+    correct: PoseGraph, graph: PoseGraph, is_lie: NDArray[np.bool_], truth: Array
+) -> Town:
+    """Return the maps of ``correct`` and of ``graph``, which has outliers too."""
     problem = PoseGraphProblem(graph)
     robust = irls(problem, kernels.cauchy(1.0), tol=1e-6, max_iterations=300)
     return Town(
         graph=graph,
         is_lie=is_lie,
         truth=truth,
-        before=PoseGraphProblem(honest).initial(),
+        before=PoseGraphProblem(correct).initial(),
         folded=problem.initial(),
         robust=robust.x,
         weights=robust.weights,

@@ -62,7 +62,9 @@ export function nearestPose(poses, x, y, allowed = () => true) {
  * nearest pose; arrows move it along the drive. `edit(list)` is told the new closures;
  * Delete removes one where `removable`. `gap` is the least distance of two ends, in poses.
  */
-export function putClosureHandles(scene, map, poses, closures, edit, { gap = 2, removable = true, noun = "Closure" } = {}) {
+export function putClosureHandles(scene, map, poses, closures, edit, { 
+  gap = 2, removable = true, noun = "Closure",
+} = {}) {
   const last = poses.length / 3 - 1;
   closures.forEach((closure, number) => [0, 1].forEach((end) => {
     const [here, there] = [closure[end], closure[1 - end]];

@@ -116,8 +116,8 @@ const LINK = "Link to this state";
 /** The picture's frame: what to try, controls, stage, caption, buttons. */
 function frame(el, texts, spec, change, calm) {
   const controls = (spec.controls ?? []).map((control) => makeControl(control, change, calm));
-  const tries = texts.tries.map((text, k) => htmlElement(
-    "li", {}, htmlElement("strong", {}, k ? "Try: " : "Predict: "), text,
+  const [predict, ...tries] = texts.tries.map((text, k) => htmlElement(
+    "p", { class: "rs-ask" }, htmlElement("strong", {}, k ? "Try: " : "Predict: "), text,
   ));
   const parts = {
     controls,
@@ -132,11 +132,12 @@ function frame(el, texts, spec, change, calm) {
   el.setAttribute("aria-label", texts.title);
   el.replaceChildren(
     htmlElement("p", { class: "rs-title" }, texts.title),
-    htmlElement("ol", { class: "rs-tries" }, ...tries),
+    predict,
     htmlElement("div", { class: "rs-controls" }, ...controls.map(({ element }) => element)),
     parts.stage,
     parts.caption,
     parts.spoken,
+    ...tries,
     htmlElement("div", { class: "rs-buttons" }, parts.reset, parts.link),
   );
   return parts;

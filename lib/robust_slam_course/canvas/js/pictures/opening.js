@@ -1,5 +1,5 @@
 import { gnc } from "../solve/graduation.js";
-import { CHI_99_3, deadReckoning, leastSquares, makeGraph, poseGraphProblem } from "../solve/pose_graph.js";
+import { CHI_99_SE2, deadReckoning, leastSquares, makeGraph, poseGraphProblem } from "../solve/pose_graph.js";
 import { fitMap, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
 import { livePicture } from "../draw/picture.js";
 
@@ -8,20 +8,20 @@ export function render(context) {
   return livePicture(context, {
     layers: ["ghost", "edges", "drive", "wrong"],
     controls: [
-      { kind: "toggle", name: "robust", label: "Robust: graduated non-convexity" },
+      { kind: "toggle", name: "robust", label: "Robust (GNC)" },
       {
-        kind: "button", label: "Add a wrong closure", does: addWrongClosure,
+        kind: "button", label: "Add a closure", does: addWrongClosure,
         when: (state) => state.wrong.length < MOST_WRONG,
       },
       {
-        kind: "button", label: "Remove the last one", when: (state) => state.wrong.length > 0,
+        kind: "button", label: "Remove one", when: (state) => state.wrong.length > 0,
         does: (state) => ({ wrong: state.wrong.slice(0, -1) }),
       },
     ],
     clean: cleanOpening,
     solve: solveOpening,
     moving: (result) => result.poses,
-    height: (width) => Math.min(460, Math.max(300, 0.72 * width)),
+    height: (width) => Math.min(480, Math.max(280, 0.7 * width)),
     draw: drawOpening,
     caption: openingCaption,
   });
@@ -60,10 +60,10 @@ function solveOpening(state, data) {
   const graph = withWrongClosures(data, state.wrong);
   const problem = poseGraphProblem(graph, deadReckoning(graph), null, { tol: 1e-6, steps: 1 });
   const result = state.robust
-    ? gnc(problem, CHI_99_3, "tls", problem.guess, { keepHistory: false })
+    ? gnc(problem, CHI_99_SE2, "tls", problem.guess, { keepHistory: false })
     : leastSquares(problem);
   const poses = state.robust ? result.x : result.poses;
-  const weights = state.robust ? result.weights : new Float64Array(graph.edges.length).fill(1);
+  const weights = state.robust ? result.weights : new Float64Array(graph.m).fill(1);
   return { poses, weights, farthest: farthestPose(poses, data.truth) };
 }
 
@@ -77,7 +77,7 @@ function farthestPose(poses, truth) {
 }
 
 function drawOpening(scene, { state, result, shown, width, height, data, change }) {
-  const map = fitMap({ x: 0, y: 0, width, height }, data.truth, 40);
+  const map = fitMap({ x: 0, y: 0, width, height }, data.truth, 0.15 * Math.min(width, height));
   putDrive(scene, "ghost", "truth", map, data.truth, "is-ghost");
   data.edges.forEach((edge, k) => {
     if (data.trusted[k]) return;

@@ -1,0 +1,276 @@
+"""The live pictures of the pages in Chromium: taken hold of by mouse, by touch and by keys."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from urllib.parse import quote
+
+import pytest
+from playwright.sync_api import Browser, Locator, Page, expect
+
+from tests.book.conftest import NOTEBOOKS, PAGES, Site, place
+from tests.book.taking_hold import (
+    by_keyboard,
+    by_mouse,
+    by_touch,
+    controls,
+    drawn,
+    handles,
+    move,
+    pictures,
+    reset,
+    words,
+)
+from tests.chromium import Visit, visiting
+
+pytestmark = pytest.mark.browser
+
+WITH_PICTURES = [PAGES[0], *NOTEBOOKS]
+
+
+@dataclass(frozen=True)
+class Look:
+    """How a page is opened; a phone has touch in place of a mouse."""
+
+    way: str
+    theme: str
+    width: int
+
+    @property
+    def options(self) -> dict[str, object]:
+        phone = self.width < 500
+        size = {"width": self.width, "height": 900}
+        # With less movement each state is drawn at once, so that nothing has to be waited for.
+        return {
+            "viewport": size, "color_scheme": self.theme, "has_touch": phone,
+            "reduced_motion": "reduce",
+        }  # fmt: skip
+
+    @property
+    def drag(self) -> Callable[[Locator, str, int], None]:
+        return by_touch if self.width < 500 else by_mouse
+
+
+DESK, PHONE = Look("http", "light", 1280), Look("file", "dark", 390)
+
+
+@pytest.fixture(
+    scope="module",
+    params=[(page, look) for page in WITH_PICTURES for look in (DESK, PHONE)],
+    ids=lambda chosen: f"{chosen[0]}-{chosen[1].width}",
+)
+def opened(
+    request: pytest.FixtureRequest, site: Site, address: str, browser: Browser
+) -> Iterator[tuple[Visit, Look]]:
+    """A page, open while its tests run."""
+    page, look = request.param
+    with visiting(browser, place(site, address, page, look.way), **look.options) as visit:
+        visit.page.wait_for_load_state("load")
+        yield visit, look
+
+
+def test_it_is_among_the_first_two_screens_and_nothing_complains(
+    opened: tuple[Visit, Look],
+) -> None:
+    visit, look = opened
+    first = pictures(visit.page)[0]
+    top = first.evaluate("picture => picture.getBoundingClientRect().top + window.scrollY")
+    assert top < 2 * 900, f"{look.width} px: the first picture begins {top:.0f} px down the page"
+    assert visit.complaints == visit.outside == []
+
+
+def test_each_handle_is_moved_by_pointer_and_by_keys(opened: tuple[Visit, Look]) -> None:
+    visit, look = opened
+    for picture in pictures(visit.page):
+        for key in handles(picture):
+            for way in (look.drag, by_keyboard):
+                assert follows(picture, key, way), f"{key}: nothing follows {way.__name__}"
+    assert visit.complaints == []
+
+
+def follows(picture: Locator, key: str, way: Callable[[Locator, str, int], None]) -> bool:
+    """Tell whether the picture changes when a handle is moved, to one side or to the other."""
+    for toward in (1, -1):
+        reset(picture)
+        before = drawn(picture), words(picture)
+        if not picture.locator(f"[data-handle='{key}']").count():
+            return True  # with the controls as they are at first, it is not there
+        way(picture, key, toward)
+        after = drawn(picture), words(picture)
+        if after[0] != before[0] and after[1] != before[1]:
+            return True
+    return False
+
+
+def test_each_handle_has_a_name_and_says_its_value(opened: tuple[Visit, Look]) -> None:
+    for picture in pictures(opened[0].page):
+        reset(picture)
+        names = []
+        for key in handles(picture):
+            handle = picture.locator(f"[data-handle='{key}']")
+            names.append(handle.get_attribute("aria-label"))
+            assert handle.get_attribute("aria-valuetext")
+            least, now, most = (
+                float(str(handle.get_attribute(f"aria-value{end}")))
+                for end in ("min", "now", "max")
+            )
+            assert least <= now <= most, f"{key}: {least} {now} {most}"
+        assert all(names) and len(set(names)) == len(names), names
+
+
+def test_each_control_changes_the_picture_and_reset_brings_it_back(
+    opened: tuple[Visit, Look],
+) -> None:
+    for picture in pictures(opened[0].page):
+        reset(picture)
+        first = drawn(picture)
+        for control in controls(picture):
+            if control.get_attribute("aria-disabled") == "true":
+                continue
+            move(control)
+            name = control.get_attribute("data-control")
+            assert drawn(picture) != first, f"{name}: the picture stays as it was"
+            reset(picture)
+            assert drawn(picture) == first, f"{name}: the first state did not come back"
+
+
+def test_the_page_below_does_not_move(opened: tuple[Visit, Look]) -> None:
+    for picture in pictures(opened[0].page):
+        reset(picture)
+        before = end_of(picture)
+        for key in handles(picture)[:2]:
+            by_keyboard(picture, key, 1)
+        for control in controls(picture):
+            if control.get_attribute("aria-disabled") != "true":
+                move(control)
+                assert end_of(picture) == pytest.approx(before, abs=1.0)
+
+
+def end_of(picture: Locator) -> float:
+    drawn(picture)
+    return float(picture.evaluate("p => p.getBoundingClientRect().height"))
+
+
+def test_letters_are_large_enough_and_nothing_is_cut_off(opened: tuple[Visit, Look]) -> None:
+    page = opened[0].page
+    for picture in pictures(page):
+        sizes = picture.locator("svg text").evaluate_all(
+            "texts => texts.map((text) => parseFloat(getComputedStyle(text).fontSize))"
+        )
+        assert sizes and min(sizes) >= 11
+        outside = picture.evaluate(
+            """picture => {
+              const frame = picture.getBoundingClientRect();
+              return [...picture.querySelectorAll('svg text')].filter((text) => {
+                const box = text.getBoundingClientRect();
+                return box.left < frame.left || box.right > frame.right;
+              }).map((text) => text.textContent);
+            }"""
+        )
+        assert outside == []
+    wide = page.evaluate("document.documentElement.scrollWidth - window.innerWidth")
+    assert wide <= 0
+
+
+def test_a_link_brings_the_state_back(
+    opened: tuple[Visit, Look], site: Site, address: str, browser: Browser
+) -> None:
+    visit, look = opened
+    for number, picture in enumerate(pictures(visit.page)):
+        reset(picture)
+        for key in handles(picture)[:1]:
+            by_keyboard(picture, key, 1)
+            by_keyboard(picture, key, -1) if not changed(picture) else None
+        picture.locator("[data-control=link]").click()
+        seen = drawn(picture), words(picture)
+        with visiting(browser, visit.page.url, **look.options) as again:
+            other = pictures(again.page)[number]
+            assert (drawn(other), words(other)) == seen
+        reset(picture)
+
+
+def changed(picture: Locator) -> bool:
+    drawn(picture)
+    return "=%7B%7D" not in str(picture.evaluate("() => location.hash"))
+
+
+class TestTown:
+    """What the frame does, seen at the opening map."""
+
+    @pytest.fixture
+    def at(self, site: Site, address: str) -> str:
+        return place(site, address, PAGES[0], "file")
+
+    def test_a_finger_beside_the_handles_scrolls_the_page(self, at: str, browser: Browser) -> None:
+        with visiting(browser, at, **PHONE.options) as visit:
+            stage = visit.page.locator(".rs-stage").first
+            stage.scroll_into_view_if_needed()
+            before = visit.page.evaluate("window.scrollY")
+            box = stage.bounding_box()
+            assert box is not None
+            session = visit.page.context.new_cdp_session(visit.page)
+            session.send(
+                "Input.synthesizeScrollGesture",
+                {"x": box["x"] + 6, "y": box["y"] + box["height"] / 2, "yDistance": -200,
+                 "gestureSourceType": "touch"},
+            )  # fmt: skip
+            assert visit.page.evaluate("window.scrollY") > before + 100
+
+    def test_a_map_glides_but_not_where_motion_is_unwelcome(
+        self, at: str, browser: Browser
+    ) -> None:
+        assert states_between(at, browser, "no-preference") > 5
+        assert states_between(at, browser, "reduce") <= 2
+
+    def test_a_foreign_link_changes_nothing_that_it_may_not(
+        self, at: str, browser: Browser
+    ) -> None:
+        foreign = quote('{"wrong":[[1,9e9],"x"],"z":1}')
+        with visiting(browser, f"{at}#opening={foreign}", **DESK.options) as visit:
+            assert pictures(visit.page)
+            assert not handles(pictures(visit.page)[0])
+            assert visit.complaints == []
+
+    def test_the_caption_is_spoken_once_the_hand_rests(self, at: str, browser: Browser) -> None:
+        with visiting(browser, at, **DESK.options) as visit:
+            picture = pictures(visit.page)[0]
+            by_keyboard(picture, handles(picture)[0], 1)
+            drawn(picture)
+            expect(picture.locator("[aria-live=polite]")).to_have_text(words(picture))
+
+    def test_without_scripts_the_still_picture_stands_with_its_words(
+        self, at: str, browser: Browser
+    ) -> None:
+        with visiting(browser, at, java_script_enabled=False) as visit:
+            picture = visit.page.locator(".rs-picture").first
+            assert picture.locator("img").is_visible()
+            assert picture.locator("img").get_attribute("alt")
+            assert picture.locator("figcaption").is_visible()
+
+
+def states_between(at: str, browser: Browser, motion: str) -> int:
+    """How many maps are seen on the way from one state to the next."""
+    with visiting(
+        browser, at, viewport={"width": 1280, "height": 900}, reduced_motion=motion
+    ) as visit:
+        return count_maps(visit.page)
+
+
+def count_maps(page: Page) -> int:
+    return int(
+        page.evaluate(
+            """async () => {
+              const picture = document.querySelector('.rs-picture[data-live]');
+              const drive = 'path.rs-drive.is-estimate';
+              const line = () => picture.querySelector(drive).getAttribute('d');
+              const seen = new Set([line()]);
+              picture.querySelector('[data-control=robust]').click();
+              for (let k = 0; k < 40; k += 1) {
+                await new Promise(requestAnimationFrame);
+                seen.add(line());
+              }
+              return seen.size;
+            }"""
+        )
+    )
