@@ -152,6 +152,10 @@ def _solve(joined: Mask, best: Indices, budget: int) -> tuple[Indices, int]:
     members, bound = [np.empty(0, dtype=np.intp)], 0
     while todo:
         part, best = todo.pop()
+        if part.size == 1:
+            members.append(part)
+            bound += 1
+            continue
         kept, best = _reduced(joined, part, best)
         inner = joined[np.ix_(kept, kept)]
         smaller = _split(joined, kept, best)

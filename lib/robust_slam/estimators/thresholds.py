@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import sqrt
 
-from scipy.stats import chi2
+from scipy.special import gammaincinv
 
 from robust_slam.graphs.pose_graph import PoseGraph
 
@@ -27,7 +27,7 @@ def chi_square_threshold(probability: float, dimension: int) -> float:
         raise ValueError(f"probability is {probability}; give a number inside (0, 1)")
     if dimension != int(dimension) or dimension < 1:
         raise ValueError(f"dimension is {dimension}; give a whole number of at least 1")
-    return sqrt(float(chi2.ppf(probability, dimension)))
+    return sqrt(2.0 * float(gammaincinv(dimension / 2, probability)))
 
 
 def threshold_of(problem: object, probability: float) -> float:
