@@ -1,0 +1,145 @@
+// Runs the solvers of the page on cases from standard input and prints what they return.
+//
+// Input: { folder, solvers: { name: [case, …] } }, output: { name: [answer, …] }. The folder is an
+// argument, so that a test can give a copy with a bug in it. Each case and answer is plain JSON;
+// numbers that JSON lacks travel as "Infinity", "-Infinity" and "NaN".
+import { readFileSync, readdirSync } from "node:fs";
+import { pathToFileURL } from "node:url";
+
+const given = JSON.parse(readFileSync(0, "utf8"), (_, value) =>
+  value === "Infinity" || value === "-Infinity" || value === "NaN" ? Number(value) : value,
+);
+const page = {};
+for (const name of readdirSync(given.folder).filter((file) => file.endsWith(".js"))) {
+  Object.assign(page, await import(pathToFileURL(`${given.folder}/${name}`)));
+}
+
+const PROBLEMS = {
+  location: ({ z, sigma, trusted }) => page.locationProblem(z, sigma, trusted),
+  line: ({ p, y, sigma, trusted }) => page.lineProblem(p, y, sigma, trusted),
+  linear: ({ rows, z, sigma, trusted, fixed }) =>
+    page.linearProblem(rows, z, sigma, trusted, fixed),
+  chain: ({ n, tails, heads, z, sigma, anchor, trusted }) =>
+    page.chainProblem(n, tails, heads, z, sigma, anchor, trusted),
+  graph: ({ graph, guess, trusted, options }) =>
+    page.poseGraphProblem(page.makeGraph(graph), guess, trusted, options),
+};
+
+const METHODS = {
+  irls: (problem, { kernel, c, x0, options }) =>
+    page.irls(problem, kernel, c, startOf(problem, x0), options),
+  gnc: (problem, { c, kind, x0, options }) =>
+    page.gnc(problem, c, kind, startOf(problem, x0), options),
+  switchable: (problem, { lam, x0, options }) =>
+    page.switchable(problem, lam, startOf(problem, x0), options),
+  dcs: (problem, { lam, x0, options }) =>
+    page.dynamicCovarianceScaling(problem, lam, startOf(problem, x0), options),
+  joint: (problem, { lam, x0, s0, options }) =>
+    page.jointSwitchable(problem, lam, startOf(problem, x0), s0, options),
+};
+
+const SOLVERS = {
+  kernels: ({ kernel, c, u }) => {
+    const { rho, psi, weight, convexUntil } = page.KERNELS[kernel];
+    const each = (f) => u.map((value) => f(value, c));
+    return { rho: each(rho), psi: each(psi), weight: each(weight), convexUntil: convexUntil(c) };
+  },
+  surrogates: ({ u, w, c, mu }) => ({
+    tls: u.map((value) => page.tlsSurrogate(value, c, mu)),
+    tlsWeight: u.map((value) => page.tlsWeight(value, c, mu)),
+    tlsProcess: w.map((value) => page.tlsProcess(value, c, mu)),
+    gm: u.map((value) => page.gmSurrogate(value, c, mu)),
+    gmWeight: u.map((value) => page.gmWeight(value, c, mu)),
+    gmProcess: w.map((value) => page.gmProcess(value, c, mu)),
+    first: u.map((value) => page.startMu(Math.abs(value), c, "tls")),
+    firstGm: u.map((value) => page.startMu(Math.abs(value), c, "gm")),
+    strides: page.strides(w),
+  }),
+  loop: ({ problem, method }) => {
+    const solved = METHODS[method.name](PROBLEMS[problem.kind](problem), method);
+    const history = solved.history.map(({ weights, cost, mu, x }) => ({ weights, cost, mu, x }));
+    return { ...solved, history };
+  },
+  skyline: ({ first, values, right }) => {
+    const pattern = page.skylinePattern(first);
+    const factor = Float64Array.from(values);
+    const solved = Float64Array.from(right);
+    if (!page.skylineFactor(pattern, factor)) return { definite: false };
+    page.skylineSolve(pattern, factor, solved);
+    return { definite: true, solved };
+  },
+  se2: ({ a, b, xi }) => ({
+    compose: page.se2Compose(a, b),
+    between: page.se2Between(a, b),
+    inverse: page.se2Inverse(a),
+    exp: page.se2Exp(xi),
+    log: page.se2Log(a),
+    adjoint: page.se2Adjoint(a),
+  }),
+  graphs: ({ graph, poses, weights }) => {
+    const made = page.makeGraph(graph);
+    return {
+      residuals: page.graphResiduals(made, poses),
+      norms: page.graphResidualNorms(made, poses),
+      cost: page.graphCost(made, poses, weights),
+      tree: page.spanningTree(made),
+      deadReckoning: page.deadReckoning(made),
+      ...page.graphJacobians(made, poses),
+    };
+  },
+  descents: ({ graph, start, weights, method, options }) => {
+    const problem = page.poseGraphProblem(page.makeGraph(graph), start);
+    return page[method](problem, Float64Array.from(start), weights, options);
+  },
+  metrics: ({ estimate, truth, kept, isTrue }) => ({
+    aligned: page.alignPoses(Float64Array.from(estimate), truth),
+    ate: page.ate(Float64Array.from(estimate), truth),
+    precisionRecall: page.precisionRecall(kept, isTrue),
+  }),
+  switches: ({ chi2, lam }) => ({
+    optimal: chi2.map((value) => page.optimalSwitch(value, lam)),
+    cost: chi2.map((value) => page.switchedCost(value, lam)),
+    dcs: chi2.map((value) => page.dcsSwitch(value, lam)),
+  }),
+  cliques: ({ adjacency, k, fixed }) => ({ members: page.maxClique(adjacency, k, fixed) }),
+  pcm: ({ graph, gamma, options }) => page.pcm(page.makeGraph(graph), gamma, options),
+  headings: ({ n, edges, turns, kappa, R, rank }) => {
+    const Q = page.connectionMatrix(n, edges, turns, kappa);
+    const { direction, ...proof } = page.certify(Q, R, rank);
+    return { Q, ...proof, cost: page.quadraticCost(Q, R, rank) };
+  },
+  climbs: ({ n, edges, turns, kappa, angles }) => {
+    const Q = page.connectionMatrix(n, edges, turns, kappa);
+    return page.staircase(Q, page.headingsRow(angles));
+  },
+  certificates: ({ graph, poses, weights, polish }) => {
+    const made = page.makeGraph(graph);
+    const at = polish ? page.polishGraph(made, poses, weights) : poses;
+    const { direction, S, eigenvalues, ...proof } = page.certifyGraph(made, at, weights);
+    return { ...proof, poses: at };
+  },
+};
+
+function startOf(problem, x0) {
+  if (x0 === "guess") return problem.guess;
+  return Array.isArray(x0) ? Float64Array.from(x0) : (x0 ?? null);
+}
+
+function answered(solver, one) {
+  try {
+    return SOLVERS[solver](one);
+  } catch (error) {
+    return { error: error.message };
+  }
+}
+
+const answers = {};
+for (const [solver, cases] of Object.entries(given.solvers)) {
+  answers[solver] = cases.map((one) => answered(solver.split(":")[0], one));
+}
+const text = JSON.stringify(answers, (_, value) => {
+  if (ArrayBuffer.isView(value)) return Array.from(value);
+  if (typeof value === "number" && !Number.isFinite(value)) return String(value);
+  return value;
+});
+process.stdout.write(text);

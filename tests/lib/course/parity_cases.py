@@ -1,0 +1,336 @@
+"""Cases in one dimension: kernels, locations, lines, chains, and the parts of the solvers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from robust_slam.errors import NotConverged, Underdetermined
+from robust_slam.estimators import gnc, graduation, irls, kernels, switchable
+from robust_slam.estimators.result import Result, StopReason
+from robust_slam.estimators.switches import (
+    dcs,
+    dcs_switch,
+    joint_switchable,
+    switch,
+    switched_cost,
+)
+from robust_slam.graphs import se2
+from robust_slam.problems import LinearProblem, LocationProblem, chain
+
+NAMES = list(kernels.KERNELS)
+
+
+@dataclass(frozen=True)
+class Angles:
+    """Poses ``(n, 3)``, whose headings count modulo a full turn."""
+
+    poses: np.ndarray
+
+
+@dataclass(frozen=True)
+class Steps:
+    """The steps of a history.
+
+    Where it has converged, the last change is close to the tolerance, and rounding may decide
+    whether one more step is taken.
+    """
+
+    steps: list[dict[str, Any]]
+    spare: int
+
+
+@dataclass(frozen=True)
+class Case:
+    """What a solver in the page is given, and the answer of the library."""
+
+    given: dict[str, Any]
+    expected: dict[str, Any]
+
+
+def kernel_cases(rng: np.random.Generator) -> Iterator[Case]:
+    """Every kernel at random residuals, at its scale, at 0 and where floats end."""
+    for name in NAMES * 5:
+        c = float(rng.choice([1.0, 2.0, 0.3, np.exp(rng.normal())]))
+        u = np.concatenate(
+            [[0.0, c, -c, 2 * c, 1e-9, 1e-200, 1e120, -1e200], c * rng.normal(size=20)]
+        )
+        kernel = kernels.KERNELS[name](c)
+        # The square of a huge residual is infinite in both languages.
+        with np.errstate(over="ignore"):
+            numbers = {part: getattr(kernel, part)(u) for part in ("rho", "psi", "weight")}
+        yield Case(
+            {"kernel": name, "c": c, "u": u},
+            {key: _words(value) for key, value in numbers.items()}
+            | {"convexUntil": _words([kernel.convex_until])[0]},
+        )
+
+
+def surrogate_cases(rng: np.random.Generator) -> Iterator[Case]:
+    """The surrogates on both sides of their bounds, and the first μ."""
+    for _ in range(40):
+        c, mu = float(np.exp(rng.normal())), float(10.0 ** rng.uniform(-4, 4))
+        bounds = c * np.sqrt([mu / (mu + 1), (mu + 1) / mu])
+        u = np.concatenate([[0.0, c, c / np.sqrt(2)], bounds, rng.normal(0, 2 * c, 12)])
+        w = np.concatenate([[0.0, 1.0], rng.uniform(size=int(rng.integers(1, 9)))])
+        first = {
+            key: _words([graduation.start_mu(abs(one), c, kind) for one in u])
+            for key, kind in (("first", "tls"), ("firstGm", "gm"))
+        }
+        yield Case(
+            {"u": u, "w": w, "c": c, "mu": mu},
+            {
+                "tls": graduation.tls_surrogate(u, c, mu),
+                "tlsWeight": graduation.tls_weight(u, c, mu),
+                "tlsProcess": graduation.tls_process(w, c, mu),
+                "gm": graduation.gm_surrogate(u, c, mu),
+                "gmWeight": graduation.gm_weight(u, c, mu),
+                "gmProcess": graduation.gm_process(w, c, mu),
+                "strides": graduation.strides(w),
+                **first,
+            },
+        )
+
+
+def switch_cases(rng: np.random.Generator) -> Iterator[Case]:
+    """The closed forms of the switches."""
+    for _ in range(20):
+        lam, chi2 = float(np.exp(rng.normal())), np.append(rng.normal(size=9) ** 2, [0.0, 1e6])
+        yield Case(
+            {"chi2": chi2, "lam": lam},
+            {
+                "optimal": switch(chi2, lam),
+                "cost": switched_cost(chi2, lam),
+                "dcs": dcs_switch(chi2, lam),
+            },
+        )
+
+
+def skyline_cases(rng: np.random.Generator) -> Iterator[Case]:
+    """Matrices with random skylines, dense and banded ones, and some that are indefinite."""
+    for k in range(40):
+        size = int(rng.integers(1, 40))
+        first = [0 if k == 0 else int(rng.integers(max(0, r - 6), r + 1)) for r in range(size)]
+        first = [int(rng.integers(at + 1)) if rng.random() < 0.1 else at for at in first]
+        lower = np.zeros((size, size))
+        for r in range(size):
+            lower[r, first[r] : r] = rng.normal(size=r - first[r])
+        matrix = lower + lower.T
+        matrix += np.diag(np.abs(matrix).sum(axis=1) + rng.uniform(0.1, 1.0, size))
+        if k % 8 == 7:
+            matrix[-1, -1] = -1.0
+        right = rng.normal(size=size)
+        values = np.concatenate([matrix[r, first[r] : r + 1] for r in range(size)])
+        definite = k % 8 != 7
+        solved = {"solved": np.linalg.solve(matrix, right)} if definite else {}
+        yield Case(
+            {"first": first, "values": values, "right": right}, {"definite": definite, **solved}
+        )
+
+
+def se2_cases(rng: np.random.Generator) -> Iterator[Case]:
+    """Poses at random, with small turns and with half turns."""
+    for k in range(60):
+        a, b, xi = rng.normal(size=(3, 3)) * [3.0, 3.0, 2.0]
+        if k % 3 == 1:
+            a[2], b[2], xi[2] = rng.choice([0.0, np.pi, -np.pi, np.pi / 2], size=3)
+        if k % 3 == 2:
+            xi[2] = a[2] = 10.0 ** rng.uniform(-12, -1)
+        yield Case(
+            {"a": a, "b": b, "xi": xi},
+            {
+                "compose": se2.compose(a, b),
+                "between": se2.between(a, b),
+                "inverse": se2.inverse(a),
+                "exp": se2.exp(xi),
+                "log": se2.log(a),
+                "adjoint": se2.adjoint(a),
+            },
+        )
+
+
+def location_cases(rng: np.random.Generator) -> Iterator[Case]:
+    """Locations by IRLS: every kernel, starts near and far, ties, limits and equal readings."""
+    for k in range(140):
+        z, sigma, trusted = _readings(rng)
+        name, c = NAMES[k % len(NAMES)], float(rng.choice([1.0, 2.0, 0.5, 1.345]))
+        x0 = [None, 0.0, float(z[0]), float(rng.normal(0, 5))][int(rng.integers(4))]
+        limit = int(rng.choice([1, 3, 100, 1000]))
+        problem = LocationProblem(z, sigma, trusted)
+        method = {"name": "irls", "kernel": name, "c": c, "x0": x0}
+        yield loop_case(location_given(z, sigma, trusted), problem, method, limit)
+    for z, name, c, x0 in SPECIAL_LOCATIONS:
+        method = {"name": "irls", "kernel": name, "c": c, "x0": x0}
+        given = location_given(np.array(z), 1.0, np.zeros(len(z), bool))
+        yield loop_case(given, LocationProblem(z), method, 200)
+
+
+SPECIAL_LOCATIONS: list[tuple[list[float], str, float, float | None]] = [
+    ([0.0, 10.0], "tls", 1.0, 5.0),  # all rejected
+    ([0.0, 10.0], "tls", 5.0, None),  # both readings exactly at the kink
+    ([0.0, 2.0, 4.0], "tls", 2.0, 2.0),  # ties at the kink
+    ([1.0, 1.0, 1.0], "cauchy", 1.0, None),  # no residuals
+    ([1.0, 1.0, 1.0, 9.0], "tls", 1.0, 1.0),  # the inliers agree exactly
+    ([3.0], "geman-mcclure", 1.0, None),  # one reading
+    ([0.0, 0.0, 6.0, 6.0], "cauchy", 2.0, None),  # two equal groups
+    ([0.1, -0.2, 0.15, -0.1, 5.0], "welsch", 0.1, 4.0),  # weights that underflow
+]
+
+
+def annealed_location_cases(rng: np.random.Generator) -> Iterator[Case]:
+    """Locations by GNC: both kernels, all options."""
+    for k in range(150):
+        z, sigma, trusted = _readings(rng)
+        kind = ("tls", "gm")[k % 2]
+        options = {
+            "factor": float(rng.choice([1.2, 1.4, 2.0])),
+            "mu0": None if rng.random() < 0.7 else float(10.0 ** rng.uniform(-3, 2)),
+            "adaptive": bool(rng.random() < 0.3),
+        }
+        x0 = None if rng.random() < 0.6 else float(rng.normal(0, 4))
+        c, limit = float(rng.choice([1.0, 2.0, 3.0, 50.0])), int(rng.choice([2, 1000, 1000]))
+        method = {"name": "gnc", "c": c, "kind": kind, "x0": x0, "options": options}
+        problem = LocationProblem(z, sigma, trusted)
+        yield loop_case(location_given(z, sigma, trusted), problem, method, limit)
+    seven = [0.0, 0.0, 0.0, 0.0, 6.0, 6.0, 30.0]  # where a greater factor ends elsewhere
+    for z in (seven, [0.0, 10.0], [1.0, 1.0], [0.0, 0.0, 5.0, 5.0], [-1.0, 0.0, 1.0, 40.0]):
+        for factor in (1.2, 1.4):
+            options = {"factor": factor, "mu0": None, "adaptive": False}
+            method = {"name": "gnc", "c": 2.0, "kind": "tls", "x0": None, "options": options}
+            given = location_given(np.array(z), 1.0, np.zeros(len(z), bool))
+            yield loop_case(given, LocationProblem(z), method, 1000)
+
+
+def line_cases(rng: np.random.Generator) -> Iterator[Case]:
+    """Lines through points, with outliers that may have leverage, and equal points."""
+    for k in range(80):
+        m = int(rng.integers(2, 12))
+        p = rng.choice([0.0, 1.0, 2.0], size=m) if k % 9 == 8 else rng.uniform(0, 5, m)
+        y = 0.5 * p + 0.2 * rng.normal(size=m)
+        y[: m // 4] += rng.normal(0, 6, m // 4)
+        sigma, trusted = float(rng.choice([0.2, 1.0])), rng.random(m) < 0.1
+        if np.ptp(p) == 0.0:
+            continue
+        problem = LinearProblem(np.column_stack([np.ones(m), p]), y, sigma, trusted)
+        given = {"kind": "line", "p": p, "y": y, "sigma": sigma, "trusted": trusted}
+        yield loop_case(given, problem, _method(rng, 2), int(rng.choice([5, 300, 1000])))
+
+
+def chain_cases(rng: np.random.Generator) -> Iterator[Case]:
+    """1-D pose graphs, the odometry trusted or not, so that poses may come loose."""
+    for _ in range(80):
+        n = int(rng.integers(2, 9))
+        extra = [rng.permutation(n)[:2] for _ in range(int(rng.integers(1, 6)))]
+        i = np.array([*range(n - 1), *(pair[0] for pair in extra)])
+        j = np.array([*range(1, n), *(pair[1] for pair in extra)])
+        # Deviations that are equal would give ties, which rounding alone decides.
+        sigma = rng.choice([0.1, 0.05, 0.3], size=i.size) * rng.uniform(0.9, 1.1, i.size)
+        z = (j - i) + sigma * rng.normal(size=i.size)
+        z[n - 1 :] += rng.choice([0.0, 3.0], size=len(extra)) * rng.normal(size=len(extra))
+        trusted = (np.arange(i.size) < n - 1) & bool(rng.random() < 0.7)
+        anchor = int(rng.integers(n))
+        problem = chain(n, i, j, z, sigma, anchor, trusted)
+        given = {
+            "kind": "chain", "n": n, "tails": i, "heads": j, "z": z, "sigma": sigma,
+            "anchor": anchor, "trusted": trusted,
+        }  # fmt: skip
+        yield loop_case(given, problem, _method(rng, n), int(rng.choice([5, 300, 1000])))
+
+
+def _method(rng: np.random.Generator, n: int) -> dict[str, Any]:
+    x0 = None if rng.random() < 0.6 else rng.normal(size=n)
+    c = float(rng.choice([1.0, 2.385, 3.0]))
+    name = str(rng.choice(["irls", "gnc", "switchable", "dcs"]))
+    if name == "gnc":
+        options = {"factor": 1.4, "mu0": None, "adaptive": bool(rng.random() < 0.3)}
+        kind = str(rng.choice(["tls", "gm"]))
+        return {"name": name, "c": c, "kind": kind, "x0": x0, "options": options}
+    if name == "irls":
+        return {"name": name, "kernel": str(rng.choice(NAMES)), "c": c, "x0": x0}
+    return {"name": name, "lam": c, "x0": x0}
+
+
+def _readings(rng: np.random.Generator) -> tuple[np.ndarray, Any, np.ndarray]:
+    """Readings, a few of them outliers; their deviations; and trust in a few."""
+    m = int(rng.integers(1, 13))
+    sigma: Any = float(rng.choice([0.3, 1.0]))
+    if rng.random() < 0.3:
+        sigma = rng.uniform(0.1, 2.0, m)
+    z = sigma * rng.normal(size=m)
+    outliers = int(rng.integers(0, m + 1)) // 2
+    z[:outliers] += rng.choice([5.0, 20.0, 1000.0]) * rng.normal(size=outliers)
+    trusted = rng.random(m) < (0.2 if rng.random() < 0.3 else 0.0)
+    return rng.permutation(z), sigma, trusted
+
+
+def location_given(z: np.ndarray, sigma: Any, trusted: np.ndarray) -> dict[str, Any]:
+    """A location problem, as node is given it."""
+    return {"kind": "location", "z": z, "sigma": sigma, "trusted": trusted}
+
+
+def loop_case(
+    given: dict[str, Any],
+    problem: Any,
+    method: dict[str, Any],
+    limit: int,
+    tol: float | None = None,
+) -> Case:
+    """The case of a method on a problem, and the library's result; an error is one too."""
+    usual = 1e-9 if method["name"] in ("gnc", "joint") else 1e-12
+    options = method.get("options", {}) | {
+        "maxIterations": limit, "tol": usual if tol is None else tol,
+    }  # fmt: skip
+    try:
+        expected = _expected(_solved(problem, method, limit, options["tol"]))
+    except (NotConverged, Underdetermined) as error:
+        words = {NotConverged: "converge", Underdetermined: "determine"}
+        expected = {"refused": words[type(error)]}
+    return Case({"problem": given, "method": method | {"options": options}}, expected)
+
+
+def _solved(problem: Any, method: dict[str, Any], limit: int, tol: float) -> Result[Any]:
+    x0 = problem.guess if isinstance(method["x0"], str) else method["x0"]
+    common = {"tol": tol, "max_iterations": limit}
+    match method["name"]:
+        case "irls":
+            kernel = kernels.KERNELS[method["kernel"]](method["c"])
+            return irls(problem, kernel, x0, **common)
+        case "gnc":
+            return gnc(problem, method["c"], method["kind"], x0, **method["options"], **common)
+        case "switchable":
+            return switchable(problem, method["lam"], x0, **common)
+        case "dcs":
+            return dcs(problem, method["lam"], x0, **common)
+        case _:
+            damping = method["options"]["damping"]
+            return joint_switchable(
+                problem, method["lam"], x0, method["s0"], damping=damping, **common
+            )
+
+
+def _expected(result: Result[Any]) -> dict[str, Any]:
+    history = [
+        {"weights": step.weights, "cost": step.cost, "mu": step.mu, "x": _solution(step.x)}
+        for step in result.history
+    ]
+    spare = 1 if result.stop is StopReason.CONVERGED else 0
+    return {
+        "stop": result.stop.value,
+        "x": _solution(result.x),
+        "weights": result.weights,
+        "cost": result.cost,
+        "history": Steps(history, spare),
+    }
+
+
+def _solution(x: Any) -> Any:
+    return Angles(x) if np.ndim(x) == 2 else x
+
+
+def _words(values: Any) -> list[Any]:
+    """Numbers, with infinity as the word that JSON lacks."""
+    return [
+        value if np.isfinite(value) else str(value).replace("inf", "Infinity") for value in values
+    ]

@@ -1,0 +1,89 @@
+"""The solvers in the page answer what the library answers, and the comparison catches bugs."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.lib.course import parity
+from tests.lib.course.parity import JS, SOLVERS, Comparison
+
+BUGS = {
+    "a sign in a Jacobian": (
+        "normal_equations.js",
+        "byHead[entry + 1] = -angle / 2;",
+        "byHead[entry + 1] = angle / 2;",
+        "descents",
+    ),
+    "a weight without its square": (
+        "kernels.js",
+        "weight: (u, c) => 1 / (1 + (u / c) ** 2) ** 2,",
+        "weight: (u, c) => 1 / (1 + (u / c) ** 2),",
+        "loop:locations",
+    ),
+    "a slower μ": (
+        "graduation.js",
+        "if (!adaptive) return factor * mu;",
+        "if (!adaptive) return Math.sqrt(factor) * mu;",
+        "loop:annealed locations",
+    ),
+    "a μ from the wrong norm": (
+        "graduation.js",
+        "if (u > most) most = u;",
+        "most = u;",
+        "loop:graphs",
+    ),
+    "a cost without its half": (
+        "loop.js",
+        "return robust + 0.5 * trusted;",
+        "return robust + trusted;",
+        "loop:chains",
+    ),
+    "a step that is not halved": (
+        "descent.js",
+        "retractPoses(poses, step, 0.5 ** halvings)",
+        "retractPoses(poses, step, 1)",
+        "descents",
+    ),
+}
+
+
+@pytest.fixture(scope="module")
+def comparisons() -> dict[str, Comparison]:
+    """All cases of all solvers, in one run of node."""
+    return parity.compared({name: parity.drawn(name) for name in SOLVERS})
+
+
+@pytest.mark.parametrize("name", SOLVERS)
+def test_the_page_answers_what_the_library_answers(
+    name: str, comparisons: dict[str, Comparison]
+) -> None:
+    one = comparisons[name]
+    worst = int(np.argmax(one.differences))
+    assert one.differences[worst] <= SOLVERS[name].tolerance, (worst, one.cases[worst].given)
+
+
+def test_there_are_hundreds_of_cases_and_every_reason_to_stop(
+    comparisons: dict[str, Comparison],
+) -> None:
+    cases = [case for one in comparisons.values() for case in one.cases]
+    assert len(cases) > 800
+    assert {case.expected["stop"] for case in cases if "stop" in case.expected} == {
+        "converged", "binary weights", "nothing to reject", "all rejected", "underdetermined",
+        "iteration limit",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("bug", BUGS)
+def test_the_comparison_catches(bug: str, tmp_path: Path) -> None:
+    file, right, wrong, solver = BUGS[bug]
+    folder = tmp_path / "solve"
+    shutil.copytree(JS, folder)
+    source = (folder / file).read_text(encoding="utf-8")
+    assert source.count(right) == 1
+    (folder / file).write_text(source.replace(right, wrong), encoding="utf-8")
+    one = parity.compared({solver: parity.drawn(solver)}, folder)[solver]
+    assert max(one.differences) > 100 * SOLVERS[solver].tolerance
