@@ -60,10 +60,11 @@ export function nearestPose(poses, x, y, allowed = () => true) {
 /**
  * The two ends of each closure in `closures` as handles on `poses`. An end snaps to the
  * nearest pose; arrows move it along the drive. `edit(list)` is told the new closures;
- * Delete removes one where `removable`. `gap` is the least distance of two ends, in poses.
+ * Delete removes one where `removable`. `gap` is the least distance of two ends, in poses,
+ * `first` the number of the first pose as it is spoken, `key` what the handles' keys begin with.
  */
-export function putClosureHandles(scene, map, poses, closures, edit, { 
-  gap = 2, removable = true, noun = "Closure",
+export function putClosureHandles(scene, map, poses, closures, edit, {
+  gap = 2, removable = true, noun = "Closure", first = 0, key = "closure",
 } = {}) {
   const last = poses.length / 3 - 1;
   closures.forEach((closure, number) => [0, 1].forEach((end) => {
@@ -73,10 +74,10 @@ export function putClosureHandles(scene, map, poses, closures, edit, {
       return end === 0 ? [pose, there] : [there, pose];
     }));
     const [x, y] = posePixels(map, poses, here);
-    putHandle(scene, `closure-${number}-${end}`, {
+    putHandle(scene, `${key}-${number}-${end}`, {
       x, y, shape: end ? "diamond" : "circle", look: "rs-wrong",
       label: `${noun} ${number + 1}, ${end ? "second" : "first"} end`,
-      text: `pose ${here}`, now: here, least: 0, most: last,
+      text: `pose ${here + first}`, now: here + first, least: first, most: last + first,
       drag: (px, py) => move(nearestPose(
         poses, map.fromX(px), map.fromY(py), (k) => Math.abs(k - there) >= gap,
       )),
