@@ -3,6 +3,8 @@
 A browser loads no module from a file, so a page carries the script itself. The modules are
 written for this: imports are static and named, and a name is used by one module only, so that
 a line of import can be left out and the word ``export`` with it.
+
+Documentation of functions stays in the modules: it would be a quarter of what a page loads.
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ from posixpath import dirname, join, normpath
 
 _IMPORT = re.compile(r'^import\s*\{[^}]*\}\s*from\s*"(\.[^"]+)";\n', re.MULTILINE)
 _EXPORT = re.compile(r"^export (?=(?:async )?(?:function|const|class)\b)", re.MULTILINE)
+_DOCUMENTATION = re.compile(r"^ */\*\*.*?\*/\n", re.MULTILINE | re.DOTALL)
 
 
 @cache
@@ -43,7 +46,7 @@ def _add(path: str, done: dict[str, str]) -> None:
     source = (files(__package__) / "js" / path).read_text(encoding="utf-8")
     for imported in _IMPORT.findall(source):
         _add(normpath(join(dirname(path), imported)), done)
-    body = _EXPORT.sub("", _IMPORT.sub("", source))
+    body = _EXPORT.sub("", _IMPORT.sub("", _DOCUMENTATION.sub("", source)))
     if re.search(r"^(import|export)\b", body, re.MULTILINE):
         raise ValueError(
             f'{path}: write imports as import {{ a, b }} from "./c.js"; and exports as'
