@@ -30,9 +30,7 @@ from robust_slam.graphs.laser import building
 from robust_slam.graphs.pose_graph import PoseGraph, select
 
 SEED = 0
-HEAD = (
-    f"{'graph':<14}{'poses':>8}{'edges':>9}{'made, read':>12}{'solve':>8}{'MB':>7}  result"
-)
+HEAD = f"{'graph':<14}{'poses':>8}{'edges':>9}{'made, read':>12}{'solve':>8}{'MB':>7}  result"
 
 
 def _building() -> PoseGraph:

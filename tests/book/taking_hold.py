@@ -67,10 +67,15 @@ def by_mouse(picture: Locator, key: str, toward: int) -> None:
 def by_touch(picture: Locator, key: str, toward: int) -> None:
     """Drag a handle with a finger."""
     x, y = _middle(picture, key)
-    session = picture.page.context.new_cdp_session(picture.page)
+    swipe(picture.page, x, y, 70 * toward, -45 * toward)
+
+
+def swipe(page: Page, x: float, y: float, right: float, down: float) -> None:
+    """Move a finger over the page from a point."""
+    session = page.context.new_cdp_session(page)
     _touch(session, "touchStart", x, y)
-    for k in range(1, 6):
-        _touch(session, "touchMove", x + 14 * k * toward, y - 9 * k * toward)
+    for share in (0.2, 0.4, 0.6, 0.8, 1.0):
+        _touch(session, "touchMove", x + share * right, y + share * down)
     session.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
     session.detach()
 

@@ -20,6 +20,7 @@ from tests.book.taking_hold import (
     move,
     pictures,
     reset,
+    swipe,
     words,
 )
 from tests.chromium import Visit, visiting
@@ -209,13 +210,8 @@ class TestTown:
             before = visit.page.evaluate("window.scrollY")
             box = stage.bounding_box()
             assert box is not None
-            session = visit.page.context.new_cdp_session(visit.page)
-            session.send(
-                "Input.synthesizeScrollGesture",
-                {"x": box["x"] + 6, "y": box["y"] + box["height"] / 2, "yDistance": -200,
-                 "gestureSourceType": "touch"},
-            )  # fmt: skip
-            assert visit.page.evaluate("window.scrollY") > before + 100
+            swipe(visit.page, box["x"] + 6, box["y"] + box["height"] / 2, 0, -200)
+            visit.page.wait_for_function(f"window.scrollY > {before} + 100")
 
     def test_a_map_glides_but_not_where_motion_is_unwelcome(
         self, at: str, browser: Browser

@@ -45,6 +45,8 @@ function drawHandle(element, shape) {
 
 function listen(element, scene) {
   let grip = null;
+  // Parts of a drawing ignore `touch-action`; without this the page would scroll with the handle.
+  element.addEventListener("touchstart", (event) => event.preventDefault(), { passive: false });
   element.addEventListener("pointerdown", (event) => {
     if (event.button !== 0) return;
     const at = scenePoint(scene, event);

@@ -1,5 +1,6 @@
 import { gnc } from "../solve/graduation.js";
 import { CHI_99_SE2, deadReckoning, leastSquares, makeGraph, poseGraphProblem } from "../solve/pose_graph.js";
+import { putLegend } from "../draw/legend.js";
 import { fitMap, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
 import { livePicture } from "../draw/picture.js";
 
@@ -77,7 +78,12 @@ function farthestPose(poses, truth) {
 }
 
 function drawOpening(scene, { state, result, shown, width, height, data, change }) {
-  const map = fitMap({ x: 0, y: 0, width, height }, data.truth, 0.15 * Math.min(width, height));
+  const top = putLegend(scene, "ghost", "legend", 0, 2, width, [
+    ["is-ghost", "true path"], ["is-estimate", "map"], ["is-inlier", "correct closure"],
+    ["is-outlier", "wrong closure"], ["is-rejected", "rejected"],
+  ]);
+  const box = { x: 0, y: top, width, height: height - top };
+  const map = fitMap(box, data.truth, 0.13 * Math.min(width, height));
   putDrive(scene, "ghost", "truth", map, data.truth, "is-ghost");
   data.edges.forEach((edge, k) => {
     if (data.trusted[k]) return;
