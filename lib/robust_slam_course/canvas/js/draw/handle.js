@@ -1,3 +1,5 @@
+import { setAttributes } from "./scene.js";
+
 const ARROWS = {
   ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowDown: [0, -1], ArrowUp: [0, 1],
   PageDown: [-10, -10], PageUp: [10, 10],
@@ -25,10 +27,8 @@ export function putHandle(scene, key, options) {
     "aria-valuemax": options.most,
     "data-handle": key,
   });
-  if (!element.firstElementChild) {
-    drawHandle(element, options.shape ?? "circle");
-    listen(element, scene);
-  }
+  if (!element.firstElementChild) listen(element, scene);
+  drawHandle(element, options.shape ?? "circle");
   element.options = options;
   return element;
 }
@@ -39,8 +39,11 @@ function drawHandle(element, shape) {
     square: "M-8 -8H8V8H-8Z",
     diamond: "M0 -11L11 0L0 11L-11 0Z",
   };
-  // A finger needs 44 pixels; the ring around what is seen is the target.
-  element.innerHTML = `<circle class="rs-target" r="22"></circle><path d="${outlines[shape]}"></path>`;
+  if (!element.firstElementChild) {
+    // A finger needs 44 pixels; the ring around what is seen is the target.
+    element.innerHTML = '<circle class="rs-target" r="22"></circle><path></path>';
+  }
+  setAttributes(element.lastElementChild, { d: outlines[shape] });
 }
 
 function listen(element, scene) {
