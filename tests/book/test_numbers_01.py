@@ -49,6 +49,11 @@ def wall(psi: Psi, outlier: float) -> tuple[float, float]:
     return float(found.x @ [1, 8] - 3), float(pulls(found.x)[8])
 
 
+def height_of(u: float, psi: Psi) -> float:
+    """Return the height above the wall at which the reading at the door has this residual."""
+    return float(brentq(lambda height: (height - wall(psi, height)[0]) / 0.2 - u, 0.3, 0.9))
+
+
 def at_rest(z: np.ndarray, psi: Psi, sigma: np.ndarray | float, lo: float, hi: float) -> float:
     """Return the x between lo and hi at which the pulls on it cancel."""
     return float(brentq(lambda x: np.sum(psi((z - x) / sigma) / sigma), lo, hi, xtol=1e-15))
@@ -80,6 +85,8 @@ def turned_entries() -> np.ndarray:
 
 
 FORMULAS = {
+    "0.55": lambda page: height_of(2.385, WIDE_CAUCHY.psi),
+    "0.59": lambda page: height_of(2.576, WIDE_HUBER.psi),
     "0.73 11.327": lambda page: wall(SQUARED.psi, 3.0),
     "0.01 0.371": lambda page: wall(WIDE_CAUCHY.psi, 3.0),
     "0.074": lambda page: wall(WIDE_HUBER.psi, 3.0)[0],

@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from robust_slam_course.pictures.maps import opening
+import lazy_loader
 
-__all__ = ["opening"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

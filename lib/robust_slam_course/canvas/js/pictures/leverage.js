@@ -1,0 +1,238 @@
+import { KERNELS } from "../solve/kernels.js";
+import { lineLeverages } from "../solve/leverage.js";
+import { lineProblem } from "../solve/location.js";
+import { irls } from "../solve/loop.js";
+import { numberText, putAxes, putCurve, roundTicks } from "../draw/axes.js";
+import { putHandle } from "../draw/handle.js";
+import { putEndLabels } from "../draw/labels.js";
+import { livePicture } from "../draw/picture.js";
+import { pathThrough } from "../draw/scene.js";
+
+/** Readings of a wall, the fitted line, the pull of each reading and the influence curve. */
+export function render(context) {
+  const { kernels } = context.model.get("data");
+  return livePicture(context, {
+    layers: ["axes", "springs", "lines", "words"],
+    controls: [{
+      kind: "choice", name: "kernel", label: "Kernel",
+      options: Object.keys(kernels).map((name) => [name, kernelText(name)]),
+    }],
+    clean: cleanLeverage,
+    solve: solveLeverage,
+    moving: ({ line, pulls, reach, top }) => [...line, ...pulls, reach, top],
+    height: (width) => (width < SIDE_BY_SIDE ? 690 : 480),
+    draw: drawLeverage,
+    caption: leverageCaption,
+  });
+}
+
+const SIDE_BY_SIDE = 620; // pixels from which panels stand side by side
+const PLACES = [0, 16];
+const HEIGHTS = [0, 7]; // m
+
+function kernelText(name) {
+  return name === "squared" ? "squared (least squares)" : KERNELS[name].label;
+}
+
+function cleanLeverage(state, data) {
+  const count = data.y.length;
+  const kernel = state.kernel in data.kernels ? state.kernel : "squared";
+  const held = Number.isInteger(state.held) && state.held >= 0 && state.held < count ? state.held : 0;
+  const p = cleanNumbers(state.p, data.p, PLACES);
+  // Readings at one place do not determine a slope.
+  const possible = Math.max(...p) - Math.min(...p) >= 1;
+  return { kernel, held, p: possible ? p : data.p, y: cleanNumbers(state.y, data.y, HEIGHTS) };
+}
+
+/** `values` within [low, high] and to a thousandth, with `first` where one is no number. */
+function cleanNumbers(values, first, [low, high]) {
+  return first.map((value, k) => {
+    const given = Number.isFinite(values[k]) ? values[k] : value;
+    return Math.round(1000 * Math.min(high, Math.max(low, given))) / 1000;
+  });
+}
+
+function solveLeverage({ kernel, p, y }, { sigma, kernels }) {
+  const problem = lineProblem(p, y, sigma);
+  const options = { tol: 1e-9, maxIterations: 500, keepHistory: false };
+  // Huber's cost is convex, so that every kernel starts from the same line.
+  const start = irls(problem, "huber", kernels.huber, null, options).x;
+  const line = irls(problem, kernel, kernels[kernel], start, options).x;
+  const residuals = problem.residuals(line).map((u) => -u); // positive above the line
+  const pulls = residuals.map((u) => KERNELS[kernel].psi(u, kernels[kernel]));
+  const far = Math.max(...residuals.map(Math.abs));
+  const reach = [4, 8, 16].find((limit) => far < 0.95 * limit) ?? 32;
+  return {
+    line, residuals, pulls, leverages: lineLeverages(p),
+    reach, top: kernel === "squared" ? reach : 3,
+  };
+}
+
+/** Whether a reading is more than three standard deviations from the true wall. */
+function isOff(p, y, { truth, sigma }) {
+  return Math.abs(y - truth[0] - truth[1] * p) > 3 * sigma;
+}
+
+function drawLeverage(scene, view) {
+  const { width, height, shown, state } = view;
+  const count = state.y.length;
+  const now = { a: shown[0], b: shown[1], pulls: shown.slice(2, 2 + count) };
+  [now.reach, now.top] = shown.slice(2 + count);
+  const wide = width >= SIDE_BY_SIDE;
+  const left = wide ? Math.round(0.6 * width) : width;
+  const [upper, middle] = wide ? [270, 210] : [270, 200];
+  drawReadings(scene, { x: 0, y: 0, width: left, height: upper }, view, now);
+  drawBars(scene, { x: 0, y: upper, width: left, height: middle }, view, now);
+  const beside = wide
+    ? { x: left, y: upper, width: width - left, height: middle }
+    : { x: 0, y: upper + middle, width, height: height - upper - middle };
+  drawInfluence(scene, beside, view, now);
+  if (wide) putReadout(scene, left + 46, 34, view);
+}
+
+function drawReadings(scene, box, { state, data, change }, { a, b }) {
+  const axes = putAxes(
+    scene, "axes", "fit", box,
+    { domain: [-0.6, 17.6], label: "place p", ticks: [0, 4, 8, 12, 16] },
+    { domain: [-0.5, 7.5], label: "distance y (m)", ticks: [0, 2, 4, 6] },
+  );
+  const [low, high] = [-0.6, 17.6];
+  const wall = (p) => data.truth[0] + data.truth[1] * p;
+  const line = (p) => a + b * p;
+  const wallLook = { class: "rs-line is-muted", "stroke-dasharray": "1 5" };
+  putCurve(scene, "lines", "wall", axes, [low, high], wall, wallLook, 1);
+  putCurve(scene, "lines", "line", axes, [low, high], line, { class: "rs-line is-estimate" }, 1);
+  const end = axes.inner.x + axes.inner.width;
+  const beside = [
+    { y: axes.toY(line(16.9)), text: "fit", colour: "estimate" },
+    { y: axes.toY(wall(16.9)) , text: "wall", colour: "muted" },
+  ].sort((one, other) => one.y - other.y);
+  const apart = Math.max(0, 15 - (beside[1].y - beside[0].y)) / 2;
+  beside[0].y -= apart + 11;
+  beside[1].y += apart + 11;
+  putEndLabels(scene, "words", "name", end - 26, beside, axes.inner.y + 6, axes.inner.y + axes.inner.height - 6);
+  state.y.forEach((y, k) => {
+    const [x, from, to] = [axes.toX(state.p[k]), axes.toY(line(state.p[k])), axes.toY(y)];
+    const look = isOff(state.p[k], y, data) ? "is-outlier" : "is-inlier";
+    scene.put("springs", `spring-${k}`, "path", { class: `rs-spring ${look}`, d: springPath(x, from, to) });
+    putReading(scene, axes, k, state, data, change);
+  });
+}
+
+function putReading(scene, axes, k, state, data, change) {
+  const [p, y] = [state.p[k], state.y[k]];
+  const off = isOff(p, y, data);
+  const move = (place, height) => change({
+    held: k,
+    p: state.p.map((value, other) => (other === k ? place : value)),
+    y: state.y.map((value, other) => (other === k ? height : value)),
+  });
+  putHandle(scene, `reading-${k}`, {
+    x: axes.toX(p), y: axes.toY(y),
+    shape: off ? "diamond" : "circle", look: off ? "rs-wrong" : "rs-right",
+    label: `Reading ${k}`, text: `${y.toFixed(2)} m at place ${numberText(p)}`,
+    now: y, least: HEIGHTS[0], most: HEIGHTS[1],
+    drag: (px, py) => move(axes.fromX(px), axes.fromY(py)),
+    step: (right, up) => move(p + 0.25 * right, y + 0.05 * up),
+  });
+}
+
+/** A spring from one height to another: twelve turns, however long it is. */
+function springPath(x, from, to) {
+  const turns = 12;
+  const points = Array.from({ length: turns + 1 }, (_, k) => {
+    const side = k === 0 || k === turns ? 0 : 3.5 * (k % 2 ? 1 : -1);
+    return [x + side, from + ((to - from) * k) / turns];
+  });
+  return pathThrough(points);
+}
+
+function drawBars(scene, box, { state, result, data }, { pulls, top }) {
+  const axes = putAxes(
+    scene, "axes", "bars", box,
+    { domain: [-0.6, 17.6], label: "place p", ticks: [0, 4, 8, 12, 16] },
+    { domain: [-top, top], label: "pull ψ(u)" },
+  );
+  const zero = axes.toY(0);
+  scene.put("axes", "bars-zero", "path", {
+    class: "rs-edge is-muted", d: `M${axes.inner.x} ${zero}h${axes.inner.width}`,
+  });
+  const thick = Math.min(13, (0.6 * axes.inner.width) / 18.2);
+  pulls.forEach((pull, k) => {
+    const x = axes.toX(state.p[k]);
+    const look = isOff(state.p[k], state.y[k], data) ? "is-outlier" : "is-inlier";
+    scene.put("lines", `bar-${k}`, "path", {
+      class: `rs-bar ${look}`, d: `M${x.toFixed(1)} ${zero.toFixed(1)}V${axes.toY(pull).toFixed(1)}`,
+      "stroke-width": thick,
+    });
+  });
+  const held = state.held;
+  const tip = axes.toY(pulls[held]) + (pulls[held] < 0 ? 15 : -6);
+  const place = { x: axes.toX(state.p[held]), y: tip, "text-anchor": "middle" };
+  scene.put("words", "bar-held", "text", { class: "rs-halo", ...place }, signed(result.pulls[held]));
+}
+
+function drawInfluence(scene, box, { state, result, data }, { reach, top }) {
+  const c = data.kernels[state.kernel];
+  const axes = putAxes(
+    scene, "axes", "psi", box,
+    { domain: [-reach, reach], label: "whitened residual u", ticks: roundTicks(-reach, reach, 5) },
+    { domain: [-top, top], label: "influence ψ(u)" },
+  );
+  const psi = (u) => KERNELS[state.kernel].psi(u, c);
+  putCurve(scene, "lines", "psi", axes, [-reach, reach], psi, { class: "rs-line is-accent" }, 400);
+  result.residuals.forEach((u, k) => {
+    if (k === state.held) return;
+    const look = isOff(state.p[k], state.y[k], data) ? "is-outlier" : "is-inlier";
+    const d = `M${axes.toX(u).toFixed(1)} ${axes.toY(psi(u)).toFixed(1)}h0`;
+    scene.put("lines", `dot-${k}`, "path", { class: `rs-dots ${look}`, d });
+  });
+  const u = Math.min(reach, Math.max(-reach, result.residuals[state.held]));
+  const [x, y] = [axes.toX(u), Math.max(axes.inner.y, axes.toY(psi(u)))];
+  scene.put("words", "dot-held", "circle", { class: "rs-ring is-ink", cx: x, cy: y, r: 7 });
+  scene.put("words", "dot-stem", "path", { class: "rs-edge is-ink", d: `M${x} ${y}V${axes.toY(0)}` });
+}
+
+function putReadout(scene, x, y, { state, result, data }) {
+  const k = state.held;
+  const u = result.residuals[k];
+  const rows = [
+    [`Reading ${k}`, `place ${numberText(state.p[k])}`],
+    ["height", `${state.y[k].toFixed(2)} m`],
+    ["u", signed(u)],
+    ["weight w", KERNELS[state.kernel].weight(u, data.kernels[state.kernel]).toFixed(3)],
+    ["pull ψ = w u", signed(result.pulls[k])],
+    ["leverage", result.leverages[k].toFixed(2)],
+    ["fit is off by", `${signed(fitError(state, result, data))} m`],
+  ];
+  rows.forEach(([name, value], row) => {
+    const look = row ? "rs-label" : "rs-head";
+    scene.put("words", `name-of-${row}`, "text", { class: look, x, y: y + 27 * row }, name);
+    scene.put("words", `value-of-${row}`, "text", { class: look, x: x + 112, y: y + 27 * row }, value);
+  });
+}
+
+/** How far (m) the fit is above the true wall at the place of the held reading. */
+function fitError({ p, held }, { line }, { truth }) {
+  return line[0] - truth[0] + (line[1] - truth[1]) * p[held];
+}
+
+function signed(value) {
+  const digits = Math.abs(value) >= 9.995 ? 1 : 2;
+  const text = Math.abs(value).toFixed(digits);
+  return `${value < 0 && Number(text) > 0 ? "−" : ""}${text}`;
+}
+
+function leverageCaption({ state, result, data }) {
+  const k = state.held;
+  const [u, pull] = [result.residuals[k], result.pulls[k]];
+  const error = fitError(state, result, data);
+  const where = `Reading ${k} is ${Math.abs(u).toFixed(1)}σ ${u < 0 ? "below" : "above"} the fit`;
+  const force = Math.abs(pull) < 0.005 ? "does not pull" : `pulls ${pull < 0 ? "down" : "up"} with ${signed(Math.abs(pull))}`;
+  const most = { squared: "no limit", huber: "at most 1.35", cauchy: "at most 1.19", tls: "0 beyond 2.58" };
+  const side = Math.abs(error) < 0.005 ? "on the wall" : `${Math.abs(error).toFixed(2)} m too ${error > 0 ? "high" : "low"}`;
+  const kernel = state.kernel === "squared" ? "Least squares" : KERNELS[state.kernel].label;
+  return `${kernel}: ${where[0].toLowerCase()}${where.slice(1)} and ${force} (${most[state.kernel]}).`
+    + ` At place ${numberText(state.p[k])} the fit is ${side}.`
+    + ` The reading’s leverage is ${result.leverages[k].toFixed(2)}.`;
+}

@@ -1,0 +1,2 @@
+from .maps import opening as opening
+from .readings import leverage as leverage

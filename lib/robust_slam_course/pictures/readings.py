@@ -1,0 +1,57 @@
+"""Pictures of readings that the reader moves: a line, a location, and its cost."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib import pyplot as plt
+from matplotlib.figure import Figure
+from robust_slam.estimators import irls, kernels
+from robust_slam.problems import LinearProblem
+
+from robust_slam_course.canvas.picture import Picture
+from robust_slam_course.plots.pulls import draw_line_fit, draw_pulls
+
+_WALL = (1.0, 0.25)  # the wall of chapter 1 is 1 m + 0.25 m a place away
+_WALL_NOISE = [0.1, -0.2, 0.15, 0.05, -0.15, 0.2, -0.1, 0.1, 0.0, -0.1]
+_WALL_SIGMA = 0.2
+_DOOR = 8
+
+
+def leverage() -> Picture:
+    """Return the wall of chapter 1: ten readings to move, a line, and the pull of each."""
+    p = np.arange(10.0)
+    y = _WALL[0] + _WALL[1] * p + _WALL_NOISE + 3.0 * (p == _DOOR)
+    scales = {"squared": 1.0, "huber": 1.345, "cauchy": 2.385, "tls": 2.576}
+    return Picture(
+        name="leverage",
+        title="Ten readings pull on a line",
+        tries=[
+            "the reading at place 8 is 3 m too high, and the fit is tilted. Under Cauchy’s kernel,"
+            " does this reading pull hardest where it is, or nearer to the wall?",
+            "choose Cauchy and lower the reading until its bar is longest. Then choose TLS and"
+            " find the height at which it lets go.",
+            "leverage: choose Huber and move the reading to place 16, at a height of 6 m. Which"
+            " kernels now reject it?",
+        ],
+        caption="Least squares: reading 8 is 11.3σ above the fit and pulls up with 11.3 (no"
+        " limit). At place 8 the fit is 0.73 m too high. The reading’s leverage is 0.25.",
+        state={"kernel": "squared", "held": _DOOR, "p": p.tolist(), "y": y.round(3).tolist()},
+        data={
+            "p": p.tolist(), "y": y.round(3).tolist(), "truth": _WALL, "sigma": _WALL_SIGMA,
+            "kernels": scales,
+        },
+        still=_wall_still(p, y),
+    )  # fmt: skip
+
+
+def _wall_still(p: np.ndarray, y: np.ndarray) -> Figure:
+    """Return the readings with the line by least squares, and the pulls beneath them."""
+    problem = LinearProblem(np.column_stack([np.ones(p.size), p]), y, sigma=_WALL_SIGMA)
+    line = irls(problem, kernels.squared()).x
+    figure, (upper, lower) = plt.subplots(2, 1, figsize=(5.6, 4.6), sharex=True)
+    draw_line_fit(upper, p, y, (line[0], line[1]), _WALL, p == _DOOR)
+    upper.set(ylabel="distance y (m)")
+    upper.legend(loc="upper left")
+    draw_pulls(lower, p, -problem.residuals(line), p == _DOOR).set(xlabel="place p")
+    plt.close(figure)
+    return figure
