@@ -55,6 +55,11 @@ const SOLVERS = {
     firstGm: u.map((value) => page.startMu(Math.abs(value), c, "gm")),
     strides: page.strides(w),
   }),
+  majorisers: ({ z, sigma, kernel, c, at, x }) => {
+    const { value, ...parabola } = page.majoriser(z, sigma, kernel, c, at);
+    return { ...parabola, values: x.map(value) };
+  },
+  leverages: ({ p }) => ({ leverages: page.lineLeverages(p) }),
   loop: ({ problem, method }) => {
     const solved = METHODS[method.name](PROBLEMS[problem.kind](problem), method);
     const history = solved.history.map(({ weights, cost, mu, x }) => ({ weights, cost, mu, x }));

@@ -36,6 +36,8 @@ class Solver:
 SOLVERS = {
     "kernels": Solver(cases.kernel_cases, LINE),
     "surrogates": Solver(cases.surrogate_cases, LINE),
+    "majorisers": Solver(cases.majoriser_cases, LINE),
+    "leverages": Solver(cases.leverage_cases, LINE),
     "switches": Solver(cases.switch_cases, LINE),
     "skyline": Solver(cases.skyline_cases, LINE),
     "se2": Solver(cases.se2_cases, LINE),

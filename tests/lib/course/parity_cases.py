@@ -68,6 +68,36 @@ def kernel_cases(rng: np.random.Generator) -> Iterator[Case]:
         )
 
 
+def majoriser_cases(rng: np.random.Generator) -> Iterator[Case]:
+    """The parabola above the cost of every kernel, and the step of IRLS that it stands for."""
+    for name in NAMES * 4:
+        z, sigma = rng.normal(0, 2, int(rng.integers(2, 9))), float(np.exp(rng.normal()))
+        c, at = float(rng.choice([1.0, 2.576])), float(rng.normal(0, 3))
+        kernel, problem = kernels.KERNELS[name](c), LocationProblem(z, sigma)
+        weights = kernel.weight(problem.residual_norms(at))
+        floor = np.sum(
+            kernel.rho(problem.residual_norms(at)) - 0.5 * weights * ((at - z) / sigma) ** 2
+        )
+        x = rng.normal(0, 3, 7)
+        squares = ((x[:, None] - z) / sigma) ** 2
+        yield Case(
+            {"z": z, "sigma": sigma, "kernel": name, "c": c, "at": at, "x": x},
+            {
+                "weights": weights,
+                "lowest": float(problem.solve(weights, at)) if weights.any() else None,
+                "values": floor + 0.5 * squares @ weights,
+            },
+        )
+
+
+def leverage_cases(rng: np.random.Generator) -> Iterator[Case]:
+    """The diagonal of the hat matrix of a line."""
+    for _ in range(40):
+        p = rng.normal(3, 5, int(rng.integers(2, 12)))
+        rows = np.column_stack([np.ones(p.size), p])
+        yield Case({"p": p}, {"leverages": np.diag(rows @ np.linalg.pinv(rows))})
+
+
 def surrogate_cases(rng: np.random.Generator) -> Iterator[Case]:
     """The surrogates on both sides of their bounds, and the first μ."""
     for _ in range(40):

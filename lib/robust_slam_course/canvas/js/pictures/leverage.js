@@ -20,15 +20,15 @@ export function render(context) {
     clean: cleanLeverage,
     solve: solveLeverage,
     moving: ({ line, pulls, reach, top }) => [...line, ...pulls, reach, top],
-    height: (width) => (width < SIDE_BY_SIDE ? 690 : 480),
+    height: (width) => (width < LEVERAGE_WIDE ? 690 : 480),
     draw: drawLeverage,
     caption: leverageCaption,
   });
 }
 
-const SIDE_BY_SIDE = 620; // pixels from which panels stand side by side
-const PLACES = [0, 16];
-const HEIGHTS = [0, 7]; // m
+const LEVERAGE_WIDE = 620; // pixels from which panels stand side by side
+const PLACE_RANGE = [0, 16];
+const HEIGHT_RANGE = [0, 7]; // m
 
 function kernelText(name) {
   return name === "squared" ? "squared (least squares)" : KERNELS[name].label;
@@ -38,14 +38,14 @@ function cleanLeverage(state, data) {
   const count = data.y.length;
   const kernel = state.kernel in data.kernels ? state.kernel : "squared";
   const held = Number.isInteger(state.held) && state.held >= 0 && state.held < count ? state.held : 0;
-  const p = cleanNumbers(state.p, data.p, PLACES);
+  const p = numbersWithin(state.p, data.p, PLACE_RANGE);
   // Readings at one place do not determine a slope.
   const possible = Math.max(...p) - Math.min(...p) >= 1;
-  return { kernel, held, p: possible ? p : data.p, y: cleanNumbers(state.y, data.y, HEIGHTS) };
+  return { kernel, held, p: possible ? p : data.p, y: numbersWithin(state.y, data.y, HEIGHT_RANGE) };
 }
 
 /** `values` within [low, high] and to a thousandth, with `first` where one is no number. */
-function cleanNumbers(values, first, [low, high]) {
+function numbersWithin(values, first, [low, high]) {
   return first.map((value, k) => {
     const given = Number.isFinite(values[k]) ? values[k] : value;
     return Math.round(1000 * Math.min(high, Math.max(low, given))) / 1000;
@@ -69,7 +69,7 @@ function solveLeverage({ kernel, p, y }, { sigma, kernels }) {
 }
 
 /** Whether a reading is more than three standard deviations from the true wall. */
-function isOff(p, y, { truth, sigma }) {
+function isOffWall(p, y, { truth, sigma }) {
   return Math.abs(y - truth[0] - truth[1] * p) > 3 * sigma;
 }
 
@@ -78,11 +78,11 @@ function drawLeverage(scene, view) {
   const count = state.y.length;
   const now = { a: shown[0], b: shown[1], pulls: shown.slice(2, 2 + count) };
   [now.reach, now.top] = shown.slice(2 + count);
-  const wide = width >= SIDE_BY_SIDE;
+  const wide = width >= LEVERAGE_WIDE;
   const left = wide ? Math.round(0.6 * width) : width;
   const [upper, middle] = wide ? [270, 210] : [270, 200];
-  drawReadings(scene, { x: 0, y: 0, width: left, height: upper }, view, now);
-  drawBars(scene, { x: 0, y: upper, width: left, height: middle }, view, now);
+  drawWall(scene, { x: 0, y: 0, width: left, height: upper }, view, now);
+  drawPullBars(scene, { x: 0, y: upper, width: left, height: middle }, view, now);
   const beside = wide
     ? { x: left, y: upper, width: width - left, height: middle }
     : { x: 0, y: upper + middle, width, height: height - upper - middle };
@@ -90,7 +90,7 @@ function drawLeverage(scene, view) {
   if (wide) putReadout(scene, left + 46, 34, view);
 }
 
-function drawReadings(scene, box, { state, data, change }, { a, b }) {
+function drawWall(scene, box, { state, data, change }, { a, b }) {
   const axes = putAxes(
     scene, "axes", "fit", box,
     { domain: [-0.6, 17.6], label: "place p", ticks: [0, 4, 8, 12, 16] },
@@ -113,7 +113,7 @@ function drawReadings(scene, box, { state, data, change }, { a, b }) {
   putEndLabels(scene, "words", "name", end - 26, beside, axes.inner.y + 6, axes.inner.y + axes.inner.height - 6);
   state.y.forEach((y, k) => {
     const [x, from, to] = [axes.toX(state.p[k]), axes.toY(line(state.p[k])), axes.toY(y)];
-    const look = isOff(state.p[k], y, data) ? "is-outlier" : "is-inlier";
+    const look = isOffWall(state.p[k], y, data) ? "is-outlier" : "is-inlier";
     scene.put("springs", `spring-${k}`, "path", { class: `rs-spring ${look}`, d: springPath(x, from, to) });
     putReading(scene, axes, k, state, data, change);
   });
@@ -121,7 +121,7 @@ function drawReadings(scene, box, { state, data, change }, { a, b }) {
 
 function putReading(scene, axes, k, state, data, change) {
   const [p, y] = [state.p[k], state.y[k]];
-  const off = isOff(p, y, data);
+  const off = isOffWall(p, y, data);
   const move = (place, height) => change({
     held: k,
     p: state.p.map((value, other) => (other === k ? place : value)),
@@ -131,7 +131,7 @@ function putReading(scene, axes, k, state, data, change) {
     x: axes.toX(p), y: axes.toY(y),
     shape: off ? "diamond" : "circle", look: off ? "rs-wrong" : "rs-right",
     label: `Reading ${k}`, text: `${y.toFixed(2)} m at place ${numberText(p)}`,
-    now: y, least: HEIGHTS[0], most: HEIGHTS[1],
+    now: y, least: HEIGHT_RANGE[0], most: HEIGHT_RANGE[1],
     drag: (px, py) => move(axes.fromX(px), axes.fromY(py)),
     step: (right, up) => move(p + 0.25 * right, y + 0.05 * up),
   });
@@ -147,7 +147,7 @@ function springPath(x, from, to) {
   return pathThrough(points);
 }
 
-function drawBars(scene, box, { state, result, data }, { pulls, top }) {
+function drawPullBars(scene, box, { state, result, data }, { pulls, top }) {
   const axes = putAxes(
     scene, "axes", "bars", box,
     { domain: [-0.6, 17.6], label: "place p", ticks: [0, 4, 8, 12, 16] },
@@ -160,7 +160,7 @@ function drawBars(scene, box, { state, result, data }, { pulls, top }) {
   const thick = Math.min(13, (0.6 * axes.inner.width) / 18.2);
   pulls.forEach((pull, k) => {
     const x = axes.toX(state.p[k]);
-    const look = isOff(state.p[k], state.y[k], data) ? "is-outlier" : "is-inlier";
+    const look = isOffWall(state.p[k], state.y[k], data) ? "is-outlier" : "is-inlier";
     scene.put("lines", `bar-${k}`, "path", {
       class: `rs-bar ${look}`, d: `M${x.toFixed(1)} ${zero.toFixed(1)}V${axes.toY(pull).toFixed(1)}`,
       "stroke-width": thick,
@@ -169,7 +169,7 @@ function drawBars(scene, box, { state, result, data }, { pulls, top }) {
   const held = state.held;
   const tip = axes.toY(pulls[held]) + (pulls[held] < 0 ? 15 : -6);
   const place = { x: axes.toX(state.p[held]), y: tip, "text-anchor": "middle" };
-  scene.put("words", "bar-held", "text", { class: "rs-halo", ...place }, signed(result.pulls[held]));
+  scene.put("words", "bar-held", "text", { class: "rs-halo", ...place }, signedText(result.pulls[held]));
 }
 
 function drawInfluence(scene, box, { state, result, data }, { reach, top }) {
@@ -183,7 +183,7 @@ function drawInfluence(scene, box, { state, result, data }, { reach, top }) {
   putCurve(scene, "lines", "psi", axes, [-reach, reach], psi, { class: "rs-line is-accent" }, 400);
   result.residuals.forEach((u, k) => {
     if (k === state.held) return;
-    const look = isOff(state.p[k], state.y[k], data) ? "is-outlier" : "is-inlier";
+    const look = isOffWall(state.p[k], state.y[k], data) ? "is-outlier" : "is-inlier";
     const d = `M${axes.toX(u).toFixed(1)} ${axes.toY(psi(u)).toFixed(1)}h0`;
     scene.put("lines", `dot-${k}`, "path", { class: `rs-dots ${look}`, d });
   });
@@ -199,11 +199,11 @@ function putReadout(scene, x, y, { state, result, data }) {
   const rows = [
     [`Reading ${k}`, `place ${numberText(state.p[k])}`],
     ["height", `${state.y[k].toFixed(2)} m`],
-    ["u", signed(u)],
+    ["u", signedText(u)],
     ["weight w", KERNELS[state.kernel].weight(u, data.kernels[state.kernel]).toFixed(3)],
-    ["pull ψ = w u", signed(result.pulls[k])],
+    ["pull ψ = w u", signedText(result.pulls[k])],
     ["leverage", result.leverages[k].toFixed(2)],
-    ["fit is off by", `${signed(fitError(state, result, data))} m`],
+    ["fit is off by", `${signedText(fitError(state, result, data))} m`],
   ];
   rows.forEach(([name, value], row) => {
     const look = row ? "rs-label" : "rs-head";
@@ -217,7 +217,7 @@ function fitError({ p, held }, { line }, { truth }) {
   return line[0] - truth[0] + (line[1] - truth[1]) * p[held];
 }
 
-function signed(value) {
+function signedText(value) {
   const digits = Math.abs(value) >= 9.995 ? 1 : 2;
   const text = Math.abs(value).toFixed(digits);
   return `${value < 0 && Number(text) > 0 ? "−" : ""}${text}`;
@@ -228,7 +228,7 @@ function leverageCaption({ state, result, data }) {
   const [u, pull] = [result.residuals[k], result.pulls[k]];
   const error = fitError(state, result, data);
   const where = `Reading ${k} is ${Math.abs(u).toFixed(1)}σ ${u < 0 ? "below" : "above"} the fit`;
-  const force = Math.abs(pull) < 0.005 ? "does not pull" : `pulls ${pull < 0 ? "down" : "up"} with ${signed(Math.abs(pull))}`;
+  const force = Math.abs(pull) < 0.005 ? "does not pull" : `pulls ${pull < 0 ? "down" : "up"} with ${signedText(Math.abs(pull))}`;
   const most = { squared: "no limit", huber: "at most 1.35", cauchy: "at most 1.19", tls: "0 beyond 2.58" };
   const side = Math.abs(error) < 0.005 ? "on the wall" : `${Math.abs(error).toFixed(2)} m too ${error > 0 ? "high" : "low"}`;
   const kernel = state.kernel === "squared" ? "Least squares" : KERNELS[state.kernel].label;
