@@ -1,6 +1,7 @@
-"""The live pictures of the course: each function returns one for a page or a notebook."""
+"""The live pictures of the course: each function returns one for a page or a notebook.
 
-from __future__ import annotations
+Names load their module when they are first used.
+"""
 
 import lazy_loader
 

@@ -1,2 +1,3 @@
+from .landscapes import annealing as annealing
 from .maps import opening as opening
 from .readings import leverage as leverage

@@ -43,6 +43,7 @@ SOLVERS = {
     "se2": Solver(cases.se2_cases, LINE),
     "loop:locations": Solver(cases.location_cases, LINE),
     "loop:annealed locations": Solver(cases.annealed_location_cases, LINE),
+    "landscapes": Solver(cases.landscape_cases, LINE),
     "loop:lines": Solver(cases.line_cases, LINE),
     "loop:chains": Solver(cases.chain_cases, LINE),
     "metrics": Solver(graphs.metric_cases, LINE),

@@ -19,6 +19,7 @@ from robust_slam.estimators.switches import (
 )
 from robust_slam.graphs import se2
 from robust_slam.problems import LinearProblem, LocationProblem, chain
+from robust_slam_course.plots.landscapes import minima
 
 NAMES = list(kernels.KERNELS)
 
@@ -231,6 +232,34 @@ def annealed_location_cases(rng: np.random.Generator) -> Iterator[Case]:
             method = {"name": "gnc", "c": 2.0, "kind": "tls", "x0": None, "options": options}
             given = location_given(np.array(z), 1.0, np.zeros(len(z), bool))
             yield loop_case(given, LocationProblem(z), method, 1000)
+
+
+def landscape_cases(rng: np.random.Generator) -> Iterator[Case]:
+    """The cost over x, its minima, and where IRLS ends from many starts."""
+    for k in range(42):
+        z, sigma, _ = _readings(rng)
+        name, c = NAMES[k % len(NAMES)], float(rng.choice([1.0, 2.0, 0.5]))
+        kernel, spread = kernels.KERNELS[name](c), float(np.max(sigma))
+        low, high = float(z.min()) - 2.0, float(z.max()) + 2.0
+        grid = np.linspace(low, high, 101)
+        cost = kernel.rho((grid - z[:, None]) / spread).sum(axis=0)
+        starts = rng.uniform(low, high, 8)
+        problem = LocationProblem(z, spread)
+        results = [irls(problem, kernel, float(x), max_iterations=1000) for x in starts]
+        settled = [result.stop is not StopReason.ITERATION_LIMIT for result in results]
+        results = [result for result, done in zip(results, settled, strict=True) if done]
+        yield Case(
+            {
+                "z": z, "sigma": spread, "kernel": name, "c": c, "span": [low, high],
+                "count": 101, "starts": starts[settled],
+            },
+            {
+                "cost": cost,
+                "minima": minima(cost),
+                "ends": [result.x for result in results],
+                "kept": [float(result.weights.sum()) for result in results],
+            },
+        )  # fmt: skip
 
 
 def line_cases(rng: np.random.Generator) -> Iterator[Case]:

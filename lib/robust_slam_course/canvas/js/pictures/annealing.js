@@ -1,0 +1,240 @@
+import { gnc } from "../solve/graduation.js";
+import { KERNELS, gmSurrogate, tlsSurrogate } from "../solve/kernels.js";
+import { minimaOf, sampledCost } from "../solve/landscapes.js";
+import { locationProblem } from "../solve/location.js";
+import { irls } from "../solve/loop.js";
+import { numberText, putAxes, putPath } from "../draw/axes.js";
+import { putHandle } from "../draw/handle.js";
+import { livePicture } from "../draw/picture.js";
+
+/** GNC on a few readings: the cost as it sharpens, the weights, the path of the estimate. */
+export function render(context) {
+  return livePicture(context, {
+    layers: ["grid", "back", "lines", "marks"],
+    controls: [
+      { kind: "choice", name: "kind", label: "Cost", options: [["tls", "TLS"], ["gm", "Geman–McClure"]] },
+      { kind: "choice", name: "start", label: "Readings", options: [["seven", "seven"], ["four", "four"]] },
+      {
+        kind: "player", name: "step", label: "Solve", count: (state, result) => result.last,
+        text: (step, result) => `${result.step} of ${result.last}`,
+      },
+      { kind: "slider", name: "c", label: "c", min: 0.5, max: 6, step: 0.1, text: (c) => c.toFixed(1) },
+      {
+        kind: "slider", name: "factor", label: "Factor of μ", min: 1.05, max: 2, step: 0.05,
+        text: (factor) => factor.toFixed(2),
+      },
+    ],
+    clean: cleanAnnealing,
+    solve: solveAnnealing,
+    moving: (result) => [...result.cost, result.x, ...result.weights],
+    height: (width) => annealingPanels(width).height,
+    draw: drawAnnealing,
+    caption: annealingCaption,
+  });
+}
+
+const SAMPLES = 211;
+/** A step that stands for the last one, however many there are. */
+const LAST_STEP = 1e6;
+
+/** The part of the x axis that is shown, and in which readings may lie. */
+function annealingSpan(start) {
+  return start === "seven" ? [-4, 38] : [-4, 14];
+}
+
+function cleanAnnealing(state, data) {
+  const bound = (value, low, high, instead) => (
+    Number.isFinite(value) ? Math.min(high, Math.max(low, value)) : instead);
+  const start = state.start === "four" ? "four" : "seven";
+  const given = data.starts[start];
+  const [low, high] = annealingSpan(start);
+  const own = state.z.length === given.length ? state.z : given;
+  const z = given.map((reading, k) => Number(bound(own[k], low, high, reading).toFixed(1)));
+  const kind = state.kind === "gm" ? "gm" : "tls";
+  const c = bound(state.c, 0.5, 6, 2);
+  const factor = bound(state.factor, 1.05, 2, 1.4);
+  const last = gnc(locationProblem(z), c, kind, null, { factor }).history.length - 1;
+  // A reader who is at the last step stays there when a reading makes the run longer.
+  const step = Math.round(bound(state.step, 0, LAST_STEP, 0));
+  return { start, z, kind, c, factor, step: step >= last ? LAST_STEP : step };
+}
+
+function solveAnnealing({ start, z, kind, c, factor, step }) {
+  const problem = locationProblem(z);
+  const { history, stop } = gnc(problem, c, kind, null, { factor });
+  const last = history.length - 1;
+  const now = Math.min(step, last);
+  const kernelName = kind === "gm" ? "geman-mcclure" : "tls";
+  const surrogate = kind === "gm" ? gmSurrogate : tlsSurrogate;
+  const span = annealingSpan(start);
+  const sampled = (mu) => sampledCost(
+    z, 1, mu === null ? (u) => 0.5 * u * u : (u) => surrogate(u, c, mu), span, SAMPLES,
+  );
+  const hard = sampledCost(z, 1, (u) => KERNELS[kernelName].rho(u, c), span, SAMPLES);
+  const place = (k) => span[0] + ((span[1] - span[0]) * k) / (SAMPLES - 1);
+  const lowest = irls(problem, kernelName, c, place(hard.indexOf(Math.min(...hard))), { tol: 1e-9 });
+  return {
+    history, stop, last, span, lowest,
+    step: now,
+    x: history[now].x,
+    before: history[Math.max(0, now - 1)].x,
+    mu: history[now].mu,
+    weights: history[now].weights,
+    end: history[last],
+    cost: shareOfHighest(sampled(history[now].mu)),
+    hard: shareOfHighest(hard),
+    minima: history.map(({ mu }) => minimaOf(sampled(mu)).map(place)),
+  };
+}
+
+/** Values as shares of the highest, so that costs of every μ fit one axis. */
+function shareOfHighest(values) {
+  const most = Math.max(...values);
+  return values.map((value) => value / most);
+}
+
+/** Where the three panels lie, one below the other over one x axis. */
+function annealingPanels(width) {
+  const phone = width < 640;
+  const [cost, rows, path] = phone ? [170, 190, 200] : [190, 190, 220];
+  const head = 24;
+  const box = { x: 0, width: width - WEIGHT_COLUMN };
+  return {
+    cost: { ...box, y: head, height: cost },
+    // The cost has no words below its axis, so that the readings may begin closer to it.
+    rows: { y: 2 * head + cost - 16, height: rows },
+    path: { ...box, y: 3 * head + cost + rows - 16, height: path },
+    height: 3 * head + cost + rows + path - 16,
+  };
+}
+
+/** Width (px) of the column of weights on the right. */
+const WEIGHT_COLUMN = 84;
+
+function drawAnnealing(scene, { state, result, shown, width, change }) {
+  const panels = annealingPanels(width);
+  const cost = shown.subarray(0, SAMPLES);
+  const x = shown[SAMPLES];
+  const weights = shown.subarray(SAMPLES + 1);
+  const upper = drawCost(scene, panels.cost, state, result, cost, x);
+  drawReadings(scene, panels.rows, upper, { state, result, width, change }, weights, x);
+  drawPath(scene, panels.path, state, result, change);
+}
+
+function drawCost(scene, box, state, result, cost, x) {
+  const maps = putAxes(scene, "grid", "cost", box,
+    { domain: result.span, label: "" }, { domain: [-0.04, 1.06], label: "share of highest", ticks: [0, 0.5, 1] });
+  const [low, high] = result.span;
+  const place = (k) => maps.toX(low + ((high - low) * k) / (SAMPLES - 1));
+  const points = (values) => Array.from(values, (value, k) => [place(k), maps.toY(value)]);
+  const height = (at) => {
+    const k = Math.min(SAMPLES - 2, Math.max(0, ((at - low) / (high - low)) * (SAMPLES - 1)));
+    const left = Math.floor(k);
+    return maps.toY(cost[left] + (k - left) * (cost[left + 1] - cost[left]));
+  };
+  const family = state.kind === "gm" ? "GM" : "TLS";
+  const head = result.mu === null ? "Squared cost" : `Cost at μ = ${numberText(result.mu)}`;
+  putHead(scene, "cost-head", maps.inner.x, box.y - 8, `${head}, band: ${family}`);
+  putPath(scene, "back", "hard", maps, points(result.hard), { class: "rs-band" });
+  putPath(scene, "lines", "soft", maps, points(cost), { class: "rs-line is-ink" });
+  const spot = maps.toX(x);
+  scene.put("lines", "before", "circle", {
+    class: "rs-open is-estimate", cx: maps.toX(result.before), cy: height(result.before), r: 6,
+  });
+  scene.put("marks", "now", "path", {
+    class: "rs-full is-estimate", d: `M${spot} ${height(x) - 7}l7 7l-7 7l-7 -7Z`,
+  });
+  return maps;
+}
+
+function putHead(scene, key, x, y, text) {
+  scene.put("marks", key, "text", { class: "rs-head", x, y }, text);
+}
+
+/** A row for each reading: a handle, its pull on the estimate, its weight as bar and number. */
+function drawReadings(scene, { y, height }, maps, { state, result, width, change }, weights, x) {
+  const [low, high] = [maps.fromX(maps.inner.x), maps.fromX(maps.inner.x + maps.inner.width)];
+  const row = height / state.z.length;
+  const column = width - WEIGHT_COLUMN + 6;
+  putHead(scene, "rows-head", maps.inner.x, y - 8, width < 380 ? "Readings" : "Readings, orange: rejected");
+  putHead(scene, "weights-head", column, y - 8, "weight");
+  scene.put("back", "rows-estimate", "path", {
+    class: "rs-edge is-estimate", d: `M${maps.toX(x)} ${y}V${y + height}`, "stroke-width": 1.5,
+  });
+  state.z.forEach((reading, k) => {
+    const middle = y + (k + 0.5) * row;
+    const [at, weight] = [maps.toX(reading), weights[k]];
+    scene.put("lines", `pull-${k}`, "path", {
+      class: weight > 0.0005 ? "rs-edge is-inlier" : "rs-edge is-ghost",
+      d: `M${at.toFixed(1)} ${middle}H${maps.toX(x).toFixed(1)}`, "stroke-width": 1 + 5 * weight,
+    });
+    scene.put("back", `bar-back-${k}`, "path", { class: "rs-edge is-grid", d: `M${column} ${middle + 6}h36`, "stroke-width": 5 });
+    scene.put("lines", `bar-${k}`, "path", {
+      class: "rs-edge is-inlier", d: `M${column} ${middle + 6}h${(36 * weight).toFixed(2)}`,
+      "stroke-width": weight > 0.0005 ? 5 : 0,
+    });
+    scene.put("marks", `weight-${k}`, "text", { class: "rs-tick", x: column, y: middle }, weight.toFixed(3));
+    const move = (value) => change({ z: state.z.map((other, j) => (j === k ? value : other)) });
+    putHandle(scene, `reading-${k}`, {
+      x: at, y: middle, look: result.end.weights[k] > 0.5 ? "" : "rs-wrong",
+      label: `Reading ${k + 1}`, text: `${numberText(reading)}, weight ${weight.toFixed(3)}`,
+      now: reading, least: low.toFixed(1), most: high.toFixed(1),
+      drag: (px) => move(maps.fromX(px)),
+      step: (right, up) => move(reading + 0.1 * (right || up)),
+    });
+  });
+}
+
+/** The estimate after each solve, from the first μ above to the last below. */
+function drawPath(scene, box, state, result, change) {
+  const last = Math.max(1, result.last);
+  const maps = putAxes(scene, "grid", "path", box,
+    { domain: result.span, label: "x" }, { domain: [last + 0.5, -0.5], label: "", ticks: [] });
+  putHead(scene, "path-head", maps.inner.x, box.y - 8, box.width < 270 ? "Path; dots: minima" : "Path of the estimate; dots: minima");
+  const every = Math.ceil(last / 5);
+  scene.put("marks", "mu-head", "text", {
+    class: "rs-label", x: maps.inner.x - 6, y: maps.toY(0) + 4, "text-anchor": "end",
+  }, "μ");
+  for (let k = every; k <= last; k += every) {
+    const mu = result.history[k]?.mu;
+    if (mu === undefined) continue;
+    const place = { class: "rs-tick", x: maps.inner.x - 6, y: maps.toY(k) + 4, "text-anchor": "end" };
+    scene.put("marks", `mu-${k}`, "text", place, numberText(mu, 2));
+  }
+  const dots = result.minima.flatMap((places, k) => places.map(
+    (x) => `M${maps.toX(x).toFixed(1)} ${maps.toY(k).toFixed(1)}h0`,
+  ));
+  scene.put("back", "minima", "path", { class: "rs-dots is-muted", d: dots.join("") });
+  const points = result.history.map(({ x }, k) => [maps.toX(x), maps.toY(k)]);
+  putPath(scene, "lines", "path", maps, points, { class: "rs-line is-estimate" });
+  const text = result.mu === null ? "least squares" : `μ = ${numberText(result.mu)}`;
+  const [x, y] = points[result.step];
+  scene.put("marks", "mu-now", "text", { class: "rs-label rs-halo", x: x + 16, y: y + 4 }, text);
+  const move = (step) => change({ step });
+  putHandle(scene, "mu", {
+    x, y, shape: "diamond", label: "μ, the step of the run",
+    text: `solve ${result.step} of ${result.last}, ${text}`, now: result.step, least: 0, most: result.last,
+    drag: (px, py) => move(maps.fromY(py)),
+    step: (right, up) => move(result.step + (right || up)),
+  });
+}
+
+function annealingCaption({ state, result }) {
+  const { step, last, end, lowest } = result;
+  const place = (x) => x.toFixed(2).replace("-", "−");
+  const kept = end.weights.filter((w) => w > 0.5).length;
+  const count = result.minima[step].length;
+  const valleys = count === 1 ? "one minimum" : `${count} minima`;
+  const here = step === 0
+    ? `Least squares, before any weight: x = ${place(result.x)}.`
+    : `Solve ${step} of ${last}, μ = ${numberText(result.mu)}: the cost has ${valleys}, and the estimate`
+      + ` moves from ${place(result.before)} to ${place(result.x)}.`;
+  if (result.stop === "nothing to reject") return `${here} No residual is large enough: least squares is the answer.`;
+  if (result.stop === "all rejected") return `${here} The run ends with every reading rejected.`;
+  const ends = `The run ends at ${place(end.x)} and keeps ${kept} of ${state.z.length} readings`;
+  if (end.cost > lowest.cost + 1e-6) {
+    return `${here} ${ends}. It missed the lowest cost: ${numberText(end.cost)} there, but`
+      + ` ${numberText(lowest.cost)} at ${place(lowest.x)}.`;
+  }
+  return `${here} ${ends}: the lowest cost, ${numberText(end.cost)}.`;
+}

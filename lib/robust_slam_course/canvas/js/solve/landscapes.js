@@ -1,0 +1,68 @@
+/**
+ * The cost of a location problem over x: its values, its minima, and where descents end.
+ *
+ * Source: as `robust_slam_course.plots.landscapes` and `robust_slam.estimators.irls`.
+ */
+import { KERNELS } from "./kernels.js";
+
+/**
+ * Return the cost Σ ρ(|x − z|/σ) at `count` places from `low` to `high`, ends included.
+ *
+ * `rho(u)` is the cost of a whitened residual; `z` are the readings and `sigma` their standard
+ * deviation, in the unit of x.
+ */
+export function sampledCost(z, sigma, rho, [low, high], count) {
+  const values = new Float64Array(count);
+  for (let k = 0; k < count; k++) {
+    const x = low + ((high - low) * k) / (count - 1);
+    for (const reading of z) values[k] += rho(Math.abs(x - reading) / sigma);
+  }
+  return values;
+}
+
+/**
+ * Return the places of the local minima of `values`, ends left out. A flat floor counts once, at
+ * its middle, and only if it rises again on both sides.
+ */
+export function minimaOf(values) {
+  const places = [];
+  let fell = -1;
+  for (let k = 0; k + 1 < values.length; k++) {
+    const change = values[k + 1] - values[k];
+    if (Math.abs(change) <= 1e-12) continue;
+    if (change > 0 && fell >= 0) places.push(Math.floor((fell + 1 + k) / 2));
+    fell = change < 0 ? k : -1;
+  }
+  return places;
+}
+
+/**
+ * Return where IRLS ends from each of the numbers `starts`, for the readings `z`.
+ *
+ * The result is { ends, kept }: the last x of each descent and the sum of its last weights, 0
+ * where every reading is rejected and the descent stays where it is. A descent has converged
+ * when x changes by at most `tol` σ.
+ */
+export function locationEnds(z, sigma, kernelName, c, starts, options = {}) {
+  const { tol = 1e-9, maxIterations = 1000 } = options;
+  const { weight } = KERNELS[kernelName];
+  const kept = new Float64Array(starts.length);
+  const ends = Float64Array.from(starts, (start, place) => {
+    let x = start;
+    for (let iteration = 0; iteration < maxIterations; iteration++) {
+      let [total, sum] = [0, 0];
+      for (let k = 0; k < z.length; k++) {
+        const w = weight((x - z[k]) / sigma, c);
+        total += w;
+        sum += w * z[k];
+      }
+      kept[place] = total;
+      if (total === 0) return x;
+      const before = x;
+      x = sum / total;
+      if (Math.abs(x - before) <= tol * sigma) return x;
+    }
+    return x;
+  });
+  return { ends, kept };
+}

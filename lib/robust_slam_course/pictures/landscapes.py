@@ -1,0 +1,49 @@
+"""Pictures of costs over one number: descents on them, and how GNC sharpens them."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+from robust_slam.estimators import gnc, kernels
+from robust_slam.estimators.graduation import tls_surrogate
+from robust_slam.problems import LocationProblem
+
+from robust_slam_course.canvas.picture import Picture
+from robust_slam_course.plots.annealing import draw_stage
+
+_FOUR = [-0.2, 0.1, 0.4, 10.0]
+_SEVEN = [0.0, 0.0, 0.0, 0.0, 6.0, 6.0, 24.0]
+
+
+def annealing() -> Picture:
+    """Return GNC on seven readings whose cost, weights and path follow the reader's hand."""
+    return Picture(
+        name="annealing",
+        title="GNC sharpens the cost",
+        tries=[
+            "four of seven readings are 0, and GNC ends there. Where must the reading at 24 go,"
+            " so that GNC ends at 6 and rejects the four?",
+            "play the run, then increase the factor of μ and drag the same reading again. How"
+            " much easier is it to make GNC fail?",
+            "choose Geman–McClure. In which direction does μ move, and when does the second"
+            " minimum appear?",
+        ],
+        caption="Seven readings, 0 four times, 6 twice, and 24. In solve 3 the cost is still mild,"
+        " and the estimate moves from 4.30 to 3.59. The run ends at 0.",
+        state={"start": "seven", "z": _SEVEN, "kind": "tls", "c": 2.0, "factor": 1.4, "step": 3},
+        data={"starts": {"four": _FOUR, "seven": _SEVEN}},
+        still=_annealing_still(),
+    )
+
+
+def _annealing_still() -> Figure:
+    """Return the cost at the third μ of the run on the seven readings."""
+    readings = np.array(_SEVEN)
+    run = gnc(LocationProblem(readings), 2.0).history
+    figure = Figure(figsize=(5.6, 3.4), layout="constrained")
+    ax = figure.subplots()
+    move = run[2].x, run[3].x
+    x = np.linspace(-4.0, 38.0, 211)
+    draw_stage(ax, readings, x, tls_surrogate, 2.0, run[3].mu, move, kernel=kernels.tls(2.0))
+    ax.legend(loc="lower right", fontsize=9)
+    return figure
