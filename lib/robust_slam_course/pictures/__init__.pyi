@@ -1,3 +1,4 @@
 from .landscapes import annealing as annealing
 from .maps import opening as opening
+from .readings import kernels as kernels
 from .readings import leverage as leverage

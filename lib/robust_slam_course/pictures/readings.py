@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
-from robust_slam.estimators import irls, kernels
-from robust_slam.problems import LinearProblem
+from robust_slam.estimators import irls
+from robust_slam.estimators.kernels import KERNELS, squared
+from robust_slam.problems import LinearProblem, LocationProblem
 
 from robust_slam_course.canvas.picture import Picture
+from robust_slam_course.plots.kernels import draw_costs, draw_drift, draw_influences
 from robust_slam_course.plots.pulls import draw_line_fit, draw_pulls
 
 _WALL = (1.0, 0.25)  # the wall of chapter 1 is 1 m + 0.25 m a place away
@@ -47,11 +49,51 @@ def leverage() -> Picture:
 def _wall_still(p: np.ndarray, y: np.ndarray) -> Figure:
     """Return the readings with the line by least squares, and the pulls beneath them."""
     problem = LinearProblem(np.column_stack([np.ones(p.size), p]), y, sigma=_WALL_SIGMA)
-    line = irls(problem, kernels.squared()).x
+    line = irls(problem, squared()).x
     figure, (upper, lower) = plt.subplots(2, 1, figsize=(5.6, 4.6), sharex=True)
     draw_line_fit(upper, p, y, (line[0], line[1]), _WALL, p == _DOOR)
     upper.set(ylabel="distance y (m)")
     upper.legend(loc="upper left")
     draw_pulls(lower, p, -problem.residuals(line), p == _DOOR).set(xlabel="place p")
+    plt.close(figure)
+    return figure
+
+
+def kernels() -> Picture:
+    """Return the location of chapter 2: a reading that moves away, as four kernels see it."""
+    inliers = [-1.4, -0.9, -0.5, -0.2, 0.2, 0.5, 0.9, 1.4]
+    return Picture(
+        name="kernels",
+        title="One reading and four kernels",
+        tries=[
+            "the ninth reading is at 8. It moves on to 15. Which of the four estimates moves"
+            " most, which stay where they are, and which moves back?",
+            "begin with the reading at 0 and move it outwards. Where does Cauchy pull hardest, and"
+            " where does TLS let go? Compare both with c.",
+            "change c: a larger one lets TLS take the reading back. How small can c be before TLS"
+            " rejects inliers?",
+        ],
+        caption="The reading at 8.0 pulls with 7.11 (squared), 2.50 (Huber) and 0.72 (Cauchy, at"
+        " most 1.25); TLS has let go. Estimates: 0.89, 0.31, 0.12, 0.00.",
+        state={"z": 8.0, "c": 2.5},
+        data={"inliers": inliers},
+        still=_kernels_still(inliers, 8.0, 2.5),
+    )
+
+
+def _kernels_still(inliers: list[float], reading: float, c: float) -> Figure:
+    """Return cost, influence and, beneath them, the estimates as the reading moves."""
+    four = [KERNELS[name](c) for name in ("squared", "huber", "cauchy", "tls")]
+    figure, axes = plt.subplot_mosaic(
+        [["cost", "pull"], ["drift", "drift"]], figsize=(5.6, 5.2), layout="constrained"
+    )
+    draw_costs(axes["cost"], four, u_max=15.0, mark=reading).set(ylim=(0, 15))
+    draw_influences(axes["pull"], four, u_max=15.0, mark=reading).set(ylim=(0, 4))
+    places = np.linspace(0.0, 15.0, 61)
+    drift = {
+        kernel.name: [irls(LocationProblem([*inliers, z]), kernel, x0=0.0).x for z in places]
+        for kernel in four
+    }
+    draw_drift(axes["drift"], places, drift).legend()
     plt.close(figure)
     return figure

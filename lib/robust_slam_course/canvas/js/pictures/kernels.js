@@ -1,0 +1,162 @@
+import { KERNELS } from "../solve/kernels.js";
+import { locationProblem } from "../solve/location.js";
+import { irls } from "../solve/loop.js";
+import { putAxes, putCurve, putPath } from "../draw/axes.js";
+import { putHandle } from "../draw/handle.js";
+import { putEndLabels } from "../draw/labels.js";
+import { putMarker } from "../draw/marker.js";
+import { livePicture } from "../draw/picture.js";
+
+/** One reading that moves away from eight others, as four kernels see it. */
+export function render(context) {
+  const drifts = new Map(); // by scale: a drag of the reading does not change them
+  return livePicture(context, {
+    layers: ["axes", "curves", "words", "markers"],
+    controls: [{
+      kind: "slider", name: "c", label: "Threshold c", min: 0.5, max: 5, step: 0.1,
+      text: (c) => `c = ${c.toFixed(1)}`,
+    }],
+    clean: cleanKernels,
+    solve: (state, data) => solveKernels(state, data, drifts),
+    moving: ({ estimates, residuals }) => [...estimates, ...residuals],
+    height: (width) => (width < KERNELS_WIDE ? STRIP + 4 * 195 : STRIP + 2 * 220),
+    draw: drawKernels,
+    caption: kernelsCaption,
+  });
+}
+
+const KERNELS_WIDE = 620; // pixels from which two panels stand side by side
+const STRIP = 74; // pixels of the line of readings above them
+const FARTHEST = 15;
+
+/** Colours and lines are those of the book's figures. */
+const KERNEL_LOOKS = [
+  { name: "squared", text: "squared", colour: "ink", dash: "none", shape: "circle" },
+  { name: "huber", text: "Huber", colour: "estimate", dash: "8 4", shape: "square" },
+  { name: "cauchy", text: "Cauchy", colour: "inlier", dash: "9 4 1.5 4", shape: "triangle" },
+  { name: "tls", text: "TLS", colour: "outlier", dash: "1 4.5", shape: "diamond" },
+];
+
+function cleanKernels({ z, c }) {
+  const within = (value, low, high, step) => Math.round(Math.min(high, Math.max(low, value)) / step) * step;
+  return {
+    z: Number(within(Number.isFinite(z) ? z : 8, 0, FARTHEST, 0.01).toFixed(2)),
+    c: Number(within(Number.isFinite(c) ? c : 2.5, 0.5, 5, 0.1).toFixed(1)),
+  };
+}
+
+function solveKernels({ z, c }, { inliers }, drifts) {
+  const problem = locationProblem([...inliers, z]);
+  const results = KERNEL_LOOKS.map(({ name }) => irls(problem, name, c, 0, { keepHistory: false }));
+  if (!drifts.has(c)) drifts.set(c, driftsOf(c, inliers));
+  return {
+    estimates: results.map(({ x }) => x),
+    residuals: results.map(({ x }) => z - x),
+    kept: results[3].weights.slice(0, -1).reduce((sum, weight) => sum + weight, 0),
+    drifts: drifts.get(c),
+  };
+}
+
+/** For each kernel the estimates with the reading at 0, 1/8, 2/8, … */
+function driftsOf(c, inliers) {
+  const places = Array.from({ length: 8 * FARTHEST + 1 }, (_, k) => k / 8);
+  return KERNEL_LOOKS.map(({ name }) => places.map((z) => {
+    const problem = locationProblem([...inliers, z]);
+    return [z, irls(problem, name, c, 0, { tol: 1e-5, keepHistory: false }).x];
+  }));
+}
+
+function drawKernels(scene, view) {
+  const { width, height, state: { c, z }, result, shown, data, change } = view;
+  const wide = width >= KERNELS_WIDE;
+  const size = wide
+    ? { width: width / 2, height: (height - STRIP) / 2 }
+    : { width, height: (height - STRIP) / 4 };
+  const box = (k) => ({
+    ...size, x: wide ? (k % 2) * size.width : 0, y: STRIP + (wide ? k >> 1 : k) * size.height,
+  });
+  putLine(scene, width, z, data.inliers, change);
+  const [estimates, residuals] = [shown.slice(0, 4), shown.slice(4)];
+  const curves = [
+    ["rho", "cost ρ(u)", 2.4 * c * c],
+    ["psi", "influence ψ(u)", 1.6 * c],
+    ["weight", "weight w(u)", 1.12],
+  ];
+  curves.forEach(([part, label, top], k) => {
+    const panel = putPanel(scene, part, box(k), "whitened residual u", label, [0, top]);
+    KERNEL_LOOKS.forEach((look, j) => {
+      const f = (u) => KERNELS[look.name][part](u, c);
+      putCurve(scene, "curves", `${part}-${look.name}`, panel, [0, FARTHEST], f, lineLook(look), 300);
+      putOnCurve(scene, part, panel, residuals[j], f(residuals[j]), look);
+    });
+    putNames(scene, part, panel, KERNEL_LOOKS.map(({ name }) => KERNELS[name][part](FARTHEST, c)));
+  });
+  const panel = putPanel(scene, "drift", box(3), "place z of the reading", "estimate", [-0.15, 1.75]);
+  KERNEL_LOOKS.forEach((look, j) => {
+    const points = result.drifts[j].map(([at, x]) => [panel.toX(at), panel.toY(x)]);
+    putPath(scene, "curves", `drift-${look.name}`, panel, points, lineLook(look));
+    putOnCurve(scene, "drift", panel, z, estimates[j], look);
+  });
+  putNames(scene, "drift", panel, result.drifts.map((points) => points.at(-1)[1]));
+}
+
+function lineLook({ colour, dash }) {
+  return { class: `rs-line is-${colour}`, style: `stroke-dasharray: ${dash}` };
+}
+
+/** Axes with room for the kernels' names to the right of them. */
+function putPanel(scene, key, box, across, up, domain) {
+  return putAxes(
+    scene, "axes", key, { ...box, width: box.width - 48 },
+    { domain: [0, FARTHEST], label: across, ticks: [0, 5, 10, 15] }, { domain, label: up },
+  );
+}
+
+function putOnCurve(scene, key, panel, across, up, { name, shape, colour }) {
+  const [x, y] = [panel.toX(across), panel.toY(up)];
+  if (y < panel.inner.y - 1) return;
+  putMarker(scene, "markers", `${key}-at-${name}`, x, y, shape, colour);
+}
+
+function putNames(scene, key, { inner, toY }, ends) {
+  const labels = KERNEL_LOOKS.map(({ text, colour }, k) => ({ text, colour, y: toY(ends[k]) }));
+  putEndLabels(scene, "words", `${key}-name`, inner.x + inner.width + 5, labels, inner.y + 2, inner.y + inner.height);
+}
+
+/** The readings on a line: eight inliers, and the one to move. */
+function putLine(scene, width, z, inliers, change) {
+  const [left, right] = [30, width - 30];
+  const [low, high] = [-2, FARTHEST];
+  const toX = (value) => left + ((value - low) / (high - low)) * (right - left);
+  const y = 30;
+  scene.put("axes", "line", "path", { class: "rs-edge is-muted", d: `M${left} ${y}H${right}` });
+  for (const value of [0, 5, 10, 15]) {
+    scene.put("axes", `line-${value}`, "path", { class: "rs-edge is-muted", d: `M${toX(value)} ${y}v6` });
+    const place = { class: "rs-tick", x: toX(value), y: y + 20, "text-anchor": "middle" };
+    scene.put("axes", `line-text-${value}`, "text", place, String(value));
+  }
+  inliers.forEach((value, k) => {
+    scene.put("axes", `inlier-${k}`, "path", {
+      class: "rs-edge is-inlier", d: `M${toX(value)} ${y - 11}v11`, "stroke-width": 3,
+    });
+  });
+  const words = { class: "rs-label", x: toX(0), y: y - 17, "text-anchor": "middle" };
+  scene.put("words", "inliers", "text", words, "8 inliers");
+  putHandle(scene, "reading", {
+    x: toX(z), y, shape: "diamond", look: "rs-wrong",
+    label: "Ninth reading", text: z.toFixed(2), now: z, least: 0, most: FARTHEST,
+    drag: (px) => change({ z: low + ((px - left) / (right - left)) * (high - low) }),
+    step: (rightwards, up) => change({ z: z + 0.1 * (rightwards || up) }),
+  });
+}
+
+function kernelsCaption({ state: { z, c }, result: { estimates, residuals, kept }, data }) {
+  const pull = (k) => Math.abs(KERNELS[KERNEL_LOOKS[k].name].psi(residuals[k], c)).toFixed(2);
+  const fate = Math.abs(residuals[3]) > c ? "TLS has let go" : `TLS holds it with ${pull(3)}`;
+  const lost = data.inliers.length - kept;
+  const sign = (x) => `${x < -0.005 ? "−" : ""}${Math.abs(x).toFixed(2)}`;
+  return `The reading at ${z.toFixed(1)} pulls with ${pull(0)} (squared), ${pull(1)} (Huber)`
+    + ` and ${pull(2)} (Cauchy, at most ${(c / 2).toFixed(2)}); ${fate}.`
+    + ` Estimates: ${estimates.map(sign).join(", ")}.`
+    + (lost > 0 ? ` TLS rejects ${lost} of the 8 inliers.` : "");
+}
