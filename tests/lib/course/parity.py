@@ -18,7 +18,8 @@ from robust_slam.graphs import se2
 
 from tests.lib.course import parity_cases as cases
 from tests.lib.course import parity_graphs as graphs
-from tests.lib.course.parity_cases import Angles, Case, Steps
+from tests.lib.course import parity_sets as sets
+from tests.lib.course.parity_cases import Angles, Case, CliqueOf, Steps
 
 JS = Path(__file__).resolve().parents[3] / "lib/robust_slam_course/canvas/js/solve"
 SCRIPT = Path(__file__).with_name("page_solvers.mjs")
@@ -51,6 +52,8 @@ SOLVERS = {
     "descents": Solver(graphs.descent_cases, GRAPH),
     "loop:graphs": Solver(graphs.loop_cases, GRAPH),
     "loop:joint switches": Solver(graphs.joint_cases, GRAPH),
+    "cliques": Solver(sets.clique_cases, LINE),
+    "pcm": Solver(sets.pcm_cases, GRAPH),
 }
 
 
@@ -113,6 +116,8 @@ def difference(expected: Any, answer: Any) -> float:
         )
     if expected is None or isinstance(expected, str):
         return 0.0 if expected == answer else np.inf
+    if isinstance(expected, CliqueOf):
+        return 0.0 if isinstance(answer, list) and expected.allows(answer) else np.inf
     if isinstance(expected, Steps):
         return _steps_apart(expected, answer)
     if isinstance(expected, list):

@@ -44,6 +44,27 @@ class Steps:
 
 
 @dataclass(frozen=True)
+class CliqueOf:
+    """A largest clique with ``size`` vertices, the ``members`` where there is only one."""
+
+    adjacency: np.ndarray
+    size: int
+    fixed: list[int]
+    members: list[int] | None
+
+    def allows(self, answer: list[int]) -> bool:
+        """Whether ``answer`` is such a clique."""
+        if self.members is not None:
+            return answer == self.members
+        joined = self.adjacency | np.eye(len(self.adjacency), dtype=bool)
+        return (
+            len(set(answer)) == self.size
+            and set(self.fixed) <= set(answer)
+            and bool(joined[np.ix_(answer, answer)].all())
+        )
+
+
+@dataclass(frozen=True)
 class Case:
     """What a solver in the page is given, and the answer of the library."""
 

@@ -10,6 +10,7 @@
  * `robust_slam.problems`: Grisetti et al. 2010.
  */
 import { DESCENT_LIMIT, dampedDescent, undampedDescent } from "./descent.js";
+import { posesAlong, shortestForest } from "./forest.js";
 import {
   evaluateEdges,
   fillResiduals,
@@ -18,7 +19,7 @@ import {
   quadraticForm,
   timesBlock,
 } from "./normal_equations.js";
-import { se2Compose, se2Inverse } from "./se2.js";
+import { se2Inverse } from "./se2.js";
 
 /** The norm that a whitened Gaussian residual of 3 dimensions does not exceed with 99 %. */
 export const CHI_99_SE2 = 3.368214175218727;
@@ -81,8 +82,8 @@ export function graphCost(graph, poses, weights = null) {
 
 /** Return the poses from the odometry alone, pose 0 the identity; null where it has gaps. */
 export function deadReckoning(graph) {
-  const { reached, poses } = posesAlongTree(graph, (k) => (graph.isOdometry[k] ? 1 : Infinity));
-  return reached ? poses : null;
+  const forest = shortestForest(graph, (k) => (graph.isOdometry[k] ? 1 : Infinity), [0]);
+  return forest.order.length === graph.n ? posesAlong(graph, forest) : null;
 }
 
 /**
@@ -92,7 +93,9 @@ export function deadReckoning(graph) {
  * complete odometry gives dead reckoning.
  */
 export function spanningTree(graph) {
-  return posesAlongTree(graph, (k) => (graph.isOdometry[k] ? 1 : graph.n)).poses;
+  // A path has fewer than n edges, so closures of length n are minimised first.
+  const length = (k) => (graph.isOdometry[k] ? 1 : graph.n);
+  return posesAlong(graph, shortestForest(graph, length, [0]));
 }
 
 /**
@@ -177,46 +180,6 @@ export function joinsAllPoses(graph, weights) {
     parts--;
   }
   return parts === 1;
-}
-
-/**
- * Return the poses along the shortest paths from pose 0, for edges of the given lengths, and
- * whether every pose is reached. Ties are broken by the lowest edge.
- *
- * Source: Dijkstra 1959.
- */
-function posesAlongTree(graph, lengthOf) {
-  const { n, m, tail, head } = graph;
-  const distance = new Float64Array(n).fill(Infinity);
-  distance[0] = 0;
-  for (let changed = true; changed; ) {
-    changed = false;
-    for (let k = 0; k < m; k++) {
-      for (const [from, to] of [[tail[k], head[k]], [head[k], tail[k]]]) {
-        if (!(distance[from] + lengthOf(k) < distance[to])) continue;
-        distance[to] = distance[from] + lengthOf(k);
-        changed = true;
-      }
-    }
-  }
-  const edgeTo = new Int32Array(n).fill(-1);
-  for (let k = m - 1; k >= 0; k--) {
-    if (lengthOf(k) === Infinity) continue;
-    if (distance[tail[k]] + lengthOf(k) === distance[head[k]]) edgeTo[head[k]] = k;
-    if (distance[head[k]] + lengthOf(k) === distance[tail[k]]) edgeTo[tail[k]] = k;
-  }
-  const poses = new Float64Array(3 * n);
-  const order = [...distance.keys()].filter((pose) => pose > 0 && distance[pose] < Infinity);
-  order.sort((a, b) => distance[a] - distance[b]);
-  for (const pose of order) {
-    const k = edgeTo[pose];
-    const forward = head[k] === pose;
-    const parent = forward ? tail[k] : head[k];
-    const relative = forward ? graph.measurement : graph.inverseMeasurement;
-    const from = poses.subarray(3 * parent, 3 * parent + 3);
-    poses.set(se2Compose(from, relative.subarray(3 * k, 3 * k + 3)), 3 * pose);
-  }
-  return { reached: order.length === n - 1, poses };
 }
 
 function flatNumbers(values) {
