@@ -115,18 +115,21 @@ const SOLVERS = {
   pcm: ({ graph, gamma, options }) => page.pcm(page.makeGraph(graph), gamma, options),
   headings: ({ n, edges, turns, kappa, R, rank }) => {
     const Q = page.connectionMatrix(n, edges, turns, kappa);
-    const { direction, ...proof } = page.certify(Q, R, rank);
-    return { Q, ...proof, cost: page.quadraticCost(Q, R, rank) };
+    return { Q, ...page.certify(Q, Float64Array.from(R), rank) };
   },
   climbs: ({ n, edges, turns, kappa, angles }) => {
     const Q = page.connectionMatrix(n, edges, turns, kappa);
-    return page.staircase(Q, page.headingsRow(angles));
+    const levels = page.staircase(Q, page.headingsRow(angles));
+    const { r, history } = levels[levels.length - 1];
+    const headings = page.roundedHeadings(history[history.length - 1].R, r);
+    return { levels, headings: Array.from(headings, (angle) => [0, 0, angle]) };
   },
   certificates: ({ graph, poses, weights, polish }) => {
     const made = page.makeGraph(graph);
-    const at = polish ? page.polishGraph(made, poses, weights) : poses;
-    const { direction, S, eigenvalues, ...proof } = page.certifyGraph(made, at, weights);
-    return { ...proof, poses: at };
+    const given = Float64Array.from(poses);
+    const at = polish ? page.polishGraph(made, given, weights) : given;
+    const chordal = page.chordalCost(made, given, weights);
+    return { chordal, poses: at, ...page.certifyGraph(made, at, weights) };
   },
 };
 

@@ -17,6 +17,7 @@ import numpy as np
 from robust_slam.graphs import se2
 
 from tests.lib.course import parity_cases as cases
+from tests.lib.course import parity_certificates as certificates
 from tests.lib.course import parity_graphs as graphs
 from tests.lib.course import parity_sets as sets
 from tests.lib.course.parity_cases import Angles, Case, CliqueOf, Steps
@@ -54,6 +55,9 @@ SOLVERS = {
     "loop:joint switches": Solver(graphs.joint_cases, GRAPH),
     "cliques": Solver(sets.clique_cases, LINE),
     "pcm": Solver(sets.pcm_cases, GRAPH),
+    "headings": Solver(certificates.heading_cases, GRAPH),
+    "climbs": Solver(certificates.climb_cases, GRAPH),
+    "certificates": Solver(certificates.graph_cases, GRAPH),
 }
 
 

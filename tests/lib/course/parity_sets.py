@@ -18,7 +18,7 @@ from tests.lib.course.parity_graphs import C99, as_given
 
 
 def clique_cases(rng: np.random.Generator) -> Iterator[Case]:
-    """Random graphs of 1 to 30 vertices, empty ones, complete ones, with members that are fixed."""
+    """Random graphs of 1 to 30 vertices, empty and complete ones, some members fixed."""
     for k in range(120):
         size = int(rng.integers(1, 31))
         density = float(rng.choice([0.0, 0.3, 0.5, 0.8, 0.95, 1.0]))

@@ -29,7 +29,9 @@ def names(path: Path) -> list[str]:
 
 
 def exported(path: Path) -> set[str]:
-    return set(re.findall(r"^export (?:async )?(?:function\*?|const) (\w+)", code(path), re.M))
+    return set(
+        re.findall(r"^export (?:async )?(?:function\*?|const|class) (\w+)", code(path), re.M)
+    )
 
 
 def test_no_two_modules_declare_the_same_name() -> None:
@@ -49,11 +51,13 @@ def test_imports_and_exports_have_the_form_that_the_bundler_reads(path: Path) ->
         listed = set(re.findall(r"\w+", match[0].split("}")[0].removeprefix("import")))
         assert listed <= exported(source), (match[1], listed - exported(source))
     every = re.findall(r"\bexport\b[^\n]*", text)
-    assert all(re.match(r"export (?:async )?(?:function\*?|const) \w+", line) for line in every)
+    assert all(
+        re.match(r"export (?:async )?(?:function\*?|const|class) \w+", line) for line in every
+    )
 
 
 @pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(JS)))
 def test_an_import_has_no_side_effect(path: Path) -> None:
     """At the start of a line stand declarations alone."""
     starts = re.findall(r"^(?![\s})\]])(\S+)", code(path), re.M)
-    assert set(starts) <= {"import", "export", "function", "const", "async", "function*"}
+    assert set(starts) <= {"import", "export", "function", "const", "class", "async", "function*"}

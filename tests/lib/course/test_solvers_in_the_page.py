@@ -42,6 +42,38 @@ BUGS = {
         "return robust + trusted;",
         "loop:chains",
     ),
+    "a bound on cliques that is one too low": (
+        "consistency.js",
+        "if (chosen.length + colours[place] <= best.length) return;",
+        "if (chosen.length + colours[place] <= best.length + 1) return;",
+        "cliques",
+    ),
+    "a closure against the direction of travel": (
+        "consistency.js",
+        "if (world.number[ends[0]] > world.number[ends[1]]) {",
+        "if (world.number[ends[0]] < world.number[ends[1]]) {",
+        "pcm",
+    ),
+    "a switch in place of its square": (
+        "switches.js",
+        "weights: switches.map((s) => s * s)",
+        "weights: switches.map((s) => s)",
+        "loop:joint switches",
+    ),
+    "a multiplier that is not symmetric": (
+        "certificate.js",
+        "blocks[4 * i + 2] = blocks[4 * i + 1];",
+        "blocks[4 * i + 2] = -blocks[4 * i + 1];",
+        "climbs",
+    ),
+    "a transposed measurement": (
+        "certificate.js",
+        "addBlock(Q, n, i, j, [-cosine, sine, -sine, -cosine]);\n    addBlock(Q, n, j, i, "
+        "[-cosine, -sine, sine, -cosine]);\n  });",
+        "addBlock(Q, n, j, i, [-cosine, sine, -sine, -cosine]);\n    addBlock(Q, n, i, j, "
+        "[-cosine, -sine, sine, -cosine]);\n  });",
+        "climbs",
+    ),
     "a step that is not halved": (
         "descent.js",
         "retractPoses(poses, step, 0.5 ** halvings)",

@@ -62,7 +62,8 @@ export function consistentPairs(distances, k, gamma) {
 export function pcm(graph, gamma, { trusted = null, sharedOdometry = false } = {}) {
   const { closures, distances } = pairwiseDistances(graph, { sharedOdometry });
   const adjacency = consistentPairs(distances, closures.length, gamma);
-  const fixed = [...closures.keys()].filter((place) => trusted !== null && trusted[closures[place]]);
+  const isFixed = (place) => trusted !== null && trusted[closures[place]];
+  const fixed = [...closures.keys()].filter(isFixed);
   const clique = maxClique(adjacency, closures.length, fixed);
   const kept = graph.isOdometry.slice();
   for (const place of clique) kept[closures[place]] = 1;

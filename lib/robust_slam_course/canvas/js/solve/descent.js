@@ -105,8 +105,8 @@ export function retractPoses(poses, step, scale = 1) {
 }
 
 /** Tell whether `cost` is higher than the one `before` by more than rounding. */
-export function costIncreases(cost, before) {
-  return cost > before * (1 + COST_ROUNDING) + NEGLIGIBLE_COST;
+export function costIncreases(cost, before, negligible = NEGLIGIBLE_COST) {
+  return cost > before * (1 + COST_ROUNDING) + negligible;
 }
 
 /**

@@ -19,9 +19,11 @@ export function shortestForest({ n, m, tail, head }, lengthOf, roots) {
   for (let shorter = true; shorter; ) {
     shorter = false;
     for (let k = 0; k < m; k++) {
-      const [i, j] = [tail[k], head[k]];
-      if (distance[i] + length[k] < distance[j]) [distance[j], shorter] = [distance[i] + length[k], true];
-      if (distance[j] + length[k] < distance[i]) [distance[i], shorter] = [distance[j] + length[k], true];
+      for (const [from, to] of [[tail[k], head[k]], [head[k], tail[k]]]) {
+        if (!(distance[from] + length[k] < distance[to])) continue;
+        distance[to] = distance[from] + length[k];
+        shorter = true;
+      }
     }
   }
   const parent = Int32Array.from({ length: n }, (_, pose) => pose);
