@@ -1,4 +1,5 @@
 from .landscapes import annealing as annealing
+from .landscapes import basins as basins
 from .maps import opening as opening
 from .readings import kernels as kernels
 from .readings import leverage as leverage

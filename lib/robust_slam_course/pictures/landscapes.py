@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.figure import Figure
-from robust_slam.estimators import gnc, kernels
+from robust_slam.estimators import gnc, irls, kernels
 from robust_slam.estimators.graduation import tls_surrogate
 from robust_slam.problems import LocationProblem
 
 from robust_slam_course.canvas.picture import Picture
 from robust_slam_course.plots.annealing import draw_stage
+from robust_slam_course.plots.location import draw_descent, draw_landscape
 
 _FOUR = [-0.2, 0.1, 0.4, 10.0]
 _SEVEN = [0.0, 0.0, 0.0, 0.0, 6.0, 6.0, 24.0]
@@ -34,6 +35,42 @@ def annealing() -> Picture:
         data={"starts": {"four": _FOUR, "seven": _SEVEN}},
         still=_annealing_still(),
     )
+
+
+def basins() -> Picture:
+    """Return a descent on the cost of two groups of readings, and where every start ends."""
+    return Picture(
+        name="basins",
+        title="Where a descent ends",
+        tries=[
+            "twenty readings are 0 and one is 10. IRLS with TLS starts at 8 and ends at 10. Does a"
+            " larger c bring it to 0? And an even larger one?",
+            "choose Cauchy and one reading against one. At which c do the two minima become one?",
+            "choose TLS with c = 1 and drag the start between the readings. Which way does the"
+            " descent go?",
+        ],
+        caption="The TLS cost with c = 3 of twenty readings at 0 and one at 10. From 8 IRLS ends"
+        " at 10, where one reading of 21 is kept; the lowest cost is at 0.",
+        state={
+            "readings": "crowd", "z": [0.0, 10.0], "kernel": "tls", "c": 3.0, "sigma": 1.0,
+            "start": 8.0,
+        },
+        data={"z": [0.0, 10.0], "times": {"crowd": [20, 1], "pair": [1, 1]}},
+        still=_basins_still(),
+    )  # fmt: skip
+
+
+def _basins_still() -> Figure:
+    """Return the TLS cost of twenty readings and one, with the descent from 8."""
+    readings = np.append(np.zeros(20), 10.0)
+    kernel = kernels.tls(3.0)
+    figure = Figure(figsize=(5.6, 3.4), layout="constrained")
+    ax = figure.subplots()
+    draw_landscape(ax, readings, 1.0, kernel, np.linspace(-4.0, 14.0, 181))
+    draw_descent(ax, irls(LocationProblem(readings), kernel, 8.0).history)
+    ax.set(ylim=(-4.0, 104.0))
+    ax.legend(loc="lower right", fontsize=9)
+    return figure
 
 
 def _annealing_still() -> Figure:

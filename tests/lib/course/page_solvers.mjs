@@ -65,9 +65,9 @@ const SOLVERS = {
     const history = solved.history.map(({ weights, cost, mu, x }) => ({ weights, cost, mu, x }));
     return { ...solved, history };
   },
-  landscapes: ({ z, sigma, kernel, c, span, count, starts }) => {
-    const cost = page.sampledCost(z, sigma, (u) => page.KERNELS[kernel].rho(u, c), span, count);
-    const ends = page.locationEnds(z, sigma, kernel, c, starts, { tol: 1e-14 });
+  landscapes: ({ z, times, sigma, kernel, c, span, count, starts }) => {
+    const cost = page.sampledCost(z, sigma, (u) => page.KERNELS[kernel].rho(u, c), span, count, times);
+    const ends = page.locationEnds(z, sigma, kernel, c, starts, { tol: 1e-14, times });
     return { cost, minima: page.minimaOf(cost), ...ends };
   },
   skyline: ({ first, values, right }) => {

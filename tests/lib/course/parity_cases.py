@@ -258,7 +258,9 @@ def annealed_location_cases(rng: np.random.Generator) -> Iterator[Case]:
 def landscape_cases(rng: np.random.Generator) -> Iterator[Case]:
     """The cost over x, its minima, and where IRLS ends from many starts."""
     for k in range(42):
-        z, sigma, _ = _readings(rng)
+        each, sigma, _ = _readings(rng)
+        times = rng.integers(1, 4, size=each.size)
+        z = np.repeat(each, times)
         name, c = NAMES[k % len(NAMES)], float(rng.choice([1.0, 2.0, 0.5]))
         kernel, spread = kernels.KERNELS[name](c), float(np.max(sigma))
         low, high = float(z.min()) - 2.0, float(z.max()) + 2.0
@@ -271,8 +273,8 @@ def landscape_cases(rng: np.random.Generator) -> Iterator[Case]:
         results = [result for result, done in zip(results, settled, strict=True) if done]
         yield Case(
             {
-                "z": z, "sigma": spread, "kernel": name, "c": c, "span": [low, high],
-                "count": 101, "starts": starts[settled],
+                "z": each, "times": times, "sigma": spread, "kernel": name, "c": c,
+                "span": [low, high], "count": 101, "starts": starts[settled],
             },
             {
                 "cost": cost,

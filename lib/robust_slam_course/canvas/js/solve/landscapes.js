@@ -9,13 +9,15 @@ import { KERNELS } from "./kernels.js";
  * Return the cost Σ ρ(|x − z|/σ) at `count` places from `low` to `high`, ends included.
  *
  * `rho(u)` is the cost of a whitened residual; `z` are the readings and `sigma` their standard
- * deviation, in the unit of x.
+ * deviation, in the unit of x. `times` says how often each reading occurs, once by default.
  */
-export function sampledCost(z, sigma, rho, [low, high], count) {
+export function sampledCost(z, sigma, rho, [low, high], count, times = null) {
   const values = new Float64Array(count);
   for (let k = 0; k < count; k++) {
     const x = low + ((high - low) * k) / (count - 1);
-    for (const reading of z) values[k] += rho(Math.abs(x - reading) / sigma);
+    for (let i = 0; i < z.length; i++) {
+      values[k] += (times ? times[i] : 1) * rho(Math.abs(x - z[i]) / sigma);
+    }
   }
   return values;
 }
@@ -41,10 +43,10 @@ export function minimaOf(values) {
  *
  * The result is { ends, kept }: the last x of each descent and the sum of its last weights, 0
  * where every reading is rejected and the descent stays where it is. A descent has converged
- * when x changes by at most `tol` σ.
+ * when x changes by at most `tol` σ. `times` says how often each reading occurs.
  */
 export function locationEnds(z, sigma, kernelName, c, starts, options = {}) {
-  const { tol = 1e-9, maxIterations = 1000 } = options;
+  const { tol = 1e-9, maxIterations = 1000, times = null } = options;
   const { weight } = KERNELS[kernelName];
   const kept = new Float64Array(starts.length);
   const ends = Float64Array.from(starts, (start, place) => {
@@ -52,7 +54,7 @@ export function locationEnds(z, sigma, kernelName, c, starts, options = {}) {
     for (let iteration = 0; iteration < maxIterations; iteration++) {
       let [total, sum] = [0, 0];
       for (let k = 0; k < z.length; k++) {
-        const w = weight((x - z[k]) / sigma, c);
+        const w = (times ? times[k] : 1) * weight((x - z[k]) / sigma, c);
         total += w;
         sum += w * z[k];
       }

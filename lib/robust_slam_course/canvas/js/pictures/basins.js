@@ -1,0 +1,298 @@
+import { KERNELS } from "../solve/kernels.js";
+import { locationEnds, minimaOf, sampledCost } from "../solve/landscapes.js";
+import { locationProblem } from "../solve/location.js";
+import { irls } from "../solve/loop.js";
+import { numberText, putAxes, putPath } from "../draw/axes.js";
+import { putHandle } from "../draw/handle.js";
+import { livePicture } from "../draw/picture.js";
+
+/** The cost of two groups of readings, a descent on it, and where descents end from any start. */
+export function render(context) {
+  const fork = { key: null, rows: [], minima: [] };
+  return livePicture(context, {
+    layers: ["areas", "grid", "lines", "marks"],
+    controls: [
+      { kind: "choice", name: "kernel", label: "Cost", options: LANDSCAPE_KERNELS },
+      {
+        kind: "choice", name: "readings", label: "Readings",
+        options: [["crowd", "twenty and one"], ["pair", "one and one"]],
+      },
+      {
+        kind: "slider", name: "c", label: "c", min: LEAST_C, max: MOST_C, step: 0.1,
+        text: (c) => c.toFixed(1),
+      },
+      {
+        kind: "slider", name: "sigma", label: "σ", min: 0.3, max: 3, step: 0.1,
+        text: (sigma) => sigma.toFixed(1),
+      },
+    ],
+    clean: cleanBasins,
+    solve: (state, data) => solveBasins(state, data, fork),
+    moving: (result) => result.cost,
+    height: () => basinPanels(0).height,
+    draw: drawBasins,
+    caption: basinsCaption,
+  });
+}
+
+const LANDSCAPE_KERNELS = [
+  ["tls", "TLS"], ["cauchy", "Cauchy"], ["geman-mcclure", "Geman–McClure"], ["squared", "squared"],
+];
+const [LEAST_C, MOST_C] = [0.5, 12];
+/** The part of the x axis that is shown, and in which readings and the start may lie. */
+const BASIN_SPAN = [-4, 14];
+const PLACES = 181;
+const LEVELS = 47;
+
+function cleanBasins(state, data) {
+  const bound = (value, [low, high], instead, digits = 1) => Number(
+    (Number.isFinite(value) ? Math.min(high, Math.max(low, value)) : instead).toFixed(digits));
+  const readings = state.readings === "pair" ? "pair" : "crowd";
+  const z = data.z.map((given, k) => bound(state.z[k], BASIN_SPAN, given));
+  return {
+    readings, z,
+    kernel: LANDSCAPE_KERNELS.some(([name]) => name === state.kernel) ? state.kernel : "tls",
+    c: bound(state.c, [LEAST_C, MOST_C], 3),
+    sigma: bound(state.sigma, [0.3, 3], 1),
+    start: bound(state.start, BASIN_SPAN, 8, 2),
+  };
+}
+
+function basinPlace(k) {
+  return BASIN_SPAN[0] + ((BASIN_SPAN[1] - BASIN_SPAN[0]) * k) / (PLACES - 1);
+}
+
+/** The k-th of the values of c for which the map has a row. */
+function levelOf(k) {
+  return LEAST_C + ((MOST_C - LEAST_C) * k) / (LEVELS - 1);
+}
+
+function costOver({ z, sigma, kernel }, c, times) {
+  return sampledCost(z, sigma, (u) => KERNELS[kernel].rho(u, c), BASIN_SPAN, PLACES, times);
+}
+
+/** The minima of the cost at this c, and for each start which of the groups its end is near. */
+function basinsAt(state, c, times, options) {
+  const { z, sigma, kernel } = state;
+  const cost = costOver(state, c, times);
+  const starts = Float64Array.from({ length: PLACES }, (_, k) => basinPlace(k));
+  const { ends, kept } = locationEnds(z, sigma, kernel, c, starts, { ...options, times });
+  const kinds = Array.from(ends, (end, k) => (kept[k] > 0 ? nearGroup(z, end) : "stays"));
+  return { c, cost, kinds, ends, minima: minimaOf(cost).map(basinPlace) };
+}
+
+/** Which group of readings `x` is near, or that it lies between the two. */
+function nearGroup([first, second], x) {
+  const share = first === second ? 0 : (x - first) / (second - first);
+  if (share < 0.46) return "first";
+  return share > 0.54 ? "second" : "between";
+}
+
+const LOOK_OF = { first: "is-estimate", second: "is-outlier", between: "is-accent" };
+
+function solveBasins(state, data, fork) {
+  const times = data.times[state.readings];
+  // The map over c does not depend on the start nor on c, which are dragged most.
+  const key = JSON.stringify([state.z, state.sigma, state.kernel, times]);
+  if (fork.key !== key) {
+    fork.key = key;
+    fork.rows = Array.from({ length: LEVELS }, (_, k) => basinsAt(
+      state, levelOf(k), times, { tol: 1e-3, maxIterations: 100 },
+    ));
+    // Dots are four times as close as the rows of the map, so that a branch is seen as a curve.
+    fork.minima = Array.from({ length: 4 * LEVELS - 3 }, (_, k) => [
+      levelOf(k / 4), minimaOf(costOver(state, levelOf(k / 4), times)).map(basinPlace),
+    ]);
+  }
+  const here = basinsAt(state, state.c, times, { tol: 1e-6, maxIterations: 500 });
+  const all = state.z.flatMap((reading, k) => Array(times[k]).fill(reading));
+  const problem = locationProblem(all, state.sigma);
+  const run = irls(problem, state.kernel, state.c, state.start, { maxIterations: 1000 });
+  const lowest = irls(
+    problem, state.kernel, state.c, basinPlace(here.cost.indexOf(Math.min(...here.cost))),
+    { maxIterations: 1000 },
+  );
+  const [least, most] = [Math.min(...here.cost), Math.max(...here.cost)];
+  return {
+    ...here, run, lowest, times,
+    cost: here.cost.map((value) => (value - least) / Math.max(most - least, 1e-9)),
+    rows: fork.rows,
+    branches: fork.minima,
+    kept: run.weights.reduce((sum, weight) => sum + weight, 0),
+    count: all.length,
+  };
+}
+
+/** Where the panels lie: the landscape, the readings, the band of basins, the map over c. */
+function basinPanels(width) {
+  return {
+    cost: { x: 0, y: 24, width, height: 200 },
+    readings: 226, band: { y: 270, height: 30 },
+    fork: { x: 0, y: 320, width, height: 240 },
+    height: 564,
+  };
+}
+
+function drawBasins(scene, { state, result, shown, width, change }) {
+  const panels = basinPanels(width);
+  const maps = drawLandscape(scene, panels.cost, state, result, shown, change);
+  drawGroups(scene, panels.readings, maps, state, result, change);
+  drawBand(scene, panels.band, maps, result);
+  drawFork(scene, panels.fork, state, result, change);
+}
+
+function drawLandscape(scene, box, state, result, cost, change) {
+  const maps = putAxes(scene, "grid", "cost", box,
+    { domain: BASIN_SPAN, label: "" }, { domain: [-0.12, 1.1], label: "cost, low to high", ticks: [] });
+  scene.put("marks", "cost-head", "text", { class: "rs-head", x: maps.inner.x, y: 14 }, "Cost and descent; circle: start");
+  const height = (x) => {
+    const k = Math.min(PLACES - 1.001, Math.max(0, (x - BASIN_SPAN[0]) / (basinPlace(1) - basinPlace(0))));
+    const left = Math.floor(k);
+    return maps.toY(cost[left] + (k - left) * (cost[left + 1] - cost[left]));
+  };
+  putPath(scene, "lines", "cost-line", maps, Array.from(cost, (value, k) => [maps.toX(basinPlace(k)), maps.toY(value)]),
+    { class: "rs-line is-ink" });
+  const { history } = result.run;
+  const end = result.run.x;
+  const dots = history.slice(1).map(({ x }) => `M${maps.toX(x).toFixed(1)} ${height(x).toFixed(1)}h0`);
+  scene.put("lines", "steps", "path", { class: "rs-dots is-estimate", d: dots.slice(0, 60).join("") });
+  const [x, y] = [maps.toX(end), height(end)];
+  scene.put("marks", "end-line", "path", {
+    class: `rs-edge ${LOOK_OF[nearGroup(state.z, end)]}`, d: `M${x} ${y}V${maps.inner.y + maps.inner.height}`, "stroke-width": 2,
+  });
+  scene.put("marks", "end", "path", { class: "rs-full is-estimate", d: `M${x} ${y - 7}l7 7l-7 7l-7 -7Z` });
+  const room = [x - maps.inner.x > 80, maps.inner.x + maps.inner.width - x > 80];
+  // The words stand on the side of the end that the descent does not come from.
+  const onRight = !room[1] || (room[0] && state.start > end);
+  scene.put("marks", "end-text", "text", {
+    class: "rs-label rs-halo", x: x + (onRight ? -12 : 12), y: y + 16, "text-anchor": onRight ? "end" : "start",
+  }, `end ${placeText(end)}`);
+  putHandle(scene, "start", {
+    x: maps.toX(state.start), y: height(state.start), label: "Start of the descent",
+    text: `${numberText(state.start)}, ends at ${placeText(end)}`,
+    now: state.start, least: BASIN_SPAN[0], most: BASIN_SPAN[1],
+    drag: (px) => change({ start: maps.fromX(px) }),
+    step: (right, up) => change({ start: state.start + 0.1 * (right || up) }),
+  });
+  return maps;
+}
+
+function drawGroups(scene, y, maps, state, result, change) {
+  state.z.forEach((reading, k) => {
+    const x = maps.toX(reading);
+    const count = result.times[k];
+    const other = maps.toX(state.z[1 - k]);
+    const toLeft = Math.abs(other - x) > 110
+      ? x > maps.inner.x + maps.inner.width - 80
+      : x < other || (x === other && k === 0);
+    const fits = toLeft ? x > 90 : x < maps.inner.x + maps.inner.width - 80;
+    if (fits) {
+      scene.put("marks", `group-${k}`, "text", {
+        class: "rs-label rs-halo", x: x + (toLeft ? -16 : 16), y: y + 4, "text-anchor": toLeft ? "end" : "start",
+      }, count === 1 ? "1 reading" : `${count} readings`);
+    }
+    const move = (value) => change({ z: state.z.map((other, j) => (j === k ? value : other)) });
+    putHandle(scene, `reading-${k}`, {
+      x, y, shape: "square", look: k ? "rs-wrong" : "",
+      label: count === 1 ? `Reading ${k + 1}` : `The ${count} readings`, text: numberText(reading),
+      now: reading, least: BASIN_SPAN[0], most: BASIN_SPAN[1],
+      drag: (px) => move(maps.fromX(px)),
+      step: (right, up) => move(reading + 0.1 * (right || up)),
+    });
+  });
+}
+
+/** Runs of equal values as [value, first place, last place]. */
+function runsOf(kinds) {
+  const runs = [];
+  kinds.forEach((kind, k) => {
+    const last = runs[runs.length - 1];
+    if (last && last[0] === kind) last[2] = k;
+    else runs.push([kind, k, k]);
+  });
+  return runs;
+}
+
+/** Left and right edge in pixels of the places `from` to `to`, each a cell as wide as a step. */
+function cellEdges(maps, from, to) {
+  const half = (basinPlace(1) - basinPlace(0)) / 2;
+  const clip = (x) => maps.toX(Math.min(BASIN_SPAN[1], Math.max(BASIN_SPAN[0], x)));
+  return [clip(basinPlace(from) - half), clip(basinPlace(to) + half)];
+}
+
+function drawBand(scene, { y, height }, maps, result) {
+  scene.put("marks", "band-head", "text", { class: "rs-head", x: maps.inner.x, y: y - 8 }, "Starts, by where they end");
+  const areas = { first: "", second: "", between: "", stays: "" };
+  runsOf(result.kinds).forEach(([kind, from, to], k) => {
+    const [left, right] = cellEdges(maps, from, to);
+    areas[kind] += `M${left.toFixed(1)} ${y}H${right.toFixed(1)}v${height}H${left.toFixed(1)}Z`;
+    if (right - left < 44) return;
+    const end = result.ends[Math.round((from + to) / 2)];
+    const text = kind === "stays" ? "stays" : `→ ${placeText(end)}`;
+    const place = { class: "rs-label", x: (left + right) / 2, y: y + height / 2 + 4, "text-anchor": "middle" };
+    scene.put("marks", `band-${k}`, "text", place, text);
+  });
+  for (const [kind, look] of Object.entries(LOOK_OF)) {
+    scene.put("areas", `band-area-${kind}`, "path", { class: `rs-area ${look}`, d: areas[kind] });
+  }
+  scene.put("areas", "band-stays", "path", { class: "rs-area is-grid", d: areas.stays });
+}
+
+/** For every c: the minima, and beneath them the starts by where they end. */
+function drawFork(scene, box, state, result, change) {
+  const maps = putAxes(scene, "grid", "fork", box,
+    { domain: BASIN_SPAN, label: "x" }, { domain: [LEAST_C, MOST_C], label: "c", ticks: [1, 3, 5, 7, 9, 11] });
+  scene.put("marks", "fork-head", "text", { class: "rs-head", x: maps.inner.x, y: box.y + 2 }, "For every c; dots: minima");
+  const half = (MOST_C - LEAST_C) / (LEVELS - 1) / 2;
+  const areas = { first: "", second: "", between: "", stays: "" };
+  const dots = result.branches.flatMap(([c, minima]) => minima.map(
+    (x) => `M${maps.toX(x).toFixed(1)} ${maps.toY(c).toFixed(1)}h0`,
+  ));
+  for (const { c, kinds } of result.rows) {
+    const top = maps.toY(Math.min(MOST_C, c + half));
+    // Half a pixel more than a row, so that no seam is seen between two rows.
+    const height = (maps.toY(Math.max(LEAST_C, c - half)) - top + 0.5).toFixed(1);
+    for (const [kind, from, to] of runsOf(kinds)) {
+      const [left, right] = cellEdges(maps, from, to);
+      areas[kind] += `M${left.toFixed(1)} ${top.toFixed(1)}H${right.toFixed(1)}v${height}H${left.toFixed(1)}Z`;
+    }
+  }
+  for (const [kind, look] of Object.entries(LOOK_OF)) {
+    scene.put("areas", `fork-${kind}`, "path", { class: `rs-area ${look}`, d: areas[kind] });
+  }
+  scene.put("lines", "fork-minima", "path", { class: "rs-dots is-ink", d: dots.join("") });
+  const y = maps.toY(state.c);
+  const right = maps.inner.x + maps.inner.width;
+  scene.put("marks", "fork-c", "path", { class: "rs-edge is-ink", d: `M${maps.inner.x} ${y}H${right}`, "stroke-width": 1.5 });
+  putHandle(scene, "c", {
+    x: right - 12, y, shape: "diamond", label: "c, the scale of the cost", text: `c = ${numberText(state.c)}`,
+    now: state.c, least: LEAST_C, most: MOST_C,
+    drag: (px, py) => change({ c: maps.fromY(py) }),
+    step: (across, up) => change({ c: state.c + 0.1 * (across || up) }),
+  });
+}
+
+/** A place or a cost with two decimals at most. */
+function placeText(value) {
+  return numberText(Math.round(100 * value) / 100, 6);
+}
+
+function basinsCaption({ state, result }) {
+  const name = LANDSCAPE_KERNELS.find(([key]) => key === state.kernel)[1];
+  const scale = state.kernel === "squared" ? "" : ` and c = ${placeText(state.c)}`;
+  const count = result.minima.length;
+  const valleys = `${name}${scale}: ${count === 1 ? "one minimum" : `${count} minima`}.`;
+  const { run, lowest } = result;
+  if (run.stop === "all rejected") {
+    return `${valleys} From ${placeText(state.start)} the descent stays where it is: no reading is near`
+      + ` enough to have a weight, so the slope is 0.`;
+  }
+  const kept = state.kernel === "tls"
+    ? `and keeps ${result.kept} of ${result.count} readings`
+    : `where the weights of ${result.count} readings sum to ${numberText(result.kept)}`;
+  const walk = `${valleys} From ${placeText(state.start)} IRLS ends at ${placeText(run.x)}, ${kept}.`;
+  if (run.cost > lowest.cost * (1 + 1e-6) + 1e-9) {
+    return `${walk} It costs ${placeText(run.cost)} there; the lowest cost is ${placeText(lowest.cost)}, at ${placeText(lowest.x)}.`;
+  }
+  return `${walk} No x has a lower cost than ${placeText(run.cost)}.`;
+}
