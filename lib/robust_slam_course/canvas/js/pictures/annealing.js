@@ -33,7 +33,7 @@ export function render(context) {
   });
 }
 
-const SAMPLES = 211;
+const COST_SAMPLES = 211;
 /** A step that stands for the last one, however many there are. */
 const LAST_STEP = 1e6;
 
@@ -68,10 +68,10 @@ function solveAnnealing({ start, z, kind, c, factor, step }) {
   const surrogate = kind === "gm" ? gmSurrogate : tlsSurrogate;
   const span = annealingSpan(start);
   const sampled = (mu) => sampledCost(
-    z, 1, mu === null ? (u) => 0.5 * u * u : (u) => surrogate(u, c, mu), span, SAMPLES,
+    z, 1, mu === null ? (u) => 0.5 * u * u : (u) => surrogate(u, c, mu), span, COST_SAMPLES,
   );
-  const hard = sampledCost(z, 1, (u) => KERNELS[kernelName].rho(u, c), span, SAMPLES);
-  const place = (k) => span[0] + ((span[1] - span[0]) * k) / (SAMPLES - 1);
+  const hard = sampledCost(z, 1, (u) => KERNELS[kernelName].rho(u, c), span, COST_SAMPLES);
+  const place = (k) => span[0] + ((span[1] - span[0]) * k) / (COST_SAMPLES - 1);
   const lowest = irls(problem, kernelName, c, place(hard.indexOf(Math.min(...hard))), { tol: 1e-9 });
   return {
     history, stop, last, span, lowest,
@@ -113,9 +113,9 @@ const WEIGHT_COLUMN = 84;
 
 function drawAnnealing(scene, { state, result, shown, width, change }) {
   const panels = annealingPanels(width);
-  const cost = shown.subarray(0, SAMPLES);
-  const x = shown[SAMPLES];
-  const weights = shown.subarray(SAMPLES + 1);
+  const cost = shown.subarray(0, COST_SAMPLES);
+  const x = shown[COST_SAMPLES];
+  const weights = shown.subarray(COST_SAMPLES + 1);
   const upper = drawCost(scene, panels.cost, state, result, cost, x);
   drawReadings(scene, panels.rows, upper, { state, result, width, change }, weights, x);
   drawPath(scene, panels.path, state, result, change);
@@ -125,10 +125,10 @@ function drawCost(scene, box, state, result, cost, x) {
   const maps = putAxes(scene, "grid", "cost", box,
     { domain: result.span, label: "" }, { domain: [-0.04, 1.06], label: "share of highest", ticks: [0, 0.5, 1] });
   const [low, high] = result.span;
-  const place = (k) => maps.toX(low + ((high - low) * k) / (SAMPLES - 1));
+  const place = (k) => maps.toX(low + ((high - low) * k) / (COST_SAMPLES - 1));
   const points = (values) => Array.from(values, (value, k) => [place(k), maps.toY(value)]);
   const height = (at) => {
-    const k = Math.min(SAMPLES - 2, Math.max(0, ((at - low) / (high - low)) * (SAMPLES - 1)));
+    const k = Math.min(COST_SAMPLES - 2, Math.max(0, ((at - low) / (high - low)) * (COST_SAMPLES - 1)));
     const left = Math.floor(k);
     return maps.toY(cost[left] + (k - left) * (cost[left + 1] - cost[left]));
   };

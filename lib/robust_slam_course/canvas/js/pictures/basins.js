@@ -41,8 +41,8 @@ const LANDSCAPE_KERNELS = [
 const [LEAST_C, MOST_C] = [0.5, 12];
 /** The part of the x axis that is shown, and in which readings and the start may lie. */
 const BASIN_SPAN = [-4, 14];
-const PLACES = 181;
-const LEVELS = 47;
+const BASIN_PLACES = 181;
+const MAP_ROWS = 47;
 
 function cleanBasins(state, data) {
   const bound = (value, [low, high], instead, digits = 1) => Number(
@@ -59,23 +59,23 @@ function cleanBasins(state, data) {
 }
 
 function basinPlace(k) {
-  return BASIN_SPAN[0] + ((BASIN_SPAN[1] - BASIN_SPAN[0]) * k) / (PLACES - 1);
+  return BASIN_SPAN[0] + ((BASIN_SPAN[1] - BASIN_SPAN[0]) * k) / (BASIN_PLACES - 1);
 }
 
 /** The k-th of the values of c for which the map has a row. */
 function levelOf(k) {
-  return LEAST_C + ((MOST_C - LEAST_C) * k) / (LEVELS - 1);
+  return LEAST_C + ((MOST_C - LEAST_C) * k) / (MAP_ROWS - 1);
 }
 
 function costOver({ z, sigma, kernel }, c, times) {
-  return sampledCost(z, sigma, (u) => KERNELS[kernel].rho(u, c), BASIN_SPAN, PLACES, times);
+  return sampledCost(z, sigma, (u) => KERNELS[kernel].rho(u, c), BASIN_SPAN, BASIN_PLACES, times);
 }
 
 /** The minima of the cost at this c, and for each start which of the groups its end is near. */
 function basinsAt(state, c, times, options) {
   const { z, sigma, kernel } = state;
   const cost = costOver(state, c, times);
-  const starts = Float64Array.from({ length: PLACES }, (_, k) => basinPlace(k));
+  const starts = Float64Array.from({ length: BASIN_PLACES }, (_, k) => basinPlace(k));
   const { ends, kept } = locationEnds(z, sigma, kernel, c, starts, { ...options, times });
   const kinds = Array.from(ends, (end, k) => (kept[k] > 0 ? nearGroup(z, end) : "stays"));
   return { c, cost, kinds, ends, minima: minimaOf(cost).map(basinPlace) };
@@ -96,11 +96,11 @@ function solveBasins(state, data, fork) {
   const key = JSON.stringify([state.z, state.sigma, state.kernel, times]);
   if (fork.key !== key) {
     fork.key = key;
-    fork.rows = Array.from({ length: LEVELS }, (_, k) => basinsAt(
+    fork.rows = Array.from({ length: MAP_ROWS }, (_, k) => basinsAt(
       state, levelOf(k), times, { tol: 1e-3, maxIterations: 100 },
     ));
     // Dots are four times as close as the rows of the map, so that a branch is seen as a curve.
-    fork.minima = Array.from({ length: 4 * LEVELS - 3 }, (_, k) => [
+    fork.minima = Array.from({ length: 4 * MAP_ROWS - 3 }, (_, k) => [
       levelOf(k / 4), minimaOf(costOver(state, levelOf(k / 4), times)).map(basinPlace),
     ]);
   }
@@ -146,7 +146,7 @@ function drawLandscape(scene, box, state, result, cost, change) {
     { domain: BASIN_SPAN, label: "" }, { domain: [-0.12, 1.1], label: "cost, low to high", ticks: [] });
   scene.put("marks", "cost-head", "text", { class: "rs-head", x: maps.inner.x, y: 14 }, "Cost and descent; circle: start");
   const height = (x) => {
-    const k = Math.min(PLACES - 1.001, Math.max(0, (x - BASIN_SPAN[0]) / (basinPlace(1) - basinPlace(0))));
+    const k = Math.min(BASIN_PLACES - 1.001, Math.max(0, (x - BASIN_SPAN[0]) / (basinPlace(1) - basinPlace(0))));
     const left = Math.floor(k);
     return maps.toY(cost[left] + (k - left) * (cost[left + 1] - cost[left]));
   };
@@ -243,7 +243,7 @@ function drawFork(scene, box, state, result, change) {
   const maps = putAxes(scene, "grid", "fork", box,
     { domain: BASIN_SPAN, label: "x" }, { domain: [LEAST_C, MOST_C], label: "c", ticks: [1, 3, 5, 7, 9, 11] });
   scene.put("marks", "fork-head", "text", { class: "rs-head", x: maps.inner.x, y: box.y + 2 }, "For every c; dots: minima");
-  const half = (MOST_C - LEAST_C) / (LEVELS - 1) / 2;
+  const half = (MOST_C - LEAST_C) / (MAP_ROWS - 1) / 2;
   const areas = { first: "", second: "", between: "", stays: "" };
   const dots = result.branches.flatMap(([c, minima]) => minima.map(
     (x) => `M${maps.toX(x).toFixed(1)} ${maps.toY(c).toFixed(1)}h0`,
