@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.figure import Figure
+from robust_slam.graphs import se2
 from robust_slam.graphs.generate import manhattan
 from robust_slam.graphs.pose_graph import PoseGraph, with_closures
+from robust_slam.problems import PoseGraphProblem
 
 from robust_slam_course.canvas.picture import Picture
 from robust_slam_course.pictures.graphs import Array, graph_data
+from robust_slam_course.plots.maps import draw_map, map_legend
 from robust_slam_course.plots.opening import Town, draw_opening, three_maps
+from robust_slam_course.style import figure_style
 
 _WRONG = [[6, 41]]
 
@@ -40,3 +45,55 @@ def _three_maps(correct: PoseGraph, truth: Array, information: Array) -> Town:
     graph = with_closures(correct, _WRONG, np.zeros((1, 3)), information[None])
     is_outlier = np.arange(len(graph.edges)) >= len(correct.edges)
     return three_maps(correct, graph, is_outlier, truth)
+
+
+def cycles() -> Picture:
+    """Return a town and a pentagon whose poses the reader joins by wrong closures."""
+    town, truth = manhattan(100, np.random.default_rng(2), side=9, turn=0.25, closures=12)
+    places = {"town": (town, truth, 0.4), "pentagon": (*_pentagon(), 0.5)}
+    joins = {"town": [[36, 69]], "pentagon": [[0, 2]]}
+    return Picture(
+        name="cycles",
+        title="A wrong closure bends the cycles that it closes",
+        tries=[
+            "blue edges agree with the map, thick orange ones do not. Which edges stay orange when"
+            " you take the correct closures away?",
+            "drag an end of the dashed closure, and make its σ small: which edges look worse than"
+            " the wrong one?",
+            "go to the pentagon, where nothing else is wrong. Find a wrong closure that leaves two"
+            " edges without a residual.",
+        ],
+        caption="A town drawn by least squares with one wrong closure (dashed). It pulls the top"
+        " right corner of the town on to the bottom street; dotted is the path that was driven.",
+        state={"place": "town", "correct": True, "sigma": 0.05, **joins},
+        data={
+            name: {**graph_data(graph, poses), "turn": turn}
+            for name, (graph, poses, turn) in places.items()
+        },
+        still=_folded_town(town, truth, joins["town"]),
+    )
+
+
+def _pentagon() -> tuple[PoseGraph, Array]:
+    """Return five poses on a pentagon with exact measurements, the last closes it; the truth."""
+    step = np.array([1.0, 0.0, 2.0 * np.pi / 5.0])
+    truth = np.zeros((5, 3))
+    for k in range(4):
+        truth[k + 1] = se2.compose(truth[k], step)
+    sigma = np.array([0.1] * 4 + [0.05])
+    information = np.diag([1.0, 1.0, 4.0]) / sigma[:, None, None] ** 2
+    edges = [(0, 1), (1, 2), (2, 3), (3, 4), (4, 0)]
+    return PoseGraph(5, edges, [step] * 5, information, sigma == 0.1), truth
+
+
+def _folded_town(correct: PoseGraph, truth: Array, joins: list[list[int]]) -> Figure:
+    """Return the least-squares map of a town with the wrong closures ``joins``."""
+    information = correct.information[~correct.is_odometry][:1]
+    graph = with_closures(correct, joins, np.zeros((1, 3)), information)
+    is_outlier = np.arange(len(graph.edges)) >= len(correct.edges)
+    poses = PoseGraphProblem(graph).initial()
+    with figure_style():
+        figure = Figure(figsize=(5.0, 3.6), layout="constrained")
+        draw_map(figure.subplots(), graph, poses, is_outlier=is_outlier, truth=truth)
+        figure.legend(handles=map_legend(), loc="outside lower center", ncols=2)
+    return figure

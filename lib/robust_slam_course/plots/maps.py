@@ -21,7 +21,6 @@ from robust_slam.graphs.pose_graph import PoseGraph
 
 from robust_slam_course.style import LINESTYLES, PALETTE, LineStyle
 
-_CARD = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}  # lifts a name off a line
 _FAINTEST = 0.15  # opacity of an edge of weight 0: rejected, and still to be seen
 _SHADES = 255  # screens tell no more apart, and each shade is one line to draw
 
@@ -98,31 +97,6 @@ def draw_map(
     ax.plot(*xy[0], "o", color=_PATH.color, zorder=5)
     ax.set_aspect("equal", adjustable="box")
     ax.set_axis_off()
-    return ax
-
-
-def draw_headings(ax: Axes, poses: ArrayLike, names: Sequence[str], size: float = 0.2) -> Axes:
-    """Draw each pose (n, 3) as a dot with an arrow of `size` m ahead, and its name.
-
-    The name stands where there is most room between the arrow and the ways to the other poses.
-    Poses that stand in a heap, closer together than 1.2 `size`, are named together.
-
-    Raises:
-        ValueError: there is not one name for each pose.
-    """
-    rows = _rows("poses", poses, len(names))
-    for x, y, angle in rows:
-        tip = (x + size * np.cos(angle), y + size * np.sin(angle))
-        arrow = {"arrowstyle": "-|>", "color": PALETTE["truth"], "shrinkA": 0, "shrinkB": 0}
-        ax.annotate("", tip, (x, y), arrowprops=arrow, zorder=6)
-        ax.plot(x, y, "o", color=PALETTE["truth"], zorder=6)
-    for heap in _heaps(rows[:, :2], 1.2 * size):
-        x, y = rows[heap[0], :2]
-        angle = _widest_gap(rows, heap)
-        place = (x + 0.8 * size * np.cos(angle), y + 0.8 * size * np.sin(angle))
-        side = "center" if len(heap) == 1 else "right" if np.cos(angle) < 0 else "left"
-        name = " ".join(names[k] for k in heap)
-        ax.text(*place, name, ha=side, va="center", zorder=5, bbox=_CARD)
     return ax
 
 
@@ -217,29 +191,6 @@ def _looks(
         _ODOMETRY if own and stay and not bad else decided[bool(bad), bool(stay)]
         for own, stay, bad in zip(steps, stays, wrong, strict=True)
     ]
-
-
-def _heaps(xy: Array, reach: float) -> list[list[int]]:
-    """Return the poses in groups; each stands within `reach` of the first of its group."""
-    heaps: list[list[int]] = []
-    for k, place in enumerate(xy):
-        near = (heap for heap in heaps if np.linalg.norm(place - xy[heap[0]]) < reach)
-        home = next(near, None)
-        if home is None:
-            heaps.append([k])
-        else:
-            home.append(k)
-    return heaps
-
-
-def _widest_gap(rows: Array, heap: Sequence[int]) -> float:
-    """Return the middle of the widest angle at a heap without arrow or way to another pose."""
-    away = np.delete(rows, heap, axis=0)[:, :2] - rows[heap[0], :2]
-    taken = np.concatenate([rows[heap, 2], np.arctan2(away[:, 1], away[:, 0])])
-    start = np.sort(np.mod(taken, 2 * np.pi))
-    width = np.diff(np.append(start, start[0] + 2 * np.pi))
-    widest = int(np.argmax(width))
-    return float(start[widest] + 0.5 * width[widest])
 
 
 def _draw_edges(

@@ -17,7 +17,6 @@ from robust_slam_course.plots import opening
 from robust_slam_course.plots.maps import (
     decision_legend,
     draw_chain,
-    draw_headings,
     draw_map,
     legend_below,
     map_legend,
@@ -191,35 +190,6 @@ def test_an_array_of_the_wrong_length_is_named(ax, name: str) -> None:
     arguments = {"poses": truth, name: np.zeros((3, 3))}
     with pytest.raises(ValueError, match=rf"{name}: the shape is \(3, 3\); give \d+ rows"):
         draw_map(ax, graph, **arguments)
-
-
-def test_a_heading_points_ahead_and_a_name_alone_stands_behind(ax) -> None:
-    draw_headings(ax, [[1.0, 2.0, np.pi / 2]], ["1"], size=0.5)
-    tip = ax.texts[0].xy
-    name = ax.texts[1]
-    assert tip == pytest.approx((1.0, 2.5))
-    assert name.get_text() == "1"
-    assert name.get_position()[1] < 2.0
-
-
-def test_a_name_stands_clear_of_the_ways_between_the_poses(ax) -> None:
-    """Pose c of the bent path stands nearly in line with b and d: behind it runs the path."""
-    poses = np.array([[0, 0, 0], [0.38, -0.22, 0.6], [0.55, 0.14, 1.3], [0.85, 1.0, 3.1]])
-    draw_headings(ax, poses, ["a", "b", "c", "d"], size=0.2)
-    for name in (text for text in ax.texts if text.get_text()):
-        for start, end in pairwise(poses[:, :2]):
-            along = np.linspace(start, end, 101)
-            assert np.linalg.norm(along - name.get_position(), axis=1).min() > 0.1
-
-
-def test_poses_in_a_heap_are_named_together(ax) -> None:
-    draw_headings(ax, [[0, 0, 0], [0.01, 0, 1], [5, 5, 0]], ["a", "b", "c"])
-    assert [text.get_text() for text in ax.texts if text.get_text()] == ["a b", "c"]
-
-
-def test_a_name_for_each_pose(ax) -> None:
-    with pytest.raises(ValueError, match="give 2 rows"):
-        draw_headings(ax, np.zeros((3, 3)), ["1", "2"])
 
 
 def test_a_chain_draws_closures_above_outliers_below_and_odometry_on_the_line(ax) -> None:

@@ -28,6 +28,8 @@ export class Scene {
     this.layers = new Map();
     this.parts = new Map();
     this.seen = new Set();
+    // Ids are shared by all pictures of a page.
+    this.name = `rs-${Math.random().toString(36).slice(2)}`;
   }
 
   /** Start a pass over a drawing of this size, in CSS pixels. */
@@ -53,6 +55,15 @@ export class Scene {
     setAttributes(element, attributes);
     if (text !== null && element.textContent !== text) element.textContent = text;
     return element;
+  }
+
+  /** Let nothing of a layer be seen outside the box `{x, y, width, height}` (pixels). */
+  clip(layer, { x, y, width, height }) {
+    const id = `${this.name}-${layer}`;
+    const path = this.put(layer, `clip-${layer}`, "clipPath", { id });
+    if (!path.firstElementChild) svgElement("rect", {}, path);
+    setAttributes(path.firstElementChild, { x, y, width, height });
+    setAttributes(this.layers.get(layer), { "clip-path": `url(#${id})` });
   }
 
   /** End a pass: what was not put is removed. */

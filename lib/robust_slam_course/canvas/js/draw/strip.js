@@ -1,0 +1,76 @@
+import { numberText } from "./axes.js";
+
+const [LEFT, TOP, BOTTOM, RIGHT, APART, WIDEST] = [46, 18, 36, 4, 14, 34];
+
+/**
+ * A strip of bars over a logarithmic axis, in the box `{x, y, width, height}` (pixels). Each of
+ * `groups` is `{name, share, bars}`: the share of the width that it takes, and its bars
+ * `{value, look?, style?, name?, text?}`, with `text` above a bar and `name` below it. `axis` is
+ * `{domain: [low, high], ticks, label, line?: {value, text}}`. A value at or below `low` has no
+ * bar. Returns `toY` from a value to pixels.
+ */
+export function putStrip(scene, layer, key, box, groups, axis) {
+  const inner = {
+    x: box.x + LEFT, y: box.y + TOP,
+    width: box.width - LEFT - RIGHT, height: box.height - TOP - BOTTOM,
+  };
+  const toY = logScale(inner, axis.domain);
+  putStripAxis(scene, layer, key, inner, toY, axis);
+  const room = inner.width - APART * (groups.length - 1);
+  const whole = groups.reduce((sum, group) => sum + group.share, 0);
+  let x = inner.x;
+  groups.forEach((group, number) => {
+    const width = (room * group.share) / whole;
+    putGroup(scene, layer, `${key}-${number}`, { ...inner, x, width }, toY, group);
+    x += width + APART;
+  });
+  return toY;
+}
+
+/** From a value to pixels: the logarithm of `domain` over the height of `inner`. */
+function logScale(inner, [low, high]) {
+  const floor = inner.y + inner.height;
+  const share = (value) => Math.log(value / low) / Math.log(high / low);
+  return (value) => floor - inner.height * Math.min(1, Math.max(0, share(Math.max(value, low))));
+}
+
+function putStripAxis(scene, layer, key, inner, toY, { ticks, label, line }) {
+  for (const value of ticks) {
+    const y = toY(value);
+    scene.put(layer, `${key}-y-${value}`, "path", { class: "rs-grid", d: `M${inner.x} ${y}h${inner.width}` });
+    const place = { class: "rs-tick", x: inner.x - 6, y: y + 4, "text-anchor": "end" };
+    scene.put(layer, `${key}-yt-${value}`, "text", place, numberText(value));
+  }
+  const title = { class: "rs-label", x: inner.x - LEFT + 2, y: inner.y - 7 };
+  scene.put(layer, `${key}-yl`, "text", title, label);
+  if (!line) return;
+  const y = toY(line.value);
+  scene.put(layer, `${key}-line`, "path", {
+    class: "is-muted", d: `M${inner.x} ${y}h${inner.width}`, "stroke-dasharray": "5 4",
+  });
+  const place = { class: "rs-tick", x: inner.x + inner.width, y: inner.y - 7, "text-anchor": "end" };
+  scene.put(layer, `${key}-line-text`, "text", place, line.text);
+}
+
+function putGroup(scene, layer, key, inner, toY, { name, bars }) {
+  const floor = inner.y + inner.height;
+  const slot = Math.min(WIDEST, inner.width / Math.max(bars.length, 1));
+  const first = inner.x + 0.5 * (inner.width - slot * bars.length);
+  const named = bars.some((bar) => bar.name);
+  bars.forEach((bar, number) => {
+    const x = first + (number + 0.5) * slot;
+    const tall = floor - toY(bar.value);
+    if (tall > 0.5) {
+      scene.put(layer, `${key}-${number}`, "path", {
+        class: bar.look ?? "is-muted", d: `M${x.toFixed(1)} ${floor}v${(-tall).toFixed(1)}`,
+        "stroke-width": ((slot > 8 ? 0.6 : 0.8) * slot).toFixed(1),
+        style: `${bar.style ?? ""};stroke-linecap:butt;stroke-dasharray:none`,
+      });
+    }
+    const place = { class: "rs-tick", x, "text-anchor": "middle" };
+    if (bar.text) scene.put(layer, `${key}-${number}-u`, "text", { ...place, y: toY(bar.value) - 4 }, bar.text);
+    if (bar.name) scene.put(layer, `${key}-${number}-n`, "text", { ...place, y: floor + 14 }, bar.name);
+  });
+  const below = { class: "rs-label", x: inner.x + 0.5 * inner.width, y: floor + (named ? 30 : 16), "text-anchor": "middle" };
+  scene.put(layer, `${key}-name`, "text", below, name);
+}
