@@ -36,7 +36,7 @@ find-graphs = for graph in CSAIL intel; do for folder in "$$ROBUST_SLAM_DATA" \
 GRAPHS := build/.graphs$(shell $(find-graphs))
 PIN := uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
 	--no-header lib/pyproject.toml autograder/pyproject.toml
-BENCHES := speed growth wrong_closures
+BENCHES := speed growth wrong_closures any_graph pictures
 
 help: ## say what there is
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-16s %s\n", $$1, $$2}' $(MAKEFILE_LIST)

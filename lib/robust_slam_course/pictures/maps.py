@@ -15,12 +15,12 @@ from robust_slam_course.plots.maps import draw_map, map_legend
 from robust_slam_course.plots.opening import Town, draw_opening, three_maps
 from robust_slam_course.style import figure_style
 
-_WRONG = [[6, 41]]
 
-
-def opening() -> Picture:
-    """Return the opening map: a town, its closures, and a wrong one to move."""
-    graph, truth = manhattan(60, np.random.default_rng(3), side=8, turn=0.4, closures=10)
+def opening(poses: int = 60) -> Picture:
+    """Return the opening map: a town of so many poses, its closures, and a wrong one to move."""
+    size = {"side": round(poses**0.5), "closures": poses // 6}
+    graph, truth = manhattan(poses, np.random.default_rng(3), turn=0.4, **size)
+    wrong = [[poses // 10, 7 * poses // 10 - 1]]
     # As precise as the correct closures: nothing but the other edges contradicts it.
     information = graph.information[~graph.is_odometry][0]
     return Picture(
@@ -34,15 +34,17 @@ def opening() -> Picture:
         ],
         caption="Three maps of one drive: least squares without the wrong closure follows the true"
         " path, with it the map folds, and a robust kernel brings the path back.",
-        state={"robust": False, "wrong": _WRONG},
+        state={"robust": False, "wrong": wrong},
         data={**graph_data(graph, truth), "wrongInformation": information.ravel().tolist()},
-        still=draw_opening(_three_maps(graph, truth, information)),
+        still=draw_opening(_three_maps(graph, truth, wrong, information)),
     )
 
 
-def _three_maps(correct: PoseGraph, truth: Array, information: Array) -> Town:
+def _three_maps(
+    correct: PoseGraph, truth: Array, wrong: list[list[int]], information: Array
+) -> Town:
     """Return the maps of the first state."""
-    graph = with_closures(correct, _WRONG, np.zeros((1, 3)), information[None])
+    graph = with_closures(correct, wrong, np.zeros((1, 3)), information[None])
     is_outlier = np.arange(len(graph.edges)) >= len(correct.edges)
     return three_maps(correct, graph, is_outlier, truth)
 
