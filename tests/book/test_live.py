@@ -1,29 +1,31 @@
-"""A chapter's canvases outside the site: in an export without a kernel, and in JupyterLab."""
+"""Live pictures outside the site: in JupyterLab with a kernel, and in an export without one."""
 
 from __future__ import annotations
 
 import json
-import shutil
 import subprocess
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import nbformat
 import pytest
 from playwright.sync_api import Browser, Locator, expect
+from robust_slam_course import pictures as course
 
 from tests import jupyterlab
 from tests.book.conftest import ROOT
-from tests.book.moving import by_keyboard, controls, picture, size
+from tests.book.taking_hold import PICTURE, by_keyboard, drawn, handles, pictures, words
 from tests.chromium import Opener
 
 pytestmark = pytest.mark.browser
 
 CHAPTER = ROOT / "chapters" / "03-irls.ipynb"
+SHOWN = "shown = pictures.opening().widget()\nshown"
 
 
 @pytest.fixture(scope="module", autouse=True)
 def exporting(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[], Path]]:
-    """A chapter is run and exported as anybody would; the function waits for its page.
+    """A chapter is run and exported as a reader would; the function waits for its page.
 
     It runs beside the test of JupyterLab, which mostly waits.
     """
@@ -34,59 +36,69 @@ def exporting(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[],
         def wait() -> Path:
             _, said = running.communicate()
             assert running.returncode == 0, said.decode()
-            return folder / "03-irls.html"
+            return folder / f"{CHAPTER.stem}.html"
 
         yield wait
         running.kill()
 
 
-def test_a_kernel_draws_it_anew(browser: Browser, tmp_path: Path) -> None:
-    path = tmp_path / CHAPTER.name
-    shutil.copy(CHAPTER, path)
+def notebook_of_all(path: Path) -> list[str]:
+    """Write a notebook that shows each picture; return their names."""
+    names = sorted(set(course.__all__))
+    shown = [f"pictures.{name}()" for name in names]
+    sources = ["from robust_slam_course import pictures", *shown, SHOWN]
+    cells = [nbformat.v4.new_code_cell(source) for source in sources]
+    kernel = {"kernelspec": {"name": "python3", "display_name": "Python 3"}}
+    nbformat.write(nbformat.v4.new_notebook(cells=cells, metadata=kernel), path)
+    return names
+
+
+def test_with_a_kernel_each_picture_follows_the_hand(browser: Browser, tmp_path: Path) -> None:
+    path = tmp_path / "pictures.ipynb"
+    names = notebook_of_all(path)
     variables = jupyterlab.environment(tmp_path / "home")
     with (
         jupyterlab.running(tmp_path, variables) as address,
         jupyterlab.page_of(browser) as page,
     ):
+        page.emulate_media(reduced_motion="reduce")
         notebook = jupyterlab.Notebook(page, address, path)
-        cells = notebook.run_all()
-        for number, cell in enumerate(cells):
-            if any("Canvas: " in text for text in texts(cell)):
-                moves(notebook.cells.nth(number))
-                assert not page.locator(".jp-OutputArea-output[data-mime-type*=stderr]").count()
+        notebook.run_all()
+        for number, name in enumerate(names, start=1):
+            picture = notebook.cells.nth(number).locator(PICTURE)
+            expect(picture).to_have_count(1)
+            assert follows(picture), f"{name}: nothing follows in JupyterLab"
+        assert not page.locator(".jp-OutputArea-output[data-mime-type*=stderr]").count()
 
 
 def test_an_export_needs_no_kernel(exporting: Callable[[], Path], open_page: Opener) -> None:
-    page = open_page(exporting().as_uri()).page
-    canvases = page.locator(".rs-canvas").all()
-    assert canvases
-    for canvas in canvases:
-        for control in controls(canvas):
-            by_keyboard(control, 0)
-            first = picture(canvas)
-            by_keyboard(control, size(control) - 1)
-            assert picture(canvas) != first
+    page = open_page(exporting().as_uri(), reduced_motion="reduce").page
+    assert pictures(page)
+    for picture in pictures(page):
+        assert follows(picture)
     assert page.locator(".jupyter-widgets, .widget-subarea").count() == 0
     answer = page.locator(".rs-quiz details").first
     answer.locator("summary").click()
     assert answer.locator("p").is_visible()
 
 
-def texts(cell: dict[str, object]) -> list[str]:
-    return [json.dumps(output) for output in cell.get("outputs", [])]
+def test_python_reads_the_state_that_the_hand_made() -> None:
+    """The widget's state is the picture's, of JSON's values, and follows what is sent."""
+    picture = course.opening()
+    widget = picture.widget()
+    assert widget.state == picture.state
+    moved = {**widget.state, "robust": True}
+    widget.set_state({"state": moved})
+    assert widget.state == moved
+    assert json.loads(json.dumps(widget.data)) == widget.data
 
 
-def moves(cell: Locator) -> None:
-    """Move each widget of a live canvas; the picture must follow."""
-    image = cell.locator(".jupyter-widgets img")
-    kinds = ("select", ".noUi-handle", "input[type=checkbox]", "button")
-    for widget in cell.locator(", ".join(f".jupyter-widgets {kind}" for kind in kinds)).all():
-        before = image.get_attribute("src")
-        match widget.evaluate("w => w.localName"):
-            case "select":
-                widget.select_option(index=1)
-            case "div":
-                widget.press("ArrowRight")
-            case _:
-                widget.click()
-        expect(image).not_to_have_attribute("src", str(before))
+def follows(picture: Locator) -> bool:
+    """Tell whether the first handle, moved by keys, changes the picture and its words."""
+    for toward in (1, -1):
+        before = drawn(picture), words(picture)
+        by_keyboard(picture, handles(picture)[0], toward)
+        after = drawn(picture), words(picture)
+        if before[0] != after[0] and before[1] != after[1]:
+            return True
+    return False
