@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from playwright.sync_api import CDPSession, Locator, Page
 
 PICTURE = ".rs-picture[data-live]"
-_DRAWN = """picture => [...picture.querySelectorAll('.rs-stage g[aria-hidden]')]
-    .map((layer) => layer.innerHTML).join()"""
+_DRAWN = "picture => picture.querySelector('.rs-stage').innerHTML"
 _FRAMES = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
 
 
@@ -32,7 +31,7 @@ def controls(picture: Locator) -> Iterator[Locator]:
 
 
 def drawn(picture: Locator) -> str:
-    """What the picture shows, without its handles, once it has been drawn."""
+    """What the picture shows, once it has been drawn."""
     picture.page.evaluate(_FRAMES)
     return str(picture.evaluate(_DRAWN))
 
