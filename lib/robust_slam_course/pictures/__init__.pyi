@@ -4,3 +4,4 @@ from .maps import cycles as cycles
 from .maps import opening as opening
 from .readings import kernels as kernels
 from .readings import leverage as leverage
+from .readings import majoriser as majoriser

@@ -11,6 +11,7 @@ from robust_slam.problems import LinearProblem, LocationProblem
 
 from robust_slam_course.canvas.picture import Picture
 from robust_slam_course.plots.kernels import draw_costs, draw_drift, draw_influences
+from robust_slam_course.plots.location import draw_landscape
 from robust_slam_course.plots.pulls import draw_line_fit, draw_pulls
 
 _WALL = (1.0, 0.25)  # the wall of chapter 1 is 1 m + 0.25 m a place away
@@ -95,5 +96,41 @@ def _kernels_still(inliers: list[float], reading: float, c: float) -> Figure:
         for kernel in four
     }
     draw_drift(axes["drift"], places, drift).legend()
+    plt.close(figure)
+    return figure
+
+
+def majoriser() -> Picture:
+    """Return the five readings of chapter 3, and the parabola that a step of IRLS minimises."""
+    inliers, outlier, sigma, start = [0.1, -0.2, 0.15, -0.1], 5.0, 0.3, 7.0
+    return Picture(
+        name="majoriser",
+        title="Each step goes to the lowest point of a parabola",
+        tries=[
+            "the dashed parabola touches the cost at the start, 7, and each step goes to its"
+            " lowest point. The nearest minimum is at the outlier, near 5. Do the steps end"
+            " there?",
+            "move the start. Which of the starts between 0 and 7 end at the outlier? Compare 4.0"
+            " with 4.2.",
+            "go to the last step and raise σ until the cost has one local minimum. Then choose"
+            " Huber, and TLS: what does the majoriser of TLS look like at the start?",
+        ],
+        caption="Cauchy, step 0 of 13, cost 14.52 at 7. The majoriser is lowest at 3.751, where"
+        " the cost is 11.58. The outlier has the weight 0.022, an inlier at most 0.002. The cost"
+        " has two local minima.",
+        state={
+            "kernel": "cauchy", "start": start, "outlier": outlier, "sigma": sigma, "step": 0,
+        },
+        data={"inliers": inliers, "c": 1.0, "kernels": ["cauchy", "huber", "tls"]},
+        still=_majoriser_still([*inliers, outlier], sigma, start),
+    )  # fmt: skip
+
+
+def _majoriser_still(z: list[float], sigma: float, start: float) -> Figure:
+    """Return the cost of the readings and its majoriser at the start."""
+    figure, ax = plt.subplots(figsize=(5.6, 3.6))
+    draw_landscape(ax, z, sigma, KERNELS["cauchy"](1.0), np.linspace(-1, 7.5, 171), at=start)
+    ax.set(ylim=(0, 18))
+    ax.legend(loc="upper center", ncols=2)
     plt.close(figure)
     return figure
