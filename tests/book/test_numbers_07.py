@@ -29,7 +29,7 @@ from tests.book.prose import Chapter, Numbers, rounds_to
 
 CHAPTER = Chapter("07-certificates")
 SIX = np.array([[k, (k + 1) % 6] for k in range(6)] + [[0, 2], [1, 4]])
-NOISES, SEEDS = (0.2, 0.5, 0.8, 1.0, 1.2, 1.4, 1.6, 2.0), (0, 1, 6)  # of the canvas
+NOISES, SEEDS = (0.2, 0.5, 0.8, 1.0, 1.2, 1.4, 1.6, 2.0), (0, 1, 6)  # of the figure of gaps
 TWIST = 2 * pi * np.arange(5) / 5
 THIRDS = 2 * pi / 3 * np.arange(3)
 
@@ -239,7 +239,7 @@ def ranks(d: int, seed: int) -> list[int]:
     return [sdp.solve_sdp(sdp.connection_matrix(6, SIX, turn), d).rank for turn in turns]
 
 
-def test_what_to_look_for_on_the_canvas() -> None:
+def test_what_to_see_as_the_noise_grows() -> None:
     space, flat = ranks(3, SEEDS[0]), ranks(2, SEEDS[2])
     assert space[:5] == [3, 3, 3, 3, 4]
     assert [rank > 2 for rank in flat[2:5]] == [True, True, False]

@@ -1,3 +1,4 @@
+from .certificates import certificate as certificate
 from .landscapes import annealing as annealing
 from .landscapes import basins as basins
 from .maps import cycles as cycles

@@ -78,14 +78,8 @@ def draw_ring(ax: Axes, angles: ArrayLike, turn: float) -> Axes:
     return ax
 
 
-def draw_gaps(
-    ax: Axes,
-    noise: ArrayLike,
-    gaps: ArrayLike,
-    names: Sequence[str],
-    at: tuple[int, int] | None = None,
-) -> Axes:
-    """Draw gaps (k, m) over noise (k,), one line for each of m draws; `at` (k, m) has a ring.
+def draw_gaps(ax: Axes, noise: ArrayLike, gaps: ArrayLike, names: Sequence[str]) -> Axes:
+    """Draw gaps (k, m) over noise (k,), one line for each of m draws.
 
     Raises:
         ValueError: the shapes do not agree.
@@ -95,9 +89,6 @@ def draw_gaps(
     for look, name, line in zip(LOOKS[1:], names, up.T, strict=False):
         ax.plot(across, line, color=look.color, linestyle=look.linestyle, marker=look.marker)
         ax.lines[-1].set(label=name, markersize=5.0, linewidth=1.5)
-    if at is not None:
-        ax.plot(across[at[0]], up[at], "o", color=PALETTE["truth"], markersize=15.0)
-        ax.lines[-1].set(markerfacecolor="none", markeredgewidth=2.0)
     return ax
 
 

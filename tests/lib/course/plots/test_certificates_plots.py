@@ -50,13 +50,12 @@ def test_an_arrow_points_where_the_pose_looks(ax) -> None:
     np.testing.assert_allclose(up / np.linalg.norm(up), [0.0, 1.0], atol=1e-12)
 
 
-def test_gaps_have_a_line_for_each_draw_and_a_ring_at_the_chosen_one(ax) -> None:
+def test_gaps_have_a_line_for_each_draw(ax) -> None:
     gaps = np.array([[0.0, 1.0], [2.0, 3.0], [4.0, 5.0]])
-    draw_gaps(ax, [0.1, 0.2, 0.3], gaps, ["A", "B"], at=(1, 0))
-    a, b, ring = ax.lines
+    draw_gaps(ax, [0.1, 0.2, 0.3], gaps, ["A", "B"])
+    a, b = ax.lines
     np.testing.assert_array_equal(a.get_ydata(), gaps[:, 0])
     np.testing.assert_array_equal(b.get_ydata(), gaps[:, 1])
-    np.testing.assert_array_equal(ring.get_xydata(), [[0.2, 2.0]])
     assert (a.get_label(), b.get_label()) == ("A", "B")
     assert a.get_marker() != b.get_marker()
     with pytest.raises(ValueError, match="gaps"):

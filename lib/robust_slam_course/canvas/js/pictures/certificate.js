@@ -1,0 +1,283 @@
+import { certify, connectionMatrix, headingsRow } from "../solve/certificate.js";
+import { descend, roundedHeadings, staircase } from "../solve/staircase.js";
+import { numberText, putAxes } from "../draw/axes.js";
+import { putHandle } from "../draw/handle.js";
+import { livePicture } from "../draw/picture.js";
+
+/** Headings on a ring, the spectrum of their certificate, and the climb out of the plane. */
+export function render(context) {
+  const climbed = { key: null, frames: [] };
+  return livePicture(context, {
+    layers: ["areas", "grid", "lines", "marks"],
+    controls: [
+      { kind: "choice", name: "ring", label: "Headings", options: [["five", "five"], ["three", "three"]] },
+      {
+        kind: "slider", name: "alpha", label: "Turn α", min: 0, max: 90, step: 1,
+        text: (alpha) => `${alpha}°`,
+      },
+      {
+        kind: "player", name: "step", label: "Climb", count: (state, result) => result.last,
+        text: (step, result) => `${result.step} of ${result.last}`,
+      },
+      ringButton("Twist the ring", (count) => (k) => wholeDegrees((360 * k) / count)),
+      ringButton("Equal headings", () => () => 0),
+    ],
+    clean: cleanCertificate,
+    solve: (state) => solveCertificate(state, climbed),
+    moving: (result) => [...result.arrows, result.tilt, ...result.eigenvalues, result.cost, result.cost - result.bound],
+    height: (width) => certificatePanels(width).height,
+    draw: drawCertificate,
+    caption: certificateCaption,
+  });
+}
+
+const TILT = 1; // rad by which the plane is turned away once the headings have left it
+
+function ringButton(label, headings) {
+  const degrees = (state) => state.degrees.map((_, k) => headings(state.degrees.length)(k));
+  return {
+    kind: "button", label,
+    does: (state) => ({ degrees: degrees(state), step: 0 }),
+    when: (state) => state.step > 0 || String(degrees(state)) !== String(state.degrees),
+  };
+}
+
+/** The nearest whole number of degrees in (−180, 180]. */
+function wholeDegrees(value) {
+  const turned = Math.round(value) % 360;
+  if (turned > 180) return turned - 360;
+  return turned <= -180 ? turned + 360 : turned + 0;
+}
+
+function cleanCertificate(state) {
+  const count = state.ring === "three" ? 3 : 5;
+  const twisted = (k) => wholeDegrees((360 * k) / count);
+  const given = state.degrees.length === count ? state.degrees : Array(count).fill(null);
+  const whole = (value, most) => (
+    Number.isFinite(value) ? Math.min(most, Math.max(0, Math.round(value))) : 0);
+  return {
+    ring: count === 3 ? "three" : "five",
+    degrees: given.map((value, k) => (Number.isFinite(value) ? wholeDegrees(value) : twisted(k))),
+    alpha: whole(state.alpha, 90),
+    step: whole(state.step, 1000),
+  };
+}
+
+function solveCertificate({ degrees, alpha, step }, climbed) {
+  const n = degrees.length;
+  const edges = degrees.map((_, k) => [k, (k + 1) % n]);
+  const Q = connectionMatrix(n, edges, Array(n).fill(inRadians(alpha)));
+  // While the climb plays, headings and measurements stay.
+  const key = JSON.stringify([degrees, alpha]);
+  if (climbed.key !== key) {
+    climbed.frames = climbFrames(Q, headingsRow(degrees.map(inRadians)));
+    climbed.key = key;
+  }
+  const { frames } = climbed;
+  const now = Math.min(step, frames.length - 1);
+  const { R, r } = frames[now];
+  const proof = certify(Q, R, r);
+  const best = frames[frames.length - 1].cost;
+  return {
+    ...proof, R, r, best,
+    step: now,
+    last: frames.length - 1,
+    rows: frames[frames.length - 1].r,
+    arrows: arrowsOf(R, r),
+    tilt: r > 2 ? TILT : 0,
+    misfits: edges.map(([i, j]) => misfitOf(R, r, i, j, inRadians(alpha))),
+  };
+}
+
+function inRadians(degrees) {
+  return (degrees * Math.PI) / 180;
+}
+
+/** All points from R (2, 2n) on: a descent in the plane, then one with each row that is added. */
+function climbFrames(Q, R) {
+  const plane = descend(Q, R, 2);
+  const levels = staircase(Q, plane.R);
+  return [
+    ...plane.history.map((point) => ({ ...point, r: 2 })),
+    ...levels.slice(1).flatMap(({ r, history }) => history.map((point) => ({ ...point, r }))),
+  ];
+}
+
+/** The first column of each block (n, 3): where a heading points; a fourth row is not shown. */
+function arrowsOf(R, r) {
+  const width = R.length / r;
+  return Array.from({ length: width / 2 }, (_, i) => [0, 1, 2].map(
+    (row) => (row < r ? R[row * width + 2 * i] : 0),
+  )).flat();
+}
+
+/** ‖R_j − R_i R̃‖²_F of the blocks i and j of R and a measured turn (rad). */
+function misfitOf(R, r, i, j, turn) {
+  const width = R.length / r;
+  const [cosine, sine] = [Math.cos(turn), Math.sin(turn)];
+  let sum = 0;
+  for (let row = 0; row < r; row += 1) {
+    const [a, b] = [R[row * width + 2 * i], R[row * width + 2 * i + 1]];
+    sum += (R[row * width + 2 * j] - a * cosine - b * sine) ** 2;
+    sum += (R[row * width + 2 * j + 1] + a * sine - b * cosine) ** 2;
+  }
+  return sum;
+}
+
+/** Where the panels lie: side by side from 640 px on, one below the other else. */
+function certificatePanels(width) {
+  if (width < 640) {
+    const ring = Math.min(300, width);
+    return {
+      ring: { x: (width - ring) / 2, y: 0, size: ring },
+      spectrum: { x: 0, y: ring + 22, width, height: 150 },
+      cost: { x: 0, y: ring + 196, width, height: 134 },
+      height: ring + 334,
+    };
+  }
+  const ring = Math.min(340, 0.47 * width);
+  return {
+    ring: { x: 0, y: 0, size: ring },
+    spectrum: { x: ring + 10, y: 24, width: width - ring - 10, height: 158 },
+    cost: { x: ring + 10, y: 208, width: width - ring - 10, height: 134 },
+    height: 346,
+  };
+}
+
+function drawCertificate(scene, { state, result, shown, width, change }) {
+  const panels = certificatePanels(width);
+  const n = state.degrees.length;
+  const arrows = shown.subarray(0, 3 * n);
+  drawRing(scene, panels.ring, state, result, arrows, shown[3 * n], change);
+  drawSpectrum(scene, panels.spectrum, result, shown.subarray(3 * n + 1, 5 * n + 1));
+  drawCosts(scene, panels.cost, n, result, shown[5 * n + 1], shown[5 * n + 2]);
+}
+
+function drawRing(scene, { x, y, size }, state, result, arrows, tilt, change) {
+  const n = state.degrees.length;
+  const [radius, length] = [0.27 * size, 0.19 * size];
+  const [ct, st] = [Math.cos(tilt), Math.sin(tilt)];
+  const project = ([east, north, up]) => [
+    x + size / 2 + east, y + size / 2 - north * ct - up * st,
+  ];
+  const spots = state.degrees.map((_, k) => {
+    const around = (2 * Math.PI * k) / n;
+    return [radius * Math.cos(around), radius * Math.sin(around), 0];
+  });
+  const draw = (layer, key, from, to, look, thick) => {
+    const [a, b] = [project(from), project(to)];
+    scene.put(layer, key, "path", {
+      class: `rs-edge ${look}`, "stroke-width": thick,
+      d: `M${a[0].toFixed(1)} ${a[1].toFixed(1)}L${b[0].toFixed(1)} ${b[1].toFixed(1)}`,
+    });
+  };
+  spots.forEach((spot, k) => {
+    const next = spots[(k + 1) % n];
+    const misfit = result.misfits[k];
+    draw("grid", `edge-${k}`, spot, next, misfit > 0.01 ? "is-outlier" : "is-inlier", 1.5 + 0.6 * misfit);
+    const middle = project([0, 1].map((axis) => 0.5 * (spot[axis] + next[axis])).concat(0));
+    scene.put("marks", `misfit-${k}`, "text", {
+      class: "rs-label rs-halo", x: middle[0], y: middle[1] + 4, "text-anchor": "middle",
+    }, misfit.toFixed(misfit < 9.95 ? 2 : 1));
+    const [east, north, up] = arrows.subarray(3 * k, 3 * k + 3);
+    const tip = [spot[0] + length * east, spot[1] + length * north, length * up];
+    draw("lines", `shadow-${k}`, spot, [tip[0], tip[1], 0], "is-ghost", 2);
+    draw("lines", `rise-${k}`, [tip[0], tip[1], 0], tip, "is-ghost", 2);
+    draw("lines", `arrow-${k}`, spot, tip, "is-estimate", 3);
+    const [px, py] = project(spot);
+    scene.put("lines", `pose-${k}`, "circle", { class: "rs-open is-estimate", cx: px, cy: py, r: 4.5 });
+    putHeading(scene, k, project(tip), project(spot), state, result, change);
+  });
+}
+
+/** The tip of a heading; taking it brings the headings back into the plane. */
+function putHeading(scene, k, [x, y], [px, py], state, result, change) {
+  const plane = () => {
+    if (result.r === 2 && result.step === 0) return state.degrees;
+    const first = inRadians(state.degrees[0]);
+    return Array.from(roundedHeadings(result.R, result.r, first), (a) => wholeDegrees((180 * a) / Math.PI));
+  };
+  const turn = (to) => change({
+    step: 0, degrees: plane().map((value, j) => (j === k ? wholeDegrees(to) : value)),
+  });
+  const now = plane()[k];
+  putHandle(scene, `heading-${k}`, {
+    x, y, label: `Heading ${k + 1}`, text: `${numberText(now)} degrees, cost ${result.cost.toFixed(2)}`,
+    now, least: -180, most: 180,
+    drag: (toX, toY) => turn((180 * Math.atan2(py - toY, toX - px)) / Math.PI),
+    step: (right, up) => turn(now + (right || up)),
+  });
+}
+
+function drawSpectrum(scene, box, result, eigenvalues) {
+  const maps = putAxes(scene, "grid", "spectrum", box,
+    { domain: [-4.4, 4.4], label: "eigenvalue", ticks: [-4, -2, 0, 2, 4] }, { domain: [0, 1], label: "", ticks: [] });
+  const { inner } = maps;
+  scene.put("marks", "spectrum-head", "text", { class: "rs-head", x: inner.x - 40, y: box.y - 6 },
+    `Eigenvalues of S: ${result.verdict}`);
+  scene.put("areas", "refused", "path", {
+    class: "rs-area is-outlier", d: `M${inner.x} ${inner.y}H${maps.toX(0)}V${inner.y + inner.height}H${inner.x}Z`,
+  });
+  scene.put("grid", "zero", "path", {
+    class: "rs-edge is-ink", d: `M${maps.toX(0)} ${inner.y}V${inner.y + inner.height}`, "stroke-width": 1.5,
+  });
+  const nought = 1e-5 * Math.max(...result.eigenvalues.map(Math.abs), 1);
+  const stacks = [];
+  eigenvalues.forEach((value, k) => {
+    const x = Math.min(inner.x + inner.width, Math.max(inner.x, maps.toX(value)));
+    const above = stacks.filter((other) => Math.abs(other - x) < 11).length;
+    stacks.push(x);
+    const y = inner.y + inner.height - 12 - 15 * above;
+    const exact = result.eigenvalues[k];
+    const kind = Math.abs(exact) <= nought ? "zero" : exact < 0 ? "below" : "above";
+    const shapes = {
+      zero: `M${x - 5} ${y}a5 5 0 1 0 10 0a5 5 0 1 0 -10 0Z`,
+      above: `M${x - 5} ${y}a5 5 0 1 0 10 0a5 5 0 1 0 -10 0Z`,
+      below: `M${x - 6} ${y - 5}H${x + 6}L${x} ${y + 6}Z`,
+    };
+    const looks = { zero: "rs-open is-ink", above: "rs-full is-estimate", below: "rs-full is-outlier" };
+    scene.put("marks", `value-${k}`, "path", { class: looks[kind], d: shapes[kind] });
+  });
+  const negative = result.lambdaMin < 0;
+  scene.put("marks", "lowest", "text", {
+    class: "rs-label", x: maps.toX(0) + (negative ? -8 : 8), y: inner.y + 14,
+    "text-anchor": negative ? "end" : "start",
+  }, `λ_min ${result.lambdaMin.toFixed(2).replace("-", "−")}`);
+}
+
+/** The cost, what it is at least, and between them the most that can be gained. */
+function drawCosts(scene, box, n, result, cost, lower) {
+  const maps = putAxes(scene, "grid", "costs", box,
+    { domain: [-1, 8 * n], label: "cost" }, { domain: [0, 1], label: "", ticks: [] });
+  const { inner } = maps;
+  const y = inner.y + 0.5 * inner.height - 2;
+  scene.put("marks", "costs-head", "text", { class: "rs-head", x: inner.x - 40, y: box.y - 2 }, "Bar: at most to gain");
+  const [left, right] = [maps.toX(lower), maps.toX(cost)];
+  scene.put("areas", "gap", "path", {
+    class: "rs-area is-accent", d: `M${left} ${y - 11}H${right}V${y + 11}H${left}Z`,
+  });
+  scene.put("lines", "lower", "path", { class: "rs-edge is-accent", d: `M${left} ${y - 14}V${y + 14}`, "stroke-width": 2.5 });
+  const best = maps.toX(result.best);
+  scene.put("lines", "best", "path", { class: "rs-edge is-inlier", d: `M${best} ${y - 16}V${y + 22}`, "stroke-width": 2.5 });
+  scene.put("marks", "best-text", "text", { class: "rs-label rs-halo", x: best + 8, y: y + 26 },
+    `lowest ${result.best.toFixed(2)}`);
+  scene.put("marks", "cost", "path", { class: "rs-full is-estimate", d: `M${right} ${y - 9}l9 9l-9 9l-9 -9Z` });
+  const atRight = right > inner.x + inner.width - 90;
+  scene.put("marks", "cost-text", "text", {
+    class: "rs-label rs-halo", x: right + (atRight ? -14 : 14), y: y - 14, "text-anchor": atRight ? "end" : "start",
+  }, `cost ${result.cost.toFixed(2)}`);
+}
+
+function certificateCaption({ state, result }) {
+  const number = (value) => (Math.abs(value) < 0.005 ? 0 : value).toFixed(2).replace("-", "−");
+  const where = result.r === 2 ? "In the plane" : `With ${result.r} rows`;
+  const step = result.step ? `Step ${result.step} of ${result.last}. ` : "";
+  const values = `${step}${where} the cost is ${number(result.cost)} and λ_min is ${number(result.lambdaMin)}`;
+  const gain = `at most ${number(result.bound)} can be gained`;
+  if (result.verdict === "certified") return `${values}: certified, no headings cost less.`;
+  if (result.verdict === "not stationary") {
+    return `${values}. The headings are not stationary: a descent has to finish first. Still, ${gain}.`;
+  }
+  const way = result.step < result.last ? " One more row opens a way out." : "";
+  return `${values}: not certified, but ${gain}.${way}`;
+}
