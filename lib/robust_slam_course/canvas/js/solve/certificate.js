@@ -119,7 +119,10 @@ export function dotProduct(a, b) {
   return sum;
 }
 
-/** Return the relative size of R S, 0 where the gradient is 0: see `robust_slam`'s tangent. */
+/**
+ * Return the relative size of R S, without a unit, 0 where the gradient is 0: the root of
+ * Σ_c ‖(R S)_c‖²/Q_cc over Σ_c Q_cc, as `robust_slam.certificates.tangent` has it.
+ */
 export function headingsStationarity(Q, R, r) {
   const width = R.length / r;
   const gradient = rowsTimes(R, r, certificateMatrix(Q, R, r));

@@ -3,7 +3,7 @@
  *
  * The spectrum of a certificate is shown as a whole, and its smallest eigenvalues are often
  * several of one size, which iterations for a single one mix or miss. So the matrix is reduced to
- * tridiagonal form, and the QL method gives all of them at once: about 20 ms for 200 rows.
+ * tridiagonal form, and the QL method gives all of them at once: about 30 ms for 200 rows.
  *
  * Source: Martin, Reinsch and Wilkinson 1968 for the reduction, Bowdler et al. 1968 for the QL
  * method; Golub and Van Loan, chapter 8.
