@@ -180,8 +180,10 @@ def descend(
         if trial is None:
             stop = Stop.TIME_LIMIT if time.process_time() > end else Stop.ROUNDING
             return Descent(tuple(history), stop)
-        history.append(trial)
-        if not step.at_edge and _is_rounding(point, trial):
+        rounding = not step.at_edge and _is_rounding(point, trial)
+        if not rounding or trial.stationarity < point.stationarity:
+            history.append(trial)
+        if rounding:
             return Descent(tuple(history), Stop.ROUNDING)
         if step.decrease < least_decrease * point.cost:
             return Descent(tuple(history), Stop.FLAT)
