@@ -32,7 +32,7 @@ LOST = 0.4
 @pytest.fixture(scope="module")
 def page() -> SimpleNamespace:
     """The names that the page's own cells define: its towns, its methods and its sweep."""
-    cells = ("imports", "town", "methods", "canvas-draw", "sweep-run")
+    cells = ("imports", "town", "methods", "town-table", "sweep-run")
     page = SimpleNamespace(**CHAPTER.run(*cells, C=C))
     page.tired = page.Noise(odometry=(0.2, 0.2))
     page.minority = page.scores("consistent", 8, 3)["GNC-TLS"]

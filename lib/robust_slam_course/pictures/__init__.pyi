@@ -3,6 +3,7 @@ from .landscapes import annealing as annealing
 from .landscapes import basins as basins
 from .maps import cycles as cycles
 from .maps import opening as opening
+from .maps import showcase as showcase
 from .readings import kernels as kernels
 from .readings import leverage as leverage
 from .readings import majoriser as majoriser

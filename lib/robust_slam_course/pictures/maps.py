@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.figure import Figure
+from robust_slam.estimators import chi_square_threshold, gnc, switchable
 from robust_slam.graphs import se2
 from robust_slam.graphs.generate import manhattan
+from robust_slam.graphs.metrics import align
 from robust_slam.graphs.pose_graph import PoseGraph, with_closures
 from robust_slam.problems import PoseGraphProblem
 
@@ -98,4 +100,52 @@ def _folded_town(correct: PoseGraph, truth: Array, joins: list[list[int]]) -> Fi
         figure = Figure(figsize=(5.0, 3.6), layout="constrained")
         draw_map(figure.subplots(), graph, poses, is_outlier=is_outlier, truth=truth)
         figure.legend(handles=map_legend(), loc="outside lower center", ncols=2)
+    return figure
+
+
+def showcase() -> Picture:
+    """Return three estimators side by side on a map with wrong closures that the reader moves."""
+    rng = np.random.default_rng(6)
+    graph, truth = manhattan(60, rng, side=6, turn=0.35, closures=10)
+    information = graph.information[~graph.is_odometry][0]
+    wrong = [42, 9]
+    return Picture(
+        name="showcase",
+        title="One wrong closure, three estimators",
+        tries=[
+            "least squares follows the dashed closure. Will you find a place for its ends where"
+            " the switches or GNC follow it, too?",
+            "let nine wrong closures agree, and drag them over the map until the switches or GNC"
+            " follow them. Then start from odometry.",
+        ],
+        caption="One drive with one wrong closure (dashed), over the dotted true path: least"
+        " squares folds the map, switchable constraints and GNC do not.",
+        state={"wrong": wrong, "size": 1, "start": "squares"},
+        data={**graph_data(graph, truth, 4), "wrongInformation": information.ravel().tolist()},
+        still=_three_estimators(graph, truth, wrong),
+    )
+
+
+def _three_estimators(correct: PoseGraph, truth: Array, wrong: list[int]) -> Figure:
+    """Return the maps of least squares, switchable constraints and GNC side by side."""
+    information = correct.information[~correct.is_odometry][:1]
+    graph = with_closures(correct, [wrong], np.zeros((1, 3)), information)
+    is_outlier = np.arange(len(graph.edges)) >= len(correct.edges)
+    problem = PoseGraphProblem(graph, steps=1, tol=1e-6)
+    c = chi_square_threshold(0.99, 3)
+    squares = problem.initial()
+    switched = switchable(problem, c**2, squares, max_iterations=300)
+    robust = gnc(problem, c, x0=squares)
+    answers = (
+        ("least squares", squares, None),
+        ("switches", switched.x, switched.weights),
+        ("GNC", robust.x, robust.weights),
+    )
+    with figure_style():
+        figure = Figure(figsize=(6.0, 2.4), layout="constrained")
+        axes = figure.subplots(1, 3, sharex=True, sharey=True)
+        for ax, (name, poses, weights) in zip(axes, answers, strict=True):
+            placed = align(poses, truth)
+            draw_map(ax, graph, placed, is_outlier=is_outlier, weights=weights, truth=truth)
+            ax.set_title(name)
     return figure

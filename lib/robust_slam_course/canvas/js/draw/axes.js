@@ -20,7 +20,7 @@ export function numberText(value, digits = 3) {
 
 /**
  * Two axes with ticks inside the box `{x, y, width, height}` (pixels); `across` and `up` are
- * `{domain: [low, high], label, ticks?}`. Returns the maps between data and pixels.
+ * `{domain: [low, high], label, ticks?, text?}`, `text` from a tick to words. Returns the maps between data and pixels.
  */
 export function putAxes(scene, layer, key, box, across, up) {
   const [left, bottom, top, right] = [46, 40, 10, 8];
@@ -42,13 +42,13 @@ export function putAxes(scene, layer, key, box, across, up) {
     const x = maps.toX(value);
     scene.put(layer, `${key}-x-${value}`, "path", { class: "rs-grid", d: `M${x} ${inner.y}V${floor}` });
     const place = { class: "rs-tick", x, y: floor + 16, "text-anchor": "middle" };
-    scene.put(layer, `${key}-xt-${value}`, "text", place, numberText(value));
+    scene.put(layer, `${key}-xt-${value}`, "text", place, (across.text ?? numberText)(value));
   }
   for (const value of up.ticks ?? roundTicks(...up.domain, inner.height / 45)) {
     const y = maps.toY(value);
     scene.put(layer, `${key}-y-${value}`, "path", { class: "rs-grid", d: `M${inner.x} ${y}h${inner.width}` });
     const place = { class: "rs-tick", x: inner.x - 6, y: y + 4, "text-anchor": "end" };
-    scene.put(layer, `${key}-yt-${value}`, "text", place, numberText(value));
+    scene.put(layer, `${key}-yt-${value}`, "text", place, (up.text ?? numberText)(value));
   }
   const middle = { x: inner.x + inner.width / 2, y: floor + 34, "text-anchor": "middle" };
   scene.put(layer, `${key}-xl`, "text", { class: "rs-label", ...middle }, across.label);

@@ -1,0 +1,215 @@
+import { numberText, putAxes, putCurve, putPath } from "../draw/axes.js";
+import { fitMap, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
+import { livePicture } from "../draw/picture.js";
+import { gnc } from "../solve/graduation.js";
+import { KERNELS } from "../solve/kernels.js";
+import { irls } from "../solve/loop.js";
+import { alignPoses, ate } from "../solve/metrics.js";
+import {
+  CHI_99_SE2, deadReckoning, graphResidualNorms, leastSquares, makeGraph, poseGraphProblem,
+} from "../solve/pose_graph.js";
+import { se2Between, se2Compose, se2Inverse } from "../solve/se2.js";
+
+/**
+ * One drive and three estimators side by side: least squares, switchable constraints, GNC. The
+ * reader moves a wrong closure; below each map stand the weights of all closures over their
+ * residuals, on the curve of that estimator.
+ */
+export function render(context) {
+  return livePicture(context, {
+    layers: ["ghost", "edges", "drive", "wrong", "words", "axes", "curve", "points"],
+    controls: [
+      {
+        kind: "slider", name: "size", label: "Wrong closures that agree", min: 1, max: MOST_AGREEING, step: 1,
+        text: (value) => String(value),
+      },
+      {
+        kind: "choice", name: "start", label: "Start from",
+        options: [["squares", "least squares"], ["odometry", "odometry"]],
+      },
+    ],
+    clean: cleanShowcase,
+    solve: solveShowcase,
+    moving: (result) => result.numbers,
+    height: (width) => cellsOf(width).height,
+    draw: drawShowcase,
+    caption: showcaseCaption,
+  });
+}
+
+const MOST_AGREEING = 9;
+const ESTIMATORS = [
+  { key: "squares", name: "Least squares", weight: () => 1 },
+  { key: "switches", name: "Switches", weight: (u) => KERNELS["geman-mcclure"].weight(u, CHI_99_SE2) },
+  { key: "gnc", name: "GNC", weight: (u) => (u <= CHI_99_SE2 ? 1 : 0) },
+];
+const IN_USE = 0.25; // the weight of a switched closure at the 99 % quantile; GNC has only 0 and 1
+const CHART_HEIGHT = 132; // pixels
+const HEAD = 22; // pixels above a map
+
+/** Where the three maps and charts stand: in a row, or on a narrow screen the first above the others. */
+function cellsOf(width) {
+  if (width >= 600) {
+    const each = (width - 24) / 3;
+    const tall = HEAD + 0.98 * each;
+    const boxes = [0, 1, 2].map((k) => ({ x: k * (each + 12), y: 0, width: each, tall }));
+    return { boxes, height: tall + CHART_HEIGHT };
+  }
+  const half = (width - 10) / 2;
+  const [first, other] = [HEAD + 0.7 * width, HEAD + half];
+  const below = first + CHART_HEIGHT + 8;
+  const boxes = [
+    { x: 0, y: 0, width, tall: first },
+    { x: 0, y: below, width: half, tall: other },
+    { x: half + 10, y: below, width: half, tall: other },
+  ];
+  return { boxes, height: below + other + CHART_HEIGHT };
+}
+
+function cleanShowcase(state, data) {
+  const count = data.truth.length / 3;
+  const size = Number.isFinite(state.size) ? Math.min(MOST_AGREEING, Math.max(1, Math.round(state.size))) : 1;
+  const inside = (pose, instead) => (Number.isInteger(pose) ? Math.min(count - size, Math.max(0, pose)) : instead);
+  let [i, j] = [inside(state.wrong[0], 42), inside(state.wrong[1], 9)];
+  if (Math.abs(i - j) < 2) [i, j] = i > 1 ? [i, i - 2] : [i, i + 2];
+  return { wrong: [i, j], size, start: state.start === "odometry" ? "odometry" : "squares" };
+}
+
+/**
+ * Closures (i, j), (i + 1, j + 1), …: all follow from one displacement of the world, which moves
+ * pose j to pose i, so that they agree with each other. The first measures "one place".
+ */
+function agreeingClosures(truth, [i, j], size) {
+  const pose = (k) => truth.slice(3 * k, 3 * k + 3);
+  const displacement = se2Compose(pose(i), se2Inverse(pose(j)));
+  const edges = Array.from({ length: size }, (_, k) => [i + k, j + k]);
+  const measurements = edges.flatMap(([a, b]) => [
+    ...se2Between(pose(a), se2Compose(displacement, pose(b))),
+  ]);
+  return { edges, measurements };
+}
+
+function showcaseGraph(state, data) {
+  const wrong = agreeingClosures(data.truth, state.wrong, state.size);
+  return makeGraph({
+    poses: data.truth.length / 3,
+    edges: [...data.edges, ...wrong.edges],
+    measurements: Float64Array.from([...data.measurements, ...wrong.measurements]),
+    information: Float64Array.from([...data.information, ...wrong.edges.flatMap(() => data.wrongInformation)]),
+    trusted: Uint8Array.from([...data.trusted, ...wrong.edges.map(() => 0)]),
+  });
+}
+
+/** The three maps, each laid over the true path, with the norms and weights of the closures. */
+function solveShowcase(state, data) {
+  const graph = showcaseGraph(state, data);
+  const problem = poseGraphProblem(graph, deadReckoning(graph), null, { tol: 1e-6, steps: 1 });
+  const squares = leastSquares(problem).poses;
+  const start = state.start === "squares" ? squares : problem.guess;
+  const options = { keepHistory: false, tol: 1e-3, maxIterations: 60 };
+  // Switches that are always at their optimum are the kernel of Geman and McClure.
+  const switched = irls(problem, "geman-mcclure", CHI_99_SE2, start, options);
+  const graduated = gnc(problem, CHI_99_SE2, "tls", start, { keepHistory: false, tol: 1e-4 });
+  const truth = Float64Array.from(data.truth);
+  const first = data.trusted.reduce((sum, value) => sum + value, 0);
+  const weights = [new Float64Array(graph.m).fill(1), switched.weights, graduated.weights];
+  const answers = [squares, switched.x, graduated.x].map((poses, k) => ({
+    poses: alignPoses(poses, truth), off: ate(poses, truth),
+    norms: graphResidualNorms(graph, poses).slice(first), weights: weights[k].slice(first),
+  }));
+  const numbers = Float64Array.from(answers.flatMap(({ poses, norms, weights: own }) => [
+    ...poses, ...norms.map((norm) => Math.log10(Math.max(norm, 0.1))), ...own,
+  ]));
+  return { answers, numbers, first, correct: data.edges.length - first, edges: edgesOf(graph) };
+}
+
+function edgesOf(graph) {
+  return Array.from({ length: graph.m }, (_, k) => [graph.tail[k], graph.head[k]]);
+}
+
+function drawShowcase(scene, view) {
+  const { boxes } = cellsOf(view.width);
+  const each = view.shown.length / 3;
+  const poses = view.data.truth.length;
+  const closures = (each - poses) / 2;
+  ESTIMATORS.forEach((estimator, k) => {
+    const shown = view.shown.subarray(k * each, (k + 1) * each);
+    const parts = {
+      poses: shown.subarray(0, poses),
+      norms: shown.subarray(poses, poses + closures),
+      weights: shown.subarray(poses + closures),
+    };
+    drawEstimator(scene, view, estimator, view.result.answers[k], parts, boxes[k]);
+    drawWeights(scene, view, estimator, parts, boxes[k]);
+  });
+  const { x, y, width, tall } = boxes[0];
+  const map = showcaseMap(boxes[0], view.data.truth);
+  const edit = ([wrong]) => view.change({ wrong });
+  putClosureHandles(scene, map, view.data.truth, [view.state.wrong], edit, { noun: "Wrong closure", removable: false });
+  scene.put("words", "hint", "text", { class: "rs-tick", x: x + 0.5 * width, y: y + tall - 2, "text-anchor": "middle" }, "drag an end of the dashed line");
+}
+
+function showcaseMap({ x, y, width, tall }, truth) {
+  return fitMap({ x, y: y + HEAD, width, height: tall - HEAD - 12 }, truth, 0.13 * Math.min(width, tall));
+}
+
+function drawEstimator(scene, view, { key, name }, answer, parts, box) {
+  const { result, data } = view;
+  const map = showcaseMap(box, data.truth);
+  const head = { class: "rs-head", x: box.x + 0.5 * box.width, y: box.y + 14, "text-anchor": "middle" };
+  scene.put("words", `${key}-name`, "text", head, `${name}: ${answer.off.toFixed(2)} m off`);
+  putDrive(scene, "ghost", `${key}-truth`, map, data.truth, "is-ghost");
+  putDrive(scene, "drive", key, map, parts.poses, "is-estimate");
+  answer.weights.forEach((weight, k) => {
+    const edge = result.edges[result.first + k];
+    const used = weight >= IN_USE;
+    if (k < result.correct) {
+      putEdge(scene, "edges", `${key}-${k}`, map, parts.poses, edge, used ? "is-inlier" : "is-rejected");
+    } else {
+      const width = k === result.correct ? 3 : 1.5;
+      putEdge(scene, "wrong", `${key}-${k}`, map, data.truth, edge, used ? "is-outlier" : "is-rejected", width);
+    }
+  });
+}
+
+const CROSS = "m-4.5 -4.5l9 9m0 -9l-9 9";
+const RING = "m-4 0a4 4 0 1 0 8 0a4 4 0 1 0 -8 0";
+
+/** The weights of the closures over their residuals, circles for correct ones, crosses for wrong. */
+function drawWeights(scene, { result }, { key, weight }, parts, box) {
+  const place = { x: box.x, y: box.y + box.tall, width: box.width, height: CHART_HEIGHT };
+  const domain = [-1.05, 2.08];
+  const maps = putAxes(
+    scene, "axes", key, place,
+    { domain, ticks: [-1, 0, 1, 2], label: "residual u", text: (power) => numberText(10 ** power) },
+    { domain: [-0.06, 1.12], ticks: [0, 0.5, 1], label: "weight" },
+  );
+  const look = { class: "is-muted", "stroke-width": 1.5 };
+  if (key === "switches") putCurve(scene, "curve", `${key}-w`, maps, domain, (power) => weight(10 ** power), look, 60);
+  else {
+    const knee = key === "gnc" ? Math.log10(CHI_99_SE2) : domain[1];
+    const corners = [[domain[0], 1], [knee, 1], [knee, weight(100)], [domain[1], weight(100)]];
+    putPath(scene, "curve", `${key}-w`, maps, corners.map(([x, y]) => [maps.toX(x), maps.toY(y)]), look);
+  }
+  const marks = (from, to, mark) => Array.from({ length: to - from }, (_, k) => {
+    const x = maps.toX(Math.min(domain[1], parts.norms[from + k]));
+    return `M${x.toFixed(1)} ${maps.toY(parts.weights[from + k]).toFixed(1)}${mark}`;
+  }).join("");
+  const solid = "stroke-dasharray:none";
+  scene.put("points", `${key}-right`, "path", {
+    class: "is-inlier", "stroke-width": 1.8, style: solid, d: marks(0, result.correct, RING),
+  });
+  scene.put("points", `${key}-wrong`, "path", {
+    class: "is-outlier", "stroke-width": 2.2, style: solid, d: marks(result.correct, parts.norms.length, CROSS),
+  });
+}
+
+function showcaseCaption({ state, result }) {
+  const inUse = (from, to) => result.answers.map(({ weights }) => weights.slice(from, to)
+    .reduce((sum, weight) => sum + (weight >= IN_USE), 0)).join(", ");
+  const off = result.answers.map((answer) => answer.off.toFixed(2));
+  const wrong = inUse(result.correct, result.correct + state.size);
+  return `Least squares is ${off[0]}\u00a0m off, switches ${off[1]}\u00a0m, GNC ${off[2]}\u00a0m. In this order they use `
+    + `${wrong} of ${state.size} wrong ${state.size === 1 ? "closure" : "closures"} and `
+    + `${inUse(0, result.correct)} of ${result.correct} correct ones.`;
+}
