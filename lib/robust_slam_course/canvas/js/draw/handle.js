@@ -53,12 +53,15 @@ function listen(element, scene) {
   element.addEventListener("pointerdown", (event) => {
     if (event.button !== 0) return;
     const at = scenePoint(scene, event);
-    // The handle keeps its distance to the finger, so that taking it moves nothing.
-    grip = [element.options.x - at[0], element.options.y - at[1]];
-    element.setPointerCapture(event.pointerId);
-    element.focus({ preventScroll: true });
+    nearestHandle(scene, at).take(at, event.pointerId);
     event.preventDefault();
   });
+  element.take = (at, pointer) => {
+    // The handle keeps its distance to the finger, so that taking it moves nothing.
+    grip = [element.options.x - at[0], element.options.y - at[1]];
+    element.setPointerCapture(pointer);
+    element.focus({ preventScroll: true });
+  };
   element.addEventListener("pointermove", (event) => {
     if (!grip) return;
     const at = scenePoint(scene, event);
@@ -80,6 +83,13 @@ function listen(element, scene) {
     } else return;
     event.preventDefault();
   });
+}
+
+/** The handle nearest to a point in pixels: targets overlap, and the uppermost may be farther. */
+function nearestHandle(scene, [x, y]) {
+  const handles = [...scene.layers.get("handles").children].filter(({ take }) => take);
+  const distance = ({ options }) => Math.hypot(options.x - x, options.y - y);
+  return handles.reduce((best, other) => (distance(other) < distance(best) ? other : best));
 }
 
 /** Where a pointer is, in the scene's pixels. */
