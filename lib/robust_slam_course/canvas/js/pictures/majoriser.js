@@ -159,7 +159,8 @@ function drawCostAndParabola(scene, axes, { state, result, change }, at, { lowes
     drag: (px) => move(axes.fromX(px)),
     step: (right, up) => move(start + 0.05 * (right || up)),
   });
-  const below = { class: "rs-halo", x, y: Math.min(y + 26, axes.inner.y + axes.inner.height - 4), "text-anchor": "middle" };
+  const within = Math.min(x, axes.inner.x + axes.inner.width - 14);
+  const below = { class: "rs-halo", x: within, y: Math.min(y + 26, axes.inner.y + axes.inner.height - 4), "text-anchor": "middle" };
   scene.put("words", "start-name", "text", below, "start");
 }
 
