@@ -51,10 +51,10 @@ export function putAxes(scene, layer, key, box, across, up) {
     scene.put(layer, `${key}-yt-${value}`, "text", place, (up.text ?? numberText)(value));
   }
   const middle = { x: inner.x + inner.width / 2, y: floor + 34, "text-anchor": "middle" };
-  scene.put(layer, `${key}-xl`, "text", { class: "rs-label", ...middle }, across.label);
+  if (across.label) scene.put(layer, `${key}-xl`, "text", { class: "rs-label", ...middle }, across.label);
   const [x, y] = [box.x + 12, inner.y + inner.height / 2];
   const turned = { x, y, "text-anchor": "middle", transform: `rotate(-90 ${x} ${y})` };
-  scene.put(layer, `${key}-yl`, "text", { class: "rs-label", ...turned }, up.label);
+  if (up.label) scene.put(layer, `${key}-yl`, "text", { class: "rs-label", ...turned }, up.label);
   return maps;
 }
 

@@ -42,15 +42,20 @@ export class Scene {
       }
     }
     this.seen.clear();
+    this.latest = new Map();
   }
 
   /** Put a part into a layer and return its element. */
   put(layer, key, name, attributes, text = null) {
     let element = this.parts.get(key);
     if (!element) {
-      element = svgElement(name, {}, this.layers.get(layer));
+      element = svgElement(name);
+      // A part that comes back takes its place in the order of the pass again.
+      const [parent, before] = [this.layers.get(layer), this.latest.get(layer)];
+      parent.insertBefore(element, before ? before.nextSibling : parent.firstChild);
       this.parts.set(key, element);
     }
+    this.latest.set(layer, element);
     this.seen.add(key);
     setAttributes(element, attributes);
     if (text !== null && element.textContent !== text) element.textContent = text;
