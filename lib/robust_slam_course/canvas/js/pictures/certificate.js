@@ -248,7 +248,7 @@ function drawSpectrum(scene, box, result, eigenvalues) {
 /** The cost, what it is at least, and between them the most that can be gained. */
 function drawCosts(scene, box, n, result, cost, lower) {
   const maps = putAxes(scene, "grid", "costs", box,
-    { domain: [-1, 8 * n], label: "cost" }, { domain: [0, 1], label: "", ticks: [] });
+    { domain: [-1, 8 * n + 2], label: "cost" }, { domain: [0, 1], label: "", ticks: [] });
   const { inner } = maps;
   const y = inner.y + 0.5 * inner.height - 2;
   scene.put("marks", "costs-head", "text", { class: "rs-head", x: inner.x - 40, y: box.y - 2 }, "Bar: at most to gain");
