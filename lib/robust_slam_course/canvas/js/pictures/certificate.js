@@ -1,4 +1,4 @@
-import { certify, connectionMatrix, headingsRow } from "../solve/certificate.js";
+import { certify, connectionMatrix, headingsRow, quadraticCost } from "../solve/certificate.js";
 import { descend, roundedHeadings, staircase } from "../solve/staircase.js";
 import { numberText, putAxes } from "../draw/axes.js";
 import { putHandle } from "../draw/handle.js";
@@ -82,10 +82,9 @@ function solveCertificate({ degrees, alpha, step }, climbed) {
     ...proof, R, r, best,
     step: now,
     last: frames.length - 1,
-    rows: frames[frames.length - 1].r,
     arrows: arrowsOf(R, r),
     tilt: r > 2 ? TILT : 0,
-    misfits: edges.map(([i, j]) => misfitOf(R, r, i, j, inRadians(alpha))),
+    misfits: edges.map((edge) => quadraticCost(connectionMatrix(n, [edge], [inRadians(alpha)]), R, r)),
   };
 }
 
@@ -109,19 +108,6 @@ function arrowsOf(R, r) {
   return Array.from({ length: width / 2 }, (_, i) => [0, 1, 2].map(
     (row) => (row < r ? R[row * width + 2 * i] : 0),
   )).flat();
-}
-
-/** ‖R_j − R_i R̃‖²_F of the blocks i and j of R and a measured turn (rad). */
-function misfitOf(R, r, i, j, turn) {
-  const width = R.length / r;
-  const [cosine, sine] = [Math.cos(turn), Math.sin(turn)];
-  let sum = 0;
-  for (let row = 0; row < r; row += 1) {
-    const [a, b] = [R[row * width + 2 * i], R[row * width + 2 * i + 1]];
-    sum += (R[row * width + 2 * j] - a * cosine - b * sine) ** 2;
-    sum += (R[row * width + 2 * j + 1] + a * sine - b * cosine) ** 2;
-  }
-  return sum;
 }
 
 /** Where the panels lie: side by side from 640 px on, one below the other else. */

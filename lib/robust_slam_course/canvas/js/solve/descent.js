@@ -12,11 +12,9 @@ import {
   lineariseEdges,
   solveEquations,
 } from "./normal_equations.js";
+import { costIncreases } from "./rounding.js";
 import { sineRatio, wrapAngle } from "./se2.js";
 
-/** A relative increase of the cost that counts as rounding, and a cost that counts as 0. */
-const COST_ROUNDING = 1e-12;
-const NEGLIGIBLE_COST = 1e-18;
 const STEP_HALVINGS = 30;
 /** The largest number of steps: gross errors make Gauss–Newton slow. */
 export const DESCENT_LIMIT = 500;
@@ -102,11 +100,6 @@ export function retractPoses(poses, step, scale = 1) {
     moved[at + 2] = wrapAngle(poses[at + 2] + wrapAngle(angle));
   }
   return moved;
-}
-
-/** Tell whether `cost` is higher than the one `before` by more than rounding. */
-export function costIncreases(cost, before, negligible = NEGLIGIBLE_COST) {
-  return cost > before * (1 + COST_ROUNDING) + negligible;
 }
 
 /**

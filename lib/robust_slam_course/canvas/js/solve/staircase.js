@@ -1,5 +1,5 @@
 /**
- * The Riemannian staircase on headings, a way out of local minima, and the polish of a map.
+ * The Riemannian staircase on headings, a way out of local minima.
  *
  * Stationary rotations without a certificate come with a direction along which the cost falls
  * once the rotations have one more row. The staircase adds the row, steps along the direction and
@@ -11,17 +11,15 @@
  */
 import {
   certify,
-  chordalProblem,
   dotProduct,
-  headingsRow,
   headingsStationarity,
   multipliersOf,
   quadraticCost,
   rowsTimes,
   symmetricProducts,
 } from "./certificate.js";
-import { costIncreases } from "./descent.js";
 import { symmetricEigen } from "./eigen.js";
+import { costIncreases } from "./rounding.js";
 import { skylineFactor, skylinePattern, skylineSolve } from "./skyline.js";
 
 /** Why a descent stopped, in the words of the library. */
@@ -143,24 +141,6 @@ export function roundedHeadings(R, r, first = 0) {
     return Math.atan2(sign * low[c] - high[c + 1], high[c] + sign * low[c + 1]);
   });
   return angles.map((angle) => angle - angles[0] + first);
-}
-
-/**
- * Return poses (3n) at a minimum of the chordal cost near `poses`, pose 0 fixed; null where edges
- * of positive weight do not join all poses. Certify a map there, not where Gauss–Newton stops.
- */
-export function polishGraph(graph, poses, weights = null) {
-  const problem = chordalProblem(graph, weights);
-  if (problem === null) return null;
-  const start = headingsRow(Float64Array.from({ length: graph.n }, (_, i) => poses[3 * i + 2]));
-  const { R } = descend(problem.Q, start, 2);
-  const positions = problem.place(R, poses);
-  const polished = Float64Array.from(poses);
-  for (let i = 1; i < graph.n; i++) {
-    const angle = Math.atan2(R[2 * graph.n + 2 * i], R[2 * i]);
-    polished.set([positions[2 * i], positions[2 * i + 1], angle], 3 * i);
-  }
-  return polished;
 }
 
 function pointAt(Q, R, r) {

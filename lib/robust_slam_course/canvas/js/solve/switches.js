@@ -7,7 +7,8 @@
  *
  * Source: as `robust_slam.estimators.switches`: Sünderhauf and Protzel 2012; Agarwal et al. 2013.
  */
-import { costIncreases, dampingFactor, retractPoses, stepIsSmall } from "./descent.js";
+import { dampingFactor, retractPoses, stepIsSmall } from "./descent.js";
+import { costIncreases } from "./rounding.js";
 import { STOP, irls } from "./loop.js";
 import {
   assembleEquations,
