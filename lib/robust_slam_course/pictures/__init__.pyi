@@ -1,6 +1,7 @@
 from .certificates import certificate as certificate
 from .landscapes import annealing as annealing
 from .landscapes import basins as basins
+from .maps import consistency as consistency
 from .maps import cycles as cycles
 from .maps import opening as opening
 from .maps import showcase as showcase

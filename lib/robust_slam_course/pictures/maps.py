@@ -4,18 +4,28 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
+from robust_slam.consistency import pcm
 from robust_slam.estimators import chi_square_threshold, gnc, switchable
 from robust_slam.graphs import se2
 from robust_slam.graphs.generate import manhattan
 from robust_slam.graphs.metrics import align
-from robust_slam.graphs.pose_graph import PoseGraph, with_closures
+from robust_slam.graphs.outliers import add_aliased_closures
+from robust_slam.graphs.pose_graph import PoseGraph, select, with_closures
 from robust_slam.problems import PoseGraphProblem
 
 from robust_slam_course.canvas.picture import Picture
 from robust_slam_course.pictures.graphs import Array, graph_data
+from robust_slam_course.plots.consistency import draw_consistency
 from robust_slam_course.plots.maps import draw_map, map_legend
 from robust_slam_course.plots.opening import Town, draw_opening, three_maps
 from robust_slam_course.style import figure_style
+
+# No two of these ends stand at one crossing of the town, so that each can be taken hold of.
+_LONE = [
+    [44, 36], [12, 30], [46, 37], [13, 28], [14, 43],
+    [40, 47], [38, 41], [32, 45], [33, 35], [31, 11],
+]  # fmt: skip
 
 
 def opening(poses: int = 60) -> Picture:
@@ -148,4 +158,50 @@ def _three_estimators(correct: PoseGraph, truth: Array, wrong: list[int]) -> Fig
             placed = align(poses, truth)
             draw_map(ax, graph, placed, is_outlier=is_outlier, weights=weights, truth=truth)
             ax.set_title(name)
+    return figure
+
+
+def consistency() -> Picture:
+    """Return the closures of a town, which of them agree, and how far their switches open."""
+    rng = np.random.default_rng(3)
+    graph, truth = manhattan(48, rng, side=4, turn=0.35, closures=8)
+    misled, is_outlier = add_aliased_closures(graph, 1, 1, size=9, poses=truth, apart=1.5)
+    lone, group = _LONE, misled.edges[-9].tolist()
+    information = graph.information[~graph.is_odometry][0]
+    chosen = {"lone": lone, "group": group}
+    return Picture(
+        name="consistency",
+        title="Who agrees with whom",
+        tries=[
+            "nine wrong closures (squares) agree with each other, against eight correct ones"
+            " (circles). How many must you take away before PCM keeps the correct ones?",
+            "drag an end of the nine, and they still agree with each other. Find a place where the"
+            " switches are misled less than PCM.",
+            "let them disagree, and drag one until it agrees with a correct closure. Then raise"
+            " the threshold.",
+        ],
+        caption="Left, a map by PCM and least squares over the dotted true path. Right, the"
+        " closures, a line between two that agree: the nine wrong ones are the largest set.",
+        state={"count": 9, "agree": True, "gamma": 3.37, "map": "pcm", **chosen, "chosen": 0},
+        data={
+            **graph_data(graph, truth, 4),
+            **chosen,
+            "wrongInformation": information.ravel().tolist(),
+        },
+        still=_agreement(misled, is_outlier, truth),
+    )
+
+
+def _agreement(graph: PoseGraph, is_outlier: NDArray[np.bool_], truth: Array) -> Figure:
+    """Return the map of the closures that agree, and the graph of their agreement."""
+    answer = pcm(graph, chi_square_threshold(0.99, 3))
+    poses = align(PoseGraphProblem(select(graph, answer.kept)).initial(), truth)
+    lies = is_outlier[answer.closures]
+    nameless = [""] * len(lies)
+    with figure_style():
+        figure = Figure(figsize=(6.0, 3.0), layout="constrained")
+        left, ring = figure.subplots(1, 2)
+        draw_map(left, graph, poses, is_outlier=is_outlier, kept=answer.kept, truth=truth)
+        members = answer.clique.members
+        draw_consistency(ring, answer.adjacency, members, is_outlier=lies, names=nameless)
     return figure

@@ -1,4 +1,4 @@
-"""Draw switches: what one costs, how far each is open, and the two modes of a max-mixture.
+"""Draw what a switch costs, and the two modes of a max-mixture.
 
 Every function takes matplotlib axes and returns them; χ² is a squared whitened residual.
 """
@@ -9,12 +9,11 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
-from numpy.typing import ArrayLike
-from robust_slam._arrays import Array, finite, mask
+from robust_slam._arrays import Array
 from robust_slam.estimators.mixtures import NullHypothesis
 from robust_slam.estimators.switches import switch, switched_cost
 
-from robust_slam_course.style import LOOKS, MARKERS, PALETTE
+from robust_slam_course.style import LOOKS, PALETTE
 
 
 def draw_switch_costs(ax: Axes, chi2: Sequence[float], lam: float) -> Axes:
@@ -27,26 +26,6 @@ def draw_switch_costs(ax: Axes, chi2: Sequence[float], lam: float) -> Axes:
         lowest = switch(value, lam), switched_cost(value, lam)
         ax.plot(*lowest, look.marker, color=look.color, zorder=5)
     ax.set(xlabel="switch s", ylabel="cost", xlim=(-0.02, 1.02))
-    return ax
-
-
-def draw_switches(
-    ax: Axes, switches: ArrayLike, is_outlier: ArrayLike, names: Sequence[str]
-) -> Axes:
-    """Draw each of m switches as a stem from 0 to s: circles are inliers, crosses outliers.
-
-    Raises:
-        ValueError: a switch is not finite, or there are not m marks and m names.
-    """
-    m = len(names)
-    s, lies = finite("switches", switches, (m,)), mask("is_outlier", is_outlier, m)
-    for kind, label, chosen in (("inlier", "honest", ~lies), ("outlier", "lie", lies)):
-        at, colour = np.flatnonzero(chosen), PALETTE[kind]
-        ax.vlines(at, 0.0, s[chosen], color=colour, linewidth=2.5)
-        ax.plot(at, s[chosen], MARKERS[kind], color=colour, clip_on=False, label=label, zorder=5)
-    ax.set_xticks(np.arange(m), names)
-    ax.set(ylabel="switch s", ylim=(0.0, 1.05), xlim=(-0.6, m - 0.4))
-    ax.grid(visible=False, axis="x")
     return ax
 
 

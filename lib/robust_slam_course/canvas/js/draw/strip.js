@@ -3,10 +3,10 @@ import { numberText } from "./axes.js";
 const [LEFT, TOP, BOTTOM, RIGHT, APART, WIDEST] = [46, 18, 36, 4, 14, 34];
 
 /**
- * A strip of bars over a logarithmic axis, in the box `{x, y, width, height}` (pixels). Each of
+ * A strip of bars over a logarithmic or, with `axis.linear`, a linear axis, in the box `{x, y, width, height}` (pixels). Each of
  * `groups` is `{name, share, bars}`: the share of the width that it takes, and its bars
  * `{value, look?, style?, name?, text?}`, with `text` above a bar and `name` below it. `axis` is
- * `{domain: [low, high], ticks, label, line?: {value, text}}`. A value at or below `low` has no
+ * `{domain: [low, high], ticks, label, line?: {value, text}, linear?}`. A value at or below `low` has no
  * bar. Returns `toY` from a value to pixels.
  */
 export function putStrip(scene, layer, key, box, groups, axis) {
@@ -14,7 +14,7 @@ export function putStrip(scene, layer, key, box, groups, axis) {
     x: box.x + LEFT, y: box.y + TOP,
     width: box.width - LEFT - RIGHT, height: box.height - TOP - BOTTOM,
   };
-  const toY = logScale(inner, axis.domain);
+  const toY = stripScale(inner, axis);
   putStripAxis(scene, layer, key, inner, toY, axis);
   const room = inner.width - APART * (groups.length - 1);
   const whole = groups.reduce((sum, group) => sum + group.share, 0);
@@ -27,10 +27,12 @@ export function putStrip(scene, layer, key, box, groups, axis) {
   return toY;
 }
 
-/** From a value to pixels: the logarithm of `domain` over the height of `inner`. */
-function logScale(inner, [low, high]) {
+/** From a value to pixels over the height of `inner`. */
+function stripScale(inner, { domain: [low, high], linear }) {
   const floor = inner.y + inner.height;
-  const share = (value) => Math.log(value / low) / Math.log(high / low);
+  const share = linear
+    ? (value) => (value - low) / (high - low)
+    : (value) => Math.log(value / low) / Math.log(high / low);
   return (value) => floor - inner.height * Math.min(1, Math.max(0, share(Math.max(value, low))));
 }
 

@@ -1,6 +1,7 @@
 import { numberText, putAxes, putCurve, putPath } from "../draw/axes.js";
 import { fitMap, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
 import { livePicture } from "../draw/picture.js";
+import { agreeingClosures } from "../solve/aliasing.js";
 import { gnc } from "../solve/graduation.js";
 import { KERNELS } from "../solve/kernels.js";
 import { irls } from "../solve/loop.js";
@@ -8,7 +9,6 @@ import { alignPoses, ate } from "../solve/metrics.js";
 import {
   CHI_99_SE2, deadReckoning, graphResidualNorms, leastSquares, makeGraph, poseGraphProblem,
 } from "../solve/pose_graph.js";
-import { se2Between, se2Compose, se2Inverse } from "../solve/se2.js";
 
 /**
  * One drive and three estimators side by side: least squares, switchable constraints, GNC. The
@@ -73,20 +73,6 @@ function cleanShowcase(state, data) {
   let [i, j] = [inside(state.wrong[0], 42), inside(state.wrong[1], 9)];
   if (Math.abs(i - j) < 2) [i, j] = i > 1 ? [i, i - 2] : [i, i + 2];
   return { wrong: [i, j], size, start: state.start === "odometry" ? "odometry" : "squares" };
-}
-
-/**
- * Closures (i, j), (i + 1, j + 1), …: all follow from one displacement of the world, which moves
- * pose j to pose i, so that they agree with each other. The first measures "one place".
- */
-function agreeingClosures(truth, [i, j], size) {
-  const pose = (k) => truth.slice(3 * k, 3 * k + 3);
-  const displacement = se2Compose(pose(i), se2Inverse(pose(j)));
-  const edges = Array.from({ length: size }, (_, k) => [i + k, j + k]);
-  const measurements = edges.flatMap(([a, b]) => [
-    ...se2Between(pose(a), se2Compose(displacement, pose(b))),
-  ]);
-  return { edges, measurements };
 }
 
 function showcaseGraph(state, data) {

@@ -1,0 +1,264 @@
+import { numberText } from "../draw/axes.js";
+import { fitMap, posePixels, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
+import { livePicture } from "../draw/picture.js";
+import { putStrip } from "../draw/strip.js";
+import { agreeingClosures } from "../solve/aliasing.js";
+import { pcm } from "../solve/consistency.js";
+import { irls } from "../solve/loop.js";
+import { alignPoses, ate } from "../solve/metrics.js";
+import {
+  CHI_99_SE2, deadReckoning, leastSquares, makeGraph, poseGraphProblem,
+} from "../solve/pose_graph.js";
+
+/**
+ * Closures on a map, correct ones and wrong ones that the reader moves; which of them agree, as
+ * a graph with its largest clique; the cycle errors of one closure with all others; and how far
+ * the switch of each closure stays open.
+ */
+export function render(context) {
+  return livePicture(context, {
+    layers: ["ghost", "edges", "drive", "wrong", "pairs", "members", "vertices", "strip", "words"],
+    controls: [
+      {
+        kind: "slider", name: "count", label: "Wrong closures", min: 0, max: MOST_WRONG_CLOSURES, step: 1,
+        text: (value) => String(value),
+      },
+      { kind: "toggle", name: "agree", label: "They agree" },
+      {
+        kind: "slider", name: "gamma", label: "Threshold γ", min: 1, max: 100, step: 0.01, log: true,
+        text: (value) => numberText(value, 3),
+      },
+      {
+        kind: "choice", name: "map", label: "Map by",
+        options: [["pcm", "PCM"], ["switches", "switches, λ = γ²"]],
+      },
+    ],
+    clean: cleanConsistency,
+    solve: solveConsistency,
+    moving: (result) => result.shown,
+    height: (width) => consistencyBoxes(width).height,
+    draw: drawConsistency,
+    caption: consistencyCaption,
+  });
+}
+
+const MOST_WRONG_CLOSURES = 10;
+const STRIP_TALL = 128; // pixels
+
+/** Where map, ring and the two strips stand: two by two, or on a narrow screen in one column. */
+function consistencyBoxes(width) {
+  if (width >= 600) {
+    const half = width / 2;
+    const tall = 0.84 * half;
+    return {
+      map: { x: 0, y: 0, width: half, height: tall }, ring: { x: half, y: 0, width: half, height: tall },
+      errors: { x: 0, y: tall, width: half - 6, height: STRIP_TALL },
+      switches: { x: half + 6, y: tall, width: half - 6, height: STRIP_TALL },
+      height: tall + STRIP_TALL,
+    };
+  }
+  const [map, ring] = [0.78 * width, 0.7 * width];
+  return {
+    map: { x: 0, y: 0, width, height: map }, ring: { x: 0, y: map, width, height: ring },
+    errors: { x: 0, y: map + ring + 6, width, height: STRIP_TALL },
+    switches: { x: 0, y: map + ring + STRIP_TALL + 12, width, height: STRIP_TALL },
+    height: map + ring + 2 * STRIP_TALL + 12,
+  };
+}
+
+function cleanConsistency(state, data) {
+  const number = (value, low, high, instead) => (
+    Number.isFinite(value) ? Math.min(high, Math.max(low, value)) : instead
+  );
+  const last = data.truth.length / 3 - 1;
+  const count = Math.round(number(state.count, 0, MOST_WRONG_CLOSURES, 4));
+  const end = (pose, most, instead) => Math.round(number(pose, 0, most, instead));
+  const pair = ([i, j], most, instead) => {
+    const [tail, head] = [end(i, most, instead[0]), end(j, most, instead[1])];
+    return Math.abs(tail - head) >= 2 ? [tail, head] : [tail, tail > 1 ? tail - 2 : tail + 2];
+  };
+  const lone = data.lone.map((instead, k) => pair(Array.isArray(state.lone[k]) ? state.lone[k] : instead, last, instead));
+  return {
+    count, agree: state.agree, gamma: number(state.gamma, 1, 100, CHI_99_SE2),
+    map: state.map === "switches" ? "switches" : "pcm",
+    lone, group: pair(state.group, last + 1 - Math.max(1, count), data.group),
+    chosen: Math.round(number(state.chosen, 0, Math.max(0, count - 1), 0)),
+  };
+}
+
+/** A pose graph of the odometry and of the closures that `use(k)` takes. */
+function graphOfClosures(data, wrong, use) {
+  const edges = [...data.edges, ...wrong.edges];
+  const measurements = [...data.measurements, ...wrong.measurements];
+  const trusted = [...data.trusted, ...wrong.edges.map(() => 0)];
+  const information = [...data.information, ...wrong.edges.flatMap(() => data.wrongInformation)];
+  const used = edges.flatMap((_, k) => (trusted[k] || use(k) ? [k] : []));
+  const rows = (values, width) => Float64Array.from(used.flatMap((k) => values.slice(width * k, width * (k + 1))));
+  return makeGraph({
+    poses: data.truth.length / 3, edges: used.map((k) => edges[k]),
+    measurements: rows(measurements, 3), information: rows(information, 9),
+    trusted: Uint8Array.from(used, (k) => trusted[k]),
+  });
+}
+
+function wrongClosures(state, truth) {
+  if (state.agree) return agreeingClosures(truth, state.group, state.count);
+  const edges = state.lone.slice(0, state.count);
+  return { edges, measurements: edges.flatMap(() => [0, 0, 0]) };
+}
+
+/** A problem on a graph, started at dead reckoning. */
+function problemOf(graph) {
+  return poseGraphProblem(graph, deadReckoning(graph), null, { tol: 1e-6, steps: 1 });
+}
+
+function solveConsistency(state, data) {
+  const wrong = wrongClosures(state, data.truth);
+  const graph = graphOfClosures(data, wrong, () => true);
+  const agreement = pcm(graph, state.gamma);
+  const kept = leastSquares(problemOf(graphOfClosures(data, wrong, (k) => agreement.kept[k]))).poses;
+  const problem = problemOf(graph);
+  // Switches that are always at their optimum are the kernel of Geman and McClure, λ = γ².
+  const switched = irls(problem, "geman-mcclure", state.gamma, leastSquares(problem).poses, {
+    keepHistory: false, tol: 1e-3, maxIterations: 60,
+  });
+  const truth = Float64Array.from(data.truth);
+  const poses = alignPoses(state.map === "pcm" ? kept : switched.x, truth);
+  const { closures, clique, adjacency, distances } = agreement;
+  const switches = Array.from(closures, (edge) => Math.sqrt(switched.weights[edge]));
+  const isMember = closures.map((_, place) => clique.includes(place));
+  return {
+    shown: poses, wrong, clique, adjacency, distances, switches, isMember,
+    correct: closures.length - wrong.edges.length,
+    ends: closures.map((edge) => [graph.tail[edge], graph.head[edge]]),
+    used: state.map === "pcm" ? isMember : switches.map((s) => s >= 0.5),
+    off: { pcm: ate(kept, truth), switches: ate(switched.x, truth) },
+  };
+}
+
+/** A, B, … for correct closures, 1, 2, … for wrong ones. */
+function closureName(place, correct) {
+  return place < correct ? String.fromCharCode(65 + place) : String(place - correct + 1);
+}
+
+function chosenPlace(state, result) {
+  return result.wrong.edges.length ? result.correct + state.chosen : 0;
+}
+
+function drawConsistency(scene, view) {
+  const boxes = consistencyBoxes(view.width);
+  drawClosureMap(scene, view, boxes.map);
+  drawAgreement(scene, view, boxes.ring);
+  drawCycleErrors(scene, view, boxes.errors);
+  drawSwitchStrip(scene, view, boxes.switches);
+}
+
+function drawClosureMap(scene, { state, result, shown, data, change }, box) {
+  const inner = { ...box, y: box.y + 20, height: box.height - 20 };
+  const map = fitMap(inner, data.truth, 0.15 * Math.min(box.width, box.height));
+  const way = state.map === "pcm" ? "PCM, then least squares" : "Switches";
+  const head = { class: "rs-head", x: box.x + 0.5 * box.width, y: box.y + 14, "text-anchor": "middle" };
+  scene.put("words", "map-head", "text", head, `${way}: ${result.off[state.map].toFixed(2)} m off`);
+  scene.clip("drive", { x: box.x, y: box.y + 18, width: box.width, height: box.height - 18 });
+  putDrive(scene, "ghost", "truth", map, data.truth, "is-ghost");
+  putDrive(scene, "drive", "map", map, shown, "is-estimate");
+  result.ends.forEach((ends, place) => {
+    const used = result.used[place];
+    if (place < result.correct) {
+      putEdge(scene, "edges", `edge-${place}`, map, shown, ends, used ? "is-inlier" : "is-rejected");
+      return;
+    }
+    putEdge(scene, "wrong", `edge-${place}`, map, data.truth, ends, used ? "is-outlier" : "is-rejected", used ? 3 : 2);
+  });
+  const held = state.agree ? result.wrong.edges.slice(0, 1) : result.wrong.edges;
+  held.forEach(([i], k) => {
+    const [x, y] = posePixels(map, data.truth, i);
+    const name = state.agree && state.count > 1 ? `1–${state.count}` : String(k + 1);
+    scene.put("words", `name-${k}`, "text", { class: "rs-head", x: x - 13, y: y + 20, "text-anchor": "end" }, name);
+  });
+  const edit = (list) => {
+    if (state.agree) return change({ group: list[0] });
+    const chosen = list.findIndex((ends, k) => ends.join() !== held[k].join());
+    return change({ lone: [...list, ...state.lone.slice(list.length)], chosen: chosen < 0 ? state.chosen : chosen });
+  };
+  putClosureHandles(scene, map, data.truth, held, edit, { noun: "Wrong closure", removable: false });
+}
+
+const VERTEX = { true: "M-7 -7H7V7H-7Z", false: "M-8 0a8 8 0 1 0 16 0a8 8 0 1 0 -16 0Z" };
+
+/** The closures in a ring, lines between those that agree, thick ones within the largest clique. */
+function drawAgreement(scene, { state, result }, box) {
+  const { adjacency, isMember, correct, clique } = result;
+  const count = isMember.length;
+  const head = { class: "rs-head", x: box.x + 0.5 * box.width, y: box.y + 14, "text-anchor": "middle" };
+  scene.put("words", "ring-head", "text", head, `Largest set that agrees: ${clique.length} of ${count}`);
+  const radius = 0.5 * Math.min(box.width, box.height - 22) - 34;
+  const [cx, cy] = [box.x + 0.5 * box.width, box.y + 22 + 0.5 * (box.height - 22)];
+  const at = (place, r) => {
+    const angle = (2 * Math.PI * place) / count - 0.5 * Math.PI;
+    return [cx + r * Math.cos(angle), cy + r * Math.sin(angle)];
+  };
+  const lines = { pairs: "", members: "" };
+  for (let p = 0; p < count; p += 1) {
+    for (let q = p + 1; q < count; q += 1) {
+      if (!adjacency[p * count + q]) continue;
+      const [[x, y], [u, v]] = [at(p, radius), at(q, radius)];
+      lines[isMember[p] && isMember[q] ? "members" : "pairs"] += `M${x.toFixed(1)} ${y.toFixed(1)}L${u.toFixed(1)} ${v.toFixed(1)}`;
+    }
+  }
+  scene.put("pairs", "pairs", "path", { class: "is-muted", d: lines.pairs, "stroke-width": 1 });
+  scene.put("members", "members", "path", { class: "is-estimate", d: lines.members, "stroke-width": 2 });
+  for (let place = 0; place < count; place += 1) {
+    const wrong = place >= correct;
+    const [x, y] = at(place, radius);
+    const colour = `var(--rs-${wrong ? "outlier" : "inlier"})`;
+    scene.put("vertices", `vertex-${place}`, "path", {
+      d: VERTEX[wrong], transform: `translate(${x.toFixed(1)} ${y.toFixed(1)})`, "stroke-width": 2.5,
+      style: `stroke:${colour};fill:${isMember[place] ? colour : "var(--rs-ground)"}`,
+    });
+    const [tx, ty] = at(place, radius + 21);
+    const name = { class: place === chosenPlace(state, result) ? "rs-head" : "rs-label", x: tx, y: ty + 4, "text-anchor": "middle" };
+    scene.put("words", `vertex-name-${place}`, "text", name, closureName(place, correct));
+  }
+}
+
+function stripGroups(result, bar) {
+  const bars = result.ends.map((_, place) => ({
+    look: place < result.correct ? "is-inlier" : "is-outlier",
+    name: closureName(place, result.correct), ...bar(place),
+  }));
+  const groups = [
+    { name: "correct", share: result.correct, bars: bars.slice(0, result.correct) },
+    { name: "wrong", share: bars.length - result.correct, bars: bars.slice(result.correct) },
+  ];
+  return groups.filter((group) => group.bars.length);
+}
+
+function drawCycleErrors(scene, { state, result }, box) {
+  const own = chosenPlace(state, result);
+  const count = result.ends.length;
+  const groups = stripGroups(result, (place) => ({ value: place === own ? 0 : result.distances[own * count + place] }));
+  putStrip(scene, "strip", "errors", box, groups, {
+    domain: [0.1, 1000], ticks: [0.1, 1, 10, 100, 1000],
+    label: `cycle error with ${closureName(own, result.correct)}`, line: { value: state.gamma, text: "dashed: γ" },
+  });
+}
+
+function drawSwitchStrip(scene, { result }, box) {
+  const groups = stripGroups(result, (place) => ({ value: result.switches[place] }));
+  putStrip(scene, "strip", "switches", box, groups, {
+    domain: [0, 1], ticks: [0, 0.5, 1], linear: true, label: "switch s",
+  });
+}
+
+function consistencyCaption({ state, result }) {
+  const { isMember, correct, switches, off, wrong } = result;
+  const count = (list) => [list.slice(0, correct), list.slice(correct)].map((part) => part.reduce((sum, one) => sum + one, 0));
+  const [right, bad] = count(isMember);
+  const [open, loose] = count(switches.map((s) => s >= 0.5));
+  const number = wrong.edges.length;
+  const closures = number === 1 ? "1 wrong closure" : `${number || "no"} wrong closures`;
+  const group = state.agree && number > 1 ? " that agree" : "";
+  return `${correct} correct and ${closures}${group}. PCM keeps ${right} correct and ${bad} wrong ones: ${off.pcm.toFixed(2)}\u00a0m off. `
+    + `Switches leave ${open} and ${loose} more than half on: ${off.switches.toFixed(2)}\u00a0m off.`;
+}
