@@ -156,7 +156,7 @@ function drawReadings(scene, { y, height }, maps, { state, result, width, change
   const [low, high] = [maps.fromX(maps.inner.x), maps.fromX(maps.inner.x + maps.inner.width)];
   const row = height / state.z.length;
   const column = width - WEIGHT_COLUMN + 6;
-  putHead(scene, "rows-head", maps.inner.x, y - 8, width < 380 ? "Readings" : "Readings, orange: rejected");
+  putHead(scene, "rows-head", maps.inner.x, y - 8, width < 330 ? "Readings" : "Readings, orange: rejected");
   putHead(scene, "weights-head", column, y - 8, "weight");
   scene.put("back", "rows-estimate", "path", {
     class: "rs-edge is-estimate", d: `M${maps.toX(x)} ${y}V${y + height}`, "stroke-width": 1.5,
@@ -164,6 +164,7 @@ function drawReadings(scene, { y, height }, maps, { state, result, width, change
   state.z.forEach((reading, k) => {
     const middle = y + (k + 0.5) * row;
     const [at, weight] = [maps.toX(reading), weights[k]];
+    const rejected = result.end.weights[k] <= 0.5;
     scene.put("lines", `pull-${k}`, "path", {
       class: weight > 0.0005 ? "rs-edge is-inlier" : "rs-edge is-ghost",
       d: `M${at.toFixed(1)} ${middle}H${maps.toX(x).toFixed(1)}`, "stroke-width": 1 + 5 * weight,
@@ -173,11 +174,12 @@ function drawReadings(scene, { y, height }, maps, { state, result, width, change
       class: "rs-edge is-inlier", d: `M${column} ${middle + 6}h${(36 * weight).toFixed(2)}`,
       "stroke-width": weight > 0.0005 ? 5 : 0,
     });
-    scene.put("marks", `weight-${k}`, "text", { class: "rs-tick", x: column, y: middle }, weight.toFixed(3));
+    scene.put("marks", `weight-${k}`, "text", { class: "rs-tick", x: column, y: middle },
+      `${weight.toFixed(3)}${rejected ? " out" : ""}`);
     const move = (value) => change({ z: state.z.map((other, j) => (j === k ? value : other)) });
     putHandle(scene, `reading-${k}`, {
-      x: at, y: middle, look: result.end.weights[k] > 0.5 ? "" : "rs-wrong",
-      label: `Reading ${k + 1}`, text: `${numberText(reading)}, weight ${weight.toFixed(3)}`,
+      x: at, y: middle, look: rejected ? "rs-wrong" : "",
+      label: `Reading ${k + 1}`, text: `${numberText(reading)}, weight ${weight.toFixed(3)}${rejected ? ", rejected" : ""}`,
       now: reading, least: low.toFixed(1), most: high.toFixed(1),
       drag: (px) => move(maps.fromX(px)),
       step: (right, up) => move(reading + 0.1 * (right || up)),
