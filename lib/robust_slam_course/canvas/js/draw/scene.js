@@ -71,20 +71,12 @@ export class Scene {
     setAttributes(this.layers.get(layer), { "clip-path": `url(#${id})` });
   }
 
-  /** End a pass: what was not put is removed, and what is new comes where it was put. */
+  /** End a pass: what was not put is removed. */
   end() {
     for (const [key, element] of this.parts) {
       if (this.seen.has(key)) continue;
       element.remove();
       this.parts.delete(key);
-    }
-    const next = new Map();
-    for (const key of this.seen) {
-      const element = this.parts.get(key);
-      const layer = element.parentNode;
-      const here = next.has(layer) ? next.get(layer) : layer.firstElementChild;
-      if (here !== element) layer.insertBefore(element, here);
-      next.set(layer, element.nextElementSibling);
     }
   }
 }
