@@ -28,8 +28,8 @@ export class Scene {
     this.layers = new Map();
     this.parts = new Map();
     this.seen = new Set();
-    // Ids are shared by all pictures of a page.
-    this.name = `rs-${Math.random().toString(36).slice(2)}`;
+    // All pictures of a page share one set of ids; the same state shall give the same drawing.
+    this.name = `rs-${label.replace(/\W+/g, "-")}`;
   }
 
   /** Start a pass over a drawing of this size, in CSS pixels. */
