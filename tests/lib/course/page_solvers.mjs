@@ -111,6 +111,7 @@ const SOLVERS = {
     cost: chi2.map((value) => page.switchedCost(value, lam)),
     dcs: chi2.map((value) => page.dcsSwitch(value, lam)),
   }),
+  aliases: ({ truth, ends, size }) => page.agreeingClosures(truth, ends, size),
   cliques: ({ adjacency, k, fixed }) => ({ members: page.maxClique(adjacency, k, fixed) }),
   pcm: ({ graph, gamma, options }) => page.pcm(page.makeGraph(graph), gamma, options),
   headings: ({ n, edges, turns, kappa, R, rank }) => {

@@ -58,6 +58,7 @@ SOLVERS = {
     "descents": Solver(graphs.descent_cases, GRAPH),
     "loop:graphs": Solver(graphs.loop_cases, GRAPH),
     "loop:joint switches": Solver(graphs.joint_cases, GRAPH),
+    "aliases": Solver(sets.alias_cases, LINE),
     "cliques": Solver(sets.clique_cases, LINE),
     "pcm": Solver(sets.pcm_cases, GRAPH),
     "headings": Solver(certificates.heading_cases, GRAPH),

@@ -1,4 +1,4 @@
-"""Cases of sets of closures: pairwise consistency and cliques."""
+"""Cases of sets of closures: those that agree on a mistake, pairwise consistency, cliques."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ import numpy as np
 from robust_slam.consistency.cliques import max_clique
 from robust_slam.consistency.pairwise import pairwise_distances, pcm
 from robust_slam.graphs import add_random_closures, circle, manhattan, se2
-from robust_slam.graphs.outliers import add_grouped_closures
+from robust_slam.graphs.outliers import add_aliased_closures, add_grouped_closures
 from robust_slam.graphs.pose_graph import PoseGraph
 
-from tests.lib.course.parity_cases import Case, CliqueOf
+from tests.lib.course.parity_cases import Angles, Case, CliqueOf
 from tests.lib.course.parity_graphs import C99, as_given
 
 
@@ -57,6 +57,20 @@ def pcm_cases(rng: np.random.Generator) -> Iterator[Case]:
                 "clique": clique_of(result.adjacency, fixed),
                 **_kept(result.kept, clique_of(result.adjacency, fixed)),
             },
+        )
+
+
+def alias_cases(rng: np.random.Generator) -> Iterator[Case]:
+    """Closures that agree on one displacement, from the library with next to no noise."""
+    for k in range(40):
+        graph, truth = manhattan(60, rng, turn=0.35, closures=5)
+        sure = replace(graph, information=1e24 * graph.information)
+        size = 1 + k % 10
+        misled, is_outlier = add_aliased_closures(sure, 1, rng, size=size, poses=truth)
+        edges = misled.edges[is_outlier]
+        yield Case(
+            {"truth": truth.ravel(), "ends": edges[0], "size": size},
+            {"edges": edges, "measurements": Angles(misled.measurement[is_outlier])},
         )
 
 
