@@ -9,6 +9,7 @@ from robust_slam.graphs import se2
 
 from robust_slam_course.canvas.picture import Picture
 from robust_slam_course.plots.certificates import draw_ring, draw_spectrum
+from robust_slam_course.style import figure_style
 
 _TWISTED = [0, 72, 144, -144, -72]
 
@@ -41,9 +42,10 @@ def _certificate_still() -> Figure:
     equal = np.broadcast_to(np.eye(2), (5, 2, 2))
     R = np.hstack(list(se2.rotation(np.outer(angles, [0.0, 0.0, 1.0]))))
     _, eigenvalues = sdp.dense_certificate(sdp.connection_matrix(5, edges, equal), R)
-    figure = Figure(figsize=(5.6, 3.2), layout="constrained")
-    left, right = figure.subplots(1, 2)
-    draw_ring(left, angles, turn=0.0)
-    draw_spectrum(right, eigenvalues).set(title="eigenvalues of S")
-    right.legend(loc="upper right", fontsize=9)
+    with figure_style():
+        figure = Figure(figsize=(5.6, 3.2), layout="constrained")
+        left, right = figure.subplots(1, 2)
+        draw_ring(left, angles, turn=0.0)
+        draw_spectrum(right, eigenvalues).set(title="eigenvalues of S")
+        right.legend(loc="upper right", fontsize=9)
     return figure

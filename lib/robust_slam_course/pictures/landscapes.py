@@ -11,6 +11,7 @@ from robust_slam.problems import LocationProblem
 from robust_slam_course.canvas.picture import Picture
 from robust_slam_course.plots.annealing import draw_stage
 from robust_slam_course.plots.location import draw_descent, draw_landscape
+from robust_slam_course.style import figure_style
 
 _FOUR = [-0.2, 0.1, 0.4, 10.0]
 _SEVEN = [0.0, 0.0, 0.0, 0.0, 6.0, 6.0, 24.0]
@@ -64,12 +65,13 @@ def _basins_still() -> Figure:
     """Return the TLS cost of twenty readings and one, with the descent from 8."""
     readings = np.append(np.zeros(20), 10.0)
     kernel = kernels.tls(3.0)
-    figure = Figure(figsize=(5.6, 3.4), layout="constrained")
-    ax = figure.subplots()
-    draw_landscape(ax, readings, 1.0, kernel, np.linspace(-4.0, 14.0, 181))
-    draw_descent(ax, irls(LocationProblem(readings), kernel, 8.0).history)
-    ax.set(ylim=(-4.0, 104.0))
-    ax.legend(loc="lower right", fontsize=9)
+    with figure_style():
+        figure = Figure(figsize=(5.6, 3.4), layout="constrained")
+        ax = figure.subplots()
+        draw_landscape(ax, readings, 1.0, kernel, np.linspace(-4.0, 14.0, 181))
+        draw_descent(ax, irls(LocationProblem(readings), kernel, 8.0).history)
+        ax.set(ylim=(-4.0, 104.0))
+        ax.legend(loc="lower right", fontsize=9)
     return figure
 
 
@@ -77,10 +79,11 @@ def _annealing_still() -> Figure:
     """Return the cost at the third μ of the run on the seven readings."""
     readings = np.array(_SEVEN)
     run = gnc(LocationProblem(readings), 2.0).history
-    figure = Figure(figsize=(5.6, 3.4), layout="constrained")
-    ax = figure.subplots()
-    move = run[2].x, run[3].x
+    move, mu = (run[2].x, run[3].x), float(run[3].mu or 0.0)
     x = np.linspace(-4.0, 38.0, 211)
-    draw_stage(ax, readings, x, tls_surrogate, 2.0, run[3].mu, move, kernel=kernels.tls(2.0))
-    ax.legend(loc="lower right", fontsize=9)
+    with figure_style():
+        figure = Figure(figsize=(5.6, 3.4), layout="constrained")
+        ax = figure.subplots()
+        draw_stage(ax, readings, x, tls_surrogate, 2.0, mu, move, kernel=kernels.tls(2.0))
+        ax.legend(loc="lower right", fontsize=9)
     return figure
