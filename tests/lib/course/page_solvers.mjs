@@ -101,6 +101,8 @@ const SOLVERS = {
     const problem = page.poseGraphProblem(page.makeGraph(graph), start);
     return page[method](problem, Float64Array.from(start), weights, options);
   },
+  fleets: ({ graph, labels, c, options }) =>
+    page.solveFleet(page.makeGraph(graph), labels, c, options),
   metrics: ({ estimate, truth, kept, isTrue }) => ({
     aligned: page.alignPoses(Float64Array.from(estimate), truth),
     ate: page.ate(Float64Array.from(estimate), truth),

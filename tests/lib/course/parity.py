@@ -23,6 +23,7 @@ from robust_slam.graphs import se2
 
 from tests.lib.course import parity_cases as cases
 from tests.lib.course import parity_certificates as certificates
+from tests.lib.course import parity_fleets as fleets
 from tests.lib.course import parity_graphs as graphs
 from tests.lib.course import parity_sets as sets
 from tests.lib.course.parity_cases import Angles, Case, CliqueOf, Steps
@@ -59,6 +60,7 @@ SOLVERS = {
     "loop:graphs": Solver(graphs.loop_cases, GRAPH),
     "loop:joint switches": Solver(graphs.joint_cases, GRAPH),
     "aliases": Solver(sets.alias_cases, LINE),
+    "fleets": Solver(fleets.fleet_cases, GRAPH),
     "cliques": Solver(sets.clique_cases, LINE),
     "pcm": Solver(sets.pcm_cases, GRAPH),
     "headings": Solver(certificates.heading_cases, GRAPH),

@@ -74,6 +74,12 @@ BUGS = {
         "[-cosine, -sine, sine, -cosine]);\n  });",
         "climbs",
     ),
+    "a shared edge without its adjoint": (
+        "fleet.js",
+        "information: congruence(se2Adjoint(back), information) };",
+        "information };",
+        "fleets",
+    ),
     "a step that is not halved": (
         "descent.js",
         "retractPoses(poses, step, 0.5 ** halvings)",
