@@ -175,8 +175,8 @@ def consistency() -> Picture:
         tries=[
             "nine wrong closures (squares) agree with each other, against eight correct ones"
             " (circles). How many must you take away before PCM keeps the correct ones?",
-            "drag an end of the nine, and they still agree with each other. Find a place where the"
-            " switches are misled less than PCM.",
+            "drag an end of the nine over the map. Where do the switches find the correct"
+            " closures, though PCM does not?",
             "let them disagree, and drag one until it agrees with a correct closure. Then raise"
             " the threshold.",
         ],
