@@ -97,7 +97,7 @@ function solveBasins(state, data, fork) {
   if (fork.key !== key) {
     fork.key = key;
     fork.rows = Array.from({ length: MAP_ROWS }, (_, k) => basinsAt(
-      state, levelOf(k), times, { tol: 1e-3, maxIterations: 100 },
+      state, levelOf(k), times, { tol: 1e-3, maxIterations: 40 },
     ));
     // Dots are four times as close as the rows of the map, so that a branch is seen as a curve.
     fork.minima = Array.from({ length: 4 * MAP_ROWS - 3 }, (_, k) => [
