@@ -1,11 +1,14 @@
 from . import certificates as certificates
+from . import cli as cli
 from . import consistency as consistency
 from . import descent as descent
+from . import drawing as drawing
 from . import estimators as estimators
 from . import fleet as fleet
 from . import graphs as graphs
 from . import pipeline as pipeline
 from . import problems as problems
+from . import progress as progress
 from .descent.marginals import covariance as covariance
 from .drawing import draw_map as draw_map
 from .graphs.files import load as load

@@ -17,8 +17,12 @@ def finite(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
 
     Raises:
         ValueError: the shape differs, or an entry is NaN or infinite.
+        TypeError: the value is no array of numbers.
     """
-    array = np.array(value, dtype=np.float64)
+    try:
+        array = np.array(value, dtype=np.float64)
+    except TypeError:
+        raise TypeError(f"{name} is a {type(value).__name__}; give an array of numbers") from None
     fits = array.ndim == len(shape) and all(
         expected in (-1, length) for expected, length in zip(shape, array.shape, strict=True)
     )

@@ -3,33 +3,55 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import logging
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+import numpy as np
+
 import robust_slam as rs
+from robust_slam._arrays import Array, Indices
+from robust_slam._files import write_lines
+from robust_slam._words import counted
+from robust_slam.certificates.optimality import Verdict
 from robust_slam.errors import NotConverged
-from robust_slam.graphs import g2o, trajectories
+from robust_slam.graphs import files, g2o, trajectories
 from robust_slam.pipeline import Answer, solve
 
 _WRITERS: dict[str, Callable[[Path, g2o.G2o, Answer], None]] = {
     ".g2o": lambda path, file, answer: g2o.write(path, answer.graph, answer.poses, file.names),
-    ".tum": lambda path, _, answer: trajectories.write_tum(path, answer.poses),
-    ".kitti": lambda path, _, answer: trajectories.write_kitti(path, answer.poses),
+    ".tum": lambda path, file, answer: trajectories.write_tum(path, _by_id(file, answer)),
+    ".kitti": lambda path, file, answer: trajectories.write_kitti(path, _by_id(file, answer)),
 }
-_REFUSED, _NO_CERTIFICATE = 2, 1
+_INTERRUPTED, _REFUSED, _NO_CERTIFICATE = 130, 2, 1
+_HERE = {
+    'unknown="skip"': "--unknown skip",
+    'indefinite="nearest" or "isotropic"': "--indefinite nearest or --indefinite isotropic",
+}
+"""Remedies of the library in the syntax of the command."""
+_LOG = logging.getLogger(__name__)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; return 0 for a certified map, 1 for another one, 2 for an error."""
+    """Run the command; return 0 for a certified map, 1 for another one, 2 for an error.
+
+    An interrupt from the keyboard returns 130.
+    """
     options = _parser().parse_args(arguments)
     logging.basicConfig(level=logging.WARNING, format="%(message)s")
     try:
         return _solve(options)
     except (OSError, ValueError, ImportError, NotConverged) as error:
-        print(f"robust-slam: {error}", file=sys.stderr)
+        words = str(error)
+        for remedy, ours in _HERE.items():
+            words = words.replace(remedy, ours)
+        print(f"robust-slam: {words}", file=sys.stderr)
         return _REFUSED
+    except KeyboardInterrupt:
+        print("\nrobust-slam: interrupted", file=sys.stderr)
+        return _INTERRUPTED
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -44,15 +66,31 @@ def _parser() -> argparse.ArgumentParser:
         description="Find the map of a g2o file, its outliers and its certificate. The exit "
         "code is 0 if the map is certified, 1 if not, 2 if something is wrong with the input.",
     )
-    command.add_argument("file", type=Path, metavar="FILE", help="a pose graph, FILE.g2o")
+    command.add_argument(
+        "file", metavar="FILE", help="a pose graph, FILE.g2o, or the name of a public graph"
+    )
     command.add_argument(
         "--out",
         type=_output,
         metavar="FILE",
-        help="write the poses: .g2o with all edges, .tum or .kitti",
+        help="write the poses: .g2o with all edges, .tum or .kitti in the order of the ids",
     )
     command.add_argument(
         "--plot", type=Path, metavar="FILE", help="draw the map: .svg, .png or .pdf"
+    )
+    command.add_argument(
+        "--rejected",
+        type=Path,
+        metavar="FILE",
+        help="write the rejected edges, the two ids of each in a line",
+    )
+    command.add_argument(
+        "--closure",
+        type=_edge,
+        action="append",
+        default=[],
+        metavar="I-J",
+        help="the edge between these ids is a loop closure, not odometry; may be repeated",
     )
     command.add_argument(
         "--probability", type=float, default=0.99, help="an inlier passes each test with it (0.99)"
@@ -80,27 +118,83 @@ def _output(text: str) -> Path:
     return path
 
 
+def _edge(text: str) -> tuple[int, int]:
+    try:
+        i, j = map(int, text.split("-"))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text}: give two ids, such as 39-1000") from None
+    return i, j
+
+
 def _solve(options: argparse.Namespace) -> int:
-    file = g2o.read(options.file, indefinite=options.indefinite, unknown=options.unknown)
+    path = files.find(options.file)
+    for name in ("out", "plot", "rejected"):
+        _check_target(f"--{name}", getattr(options, name), path)
+    file = _read(path, options)
     print(file.graph.summary())
     if file.repaired.size:
-        print(f"{'replaced':<10} {file.repaired.size:,} information matrices")
+        matrices = counted(file.repaired.size, "information matrix", "information matrices")
+        print(f"{'replaced':<10} {matrices}")
     for tag, count in file.skipped.items():
-        print(f"{'skipped':<10} {count:,} lines {tag}")
+        print(f"{'skipped':<10} {counted(count, 'line')} {tag}")
     answer = solve(file.graph, options.probability, progress=not options.quiet)
     print(f"\n{answer.summary()}")
-    rejected = ", ".join(f"{i}-{j}" for i, j in file.names[file.graph.edges[answer.rejected]][:10])
-    if rejected:
-        more = ", …" if answer.rejected.size > 10 else ""
-        print(f"{'rejected':<8} {answer.rejected.size:,} closures: {rejected}{more}")
+    _print_edges("trusted", answer.bridges.edges, file)
+    _print_edges("rejected", answer.rejected, file)
+    _write(options, file, answer)
+    return 0 if answer.certificate.verdict is Verdict.CERTIFIED else _NO_CERTIFICATE
+
+
+def _check_target(option: str, target: Path | None, source: Path) -> None:
+    """Refuse a file that cannot be written or must not be, before the work."""
+    if target is None:
+        return
+    if not target.parent.is_dir():
+        raise FileNotFoundError(f"{option} {target}: there is no folder {target.parent}; make it")
+    if target.resolve() == source.resolve():
+        raise ValueError(f"{option} {target}: this is the input; give another name")
+
+
+def _read(path: Path, options: argparse.Namespace) -> g2o.G2o:
+    """Return the file, with the edges of ``--closure`` as closures."""
+    file = g2o.read(path, indefinite=options.indefinite, unknown=options.unknown)
+    ends, odometry = file.names[file.graph.edges], file.graph.is_odometry.copy()
+    for edge in options.closure:
+        named = odometry & np.all(np.sort(ends, axis=1) == sorted(edge), axis=1)
+        if not np.any(named):
+            i, j = edge
+            raise ValueError(f"--closure {i}-{j}: no odometry joins these ids; drop the option")
+        odometry &= ~named
+    file = dataclasses.replace(file, graph=dataclasses.replace(file.graph, is_odometry=odometry))
+    if file.leaps.size:
+        i, j = ends[file.leaps[0]]
+        _LOG.warning("%s: %s", path, files.leap_words(file, f"add --closure {i}-{j}"))
+    return file
+
+
+def _print_edges(word: str, edges: Indices, file: g2o.G2o) -> None:
+    if edges.size:
+        named = ", ".join(f"{i}-{j}" for i, j in file.names[file.graph.edges[edges[:10]]])
+        more = ", …" if edges.size > 10 else ""
+        print(f"{word:<8} {counted(edges.size, 'closure')}: {named}{more}")
+
+
+def _write(options: argparse.Namespace, file: g2o.G2o, answer: Answer) -> None:
     if options.out is not None:
         _WRITERS[options.out.suffix](options.out, file, answer)
         print(f"{'poses':<8} {options.out}")
     if options.plot is not None:
         _plot(options.plot, answer)
         print(f"{'plot':<8} {options.plot}")
-    certified = answer.certificate.verdict.value == "certified"
-    return 0 if certified else _NO_CERTIFICATE
+    if options.rejected is not None:
+        ids = file.names[file.graph.edges[answer.rejected]]
+        write_lines(options.rejected, (f"{i} {j}\n" for i, j in ids))
+        print(f"{'edges':<8} {options.rejected}")
+
+
+def _by_id(file: g2o.G2o, answer: Answer) -> Array:
+    """Return the poses by ascending id: where a vertex is fixed, the graph has it first."""
+    return np.asarray(answer.poses[np.argsort(file.names)])
 
 
 def _plot(path: Path, answer: Answer) -> None:

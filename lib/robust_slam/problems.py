@@ -10,7 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_slam._arrays import Array, Indices, deviations, finite, mask
+from robust_slam._arrays import Array, Indices, Mask, deviations, finite, mask
+from robust_slam._words import counted
 from robust_slam.descent.damped import descend_damped
 from robust_slam.descent.normal_equations import NormalEquations
 from robust_slam.descent.step import STEP_LIMIT, check_limits
@@ -39,6 +40,9 @@ class LocationProblem:
             raise ValueError("z is empty; give at least one measurement")
         self.sigma = deviations(sigma, self.z.size)
         self.trusted = mask("trusted", trusted, self.z.size)
+
+    def __repr__(self) -> str:
+        return f"<LocationProblem: {_measured(self.trusted)}>"
 
     def initial(self) -> float:
         """Return the mean of z, each weighted by 1/sigma²."""
@@ -87,6 +91,10 @@ class LinearProblem:
         self.trusted = mask("trusted", trusted, m)
         self.fixed = mask("fixed", fixed, n)
 
+    def __repr__(self) -> str:
+        unknowns = counted(self.fixed.size, "unknown")
+        return f"<LinearProblem: {unknowns}, {_measured(self.trusted)}>"
+
     def initial(self) -> Array:
         """Return the least-squares solution x ``(n,)``."""
         m, n = self.jacobian.shape
@@ -118,6 +126,10 @@ class LinearProblem:
         solution = np.zeros(self.fixed.size)
         solution[~self.fixed] = free
         return solution
+
+
+def _measured(trusted: Mask, noun: str = "measurement") -> str:
+    return f"{counted(trusted.size, noun)}, {int(trusted.sum()):,} of them trusted"
 
 
 def chain(
@@ -195,6 +207,10 @@ class PoseGraphProblem:
         self.tol = tol
         self.steps = steps
         self._equations = NormalEquations(graph)
+
+    def __repr__(self) -> str:
+        poses = f"{self.graph.n:,} poses in SE({self.graph.group.DIMENSION})"
+        return f"<PoseGraphProblem: {poses}, {_measured(self.trusted, 'edge')}>"
 
     def initial(self) -> Array:
         """Return the least-squares poses, found from the guess with all weights 1.

@@ -19,10 +19,15 @@ def stages(progress: bool | Progress) -> Iterator[Progress]:
 
     True shows it on the standard error, in one line if tqdm is installed and else in a line
     each; False shows nothing, and a function is called with the words.
+
+    Raises:
+        TypeError: ``progress`` is none of these.
     """
     if callable(progress):
         yield lambda words: _told(words, progress)
         return
+    if not isinstance(progress, bool):
+        raise TypeError(f"progress is {progress!r}; give True, False or a function of one string")
     if not progress:
         yield lambda words: _told(words, None)
         return

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 import robust_slam as rs
 from robust_slam import cli
+from robust_slam.graphs import datasets
 from robust_slam.graphs.g2o import read, write
 from robust_slam.graphs.generate import manhattan
 from robust_slam.graphs.outliers import add_random_closures
@@ -30,6 +33,16 @@ def test_it_says_what_was_read_kept_rejected_and_certified(file, capsys):
     assert f"{answer.rejected.size} closures: " in said
 
 
+def test_the_rejected_edges_are_written_with_the_ids_of_the_file(file, tmp_path):
+    graph = rs.load(file)
+    write(file, graph, names=np.arange(60) + 500)
+    out = tmp_path / "rejected.txt"
+    cli.main(["solve", str(file), "--quiet", "--rejected", str(out)])
+    rejected = rs.solve(graph).rejected
+    assert rejected.size >= 6
+    np.testing.assert_array_equal(np.loadtxt(out, dtype=int), graph.edges[rejected] + 500)
+
+
 @pytest.mark.parametrize("suffix", [".g2o", ".tum", ".kitti"])
 def test_it_writes_the_poses(file, tmp_path, suffix):
     out = tmp_path / f"map{suffix}"
@@ -39,6 +52,49 @@ def test_it_writes_the_poses(file, tmp_path, suffix):
         np.testing.assert_array_equal(read(out).poses, answer.poses)
     else:
         assert len(out.read_text().splitlines()) == 60
+
+
+@pytest.mark.parametrize("suffix", [".tum", ".kitti"])
+def test_trajectories_are_in_the_order_of_the_ids_whichever_is_fixed(file, tmp_path, suffix):
+    out = tmp_path / f"map{suffix}"
+    file.write_text("FIX 40\n" + file.read_text())
+    cli.main(["solve", str(file), "--quiet", "--out", str(out)])
+    poses = rs.solve(rs.load(file)).poses[[*range(1, 41), 0, *range(41, 60)]]
+    columns = [1, 2] if suffix == ".tum" else [3, 7]
+    np.testing.assert_array_equal(np.loadtxt(out)[:, columns], poses[:, :2])
+
+
+@pytest.mark.parametrize(
+    ("names", "arguments", "said"),
+    [
+        ([*range(30), *range(90, 120)], [], "edge 29-90 crosses a gap .* add --closure 29-90"),
+        ([*range(30), *range(90, 120)], ["--closure", "90-29"], ""),
+        (np.arange(60), ["--closure", "3-9"], "--closure 3-9: no odometry joins these ids"),
+    ],
+)
+def test_odometry_across_a_gap_is_told_and_can_be_a_closure(
+    file, caplog, capsys, names, arguments, said
+):
+    write(file, rs.load(file), names=names)
+    code = cli.main(["solve", str(file), "--quiet", *arguments])
+    told = capsys.readouterr()
+    assert re.search(said or "^$", caplog.text + told.err)
+    assert code == 2 or ("sessions   2" in told.out) == bool(arguments)
+
+
+def test_a_public_graph_is_found_by_its_name(file, capsys, monkeypatch):
+    monkeypatch.setattr(datasets, "find", {"intel": file}.__getitem__)
+    assert cli.main(["solve", "intel", "--quiet"]) == 0
+    assert rs.load(file).summary() in capsys.readouterr().out
+
+
+def test_an_interrupt_ends_with_a_line_and_code_130(file, capsys, monkeypatch):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli, "solve", interrupted)
+    assert cli.main(["solve", str(file)]) == 130
+    assert capsys.readouterr().err.strip() == "robust-slam: interrupted"
 
 
 def test_it_draws_the_map(file, tmp_path):
@@ -60,11 +116,18 @@ def test_progress_is_shown_unless_it_is_quiet(file, capsys):
         (["nix.g2o"], "nix.g2o"),
         (["town.g2o", "--probability", "1"], "probability is 1"),
         (["bad.g2o"], "bad.g2o:1: the tag 'HELLO' is unknown"),
+        (["bad.g2o"], "leave such lines out with --unknown skip"),
+        (["weak.g2o"], "or read with --indefinite nearest or --indefinite isotropic"),
+        (["town.g2o", "--out", "town.g2o"], "--out town.g2o: this is the input"),
+        (["town.g2o", "--plot", "no/map.svg"], "--plot no/map.svg: there is no folder no"),
+        (["town.g2o", "--rejected", "no/edges"], "--rejected no/edges: there is no folder no"),
     ],
 )
 def test_wrong_input_is_one_line_and_code_2(file, capsys, monkeypatch, arguments, words):
     monkeypatch.chdir(file.parent)
     (file.parent / "bad.g2o").write_text("HELLO\n")
+    (file.parent / "weak.g2o").write_text("EDGE_SE2 0 1 1 0 0 1 0 0 1 0 -1\n")
+    monkeypatch.setattr("robust_slam.pipeline.pcm", None)
     assert cli.main(["solve", *arguments, "--quiet"]) == 2
     said = capsys.readouterr().err.splitlines()
     assert len(said) == 1 and words in said[0]

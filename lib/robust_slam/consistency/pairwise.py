@@ -54,6 +54,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, Indices, Mask, mask, positive
+from robust_slam._words import counted
 from robust_slam.consistency.cliques import BUDGET, Clique, max_clique
 from robust_slam.estimators.thresholds import chi_square_threshold
 from robust_slam.graphs.forest import Ancestors, Forest, find_forest, poses_along, sums_along
@@ -78,7 +79,7 @@ class Block:
     consistent: Mask
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PcmResult:
     """The closures that PCM keeps, and the consistency graph.
 
@@ -95,6 +96,10 @@ class PcmResult:
     blocks: tuple[Block, ...]
     clique: Clique
     complete: bool
+
+    def __repr__(self) -> str:
+        agree = f"{self.clique.members.size:,} of {counted(self.closures.size, 'closure')} agree"
+        return f"<PcmResult: {agree}, {self.kept.sum():,} of {self.kept.size:,} edges kept>"
 
     @property
     def adjacency(self) -> Mask:

@@ -68,7 +68,7 @@ def covariance(
 
 def _chosen(k: ArrayLike, n: int) -> np.ndarray[tuple[int, ...], np.dtype[np.intp]]:
     chosen = np.asarray(k)
-    if not np.issubdtype(chosen.dtype, np.integer):
+    if chosen.size and not np.issubdtype(chosen.dtype, np.integer):
         raise ValueError(f"k: the entries are {chosen.dtype}; give numbers of poses")
     if np.any((chosen < 0) | (chosen >= n)):
         raise ValueError(f"k is {chosen.tolist()}; poses are 0 to {n - 1}")

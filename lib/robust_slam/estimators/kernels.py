@@ -58,6 +58,21 @@ class Kernel:
         return super().__reduce__()  # type: ignore[return-value]
 
 
+def check_kernel(kernel: Kernel) -> Kernel:
+    """Return ``kernel``.
+
+    Raises:
+        TypeError: it is not a kernel, for instance the name or the constructor of one.
+    """
+    if hasattr(kernel, "rho") and hasattr(kernel, "weight"):
+        return kernel
+    given = getattr(kernel, "__name__", None) if callable(kernel) else repr(kernel)
+    raise TypeError(
+        f"kernel is {given or type(kernel).__name__}; give a kernel with its scale, such as "
+        "kernels.cauchy(1.0)"
+    )
+
+
 def _real(u: ArrayLike) -> Array:
     return np.asarray(u, dtype=np.float64)
 

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from robust_slam._arrays import Array, Mask
 from robust_slam.errors import Underdetermined
 from robust_slam.estimators.result import Result, Step, StopReason
-from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam.graphs.pose_graph import PoseGraph, check_poses
 from robust_slam.problems import PoseGraphProblem
 
 X = TypeVar("X")
@@ -103,7 +103,11 @@ def prepare(
 
     Raises:
         TypeError: ``given`` is neither.
+        ValueError: ``x0`` are not poses of the graph.
     """
+    graph = given.graph if isinstance(given, PoseGraphProblem) else given
+    if x0 is not None and isinstance(graph, PoseGraph):
+        check_poses("x0", x0, graph)  # type: ignore[arg-type]
     if isinstance(given, PoseGraph):
         problem = PoseGraphProblem(given, tol=GRAPH_TOL, steps=1)
         start: X = problem.guess if x0 is None else x0  # type: ignore[assignment]

@@ -38,6 +38,7 @@ from robust_slam.descent.step import (
 )
 from robust_slam.estimators.loop import Problem, as_graph_problem, reweight
 from robust_slam.estimators.result import Result, StopReason
+from robust_slam.estimators.thresholds import dimension_of
 from robust_slam.graphs import pose_graph
 from robust_slam.graphs.pose_graph import PoseGraph, check_poses
 from robust_slam.problems import PoseGraphProblem
@@ -120,7 +121,7 @@ def max_mixture(
     problem: Problem[X] | PoseGraph,
     pi_in: float,
     ratio: float,
-    dimension: int,
+    dimension: int | None = None,
     x0: X | None = None,
     *,
     tol: float | None = None,
@@ -128,13 +129,15 @@ def max_mixture(
 ) -> Result[X]:
     """Minimise the cost of the null hypothesis, from ``x0`` or from plain least squares.
 
-    The arguments are those of ``NullHypothesis``. A weight of 1/ratio² marks a measurement
+    The arguments are those of ``NullHypothesis``; ``dimension`` is by default that of the pose
+    graph, and 1 where there is none. A weight of 1/ratio² marks a measurement
     that the outlier mode explains better. No measurement is rejected completely: a residual
     u keeps the influence of an inlier with u/ratio², so take a ratio of at least the largest
     expected u.
 
     Raises:
-        ValueError: as ``NullHypothesis`` and ``loop.reweight``.
+        ValueError: as ``NullHypothesis`` and ``loop.reweight``, or ``dimension`` is not that of
+            the graph.
 
     Source: Olson and Agarwal 2012, the null-hypothesis mixture.
 
@@ -143,7 +146,10 @@ def max_mixture(
     >>> result.weights.round(4).tolist()
     [1.0, 1.0, 0.0001]
     """
-    rule = NullHypothesis(pi_in, ratio, dimension)
+    own = dimension_of(problem)
+    if own > 1 and dimension not in (None, own):
+        raise ValueError(f"dimension is {dimension}; residuals of this graph have {own}")
+    rule = NullHypothesis(pi_in, ratio, own if dimension is None else dimension)
     return reweight(problem, rule, x0, tol=tol, max_iterations=max_iterations)
 
 

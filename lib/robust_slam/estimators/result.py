@@ -10,6 +10,7 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from robust_slam._arrays import Array, Mask
+from robust_slam._words import counted
 
 X = TypeVar("X")
 
@@ -41,7 +42,7 @@ KEPT = 0.5
 _ROWS = 12
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Step(Generic[X]):
     """One iteration of the loop.
 
@@ -60,7 +61,7 @@ class Step(Generic[X]):
         return f"<Step: cost {self.cost:.6g}{mu}, {_kept(self.weights)}>"
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Result(Generic[X]):
     """The last step, the reason for stopping there, and the history that led to it.
 
@@ -85,8 +86,8 @@ class Result(Generic[X]):
         return np.asarray(self.weights > KEPT)
 
     def __repr__(self) -> str:
-        steps = len(self.history) - 1
-        end = f"{self.stop.value} after {steps} steps, cost {self.cost:.6g}"
+        steps = counted(len(self.history) - 1, "step")
+        end = f"{self.stop.value} after {steps}, cost {self.cost:.6g}"
         return f"<Result: {end}, {_kept(self.weights)}>"
 
     def summary(self) -> str:

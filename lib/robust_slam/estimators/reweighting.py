@@ -13,7 +13,7 @@ from typing import TypeVar
 import numpy as np
 
 from robust_slam._arrays import Array
-from robust_slam.estimators.kernels import Kernel
+from robust_slam.estimators.kernels import Kernel, check_kernel
 from robust_slam.estimators.loop import Problem, reweight
 from robust_slam.estimators.result import Result, StopReason
 from robust_slam.graphs.pose_graph import PoseGraph
@@ -63,6 +63,7 @@ def irls(
     kernel has several stationary points.
 
     Raises:
+        TypeError: ``kernel`` is not a kernel, such as ``kernels.cauchy(1.0)``.
         ValueError: as ``loop.reweight``.
 
     Source: Holland and Welsch 1977; SLAM Handbook 2026, (3.12) for the weight, without the ½ of
@@ -74,4 +75,5 @@ def irls(
     >>> round(result.x, 3), result.weights.round(3)
     (0.066, array([0.996, 0.999, 0.973, 0.039]))
     """
-    return reweight(problem, IrlsRule(kernel), x0, tol=tol, max_iterations=max_iterations)
+    rule = IrlsRule(check_kernel(kernel))
+    return reweight(problem, rule, x0, tol=tol, max_iterations=max_iterations)

@@ -33,14 +33,22 @@ def chi_square_threshold(probability: float, dimension: int) -> float:
 def threshold_of(problem: object, probability: float) -> float:
     """Return ``chi_square_threshold`` for the residuals of ``problem``.
 
-    The dimension of these is 3 or 6 where ``problem`` is a pose graph or has one as ``graph``,
-    else 1.
+    Their dimension is that of ``dimension_of``.
 
     Raises:
         ValueError: ``probability`` is not inside (0, 1).
 
     Source: Antonante et al. 2022.
     """
+    return chi_square_threshold(probability, dimension_of(problem))
+
+
+def dimension_of(problem: object) -> int:
+    """Return the dimension of the residuals: 3 or 6 on a pose graph, else 1.
+
+    ``problem`` is on a pose graph if it is one or has one as ``graph``.
+
+    Source: derived here.
+    """
     graph = getattr(problem, "graph", problem)
-    dimension = graph.group.DOF if isinstance(graph, PoseGraph) else 1
-    return chi_square_threshold(probability, dimension)
+    return graph.group.DOF if isinstance(graph, PoseGraph) else 1

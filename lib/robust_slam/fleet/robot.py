@@ -26,7 +26,7 @@ from robust_slam.graphs.pose_graph import PoseGraph
 from robust_slam.problems import PoseGraphProblem
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Message:
     """A message between robots: boundary poses, weights of shared edges, or one number.
 

@@ -1,3 +1,4 @@
+from .g2o import G2oError as G2oError
 from .generate import Noise as Noise
 from .generate import circle as circle
 from .generate import manhattan as manhattan

@@ -46,6 +46,7 @@ SHOWN = ("CSAIL", "intel")
 FOLDER = "ROBUST_SLAM_DATA"
 """The environment variable that names a folder with the files."""
 _OTHER_NAMES = {"M3500": "manhattan"}
+_DOWNLOAD = "python -m robust_slam.graphs.datasets"
 
 
 Downloader = Callable[..., None]
@@ -121,8 +122,8 @@ def find(name: str) -> Path:
         if path.is_file():
             return _checked(path, SHA256[known])
     raise DatasetMissing(
-        f"the public graph {name} is not on this machine; run `make data`, or let {FOLDER} "
-        f"name a folder with {known}.g2o"
+        f"the public graph {name} is not on this machine; run `{_DOWNLOAD}` (in the course's "
+        f"folder `make data` does it), or let {FOLDER} name a folder with {known}.g2o"
     )
 
 
@@ -223,7 +224,7 @@ def _checked(path: Path, sha256: str) -> Path:
     if found != sha256:
         raise DatasetChanged(
             f"{path}: the content is not that of the public graph (SHA-256 {found[:12]}…, "
-            f"not {sha256[:12]}…); delete the file and run `make data`"
+            f"not {sha256[:12]}…); delete the file and run `{_DOWNLOAD}`"
         )
     return path
 

@@ -3,9 +3,10 @@
 Tags: ``VERTEX_SE2 id x y θ``, ``EDGE_SE2 i j x y θ`` and 6 numbers of information;
 ``VERTEX_SE3:QUAT id x y z qx qy qz qw``, ``EDGE_SE3:QUAT i j x y z qx qy qz qw`` and 21
 numbers; ``FIX id``. Metres and radians. Blank lines and comments, which start with ``#``,
-are ignored. A file has vertices for all of its poses or for none of them. Lines with other
-tags, such as landmarks, parameters and TORO's ``VERTEX2`` and ``EDGE2``, are refused or, on
-demand, skipped.
+are ignored. A file has vertices for all of its poses or for none of them. A FIX line may
+name several ids. Lines ``PARAMS_…`` are skipped: they are calibrations of sensors, to which no
+edge between poses refers. Lines with other tags, such as landmarks and TORO's ``VERTEX2`` and
+``EDGE2``, are refused or, on demand, skipped.
 
 An edge ``i j`` measures pose j in the frame of pose i, whichever id is larger; it is never
 inverted. The information is the upper triangle, row by row, in the order (x, y, θ) or
@@ -41,7 +42,7 @@ from robust_slam._arrays import Array, Indices, Mask
 from robust_slam._files import write_lines
 from robust_slam.graphs import se3
 from robust_slam.graphs.definite import Repair, definite
-from robust_slam.graphs.pose_graph import PoseGraph, check_poses
+from robust_slam.graphs.pose_graph import PoseGraph, check_graph, check_poses
 
 Indefinite: TypeAlias = Literal["raise"] | Repair
 Unknown: TypeAlias = Literal["raise", "skip"]
@@ -74,6 +75,14 @@ class G2o:
     repaired: Indices = dataclasses.field(default_factory=lambda: np.empty(0, dtype=np.intp))
     skipped: dict[str, int] = dataclasses.field(default_factory=dict)
 
+    @property
+    def leaps(self) -> Indices:
+        """The odometry, ascending, between ids further apart than neighbouring ids mostly are."""
+        usual = np.median(np.diff(np.sort(self.names)))
+        apart = np.abs(np.diff(self.names[self.graph.edges], axis=1)[:, 0])
+        leaps: Indices = np.flatnonzero(self.graph.is_odometry & (apart > usual))
+        return leaps
+
 
 @dataclass(frozen=True)
 class _Layout:
@@ -89,6 +98,13 @@ _PLANE = _Layout("VERTEX_SE2", "EDGE_SE2", 3, 3)
 _SPACE = _Layout("VERTEX_SE3:QUAT", "EDGE_SE3:QUAT", 7, 6)
 _FIX = "FIX"
 _IDS = {_PLANE.vertex: 1, _PLANE.edge: 2, _SPACE.vertex: 1, _SPACE.edge: 2, _FIX: 1}
+_PARAMETERS = "PARAMS_"
+_TORO = {
+    "2": "VERTEX2 becomes VERTEX_SE2, EDGE2 becomes EDGE_SE2, and its information "
+    "I11 I12 I22 I33 I13 I23 becomes I11 I12 I13 I22 I23 I33",
+    "3": "VERTEX3 and EDGE3 become VERTEX_SE3:QUAT and EDGE_SE3:QUAT, with quaternions in "
+    "place of roll, pitch and yaw",
+}
 _FIELDS = {_PLANE.vertex: 5, _PLANE.edge: 12, _SPACE.vertex: 9, _SPACE.edge: 31, _FIX: 2}
 
 
@@ -135,7 +151,7 @@ def read(
             whole number, a vertex given twice or missing, a quaternion zero, an information
             matrix not positive definite; an edge joins a vertex to itself; SE(2) and SE(3)
             are mixed; several vertices are fixed; there are no edges, or they do not
-            connect all vertices; or the file is not UTF-8.
+            connect all vertices; or the file, apart from comments, is not UTF-8.
         ValueError: ``indefinite`` or ``unknown`` is none of the words above.
         OSError: the file cannot be read.
 
@@ -162,19 +178,26 @@ def _check_word(name: str, value: str, words: Sequence[str]) -> None:
 def _decoded(content: bytes) -> str:
     try:
         return content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = 1 + content.count(b"\n", 0, error.start)
-        raise _Fault(line, "the bytes are not UTF-8 text; save the file as plain text") from None
+    except UnicodeDecodeError:
+        text = content.decode("utf-8-sig", errors="surrogateescape")
+    for line, row in enumerate(text.split("\n"), start=1):
+        # Bytes that are not UTF-8 have become surrogates; in a comment they do no harm.
+        if not row.partition("#")[0].isascii():
+            raise _Fault(line, "the bytes are not UTF-8 text; save the file as plain text")
+    return text
 
 
 def _parsed(text: str, indefinite: Indefinite, unknown: Unknown) -> G2o:
     tagged, skipped = _by_tag(text, unknown)
+    foreign = [tag for tag in skipped if _is_toro(tag)]
+    if foreign and not (tagged[_PLANE.edge] or tagged[_SPACE.edge]):
+        raise _Fault(0, _malformed([foreign[0]]))
     rows = {tag: _rows(tag, lines) for tag, lines in tagged.items()}
     layout = _layout(rows)
     vertices, edges = rows[layout.vertex], rows[layout.edge]
     ascending = _ascending_ids(vertices, edges)
     fix = rows[_FIX]
-    if skipped:
+    if not all(tag.startswith(_PARAMETERS) for tag in skipped):
         fix = _of_poses(fix, ascending, skipped)
     first = _fixed(fix, ascending)
     information, repaired = _information(edges, layout, indefinite)
@@ -205,8 +228,12 @@ def _by_tag(
         fields = content.partition("#")[0].split()
         if not fields:
             continue
-        if unknown == "skip" and fields[0] not in _FIELDS:
-            skipped[fields[0]] = skipped.get(fields[0], 0) + 1
+        tag = fields[0]
+        if tag.startswith(_PARAMETERS) or (unknown == "skip" and tag not in _FIELDS):
+            skipped[tag] = skipped.get(tag, 0) + 1
+            continue
+        if tag == _FIX and len(fields) > _FIELDS[_FIX]:
+            found[_FIX] += [(line, [_FIX, name]) for name in fields[1:]]
             continue
         if _FIELDS.get(fields[0]) != len(fields):
             raise _Fault(line, _malformed(fields))
@@ -226,10 +253,16 @@ def _malformed(fields: list[str]) -> str:
     tag = fields[0]
     if tag in _FIELDS:
         return f"{tag} has {len(fields) - 1} fields behind it; give {_FIELDS[tag] - 1}"
+    if _is_toro(tag):
+        return f"the tag {tag!r} is of TORO's format; convert the file: {_TORO[tag[-1]]}"
     return (
         f"the tag {tag[:40]!r} is unknown; use {', '.join(_FIELDS)}, or leave such lines out "
         'with unknown="skip"'
     )
+
+
+def _is_toro(tag: str) -> bool:
+    return tag in ("VERTEX2", "EDGE2", "VERTEX3", "EDGE3")
 
 
 def _rows(tag: str, lines: list[tuple[int, list[str]]]) -> _Rows:
@@ -453,11 +486,12 @@ def write(
     The write is atomic: a temporary file in the same folder is renamed at the end.
 
     Raises:
+        TypeError: ``graph`` is not a pose graph.
         ValueError: ``poses`` do not fit the graph; ``names`` have the wrong length, repeat,
             are negative or not whole numbers, or do not ascend from the second one on.
         OSError: the file cannot be written.
     """
-    layout = _PLANE if graph.group.DIMENSION == 2 else _SPACE
+    layout = _PLANE if check_graph(graph).group.DIMENSION == 2 else _SPACE
     given = None if poses is None else check_poses("poses", poses, graph)
     ids = np.arange(graph.n) if names is None else _names(names, graph.n)
     write_lines(path, _lines(graph, given, ids, layout))

@@ -21,6 +21,7 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.spatial import cKDTree
 
 from robust_slam._arrays import Array, Indices, Mask
 from robust_slam.graphs.group import Group, group_of
@@ -29,6 +30,9 @@ from robust_slam.graphs.pose_graph import PoseGraph, check_poses, with_closures
 
 _ROUNDS = 50
 """The largest number of batches of pairs to draw."""
+
+_SHARE = 0.1
+"""A larger share of all pairs is compared with the number that exist before any is drawn."""
 
 _POOL = 10
 """Candidates per pair that the aliased group chooses the most similar segments from."""
@@ -69,6 +73,7 @@ def add_random_closures(
     rng = np.random.default_rng(rng)
     known = _known(graph, poses)
     least = _half_side(graph.group, known) if apart is None else float(apart)
+    _check_room(count, graph.group.translation(known), least)
     edges, relative = _find("count", count, 1, _anywhere(graph.n, rng), _same(graph), known, least)
     return _with_outliers(graph, edges, relative, rng)
 
@@ -274,6 +279,24 @@ def _segments(pairs: Indices, size: int, n: int) -> Indices:
     edges = pairs[:, None, :] + np.arange(size)[:, None]
     fits = (edges[:, -1, 1] < n) & (pairs[:, 1] > pairs[:, 0] + 1)
     return np.asarray(edges[fits])
+
+
+def _check_room(count: int, positions: Array, least: float) -> None:
+    """Refuse at once more pairs than there are; few of many are always tried."""
+    n = len(positions)
+    pairs = (n - 1) * (n - 2) // 2
+    if count <= _SHARE * pairs:
+        return
+    tree = cKDTree(positions)
+    within = np.nextafter(least, -np.inf)
+    near = (int(tree.count_neighbors(tree, within)) - n) // 2 if within >= 0.0 else 0
+    steps = np.linalg.norm(np.diff(positions, axis=0), axis=1)
+    there = pairs - near + int(np.sum(steps < least))
+    if count > there:
+        raise ValueError(
+            f"count is {count}, and only {there} pairs at least {least:.3g} m apart are there; "
+            "ask for fewer or lower apart"
+        )
 
 
 def _find(

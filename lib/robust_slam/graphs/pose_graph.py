@@ -20,6 +20,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from robust_slam._arrays import Array, Indices, Mask, finite, mask
+from robust_slam._words import counted
 from robust_slam.errors import Underdetermined
 from robust_slam.graphs import se2
 from robust_slam.graphs.group import Group, group_of
@@ -72,7 +73,7 @@ class PoseGraph:
     def __repr__(self) -> str:
         closures = int(np.sum(~self.is_odometry))
         kind = f"SE({self.group.DIMENSION})"
-        edges = f"{len(self.edges):,} edges, {closures:,} of them closures"
+        edges = f"{counted(len(self.edges), 'edge')}, {closures:,} of them closures"
         return f"<PoseGraph: {self.n:,} poses in {kind}, {edges}>"
 
     def summary(self) -> str:
@@ -235,10 +236,14 @@ def check_poses(name: str, poses: ArrayLike, graph: PoseGraph) -> Array:
     """Return ``poses`` ``(n, 3)`` or ``(n, 3, 4)`` of ``graph`` as a read-only copy.
 
     Raises:
-        TypeError: ``graph`` is not a pose graph.
+        TypeError: ``graph`` is not a pose graph, or ``poses`` are not numbers.
         ValueError: the shape differs, an entry is not finite, or a matrix is not a rotation.
     """
-    return _poses(name, poses, check_graph(graph).group, graph.n)
+    group = check_graph(graph).group
+    if poses is None:
+        shape = (graph.n, *group.POSE_SHAPE)
+        raise TypeError(f"{name} is None; give an array {shape}, such as spanning_tree(graph)")
+    return _poses(name, poses, group, graph.n)
 
 
 def check_weights(weights: ArrayLike | None, graph: PoseGraph) -> Array:

@@ -30,6 +30,7 @@ def write_tum(
     default 0, 1, 2, …. The file is written at once or not at all.
 
     Raises:
+        TypeError: ``poses`` are not numbers, for instance a graph.
         ValueError: the shapes do not fit, an entry is not finite, or the times do not ascend.
         OSError: the file cannot be written.
 
@@ -61,10 +62,9 @@ def write_kitti(path: str | os.PathLike[str], poses: ArrayLike) -> None:
 
 def _in_space(poses: ArrayLike) -> Array:
     """Return poses as ``(n, 3, 4)``; those in the plane turn about z."""
-    given = np.asarray(poses)
-    if given.ndim == 3:
-        return finite("poses", given, (-1, 3, 4))
-    plane = finite("poses", given, (-1, 3))
+    if np.ndim(poses) == 3:
+        return finite("poses", poses, (-1, 3, 4))
+    plane = finite("poses", poses, (-1, 3))
     matrices = np.zeros((len(plane), 3, 4))
     matrices[:, :2, :2] = se2.rotation(plane)
     matrices[:, 2, 2] = 1.0

@@ -49,6 +49,7 @@ def test_shapes_follow_k_and_many_poses_are_as_few():
     graph, truth = manhattan(60, 1)
     several = covariance(graph, truth, [[1, 2], [3, 59]])
     assert several.shape == (2, 2, 3, 3)
+    assert covariance(graph, truth, []).shape == (0, 3, 3)
     np.testing.assert_array_equal(covariance(graph, truth, 59), several[1, 1])
     np.testing.assert_allclose(covariance(graph, truth, np.arange(60))[59], several[1, 1])
 

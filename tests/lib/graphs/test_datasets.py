@@ -11,7 +11,7 @@ from threading import Thread
 import numpy as np
 import pooch
 import pytest
-from robust_slam.graphs import datasets, g2o, generate
+from robust_slam.graphs import datasets, files, g2o, generate
 
 STAND_INS = {
     name: f"# {name}\nEDGE_SE2 0 1 {k}.5 0 0 1 0 0 1 0 1\n".encode()
@@ -113,7 +113,10 @@ def test_a_graph_is_read_and_m3500_is_manhattan(machine):
 
 
 def test_a_missing_graph_is_an_error_with_both_ways_out():
-    with pytest.raises(datasets.DatasetMissing, match=r"make data.*ROBUST_SLAM_DATA") as caught:
+    with pytest.raises(
+        datasets.DatasetMissing,
+        match=r"-m robust_slam.graphs.datasets.*make data.*ROBUST_SLAM_DATA",
+    ) as caught:
         datasets.load("intel")
     assert isinstance(caught.value, FileNotFoundError)
 
@@ -133,11 +136,12 @@ def test_an_unknown_name_is_refused_with_the_known_ones():
         datasets.load("Intel")
 
 
+@pytest.mark.parametrize("load", [datasets.load, files.load])
 @pytest.mark.parametrize("where", ["machine", "folder"])
-def test_a_file_of_other_content_is_refused_by_its_path(request, where):
+def test_a_file_of_other_content_is_refused_by_its_path(request, where, load):
     path = put(request.getfixturevalue(where), "intel", STAND_INS["intel"] + b"\n")
     with pytest.raises(datasets.DatasetChanged, match="delete the file") as caught:
-        datasets.load("intel")
+        load("intel")
     assert str(path) in str(caught.value)
 
 

@@ -123,6 +123,36 @@ def test_comments_blank_lines_and_other_line_ends_are_passed_over(tmp_path):
     assert_same_bits(read(tmp_path, noisy), read(tmp_path, PLANE))
 
 
+@pytest.mark.parametrize(
+    "harmless",
+    [b"# caf\xe9\n", b"FIX 0 0\n", b"PARAMS_SE2OFFSET 0 0 0 0\n"],
+    ids=["a comment in Latin-1", "one vertex fixed twice", "parameters"],
+)
+def test_what_changes_no_number_is_accepted(tmp_path, harmless):
+    assert_same_bits(read(tmp_path, harmless + PLANE.encode()), read(tmp_path, PLANE))
+
+
+def test_a_file_in_toros_format_is_named_even_where_its_lines_are_skipped(tmp_path):
+    path = put(tmp_path, "VERTEX2 0 0 0 0\nEDGE2 0 1 1 0 0 1 0 1 1 0 0\n")
+    with pytest.raises(G2oError, match="is of TORO's format; convert the file: VERTEX2 becomes"):
+        g2o.read(path, unknown="skip")
+
+
+@pytest.mark.parametrize(
+    ("ends", "leaps"),
+    [
+        ([(0, 1), (1, 2), (2, 3), (3, 900), (900, 901)], [3]),
+        ([(0, 1), (1, 2), (901, 900), (900, 2), (0, 900)], [3]),
+        ([(10, 20), (20, 30), (30, 40), (10, 40)], []),
+        ([(7, 9000)], []),
+        ([(0, 1), (1, 2), (0, 900), (900, 901)], []),
+    ],
+)
+def test_odometry_across_a_gap_in_the_ids_is_listed(tmp_path, ends, leaps):
+    found = read(tmp_path, "".join(f"EDGE_SE2 {i} {j} 1 0 0 {UNIT}\n" for i, j in ends))
+    assert found.leaps.tolist() == leaps
+
+
 def test_a_record_cannot_be_written_to(tmp_path):
     found = read(tmp_path, PLANE)
     for array in (found.names, found.poses, found.graph.measurement):
@@ -143,7 +173,10 @@ FOURTH = f"EDGE_SE2 0 1 1 0 0.5 {UNIT}"
         (PLANE + "VERTEX_SE2 3 0 0\n", "7: VERTEX_SE2 has 3 fields behind it; give 4"),
         (PLANE + FOURTH + " 1\n", "7: EDGE_SE2 has 12 fields behind it; give 11"),
         ("FIX\n" + PLANE, "1: FIX has 0 fields behind it; give 1"),
-        ("FIX 0 1\n" + PLANE, "1: FIX has 2 fields behind it; give 1"),
+        ("FIX 0 1\n" + PLANE, "1: vertex 1 is fixed beside vertex 0; the library"),
+        (PLANE + "FIX 7\nPARAMS_SE2OFFSET 0 0 0 0\n", "7: vertex 7 is missing; fix one"),
+        ("EDGE2 0 1 1 0 0 1 0 1 1 0 0\n", "1: the tag 'EDGE2' is of TORO's format; convert"),
+        (SPACE + "VERTEX3 2 0 0 0 0 0 0\n", "4: the tag 'VERTEX3' is of TORO's format; conv"),
         (PLANE + "EDGE_SE2_XY 0 1 1 1 1 0 1\n", "7: the tag 'EDGE_SE2_XY' is unknown; use VERT"),
         (PLANE.replace("0.9", "0,9"), "5: field 3 is '0,9'; give a number"),
         (PLANE.replace("0.9", "1_0"), "5: field 3 is '1_0'; give a number"),
@@ -177,7 +210,7 @@ FOURTH = f"EDGE_SE2 0 1 1 0 0.5 {UNIT}"
             + "".join(f"EDGE_SE2 {k} {k + 1} 1 0 0 {UNIT}\n" for k in range(10, 18)),
             " no path of edges joins vertex 0 to 10, 11, 12, 13, 14 and 4 more; add",
         ),
-        (PLANE.encode() + b"# caf\xe9\n", "7: the bytes are not UTF-8 text; save"),
+        (PLANE.encode() + b"caf\xe9 # \xe9\n", "7: the bytes are not UTF-8 text; save"),
         (b"\x1f\x8b\x08\x00", "1: the bytes are not UTF-8 text; save"),
         (PLANE.encode("utf-16"), "1: the bytes are not UTF-8 text; save"),
     ],

@@ -39,6 +39,10 @@ class Simplicial:
         self._solver: qdldl.Solver | None = None
         self._count = 0
 
+    def __getstate__(self) -> dict[str, object]:
+        # QDLDL's solver cannot be pickled; the next factorisation makes a new one.
+        return {**self.__dict__, "_solver": None}
+
     def solve(self, blocks: Array, right: Array) -> Array | None:
         """Return the solutions ``(n − 1, b, c)``, or None if not positive definite."""
         factors = self.factorise(blocks)

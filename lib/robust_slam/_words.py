@@ -1,0 +1,12 @@
+"""Numbers with their noun, for messages."""
+
+from __future__ import annotations
+
+
+def counted(count: int, noun: str, plural: str | None = None) -> str:
+    """Return for instance "1 edge" or "1,200 edges"; ``plural`` is by default noun + s.
+
+    >>> counted(1, "edge"), counted(1200, "edge"), counted(0, "matrix", "matrices")
+    ('1 edge', '1,200 edges', '0 matrices')
+    """
+    return f"{count:,} {noun if count == 1 else plural or noun + 's'}"
