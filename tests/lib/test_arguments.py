@@ -1,0 +1,113 @@
+"""A wrong argument is named with what to give; results and problems have a line and identity."""
+
+from __future__ import annotations
+
+import dataclasses
+import pickle
+import pkgutil
+import re
+from importlib import import_module
+
+import numpy as np
+import pytest
+import robust_slam as rs
+from robust_slam.consistency.pairwise import pcm
+from robust_slam.descent.damped import levenberg_marquardt
+from robust_slam.descent.undamped import gauss_newton
+from robust_slam.estimators import kernels
+from robust_slam.estimators.graduation import gnc
+from robust_slam.estimators.mixtures import max_mixture
+from robust_slam.estimators.reweighting import irls
+from robust_slam.graphs import g2o
+from robust_slam.graphs.generate import manhattan, sphere
+from robust_slam.graphs.trajectories import write_tum
+from robust_slam.problems import LinearProblem, LocationProblem, PoseGraphProblem
+
+GRAPH, TRUTH = manhattan(30, 0, closures=8)
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "message"),
+    [
+        (lambda: irls(GRAPH, "cauchy"), TypeError, r"kernel is 'cauchy'; .*kernels.cauchy\(1.0\)"),
+        (lambda: irls(GRAPH, kernels.huber), TypeError, "kernel is huber; give a kernel with its"),
+        (lambda: irls(GRAPH, kernels.Kernel), TypeError, "kernel is Kernel; give"),
+        (lambda: irls(GRAPH, 3.0), TypeError, "kernel is 3.0; give"),
+        (lambda: gnc(GRAPH, x0=TRUTH[:-1]), ValueError, r"x0: the shape is \(29, 3\); give \(30"),
+        (lambda: gnc(PoseGraphProblem(GRAPH), x0=1.0), ValueError, r"x0: the shape is \(\)"),
+        (lambda: g2o.write("no.g2o", TRUTH, GRAPH), TypeError, "graph is a ndarray; give a PoseG"),
+        (lambda: write_tum("no.tum", GRAPH), TypeError, "poses is a PoseGraph; give an array"),
+        (lambda: gauss_newton(GRAPH, None), TypeError, r"poses is None; give an array \(30, 3\)"),
+        (lambda: levenberg_marquardt(GRAPH, None), TypeError, "poses is None; give an array"),
+        (lambda: rs.solve(GRAPH, progress="yes"), TypeError, "progress is 'yes'; give True, F"),
+        (lambda: rs.solve(GRAPH, progress=1), TypeError, "progress is 1; give True, False or"),
+        (lambda: max_mixture(GRAPH, 0.9, 10.0, 6), ValueError, "dimension is 6; .* have 3"),
+    ],
+)
+def test_a_wrong_argument_is_named_with_what_to_give(call, error, message):
+    with pytest.raises(error, match=message):
+        call()
+
+
+@pytest.mark.parametrize("name", ["gnc", "ate", "G2oError", "gauss_newton", "pcm", "certify"])
+def test_a_name_of_a_folder_is_looked_up_there(name):
+    with pytest.raises(AttributeError, match=rf"has no {name}; it is robust_slam\.") as caught:
+        getattr(rs, name)
+    folder, _, found = re.search(r"it is (\S+)", str(caught.value))[1].rpartition(".")
+    assert hasattr(import_module(folder), found)
+    assert not hasattr(rs, "no_such_name")
+
+
+def test_what_the_package_lists_is_there():
+    for name in re.findall(r"^- ``(\w+)``", rs.__doc__, re.M):
+        assert getattr(rs, name).__name__ == f"robust_slam.{name}"
+
+
+def test_the_dimension_of_a_mixture_is_that_of_the_problem():
+    by_hand = max_mixture(GRAPH, 0.9, 10.0, 3)
+    np.testing.assert_array_equal(max_mixture(GRAPH, 0.9, 10.0).x, by_hand.x)
+    location = LocationProblem([0.0, 0.1, 5.0])
+    assert max_mixture(location, 0.9, 9.0, x0=0.0).x == max_mixture(location, 0.9, 9.0, 1, 0.0).x
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        (pcm(GRAPH), "8 of 8 closures agree"),
+        (LocationProblem([1.0]), "1 measurement, 0 of them trusted"),
+        (LinearProblem(np.eye(2), [0, 0]), "2 unknowns, 2 measurements, 0 of"),
+        (PoseGraphProblem(GRAPH), "30 poses in SE(2), 37 edges, 29 of them trusted"),
+        (rs.PoseGraph(2, [[0, 1]], [[1, 0, 0]], [np.eye(3)], [True]), "1 edge, 0 of them"),
+    ],
+    ids=lambda value: type(value).__name__,
+)
+def test_a_value_has_a_line(value, words):
+    assert words in repr(value)
+    assert repr(value).startswith(f"<{type(value).__name__}: ") and len(repr(value)) < 100
+
+
+def test_what_holds_arrays_is_compared_by_identity_and_has_a_hash():
+    assert len({gnc(GRAPH), gnc(GRAPH)}) == 2 and gnc(GRAPH) != gnc(GRAPH)
+    names = [module.name for module in pkgutil.walk_packages(rs.__path__, "robust_slam.")]
+    classes = {
+        value
+        for name in names
+        for value in vars(import_module(name)).values()
+        if isinstance(value, type) and dataclasses.is_dataclass(value)
+    }
+    arrays = re.compile(r"Array|Mask|Indices|\bX\b")
+    held = [c for c in classes if any(arrays.search(str(f.type)) for f in dataclasses.fields(c))]
+    assert len(held) > 20
+    assert [c.__name__ for c in held if c.__eq__ is not object.__eq__] == []
+
+
+@pytest.mark.parametrize("make", [manhattan, sphere])
+def test_a_used_problem_can_be_pickled_and_used_again(make):
+    graph, _ = make(30, 0)
+    problem = PoseGraphProblem(graph)
+    x = problem.initial()
+    weights = graph.is_odometry.astype(float)
+    problem.solve(weights, x)
+    copy = pickle.loads(pickle.dumps(problem))
+    np.testing.assert_array_equal(copy.initial(), x)
+    np.testing.assert_array_equal(copy.solve(weights, x), problem.solve(weights, x))
