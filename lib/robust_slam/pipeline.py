@@ -10,6 +10,7 @@ Source: SLAM Handbook 2026, chapter 3.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,12 +25,16 @@ from robust_slam.estimators.graduation import Kind, check_kind, gnc
 from robust_slam.estimators.result import KEPT, Result, Step, StopReason
 from robust_slam.estimators.thresholds import chi_square_threshold
 from robust_slam.graphs.odometry import accumulated_rotation, spanning_tree
-from robust_slam.graphs.pose_graph import PoseGraph, check_graph, select
+from robust_slam.graphs.pose_graph import PoseGraph, check_graph, residual_norms, select, unreached
 from robust_slam.problems import PoseGraphProblem
 from robust_slam.progress import Progress, stages
 
 _LOST = np.pi
 """The deviation (rad) of a rotation from which on it may be any."""
+_TRIMS = 2
+"""So many times the closures that fit worst are left out of the chordal map."""
+_WORST = 3.0
+"""A closure fits too badly if its residual is so many times the median."""
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -195,13 +200,39 @@ def _classified(
 ) -> Result[Array]:
     """Return the result of GNC over the ``used`` edges."""
     consistent = select(graph, used)
-    # Start at odometry: remaining outliers distort the chordal and the least-squares map.
-    # Where the odometry loses its rotation it says less than these.
-    lost = accumulated_rotation(graph, trusted) > _LOST
-    first = start.chordal(consistent) if lost else spanning_tree(graph, trusted.astype(float))
+    first = _start(graph, consistent, trusted, threshold)
     problem = PoseGraphProblem(consistent, first, trusted[used], steps=1)
 
     def watch(step: Step[Array]) -> None:
         tell(f"GNC at mu = {step.mu:.3g}")
 
     return gnc(problem, threshold, kind, problem.guess, watch=watch)
+
+
+def _start(graph: PoseGraph, consistent: PoseGraph, trusted: Mask, threshold: float) -> Array:
+    """Return the poses from which GNC starts.
+
+    That is odometry: remaining outliers distort the chordal map. Where the odometry loses its
+    rotation, a chordal map without the worst closures may be closer; then the one of lower
+    TLS cost is taken.
+    """
+    odometry = spanning_tree(graph, trusted.astype(float))
+    if accumulated_rotation(graph, trusted) <= _LOST:
+        return odometry
+
+    def truncated(poses: Array) -> float:
+        return float(np.sum(np.minimum(residual_norms(consistent, poses), threshold) ** 2))
+
+    return min((odometry, *_trimmed(consistent)), key=truncated)
+
+
+def _trimmed(graph: PoseGraph) -> Iterator[Array]:
+    """Yield chordal maps, each without the closures that fit the one before worst."""
+    used = np.ones(len(graph.edges), dtype=np.bool_)
+    for _ in range(_TRIMS + 1):
+        poses = start.chordal(select(graph, used))
+        yield poses
+        norms = residual_norms(graph, poses)
+        used = graph.is_odometry | (norms <= _WORST * np.median(norms[~graph.is_odometry]))
+        if unreached(graph, used).size:
+            return

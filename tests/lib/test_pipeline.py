@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 from robust_slam.certificates.optimality import Verdict
 from robust_slam.descent import gauss_newton, start
-from robust_slam.graphs import ate, circle, manhattan, precision_recall, sphere
+from robust_slam.graphs import (
+    Noise,
+    add_random_closures,
+    ate,
+    circle,
+    manhattan,
+    precision_recall,
+    sphere,
+)
+from robust_slam.graphs.odometry import accumulated_rotation
 from robust_slam.pipeline import solve
 
 from tests.lib.worlds import with_outliers
@@ -65,3 +74,16 @@ def test_a_probability_outside_0_to_1_is_refused():
     graph, _ = circle(10, np.random.default_rng(1))
     with pytest.raises(ValueError, match="probability is 1"):
         solve(graph, 1.0)
+
+
+def test_where_odometry_loses_its_rotation_outliers_do_not_bend_the_start() -> None:
+    # PCM cannot tell these outliers: the odometry between their ends is too uncertain.
+    noise = Noise(odometry=(0.05, 0.15), closure=(0.05, 0.15))
+    clean, truth = sphere(800, 0, around=20, noise=noise)
+    graph, is_outlier = add_random_closures(clean, 160, 0, poses=truth)
+    assert accumulated_rotation(graph, graph.is_odometry) > np.pi
+    answer = solve(graph)
+    assert np.sum(answer.consistency.kept & is_outlier) > 100
+    assert not np.any(answer.kept & is_outlier)
+    assert answer.rejected.size - 160 < 0.1 * np.sum(~clean.is_odometry)
+    assert answer.certificate.verdict is Verdict.CERTIFIED
