@@ -29,8 +29,7 @@ C = chi_square_threshold(0.99, 3)
 LEFT_BRANCH = ("sensors", "features", "views", "ransac", "odometry", "control")
 CELLS = (
     *("imports", "tries", "promise-ransac", "promise-run", "world", "faults", "outcomes"),
-    *("stage-words", "canvas-draw", "canvas-words", "canvas-ransac"),
-    *("robots-town", "robots-world", "robots-draw", "robots-words"),
+    *("outcomes-table", "robots-town", "robots-world"),
     *("break-covariance-run", "break-bus-run"),
 )
 
@@ -41,7 +40,7 @@ class Page:
     def __init__(self) -> None:
         names = CHAPTER.run(*CELLS, C=C)
         vars(self).update(names)
-        self.outcomes = {stage: self.score(stage) for stage in self.CHOICES}
+        self.outcomes = {stage: self.score(stage) for stage in ("nothing", *STAGES)}
         # For each factor rows of: inliers kept, outliers kept, error in m, bound, chi² ratio.
         self.by_factor = {f: self.with_sigma(f) for f in (0.25, 0.5, 1, 2, 4, 8)}
         self.ratio = {f: float(np.median(rows[:, 4])) for f, rows in self.by_factor.items()}
@@ -163,7 +162,7 @@ FORMULAS = {
 class TestNumbers(Numbers):
     chapter, formulas = CHAPTER, FORMULAS
     # Probabilities, ratios, noise, factors of other programs and data of exercises.
-    given = "0.01 0.02 0.05 0.1 0.25 0.4 0.5 0.7 0.75 0.99 0.999 2.5 99.9"
+    given = "0.01 0.02 0.04 0.05 0.1 0.25 0.4 0.5 0.7 0.75 0.99 0.999 2.5 99.9"
 
 
 @pytest.mark.parametrize(
@@ -211,14 +210,6 @@ def test_the_certificate_refuses_the_two_searches_that_got_stuck(page) -> None:
 def test_pcm_can_be_left_out_here(page) -> None:
     with_pcm, without = page.outcomes["nothing"], page.outcomes["pcm"]
     assert without[:3] == pytest.approx(with_pcm[:3])
-
-
-def test_every_stage_can_be_lit_and_says_what_it_does(page) -> None:
-    assert set(page.WORDS) == {"nothing", *STAGES} == set(page.CHOICES)
-    for stage in STAGES:
-        said = page.describe(stage)
-        assert said.startswith("In: ")
-        assert "; out: " in said
 
 
 def test_a_sigma_wrong_by_a_factor_does_what_the_text_says(page) -> None:
@@ -303,7 +294,6 @@ def test_the_fleet_keeps_what_the_centre_keeps(page) -> None:
         pose_graph.cost(page.met, x, page.last.weights) for x in (page.last.poses, page.centre.x)
     ]
     assert costs[0] == pytest.approx(costs[1], rel=1e-6)
-    assert page.share(len(page.history) - 1) == pytest.approx(1.0, rel=1e-6)
 
 
 def test_what_crosses_between_the_robots(page) -> None:
@@ -337,12 +327,3 @@ def test_no_robot_finds_an_outlier_that_is_alone(page) -> None:
     assert after["end"].weights[after["used"][: after["lone"]].sum()] == 1.0
     assert after["verdict"] == "certified"
     assert page.ate(page.last.poses, page.met_truth) < 0.1
-
-
-def test_a_frame_of_the_fleet_says_what_it_costs_and_what_crossed(page) -> None:
-    assert page.SHOWN[-1] == 92
-    words = page.say_round(92)
-    assert "1.0000 times" in words
-    assert "14 086 numbers" in words
-    assert "21 are trusted, 0 in doubt and 6 rejected" in words
-    assert dict(page.table_round(0))["μ"] == "none yet"

@@ -39,7 +39,7 @@ def draw_robots(
     for name in np.unique(robot):
         look, own = _ROBOTS[name], xy[robot == name]
         style: dict[str, Any] = {"color": look.color, "marker": look.marker, "markersize": 4.5}
-        ax.plot(*own.T, linestyle="-", linewidth=1.6, **style, label=f"robot {name}")
+        ax.plot(*own.T, linestyle="-", linewidth=1.6, **style, label=f"robot {chr(65 + name)}")
     shared = robot[graph.edges[:, 0]] != robot[graph.edges[:, 1]]
     border = xy[np.unique(graph.edges[shared])]
     ring: dict[str, Any] = {"mfc": "none", "mec": PALETTE["truth"], "markersize": 9, "mew": 0.9}
@@ -49,8 +49,8 @@ def draw_robots(
     _draw_edges(ax, ends[w == 1.0], PALETTE["inlier"], "-", "trusted")
     _draw_edges(ax, ends[doubted], PALETTE["inlier"], (0.0, (4.0, 2.0)), "in doubt")
     _draw_edges(ax, ends[w == 0.0], PALETTE["muted"], (0.0, (1.0, 2.0)), "rejected")
-    lies = ends[mask("is_outlier", is_outlier, len(graph.edges))[shared]].mean(axis=1)
-    ax.plot(*lies.T, "X", color=PALETTE["outlier"], label=f"lie ({len(lies)})")
+    wrong = ends[mask("is_outlier", is_outlier, len(graph.edges))[shared]].mean(axis=1)
+    ax.plot(*wrong.T, "X", color=PALETTE["outlier"], label=f"wrong ({len(wrong)})")
     ax.set_aspect("equal", adjustable="box")
     ax.set_axis_off()
     return ax

@@ -62,48 +62,38 @@ _DOWN = (
 _ARROW = {"arrowstyle": "-|>", "color": PALETTE["odometry"], "shrinkA": 0, "shrinkB": 0}
 
 
-def draw_stages(ax: Axes, lit: str | None = None, *, labels: bool = True) -> Axes:
-    """Draw the machine; the stage `lit` stands out by its frame, its filling and an arrowhead.
-
-    With `labels` each arrow says what it carries; leave them out where rows are narrow.
-
-    Raises:
-        ValueError: there is no stage of that name.
-    """
-    if lit is not None and lit not in STAGES:
-        raise ValueError(f"lit: {lit!r} is no stage; the stages are {', '.join(STAGES)}")
+def draw_stages(ax: Axes) -> Axes:
+    """Draw the machine; each arrow says what it carries."""
     for source, target, x, carried in _DOWN:
         start, end = -STAGES[source].row - _HEIGHT / 2, -STAGES[target].row + _HEIGHT / 2
         ax.annotate("", (x, end), (x, start), arrowprops=_ARROW)
-        if labels:
-            ax.text(x + 0.15, (start + end) / 2, carried, va="center", fontsize=10)
-    _draw_ways_round(ax, labels=labels)
-    for name, stage in STAGES.items():
-        _draw_box(ax, stage, lit=name == lit)
+        ax.text(x + 0.15, (start + end) / 2, carried, va="center", fontsize=10)
+    _draw_ways_round(ax)
+    for stage in STAGES.values():
+        _draw_box(ax, stage)
     ax.text(5.0, -7.85, _GROUND, ha="center", va="center", fontsize=10, style="italic")
     ax.set(xlim=(-0.4, 10.4), ylim=(-8.15, 0.4))
     ax.set_axis_off()
     return ax
 
 
-def _draw_box(ax: Axes, stage: Stage, *, lit: bool) -> None:
+def _draw_box(ax: Axes, stage: Stage) -> None:
     x, y, width = _X[stage.place], -float(stage.row), _WIDTH[stage.place]
     box = FancyBboxPatch(
         (x - width / 2, y - _HEIGHT / 2),
         width,
         _HEIGHT,
         boxstyle="round,pad=0,rounding_size=0.12",
-        facecolor="#F6DFEA" if lit else "white",
+        facecolor="white",
         edgecolor=PALETTE["truth"],
-        linewidth=2.6 if lit else 0.9,
+        linewidth=0.9,
         zorder=3,
     )
     ax.add_patch(box)
-    words = f"{'▶ ' if lit else ''}{stage.name} · {stage.lessons}"
-    ax.text(x, y - 0.02, words, ha="center", va="center", zorder=4)
+    ax.text(x, y - 0.02, f"{stage.name} · {stage.lessons}", ha="center", va="center", zorder=4)
 
 
-def _draw_ways_round(ax: Axes, *, labels: bool) -> None:
+def _draw_ways_round(ax: Axes) -> None:
     """Draw what skips stages: the IMU's way to the odometry, and the robot that moves on."""
     left, right = -0.15, 10.15
     line: dict[str, Any] = {"color": PALETTE["odometry"], "linewidth": 1.0, "linestyle": "-"}
@@ -112,7 +102,6 @@ def _draw_ways_round(ax: Axes, *, labels: bool) -> None:
     ax.annotate("", (5.4, -7.0), (4.6, -7.0), arrowprops=_ARROW)
     ax.plot([9.8, right, right], [-7.0, -7.0, 0.0], **line)
     ax.annotate("", (7.2, 0.0), (right, 0.0), arrowprops=_ARROW)
-    if labels:
-        ax.text(-0.1, 0.1, "IMU", va="bottom", fontsize=10)
-        ax.text(10.1, 0.1, "the robot moves", va="bottom", ha="right", fontsize=10)
-        ax.text(5.0, -7.12, "path", va="top", ha="center", fontsize=10)
+    ax.text(-0.1, 0.1, "IMU", va="bottom", fontsize=10)
+    ax.text(10.1, 0.1, "the robot moves", va="bottom", ha="right", fontsize=10)
+    ax.text(5.0, -7.12, "path", va="top", ha="center", fontsize=10)

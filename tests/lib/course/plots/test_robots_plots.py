@@ -23,7 +23,7 @@ def lines(ax) -> dict[str, Line2D]:
 
 
 def test_each_robot_has_a_look_of_its_own(lines) -> None:
-    one, two = lines["robot 0"], lines["robot 1"]
+    one, two = lines["robot A"], lines["robot B"]
     np.testing.assert_array_equal(one.get_xydata(), POSES[:3, :2])
     assert one.get_marker() != two.get_marker()
     assert one.get_color() != two.get_color()
@@ -34,11 +34,12 @@ def test_rings_are_on_the_boundary_and_nowhere_else(lines) -> None:
 
 
 def test_shared_closures_are_counted_by_what_is_thought_of_them(lines) -> None:
-    assert {"trusted (1)", "in doubt (1)", "rejected (1)", "lie (1)"} <= set(lines)
+    assert {"trusted (1)", "in doubt (1)", "rejected (1)", "wrong (1)"} <= set(lines)
     np.testing.assert_array_equal(
         np.asarray(lines["trusted (1)"].get_xydata())[:2], POSES[[0, 3], :2]
     )
-    np.testing.assert_array_equal(lines["lie (1)"].get_xydata(), [POSES[[2, 4], :2].mean(axis=0)])
+    middle = POSES[[2, 4], :2].mean(axis=0)
+    np.testing.assert_array_equal(lines["wrong (1)"].get_xydata(), [middle])
 
 
 def test_there_are_not_looks_for_any_number_of_robots(ax) -> None:

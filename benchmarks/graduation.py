@@ -1,0 +1,165 @@
+"""Where a robust descent starts, and whether it graduates: which of the two saves a map.
+
+Each world is a town of 100 poses and 20 correct closures with outliers among them. Two axes make
+it harder: the heading noise of its odometry, and by how much every edge claims another σ than its
+true one. From dead reckoning and from least squares, TLS and Geman–McClure are minimised by IRLS
+and by GNC. A map is good if it is at most 0.1 m (ATE) from the least-squares map of the correct
+edges. GNC-GM is continued by IRLS, since its last step is not at a minimum.
+
+    python -m benchmarks.graduation
+    python -m benchmarks.graduation --out lib/robust_slam_course/pictures/graduation.csv
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import dataclasses
+import os
+import sys
+from collections import Counter
+from collections.abc import Callable, Iterator
+from itertools import product
+from pathlib import Path
+from typing import Any, NamedTuple
+
+# It is read when numpy is first imported.
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
+
+import numpy as np
+from robust_slam._arrays import Array
+from robust_slam.errors import NotConverged, Underdetermined
+from robust_slam.estimators import chi_square_threshold, gnc, irls
+from robust_slam.estimators.kernels import geman_mcclure, tls
+from robust_slam.graphs import Noise, PoseGraph, add_random_closures, ate, manhattan
+from robust_slam.graphs.outliers import add_aliased_closures
+from robust_slam.problems import PoseGraphProblem
+from tqdm import tqdm
+
+KINDS = ("random", "consistent")
+PERCENTS = (50, 75)
+NOISES = (0.01, 0.02, 0.03, 0.05, 0.07, 0.1)
+CLAIMS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
+SEEDS = range(10)
+CLOSURES = 20
+GROUP = 5
+GOOD = 0.1
+"""The largest distance (m) of a good map from that of the correct edges."""
+C = chi_square_threshold(0.99, 3)
+TOL, LIMIT = 1e-4, 200
+
+Method = Callable[[PoseGraphProblem, Array], Array]
+
+
+class World(NamedTuple):
+    """What names a world: percent of outliers, their kind, heading noise (rad) a step, seed."""
+
+    percent: int
+    kind: str
+    noise: float
+    seed: int
+
+
+def irls_tls(problem: PoseGraphProblem, x0: Array) -> Array:
+    """Minimise TLS without graduation."""
+    return irls(problem, tls(C), x0, tol=TOL, max_iterations=LIMIT).x
+
+
+def irls_gm(problem: PoseGraphProblem, x0: Array) -> Array:
+    """Minimise Geman–McClure without graduation: closed-form switchable constraints."""
+    return irls(problem, geman_mcclure(C), x0, tol=TOL, max_iterations=LIMIT).x
+
+
+def gnc_tls(problem: PoseGraphProblem, x0: Array) -> Array:
+    """Minimise TLS with graduation."""
+    return gnc(problem, C, "tls", x0).x
+
+
+def gnc_gm(problem: PoseGraphProblem, x0: Array) -> Array:
+    """Minimise Geman–McClure with graduation, then without."""
+    return irls_gm(problem, gnc(problem, C, "gm", x0).x)
+
+
+METHODS: dict[str, Method] = {
+    "IRLS-TLS": irls_tls, "GNC-TLS": gnc_tls, "IRLS-GM": irls_gm, "GNC-GM": gnc_gm,
+}  # fmt: skip
+STARTS = ("odometry", "least squares")
+COLUMNS = tuple(f"{method} from {start}" for start, method in product(STARTS, METHODS))
+
+
+def make(world: World) -> tuple[PoseGraph, Array]:
+    """Return the graph with outliers, and the least-squares poses of its correct edges."""
+    of_graph, of_outliers = np.random.default_rng(world.seed).spawn(2)
+    noise = Noise(odometry=(0.05, world.noise))
+    correct, truth = manhattan(100, of_graph, side=8, turn=0.25, closures=CLOSURES, noise=noise)
+    reference = PoseGraphProblem(correct).initial()
+    count = round(CLOSURES * world.percent / (100 - world.percent))
+    if world.kind == "random":
+        return add_random_closures(correct, count, of_outliers, poses=truth)[0], reference
+    groups = count // GROUP
+    return add_aliased_closures(correct, groups, of_outliers, size=GROUP, poses=truth)[
+        0
+    ], reference
+
+
+def good_maps(graph: PoseGraph, reference: Array, claim: float) -> list[bool]:
+    """Tell of each start and method, in the order of COLUMNS, whether its map is good.
+
+    Every edge claims ``claim`` times its true σ.
+    """
+    claimed = dataclasses.replace(graph, information=graph.information / claim**2)
+    problem = PoseGraphProblem(claimed, steps=1)
+    starts = (problem.guess, problem.initial())
+    return [
+        _is_good(method, problem, x0, reference)
+        for x0, method in product(starts, METHODS.values())
+    ]
+
+
+def _is_good(method: Method, problem: PoseGraphProblem, x0: Array, reference: Array) -> bool:
+    try:
+        return ate(method(problem, x0), reference) <= GOOD
+    except (NotConverged, Underdetermined):
+        return False
+
+
+def count_good(worlds: list[World]) -> dict[tuple[Any, ...], Counter[str]]:
+    """Return the number of good maps in each column, for each percent, kind, noise and claim."""
+    counts: dict[tuple[Any, ...], Counter[str]] = {}
+    for world in tqdm(worlds, disable=not sys.stderr.isatty()):
+        graph, reference = make(world)
+        for claim in CLAIMS:
+            place = (world.percent, world.kind, world.noise, claim)
+            good = good_maps(graph, reference, claim)
+            counts.setdefault(place, Counter()).update(
+                dict(zip(COLUMNS, map(int, good), strict=True))
+            )
+    return counts
+
+
+def lines(counts: dict[tuple[Any, ...], Counter[str]]) -> Iterator[list[object]]:
+    """Yield the rows of the table."""
+    for place in sorted(counts):
+        yield [*place, *(counts[place][column] for column in COLUMNS)]
+
+
+def main() -> int:
+    """Write the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--out", type=Path, help="the CSV file; by default it is printed")
+    out = parser.parse_args().out
+    worlds = [World(*place) for place in product(PERCENTS, KINDS, NOISES, SEEDS)]
+    counts = count_good(worlds)
+    with out.open("w", encoding="utf-8") if out else sys.stdout as file:
+        file.write(
+            f"# good maps of {len(SEEDS)}: at most {GOOD} m from the map of the correct edges\n"
+        )
+        file.write("# python -m benchmarks.graduation --out <this file>\n")
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(["percent", "kind", "noise", "claim", *COLUMNS])
+        writer.writerows(lines(counts))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

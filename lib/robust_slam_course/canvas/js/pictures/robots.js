@@ -1,0 +1,243 @@
+import { fitMap, nearestPose, posePixels } from "../draw/map.js";
+import { putHandle } from "../draw/handle.js";
+import { livePicture } from "../draw/picture.js";
+import { pathThrough } from "../draw/scene.js";
+import { solveFleet } from "../solve/fleet.js";
+import { CHI_99_SE2, makeGraph } from "../solve/pose_graph.js";
+
+/**
+ * Three robots that exchange boundary poses: one map of all, and what each of them knows. Robot C
+ * shares as many correct closures with the others as the reader chooses, and wrong ones to move.
+ */
+export function render(context) {
+  const cache = { key: null, fleet: null };
+  return livePicture(context, {
+    layers: ["ghost", "shared", "own", "views", "words"],
+    controls: [
+      {
+        kind: "slider", name: "correct", label: "Correct closures with C", min: 0,
+        max: context.model.get("data").withC.length, step: 1, text: String,
+      },
+      {
+        kind: "button", label: "Add a wrong closure", does: addWrongMeeting,
+        when: (state) => state.wrong.length < MOST_MEETINGS,
+      },
+      {
+        kind: "button", label: "Remove one", does: (state) => ({ wrong: state.wrong.slice(0, -1) }),
+        when: (state) => state.wrong.length > (state.correct ? 0 : 1),
+      },
+      {
+        kind: "player", name: "round", label: "Round", count: (_, { last }) => last,
+        text: (value, { last }) => `${Math.min(value, last)} of ${last}`,
+      },
+    ],
+    clean: cleanRobots,
+    solve: (state, data) => solveRobots(state, data, cache),
+    moving: (result) => result.poses,
+    height: (width) => robotPanels(width).height,
+    draw: drawRobots,
+    caption: robotsCaption,
+  });
+}
+
+const MOST_MEETINGS = 3;
+const MOST_ROUNDS = 60;
+/** A round after every last one: it shows the last, however many there are. */
+const LAST_ROUND = 999;
+const ROBOT_NAMES = ["A", "B", "C"];
+const ROBOT_LOOKS = ["is-estimate", "is-accent", "is-ink"];
+const OFFERED_MEETINGS = [[52, 12], [45, 30], [58, 3]];
+
+function cleanRobots(state, { labels, withC, wrong: first }) {
+  const possible = (join) => Array.isArray(join) && join.length === 2
+    && join.every((pose) => Number.isInteger(pose) && pose >= 0 && pose < labels.length)
+    && labels[join[0]] === 2 && labels[join[1]] !== 2;
+  const whole = (value, most, instead) => (Number.isInteger(value)
+    ? Math.min(most, Math.max(0, value)) : instead);
+  const correct = whole(state.correct, withC.length, 0);
+  const wrong = state.wrong.filter(possible).slice(0, MOST_MEETINGS);
+  // Without any closure, robot C would not be on the map.
+  const kept = wrong.length || correct ? wrong : first;
+  return { wrong: kept, correct, round: whole(state.round, LAST_ROUND, LAST_ROUND) };
+}
+
+function addWrongMeeting(state) {
+  const there = new Set(state.wrong.map(String));
+  return { wrong: [...state.wrong, OFFERED_MEETINGS.find((join) => !there.has(String(join)))] };
+}
+
+/**
+ * The graph with `correct` of the closures of C, and before them a wrong one for each of `wrong`:
+ * of two closures, a robot takes its frame from the first.
+ */
+function meetingGraph(data, correct, wrong) {
+  const left = new Set(data.withC.slice(correct));
+  const used = data.edges.map((_, k) => k).filter((k) => !left.has(k));
+  const row = (values, width) => (k) => values.slice(width * k, width * (k + 1));
+  return makeGraph({
+    poses: data.labels.length,
+    edges: [...wrong, ...used.map((k) => data.edges[k])],
+    measurements: [...wrong.flatMap(() => [0, 0, 0]), ...used.flatMap(row(data.measurements, 3))],
+    information: [...wrong.flatMap(() => data.wrongInformation), ...used.flatMap(row(data.information, 9))],
+    trusted: [...wrong.map(() => 0), ...used.map((k) => data.trusted[k])],
+  });
+}
+
+function solveRobots({ wrong, correct, round }, data, cache) {
+  const key = JSON.stringify([wrong, correct]);
+  if (cache.key !== key) {
+    const graph = meetingGraph(data, correct, wrong);
+    const { rounds } = solveFleet(graph, data.labels, CHI_99_SE2, { tol: 1e-3, maxRounds: MOST_ROUNDS });
+    Object.assign(cache, { key, fleet: { graph, rounds } });
+  }
+  const { graph, rounds } = cache.fleet;
+  const last = rounds.length - 1;
+  const seen = rounds[Math.min(round, last)];
+  const [{ poses }, { labels }] = [seen, data];
+  const shared = Array.from(graph.tail, (_, k) => k)
+    .filter((k) => labels[graph.tail[k]] !== labels[graph.head[k]]);
+  const isWrong = (k) => k < wrong.length;
+  return { graph, labels, poses, seen, last, shared, isWrong, off: robotOffsets(poses, data) };
+}
+
+/** The mean distance (m) of each robot's poses from where they were. */
+function robotOffsets(poses, { truth, labels }) {
+  return ROBOT_NAMES.map((_, name) => {
+    const own = labels.flatMap((label, k) => (label === name ? [3 * k] : []));
+    const far = own.map((at) => Math.hypot(poses[at] - truth[at], poses[at + 1] - truth[at + 1]));
+    return far.reduce((sum, one) => sum + one, 0) / own.length;
+  });
+}
+
+/** Where the map of all robots stands, and beside or below it the view of each. */
+function robotPanels(width) {
+  const gap = 12;
+  if (width >= 600) {
+    const height = Math.min(470, Math.max(380, 0.62 * width));
+    const left = 0.64 * width;
+    const tall = (height - 2 * gap) / 3;
+    const view = (k) => ({ x: left + gap, y: k * (tall + gap), width: width - left - gap, height: tall });
+    return { height, all: { x: 0, y: 0, width: left, height }, view };
+  }
+  const [tall, small] = [0.95 * width, 150];
+  const wide = (width - 2 * gap) / 3;
+  const view = (k) => ({ x: k * (wide + gap), y: tall + gap, width: wide, height: small });
+  return { height: tall + gap + small, all: { x: 0, y: 0, width, height: tall }, view };
+}
+
+function drawRobots(scene, view) {
+  const { state, result, shown, width, data, change } = view;
+  const panels = robotPanels(width);
+  const box = { ...panels.all, y: 40, height: panels.all.height - 40 };
+  const map = fitMap(box, data.truth, 0.2 * box.width);
+  for (const layer of ["shared", "own"]) scene.clip(layer, box);
+  putMeetingLegend(scene, panels.all.width);
+  ROBOT_NAMES.forEach((name, k) => {
+    putOwnDrive(scene, "ghost", `truth-${k}`, map, data.truth, data.labels, k, "is-ghost");
+    putOwnDrive(scene, "own", `map-${k}`, map, shown, data.labels, k, ROBOT_LOOKS[k]);
+    putRobotName(scene, `name-${k}`, map, shown, data.labels.indexOf(k), name, box);
+    putRobotView(scene, k, panels.view(k), view);
+  });
+  result.shared.forEach((k) => putMeeting(scene, "shared", `edge-${k}`, map, shown, result, k));
+  putMeetingHandles(scene, map, state, data, change);
+}
+
+function putMeetingLegend(scene, width) {
+  const entries = [["is-ghost", "true paths"], ["is-inlier", "trusted"], ["rs-doubt is-inlier", "in doubt"],
+    ["is-rejected", "rejected"], ["is-outlier", "wrong"]];
+  entries.forEach(([look, text], k) => {
+    const [x, y] = [((k % 3) * width) / 3, 10 + 18 * Math.floor(k / 3)];
+    scene.put("words", `legend-${k}`, "path", { class: `rs-line ${look}`, d: `M${x + 2} ${y}h20` });
+    scene.put("words", `legend-text-${k}`, "text", { class: "rs-tick", x: x + 27, y: y + 4 }, text);
+  });
+}
+
+function putOwnDrive(scene, layer, key, map, poses, labels, robot, look) {
+  const points = labels.flatMap((label, k) => (label === robot ? [posePixels(map, poses, k)] : []));
+  scene.put(layer, `${key}-line`, "path", { class: `rs-drive ${look}`, d: pathThrough(points) });
+  const dots = points.map(([x, y]) => `M${x.toFixed(1)} ${y.toFixed(1)}h0`).join("");
+  const solid = look === "is-ghost" ? "" : "stroke-dasharray:none";
+  scene.put(layer, `${key}-dots`, "path", { class: `rs-dots ${look}`, d: dots, style: solid });
+}
+
+/** The name beside the robot's first pose, or at the edge of the map where that is outside. */
+function putRobotName(scene, key, map, poses, first, name, box) {
+  const [px, py] = posePixels(map, poses, first);
+  const x = Math.min(box.x + box.width - 14, Math.max(box.x + 2, px + 7));
+  const y = Math.min(box.y + box.height - 4, Math.max(box.y + 12, py - 7));
+  scene.put("words", key, "text", { class: "rs-head rs-halo", x, y }, name);
+}
+
+/** A shared closure, as its weight and the truth say. */
+function putMeeting(scene, layer, key, map, poses, { graph, seen, isWrong }, k) {
+  const d = pathThrough([posePixels(map, poses, graph.tail[k]), posePixels(map, poses, graph.head[k])]);
+  const weight = seen.weights[k];
+  const kept = isWrong(k) ? "is-outlier" : weight < 1 ? "rs-doubt is-inlier" : "is-inlier";
+  const look = weight === 0 ? "is-rejected" : kept;
+  scene.put(layer, key, "path", { class: `rs-edge ${look}`, d, "stroke-width": isWrong(k) ? 3 : 2 });
+}
+
+/** What robot `name` knows: its own poses, and of the others those that it was sent. */
+function putRobotView(scene, name, box, { result, shown, data }) {
+  const { graph, shared } = result;
+  const { labels } = data;
+  const mine = shared.filter((k) => labels[graph.tail[k]] === name || labels[graph.head[k]] === name);
+  const sent = [...new Set(mine.flatMap((k) => [graph.tail[k], graph.head[k]]))]
+    .filter((pose) => labels[pose] !== name);
+  const known = [...labels.flatMap((label, k) => (label === name ? [k] : [])), ...sent];
+  const inner = { x: box.x, y: box.y + 20, width: box.width, height: box.height - 20 };
+  const map = fitMap(inner, known.flatMap((k) => [...shown.slice(3 * k, 3 * k + 3)]), 14);
+  scene.put("views", `view-${name}`, "path", {
+    class: "is-grid", d: `M${inner.x} ${inner.y}h${inner.width}v${inner.height}h${-inner.width}Z`,
+  });
+  const head = { class: "rs-head", x: box.x + 2, y: box.y + 13 };
+  const count = box.width > 160 ? `${ROBOT_NAMES[name]}: ${known.length - sent.length} own poses, ${sent.length} of others`
+    : `${ROBOT_NAMES[name]}: ${known.length - sent.length} + ${sent.length}`;
+  scene.put("words", `view-head-${name}`, "text", head, count);
+  mine.forEach((k) => putMeeting(scene, "views", `view-${name}-edge-${k}`, map, shown, result, k));
+  putOwnDrive(scene, "views", `view-${name}`, map, shown, labels, name, ROBOT_LOOKS[name]);
+  for (const pose of sent) {
+    const [x, y] = posePixels(map, shown, pose);
+    scene.put("views", `view-${name}-sent-${pose}`, "circle", {
+      class: `rs-sent ${ROBOT_LOOKS[labels[pose]]}`, cx: x.toFixed(1), cy: y.toFixed(1), r: 4,
+    });
+  }
+}
+
+/** The ends of wrong closures on the true paths: one is a pose of robot C, one of A or B. */
+function putMeetingHandles(scene, map, { wrong }, { truth, labels }, change) {
+  wrong.forEach((join, number) => {
+    const d = pathThrough(join.map((pose) => posePixels(map, truth, pose)));
+    scene.put("shared", `wrong-${number}`, "path", { class: "rs-edge is-outlier", d, "stroke-width": 1.5 });
+    join.forEach((pose, end) => {
+      const allowed = (k) => (labels[k] === 2) === (end === 0);
+      const move = (other) => change({
+        wrong: wrong.map((one, k) => (k === number ? one.map((old, at) => (at === end ? other : old)) : one)),
+      });
+      const [x, y] = posePixels(map, truth, pose);
+      const own = labels.flatMap((_, k) => (allowed(k) ? [k] : []));
+      putHandle(scene, `meeting-${number}-${end}`, {
+        x, y, shape: end ? "diamond" : "circle", look: "rs-wrong",
+        label: `Wrong closure ${number + 1}, end ${end ? "at A or B" : "at C"}`,
+        text: `pose ${pose} of robot ${ROBOT_NAMES[labels[pose]]}`,
+        now: pose, least: own[0], most: own.at(-1),
+        drag: (px, py) => move(nearestPose(truth, map.fromX(px), map.fromY(py), allowed)),
+        step: (right, up) => move(Math.min(own.at(-1), Math.max(own[0], pose + (right || up)))),
+      });
+    });
+  });
+}
+
+function robotsCaption({ state, result }) {
+  const { graph, seen, last, shared, isWrong, off, labels } = result;
+  const round = Math.min(state.round, last);
+  const begin = round ? `Round ${round} of ${last}.` : "The robots have just met.";
+  const ofC = shared.filter((k) => labels[graph.tail[k]] === 2 || labels[graph.head[k]] === 2);
+  const rejected = (wrong) => ofC.filter((k) => isWrong(k) === wrong && seen.weights[k] === 0).length;
+  const groups = [[state.correct, "correct", rejected(false)], [state.wrong.length, "wrong", rejected(true)]]
+    .filter(([count]) => count).map(([count, name, lost]) => `${lost} of ${count} ${name}`);
+  const verdict = `Rejected of C’s closures: ${groups.join(", ")}.`;
+  const place = `B is ${off[1].toFixed(2)}\u00a0m off, C ${off[2].toFixed(2)}\u00a0m.`;
+  const alone = ofC.length === 1 && isWrong(ofC[0]) ? " Its residual is 0: nothing contradicts it." : "";
+  return `${begin} ${verdict}${alone} ${place} ${seen.numbers} numbers were sent.`;
+}

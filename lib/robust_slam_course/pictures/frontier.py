@@ -1,0 +1,157 @@
+"""Pictures of chapter 9: starts and methods compared on many maps, and robots that share one."""
+
+from __future__ import annotations
+
+import csv
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+from matplotlib import pyplot as plt
+from matplotlib.figure import Figure
+from robust_slam.estimators import chi_square_threshold
+from robust_slam.fleet import rounds
+from robust_slam.graphs.generate import manhattan
+from robust_slam.graphs.pose_graph import PoseGraph, select, with_closures
+
+from robust_slam_course.canvas.picture import Picture
+from robust_slam_course.pictures.graphs import Array, graph_data
+from robust_slam_course.plots.robots import draw_robots
+
+_STARTS = ("odometry", "least squares")
+_METHODS = ("IRLS-TLS", "GNC-TLS", "IRLS-GM", "GNC-GM")
+
+
+def graduation() -> Picture:
+    """Return good maps of two starts and four methods, over odometry noise and claimed σ."""
+    data = _counts()
+    return Picture(
+        name="graduation",
+        title="The start, or graduation?",
+        tries=[
+            "half of the closures are consistent outliers, and the odometry has 0.05 rad of noise"
+            " a step. What saves more maps: to start at odometry, or to graduate, GNC in place of"
+            " IRLS?",
+            "drag the point up and down. Which method fails first when the claimed σ is too small,"
+            " and which one is best when it is eight times too large?",
+            "drag the point to noisier odometry. What becomes of the methods that start at least"
+            " squares? And with random outliers?",
+        ],
+        caption="Noise 0.05 rad a step, the true σ is claimed. 50 % of the closures are consistent"
+        " outliers. Good maps of 10: from odometry GNC-TLS has 10; from least squares IRLS-GM has"
+        " 3.",
+        state={"kind": "consistent", "percent": "50", "noise": 3, "claim": 2},
+        data=data,
+        still=_counts_still(data, "consistent 50"),
+    )
+
+
+def _counts() -> dict[str, Any]:
+    """Return the table of `benchmarks.graduation` for the script.
+
+    Under "good" the counts of each kind and percent of outliers are nested by start, method,
+    claimed σ and noise.
+    """
+    text = files(__package__).joinpath("graduation.csv").read_text(encoding="utf-8")
+    first, *lines = text.splitlines()
+    rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
+    noises, claims = (sorted({float(row[key]) for row in rows}) for key in ("noise", "claim"))
+    place = {(r["kind"], r["percent"], float(r["noise"]), float(r["claim"])): r for r in rows}
+    good = {
+        f"{kind} {percent}": [
+            [
+                [
+                    [int(place[kind, percent, n, c][f"{m} from {s}"]) for n in noises]
+                    for c in claims
+                ]
+                for m in _METHODS
+            ]
+            for s in _STARTS
+        ]
+        for kind in ("random", "consistent")
+        for percent in ("50", "75")
+    }
+    runs = int(first.split(":")[0].rsplit(" ", 1)[1])
+    return {
+        "starts": _STARTS, "methods": _METHODS, "noises": noises, "claims": claims, "runs": runs,
+        "good": good,
+    }  # fmt: skip
+
+
+def _counts_still(data: dict[str, Any], kind: str) -> Figure:
+    """Return the heat maps of both starts."""
+    figure, axes = plt.subplots(
+        4, 2, figsize=(5.0, 6.6), sharex=True, sharey=True, layout="constrained"
+    )
+    for s, start in enumerate(data["starts"]):
+        for m, method in enumerate(data["methods"]):
+            ax, grid = axes[m, s], np.array(data["good"][kind][s][m])
+            ax.imshow(grid, origin="lower", cmap="Blues", vmin=0, vmax=data["runs"], aspect="auto")
+            ax.set_title(f"{method} from {start}", fontsize=10)
+            ax.set_xticks(range(len(data["noises"])), [f"{noise:g}" for noise in data["noises"]])
+            ax.set_yticks(range(len(data["claims"])), ["¼", "½", "1", "2", "4", "8"])
+            ax.tick_params(labelsize=9, length=0)
+            ax.grid(visible=False)
+    figure.supxlabel("odometry noise (rad a step)", fontsize=10)
+    figure.supylabel("claimed σ, in true ones", fontsize=10)
+    plt.close(figure)
+    return figure
+
+
+_EACH = 20  # poses of a robot
+_MEETING = [[52, 12]]
+
+
+def robots() -> Picture:
+    """Return three robots that agree on one map by exchanging poses; C meets the others rarely."""
+    graph, truth, labels = _three_robots()
+    between = np.ptp(labels[graph.edges], axis=1) > 0
+    with_c = np.flatnonzero(between & (labels[graph.edges] == 2).any(axis=1))
+    information = graph.information[~graph.is_odometry][0]
+    return Picture(
+        name="robots",
+        title="Three robots agree on one map",
+        tries=[
+            "robot C shares one closure with the others, and it is wrong: its map is 5 m off. How"
+            " many correct closures does C need until the wrong one is rejected?",
+            "give C exactly one correct closure. Which of the two is rejected, and could a robot"
+            " know better?",
+            "give C all eight, go to round 0 and play. When is the wrong closure rejected? Add"
+            " another, and drag its ends.",
+        ],
+        caption="Round 13 of 13. Rejected of C’s closures: 0 of 1 wrong. Its residual is 0:"
+        " nothing contradicts it. B is 0.35 m off, C 5.07 m.",
+        state={"wrong": _MEETING, "correct": 0, "round": 999},
+        data={
+            **graph_data(graph, truth, 3),
+            "labels": labels.tolist(),
+            "withC": with_c.tolist(),
+            "wrong": _MEETING,
+            "wrongInformation": information.ravel().tolist(),
+        },
+        still=_robots_still(graph, labels, with_c, information),
+    )
+
+
+def _three_robots(seed: int = 40) -> tuple[PoseGraph, Array, np.ndarray]:
+    """Return a town of three walks with correct closures, its true poses, and their robots."""
+    labels = np.arange(3 * _EACH) // _EACH
+    rng = np.random.default_rng(seed)
+    graph, truth = manhattan(3 * _EACH, rng, side=6, turn=0.25, closures=16)
+    parted = np.ptp(labels[graph.edges], axis=1) > 0
+    # Three walks, not one: no odometry leads from robot to robot.
+    return select(graph, ~(graph.is_odometry & parted)), truth, labels
+
+
+def _robots_still(graph: PoseGraph, labels: np.ndarray, with_c: Array, wrong: Array) -> Figure:
+    """Return the last round where robot C shares the wrong closure alone."""
+    joined = with_closures(graph, _MEETING, np.zeros((1, 3)), wrong[None])
+    spoiled = select(joined, ~np.isin(np.arange(len(joined.edges)), with_c))
+    last = rounds.solve(spoiled, labels, chi_square_threshold(0.99, 3), max_rounds=60).rounds[-1]
+    is_outlier = np.arange(len(spoiled.edges)) == len(spoiled.edges) - 1
+    figure, ax = plt.subplots(figsize=(5.0, 4.4), layout="constrained")
+    draw_robots(ax, spoiled, last.poses, labels, last.weights, is_outlier=is_outlier)
+    for name, pose in zip("ABC", last.poses[::_EACH], strict=True):
+        ax.annotate(f"robot {name}", pose[:2], (6, 6), textcoords="offset points")
+    plt.close(figure)
+    return figure
