@@ -79,7 +79,8 @@ def test_odometry_across_a_gap_is_told_and_can_be_a_closure(
     code = cli.main(["solve", str(file), "--quiet", *arguments])
     told = capsys.readouterr()
     assert re.search(said or "^$", caplog.text + told.err)
-    assert code == 2 or ("sessions   2" in told.out) == bool(arguments)
+    joined = "sessions   2" in told.out and "trusted  1 closure: " in told.out
+    assert code == 2 or joined == bool(arguments)
 
 
 def test_a_public_graph_is_found_by_its_name(file, capsys, monkeypatch):

@@ -307,6 +307,13 @@ def _find(
         raise ValueError(f"{name} is {count}; give at least 0")
     if size < 1:
         raise ValueError(f"size is {size}; give at least 1 closure")
+    kind = "pairs" if size == 1 else f"groups of {size}"
+    pairs = (len(known) - 1) * (len(known) - 2) // 2
+    if count > pairs // size:
+        raise ValueError(
+            f"{name} is {count}, and {len(known)} poses have at most {pairs // size} {kind}; "
+            "ask for fewer"
+        )
     found: list[Indices] = []
     taken: set[tuple[int, int]] = set()
     for _ in range(_ROUNDS):
@@ -320,7 +327,6 @@ def _find(
             chosen = np.array(found, dtype=np.intp).reshape(-1, size, 2)
             poses = relation(chosen)
             return chosen.reshape(-1, 2), poses.reshape(-1, *poses.shape[2:])
-    kind = "pairs" if size == 1 else f"groups of {size}"
     raise ValueError(
         f"{name} is {count}, and only {len(found)} {kind} at least {least:.3g} m apart were "
         "found; ask for fewer or lower apart"

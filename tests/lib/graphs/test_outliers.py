@@ -274,6 +274,7 @@ def test_more_pairs_than_exist_are_refused_before_any_is_drawn(group, monkeypatc
     [
         ("add_local_closures", {"count": 3, "reach": 1}, "reach is 1"),
         ("add_local_closures", {"count": -2}, "count is -2"),
+        ("add_local_closures", {"count": 10**7}, "count is 10000000, and 150 poses have at most"),
         ("add_local_closures", {"count": 3, "apart": 21.0}, "only 0 pairs at least 21 m"),
         ("add_grouped_closures", {"groups": -1}, "groups is -1"),
         ("add_grouped_closures", {"groups": 1, "size": 0}, "size is 0"),
