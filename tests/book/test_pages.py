@@ -61,8 +61,8 @@ class TestPage:
         assert page.evaluate("document.documentElement.scrollWidth") <= 390
         widths = "[...document.images].map(i => i.getBoundingClientRect().right)"
         assert all(right <= 390 for right in page.evaluate(widths))
-        for knob in page.locator(".rs-canvas :is(select, input, button)").all():
-            card = "c => c.closest('.rs-canvas').getBoundingClientRect().right"
+        for knob in page.locator(".rs-picture :is(select, input, button)").all():
+            card = "c => c.closest('.rs-picture').getBoundingClientRect().right"
             assert knob.evaluate("c => c.getBoundingClientRect().right") <= knob.evaluate(card)
         assert page.evaluate(CUT_FORMULAS) == []
         assert page.evaluate(LONELY_PUNCTUATION) == []

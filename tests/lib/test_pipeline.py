@@ -83,7 +83,7 @@ def test_where_odometry_loses_its_rotation_outliers_do_not_bend_the_start() -> N
     graph, is_outlier = add_random_closures(clean, 160, 0, poses=truth)
     assert accumulated_rotation(graph, graph.is_odometry) > np.pi
     answer = solve(graph)
-    assert np.sum(answer.consistency.kept & is_outlier) > 100
+    assert np.sum(answer.consistency.kept & is_outlier) > 50
     assert not np.any(answer.kept & is_outlier)
     assert answer.rejected.size - 160 < 0.1 * np.sum(~clean.is_odometry)
     assert answer.certificate.verdict is Verdict.CERTIFIED

@@ -1,12 +1,5 @@
-"""A canvas: one picture under a few native controls, live with a kernel and without one.
+"""Live pictures: what the reader takes hold of, on a page and in a notebook.
 
-``Canvas`` is the whole of it for a chapter; the controls say which states there are.
-``page`` writes the static group that works on any page, ``live`` the widgets of a kernel.
+``picture`` is what Python knows of one, ``bundle`` joins the modules of its script, which are
+in ``js``: ``solve`` computes, ``draw`` draws, ``pictures`` holds one module for each picture.
 """
-
-from __future__ import annotations
-
-from robust_slam_course.canvas.canvas import Canvas
-from robust_slam_course.canvas.controls import Checkbox, Choice, Slider, Stepper
-
-__all__ = ["Canvas", "Checkbox", "Choice", "Slider", "Stepper"]

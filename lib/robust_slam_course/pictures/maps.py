@@ -96,8 +96,8 @@ def _pentagon() -> tuple[PoseGraph, Array]:
         truth[k + 1] = se2.compose(truth[k], step)
     sigma = np.array([0.1] * 4 + [0.05])
     information = np.diag([1.0, 1.0, 4.0]) / sigma[:, None, None] ** 2
-    edges = [(0, 1), (1, 2), (2, 3), (3, 4), (4, 0)]
-    return PoseGraph(5, edges, [step] * 5, information, sigma == 0.1), truth
+    edges = np.array([(0, 1), (1, 2), (2, 3), (3, 4), (4, 0)])
+    return PoseGraph(5, edges, np.tile(step, (5, 1)), information, sigma == 0.1), truth
 
 
 def _folded_town(correct: PoseGraph, truth: Array, joins: list[list[int]]) -> Figure:

@@ -21,7 +21,7 @@ from robust_slam.graphs.outliers import add_random_closures
 from robust_slam.graphs.pose_graph import PoseGraph
 from robust_slam.problems import PoseGraphProblem
 
-from robust_slam_course.canvas.frame import to_svg
+from robust_slam_course.canvas.still import to_svg
 from robust_slam_course.plots.maps import draw_map, map_legend
 from robust_slam_course.style import figure_style
 
