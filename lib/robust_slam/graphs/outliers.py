@@ -308,11 +308,10 @@ def _find(
     if size < 1:
         raise ValueError(f"size is {size}; give at least 1 closure")
     kind = "pairs" if size == 1 else f"groups of {size}"
-    pairs = (len(known) - 1) * (len(known) - 2) // 2
-    if count > pairs // size:
+    most = (len(known) - 1) * (len(known) - 2) // 2 // size
+    if count > most:
         raise ValueError(
-            f"{name} is {count}, and {len(known)} poses have at most {pairs // size} {kind}; "
-            "ask for fewer"
+            f"{name} is {count}, and {len(known)} poses have at most {most} {kind}; ask for fewer"
         )
     found: list[Indices] = []
     taken: set[tuple[int, int]] = set()

@@ -143,7 +143,9 @@ def _three_robots(seed: int = 40) -> tuple[PoseGraph, Array, np.ndarray]:
     return select(graph, ~(graph.is_odometry & parted)), truth, labels
 
 
-def _robots_still(graph: PoseGraph, labels: np.ndarray, with_c: Array, wrong: Array) -> Figure:
+def _robots_still(
+    graph: PoseGraph, labels: np.ndarray, with_c: np.ndarray, wrong: Array
+) -> Figure:
     """Return the last round where robot C shares the wrong closure alone."""
     joined = with_closures(graph, _MEETING, np.zeros((1, 3)), wrong[None])
     spoiled = select(joined, ~np.isin(np.arange(len(joined.edges)), with_c))
