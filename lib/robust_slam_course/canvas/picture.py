@@ -18,6 +18,7 @@ from importlib.resources import files
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
+from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 
 from robust_slam_course.canvas import notebook
@@ -60,6 +61,8 @@ class Picture:
             check_words("tries", text)
         if not isinstance(self.still, Figure):
             raise TypeError(f"still: {self.still!r} is no matplotlib Figure.")
+        # Else a notebook shows the still picture of its own accord, too.
+        plt.close(self.still)
         _block(self._traits())
 
     def _traits(self) -> dict[str, Any]:

@@ -86,6 +86,11 @@ def test_of_another_type_it_is_refused(changes: dict[str, Any]) -> None:
 
 
 class TestNotebook:
+    def test_no_figure_is_left_open_that_a_notebook_would_show(self) -> None:
+        before = plt.get_fignums()
+        pictures.opening().widget()
+        assert plt.get_fignums() == before
+
     def test_a_widget_is_beside_it_only_where_a_person_runs_the_cell(
         self, monkeypatch: pytest.MonkeyPatch
     ) -> None:

@@ -42,20 +42,17 @@ export class Scene {
       }
     }
     this.seen.clear();
-    this.latest = new Map();
+    this.order = new Map([...this.layers.keys()].map((name) => [name, []]));
   }
 
   /** Put a part into a layer and return its element. */
   put(layer, key, name, attributes, text = null) {
     let element = this.parts.get(key);
     if (!element) {
-      element = svgElement(name);
-      // A part that comes back takes its place in the order of the pass again.
-      const [parent, before] = [this.layers.get(layer), this.latest.get(layer)];
-      parent.insertBefore(element, before ? before.nextSibling : parent.firstChild);
+      element = svgElement(name, {}, this.layers.get(layer));
       this.parts.set(key, element);
     }
-    this.latest.set(layer, element);
+    this.order.get(layer).push(element);
     this.seen.add(key);
     setAttributes(element, attributes);
     if (text !== null && element.textContent !== text) element.textContent = text;
@@ -71,12 +68,22 @@ export class Scene {
     setAttributes(this.layers.get(layer), { "clip-path": `url(#${id})` });
   }
 
-  /** End a pass: what was not put is removed. */
+  /** End a pass: what was not put is removed, and the parts have the order of the pass. */
   end() {
     for (const [key, element] of this.parts) {
       if (this.seen.has(key)) continue;
       element.remove();
       this.parts.delete(key);
+    }
+    for (const [name, order] of this.order) {
+      const layer = this.layers.get(name);
+      if (order.every((element, k) => layer.children[k] === element)) continue;
+      // To move the part that has the focus would take the focus away.
+      const focused = order.indexOf(document.activeElement);
+      order.forEach((element, k) => {
+        if (focused < 0 || k > focused) layer.append(element);
+        else if (k < focused) order[focused].before(element);
+      });
     }
   }
 }
