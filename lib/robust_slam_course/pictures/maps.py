@@ -41,8 +41,8 @@ def opening(poses: int = 60) -> Picture:
         tries=[
             "the dashed closure claims that two distant poses are one place. Which part of the map"
             " moves most when you drag one of its ends?",
-            "switch to the robust estimator and drag again. Then add wrong closures until it"
-            " fails, too.",
+            "switch to the robust estimator and drag again. Then add more wrong closures: how"
+            " many of them does it keep?",
         ],
         caption="Three maps of one drive: least squares without the wrong closure follows the true"
         " path, with it the map folds, and a robust kernel brings the path back.",
@@ -70,12 +70,12 @@ def cycles() -> Picture:
         name="cycles",
         title="A wrong closure bends the cycles that it closes",
         tries=[
-            "blue edges agree with the map, thick orange ones do not. Which edges stay orange when"
-            " you take the correct closures away?",
+            "blue edges agree with the map, thick orange ones do not. Which edges are blue again"
+            " when you take the correct closures away?",
             "drag an end of the dashed closure, and make its σ small: which edges look worse than"
             " the wrong one?",
-            "go to the pentagon, where nothing else is wrong. Find a wrong closure that leaves two"
-            " edges without a residual.",
+            "choose the pentagon and take its correct closure away. Find a wrong closure that"
+            " leaves two edges without a residual.",
         ],
         caption="A town drawn by least squares with one wrong closure (dashed). It pulls the top"
         " right corner of the town on to the bottom street; dotted is the path that was driven.",
@@ -125,8 +125,8 @@ def showcase() -> Picture:
         tries=[
             "least squares follows the dashed closure. Will you find a place for its ends where"
             " the switches or GNC follow it, too?",
-            "let nine wrong closures agree, and drag them over the map until the switches or GNC"
-            " follow them. Then start from odometry.",
+            "let nine wrong closures agree, and drag the diamond to where the drive begins: do"
+            " the switches and GNC follow them? Then start from odometry.",
         ],
         caption="One drive with one wrong closure (dashed), over the dotted true path: least"
         " squares folds the map, switchable constraints and GNC do not.",

@@ -33,8 +33,8 @@ def leverage() -> Picture:
             " does this reading pull hardest where it is, or nearer to the wall?",
             "choose Cauchy and lower the reading until its bar is longest. Then choose TLS and"
             " find the height at which it lets go.",
-            "leverage: choose Huber and move the reading to place 16, at a height of 6 m. Which"
-            " kernels now reject it?",
+            "leverage: choose Huber and move the reading to place 16, at a height of 6 m. Does"
+            " any kernel reject it there?",
         ],
         caption="Least squares: reading 8 is 11.3σ above the fit and pulls up with 11.3 (no"
         " limit). At place 8 the fit is 0.73 m too high. The reading’s leverage is 0.25.",
@@ -71,8 +71,8 @@ def kernels() -> Picture:
             " most, which stay where they are, and which moves back?",
             "begin with the reading at 0 and move it outwards. Where does Cauchy pull hardest, and"
             " where does TLS let go? Compare both with c.",
-            "change c: a larger one lets TLS take the reading back. How small can c be before TLS"
-            " rejects inliers?",
+            "bring the reading to 4 and change c: a larger one lets TLS take the reading back. How"
+            " small can c be before TLS rejects inliers?",
         ],
         caption="The reading at 8.0 pulls with 7.11 (squared), 2.50 (Huber) and 0.72 (Cauchy, at"
         " most 1.25); TLS has let go. Estimates: 0.89, 0.31, 0.12, 0.00.",
@@ -107,7 +107,7 @@ def majoriser() -> Picture:
         name="majoriser",
         title="Each step goes to the lowest point of a parabola",
         tries=[
-            "the dashed parabola touches the cost at the start, 7, and each step goes to its"
+            "the broken parabola touches the cost at the start, 7, and each step goes to its"
             " lowest point. The nearest minimum is at the outlier, near 5. Do the steps end"
             " there?",
             "move the start. Which of the starts between 0 and 7 end at the outlier? Compare 4.0"

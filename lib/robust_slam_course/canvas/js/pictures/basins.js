@@ -242,7 +242,7 @@ function drawBand(scene, { y, height }, maps, result) {
 function drawFork(scene, box, state, result, change) {
   const maps = putAxes(scene, "grid", "fork", box,
     { domain: BASIN_SPAN, label: "x" }, { domain: [LEAST_C, MOST_C], label: "c", ticks: [1, 3, 5, 7, 9, 11] });
-  scene.put("marks", "fork-head", "text", { class: "rs-head", x: maps.inner.x, y: box.y + 2 }, "For every c; dots: minima");
+  scene.put("marks", "fork-head", "text", { class: "rs-head", x: maps.inner.x, y: box.y + 2 }, "For every c; black: minima");
   const half = (MOST_C - LEAST_C) / (MAP_ROWS - 1) / 2;
   const areas = { first: "", second: "", between: "", stays: "" };
   const dots = result.branches.flatMap(([c, minima]) => minima.map(

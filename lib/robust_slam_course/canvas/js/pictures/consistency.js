@@ -259,6 +259,6 @@ function consistencyCaption({ state, result }) {
   const number = wrong.edges.length;
   const closures = number === 1 ? "1 wrong closure" : `${number || "no"} wrong closures`;
   const group = state.agree && number > 1 ? " that agree" : "";
-  return `${correct} correct and ${closures}${group}. PCM keeps ${right} correct and ${bad} wrong ones: ${off.pcm.toFixed(2)}\u00a0m off. `
-    + `Switches leave ${open} and ${loose} more than half on: ${off.switches.toFixed(2)}\u00a0m off.`;
+  return `${correct} correct and ${closures}${group}. PCM keeps ${right} correct and ${bad} wrong: ${off.pcm.toFixed(2)}\u00a0m off. `
+    + `The switches keep ${open} and ${loose} above one half: ${off.switches.toFixed(2)}\u00a0m off.`;
 }

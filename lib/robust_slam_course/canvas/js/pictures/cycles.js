@@ -24,7 +24,7 @@ export function render(context) {
         log: true, text: (value) => `${numberText(value, 2)} m`,
       },
       {
-        kind: "button", label: "Add a closure", does: addJoin,
+        kind: "button", label: "Add a wrong closure", does: addJoin,
         when: (state) => state[state.place].length < MOST_JOINS,
       },
       {

@@ -11,7 +11,7 @@ export function render(context) {
     controls: [
       { kind: "toggle", name: "robust", label: "Robust (GNC)" },
       {
-        kind: "button", label: "Add a closure", does: addWrongClosure,
+        kind: "button", label: "Add a wrong closure", does: addWrongClosure,
         when: (state) => state.wrong.length < MOST_WRONG,
       },
       {

@@ -195,7 +195,6 @@ function showcaseCaption({ state, result }) {
     .reduce((sum, weight) => sum + (weight >= IN_USE), 0)).join(", ");
   const off = result.answers.map((answer) => answer.off.toFixed(2));
   const wrong = inUse(result.correct, result.correct + state.size);
-  return `Least squares is ${off[0]}\u00a0m off, switches ${off[1]}\u00a0m, GNC ${off[2]}\u00a0m. In this order they use `
-    + `${wrong} of ${state.size} wrong ${state.size === 1 ? "closure" : "closures"} and `
-    + `${inUse(0, result.correct)} of ${result.correct} correct ones.`;
+  return `Least squares is ${off[0]}\u00a0m off, switches ${off[1]}\u00a0m, GNC ${off[2]}\u00a0m. They use, in this order, `
+    + `${wrong} of ${state.size} wrong and ${inUse(0, result.correct)} of ${result.correct} correct closures.`;
 }
