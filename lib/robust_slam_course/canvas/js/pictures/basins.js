@@ -182,7 +182,7 @@ function drawGroups(scene, y, maps, state, result, change) {
     const x = maps.toX(reading);
     const count = result.times[k];
     const other = maps.toX(state.z[1 - k]);
-    const toLeft = Math.abs(other - x) > 110
+    const toLeft = Math.abs(other - x) > 190
       ? x > maps.inner.x + maps.inner.width - 80
       : x < other || (x === other && k === 0);
     const fits = toLeft ? x > 90 : x < maps.inner.x + maps.inner.width - 80;
