@@ -233,6 +233,7 @@ def _trimmed(graph: PoseGraph) -> Iterator[Array]:
         poses = start.chordal(select(graph, used))
         yield poses
         norms = residual_norms(graph, poses)
+        before = used
         used = graph.is_odometry | (norms <= _WORST * np.median(norms[~graph.is_odometry]))
-        if unreached(graph, used).size:
+        if np.array_equal(used, before) or unreached(graph, used).size:
             return
