@@ -27,16 +27,19 @@ def bundle(name: str) -> str:
         FileNotFoundError: there is no such picture, or a module imports one that is not there.
         ValueError: a module has an import or export of a form that cannot be bundled.
     """
-    done: dict[str, str] = {}
-    _add(f"pictures/{name}.js", done)
-    return "\n".join(done.values())
+    return "\n".join(modules(name).values())
 
 
-def modules(name: str) -> list[str]:
-    """Return the modules of the picture ``name`` in order of dependency."""
+def modules(name: str) -> dict[str, str]:
+    """Return the paths and bodies of the picture's modules in order of dependency.
+
+    Raises:
+        FileNotFoundError: as ``bundle``.
+        ValueError: as ``bundle``.
+    """
     done: dict[str, str] = {}
     _add(f"pictures/{name}.js", done)
-    return list(done)
+    return done
 
 
 def _add(path: str, done: dict[str, str]) -> None:
