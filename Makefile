@@ -5,7 +5,7 @@ SHELL := /bin/bash
 .SHELLFLAGS := -o pipefail -ec
 MAKEFLAGS += --no-print-directory
 .DEFAULT_GOAL := help
-.PHONY: help test setup setup-dev system-packages lab book data bench sweep format check lock clean
+.PHONY: help test setup setup-dev system-packages lab book runtime data bench sweep format check lock clean
 
 PYTHON ?= python3
 VENV := .venv
@@ -29,11 +29,14 @@ READY := $(VENV)/.ready
 # Packages for development as well: the tests', the linters' and what benchmarks compare with.
 READY_DEV := $(VENV)/.ready-dev
 BOOK := build/.book
-# Chapters show public graphs where they are on this machine: with other graphs it is another book.
-find-graphs = for graph in CSAIL intel; do for folder in "$$ROBUST_SLAM_DATA" \
+# What `make runtime` collects, for Python in the page; without it the site has no Run buttons.
+RUNTIME := build/runtime/.ready
+# Chapters show public graphs where they are on this machine, and run where the runtime is: with
+# others it is another book.
+find-parts = [ ! -f $(RUNTIME) ] || printf .runtime; for graph in CSAIL intel; do for folder in "$$ROBUST_SLAM_DATA" \
 	"$${XDG_CACHE_HOME:-$$HOME/.cache}/robust-slam" "$$HOME/Library/Caches/robust-slam"; do \
 	if [ -f "$$folder/$$graph.g2o" ]; then printf .$$graph; break; fi; done; done
-GRAPHS := build/.graphs$(shell $(find-graphs))
+PARTS := build/.parts$(shell $(find-parts))
 PIN := uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
 	--no-header lib/pyproject.toml autograder/pyproject.toml
 BENCHES := speed growth wrong_closures any_graph pictures
@@ -70,16 +73,24 @@ lab: setup ## open JupyterLab
 
 book: $(BOOK) ## build the site, build/html
 
-$(GRAPHS): ;
+$(PARTS): ;
 
 # The assignments' zips, where there are any: the pages link to them.
 ZIPS := $(wildcard assignments/*.zip build/release/*.zip)
 
-$(BOOK): $(call files,chapters lib) _config.yml _toc.yml $(READY) $(GRAPHS) $(ZIPS)
+$(BOOK): $(call files,chapters lib) _config.yml _toc.yml $(READY) $(PARTS) $(ZIPS) \
+		$(wildcard $(RUNTIME))
 	@$(BIN)/python -m robust_slam.graphs.datasets --try
 	@$(QUIETLY) book $(BIN)/jupyter-book build . --path-output build -W -n --keep-going
 	@rm -rf build/html && cp -R build/_build/html build/html
-	@rm -f build/.graphs* && touch build/.graphs$$($(find-graphs)) $@
+	@[ ! -f $(RUNTIME) ] || $(BIN)/python -m tools.runtime site build/html
+	@rm -f build/.parts* && touch build/.parts$$($(find-parts)) $@
+
+runtime: $(RUNTIME) ## collect Python for the pages, 50 MB; the next `make book` takes it
+
+$(RUNTIME): $(call files,lib autograder/robust_slam_autograder tools/runtime) requirements.lock $(READY)
+	@$(QUIETLY) runtime $(BIN)/python -m tools.runtime
+	@touch $@
 
 data: setup ## download the nine public pose graphs, 8 MB
 	$(BIN)/python -m robust_slam.graphs.datasets
@@ -92,8 +103,9 @@ sweep: setup-dev ## every method, kind of outlier and rate, on many graphs; cont
 	$(BIN)/python -m benchmarks.sweep --jobs $(or $(JOBS),1)
 
 test: ## set up and pass all tests; STRICT=1 fails where one would be left out
-	@echo 'make test checks style and types, builds the book and runs all tests.'
+	@echo 'make test checks style and types, collects Python for the pages, builds the book and runs all tests.'
 	@$(install)
+	@$(MAKE) runtime || echo 'Without the runtime, tests of Python in the page are left out.'
 	@$(MAKE) -j 2 check book
 	ROBUST_SLAM_STRICT=$(filter-out 0,$(STRICT)) $(BIN)/pytest -q -n $(or $(JOBS),$$(( $$($(BIN)/python -c "import os; print(os.cpu_count())") + 1 ))) --maxprocesses 9 \
 		--dist loadfile --no-loadscope-reorder
