@@ -13,10 +13,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import qdldl
 from scipy.sparse import csc_array
 
 from robust_slam._arrays import Indices
+from robust_slam.descent.sparse.ldl import Solver
 
 _FRONT, _MULTIPLICATION, _UPDATE, _STORED = 16e-6, 1e-10, 4e-9, 2e-9
 """Seconds per front, per multiplication, per entry of its update and per stored entry. Only
@@ -61,7 +61,8 @@ class Fronts:
 def find_elimination(n: int, edges: Indices) -> Elimination:
     """Return an order with little fill-in for ``n`` ≥ 1 vertices and ``edges`` ``(m, 2)``.
 
-    Source: the approximate minimum degree ordering of Amestoy, Davis and Duff 1996, by QDLDL.
+    Source: the approximate minimum degree ordering of Amestoy, Davis and Duff 1996, by QDLDL;
+    without it minimum degree by SuperLU.
     """
     each = np.arange(n)
     row = np.concatenate([np.minimum(*edges.T), each])
@@ -69,7 +70,7 @@ def find_elimination(n: int, edges: Indices) -> Elimination:
     # The matrix is diagonally dominant, so no entry of the factor cancels.
     numbers = np.concatenate([np.full(len(edges), -1.0), np.full(n, 2.0 * len(edges) + 1.0)])
     joined = csc_array((numbers, (row, column)), shape=(n, n))
-    factor, _, order = qdldl.Solver(joined, upper=True).factors()
+    factor, _, order = Solver(joined, upper=True).factors()
     return Elimination(np.asarray(order, dtype=np.intp), csc_array(factor))
 
 

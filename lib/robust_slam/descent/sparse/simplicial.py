@@ -1,4 +1,4 @@
-"""Sparse Cholesky factorisation column by column, by the library QDLDL.
+"""Sparse Cholesky factorisation column by column, by the library QDLDL or its stand-in.
 
 It is the faster method where the columns of the factor are short: on graphs in the plane.
 
@@ -11,10 +11,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import qdldl
 from scipy.sparse import bsr_array, csc_array
 
 from robust_slam._arrays import Array, Indices
+from robust_slam.descent.sparse.ldl import Solver
 
 
 class Simplicial:
@@ -36,7 +36,7 @@ class Simplicial:
         starts = np.concatenate([[0], np.cumsum(inside)])[lower.indptr]
         numbers = np.ones(self._source.size)
         self._matrix = csc_array((numbers, lower.indices[inside], starts), shape=lower.shape)
-        self._solver: qdldl.Solver | None = None
+        self._solver: Solver | None = None
         self._count = 0
 
     def __getstate__(self) -> dict[str, object]:
@@ -54,7 +54,7 @@ class Simplicial:
         self._count += 1
         try:
             if self._solver is None:
-                self._solver = qdldl.Solver(self._matrix, upper=True)
+                self._solver = Solver(self._matrix, upper=True)
             else:
                 self._solver.update(self._matrix, upper=True)
         except RuntimeError:
@@ -63,7 +63,7 @@ class Simplicial:
         _, pivots, _ = self._solver.factors()
         return SimplicialFactors(self, self._count) if pivots.min() > 0.0 else None
 
-    def solver(self, number: int) -> qdldl.Solver:
+    def solver(self, number: int) -> Solver:
         """Return QDLDL's solver if it holds the factors of factorisation ``number``.
 
         Raises:

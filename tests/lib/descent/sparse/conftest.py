@@ -1,0 +1,13 @@
+"""Every law of sparse matrices holds with QDLDL and with SciPy in its place."""
+
+from __future__ import annotations
+
+import pytest
+from robust_slam.descent.sparse import elimination, ldl, simplicial
+
+
+@pytest.fixture(params=[ldl.Solver, ldl.SuperLU], ids=["QDLDL", "SciPy"], autouse=True)
+def solver(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> type:
+    for module in (elimination, simplicial):
+        monkeypatch.setattr(module, "Solver", request.param)
+    return request.param
