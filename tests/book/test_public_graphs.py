@@ -1,4 +1,4 @@
-"""Chapters 00 and 08 with and without the public graphs: what they say is what they computed."""
+"""Chapters 03 and 08 with and without the public graphs: what they say is what they computed."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Section:
 
 SECTIONS = (
     Section(
-        "00-one-lie",
+        "03-irls",
         "intel",
         "intel-.*",
         frozenset({"785", "19.57", "4.12", "0.05", "7.04", "7.01", "0.10"}),

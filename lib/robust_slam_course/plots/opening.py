@@ -32,13 +32,13 @@ Array = NDArray[np.float64]
 class Town:
     """A walk through a town and three maps of it, poses (n, 3) in m, m, rad.
 
-    `graph` has one wrong closure, marked in `is_lie` (m,). `before` is least squares
+    `graph` has one wrong closure, marked in `is_outlier` (m,). `before` is least squares
     without it, `folded` least squares with it, `robust` the map by Cauchy's kernel, whose
     weights (m,) are `weights`.
     """
 
     graph: PoseGraph
-    is_lie: NDArray[np.bool_]
+    is_outlier: NDArray[np.bool_]
     truth: Array
     before: Array
     folded: Array
@@ -50,19 +50,19 @@ def town(seed: int = 2) -> Town:
     """Return the walk of chapter 0 and its three maps; the seed draws the walk and the outlier."""
     rng = np.random.default_rng(seed)
     correct, truth = manhattan(100, rng, side=9, turn=0.25, closures=12)
-    graph, is_lie = add_random_closures(correct, 1, rng, poses=truth)
-    return three_maps(correct, graph, is_lie, truth)
+    graph, is_outlier = add_random_closures(correct, 1, rng, poses=truth)
+    return three_maps(correct, graph, is_outlier, truth)
 
 
 def three_maps(
-    correct: PoseGraph, graph: PoseGraph, is_lie: NDArray[np.bool_], truth: Array
+    correct: PoseGraph, graph: PoseGraph, is_outlier: NDArray[np.bool_], truth: Array
 ) -> Town:
     """Return the maps of ``correct`` and of ``graph``, which has outliers too."""
     problem = PoseGraphProblem(graph)
     robust = irls(problem, kernels.cauchy(1.0), tol=1e-6, max_iterations=300)
     return Town(
         graph=graph,
-        is_lie=is_lie,
+        is_outlier=is_outlier,
         truth=truth,
         before=PoseGraphProblem(correct).initial(),
         folded=problem.initial(),
@@ -81,7 +81,7 @@ def draw_opening(scene: Town) -> Figure:
     )
     for ax, (title, poses, weights) in zip(axes, panels, strict=True):
         draw_map(
-            ax, scene.graph, poses, is_outlier=scene.is_lie, weights=weights, truth=scene.truth
+            ax, scene.graph, poses, is_outlier=scene.is_outlier, weights=weights, truth=scene.truth
         )
         ax.set_title(title)
     figure.legend(handles=map_legend(), loc="outside lower center", ncols=2)
