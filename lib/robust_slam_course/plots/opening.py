@@ -75,7 +75,7 @@ def draw_opening(scene: Town) -> Figure:
     """Return the picture with its three panels."""
     figure, axes = plt.subplots(1, 3, figsize=(6.0, 2.8), sharex=True, sharey=True)
     panels = (
-        ("without the lie", scene.before, None),
+        ("without the outlier", scene.before, None),
         ("least squares", scene.folded, None),
         ("robust kernel", scene.robust, scene.weights),
     )
