@@ -16,7 +16,6 @@ from scipy.stats import chi2
 
 from tests.book.efficiency import efficiency
 from tests.book.prose import Chapter, Numbers
-from tests.book.samples import READINGS
 
 CHAPTER = Chapter("02-four-costs")
 FOUR = [kernels.KERNELS[name](1.0) for name in ("squared", "huber", "cauchy", "tls")]
@@ -53,18 +52,18 @@ def door(sigma: float) -> float:
 
 FORMULAS = {
     "9.5": lambda page: HUBER.rho(10.0),
-    "0.346574 2.307560": lambda page: CAUCHY.rho([1.0, 10.0]),
-    "6.658211": lambda page: CAUCHY.rho(10.0) / CAUCHY.rho(1.0),
-    "0.0099010": lambda page: CAUCHY.weight(10.0),
-    "0.324760": lambda page: GEMAN_MCCLURE.psi(1 / sqrt(3)),
-    "0.577350 0.577": lambda page: GEMAN_MCCLURE.convex_until,
-    "0.133849 -0.073905": lambda page: [curvature(CAUCHY, u) for u in (0.8, 1.2)],
-    "12.5 4.5 1.629048 0.5": lambda page: [kernel.rho(5.0) for kernel in FOUR],
-    "0.2 0.038462": lambda page: [kernel.weight(5.0) for kernel in (HUBER, CAUCHY)],
-    "1.310832 2.527658": lambda page: [sqrt(e - 1), sqrt(e**2 - 1)],
-    "2.5758 3.3682 4.1002": lambda page: [gamma(d) for d in (1, 3, 6)],
-    "11.344867 16.8119": lambda page: [gamma(d) ** 2 for d in (3, 6)],
-    "8.4059": lambda page: gamma(6) ** 2 / 2,
+    "0.347 2.308": lambda page: CAUCHY.rho([1.0, 10.0]),
+    "6.658": lambda page: CAUCHY.rho(10.0) / CAUCHY.rho(1.0),
+    "0.0099": lambda page: CAUCHY.weight(10.0),
+    "0.325": lambda page: GEMAN_MCCLURE.psi(1 / sqrt(3)),
+    "0.577": lambda page: GEMAN_MCCLURE.convex_until,
+    "0.134 -0.074": lambda page: [curvature(CAUCHY, u) for u in (0.8, 1.2)],
+    "12.5 4.5 1.629 0.5": lambda page: [kernel.rho(5.0) for kernel in FOUR],
+    "0.2 0.0385": lambda page: [kernel.weight(5.0) for kernel in (HUBER, CAUCHY)],
+    "1.311 2.528": lambda page: [sqrt(e - 1), sqrt(e**2 - 1)],
+    "2.576 3.368 4.100": lambda page: [gamma(d) for d in (1, 3, 6)],
+    "11.345 16.81": lambda page: [gamma(d) ** 2 for d in (3, 6)],
+    "8.406": lambda page: gamma(6) ** 2 / 2,
     "31.7 80.1": lambda page: [rejected(1.0, d) for d in (1, 3)],
     "35.6": lambda page: rejected(gamma(1), 6),
     "19.8": lambda page: rejected(gamma(1) / 2, 1),
@@ -74,17 +73,15 @@ FORMULAS = {
     "91.6 95.5": lambda page: [100 * efficiency(kernels.tls(gamma(d)), d) for d in (1, 3)],
     "90.3 76.2": lambda page: [100 * efficiency(kernel) for kernel in (HUBER, CAUCHY)],
     "2.005 2.204": lambda page: [door(sigma) for sigma in (0.05, 1.0)],
-    "0.0625": lambda page: irls(LocationProblem(READINGS, 0.3), HUBER).x,
-    "-0.0125": lambda page: np.mean(READINGS[:4]),
-    "3.1304875": lambda page: kernels.huber(1.345).rho(3.0),
-    "0.448333": lambda page: kernels.huber(1.345).weight(3.0),
+    "3.130": lambda page: kernels.huber(1.345).rho(3.0),
+    "0.448": lambda page: kernels.huber(1.345).weight(3.0),
 }
 
 
 class TestNumbers(Numbers):
     chapter, formulas = CHAPTER, FORMULAS
     # Data that the chapter hands out, section numbers of other texts, and p = 0.99.
-    given = "0.1 -0.2 0.15 -0.1 0.3 0.8 1.2 0.99 3.12"
+    given = "0.1 0.8 1.2 0.99 3.12"
 
 
 def test_the_table_of_ratios_and_weights() -> None:
@@ -92,7 +89,7 @@ def test_the_table_of_ratios_and_weights() -> None:
     weights = [float(k.weight(10.0)) for k in FOUR]
     np.testing.assert_allclose(ratios, [100, 19, log(101) / log(2), 1], rtol=1e-12)
     np.testing.assert_allclose(weights, [1, 0.1, 1 / 101, 0], rtol=1e-12)
-    bold = ["**100**", "**19**", "**6.658211**", "**1**", "**0.1**", "**0.0099010**", "**0**"]
+    bold = ["**100**", "**19**", "**6.658**", "**1**", "**0.1**", "**0.0099**", "**0**"]
     assert not [number for number in bold if number not in CHAPTER.text]
 
 
@@ -115,12 +112,6 @@ def test_the_crossings_are_where_the_costs_are_equal() -> None:
     with_half, without_half = sqrt(e - 1), sqrt(e**2 - 1)
     assert float(CAUCHY.rho(with_half)) == pytest.approx(float(TLS.rho(with_half)))
     assert float(CAUCHY.rho(without_half)) == pytest.approx(2 * float(TLS.rho(without_half)))
-
-
-@pytest.mark.parametrize("outlier", [5.0, 5e3, 5e6])
-def test_huber_does_not_forget_an_outlier(outlier: float) -> None:
-    result = irls(LocationProblem([*READINGS[:4], outlier], 0.3), HUBER)
-    assert result.x == pytest.approx((sum(READINGS[:4]) + 0.3) / 4, abs=1e-9)
 
 
 def test_in_millimetres_one_reading_is_left() -> None:
