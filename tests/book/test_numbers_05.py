@@ -124,9 +124,7 @@ FORMULAS = {
     "3.368 2.576": lambda page: np.sqrt(chi2.ppf(0.99, [3, 1])),
     "11.345": lambda page: chi2.ppf(0.99, 3),
     "0.311 0.147": lambda page: page.errors,
-    "3.70 79.4 99.7": lambda page: [
-        lesson_surrogate(10, mu) for mu in (1, 100, 1e4)
-    ],
+    "3.70 79.4 99.7": lambda page: [lesson_surrogate(10, mu) for mu in (1, 100, 1e4)],
     "0.9495 0.9454": lambda page: listing(20),
     "0.0557 9.944": lambda page: [minimum_at_mu_one(x) for x in (0.5, 9.5)],
     "17.75": lambda page: 25 * 3 / 4 - 1,
