@@ -8,9 +8,13 @@ kept back from tests, so that the grader itself still has memory to go on.
 from __future__ import annotations
 
 import contextlib
-import resource
 from collections.abc import Iterator
 from pathlib import Path
+
+try:
+    import resource
+except ImportError:  # in a browser
+    resource = None  # type: ignore[assignment]
 
 HELD_BYTES = 1024**3
 """What the tests of one submission may hold beyond what the process held at its start."""
@@ -35,8 +39,8 @@ def for_tests() -> Iterator[None]:
 
     Without ``bound``, as in a student's own check, nothing is limited.
     """
-    most = resource.getrlimit(resource.RLIMIT_DATA)[1]
-    if most == resource.RLIM_INFINITY:
+    most = None if resource is None else resource.getrlimit(resource.RLIMIT_DATA)[1]
+    if most is None or most == resource.RLIM_INFINITY:
         yield
         return
     resource.setrlimit(resource.RLIMIT_DATA, (most - KEPT_BACK_BYTES, most))

@@ -15,8 +15,13 @@ from robust_slam_autograder.executor.budget import Deadline, Meter, soonest
 from robust_slam_autograder.reading.assignment import Limits, Piece
 from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES
 from robust_slam_autograder.reading.source import imported_modules
-from robust_slam_autograder.sandbox import Launch, Running, Sandbox
-from robust_slam_autograder.student.channel import Channel, DeadlineExceeded, RaisedThere
+from robust_slam_autograder.sandbox import Here, Launch, Running, Sandbox
+from robust_slam_autograder.student.channel import (
+    Channel,
+    Conversation,
+    DeadlineExceeded,
+    RaisedThere,
+)
 from robust_slam_autograder.student.channel import Fault as ChannelFault
 from robust_slam_autograder.student.wire import Handle, WireError
 
@@ -87,8 +92,8 @@ class Session:
     errors: dict[str, StudentError | SessionFault] = field(default_factory=dict)
     fault: SessionFault | None = None
     _cell: Deadline | None = None
-    _running: Running | None = None
-    _channel: Channel | None = None
+    _running: Running | Here | None = None
+    _channel: Conversation | None = None
     _depth: int = 0
 
     def begin(self) -> None:
@@ -169,7 +174,11 @@ class Session:
         return self._channel.invoke(Handle("name", what), tuple(args), {})
 
     def _invoke(
-        self, channel: Channel, target: Handle, args: tuple[Any, ...], kwargs: Mapping[str, Any]
+        self,
+        channel: Conversation,
+        target: Handle,
+        args: tuple[Any, ...],
+        kwargs: Mapping[str, Any],
     ) -> Any:  # noqa: ANN401
         """Call a function of the untrusted process, be it named or handed over before."""
         if self.fault or channel is not self._channel:  # that process has ended
@@ -178,7 +187,7 @@ class Session:
 
     def _ask(
         self,
-        channel: Channel,
+        channel: Conversation,
         target: Handle,
         args: tuple[Any, ...],
         kwargs: Mapping[str, Any],
@@ -214,7 +223,7 @@ class Session:
                 self.close()
                 raise
 
-    def _spawn(self) -> Channel:
+    def _spawn(self) -> Conversation:
         if self.total.left() <= 0:
             raise self.fail("timeout")
         launch = Launch(
@@ -230,9 +239,11 @@ class Session:
             self.close()
             raise GraderFailure(f"The sandbox ({self.sandbox.name}) did not start: {problem}")
         self.total.meter.follow(self._running.cpu_seconds)
+        if isinstance(self._running, Here):
+            return self._running.connect(handed_over.check)
         return Channel(*self._running.pipes(), check=handed_over.check, widen=True)
 
-    def _run_program(self, channel: Channel) -> bool:
+    def _run_program(self, channel: Conversation) -> bool:
         """Read all cells, then run them; False when the student's hung: a fresh start is due."""
         setup = len(self.program.setup)
         cells = list(enumerate([*self.program.setup, *self.program.pieces]))
@@ -284,7 +295,7 @@ class Session:
         finally:
             alone.close()
 
-    def _read(self, channel: Channel, number: int, piece: Piece) -> None:
+    def _read(self, channel: Conversation, number: int, piece: Piece) -> None:
         args = (number, piece.label, piece.source, piece.own)
         try:
             self._ask(channel, Handle("name", "read"), args, {}, self.limits.cell_seconds)
@@ -293,7 +304,7 @@ class Session:
                 raise
             raise StudentError(f"the cell cannot be read: {error.__cause__}") from error
 
-    def _run(self, channel: Channel, number: int, piece: Piece) -> None:
+    def _run(self, channel: Conversation, number: int, piece: Piece) -> None:
         self._ask(channel, Handle("name", "run"), (number,), {}, self.limits.cell_seconds)
 
 

@@ -5,16 +5,31 @@ A back end starts ``untrusted.py`` with pipes for its standard input and output.
 
 from __future__ import annotations
 
+import sys
+
 from robust_slam_autograder.errors import WrongUse
-from robust_slam_autograder.sandbox.bubblewrap import Bubblewrap, bubblewrap_problem
-from robust_slam_autograder.sandbox.fork import Fork
+from robust_slam_autograder.sandbox.in_process import Here, InProcess
 from robust_slam_autograder.sandbox.inside import Launch, Running, Sandbox
-from robust_slam_autograder.sandbox.unsandboxed import Unsandboxed
+
+BACK_ENDS: dict[str, Sandbox] = {}
+"""By the name to choose them by, the one to prefer first."""
+if sys.platform != "emscripten":  # a browser starts no process
+    from robust_slam_autograder.sandbox.bubblewrap import Bubblewrap, bubblewrap_problem
+    from robust_slam_autograder.sandbox.fork import Fork
+    from robust_slam_autograder.sandbox.unsandboxed import Unsandboxed
+
+    BACK_ENDS = {
+        "fork": Fork(),
+        "bubblewrap": Bubblewrap(),
+        "landlock": Fork(namespaces=False),
+    }
 
 __all__ = [
     "BACK_ENDS",
     "Bubblewrap",
     "Fork",
+    "Here",
+    "InProcess",
     "Launch",
     "Running",
     "Sandbox",
@@ -22,13 +37,6 @@ __all__ = [
     "bubblewrap_problem",
     "choose",
 ]
-
-BACK_ENDS: dict[str, Sandbox] = {
-    "fork": Fork(),
-    "bubblewrap": Bubblewrap(),
-    "landlock": Fork(namespaces=False),
-}
-"""By the name to choose them by, the one to prefer first."""
 
 
 def choose(name: str | None = None, *, unsandboxed: bool = False) -> Sandbox:
@@ -38,7 +46,7 @@ def choose(name: str | None = None, *, unsandboxed: bool = False) -> Sandbox:
         WrongUse: none works and ``unsandboxed`` was not asked for; says what to install.
     """
     if unsandboxed:
-        return Unsandboxed()
+        return InProcess() if sys.platform == "emscripten" else Unsandboxed()
     problems = []
     for key, wall in BACK_ENDS.items():
         if name not in (None, key):

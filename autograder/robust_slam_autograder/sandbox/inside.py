@@ -7,12 +7,15 @@ import platform
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import robust_slam_autograder
 from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES
 from robust_slam_autograder.sandbox import packages, view
 from robust_slam_autograder.student import untrusted
+
+if TYPE_CHECKING:
+    from robust_slam_autograder.sandbox.in_process import Here
 
 SCRATCH_BYTES = 64 * 1024 * 1024
 SCRATCH_FILES = 20_000
@@ -76,8 +79,8 @@ class Sandbox(Protocol):
     def problem(self) -> str | None:
         """Say why it does not work on this machine; None where it does."""
 
-    def start(self, launch: Launch) -> Running:
-        """Start an untrusted process whose stdin and stdout are pipes."""
+    def start(self, launch: Launch) -> Running | Here:
+        """Start an untrusted process whose stdin and stdout are pipes, or use this one."""
 
 
 def python_command(launch: Launch, uid: int | None, *, walled: bool) -> list[str]:

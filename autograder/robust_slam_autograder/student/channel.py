@@ -1,6 +1,6 @@
-"""One pipe in each direction, and calls that go both ways over it.
+"""Calls that go both ways between the grader and student code, over a pair of pipes.
 
-Both processes use the same class: a call waits for its answer and serves the
+Both sides use the same class: a call waits for its answer and serves the
 calls that come back meanwhile (a student's solver that calls the weight function
 it was handed). The trusted side adds deadlines; it never trusts what it reads.
 """
@@ -13,6 +13,7 @@ import select
 import struct
 import threading
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -61,7 +62,7 @@ def _text(told: object) -> str:
 class Remote:
     """A callable of the other side."""
 
-    def __init__(self, channel: Channel, handle: Handle) -> None:
+    def __init__(self, channel: Conversation, handle: Handle) -> None:
         self._channel = channel
         self._handle = handle
 
@@ -70,13 +71,11 @@ class Remote:
         return self._channel.invoke(self._handle, args, kwargs)
 
 
-class Channel:
-    """Calls across a pair of pipes."""
+class Conversation(ABC):
+    """Calls between two sides; how the messages travel is a subclass's business."""
 
     def __init__(
         self,
-        read_fd: int,
-        write_fd: int,
         *,
         named: Mapping[str, Callable[..., Any]] | None = None,
         describe: Callable[[BaseException], dict[str, Any]] | None = None,
@@ -84,11 +83,9 @@ class Channel:
         check: Check | None = None,
         widen: bool = False,
     ) -> None:
-        """Take over two descriptors.
+        """Make one side of it.
 
         Args:
-            read_fd: where messages come in.
-            write_fd: where messages go out.
             named: functions that the other side may call by name.
             describe: turns an exception into what is told of it.
             tells: exceptions of our functions that the other side is told of.
@@ -99,14 +96,8 @@ class Channel:
         """Says how many seconds to wait before it is asked again; at the deadline none."""
         self.invoke: Callable[[Handle, tuple[Any, ...], Mapping[str, Any]], Any] = self.call
         """How callables of the other side are called; who adds a deadline puts it here."""
-        self._read_fd, self._write_fd = read_fd, write_fd
-        os.set_blocking(read_fd, False)
-        os.set_blocking(write_fd, False)
         self._asked: Callable[[], float] | None = None
         self._ask_again = 0.0
-        self._readable = _poller(read_fd, select.POLLIN)
-        self._writable = _poller(write_fd, select.POLLOUT)
-        self._arrived = bytearray()
         self._named = named or {}
         self._describe = describe or describe_error
         self._tells = tells
@@ -117,6 +108,18 @@ class Channel:
         self._lock = threading.RLock()  # student code may call back from a thread of its own
         self._calls = 0
         self._depth = 0
+
+    @abstractmethod
+    def _send(self, payload: bytes) -> None:
+        """Send a message."""
+
+    @abstractmethod
+    def _arrive(self) -> bytes:
+        """Wait for a message."""
+
+    @abstractmethod
+    def is_quiet(self) -> bool:
+        """Whether nothing has come in that nobody asked for."""
 
     def call(self, target: Handle, args: tuple[Any, ...], kwargs: Mapping[str, Any]) -> Any:  # noqa: ANN401
         """Call a function of the other side and wait for its answer.
@@ -158,10 +161,6 @@ class Channel:
             if kind != "call":
                 raise ChannelClosed("an answer to no question")
             self._answer(number, *rest)
-
-    def is_quiet(self) -> bool:
-        """Whether nothing has come in that nobody asked for."""
-        return not self._arrived and not self._readable.poll(0)
 
     def _answer(self, number: int, target: list[Any], args: list[Any], kwargs: Any) -> None:  # noqa: ANN401
         self._depth += 1
@@ -206,6 +205,66 @@ class Channel:
             return Remote(self, handle)
         return self._own([handle.owner, handle.key])
 
+    def _receive(self) -> list[Any]:
+        self._time_left()  # a flood of messages never lets the reader wait
+        try:
+            message = wire.decode(self._arrive(), self._import, widen=self._widen)
+        except (WireError, MemoryError) as error:
+            raise ChannelClosed(str(error)) from error
+        if not _is_message(message):
+            raise ChannelClosed("a message of an unknown shape")
+        return list(message)
+
+    def _time_left(self) -> float | None:
+        """Seconds until ``patience`` is to be asked again, which takes system calls."""
+        if self.patience is None:
+            return None
+        now = time.monotonic()
+        if self.patience is not self._asked or now >= self._ask_again:
+            left = self.patience()
+            if left <= 0:
+                raise DeadlineExceeded
+            self._asked, self._ask_again = self.patience, now + left
+        return self._ask_again - now
+
+
+class Channel(Conversation):
+    """One side of a conversation over a pair of pipes."""
+
+    def __init__(
+        self,
+        read_fd: int,
+        write_fd: int,
+        *,
+        named: Mapping[str, Callable[..., Any]] | None = None,
+        describe: Callable[[BaseException], dict[str, Any]] | None = None,
+        tells: type[BaseException] = Exception,
+        check: Check | None = None,
+        widen: bool = False,
+    ) -> None:
+        """Take over two descriptors.
+
+        Args:
+            read_fd: where messages come in.
+            write_fd: where messages go out.
+            named: as in ``Conversation``, like all that follow.
+            describe: as above.
+            tells: as above.
+            check: as above.
+            widen: as above.
+        """
+        super().__init__(named=named, describe=describe, tells=tells, check=check, widen=widen)
+        self._read_fd, self._write_fd = read_fd, write_fd
+        os.set_blocking(read_fd, False)
+        os.set_blocking(write_fd, False)
+        self._readable = _poller(read_fd, select.POLLIN)
+        self._writable = _poller(write_fd, select.POLLOUT)
+        self._arrived = bytearray()
+
+    def is_quiet(self) -> bool:
+        """Whether nothing has come in that nobody asked for."""
+        return not self._arrived and not self._readable.poll(0)
+
     def _send(self, payload: bytes) -> None:
         data = memoryview(_LENGTH.pack(len(payload)) + payload)
         while data:
@@ -216,18 +275,11 @@ class Channel:
             except OSError as error:
                 raise ChannelClosed("the other side has gone") from error
 
-    def _receive(self) -> list[Any]:
-        self._time_left()  # a flood of messages never lets the reader wait
+    def _arrive(self) -> bytes:
         (length,) = _LENGTH.unpack(self._read_exactly(_LENGTH.size))
         if length > wire.MAX_MESSAGE:
             raise ChannelClosed("a message larger than the limit")
-        try:
-            message = wire.decode(self._read_exactly(length), self._import, widen=self._widen)
-        except (WireError, MemoryError) as error:
-            raise ChannelClosed(str(error)) from error
-        if not _is_message(message):
-            raise ChannelClosed("a message of an unknown shape")
-        return list(message)
+        return self._read_exactly(length)
 
     def _read_exactly(self, size: int) -> bytes:
         while len(self._arrived) < size:
@@ -253,18 +305,6 @@ class Channel:
             left = self._time_left()
             if poller.poll(None if left is None else math.ceil(left * 1000)):
                 return
-
-    def _time_left(self) -> float | None:
-        """Seconds until ``patience`` is to be asked again, which takes system calls."""
-        if self.patience is None:
-            return None
-        now = time.monotonic()
-        if self.patience is not self._asked or now >= self._ask_again:
-            left = self.patience()
-            if left <= 0:
-                raise DeadlineExceeded
-            self._asked, self._ask_again = self.patience, now + left
-        return self._ask_again - now
 
 
 def _poller(descriptor: int, event: int) -> select.poll:

@@ -14,7 +14,6 @@ import contextlib
 import inspect
 import linecache
 import os
-import resource
 import sys
 import types
 from collections.abc import Callable, Sequence
@@ -94,9 +93,16 @@ class Notebook:
         used = self._used.union(*(used_names(*cell.tree.body) for cell in cells if not cell.own))
         return helpers([cell.tree for cell in cells if cell.own], used)
 
-    def _execute(self, tree: ast.Module, label: str) -> None:
+    def compiled(self, tree: ast.Module, label: str) -> types.CodeType:
+        """Compile what is about to run."""
         flags = self._future | ast.PyCF_ALLOW_TOP_LEVEL_AWAIT
-        code = compile(tree, label, "exec", flags=flags, dont_inherit=True, optimize=0)
+        code: types.CodeType = compile(
+            tree, label, "exec", flags=flags, dont_inherit=True, optimize=0
+        )
+        return code
+
+    def _execute(self, tree: ast.Module, label: str) -> None:
+        code = self.compiled(tree, label)
         # As in a notebook, `from __future__ import …` holds for the cells that follow too.
         self._future |= code.co_flags & FUTURE_FLAGS
         result = eval(code, self.names)
@@ -145,6 +151,8 @@ class Notebook:
 
 def limit(limits: dict[str, int]) -> None:
     """Set resource limits by their names in the resource module, soft and hard alike."""
+    import resource  # a browser has none
+
     for name, value in limits.items():
         kind = getattr(resource, name, None)
         if kind is None:

@@ -1,0 +1,195 @@
+"""No process of its own: for a student's own check in a browser, where there is only one.
+
+Student code gets a fresh ``__main__``, its own copies of the packages that are withheld in
+part, and an empty working folder. Nothing else is apart, and nothing is guarded.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import sys
+import tempfile
+import types
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from robust_slam_autograder.sandbox.inside import Launch
+from robust_slam_autograder.student import imports
+from robust_slam_autograder.student.channel import Check
+from robust_slam_autograder.student.joined import End
+from robust_slam_autograder.student.untrusted import Notebook, do_nothing
+
+TOOL = 4
+"""The number under which ``sys.monitoring`` knows us."""
+LOOPS = 256
+"""How many rounds of loops go by between two looks at the clock."""
+
+
+class InProcess:
+    """No wall, and no other process."""
+
+    name = "none"
+
+    def problem(self) -> str | None:
+        """It works everywhere, and guards nothing."""
+        return None
+
+    def start(self, launch: Launch) -> Here:
+        """Prepare this process."""
+        return Here(launch)
+
+
+class Here:
+    """This process, as far as student code is concerned."""
+
+    def __init__(self, launch: Launch) -> None:
+        self._launch = launch
+        self._modules = _Modules(launch.withheld)
+        self._clean_up = contextlib.ExitStack()
+        self._clean_up.enter_context(_empty_folder())
+        self._clean_up.enter_context(_hidden_figures())
+
+    def connect(self, check: Check) -> End:
+        """Connect the grader with a fresh notebook; ``check`` as in ``Conversation``."""
+        near = End(lambda: self._modules.of(student=False), check=check, widen=True)
+        watch = self._clean_up.enter_context(_watching(near.look_at_the_time))
+        with self._modules.of(student=True):
+            notebook = _Watched(types.ModuleType("__main__"), self._launch.used, watch)
+        notebook.names["__builtins__"] = _builtins(self._launch)
+        served = (notebook.read, notebook.run, notebook.kinds, notebook.value, notebook.call)
+        far = End(
+            lambda: self._modules.of(student=True),
+            named={function.__name__: function for function in served},
+            describe=notebook.describe,
+            tells=BaseException,
+        )
+        near.join(far)
+        return near
+
+    def await_ready(self) -> str | None:
+        """It is ready."""
+        return None
+
+    def cpu_seconds(self) -> float:
+        """Nothing beside what this process itself counts."""
+        return 0.0
+
+    def stop(self) -> None:
+        """Undo what was done to this process."""
+        self._clean_up.close()
+
+
+Watch = Callable[[types.CodeType], None]
+"""Has code end when its time is up."""
+
+
+class _Watched(Notebook):
+    """A notebook whose loops end when their time is up."""
+
+    def __init__(self, module: types.ModuleType, used: tuple[str, ...], watch: Watch) -> None:
+        super().__init__(module, used)
+        self._watch = watch
+
+    def compiled(self, *args: Any, **kwargs: Any) -> types.CodeType:  # noqa: ANN401
+        """As a notebook does it, and watched."""
+        code = super().compiled(*args, **kwargs)
+        self._watch(code)
+        return code
+
+
+class _Modules:
+    """The packages that are withheld in part, once for each side, and ``__main__``."""
+
+    def __init__(self, withheld: tuple[str, ...]) -> None:
+        self._tops = {"__main__", *(name.partition(".")[0] for name in withheld)}
+        self._finder = imports.Withheld(withheld)
+        self._away: dict[str, types.ModuleType] = {}
+        self._is_student = False
+
+    @contextlib.contextmanager
+    def of(self, *, student: bool) -> Iterator[None]:
+        """Within this context one side's modules are there."""
+        before = self._is_student
+        self._change(student)
+        try:
+            yield
+        finally:
+            self._change(before)
+
+    def _change(self, student: bool) -> None:
+        if student == self._is_student:
+            return
+        names = [name for name in sys.modules if name.partition(".")[0] in self._tops]
+        taken = {name: sys.modules.pop(name) for name in names}
+        sys.modules.update(self._away)
+        self._away, self._is_student = taken, student
+        if student:
+            sys.meta_path.insert(0, self._finder)
+        else:
+            sys.meta_path.remove(self._finder)
+
+
+def _builtins(launch: Launch) -> types.ModuleType:
+    found = imports.student_builtins(launch.packages, launch.withheld)
+    quiet = {"exit": sys.exit, "quit": sys.exit, "help": do_nothing, "input": _no_input}
+    found.__dict__.update(quiet)
+    return found
+
+
+def _no_input(*args: object) -> None:
+    raise EOFError("EOF when reading a line")
+
+
+@contextlib.contextmanager
+def _empty_folder() -> Iterator[None]:
+    with tempfile.TemporaryDirectory(prefix="autograder-") as folder, contextlib.chdir(folder):
+        yield
+
+
+@contextlib.contextmanager
+def _hidden_figures() -> Iterator[None]:
+    """Draw figures without showing them, and forget them in the end."""
+    try:
+        pyplot = importlib.import_module("matplotlib.pyplot")
+    except ImportError:
+        yield
+        return
+    backend, there = pyplot.get_backend(), set(pyplot.get_fignums())
+    pyplot.switch_backend("agg")
+    try:
+        yield
+    finally:
+        for number in set(pyplot.get_fignums()) - there:
+            pyplot.close(number)
+        pyplot.switch_backend(backend)
+
+
+@contextlib.contextmanager
+def _watching(look: Callable[[], None]) -> Iterator[Watch]:
+    """Have the loops of code look at the time; before Python 3.12 nothing can do that."""
+    if sys.version_info < (3, 12):
+        yield lambda code: None
+        return
+    monitoring = sys.monitoring
+    rounds = 0
+
+    def jumped(code: types.CodeType, start: int, end: int) -> None:
+        nonlocal rounds
+        rounds += 1
+        if rounds % LOOPS == 0:
+            look()
+
+    def watch(code: types.CodeType) -> None:
+        monitoring.set_local_events(TOOL, code, monitoring.events.JUMP)
+        for inner in code.co_consts:
+            if isinstance(inner, types.CodeType):
+                watch(inner)
+
+    monitoring.use_tool_id(TOOL, "autograder")
+    monitoring.register_callback(TOOL, monitoring.events.JUMP, jumped)
+    try:
+        yield watch
+    finally:
+        monitoring.register_callback(TOOL, monitoring.events.JUMP, None)
+        monitoring.free_tool_id(TOOL)

@@ -1,0 +1,131 @@
+"""A student's own check: the visible tests of a notebook, with a line for each exercise.
+
+``check`` is the command ``autograder check`` for the cell of a notebook.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from robust_slam_autograder import sandbox
+from robust_slam_autograder.errors import AutograderError, Refused, WrongUse
+from robust_slam_autograder.grading import marking
+from robust_slam_autograder.grading.results import ExerciseResult, Result
+from robust_slam_autograder.markup import log_line
+from robust_slam_autograder.reading import assignment as assignments
+from robust_slam_autograder.reading import notebook, submission
+from robust_slam_autograder.reading.assignment import Assignment
+from robust_slam_autograder.reading.notebook import Cell
+from robust_slam_autograder.reports import terminal
+
+
+@dataclass(frozen=True)
+class Checked:
+    """What the visible tests found, and per exercise how many hidden cases there are."""
+
+    result: Result
+    hidden: Mapping[str, int] | None
+
+
+def check(notebook: str) -> None:
+    """Run the visible tests of a saved notebook, and print what ``autograder check`` prints.
+
+    Args:
+        notebook: its path, for example "05-gnc.ipynb" where it lies in the working folder.
+    """
+    try:
+        run(Path(notebook))
+    except AutograderError as error:
+        print(f"autograder: {log_line(str(error))}", file=sys.stderr)
+
+
+def run(given: Path, release: Path | None = None) -> Checked:
+    """Run the visible tests of a notebook, and print a line for each exercise as it ends.
+
+    Args:
+        given: the notebook.
+        release: a folder with releases to take the tests from, in place of the notebook's own.
+
+    Raises:
+        WrongUse: there is no such notebook or release, or it cannot be read.
+        GraderFailure: the set-up cells do not work.
+    """
+    path = Path(os.path.abspath(given))
+    if not os.path.lexists(path):
+        raise WrongUse(f"{given} does not exist: name the notebook to check.")
+    if path.is_dir():
+        raise WrongUse(f"{given} is a folder: name the notebook in it.")
+    try:
+        cells = notebook.read(path)
+    except Refused as error:
+        raise WrongUse(str(error)) from error
+    if release is None:
+        tests, whose = _own_tests(cells, path), "in it"
+    else:
+        original = _released(release, path)
+        tests, whose = assignments.load(original), f"of {original}"
+    print(f"Checking {given}: the visible cases {whose}.")
+    code = submission.collect(cells, tests)
+    lines = _Lines(tests)
+    result = marking.check(
+        tests, code, sandbox=sandbox.choose(unsandboxed=True), report=lines.write
+    )
+    lines.write_rest(result)
+    print(terminal.check_end(result, tests.hidden_cases))
+    return Checked(result, tests.hidden_cases)
+
+
+class _Lines:
+    """A line for each exercise as it ends; on a terminal also the name of the one that runs."""
+
+    def __init__(self, tests: Assignment) -> None:
+        self._hidden = tests.hidden_cases
+        self._left = list(tests.exercises)
+        self._out = sys.stdout  # while tests run, what they print goes nowhere
+        self._say_next()
+
+    def write(self, exercise: ExerciseResult) -> None:
+        self._left.remove(exercise.name)
+        print(terminal.check_line(exercise, self._hidden), file=self._out, flush=True)
+        self._say_next()
+
+    def write_rest(self, result: Result) -> None:
+        """Exercises that never ran, for example because the time was up."""
+        for exercise in result.exercises:
+            if exercise.name in self._left:
+                self.write(exercise)
+
+    def _say_next(self) -> None:
+        if self._left and self._out.isatty():
+            print(f"… {self._left[0]}", end="\r", file=self._out, flush=True)
+
+
+def _own_tests(cells: Sequence[Cell], path: Path) -> Assignment:
+    config = assignments.load_config(path.parent / assignments.CONFIG_NAME)
+    return assignments.from_cells(
+        _first_of_each(cells), name=path.parent.name, notebook=path.stem, config=config
+    )
+
+
+def _first_of_each(cells: Sequence[Cell]) -> list[Cell]:
+    """Leave out the copies that a student made of a cell; in a source tree they are an error."""
+    seen: set[str] = set()
+    kept = []
+    for cell in cells:
+        if cell.grade_id is None or cell.grade_id not in seen:
+            kept.append(cell)
+        seen |= {cell.grade_id} if cell.grade_id else set()
+    return kept
+
+
+def _released(folder: Path, path: Path) -> Path:
+    if not folder.is_dir():
+        raise WrongUse(f"There is no folder {folder}: --release DIR names the release's.")
+    for name in (path.stem, path.parent.name):
+        if (folder / name).is_dir():
+            return assignments.notebook_path(folder / name)
+    raise WrongUse(f"{folder} has no release for {path.name}: name the notebook as it was.")
