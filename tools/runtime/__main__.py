@@ -8,28 +8,37 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tools.runtime import pyodide, wheels
+from tools.runtime import jupyterlite, pyodide, wheels
 
 ROOT = Path(__file__).resolve().parents[2]
 RUNTIME = ROOT / "build" / "runtime"
+READY = ".ready"
+"""Stands in the runtime's folder when all of it is there."""
+PLACES = {"pyodide": "python/pyodide", "wheels": "python/wheels", "lab": "lab"}
+"""Where the runtime's folders stand on the site."""
+JUPYTERLITE = ROOT / "build" / "jupyterlite"
+"""Where its packages are installed."""
 
 
-def make(root: Path = ROOT, runtime: Path = RUNTIME) -> None:
-    """Collect all files of the runtime.
+def make(root: Path = ROOT, runtime: Path = RUNTIME, packages: Path = JUPYTERLITE) -> None:
+    """Collect all files of the runtime, and make the site of the assignments.
 
     Raises:
-        RuntimeUnavailable: a file cannot be had; ``wheels.json`` is then missing.
+        RuntimeUnavailable: a file cannot be had; ``READY`` is then missing.
     """
-    (runtime / "wheels" / wheels.INDEX).unlink(missing_ok=True)
+    (runtime / READY).unlink(missing_ok=True)
     pyodide.fetch(runtime / "pyodide", os.environ.get(pyodide.FOLDER))
     print("the course's packages and those that they need")
     wheels.build(root, runtime / "wheels", runtime / "pyodide")
+    print("JupyterLab for the assignments", flush=True)
+    jupyterlite.build(root, runtime, packages)
+    (runtime / READY).touch()
 
 
 def copy_to(site: Path, runtime: Path = RUNTIME) -> None:
     """Put the runtime into a built site, as links where the file system has them."""
-    for name in ("pyodide", "wheels"):
-        target = site / "python" / name
+    for name, place in PLACES.items():
+        target = site / place
         shutil.rmtree(target, ignore_errors=True)
         shutil.copytree(runtime / name, target, copy_function=_link)
 

@@ -1,4 +1,7 @@
-"""The wheels beside Pyodide's: the course's packages, and pure Python ones that it lacks."""
+"""The wheels beside Pyodide's: the course's packages, and others that it lacks.
+
+All are made from what is installed, at the versions that the lock file pins: no network is needed.
+"""
 
 from __future__ import annotations
 
@@ -9,9 +12,12 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from importlib import metadata
+from pathlib import Path, PurePath
+from typing import Any
 
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.publishing.files import tracked
@@ -19,7 +25,7 @@ from robust_slam_autograder.publishing.files import tracked
 from tools.runtime.pyodide import RuntimeUnavailable
 
 _PIP = (sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet")
-_PURE = ("--platform=any", "--implementation=py", "--abi=none", "--python-version=3.12")
+_PACKED = (".py", ".pyi", ".typed", ".js", ".css", ".json")
 INDEX = "wheels.json"
 LOCK = "pyodide-lock.json"
 
@@ -41,6 +47,7 @@ class Package:
 PACKAGES = (
     Package("matplotlib-fontlist", (), ("matplotlib",), "tools/runtime/fonts"),
     Package("lazy-loader", ("lazy_loader",), ("packaging",)),
+    Package("msgpack", ("msgpack",)),
     Package(
         "robust-slam",
         ("robust_slam", "robust_slam_course"),
@@ -50,7 +57,7 @@ PACKAGES = (
     Package(
         "robust-slam-autograder",
         ("robust_slam_autograder",),
-        ("ipython", "numpy", "packaging"),
+        ("ipython", "msgpack", "robust-slam"),  # every assignment's cells need the library
         "autograder",
     ),
     Package("typing-extensions", ("typing_extensions",)),
@@ -78,13 +85,15 @@ def build(root: Path, out: Path, pyodide: Path) -> None:
         pyodide: the folder with Pyodide's own list.
 
     Raises:
-        RuntimeUnavailable: a wheel cannot be built or downloaded.
+        RuntimeUnavailable: a wheel cannot be built.
     """
     (out / INDEX).unlink(missing_ok=True)
     with tempfile.TemporaryDirectory(prefix="wheels-") as temporary:
         made = Path(temporary)
         _build_own(root, made)
-        _download(root, made, out)
+        for each in PACKAGES:
+            if not each.folder:
+                _pack(each.name, made)
         found = {_normal(path.name.split("-")[0]): path for path in made.glob("*.whl")}
         shutil.rmtree(out, ignore_errors=True)
         out.mkdir(parents=True)
@@ -111,7 +120,11 @@ def _build_own(root: Path, made: Path) -> None:
             copy.parent.mkdir(parents=True, exist_ok=True)
             shutil.copy2(root / name, copy)
         sources = [str(Path(temporary) / folder) for folder in folders]
-        _run("wheel", *offline, "--wheel-dir", str(made), *sources)
+        command = [*_PIP, "wheel", *offline, "--wheel-dir", str(made), *sources]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode:
+        said = done.stderr.strip().splitlines() or ["it gives no reason"]
+        raise RuntimeUnavailable(f"pip could not build {', '.join(folders)}: {said[-1]}")
 
 
 def _files(root: Path, folders: Sequence[str]) -> list[str]:
@@ -122,48 +135,59 @@ def _files(root: Path, folders: Sequence[str]) -> list[str]:
     return [name for name in names if name.startswith(tuple(f"{folder}/" for folder in folders))]
 
 
-def _download(root: Path, made: Path, earlier: Path) -> None:
-    """Download the others at the versions of the course's lock file, or take earlier ones."""
-    text = (root / "requirements.lock").read_text(encoding="utf-8")
-    names = {each.name for each in PACKAGES if not each.folder}
-    pins = re.findall(r"^((?P<name>[\w.-]+)==[^\n]*\n(?:    [^\n]*\n)*)", text, re.M)
-    wanted = "".join(pin for pin, name in pins if name in names)
-    wanted = re.sub(r"^([\w.-]+==[^\s;]+) ;[^\\\n]*", r"\1 ", wanted, flags=re.M)
-    with tempfile.TemporaryDirectory(prefix="pins-") as temporary:
-        pinned = Path(temporary) / "requirements.txt"
-        pinned.write_text(wanted, encoding="utf-8")
-        only = ("--no-deps", "--require-hashes", "--only-binary=:all:", *_PURE)
-        command = ("download", *only, "--dest", str(made), "--requirement", str(pinned))
-        try:
-            _run(*command, "--no-index", "--find-links", str(earlier))
-        except RuntimeUnavailable:
-            _run(*command)
+def _pack(name: str, made: Path) -> None:
+    """Make a wheel of an installed package, without native code, which must be optional in it."""
+    distribution = metadata.distribution(name)
+    folder = f"{_normal(name)}-{distribution.version}.dist-info"
+    files = {
+        path.as_posix(): Path(str(distribution.locate_file(path))).read_bytes()
+        for path in sorted(distribution.files or [])
+        if _is_packed(path)
+    }
+    files |= {
+        f"{folder}/METADATA": (distribution.read_text("METADATA") or "").encode(),
+        f"{folder}/WHEEL": b"Wheel-Version: 1.0\nRoot-Is-Purelib: true\nTag: py3-none-any\n",
+        f"{folder}/RECORD": b"",
+    }
+    wheel = made / f"{_normal(name)}-{distribution.version}-py3-none-any.whl"
+    with zipfile.ZipFile(wheel, "w", zipfile.ZIP_DEFLATED) as archive:
+        for path, data in files.items():
+            archive.writestr(zipfile.ZipInfo(path), data, zipfile.ZIP_DEFLATED)
 
 
-def _run(*arguments: str) -> None:
-    done = subprocess.run([*_PIP, *arguments], capture_output=True, text=True, check=False)
-    if done.returncode:
-        lines = [line.strip() for line in done.stderr.splitlines() if line.strip()]
-        errors = [line for line in lines if line.startswith("ERROR")] or lines or ["no reason"]
-        raise RuntimeUnavailable(f"pip {arguments[0]}: {errors[-1]}")
+def _is_packed(path: PurePath) -> bool:
+    """Tell whether a file is the package's own and of use in a browser, or is its licence."""
+    if ".." in path.parts or "__pycache__" in path.parts:
+        return False
+    if path.parts[0].endswith(".dist-info"):
+        return "licen" in path.as_posix().lower()
+    return path.suffix in _PACKED
 
 
-def _add_to_lock(lock: dict, wheels: dict[str, Path]) -> dict:
+def _add_to_lock(lock: dict[str, Any], wheels: dict[str, Path]) -> dict[str, Any]:
     """Add the wheels to Pyodide's list of packages, with addresses from its own folder."""
     for each in PACKAGES:
         path = wheels[each.name]
-        lock["packages"][each.name] = {
-            "name": each.name,
-            "version": path.name.split("-")[1],
-            "file_name": f"../wheels/{path.name}",
-            "install_dir": "site",
-            "sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
-            "package_type": "package",
-            "imports": list(each.imports),
-            "depends": list(each.depends),
-            "unvendored_tests": False,
-        }
+        address = f"../wheels/{path.name}"
+        lock["packages"][each.name] = entry(path, each.name, address, each.imports, each.depends)
     return lock
+
+
+def entry(
+    path: Path, name: str, address: str, imports: Sequence[str], depends: Sequence[str]
+) -> dict[str, Any]:
+    """Return what Pyodide's list says of a wheel; ``address`` starts from Pyodide's folder."""
+    return {
+        "name": name,
+        "version": path.name.split("-")[1],
+        "file_name": address,
+        "install_dir": "site",
+        "sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
+        "package_type": "package",
+        "imports": list(imports),
+        "depends": list(depends),
+        "unvendored_tests": False,
+    }
 
 
 def _normal(name: str) -> str:

@@ -1,0 +1,122 @@
+"""The assignments in JupyterLab in the browser: a static site, made by JupyterLite."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from tools.runtime import wheels
+from tools.runtime.pyodide import RuntimeUnavailable
+
+SOURCES = ("assignments", "build/release")
+"""Where released assignments are: the public course has the first, the instructor's the second."""
+KERNEL = "@jupyterlite/pyodide-kernel-extension"
+PYTHON = "./../python/pyodide/pyodide.js"
+"""Pyodide's address, from the site's."""
+EXTENSIONS = ("@jupyter-widgets/jupyterlab-manager", "anywidget")
+"""Extensions of the environment that the site takes, for widgets and live pictures."""
+STARTED = (
+    *("ssl", "sqlite3", "micropip", "piplite", "ipykernel", "comm", "pyodide_kernel", "jedi"),
+    *("ipython", "matplotlib-fontlist"),
+)
+"""Packages that the kernel starts with. Whatever it lacks it would look for elsewhere."""
+FILES = ("*.ipynb", "autograder.toml")
+"""Of a released assignment, what the site has."""
+_OVERRIDES = {
+    # `check` reads the saved file.
+    "@jupyterlab/docmanager-extension:plugin": {"autosaveInterval": 10},
+    "@jupyterlab/apputils-extension:notification": {"fetchNews": "false"},
+}
+
+
+def build(root: Path, runtime: Path, packages: Path) -> None:
+    """Make the site in ``runtime/lab``; it expects ``python/`` beside itself.
+
+    Args:
+        root: the course's folder, with the released assignments.
+        runtime: the folder with ``pyodide/`` and ``wheels/``.
+        packages: the folder in which JupyterLite is installed.
+
+    Raises:
+        RuntimeUnavailable: nothing was released, or JupyterLite fails.
+    """
+    out = runtime / "lab"
+    shutil.rmtree(out, ignore_errors=True)
+    with tempfile.TemporaryDirectory(prefix="jupyterlite-") as temporary:
+        site = Path(temporary)
+        _copy_assignments(root, site / "files")
+        _write(site / "jupyter_lite_config.json", _build_settings(packages))
+        _write(site / "jupyter-lite.json", _settings())
+        _write(site / "overrides.json", _OVERRIDES)
+        command = [sys.executable, "-m", "jupyterlite_core", "build", "--lite-dir", str(site)]
+        command += ["--contents", str(site / "files"), "--output-dir", str(out)]
+        environment = os.environ | {"PYTHONPATH": str(packages), "PYTHONNOUSERSITE": "1"}
+        done = subprocess.run(
+            command, env=environment, cwd=site, capture_output=True, text=True, check=False
+        )
+    if done.returncode:
+        said = (done.stdout + done.stderr).strip().splitlines()
+        raise RuntimeUnavailable("\n".join(["JupyterLite could not be built:", *said[-20:]]))
+    _write_lock(runtime, out)
+
+
+def _copy_assignments(root: Path, files: Path) -> None:
+    folders = [root / name for name in SOURCES if list((root / name).glob("*/*.ipynb"))]
+    if not folders:
+        raise RuntimeUnavailable("there are no released assignments: make release")
+    for folder in sorted(folders[0].glob("*/")):
+        for path in (path for pattern in FILES for path in sorted(folder.glob(pattern))):
+            target = files / folder.name / path.name
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(path, target)
+
+
+def _build_settings(packages: Path) -> dict[str, object]:
+    installed = Path(sys.prefix) / "share" / "jupyter" / "labextensions"
+    extensions = [installed / name for name in EXTENSIONS]
+    kernel = packages / "share" / "jupyter" / "labextensions" / KERNEL
+    return {
+        "LiteBuildConfig": {
+            "apps": ["lab"],
+            "federated_extensions": [str(path) for path in (kernel, *extensions)],
+            "ignore_sys_prefix": ["federated_extensions"],
+            "no_sourcemaps": True,
+            "no_unused_shared_packages": True,
+        }
+    }
+
+
+def _settings() -> dict[str, object]:
+    python = {
+        "pyodideUrl": PYTHON,
+        "disablePyPIFallback": True,
+        # An option whose name ends with URL is read from the site's own address.
+        "loadPyodideOptions": {"lockFileURL": "pyodide-lock.json", "packages": list(STARTED)},
+    }
+    return {
+        "jupyter-lite-schema-version": 0,
+        "jupyter-config-data": {
+            "appName": "Robust SLAM",
+            "litePluginSettings": {f"{KERNEL}:kernel": python},
+        },
+    }
+
+
+def _write_lock(runtime: Path, out: Path) -> None:
+    """Write the list of packages of the site's kernel: the pages' own, and the kernel's."""
+    lock = json.loads((runtime / "wheels" / wheels.LOCK).read_text(encoding="utf-8"))
+    folder = out / "extensions" / KERNEL / "static" / "pypi"
+    for path in sorted(folder.glob("*.whl")):
+        name = path.name.split("-")[0].replace("_", "-")
+        address = os.path.relpath(path, out)
+        lock["packages"][name] = wheels.entry(path, name, f"../../lab/{address}", [], [])
+    _write(out / wheels.LOCK, lock)
+
+
+def _write(path: Path, value: object) -> None:
+    path.write_text(json.dumps(value, indent=1), encoding="utf-8")
