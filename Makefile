@@ -31,6 +31,7 @@ READY_DEV := $(VENV)/.ready-dev
 BOOK := build/.book
 # What `make runtime` collects, for Python in the page; without it the site has no Run buttons.
 RUNTIME := build/runtime/.ready
+JUPYTERLITE := build/jupyterlite/.ready
 # Chapters show public graphs where they are on this machine, and run where the runtime is: with
 # others it is another book.
 find-parts = [ ! -f $(RUNTIME) ] || printf .runtime; for graph in CSAIL intel; do for folder in "$$ROBUST_SLAM_DATA" \
@@ -38,7 +39,8 @@ find-parts = [ ! -f $(RUNTIME) ] || printf .runtime; for graph in CSAIL intel; d
 	if [ -f "$$folder/$$graph.g2o" ]; then printf .$$graph; break; fi; done; done
 PARTS := build/.parts$(shell $(find-parts))
 PIN := uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
-	--no-header lib/pyproject.toml autograder/pyproject.toml
+	--no-header
+COURSE := lib/pyproject.toml autograder/pyproject.toml
 BENCHES := speed growth wrong_closures any_graph pictures
 
 help: ## say what there is
@@ -86,10 +88,17 @@ $(BOOK): $(call files,chapters lib) _config.yml _toc.yml $(READY) $(PARTS) $(ZIP
 	@[ ! -f $(RUNTIME) ] || $(BIN)/python -m tools.runtime site build/html
 	@rm -f build/.parts* && touch build/.parts$$($(find-parts)) $@
 
-runtime: $(RUNTIME) ## collect Python for the pages, 50 MB; the next `make book` takes it
+runtime: $(RUNTIME) ## collect Python for the pages, 75 MB; the next `make book` takes it
 
-$(RUNTIME): $(call files,lib autograder/robust_slam_autograder tools/runtime) requirements.lock $(READY)
+$(RUNTIME): $(call files,lib autograder/robust_slam_autograder tools/runtime assignments) \
+		requirements.lock $(READY) $(JUPYTERLITE)
 	@$(QUIETLY) runtime $(BIN)/python -m tools.runtime
+
+# Apart from the environment, whose JupyterLab is another one.
+$(JUPYTERLITE): requirements-runtime.lock $(READY)
+	@rm -rf $(@D)
+	@$(QUIETLY) jupyterlite $(BIN)/pip install --progress-bar off --require-hashes --no-deps \
+		--target $(@D) -r $<
 	@touch $@
 
 data: setup ## download the nine public pose graphs, 8 MB
@@ -132,10 +141,12 @@ check: setup-dev ## lint, format, types and the directions of imports
 	$(BIN)/lint-imports --no-cache --no-logo
 
 lock: ## pin every dependency again (needs uv); development takes the course's versions
-	$(PIN) --group book --group lab --group build --extra sdp --extra data --extra live \
+	$(PIN) $(COURSE) --group book --group lab --group build --extra sdp --extra data --extra live \
 		--extra grading -o requirements.lock
-	$(PIN) --group book --group lab --group build --group test --group check --group bench \
+	$(PIN) $(COURSE) --group book --group lab --group build --group test --group check --group bench \
 		--all-extras --constraint requirements.lock -o requirements-dev.lock
+	$(PIN) --group runtime --constraint requirements.lock \
+		-o requirements-runtime.lock
 
 clean: ## remove all that was generated, the environment too; class/ stays
 	rm -rf build _build $(VENV) .mypy_cache .pytest_cache .ruff_cache .hypothesis

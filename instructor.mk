@@ -33,6 +33,9 @@ $(RELEASED): $(call files,solutions autograder/robust_slam_autograder lib) _conf
 	@$(QUIETLY) release $(BIN)/autograder release
 	@touch $@
 
+# The assignments in the browser are the release's.
+$(RUNTIME): $(RELEASED)
+
 public: setup ## write the course as the public may have it, build/public
 	$(BIN)/autograder public
 
