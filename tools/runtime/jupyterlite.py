@@ -27,10 +27,37 @@ STARTED = (
 """Packages that the kernel starts with. Whatever it lacks it would look for elsewhere."""
 FILES = ("*.ipynb", "autograder.toml")
 """Of a released assignment, what the site has."""
+README = """\
+# {name} in the browser
+
+1. Open `{name}.ipynb` on the left. Write your functions in the cells that say so, and run the
+   cells below each of them with *Shift* and *Enter*. Python starts first, which takes a minute.
+2. To run all visible checks at once, save the notebook (*Ctrl* and *S*), and run this in a cell of
+   your own at its end. It prints what the command `autograder check` prints:
+
+   ```python
+   from robust_slam_autograder.self_check import check
+   check("{name}.ipynb")
+   ```
+
+3. To hand in, choose *File › Download*, and hand in the file under its own name. Hidden checks are
+   run by your instructor.
+
+**Your work is kept in this browser, on this computer, and nowhere else** until you download it.
+It is lost with the browser's data, and when a private window is closed. Download it at the end of
+each session.
+
+A loop that does not end: *Kernel › Restart Kernel*. What you wrote stays.
+"""
 _OVERRIDES = {
-    # `check` reads the saved file.
-    "@jupyterlab/docmanager-extension:plugin": {"autosaveInterval": 10},
+    # `check` reads the saved file. Two saves that meet are not two people's.
+    "@jupyterlab/docmanager-extension:plugin": {
+        "autosaveInterval": 30,
+        "lastModifiedCheckMargin": 10_000,
+    },
     "@jupyterlab/apputils-extension:notification": {"fetchNews": "false"},
+    # So that the browser's own search finds all cells.
+    "@jupyterlab/notebook-extension:tracker": {"windowingMode": "none"},
 }
 
 
@@ -74,6 +101,8 @@ def _copy_assignments(root: Path, files: Path) -> None:
             target = files / folder.name / path.name
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(path, target)
+        text = README.format(name=folder.name)
+        (files / folder.name / "README.md").write_text(text, encoding="utf-8")
 
 
 def _build_settings(packages: Path) -> dict[str, object]:
