@@ -1,0 +1,134 @@
+"""The runtime's files: what is not right is refused by name, and nothing half-written is used."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from tests.runtime.made import RUNTIME, needs_runtime
+from tools.runtime import __main__ as door
+from tools.runtime import pyodide, wheels
+from tools.runtime.pyodide import RuntimeUnavailable
+
+CONTENT = {"one.wasm": b"one", "two.whl": b"two"}
+SUMS = {name: hashlib.sha256(data).hexdigest() for name, data in CONTENT.items()}
+NOWHERE = "http://127.0.0.1:9/"
+
+
+@pytest.fixture
+def source(tmp_path: Path) -> Path:
+    folder = tmp_path / "source"
+    folder.mkdir()
+    for name, data in CONTENT.items():
+        (folder / name).write_bytes(data)
+    return folder
+
+
+def fetch(tmp_path: Path, source: Path | None, url: str = NOWHERE) -> dict[str, bytes]:
+    target = tmp_path / "target"
+    pyodide.fetch(target, source and str(source), files=SUMS, url=url, say=lambda line: None)
+    return contents(target)
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def test_a_folder_s_files_are_taken(tmp_path: Path, source: Path) -> None:
+    (tmp_path / "target").mkdir()
+    (tmp_path / "target" / "of-an-older-release.whl").touch()
+    assert fetch(tmp_path, source) == CONTENT
+
+
+def test_a_second_run_goes_on_where_the_first_one_stopped(tmp_path: Path, source: Path) -> None:
+    (source / "two.whl").unlink()
+    with pytest.raises(RuntimeUnavailable):
+        fetch(tmp_path, source)
+    first = tmp_path / "target" / "one.wasm"
+    before = first.stat().st_mtime_ns
+    (source / "one.wasm").unlink()
+    (source / "two.whl").write_bytes(b"two")
+    assert fetch(tmp_path, source) == CONTENT and first.stat().st_mtime_ns == before
+
+
+def test_a_file_that_was_changed_afterwards_is_replaced(tmp_path: Path, source: Path) -> None:
+    fetch(tmp_path, source)
+    (tmp_path / "target" / "one.wasm").write_bytes(b"on")
+    assert fetch(tmp_path, source) == CONTENT
+
+
+def test_another_file_of_that_name_is_refused(tmp_path: Path, source: Path) -> None:
+    (source / "two.whl").write_bytes(b"tw0")
+    with pytest.raises(RuntimeUnavailable, match=r"two\.whl: this is not the file of Pyodide .*"
+                       "get it from Pyodide's release again"):  # fmt: skip
+        fetch(tmp_path, source)
+    assert contents(tmp_path / "target") == {"one.wasm": b"one"}
+
+
+def test_a_missing_file_is_named_with_what_to_do(tmp_path: Path, source: Path) -> None:
+    (source / "two.whl").unlink()
+    with pytest.raises(RuntimeUnavailable, match=r"two\.whl: the file is missing; .*PYODIDE"):
+        fetch(tmp_path, source)
+    assert contents(tmp_path / "target") == {"one.wasm": b"one"}
+
+
+def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
+    with pytest.raises(RuntimeUnavailable, match=r"ROBUST_SLAM_PYODIDE names .*no such folder"):
+        fetch(tmp_path, tmp_path / "nothing")
+
+
+def test_without_a_network_it_says_what_to_do(tmp_path: Path) -> None:
+    with pytest.raises(RuntimeUnavailable, match=r"one\.wasm: .*ROBUST_SLAM_PYODIDE"):
+        fetch(tmp_path, None)
+    assert contents(tmp_path / "target") == {}
+
+
+def test_a_run_that_fails_leaves_no_mark_that_all_is_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / door.READY).touch()
+    monkeypatch.setenv(pyodide.FOLDER, str(tmp_path / "nothing"))
+    with pytest.raises(RuntimeUnavailable):
+        door.make(runtime=tmp_path)
+    assert not (tmp_path / door.READY).exists()
+
+
+@needs_runtime
+class TestMade:
+    """What `make runtime` made."""
+
+    def test_each_file_of_pyodide_is_the_one_of_its_own_list(self) -> None:
+        lock = json.loads((RUNTIME / "pyodide" / wheels.LOCK).read_text(encoding="utf-8"))
+        official = {each["file_name"]: each["sha256"] for each in lock["packages"].values()}
+        sums = pyodide.checksums()
+        packages = {name for name in sums if name.endswith((".whl", ".zip"))}
+        packages -= {"python_stdlib.zip"}
+        assert len(packages) > 30 and {official[name] for name in packages} == {
+            sums[name] for name in packages
+        }
+        assert lock["info"]["version"] == pyodide.VERSION
+        for name, digest in sums.items():
+            data = (RUNTIME / "pyodide" / name).read_bytes()
+            assert hashlib.sha256(data).hexdigest() == digest
+
+    @pytest.mark.parametrize("place", ["wheels", "lab"])
+    def test_each_added_package_is_there_as_the_list_says(self, place: str) -> None:
+        lock = json.loads((RUNTIME / place / wheels.LOCK).read_text(encoding="utf-8"))
+        added = [each for each in lock["packages"].values() if "/" in each["file_name"]]
+        assert len(added) >= len(wheels.PACKAGES)
+        for each in added:
+            # The list's addresses start from the site's python/pyodide.
+            address = each["file_name"].replace("../../lab/", "../lab/")
+            data = (RUNTIME / "pyodide" / address).read_bytes()
+            assert hashlib.sha256(data).hexdigest() == each["sha256"]
+            assert set(each["depends"]) <= set(lock["packages"])
+
+    def test_the_wheels_hold_no_native_code(self) -> None:
+        for path in (RUNTIME / "wheels").glob("*.whl"):
+            with zipfile.ZipFile(path) as archive:
+                names = archive.namelist()
+            assert len(names) > 3 and not [n for n in names if n.endswith((".so", ".pyd"))]
