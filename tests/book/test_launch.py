@@ -35,6 +35,14 @@ def with_address(url: str) -> str:
     return changed
 
 
+def put_lab(folder: Path) -> None:
+    """What `make runtime` leaves of the assignments, with a file that the site is to have."""
+    lab = folder / "build" / "runtime" / "lab"
+    (lab / "files" / "00-one").mkdir(parents=True)
+    (lab / "files" / "00-one" / "00-one.ipynb").touch()
+    (lab / "pyodide-lock.json").write_text("{}")
+
+
 def build(folder: Path, url: str) -> str:
     """Build a book of one chapter with the course's settings, without a warning: its page."""
     (folder / "chapters").mkdir()
@@ -75,7 +83,18 @@ def test_the_address_makes_the_buttons_and_zips_are_linked(tmp_path: Path, url: 
     site = tmp_path / "build" / "_build" / "html"
     assert_previews(html, site, url)
     assert re.findall(r'href="([^"]*\.zip)"', html) == ["../assignments/00-one.zip"]
+    assert "open in the browser" not in html and not (site / "lab").exists()
     assert (site / "assignments" / "00-one.zip").read_bytes() == b"PK"
+
+
+def test_where_the_runtime_is_an_assignment_opens_in_the_browser(tmp_path: Path) -> None:
+    put_lab(tmp_path)
+    html = build(tmp_path, "")
+    address = "../lab/lab/index.html?path=00-one/00-one.ipynb"
+    assert f'(<a class="reference internal" href="{address}">open in the browser</a>)' in html
+    assert html.count("open in the browser") == 1, "there is no 01-two"
+    site = tmp_path / "build" / "_build" / "html"
+    assert (site / "lab" / "pyodide-lock.json").read_text() == "{}"
 
 
 def assert_previews(html: str, site: Path, url: str) -> None:

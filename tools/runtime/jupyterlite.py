@@ -37,6 +37,7 @@ README = """\
 
    ```python
    from robust_slam_autograder.self_check import check
+
    check("{name}.ipynb")
    ```
 
