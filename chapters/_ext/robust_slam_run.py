@@ -1,0 +1,147 @@
+"""*Edit and run* at the code of a chapter, where the runtime is there (``make runtime``).
+
+A page gets a name for each code cell, one small script and its style. Everything else is in the
+site's folder ``python`` and is loaded at the first click: the page's code, the editor, and Python.
+Without the runtime pages are as they were.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from docutils import nodes
+from sphinx.application import Sphinx
+from sphinx.config import Config
+from sphinx.util import logging
+
+LOGGER = logging.getLogger(__name__)
+
+SOURCES = Path(__file__).resolve().parents[1] / "python"
+"""The scripts of the page and of the worker."""
+RUNTIME = "build/runtime"
+LOCK = "wheels/pyodide-lock.json"
+NEEDED = ("pyodide", "wheels", "editor.js", "editor-licences.txt")
+"""What `make runtime` leaves for the pages."""
+LOADED = "robust-slam"
+"""The package that the pages load, with all that it depends on."""
+CANNOT = "cannot_run_in_the_page"
+"""The key in a cell's metadata for the reason, a sentence that the page shows."""
+
+
+def runtime(app: Sphinx) -> Path:
+    """The folder that `make runtime` fills."""
+    return Path(app.srcdir) / RUNTIME
+
+
+def look_for_the_runtime(app: Sphinx, config: Config) -> None:
+    """Note how much the engine loads: with another number all pages are written again."""
+    folder = runtime(app)
+    config.robust_slam_bytes = 0
+    if all((folder / name).exists() for name in (*NEEDED, LOCK)):
+        config.robust_slam_bytes = loaded_bytes(folder)
+    else:
+        LOGGER.info(
+            "%s is not there or not complete: cells cannot be run in the pages (make runtime).",
+            RUNTIME,
+        )
+
+
+def loaded_bytes(folder: Path) -> int:
+    """Return the size of the files that the engine fetches until the first cell can run."""
+    packages = json.loads((folder / LOCK).read_text(encoding="utf-8"))["packages"]
+    names, todo = set(), [LOADED]
+    while todo:
+        name = todo.pop()
+        if name not in names:
+            names.add(name)
+            todo += packages[name]["depends"]
+    files = [folder / "pyodide" / packages[name]["file_name"] for name in names]
+    core = ("pyodide.asm.wasm", "python_stdlib.zip")
+    files += [folder / LOCK, *(folder / "pyodide" / name for name in core)]
+    return sum(path.stat().st_size for path in files)
+
+
+def name_the_cells(app: Sphinx, doctree: nodes.document, page: str) -> None:
+    """Give each code cell on the page the id under which its code is found."""
+    if not app.config.robust_slam_bytes:
+        return
+    cells = code_cells(Path(app.env.doc2path(page)))
+    for container in doctree.findall(nodes.container):
+        if container.get("nb_element") == "cell_code":
+            container["ids"].append(cells[container["cell_index"]]["id"])
+
+
+def code_cells(path: Path) -> dict[int, dict[str, str]]:
+    """Return the code cells of a notebook by their numbers; other pages have none."""
+    if path.suffix != ".ipynb":
+        return {}
+    notebook = json.loads(path.read_text(encoding="utf-8"))
+    found = {}
+    for number, cell in enumerate(notebook["cells"]):
+        if cell["cell_type"] == "code":
+            found[number] = {"id": f"code-{cell['id']}", "code": "".join(cell["source"])}
+            if CANNOT in cell["metadata"]:
+                found[number]["cannot"] = cell["metadata"][CANNOT]
+    return found
+
+
+def add_to_the_page(
+    app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: nodes.document | None
+) -> None:
+    """Add the script and its style to a page with code, and write the code beside."""
+    size = app.config.robust_slam_bytes
+    cells = list(code_cells(Path(app.env.doc2path(page))).values()) if doctree and size else []
+    if not cells:
+        return
+    name = f"cells/{Path(page).name}.json"
+    target = Path(app.outdir) / "python" / name
+    target.parent.mkdir(parents=True, exist_ok=True)
+    target.write_text(json.dumps({"bytes": size, "cells": cells}), encoding="utf-8")
+    cannot = json.dumps({cell["id"]: cell["cannot"] for cell in cells if "cannot" in cell})
+    folder = context["pathto"]("python", 1)
+    context["metatags"] += (
+        f'\n<link rel="stylesheet" href="{folder}/run.css" />'
+        f'\n<script defer src="{folder}/run.js" data-cells="{name}"'
+        f' data-megabytes="{round(size / 1e6)}" data-cannot="{escape(cannot)}"></script>'
+    )
+
+
+def copy(app: Sphinx, exception: Exception | None) -> None:
+    """Put scripts and runtime into the site; without the runtime take away what was there."""
+    target = Path(app.outdir) / "python"
+    if exception:
+        return
+    if not app.config.robust_slam_bytes:
+        shutil.rmtree(target, ignore_errors=True)
+        return
+    files = [path for path in SOURCES.iterdir() if path.is_file()]
+    for path in files + [runtime(app) / name for name in NEEDED]:
+        if path.is_dir():
+            shutil.rmtree(target / path.name, ignore_errors=True)
+            shutil.copytree(path, target / path.name, copy_function=_link)
+        else:
+            shutil.copyfile(path, target / path.name)
+
+
+def _link(source: str, target: str) -> str:
+    """Link a file, which takes no room; where that is impossible, copy it."""
+    try:
+        os.link(source, target)
+    except OSError:
+        shutil.copyfile(source, target)
+    return target
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Connect the above to the build."""
+    app.add_config_value("robust_slam_bytes", 0, "html")
+    app.connect("config-inited", look_for_the_runtime)
+    app.connect("doctree-resolved", name_the_cells)
+    app.connect("html-page-context", add_to_the_page)
+    app.connect("build-finished", copy)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

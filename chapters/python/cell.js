@@ -1,0 +1,135 @@
+/** One cell of the page: its editor, its buttons and its output. */
+import { openEditor } from "./editor.js";
+import { element, outputs } from "./output.js";
+
+const HINT = "Shift+Enter runs. Escape, then Tab, leaves the editor.";
+
+export class Cell {
+  #does;
+  #page;
+  #editor = null;
+  #stored = [];
+  #parts = null;
+
+  /** `given` has the id, the code and why it cannot run, if so; `does` has what buttons do. */
+  constructor({ id, code, cannot }, does) {
+    this.id = id;
+    this.given = code;
+    this.cannot = cannot;
+    this.#does = does;
+    this.#page = document.getElementById(id);
+  }
+
+  get isOpen() {
+    return this.#editor !== null;
+  }
+
+  /** The code as it stands in the editor, or in the page. */
+  get code() {
+    return this.#editor?.code() ?? this.given;
+  }
+
+  open() {
+    const input = this.#page.querySelector(".cell_input");
+    const parts = makeParts(this.id);
+    this.#parts = { input, was: [...input.children], ...parts };
+    input.replaceChildren(parts.editor, parts.bar);
+    this.#editor = openEditor({
+      parent: parts.editor,
+      code: this.given,
+      label: "Code of this cell",
+      hint: parts.hint.id,
+      run: () => this.#does.run(this),
+    });
+    parts.run.addEventListener("click", () => this.#does.run(this));
+    parts.stop.addEventListener("click", () => this.#does.stop(this));
+    parts.reset.addEventListener("click", () => this.#does.reset(this));
+    const output = this.#output();
+    this.#stored = [...output.childNodes];
+    // On a phone the keyboard would cover what the cell shows.
+    if (matchMedia("(pointer: fine)").matches) this.#editor.focus();
+  }
+
+  /** Bring back the page's own code and output. */
+  close() {
+    const { input, was } = this.#parts;
+    this.#editor.close();
+    this.#editor = null;
+    this.#output().replaceChildren(...this.#stored);
+    input.replaceChildren(...was);
+    const button = input.querySelector(".rs-run button");
+    button.disabled = false;
+    button.focus();
+  }
+
+  begin() {
+    this.#mark(true);
+  }
+
+  end() {
+    if (!this.isOpen) return;
+    this.#mark(false);
+    this.progress(null);
+  }
+
+  /** Say in a line what happens. */
+  say(text) {
+    if (this.isOpen && this.#parts.status.textContent !== text) {
+      this.#parts.status.textContent = text;
+    }
+  }
+
+  /** Say which cells above ended with an error. */
+  pointTo(failed) {
+    const links = failed.flatMap(({ id }, k) => [
+      k ? ", " : "", element("a", { href: `#${id}` }, `${k + 1}`),
+    ]);
+    this.#parts.status.append(` Cells above that ended with an error: `, ...links, ".");
+  }
+
+  /** Show how far it is, from 0 to 1; null for nothing to show. */
+  progress(part) {
+    if (!this.isOpen) return;
+    this.#parts.progress.hidden = part === null;
+    this.#parts.progress.value = part ?? 0;
+  }
+
+  /** Put what a run gave in place of the output; `changed`: some code is not the page's. */
+  show(result, changed) {
+    this.#output().replaceChildren(...outputs(result, this.#stored, changed));
+    window.MathJax?.typesetPromise?.([this.#output()]);
+  }
+
+  #mark(running) {
+    const { run, stop } = this.#parts;
+    run.setAttribute("aria-disabled", running);
+    stop.setAttribute("aria-disabled", !running);
+    this.#output().setAttribute("aria-busy", running);
+  }
+
+  /** The place for output; a cell that showed nothing has none at first. */
+  #output() {
+    const found = this.#page.querySelector(":scope > .cell_output");
+    if (found) return found;
+    const made = element("div", { class: "cell_output docutils container" });
+    this.#page.append(made);
+    return made;
+  }
+}
+
+function makeParts(id) {
+  const button = (name) => element("button", { type: "button", "data-does": name }, name);
+  const parts = {
+    editor: element("div", { class: "highlight rs-editor" }),
+    run: button("Run"),
+    stop: button("Stop"),
+    reset: button("Reset"),
+    progress: element("progress", { max: 1, "aria-label": "Progress" }),
+    status: element("span", { role: "status" }),
+    hint: element("span", { class: "rs-hint", id: `${id}-hint` }, HINT),
+  };
+  parts.progress.hidden = true;
+  const { run, stop, reset, progress, status, hint } = parts;
+  parts.bar = element("div", { class: "rs-run" }, run, stop, reset, progress, status, hint);
+  return parts;
+}

@@ -1,0 +1,104 @@
+/** The cells of a chapter that the reader has opened, and Python, in which they run. */
+import { Cell } from "./cell.js";
+import * as engine from "./engine.js";
+
+let chapter = null;
+
+/** Open the cell of the page with this id, and run it; `address` is that of the page's code. */
+export async function openCell(id, address) {
+  chapter ??= fetch(address, { cache: "no-cache" }).then(async (answer) => {
+    if (!answer.ok) throw new Error(`${answer.status}: ${address}`);
+    return new Chapter(await answer.json());
+  });
+  chapter.catch(() => { chapter = null; });
+  const opened = await chapter;
+  const cell = opened.cells.get(id);
+  cell.open();
+  opened.run(cell);
+}
+
+class Chapter {
+  #started = false;
+  #busy = null;
+  /** What ran in this Python, by cell. */
+  #ran = new Map();
+
+  constructor({ bytes, cells }) {
+    this.bytes = bytes;
+    this.cells = new Map(cells.map((given) => [given.id, new Cell(given, {
+      run: (cell) => this.run(cell),
+      stop: (cell) => { if (this.#busy === cell) engine.stop(); },
+      reset: (cell) => this.#reset(cell),
+    })]));
+  }
+
+  /** Run a cell, after the cells above it that have not run as they are. */
+  async run(cell) {
+    if (this.#busy === cell) return;
+    if (this.#busy) {
+      cell.say("Another cell is running. Stop it, or wait for it.");
+      return;
+    }
+    this.#busy = cell;
+    cell.begin();
+    try {
+      if (!this.#started) await this.#start(cell);
+      const failed = await this.#runAbove(cell);
+      cell.say("Running …");
+      await this.#runOne(cell);
+      cell.say("Done.");
+      if (failed.length) cell.pointTo(failed);
+    } catch (error) {
+      this.#started = false;
+      this.#ran.clear();
+      cell.say(error instanceof engine.Stopped
+        ? "Stopped, and Python with it. Run starts it again and first runs the cells above."
+        : `Python ended: ${error.message} Run starts it again.`);
+    } finally {
+      this.#busy = null;
+      cell.end();
+    }
+  }
+
+  async #start(cell) {
+    const megabytes = (bytes) => Math.round(bytes / 1e6);
+    cell.say(`Loading Python, about ${megabytes(this.bytes)} MB, once …`);
+    let arrived = 0;
+    await engine.start((bytes) => {
+      arrived += bytes;
+      cell.progress(Math.min(1, arrived / this.bytes));
+      if (arrived >= this.bytes) cell.say("Starting Python …");
+    });
+    this.#started = true;
+  }
+
+  /** Return the cells above that ended with an error; their other lines may have run. */
+  async #runAbove(cell) {
+    const all = [...this.cells.values()];
+    const above = all.slice(0, all.indexOf(cell)).filter((each) => (
+      !each.cannot && this.#ran.get(each) !== each.code
+    ));
+    const failed = [];
+    for (const [k, each] of above.entries()) {
+      cell.say(`Running the cells above: ${k + 1} of ${above.length} …`);
+      cell.progress((k + 1) / above.length);
+      if (await this.#runOne(each)) failed.push(each);
+    }
+    cell.progress(null);
+    return failed;
+  }
+
+  async #runOne(cell) {
+    const { code } = cell;
+    const result = await engine.run(code);
+    this.#ran.set(cell, code);
+    const changed = [...this.#ran].some(([each, ran]) => ran !== each.given);
+    if (cell.isOpen) cell.show(result, changed);
+    return result.error;
+  }
+
+  #reset(cell) {
+    if (this.#busy === cell) engine.stop();
+    cell.close();
+  }
+}

@@ -1,0 +1,68 @@
+/** What a run gave, as elements of the page. */
+import { marked } from "./editor.js";
+
+/** An element with attributes and children. */
+export function element(name, attributes = {}, ...children) {
+  const made = document.createElement(name);
+  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+  made.append(...children);
+  return made;
+}
+
+/**
+ * Elements for a result of the engine. A figure takes the place of the stored one, with its
+ * number and caption; where code was `changed` it says that these are the chapter's.
+ */
+export function outputs({ text, shown, error }, stored, changed) {
+  const figures = stored.filter((node) => node.nodeName === "FIGURE" && node.querySelector("img"));
+  const made = text ? [printed(text)] : [];
+  for (const each of shown) {
+    const svg = each.data["image/svg+xml"];
+    made.push(svg ? drawn(svg, each.metadata, figures.shift(), changed) : rich(each.data));
+  }
+  if (error) made.push(printed(error, "rs-error"));
+  return made;
+}
+
+function printed(text, kind = "stream") {
+  const pre = element("pre", { tabindex: 0 }, text);
+  const box = element("div", { class: "highlight" }, pre);
+  return element("div", { class: `output ${kind} highlight-myst-ansi notranslate` }, box);
+}
+
+function rich(data) {
+  if (data["text/html"]) return html(data["text/html"]);
+  if (data["image/png"]) {
+    const src = `data:image/png;base64,${data["image/png"]}`;
+    return element("img", { src, alt: data["text/plain"] });
+  }
+  if (data["text/markdown"]) return html(marked.parse(data["text/markdown"]));
+  return printed(data["text/plain"]);
+}
+
+/** HTML of the reader's own code; its scripts run, as those of the page did. */
+function html(text) {
+  const box = element("div", { class: "output text_html tex2jax_process" });
+  box.innerHTML = text;
+  for (const still of box.querySelectorAll("script:not([type])")) {
+    const script = document.createElement("script");
+    script.textContent = still.textContent;
+    still.replaceWith(script);
+  }
+  return box;
+}
+
+function drawn(svg, metadata, stored, changed) {
+  const words = metadata.mystnb ?? {};
+  const figure = stored?.cloneNode(true) ?? element("figure", { class: "align-default" });
+  const image = figure.querySelector("img") ?? figure.appendChild(element("img"));
+  // As an address, so that the ids of several drawings stay apart.
+  image.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(svg)}`;
+  const own = words.image?.alt ?? "A figure that the code of this cell draws.";
+  if (changed || !stored) image.alt = own;
+  const caption = figure.querySelector(".caption-text");
+  if (!caption || !changed) return figure;
+  if (words.figure?.caption) caption.innerHTML = marked.parseInline(words.figure.caption);
+  else caption.prepend("The chapter’s own figure: ");
+  return figure;
+}

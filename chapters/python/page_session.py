@@ -1,0 +1,240 @@
+"""Runs the cells of a page one after the other, as a notebook would, and says what came of it.
+
+The page needs little of a notebook: the value of the last line, ``display``, figures, and
+errors to read. IPython would be another 5 MB to load.
+"""
+
+from __future__ import annotations
+
+import ast
+import base64
+import builtins
+import contextlib
+import io
+import json
+import linecache
+import sys
+import traceback
+from collections.abc import Callable, Iterator
+from types import ModuleType
+from typing import Any
+
+LONGEST = 200_000
+"""Characters that a cell may print; the rest is left out."""
+REPRESENTATIONS = {
+    "_repr_html_": "text/html",
+    "_repr_markdown_": "text/markdown",
+    "_repr_svg_": "image/svg+xml",
+    "_repr_png_": "image/png",
+}
+"""What an object may say of itself, in the order of IPython's documentation."""
+PACKAGES = "/site-packages/"
+OWN = "page_"
+"""How the files begin that are the page's, not the reader's."""
+
+Shown = dict[str, Any]
+"""One thing shown: ``data`` by type, and ``metadata``."""
+
+
+class Printed(io.StringIO):
+    """Keeps what is printed, up to a length."""
+
+    def write(self, text: str) -> int:
+        """Keep the text, or as much of it as there is room for."""
+        room = LONGEST - self.tell()
+        if len(text) > room > 0:
+            super().write(text[:room] + f"\n… cut after {LONGEST:,} characters\n")
+        elif room > 0:
+            super().write(text)
+        return len(text)
+
+
+class Session:
+    """One namespace, in which cells run."""
+
+    def __init__(self) -> None:
+        self._module = ModuleType("__main__")
+        self._shown: list[Shown] = []
+        self._count = 0
+
+    def run(self, code: str) -> dict[str, Any]:
+        """Run a cell.
+
+        Returns:
+            ``text`` that it printed, ``shown``, a list of things with their ``data`` by type
+            and ``metadata``, and ``error``, a traceback or None.
+        """
+        self._count += 1
+        name = f"<cell {self._count}>"
+        linecache.cache[name] = len(code), None, code.splitlines(keepends=True), name
+        self._shown = []
+        printed, error = Printed(), None
+        # Dataclasses and pickles look for the module of a class under its name.
+        sys.modules["__main__"] = self._module
+        with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
+            try:
+                self._execute(code, name)
+                self.show_figures()
+            except BaseException as raised:  # the reader's exit() and KeyboardInterrupt too
+                error = readable(raised, name)
+                self.show_figures()
+        return {"text": printed.getvalue(), "shown": self._shown, "error": error}
+
+    def _execute(self, code: str, name: str) -> None:
+        """Run the statements; show the value of the last one, unless a semicolon ends it."""
+        tree = ast.parse(code, name)
+        last = None
+        if tree.body and isinstance(tree.body[-1], ast.Expr):
+            last = ast.Expression(tree.body.pop().value)
+        names = self._module.__dict__
+        exec(compile(tree, name, "exec"), names)
+        if last is not None:
+            value = eval(compile(last, name, "eval"), names)
+            if value is not None and not code.rstrip().endswith(";"):
+                names["_"] = value
+                self.display(value)
+
+    def display(self, *values: object, metadata: dict[str, Any] | None = None) -> None:
+        """Show the values, as IPython's function of this name does."""
+        for value in values:
+            data, own = bundle(value)
+            self._shown.append({"data": data, "metadata": own | (metadata or {})})
+
+    def show_figures(self) -> None:
+        """Show the figures that pyplot holds, and close them."""
+        pyplot = sys.modules.get("matplotlib.pyplot")
+        if pyplot is not None:
+            for number in pyplot.get_fignums():
+                self.display(pyplot.figure(number))
+            pyplot.close("all")
+
+
+def bundle(value: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return what a value says of itself, by type, and its metadata."""
+    data: dict[str, Any] = {"text/plain": repr(value)}
+    metadata: dict[str, Any] = {}
+    for method, kind in REPRESENTATIONS.items():
+        said = _call(value, method)
+        if said is not None:
+            is_bytes = isinstance(said, bytes)
+            data[kind] = base64.b64encode(said).decode() if is_bytes else said
+    said = _call(value, "_repr_mimebundle_")
+    if isinstance(said, tuple):
+        said, metadata = said
+    data |= said or {}
+    figure = getattr(sys.modules.get("matplotlib.figure"), "Figure", None)
+    if figure is not None and isinstance(value, figure):
+        data["image/svg+xml"] = _svg(value)
+    return data, metadata
+
+
+def _call(value: Any, method: str) -> Any:
+    """Call a method of an object; classes and objects without it say nothing."""
+    found: Callable[[], Any] | None = getattr(value, method, None)
+    return found() if callable(found) and not isinstance(value, type) else None
+
+
+def _svg(figure: Any) -> str:
+    """Return the figure as notebooks show it."""
+    text = io.StringIO()
+    figure.savefig(text, format="svg", bbox_inches="tight", metadata={"Date": None})
+    return text.getvalue()
+
+
+def readable(error: BaseException, cell: str) -> str:
+    """Return the traceback, with the lines of cells and packages, and none of the page's own."""
+    told = traceback.TracebackException.from_exception(error)
+    for each in _chain(told):
+        each.stack[:] = [frame for frame in each.stack if not _is_own(frame.filename)]
+        for frame in each.stack:
+            assert frame.line is not None  # reads the line, before the file has another name
+            frame.filename = _place(frame.filename, cell)
+        if isinstance(error, SyntaxError) and each.filename == cell:
+            each.filename = _place(cell, cell)
+    text = "".join(told.format()).rstrip()
+    if isinstance(error, ModuleNotFoundError):
+        # What Pyodide adds speaks of its own installer.
+        text = text.split("\nThe module ")[0]
+        text += "\nIn the page there are NumPy, SciPy, Matplotlib and the course's library."
+    return text
+
+
+def _chain(told: traceback.TracebackException | None) -> Iterator[traceback.TracebackException]:
+    """The error, and those that led to it."""
+    if told is not None:
+        yield told
+        yield from _chain(told.__cause__)
+        yield from _chain(told.__context__)
+
+
+def _is_own(path: str) -> bool:
+    return path.rsplit("/", 1)[-1].startswith(OWN) or path.endswith("/session.py")
+
+
+def _place(path: str, cell: str) -> str:
+    """Return how a reader calls a file."""
+    if path == cell:
+        return "this cell"
+    if path.startswith("<cell "):
+        return "another cell"
+    return path.split(PACKAGES)[-1]
+
+
+def _no_input(prompt: object = "") -> str:
+    raise RuntimeError("input() cannot ask in the page: write the answer into the code.")
+
+
+class _Text:
+    """Text that is shown as its type says."""
+
+    def __init__(self, data: str) -> None:
+        self.data = data
+
+
+class Markdown(_Text):
+    """Text that is shown as Markdown."""
+
+    def _repr_markdown_(self) -> str:
+        return self.data
+
+
+class HTML(_Text):
+    """Text that is shown as HTML."""
+
+    def _repr_html_(self) -> str:
+        return self.data
+
+
+SESSION = Session()
+
+
+def run(code: str) -> str:
+    """Run a cell of the page, and return what came of it as JSON."""
+    return json.dumps(SESSION.run(code))
+
+
+def show(*_: object, **__: object) -> None:
+    """Show the figures: ``pyplot.show`` of the page."""
+    SESSION.show_figures()
+
+
+def stand_in_for_ipython() -> None:
+    """Put modules in IPython's place that hold what the chapters and the library import."""
+    package, core, getter, shown = (
+        ModuleType(name)
+        for name in ("IPython", "IPython.core", "IPython.core.getipython", "IPython.display")
+    )
+    getter.get_ipython = package.get_ipython = lambda: None  # type: ignore[attr-defined]
+    package.version_info = (8, 23, 0)  # type: ignore[attr-defined]  # pyplot asks
+    package.display = shown  # type: ignore[attr-defined]
+    for name, value in {"display": SESSION.display, "Markdown": Markdown, "HTML": HTML}.items():
+        setattr(shown, name, value)
+    sys.modules |= {module.__name__: module for module in (package, core, getter, shown)}
+
+
+def prepare() -> None:
+    """Make this process a page's: called once, before any cell."""
+    stand_in_for_ipython()
+    names = SESSION._module.__dict__
+    names |= {"display": SESSION.display, "__builtins__": builtins}
+    builtins.input = _no_input

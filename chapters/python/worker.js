@@ -1,0 +1,38 @@
+import { loadPyodide } from "./pyodide/pyodide.mjs";
+import { startPython } from "./python.js";
+
+const network = self.fetch;
+
+/**
+ * Every file is asked for again, and comes from the browser's cache where it has not changed;
+ * what arrives is counted.
+ */
+self.fetch = async (request, options) => {
+  const answer = await network(request, { ...options, cache: "no-cache" });
+  count(answer.clone().body);
+  return answer;
+};
+
+async function count(body) {
+  const reader = body.getReader();
+  for (let part = await reader.read(); !part.done; part = await reader.read()) {
+    self.postMessage({ bytes: part.value.length });
+  }
+}
+
+const here = new URL(".", import.meta.url).href;
+const read = async (name) => (await fetch(here + name)).text();
+const started = startPython(loadPyodide, here, read);
+started.then(
+  () => self.postMessage({ done: true }),
+  (error) => self.postMessage({ failed: String(error) }),
+);
+
+self.onmessage = async ({ data }) => {
+  const run = await started;
+  try {
+    self.postMessage({ done: run(data.code) });
+  } catch (error) {
+    self.postMessage({ failed: String(error) });
+  }
+};
