@@ -90,8 +90,9 @@ $(BOOK): $(call files,chapters lib) _config.yml _toc.yml $(READY) $(PARTS) $(ZIP
 
 runtime: $(RUNTIME) ## collect Python for the pages, 75 MB; the next `make book` takes it
 
-$(RUNTIME): $(call files,lib autograder/robust_slam_autograder tools/runtime assignments) \
-		requirements.lock $(READY) $(JUPYTERLITE)
+# The editor is joined by a tool that needs Node, which the packages for development have.
+$(RUNTIME): $(call files,lib autograder/robust_slam_autograder tools/runtime assignments chapters/python/editor) \
+		requirements.lock $(READY_DEV) $(JUPYTERLITE)
 	@$(QUIETLY) runtime $(BIN)/python -m tools.runtime
 
 # Apart from the environment, whose JupyterLab is another one.

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tools.runtime import jupyterlite, pyodide, wheels
+from tools.runtime import editor, jupyterlite, pyodide, wheels
 
 ROOT = Path(__file__).resolve().parents[2]
 RUNTIME = ROOT / "build" / "runtime"
@@ -28,6 +28,8 @@ def make(root: Path = ROOT, runtime: Path = RUNTIME, packages: Path = JUPYTERLIT
     """
     (runtime / READY).unlink(missing_ok=True)
     pyodide.fetch(runtime / "pyodide", os.environ.get(pyodide.FOLDER))
+    print("the editor")
+    editor.build(runtime / "editor.js")
     print("the course's packages and those that they need")
     wheels.build(root, runtime / "wheels", runtime / "pyodide")
     print("JupyterLab for the assignments", flush=True)

