@@ -31,6 +31,10 @@ LOADED = "robust-slam"
 """The package that the pages load, with all that it depends on."""
 CANNOT = "cannot_run_in_the_page"
 """The key in a cell's metadata for the reason, a sentence that the page shows."""
+NOTE = "note_in_the_page"
+"""The key for a sentence on what differs in the page."""
+TABLES = "data"
+"""The folder beside the chapters with the tables that they read."""
 
 
 def runtime(app: Sphinx) -> Path:
@@ -85,8 +89,9 @@ def code_cells(path: Path) -> dict[int, dict[str, str]]:
     for number, cell in enumerate(notebook["cells"]):
         if cell["cell_type"] == "code":
             found[number] = {"id": f"code-{cell['id']}", "code": "".join(cell["source"])}
-            if CANNOT in cell["metadata"]:
-                found[number]["cannot"] = cell["metadata"][CANNOT]
+            for name, key in (("cannot", CANNOT), ("note", NOTE)):
+                if key in cell["metadata"]:
+                    found[number][name] = cell["metadata"][key]
     return found
 
 
@@ -102,12 +107,16 @@ def add_to_the_page(
     target = Path(app.outdir) / "python" / name
     target.parent.mkdir(parents=True, exist_ok=True)
     target.write_text(json.dumps({"bytes": size, "cells": cells}), encoding="utf-8")
-    cannot = json.dumps({cell["id"]: cell["cannot"] for cell in cells if "cannot" in cell})
+    cannot, notes = (
+        json.dumps({cell["id"]: cell[key] for cell in cells if key in cell})
+        for key in ("cannot", "note")
+    )
     folder = context["pathto"]("python", 1)
     context["metatags"] += (
         f'\n<link rel="stylesheet" href="{folder}/run.css" />'
         f'\n<script defer src="{folder}/run.js" data-cells="{name}"'
-        f' data-megabytes="{round(size / 1e6)}" data-cannot="{escape(cannot)}"></script>'
+        f' data-megabytes="{round(size / 1e6)}" data-cannot="{escape(cannot)}"'
+        f' data-notes="{escape(notes)}"></script>'
     )
 
 
@@ -120,6 +129,13 @@ def copy(app: Sphinx, exception: Exception | None) -> None:
         shutil.rmtree(target, ignore_errors=True)
         return
     files = [path for path in SOURCES.iterdir() if path.is_file()]
+    tables = sorted((SOURCES.parent / TABLES).glob("*.csv"))
+    found = [path.name for path in files if path.suffix == ".py"]
+    found += [f"{TABLES}/{path.name}" for path in tables]
+    (target / TABLES).mkdir(parents=True, exist_ok=True)
+    (target / "files.json").write_text(json.dumps(sorted(found)), encoding="utf-8")
+    for path in tables:
+        shutil.copyfile(path, target / TABLES / path.name)
     for path in files + [runtime(app) / name for name in NEEDED]:
         if path.is_dir():
             shutil.rmtree(target / path.name, ignore_errors=True)

@@ -11,11 +11,12 @@ export class Cell {
   #stored = [];
   #parts = null;
 
-  /** `given` has the id, the code and why it cannot run, if so; `does` has what buttons do. */
-  constructor({ id, code, cannot }, does) {
+  /** `given` has the id, the code, why it cannot run and a note, if so; `does` what buttons do. */
+  constructor({ id, code, cannot, note }, does) {
     this.id = id;
     this.given = code;
     this.cannot = cannot;
+    this.note = note ?? "";
     this.#does = does;
     this.#page = document.getElementById(id);
   }
@@ -31,7 +32,7 @@ export class Cell {
 
   open() {
     const input = this.#page.querySelector(".cell_input");
-    const parts = makeParts(this.id);
+    const parts = makeParts(this.id, this.note);
     this.#parts = { input, was: [...input.children], ...parts };
     input.replaceChildren(parts.editor, parts.bar);
     this.#editor = openEditor({
@@ -41,6 +42,8 @@ export class Cell {
       hint: parts.hint.id,
       run: () => this.#does.run(this),
     });
+    // The page has shortcuts of its own, such as a slash for its search.
+    parts.editor.addEventListener("keydown", (event) => event.stopPropagation());
     parts.run.addEventListener("click", () => this.#does.run(this));
     parts.stop.addEventListener("click", () => this.#does.stop(this));
     parts.reset.addEventListener("click", () => this.#does.reset(this));
@@ -117,7 +120,7 @@ export class Cell {
   }
 }
 
-function makeParts(id) {
+function makeParts(id, note) {
   const button = (name) => element("button", { type: "button", "data-does": name }, name);
   const parts = {
     editor: element("div", { class: "highlight rs-editor" }),
@@ -130,6 +133,6 @@ function makeParts(id) {
   };
   parts.progress.hidden = true;
   const { run, stop, reset, progress, status, hint } = parts;
-  parts.bar = element("div", { class: "rs-run" }, run, stop, reset, progress, status, hint);
+  parts.bar = element("div", { class: "rs-run" }, note, run, stop, reset, progress, status, hint);
   return parts;
 }

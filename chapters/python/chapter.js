@@ -45,8 +45,7 @@ class Chapter {
       if (!this.#started) await this.#start(cell);
       const failed = await this.#runAbove(cell);
       cell.say("Running …");
-      await this.#runOne(cell);
-      cell.say("Done.");
+      cell.say(await this.#runOne(cell) ? "It ended with an error." : "Done.");
       if (failed.length) cell.pointTo(failed);
     } catch (error) {
       this.#started = false;

@@ -16,6 +16,7 @@ import linecache
 import sys
 import traceback
 from collections.abc import Callable, Iterator
+from itertools import dropwhile
 from types import ModuleType
 from typing import Any
 
@@ -29,8 +30,8 @@ REPRESENTATIONS = {
 }
 """What an object may say of itself, in the order of IPython's documentation."""
 PACKAGES = "/site-packages/"
-OWN = "page_"
-"""How the files begin that are the page's, not the reader's."""
+CELL = "<cell "
+"""How the names of cells begin in a traceback, before it is made readable."""
 
 Shown = dict[str, Any]
 """One thing shown: ``data`` by type, and ``metadata``."""
@@ -65,7 +66,7 @@ class Session:
             and ``metadata``, and ``error``, a traceback or None.
         """
         self._count += 1
-        name = f"<cell {self._count}>"
+        name = f"{CELL}{self._count}>"
         linecache.cache[name] = len(code), None, code.splitlines(keepends=True), name
         self._shown = []
         printed, error = Printed(), None
@@ -145,7 +146,7 @@ def readable(error: BaseException, cell: str) -> str:
     """Return the traceback, with the lines of cells and packages, and none of the page's own."""
     told = traceback.TracebackException.from_exception(error)
     for each in _chain(told):
-        each.stack[:] = [frame for frame in each.stack if not _is_own(frame.filename)]
+        each.stack[:] = dropwhile(_is_before_cells, each.stack)
         for frame in each.stack:
             assert frame.line is not None  # reads the line, before the file has another name
             frame.filename = _place(frame.filename, cell)
@@ -167,15 +168,15 @@ def _chain(told: traceback.TracebackException | None) -> Iterator[traceback.Trac
         yield from _chain(told.__context__)
 
 
-def _is_own(path: str) -> bool:
-    return path.rsplit("/", 1)[-1].startswith(OWN) or path.endswith("/session.py")
+def _is_before_cells(frame: traceback.FrameSummary) -> bool:
+    return not frame.filename.startswith(CELL)
 
 
 def _place(path: str, cell: str) -> str:
     """Return how a reader calls a file."""
     if path == cell:
         return "this cell"
-    if path.startswith("<cell "):
+    if path.startswith(CELL):
         return "another cell"
     return path.split(PACKAGES)[-1]
 

@@ -5,7 +5,7 @@
 (() => {
   const { src, dataset } = document.currentScript;
   if (!/^http/.test(location.protocol) || !window.Worker) return;
-  const cannot = JSON.parse(dataset.cannot);
+  const [cannot, notes] = [dataset.cannot, dataset.notes].map((text) => JSON.parse(text));
   const inputs = [...document.querySelectorAll(".cell[id] .cell_input")];
   inputs.forEach((input, k) => {
     const { id } = input.closest(".cell");
@@ -32,6 +32,6 @@
         button.textContent = "Edit and run (the files could not be loaded; try again)";
       }
     });
-    bar.append(button);
+    bar.append(notes[id] ?? "", button);
   });
 })();
