@@ -18,7 +18,10 @@ import traceback
 from collections.abc import Callable, Iterator
 from itertools import dropwhile
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 LONGEST = 200_000
 """Characters that a cell may print; the rest is left out."""
@@ -56,6 +59,7 @@ class Session:
     def __init__(self) -> None:
         self._module = ModuleType("__main__")
         self._shown: list[Shown] = []
+        self._displayed: list[object] = []
         self._count = 0
 
     def run(self, code: str) -> dict[str, Any]:
@@ -68,7 +72,7 @@ class Session:
         self._count += 1
         name = f"{CELL}{self._count}>"
         linecache.cache[name] = len(code), None, code.splitlines(keepends=True), name
-        self._shown = []
+        self._shown, self._displayed = [], []
         printed, error = Printed(), None
         # Dataclasses and pickles look for the module of a class under its name.
         sys.modules["__main__"] = self._module
@@ -98,19 +102,21 @@ class Session:
     def display(self, *values: object, metadata: dict[str, Any] | None = None) -> None:
         """Show the values, as IPython's function of this name does."""
         for value in values:
+            self._displayed.append(value)
             data, own = bundle(value)
             self._shown.append({"data": data, "metadata": own | (metadata or {})})
 
     def show_figures(self) -> None:
-        """Show the figures that pyplot holds, and close them."""
+        """Show the figures that pyplot holds and the cell has not shown itself; close them."""
         pyplot = sys.modules.get("matplotlib.pyplot")
         if pyplot is not None:
-            for number in pyplot.get_fignums():
-                self.display(pyplot.figure(number))
+            figures = [pyplot.figure(number) for number in pyplot.get_fignums()]
+            done = {id(value) for value in self._displayed}
+            self.display(*(figure for figure in figures if id(figure) not in done))
             pyplot.close("all")
 
 
-def bundle(value: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+def bundle(value: object) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return what a value says of itself, by type, and its metadata."""
     data: dict[str, Any] = {"text/plain": repr(value)}
     metadata: dict[str, Any] = {}
@@ -122,20 +128,21 @@ def bundle(value: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     said = _call(value, "_repr_mimebundle_")
     if isinstance(said, tuple):
         said, metadata = said
-    data |= said or {}
+    if isinstance(said, dict):
+        data |= said
     figure = getattr(sys.modules.get("matplotlib.figure"), "Figure", None)
     if figure is not None and isinstance(value, figure):
         data["image/svg+xml"] = _svg(value)
     return data, metadata
 
 
-def _call(value: Any, method: str) -> Any:
+def _call(value: object, method: str) -> object:
     """Call a method of an object; classes and objects without it say nothing."""
-    found: Callable[[], Any] | None = getattr(value, method, None)
+    found: Callable[[], object] | None = getattr(value, method, None)
     return found() if callable(found) and not isinstance(value, type) else None
 
 
-def _svg(figure: Any) -> str:
+def _svg(figure: Figure) -> str:
     """Return the figure as notebooks show it."""
     text = io.StringIO()
     figure.savefig(text, format="svg", bbox_inches="tight", metadata={"Date": None})

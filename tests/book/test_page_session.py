@@ -1,0 +1,155 @@
+"""What runs the cells of a page, tried natively: what cells print, show and raise."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+SOURCES = Path(__file__).parents[2] / "chapters" / "python"
+PROGRAM = """
+import json, sys
+sys.path.insert(0, sys.argv[1])
+import page_session
+page_session.prepare()
+cells = json.load(sys.stdin)
+print(json.dumps([json.loads(page_session.run(cell)) for cell in cells]))
+"""
+
+Result = dict[str, object]
+
+
+def run(*cells: str) -> list[Result]:
+    """Run cells one after the other in a process of their own, as a worker would."""
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM, str(SOURCES)],
+        input=json.dumps(cells), capture_output=True, text=True, check=True,
+        env={"MPLBACKEND": "module://page_figures", "PYTHONPATH": str(SOURCES)},
+    )  # fmt: skip
+    results: list[Result] = json.loads(done.stdout)
+    return results
+
+
+def shown(cell: str) -> list[dict[str, str]]:
+    (result,) = run(cell)
+    assert result["error"] is None
+    things = result["shown"]
+    assert isinstance(things, list)
+    return [thing["data"] for thing in things]
+
+
+def test_cells_share_their_names_and_print_in_order() -> None:
+    first, second = run("a = 2\nprint('one')", "import sys\nprint(a * 3, file=sys.stderr)")
+    assert (first["text"], first["shown"], first["error"]) == ("one\n", [], None)
+    assert second["text"] == "6\n"
+
+
+@pytest.mark.parametrize(
+    ("cell", "text"),
+    [("1 + 1", ["2"]), ("1 + 1;", []), ("a = 1", []), ("None", []), ("[1]\n2", ["2"])],
+)
+def test_the_value_of_the_last_line_is_shown_unless_a_semicolon_ends_it(
+    cell: str, text: list[str]
+) -> None:
+    assert [data["text/plain"] for data in shown(cell)] == text
+
+
+def test_objects_say_how_they_are_shown() -> None:
+    cell = """
+class Both:
+    def _repr_html_(self): return "<b>x</b>"
+    def _repr_mimebundle_(self, **_): return {"text/markdown": "**x**"}
+from IPython.display import HTML, Markdown, display
+display(Both, HTML("<i>h</i>"))
+display(Markdown("m"))
+Both()
+"""
+    kind, html, markdown, both = shown(cell)
+    assert set(kind) == {"text/plain"}
+    assert html["text/html"] == "<i>h</i>" and markdown["text/markdown"] == "m"
+    assert (both["text/html"], both["text/markdown"]) == ("<b>x</b>", "**x**")
+
+
+@pytest.mark.parametrize("end", ["plt.show()", "figure", "", "display(figure); plt.close()"])
+def test_a_figure_is_shown_once_as_svg(end: str) -> None:
+    cell = f"from matplotlib import pyplot as plt\nfigure, ax = plt.subplots()\n{end}"
+    (data,) = shown(cell)
+    assert "<svg" in data["image/svg+xml"]
+
+
+def test_the_captions_of_a_figure_arrive() -> None:
+    cell = (
+        "from matplotlib import pyplot as plt\nfrom robust_slam_course.plots import captions\n"
+        "captions.show(plt.figure(), 'what it is', 'what it shows')"
+    )
+    (result,) = run(cell)
+    (thing,) = result["shown"]  # type: ignore[misc]
+    words = {"figure": {"caption": "what it is"}, "image": {"alt": "what it shows"}}
+    assert thing["metadata"] == {"mystnb": words}  # type: ignore[index]
+
+
+def test_a_live_picture_is_shown_as_html() -> None:
+    (data,) = shown("from robust_slam_course import pictures\npictures.cycles()")
+    assert 'data-picture="cycles"' in data["text/html"]
+
+
+def error(*cells: str) -> str:
+    *_, last = run(*cells)
+    return str(last["error"])
+
+
+def test_a_traceback_names_the_lines_of_cells_and_packages_alone() -> None:
+    said = error("def f(x):\n    return np.linalg.inv(x)", "import numpy as np\nf([[0.0]])")
+    lines = [line for line in said.splitlines() if "File" in line]
+    assert lines[0] == '  File "this cell", line 2, in <module>'
+    assert lines[1] == '  File "another cell", line 2, in f'
+    assert all('File "numpy/' in line for line in lines[2:]) and len(lines) > 2
+    assert "    return np.linalg.inv(x)" in said and "    f([[0.0]])" in said
+    assert said.endswith("LinAlgError: Singular matrix")
+
+
+def test_causes_are_told_too() -> None:
+    said = error("try:\n    1 / 0\nexcept ZeroDivisionError as e:\n    raise ValueError('no') from e")
+    assert said.count('File "this cell"') == 2 and "page_session" not in said
+    assert "ZeroDivisionError" in said and said.endswith("ValueError: no")
+
+
+def test_a_mistake_in_the_syntax_is_pointed_at() -> None:
+    said = error("a = 1\nb = = 2")
+    assert said.splitlines()[0] == '  File "this cell", line 2'
+    assert "b = = 2" in said and said.endswith("SyntaxError: invalid syntax")
+
+
+@pytest.mark.parametrize(
+    ("cell", "words"),
+    [
+        ("import sys\nsys.exit(3)", "SystemExit: 3"),
+        ("def f(): f()\nf()", "RecursionError"),
+        ("raise KeyboardInterrupt", "KeyboardInterrupt"),
+        ("input('how many?')", "write the answer into the code"),
+        ("import no_such", "In the page there are NumPy, SciPy, Matplotlib"),
+    ],
+)
+def test_the_session_goes_on_after_an_error(cell: str, words: str) -> None:
+    first, second = run(f"print('before')\n{cell}", "1")
+    assert words in str(first["error"]) and first["text"] == "before\n"
+    assert second["error"] is None and second["shown"]
+
+
+def test_endless_printing_is_cut() -> None:
+    (result,) = run("for k in range(50_000): print('x' * 100)")
+    assert len(str(result["text"])) < 201_000
+    assert str(result["text"]).endswith("cut after 200,000 characters\n")
+
+
+def test_dataclasses_and_pickles_find_their_module() -> None:
+    cell = (
+        "import pickle\nfrom dataclasses import dataclass\n@dataclass\nclass A:\n    x: int\n"
+        "pickle.loads(pickle.dumps(A(3)))"
+    )
+    assert [data["text/plain"] for data in shown(cell)] == ["A(x=3)"]
