@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -114,7 +112,8 @@ def test_a_traceback_names_the_lines_of_cells_and_packages_alone() -> None:
 
 
 def test_causes_are_told_too() -> None:
-    said = error("try:\n    1 / 0\nexcept ZeroDivisionError as e:\n    raise ValueError('no') from e")
+    cell = "try:\n    1 / 0\nexcept ZeroDivisionError as e:\n    raise ValueError('no') from e"
+    said = error(cell)
     assert said.count('File "this cell"') == 2 and "page_session" not in said
     assert "ZeroDivisionError" in said and said.endswith("ValueError: no")
 
