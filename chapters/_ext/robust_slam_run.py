@@ -81,13 +81,14 @@ def name_the_cells(app: Sphinx, doctree: nodes.document, page: str) -> None:
 
 
 def code_cells(path: Path) -> dict[int, dict[str, str]]:
-    """Return the code cells of a notebook by their numbers; other pages have none."""
+    """Return the code cells that a page shows by their numbers; only notebooks have some."""
     if path.suffix != ".ipynb":
         return {}
     notebook = json.loads(path.read_text(encoding="utf-8"))
     found = {}
     for number, cell in enumerate(notebook["cells"]):
-        if cell["cell_type"] == "code":
+        hidden = "remove-cell" in cell["metadata"].get("tags", ())
+        if cell["cell_type"] == "code" and not hidden:
             found[number] = {"id": f"code-{cell['id']}", "code": "".join(cell["source"])}
             for name, key in (("cannot", CANNOT), ("note", NOTE)):
                 if key in cell["metadata"]:

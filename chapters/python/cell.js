@@ -66,6 +66,7 @@ export class Cell {
   }
 
   begin() {
+    this.say("");
     this.#mark(true);
   }
 

@@ -1,0 +1,341 @@
+"""*Edit and run* in browsers: from the first click to the reader's own output, and back.
+
+Everything but this machine is out of reach. One visit does it all, step by step, since each
+start of Python takes seconds; ``-s`` shows how many.
+"""
+
+from __future__ import annotations
+
+import functools
+import gzip
+import http.server
+import os
+import re
+import shutil
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Protocol
+
+import pytest
+from playwright.sync_api import Page, sync_playwright
+
+from tests.book.conftest import NOTEBOOKS, PAGES, Site
+from tests.book.test_accessible import FROM_THE_THEME, grave
+from tests.chromium import CHROMIUM, LIMIT_MILLISECONDS, Opener, QuietHandler
+from tests.conftest import leave_out
+from tests.firefox import firefox
+
+CHAPTER = NOTEBOOKS[1]
+ALONE = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
+BEFORE = {"run.js", "run.css"}
+"""What a page may load before the click."""
+
+pytestmark = pytest.mark.browser
+
+
+class Browser(Protocol):
+    """What a test needs of a browser."""
+
+    def goto(self, url: str) -> object:
+        """Open an address."""
+
+    def evaluate(self, script: str) -> Any:
+        """Return the value of a script."""
+
+
+@dataclass
+class Asked:
+    """What the server was asked for, and the bytes that it gave."""
+
+    files: list[tuple[str, int]] = field(default_factory=list)
+
+    def of_python(self) -> dict[str, list[int]]:
+        """The answers for files of the folder ``python``, by file."""
+        found: dict[str, list[int]] = {}
+        for path, status in self.files:
+            if path.startswith("/python/"):
+                found.setdefault(path.removeprefix("/python/"), []).append(status)
+        return found
+
+
+@contextmanager
+def serving(folder: Path) -> Iterator[tuple[str, Asked]]:
+    """Serve a folder on this machine, and note what is asked for."""
+    asked = Asked()
+
+    class Noting(QuietHandler):
+        def log_request(self, code: object = "-", size: object = "-") -> None:
+            asked.files.append((self.path.split("?")[0], int(str(code))))
+
+        def handle(self) -> None:
+            # A worker that is stopped while it loads hangs up.
+            try:
+                super().handle()
+            except ConnectionError:
+                self.close_connection = True
+
+    handler = functools.partial(Noting, directory=folder)
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}", asked
+        server.shutdown()
+
+
+@pytest.fixture(scope="module")
+def served(site: Site) -> Iterator[tuple[str, Asked]]:
+    """The site, where it has the runtime."""
+    if not (site.folder / "python" / "pyodide").is_dir():
+        leave_out("the runtime is not there (make runtime); no cell can be run in a page")
+    with serving(site.folder) as (address, asked):
+        yield address, asked
+
+
+def cpu_seconds() -> float:
+    """The processor's time of this process's descendants so far."""
+    parents, spent = {}, {}
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = path.read_text().rpartition(")")[2].split()
+        except OSError:  # it has ended meanwhile
+            continue
+        pid = int(path.parent.name)
+        parents[pid], spent[pid] = int(fields[1]), int(fields[11]) + int(fields[12])
+    mine = {os.getpid()}
+    while more := {pid for pid, parent in parents.items() if parent in mine} - mine:
+        mine |= more
+    mine -= {os.getpid()}
+    return sum(spent[pid] for pid in mine) / os.sysconf("SC_CLK_TCK")
+
+
+class Timer:
+    """Prints how long the steps take; nothing is asserted on the clock."""
+
+    def __init__(self, browser: str) -> None:
+        self._browser = browser
+        self.begin()
+
+    def begin(self) -> None:
+        self._wall, self._cpu = time.perf_counter(), cpu_seconds()
+
+    def say(self, what: str) -> None:
+        cpu, wall = cpu_seconds() - self._cpu, time.perf_counter() - self._wall
+        print(f"\n{self._browser}: {what}: {cpu:.1f} s of CPU, {wall:.1f} s")
+        self.begin()
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A cell of the page, worked with by scripts, which all browsers take."""
+
+    browser: Browser
+    selector: str
+
+    def ask(self, script: str) -> Any:
+        """Return the value of a script in which ``cell`` is the cell."""
+        return self.browser.evaluate(
+            f"((cell) => {script})(document.querySelector({self.selector!r}))"
+        )
+
+    def press(self, name: str) -> None:
+        self.ask(
+            f"[...cell.querySelectorAll('.rs-run button')]"
+            f".find((button) => button.textContent === {name!r}).click()"
+        )
+
+    def wait(self, words: str) -> str:
+        """Wait until the cell says something of this, and return what it says."""
+        until = time.monotonic() + LIMIT_MILLISECONDS / 1000
+        while not re.search(words, said := self.status()):
+            assert time.monotonic() < until, said
+            time.sleep(0.1)
+        return said
+
+    def status(self) -> str:
+        return str(self.ask("cell.querySelector('[role=status]')?.textContent ?? ''"))
+
+    def code(self) -> str:
+        return str(self.ask("cell.querySelector('.cm-content, pre').innerText"))
+
+    def output(self) -> str:
+        return str(self.ask("cell.querySelector('.cell_output')?.innerText ?? ''"))
+
+    def write(self, code: str) -> None:
+        """Mark all of the code and paste this in its place; no browser needs a clipboard."""
+        self.ask(
+            "{ const inner = cell.querySelector('.cm-content'), data = new DataTransfer();"
+            f" data.setData('text/plain', {code!r}); inner.focus();"
+            " const all = {key: 'a', keyCode: 65, ctrlKey: true, bubbles: true};"
+            " inner.dispatchEvent(new KeyboardEvent('keydown', all));"
+            # Firefox fills what is pasted from these two.
+            f" const own = {{dataType: 'text/plain', data: {code!r}}};"
+            " const paste = {...own, clipboardData: data, bubbles: true, cancelable: true};"
+            " inner.dispatchEvent(new ClipboardEvent('paste', paste)); }"
+        )
+
+    def run(self, code: str) -> str:
+        """Run this in place of the code, and return the output."""
+        self.write(code)
+        self.press("Run")
+        self.wait("Done|ended")
+        return self.output()
+
+
+def of_kind(browser: Browser, inside: str) -> Cell:
+    """The first cell with this inside and code that can be run."""
+    name = browser.evaluate(
+        f"[...document.querySelectorAll('.cell:has(.rs-run button)')]"
+        f".find((cell) => cell.querySelector({inside!r})).id"
+    )
+    return Cell(browser, f"#{name}")
+
+
+@pytest.fixture(
+    scope="module", params=["chromium", pytest.param("firefox", marks=pytest.mark.soak)]
+)
+def visit(
+    request: pytest.FixtureRequest,
+    served: tuple[str, Asked],
+    tmp_path_factory: pytest.TempPathFactory,
+) -> Iterator[tuple[str, Browser]]:
+    """A chapter, open in a browser."""
+    address = f"{served[0]}/{CHAPTER}.html"
+    served[1].files.clear()
+    if request.param == "firefox":
+        with firefox(tmp_path_factory.mktemp("firefox")) as fox:
+            fox.goto(address)
+            yield "firefox", fox
+        return
+    path = shutil.which("chromium")
+    if path is None:
+        leave_out("chromium is not installed; the pages cannot be looked at")
+    with sync_playwright() as playwright:
+        # With a profile the cache is on the disk. A route would turn it off.
+        running = playwright.chromium.launch_persistent_context(
+            tmp_path_factory.mktemp("chromium"), executable_path=path, args=[*CHROMIUM, ALONE]
+        )
+        page = running.pages[0]
+        page.set_default_timeout(LIMIT_MILLISECONDS)
+        page.goto(address)
+        yield "chromium", page
+        running.close()
+
+
+def test_a_reader_runs_code_of_their_own(
+    visit: tuple[str, Browser], served: tuple[str, Asked]
+) -> None:
+    name, browser = visit
+    asked = served[1]
+    timer = Timer(name)
+    browser.evaluate("document.fonts.ready.then(() => 0)")
+    assert set(asked.of_python()) == BEFORE
+
+    cell = of_kind(browser, ".output.stream")
+    code, stored = cell.code(), cell.output()
+    cell.press("Edit and run")
+    assert cell.wait("Done|ended|Python") and cell.wait("Done|ended") == "Done."
+    timer.say("first click to first output, nothing in the cache")
+    assert cell.output().split() == stored.split() != []
+    assert cell.run("print('my own', 6 * 7)").strip() == "my own 42"
+    timer.say("the reader's own line")
+    assert {status for all_ in asked.of_python().values() for status in all_} == {200}
+
+    figure = of_kind(browser, "figure img")
+    caption = figure.ask("cell.querySelector('figcaption').textContent")
+    figure.press("Edit and run")
+    figure.wait("Done|ended")
+    timer.say("a figure, and the cells above it")
+    assert figure.ask("cell.querySelector('figure img').src").startswith("data:image/svg")
+    assert figure.ask("cell.querySelector('figure img').naturalWidth") > 200
+    told = figure.ask("cell.querySelector('figcaption').textContent")
+    assert "The chapter’s own figure" in told  # an earlier cell is the reader's
+    assert told.replace("The chapter’s own figure: ", "") == caption
+
+    picture = of_kind(browser, ".rs-picture")
+    picture.press("Edit and run")
+    picture.wait("Done|ended")
+    assert picture.ask("cell.querySelectorAll('.rs-picture[data-live] [data-handle]').length")
+
+    said = cell.run("def f(x):\n    return 1 / x\n\n\nf(0)")
+    assert cell.status().startswith("It ended with an error.")
+    assert 'File "this cell", line 2, in f' in said and "return 1 / x" in said
+    assert "ZeroDivisionError: division by zero" in said and "page_session" not in said
+
+    cell.write("while True:\n    pass")
+    cell.press("Run")
+    cell.wait("Running …")
+    cell.press("Stop")
+    assert cell.wait("Stopped").startswith("Stopped, and Python with it.")
+    asked.files.clear()
+    timer.begin()
+    assert cell.run("1 + 1").strip() == "2"
+    timer.say("a new start, from the cache")
+    again = asked.of_python()
+    large = [file for file in again if file.startswith(("pyodide/", "wheels/"))]
+    assert all(set(again[file]) == {304} for file in large), again
+
+    cell.press("Reset")
+    assert cell.code().split() == code.split()
+    assert cell.output() == stored
+    assert cell.ask("cell.querySelector('.rs-run').textContent") == "Edit and run"
+
+
+@pytest.mark.parametrize("visit", ["chromium"], indirect=True)
+def test_the_editor_is_used_by_keys_alone_and_open_to_all(visit: tuple[str, Page]) -> None:
+    page = visit[1]
+    cell = page.locator(".cell:has(.rs-run button):has(.output.stream)").first
+    cell.get_by_role("button", name="Edit and run").focus()
+    page.keyboard.press("Enter")
+    name = cell.get_attribute("id")
+    inner = page.locator(f"#{name} .cm-content")
+    inner.wait_for()
+    focused = "document.activeElement.className + document.activeElement.textContent"
+    assert "cm-content" in page.evaluate(focused)
+    Cell(page, f"#{name}").wait("Done|ended")
+    page.keyboard.press("Control+a")
+    page.keyboard.type("8 / 2")
+    page.keyboard.press("Shift+Enter")
+    page.wait_for_function(f"document.querySelector('#{name} .cell_output').innerText.trim() == 4")
+    page.keyboard.press("Tab")
+    assert "cm-content" in page.evaluate(focused) and inner.inner_text().startswith(" ")
+    page.keyboard.press("Escape")
+    page.keyboard.press("Tab")
+    assert page.evaluate(focused) == "Run"
+    for scheme in ("light", "dark"):
+        page.emulate_media(color_scheme=scheme)
+        page.evaluate("Promise.allSettled(document.getAnimations().map(a => a.finished))")
+        assert grave(page) - FROM_THE_THEME == set()
+
+
+def test_every_shown_cell_has_a_button_or_says_why_not(
+    site: Site, served: tuple[str, Asked], open_page: Opener
+) -> None:
+    for name in NOTEBOOKS:
+        page = open_page(f"{served[0]}/{name}.html").page
+        bars = page.locator(".cell .cell_input > .rs-run")
+        assert bars.count() == page.locator(".cell .cell_input").count() > 10
+        for text in bars.all_text_contents():
+            assert text.endswith(("Edit and run", "does not run in the browser.")), text
+
+
+def test_a_page_from_a_file_has_no_buttons(site: Site, open_page: Opener) -> None:
+    visit = open_page((site.folder / f"{CHAPTER}.html").as_uri())
+    assert visit.page.locator(".rs-run").count() == 0 and visit.complaints == []
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_before_the_click_a_page_is_heavier_by_less_than_10_kb(
+    page: str, site: Site, served: tuple[str, Asked]
+) -> None:
+    html = (site.folder / f"{page}.html").read_bytes()
+    bare = re.sub(rb' id="code-[^"]*"|\n<(link|script) [^>]*/python/run\.[^\n]*', b"", html)
+    assert (b"/python/" in html) == (page in NOTEBOOKS) and b"/python/" not in bare
+    more = len(gzip.compress(html)) - len(gzip.compress(bare))
+    if page in NOTEBOOKS:
+        more += sum(
+            len(gzip.compress((site.folder / "python" / name).read_bytes())) for name in BEFORE
+        )
+    assert more < 10_000

