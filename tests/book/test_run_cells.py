@@ -60,9 +60,12 @@ def stored(name: str) -> dict[str, Output]:
             record = cache.match_cache_notebook(notebook)
         except KeyError:
             continue
-        ran = cache.get_cache_bundle(record.pk).nb.cells
-        pairs = zip(notebook.cells, ran, strict=True)
-        return {f"code-{cell['id']}": output(run) for cell, run in pairs if "outputs" in run}
+        written, ran = (
+            [cell for cell in each.cells if cell.cell_type == "code"]
+            for each in (notebook, cache.get_cache_bundle(record.pk).nb)
+        )
+        pairs = zip(written, ran, strict=True)
+        return {f"code-{cell.id}": output(after) for cell, after in pairs}
     raise AssertionError(f"{name} is not among the notebooks that the book ran")
 
 
