@@ -128,7 +128,7 @@ def test_wrong_input_is_one_line_and_code_2(file, capsys, monkeypatch, arguments
     monkeypatch.chdir(file.parent)
     (file.parent / "bad.g2o").write_text("HELLO\n")
     (file.parent / "weak.g2o").write_text("EDGE_SE2 0 1 1 0 0 1 0 0 1 0 -1\n")
-    monkeypatch.setattr("robust_slam.pipeline.pcm", None)
+    monkeypatch.setattr("robust_slam.pipeline.classification.pcm", None)
     assert cli.main(["solve", *arguments, "--quiet"]) == 2
     said = capsys.readouterr().err.splitlines()
     assert len(said) == 1 and words in said[0]

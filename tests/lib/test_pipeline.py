@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from robust_slam.certificates.optimality import Verdict
 from robust_slam.descent import gauss_newton, start
+from robust_slam.estimators.thresholds import chi_square_threshold
 from robust_slam.graphs import (
     Noise,
     add_random_closures,
@@ -16,6 +17,8 @@ from robust_slam.graphs import (
     sphere,
 )
 from robust_slam.graphs.odometry import accumulated_rotation
+from robust_slam.graphs.outliers import add_grouped_closures
+from robust_slam.graphs.pose_graph import residual_norms
 from robust_slam.pipeline import solve
 
 from tests.lib.worlds import with_outliers
@@ -42,12 +45,38 @@ def test_the_outliers_are_found_and_the_map_is_the_one_without_them(make, n, opt
     assert ate(answer.poses, truth) < ate(best, truth) + 0.05
 
 
-def test_each_stage_keeps_no_more_than_the_one_before():
-    graph, *_ = with_outliers(manhattan, 100, 7, 20, closures=40)
-    answer = solve(graph)
-    assert np.all(answer.kept <= answer.consistency.kept)
-    assert np.all(answer.kept[graph.is_odometry])
+def _squares(answer, poses):
+    """The cost of truncated least squares, over all edges."""
+    norms = residual_norms(answer.graph, poses)
+    limit = chi_square_threshold(0.99, answer.graph.group.DOF)
+    return np.sum(np.where(answer.graph.is_odometry, norms, np.minimum(norms, limit)) ** 2)
+
+
+@pytest.mark.parametrize("kind", ["tls", "gm"])
+def test_a_closure_is_kept_if_its_residual_passes_whatever_the_stages_said(kind, seed):
+    graph, *_ = with_outliers(manhattan, 100, seed, 20, closures=40)
+    answer = solve(graph, kind=kind)
+    passes = residual_norms(graph, answer.final.x) <= chi_square_threshold(0.99, 3)
+    np.testing.assert_array_equal(answer.kept, graph.is_odometry | passes)
+    np.testing.assert_array_equal(answer.weights, answer.kept)
     assert answer.result.weights.size == int(np.sum(answer.consistency.kept))
+    assert _squares(answer, answer.final.x) <= _squares(answer, answer.result.x)
+    before = answer.consistency.kept.copy()
+    before[before] = answer.result.kept
+    np.testing.assert_array_equal(answer.returned, np.flatnonzero(answer.kept & ~before))
+
+
+def test_closures_that_pcm_rejects_return_where_they_fit_the_map():
+    """In this town the odometry is off, and every fourth inlier contradicts the others."""
+    clean, truth = manhattan(300, 0, closures=100)
+    for add, count in ((add_random_closures, 100), (add_grouped_closures, 10)):
+        graph, is_outlier = add(clean, count, 1, poses=truth)
+        inliers = ~graph.is_odometry & ~is_outlier
+        answer = solve(graph)
+        assert np.sum(inliers & ~answer.consistency.kept) > 20
+        assert np.sum(inliers & ~answer.kept) <= 2
+        assert not np.any(answer.kept & is_outlier)
+        assert answer.certificate.verdict is Verdict.CERTIFIED
 
 
 def test_without_outliers_most_closures_are_kept():

@@ -190,6 +190,28 @@ def certificate(
     return judge(ChordalProblem.of(graph, weights), blocks, eta=eta, tol=tol)
 
 
+def unproven(graph: PoseGraph, poses: ArrayLike) -> Certificate:
+    """Return a certificate of ``poses`` that proves nothing, for want of time.
+
+    ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``. Its cost and stationarity are those of the map;
+    its lower bound is 0, as no map costs less, and its stop is TIME_LIMIT.
+
+    Raises:
+        ValueError: ``poses`` have the wrong shape or are not finite.
+    """
+    problem, blocks = ChordalProblem.of(graph), pose_blocks(check_poses("poses", poses, graph))
+    return Certificate(
+        verdict=Verdict.NOT_STATIONARY,
+        stationarity=stationarity(problem, blocks),
+        lambda_min=float("nan"),
+        eta=float("inf"),
+        cost=lifted_cost(problem, blocks),
+        lower_bound=0.0,
+        direction=None,
+        stop=Stop.TIME_LIMIT,
+    )
+
+
 def judge(
     problem: ChordalProblem, blocks: Array, *, eta: float | None = None, tol: float = STATIONARY
 ) -> Certificate:

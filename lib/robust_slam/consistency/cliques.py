@@ -20,12 +20,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
+from math import inf
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse.csgraph import connected_components
 
 from robust_slam._arrays import Indices, Mask
+from robust_slam._deadline import Deadline
 
 BUDGET = 20_000_000
 """The default number of candidates that a search examines: about ten seconds."""
@@ -74,19 +76,25 @@ class _Node:
 
 
 def max_clique(
-    adjacency: ArrayLike, *, fixed: ArrayLike | None = None, budget: int = BUDGET
+    adjacency: ArrayLike,
+    *,
+    fixed: ArrayLike | None = None,
+    budget: int = BUDGET,
+    max_seconds: float = inf,
 ) -> Clique:
     """Return a largest clique of ``adjacency`` ``(m, m)``, or the best within ``budget``.
 
     ``adjacency`` is boolean and symmetric; its diagonal does not matter. ``fixed`` are the
     indices ``(f,)`` of vertices that must be members; the clique is then a largest one that
     contains them. ``budget`` counts the candidates at each branch node, which measures the
-    work without a clock: the same input always gives the same result. Of several largest
-    cliques any one may be returned.
+    work without a clock: the same input always gives the same result. So it does unless
+    ``max_seconds`` of CPU time end the search first. Of several largest cliques any one may be
+    returned.
 
     Raises:
         ValueError: ``adjacency`` is not square, boolean and symmetric, ``fixed`` are not
-            indices of vertices that are all joined, or ``budget`` is below 1.
+            indices of vertices that are all joined, ``budget`` is below 1, or ``max_seconds``
+            is negative.
 
     Source: Tomita and Seki 2003; San Segundo et al. 2011; see the module.
 
@@ -97,6 +105,7 @@ def max_clique(
     >>> clique.members.tolist(), clique.proven
     ([0, 1, 2], True)
     """
+    deadline = Deadline.after(max_seconds)
     joined = _checked(adjacency)
     held = _held(fixed, joined)
     if budget < 1:
@@ -108,7 +117,7 @@ def max_clique(
     joins_all = inner.sum(axis=1) == free.size - 1
     held, free = np.concatenate([held, free[joins_all]]), free[~joins_all]
     inner = inner[np.ix_(~joins_all, ~joins_all)]
-    found, bound = _solve(inner, _improved(inner, _greedy(inner)), budget)
+    found, bound = _solve(inner, _first(inner, deadline), budget, deadline)
     members = np.sort(np.concatenate([held, free[found]]))
     bound += held.size
     return Clique(members, members.size == bound, bound)
@@ -143,7 +152,13 @@ def _held(fixed: ArrayLike | None, joined: Mask) -> Indices:
     return held
 
 
-def _solve(joined: Mask, best: Indices, budget: int) -> tuple[Indices, int]:
+def _first(joined: Mask, deadline: Deadline) -> Indices:
+    """Return a clique to begin with, improved where there is time."""
+    clique = _greedy(joined)
+    return clique if deadline.passed else _improved(joined, clique)
+
+
+def _solve(joined: Mask, best: Indices, budget: int, deadline: Deadline) -> tuple[Indices, int]:
     """Return a clique, at least as large as the clique ``best``, and a bound on the largest.
 
     Components are split and reduced until they are connected; their cliques are united.
@@ -156,13 +171,17 @@ def _solve(joined: Mask, best: Indices, budget: int) -> tuple[Indices, int]:
             members.append(part)
             bound += 1
             continue
+        if deadline.passed:
+            members.append(best)
+            bound += part.size
+            continue
         kept, best = _reduced(joined, part, best)
         inner = joined[np.ix_(kept, kept)]
         smaller = _split(joined, kept, best)
         if len(smaller) > 1:
             todo.extend(smaller)
             continue
-        found, most, budget = _branch(inner, np.searchsorted(kept, best), budget)
+        found, most, budget = _branch(inner, np.searchsorted(kept, best), budget, deadline)
         members.append(kept[found])
         bound += most
     return np.concatenate(members), bound
@@ -279,14 +298,16 @@ def _pieces(joined: Mask) -> list[Indices]:
     return np.split(order, np.flatnonzero(np.diff(label[order])) + 1)
 
 
-def _branch(joined: Mask, best: Indices, budget: int) -> tuple[Indices, int, int]:
+def _branch(
+    joined: Mask, best: Indices, budget: int, deadline: Deadline
+) -> tuple[Indices, int, int]:
     """Return a clique, a bound on the largest, and the remaining budget."""
     order = _degeneracy(joined)[0][::-1]
     near = _bits(joined[np.ix_(order, order)])
     found, size = _set(np.argsort(order)[best]), best.size
     stack = [_opened(0, 0, (1 << len(near)) - 1, near, size)]
     budget -= len(near)
-    while stack and budget > 0:
+    while stack and budget > 0 and not deadline.passed:
         node = stack[-1]
         if node.bound <= size:
             stack.pop()

@@ -49,11 +49,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from math import inf
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, Indices, Mask, mask, positive
+from robust_slam._deadline import Deadline
 from robust_slam._words import counted
 from robust_slam.consistency.cliques import BUDGET, Clique, max_clique
 from robust_slam.estimators.thresholds import chi_square_threshold
@@ -88,7 +90,8 @@ class PcmResult:
     was found. Its members are indices into ``closures``, and ``clique.proven`` tells whether
     it is proven optimal. ``blocks`` are the closures that were compared with each other: two
     of different blocks were not, since they join other sessions or since there are more pairs
-    than the budget allows, and count as consistent. ``complete`` is False in the latter case.
+    than the budget allows, and count as consistent. ``complete`` is False in the latter case,
+    and where the time did not suffice for all pairs of a block; these count as consistent too.
     """
 
     kept: Mask
@@ -198,7 +201,8 @@ def pairwise_consistent(
     gamma = positive("gamma", gamma)
     chosen = _chosen(graph, closures)
     consistent = np.ones((chosen.size, chosen.size), dtype=np.bool_)
-    for block in _compared(graph, chosen, gamma, shared_odometry, chosen.size**2)[0]:
+    forever = Deadline(inf)
+    for block in _compared(graph, chosen, gamma, shared_odometry, chosen.size**2, forever)[0]:
         consistent[np.ix_(block.members, block.members)] = block.consistent
     return consistent
 
@@ -212,6 +216,7 @@ def pcm(
     shared_odometry: bool = False,
     budget: int = BUDGET,
     pairs: int | None = None,
+    max_seconds: float = inf,
 ) -> PcmResult:
     """Return a largest set of pairwise consistent closures of ``graph``.
 
@@ -222,14 +227,16 @@ def pcm(
     as in ``max_clique``: when it is used up, the best set found so far is returned, and
     ``clique.proven`` is False. ``pairs`` limits the comparisons, by default to ``PAIRS``: if
     there are more pairs, closures are compared in blocks along the drive, each has a largest
-    set of its own, and ``complete`` is False.
+    set of its own, and ``complete`` is False. After ``max_seconds`` of CPU time the remaining
+    pairs are not compared either, and the search ends with the best set so far.
 
     It does not test a closure against the odometry alone, nor the set jointly, and it
     prefers a larger group of consistent outliers. See the module.
 
     Raises:
         ValueError: ``gamma`` is not above 0, ``probability`` is not inside (0, 1),
-            ``budget`` or ``pairs`` is below 1, or trusted closures contradict each other.
+            ``budget`` or ``pairs`` is below 1, ``max_seconds`` is negative, or trusted
+            closures contradict each other.
 
     Source: Mangelson et al. 2018; SLAM Handbook 2026, (3.6) to (3.8).
 
@@ -245,19 +252,22 @@ def pcm(
     closures = _chosen(graph, None)
     held = mask("trusted", trusted, len(graph.edges))[closures]
     most = PAIRS[graph.group.DIMENSION] if pairs is None else pairs
-    blocks, complete = _compared(graph, closures, limit, shared_odometry, most)
-    clique = _united([_largest(block, closures, held, budget) for block in blocks])
+    deadline = Deadline.after(max_seconds)
+    blocks, complete = _compared(graph, closures, limit, shared_odometry, most, deadline)
+    clique = _united([_largest(block, closures, held, budget, deadline) for block in blocks])
     kept = graph.is_odometry.copy()
     kept[closures[clique.members]] = True
     return PcmResult(kept, closures, tuple(blocks), clique, complete)
 
 
-def _largest(block: Block, closures: Indices, held: Mask, budget: int) -> Clique:
+def _largest(
+    block: Block, closures: Indices, held: Mask, budget: int, deadline: Deadline
+) -> Clique:
     """Return a largest clique of ``block`` with the ``held`` closures, as places among all."""
     fixed = np.flatnonzero(held[block.members])
     trusted = closures[block.members[fixed]]
     _refuse_contradiction(trusted, block.consistent[np.ix_(fixed, fixed)])
-    clique = max_clique(block.consistent, fixed=fixed, budget=budget)
+    clique = max_clique(block.consistent, fixed=fixed, budget=budget, max_seconds=deadline.left)
     return replace(clique, members=block.members[clique.members])
 
 
@@ -287,22 +297,28 @@ def _refuse_contradiction(trusted: Indices, consistent: Mask) -> None:
 
 
 def _compared(
-    graph: PoseGraph, chosen: Indices, gamma: float, shared: bool, pairs: int
+    graph: PoseGraph, chosen: Indices, gamma: float, shared: bool, pairs: int, deadline: Deadline
 ) -> tuple[list[Block], bool]:
-    """Return the blocks of closures, and whether all comparable pairs were compared."""
+    """Return the blocks of closures, and whether all comparable pairs were compared.
+
+    Pairs that the ``deadline`` leaves uncompared count as consistent.
+    """
     if pairs < 1 and chosen.size > 1:
         raise ValueError(f"pairs is {pairs}; give at least 1")
     world, session = _displacements(graph, chosen)
     groups = _groups(session)
     parts = _cut(world, groups, pairs)
-    blocks = []
+    blocks, complete = [], len(parts) == len(groups)
     for members in parts:
-        consistent = np.eye(members.size, dtype=np.bool_)
+        consistent = np.ones((members.size, members.size), dtype=np.bool_)
         for p, q, distance in _pairs(graph, world, members, shared):
+            if deadline.passed:
+                complete = False
+                break
             at, to = np.searchsorted(members, p), np.searchsorted(members, q)
             consistent[at, to] = consistent[to, at] = distance <= gamma
         blocks.append(Block(members, consistent))
-    return blocks, len(parts) == len(groups)
+    return blocks, complete
 
 
 def _groups(session: Indices) -> list[Indices]:

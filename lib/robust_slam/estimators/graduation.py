@@ -34,6 +34,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, positive
+from robust_slam._deadline import Deadline
 from robust_slam.estimators.kernels import geman_mcclure, tls
 from robust_slam.estimators.loop import Problem, prepare, reweight, settle
 from robust_slam.estimators.result import Result, Step, StopReason
@@ -319,6 +320,7 @@ def gnc(
     adaptive: bool = False,
     tol: float | None = None,
     max_iterations: int = 1000,
+    max_seconds: float = inf,
     watch: Callable[[Step[X]], None] | None = None,
 ) -> Result[X]:
     """Minimise Σ ρ(u) of the TLS or Geman–McClure kernel by graduated non-convexity.
@@ -327,7 +329,8 @@ def gnc(
     that a Gaussian inlier does not exceed with ``probability``. ``factor``, ``mu0`` and
     ``adaptive`` are those of the rules ``GncTls`` and ``GncGm``. Weights are ``(m,)``; ``tol``
     is the largest change of a residual, relative to 1 + u, in the last solve, by default 1e-9.
-    ``watch`` is called with each step, to show progress.
+    ``watch`` is called with each step, to show progress. ``max_seconds`` of CPU time limit the
+    steps after the first one.
 
     ``problem`` may be a pose graph. It is then solved with one step for each μ, starts at
     dead reckoning, and ``tol`` is 1e-6 by default: see ``loop.prepare``.
@@ -346,10 +349,10 @@ def gnc(
     depends on the graph.
 
     It stops with BINARY_WEIGHTS (TLS), CONVERGED (GM, after μ = 1), NOTHING_TO_REJECT,
-    ALL_REJECTED, UNDERDETERMINED or ITERATION_LIMIT, also when the last solve does not
-    converge. The last x
-    of GM belongs to the weights of the previous step, so it is near a minimum of the
-    kernel's cost, not at one; ``irls`` with ``kernels.geman_mcclure`` continues from there.
+    ALL_REJECTED, UNDERDETERMINED, TIME_LIMIT, or ITERATION_LIMIT, also when the last solve does
+    not converge. The last x of GM belongs to the weights of the previous step, so it is near a
+    minimum of the kernel's cost, not at one; ``irls`` with ``kernels.geman_mcclure`` continues
+    from there.
 
     Raises:
         ValueError: ``kind`` is unknown, ``c`` or ``mu0`` is not above 0, ``factor`` is not
@@ -368,7 +371,16 @@ def gnc(
     c = threshold_of(problem, probability) if c is None else c
     rule = RULES[kind](c, factor, mu0, adaptive)
     problem, x0, tol = prepare(problem, x0, tol, 1e-9)
-    result = reweight(problem, rule, x0, tol=tol, max_iterations=max_iterations, watch=watch)
+    deadline = Deadline.after(max_seconds)
+    result = reweight(
+        problem,
+        rule,
+        x0,
+        tol=tol,
+        max_iterations=max_iterations,
+        max_seconds=max_seconds,
+        watch=watch,
+    )
     if result.stop in (StopReason.BINARY_WEIGHTS, StopReason.CONVERGED):
-        return settle(problem, rule, result, tol)
+        return settle(problem, rule, result, tol, max_seconds=deadline.left)
     return result

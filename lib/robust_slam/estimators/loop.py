@@ -10,12 +10,14 @@ Source: Black and Rangarajan 1996; SLAM Handbook 2026, Theorem 3.4.
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import inf
 from typing import Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, Mask
+from robust_slam._deadline import Deadline
 from robust_slam.errors import Underdetermined
 from robust_slam.estimators.result import Result, Step, StopReason
 from robust_slam.graphs.pose_graph import PoseGraph, check_poses
@@ -145,20 +147,22 @@ def reweight(
     *,
     tol: float | None = None,
     max_iterations: int = 100,
+    max_seconds: float = inf,
     watch: Callable[[Step[X]], None] | None = None,
 ) -> Result[X]:
     """Run the loop from ``x0``, or from plain least squares, until the rule stops it.
 
     Where ``problem`` is a pose graph, start and tolerance are those of ``prepare``; else
-    ``tol`` is 1e-12 by default. ``watch`` is called with each step, to show progress.
+    ``tol`` is 1e-12 by default. ``watch`` is called with each step, to show progress. After
+    ``max_seconds`` of CPU time, but not before the first step, it stops with TIME_LIMIT.
 
     A whitened residual u has settled when its change, relative to 1 + u, is at most ``tol``.
     When the weights of a step do not determine x, the loop stops with the previous x: with
     ALL_REJECTED if every untrusted weight is 0, else with UNDERDETERMINED.
 
     Raises:
-        ValueError: the residuals at the start are not finite, ``tol`` is negative or
-            ``max_iterations`` is below 1.
+        ValueError: the residuals at the start are not finite, ``tol`` or ``max_seconds`` is
+            negative, or ``max_iterations`` is below 1.
         Underdetermined: the plain least-squares solution does not exist.
         TypeError: ``problem`` is neither a problem nor a pose graph.
 
@@ -166,6 +170,7 @@ def reweight(
     """
     problem, x0, tol = prepare(problem, x0, tol, 1e-12)
     _check_limits(tol, max_iterations)
+    deadline = Deadline.after(max_seconds)
     x = problem.initial() if x0 is None else x0
     norms = _start_norms(problem, x)
     untrusted = ~problem.trusted
@@ -190,29 +195,42 @@ def reweight(
         stop = rule.finished(weights[untrusted], state, bool(np.all(moved <= tol)))
         if stop is not None:
             return Result.ending(history, stop)
+        if deadline.passed:
+            return Result.ending(history, StopReason.TIME_LIMIT)
         state = rule.next(state, weights[untrusted], moved[untrusted])
     return Result.ending(history, StopReason.ITERATION_LIMIT)
 
 
-def settle(problem: Problem[X], rule: Rule[State], result: Result[X], tol: float) -> Result[X]:
+def settle(
+    problem: Problem[X],
+    rule: Rule[State],
+    result: Result[X],
+    tol: float,
+    *,
+    max_seconds: float = inf,
+) -> Result[X]:
     """Return ``result`` with its last solve repeated until it converges.
 
     It has converged when no residual changes by more than ``tol``. Residuals of rejected
     measurements may oscillate, so the repetition also stops when Σ w u² no longer falls. A
     problem whose solve takes only a few steps, such as a pose graph with one step for each
     μ, thereby converges with the final weights; the history gets one more step. An exact
-    solve leaves the result unchanged. If the limit on solves is reached first, the reason
-    becomes ITERATION_LIMIT.
+    solve leaves the result unchanged. If the limit on solves or ``max_seconds`` of CPU time
+    are reached first, the reason becomes ITERATION_LIMIT or TIME_LIMIT.
 
     Source: derived here.
     """
     x, norms = result.x, problem.residual_norms(result.x)
     first, stop = norms, StopReason.ITERATION_LIMIT
+    deadline = Deadline.after(max_seconds)
     for _ in range(_SOLVES):
         x = problem.solve(result.weights, x)
         before, norms = norms, problem.residual_norms(x)
         if np.all(_moved(before, norms) <= tol) or result.weights @ (norms**2 - before**2) >= 0.0:
             stop = result.stop
+            break
+        if deadline.passed:
+            stop = StopReason.TIME_LIMIT
             break
     if stop is result.stop and np.all(_moved(first, norms) <= tol):
         return result

@@ -27,6 +27,7 @@ class StopReason(Enum):
     - UNDERDETERMINED: some untrusted measurements have positive weight, but no solution
       exists with these weights; the result is the previous x.
     - ITERATION_LIMIT: the iterations are used up; the weights may not be final.
+    - TIME_LIMIT: the time is used up; the weights may not be final.
     """
 
     CONVERGED = "converged"
@@ -35,6 +36,7 @@ class StopReason(Enum):
     ALL_REJECTED = "all rejected"
     UNDERDETERMINED = "underdetermined"
     ITERATION_LIMIT = "iteration limit"
+    TIME_LIMIT = "time limit"
 
 
 KEPT = 0.5

@@ -8,6 +8,7 @@ Source: Holland and Welsch 1977, iteratively reweighted least squares.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 from typing import TypeVar
 
 import numpy as np
@@ -53,11 +54,12 @@ def irls(
     *,
     tol: float | None = None,
     max_iterations: int = 100,
+    max_seconds: float = inf,
 ) -> Result[X]:
     """Minimise Σ ρ(u) by reweighting, from ``x0`` or from plain least squares.
 
     ``problem`` may be a pose graph: see ``loop.prepare`` for its start and tolerance. For a
-    problem ``tol`` is 1e-12 by default.
+    problem ``tol`` is 1e-12 by default. ``max_seconds`` is that of ``loop.reweight``.
 
     The robust cost never increases, but the result depends on the start: a non-convex
     kernel has several stationary points.
@@ -76,4 +78,6 @@ def irls(
     (0.066, array([0.996, 0.999, 0.973, 0.039]))
     """
     rule = IrlsRule(check_kernel(kernel))
-    return reweight(problem, rule, x0, tol=tol, max_iterations=max_iterations)
+    return reweight(
+        problem, rule, x0, tol=tol, max_iterations=max_iterations, max_seconds=max_seconds
+    )
