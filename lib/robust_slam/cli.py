@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import logging
+import os
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -15,7 +16,7 @@ import robust_slam as rs
 from robust_slam._arrays import Array, Indices
 from robust_slam._files import write_lines
 from robust_slam._words import counted
-from robust_slam.certificates.optimality import Verdict
+from robust_slam.certificates.optimality import MAX_SECONDS, Verdict
 from robust_slam.errors import NotConverged
 from robust_slam.graphs import files, g2o, trajectories
 from robust_slam.pipeline import Answer, solve
@@ -25,7 +26,7 @@ _WRITERS: dict[str, Callable[[Path, g2o.G2o, Answer], None]] = {
     ".tum": lambda path, file, answer: trajectories.write_tum(path, _by_id(file, answer)),
     ".kitti": lambda path, file, answer: trajectories.write_kitti(path, _by_id(file, answer)),
 }
-_INTERRUPTED, _REFUSED, _NO_CERTIFICATE = 130, 2, 1
+_CLOSED, _INTERRUPTED, _REFUSED, _NO_CERTIFICATE = 141, 130, 2, 1
 _HERE = {
     'unknown="skip"': "--unknown skip",
     'indefinite="nearest" or "isotropic"': "--indefinite nearest or --indefinite isotropic",
@@ -37,12 +38,19 @@ _LOG = logging.getLogger(__name__)
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return 0 for a certified map, 1 for another one, 2 for an error.
 
-    An interrupt from the keyboard returns 130.
+    An interrupt from the keyboard returns 130, a closed pipe 141.
     """
     options = _parser().parse_args(arguments)
     logging.basicConfig(level=logging.WARNING, format="%(message)s")
     try:
-        return _solve(options)
+        code = _solve(options)
+        sys.stdout.flush()
+        return code
+    except BrokenPipeError:
+        # Who reads the output may close it at any time, as `head` does. What Python writes at
+        # its end goes nowhere.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return _CLOSED
     except (OSError, ValueError, ImportError, NotConverged) as error:
         words = str(error)
         for remedy, ours in _HERE.items():
@@ -107,6 +115,13 @@ def _parser() -> argparse.ArgumentParser:
         default="raise",
         help="what becomes of lines with unknown tags, such as landmarks (raise)",
     )
+    command.add_argument(
+        "--max-seconds",
+        type=float,
+        default=MAX_SECONDS,
+        metavar="S",
+        help=f"end after about so many seconds of CPU time with the best map ({MAX_SECONDS:g})",
+    )
     command.add_argument("--quiet", action="store_true", help="show no progress")
     return parser
 
@@ -137,8 +152,13 @@ def _solve(options: argparse.Namespace) -> int:
         print(f"{'replaced':<10} {matrices}")
     for tag, count in file.skipped.items():
         print(f"{'skipped':<10} {counted(count, 'line')} {tag}")
-    answer = solve(file.graph, options.probability, progress=not options.quiet)
-    print(f"\n{answer.summary()}")
+    answer = solve(
+        file.graph,
+        options.probability,
+        progress=not options.quiet,
+        max_seconds=options.max_seconds,
+    )
+    print(f"\n{answer.summary(file.names)}")
     _print_edges("trusted", answer.bridges.edges, file)
     _print_edges("rejected", answer.rejected, file)
     _write(options, file, answer)

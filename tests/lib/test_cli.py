@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -29,6 +31,7 @@ def test_it_says_what_was_read_kept_rejected_and_certified(file, capsys):
     said = capsys.readouterr().out
     answer = rs.solve(rs.load(file))
     assert answer.graph.summary() in said
+    assert "The time limit" not in said
     assert answer.summary() in said
     assert f"{answer.rejected.size} closures: " in said
 
@@ -96,6 +99,39 @@ def test_an_interrupt_ends_with_a_line_and_code_130(file, capsys, monkeypatch):
     monkeypatch.setattr(cli, "solve", interrupted)
     assert cli.main(["solve", str(file)]) == 130
     assert capsys.readouterr().err.strip() == "robust-slam: interrupted"
+
+
+def test_a_pipe_that_closes_early_leaves_no_traceback(file):
+    command = [sys.executable, "-m", "robust_slam.cli", "solve", str(file), "--quiet"]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen(command, **pipes) as process:
+        process.stdout.close()
+        assert process.stderr.read() == b""
+    assert process.returncode == 141
+
+
+def test_without_time_there_is_a_map_without_a_certificate(file, capsys):
+    assert cli.main(["solve", str(file), "--quiet", "--max-seconds", "0"]) == 1
+    assert "The time limit ended the computation" in capsys.readouterr().out
+    assert cli.main(["solve", str(file), "--quiet", "--max-seconds", "-1"]) == 2
+    assert "max_seconds is -1.0; give a number" in capsys.readouterr().err
+
+
+def test_closures_are_named_by_the_ids_of_the_file(file, capsys):
+    graph = rs.load(file)
+    joins = [29, 30]
+    cut = select(graph, ~np.all(graph.edges == joins, axis=1))
+    alone = np.all(np.sort(cut.edges < 30, axis=1) == [False, True], axis=1)
+    alone[np.argmax(alone)] = False
+    write(file, select(cut, ~alone), names=np.arange(60) * 2 + 500)
+    cli.main(["solve", str(file), "--quiet"])
+    said = capsys.readouterr().out
+    i, j = np.array(re.search(r"of these closures: (\d+)-(\d+)\.", said).groups(), dtype=int)
+    assert {i < 560, j < 560} == {True, False}
+    content = read(file)
+    answer = rs.solve(content.graph)
+    assert answer.summary(content.names) in said
+    assert f"{i}-{j}" not in answer.summary()
 
 
 def test_it_draws_the_map(file, tmp_path):
