@@ -16,8 +16,10 @@ from robust_slam.descent.damped import levenberg_marquardt
 from robust_slam.descent.undamped import gauss_newton
 from robust_slam.estimators import kernels
 from robust_slam.estimators.graduation import gnc
-from robust_slam.estimators.mixtures import max_mixture
+from robust_slam.estimators.mixtures import max_mixture, max_mixture_modes
+from robust_slam.estimators.result import Solution, StopReason
 from robust_slam.estimators.reweighting import irls
+from robust_slam.estimators.switches import dcs, joint_switchable, switchable
 from robust_slam.graphs import g2o
 from robust_slam.graphs.generate import manhattan, sphere
 from robust_slam.graphs.trajectories import write_tum
@@ -111,3 +113,27 @@ def test_a_used_problem_can_be_pickled_and_used_again(make):
     copy = pickle.loads(pickle.dumps(problem))
     np.testing.assert_array_equal(copy.initial(), x)
     np.testing.assert_array_equal(copy.solve(weights, x), problem.solve(weights, x))
+
+
+@pytest.mark.parametrize(
+    "solve",
+    [
+        gnc,
+        lambda graph: irls(graph, kernels.cauchy(1.0)),
+        lambda graph: max_mixture(graph, 0.9, 10.0),
+        lambda graph: max_mixture_modes(graph, []),
+        lambda graph: joint_switchable(graph, 10.0),
+        switchable,
+        dcs,
+        rs.solve,
+    ],
+)
+def test_every_robust_solve_returns_the_same_kind_of_result(solve):
+    result: Solution = solve(GRAPH)
+    assert result.poses.shape == TRUTH.shape
+    assert result.kept.shape == result.weights.shape == (len(GRAPH.edges),)
+    np.testing.assert_array_equal(result.kept, result.weights > 0.5)
+    assert isinstance(result.stop, StopReason)
+    assert isinstance(result.cost, float) and len(result.history) > 0
+    assert "\n" not in repr(result) and len(repr(result)) < 120
+    assert result.summary().count("\n") > 1

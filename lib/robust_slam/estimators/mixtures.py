@@ -37,7 +37,7 @@ from robust_slam.descent.step import (
     retract,
 )
 from robust_slam.estimators.loop import Problem, as_graph_problem, reweight
-from robust_slam.estimators.result import Result, StopReason
+from robust_slam.estimators.result import Result, Step, StopReason
 from robust_slam.estimators.thresholds import dimension_of
 from robust_slam.graphs import pose_graph
 from robust_slam.graphs.pose_graph import PoseGraph, check_poses
@@ -190,24 +190,26 @@ def alternative(
     return Mode(chance, changed, graph.information)
 
 
-@dataclass(frozen=True, eq=False)
-class ModeStep:
-    """Poses, the cheapest mode ``(m,)`` of each edge, and the sum of their costs."""
+@dataclass(frozen=True, eq=False, repr=False)
+class ModeStep(Step[Array]):
+    """A step with the cheapest mode ``(m,)`` of each edge, 0 for the graph's own.
 
-    x: Array
+    The weights are 1 for mode 0 and 0 for the others; ``cost`` is the sum over the modes.
+    """
+
     modes: Indices
-    cost: float
 
 
-@dataclass(frozen=True, eq=False)
-class ModeResult:
-    """The last step, the reason for stopping, and all steps; mode 0 is the graph's own."""
+@dataclass(frozen=True, eq=False, repr=False)
+class ModeResult(Result[Array]):
+    """A result whose ``kept`` marks the edges in mode 0, the graph's own."""
 
-    x: Array
-    modes: Indices
-    cost: float
-    stop: StopReason
     history: tuple[ModeStep, ...]
+
+    @property
+    def modes(self) -> Indices:
+        """The mode ``(m,)`` of each edge at the last step."""
+        return self.history[-1].modes
 
 
 def max_mixture_modes(
@@ -250,14 +252,9 @@ def max_mixture_modes(
         trial = _backtrack(mixture, current, step)
         history.append(trial)
         if is_small(step, current.x, tol) and np.array_equal(trial.modes, current.modes):
-            return _ending(history, StopReason.CONVERGED)
+            return ModeResult.ending(history, StopReason.CONVERGED)
         current = trial
-    return _ending(history, StopReason.ITERATION_LIMIT)
-
-
-def _ending(history: list[ModeStep], stop: StopReason) -> ModeResult:
-    last = history[-1]
-    return ModeResult(last.x, last.modes, last.cost, stop, tuple(history))
+    return ModeResult.ending(history, StopReason.ITERATION_LIMIT)
 
 
 @dataclass(frozen=True, eq=False)
@@ -270,7 +267,9 @@ class _Mixture:
     def at(self, poses: Array) -> ModeStep:
         chi2 = np.stack([pose_graph.squared_norms(graph, poses) for graph in self.graphs])
         costs = 0.5 * chi2 + self.offsets
-        return ModeStep(poses, np.argmin(costs, axis=0), float(np.sum(costs.min(axis=0))))
+        modes = np.argmin(costs, axis=0)
+        kept = (modes == 0).astype(np.float64)
+        return ModeStep(poses, kept, float(np.sum(costs.min(axis=0))), None, modes)
 
     def chosen(self, modes: Indices) -> PoseGraph:
         each = np.arange(modes.size)
