@@ -1,4 +1,8 @@
-"""What the pipeline returns: a map, the edges it kept, and what happened at each stage."""
+"""What the pipeline returns: a map, the edges it kept, and what happened at each stage.
+
+Source: SLAM Handbook 2026, chapter 3, for the stages; Huber 1981, "Robust Statistics", chapter
+1, for the breakdown point of one half.
+"""
 
 from __future__ import annotations
 
