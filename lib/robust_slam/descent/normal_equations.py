@@ -5,30 +5,59 @@ Source: Grisetti et al. 2010, the linearised system and its sparse blocks.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from robust_slam._arrays import Array, Mask
-from robust_slam.descent.sparse.pattern import find_pattern, sum_by_pose
-from robust_slam.descent.step import Linearisation
+from robust_slam.descent.sparse.choice import use_compiled
+from robust_slam.descent.sparse.pattern import BlockPattern, find_pattern, sum_by_pose
+from robust_slam.descent.step import Linearisation, retract
 from robust_slam.errors import Underdetermined
 from robust_slam.graphs import pose_graph
 from robust_slam.graphs.pose_graph import PoseGraph
+
+if TYPE_CHECKING:
+    from robust_slam.descent.sparse.edges import CompiledEdges
 
 _FULL_SHARE = 0.9
 """With a smaller share of edges of positive weight, a pattern of these alone is quicker."""
 
 
 class NormalEquations:
-    """The linear step of a graph; the sparsity pattern is found at construction."""
+    """The linear step of a graph; the sparsity pattern is found at construction.
 
-    def __init__(self, graph: PoseGraph) -> None:
+    It is ``compiled``, or as ``use_compiled`` says if None. Results agree up to rounding.
+    """
+
+    def __init__(self, graph: PoseGraph, compiled: bool | None = None) -> None:
         self.graph = graph
-        self.pattern = find_pattern(graph.n, graph.edges, graph.group.DOF)
+        self.compiled = use_compiled(len(graph.edges)) if compiled is None else compiled
+        self.pattern = find_pattern(
+            graph.n, graph.edges, graph.group.DOF, compiled=self.compiled
+        )
+        self._edges = _compiled_edges(graph, self.pattern) if self.compiled else None
         self._restricted: tuple[Mask, NormalEquations] | None = None
 
     def at(self, poses: Array, weights: Array) -> Linearisation:
         """Return the linearisation at ``poses``, each edge with its weight ``(m,)``."""
-        return Linearisation.at(self.graph, poses, weights)
+        if self._edges is None:
+            return Linearisation(self.graph, poses, weights)
+        return _CompiledLinearisation(self.graph, poses, weights, self._edges)
+
+    def retract(self, poses: Array, step: Array) -> Array:
+        """Return each pose ∘ Exp(δ), with δ its row of ``step`` ``(n, D)``."""
+        if self._edges is None:
+            return retract(self.graph, poses, step)
+        return self._edges.retract(poses, step)
+
+    def residual_norms(self, poses: Array) -> Array:
+        """Return the whitened residual norm of each edge, ``(m,)``."""
+        if self._edges is None:
+            return pose_graph.residual_norms(self.graph, poses)
+        return np.sqrt(self._edges.squared_norms(poses))
 
     def restricted(self, weights: Array) -> tuple[NormalEquations, Array]:
         """Return equations over the edges of positive weight, and the weights of these edges.
@@ -42,7 +71,7 @@ class NormalEquations:
         if used.sum() > _FULL_SHARE * used.size:
             return self, weights
         if self._restricted is None or not _covers(self._restricted[0], used):
-            smaller = NormalEquations(pose_graph.select(self.graph, used))
+            smaller = NormalEquations(pose_graph.select(self.graph, used), self.compiled)
             self._restricted = used, smaller
         mask, smaller = self._restricted
         return smaller, weights[mask]
@@ -55,7 +84,13 @@ class NormalEquations:
         Raises:
             Underdetermined: the matrix is singular to working precision.
         """
-        return self.solve(*weighted_edges(self.graph, linearisation, weights))
+        return self.minimise(*self.system(linearisation, weights))
+
+    def system(self, linearisation: Linearisation, weights: Array) -> tuple[Array, Array]:
+        """Return H = Σ w Jᵀ Ω J as the blocks of the pattern, and Σ w Jᵀ Ω r ``(n, D)``."""
+        if self._edges is None:
+            return self.assemble(*weighted_edges(self.graph, linearisation, weights))
+        return self._edges.assemble(linearisation.poses, weights)
 
     def solve(
         self,
@@ -75,6 +110,16 @@ class NormalEquations:
         """
         hessian, gradient = self.assemble(jacobian, information, weighted_residuals)
         shift = damping * self.pattern.diagonal(hessian) if damping else None
+        return self.minimise(hessian, gradient, shift)
+
+    def minimise(self, hessian: Array, gradient: Array, shift: Array | None = None) -> Array:
+        """Return the δ ``(n, D)`` with (H + diag(shift)) δ = −g; row 0 is 0.
+
+        H and g are from ``system`` or ``assemble``, ``shift`` is ``(n, D)``.
+
+        Raises:
+            Underdetermined: the matrix is singular to working precision.
+        """
         step = self.pattern.solve(hessian, -gradient, shift)
         if step is None or not np.all(np.isfinite(step)):
             raise Underdetermined(
@@ -99,6 +144,26 @@ class NormalEquations:
         np.matmul(transposed[1], gradients[1], out=gradients[0])
         gradient = sum_by_pose(self.graph.n, self.graph.edges, gradients[..., 0])
         return self.pattern.sum(pieces), gradient
+
+
+@dataclass(frozen=True, eq=False)
+class _CompiledLinearisation(Linearisation):
+    """A linearisation whose cost is computed by the compiled kernels."""
+
+    edges: CompiledEdges
+
+    @cached_property
+    def cost(self) -> float:
+        """The cost ½ Σ w rᵀ Ω r."""
+        return 0.5 * float(self.weights @ self.edges.squared_norms(self.poses))
+
+
+def _compiled_edges(graph: PoseGraph, pattern: BlockPattern) -> CompiledEdges:
+    from robust_slam.descent.sparse.edges import CompiledEdges
+
+    return CompiledEdges(
+        graph.edges, graph.inverse_measurement, graph.information, pattern
+    )
 
 
 def _covers(mask: Mask, used: Mask) -> bool:

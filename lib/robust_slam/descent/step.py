@@ -6,6 +6,7 @@ Source: Dennis and Schnabel 1983; Nielsen 1999 for the damping.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -26,24 +27,39 @@ STEP_LIMIT = 500
 class Linearisation:
     """Relative poses, residuals r, w Ω r and the cost ½ Σ w rᵀ Ω r at given poses.
 
-    ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``, ``relative`` ``(m, 3)`` or ``(m, 3, 4)`` are
-    from ``pose_graph.relative_poses``, and ``residuals`` and ``weighted_residuals`` are
-    ``(m, D)``.
+    ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``, ``weights`` ``(m,)``. The rest is computed when
+    it is first used.
     """
 
+    graph: PoseGraph
     poses: Array
-    relative: Array
-    residuals: Array
-    weighted_residuals: Array
-    cost: float
+    weights: Array
 
     @classmethod
     def at(cls, graph: PoseGraph, poses: Array, weights: Array) -> Linearisation:
         """Return the linearisation of ``graph`` at ``poses`` with ``weights`` ``(m,)``."""
-        relative = pose_graph.relative_poses(graph, poses)
-        r = pose_graph.residuals_of(graph, relative)
-        weighted = weights[:, None] * pose_graph.apply_information(graph, r)
-        return cls(poses, relative, r, weighted, 0.5 * float(np.sum(r * weighted)))
+        return Linearisation(graph, poses, weights)
+
+    @cached_property
+    def cost(self) -> float:
+        """The cost ½ Σ w rᵀ Ω r."""
+        return 0.5 * float(np.sum(self.residuals * self.weighted_residuals))
+
+    @cached_property
+    def relative(self) -> Array:
+        """The ``pose_graph.relative_poses``, ``(m, 3)`` or ``(m, 3, 4)``."""
+        return pose_graph.relative_poses(self.graph, self.poses)
+
+    @cached_property
+    def residuals(self) -> Array:
+        """The residuals r ``(m, D)``, not whitened."""
+        return pose_graph.residuals_of(self.graph, self.relative)
+
+    @cached_property
+    def weighted_residuals(self) -> Array:
+        """The w Ω r ``(m, D)``."""
+        applied = pose_graph.apply_information(self.graph, self.residuals)
+        return np.asarray(self.weights[:, None] * applied)
 
 
 @dataclass(frozen=True, eq=False)

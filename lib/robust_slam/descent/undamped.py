@@ -20,7 +20,6 @@ from robust_slam.descent.step import (
     check_limits,
     increases,
     is_small,
-    retract,
 )
 from robust_slam.graphs.pose_graph import PoseGraph, check_poses, check_weights
 
@@ -81,7 +80,7 @@ def descend(
         step = equations.step(current, weights)
         size = float(np.abs(step).max())
         if is_small(step, current.poses, tol):
-            last = equations.at(retract(equations.graph, current.poses, step), weights)
+            last = equations.at(equations.retract(current.poses, step), weights)
             return Descent(last.poses, last.cost, size, converged=True)
         current = _backtrack(equations, current, weights, step)
     return Descent(current.poses, current.cost, size, converged=False)
@@ -92,7 +91,7 @@ def _backtrack(
 ) -> Linearisation:
     """Take the longest of step, step/2, step/4, … that does not increase the cost."""
     for halvings in range(_HALVINGS):
-        poses = retract(equations.graph, current.poses, step * 0.5**halvings)
+        poses = equations.retract(current.poses, step * 0.5**halvings)
         trial = equations.at(poses, weights)
         if not increases(trial.cost, current.cost):
             return trial

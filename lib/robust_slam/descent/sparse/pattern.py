@@ -8,13 +8,16 @@ Source: Davis 2006, chapters 2 and 4, assembly and symbolic analysis.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property, partial
 from typing import Protocol
 
 import numpy as np
 from scipy.sparse import csr_array
 
 from robust_slam._arrays import Array, Indices, Mask
+from robust_slam.descent.sparse.choice import use_compiled
 from robust_slam.descent.sparse.elimination import Elimination, find_elimination, find_fronts
 from robust_slam.descent.sparse.multifrontal import Multifrontal
 from robust_slam.descent.sparse.simplicial import Simplicial
@@ -33,6 +36,18 @@ class Factors(Protocol):
 
     def solve(self, right: Array) -> Array:
         """Return the solutions ``(n − 1, b, c)`` of c right-hand sides at once."""
+        ...
+
+
+class Method(Protocol):
+    """A way to factorise: ``Simplicial``, ``Multifrontal`` or ``Compiled``."""
+
+    def solve(self, blocks: Array, right: Array) -> Array | None:
+        """Return the solutions ``(n − 1, b, c)``, or None if not positive definite."""
+        ...
+
+    def factorise(self, blocks: Array) -> Factors | None:
+        """Return the factors of ``blocks`` ``(k, b, b)``, or None if not positive definite."""
         ...
 
 
@@ -55,7 +70,14 @@ class BlockPattern:
     column: Indices
     onto: csr_array
     flipped: Mask
-    method: Simplicial | Multifrontal
+    method: Method
+
+    @cached_property
+    def targets(self) -> Indices:
+        """The blocks that ``sum`` adds the pieces to, ``(3, m)``; −1 for none."""
+        targets = np.full(3 * self.flipped.size, -1, dtype=np.intp)
+        targets[self.onto.indices] = np.repeat(np.arange(self.row.size), np.diff(self.onto.indptr))
+        return targets.reshape(3, -1)
 
     def sum(self, pieces: Array) -> Array:
         """Return the filled blocks ``(k, block, block)``, summed over the edges.
@@ -133,29 +155,49 @@ def free_elimination(n: int, edges: Indices) -> Elimination:
 
 
 def find_pattern(
-    n: int, edges: Indices, block: int, elimination: Elimination | None = None
+    n: int,
+    edges: Indices,
+    block: int,
+    elimination: Elimination | None = None,
+    compiled: bool | None = None,
 ) -> BlockPattern:
     """Return the pattern of a connected graph of ``n`` ≥ 2 poses with ``edges`` ``(m, 2)``.
 
     ``block`` is the number of unknowns of a pose. ``elimination`` is that of
-    ``free_elimination``, which is computed if None.
+    ``free_elimination``, which is computed if None. The factorisation is ``compiled``, or as
+    ``use_compiled`` says if None.
     """
     _keep_freed_memory()
     elimination = elimination or free_elimination(n, edges)
-    dense = elimination.multiplications * block**3 > _DENSE * n
-    fronts = find_fronts(elimination, block) if dense else None
-    order = (elimination.order if fronts is None else fronts.order) + 1
+    chosen = use_compiled(len(edges)) if compiled is None else compiled
+    find = _compiled if chosen else _interpreted
+    order, method = find(n, block, elimination)
     position = np.full(n, -1, dtype=np.intp)
     position[order] = np.arange(n - 1)
     ends = position[edges]
     row, column, onto = _filled(ends, n - 1)
-    method = (
-        Simplicial(block, n - 1, row, column)
-        if fronts is None
-        else Multifrontal(block, fronts, row, column)
-    )
     flipped = ends[:, 0] < ends[:, 1]
-    return BlockPattern(n, block, order, row, column, onto, flipped, method)
+    return BlockPattern(n, block, order, row, column, onto, flipped, method(row, column))
+
+
+def _interpreted(
+    n: int, block: int, elimination: Elimination
+) -> tuple[Indices, Callable[[Indices, Indices], Method]]:
+    """Return an order of the poses, and what makes a method from rows and columns."""
+    if elimination.multiplications * block**3 <= _DENSE * n:
+        return elimination.order + 1, partial(Simplicial, block, n - 1)
+    fronts = find_fronts(elimination, block)
+    return fronts.order + 1, partial(Multifrontal, block, fronts)
+
+
+def _compiled(
+    n: int, block: int, elimination: Elimination
+) -> tuple[Indices, Callable[[Indices, Indices], Method]]:
+    """Do as ``_interpreted`` with the compiled method."""
+    from robust_slam.descent.sparse.compiled import Compiled, find_compiled_fronts
+
+    fronts = find_compiled_fronts(elimination, block)
+    return fronts.order + 1, partial(Compiled, block, fronts)
 
 
 def _keep_freed_memory() -> None:
