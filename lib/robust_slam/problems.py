@@ -17,7 +17,6 @@ from robust_slam.descent.normal_equations import NormalEquations
 from robust_slam.descent.step import STEP_LIMIT, check_limits
 from robust_slam.descent.undamped import descend
 from robust_slam.errors import NotConverged, Underdetermined
-from robust_slam.graphs import pose_graph
 from robust_slam.graphs.odometry import spanning_tree
 from robust_slam.graphs.pose_graph import PoseGraph, check_poses, check_weights
 

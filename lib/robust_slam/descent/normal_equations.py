@@ -35,9 +35,7 @@ class NormalEquations:
     def __init__(self, graph: PoseGraph, compiled: bool | None = None) -> None:
         self.graph = graph
         self.compiled = use_compiled(len(graph.edges)) if compiled is None else compiled
-        self.pattern = find_pattern(
-            graph.n, graph.edges, graph.group.DOF, compiled=self.compiled
-        )
+        self.pattern = find_pattern(graph.n, graph.edges, graph.group.DOF, compiled=self.compiled)
         self._edges = _compiled_edges(graph, self.pattern) if self.compiled else None
         self._restricted: tuple[Mask, NormalEquations] | None = None
 
@@ -161,9 +159,7 @@ class _CompiledLinearisation(Linearisation):
 def _compiled_edges(graph: PoseGraph, pattern: BlockPattern) -> CompiledEdges:
     from robust_slam.descent.sparse.edges import CompiledEdges
 
-    return CompiledEdges(
-        graph.edges, graph.inverse_measurement, graph.information, pattern
-    )
+    return CompiledEdges(graph.edges, graph.inverse_measurement, graph.information, pattern)
 
 
 def _covers(mask: Mask, used: Mask) -> bool:

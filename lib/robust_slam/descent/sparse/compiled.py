@@ -13,21 +13,20 @@ Source: as ``multifrontal``; Duff and Reid 1983 for the stack, which the postord
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from llvmlite import ir
-from numba import njit, types
-from numba.extending import get_cython_function_address, intrinsic
+from numba import njit
 
 from robust_slam._arrays import Array, Indices
+from robust_slam.descent.sparse.blas import addresses, eliminate_by_blas
 from robust_slam.descent.sparse.elimination import Elimination
 
 _FRONT, _MULTIPLICATION, _UPDATE, _STORED = 0.4e-6, 3e-10, 1.5e-9, 1e-9
 """Seconds as in ``elimination``, where a front costs no Python call."""
 _PLAIN = 16000
 """Multiplications up to which plain loops are faster than calls of BLAS."""
-ROUNDING: Any = {"contract", "reassoc"}
+ROUNDING = {"contract", "reassoc"}
 """Sums may be reordered and fused with products, which changes results by rounding alone."""
 
 
@@ -75,20 +74,28 @@ class Compiled:
         height = block * (np.diff(first) + np.diff(begin))
         panel = np.append(0, np.cumsum(height * np.diff(first) * block))
         blocks = column.searchsorted(first)
-        self.plan = Plan(
-            block, first, begin, rows, place, children, blocks, column, target, panel
-        )
-        self._stack = _stack_size(self.plan)
+        self.plan = Plan(block, first, begin, rows, place, children, blocks, column, target, panel)
+        self._stack = np.empty(_stack_size(self.plan))
+        self._panels: Array | None = None
 
     def solve(self, blocks: Array, right: Array) -> Array | None:
-        """Return the solutions ``(n − 1, b, c)``, or None if not positive definite."""
-        factors = self.factorise(blocks)
-        return None if factors is None else factors.solve(right)
+        """Return the solutions ``(n − 1, b, c)``, or None if not positive definite.
+
+        L y = ``right`` is solved on the way, while each front is still in the processor's
+        cache. The memory of the factor is used again by the next solve.
+        """
+        if self._panels is None:
+            self._panels = np.empty(self.plan.panel[-1])
+        x = _columns(right)
+        if not _factorise(self.plan, blocks, self._panels, self._stack, addresses(), x):
+            return None
+        _back_substitute(self.plan, self._panels, x)
+        return _rows(x, right)
 
     def factorise(self, blocks: Array) -> CompiledFactors | None:
         """Return the factors of ``blocks`` ``(k, b, b)``, or None if not positive definite."""
-        panels, stack = np.empty(self.plan.panel[-1]), np.empty(self._stack)
-        found = _factorise(self.plan, blocks, panels, stack, _addresses())
+        panels, nothing = np.empty(self.plan.panel[-1]), np.empty((0, 0))
+        found = _factorise(self.plan, blocks, panels, self._stack, addresses(), nothing)
         return CompiledFactors(self, panels) if found else None
 
 
@@ -106,10 +113,20 @@ class CompiledFactors:
 
     def solve(self, right: Array) -> Array:
         """Return the solutions ``(n − 1, b, c)``."""
-        columns = np.ascontiguousarray(right.reshape(-1, right.shape[-1]).T)
-        for x in columns:
-            _substitute(self.owner.plan, self.panels, x)
-        return np.ascontiguousarray(columns.T).reshape(right.shape)
+        x = _columns(right)
+        _forward_substitute(self.owner.plan, self.panels, x)
+        _back_substitute(self.owner.plan, self.panels, x)
+        return _rows(x, right)
+
+
+def _columns(right: Array) -> Array:
+    """Return right-hand sides ``(n − 1, b, c)`` as ``(c, unknowns)``, a copy."""
+    return right.reshape(-1, right.shape[-1]).T.copy()
+
+
+def _rows(x: Array, right: Array) -> Array:
+    """Return solutions ``(c, unknowns)`` in the shape of ``right``."""
+    return x.T.copy().reshape(right.shape)
 
 
 def find_compiled_fronts(elimination: Elimination, block: int) -> CompiledFronts:
@@ -118,30 +135,6 @@ def find_compiled_fronts(elimination: Elimination, block: int) -> CompiledFronts
     starts, indices = factor.indptr.astype(np.intp), factor.indices.astype(np.intp)
     postorder, first, begin, rows = _fronts(starts, indices, block)
     return CompiledFronts(elimination.order[postorder], first, begin, rows)
-
-
-def _addresses() -> Indices:
-    """Return where dpotrf, dtrsm and dsyrk are in memory."""
-    names = ("lapack", "dpotrf"), ("blas", "dtrsm"), ("blas", "dsyrk")
-    return np.array([get_cython_function_address(f"scipy.linalg.cython_{m}", f) for m, f in names])
-
-
-@intrinsic
-def _call(typing_context: Any, address: Any, pointers: Any) -> Any:
-    """Call the C function at ``address`` with a tuple of ``pointers``.
-
-    Addresses are arguments because compiled code that is kept on disk cannot hold them.
-    """
-
-    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        pointer, count = ir.IntType(8).as_pointer(), len(signature.args[1])
-        function = ir.FunctionType(ir.VoidType(), [pointer] * count)
-        target = builder.inttoptr(values[0], function.as_pointer())
-        taken = [builder.extract_value(values[1], k) for k in range(count)]
-        builder.call(target, [builder.inttoptr(value, pointer) for value in taken])
-        return context.get_dummy_value()
-
-    return types.void(address, pointers), generate
 
 
 @njit(cache=True)
@@ -270,10 +263,15 @@ def _stack_size(plan: Plan) -> int:
 
 @njit(cache=True, error_model="numpy", fastmath=ROUNDING)
 def _factorise(
-    plan: Plan, blocks: Array, panels: Array, stack: Array, addresses: Indices
+    plan: Plan, blocks: Array, panels: Array, stack: Array, at: Indices, x: Array
 ) -> bool:
-    """Fill ``panels`` with the factor; return whether the matrix is positive definite."""
+    """Fill ``panels`` with the factor; return whether the matrix is positive definite.
+
+    Right-hand sides ``x`` ``(c, unknowns)`` are replaced by the y of L y = ``x``; ``at`` are
+    the ``addresses``.
+    """
     block, top, waiting = plan.block, 0, 0
+    work = np.empty(plan.first[-1] * block)
     pending = np.empty(plan.children.size, dtype=np.int64)
     for f in range(plan.children.size):
         k = (plan.first[f + 1] - plan.first[f]) * block
@@ -293,13 +291,14 @@ def _factorise(
         if k * (k + r) * (k + r) <= _PLAIN:
             good = _eliminate(panel, k, r, update)
         else:
-            good = _eliminate_by_blas(panel, k, r, update, addresses)
+            good = eliminate_by_blas(panel, k, r, update, at)
         if not good:
             return False
+        _forward(plan, f, panel, x, work)
         if r > 0:
             if base < top:
-                for at in range(r * r):
-                    stack[base + at] = stack[top + at]
+                for entry in range(r * r):
+                    stack[base + entry] = stack[top + entry]
             pending[waiting] = f
             waiting += 1
         top = base + r * r
@@ -386,32 +385,6 @@ def _subtract(column: Array, panel: Array, height: int, row: int, count: int) ->
 
 
 @njit(cache=True)
-def _eliminate_by_blas(
-    panel: Array, k: int, r: int, update: Array, addresses: Indices
-) -> bool:
-    """Do as ``_eliminate``, by dpotrf, dtrsm and dsyrk."""
-    integers, numbers = np.array([k, r, k + r, 0], dtype=np.int32), np.array([1.0, -1.0])
-    letters = np.frombuffer(b"LRTN", dtype=np.uint8)
-    n, lower, one = integers.ctypes.data, letters.ctypes.data, numbers.ctypes.data
-    m, height, failed = n + 4, n + 8, n + 12
-    right, transposed, plain = lower + 1, lower + 2, lower + 3
-    top, below = panel.ctypes.data, panel.ctypes.data + 8 * k
-    _call(addresses[0], (lower, n, top, height, failed))
-    if integers[3] != 0:
-        return False
-    if r > 0:
-        _call(
-            addresses[1],
-            (right, lower, transposed, plain, m, n, one, top, height, below, height),
-        )
-        _call(
-            addresses[2],
-            (lower, plain, m, n, one + 8, below, height, one, update.ctypes.data, m),
-        )
-    return True
-
-
-@njit(cache=True)
 def _diagonal(plan: Plan, panels: Array) -> Array:
     diagonal, at = np.empty(plan.first[-1] * plan.block), 0
     for f in range(plan.children.size):
@@ -423,51 +396,63 @@ def _diagonal(plan: Plan, panels: Array) -> Array:
     return diagonal
 
 
-@njit(cache=True, error_model="numpy", fastmath=ROUNDING)
-def _substitute(plan: Plan, panels: Array, x: Array) -> None:
-    """Replace ``x`` ``(unknowns,)`` by the solution of L Lᵀ x = ``x``."""
-    block = plan.block
-    work = np.empty(x.size)
+@njit(cache=True)
+def _forward_substitute(plan: Plan, panels: Array, x: Array) -> None:
+    """Replace ``x`` ``(c, unknowns)`` by the solution y of L y = ``x``."""
+    work = np.empty(x.shape[1])
     for f in range(plan.children.size):
-        k, below = _gather(plan, f, x, work)
-        panel, height = panels[plan.panel[f] : plan.panel[f + 1]], k + below.size * block
+        _forward(plan, f, panels[plan.panel[f] : plan.panel[f + 1]], x, work)
+
+
+@njit(cache=True, error_model="numpy", fastmath=ROUNDING)
+def _forward(plan: Plan, f: int, panel: Array, x: Array, work: Array) -> None:
+    """Eliminate the columns of a front from the right-hand sides ``x`` ``(c, unknowns)``."""
+    for one in x:
+        k, height = _gather(plan, f, one, work)
         for j in range(k):
             column, own = panel[j * height : (j + 1) * height], work[:height]
             own[j] /= column[j]
             y = own[j]
             for i in range(j + 1, height):
                 own[i] -= y * column[i]
-        _scatter(plan, f, x, work, k, below)
+        _scatter(plan, f, one, work, k)
+
+
+@njit(cache=True, error_model="numpy", fastmath=ROUNDING)
+def _back_substitute(plan: Plan, panels: Array, x: Array) -> None:
+    """Replace the y in ``x`` ``(c, unknowns)`` by the solution of Lᵀ x = y."""
+    work = np.empty(x.shape[1])
     for f in range(plan.children.size - 1, -1, -1):
-        k, below = _gather(plan, f, x, work)
-        panel, height = panels[plan.panel[f] : plan.panel[f + 1]], k + below.size * block
-        for j in range(k - 1, -1, -1):
-            column, own, y = panel[j * height : (j + 1) * height], work[:height], 0.0
-            for i in range(j + 1, height):
-                y += column[i] * own[i]
-            own[j] = (own[j] - y) / column[j]
-        x[plan.first[f] * block : plan.first[f] * block + k] = work[:k]
+        panel, start = panels[plan.panel[f] : plan.panel[f + 1]], plan.first[f] * plan.block
+        for one in x:
+            k, height = _gather(plan, f, one, work)
+            for j in range(k - 1, -1, -1):
+                column, own, y = panel[j * height : (j + 1) * height], work[:height], 0.0
+                for i in range(j + 1, height):
+                    y += column[i] * own[i]
+                own[j] = (own[j] - y) / column[j]
+            one[start : start + k] = work[:k]
 
 
 @njit(cache=True)
-def _gather(plan: Plan, f: int, x: Array, work: Array) -> tuple[int, Indices]:
-    """Copy the unknowns of a front to ``work``; return how many are its own, and its rows."""
-    block, below = plan.block, plan.rows[plan.begin[f] : plan.begin[f + 1]]
-    start, after = plan.first[f] * block, plan.first[f + 1] * block
+def _gather(plan: Plan, f: int, x: Array, work: Array) -> tuple[int, int]:
+    """Copy the unknowns of a front to ``work``; return how many are its own, and how many."""
+    block, start, after = plan.block, plan.first[f] * plan.block, plan.first[f + 1] * plan.block
     at = after - start
     work[:at] = x[start:after]
-    for row in below:
+    for row in plan.rows[plan.begin[f] : plan.begin[f + 1]]:
         for i in range(block):
             work[at + i] = x[row * block + i]
         at += block
-    return after - start, below
+    return after - start, at
 
 
 @njit(cache=True)
-def _scatter(plan: Plan, f: int, x: Array, work: Array, k: int, below: Indices) -> None:
+def _scatter(plan: Plan, f: int, x: Array, work: Array, k: int) -> None:
     """Copy them back."""
-    block = plan.block
+    block, at = plan.block, k
     x[plan.first[f] * block : plan.first[f] * block + k] = work[:k]
-    for a, row in enumerate(below):
+    for row in plan.rows[plan.begin[f] : plan.begin[f + 1]]:
         for i in range(block):
-            x[row * block + i] = work[k + a * block + i]
+            x[row * block + i] = work[at + i]
+        at += block

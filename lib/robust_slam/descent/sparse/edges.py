@@ -9,8 +9,6 @@ Source: as ``se2``, ``se3`` and ``pose_graph``.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numba import njit
 
@@ -22,24 +20,30 @@ _SMALL_PLANE, _SMALL_SPACE, _FAR = 0.05, 0.3, -0.5
 """Where series replace quotients, and where the logarithm goes through a quaternion."""
 
 
-@dataclass(frozen=True, eq=False)
 class CompiledEdges:
     """The edges of a graph, with their places in the matrix of ``pattern``.
 
     ``edges`` ``(m, 2)``, ``inverse_measurement`` and ``information`` are those of the graph.
     """
 
-    edges: Indices
-    inverse_measurement: Array
-    information: Array
-    pattern: BlockPattern
+    def __init__(
+        self, edges: Indices, inverse_measurement: Array, information: Array, pattern: BlockPattern
+    ) -> None:
+        self._given = edges, inverse_measurement, information
+        self._pattern = pattern
+        self._last: tuple[Array, Array] | None = None
 
     def squared_norms(self, poses: Array) -> Array:
-        """Return rᵀ Ω r of each edge, ``(m,)``, as ``pose_graph.squared_norms``."""
-        function = _norms_plane if poses.ndim == 2 else _norms_space
-        # Kernels are compiled for each type, and to numba a read-only array is another type.
-        given = self.edges, self.inverse_measurement, self.information, np.array(poses)
-        return np.asarray(function(*given))
+        """Return rᵀ Ω r of each edge, ``(m,)``, as ``pose_graph.squared_norms``.
+
+        The last ones are kept: a robust solve asks for those of its poses three times.
+        """
+        if self._last is None or not np.array_equal(self._last[0], poses):
+            function = _norms_plane if poses.ndim == 2 else _norms_space
+            # Kernels are compiled for types, and a read-only array is of another type.
+            own = np.array(poses)
+            self._last = own, np.asarray(function(*self._given, own))
+        return self._last[1]
 
     def retract(self, poses: Array, step: Array) -> Array:
         """Return each pose ∘ Exp(δ), as ``descent.step.retract``."""
@@ -49,12 +53,11 @@ class CompiledEdges:
     def assemble(self, poses: Array, weights: Array) -> tuple[Array, Array]:
         """Return Σ w Jᵀ Ω J as the blocks of the pattern, and Σ w Jᵀ Ω r ``(n, D)``."""
         function = _assemble_plane if poses.ndim == 2 else _assemble_space
-        pattern = self.pattern
+        pattern = self._pattern
         blocks = np.zeros((pattern.row.size, pattern.block, pattern.block))
         gradient = np.zeros((pattern.n, pattern.block))
-        given = self.edges, self.inverse_measurement, self.information, np.array(poses)
         places = pattern.targets, pattern.flipped
-        function(*given, np.array(weights), *places, blocks, gradient)
+        function(*self._given, np.array(poses), np.array(weights), *places, blocks, gradient)
         return blocks, gradient
 
 
@@ -389,7 +392,11 @@ def _transfer_space(relative: Array, transfer: Array) -> None:
         transfer[a, 0] = transfer[a + 3, 3] = -u
         transfer[a, 1] = transfer[a + 3, 4] = -v
         transfer[a, 2] = transfer[a + 3, 5] = -w
-        transfer[a, 3], transfer[a, 4], transfer[a, 5] = v * z - w * y, w * x - u * z, u * y - v * x
+        transfer[a, 3], transfer[a, 4], transfer[a, 5] = (
+            v * z - w * y,
+            w * x - u * z,
+            u * y - v * x,
+        )
 
 
 @njit(cache=True, error_model="numpy", fastmath=ROUNDING)
@@ -423,7 +430,12 @@ def _exp_space(xi: Array, p: Array) -> None:
     p[0, 3] = u + first * a + second * (y * c - z * b)
     p[1, 3] = v + first * b + second * (z * a - x * c)
     p[2, 3] = w + first * c + second * (x * b - y * a)
-    cosine = 1.0 - first * square
-    p[0, 0], p[0, 1], p[0, 2] = cosine + first * x * x, first * x * y - sinc * z, first * x * z + sinc * y
-    p[1, 0], p[1, 1], p[1, 2] = first * x * y + sinc * z, cosine + first * y * y, first * y * z - sinc * x
-    p[2, 0], p[2, 1], p[2, 2] = first * x * z - sinc * y, first * y * z + sinc * x, cosine + first * z * z
+    # R = cos θ I + sin θ/θ [φ] + (1 − cos θ)/θ² φ φᵀ
+    for i in range(3):
+        for j in range(3):
+            p[i, j] = first * xi[3 + i] * xi[3 + j]
+        p[i, i] += 1.0 - first * square
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        p[j, k] -= sinc * xi[3 + i]
+        p[k, j] += sinc * xi[3 + i]
