@@ -1,6 +1,7 @@
-"""Print every ratio as a line `ratio NAME VALUE`, after a line that explains it.
+"""Print every ratio as a line `ratio NAME VALUE WAY`, after a line that explains it.
 
-The certificates, which stand beside nothing, have a line each: `certificate/NAME …`.
+Pose graphs are solved in two ways, so they have two ratios: `VALUE numpy VALUE compiled`. The
+certificates, which stand beside nothing, have a line each: `certificate/NAME …`.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from functools import partial
 from robust_slam.graphs.datasets import DatasetMissing
 from tqdm import tqdm
 
-from benchmarks.speed import certificates, cliques, descents, graduated, starts
+from benchmarks.speed import certificates, cliques, descents, graduated, starts, ways
 from benchmarks.speed.figure import Figure
 
 PLANAR = ("CSAIL", "intel", "M3500", "city10000")
@@ -24,7 +25,7 @@ PERCENT = (10, 30, 50)
 
 def measurements() -> dict[str, Callable[[], Figure | str]]:
     """Return what is measured, by the names of the figures."""
-    found: dict[str, Callable[[], Figure | str]] = {}
+    found: dict[str, Callable[[], Figure | str]] = {"kernels": ways.measure}
     for graph in PLANAR + SPATIAL:
         found[f"gn/{graph}"] = partial(descents.measure, graph)
         found[f"certificate/{graph}"] = partial(certificates.measure, graph)
@@ -84,7 +85,8 @@ def line(name: str, found: Figure | str) -> str:
     """Return what is printed: for a ratio its remark, and below it the ratio on a line."""
     if isinstance(found, str):
         return f"{name} {found}"
-    return f"  {found.remark}\nratio {name} {found.ratio}"
+    ratios = " ".join(f"{ratio} {way}" for way, ratio in found.ratios.items())
+    return f"  {found.remark}\nratio {name} {ratios}"
 
 
 if __name__ == "__main__":

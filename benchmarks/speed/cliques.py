@@ -42,7 +42,7 @@ def measure() -> Figure:
     if ours.answer != other.answer or not ours.answer[1]:
         raise RuntimeError(f"our size and proof are {ours.answer}, networkx's {other.answer}")
     remark = f"networkx {shown(other)}, ours {shown(ours)}; {ours.answer[0]} closures agree"
-    return Figure(other, ours, remark)
+    return Figure(other, {"numpy": ours}, remark)
 
 
 def consistency() -> Mask:

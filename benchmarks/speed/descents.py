@@ -19,8 +19,9 @@ from robust_slam.graphs import PoseGraph, gtsam_graph, pose_graph
 from robust_slam.graphs.datasets import load
 from robust_slam.problems import PoseGraphProblem
 
-from benchmarks.speed.clock import Side, in_turns
-from benchmarks.speed.figure import Figure, shown
+from benchmarks.speed.clock import Side, Spent, in_turns
+from benchmarks.speed.figure import Figure, named, told
+from benchmarks.speed.ways import our_sides
 
 ORDERINGS = ("COLAMD", "METIS")
 FALL = 1e-5
@@ -38,16 +39,19 @@ def measure(name: str) -> Figure:
     graph = load(name)
     guess = start.chordal(graph)
     steps = steps_needed(graph, guess)
+    mine = _our_sides(graph, guess, steps)
     theirs = [_gtsam_side(graph, guess, steps, ordering) for ordering in ORDERINGS]
-    ours, *others = in_turns([_our_side(graph, guess, steps), *theirs])
-    for other in others:
-        if abs(other.answer - ours.answer) > AGREE * ours.answer:
-            raise RuntimeError(f"{name}: our cost is {ours.answer!r}, GTSAM's {other.answer!r}")
-    times = ", ".join(
-        f"{side.name} {shown(spent)}" for side, spent in zip(theirs, others, strict=True)
-    )
-    remark = f"{times}, ours {shown(ours)}; {steps} steps, cost {ours.answer:.6f}"
-    return Figure(min(others, key=lambda spent: spent.seconds), ours, remark)
+    spent = in_turns([*mine, *theirs])
+    ours, others = named(mine, spent[: len(mine)]), named(theirs, spent[len(mine) :])
+    _check_costs(name, {**ours, **others})
+    remark = f"{told(others)}, ours {told(ours)}; {steps} steps, cost {spent[0].answer:.6f}"
+    return Figure(min(others.values(), key=lambda spent: spent.seconds), ours, remark)
+
+
+def _check_costs(name: str, spent: dict[str, Spent]) -> None:
+    costs = {side: own.answer for side, own in spent.items()}
+    if max(costs.values()) - min(costs.values()) > AGREE * min(costs.values()):
+        raise RuntimeError(f"{name}: the final costs are {costs}")
 
 
 def steps_needed(graph: PoseGraph, guess: Array) -> int:
@@ -61,12 +65,12 @@ def steps_needed(graph: PoseGraph, guess: Array) -> int:
     return steps
 
 
-def _our_side(graph: PoseGraph, guess: Array, steps: int) -> Side:
+def _our_sides(graph: PoseGraph, guess: Array, steps: int) -> list[Side]:
     def run() -> Array:
         ones = np.ones(len(graph.edges))
         return PoseGraphProblem(graph, guess, steps=steps).solve(ones, guess)
 
-    return Side("ours", run, lambda poses: pose_graph.cost(graph, poses))
+    return our_sides(run, lambda poses: pose_graph.cost(graph, poses))
 
 
 def _gtsam_side(graph: PoseGraph, guess: Array, steps: int, ordering: str) -> Side:

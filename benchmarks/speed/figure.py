@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from benchmarks.speed.clock import Spent
+from benchmarks.speed.clock import Side, Spent
 
 
 @dataclass(frozen=True)
@@ -13,19 +14,32 @@ class Figure:
 
     Attributes:
         other: the best of the other side.
-        ours: our side.
+        ours: our side, by name each way to do it.
         remark: settings and results of both, for the reader.
     """
 
     other: Spent
-    ours: Spent
+    ours: dict[str, Spent]
     remark: str
 
     @property
-    def ratio(self) -> str:
-        """The ratio; a lower bound, `> VALUE`, where the other side was stopped."""
+    def ratios(self) -> dict[str, str]:
+        """The ratio of each way; a lower bound, `> VALUE`, where the other was stopped."""
         bound = "> " if self.other.stopped else ""
-        return f"{bound}{self.other.seconds / self.ours.seconds:.2f}"
+        return {
+            way: f"{bound}{self.other.seconds / spent.seconds:.2f}"
+            for way, spent in self.ours.items()
+        }
+
+
+def named(sides: Sequence[Side], spent: Sequence[Spent]) -> dict[str, Spent]:
+    """Return what each side spent, by its name."""
+    return {side.name: own for side, own in zip(sides, spent, strict=True)}
+
+
+def told(spent: dict[str, Spent]) -> str:
+    """Return the times of several sides for the reader."""
+    return ", ".join(f"{name} {shown(own)}" for name, own in spent.items())
 
 
 def shown(spent: Spent) -> str:

@@ -56,7 +56,8 @@ from robust_slam.graphs.datasets import load
 from robust_slam.problems import PoseGraphProblem
 
 from benchmarks.speed.clock import Side, Spent, in_turns, spend_apart
-from benchmarks.speed.figure import Figure, shown
+from benchmarks.speed.figure import Figure, named, shown
+from benchmarks.speed.ways import our_sides
 
 SEED = 0
 STEPS = 1
@@ -96,23 +97,23 @@ def spoiled(name: str, percent: int) -> World:
 def measure(name: str, percent: int, other: Callable[[World], Side], *, adaptive: bool) -> Figure:
     """Return the figure of one graph against one of the others."""
     world = spoiled(name, percent)
-    sides = [our_gnc(world, adaptive), other(world)]
-    ours, theirs = in_turns(sides, spend_apart)
+    sides = [*our_gnc(world, adaptive), other(world)]
+    *own, theirs = in_turns(sides, spend_apart)
     remark = "; ".join(
         f"{side.name} {shown(spent)}{_score(world, spent)}"
-        for side, spent in zip(sides, (ours, theirs), strict=True)
+        for side, spent in zip(sides, [*own, theirs], strict=True)
     )
-    return Figure(theirs, ours, remark)
+    return Figure(theirs, named(sides[:-1], own), remark)
 
 
-def our_gnc(world: World, adaptive: bool) -> Side:
+def our_gnc(world: World, adaptive: bool) -> list[Side]:
     """Ours, with ``STEPS`` Gauss–Newton steps for each μ."""
 
     def run() -> Result[Array]:
         problem = PoseGraphProblem(world.graph, world.guess, steps=STEPS)
         return gnc(problem, world.c, x0=problem.guess, adaptive=adaptive, tol=TOL)
 
-    return Side("ours", run, lambda result: Found(result.x, result.weights > 0.5))
+    return our_sides(run, lambda result: Found(result.x, result.weights > 0.5))
 
 
 def gtsam_gnc(world: World) -> Side:

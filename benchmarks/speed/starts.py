@@ -13,23 +13,20 @@ from robust_slam.graphs import gtsam_graph, pose_graph
 from robust_slam.graphs.datasets import load
 
 from benchmarks.speed.clock import Side, in_turns
-from benchmarks.speed.figure import Figure, shown
+from benchmarks.speed.figure import Figure, named, shown, told
+from benchmarks.speed.ways import our_sides
 
 
 def measure(name: str) -> Figure:
     """Return the figure of one graph."""
     graph = load(name)
     factors, _ = gtsam_graph.to_gtsam(graph)
-    ours, other = in_turns(
-        [
-            Side(
-                "ours", lambda: start.chordal(graph), lambda poses: pose_graph.cost(graph, poses)
-            ),
-            Side("GTSAM", lambda: gtsam.InitializePose3.initialize(factors), factors.error),
-        ]
-    )
+    sides = our_sides(lambda: start.chordal(graph), lambda poses: pose_graph.cost(graph, poses))
+    gtsams = Side("GTSAM", lambda: gtsam.InitializePose3.initialize(factors), factors.error)
+    *own, other = in_turns([*sides, gtsams])
+    ours = named(sides, own)
     remark = (
         f"GTSAM {shown(other)} to a cost of {other.answer:.4g}, "
-        f"ours {shown(ours)} to {ours.answer:.4g}"
+        f"ours {told(ours)} to {own[0].answer:.4g}"
     )
     return Figure(other, ours, remark)

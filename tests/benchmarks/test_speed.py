@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import importlib.util
+import os
 import threading
 from types import ModuleType
 
 import numpy as np
 import pytest
+from robust_slam.descent.normal_equations import NormalEquations
 from robust_slam.graphs.generate import manhattan, sphere
 from robust_slam.graphs.odometry import spanning_tree
 from robust_slam.problems import PoseGraphProblem
@@ -96,11 +98,13 @@ class TestTheClock:
 
 class TestWhatIsPrinted:
     def test_a_ratio_is_other_by_ours(self) -> None:
-        assert Figure(Spent(3.0, None), Spent(2.0, None), "").ratio == "1.50"
+        ours = {"numpy": Spent(2.0, None), "compiled": Spent(1.0, None)}
+        ratios = Figure(Spent(3.0, None), ours, "").ratios
+        assert ratios == {"numpy": "1.50", "compiled": "3.00"}
 
     def test_a_run_that_was_stopped_gives_a_bound(self) -> None:
         stopped = Spent(120.0, None, stopped=True)
-        assert Figure(stopped, Spent(2.0, None), "").ratio == "> 60.00"
+        assert Figure(stopped, {"numpy": Spent(2.0, None)}, "").ratios == {"numpy": "> 60.00"}
         assert shown(stopped) == "stopped after 120 s"
 
     def test_seconds_are_short_and_say_how_often(self) -> None:
@@ -108,10 +112,11 @@ class TestWhatIsPrinted:
         assert shown(Spent(3.4, None)) == "3.40 s (once)"
 
     def test_the_ratio_has_a_line_of_its_own(self, figures: ModuleType) -> None:
-        figure = Figure(Spent(3.0, None), Spent(2.0, None), "seconds")
+        ours = {"numpy": Spent(2.0, None), "compiled": Spent(1.0, None)}
+        figure = Figure(Spent(3.0, None), ours, "seconds")
         assert figures.line("gn/intel", figure).splitlines() == [
             "  seconds",
-            "ratio gn/intel 1.50",
+            "ratio gn/intel 1.50 numpy 3.00 compiled",
         ]
 
 
@@ -119,7 +124,8 @@ class TestTheFigures:
     def test_every_graph_and_share_has_its_figures(self, figures: ModuleType) -> None:
         kinds = [name.split("/")[0] for name in figures.measurements()]
         assert {kind: kinds.count(kind) for kind in kinds} == {
-            "gn": 7, "certificate": 7, "chordal": 3, "clique": 1, "gnc": 9, "gnc-onestep": 9,
+            "kernels": 1, "gn": 7, "certificate": 7, "chordal": 3, "clique": 1, "gnc": 9,
+            "gnc-onestep": 9,
         }  # fmt: skip
 
     def test_a_name_chooses_itself_and_what_is_below(self, figures: ModuleType) -> None:
@@ -131,6 +137,25 @@ class TestTheFigures:
     def test_an_unknown_name_is_refused(self, figures: ModuleType) -> None:
         with pytest.raises(ValueError, match="no figure gn/inte;"):
             figures.chosen(["gn/intel"], ["gn/inte"])
+
+
+def test_each_way_is_measured_on_its_own_and_the_choice_is_left_as_it_was(monkeypatch) -> None:
+    need("numba")
+    from benchmarks.speed import ways
+
+    monkeypatch.delenv(ways.COMPILED_FROM, raising=False)
+    graph, _ = manhattan(20, np.random.default_rng(0), closures=5)
+    sides = ways.our_sides(lambda: NormalEquations(graph).compiled, lambda found: found)
+    assert {side.name: side.run() for side in sides} == {"numpy": False, "compiled": True}
+    assert ways.COMPILED_FROM not in os.environ
+
+
+def test_without_numba_one_way_is_measured(monkeypatch) -> None:
+    from benchmarks.speed import ways
+
+    monkeypatch.setattr(ways, "has_numba", lambda: False)
+    assert [side.name for side in ways.our_sides(int, int)] == ["numpy"]
+    assert "not installed" in ways.measure()
 
 
 @pytest.mark.parametrize("make", [manhattan, sphere], ids=["plane", "space"])
