@@ -159,7 +159,7 @@ class _CompiledLinearisation(Linearisation):
 def _compiled_edges(graph: PoseGraph, pattern: BlockPattern) -> CompiledEdges:
     from robust_slam.descent.sparse.edges import CompiledEdges
 
-    return CompiledEdges(graph.edges, graph.inverse_measurement, graph.information, pattern)
+    return CompiledEdges(graph, pattern)
 
 
 def _covers(mask: Mask, used: Mask) -> bool:

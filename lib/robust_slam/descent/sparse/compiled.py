@@ -16,10 +16,13 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+from llvmlite import ir
+from numba import njit, types
+from numba.core.base import BaseContext
+from numba.core.typing import Signature
+from numba.extending import get_cython_function_address, intrinsic
 
 from robust_slam._arrays import Array, Indices
-from robust_slam.descent.sparse.blas import addresses, eliminate_by_blas
 from robust_slam.descent.sparse.elimination import Elimination
 
 _FRONT, _MULTIPLICATION, _UPDATE, _STORED = 0.4e-6, 3e-10, 1.5e-9, 1e-9
@@ -84,19 +87,27 @@ class Compiled:
         L y = ``right`` is solved on the way, while each front is still in the processor's
         cache. The memory of the factor is used again by the next solve.
         """
+        self._check(blocks)
         if self._panels is None:
             self._panels = np.empty(self.plan.panel[-1])
         x = _columns(right)
-        if not _factorise(self.plan, blocks, self._panels, self._stack, addresses(), x):
+        if not _factorise(self.plan, blocks, self._panels, self._stack, _addresses(), x):
             return None
         _back_substitute(self.plan, self._panels, x)
         return _rows(x, right)
 
     def factorise(self, blocks: Array) -> CompiledFactors | None:
         """Return the factors of ``blocks`` ``(k, b, b)``, or None if not positive definite."""
+        self._check(blocks)
         panels, nothing = np.empty(self.plan.panel[-1]), np.empty((0, 0))
-        found = _factorise(self.plan, blocks, panels, self._stack, addresses(), nothing)
+        found = _factorise(self.plan, blocks, panels, self._stack, _addresses(), nothing)
         return CompiledFactors(self, panels) if found else None
+
+    def _check(self, blocks: Array) -> None:
+        # Compiled code reads what is there, also beyond the end.
+        expected = (self.plan.target.size, self.plan.block, self.plan.block)
+        if blocks.shape != expected:
+            raise ValueError(f"blocks: the shape is {blocks.shape}; give {expected}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -268,7 +279,7 @@ def _factorise(
     """Fill ``panels`` with the factor; return whether the matrix is positive definite.
 
     Right-hand sides ``x`` ``(c, unknowns)`` are replaced by the y of L y = ``x``; ``at`` are
-    the ``addresses``.
+    the ``_addresses``.
     """
     block, top, waiting = plan.block, 0, 0
     work = np.empty(plan.first[-1] * block)
@@ -291,7 +302,7 @@ def _factorise(
         if k * (k + r) * (k + r) <= _PLAIN:
             good = _eliminate(panel, k, r, update)
         else:
-            good = eliminate_by_blas(panel, k, r, update, at)
+            good = _eliminate_by_blas(panel, k, r, update, at)
         if not good:
             return False
         _forward(plan, f, panel, x, work)
@@ -456,3 +467,54 @@ def _scatter(plan: Plan, f: int, x: Array, work: Array, k: int) -> None:
         for i in range(block):
             x[row * block + i] = work[at + i]
         at += block
+
+
+def _addresses() -> Indices:
+    """Return where dpotrf, dtrsm and dsyrk are in memory, ``(3,)``."""
+    names = ("lapack", "dpotrf"), ("blas", "dtrsm"), ("blas", "dsyrk")
+    return np.array([get_cython_function_address(f"scipy.linalg.cython_{m}", f) for m, f in names])
+
+
+@intrinsic
+def _call(
+    typing_context: BaseContext, address: types.Type, pointers: types.Type
+) -> tuple[Signature, object]:
+    """Call the C function at ``address`` with a tuple of ``pointers``.
+
+    The address is an argument because compiled code that is kept on disk cannot hold it.
+    """
+
+    def generate(
+        context: BaseContext, builder: ir.IRBuilder, signature: Signature, values: list[ir.Value]
+    ) -> ir.Value:
+        pointer, count = ir.IntType(8).as_pointer(), len(signature.args[1])
+        function = ir.FunctionType(ir.VoidType(), [pointer] * count)
+        target = builder.inttoptr(values[0], function.as_pointer())
+        taken = [builder.extract_value(values[1], k) for k in range(count)]
+        builder.call(target, [builder.inttoptr(value, pointer) for value in taken])
+        return context.get_dummy_value()
+
+    return types.void(address, pointers), generate
+
+
+@njit(cache=True)
+def _eliminate_by_blas(panel: Array, k: int, r: int, update: Array, at: Indices) -> bool:
+    """Factorise a panel ``(k + r, k)`` and subtract its product from the update ``(r, r)``.
+
+    Both are stored by columns; ``at`` are the ``_addresses``. Return whether all pivots are
+    positive.
+    """
+    integers, numbers = np.array([k, r, k + r, 0], dtype=np.int32), np.array([1.0, -1.0])
+    letters = np.frombuffer(b"LRTN", dtype=np.uint8)
+    n, one = integers.ctypes.data, numbers.ctypes.data
+    m, height, failed, minus = n + 4, n + 8, n + 12, one + 8
+    lower = letters.ctypes.data
+    right, transposed, plain = lower + 1, lower + 2, lower + 3
+    top, side, rest = panel.ctypes.data, panel.ctypes.data + 8 * k, update.ctypes.data
+    _call(at[0], (lower, n, top, height, failed))
+    if integers[3] != 0:
+        return False
+    if r > 0:
+        _call(at[1], (right, lower, transposed, plain, m, n, one, top, height, side, height))
+        _call(at[2], (lower, plain, m, n, minus, side, height, one, rest, m))
+    return True

@@ -15,21 +15,21 @@ from numba import njit
 from robust_slam._arrays import Array, Indices, Mask
 from robust_slam.descent.sparse.compiled import ROUNDING
 from robust_slam.descent.sparse.pattern import BlockPattern
+from robust_slam.graphs.pose_graph import PoseGraph
 
 _SMALL_PLANE, _SMALL_SPACE, _FAR = 0.05, 0.3, -0.5
 """Where series replace quotients, and where the logarithm goes through a quaternion."""
 
 
 class CompiledEdges:
-    """The edges of a graph, with their places in the matrix of ``pattern``.
+    """The edges of ``graph``, with their places in the matrix of ``pattern``.
 
-    ``edges`` ``(m, 2)``, ``inverse_measurement`` and ``information`` are those of the graph.
+    Its methods raise ValueError where the poses are not as many as the graph's.
     """
 
-    def __init__(
-        self, edges: Indices, inverse_measurement: Array, information: Array, pattern: BlockPattern
-    ) -> None:
-        self._given = edges, inverse_measurement, information
+    def __init__(self, graph: PoseGraph, pattern: BlockPattern) -> None:
+        self._given = graph.edges, graph.inverse_measurement, graph.information
+        self._shape = (graph.n, *graph.group.POSE_SHAPE)
         self._pattern = pattern
         self._last: tuple[Array, Array] | None = None
 
@@ -40,15 +40,14 @@ class CompiledEdges:
         """
         if self._last is None or not np.array_equal(self._last[0], poses):
             function = _norms_plane if poses.ndim == 2 else _norms_space
-            # Kernels are compiled for types, and a read-only array is of another type.
-            own = np.array(poses)
+            own = self._own(poses)
             self._last = own, np.asarray(function(*self._given, own))
         return self._last[1]
 
     def retract(self, poses: Array, step: Array) -> Array:
         """Return each pose ∘ Exp(δ), as ``descent.step.retract``."""
         function = _retract_plane if poses.ndim == 2 else _retract_space
-        return np.asarray(function(np.array(poses), step))
+        return np.asarray(function(self._own(poses), step))
 
     def assemble(self, poses: Array, weights: Array) -> tuple[Array, Array]:
         """Return Σ w Jᵀ Ω J as the blocks of the pattern, and Σ w Jᵀ Ω r ``(n, D)``."""
@@ -57,8 +56,15 @@ class CompiledEdges:
         blocks = np.zeros((pattern.row.size, pattern.block, pattern.block))
         gradient = np.zeros((pattern.n, pattern.block))
         places = pattern.targets, pattern.flipped
-        function(*self._given, np.array(poses), np.array(weights), *places, blocks, gradient)
+        function(*self._given, self._own(poses), np.array(weights), *places, blocks, gradient)
         return blocks, gradient
+
+    def _own(self, poses: Array) -> Array:
+        """Return a copy: kernels are compiled for types, and a read-only array has another."""
+        # Compiled code reads what is there, also beyond the end.
+        if poses.shape != self._shape:
+            raise ValueError(f"poses: the shape is {poses.shape}; give {self._shape}")
+        return np.array(poses)
 
 
 @njit(cache=True, error_model="numpy", fastmath=ROUNDING)

@@ -139,6 +139,19 @@ def test_gnc_rejects_the_same_closures_and_keeps_to_the_compiled_way(
     assert equations.compiled and equations.restricted(compiled.weights)[0].compiled
 
 
+def test_compiled_code_is_not_given_too_few_numbers(both, group):
+    poses, graph = random_graph(0, group)
+    _, compiled = both(graph)
+    ones = np.ones(len(graph.edges))
+    hessian, gradient = compiled.system(compiled.at(poses, ones), ones)
+    with pytest.raises(ValueError, match="poses: the shape"):
+        compiled.residual_norms(poses[1:])
+    with pytest.raises(ValueError, match="blocks: the shape"):
+        compiled.pattern.solve(hessian[1:], gradient)
+    with pytest.raises(ValueError, match="blocks: the shape"):
+        compiled.pattern.factorise(hessian[1:])
+
+
 def test_equations_can_be_pickled(both, group):
     poses, graph = random_graph(4, group)
     ones = np.ones(len(graph.edges))
