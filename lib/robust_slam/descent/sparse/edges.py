@@ -24,7 +24,7 @@ _SMALL_PLANE, _SMALL_SPACE, _FAR = 0.05, 0.3, -0.5
 class CompiledEdges:
     """The edges of ``graph``, with their places in the matrix of ``pattern``.
 
-    Its methods raise ValueError where the poses are not as many as the graph's.
+    Its methods raise ValueError where an array has not the size that the graph needs.
     """
 
     def __init__(self, graph: PoseGraph, pattern: BlockPattern) -> None:
@@ -36,18 +36,20 @@ class CompiledEdges:
     def squared_norms(self, poses: Array) -> Array:
         """Return rᵀ Ω r of each edge, ``(m,)``, as ``pose_graph.squared_norms``.
 
-        The last ones are kept: a robust solve asks for those of its poses three times.
+        ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``. The last ones are kept, because a robust
+        solve asks for those of the same poses three times.
         """
         if self._last is None or not np.array_equal(self._last[0], poses):
             function = _norms_plane if poses.ndim == 2 else _norms_space
-            own = self._own(poses)
+            own = _own("poses", poses, self._shape)
             self._last = own, np.asarray(function(*self._given, own))
         return self._last[1]
 
     def retract(self, poses: Array, step: Array) -> Array:
-        """Return each pose ∘ Exp(δ), as ``descent.step.retract``."""
+        """Return each pose ∘ Exp(δ), with δ its row of ``step`` ``(n, D)``."""
         function = _retract_plane if poses.ndim == 2 else _retract_space
-        return np.asarray(function(self._own(poses), step))
+        moved = _own("step", step, (len(poses), self._pattern.block))
+        return np.asarray(function(_own("poses", poses, self._shape), moved))
 
     def assemble(self, poses: Array, weights: Array) -> tuple[Array, Array]:
         """Return Σ w Jᵀ Ω J as the blocks of the pattern, and Σ w Jᵀ Ω r ``(n, D)``."""
@@ -55,16 +57,17 @@ class CompiledEdges:
         pattern = self._pattern
         blocks = np.zeros((pattern.row.size, pattern.block, pattern.block))
         gradient = np.zeros((pattern.n, pattern.block))
-        places = pattern.targets, pattern.flipped
-        function(*self._given, self._own(poses), np.array(weights), *places, blocks, gradient)
+        at = _own("poses", poses, self._shape), _own("weights", weights, pattern.flipped.shape)
+        function(*self._given, *at, pattern.targets, pattern.flipped, blocks, gradient)
         return blocks, gradient
 
-    def _own(self, poses: Array) -> Array:
-        """Return a copy: kernels are compiled for types, and a read-only array has another."""
-        # Compiled code reads what is there, also beyond the end.
-        if poses.shape != self._shape:
-            raise ValueError(f"poses: the shape is {poses.shape}; give {self._shape}")
-        return np.array(poses)
+
+def _own(name: str, values: Array, shape: tuple[int, ...]) -> Array:
+    """Return a copy: kernels are compiled for types, and a read-only array has another."""
+    # Compiled code reads what is there, also beyond the end.
+    if values.shape != shape:
+        raise ValueError(f"{name}: the shape is {values.shape}; give {shape}")
+    return np.array(values)
 
 
 @njit(cache=True, error_model="numpy", fastmath=ROUNDING)
