@@ -7,6 +7,7 @@ command -v chromium >/dev/null 2>&1 || missing="chromium"
 command -v bwrap >/dev/null 2>&1 || missing="$missing bubblewrap"
 command -v gpg >/dev/null 2>&1 || missing="$missing gnupg"
 ls /usr/lib/postgresql/*/bin/initdb >/dev/null 2>&1 || missing="$missing postgresql"
+command -v firefox-esr >/dev/null 2>&1 || missing="$missing firefox-esr"
 missing=${missing# }
 [ -n "$missing" ] || exit 0
 

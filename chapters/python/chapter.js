@@ -75,13 +75,14 @@ class Chapter {
   async #runAbove(cell) {
     const all = [...this.cells.values()];
     const above = all.slice(0, all.indexOf(cell)).filter((each) => (
-      !each.cannot && this.#ran.get(each) !== each.code
+      this.#ran.get(each) !== each.code
     ));
     const failed = [];
     for (const [k, each] of above.entries()) {
       cell.say(`Running the cells above: ${k + 1} of ${above.length} …`);
       cell.progress((k + 1) / above.length);
-      if (await this.#runOne(each)) failed.push(each);
+      // A cell that cannot run to its end has lines that others need.
+      if (await this.#runOne(each) && !each.cannot) failed.push(each);
     }
     cell.progress(null);
     return failed;

@@ -28,11 +28,13 @@ NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 
 GRAPH = "the page has a generated town in place of a public graph"
 OTHER_TEXT = {
-    f"08-showcase/{cell}": GRAPH
-    for cell in (
-        "public-load", "public-what", "public-run", "public-why-read", "public-why", "public-read",
-    )
-}  # fmt: skip
+    f"{chapter}-{cell}": GRAPH
+    for chapter, cells in {
+        "03-irls/intel": ("load", "what", "maps", "read", "start", "start-read"),
+        "08-showcase/public": ("load", "what", "run", "why-read", "why", "read"),
+    }.items()
+    for cell in cells
+}
 """Cells whose text differs in the page, with the reason; they run all the same."""
 SOLVER = "CVXPY’s solver, which does not run in the browser."
 
@@ -130,11 +132,14 @@ def test_a_chapter_says_in_the_page_what_it_says_in_the_book(name: str, python: 
     for result in results:
         here = Output(result["text"], tuple(best(each["data"]) for each in result["shown"]))
         key = f"{name}/{result['id'].removeprefix('code-')}"
-        if result["error"]:
+        if "cannot" in result:
+            wrong += [] if result["error"] else [f"{key} runs: let the page run it"]
+        elif result["error"]:
             wrong.append(f"{key}: {result['error']}")
         elif key not in OTHER_TEXT:
             wrong += [f"{key}: {found}" for found in compare(book[result["id"]], here)]
-    print(f"\n{name}: {len(results)} of {len(book)} cells ran")
+    ran = sum(not result["error"] for result in results)
+    print(f"\n{name}: {ran} of {len(book)} cells ran")
     assert wrong == []
 
 
