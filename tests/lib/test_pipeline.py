@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from robust_slam.certificates.optimality import Verdict
@@ -116,3 +118,24 @@ def test_where_odometry_loses_its_rotation_outliers_do_not_bend_the_start() -> N
     assert not np.any(answer.kept & is_outlier)
     assert answer.rejected.size - 160 < 0.1 * np.sum(~clean.is_odometry)
     assert answer.certificate.verdict is Verdict.CERTIFIED
+
+
+@pytest.mark.parametrize("factor", [20.0, 60.0])
+def test_where_deviations_are_claimed_far_too_large_thresholds_follow_the_noise(factor):
+    graph, is_outlier, *_ = with_outliers(manhattan, 100, 0, 1, closures=200)
+    loose = replace(graph, information=graph.information / factor**2)
+    answer, right = solve(loose), solve(graph)
+    assert not np.any(answer.kept & is_outlier)
+    assert np.all(answer.kept >= right.kept)
+    assert answer.noise * factor == pytest.approx(right.noise, rel=0.2)
+    assert answer.threshold < chi_square_threshold(0.99, 3) == right.threshold
+    passes = residual_norms(loose, answer.final.x) <= answer.threshold
+    np.testing.assert_array_equal(answer.kept, graph.is_odometry | passes)
+    assert "of the deviations that the information matrices claim" in answer.summary()
+
+
+def test_more_rejected_than_kept_is_told():
+    graph, *_ = with_outliers(manhattan, 100, 0, 60, closures=40)
+    assert "of 100 closures were rejected" in solve(graph).summary()
+    graph, *_ = with_outliers(manhattan, 100, 0, 10, closures=40)
+    assert "were rejected" not in solve(graph).summary()
