@@ -9,7 +9,7 @@ import subprocess
 import sys
 import sysconfig
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -101,9 +101,9 @@ def _rules(visible: Iterable[Path], hidden: Iterable[Path]) -> tuple[tuple[Path,
 @cache
 def _visible(allowed: tuple[str, ...]) -> tuple[Path, ...]:
     found = packages.find(allowed)
-    visible = [*_interpreter(), *found.paths]
-    visible += [path for path in _libraries(found) if not within(path, visible)]
-    return tuple(path for path in dict.fromkeys(visible) if path.exists())
+    visible = dict.fromkeys([*_interpreter(), *found.paths])
+    libraries = [path for path in _libraries(found) if not within(path, visible)]
+    return tuple(path for path in {**visible, **dict.fromkeys(libraries)} if path.exists())
 
 
 def standard_path() -> list[Path]:
@@ -142,16 +142,7 @@ def _libraries(found: packages.Packages) -> list[Path]:
 
     The system's own dynamic loader lists them; it loads everything and runs nothing.
     """
-    groups: dict[Path, list[str]] = defaultdict(list)
-    left_out = _standard_parts()
-    standard = [path for path in _standard_library().rglob("*.so") if not within(path, left_out)]
-    for path in (*standard, *found.libraries):
-        # Relative paths: in the loader's list blanks and colons separate.
-        folder = next((site for site in found.sites if within(path, [site])), path.parent)
-        groups[folder].append(f"./{path.relative_to(folder)}")
-    lines = [line for folder, names in groups.items() for line in _trace(folder, names)]
-    traced = [match[1] for line in lines if (match := _TRACED.search(line))]
-    plain = [Path(os.path.normpath(text)) for text in traced]
+    plain = [*_standard_links(), *_links(found.libraries, found.sites)]
     families = [
         other
         for path in plain
@@ -160,6 +151,26 @@ def _libraries(found: packages.Packages) -> list[Path]:
         for other in path.parent.glob(f"{family}*")
     ]
     return list(dict.fromkeys([*plain, *families]))
+
+
+@cache
+def _standard_links() -> list[Path]:
+    """The same for all packages."""
+    left_out = _standard_parts()
+    standard = (path for path in _standard_library().rglob("*.so") if not within(path, left_out))
+    return _links(standard, ())
+
+
+def _links(modules: Iterable[Path], sites: Sequence[Path]) -> list[Path]:
+    """What compiled modules load, as far as these folders of packages hold it or the system."""
+    groups: dict[Path, list[str]] = defaultdict(list)
+    for path in modules:
+        # Relative paths: in the loader's list blanks and colons separate.
+        folder = next((site for site in sites if within(path, [site])), path.parent)
+        groups[folder].append(f"./{path.relative_to(folder)}")
+    lines = [line for folder, names in groups.items() for line in _trace(folder, names)]
+    traced = [match[1] for line in lines if (match := _TRACED.search(line))]
+    return [Path(os.path.normpath(text)) for text in traced]
 
 
 def _trace(folder: Path, names: Sequence[str]) -> list[str]:
@@ -248,6 +259,6 @@ def exposing(path: Path, allowed: tuple[str, ...]) -> Path | None:
     return None
 
 
-def within(path: Path, folders: Iterable[Path]) -> bool:
-    """Whether a path lies in one of these folders."""
-    return any(path.is_relative_to(folder) for folder in folders)
+def within(path: Path, folders: Collection[Path]) -> bool:
+    """Whether a path lies in one of these folders, or is one."""
+    return any(place in folders for place in (path, *path.parents))
