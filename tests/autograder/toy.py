@@ -16,6 +16,8 @@ from robust_slam_autograder.sandbox import Launch, Running, Sandbox, Unsandboxed
 NAME = "07-toy"
 CANARY = "CANARY-TEST-TEXT"
 MOST = 20
+PACKAGES = ("numpy",)
+"""What students import: less than the default, so that every sandbox is ready sooner."""
 
 SETUP = """\
 import os
@@ -149,8 +151,8 @@ def make_tree(folder: Path, config: str = "", value: dict[str, Any] | None = Non
     """An nbgrader source tree that holds this one assignment, if need be with another notebook."""
     tree = folder / "solutions"
     write(tree / NAME / f"{NAME}.ipynb", value or source_notebook())
-    if config:
-        (tree / NAME / "autograder.toml").write_text(config, encoding="utf-8")
+    default = "" if "packages = " in config else f"packages = {json.dumps(PACKAGES)}\n"
+    (tree / NAME / "autograder.toml").write_text(default + config, encoding="utf-8")
     return tree
 
 
@@ -195,7 +197,7 @@ def assignment(
     if double_random is not None:
         value["cells"][3]["source"] = double_random
     cells = notebook_module.parse(json.dumps(value).encode(), "toy.ipynb")
-    return from_cells(cells, name=NAME, notebook=NAME, config=config or Config())
+    return from_cells(cells, name=NAME, notebook=NAME, config=config or Config(packages=PACKAGES))
 
 
 def submission(value: dict[str, Any], tests: Assignment) -> Submission:

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder.reading.assignment import CONFIG_NAME, load_config
+from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES
 
 from tests.autograder import toy
 from tests.autograder.hostile import catalogue, leaks, verdict
@@ -94,7 +95,8 @@ def attack(name: str, wall: str) -> Report:
     with tempfile.TemporaryDirectory(prefix="attack-", ignore_cleanup_errors=True) as folder:
         tree, limits = ROOT / "solutions", LIMITS
         if name == toy.NAME:
-            tree, limits = toy.make_tree(Path(folder, "tree"), 'withheld = ["xml.dom"]\n'), SHORT
+            settings = f'packages = {json.dumps(DEFAULT_PACKAGES)}\nwithheld = ["xml.dom"]\n'
+            tree, limits = toy.make_tree(Path(folder, "tree"), settings), SHORT
         Path(folder, "course").mkdir()
         course = make(Path(folder, "course"), tree, name, limits)
         entries = catalogue.entries()
