@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from dataclasses import replace
 from functools import cache
 from itertools import zip_longest
 from pathlib import Path
@@ -15,6 +16,7 @@ from robust_slam_autograder.publishing.student_release import release
 from robust_slam_autograder.reading import assignment as assignment_module
 from robust_slam_autograder.reading import notebook, submission
 from robust_slam_autograder.reading.assignment import Assignment
+from robust_slam_autograder.reading.source import imported_modules
 from robust_slam_autograder.sandbox import choose
 
 from tests.assignments import answers
@@ -33,7 +35,10 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 
 @cache
 def load(name: str) -> Assignment:
-    return assignment_module.load(answers.SOLUTIONS / name / f"{name}.ipynb")
+    """An assignment; what any answer imports is there before it runs."""
+    found = assignment_module.load(answers.SOLUTIONS / name / f"{name}.ipynb")
+    modules = {each for one in answers.answers(name) for each in imported_modules(one.source)}
+    return replace(found, libraries=tuple(sorted({*modules, *found.libraries})))
 
 
 def rounds(name: str, *, right: bool) -> list[tuple[Answer, ...]]:
@@ -57,11 +62,14 @@ def cases(*, right: bool) -> list[object]:
 def grade(
     name: str, column: tuple[Answer, ...], seed: int, wall: str
 ) -> dict[str, ExerciseResult]:
+    """Grade the exercises that are answered; the others hold the instructor's solutions."""
     sources = {answer.exercise: answer.source for answer in column}
     made = answers.with_answers(answers.source_notebook(name), sources)
     cells = notebook.parse(answers.text(made).encode(), "answers.ipynb")
     code = submission.collect(cells, load(name))
-    result = marking.grade(load(name), code, student="a", seed=seed, sandbox=choose(wall))
+    tests = tuple(case for case in load(name).cases if case.exercise in sources)
+    asked = replace(load(name), cases=tests)
+    result = marking.grade(asked, code, student="a", seed=seed, sandbox=choose(wall))
     return {exercise.name: exercise for exercise in result.exercises}
 
 

@@ -62,12 +62,14 @@ class Program:
     withheld: tuple[str, ...]
     packages: tuple[str, ...] = DEFAULT_PACKAGES
     """What student code may import beside the standard library."""
+    libraries: tuple[str, ...] = ()
+    """Modules that answers are likely to import."""
 
     @property
     def preload(self) -> tuple[str, ...]:
         """What the student's process will want: what the instructor's cells import, and plots."""
         found = [name for piece in self.setup for name in imported_modules(piece.source)]
-        return tuple(dict.fromkeys([*PRELOAD, *found]))
+        return tuple(dict.fromkeys([*PRELOAD, *found, *self.libraries]))
 
 
 @dataclass

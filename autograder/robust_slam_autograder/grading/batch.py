@@ -29,7 +29,7 @@ from robust_slam_autograder.grading.journal import Run
 from robust_slam_autograder.grading.results import Result, Status
 from robust_slam_autograder.reading import notebook, submission
 from robust_slam_autograder.reading.assignment import CONFIG_NAME, Assignment
-from robust_slam_autograder.reading.source import imported_modules
+from robust_slam_autograder.reading.source import imported_modules, needed
 from robust_slam_autograder.sandbox import Sandbox, packages
 
 LOCK_NAME = ".lock"
@@ -345,9 +345,11 @@ def preload(jobs: Sequence[Job]) -> list[str]:
 
 
 def _imported(assignment: Assignment) -> Iterator[str]:
-    """Modules that the instructor's cells import; the trusted side needs them all."""
-    pieces = [piece.source for piece in assignment.setup]
-    for source in [*pieces, *assignment.imports, *(case.full for case in assignment.cases)]:
+    """Modules that tests import, and the cells that they rely on."""
+    whole = [piece.source for piece in assignment.setup if not piece.own]
+    whole += [*assignment.imports, *(case.full for case in assignment.cases)]
+    own = [piece.source for piece in assignment.setup if piece.own]
+    for source in [*whole, needed(own, whole)]:
         yield from imported_modules(source)
 
 

@@ -211,6 +211,7 @@ class _Passes:
             names=self.assignment.names,
             withheld=config.withheld,
             packages=config.packages,
+            libraries=self.assignment.libraries,
         )
         session = Session(self.sandbox, program, config.limits, self.total, self.skip)
         try:

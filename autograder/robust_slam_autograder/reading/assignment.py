@@ -18,7 +18,12 @@ from robust_slam_autograder.errors import Refused, WrongUse
 from robust_slam_autograder.reading import notebook
 from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES
 from robust_slam_autograder.reading.notebook import Cell
-from robust_slam_autograder.reading.source import defined_names, imports, plain_python
+from robust_slam_autograder.reading.source import (
+    defined_names,
+    imported_modules,
+    imports,
+    plain_python,
+)
 
 CONFIG_NAME = "autograder.toml"
 BEGIN_HIDDEN = "BEGIN HIDDEN TESTS"
@@ -126,6 +131,8 @@ class Assignment:
     """The instructor's cells that are no solution and no test; they run on both sides."""
     imports: tuple[str, ...]
     """What the instructor's solution cells import, for tests that rely on it."""
+    libraries: tuple[str, ...]
+    """Modules that the instructor's solutions import, wherever in a cell."""
     solutions: tuple[Solution, ...]
     cases: tuple[Case, ...]
     config: Config
@@ -246,6 +253,9 @@ def from_cells(cells: Sequence[Cell], *, name: str, notebook: str, config: Confi
         notebook=notebook,
         setup=_setup(code),
         imports=tuple(found for cell in answers if (found := imports(cell.source))),
+        libraries=tuple(
+            dict.fromkeys(name for cell in answers for name in imported_modules(cell.source))
+        ),
         solutions=solutions,
         cases=tuple(_case(cell, known) for cell in tests),
         config=config,

@@ -38,27 +38,32 @@ def plain_python(source: str) -> str:
 
 def defined_names(source: str) -> list[str]:
     """Names that a cell's top level defines: functions, classes and assigned variables."""
-    try:
-        body = ast.parse(source).body
-    except _UNREADABLE:
-        return []
+    body = _tree(source).body
     own = [node for node in body if not isinstance(node, ast.Import | ast.ImportFrom)]
     return [name for node in own for name in _bound_by(node)]
 
 
+def _tree(source: str) -> ast.Module:
+    """What is written in a cell; nothing where it is no Python."""
+    try:
+        return ast.parse(source)
+    except _UNREADABLE:
+        return ast.Module([], [])
+
+
 def imports(source: str) -> str:
     """The import statements of a cell's top level."""
-    try:
-        body = ast.parse(source).body
-    except _UNREADABLE:
-        return ""
+    body = _tree(source).body
     return "\n".join(ast.unparse(n) for n in body if isinstance(n, ast.Import | ast.ImportFrom))
 
 
 def imported_modules(source: str) -> list[str]:
-    """Modules that a cell imports; of ``from a import b`` both a and, in case it is one, a.b."""
+    """Modules that a cell imports, also within its functions.
+
+    Of ``from a import b`` both a and, in case it is one, a.b.
+    """
     found: list[str] = []
-    for node in ast.walk(ast.parse(imports(source))):
+    for node in ast.walk(_tree(source)):
         if isinstance(node, ast.Import):
             found += [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom) and node.module:
@@ -92,12 +97,21 @@ def _compiled(statement: ast.stmt) -> list[types.CodeType]:
         return []
 
 
+def needed(own: Sequence[str], cells: Sequence[str]) -> str:
+    """What ``helpers`` keeps of ``own`` cells for others that run whole, as text."""
+    trees = [_tree(plain_python(source)) for source in own]
+    used = used_names(*(node for source in cells for node in _tree(plain_python(source)).body))
+    kept = helpers(trees, used)
+    return "\n".join(ast.unparse(node) for tree in trees for node in tree.body if node in kept)
+
+
 def helpers(cells: Sequence[ast.Module], used: set[str]) -> set[ast.stmt]:
     """Pick what of a student's own cells a solution may need.
 
-    Imports, functions and classes stay, and every statement that makes or changes a
-    variable that the solutions, or what they use, read. What else stands there (a plot, a
-    slow experiment, an error) is no part of the answer, and nobody loses marks by it.
+    Functions and classes stay, every statement that makes or changes a variable that the
+    solutions, or what they use, read, and imports of a name that occurs in any of these. What
+    else stands there (a plot and its import, a slow experiment, an error) is no part of the
+    answer, and nobody loses marks by it.
 
     Args:
         cells: the student's own cells.
@@ -115,7 +129,16 @@ def helpers(cells: Sequence[ast.Module], used: set[str]) -> set[ast.stmt]:
         kept |= found
         waiting = {node: names for node, names in waiting.items() if node not in found}
         used = used | used_names(*found)
-    return kept | {node for node in statements if _defined_by(node)}
+    imported = {node for node in statements if isinstance(node, ast.Import | ast.ImportFrom)}
+    kept = (kept - imported) | {node for node in statements if _defined_by(node)} - imported
+    words = used | {part.id for n in kept for part in ast.walk(n) if isinstance(part, ast.Name)}
+    return kept | {node for node in imported if _is_needed(node, words)}
+
+
+def _is_needed(node: ast.Import | ast.ImportFrom, words: set[str]) -> bool:
+    """Whether an import binds one of these names, or more than can be seen."""
+    is_future = isinstance(node, ast.ImportFrom) and node.module == "__future__"
+    return is_future or not {*words, "*"}.isdisjoint(_bound_by(node))
 
 
 def _defined_by(node: ast.stmt) -> list[str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import functools
 import multiprocessing
 import os
@@ -16,8 +15,7 @@ from robust_slam_autograder.grading import marking
 from robust_slam_autograder.grading.results import ExerciseResult, Result
 from robust_slam_autograder.reading import assignment as assignment_module
 from robust_slam_autograder.reading import notebook, submission
-from robust_slam_autograder.reading.assignment import Assignment, Limits, Piece
-from robust_slam_autograder.reading.source import imported_modules
+from robust_slam_autograder.reading.assignment import Assignment, Limits
 from robust_slam_autograder.reading.submission import Submission
 
 from tests.assignments.mutation.bare_fork import BareFork
@@ -71,28 +69,17 @@ def exercises(path: Path, only: str = "") -> list[Exercise]:
     if not names:
         raise WrongUse(f"{whole.name} has no exercise {only}; it has {', '.join(whole.exercises)}")
     return [
-        Exercise(_alone(whole, name, sources), reference, cell, sources[cell])
+        Exercise(_alone(whole, name), reference, cell, sources[cell])
         for name in names
         if (cell := whole.owner(name))
     ]
 
 
-def _alone(whole: Assignment, exercise: str, sources: dict[str, str]) -> Assignment:
-    """An assignment with the cases of one exercise; what its cells import is loaded beforehand."""
-    modules = {name for text in sources.values() for name in _imported_anywhere(text)}
-    loads = "\n".join(f"import {name} as _" for name in sorted(modules))
-    piece = Piece("what solutions import", loads, own=True)
+def _alone(whole: Assignment, exercise: str) -> Assignment:
+    """An assignment with the cases of one exercise; what solutions import is loaded beforehand."""
+    loads = (f"import {name}" for name in whole.libraries)
     cases = tuple(case for case in whole.cases if case.exercise == exercise)
-    return replace(whole, setup=(*whole.setup, piece), cases=cases)
-
-
-def _imported_anywhere(source: str) -> list[str]:
-    found = [
-        ast.unparse(node)
-        for node in ast.walk(ast.parse(source))
-        if isinstance(node, ast.Import | ast.ImportFrom)
-    ]
-    return imported_modules("\n".join(found))
+    return replace(whole, imports=(*whole.imports, *loads), cases=cases)
 
 
 def run(exercises: Sequence[Exercise], *, seed: int, jobs: int) -> Iterator[Verdict]:

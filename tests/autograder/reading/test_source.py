@@ -14,8 +14,27 @@ def kept(text: str, used: set[str]) -> list[str]:
 
 
 def test_definitions_stay_and_experiments_go():
-    text = "import os\ndef f(): pass\nclass C: pass\nprint(1)\nx = f()\nfor i in []: pass\n"
-    assert kept(text, set()) == ["import os", "def f():\n    pass", "class C:\n    pass"]
+    text = "def f(): pass\nclass C: pass\nprint(1)\nx = f()\nfor i in []: pass\n"
+    assert kept(text, set()) == ["def f():\n    pass", "class C:\n    pass"]
+
+
+def test_an_import_stays_where_its_name_occurs_in_what_stays():
+    text = "import a\nimport b.c\nfrom d import e as f, g\nimport plt\nplt.plot(b, g)\n{}"
+    assert kept(text.format(""), set()) == []
+    assert kept(text.format(""), {"b", "g"}) == ["import b.c", "from d import e as f, g"]
+    function = "def h(x: a) -> 'f':\n    return f(x)"
+    both = ["import a", "from d import e as f, g", ast.unparse(ast.parse(function))]
+    assert kept(text.format(function), set()) == both
+    assert kept(f"from __future__ import annotations\nfrom x import *\n{function}", set())[1:2]
+    assert source.needed(["%matplotlib inline\nimport a, b\nc = a(1)", "no Python"], ["c"]) == (
+        "import a, b\nc = a(1)"
+    )
+
+
+def test_modules_are_those_of_every_import():
+    text = "import a.b as c\ndef f():\n    from d import e\n"
+    assert source.imported_modules(text) == ["a.b", "d", "d.e"]
+    assert source.imported_modules("import (") == []
 
 
 def test_a_variable_stays_when_a_chain_of_uses_leads_to_it():
