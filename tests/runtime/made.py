@@ -18,11 +18,16 @@ ROOT = Path(__file__).resolve().parents[2]
 RUNTIME = ROOT / "build" / "runtime"
 
 
-@pytest.fixture
-def made_runtime() -> None:
-    """Leave the test out where there is no runtime."""
+def look_for_the_runtime() -> None:
+    """Leave a test out where there is no runtime."""
     if not (RUNTIME / ".ready").is_file():
         leave_out("there is no Python for the pages: make runtime")
+
+
+@pytest.fixture(scope="session")
+def made_runtime() -> None:
+    """The runtime is there."""
+    look_for_the_runtime()
 
 
 needs_runtime = pytest.mark.usefixtures("made_runtime")

@@ -11,6 +11,7 @@ import json
 import math
 import os
 import stat
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -83,8 +84,12 @@ def read_bytes(path: Path) -> bytes:
 
 def _open_and_read(path: Path) -> bytes | None:
     """One byte more than the limit at most; None where it is no regular file."""
-    # O_NONBLOCK: opening a named pipe must not wait for a writer.
-    descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
+    flags = os.O_RDONLY | os.O_NOFOLLOW | os.O_CLOEXEC
+    # Opening a named pipe must not wait for a writer. A browser has none, and JupyterLite would
+    # take a file with this flag for one that was written.
+    if sys.platform != "emscripten":
+        flags |= os.O_NONBLOCK
+    descriptor = os.open(path, flags)
     try:
         if not stat.S_ISREG(os.fstat(descriptor).st_mode):
             return None

@@ -1,0 +1,202 @@
+"""An assignment is done in the browser, from the click to the mark.
+
+Chromium reaches this machine alone.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, Page
+from robust_slam_autograder import cli
+
+from tests.assignments import answers
+from tests.chromium import visiting
+from tests.runtime.made import RUNTIME, served
+from tools.runtime.__main__ import copy_to
+
+pytestmark = [pytest.mark.browser, pytest.mark.long]
+
+NAME = "00-one-lie"
+RELEASED = RUNTIME / "lab" / "files"
+EXERCISE = "total_cost"
+HALF = """\
+def total_cost(x, i, j, z, sigma):
+    x = np.asarray(x)
+    return np.sum(((x[j] - x[i] - z) / sigma) ** 2) / 2
+"""
+CHECK = f'from robust_slam_autograder.self_check import check\n\ncheck("{NAME}.ipynb")'
+IDLE = ".jp-Notebook-ExecutionIndicator[data-status='idle']"
+
+
+class Lab:
+    """An assignment that is open in JupyterLab in the browser."""
+
+    def __init__(self, page: Page) -> None:
+        self.page = page
+        self.cells = page.locator(".jp-Notebook .jp-Cell")
+        page.locator(".jp-Toolbar-kernelName", has_text="Python").wait_for()
+        page.locator(IDLE).wait_for(state="attached")
+        notebook = answers.source_notebook(NAME, RELEASED)
+        ids = [cell["metadata"].get("nbgrader", {}).get("grade_id") for cell in notebook["cells"]]
+        self.number = {grade_id: number for number, grade_id in enumerate(ids) if grade_id}
+
+    def type_in(self, sources: Mapping[str, str]) -> None:
+        """Replace the text of cells, by their grade ids."""
+        for grade_id, text in sources.items():
+            self.cells.nth(self.number[grade_id]).locator(".cm-content").click()
+            self.page.keyboard.press("Control+a")
+            self.page.keyboard.insert_text(text)
+            self.page.keyboard.press("Escape")
+
+    def add_at_the_end(self, text: str) -> int:
+        """Add a cell of one's own; gives its number."""
+        self.cells.last.click()
+        self.page.keyboard.press("Escape")
+        number = self.cells.count()
+        self.page.keyboard.press("b")
+        self.cells.nth(number).locator(".cm-content").click()
+        self.page.keyboard.insert_text(text)
+        self.page.keyboard.press("Escape")
+        return number
+
+    def run(self, number: int) -> str:
+        """Run a cell, wait until it has ended, and give what it says."""
+        cell = self.cells.nth(number)
+        before = cell.locator(".jp-InputPrompt").text_content()
+        cell.locator(".jp-InputPrompt").click()
+        self.page.keyboard.press("Control+Enter")
+        self.page.wait_for_function(
+            "([prompt, before]) => /[0-9]/.test(prompt.textContent)"
+            " && prompt.textContent !== before",
+            arg=[cell.locator(".jp-InputPrompt").element_handle(), before],
+        )
+        self.page.locator(IDLE).wait_for(state="attached")
+        return "\n".join(cell.locator(".jp-OutputArea-output").all_inner_texts())
+
+    def save(self) -> None:
+        """Save, and wait until it is done."""
+        self.page.keyboard.press("Control+s")
+        self.page.locator(".lm-TabBar-tab.jp-mod-current:not(.jp-mod-dirty)").wait_for()
+
+    def download(self, folder: Path) -> Path:
+        """Choose File › Download, and give the file."""
+        self.page.locator(".lm-MenuBar-item", has_text="File").click()
+        with self.page.expect_download() as waiting:
+            self.page.locator(".lm-Menu-itemLabel", has_text="Download").first.click()
+        path = folder / waiting.value.suggested_filename
+        waiting.value.save_as(path)
+        return path
+
+
+@pytest.fixture(scope="module")
+def address(
+    tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest
+) -> Iterator[str]:
+    if not (RUNTIME / ".ready").is_file():
+        pytest.skip("as made_runtime says")
+    folder = tmp_path_factory.mktemp("site")
+    copy_to(folder)
+    with served(folder) as url:
+        yield url
+
+
+@pytest.fixture(scope="module")
+def done(
+    browser: Browser, address: str, tmp_path_factory: pytest.TempPathFactory
+) -> dict[str, Any]:
+    """A student's way through the first assignment, with one mistake: what each step showed."""
+    said: dict[str, Any] = {}
+    solved = answers.solved(NAME, RELEASED)
+    right = {
+        cell["metadata"]["nbgrader"]["grade_id"]: "".join(cell["source"])
+        for cell in solved["cells"]
+        if cell["metadata"].get("nbgrader", {}).get("solution")
+    }
+    url = f"{address}/lab/lab/index.html?path={NAME}/{NAME}.ipynb"
+    with visiting(browser, url, viewport={"width": 1400, "height": 1100}) as visit:
+        lab = Lab(visit.page)
+        test = lab.number[f"{EXERCISE}-by-hand"]
+        said["start"] = lab.run(lab.number["setup"])
+        lab.run(lab.number[EXERCISE])
+        said["empty"] = lab.run(test)
+        lab.type_in({EXERCISE: HALF})
+        lab.run(lab.number[EXERCISE])
+        said["wrong"] = lab.run(test)
+        lab.type_in({name: text for name, text in right.items() if name != EXERCISE})
+        check = lab.add_at_the_end(CHECK)
+        lab.save()
+        said["check wrong"] = lab.run(check)
+        lab.save()
+        said["wrong file"] = lab.download(tmp_path_factory.mktemp("wrong"))
+        lab.type_in({EXERCISE: right[EXERCISE]})
+        lab.run(lab.number[EXERCISE])
+        said["right"] = lab.run(test)
+        lab.save()
+        said["check right"] = lab.run(check)
+        lab.save()
+        said["file"] = lab.download(tmp_path_factory.mktemp("right"))
+        said["outside"] = visit.outside
+    return said
+
+
+def commanded(path: Path, capsys: pytest.CaptureFixture[str]) -> list[str]:
+    """The lines of the command ``autograder check``, below the one that names the file."""
+    folder = path.parent
+    (folder / "autograder.toml").write_bytes((RELEASED / NAME / "autograder.toml").read_bytes())
+    capsys.readouterr()
+    cli.main(["check", str(path)])
+    return capsys.readouterr().out.strip().split("\n")[1:]
+
+
+def test_cells_run_and_say_what_is_wrong(done: dict[str, Any]) -> None:
+    assert done["start"] == "" and done["right"] == ""
+    assert "NotImplementedError" in done["empty"]
+    assert "AssertionError: Only the outlier costs anything: (2/0.05)²." in done["wrong"]
+
+
+def test_check_says_what_the_command_says(
+    done: dict[str, Any], capsys: pytest.CaptureFixture[str]
+) -> None:
+    for shown, file in (("check wrong", "wrong file"), ("check right", "file")):
+        lines = done[shown].strip().split("\n")
+        assert lines[0] == f"Checking {NAME}.ipynb: the visible cases in it."
+        assert lines[1:] == commanded(done[file], capsys)
+    assert "✗ partial  total_cost" in done["check wrong"]
+    assert "All visible cases passed" in done["check right"]
+
+
+def test_the_downloaded_file_is_graded_and_has_full_marks(
+    done: dict[str, Any], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "graded"
+    marks = {}
+    for student, file in (("ada", "file"), ("bob", "wrong file")):
+        command = ["grade", str(done[file]), "--student", student, "--assignment", NAME]
+        assert cli.main([*command, "--out", str(out), "--seed", "7"]) == 0
+        result = json.loads((out / student / f"{NAME}.json").read_text(encoding="utf-8"))
+        marks[student] = (result["score"], result["max_score"])
+    capsys.readouterr()
+    assert marks["ada"][0] == marks["ada"][1] > marks["bob"][0] > 0
+
+
+def test_the_downloaded_file_has_the_cells_of_the_release(done: dict[str, Any]) -> None:
+    path: Path = done["file"]
+    assert path.name == f"{NAME}.ipynb"
+    cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
+    released = answers.source_notebook(NAME, RELEASED)["cells"]
+    assert len(cells) == len(released) + 1
+    for mine, theirs in zip(cells, released, strict=False):
+        assert (mine["id"], mine["cell_type"]) == (theirs["id"], theirs["cell_type"])
+        for key, value in theirs["metadata"].items():
+            assert mine["metadata"][key] == value
+        if not theirs["metadata"].get("nbgrader", {}).get("solution"):
+            assert "".join(mine["source"]) == "".join(theirs["source"])
+
+
+def test_nothing_is_asked_of_another_machine(done: dict[str, Any]) -> None:
+    assert done["outside"] == []
