@@ -57,6 +57,15 @@ _OVERRIDES = {
         "lastModifiedCheckMargin": 10_000,
     },
     "@jupyterlab/apputils-extension:notification": {"fetchNews": "false"},
+    # JupyterLite's menu lacks it.
+    "@jupyterlab/mainmenu-extension:plugin": {
+        "menus": [
+            {
+                "id": "jp-mainmenu-file",
+                "items": [{"command": "docmanager:download", "rank": 6}],
+            }
+        ]
+    },
     # So that the browser's own search finds all cells.
     "@jupyterlab/notebook-extension:tracker": {"windowingMode": "none"},
 }
