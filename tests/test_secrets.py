@@ -26,6 +26,7 @@ from robust_slam_autograder.publishing.public import publish
 from robust_slam_autograder.publishing.student_release import release
 
 from tests.assignments import answers
+from tests.conftest import leave_out
 
 pytestmark = pytest.mark.long
 
@@ -36,6 +37,7 @@ TELLING = 32
 TELLING_OF_AN_ANSWER = 48
 """Answers are plain code of many kinds; more of their lines are alike by chance."""
 HTML = answers.ROOT / "build" / "html"
+RUNTIME = answers.ROOT / "build" / "runtime"
 NAMES = answers.assignments()
 ADDRESS = "https://github.com/owner/course"
 PRIVATE = (
@@ -44,6 +46,8 @@ PRIVATE = (
     "instructor.mk",
     "solutions/course.toml",
     "tests/assignments/",
+    "tests/runtime/test_lab.py",
+    "tests/runtime/test_truth.py",
     "tests/autograder/nbgrader/test_formgrader.py",
     "tests/lib/course/exercises/",
     "tests/sample_class.py",
@@ -81,7 +85,7 @@ def answer_lines(name: str) -> set[str]:
 def files_below(folder: Path) -> Iterator[tuple[Path, str]]:
     """Every file's text; an archive's files stand below the archive's name."""
     for path in sorted(path for path in folder.rglob("*") if path.is_file()):
-        if path.suffix == ".zip":
+        if path.suffix in (".zip", ".whl"):
             with zipfile.ZipFile(path) as archive:
                 for name in archive.namelist():
                     yield path / name, archive.read(name).decode("utf-8", "replace")
@@ -103,7 +107,7 @@ def texts_in(value: object) -> Iterator[str]:
 
 def plain_lines(path: Path, text: str) -> set[str]:
     """A file's lines as a reader sees them: without markup, all that a notebook holds as text."""
-    if path.suffix == ".ipynb":
+    if path.suffix in (".ipynb", ".json"):
         text = "\n".join(texts_in(json.loads(text)))
     elif path.suffix == ".html":
         text = html.unescape(re.sub(r"<[^>]*>", "", text))
@@ -126,7 +130,7 @@ def test_the_release_holds_no_line_of_a_solution_or_a_hidden_test(
 def test_the_site_holds_no_solution_and_no_hidden_test() -> None:
     assert (HTML / "index.html").is_file(), "build the site first: make book"
     secrets = {line for name in NAMES for line in secret_lines(name)}
-    pages = list(files_below(HTML))
+    pages = [(path, text) for path, text in files_below(HTML) if not is_runtime(path)]
     assert any(path.suffix == ".ipynb" for path, _ in pages), "the pages' sources are there too"
     leaks = {
         path.name: found for path, text in pages if (found := plain_lines(path, text) & secrets)
@@ -137,6 +141,32 @@ def test_the_site_holds_no_solution_and_no_hidden_test() -> None:
     others = [(path, text) for path, text in pages if path.stem != "instructors"]
     assert not [path for path, text in others if any(mark in text for mark in markers)]
     assert not list(HTML.rglob("*solutions*"))
+
+
+def is_runtime(path: Path) -> bool:
+    """Whether a file of the site comes from the runtime, which has a test of its own."""
+    parts = path.relative_to(HTML).parts
+    return parts[0] == "lab" or parts[:2] in (("python", "pyodide"), ("python", "wheels"))
+
+
+@pytest.mark.parametrize("place", ["lab", "wheels"])
+def test_the_runtime_holds_no_solution_and_no_hidden_test(place: str) -> None:
+    """Its packages and notebooks; Pyodide's own files are verified by their checksums."""
+    if not (RUNTIME / ".ready").is_file():
+        leave_out("there is no Python for the pages: make runtime")
+    copies = {"lab": HTML / "lab", "wheels": HTML / "python" / "wheels"}
+    secrets = {line for name in NAMES for line in secret_lines(name)}
+    secrets -= {line for lines in known().values() for line in lines}
+    folders = [folder for folder in (RUNTIME / place, copies[place]) if folder.is_dir()]
+    for folder in folders:
+        files = list(files_below(folder))
+        kinds = {path.suffix for path, _ in files}
+        assert kinds >= ({".ipynb", ".json"} if place == "lab" else {".py", ".json"})
+        assert not [path for path, text in files if plain_lines(path, text) & secrets]
+        notebooks = [(path, text) for path, text in files if path.suffix == ".ipynb"]
+        markers = ("BEGIN HIDDEN TESTS", "BEGIN SOLUTION", "# hint:")
+        assert not [path for path, text in notebooks if any(mark in text for mark in markers)]
+        assert not [path for path, text in files if CANARY in text]
 
 
 def test_a_canary_in_a_page_would_be_found(tmp_path: Path) -> None:
@@ -396,8 +426,9 @@ class TestPublicCourse:
             plant.mkdir()
             (plant / "a.py").write_text(f"x = 1\n    {secret}\n", encoding="utf-8")
             (plant / "b.ipynb").write_text(json.dumps({"cells": [cell]}), encoding="utf-8")
-            with zipfile.ZipFile(plant / "c.zip", "w") as archive:
-                archive.write(plant / "b.ipynb", "d/b.ipynb")
+            for archived in ("c.zip", "d.whl"):
+                with zipfile.ZipFile(plant / archived, "w") as archive:
+                    archive.write(plant / "b.ipynb", "d/b.ipynb")
             found = [path.name for path, text in files_below(plant)
                      if secret in plain_lines(path, text)]  # fmt: skip
-            assert found == ["a.py", "b.ipynb", "b.ipynb"]
+            assert found == ["a.py", "b.ipynb", "b.ipynb", "b.ipynb"]

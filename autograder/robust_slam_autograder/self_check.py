@@ -105,7 +105,10 @@ class _Lines:
 
 
 def _own_tests(cells: Sequence[Cell], path: Path) -> Assignment:
-    config = assignments.load_config(path.parent / assignments.CONFIG_NAME)
+    # In the browser notebooks lie side by side, and each has a folder for its settings.
+    places = (path.parent, path.parent / path.stem)
+    found = [place for place in places if (place / assignments.CONFIG_NAME).is_file()]
+    config = assignments.load_config((found or places)[0] / assignments.CONFIG_NAME)
     return assignments.from_cells(
         _first_of_each(cells), name=path.parent.name, notebook=path.stem, config=config
     )

@@ -26,7 +26,7 @@ TEXT = "open in the browser"
 def look_for_the_lab(app: Sphinx, config: Config) -> None:
     """Note which assignments are there: with others all pages are written again."""
     lab = Path(app.srcdir) / SOURCE
-    paths = sorted(lab.glob("files/*/*.ipynb")) if (lab / LOCK).is_file() else []
+    paths = sorted(lab.glob("files/*.ipynb")) if (lab / LOCK).is_file() else []
     config.robust_slam_assignments = [path.stem for path in paths]
 
 
@@ -37,7 +37,7 @@ def link(app: Sphinx, doctree: nodes.document, page: str) -> None:
         name, kind = posixpath.splitext(literal.astext())
         if kind != ".zip" or name not in app.config.robust_slam_assignments:
             continue
-        path = f"{TARGET}/lab/index.html?path={name}/{name}.ipynb"
+        path = f"{TARGET}/lab/index.html?path={name}.ipynb"
         address = posixpath.relpath(path, folder)
         made = nodes.reference("", TEXT, refuri=address, internal=True)
         shown = literal.parent if isinstance(literal.parent, nodes.reference) else literal

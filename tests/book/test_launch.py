@@ -38,8 +38,8 @@ def with_address(url: str) -> str:
 def put_lab(folder: Path) -> None:
     """What `make runtime` leaves of the assignments, with a file that the site is to have."""
     lab = folder / "build" / "runtime" / "lab"
-    (lab / "files" / "00-one").mkdir(parents=True)
-    (lab / "files" / "00-one" / "00-one.ipynb").touch()
+    (lab / "files").mkdir(parents=True)
+    (lab / "files" / "00-one.ipynb").touch()
     (lab / "pyodide-lock.json").write_text("{}")
 
 
@@ -90,7 +90,7 @@ def test_the_address_makes_the_buttons_and_zips_are_linked(tmp_path: Path, url: 
 def test_where_the_runtime_is_an_assignment_opens_in_the_browser(tmp_path: Path) -> None:
     put_lab(tmp_path)
     html = build(tmp_path, "")
-    address = "../lab/lab/index.html?path=00-one/00-one.ipynb"
+    address = "../lab/lab/index.html?path=00-one.ipynb"
     assert f'(<a class="reference internal" href="{address}">open in the browser</a>)' in html
     assert html.count("open in the browser") == 1, "there is no 01-two"
     site = tmp_path / "build" / "_build" / "html"

@@ -33,6 +33,12 @@ CHECK = f'from robust_slam_autograder.self_check import check\n\ncheck("{NAME}.i
 IDLE = ".jp-Notebook-ExecutionIndicator[data-status='idle']"
 
 
+def released() -> dict[str, Any]:
+    """The notebook as the site has it."""
+    notebook: dict[str, Any] = json.loads((RELEASED / f"{NAME}.ipynb").read_text("utf-8"))
+    return notebook
+
+
 class Lab:
     """An assignment that is open in JupyterLab in the browser."""
 
@@ -41,8 +47,8 @@ class Lab:
         self.cells = page.locator(".jp-Notebook .jp-Cell")
         page.locator(".jp-Toolbar-kernelName", has_text="Python").wait_for()
         page.locator(IDLE).wait_for(state="attached")
-        notebook = answers.source_notebook(NAME, RELEASED)
-        ids = [cell["metadata"].get("nbgrader", {}).get("grade_id") for cell in notebook["cells"]]
+        cells = released()["cells"]
+        ids = [cell["metadata"].get("nbgrader", {}).get("grade_id") for cell in cells]
         self.number = {grade_id: number for number, grade_id in enumerate(ids) if grade_id}
 
     def type_in(self, sources: Mapping[str, str]) -> None:
@@ -111,13 +117,12 @@ def done(
 ) -> dict[str, Any]:
     """A student's way through the first assignment, with one mistake: what each step showed."""
     said: dict[str, Any] = {}
-    solved = answers.solved(NAME, RELEASED)
     right = {
         cell["metadata"]["nbgrader"]["grade_id"]: "".join(cell["source"])
-        for cell in solved["cells"]
+        for cell in answers.source_notebook(NAME)["cells"]
         if cell["metadata"].get("nbgrader", {}).get("solution")
     }
-    url = f"{address}/lab/lab/index.html?path={NAME}/{NAME}.ipynb"
+    url = f"{address}/lab/lab/index.html?path={NAME}.ipynb"
     with visiting(browser, url, viewport={"width": 1400, "height": 1100}) as visit:
         lab = Lab(visit.page)
         test = lab.number[f"{EXERCISE}-by-hand"]
@@ -188,9 +193,9 @@ def test_the_downloaded_file_has_the_cells_of_the_release(done: dict[str, Any]) 
     path: Path = done["file"]
     assert path.name == f"{NAME}.ipynb"
     cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
-    released = answers.source_notebook(NAME, RELEASED)["cells"]
-    assert len(cells) == len(released) + 1
-    for mine, theirs in zip(cells, released, strict=False):
+    before = released()["cells"]
+    assert len(cells) == len(before) + 1
+    for mine, theirs in zip(cells, before, strict=False):
         assert (mine["id"], mine["cell_type"]) == (theirs["id"], theirs["cell_type"])
         for key, value in theirs["metadata"].items():
             assert mine["metadata"][key] == value

@@ -25,13 +25,13 @@ STARTED = (
     *("ipython", "matplotlib-fontlist"),
 )
 """Packages that the kernel starts with. Whatever it lacks it would look for elsewhere."""
-FILES = ("*.ipynb", "autograder.toml")
-"""Of a released assignment, what the site has."""
+CONFIG = "autograder.toml"
 README = """\
-# {name} in the browser
+# Assignments in the browser
 
-1. Open `{name}.ipynb` on the left. Write your functions in the cells that say so, and run the
-   cells below each of them with *Shift* and *Enter*. Python starts first, which takes a minute.
+1. Open a notebook on the left, here `{name}.ipynb`. Write your functions in the cells that say
+   so, and run the cells below each of them with *Shift* and *Enter*. Python starts first, which
+   takes a minute.
 2. To run all visible checks at once, save the notebook (*Ctrl* and *S*), and run this in a cell of
    your own at its end. It prints what the command `autograder check` prints:
 
@@ -107,12 +107,13 @@ def _copy_assignments(root: Path, files: Path) -> None:
     if not folders:
         raise RuntimeUnavailable("there are no released assignments: make release")
     for folder in sorted(folders[0].glob("*/")):
-        for path in (path for pattern in FILES for path in sorted(folder.glob(pattern))):
-            target = files / folder.name / path.name
-            target.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(path, target)
+        (files / folder.name).mkdir(parents=True)
+        shutil.copyfile(folder / CONFIG, files / folder.name / CONFIG)
+        # Beside the folder: a download's name would hold the folder's.
+        notebook = f"{folder.name}.ipynb"
+        shutil.copyfile(folder / notebook, files / notebook)
         text = README.format(name=folder.name)
-        (files / folder.name / "README.md").write_text(text, encoding="utf-8")
+    (files / "README.md").write_text(text, encoding="utf-8")
 
 
 def _build_settings(packages: Path) -> dict[str, object]:
