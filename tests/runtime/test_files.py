@@ -42,6 +42,7 @@ def test_a_folder_s_files_are_taken(tmp_path: Path, source: Path) -> None:
     (tmp_path / "target").mkdir()
     (tmp_path / "target" / "of-an-older-release.whl").touch()
     assert fetch(tmp_path, source) == CONTENT
+    assert all(path.stat().st_mode & 0o004 for path in (tmp_path / "target").iterdir())
 
 
 def test_a_second_run_goes_on_where_the_first_one_stopped(tmp_path: Path, source: Path) -> None:

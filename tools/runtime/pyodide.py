@@ -65,7 +65,9 @@ def fetch(
     paths = []
     for number, (name, digest) in enumerate(files.items(), 1):
         say(f"{number} of {len(files)}: {name}")
-        paths.append(_fetch(base + name, digest, target, get))
+        path = _fetch(base + name, digest, target, get)
+        path.chmod(0o644)  # a web server is another user
+        paths.append(path)
     return paths
 
 
