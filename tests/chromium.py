@@ -9,7 +9,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 
 import pytest
-from playwright.sync_api import Browser, Page, Route, expect, sync_playwright
+from playwright.sync_api import Browser, BrowserType, Page, Route, expect, sync_playwright
 
 from tests.conftest import leave_out
 
@@ -35,15 +35,22 @@ class QuietHandler(http.server.SimpleHTTPRequestHandler):
 
 
 @pytest.fixture(scope="session")
-def browser() -> Iterator[Browser]:
-    """Chromium, as the system has it."""
+def chromium() -> Iterator[tuple[BrowserType, str]]:
+    """Playwright's Chromium, of which there is one in a process, and the system's program."""
     path = shutil.which("chromium")
     if path is None:
         leave_out("chromium is not installed; the pages cannot be looked at")
     with sync_playwright() as playwright:
-        running = playwright.chromium.launch(executable_path=path, args=list(CHROMIUM))
-        yield running
-        running.close()
+        yield playwright.chromium, path
+
+
+@pytest.fixture(scope="session")
+def browser(chromium: tuple[BrowserType, str]) -> Iterator[Browser]:
+    """Chromium, as the system has it."""
+    kind, path = chromium
+    running = kind.launch(executable_path=path, args=list(CHROMIUM))
+    yield running
+    running.close()
 
 
 @dataclass

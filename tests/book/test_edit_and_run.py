@@ -11,7 +11,6 @@ import gzip
 import http.server
 import os
 import re
-import shutil
 import threading
 import time
 from collections.abc import Iterator
@@ -21,7 +20,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import pytest
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Page
 
 from tests.book.conftest import NOTEBOOKS, PAGES, Site
 from tests.book.test_accessible import FROM_THE_THEME, grave
@@ -209,19 +208,16 @@ def visit(
             fox.goto(address)
             yield "firefox", fox
         return
-    path = shutil.which("chromium")
-    if path is None:
-        leave_out("chromium is not installed; the pages cannot be looked at")
-    with sync_playwright() as playwright:
-        # With a profile the cache is on the disk. A route would turn it off.
-        running = playwright.chromium.launch_persistent_context(
-            tmp_path_factory.mktemp("chromium"), executable_path=path, args=[*CHROMIUM, ALONE]
-        )
-        page = running.pages[0]
-        page.set_default_timeout(LIMIT_MILLISECONDS)
-        page.goto(address)
-        yield "chromium", page
-        running.close()
+    kind, path = request.getfixturevalue("chromium")
+    # With a profile the cache is on the disk. A route would turn it off.
+    running = kind.launch_persistent_context(
+        tmp_path_factory.mktemp("chromium"), executable_path=path, args=[*CHROMIUM, ALONE]
+    )
+    page = running.pages[0]
+    page.set_default_timeout(LIMIT_MILLISECONDS)
+    page.goto(address)
+    yield "chromium", page
+    running.close()
 
 
 def test_a_reader_runs_code_of_their_own(
