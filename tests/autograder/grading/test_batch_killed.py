@@ -46,7 +46,7 @@ FILES = {"empty": b"", "half": b'{"nbformat": 4, "cells": [', "binary": bytes(ra
 def course(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A course with submissions of every kind."""
     root = tmp_path_factory.mktemp("course")
-    toy.make_tree(root, "[limits]\ncall_seconds = 1\ncell_seconds = 5\n")
+    toy.make_tree(root, "[limits]\ncall_seconds = 0.4\ncell_seconds = 2\n")
     submitted = root / "submitted"
     # Sorted by name the kinds are mixed.
     for kind, count in SHARES.items():

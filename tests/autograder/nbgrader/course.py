@@ -81,7 +81,7 @@ def marked(student: str, earned: Sequence[float], tests: Assignment | None = Non
 
 def make(folder: Path) -> Path:
     """A course's root: the source tree and the configuration."""
-    path = toy.make_tree(folder, "[limits]\ncall_seconds = 1\ncell_seconds = 3\n") / toy.NAME
+    path = toy.make_tree(folder, "[limits]\ncall_seconds = 0.4\ncell_seconds = 2\n") / toy.NAME
     toy.write(path / f"{toy.NAME}.ipynb", source_notebook())
     (folder / "autograder").mkdir()
     shutil.copy(ROOT / "autograder" / "nbgrader_config.py", folder / "autograder")
