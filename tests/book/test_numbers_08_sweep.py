@@ -105,8 +105,8 @@ def test_small_consistent_groups_seldom_outvote_the_inlier_closures() -> None:
 
 @pytest.fixture(scope="module")
 def town() -> Any:
-    """The page's function (kind, count, seed) -> graph, lies, truth."""
-    return CHAPTER.run("imports", "town", C=C)["with_lies"]
+    """The page's function (kind, count, seed) -> graph, outliers, truth."""
+    return CHAPTER.run("imports", "town", C=C)["with_outliers"]
 
 
 def timid(graph: Any) -> np.ndarray:
