@@ -70,6 +70,11 @@ export class Cell {
     this.#mark(true);
   }
 
+  wait() {
+    this.say("Waiting for the cell that runs …");
+    this.#mark(true);
+  }
+
   end() {
     if (!this.isOpen) return;
     this.#mark(false);
@@ -86,7 +91,7 @@ export class Cell {
   /** Say which cells above ended with an error. */
   pointTo(failed) {
     const links = failed.flatMap(({ id }, k) => [
-      k ? ", " : "", element("a", { href: `#${id}` }, `${k + 1}`),
+      k ? ", " : "", element("a", { href: `#${id}` }, id.replace(/^code-/, "")),
     ]);
     this.#parts.status.append(` Cells above that ended with an error: `, ...links, ".");
   }
@@ -133,6 +138,7 @@ function makeParts(id, note) {
     hint: element("span", { class: "rs-hint", id: `${id}-hint` }, HINT),
   };
   parts.progress.hidden = true;
+  parts.stop.setAttribute("aria-disabled", true);
   const { run, stop, reset, progress, status, hint } = parts;
   parts.bar = element("div", { class: "rs-run" }, note, run, stop, reset, progress, status, hint);
   return parts;

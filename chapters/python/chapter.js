@@ -20,14 +20,17 @@ export async function openCell(id, address) {
 class Chapter {
   #started = false;
   #busy = null;
-  /** What ran in this Python, by cell. */
+  /** Cells that wait for their turn. */
+  #waiting = new Set();
+  /** What ran in this Python, by cell, and the cells whose last run ended with an error. */
   #ran = new Map();
+  #failed = new Set();
 
   constructor({ bytes, cells }) {
     this.bytes = bytes;
     this.cells = new Map(cells.map((given) => [given.id, new Cell(given, {
       run: (cell) => this.run(cell),
-      stop: (cell) => { if (this.#busy === cell) engine.stop(); },
+      stop: (cell) => this.#stop(cell),
       reset: (cell) => this.#reset(cell),
     })]));
   }
@@ -36,7 +39,8 @@ class Chapter {
   async run(cell) {
     if (this.#busy === cell) return;
     if (this.#busy) {
-      cell.say("Another cell is running. Stop it, or wait for it.");
+      this.#waiting.add(cell);
+      cell.wait();
       return;
     }
     this.#busy = cell;
@@ -50,13 +54,34 @@ class Chapter {
     } catch (error) {
       this.#started = false;
       this.#ran.clear();
+      this.#failed.clear();
       cell.say(error instanceof engine.Stopped
         ? "Stopped, and Python with it. Run starts it again and first runs the cells above."
         : `Python ended: ${error.message} Run starts it again.`);
     } finally {
       this.#busy = null;
       cell.end();
+      this.#runNext();
     }
+  }
+
+  #runNext() {
+    const [next] = this.#waiting;
+    if (!next) return;
+    this.#waiting.delete(next);
+    this.run(next);
+  }
+
+  #stop(cell) {
+    if (this.#busy === cell) engine.stop();
+    else this.#forget(cell);
+  }
+
+  /** Take a cell that waits out of the row. */
+  #forget(cell) {
+    if (!this.#waiting.delete(cell)) return;
+    cell.end();
+    cell.say("");
   }
 
   async #start(cell) {
@@ -77,28 +102,29 @@ class Chapter {
     const above = all.slice(0, all.indexOf(cell)).filter((each) => (
       this.#ran.get(each) !== each.code
     ));
-    const failed = [];
     for (const [k, each] of above.entries()) {
       cell.say(`Running the cells above: ${k + 1} of ${above.length} …`);
       cell.progress((k + 1) / above.length);
-      // A cell that cannot run to its end has lines that others need.
-      if (await this.#runOne(each) && !each.cannot) failed.push(each);
+      await this.#runOne(each);
     }
     cell.progress(null);
-    return failed;
+    // A cell that cannot run to its end has lines that others need.
+    return all.slice(0, all.indexOf(cell)).filter((each) => this.#failed.has(each) && !each.cannot);
   }
 
   async #runOne(cell) {
     const { code } = cell;
     const result = await engine.run(code);
     this.#ran.set(cell, code);
+    if (result.error) this.#failed.add(cell);
+    else this.#failed.delete(cell);
     const changed = [...this.#ran].some(([each, ran]) => ran !== each.given);
     if (cell.isOpen) cell.show(result, changed);
     return result.error;
   }
 
   #reset(cell) {
-    if (this.#busy === cell) engine.stop();
+    this.#stop(cell);
     cell.close();
   }
 }

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 LONGEST = 200_000
 """Characters that a cell may print; the rest is left out."""
+LARGEST = 20_000_000
+"""Characters of one thing that a cell shows, as a drawing has some."""
 REPRESENTATIONS = {
     "_repr_html_": "text/html",
     "_repr_markdown_": "text/markdown",
@@ -43,14 +45,22 @@ Shown = dict[str, Any]
 class Printed(io.StringIO):
     """Keeps what is printed, up to a length."""
 
+    is_cut = False
+
     def write(self, text: str) -> int:
         """Keep the text, or as much of it as there is room for."""
-        room = LONGEST - self.tell()
-        if len(text) > room > 0:
-            super().write(text[:room] + f"\n… cut after {LONGEST:,} characters\n")
-        elif room > 0:
-            super().write(text)
+        if not self.is_cut:
+            kept = cut(text, LONGEST - self.tell())
+            self.is_cut = kept is not text
+            super().write(kept)
         return len(text)
+
+
+def cut(text: str, room: int = LONGEST) -> str:
+    """Return the text, or as much of it as there is room for and a line that says so."""
+    if len(text) <= room:
+        return text
+    return text[:room] + f"\n… cut after {LONGEST:,} characters\n"
 
 
 class Session:
@@ -118,7 +128,7 @@ class Session:
 
 def bundle(value: object) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return what a value says of itself, by type, and its metadata."""
-    data: dict[str, Any] = {"text/plain": repr(value)}
+    data: dict[str, Any] = {"text/plain": cut(repr(value))}
     metadata: dict[str, Any] = {}
     for method, kind in REPRESENTATIONS.items():
         said = _call(value, method)
@@ -133,6 +143,10 @@ def bundle(value: object) -> tuple[dict[str, Any], dict[str, Any]]:
     figure = getattr(sys.modules.get("matplotlib.figure"), "Figure", None)
     if figure is not None and isinstance(value, figure):
         data["image/svg+xml"] = _svg(value)
+    large = [kind for kind, said in data.items() if len(str(said)) > LARGEST]
+    for kind in large:
+        del data[kind]
+        data["text/plain"] = f"The {kind} of this value is too large for the page."
     return data, metadata
 
 

@@ -2,13 +2,20 @@ import { loadPyodide } from "./pyodide/pyodide.mjs";
 import { startPython } from "./python.js";
 
 const network = self.fetch;
+/** The file that could not be loaded, if there is one: Pyodide goes on without it. */
+let missing = null;
 
 /**
  * Every file is asked for again, and comes from the browser's cache where it has not changed;
  * what arrives is counted.
  */
 self.fetch = async (request, options) => {
-  const answer = await network(request, { ...options, cache: "no-cache" });
+  const file = String(request.url ?? request).split("/").at(-1);
+  const answer = await network(request, { ...options, cache: "no-cache" }).catch((error) => {
+    missing ??= file;
+    throw error;
+  });
+  if (!answer.ok) missing ??= file;
   count(answer.clone().body);
   return answer;
 };
@@ -25,14 +32,21 @@ const read = async (name) => (await fetch(here + name)).text();
 const started = startPython(loadPyodide, here, read);
 started.then(
   () => self.postMessage({ done: true }),
-  (error) => self.postMessage({ failed: String(error) }),
+  (error) => self.postMessage({ failed: told(error) }),
 );
+
+/** What went wrong, in a line. */
+function told(error) {
+  return missing === null
+    ? String(error).trim().split("\n").at(-1)
+    : `The file ${missing} could not be loaded. Look at the connection, and try again.`;
+}
 
 self.onmessage = async ({ data }) => {
   const run = await started;
   try {
     self.postMessage({ done: run(data.code) });
   } catch (error) {
-    self.postMessage({ failed: String(error) });
+    self.postMessage({ failed: told(error) });
   }
 };

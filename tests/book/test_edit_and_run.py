@@ -255,6 +255,10 @@ def test_a_reader_runs_code_of_their_own(
     picture.wait("Done|ended")
     assert picture.ask("cell.querySelectorAll('.rs-picture[data-live] [data-handle]').length")
 
+    figure.press("Run")
+    assert cell.run("print('in turn')").strip() == "in turn"
+    assert figure.status() == "Done."
+
     said = cell.run("def f(x):\n    return 1 / x\n\n\nf(0)")
     assert cell.status().startswith("It ended with an error.")
     assert 'File "this cell", line 2, in f' in said and "return 1 / x" in said

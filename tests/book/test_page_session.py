@@ -146,6 +146,19 @@ def test_endless_printing_is_cut() -> None:
     assert str(result["text"]).endswith("cut after 200,000 characters\n")
 
 
+def test_text_that_fits_exactly_is_cut_only_where_more_follows() -> None:
+    full, more = run("print('x' * 200_000, end='')", "print('x' * 200_000, end='')\nprint('y')")
+    assert full["text"] == "x" * 200_000
+    assert str(more["text"]).endswith("x\n… cut after 200,000 characters\n")
+
+
+def test_a_large_value_does_not_reach_the_page() -> None:
+    (text,) = shown("'a' * 30_000_000")
+    assert len(text["text/plain"]) < 201_000 and "cut after" in text["text/plain"]
+    (html,) = shown("from IPython.display import HTML\nHTML('a' * 30_000_000)")
+    assert html == {"text/plain": "The text/html of this value is too large for the page."}
+
+
 def test_dataclasses_and_pickles_find_their_module() -> None:
     cell = (
         "import pickle\nfrom dataclasses import dataclass\n@dataclass\nclass A:\n    x: int\n"
