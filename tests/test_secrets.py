@@ -26,7 +26,7 @@ from robust_slam_autograder.publishing.public import publish
 from robust_slam_autograder.publishing.student_release import release
 
 from tests.assignments import answers
-from tests.conftest import leave_out
+from tests.runtime.made import RUNTIME, look_for_the_runtime
 
 pytestmark = pytest.mark.long
 
@@ -37,7 +37,6 @@ TELLING = 32
 TELLING_OF_AN_ANSWER = 48
 """Answers are plain code of many kinds; more of their lines are alike by chance."""
 HTML = answers.ROOT / "build" / "html"
-RUNTIME = answers.ROOT / "build" / "runtime"
 NAMES = answers.assignments()
 ADDRESS = "https://github.com/owner/course"
 PRIVATE = (
@@ -152,8 +151,7 @@ def is_runtime(path: Path) -> bool:
 @pytest.mark.parametrize("place", ["lab", "wheels"])
 def test_the_runtime_holds_no_solution_and_no_hidden_test(place: str) -> None:
     """Its packages and notebooks; Pyodide's own files are verified by their checksums."""
-    if not (RUNTIME / ".ready").is_file():
-        leave_out("there is no Python for the pages: make runtime")
+    look_for_the_runtime()
     copies = {"lab": HTML / "lab", "wheels": HTML / "python" / "wheels"}
     secrets = {line for name in NAMES for line in secret_lines(name)}
     secrets -= {line for lines in known().values() for line in lines}

@@ -35,7 +35,7 @@ def check(notebook: str) -> None:
     """Run the visible tests of a saved notebook, and print what ``autograder check`` prints.
 
     Args:
-        notebook: its path, for example "05-gnc.ipynb" where it lies in the working folder.
+        notebook: its path, for example "05-gnc.ipynb" in the working folder.
     """
     try:
         run(Path(notebook))

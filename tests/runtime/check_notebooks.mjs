@@ -14,13 +14,13 @@ const python = await loadPyodide({
   stderr: (line) => said.push(line),
   env: { HOME: "/home/pyodide", MPLBACKEND: "agg" },
 });
-python.mountNodeFS("/work", folder);
+python.mountNodeFS("/handed-in", folder);
 const start = `
 import os
 from robust_slam_autograder.self_check import check
 
 def run(name, notebook):
-    os.chdir(f"/work/{name}")
+    os.chdir(f"/handed-in/{name}")
     check(notebook)
 `;
 await python.loadPackagesFromImports(start, { messageCallback() {} });

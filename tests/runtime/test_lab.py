@@ -16,7 +16,7 @@ from robust_slam_autograder import cli
 
 from tests.assignments import answers
 from tests.chromium import visiting
-from tests.runtime.made import RUNTIME, served
+from tests.runtime.made import RUNTIME, look_for_the_runtime, served
 from tools.runtime.__main__ import copy_to
 
 pytestmark = [pytest.mark.browser, pytest.mark.long]
@@ -103,8 +103,7 @@ class Lab:
 def address(
     tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest
 ) -> Iterator[str]:
-    if not (RUNTIME / ".ready").is_file():
-        pytest.skip("as made_runtime says")
+    look_for_the_runtime()
     folder = tmp_path_factory.mktemp("site")
     copy_to(folder)
     with served(folder) as url:

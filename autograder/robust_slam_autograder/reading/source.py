@@ -111,7 +111,7 @@ def helpers(cells: Sequence[ast.Module], used: set[str]) -> set[ast.stmt]:
     Functions and classes stay, every statement that makes or changes a variable that the
     solutions, or what they use, read, and imports of a name that occurs in any of these. What
     else stands there (a plot and its import, a slow experiment, an error) is no part of the
-    answer, and nobody loses marks by it.
+    answer, and costs no marks.
 
     Args:
         cells: the student's own cells.

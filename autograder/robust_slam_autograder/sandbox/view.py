@@ -260,5 +260,5 @@ def exposing(path: Path, allowed: tuple[str, ...]) -> Path | None:
 
 
 def within(path: Path, folders: Collection[Path]) -> bool:
-    """Whether a path lies in one of these folders, or is one."""
+    """Whether a path is one of these folders, or inside one."""
     return any(place in folders for place in (path, *path.parents))

@@ -119,7 +119,7 @@ class Conversation(ABC):
 
     @abstractmethod
     def is_quiet(self) -> bool:
-        """Whether nothing has come in that nobody asked for."""
+        """Whether no message has come in unasked."""
 
     def call(self, target: Handle, args: tuple[Any, ...], kwargs: Mapping[str, Any]) -> Any:  # noqa: ANN401
         """Call a function of the other side and wait for its answer.
@@ -262,7 +262,7 @@ class Channel(Conversation):
         self._arrived = bytearray()
 
     def is_quiet(self) -> bool:
-        """Whether nothing has come in that nobody asked for."""
+        """Whether no message has come in unasked."""
         return not self._arrived and not self._readable.poll(0)
 
     def _send(self, payload: bytes) -> None:
