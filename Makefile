@@ -85,7 +85,6 @@ $(BOOK): $(call files,chapters lib) _config.yml _toc.yml $(READY) $(PARTS) $(ZIP
 	@$(BIN)/python -m robust_slam.graphs.datasets --try
 	@$(QUIETLY) book $(BIN)/jupyter-book build . --path-output build -W -n --keep-going
 	@rm -rf build/html && cp -R build/_build/html build/html
-	@[ ! -f $(RUNTIME) ] || $(BIN)/python -m tools.runtime site build/html
 	@rm -f build/.parts* && touch build/.parts$$($(find-parts)) $@
 
 runtime: $(RUNTIME) ## collect Python for the pages, 75 MB; the next `make book` takes it

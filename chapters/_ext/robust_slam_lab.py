@@ -6,7 +6,6 @@ no such links.
 
 from __future__ import annotations
 
-import os
 import posixpath
 import shutil
 from pathlib import Path
@@ -14,6 +13,8 @@ from pathlib import Path
 from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.config import Config
+
+from robust_slam_links import replace_by_links
 
 SOURCE = "build/runtime/lab"
 TARGET = "lab"
@@ -49,18 +50,10 @@ def copy(app: Sphinx, exception: Exception | None) -> None:
     """Put JupyterLab beside the pages, or take away what was there."""
     if exception is None:
         target = Path(app.outdir) / TARGET
-        shutil.rmtree(target, ignore_errors=True)
         if app.config.robust_slam_assignments:
-            shutil.copytree(Path(app.srcdir) / SOURCE, target, copy_function=_link)
-
-
-def _link(source: str, target: str) -> str:
-    """Link a file, which takes no room; where that is impossible, copy it."""
-    try:
-        os.link(source, target)
-    except OSError:
-        shutil.copyfile(source, target)
-    return target
+            replace_by_links(Path(app.srcdir) / SOURCE, target)
+        else:
+            shutil.rmtree(target, ignore_errors=True)
 
 
 def setup(app: Sphinx) -> dict[str, bool]:

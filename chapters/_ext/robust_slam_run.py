@@ -8,7 +8,6 @@ Without the runtime pages are as they were.
 from __future__ import annotations
 
 import json
-import os
 import shutil
 from html import escape
 from pathlib import Path
@@ -18,6 +17,8 @@ from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.config import Config
 from sphinx.util import logging
+
+from robust_slam_links import replace_by_links
 
 LOGGER = logging.getLogger(__name__)
 
@@ -139,19 +140,9 @@ def copy(app: Sphinx, exception: Exception | None) -> None:
         shutil.copyfile(path, target / TABLES / path.name)
     for path in files + [runtime(app) / name for name in NEEDED]:
         if path.is_dir():
-            shutil.rmtree(target / path.name, ignore_errors=True)
-            shutil.copytree(path, target / path.name, copy_function=_link)
+            replace_by_links(path, target / path.name)
         else:
             shutil.copyfile(path, target / path.name)
-
-
-def _link(source: str, target: str) -> str:
-    """Link a file, which takes no room; where that is impossible, copy it."""
-    try:
-        os.link(source, target)
-    except OSError:
-        shutil.copyfile(source, target)
-    return target
 
 
 def setup(app: Sphinx) -> dict[str, bool]:

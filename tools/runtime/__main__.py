@@ -1,11 +1,9 @@
-"""``python -m tools.runtime`` fills ``build/runtime``; with ``site FOLDER`` it copies it there."""
+"""``python -m tools.runtime`` fills ``build/runtime``."""
 
 from __future__ import annotations
 
 import os
-import shutil
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 
 from tools.runtime import editor, jupyterlite, pyodide, wheels
@@ -14,8 +12,6 @@ ROOT = Path(__file__).resolve().parents[2]
 RUNTIME = ROOT / "build" / "runtime"
 READY = ".ready"
 """Stands in the runtime's folder when all of it is there."""
-PLACES = {"pyodide": "python/pyodide", "wheels": "python/wheels", "lab": "lab"}
-"""Where the runtime's folders stand on the site."""
 JUPYTERLITE = ROOT / "build" / "jupyterlite"
 """Where its packages are installed."""
 
@@ -37,29 +33,10 @@ def make(root: Path = ROOT, runtime: Path = RUNTIME, packages: Path = JUPYTERLIT
     (runtime / READY).touch()
 
 
-def copy_to(site: Path, runtime: Path = RUNTIME) -> None:
-    """Put the runtime into a built site, as links where the file system has them."""
-    for name, place in PLACES.items():
-        target = site / place
-        shutil.rmtree(target, ignore_errors=True)
-        shutil.copytree(runtime / name, target, copy_function=_link)
-
-
-def _link(source: str, target: str) -> str:
+def main() -> int:
+    """Make the runtime; return 0, or 1 after a message that says what to do."""
     try:
-        os.link(source, target)
-    except OSError:
-        shutil.copyfile(source, target)
-    return target
-
-
-def main(arguments: Sequence[str]) -> int:
-    """Run one of the two; return 0, or 1 after a message that says what to do."""
-    try:
-        if arguments[:1] == ["site"]:
-            copy_to(Path(arguments[1]))
-        else:
-            make()
+        make()
     except pyodide.RuntimeUnavailable as error:
         print(f"ERROR: {error}", flush=True)
         return 1
@@ -67,4 +44,4 @@ def main(arguments: Sequence[str]) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(main())
