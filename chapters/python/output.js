@@ -63,6 +63,6 @@ function drawn(svg, metadata, stored, changed) {
   const caption = figure.querySelector(".caption-text");
   if (!caption || !changed) return figure;
   if (words.figure?.caption) caption.innerHTML = marked.parseInline(words.figure.caption);
-  else caption.prepend("The chapter’s own figure: ");
+  else caption.prepend("Drawn by your code. The chapter’s caption: ");
   return figure;
 }

@@ -167,7 +167,7 @@ def readable(error: BaseException, cell: str) -> str:
     """Return the traceback, with the lines of cells and packages, and none of the page's own."""
     told = traceback.TracebackException.from_exception(error)
     for each in _chain(told):
-        each.stack[:] = dropwhile(_is_before_cells, each.stack)
+        each.stack[:] = filter(_is_readers, dropwhile(_is_before_cells, each.stack))
         for frame in each.stack:
             assert frame.line is not None  # reads the line, before the file has another name
             frame.filename = _place(frame.filename, cell)
@@ -178,6 +178,8 @@ def readable(error: BaseException, cell: str) -> str:
         # What Pyodide adds speaks of its own installer.
         text = text.split("\nThe module ")[0]
         text += "\nIn the page there are NumPy, SciPy, Matplotlib and the course's library."
+    if isinstance(error, SyntaxError) and (error.text or "").lstrip().startswith(("!", "%")):
+        text += "\nCommands that begin with ! or % are for notebooks; the page runs Python alone."
     return text
 
 
@@ -191,6 +193,10 @@ def _chain(told: traceback.TracebackException | None) -> Iterator[traceback.Trac
 
 def _is_before_cells(frame: traceback.FrameSummary) -> bool:
     return not frame.filename.startswith(CELL)
+
+
+def _is_readers(frame: traceback.FrameSummary) -> bool:
+    return frame.filename != __file__
 
 
 def _place(path: str, cell: str) -> str:

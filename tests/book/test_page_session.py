@@ -124,6 +124,11 @@ def test_a_mistake_in_the_syntax_is_pointed_at() -> None:
     assert "b = = 2" in said and said.endswith("SyntaxError: invalid syntax")
 
 
+@pytest.mark.parametrize("cell", ["!ls", "a = 1\n%matplotlib inline"])
+def test_a_notebooks_own_commands_are_named(cell: str) -> None:
+    assert error(cell).endswith("the page runs Python alone.")
+
+
 @pytest.mark.parametrize(
     ("cell", "words"),
     [
@@ -132,11 +137,13 @@ def test_a_mistake_in_the_syntax_is_pointed_at() -> None:
         ("raise KeyboardInterrupt", "KeyboardInterrupt"),
         ("input('how many?')", "write the answer into the code"),
         ("import no_such", "In the page there are NumPy, SciPy, Matplotlib"),
+        ("class A:\n    def __repr__(self): return 1 / 0\ndisplay(A())", "ZeroDivisionError"),
     ],
 )
 def test_the_session_goes_on_after_an_error(cell: str, words: str) -> None:
     first, second = run(f"print('before')\n{cell}", "1")
     assert words in str(first["error"]) and first["text"] == "before\n"
+    assert "page_session" not in str(first["error"])
     assert second["error"] is None and second["shown"]
 
 
