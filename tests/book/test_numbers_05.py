@@ -20,7 +20,7 @@ from robust_slam.graphs.outliers import add_random_closures
 from robust_slam.problems import LocationProblem, PoseGraphProblem
 from scipy.stats import chi2
 
-from tests.book.graduation import gm_weight, lesson_surrogate, listing, tls_weight
+from tests.book.graduation import gm_weight, listing, tls_weight
 from tests.book.prose import Chapter, Numbers, rounds_to
 from tests.book.samples import READINGS as FIVE
 from tests.book.samples import three_poses
@@ -62,17 +62,6 @@ def backwards_on_a(mus: list[float]) -> float:
     return x
 
 
-def minimum_at_mu_one(x: float) -> float:
-    """Return the stationary point of the lesson's two readings that a damped descent ends at."""
-
-    def slope(u: float) -> float:
-        return 2 * 8.0 * 4.0 * u / (8 + u**2) ** 2
-
-    for _ in range(20000):
-        x -= 0.05 * (slope(x) - slope(10 - x))
-    return x
-
-
 def second_minimum() -> float:
     """The minimum beside the outlier of TLS on data A at its first μ."""
     x = np.linspace(9.0, 11.0, 200_001)
@@ -111,7 +100,7 @@ FORMULAS = {
     "9.03": lambda page: 2 * sqrt((page.a_tls[1][0] + 1) / page.a_tls[1][0]),
     "9.59": lambda page: 10 - page.a_tls[0][2],
     "0.816": lambda page: sqrt(2 / 3),
-    "9.925": lambda page: second_minimum(),
+    "9.93": lambda page: second_minimum(),
     "0.066 0.002": lambda page: tls_weight(np.array([1.0, 10.0]), 1.0, 1 / 199),
     "0.990 0.444": lambda page: gm_weight(np.array([1.0, 10.0]), 1.0, 200.0),
     "3.125": lambda page: 2.5**2 / 2,
@@ -124,10 +113,7 @@ FORMULAS = {
     "3.368 2.576": lambda page: np.sqrt(chi2.ppf(0.99, [3, 1])),
     "11.345": lambda page: chi2.ppf(0.99, 3),
     "0.311 0.147": lambda page: page.errors,
-    "3.70 79.4 99.7": lambda page: [lesson_surrogate(10, mu) for mu in (1, 100, 1e4)],
     "0.9495 0.9454": lambda page: listing(20),
-    "0.0557 9.944": lambda page: [minimum_at_mu_one(x) for x in (0.5, 9.5)],
-    "17.75": lambda page: 25 * 3 / 4 - 1,
     "0.0184": lambda page: backwards_on_a([mu for mu, _, _ in page.a_gm]),
     "0.0035": lambda page: page.seven[0][0],
     "5.6": lambda page: min(x for _, _, x in anneal(SEVEN, "tls", 2.0)),
@@ -142,7 +128,6 @@ FORMULAS = {
     "0.8975": lambda page: page.a_gm[0][1][0],
     "1.417": lambda page: page.a_gm[0][2],
     "0.190": lambda page: 4 / 21,
-    "1.9989": lambda page: irls(THREE, kernels.cauchy(1.0)).x[2],
     "100.1": lambda page: gnc(LocationProblem(B + 100), 2.0).x,
 }
 
