@@ -100,7 +100,7 @@ FORMULAS = {
     "9.03": lambda page: 2 * sqrt((page.a_tls[1][0] + 1) / page.a_tls[1][0]),
     "9.59": lambda page: 10 - page.a_tls[0][2],
     "0.816": lambda page: sqrt(2 / 3),
-    "9.93": lambda page: second_minimum(),
+    "9.92": lambda page: second_minimum(),
     "0.066 0.002": lambda page: tls_weight(np.array([1.0, 10.0]), 1.0, 1 / 199),
     "0.990 0.444": lambda page: gm_weight(np.array([1.0, 10.0]), 1.0, 200.0),
     "3.125": lambda page: 2.5**2 / 2,
