@@ -103,20 +103,20 @@ def page() -> SimpleNamespace:
 FORMULAS = {
     "0.9": lambda page: 3 * 0.3,
     "0.536": lambda page: cost(cycle(3, 0.3), [0.0] * 3),
-    "1.794": lambda page: 2 * pi / 3 - 0.3,
-    "14.66": lambda page: cost(cycle(3, 0.3), THIRDS),
-    "2.354 3.378": lambda page: [wave(0.3, k) for k in (2, 1)],
+    "1.79": lambda page: 2 * pi / 3 - 0.3,
+    "14.7": lambda page: cost(cycle(3, 0.3), THIRDS),
+    "2.35 3.38": lambda page: [wave(0.3, k) for k in (2, 1)],
     "1.047 1.57": lambda page: [pi / 3, pi / 2],
     "3.5": lambda page: 2 * sqrt(3),
     "1.7 -1.7": lambda page: [wave(pi / 2, k) for k in (1, 2)],
     "0.309": lambda page: cos(radians(72)),
-    "13.82": lambda page: cost(cycle(5, 0.0), TWIST),
-    "-1.382": lambda page: sdp.dense_certificate(cycle(5, 0.0), headings(TWIST))[1][0],
-    "1.382": lambda page: 2 * (1 - cos(radians(72))),
+    "13.82 13.8": lambda page: cost(cycle(5, 0.0), TWIST),
+    "-1.38": lambda page: sdp.dense_certificate(cycle(5, 0.0), headings(TWIST))[1][0],
+    "1.38": lambda page: 2 * (1 - cos(radians(72))),
     "6.91": lambda page: rank_three(),
-    "9.985": lambda page: page.first.cost,
-    "8.331": lambda page: page.second.cost,
-    "8.288": lambda page: sdp.solve_sdp(sdp.connection_matrix(6, SIX, page.noisy), 2).value,
+    "9.99": lambda page: page.first.cost,
+    "8.33": lambda page: page.second.cost,
+    "8.29": lambda page: sdp.solve_sdp(sdp.connection_matrix(6, SIX, page.noisy), 2).value,
     "0.043": lambda page: page.second.bound,
     "0.33": lambda page: ate(page.doubting.x, page.truth),
     "0.07": lambda page: ate(gauss_newton(page.loop, page.climbed), page.truth),
@@ -135,13 +135,13 @@ TIMES = {
     "cubicle": ("2.456", "0.754"),
     "rim": ("6.803", "2.256"),
 }
-"""SE-Sync's table."""
+"""Seconds of the dog-leg and of SE-Sync, from the paper's tables."""
 
 
 class TestNumbers(Numbers):
     chapter, formulas = CHAPTER, FORMULAS
-    # Thresholds and noises that are chosen, numbers of a quiz, and SE-Sync's times, tested below.
-    given = " ".join(["0.3 0.1 0.2 0.8 1.2 -0.01 0.02", *(f"{a} {b}" for a, b in TIMES.values())])
+    # Thresholds and noises that are chosen, and numbers of a quiz.
+    given = "0.3 0.2 0.8 1.2 -0.01 0.02"
 
 
 def test_the_opening_maps_are_wrong_and_one_is_certified(page) -> None:
@@ -257,14 +257,13 @@ def test_gnc_and_the_four_are_both_certified() -> None:
     assert robust == pytest.approx([10.0, 6.0])
 
 
-def test_the_table_of_times_says_what_is_read_from_it() -> None:
-    for name, (dogleg, sesync) in TIMES.items():
-        row = next(line for line in CHAPTER.text.splitlines() if line.startswith(f"| {name} |"))
-        assert row.endswith(f"| {dogleg} | {sesync} |")
+def test_what_is_said_of_the_papers_times() -> None:
     ratio = {name: float(a) / float(b) for name, (a, b) in TIMES.items()}
+    assert len(ratio) == 11
     assert [name for name, times in ratio.items() if times < 1] == ["garage"]
-    assert round(ratio.pop("grid")) == 27
-    assert np.mean(list(ratio.values())) == pytest.approx(3.0, abs=0.1)
+    assert max(ratio, key=ratio.__getitem__) == "grid"
+    assert round(ratio["grid"]) == 27
+    assert "slower on one (garage), and 27 times faster on another (grid)" in CHAPTER.text
 
 
 def test_the_exercise_of_two_poses() -> None:
