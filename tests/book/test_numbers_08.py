@@ -99,7 +99,7 @@ FORMULAS = {
     "-0.1": lambda page: -5 * 0.02,
     "-0.02": lambda page: -0.02,
     "2.24": lambda page: math.sqrt(5),
-    "That leaves 18": lambda page: (
+    "The cost is 18 on average": lambda page: (
         (3 * len(solved(page)[0].edges) - 3 * (solved(page)[0].n - 1)) / 2
     ),
     "Of 36 consistent outliers it keeps 32": lambda page: [
