@@ -5,6 +5,7 @@ from __future__ import annotations
 import fcntl
 import functools
 import http.server
+import re
 import subprocess
 import sys
 import threading
@@ -21,6 +22,8 @@ ROOT = Path(__file__).parents[2]
 TOC = yaml.safe_load((ROOT / "_toc.yml").read_text(encoding="utf-8"))
 PAGES = [TOC["root"], *(page["file"] for part in TOC["parts"] for page in part["chapters"])]
 NOTEBOOKS = [page for page in PAGES if (ROOT / f"{page}.ipynb").exists()]
+CHAPTERS = [page for page in NOTEBOOKS if re.match(r"chapters/\d\d-", page)]
+"""The notebooks with a number; the others are appendices, without a quiz."""
 WAYS = ("http", "file")
 
 

@@ -9,7 +9,7 @@ from urllib.parse import quote
 import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 
-from tests.book.conftest import NOTEBOOKS, PAGES, Site, place
+from tests.book.conftest import NOTEBOOKS, PAGES, ROOT, Site, place
 from tests.book.taking_hold import (
     by_keyboard,
     by_mouse,
@@ -27,7 +27,10 @@ from tests.chromium import Visit, visiting
 
 pytestmark = pytest.mark.browser
 
-WITH_PICTURES = [PAGES[0], *NOTEBOOKS]
+WITH_PICTURES = [
+    PAGES[0],
+    *(page for page in NOTEBOOKS if "pictures." in (ROOT / f"{page}.ipynb").read_text("utf-8")),
+]
 
 
 @dataclass(frozen=True)

@@ -8,13 +8,13 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import Browser
 
-from tests.book.conftest import NOTEBOOKS, Site, place
+from tests.book.conftest import CHAPTERS, Site, place
 from tests.chromium import Visit, visiting
 
 pytestmark = pytest.mark.browser
 
 
-@pytest.fixture(scope="module", params=NOTEBOOKS)
+@pytest.fixture(scope="module", params=CHAPTERS)
 def chapter(
     request: pytest.FixtureRequest, site: Site, address: str, browser: Browser
 ) -> Iterator[Visit]:

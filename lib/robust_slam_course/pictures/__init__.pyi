@@ -1,5 +1,6 @@
 from .certificates import certificate as certificate
 from .frontier import graduation as graduation
+from .frontier import machine as machine
 from .frontier import robots as robots
 from .landscapes import annealing as annealing
 from .landscapes import basins as basins

@@ -45,26 +45,27 @@ STAGES: dict[str, Stage] = {
 }
 """Every stage, in the order in which a picture comes through."""
 
-# From, to, the x at which the arrow runs down, and what it carries.
-_DOWN = (
+DOWN = (
     ("sensors", "features", 5.0, "images"),
     ("features", "views", 3.8, "tracks"),
     ("features", "places", 6.2, "words"),
     ("views", "ransac", 1.5, "$E = [t]_\\times R$"),
     ("places", "ransac", 6.2, "candidates"),
     ("ransac", "odometry", 1.5, "$R$, direction of $t$"),
-    ("ransac", "pcm", 6.2, "closures, some lie"),
+    ("ransac", "pcm", 6.2, "closures, some wrong"),
     ("odometry", "solve", 1.5, "odometry edges"),
     ("pcm", "solve", 6.2, "closures that agree"),
     ("solve", "certificate", 5.0, "map"),
     ("certificate", "plan", 3.8, "map, verdict"),
 )
+"""From, to, the x (of 10) at which the arrow runs down, and what it carries."""
+
 _ARROW = {"arrowstyle": "-|>", "color": PALETTE["odometry"], "shrinkA": 0, "shrinkB": 0}
 
 
 def draw_stages(ax: Axes) -> Axes:
     """Draw the machine; each arrow says what it carries."""
-    for source, target, x, carried in _DOWN:
+    for source, target, x, carried in DOWN:
         start, end = -STAGES[source].row - _HEIGHT / 2, -STAGES[target].row + _HEIGHT / 2
         ax.annotate("", (x, end), (x, start), arrowprops=_ARROW)
         ax.text(x + 0.15, (start + end) / 2, carried, va="center", fontsize=10)

@@ -1,0 +1,100 @@
+"""Each paper that is cited is listed, with one identifier, and each that is listed is cited."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import Counter
+from collections.abc import Iterator
+
+import pytest
+from pybtex.database import Entry, parse_file
+
+from tests.book.prose import CHAPTERS
+
+ENTRIES: dict[str, Entry] = dict(parse_file(str(CHAPTERS / "references.bib")).entries)
+CITED = re.compile(r"\{cite(?::\w+)?\}`([^`]+)`")
+DOI = re.compile(r"10\.\d{4,9}/\S+")
+PREPRINT = re.compile(r"10\.48550/arXiv\.\d{4}\.\d{4,5}")
+WITHOUT_DOI = {"carlone_handbook2026": "https://github.com/SLAM-Handbook-contributors/"}
+"""A book that has no DOI yet, and where its authors publish it."""
+NAMED = {
+    "TEASER++": "yang2021teaser",
+    "STRIDE": "yang2023stride",
+    "Kimera-RPGO": "rosinol2020",
+    "Kimera-Multi": "tian2022",
+    "DOOR-SLAM": "lajoie2020",
+    "DDF-SAM": "cunningham2010",
+    "DCORA": "thoms2025",
+    "CORA": "papalia2024",
+    "Shonan": "dellaert2020",
+    "CLIPPER": "lusk2021",
+    "iSAM2": "kaess2012",
+    "riSAM": "mcgann2023",
+    "GTSAM": "gtsam",
+    "g2o": "kuemmerle2011",
+    "NeRF": "mildenhall2020",
+    "iNeRF": "yenchen2021",
+    "iMAP": "sucar2021",
+    "NICE-SLAM": "zhu2022",
+    "SplaTAM": "keetha2024",
+    "LoopSplat": "zhu2025",
+    "SuperPoint": "detone2018",
+    "NetVLAD": "arandjelovic2016",
+    "DINOv2": "oquab2023",
+    "DROID-SLAM": "teed2021",
+    "MASt3R-SLAM": "murai2025",
+    "VGGT-SLAM": "maggio2025",
+    "SIFT": "lowe2004",
+    "LOAM": "zhang2014",
+    "LIO-SAM": "shan2020",
+}
+"""Methods and programs that pages name, and the key of their paper."""
+
+
+def texts() -> Iterator[tuple[str, str]]:
+    """The name and the text of each page."""
+    for path in sorted([*CHAPTERS.glob("*.md"), *CHAPTERS.glob("*.ipynb")]):
+        text = path.read_text(encoding="utf-8")
+        if path.suffix == ".ipynb":
+            cells = json.loads(text)["cells"]
+            text = "\n".join("".join(c["source"]) for c in cells if c["cell_type"] == "markdown")
+        yield path.stem, text
+
+
+PAGES = dict(texts())
+LISTS = [keys for text in PAGES.values() for keys in CITED.findall(text)]
+KEYS = {key.strip() for keys in LISTS for key in keys.split(",")}
+
+
+@pytest.mark.parametrize("key", sorted(ENTRIES))
+def test_an_entry_has_one_identifier(key: str) -> None:
+    fields = ENTRIES[key].fields
+    assert fields["title"] and fields["year"]
+    if key in WITHOUT_DOI:
+        assert fields["url"].startswith(WITHOUT_DOI[key])
+        return
+    assert not {"url", "eprint", "howpublished", "note"} & set(fields), "a DOI is enough"
+    assert DOI.fullmatch(fields["doi"])
+    assert "arxiv" not in fields["doi"].lower() or PREPRINT.fullmatch(fields["doi"])
+
+
+def test_no_two_entries_are_one_paper() -> None:
+    for field in ("doi", "title"):
+        values = Counter(
+            re.sub(r"\W", "", entry.fields[field].lower())
+            for entry in ENTRIES.values()
+            if field in entry.fields
+        )
+        assert [value for value, count in values.items() if count > 1] == []
+
+
+def test_every_key_that_is_cited_exists_and_every_entry_is_cited() -> None:
+    assert KEYS - set(ENTRIES) == set()
+    assert set(ENTRIES) - KEYS == set()
+
+
+@pytest.mark.parametrize("name", NAMED)
+def test_a_paper_that_is_named_is_cited(name: str) -> None:
+    whole = re.compile(rf"(?<![\w-]){re.escape(name)}(?![\w-])")
+    assert NAMED[name] in KEYS or not any(map(whole.search, PAGES.values()))
