@@ -88,12 +88,12 @@ function drawStage(scene, stage, { state, result }, across) {
 
 /** What a stage reports, and whether that is a sign that something is wrong. */
 function stageReport(key, { broken }, { told, passed, left, certified }) {
-  const says = (counts, verb) => ({
-    text: `${verb} ${counts[0]} correct, ${counts[1]} wrong`, alarm: counts[0] < told[0] && broken !== "plan",
+  const says = (counts) => ({
+    text: `${counts[0]} correct, ${counts[1]} wrong`, alarm: counts[0] < told[0] && broken !== "plan",
   });
   if (broken === key) return { text: key === "nothing" ? "" : "fails", alarm: false };
-  if (key === "pcm" && passed) return says(passed, "keeps");
-  if (key === "solve" && left) return says(left, "keeps");
+  if (key === "pcm" && passed) return says(passed);
+  if (key === "solve" && left) return says(left);
   if (key === "certificate") return { text: certified ? "certified" : "refused", alarm: !certified };
   return { text: "", alarm: false };
 }
