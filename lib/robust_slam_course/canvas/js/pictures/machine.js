@@ -122,12 +122,12 @@ function putBreakHandle(scene, { state, data, change }, across) {
   const at = (box) => [box.x, box.centre];
   putHandle(scene, "broken", {
     x: at(boxes[now])[0], y: at(boxes[now])[1], look: "rs-wrong",
-    label: "The stage that fails", text: data.stages[now].name, now, least: 0, most: boxes.length - 1,
+    label: "The stage that fails", text: data.stages[now].name, now: boxes.length - 1 - now, least: 0, most: boxes.length - 1,
     drag: (px, py) => {
       const far = boxes.map((box) => Math.hypot(at(box)[0] - px, at(box)[1] - py));
       choose(far.indexOf(Math.min(...far)));
     },
-    step: (right, up) => choose(now + Math.sign(right || -up)),
+    step: (right, up) => choose(now - Math.sign(right || up)), // up is nearer to the camera
   });
 }
 
