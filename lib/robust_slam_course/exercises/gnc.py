@@ -98,9 +98,9 @@ def gnc(loop: Loop) -> Figure:
         top.set(title=f'"{kind}"')
         bottom.xaxis.set_major_locator(MaxNLocator(integer=True))
         bottom.set(xlabel="solve")
-    panels[0, 0].set(ylabel="weights; the lie: ✕")
+    panels[0, 0].set(ylabel="weights; the outlier: ✕")
     panels[1, 0].set(ylabel="x")
-    figure.suptitle("The lie loses its weight first, and x follows the four", fontsize=11.0)
+    figure.suptitle("The outlier loses its weight first, and x follows the four", fontsize=11.0)
     return figure
 
 

@@ -73,9 +73,11 @@ def residuals(student: Callable[[Array, Graph], ArrayLike]) -> Figure:
     truth = pose_graph.residual_norms(graph, poses)
     ax.bar(place, truth, color=PALETTE["muted"], alpha=0.5, label="the truth")
     ax.plot(place, norms, **_MARKED)
-    ax.plot(place[is_outlier], norms[is_outlier], "X", color=PALETTE["outlier"], label="the lie")
+    ax.plot(
+        place[is_outlier], norms[is_outlier], "X", color=PALETTE["outlier"], label="the outlier"
+    )
     ax.set(xlabel="edge: odometry first, closures last", ylabel="norm u, whitened")
-    ax.set_title("One lie strains many an honest edge beside it")
+    ax.set_title("One outlier bends many edges beside it")
     ax.legend(loc="upper left")
     return fig
 
@@ -139,7 +141,7 @@ def robust_solve(
     ax = fig.subplots()
     maps.draw_map(ax, graph, _poses(poses, graph.n), truth=truth, kept=kept, is_outlier=is_outlier)
     maps.legend_below(ax)
-    ax.set_title("Ten lies in: none should be kept")
+    ax.set_title("Ten outliers: no outlier should be kept")
     return fig
 
 
@@ -159,7 +161,7 @@ def precision_recall(student: Callable[[Mask, Mask], tuple[float, float]]) -> Fi
         draw_beside(ax, at, right[:, row], yours[:, row])
         ax.set(ylabel=name, ylim=(-0.05, 1.1))
     axes[1].set(xlabel="closures are kept up to this norm")
-    axes[0].set_title("Keep more, and recall rises while lies come in")
+    axes[0].set_title("Keep more: recall rises, precision falls")
     axes[1].legend(loc="lower right")
     return fig
 
@@ -175,7 +177,7 @@ def ate(student: Callable[[Array, Array], float]) -> Figure:
     fig = Figure()
     ax = draw_beside(fig.subplots(), drift, truth, yours)
     ax.set(xlabel="turned too far at each step (rad)", ylabel="ATE (m)")
-    ax.set_title("No drift, no error, wherever the map lies")
+    ax.set_title("No drift, no error, wherever the map is")
     ax.legend()
     return fig
 

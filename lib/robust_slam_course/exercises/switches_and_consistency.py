@@ -71,7 +71,7 @@ def dcs_switch(student: Callable[[Array, float], ArrayLike]) -> Figure:
     truth = switches.dcs_switch(_CHI2, _LAM)
     draw_beside(ax, _CHI2, truth, student(_CHI2.copy(), _LAM))
     _over_chi2(ax, "χ²", "switch s")
-    ax.set_title(f"Φ = {_LAM:g}: up to χ² = Φ nothing is doubted")
+    ax.set_title(f"Φ = {_LAM:g}: up to χ² = Φ the switch is 1")
     return fig
 
 
@@ -113,7 +113,7 @@ def solve_switchable(
     mean = float(np.mean(_Z))
     top.axvline(mean, color=PALETTE["odometry"], linestyle=":", label="least squares")
     top.set(ylabel="cost", ylim=(0.0, 45.0))
-    top.set_title("x lies in the valley: two loops are hardly heard")
+    top.set_title("x at the minimum: two loops have small switches")
     best = grid[np.argmin(truth)]
     curve = switches.switch((grid - best) ** 2, _LAM)
     bottom.plot(grid, curve, "-", color=PALETTE["muted"], linewidth=6, alpha=0.4)
@@ -191,7 +191,7 @@ def pairwise_consistent(
     fig = Figure(figsize=(5.6, 6.6))
     top, bottom = fig.subplots(2, height_ratios=(2.0, 3.0))
     maps.draw_map(top, graph, poses, is_outlier=is_outlier)
-    top.set_title("A walk through a town; closures 8 to 11 are lies")
+    top.set_title("A walk through a town; closures 8 to 11 are outliers")
     _draw_agreement(bottom, pairwise.pairwise_consistent(graph, gamma), finite("A", yours, (m, m)))
     return fig
 

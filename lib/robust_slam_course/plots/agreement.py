@@ -39,7 +39,7 @@ def draw_agreement(
     ax.set(xlim=(-0.7, m - 0.3), ylim=(m - 0.3, -0.7), aspect="equal")
     ax.grid(visible=False)
     middles = [0.5 * (border - 0.5), 0.5 * (border + m - 0.5)]
-    ax.set_xticks(middles, ["honest", "lies"])
-    ax.set_yticks(middles, ["honest", "lies"], rotation=90, va="center")
+    ax.set_xticks(middles, ["inliers", "outliers"])
+    ax.set_yticks(middles, ["inliers", "outliers"], rotation=90, va="center")
     ax.tick_params(length=0)
     return ax

@@ -34,10 +34,10 @@ def draw_weight_history(
     weights = np.array([step.weights for step in history])
     m = weights.shape[1]
     drawn = np.ones(m, dtype=bool) if shown is None else mask("shown", shown, m)
-    lies = mask("is_outlier", is_outlier, m)
+    wrong = mask("is_outlier", is_outlier, m)
     for name, label, chosen in (
-        ("inlier", "honest", drawn & ~lies),
-        ("outlier", "lie", drawn & lies),
+        ("inlier", "inliers", drawn & ~wrong),
+        ("outlier", "outliers", drawn & wrong),
     ):
         _draw_lines(ax, weights, chosen, name, f"{label} ({np.count_nonzero(chosen)})")
     ax.set(xlabel="step", ylabel="weight", ylim=(-0.04, 1.04))

@@ -29,7 +29,7 @@ def test_every_weight_of_every_step_is_drawn_lies_apart(ax) -> None:
     np.testing.assert_array_equal(heights(lie), weights[:, 3:].T)
     assert honest.get_linestyle() != lie.get_linestyle()
     assert honest.get_marker() != lie.get_marker()
-    assert [line.get_label() for line in ax.lines] == ["honest (3)", "lie (1)"]
+    assert [line.get_label() for line in ax.lines] == ["inliers (3)", "outliers (1)"]
 
 
 def test_under_each_step_stands_its_mu(ax) -> None:
@@ -51,6 +51,6 @@ def test_only_what_is_asked_for_is_drawn(ax) -> None:
     result = gnc(LocationProblem(Z), 2.0)
     draw_weight_history(ax, result.history, LIE, shown=[True, False, False, False])
     (line,) = ax.lines
-    assert line.get_label() == "honest (1)"
+    assert line.get_label() == "inliers (1)"
     with pytest.raises(ValueError, match=r"shown: the shape is \(1,\); give \(4,\)"):
         draw_weight_history(ax, result.history, shown=[True])
