@@ -53,6 +53,17 @@ def by_keyboard(picture: Locator, key: str, toward: int) -> None:
             handle.press(arrow)
 
 
+def follows(picture: Locator) -> bool:
+    """Tell whether the first handle, moved by keys, changes the picture and its words."""
+    for toward in (1, -1):
+        before = drawn(picture), words(picture)
+        by_keyboard(picture, handles(picture)[0], toward)
+        after = drawn(picture), words(picture)
+        if before[0] != after[0] and before[1] != after[1]:
+            return True
+    return False
+
+
 def by_mouse(picture: Locator, key: str, toward: int) -> None:
     """Drag a handle with the mouse."""
     mouse, (x, y) = picture.page.mouse, _middle(picture, key)

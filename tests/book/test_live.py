@@ -9,12 +9,12 @@ from pathlib import Path
 
 import nbformat
 import pytest
-from playwright.sync_api import Browser, Locator, expect
+from playwright.sync_api import Browser, expect
 from robust_slam_course import pictures as course
 
 from tests import jupyterlab
 from tests.book.conftest import ROOT
-from tests.book.taking_hold import PICTURE, by_keyboard, drawn, handles, pictures, words
+from tests.book.taking_hold import PICTURE, follows, pictures
 from tests.chromium import Opener
 
 pytestmark = pytest.mark.browser
@@ -91,14 +91,3 @@ def test_python_reads_the_state_that_the_hand_made() -> None:
     widget.set_state({"state": moved})
     assert widget.state == moved
     assert json.loads(json.dumps(widget.data)) == widget.data
-
-
-def follows(picture: Locator) -> bool:
-    """Tell whether the first handle, moved by keys, changes the picture and its words."""
-    for toward in (1, -1):
-        before = drawn(picture), words(picture)
-        by_keyboard(picture, handles(picture)[0], toward)
-        after = drawn(picture), words(picture)
-        if before[0] != after[0] and before[1] != after[1]:
-            return True
-    return False

@@ -15,6 +15,7 @@ from playwright.sync_api import Browser, Page
 from robust_slam_autograder import cli
 
 from tests.assignments import answers
+from tests.book.taking_hold import PICTURE, follows
 from tests.chromium import visiting
 from tests.runtime.made import RUNTIME, look_for_the_runtime, served
 
@@ -29,6 +30,18 @@ def total_cost(x, i, j, z, sigma):
     return np.sum(((x[j] - x[i] - z) / sigma) ** 2) / 2
 """
 CHECK = f'from robust_slam_autograder.self_check import check\n\ncheck("{NAME}.ipynb")'
+LIVE = """\
+import ipywidgets
+from IPython.display import display
+from robust_slam_course import pictures
+
+slider = ipywidgets.IntSlider(3)
+shown = pictures.opening().widget()
+first = dict(shown.state)
+display(slider, shown)
+"""
+ASKED = "print(slider.value, shown.state != first)"
+SIZE = {"width": 1400, "height": 1100}
 IDLE = ".jp-Notebook-ExecutionIndicator[data-status='idle']"
 
 
@@ -123,7 +136,7 @@ def done(
         if cell["metadata"].get("nbgrader", {}).get("solution")
     }
     url = f"{address}/lab/lab/index.html?path={NAME}.ipynb"
-    with visiting(browser, url, viewport={"width": 1400, "height": 1100}) as visit:
+    with visiting(browser, url, viewport=SIZE, reduced_motion="reduce") as visit:
         lab = Lab(visit.page)
         test = lab.number[f"{EXERCISE}-by-hand"]
         said["start"] = lab.run(lab.number["setup"])
@@ -145,6 +158,11 @@ def done(
         said["check right"] = lab.run(check)
         lab.save()
         said["file"] = lab.download(tmp_path_factory.mktemp("right"))
+        live = lab.add_at_the_end(LIVE)
+        lab.run(live)
+        said["follows"] = follows(lab.cells.nth(live).locator(PICTURE))
+        lab.cells.nth(live).locator(".widget-slider [role=slider]").press("ArrowRight")
+        said["asked"] = lab.run(lab.add_at_the_end(ASKED))
         said["outside"] = visit.outside
     return said
 
@@ -201,6 +219,11 @@ def test_the_downloaded_file_has_the_cells_of_the_release(done: dict[str, Any]) 
             assert mine["metadata"][key] == value
         if not theirs["metadata"].get("nbgrader", {}).get("solution"):
             assert "".join(mine["source"]) == "".join(theirs["source"])
+
+
+def test_pictures_and_widgets_follow_the_hand_and_python_sees_it(done: dict[str, Any]) -> None:
+    assert done["follows"]
+    assert done["asked"].strip() == "4 True"
 
 
 def test_nothing_is_asked_of_another_machine(done: dict[str, Any]) -> None:

@@ -155,6 +155,8 @@ def _write_lock(runtime: Path, out: Path) -> None:
         name = path.name.split("-")[0].replace("_", "-")
         address = os.path.relpath(path, out)
         lock["packages"][name] = wheels.entry(path, name, f"../../lab/{address}", [], [])
+    # The library imports it only where a picture is shown, which the loader does not see.
+    lock["packages"]["robust-slam"]["depends"].append("anywidget")
     _write(out / wheels.LOCK, lock)
 
 

@@ -102,6 +102,8 @@ export function livePicture({ model, el }, spec) {
   parts.spoken.textContent = "";
   clearTimeout(spoken);
   if (linked()) el.scrollIntoView({ block: "center" });
+  // JupyterLab would take the arrow keys for itself.
+  el.dataset.lmSuppressShortcuts = "true";
   el.dataset.live = "";
   return () => {
     window.removeEventListener("hashchange", follow);
