@@ -1,4 +1,4 @@
-import { setAttributes } from "./scene.js";
+import { KEYS_STAY, setAttributes } from "./scene.js";
 
 const ARROWS = {
   ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowDown: [0, -1], ArrowUp: [0, 1],
@@ -26,6 +26,7 @@ export function putHandle(scene, key, options) {
     "aria-valuemin": options.least,
     "aria-valuemax": options.most,
     "data-handle": key,
+    ...KEYS_STAY,
   });
   if (!element.firstElementChild) listen(element, scene);
   drawHandle(element, options.shape ?? "circle");

@@ -1,7 +1,7 @@
 import { htmlElement, makeControl } from "./controls.js";
 import { Glide } from "./glide.js";
 import { stateFromHash, stateToHash } from "./link.js";
-import { Scene } from "./scene.js";
+import { KEYS_STAY, Scene, setAttributes } from "./scene.js";
 
 const REST = 700; // ms without a change after which the caption is spoken
 const NEAR = 0.004; // what is left of a movement, in the picture's units, when it has arrived
@@ -102,8 +102,7 @@ export function livePicture({ model, el }, spec) {
   parts.spoken.textContent = "";
   clearTimeout(spoken);
   if (linked()) el.scrollIntoView({ block: "center" });
-  // JupyterLab would take the arrow keys for itself.
-  el.dataset.lmSuppressShortcuts = "true";
+  for (const control of el.querySelectorAll("[data-control]")) setAttributes(control, KEYS_STAY);
   el.dataset.live = "";
   return () => {
     window.removeEventListener("hashchange", follow);

@@ -1,5 +1,8 @@
 const SVG_NAMESPACE = "http://www.w3.org/2000/svg";
 
+/** On what takes keys: JupyterLab leaves them to it, rather than to a shortcut of its own. */
+export const KEYS_STAY = { "data-lm-suppress-shortcuts": true };
+
 /** Set the attributes that differ; null or false removes one. */
 export function setAttributes(element, attributes) {
   for (const [name, value] of Object.entries(attributes)) {
