@@ -139,8 +139,8 @@ def test_after_pcm_gnc_rejects_no_closure(page) -> None:
     doubted = ~pose_graph.select(graph, answer.consistency.kept).is_odometry
     first = answer.result.history[1].weights[doubted]
     assert np.all((first > 0.0) & (first < 1.0))
-    assert "Twelve solves later all are 1" in CHAPTER.text
-    assert len(answer.result.history) - 1 == 12
+    assert "Eleven solves later all are 1" in CHAPTER.text
+    assert len(answer.result.history) - 1 == 11
     assert np.all(answer.result.weights == 1.0)
     assert answer.returned.size == 0
     assert answer.certificate.verdict is Verdict.CERTIFIED
@@ -221,7 +221,7 @@ def test_a_majority_gets_its_map_certified(page) -> None:
         assert alone == (seed in (1, 2, 4))
         if alone:
             walked = ate(spanning_tree(graph), truth)
-            assert ate(answer.result.x, truth) == pytest.approx(walked, abs=1e-6)
+            assert ate(answer.result.x, truth) == pytest.approx(walked, abs=1e-4)
         assert not np.any(answer.consistency.kept & ~graph.is_odometry & ~is_outlier)
         assert rounds_to(page.scores("consistent", 18, seed)["pipeline"][0], LEFT[seed])
         assert answer.certificate.verdict is Verdict.CERTIFIED

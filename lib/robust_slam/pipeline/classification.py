@@ -27,7 +27,6 @@ from robust_slam.consistency.pairwise import PcmResult, pcm
 from robust_slam.descent import start
 from robust_slam.estimators import kernels
 from robust_slam.estimators.graduation import Kind, gnc
-from robust_slam.estimators.loop import GRAPH_TOL
 from robust_slam.estimators.result import Result, Step, StopReason
 from robust_slam.estimators.reweighting import irls
 from robust_slam.graphs.odometry import accumulated_rotation, spanning_tree
@@ -37,6 +36,8 @@ from robust_slam.progress import Progress
 
 _REACH = 5.0
 """A rejected closure may return if its residual is at most so many thresholds."""
+_ROUGH = 1e-3
+"""The ``tol`` of stages whose result another one takes on."""
 _LOST = np.pi
 """The deviation (rad) of a rotation from which on it may be any."""
 _TRIMS = 2
@@ -112,7 +113,8 @@ def _graduated(
     def watch(step: Step[Array]) -> None:
         tell(f"GNC at mu = {step.mu:.3g}")
 
-    return gnc(problem, threshold, kind, problem.guess, watch=watch, max_seconds=deadline.left)
+    left = deadline.left
+    return gnc(problem, threshold, kind, problem.guess, tol=_ROUGH, watch=watch, max_seconds=left)
 
 
 def _decided(problem: PoseGraphProblem, threshold: float, deadline: Deadline) -> Result[Array]:
@@ -129,7 +131,14 @@ def _decided(problem: PoseGraphProblem, threshold: float, deadline: Deadline) ->
     if np.any(near) and not deadline.passed:
         # The surrogate of this mu gives weights above 0 up to _REACH thresholds.
         mu, left = 1.0 / (_REACH**2 - 1.0), deadline.left
-        again = gnc(problem, threshold, x0=problem.guess, mu0=mu, tol=GRAPH_TOL, max_seconds=left)
+        again = gnc(
+            problem,
+            threshold,
+            x0=problem.guess,
+            mu0=mu,
+            tol=_ROUGH,
+            max_seconds=left,
+        )
         maps.append(again.x)
 
     def cost(poses: Array) -> float:
@@ -137,7 +146,7 @@ def _decided(problem: PoseGraphProblem, threshold: float, deadline: Deadline) ->
         return float(np.sum(np.where(problem.trusted, norms, np.minimum(norms, threshold)) ** 2))
 
     first, kernel = min(maps, key=cost), kernels.tls(threshold)
-    return irls(problem, kernel, first, tol=GRAPH_TOL, max_seconds=deadline.left)
+    return irls(problem, kernel, first, tol=_ROUGH, max_seconds=deadline.left)
 
 
 def _start(

@@ -98,7 +98,8 @@ class Multifrontal:
             r = plan.rows.size
             if r:
                 dtrsm(1.0, top, side, side=1, lower=1, trans_a=1, overwrite_b=1)
-                own = np.empty((r, r), order="F")
+                # The upper triangle is never used, but added up too.
+                own = np.zeros((r, r), order="F")
                 updates[number] = dsyrk(-1.0, side, beta=0.0, c=own, lower=1, overwrite_c=1)
                 for extend, update in received:
                     _add(updates[number], extend.update, update)
