@@ -17,7 +17,7 @@ from tests.assignments import answers
 
 pytestmark = pytest.mark.sandbox
 ASSIGNMENTS = ["02-four-costs", "05-gnc", "09-capstone"]
-"""`make course`, which the instructors' page runs, grades all ten."""
+"""`make course`, which the page *Operate* runs, grades all ten."""
 
 
 def autograder(*arguments: object) -> subprocess.CompletedProcess[str]:

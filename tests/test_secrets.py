@@ -136,8 +136,8 @@ def test_the_site_holds_no_solution_and_no_hidden_test() -> None:
     }
     assert not leaks
     markers = ("BEGIN HIDDEN TESTS", "BEGIN SOLUTION", "# hint:")
-    # The instructors' page names the marks, for who makes an exercise.
-    others = [(path, text) for path, text in pages if path.stem != "instructors"]
+    # The page *Operate* names the marks, for who makes an exercise.
+    others = [(path, text) for path, text in pages if path.stem != "operate"]
     assert not [path for path, text in others if any(mark in text for mark in markers)]
     assert not list(HTML.rglob("*solutions*"))
 
@@ -382,7 +382,7 @@ class TestPublicCourse:
         named: dict[str, set[str]] = {}
         for path, text in files_below(public):
             is_text = path.suffix in (".md", ".ipynb", ".txt") and "tests" not in path.parts
-            if is_text and path.name != "instructors.md":  # it is about the private repository
+            if is_text and path.name != "operate.md":  # it is about the private repository
                 lines = "\n".join(plain_lines(path, text))
                 for target in re.findall(r"(?:^|`)make ([a-z]+)", lines, re.M):
                     named.setdefault(target, set()).add(path.relative_to(public).as_posix())

@@ -24,8 +24,8 @@ from robust_slam_autograder.reading import assignment as assignments
 from tests.as_user import ROOT
 from tests.assignments import answers
 from tests.autograder.ci.running import NETWORK, OFFLINE, PACKAGES
-from tests.instructors_page import page
-from tests.instructors_page.terminal import Said, Terminal
+from tests.operate_page import page
+from tests.operate_page.terminal import Said, Terminal
 
 TEXT = page.source(ROOT / "chapters" / "students.md")
 TYPED = [command.text for block in page.blocks(TEXT) for command in page.commands(block)]

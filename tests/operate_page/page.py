@@ -1,4 +1,4 @@
-"""The instructors' page as a machine reads it: its commands, and the files that it gives.
+"""The page *Operate* as a machine reads it: its commands, and the files that it gives.
 
 A fenced block says what it is: ``sh`` holds commands, ``toml`` or ``text`` a file, ``text``
 also what a command prints. Remarks that the built page does not show stand right above a block::
@@ -16,7 +16,7 @@ from pathlib import Path
 
 from tests.as_user import ROOT
 
-PAGE = ROOT / "chapters" / "instructors.md"
+PAGE = ROOT / "chapters" / "operate.md"
 KINDS = ("sh", "text", "toml")
 _BLOCK = re.compile(
     r"^(?P<remarks>(?:%[^\n]*\n)*)```(?P<kind>[^\n`]*)\n(?P<body>.*?)^```$", re.M | re.S

@@ -1,4 +1,4 @@
-"""Who follows the instructors' page literally gets what it promises."""
+"""Who follows the page *Operate* literally gets what it promises."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ import pytest
 from robust_slam_autograder.sandbox import BACK_ENDS
 
 from tests import kernel
-from tests.instructors_page import clone, page
-from tests.instructors_page.page import Command, File, Step
-from tests.instructors_page.terminal import Said, Terminal
+from tests.operate_page import clone, page
+from tests.operate_page.page import Command, File, Step
+from tests.operate_page.terminal import Said, Terminal
 
 pytestmark = pytest.mark.long
 

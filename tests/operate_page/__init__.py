@@ -1,0 +1,1 @@
+"""The page *Operate*, followed literally: every shell command that it shows is run."""
