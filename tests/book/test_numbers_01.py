@@ -246,3 +246,35 @@ def test_the_exercise_of_the_lever() -> None:
     error = float(brentq(lambda e: arms @ HUBER.psi(e * arms) - outlier, 0, 5))
     assert error == pytest.approx(7 / 30)
     assert arms.sum() < 11
+
+
+@pytest.mark.parametrize("m", [1, 4])
+def test_the_mean_breaks_with_one_reading_and_the_median_with_more_than_half(m: int) -> None:
+    n, far = 2 * m + 1, 1e9
+    inliers = np.linspace(-1, 1, n)
+
+    def spoiled(count: int) -> np.ndarray:
+        return np.append(inliers[count:], np.full(count, far))
+
+    assert np.mean(spoiled(1)) > far / n - 1
+    assert abs(np.median(spoiled(m))) <= 1
+    assert np.median(spoiled(m + 1)) == far
+
+
+def test_cauchy_from_the_median_holds_against_any_minority() -> None:
+    z = np.repeat([0.0, 1e6], [20, 19])
+    assert abs(irls(LocationProblem(z), CAUCHY, x0=float(np.median(z)), max_iterations=1000).x) < 1
+
+
+@pytest.mark.parametrize("place", [0.5, 3.0])
+def test_the_change_by_a_small_share_is_psi_over_its_mean_slope(place: float) -> None:
+    u, share = np.linspace(-9, 9, 20001), 1e-4
+    density = np.exp(-(u**2) / 2) / np.exp(-(u**2) / 2).sum()
+    psi = WIDE_HUBER.psi
+
+    def balance(x: float) -> float:
+        return float((1 - share) * density @ psi(u - x) + share * psi(place - x))
+
+    mean_slope = float(density @ (np.abs(u) <= 1.345))
+    change = brentq(balance, -1, 1, xtol=1e-14) / share
+    assert change == pytest.approx(float(psi(place)) / mean_slope, rel=1e-2)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import e, log, sqrt
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,8 +12,8 @@ from robust_slam.estimators import kernels
 from robust_slam.estimators.reweighting import irls
 from robust_slam.estimators.thresholds import chi_square_threshold
 from robust_slam.problems import LocationProblem
-from scipy.optimize import brentq
-from scipy.stats import chi2
+from scipy.optimize import brentq, minimize_scalar
+from scipy.stats import chi2, median_abs_deviation, norm
 
 from tests.book.efficiency import efficiency
 from tests.book.prose import Chapter, Numbers
@@ -45,9 +46,17 @@ def constants(make: Callable[[float], kernels.Kernel]) -> list[float]:
     return [constant(d) for d in (1, 3, 6)]
 
 
+def biweight(c: float) -> SimpleNamespace:
+    """Tukey's biweight, as far as ``efficiency`` needs it."""
+    return SimpleNamespace(scale=c, psi=lambda u: u * max(1 - (u / c) ** 2, 0.0) ** 2)
+
+
+DOOR = np.array([2.03, 1.97, 2.04, 1.98, 3.00])
+
+
 def door(sigma: float) -> float:
-    z = np.array([2.03, 1.97, 2.04, 1.98, 3.00])
-    return irls(LocationProblem(z, sigma), kernels.tls(gamma(1)), x0=float(np.median(z))).x
+    start = float(np.median(DOOR))
+    return irls(LocationProblem(DOOR, sigma), kernels.tls(gamma(1)), x0=start).x
 
 
 FORMULAS = {
@@ -72,6 +81,10 @@ FORMULAS = {
     "3.787 4.337 4.846": lambda page: constants(kernels.geman_mcclure),
     "91.6 95.5": lambda page: [100 * efficiency(kernels.tls(gamma(d)), d) for d in (1, 3)],
     "90.3 76.2": lambda page: [100 * efficiency(kernel) for kernel in (HUBER, CAUCHY)],
+    "4.685": lambda page: brentq(lambda c: efficiency(biweight(c)) - 0.95, 2.0, 9.0),
+    "0.446": lambda page: np.std(DOOR, ddof=1),
+    "0.6745 1.483": lambda page: [norm.ppf(0.75), 1 / norm.ppf(0.75)],
+    "0.0741": lambda page: median_abs_deviation(DOOR, scale="normal"),
     "2.005 2.204": lambda page: [door(sigma) for sigma in (0.05, 1.0)],
     "3.130": lambda page: kernels.huber(1.345).rho(3.0),
     "0.448": lambda page: kernels.huber(1.345).weight(3.0),
@@ -115,7 +128,7 @@ def test_the_crossings_are_where_the_costs_are_equal() -> None:
 
 
 def test_in_millimetres_one_reading_is_left() -> None:
-    z = 1000 * np.array([2.03, 1.97, 2.04, 1.98, 3.00])
+    z = 1000 * DOOR
     result = irls(LocationProblem(z), kernels.tls(gamma(1)), x0=float(np.median(z)))
     assert result.weights.tolist() == [1, 0, 0, 0, 0]
 
@@ -125,3 +138,24 @@ def test_cauchy_by_hand() -> None:
     assert GEMAN_MCCLURE.weight(1.0) == 1 / 4
     np.testing.assert_allclose(CAUCHY.psi([3.0, 7.0]), [3 / 10, 7 / 50])
     np.testing.assert_allclose(CAUCHY.weight([3.0, 7.0]), [1 / 10, 1 / 50])
+
+
+PENALTIES = {
+    "huber": ("\\tfrac{k^2}{2}(\\tfrac1w - 1)", lambda w: 1 / w - 1),
+    "cauchy": ("\\tfrac{c^2}{2}(w - 1 - \\ln w)", lambda w: w - 1 - log(w)),
+    "geman-mcclure": ("\\tfrac{c^2}{2}(\\sqrt w - 1)^2", lambda w: (sqrt(w) - 1) ** 2),
+    "tls": ("\\tfrac{c^2}{2}(1 - w)", lambda w: 1 - w),
+}
+
+
+@pytest.mark.parametrize("u", [0.5, 1.5, 2.5, 7.0])
+@pytest.mark.parametrize("name", PENALTIES)
+def test_the_cost_is_the_lowest_sum_of_weighted_square_and_penalty(name: str, u: float) -> None:
+    printed, penalty = PENALTIES[name]
+    kernel, scale = kernels.KERNELS[name](1.7), 1.7**2 / 2
+    best = minimize_scalar(
+        lambda w: w * u**2 / 2 + scale * penalty(w), bounds=(1e-12, 1), options={"xatol": 1e-12}
+    )
+    assert f"${printed}$" in CHAPTER.text
+    assert best.fun == pytest.approx(float(kernel.rho(u)), abs=1e-6)
+    assert best.x == pytest.approx(float(kernel.weight(u)), abs=1e-4)

@@ -101,6 +101,9 @@ FORMULAS = {
     "0.0273": lambda page: SIGMA**2 / page.result.weights.sum(),
     "0.165": lambda page: SIGMA / sqrt(page.result.weights.sum()),
     "0.134 0.150": lambda page: [SIGMA / sqrt(5), SIGMA / 2],
+    "76.2": lambda page: 100 * efficiency(CAUCHY),
+    "0.762": lambda page: efficiency(CAUCHY),
+    "0.172": lambda page: SIGMA / 2 / sqrt(efficiency(CAUCHY)),
     "1.9989": lambda page: page.unfolded.x[2],
     "0.000625": lambda page: page.unfolded.weights[3],
     "0.17 0.15": lambda page: [
