@@ -134,11 +134,12 @@ format: setup-dev ## format code and notebooks
 	$(BIN)/ruff check --fix-only -q .
 	$(BIN)/ruff format .
 
-check: setup-dev ## lint, format, types and the directions of imports
+check: setup-dev ## lint, format, types, the directions of imports and the language
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-cache --no-logo
+	$(BIN)/python -m tools.prose
 
 lock: ## pin every dependency again (needs uv); development takes the course's versions
 	$(PIN) $(COURSE) --group book --group lab --group build --extra sdp --extra data --extra live \

@@ -1,4 +1,4 @@
-"""nbgrader's own configuration for this course: where things lie, and who runs the tests.
+"""nbgrader's own configuration for this course: where things are, and who runs the tests.
 
 nbgrader looks for it on Jupyter's configuration path, so put this folder there:
 ``JUPYTER_CONFIG_PATH=autograder nbgrader autograde 02-four-costs``, or

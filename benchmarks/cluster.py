@@ -93,7 +93,7 @@ def tell(name: str, cost: Cost, submissions: int) -> None:
 
 
 def plan(seconds: float) -> str:
-    """Say how many cores a night wants.
+    """Say how many cores a night needs.
 
     Args:
         seconds: what a submission takes a worker.

@@ -1,6 +1,6 @@
 """How long does grading take, beside plain nbgrader? The same class on both sides, in one run.
 
-Every submission is honest and gets full marks on both sides, or the run stops. Both begin
+Every submission is correct and gets full marks on both sides, or the run stops. Both begin
 with the gradebook that ``nbgrader generate_assignment`` makes, and write marks into it. nbgrader
 runs each notebook once; the grader makes two passes, with hidden inputs of its own.
 

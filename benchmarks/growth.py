@@ -1,6 +1,6 @@
 """How the cost of a Gauss–Newton step grows with the map: seconds and memory against poses.
 
-Each size is a walk through a town with as many honest closures as poses, and has a process of its
+Each size is a walk through a town with as many correct closures as poses, and has a process of its
 own, so that the largest memory is its own. The time of a step is the median of five at the
 chordal start, the pattern known; the set-up, which finds it, and that start stand beside it.
 

@@ -29,9 +29,9 @@ except ImportError:
 TOL, LIMIT = 1e-4, 500
 """When reweighting has settled, and after how many solves it is given up."""
 STEPS = 1
-"""Gauss–Newton steps for each set of weights; with more, GNC follows the lies further."""
+"""Gauss–Newton steps for each set of weights; with more, GNC follows the outliers further."""
 GTSAM = "GTSAM's GNC-TLS"
-"""The one method that wants the package gtsam."""
+"""The one method that needs the package gtsam."""
 
 Method = Callable[[PoseGraphProblem, float], Array]
 METHODS: dict[str, Method] = {}
@@ -77,7 +77,7 @@ def gnc_tls(problem: PoseGraphProblem, c: float) -> Array:
 
 @method("GNC-TLS, odom.")
 def gnc_from_odometry(problem: PoseGraphProblem, c: float) -> Array:
-    """Start at dead reckoning, where no lie has bent the map, as GTSAM does."""
+    """Start at dead reckoning, where no outlier has bent the map, as GTSAM does."""
     return gnc(problem, c, x0=problem.guess).x
 
 
@@ -107,7 +107,7 @@ def dcs_weights(problem: PoseGraphProblem, c: float) -> Array:
 
 @method("max-mixture")
 def mixture(problem: PoseGraphProblem, c: float) -> Array:
-    """Let a null hypothesis, wide enough for any lie on the map, stand beside each closure."""
+    """Let a null hypothesis, wide enough for any outlier on the map, stand beside each closure."""
     dof = problem.graph.group.DOF
     return max_mixture(problem, 0.7, 1e4, dof, problem.guess, tol=TOL, max_iterations=LIMIT).x
 
@@ -139,10 +139,10 @@ def available() -> list[str]:
     return [name for name in METHODS if name != GTSAM or gtsam is not None]
 
 
-def run(name: str, spoiled: PoseGraph, is_lie: Mask, reference: Array, steps: int) -> Score:
+def run(name: str, spoiled: PoseGraph, is_outlier: Mask, reference: Array, steps: int) -> Score:
     """Return the score of one method on one spoiled graph.
 
-    ``is_lie`` ``(m,)`` marks the wrong closures; ``reference`` are the poses to come to.
+    ``is_outlier`` ``(m,)`` marks the wrong closures; ``reference`` are the poses to come to.
 
     Raises:
         NotConverged: the method did not come to rest.
@@ -155,5 +155,5 @@ def run(name: str, spoiled: PoseGraph, is_lie: Mask, reference: Array, steps: in
     seconds = time.process_time() - began
     kept = pose_graph.residual_norms(spoiled, poses) <= c
     closures = ~spoiled.is_odometry
-    precision, recall = precision_recall(kept[closures], ~is_lie[closures])
+    precision, recall = precision_recall(kept[closures], ~is_outlier[closures])
     return Score(precision, recall, ate(poses, reference), seconds)

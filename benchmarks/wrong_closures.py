@@ -32,17 +32,17 @@ def main() -> None:
     wanted = parser.parse_args()
     graph = load(wanted.graph)
     reference = gauss_newton(graph, start.chordal(graph))
-    honest = int(np.sum(~graph.is_odometry))
-    count = round(honest * wanted.share / (1.0 - wanted.share))
+    correct = int(np.sum(~graph.is_odometry))
+    count = round(correct * wanted.share / (1.0 - wanted.share))
     worlds = [
         add_random_closures(graph, count, np.random.default_rng(seed), poses=reference)
         for seed in range(wanted.seeds)
     ]
     scores: dict[str, list[Score]] = {name: [] for name in available()}
     jobs = [(name, *world) for world in worlds for name in scores]
-    for name, spoiled, is_lie in tqdm(jobs, unit="solve"):
-        scores[name].append(run(name, spoiled, is_lie, reference, wanted.steps))
-    print(f"{wanted.graph}: {honest} honest and {count} wrong closures, {wanted.seeds} seeds")
+    for name, spoiled, is_outlier in tqdm(jobs, unit="solve"):
+        scores[name].append(run(name, spoiled, is_outlier, reference, wanted.steps))
+    print(f"{wanted.graph}: {correct} correct and {count} wrong closures, {wanted.seeds} seeds")
     print("| method | precision | recall | ATE mean (m) | ATE worst (m) | CPU s |")
     print("|---|---|---|---|---|---|")
     for name, runs in scores.items():

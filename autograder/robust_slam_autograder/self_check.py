@@ -105,7 +105,7 @@ class _Lines:
 
 
 def _own_tests(cells: Sequence[Cell], path: Path) -> Assignment:
-    # In the browser notebooks lie side by side, and each has a folder for its settings.
+    # In the browser notebooks are side by side, and each has a folder for its settings.
     places = (path.parent, path.parent / path.stem)
     found = [place for place in places if (place / assignments.CONFIG_NAME).is_file()]
     config = assignments.load_config((found or places)[0] / assignments.CONFIG_NAME)

@@ -3,13 +3,13 @@
     python -m benchmarks.attacks
 
 prints two Markdown tables: what became of every submission of ``tests/autograder/hostile`` and
-``tests/autograder/honest.py`` under ``autograder grade``, and under ``nbgrader autograde`` with
+``tests/autograder/correct.py`` under ``autograder grade``, and under ``nbgrader autograde`` with
 ``nbgrader generate_feedback``. Both sides grade the same submissions of the same assignment,
 with the same time for a cell, and are judged by the same bounds.
 
 nbgrader runs in its default configuration but for the source folder's name and the time for a
 cell. It puts the hidden tests back itself; the seed of their inputs is a secret of the job's
-environment, as a token is. Each batch, a few submissions between two honest neighbours, is
+environment, as a token is. Each batch, a few submissions between two correct neighbours, is
 graded in a container of its own (``container``). A batch that is harmed is graded again one
 submission at a time, so that the harm has one author; one that stops goes on without its
 culprit, as an instructor would do it.
@@ -20,7 +20,7 @@ util-linux's ``setpriv`` and ``prlimit`` are needed.
 
 What is unfair to nbgrader:
 
-* The suite was written to try this course's grader, which was mended until nothing got
+* The suite was written to try this course's grader, which was fixed until nothing got
   through. Its zeros say that the suite has no more to say, not that there is nothing left.
 * nbgrader claims no protection against unsafe code: its manual refers to kernels in Docker
   containers. Such a kernel is not tried here. It keeps student code from the course's files,

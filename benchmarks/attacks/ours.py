@@ -14,7 +14,7 @@ from pathlib import Path
 from benchmarks.attacks import evidence
 from benchmarks.attacks.evidence import Secrets, Seen
 from benchmarks.attacks.record import Record
-from tests.autograder import honest
+from tests.autograder import correct
 from tests.autograder.hostile import batch, catalogue, verdict
 from tests.autograder.hostile.batch import Course
 from tests.autograder.hostile.entry import Entry
@@ -110,7 +110,7 @@ def seconds_for(how: How, count: int) -> float:
     """Wall-clock seconds for so many right submissions, one stream, both passes."""
     with tempfile.TemporaryDirectory(prefix="autograder-") as folder:
         course = batch.make(Path(folder), how.tree, how.name, how.limits)
-        right = [Entry(f"student-{n}", "", "full", honest.plain) for n in range(count)]
+        right = [Entry(f"student-{n}", "", "full", correct.plain) for n in range(count)]
         batch.write(course, right)
         grader = [sys.executable, "-m", "robust_slam_autograder.cli", "--solutions"]
         paths = [str(course.folder(entry)) for entry in right]

@@ -21,7 +21,7 @@ from benchmarks.attacks import container, evidence
 from benchmarks.attacks.container import File, Outcome
 from benchmarks.attacks.evidence import Secrets, Seen
 from benchmarks.attacks.record import Record
-from tests.autograder import honest
+from tests.autograder import correct
 from tests.autograder.hostile import verdict
 from tests.autograder.hostile.entry import Entry, Place
 from tests.autograder.hostile.target import Target
@@ -33,7 +33,7 @@ c.CourseDirectory.source_directory = "solutions"
 c.ExecutePreprocessor.timeout = {seconds}
 """
 FIRST, LAST = "ada", "neighbour-0"
-"""The honest neighbours: nbgrader grades them before and after all others."""
+"""The correct neighbours: nbgrader grades them before and after all others."""
 MARK = "mk-of-an-attack"
 _CURRENT = re.compile(r"Creating/updating student with ID '(.*)': \{\}$", re.MULTILINE)
 _MARKS = """\
@@ -131,7 +131,7 @@ def grade(plain: Plain, group: Group, number: int) -> Settled:
 def _hand_in(plain: Plain, group: Group, course: Path) -> None:
     shutil.copytree(plain.template, course)
     for student in (FIRST, LAST):
-        honest.plain(plain.target, _place(course, student, plain.target))
+        correct.plain(plain.target, _place(course, student, plain.target))
     for entry in group:
         entry.write(plain.target, _place(course, student_of(entry), plain.target))
 
@@ -217,7 +217,7 @@ def _harm(
         return
     if marks is None:
         yield "the gradebook cannot be read"
-    neighbour = Entry("", "", "full", honest.plain)
+    neighbour = Entry("", "", "full", correct.plain)
     for student in (FIRST, LAST):
         mine = {"": (marks or {}).get(student, {})}
         lost = verdict.under_graded(neighbour, mine, plain.target)
@@ -268,7 +268,7 @@ def seconds_for(plain: Plain, count: int, number: int) -> float:
         given.chmod(0o755)
         _hand_in(plain, (), given / "course")
         for n in range(count - 2):
-            honest.plain(plain.target, _place(given / "course", f"student-{n}", plain.target))
+            correct.plain(plain.target, _place(given / "course", f"student-{n}", plain.target))
         began = time.monotonic()
         step = [*_nbgrader("autograde"), plain.target.name]
         outcome = container.run(

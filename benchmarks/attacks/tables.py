@@ -10,7 +10,7 @@ from benchmarks.attacks.record import HIDDEN_INPUTS, HIDDEN_TESTS, OWN_READING, 
 from tests.autograder.hostile import verdict
 from tests.autograder.hostile.catalogue import BASELINES
 from tests.autograder.hostile.entry import Entry
-from tests.autograder.hostile.kinds import HONEST, KINDS
+from tests.autograder.hostile.kinds import CORRECT, KINDS
 from tests.autograder.hostile.target import Target
 
 INFLATED, FULL, UNDER, HARMED, STOPPED = "inflated", "full", "under-graded", "harmed", "stopped"
@@ -77,13 +77,13 @@ def summary(entries: Sequence[Entry], sides: Sequence[Side], target: Target) -> 
     """One line per grader."""
     heads = (
         "inflated (of these to 100 %)",
-        "honest work under-graded",
+        "correct work under-graded",
         "hidden tests leaked (of these read by the submission's own code)",
         "hidden inputs leaked",
         "token leaked",
         "other students harmed",
         "batch stopped or hung",
-        "honest submissions per minute",
+        "correct submissions per minute",
     )
     lines = [f"| | {' | '.join(heads)} |", "|---" * (len(heads) + 1) + "|"]
     for side in sides:
@@ -103,7 +103,7 @@ def summary(entries: Sequence[Entry], sides: Sequence[Side], target: Target) -> 
 def by_kind(entries: Sequence[Entry], sides: Sequence[Side], target: Target) -> str:
     """One line per kind: the graders' counts in their order, empty where all are 0."""
     found = [faults(entries, side.records, target) for side in sides]
-    kinds: dict[str, list[str]] = {kind: [] for kind in (*KINDS, *HONEST)}
+    kinds: dict[str, list[str]] = {kind: [] for kind in (*KINDS, *CORRECT)}
     for entry in entries:
         if entry.kind and all(entry.name in one for one in found):
             kinds[entry.kind].append(entry.name)

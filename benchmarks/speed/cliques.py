@@ -1,7 +1,7 @@
 """A largest clique, against networkx.
 
 The graph is the consistency graph of PCM: two hundred closures of a walk through a town, half
-of them lies, joined where they agree. Both searches are exact.
+of them outliers, joined where they agree. Both searches are exact.
 """
 
 from __future__ import annotations

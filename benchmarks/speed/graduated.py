@@ -2,7 +2,7 @@
 
 A share of the closures measures another place than it says. The odometry is trusted, and c² is
 the 99 % quantile of χ², which GTSAM halves as it halves its costs. All begin at dead reckoning:
-least squares over all closures, or a chordal start, is torn by the lies and costs recall.
+least squares over all closures, or a chordal start, is torn by the outliers and costs recall.
 
 Ours takes one Gauss–Newton step for each μ and goes on from there, until the weights are 0
 or 1 and the map is at rest. The others are
@@ -20,7 +20,7 @@ What the scores on M3500 mean, from seeds 0 to 4 with 30 % spoiled. With the fix
 GTSAM's GNC keep as many closures on most seeds, at the same cost, and differ by one or two on the
 others. Some 20 of 1368 true closures are lost, and not for want of search: on every seed the
 truncated cost is *lower* for it. On seed 0 it is 4487, and 4529 at the map that keeps every true
-closure and no lie. There the lost ones are within c, 2.97 at most; without them the rest fits
+closure and no outlier. There the lost ones are within c, 2.97 at most; without them the rest fits
 better by more than the price c²/2 of each.
 
 The adaptive schedule halves the number of solves, and on M3500 that has a price: on 7 of 12 worlds
@@ -28,8 +28,8 @@ The adaptive schedule halves the number of solves, and on M3500 that has a price
 four true closures more. GTSAM's ends higher than ours in four of the twelve. On the 472 worlds of
 ``benchmarks.sweep`` the adaptive schedule finds 432 good maps, the fixed one 425.
 
-The ATE is against the optimum of the honest graph. The map without the spoiled closures is itself
-0.16 to 0.66 m away from that; GNC's map is 0.03 to 0.15 m from the map without them.
+The ATE is against the optimum of the graph without outliers. The map without the spoiled closures
+is itself 0.16 to 0.66 m away from that; GNC's map is 0.03 to 0.15 m from the map without them.
 """
 
 from __future__ import annotations
@@ -67,10 +67,10 @@ TOL = 1e-5
 
 @dataclass(frozen=True, eq=False)
 class World:
-    """A spoiled graph, which edges are lies, the first poses, the scale, the map without lies."""
+    """A spoiled graph, its outliers, the first poses, the scale, the map without outliers."""
 
     graph: PoseGraph
-    is_lie: Mask
+    is_outlier: Mask
     guess: Array
     c: float
     reference: Array
@@ -86,12 +86,12 @@ class Found:
 
 def spoiled(name: str, percent: int) -> World:
     """Return a public graph with ``percent`` of its closures spoiled."""
-    honest = load(name)
-    reference = gauss_newton(honest, start.chordal(honest))
+    correct = load(name)
+    reference = gauss_newton(correct, start.chordal(correct))
     rng = np.random.default_rng(SEED)
-    graph, is_lie = spoil_closures(honest, percent / 100.0, rng, poses=reference)
+    graph, is_outlier = spoil_closures(correct, percent / 100.0, rng, poses=reference)
     c = chi_square_threshold(0.99, graph.group.DOF)
-    return World(graph, is_lie, spanning_tree(graph), c, reference)
+    return World(graph, is_outlier, spanning_tree(graph), c, reference)
 
 
 def measure(name: str, percent: int, other: Callable[[World], Side], *, adaptive: bool) -> Figure:
@@ -203,6 +203,6 @@ def _score(world: World, spent: Spent) -> str:
         return ""
     closures = ~world.graph.is_odometry
     found: Found = spent.answer
-    precision, recall = precision_recall(found.kept[closures], ~world.is_lie[closures])
+    precision, recall = precision_recall(found.kept[closures], ~world.is_outlier[closures])
     error = ate(found.poses, world.reference)
     return f" (precision {precision:.4f}, recall {recall:.4f}, ATE {error:.3f} m)"

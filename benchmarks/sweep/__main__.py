@@ -1,4 +1,4 @@
-"""Which methods hold, on which graphs, under which lies, up to which rate?
+"""Which methods hold, on which graphs, under which outliers, up to which rate?
 
 Runs that are in the journal are not done again: kill it at any time, and start it again.
 Afterwards, or with --write at any time, the table of what there is goes to --table.

@@ -1,9 +1,9 @@
-"""The list of runs: which graphs, which lies, how many, how often.
+"""The list of runs: which graphs, which outliers, how many, how often.
 
-A world is a graph with lies; all methods answer for the same worlds. A generated graph is
+A world is a graph with outliers; all methods answer for the same worlds. A generated graph is
 drawn anew for each seed, and its truth is known. Of a public one a part of the closures is
-drawn where all would be too many, and the optimum without lies stands for the truth. The
-rate counts lies among all closures: 90 % are nine lies for each honest closure.
+drawn where all would be too many, and the optimum without outliers stands for the truth. The
+rate counts outliers among all closures: 90 % are nine outliers for each correct closure.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ VERSION = 1
 CPU_LIMIT = 120
 """Seconds of CPU time after which a run is given up."""
 GROUP = 5
-"""Lies of a group, and of a consistent group."""
+"""Outliers of a group, and of a consistent group."""
 LOST = 0.4
 """ATE (m) above which a map counts as lost."""
 KINDS = ("random", "local", "group", "consistent")
@@ -43,7 +43,7 @@ KINDS = ("random", "local", "group", "consistent")
 
 @dataclass(frozen=True)
 class Plan:
-    """A graph of the sweep: its honest closures, its rates (%), and how many seeds.
+    """A graph of the sweep: its correct closures, its rates (%), and how many seeds.
 
     ``poses`` is None for a public graph, which has its own poses and noise.
     """
@@ -90,19 +90,19 @@ def worlds() -> Iterator[World]:
 
 
 def make(world: World) -> tuple[PoseGraph, Mask, Array]:
-    """Return the spoiled graph, the mask ``(m,)`` of its lies, and the poses to come to.
+    """Return the spoiled graph, the mask ``(m,)`` of its outliers, and the poses to come to.
 
     Raises:
         DatasetMissing: a public graph is not on this machine.
     """
     # The graph of a seed is the same for all kinds and rates.
-    of_graph, of_lies = np.random.default_rng(world.seed).spawn(2)
-    honest, reference = _honest(world.graph, of_graph)
-    lies = round(PLANS[world.graph].closures * world.percent / (100 - world.percent))
-    return *_spoiled(honest, world.kind, lies, reference, of_lies), reference
+    of_graph, of_outliers = np.random.default_rng(world.seed).spawn(2)
+    correct, reference = _without_outliers(world.graph, of_graph)
+    count = round(PLANS[world.graph].closures * world.percent / (100 - world.percent))
+    return *_spoiled(correct, world.kind, count, reference, of_outliers), reference
 
 
-def _honest(name: str, rng: np.random.Generator) -> tuple[PoseGraph, Array]:
+def _without_outliers(name: str, rng: np.random.Generator) -> tuple[PoseGraph, Array]:
     plan = PLANS[name]
     if plan.poses is not None:
         return GENERATORS[name](plan.poses, rng, closures=plan.closures, noise=plan.noise)
@@ -114,12 +114,12 @@ def _honest(name: str, rng: np.random.Generator) -> tuple[PoseGraph, Array]:
 
 
 def _spoiled(
-    graph: PoseGraph, kind: str, lies: int, reference: Array, rng: np.random.Generator
+    graph: PoseGraph, kind: str, count: int, reference: Array, rng: np.random.Generator
 ) -> tuple[PoseGraph, Mask]:
     if kind == "random":
-        return add_random_closures(graph, lies, rng, poses=reference)
+        return add_random_closures(graph, count, rng, poses=reference)
     if kind == "local":
-        return add_local_closures(graph, lies, rng, poses=reference)
+        return add_local_closures(graph, count, rng, poses=reference)
     add = add_grouped_closures if kind == "group" else add_aliased_closures
-    groups = max(1, round(lies / GROUP))
+    groups = max(1, round(count / GROUP))
     return add(graph, groups, rng, size=GROUP, poses=reference)

@@ -1,7 +1,7 @@
 """Do the runs of one world, each in a process of its own with a limit on its CPU time.
 
 A limit in the process that works would not do: a solver in compiled code hears of nothing
-until it is done. A process is ended from outside, and takes nobody with it.
+until it is done. A process is ended from outside, and takes no other with it.
 """
 
 from __future__ import annotations
@@ -58,13 +58,13 @@ def _answer(
     made: tuple[PoseGraph, Mask, Array],
     limit: int,
 ) -> None:
-    spoiled, is_lie, reference = made
+    spoiled, is_outlier, reference = made
     resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 5))
     began = time.process_time()
     score: Score | None = None
     failed = ""
     try:
-        score = methods.run(name, spoiled, is_lie, reference, methods.STEPS)
+        score = methods.run(name, spoiled, is_outlier, reference, methods.STEPS)
     except (NotConverged, Underdetermined) as error:
         failed = type(error).__name__
     seconds = time.process_time() - began if score is None else score.seconds

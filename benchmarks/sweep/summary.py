@@ -1,4 +1,4 @@
-"""The table of a sweep: a row for each graph, kind of lies, rate and method.
+"""The table of a sweep: a row for each graph, kind of outliers, rate and method.
 
 Precision, recall and ATE are over the runs that ended with a map; ``failed`` counts the others,
 and they are never among the ``good``. The median of CPU seconds is over all runs.

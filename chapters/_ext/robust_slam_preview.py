@@ -1,4 +1,4 @@
-"""What a page says of itself to search engines, and to whoever pastes its address somewhere.
+"""What a page says of itself to search engines, and where its address is pasted.
 
 A preview needs the address of the site and of a picture. Both follow from the address of the
 public repository; without one, a page still has its title and description.

@@ -8,7 +8,7 @@
 - Launch buttons need the public repository's address; without one there are none.
 - When the library or a table of the chapters changes, the notebooks run again, and so they do
   when a public graph that they show appears or vanishes.
-- A build with warnings fails again until they are mended.
+- A build with warnings fails again until they are fixed.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ def stages(progress: bool | Progress) -> Iterator[Progress]:
     each; False shows nothing, and a function is called with the words.
 
     Raises:
-        TypeError: ``progress`` is none of these.
+        TypeError: ``progress`` is not one of these.
     """
     if callable(progress):
         yield lambda words: _told(words, progress)

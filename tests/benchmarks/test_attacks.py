@@ -54,8 +54,8 @@ class TestTheTables:
         assert self.faults(target, Record(ALL), own) == set()
         assert tables.INFLATED in self.faults(target, Record(ALL), copied)
 
-    def test_an_honest_loss_a_leak_harm_and_a_stop_are_counted(self, target: Target) -> None:
-        right = next(entry for entry in catalogue.entries() if entry.kind == "honest: prints")
+    def test_a_correct_loss_a_leak_harm_and_a_stop_are_counted(self, target: Target) -> None:
+        right = next(entry for entry in catalogue.entries() if entry.kind == "correct: prints")
         record = Record(PART, ("token",), ("the gradebook cannot be read",), "hung")
         assert self.faults(target, record, right) == {"under-graded", "token", "harmed", "stopped"}
         side = tables.Side("it", {right.name: record}, 59.7)

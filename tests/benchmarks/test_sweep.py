@@ -45,14 +45,16 @@ class TestWorlds:
     @pytest.mark.parametrize("graph", GENERATED)
     def test_the_rate_is_of_all_closures(self, graph: str, kind: str) -> None:
         for percent in PLANS[graph].percents:
-            spoiled, is_lie, _ = make(World(graph, kind, percent, 0))
-            assert np.mean(is_lie[~spoiled.is_odometry]) == pytest.approx(percent / 100, abs=0.01)
+            spoiled, is_outlier, _ = make(World(graph, kind, percent, 0))
+            assert np.mean(is_outlier[~spoiled.is_odometry]) == pytest.approx(
+                percent / 100, abs=0.01
+            )
 
     @pytest.mark.parametrize("graph", GENERATED)
     def test_kinds_and_rates_share_the_graph_of_a_seed(self, graph: str) -> None:
         places = (("local", 10, 3), ("group", 90, 3), ("local", 10, 4))
         made = [make(World(graph, *place)) for place in places]
-        few, many, other = (spoiled.measurement[~is_lie] for spoiled, is_lie, _ in made)
+        few, many, other = (spoiled.measurement[~is_outlier] for spoiled, is_outlier, _ in made)
         assert np.array_equal(made[0][2], made[1][2])
         assert np.array_equal(few, many)
         assert not np.array_equal(few, other)

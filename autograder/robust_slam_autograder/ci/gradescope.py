@@ -5,7 +5,7 @@ Students see the cases that they have whole; all others, and so the total, when 
 are published: what cannot be seen cannot be asked again and again.
 
 Where no sandbox works, or the grader fails, there is no ``results.json``. Gradescope then
-says that the autograder failed, and nobody has a mark that is not theirs.
+says that the autograder failed, and no one has a mark that is not theirs.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ LATER = (
 
 
 def main(root: Path) -> int:
-    """Grade what lies in ``root/submission``; exit status 1 where there is no result.
+    """Grade what is in ``root/submission``; exit status 1 where there is no result.
 
     Args:
         root: ``/autograder``, with the archive in ``source``.

@@ -98,7 +98,7 @@ def run(options: argparse.Namespace) -> int:
     matched = matching.match(marks.students, students)
     if not matched.owners:
         raise WrongUse(
-            f"{options.roster}: nobody in its column {people.header[match]!r} has a mark: "
+            f"{options.roster}: no one in its column {people.header[match]!r} has a mark: "
             f"name another with --match; there are {', '.join(filter(None, people.header))}."
         )
     values = systems.Values(

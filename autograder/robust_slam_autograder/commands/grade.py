@@ -125,7 +125,7 @@ def refuse_unsafe(jobs: Sequence[Job], options: argparse.Namespace, wall: Sandbo
 
 
 def _folder_of_students(job: Job) -> Path:
-    """Where students' work lies; a student's own path may be a link to anywhere, or to itself."""
+    """Where students' work is; a student's own path may be a link to anywhere, or to itself."""
     is_notebook = job.path.suffix == submissions.NOTEBOOK
     return job.path.parent if is_notebook else job.path.parents[1]
 
@@ -272,7 +272,7 @@ def _is_free(taken: Collection[str], student: str) -> bool:
 
 def _warn_of_look_alikes(jobs: Sequence[Job], *, names: bool) -> None:
     for group in submission.look_alike(job.student for job in jobs):
-        # ascii(): as text nobody could tell one from the other.
+        # ascii(): as text no one could tell one from the other.
         who = " and ".join(map(ascii, group)) if names else f"{len(group)} students' names"
         print(
             f"note: {who} look alike and are graded apart: name them alike if they are one.",

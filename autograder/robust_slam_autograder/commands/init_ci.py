@@ -76,7 +76,7 @@ def _write_archives(course: Course, options: argparse.Namespace) -> int:
         print(f"wrote {path}")
     print(
         "Next: upload each under Configure Autograder, and test it there with a submission before "
-        "students come.\nAn archive holds hidden tests and answers: give it to nobody else."
+        "students come.\nAn archive holds hidden tests and answers: give it to no one else."
     )
     return 0
 

@@ -1,4 +1,4 @@
-"""Where things lie, as the commands' options say it, looked at before a command works."""
+"""Where things are, as the commands' options say it, looked at before a command works."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def add_submitted(parser: argparse.ArgumentParser, what: str) -> None:
         type=Path,
         default=layout.SUBMITTED,
         metavar="DIR",
-        help=f"{what} lie, DIR/<student>/<assignment>/",
+        help=f"{what} are, DIR/<student>/<assignment>/",
     )
 
 

@@ -1,7 +1,7 @@
 """Whose work each path of ``grade`` holds, and of which assignment.
 
 A path is a folder ``<student>/<assignment>/``, or a notebook that is named for its student and
-lies outside any such layout. A path that is neither is left out with one sentence, and the others
+is outside any such layout. A path that is neither is left out with one sentence, and the others
 are graded: one student's odd file must not stop the class, nor count as another student's work.
 """
 
@@ -62,7 +62,7 @@ class Reader:
         names: the assignments that there are.
         assignment: the one that the command line names, if it does.
         student: the one that the command line names, if it does.
-        is_free: whether results may lie under a student's name.
+        is_free: whether results may stand under a student's name.
     """
 
     names: Sequence[str]
@@ -143,14 +143,14 @@ class Reader:
     def _misplaced(self, path: Path) -> str:
         """Why a notebook in a student's folder does not count as the work of its own name."""
         if path.parent.name in self.names:
-            return "lies in a submission's folder: name that folder, or add --student NAME."
+            return "is in a submission's folder: name that folder, or add --student NAME."
         return (
-            "lies beside the folders <student>/<assignment>/: move it into the right one, "
+            "is beside the folders <student>/<assignment>/: move it into the right one, "
             "or grade it alone with --student NAME."
         )
 
     def _owner(self, path: Path) -> Path:
-        """The folder that is a student's, if the path lies in the layout."""
+        """The folder that is a student's, if the path is in the layout."""
         return path.parent.parent if path.parent.name in self.names else path.parent
 
     def _is_students(self, folder: Path) -> bool:

@@ -1,6 +1,6 @@
 """Time limits that count work: CPU seconds of the student's processes and of this one.
 
-On a busy machine a process waits for its turn, and that is nobody's fault. So a limit is
+On a busy machine a process waits for its turn, and that is no one's fault. So a limit is
 in CPU seconds. Code that sleeps uses none: it is ended after several times its limit on
 the clock of the wall.
 """

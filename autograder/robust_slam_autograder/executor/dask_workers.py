@@ -109,7 +109,7 @@ def connected(address: str) -> Iterator[Cluster]:
     except ImportError as error:
         fix = "pip install distributed, which is the extra `cluster` of this package"
         raise WrongUse(f"--scheduler needs Dask, which is not installed: {fix}.") from error
-    # Before Dask sees it: its client takes long to give up an address that is none.
+    # Before Dask sees it: its client takes long to give up a wrong address.
     security = Security()
     if not _ADDRESS.fullmatch(address):
         raise WrongUse(

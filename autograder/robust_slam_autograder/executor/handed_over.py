@@ -4,7 +4,7 @@ A callable that a test hands over runs on the trusted side. The test's author ch
 it does, but student code sends the arguments. So a call gets positional arguments of
 bounded size, and by keyword only what the author's own Python signature names. What numpy
 or C offers beside that (``out=`` and ``where=`` of a ufunc, a key function, a file name)
-nobody chose, and it is refused.
+no one chose, and it is refused.
 """
 
 from __future__ import annotations

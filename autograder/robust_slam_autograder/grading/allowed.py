@@ -1,4 +1,4 @@
-"""Whether an assignment's packages are there, and nothing secret lies in what they show."""
+"""Whether an assignment's packages are there, and nothing secret is in what they show."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from robust_slam_autograder.sandbox import Sandbox, Unsandboxed, packages, view
 
 def exposed_sentence(folder: Path, shown: Path) -> str:
     """Say that student code could read a folder, and what to do."""
-    return f"Student code could read {folder}, which lies in {shown}: move it out of there."
+    return f"Student code could read {folder}, which is in {shown}: move it out of there."
 
 
 def refuse_unsafe(

@@ -57,7 +57,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Handed:
-    """What a submission holds, read once: where it lies does not matter any more."""
+    """What a submission holds, read once: where it is does not matter any more."""
 
     name: str = ""
     """The notebook's, with its ending."""
@@ -226,7 +226,7 @@ class Fingerprints:
         self._tests: dict[Path, bytes] = {}
 
     def of(self, job: Job) -> str:
-        """The digest of one submission, as it lies on the disk now."""
+        """The digest of one submission, as it is on the disk now."""
         return self.task(job).fingerprint
 
     def task(self, job: Job) -> Task:
@@ -266,7 +266,7 @@ def code_digest() -> str:
 
 
 def _in_a_package(folder: Path) -> bool:
-    """Whether it lies in an installed package: setuptools, once imported, enters its own."""
+    """Whether it is in an installed package: setuptools, once imported, enters its own."""
     return any(parent.name in ("site-packages", "dist-packages") for parent in folder.parents)
 
 
@@ -400,7 +400,7 @@ def counts(graded: Sequence[Graded]) -> Mapping[str, int]:
 def unrecorded(
     jobs: Sequence[Job], marks: Sequence[Result], run: Run, recorded: Mapping[str, str]
 ) -> dict[str, Result]:
-    """By key the results that the gradebook does not have yet; failures of the grader are none.
+    """By key the results that the gradebook does not have yet, failures of the grader apart.
 
     The same text, tests and seed need not earn the same twice: a student's code may throw dice.
     """

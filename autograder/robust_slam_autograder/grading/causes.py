@@ -1,4 +1,4 @@
-"""What most often lies behind an exception, in a sentence that says what to do about it.
+"""What is most often behind an exception, in a sentence that says what to do about it.
 
 What is particular to an assignment stands in its ``autograder.toml``, under ``[causes]``.
 """

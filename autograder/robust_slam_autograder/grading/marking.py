@@ -310,7 +310,7 @@ class _Cases:
         for case in self.assignment.cases:
             text = plain_python(self.sources[case.grade_id])
             try:
-                # optimize=0: under `python -O` asserts would be left out, and all tests pass.
+                # `optimize=0`: under `python -O` asserts would be left out, and all tests pass.
                 found[case.grade_id] = compile(
                     text, wording.label(case), "exec", dont_inherit=True, optimize=0
                 )

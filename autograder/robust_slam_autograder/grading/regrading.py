@@ -1,6 +1,6 @@
 """Grading again what was graded before: whose marks change, by how much, and why.
 
-The new results lie in a folder of their own, ``<out>/.regrade``, with a journal of their
+The new results are in a folder of their own, ``<out>/.regrade``, with a journal of their
 own, until they are applied: to look is not to change, and a look that was stopped goes on.
 """
 
@@ -79,7 +79,7 @@ def plan(tree: Path, name: str, *, out: Path, submitted: Path) -> Plan:
         tree: the instructor's source tree.
         name: the assignment.
         out: the results' folder.
-        submitted: where ``<student>/<assignment>/`` lie.
+        submitted: where ``<student>/<assignment>/`` are.
 
     Raises:
         WrongUse: nothing of this assignment has been graded, the batch's seed is lost, or

@@ -76,7 +76,7 @@ def without_grade(
 
 
 def path_of(out: Path, student: str, assignment: str) -> Path:
-    """Where a submission's result file lies."""
+    """Where a submission's result file is."""
     return out / student / f"{assignment}.json"
 
 

@@ -1,4 +1,4 @@
-"""Looks at an instructor's assignment for tests that can be passed wrongly, or fail honest work.
+"""Looks at an instructor's assignment for tests that can be passed wrongly, or fail correct work.
 
 A rule is a function from a ``Subject`` to what it finds, with its name in the ``RULES``
 of its module. A new family of rules is a new module and its name here.

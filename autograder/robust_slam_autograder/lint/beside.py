@@ -1,4 +1,4 @@
-"""What lies beside the notebook: ``autograder.toml``, and answers to test the tests with."""
+"""What is beside the notebook: ``autograder.toml``, and answers to test the tests with."""
 
 from __future__ import annotations
 

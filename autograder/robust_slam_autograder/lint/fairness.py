@@ -1,4 +1,4 @@
-"""What costs honest marks: references spoiled by the student's function, right answers refused."""
+"""What costs correct work its marks: references spoiled by student code, right answers refused."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def _reference_after_call(subject: Subject) -> Iterator[Found]:
 
 
 def _is_harmless(node: ast.AST, code: Code) -> bool:
-    """Whether a use is none of a target: the next call's argument, or the shape alone."""
+    """Whether a use is not of a target itself: the next call's argument, or the shape alone."""
     for around in code.flow.around(node):
         if isinstance(around, ast.stmt):
             return False

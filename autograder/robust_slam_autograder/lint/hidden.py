@@ -108,7 +108,7 @@ def _tells_input(subject: Subject) -> Iterator[Found]:
                     code.grade_id,
                     getattr(node, "lineno", 1),
                     "This tells hidden inputs where plain nbgrader makes the feedback "
-                    "(here nobody sees it): leave it out, the hint is what students read.",
+                    "(here no one sees it): leave it out, the hint is what students read.",
                 )
 
 

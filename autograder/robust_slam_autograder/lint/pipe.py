@@ -36,7 +36,7 @@ def _looks_inside(subject: Subject) -> Iterator[Found]:
 
 
 def _looked_at(node: ast.AST, code: Code, subject: Subject) -> str:
-    """What a piece of code looks at or changes that lies on the other side; else empty."""
+    """What a piece of code looks at or changes that is on the other side; else empty."""
     if isinstance(node, ast.Call):
         name = subject.full_name(node.func)
         return f"{name}()" if name in _CALLS or name.startswith(_LOOKS) else ""

@@ -96,7 +96,7 @@ class Subject:
 
 
 def full_name(node: ast.expr, modules: Mapping[str, str]) -> str:
-    """Full name of what a dotted expression names; empty where it is none."""
+    """Full name of what a dotted expression names; empty where it names nothing."""
     if isinstance(node, ast.Name):
         return modules.get(node.id, node.id)
     if isinstance(node, ast.Attribute):

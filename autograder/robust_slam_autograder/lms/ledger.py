@@ -58,7 +58,7 @@ def read(
         location: the gradebook.
         out: the results' folder.
         rules: the late policy.
-        submitted: where the submissions lie.
+        submitted: where the submissions are.
 
     Raises:
         WrongUse: there are no marks, or the gradebook does not have all results.

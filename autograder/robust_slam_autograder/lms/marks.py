@@ -57,7 +57,7 @@ def column(
         assignment: whose.
         totals: what the gradebook says.
         rules: the late policy; None leaves what nbgrader itself has taken off.
-        submitted: where ``<student>/<assignment>/`` lie; looked at for the policy alone.
+        submitted: where ``<student>/<assignment>/`` are; looked at for the policy alone.
 
     Raises:
         WrongUse: a due time is missing, no submission says when it was handed in, or nbgrader

@@ -122,7 +122,7 @@ def by_key(roster: Roster, students: tuple[Row, ...], column: int) -> dict[str, 
     """Students by what the matched column says of them; who has nothing there is left out.
 
     Raises:
-        WrongUse: two lines say the same, and nobody knows whose the mark would be.
+        WrongUse: two lines say the same, and no one knows whose the mark would be.
     """
     found: dict[str, Row] = {}
     for row in students:

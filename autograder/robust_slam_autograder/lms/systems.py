@@ -164,7 +164,7 @@ def _refuse_guarded(roster: Roster, row: Row, *columns: int) -> None:
         if as_text(row.cells[column]) != row.cells[column]:
             raise WrongUse(
                 f"{roster.path}:{row.line}: {roster.header[column]} {row.cells[column]!r} begins "
-                "as a formula; with the apostrophe that it would get nobody is found by it."
+                "as a formula; with the apostrophe that it would get no one is found by it."
             )
 
 

@@ -1,8 +1,8 @@
-"""Where a gradebook lies, SQLite's file or a PostgreSQL database: one of us writes at a time.
+"""Where a gradebook is, SQLite's file or a PostgreSQL database: one of us writes at a time.
 
 nbgrader looks whether a row is there and then adds it. Two programs that do so at once both
 add it, and one of them fails. So each of our transactions begins with the database's own lock,
-and whoever comes second waits for its end. nbgrader itself takes no such lock.
+and the one that comes second waits for its end. nbgrader itself takes no such lock.
 """
 
 from __future__ import annotations
@@ -67,7 +67,8 @@ def url_of(location: Location) -> URL:
     """A gradebook's address, with how long to wait.
 
     Raises:
-        WrongUse: it is none, or one of another kind of database. A password in it is not told.
+        WrongUse: it is not an address, or that of another kind of database. A password in it is
+            not told.
     """
     url = _url(location)
     return url.set(query={**_PATIENCE[url.get_backend_name()], **url.query})
@@ -77,7 +78,7 @@ def for_nbgrader(location: Location) -> str:
     """A gradebook's address for nbgrader's own settings; it holds the password, if any.
 
     Raises:
-        WrongUse: it is none.
+        WrongUse: it is not an address.
     """
     return _url(location).render_as_string(hide_password=False)
 
@@ -99,7 +100,7 @@ def _url(location: Location) -> URL:
         )
     kind = url.get_backend_name()
     if kind not in LOCKS:
-        raise WrongUse(f"A gradebook lies in PostgreSQL or SQLite, not in {kind}.")
+        raise WrongUse(f"A gradebook is in PostgreSQL or SQLite, not in {kind}.")
     if kind == "sqlite" and url.database in (None, "", ":memory:"):
         raise WrongUse("The gradebook's address names no file: sqlite:////FOLDER/gradebook.db.")
     # Which driver SQLAlchemy takes where none is named depends on its version.

@@ -1,4 +1,4 @@
-"""nbgrader's gradebook: whoever else writes, nothing is lost, and what a person entered stays."""
+"""nbgrader's gradebook: whatever else writes, nothing is lost, and what a person entered stays."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def record(
         assignments: every assignment that a result belongs to.
         marks: results; of a refused one every case earns 0.
         unanswered: by ``student/assignment`` the grade ids of free-text cells without an
-            answer; they earn 0 and wait for nobody.
+            answer; they earn 0 and wait for no one.
         fingerprints: by ``student/assignment`` what a result follows from: with them
             ``database.recorded`` tells a result that is there from another.
 

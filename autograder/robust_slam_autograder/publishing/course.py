@@ -80,7 +80,7 @@ class Course:
 
     @property
     def root(self) -> Path:
-        """The course's folder, in which the source tree lies."""
+        """The course's folder, in which the source tree is."""
         return self.tree.resolve().parent
 
     def packages(self, assignment: str | None = None) -> dict[str, str]:

@@ -13,7 +13,7 @@ README_NAME = "README.txt"
 REQUIREMENTS_NAME = "requirements.txt"
 PACKAGES_NAME = "packages"
 ENVIRONMENT = "../.venv"
-"""From an assignment's folder: assignments that lie beside each other share it."""
+"""From an assignment's folder: assignments that are beside each other share it."""
 INSTALL = (
     f"python3 -m venv {ENVIRONMENT}",
     f". {ENVIRONMENT}/bin/activate",

@@ -44,7 +44,7 @@ def imported(source: str, package: tuple[str, ...]) -> Iterator[tuple[str, ...]]
 
 
 def _files_of(module: tuple[str, ...]) -> Iterator[str]:
-    """Where a module and the packages that it lies in would stand."""
+    """Where a module and the packages that it is in would stand."""
     for end in range(1, len(module) + 1):
         path = "/".join(module[:end])
         yield f"{path}/__init__.py"

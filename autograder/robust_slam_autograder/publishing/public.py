@@ -36,7 +36,7 @@ def publish(tree: Path, out: Path) -> list[str]:
     """Write the public course; what was in ``out`` is replaced as a whole.
 
     Args:
-        tree: the instructor's source tree; the course is the folder that it lies in.
+        tree: the instructor's source tree; the course is the folder that it is in.
         out: the folder to write.
 
     Returns:

@@ -14,7 +14,7 @@ from typing import Any
 from robust_slam_autograder.reading import notebook
 
 TELLING_IN_A_RELEASE = 24
-"""A line of a solution that is longer than this is nobody's by chance."""
+"""A line of a solution that is longer than this is no one's by chance."""
 TELLING_IN_A_COURSE = 31
 """In a whole course more lines are alike by chance."""
 _SECRET = re.compile(r"BEGIN (SOLUTION|HIDDEN TESTS)[^\n]*\n(.*?)[^\n]*END \1", re.DOTALL)

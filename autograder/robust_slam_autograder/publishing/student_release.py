@@ -46,7 +46,7 @@ def release(tree: Path, names: Sequence[str], out: Path) -> list[Path]:
     for name, source in zip(names, sources, strict=True):
         assignments.load(source)
         if (out / name).resolve().is_relative_to(tree.resolve()):
-            raise WrongUse(f"{out} lies in the source tree, which must stay as it is: --out DIR.")
+            raise WrongUse(f"{out} is in the source tree, which must stay as it is: --out DIR.")
     course = courses.load(tree)
     with staging.made_beside(out) as part, tempfile.TemporaryDirectory() as built:
         packages = wheels.build(course, Path(built))
@@ -93,7 +93,7 @@ def _count_hidden(source: Path, made: Path) -> None:
 
 @contextmanager
 def _errors(log: logging.Logger) -> Iterator[list[str]]:
-    """Collect what nbgrader logs as errors: outside its own commands nobody else reads it."""
+    """Collect what nbgrader logs as errors: outside its own commands no one else reads it."""
     said: list[str] = []
     handler = logging.Handler(logging.ERROR)
     handler.emit = lambda record: said.append(record.getMessage())  # type: ignore[method-assign]

@@ -74,7 +74,7 @@ class Config:
     """Modules that student code may not import all the same, because they hold the answers."""
     limits: Limits = field(default_factory=Limits)
     causes: Mapping[str, str] = field(default_factory=dict)
-    """By a text that a student's exception holds, what most often lies behind it."""
+    """By a text that a student's exception holds, what is most often behind it."""
     hidden: Mapping[str, int] | None = None
     """In a release: per exercise how many of its cases hold checks that students do not see."""
 

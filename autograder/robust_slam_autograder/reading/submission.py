@@ -89,7 +89,7 @@ def with_notes(submission: Submission, notes: tuple[str, ...]) -> Submission:
 
 
 def is_student(name: str) -> bool:
-    """Whether results may lie in a folder of this name, beside the batch's own files."""
+    """Whether results may be in a folder of this name, beside the batch's own files."""
     plain = name.isprintable() and "/" not in name and not name.startswith(".")
     short = len(name) <= MAX_NAME and len(name.encode(errors="replace")) <= MAX_STUDENT_BYTES
     return bool(name) and plain and short and not _is_databases(name)

@@ -1,6 +1,6 @@
 """``timestamp.txt``, in which nbgrader says when a submission was handed in.
 
-It lies in the student's folder, so it is read as strictly as a notebook.
+It is in the student's folder, so it is read as strictly as a notebook.
 """
 
 from __future__ import annotations

@@ -24,7 +24,7 @@ FEWEST = 2
 """From this many students on, what all of them have in common says something of a test."""
 
 EASY = "everybody passes: too easy?"
-BROKEN = "nobody passes: is the test right?"
+BROKEN = "no one passes: is the test right?"
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,7 @@ def as_json(marks: Sequence[Result], counts: Mapping[str, int], *, names: bool) 
 
 
 def _ordered(marks: Sequence[Result], *, names: bool) -> list[Result]:
-    """Without names in the order of the marks: the order of names is told to nobody."""
+    """Without names in the order of the marks: the order of names is told to no one."""
     if names:
         return list(marks)
     return sorted(marks, key=lambda r: (r.assignment, -r.score, r.status, _losses(r)))

@@ -93,7 +93,7 @@ def _mounts(launch: Launch) -> list[str]:
     options = ["--proc", "/proc", "--remount-ro", "/proc", "--dev", "/dev"]
     # Shared maps of /dev/zero are memory that no process's size shows.
     options += ["--dev-bind", "/dev/null", "/dev/zero", "--remount-ro", "/dev"]
-    # Before the rest, which may lie in the machine's /tmp.
+    # Before the rest, which may be in the machine's /tmp.
     options += [*small, "/dev/shm", *small, "/tmp"]
     files = view.files(launch.packages, launch.withheld)
     acts = {"make": _make, "show": _show, "cover": _cover}

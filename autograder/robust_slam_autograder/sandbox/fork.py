@@ -161,7 +161,7 @@ class Fork:
         atexit.register(shutil.rmtree, self._home, ignore_errors=True)
         (self._home / "root").mkdir()
         if os.getuid() == 0:
-            # Scratch folders lie in it, and student code has a user id of its own.
+            # Scratch folders are in it, and student code has a user id of its own.
             self._home.chmod(0o711)
 
     def _start_server(self, launch: Launch, address: Path) -> None:

@@ -120,7 +120,7 @@ def _leave_the_starter() -> None:
     if os.fork():
         os.write(1, READY)
         os._exit(0)
-    # A signal for the starter's group, such as Ctrl-C, is none for the servers.
+    # A signal for the starter's group, such as Ctrl-C, is not for the servers.
     os.setsid()
     null = os.open(os.devnull, os.O_RDWR)
     for descriptor in (0, 1, 2):

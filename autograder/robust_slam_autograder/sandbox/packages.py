@@ -137,7 +137,7 @@ def _needed(found: Distribution) -> list[Distribution]:
 
 @cache
 def _files(found: Distribution) -> tuple[tuple[str, ...], ...]:
-    """The parts of the paths of a distribution's files, as far as they lie beside its metadata."""
+    """The parts of the paths of a distribution's files, as far as they are beside its metadata."""
     record = found.read_text("RECORD")
     if record:
         rows = (tuple(row[0].split("/")) for row in csv.reader(record.splitlines()) if row)
@@ -168,7 +168,7 @@ def _entries(found: Distribution) -> list[Path]:
 
 
 def _module(path: Path) -> str | None:
-    """The module that a file or folder beside the metadata is; None where it is none."""
+    """The module that a file or folder beside the metadata is; None where it is not a module."""
     name = path.name.partition(".")[0]
     is_module = path.suffix in (".py", ".so") or (path.is_dir() and "." not in path.name)
     return name if is_module and name.isidentifier() else None

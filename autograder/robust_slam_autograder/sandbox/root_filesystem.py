@@ -35,7 +35,7 @@ def enter(root: Path, files: Files) -> None:
     _mount_tmpfs(root, "size=1m,mode=755")
     for folder in MADE:
         os.mkdir(f"{root}{folder}")
-    # Before the rest, which may lie in the machine's /tmp.
+    # Before the rest, which may be in the machine's /tmp.
     _mount_tmpfs(root / "tmp", _SMALL)
     for act, path in plan(files):
         act(str(root), path)

@@ -31,7 +31,7 @@ _X32_BIT = 0x40000000
 _CLONE = {"x86_64": 56, "aarch64": 220}
 _CLONE_NAMESPACES = 0x7E020080
 _CLONE3 = 435
-"""Its flags lie behind a pointer, where no filter sees them; the C library falls back to clone."""
+"""Its flags are behind a pointer, where no filter sees them; the C library falls back to clone."""
 _REFUSED = {
     "x86_64": (
         *(155, 165, 166, 272, 308),  # pivot_root mount umount2 unshare setns
@@ -143,7 +143,7 @@ _GUARDS = (
     Guard({"x86_64": 53, "aarch64": 199}, 1, _NOT_A_STREAM, {0: None}, errno.EPERM),
 )
 _GUARDS_ON_A_SHARED_DISK = (
-    # Files without a name, which nobody can count: open and openat.
+    # Files without a name, which no one can count: open and openat.
     Guard({"x86_64": 2}, 1, _NAMELESS, {_NAMELESS: errno.EPERM}),
     Guard({"x86_64": 257, "aarch64": 56}, 2, _NAMELESS, {_NAMELESS: errno.EPERM}),
 )
@@ -186,7 +186,7 @@ def _answers(machine: str, shared_disk: bool) -> Iterator[bytes]:
     answers[_FLOCK[machine]] = _PRETEND
     if shared_disk:
         answers |= dict.fromkeys((*_PRETENDED[machine], *_PRETENDED_EVERYWHERE), _PRETEND)
-        answers[_OPENAT2] = errno.ENOSYS  # its flags, too, lie behind a pointer
+        answers[_OPENAT2] = errno.ENOSYS  # its flags, too, are behind a pointer
     for number, answer in answers.items():
         yield from _refuse_if(_EQUAL, number, answer)
 

@@ -129,7 +129,7 @@ def _interpreter() -> list[Path]:
 
 @cache
 def _standard_parts() -> list[Path]:
-    """What lies in the standard library's folder and is not shown."""
+    """What is in the standard library's folder and is not shown."""
     base = _standard_library()
     names = ("site-packages", "dist-packages", *NOT_INSTALLED)
     found = [*(base / name for name in names), *base.glob("config-*")]
@@ -198,7 +198,7 @@ def _files_of(module: str) -> list[Path]:
     name = module.rpartition(".")[2]
     found = []
     copies = (f"{name}.*", f".{name}.*", f"#{name}.*")  # the last two are editors' own
-    # A package may be a link, or lie in one.
+    # A package may be a link, or be in one.
     plain = [packages.place(folder) for folder in folders]
     for folder in dict.fromkeys([*plain, *(folder.resolve() for folder in folders)]):
         files = (path for pattern in copies for path in folder.glob(pattern))
@@ -245,7 +245,7 @@ def _is_shown(path: Path, rules: Mapping[Path, bool]) -> bool:
 
 
 def exposing(path: Path, allowed: tuple[str, ...]) -> Path | None:
-    """The visible folder in which a path lies, through links too; None where it is out of sight.
+    """The visible folder in which a path is, through links too; None where it is out of sight.
 
     Args:
         path: a file or folder, which need not exist.

@@ -49,7 +49,7 @@ def uses_too_much(processes: Iterable[psutil.Process], scratch: Path | None) -> 
     for process in processes:
         with contextlib.suppress(psutil.Error):
             info = process.memory_info()
-            memory += info.rss - info.shared  # what they share counts for nobody
+            memory += info.rss - info.shared  # what they share counts for no one
             threads += process.num_threads()
             memory += SOCKET_BYTES * process.num_fds()
     disk = _size(scratch) if scratch else 0

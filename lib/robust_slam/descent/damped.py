@@ -1,6 +1,6 @@
 """Levenberg–Marquardt on a pose graph: Gauss–Newton with adaptive damping.
 
-A damped step lies between the Gauss–Newton step and the direction of steepest descent.
+A damped step is between the Gauss–Newton step and the direction of steepest descent.
 The damping grows after a rejected step and shrinks after a good one.
 
 Source: Marquardt 1963, damping by the diagonal; Nielsen 1999, the update of the damping by

@@ -298,7 +298,7 @@ def check_kind(kind: str) -> None:
     """Check the name of a rule.
 
     Raises:
-        ValueError: ``kind`` is none of ``RULES``.
+        ValueError: ``kind`` is not one of ``RULES``.
     """
     if kind not in RULES:
         raise ValueError(f"kind is {kind!r}; give one of {', '.join(map(repr, RULES))}")

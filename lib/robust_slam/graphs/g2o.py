@@ -152,7 +152,7 @@ def read(
             matrix not positive definite; an edge joins a vertex to itself; SE(2) and SE(3)
             are mixed; several vertices are fixed; there are no edges, or they do not
             connect all vertices; or the file, apart from comments, is not UTF-8.
-        ValueError: ``indefinite`` or ``unknown`` is none of the words above.
+        ValueError: ``indefinite`` or ``unknown`` is not one of the words above.
         OSError: the file cannot be read.
 
     >>> import tempfile

@@ -76,17 +76,17 @@ def make_graph(
 @once_it_works
 def spoil(student: Callable[[Graph, float, int], tuple[Graph, ArrayLike]]) -> Figure:
     """Draw where closures of a town say that their second pose is, before and after."""
-    honest, truth = generate.manhattan(60, np.random.default_rng(2), side=6, closures=20)
-    made, marked = student(_as_dict(honest), 0.3, 1)
+    clean, truth = generate.manhattan(60, np.random.default_rng(2), side=6, closures=20)
+    made, marked = student(_as_dict(clean), 0.3, 1)
     graph = PoseGraph(**made)
-    lies = mask("mask", marked, len(graph.edges))
+    spoiled = mask("mask", marked, len(graph.edges))
     said = graph.group.compose(truth[graph.edges[:, 0]], graph.measurement)
     starts = truth[graph.edges[:, 0]]
     fig = Figure(figsize=(5.6, 5.2))
     ax = fig.subplots()
-    maps.draw_map(ax, pose_graph.select(honest, honest.is_odometry), truth)
-    for name, chosen in (("inlier", ~lies & ~graph.is_odometry), ("outlier", lies)):
-        label = {"inlier": "honest", "outlier": "spoiled"}[name]
+    maps.draw_map(ax, pose_graph.select(clean, clean.is_odometry), truth)
+    for name, chosen in (("inlier", ~spoiled & ~graph.is_odometry), ("outlier", spoiled)):
+        label = {"inlier": "correct", "outlier": "spoiled"}[name]
         for k in np.flatnonzero(chosen):
             ends = np.stack([starts[k], said[k]])
             line = "-" if name == "inlier" else "--"

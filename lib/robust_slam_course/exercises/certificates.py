@@ -145,7 +145,7 @@ def verdict(judge: Callable[[Array, Array, float], str]) -> Figure:
     yours = [str(judge(Q.copy(), _twisted(t), _TOL)) for t in twists]
     unknown = set(yours) - set(_VERDICTS)
     if unknown:
-        raise ValueError(f"{unknown} is none of the three verdicts")
+        raise ValueError(f"{unknown} is not one of the three verdicts")
     for word, name in _VERDICTS.items():
         at = np.array([one == word for one in yours])
         size = 10.0 if name == "muted" else 9.0

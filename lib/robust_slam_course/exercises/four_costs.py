@@ -103,7 +103,7 @@ def threshold(student: Callable[[float, int], float]) -> Figure:
     ax.set(xlim=(0.0, max(5.2, *found) + 0.1))
     for number in ax.texts:  # upright they stay apart, however far out the student's are
         number.set(rotation=90.0, verticalalignment="bottom")
-    ax.set_title("One residual in a hundred lies right of its line", pad=42)
+    ax.set_title("One residual in a hundred is right of its line", pad=42)
     ax.legend(loc="center right")
     return figure
 
@@ -121,7 +121,7 @@ def _three(kernel: kernels.Kernel, rho: Curve, psi: Curve, weight: Curve, title:
 def _curves(rows: Sequence[Row], scale: float, title: str) -> Figure:
     """Draw each row's curve, the truth's and the student's, above one another."""
     figure = Figure(figsize=(5.6, 1.3 + 1.2 * len(rows)))
-    # An even number of points: none lies on a jump.
+    # An even number of points: no point is on a jump.
     u = np.linspace(-5.0, 5.0, 400)
     axes = figure.subplots(len(rows), 1, sharex=True)
     for ax, (what, truth, yours) in zip(axes, rows, strict=True):

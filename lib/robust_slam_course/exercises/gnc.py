@@ -24,7 +24,7 @@ Weight = Callable[[ArrayLike, float, float], ArrayLike]
 History = Mapping[str, ArrayLike]
 Loop = Callable[..., tuple[float, ArrayLike, History]]
 
-Z = np.array([0.1, -0.2, 0.15, -0.1, 5.0])  # the lesson's readings, the last one a lie
+Z = np.array([0.1, -0.2, 0.15, -0.1, 5.0])  # the lesson's readings, the last one an outlier
 _KINDS: tuple[library.Kind, ...] = ("tls", "gm")
 
 

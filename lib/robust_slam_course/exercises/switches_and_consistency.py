@@ -180,8 +180,8 @@ def pairwise_consistent(
     """Draw a drive with four outliers, and which pairs of closures are consistent."""
     rng = np.random.default_rng(53)
     noise = generate.Noise(closure=(0.3, 0.1))  # so that what is carried along decides
-    honest, poses = generate.manhattan(40, rng, block=2.0, side=3, closures=8, noise=noise)
-    graph, is_outlier = outliers.add_random_closures(honest, 4, rng, poses=poses)
+    clean, poses = generate.manhattan(40, rng, block=2.0, side=3, closures=8, noise=noise)
+    graph, is_outlier = outliers.add_random_closures(clean, 4, rng, poses=poses)
     gamma = thresholds.chi_square_threshold(0.99, 3)
     own, loop = graph.is_odometry, ~graph.is_odometry
     cov = np.linalg.inv(graph.information)

@@ -196,12 +196,12 @@ def _agreement(graph: PoseGraph, is_outlier: NDArray[np.bool_], truth: Array) ->
     """Return the map of the closures that agree, and the graph of their agreement."""
     answer = pcm(graph, chi_square_threshold(0.99, 3))
     poses = align(PoseGraphProblem(select(graph, answer.kept)).initial(), truth)
-    lies = is_outlier[answer.closures]
-    nameless = [""] * len(lies)
+    outlying = is_outlier[answer.closures]
+    nameless = [""] * len(outlying)
     with figure_style():
         figure = Figure(figsize=(6.0, 3.0), layout="constrained")
         left, ring = figure.subplots(1, 2)
         draw_map(left, graph, poses, is_outlier=is_outlier, kept=answer.kept, truth=truth)
         members = answer.clique.members
-        draw_consistency(ring, answer.adjacency, members, is_outlier=lies, names=nameless)
+        draw_consistency(ring, answer.adjacency, members, is_outlier=outlying, names=nameless)
     return figure

@@ -38,7 +38,7 @@ def draw_consistency(
     """
     joined = np.triu(np.asarray(adjacency, dtype=np.bool_), 1)
     m = len(joined)
-    lies = mask("is_outlier", is_outlier, m)
+    outlying = mask("is_outlier", is_outlier, m)
     labels = [f"{k}" for k in range(m)] if names is None else list(names)
     if joined.shape != (m, m) or len(labels) != m:
         raise ValueError(f"adjacency: the shape is {joined.shape} with {len(labels)} names")
@@ -48,7 +48,7 @@ def draw_consistency(
     among = joined & inside & inside[:, None]
     _draw_pairs(ax, place, joined & ~among, PALETTE["muted"], 0.9)
     _draw_pairs(ax, place, among, PALETTE["estimate"], 2.0)
-    for kind, chosen in (("inlier", ~lies), ("outlier", lies)):
+    for kind, chosen in (("inlier", ~outlying), ("outlier", outlying)):
         _draw_vertices(ax, place[chosen & inside], kind, PALETTE[kind])
         _draw_vertices(ax, place[chosen & ~inside], kind, "white")
     for label, (x, y) in zip(labels, _NAMED * place, strict=True):

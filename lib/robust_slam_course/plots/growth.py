@@ -41,7 +41,7 @@ def _power_law(sizes: ArrayLike, costs: ArrayLike) -> Array:
     across = finite("sizes", sizes, (-1,))
     up = finite("costs", costs, across.shape)
     if across.size < 2:
-        raise ValueError(f"sizes: there is {across.size}; a slope wants at least 2")
+        raise ValueError(f"sizes: there is {across.size}; a slope needs at least 2")
     if np.any(across <= 0.0) or np.any(up <= 0.0):
         raise ValueError("sizes and costs must be above 0: they are drawn as logarithms")
     return np.asarray(np.polyfit(np.log(across), np.log(up), 1))

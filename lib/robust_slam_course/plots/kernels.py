@@ -96,16 +96,16 @@ def draw_norm_densities(ax: Axes, dimensions: Iterable[int], probability: float)
         ax.text(
             threshold, 0.95, f"{threshold:.4f}", transform=ax.get_xaxis_transform(), ha="center"
         )
-    ax.set(xlabel="norm u of an honest whitened residual", ylabel="density")
+    ax.set(xlabel="norm u of an inlier's whitened residual", ylabel="density")
     return ax
 
 
-def draw_drift(ax: Axes, lie: ArrayLike, estimates: Mapping[str, ArrayLike]) -> Axes:
+def draw_drift(ax: Axes, outlier: ArrayLike, estimates: Mapping[str, ArrayLike]) -> Axes:
     """Draw estimates (kernel name -> (m,)) against the value of the one wrong reading (m,)."""
     for name, estimate in estimates.items():
         look = kernel_look(name)
         ax.plot(
-            np.asarray(lie),
+            np.asarray(outlier),
             np.asarray(estimate),
             color=look.color,
             linestyle=look.linestyle,

@@ -18,7 +18,6 @@ from robust_slam_course.plots.kernels import kernel_look
 from robust_slam_course.style import MARKERS, PALETTE
 
 _HATCHES = {"inlier": "", "outlier": "///"}
-_LABELS = {"inlier": "honest", "outlier": "lie"}
 
 
 def draw_line_fit(
@@ -43,7 +42,7 @@ def draw_line_fit(
     for name, chosen in _kinds(is_outlier, places.size):
         ax.vlines(places[chosen], fit[chosen], readings[chosen], colors=PALETTE[name], lw=1.0)
         at, colour = (places[chosen], readings[chosen]), PALETTE[name]
-        ax.plot(*at, MARKERS[name], color=colour, label=_LABELS[name])
+        ax.plot(*at, MARKERS[name], color=colour, label=name)
     return ax
 
 
@@ -90,5 +89,5 @@ def draw_pull_ends(ax: Axes, kernels: Iterable[Kernel], decades: tuple[int, int]
 
 
 def _kinds(is_outlier: ArrayLike, m: int) -> tuple[tuple[str, Mask], tuple[str, Mask]]:
-    lies = mask("is_outlier", is_outlier, m)
-    return ("inlier", ~lies), ("outlier", lies)
+    outlying = mask("is_outlier", is_outlier, m)
+    return ("inlier", ~outlying), ("outlier", outlying)

@@ -137,8 +137,8 @@ def test_a_draft_beside_the_submissions_is_left_out_and_named(course, grade):
     [
         (["ada/07-toy", "eve/07-toy"], "path 2 of 2 does not exist"),
         (["ada"], "path 1 of 1 does not say its assignment, or misspells it"),
-        (["more/ada.ipynb"], "path 1 of 1 lies beside the folders"),
-        (["ada/07-toy/07-toy.ipynb"], "path 1 of 1 lies in a submission's folder"),
+        (["more/ada.ipynb"], "path 1 of 1 is beside the folders"),
+        (["ada/07-toy/07-toy.ipynb"], "path 1 of 1 is in a submission's folder"),
     ],
 )
 def test_without_names_a_complaint_numbers_the_paths(course, grade, paths, complaint):

@@ -40,7 +40,7 @@ def test_it_says_what_student_code_would_see_of_the_course(autograder, monkeypat
     monkeypatch.setattr(view, "_visible", lambda allowed: (out.parent,))
     status, said, _ = autograder("doctor", "--out", out)
     assert status == 1 and doctor.SEEN not in said
-    assert f"Student code could read {tree}, which lies in {tmp_path}: move it" in said
+    assert f"Student code could read {tree}, which is in {tmp_path}: move it" in said
 
 
 def test_nothing_that_works_is_exit_status_1(autograder, monkeypatch):

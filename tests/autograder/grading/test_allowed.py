@@ -12,7 +12,7 @@ from robust_slam_autograder.sandbox import view
 
 from tests.autograder import toy
 
-SHOWN = "which lies in"
+SHOWN = "which is in"
 
 
 @pytest.fixture

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tests.autograder import honest
+from tests.autograder import correct
 from tests.autograder.hostile.broken import BROKEN
 from tests.autograder.hostile.cells import all_cells
 from tests.autograder.hostile.entry import Entry
@@ -22,12 +22,12 @@ BASELINES = [entry.name for entry in PLAIN if entry.name.startswith("plain-")]
 
 def neighbours() -> list[Entry]:
     """Plain right submissions, for an attack to harm."""
-    return [Entry(f"neighbour-{n}", "", "full", honest.plain) for n in range(NEIGHBOURS)]
+    return [Entry(f"neighbour-{n}", "", "full", correct.plain) for n in range(NEIGHBOURS)]
 
 
 def entries() -> list[Entry]:
-    """Everything, the honest spread evenly among the attacks, so that some run beside each."""
-    innocent = [*neighbours(), *PLAIN, *honest.HONEST]
+    """Everything, correct work spread evenly among the attacks, so that some runs beside each."""
+    innocent = [*neighbours(), *PLAIN, *correct.CORRECT]
     count = len(ATTACKS)
     places = [(n + 0.5) * count / len(innocent) for n in range(len(innocent))]
     numbered = [*zip(range(count), ATTACKS, strict=True), *zip(places, innocent, strict=True)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import pickle
 
-from tests.autograder import honest
+from tests.autograder import correct
 from tests.autograder.hostile.cells import WRONG, fill, in_cell
 from tests.autograder.hostile.entry import Entry, Place, Write, hand_in
 from tests.autograder.hostile.target import Target
@@ -192,8 +192,8 @@ FILES = [
     Entry("a-directory", "broken: directory", "refused", _directory),
     Entry("two-notebooks", "broken: two notebooks", "refused", _two),
     Entry("no-notebook", "broken: name", "refused", _none),
-    Entry("ada..%2e%2e%2f..neighbour-0", "broken: dots in an id", "full", honest.plain),
+    Entry("ada..%2e%2e%2f..neighbour-0", "broken: dots in an id", "full", correct.plain),
     Entry("says-another-name", "broken: dots in an id", "full", _says_another_name),
-    Entry("Ünï-çødé-学生-🎓", "broken: unicode in an id", "full", honest.plain),
-    Entry("o'dots'); drop table student;--", "broken: unicode in an id", "full", honest.plain),
+    Entry("Ünï-çødé-学生-🎓", "broken: unicode in an id", "full", correct.plain),
+    Entry("o'dots'); drop table student;--", "broken: unicode in an id", "full", correct.plain),
 ]

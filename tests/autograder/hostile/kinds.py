@@ -1,4 +1,4 @@
-"""The kinds of submission that a grader withstands, and of honest work that it must not hurt."""
+"""The kinds of submission that a grader withstands, and of correct work that it must not hurt."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ _HOSTILE = {
     "masked arrays, shapes, mutated inputs, random, state, call count",
     "pipe": "forged, lengths, floods, arrays, pickles",
 }
-_HONEST = (
+_CORRECT = (
     "prints, warnings, logging, plots, magics, helper classes, extra imports, unicode names, "
     "a scratch error, deleted tests, no kernelspec, a copied cell, crlf, bom"
 )
 
 KINDS = tuple(f"{group}: {kind}" for group, text in _HOSTILE.items() for kind in text.split(", "))
 """As ``group: kind``."""
-HONEST = tuple(f"honest: {kind}" for kind in _HONEST.split(", "))
+CORRECT = tuple(f"correct: {kind}" for kind in _CORRECT.split(", "))

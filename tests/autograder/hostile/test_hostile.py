@@ -20,7 +20,7 @@ import numpy as np
 import pytest
 
 from tests import kernel
-from tests.autograder import honest, toy
+from tests.autograder import correct, toy
 from tests.autograder.hostile import batch, catalogue, kinds, leaks, verdict
 from tests.autograder.hostile.batch import SEED, Report
 from tests.autograder.hostile.entry import Entry, Place
@@ -36,7 +36,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 
 @pytest.fixture(scope="module")
 def report(wall_name: str, assignment: str) -> Report:
-    """What became of a batch of all submissions, hostile and honest."""
+    """What became of a batch of all submissions, hostile and correct."""
     kernel.working(wall_name)
     return batch.attack(assignment, wall_name)
 
@@ -61,7 +61,7 @@ def test_of_all_submissions_none_is(report: Report, wrong: str) -> None:
 class TestTheSuite:
     def test_every_kind_has_a_submission(self) -> None:
         assert {entry.kind for entry in catalogue.ATTACKS} == set(kinds.KINDS)
-        assert {entry.kind for entry in honest.HONEST} == set(kinds.HONEST)
+        assert {entry.kind for entry in correct.CORRECT} == set(kinds.CORRECT)
         assert len(catalogue.ATTACKS) >= 120
 
     def test_names_are_unique_and_twins_and_baselines_are_there(self) -> None:
@@ -95,7 +95,7 @@ class TestTheSuite:
 
 
 def entry(bound: str = "wrong", kind: str = "values: nan", twin: str | None = None) -> Entry:
-    return Entry("mallory", kind, bound, honest.plain, twin=twin)  # type: ignore[arg-type]
+    return Entry("mallory", kind, bound, correct.plain, twin=twin)  # type: ignore[arg-type]
 
 
 RIGHT_PART = {"apply-by-hand": 5, "apply-twice": 5}

@@ -282,7 +282,7 @@ def test_a_doubtful_roster_is_refused_and_nothing_written(course, export, system
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--match", "SIS User ID"], "nobody in its column 'SIS User ID' has a mark"),
+        (["--match", "SIS User ID"], "no one in its column 'SIS User ID' has a mark"),
         (["08-none"], "has no assignment 08-none; it has 07-toy"),
         (["--column", "08=Final Score"], "--column 08=…: there is no mark of 08"),
         (["--column", "07-toy=Nothing"], "there is no column 'Nothing' for --column"),

@@ -84,6 +84,6 @@ def test_a_student_stands_there_once(tmp_path):
         roster.by_key(read, read.rows, 0)
 
 
-def test_who_has_nothing_in_the_matched_column_is_nobody(tmp_path):
+def test_who_has_nothing_in_the_matched_column_is_no_one(tmp_path):
     read = roster.read(written(tmp_path, "Name,Mail\na,\nb,\nc,x\n"))
     assert set(roster.by_key(read, read.rows, 1)) == {"x"}

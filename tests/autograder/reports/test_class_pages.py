@@ -76,7 +76,7 @@ def test_other_versions_are_told_at_the_top_and_on_the_index(made):
 def test_what_goes_wrong_with_a_test_is_seen_before_its_cases_are_opened(
     made,
 ):
-    assert "1 case of broken · 1: nobody passes: is the test right?" in words(made["many"])
+    assert "1 case of broken · 1: no one passes: is the test right?" in words(made["many"])
 
 
 def test_the_index_names_what_is_hardest_and_links_to_pages_that_there_are(

@@ -29,8 +29,8 @@ def make_graph(n, loops, noise, seed):
 
 def spoil(graph, fraction, seed):
     rng = np.random.default_rng(seed)
-    spoiled, is_lie = outliers.spoil_closures(PoseGraph(**graph), fraction, rng)
-    return as_dict(spoiled), is_lie
+    spoiled, is_outlier = outliers.spoil_closures(PoseGraph(**graph), fraction, rng)
+    return as_dict(spoiled), is_outlier
 
 
 def judge(graph, poses):
@@ -70,11 +70,11 @@ def drawn(name: str) -> Figure:
     return figure
 
 
-def town(seed=7, lies=6):
+def town(seed=7, count=6):
     rng = np.random.default_rng(seed)
     graph, truth = generate.manhattan(30, rng, side=5, closures=12)
-    graph, is_lie = outliers.add_random_closures(graph, lies, rng, poses=truth)
-    return graph, is_lie
+    graph, is_outlier = outliers.add_random_closures(graph, count, rng, poses=truth)
+    return graph, is_outlier
 
 
 def test_the_truth_of_a_right_world_has_the_residuals_it_should() -> None:
@@ -85,7 +85,7 @@ def test_the_truth_of_a_right_world_has_the_residuals_it_should() -> None:
 def test_spoiled_closures_are_marked() -> None:
     ax = drawn("spoil").axes[0]
     counts = {line.get_label(): len(line.get_xdata()) for line in ax.lines}
-    assert (counts["honest"], counts["spoiled"]) == (14, 6)
+    assert (counts["correct"], counts["spoiled"]) == (14, 6)
 
 
 def test_three_maps_have_three_verdicts() -> None:
@@ -99,9 +99,9 @@ def test_decisions_are_told_in_the_title() -> None:
 
 
 # In the second town GNC decides otherwise where it begins at least squares.
-@pytest.mark.parametrize(("seed", "lies"), [(7, 6), (6, 8)])
-def test_tools_put_together_decide_as_the_library_does(seed: int, lies: int) -> None:
-    graph, _ = town(seed, lies)
+@pytest.mark.parametrize(("seed", "count"), [(7, 6), (6, 8)])
+def test_tools_put_together_decide_as_the_library_does(seed: int, count: int) -> None:
+    graph, _ = town(seed, count)
     whole = library.solve(graph)
     limit = 3.3682141752187276
     answer = pipeline(as_dict(graph), limit, limit, capstone.library_tools())
@@ -128,8 +128,8 @@ def test_the_tool_for_pairs_takes_arrays_and_lists() -> None:
 
 
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
-    graph, is_lie = town()
-    monkeypatch.setattr(capstone, "_public", lambda: (graph, is_lie, "a small town"))
+    graph, is_outlier = town()
+    monkeypatch.setattr(capstone, "_public", lambda: (graph, is_outlier, "a small town"))
 
 
 def test_a_public_graph_is_named_and_drawn(
@@ -148,8 +148,8 @@ def test_where_there_is_no_data_a_graph_is_made(
         return make(), "made up"
 
     monkeypatch.setattr(capstone.datasets, "load_or_generate", missing)
-    graph, is_lie, word = capstone._public()
-    assert (graph.n, int(is_lie.sum()), word) == (400, 40, "made up")
+    graph, is_outlier, word = capstone._public()
+    assert (graph.n, int(is_outlier.sum()), word) == (400, 40, "made up")
 
 
 def test_gtsam_has_the_same_map(monkeypatch: pytest.MonkeyPatch) -> None:

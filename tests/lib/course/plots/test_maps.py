@@ -30,8 +30,8 @@ COORDINATES = re.compile(r'(?:\sd|transform|\sx|\sy)="([^"]*)"')
 
 def town():
     rng = np.random.default_rng(5)
-    honest, truth = circle(20, rng, laps=2, closures=4)
-    graph, wrong = add_random_closures(honest, 2, rng, poses=truth)
+    clean, truth = circle(20, rng, laps=2, closures=4)
+    graph, wrong = add_random_closures(clean, 2, rng, poses=truth)
     return graph, wrong, truth
 
 

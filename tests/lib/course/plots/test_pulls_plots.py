@@ -20,13 +20,13 @@ def test_the_fit_and_the_truth_are_lines_over_all_places(ax) -> None:
     assert lines["fit"].get_linestyle() != lines["truth"].get_linestyle()
 
 
-def test_a_lie_differs_from_the_honest_in_marker_and_colour(ax) -> None:
+def test_an_outlier_differs_from_the_inliers_in_marker_and_colour(ax) -> None:
     draw_line_fit(ax, P, Y, (1.0, 0.5), (2.0, 0.25), IS_LIE)
     lines = {line.get_label(): line for line in ax.lines}
-    np.testing.assert_allclose(lines["honest"].get_xydata(), [[0, 1], [1, 2]])
-    np.testing.assert_allclose(lines["lie"].get_xydata(), [[4, 9]])
-    assert lines["honest"].get_marker() != lines["lie"].get_marker()
-    assert lines["honest"].get_color() != lines["lie"].get_color()
+    np.testing.assert_allclose(lines["inlier"].get_xydata(), [[0, 1], [1, 2]])
+    np.testing.assert_allclose(lines["outlier"].get_xydata(), [[4, 9]])
+    assert lines["inlier"].get_marker() != lines["outlier"].get_marker()
+    assert lines["inlier"].get_color() != lines["outlier"].get_color()
 
 
 def test_a_residual_leads_from_the_fit_to_its_reading(ax) -> None:

@@ -24,11 +24,11 @@ def test_every_weight_of_every_step_is_drawn_lies_apart(ax) -> None:
     result = gnc(LocationProblem(Z), 2.0, "gm")
     draw_weight_history(ax, result.history, LIE)
     weights = np.array([step.weights for step in result.history])
-    honest, lie = ax.lines
-    np.testing.assert_array_equal(heights(honest), weights[:, :3].T)
-    np.testing.assert_array_equal(heights(lie), weights[:, 3:].T)
-    assert honest.get_linestyle() != lie.get_linestyle()
-    assert honest.get_marker() != lie.get_marker()
+    inlier, outlier = ax.lines
+    np.testing.assert_array_equal(heights(inlier), weights[:, :3].T)
+    np.testing.assert_array_equal(heights(outlier), weights[:, 3:].T)
+    assert inlier.get_linestyle() != outlier.get_linestyle()
+    assert inlier.get_marker() != outlier.get_marker()
     assert [line.get_label() for line in ax.lines] == ["inliers (3)", "outliers (1)"]
 
 

@@ -1,4 +1,4 @@
-"""Honest submissions of any assignment, each unusual in one way and each right."""
+"""Correct submissions of any assignment, each unusual in one way and each right."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ def _changed(name: str, kind: str, change: Change) -> Entry:
         change(notebook, target)
         hand_in(notebook, target, place)
 
-    return Entry(name, f"honest: {kind}", "full", write)
+    return Entry(name, f"correct: {kind}", "full", write)
 
 
 def _bytes(name: str, kind: str, data: Callable[[str], bytes]) -> Entry:
     def write(target: Target, place: Place) -> None:
         put(data(json.dumps(target.solved(), indent=1, ensure_ascii=False)), target, place)
 
-    return Entry(name, f"honest: {kind}", "full", write)
+    return Entry(name, f"correct: {kind}", "full", write)
 
 
 def _another_name(target: Target, place: Place) -> None:
@@ -96,7 +96,7 @@ def _long_outputs(notebook: Notebook, target: Target) -> None:
 
 
 NOTEBOOKS = [
-    Entry("plain", "honest: prints", "full", plain),
+    Entry("plain", "correct: prints", "full", plain),
     _changed("deleted-tests", "deleted tests", _without("grade")),
     _changed("deleted-setup", "deleted tests", _without("locked")),
     _changed("no-kernelspec", "no kernelspec", lambda notebook, _: notebook.update(metadata={})),
@@ -109,6 +109,6 @@ NOTEBOOKS = [
     _changed("long-outputs", "prints", _long_outputs),
     _bytes("windows-lines", "crlf", lambda text: text.replace("\n", "\r\n").encode()),
     _bytes("byte-order-mark", "bom", lambda text: text.encode("utf-8-sig")),
-    Entry("another-name", "honest: a copied cell", "full", _another_name),
+    Entry("another-name", "correct: a copied cell", "full", _another_name),
 ]
-HONEST = [*from_file(Path(__file__).with_name("honest_cells.txt")), *NOTEBOOKS]
+CORRECT = [*from_file(Path(__file__).with_name("correct_cells.txt")), *NOTEBOOKS]

@@ -1,4 +1,4 @@
-"""Honest submissions that look unusual: what is said of them. (Their marks: test_hostile.)"""
+"""Correct submissions that look unusual: what is said of them. (Their marks: test_hostile.)"""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from robust_slam_autograder.grading import batch
 from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.sandbox import Unsandboxed
 
-from tests.autograder import honest, toy
+from tests.autograder import correct, toy
 from tests.autograder.hostile.entry import Place
 from tests.autograder.hostile.target import load
 
@@ -26,7 +26,7 @@ NOTES = {
 def grade(name: str, folder: Path) -> Result:
     tree = toy.make_tree(folder)
     target = load(tree, toy.NAME, folder / "release")
-    (entry,) = [entry for entry in honest.HONEST if entry.name == name]
+    (entry,) = [entry for entry in correct.CORRECT if entry.name == name]
     place = Place(folder / "submitted" / name / toy.NAME, folder, "mk")
     entry.write(target, place)
     tests = tree / toy.NAME / f"{toy.NAME}.ipynb"
