@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import nbformat
 import numpy as np
+
+from tools.prose.text import read_by_people
 
 CHAPTERS = Path(__file__).parents[2] / "chapters"
 DECIMAL = re.compile(r"(?<![\w.])-?\d+\.\d+(?!\.?\d)")
@@ -35,7 +37,7 @@ class Chapter:
     @cached_property
     def text(self) -> str:
         """The markdown, captions, alternative texts and quizzes."""
-        parts = (part for cell in self._notebook.cells for part in _read_by_people(cell))
+        parts = (part for cell in self._notebook.cells for part in read_by_people(cell))
         return "\n".join(parts).replace("−", "-")
 
     def run(self, *cells: str, **names: Any) -> dict[str, Any]:
@@ -96,11 +98,3 @@ def rounds_to(value: float, printed: str) -> bool:
     """Tell whether the value, rounded to as many decimals, is the printed number."""
     half_a_unit = 0.5 * 10.0 ** -len(printed.partition(".")[2])
     return bool(abs(float(printed) - value) <= half_a_unit * (1.0 + 1e-9))
-
-
-def _read_by_people(cell: nbformat.NotebookNode) -> Iterator[str]:
-    if cell.cell_type == "markdown" or "Question(" in cell.source:
-        yield cell.source
-    shown = cell.metadata.get("mystnb", {})
-    yield shown.get("figure", {}).get("caption", "")
-    yield shown.get("image", {}).get("alt", "")

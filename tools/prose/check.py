@@ -26,10 +26,13 @@ PAGES = (
 )
 CODE = (
     "lib/**/*.py",
+    "lib/robust_slam_course/canvas/js/**/*.js",
     "autograder/**/*.py",
+    "autograder/robust_slam_autograder/reports/templates/*.html",
     "benchmarks/**/*.py",
     "chapters/_ext/*.py",
     "chapters/python/*.py",
+    "chapters/python/*.js",
     "tools/**/*.py",
 )
 

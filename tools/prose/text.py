@@ -38,6 +38,12 @@ _WITHIN_A_LINE = (
 _LINK = re.compile(r"!?\[((?:[^\[\]]|\[[^\]]*\])*)\]\([^)\s]*\)")
 _SYNTAX = re.compile(r"\*+|(?<!\w)_+|_+(?!\w)|^ *#+ |^ *> |^ *[-*] ", re.MULTILINE)
 _TITLE = re.compile(r"^ *:{3,}\{(?:admonition|dropdown|important|note|table|tip)\} *(.+)$", re.M)
+_SCRIPT = re.compile(
+    r"/\*+(?P<block>.*?)\*/|//(?P<line>[^\n]*)"
+    r"""|(?P<quote>["'`])(?P<string>(?:\\.|(?!(?P=quote)).)*)(?P=quote)""",
+    re.DOTALL,
+)
+_SLOT = re.compile(r"\$\{[^}]*\}|\{[{%#].*?[%#}]\}", re.DOTALL)
 _PRAGMA = re.compile(r"#\s*(?:type:|noqa|fmt:|pragma|!|ruff:|mypy:).*")
 
 
@@ -91,8 +97,24 @@ def read_by_people(cell: Mapping[str, Any]) -> Iterator[str]:
 def of_python(path: Path, name: str) -> Iterator[Piece]:
     """Yield a module's docstrings, messages and comments; a string without a space is a name."""
     source = path.read_text("utf-8")
-    texts = [*_strings(source), *_comments(source)]
-    yield from (Piece(name, line, markdown(text)) for line, text in texts)
+    for line, text in [*_strings(source), *_comments(source)]:
+        if " " in text:
+            yield Piece(name, line, markdown(text))
+
+
+def of_script(path: Path, name: str) -> Iterator[Piece]:
+    """Yield the comments and the texts of a module in JavaScript."""
+    source = path.read_text("utf-8")
+    for match in _SCRIPT.finditer(source):
+        text = next(text for text in match.group("block", "line", "string") if text is not None)
+        if " " in text:
+            line = source.count("\n", 0, match.start()) + 1
+            yield Piece(name, line, markdown(_SLOT.sub(_gap, text)))
+
+
+def of_template(path: Path, name: str) -> Iterator[Piece]:
+    """Yield the prose of a page's template."""
+    yield Piece(name, 1, markdown(_SLOT.sub(_gap, path.read_text("utf-8"))))
 
 
 def _comments(source: str) -> Iterator[tuple[int, str]]:
@@ -112,7 +134,7 @@ def _comments(source: str) -> Iterator[tuple[int, str]]:
 
 def _strings(source: str) -> Iterator[tuple[int, str]]:
     for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.Constant) and isinstance(node.value, str) and " " in node.value:
+        if isinstance(node, ast.Constant) and isinstance(node.value, str):
             yield node.lineno, node.value
 
 
@@ -128,6 +150,8 @@ READERS: dict[str, Callable[[Path, str], Iterable[Piece]]] = {
     ".md": of_markdown,
     ".ipynb": of_notebook,
     ".py": of_python,
+    ".js": of_script,
+    ".html": of_template,
 }
 
 

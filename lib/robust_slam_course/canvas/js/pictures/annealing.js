@@ -37,7 +37,7 @@ const COST_SAMPLES = 211;
 /** A step that stands for the last one, however many there are. */
 const LAST_STEP = 1e6;
 
-/** The part of the x axis that is shown, and in which readings may lie. */
+/** The part of the x axis that is shown, and in which readings may be. */
 function annealingSpan(start) {
   return start === "seven" ? [-4, 38] : [-4, 14];
 }
@@ -93,7 +93,7 @@ function shareOfHighest(values) {
   return values.map((value) => value / most);
 }
 
-/** Where the three panels lie, one below the other over one x axis. */
+/** Where the three panels are, one below the other over one x axis. */
 function annealingPanels(width) {
   const phone = width < 640;
   const [cost, rows, path] = phone ? [170, 190, 200] : [190, 190, 220];

@@ -39,7 +39,7 @@ const LANDSCAPE_KERNELS = [
   ["tls", "TLS"], ["cauchy", "Cauchy"], ["geman-mcclure", "Geman–McClure"], ["squared", "squared"],
 ];
 const [LEAST_C, MOST_C] = [0.5, 12];
-/** The part of the x axis that is shown, and in which readings and the start may lie. */
+/** The part of the x axis that is shown, and in which readings and the start may be. */
 const BASIN_SPAN = [-4, 14];
 const BASIN_PLACES = 181;
 const MAP_ROWS = 47;
@@ -81,7 +81,7 @@ function basinsAt(state, c, times, options) {
   return { c, cost, kinds, ends, minima: minimaOf(cost).map(basinPlace) };
 }
 
-/** Which group of readings `x` is near, or that it lies between the two. */
+/** Which group of readings `x` is near, or that it is between the two. */
 function nearGroup([first, second], x) {
   const share = first === second ? 0 : (x - first) / (second - first);
   if (share < 0.46) return "first";
@@ -123,7 +123,7 @@ function solveBasins(state, data, fork) {
   };
 }
 
-/** Where the panels lie: the landscape, the readings, the band of basins, the map over c. */
+/** Where the panels are: the landscape, the readings, the band of basins, the map over c. */
 function basinPanels(width) {
   return {
     cost: { x: 0, y: 24, width, height: 200 },

@@ -110,7 +110,7 @@ function arrowsOf(R, r) {
   )).flat();
 }
 
-/** Where the panels lie: side by side from 640 px on, one below the other else. */
+/** Where the panels are: side by side from 640 px on, one below the other else. */
 function certificatePanels(width) {
   if (width < 640) {
     const ring = Math.min(300, width);

@@ -106,7 +106,7 @@ function openingCaption({ state, result, data }) {
   const off = `The farthest pose is ${result.farthest.toFixed(1)} m from where it was.`;
   const correct = data.trusted.length - data.trusted.reduce((sum, value) => sum + value, 0);
   if (!state.robust) {
-    return `Least squares believes all ${correct} correct closures and ${wrong} alike. ${off}`;
+    return `Least squares gives all ${correct} correct closures and ${wrong} the same weight. ${off}`;
   }
   const rejected = state.wrong.filter((_, k) => result.weights[data.edges.length + k] <= 0.5).length;
   const kept = data.trusted.filter((value, k) => !value && result.weights[k] > 0.5).length;
