@@ -118,7 +118,8 @@ def test_all_rejected_is_seen_in_the_stop_the_cost_and_the_map(graph: rs.PoseGra
 def test_what_is_to_be_watched_is_there(answer: Answer) -> None:
     for name in re.findall(r"`answer\.([\w.]+?)(?:\(\))?`", PAGE):
         operator.attrgetter(name)(answer)
-    assert hasattr(answer.certificate, "bound")
+    assert "`verdict` and `bound` of `answer.certificate`" in PAGE
+    assert hasattr(answer.certificate, "verdict") and hasattr(answer.certificate, "bound")
     named = re.findall(r"`result\.(\w+)`", PAGE)
     assert named and not [name for name in named if not hasattr(answer.result, name)]
 
