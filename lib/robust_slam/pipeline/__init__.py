@@ -14,8 +14,13 @@ from dataclasses import replace
 
 from robust_slam._arrays import Array
 from robust_slam._deadline import Deadline
-from robust_slam.certificates.chordal import chordal_cost
-from robust_slam.certificates.optimality import MAX_SECONDS, Certificate, unproven
+from robust_slam.certificates.optimality import (
+    MAX_SECONDS,
+    Certificate,
+    Verdict,
+    certify,
+    unproven,
+)
 from robust_slam.certificates.staircase import solve_certified
 from robust_slam.descent import start
 from robust_slam.estimators.graduation import Kind, check_kind
@@ -119,7 +124,9 @@ def _certified(
     inliers = select(graph, found.final.kept)
     if deadline.passed:
         return found.final.x, unproven(inliers, found.final.x)
-    # GNC may have ended in a local minimum; without outliers the chordal start leads out of it.
-    starts = (found.final.x, start.chordal(inliers))
-    first = min(starts, key=lambda poses: chordal_cost(inliers, poses))
-    return solve_certified(inliers, first, max_seconds=deadline.left)
+    direct = certify(inliers, found.final.x, max_seconds=deadline.left)
+    if direct[1].verdict is Verdict.CERTIFIED or deadline.passed:
+        return direct
+    # That is a local minimum. Without outliers the chordal start is close to the optimum.
+    climbed = solve_certified(inliers, start.chordal(inliers), max_seconds=deadline.left)
+    return min(climbed, direct, key=lambda solution: solution[1].cost)
