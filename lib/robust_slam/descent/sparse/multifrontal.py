@@ -78,6 +78,8 @@ class Multifrontal:
         factors = self.factorise(blocks, forward=x)
         return None if factors is None else factors.back_substitute(x).reshape(right.shape)
 
+    # The upper triangle of an update is never set; it is added up, but not used.
+    @np.errstate(over="ignore", invalid="ignore")
     def factorise(self, blocks: Array, forward: Array | None = None) -> MultifrontalFactors | None:
         """Return the factors L of ``blocks`` ``(k, b, b)``, or None if not positive definite.
 
@@ -98,8 +100,7 @@ class Multifrontal:
             r = plan.rows.size
             if r:
                 dtrsm(1.0, top, side, side=1, lower=1, trans_a=1, overwrite_b=1)
-                # The upper triangle is never used, but added up too.
-                own = np.zeros((r, r), order="F")
+                own = np.empty((r, r), order="F")
                 updates[number] = dsyrk(-1.0, side, beta=0.0, c=own, lower=1, overwrite_c=1)
                 for extend, update in received:
                     _add(updates[number], extend.update, update)
