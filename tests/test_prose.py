@@ -14,11 +14,11 @@ from tools.prose import check, text
 PAGE = """\
 # A page
 
-Text with `lie` as code, $honest$ as a formula, {cite:p}`nobody2020` and
-[an address](https://example.org/whoever).
+Text with `lie` as code, $honest$ as a formula, {cite:p}`crowd2020` and
+[an address](https://example.org/crowd).
 
 ```python
-wants = nobody
+crowd = friends
 ```
 
 :::{dropdown} A title
@@ -32,7 +32,7 @@ def course(root: Path, text: str, module: str = "") -> list[str]:
     """The findings in a course of one page, one notebook and one module, which hold a text."""
     cells = [
         {"id": "read", "cell_type": "markdown", "source": [text], "metadata": {}},
-        {"id": "run", "cell_type": "code", "source": ["nobody = 0"], "metadata": {}},
+        {"id": "run", "cell_type": "code", "source": ["crowd = 0"], "metadata": {}},
     ]
     (root / "chapters").mkdir()
     (root / "lib").mkdir()
@@ -48,7 +48,7 @@ def test_the_language_is_in_order() -> None:
 
 
 def test_what_is_no_prose_is_not_read(tmp_path: Path) -> None:
-    assert course(tmp_path, "One measurement is an outlier.", "wants = {'nobody': 0}\n") == []
+    assert course(tmp_path, "One measurement is an outlier.", "crowd = {'friends': 0}\n") == []
 
 
 def test_a_planted_word_is_found_with_its_place(tmp_path: Path) -> None:
@@ -63,7 +63,7 @@ def test_a_planted_word_is_found_with_its_place(tmp_path: Path) -> None:
     "planted",
     [
         "Such a map is\nnone.",
-        "Whoever reads",
+        "Friends agree",
         "dear",
         "the strides",
         "She believed it",
@@ -94,9 +94,9 @@ def test_a_planted_fault_is_found_by_the_linter(tmp_path: Path) -> None:
     "module",
     [
         '"""A honest module."""\n',
-        "x = 0  # nobody reads it\n",
-        "# One line that nobody\n# reads.\n",
-        'raise ValueError(f"{x} wants two")\n',
+        "x = 0  # a timid start\n",
+        "# A first step that is timid\n# ends early.\n",
+        'raise ValueError(f"{x} believes two")\n',
     ],
 )
 def test_docstrings_comments_and_messages_are_read(tmp_path: Path, module: str) -> None:

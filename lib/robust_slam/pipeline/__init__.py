@@ -127,6 +127,6 @@ def _certified(
     direct = certify(inliers, found.final.x, max_seconds=deadline.left)
     if direct[1].verdict is Verdict.CERTIFIED or deadline.passed:
         return direct
-    # That is a local minimum. Without outliers the chordal start is close to the optimum.
+    # That may be a local minimum. Without outliers the chordal start is close to the optimum.
     climbed = solve_certified(inliers, start.chordal(inliers), max_seconds=deadline.left)
     return min(climbed, direct, key=lambda solution: solution[1].cost)

@@ -16,7 +16,7 @@ from importlib.util import find_spec
 COMPILED_FROM = "ROBUST_SLAM_COMPILED_FROM"
 """The environment variable with the number of edges from which kernels are compiled ones."""
 LARGE = 9000
-"""That number by default. From there on one `solve` is quicker with them, the loading included."""
+"""That number by default. From there on one `solve` is quicker, with the loading included."""
 
 
 def use_compiled(edges: int) -> bool:
