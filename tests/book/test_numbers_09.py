@@ -120,7 +120,7 @@ FORMULAS = {
     "0.09": lambda page: page.outcomes["nothing"][0],
     "0.61 2.97": lambda page: [min(page.of_branch(0)), max(page.of_branch(0))],
     "0.33": lambda page: page.outcomes["plan"][0],
-    "0.94 0.23 1.73": lambda page: [page.ratio[f] for f in (1, 2, 0.5)],
+    "0.94 0.23 1.92": lambda page: [page.ratio[f] for f in (1, 2, 0.5)],
     "2.44": lambda page: page.by_factor[8][0, 2],
     "0.60": lambda page: page.by_factor[8][0, 4],
     "0.55": lambda page: page.by_factor[1][:, 4].min(),
@@ -133,7 +133,7 @@ FORMULAS = {
     "GNC would keep 23": lambda page: sum(page.before_and_after_gnc()[1]),
     "3.91": lambda page: costs_among_outliers(page)[0] / 1e4,
     "3.63": lambda page: costs_among_outliers(page)[1] / 1e4,
-    "24 of 60": lambda page: [60 - page.by_factor[0.5][:, 0].sum(), 60],
+    "23 of 60": lambda page: [60 - page.by_factor[0.5][:, 0].sum(), 60],
 }
 
 

@@ -26,7 +26,7 @@ from robust_slam.consistency.bridges import Bridges, find_bridges
 from robust_slam.consistency.pairwise import PcmResult, pcm
 from robust_slam.descent import start
 from robust_slam.estimators import kernels
-from robust_slam.estimators.graduation import Kind, gnc
+from robust_slam.estimators.graduation import Kind, gnc, start_mu
 from robust_slam.estimators.result import Result, Step, StopReason
 from robust_slam.estimators.reweighting import irls
 from robust_slam.graphs.odometry import accumulated_rotation, spanning_tree
@@ -123,22 +123,18 @@ def _decided(problem: PoseGraphProblem, threshold: float, deadline: Deadline) ->
     Inliers that were rejected pull on the map only when they return, so at first closures
     count up to ``_REACH`` thresholds. Where that does not lower the cost, the guess remains.
 
-    Source: Yang et al. 2020 for the surrogate; its use to take closures back is derived here.
+    Source: Yang et al. 2020 for the surrogate and, Remark 5, its first μ; its use to take
+    closures back is derived here.
     """
     norms = problem.residual_norms(problem.guess)
     near = ~problem.trusted & (norms > threshold) & (norms < _REACH * threshold)
     maps = [problem.guess]
     if np.any(near) and not deadline.passed:
-        # The surrogate of this mu gives weights above 0 up to _REACH thresholds.
-        mu, left = 1.0 / (_REACH**2 - 1.0), deadline.left
-        again = gnc(
-            problem,
-            threshold,
-            x0=problem.guess,
-            mu0=mu,
-            tol=_ROUGH,
-            max_seconds=left,
-        )
+        # Weights are above 0 up to _REACH thresholds, or to √2 of the largest norm if less.
+        widest = start_mu(float(np.max(norms[near])), threshold)
+        mu, left = max(1.0 / (_REACH**2 - 1.0), widest), deadline.left
+        x0 = problem.guess
+        again = gnc(problem, threshold, x0=x0, mu0=mu, tol=_ROUGH, max_seconds=left)
         maps.append(again.x)
 
     def cost(poses: Array) -> float:
