@@ -121,12 +121,25 @@ FORMULAS = {
     "0.0055": lambda page: 0.5 - lever(1.0, 1.0),
     "0.44 0.23 0.02": lambda page: [lever(place, 1.0) for place in (11.0, 14.9, 15.1)],
     "0.473 0.002": lambda page: [lever(place, 0.1) for place in (14.9, 15.1)],
+    "1.8": lambda page: most_residual_on_the_long_arm(),
     "2.4": lambda page: np.mean([0, 0, 0, 0, 12]),
     "| ratio | **100** | **10** |": lambda page: [
         SQUARED.rho(10.0) / SQUARED.rho(1.0),
         SQUARED.psi(10.0) / SQUARED.psi(1.0),
     ],
 }
+
+
+def most_residual_on_the_long_arm() -> float:
+    """Return the largest residual over the kernels of the reading at place 16, 6 m high."""
+    places, y = np.where(P == 8, 16.0, P), np.where(P == 8, 6.0, heights(0.0))
+    problem = LinearProblem(np.column_stack([np.ones(10), places]), y, 0.2)
+    start = irls(problem, WIDE_HUBER, max_iterations=500).x
+    lines = [
+        irls(problem, kernel, start, max_iterations=500).x
+        for kernel in (SQUARED, WIDE_HUBER, WIDE_CAUCHY, kernels.tls(2.576))
+    ]
+    return max(abs(problem.residuals(line)[8]) for line in lines)
 
 
 class TestNumbers(Numbers):

@@ -106,6 +106,12 @@ def test_the_table_of_ratios_and_weights() -> None:
     assert not [number for number in bold if number not in CHAPTER.text]
 
 
+@pytest.mark.parametrize("d", [1, 3, 6])
+def test_the_efficiency_of_tls_is_the_kept_share_of_the_squared_norm(d: int) -> None:
+    kept = chi2.expect(lambda square: square, args=(d,), ub=gamma(d) ** 2)
+    assert kept / d == pytest.approx(efficiency(kernels.tls(gamma(d)), d), abs=1e-6)
+
+
 def test_the_pull_is_largest_where_the_text_says() -> None:
     u = np.linspace(0, 50, 500_001)
     tops = {k.name: float(k.psi(u).max()) for k in (HUBER, CAUCHY, GEMAN_MCCLURE, TLS)}

@@ -16,8 +16,11 @@ ENTRIES: dict[str, Entry] = dict(parse_file(str(CHAPTERS / "references.bib")).en
 CITED = re.compile(r"\{cite(?::\w+)?\}`([^`]+)`")
 DOI = re.compile(r"10\.\d{4,9}/\S+")
 PREPRINT = re.compile(r"10\.48550/arXiv\.\d{4}\.\d{4,5}")
-WITHOUT_DOI = {"carlone_handbook2026": "https://github.com/SLAM-Handbook-contributors/"}
-"""A book that has no DOI yet, and where its authors publish it."""
+WITHOUT_DOI = {
+    "carlone_handbook2026": "https://github.com/SLAM-Handbook-contributors/",
+    "geman1985": "https://www.dam.brown.edu/people/geman/",
+}
+"""A book that has no DOI yet and a paper that has none, and where the authors publish them."""
 NAMED = {
     "TEASER++": "yang2021teaser",
     "STRIDE": "yang2023stride",

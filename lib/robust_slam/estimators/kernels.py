@@ -178,7 +178,7 @@ def geman_mcclure(c: float) -> Kernel:
     Raises:
         ValueError: ``c`` is not a finite number above zero.
 
-    Source: Geman and McClure 1987; SLAM Handbook 2026, (3.25) at μ = 1, without the ½ there.
+    Source: Geman and McClure 1985; SLAM Handbook 2026, (3.25) at μ = 1, without the ½ there.
     """
     c = positive("c", c)
 

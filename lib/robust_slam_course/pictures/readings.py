@@ -29,10 +29,11 @@ def leverage() -> Picture:
         name="leverage",
         title="Ten readings pull on a line",
         tries=[
-            "the reading at place 8 is 3 m too high, and the fit is tilted. Under Cauchy’s kernel,"
-            " does this reading pull hardest where it is, or nearer to the wall?",
+            "the reading at place 8 is 3 m too high, and the fit is tilted. Under Cauchy’s kernel"
+            " far readings pull less. Does this one pull hardest where it is, or nearer to the"
+            " wall?",
             "choose Cauchy and lower the reading until its bar is longest. Then choose TLS and"
-            " find the height at which it lets go.",
+            " find the height at which it rejects the reading.",
             "leverage: choose Huber and move the reading to place 16, at a height of 6 m. Does"
             " any kernel reject it there?",
         ],
@@ -67,15 +68,15 @@ def kernels() -> Picture:
         name="kernels",
         title="One reading and four kernels",
         tries=[
-            "the ninth reading is at 8. It moves on to 15. Which of the four estimates moves"
-            " most, which stay where they are, and which moves back?",
+            "the threshold c is 2.5 and doubles. Which of the four estimates moves most, and which"
+            " stay where they are?",
             "begin with the reading at 0 and move it outwards. Where does Cauchy pull hardest, and"
-            " where does TLS let go? Compare both with c.",
-            "bring the reading to 4 and change c: a larger one lets TLS take the reading back. How"
-            " small can c be before TLS rejects inliers?",
+            " where does TLS reject it? Compare both with c.",
+            "bring the reading to 4 and change c: with a larger one TLS keeps the reading again."
+            " How small can c be before TLS rejects inliers?",
         ],
         caption="The reading at 8.0 pulls with 7.11 (squared), 2.50 (Huber) and 0.72 (Cauchy, at"
-        " most 1.25); TLS has let go. Estimates: 0.89, 0.31, 0.12, 0.00.",
+        " most 1.25); TLS rejects it. Estimates: 0.89, 0.31, 0.12, 0.00.",
         state={"z": 8.0, "c": 2.5},
         data={"inliers": inliers},
         still=_kernels_still(inliers, 8.0, 2.5),
@@ -107,7 +108,7 @@ def majoriser() -> Picture:
         name="majoriser",
         title="Each step goes to the lowest point of a parabola",
         tries=[
-            "the broken parabola touches the cost at the start, 7, and each step goes to its"
+            "the dashed parabola touches the cost at the start, 7, and each step goes to its"
             " lowest point. The nearest minimum is at the outlier, near 5. Do the steps end"
             " there?",
             "move the start. Which of the starts between 0 and 7 end at the outlier? Compare 4.0"

@@ -152,7 +152,7 @@ function putLine(scene, width, z, inliers, change) {
 
 function kernelsCaption({ state: { z, c }, result: { estimates, residuals, kept }, data }) {
   const pull = (k) => Math.abs(KERNELS[KERNEL_LOOKS[k].name].psi(residuals[k], c)).toFixed(2);
-  const fate = Math.abs(residuals[3]) > c ? "TLS has let go" : `TLS holds it with ${pull(3)}`;
+  const fate = Math.abs(residuals[3]) > c ? "TLS rejects it" : `TLS keeps it, with pull ${pull(3)}`;
   const lost = data.inliers.length - kept;
   const sign = (x) => `${x < -0.005 ? "−" : ""}${Math.abs(x).toFixed(2)}`;
   return `The reading at ${z.toFixed(1)} pulls with ${pull(0)} (squared), ${pull(1)} (Huber)`

@@ -51,7 +51,7 @@ const cauchyKernel = {
   convexUntil: (c) => c,
 };
 
-/** Geman and McClure 1987: ρ = (u²/2)/(1 + u²/c²), bounded by c²/2. */
+/** Geman and McClure 1985: ρ = (u²/2)/(1 + u²/c²), bounded by c²/2. */
 const gemanMcClureKernel = {
   label: "Geman–McClure",
   influence: "redescending",
