@@ -90,9 +90,11 @@ def _backtrack(
     equations: NormalEquations, current: Linearisation, weights: Array, step: Array
 ) -> Linearisation:
     """Take the longest of step, step/2, step/4, … that does not increase the cost."""
+    # First, since compiled equations keep the residual norms of the last poses alone.
+    cost = current.cost
     for halvings in range(_HALVINGS):
         poses = equations.retract(current.poses, step * 0.5**halvings)
         trial = equations.at(poses, weights)
-        if not increases(trial.cost, current.cost):
+        if not increases(trial.cost, cost):
             return trial
     return current

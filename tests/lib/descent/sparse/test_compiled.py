@@ -111,6 +111,27 @@ def test_norms_are_those_of_the_poses_given_also_when_they_changed_in_place(both
     assert_close(compiled.residual_norms(poses), by_numpy.residual_norms(poses))
 
 
+def test_a_robust_solve_computes_the_norms_of_each_map_once(compiled_from, monkeypatch):
+    need_numba()
+    from robust_slam.descent.sparse import edges
+
+    compiled_from(0)
+    graph, _ = manhattan(60, np.random.default_rng(0), closures=20)
+    poses, computed = [], edges._norms_plane
+
+    def counted(*arguments):
+        poses.append(arguments[-1])
+        return computed(*arguments)
+
+    monkeypatch.setattr(edges, "_norms_plane", counted)
+    # Equations over a part of the edges compute the norms of these again.
+    monkeypatch.setattr(normal_equations, "_FULL_SHARE", 0.0)
+    gnc(add_random_closures(graph, 10, np.random.default_rng(1))[0])
+    maps = {one.tobytes() for one in poses}
+    assert len(maps) > 5
+    assert len(poses) == len(maps)
+
+
 @pytest.mark.parametrize("make", [manhattan, sphere], ids=["plane", "space"])
 @pytest.mark.parametrize("descend", [gauss_newton, levenberg_marquardt])
 def test_descents_end_in_the_same_minimum(compiled_from, make, descend):
