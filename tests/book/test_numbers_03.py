@@ -94,7 +94,7 @@ FORMULAS = {
     "31.6 0.158": lambda page: [sqrt(999), 5 / sqrt(999)],
     "0.338": lambda page: page.rate,
     "3.22": lambda page: page.result.cost,
-    "0.9": lambda page: page.result.weights[[0, 3]].mean(),
+    "0.69": lambda page: page.result.weights[:4].min(),
     "0.0625": lambda page: irls(PROBLEM, kernels.huber(1.0)).x,
     "-0.0125 0.125": lambda page: [page.tls.x, page.tls.history[1].x],
     "-0.00846 0.00822": lambda page: [page.inliers_alone, page.result.x - page.inliers_alone],

@@ -183,6 +183,9 @@ def test_the_town_has_a_minimum_that_no_restart_finds(page) -> None:
     assert page.kept(page.from_truth) == (14, 0)
     assert page.kept(page.best) == (5, 0)
     assert page.kept(page.annealed) == (13, 0)
+    other = gnc(page.problem, page.c, x0=page.odometry)
+    assert page.kept(other) == (13, 0)
+    assert other.cost == pytest.approx(page.annealed.cost, abs=1e-3)
     above = [r for r in page.restarts if r.cost > page.from_ls.cost + 1e-6]
     assert [page.kept(r) for r in above] == [(0, 1)] * 5
     still = [r for r in page.restarts if abs(r.cost - page.from_ls.cost) < 1e-6]

@@ -44,8 +44,8 @@ def basins() -> Picture:
         name="basins",
         title="Where a descent ends",
         tries=[
-            "twenty readings are 0 and one is 10. IRLS with TLS starts at 8 and ends at 10. Does a"
-            " larger c bring it to 0? And an even larger one?",
+            "twenty readings are 0 and one is 10. IRLS with TLS starts at 8 and ends at 10. Where"
+            " does it end if σ is doubled? And if it is three times as large?",
             "choose Cauchy and one reading against one. At which c do the two minima become one?",
             "choose TLS with c = 1 and drag the start between the readings. Which way does the"
             " descent go?",

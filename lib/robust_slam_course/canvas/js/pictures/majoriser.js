@@ -97,7 +97,7 @@ function drawMajorisers(scene, view) {
   const moved = majoriser(result.z, state.sigma, state.kernel, data.c, at);
   const upper = putAxes(
     scene, "axes", "weights", { x: 0, y: 0, width, height: WEIGHTS_HEIGHT },
-    { domain: AXIS_RANGE, label: "readings" }, { domain: [-0.3, 1.12], label: "weight w", ticks: [0, 0.5, 1] },
+    { domain: AXIS_RANGE, label: "readings (curve: weight at the estimate)" }, { domain: [-0.3, 1.12], label: "weight w", ticks: [0, 0.5, 1] },
   );
   const lower = putAxes(
     scene, "axes", "cost", { x: 0, y: WEIGHTS_HEIGHT, width, height: height - WEIGHTS_HEIGHT },

@@ -1,7 +1,7 @@
 /**
  * The parabola that one step of IRLS minimises.
  *
- * Source: Black and Rangarajan 1996; Hunter and Lange 2004, majorise–minimise.
+ * Source: Black and Rangarajan 1996; Hunter and Lange 2004, majorisation–minimisation.
  */
 import { KERNELS } from "./kernels.js";
 
