@@ -113,19 +113,20 @@ FORMULAS = {
     "0.168 0.832": lambda page: [0.7**5, 1 - 0.7**5],
     "25.03": lambda page: math.log(0.01) / math.log(1 - 0.7**5),
     "0.992": lambda page: 1 - 0.75**17,
-    "0.825": lambda page: page.share_found(17),
+    "82.5": lambda page: 100 * page.share_found(17),
     "3.37 1.68": lambda page: [C, C / 2],
     "2.58": lambda page: chi_square_threshold(0.99, 1),
     "3.56 0.19": lambda page: [89 * 0.04, 0.02 * math.sqrt(89)],
     "0.09": lambda page: page.outcomes["nothing"][0],
     "0.61 2.97": lambda page: [min(page.of_branch(0)), max(page.of_branch(0))],
     "0.33": lambda page: page.outcomes["plan"][0],
+    "2.05": lambda page: page.outcomes["places"][0],
     "0.94 0.23 1.92": lambda page: [page.ratio[f] for f in (1, 2, 0.5)],
     "2.44": lambda page: page.by_factor[8][0, 2],
     "0.60": lambda page: page.by_factor[8][0, 4],
     "0.55": lambda page: page.by_factor[1][:, 4].min(),
     "0 to 7 of 18": lambda page: [min(page.of_branch(1)), max(page.of_branch(1)), 18],
-    "Of the 72 correct closures": lambda page: 6 * 12,
+    "Of the 72 inliers": lambda page: 6 * 12,
     "PCM passes 26 and GNC keeps 15": lambda page: [
         sum(page.before_and_after_gnc()[0]),
         sum(page.left_by_gnc()),
@@ -182,7 +183,17 @@ def test_outliers_that_agree_are_kept_from_some_number_on(page) -> None:
     assert rounds_to(page.ate(answer.poses, truth), "0.09")
 
 
-def test_the_certificate_refuses_the_two_searches_that_got_stuck(page) -> None:
+def test_gnc_without_pcm_rejects_the_outliers_that_agree(page) -> None:
+    graph, wrong, truth = page.town(kind="aliased", count=24)
+    consistent = pcm(graph, C).kept & ~graph.is_odometry
+    assert np.array_equal(consistent, wrong)
+    alone = gnc(graph, C)
+    assert np.array_equal(alone.weights > 0.5, ~wrong)
+    assert rounds_to(page.ate(alone.x, truth), "0.09")
+    assert "without* PCM rejects all 24, and the error is 0.09 m" in CHAPTER.text
+
+
+def test_two_searches_that_got_stuck_are_not_certified(page) -> None:
     refused = {stage for stage, score in page.outcomes.items() if score[4] != "certified"}
     assert refused == {"solve", "certificate"}
 
@@ -267,12 +278,10 @@ def test_the_live_picture_shows_the_outcomes_of_the_page(page) -> None:
 
 
 def test_the_first_caption_of_the_live_picture_says_what_is_seen(page) -> None:
-    said = pictures.machine().caption
-    _, correct, wrong, _, verdict = page.outcomes["odometry"]
-    passed = page.before_and_after_gnc()[0][LEFT_BRANCH.index("odometry")]
-    assert f"PCM keeps {passed} correct and 0 wrong" in said
-    assert f"the map {correct} correct and {wrong} wrong" in said
-    assert f"{page.outcomes['odometry'][0]:.2f} m off and {verdict}." in said
+    error, correct, wrong, _, verdict = page.outcomes["nothing"]
+    chain = f"PCM keeps {correct} and {wrong}, GNC {correct} and {wrong}, the map 12 and 0."
+    said = f"Of 12 inliers and 6 outliers {chain} The map is {error:.2f} m off and {verdict}."
+    assert said in pictures.machine().caption
 
 
 def test_a_wrong_factor_is_another_threshold_of_tls() -> None:

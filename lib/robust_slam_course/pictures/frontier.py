@@ -47,18 +47,17 @@ def machine() -> Picture:
         name="machine",
         title="Let one stage fail",
         tries=[
-            "the gyroscope has a bias. Which later stage reports it: the consistency test,"
-            " the solver or the certificate?",
-            "move the mark to “Place recognition”, whose 24 wrong closures agree. Which stage"
+            "let “Odometry (VIO)” fail: its gyroscope has a bias. Which later stage reports it,"
+            " the consistency test, the solver or the certificate?",
+            "then let “Place recognition” fail, with 24 outliers that agree. Which stage"
             " reports something now?",
-            "find the two failures that the certificate refuses. What do they have in common?",
+            "find the two failures whose map is not certified. What do they have in common?",
         ],
-        caption=f"{_FAULTS['odometry']} Of 12 correct and 6 wrong closures PCM keeps 3 correct and"
-        " 0 wrong, GNC 0 correct and 0 wrong, the map 0 correct and 0 wrong. The map is 2.97 m off"
-        " and certified.",
-        state={"broken": "odometry"},
+        caption=f"{_FAULTS['nothing']} Of 12 inliers and 6 outliers PCM keeps 12 and 0, GNC 12 and"
+        " 0, the map 12 and 0. The map is 0.09 m off and certified.",
+        state={"broken": "nothing"},
         data=data,
-        still=_machine_still(data, "odometry"),
+        still=_machine_still(data, "nothing"),
     )
 
 
@@ -109,20 +108,19 @@ def graduation() -> Picture:
         name="graduation",
         title="The start, or graduation?",
         tries=[
-            "half of the closures are consistent outliers, and the odometry has 0.05 rad of noise"
-            " a step. What saves more maps: to start at odometry, or to graduate, GNC in place of"
-            " IRLS?",
+            "let half of the closures be consistent outliers, with 0.05 rad of noise a step. What"
+            " saves more maps: to start at odometry, or to graduate, GNC in place of IRLS?",
             "drag the point up and down. Which method fails first when the claimed σ is too small,"
             " and which one is best when it is eight times too large?",
             "drag the point to noisier odometry. What becomes of the methods that start at least"
-            " squares? And with random outliers?",
+            " squares? And with 75 % of outliers?",
         ],
-        caption="Noise 0.05 rad a step, the true σ is claimed. 50 % of the closures are consistent"
-        " outliers. Good maps of 10: from odometry GNC-TLS has 10; from least squares IRLS-GM has"
-        " 3.",
-        state={"kind": "consistent", "percent": "50", "noise": 3, "claim": 2},
+        caption="Noise 0.01 rad a step, the true σ is claimed. 50 % of the closures are random"
+        " outliers. Good maps of 10: from odometry GNC-TLS, IRLS-GM and GNC-GM have 10; from least"
+        " squares GNC-TLS, IRLS-GM and GNC-GM have 10.",
+        state={"kind": "random", "percent": "50", "noise": 0, "claim": 2},
         data=data,
-        still=_counts_still(data, "consistent 50"),
+        still=_counts_still(data, "random 50"),
     )
 
 

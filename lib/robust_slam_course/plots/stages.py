@@ -52,7 +52,7 @@ DOWN = (
     ("views", "ransac", 1.5, "$E = [t]_\\times R$"),
     ("places", "ransac", 6.2, "candidates"),
     ("ransac", "odometry", 1.5, "$R$, direction of $t$"),
-    ("ransac", "pcm", 6.2, "closures, some wrong"),
+    ("ransac", "pcm", 6.2, "closures, some are outliers"),
     ("odometry", "solve", 1.5, "odometry edges"),
     ("pcm", "solve", 6.2, "closures that agree"),
     ("solve", "certificate", 5.0, "map"),

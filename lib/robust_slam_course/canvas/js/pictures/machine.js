@@ -28,12 +28,12 @@ export function render(context) {
 const [ROW, BOX_HEIGHT] = [48, 36]; // pixels
 const BOX_CENTRES = { left: 0.25, right: 0.775, middle: 0.51, across: 0.51 }; // of the diagram's width
 const BOX_WIDTHS = { left: 0.44, right: 0.44, middle: 0.44, across: 0.96 };
-/** Of a closure by its number: correct and kept or rejected, wrong and kept or rejected. */
+/** Of a closure by its number: an inlier, kept or rejected, or an outlier, kept or rejected. */
 const CLOSURE_LOOKS = [
-  { look: "is-inlier", name: "correct, kept", mark: ["circle", "inlier"] },
-  { look: "is-accent", name: "correct, rejected", mark: ["square", "accent"] },
-  { look: "is-outlier", name: "wrong, kept", mark: ["diamond", "outlier"] },
-  { look: "is-rejected", name: "wrong, rejected" },
+  { look: "is-inlier", name: "inlier, kept", mark: ["circle", "inlier"] },
+  { look: "is-accent", name: "inlier, rejected", mark: ["square", "accent"] },
+  { look: "is-outlier", name: "outlier, kept", mark: ["diamond", "outlier"] },
+  { look: "is-rejected", name: "outlier, rejected" },
 ];
 
 /** The stages beside the map, or above it where the page is narrow. */
@@ -88,13 +88,13 @@ function drawStage(scene, stage, { state, result }, across) {
 
 /** What a stage reports, and whether that is a sign that something is wrong. */
 function stageReport(key, { broken }, { told, passed, left, certified }) {
-  const says = (counts) => ({
-    text: `${counts[0]} correct, ${counts[1]} wrong`, alarm: counts[0] < told[0] && broken !== "plan",
+  const shown = (counts) => ({
+    text: `${counts[0]} inliers, ${counts[1]} outliers`, alarm: counts[0] < told[0] && broken !== "plan",
   });
   if (broken === key) return { text: key === "nothing" ? "" : "fails", alarm: false };
-  if (key === "pcm" && passed) return says(passed);
-  if (key === "solve" && left) return says(left);
-  if (key === "certificate") return { text: certified ? "certified" : "refused", alarm: !certified };
+  if (key === "pcm" && passed) return shown(passed);
+  if (key === "solve" && left) return shown(left);
+  if (key === "certificate") return { text: certified ? "certified" : "not certified", alarm: !certified };
   return { text: "", alarm: false };
 }
 
@@ -134,8 +134,8 @@ function putBreakHandle(scene, { state, data, change }, across) {
 function machineCaption({ state, result, data }) {
   const { told, passed, left, kept, certified, off } = result;
   const stage = data.stages.find(({ key }) => key === state.broken);
-  const number = (counts) => `${counts[0]} correct and ${counts[1]} wrong`;
+  const number = (counts) => counts.join(" and ");
   const steps = [passed && `PCM keeps ${number(passed)}`, left && `GNC ${number(left)}`, `the map ${number(kept)}`];
   const chain = steps.filter(Boolean).join(", ");
-  return `${stage.fault} Of ${number(told)} closures ${chain}. The map is ${off.toFixed(2)} m off and ${certified ? "certified" : "refused by the certificate"}.`;
+  return `${stage.fault} Of ${told[0]} inliers and ${told[1]} outliers ${chain}. The map is ${off.toFixed(2)} m off and ${certified ? "" : "not "}certified.`;
 }
