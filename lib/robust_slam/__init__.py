@@ -16,7 +16,7 @@ The folders follow the course:
 - ``consistency``: loop closures that agree in pairs, and the largest set of them
 - ``certificates``: whether a map is globally optimal, and the way out of a local minimum
 - ``fleet``: GNC by several robots, each with its own part of the graph
-- ``problems``: what the loop can solve: a location, a linear problem, a pose graph
+- ``problems``: what the loop can solve: a location, a linear problem, a rotation, a pose graph
 - ``pipeline``: PCM, GNC and the certificate in one function
 - ``drawing``: a map in one line
 - ``progress``: how long computations show where they are

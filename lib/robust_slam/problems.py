@@ -1,4 +1,4 @@
-"""Three problems for the loop: a location, a linear problem and a pose graph.
+"""Four problems for the loop: a location, a linear problem, a rotation and a pose graph.
 
 Each computes whitened residual norms at an x and solves for x with given weights.
 
@@ -19,6 +19,7 @@ from robust_slam.descent.undamped import descend
 from robust_slam.errors import NotConverged, Underdetermined
 from robust_slam.graphs.odometry import spanning_tree
 from robust_slam.graphs.pose_graph import PoseGraph, check_poses, check_weights
+from robust_slam.graphs.rotations import nearest_rotations
 
 
 class LocationProblem:
@@ -171,6 +172,59 @@ def _ends(name: str, value: ArrayLike, m: int, n: int) -> Indices:
         edge = int(np.argmax(outside))
         raise ValueError(f"{name}: edge {edge} names pose {ends[edge]}; poses are 0 to {n - 1}")
     return ends.astype(np.intp)
+
+
+class RotationProblem:
+    """Vectors b = R a + noise, measured in two frames, and the rotation x = R ``(3, 3)``.
+
+    ``a`` and ``b`` are ``(m, 3)`` in one unit, ``sigma`` is a scalar or ``(m,)`` in that unit,
+    ``trusted`` a mask ``(m,)``, none by default. The whitened residual is u = ‖b − R a‖/sigma.
+
+    Raises:
+        ValueError: the shapes do not agree, or an entry is not finite.
+
+    Source: Wahba 1965, the problem; Umeyama 1991, the lemma that solves it.
+    """
+
+    dimension = 3
+    """The dimension of a residual, for the default threshold."""
+
+    def __init__(
+        self,
+        a: ArrayLike,
+        b: ArrayLike,
+        sigma: ArrayLike = 1.0,
+        trusted: ArrayLike | None = None,
+    ) -> None:
+        self.a = finite("a", a, (-1, 3))
+        self.b = finite("b", b, self.a.shape)
+        self.sigma = deviations(sigma, len(self.a))
+        self.trusted = mask("trusted", trusted, len(self.a))
+
+    def __repr__(self) -> str:
+        return f"<RotationProblem: {_measured(self.trusted)}>"
+
+    def initial(self) -> Array:
+        """Return the least-squares rotation ``(3, 3)``."""
+        return self.solve(np.ones(len(self.a)), np.eye(3))
+
+    def residual_norms(self, x: Array) -> Array:
+        """Return ‖b − x a‖/sigma, ``(m,)``."""
+        return np.asarray(np.linalg.norm(self.b - self.a @ x.T, axis=1) / self.sigma)
+
+    def solve(self, weights: Array, x: Array) -> Array:
+        """Return the rotation that minimises Σ w u²; the start ``x`` is not needed.
+
+        Raises:
+            Underdetermined: the vectors with positive weight all have one direction.
+        """
+        moment = (self.b * (weights / self.sigma**2)[:, None]).T @ self.a
+        if np.linalg.matrix_rank(moment) < 2:
+            raise Underdetermined(
+                "the vectors with positive weight have one direction, so the turn around it is "
+                "not determined; add a vector in another direction"
+            )
+        return nearest_rotations(moment)
 
 
 class PoseGraphProblem:

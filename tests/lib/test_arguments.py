@@ -23,7 +23,12 @@ from robust_slam.estimators.switches import dcs, joint_switchable, switchable
 from robust_slam.graphs import g2o
 from robust_slam.graphs.generate import manhattan, sphere
 from robust_slam.graphs.trajectories import write_tum
-from robust_slam.problems import LinearProblem, LocationProblem, PoseGraphProblem
+from robust_slam.problems import (
+    LinearProblem,
+    LocationProblem,
+    PoseGraphProblem,
+    RotationProblem,
+)
 
 GRAPH, TRUTH = manhattan(30, 0, closures=8)
 
@@ -78,6 +83,7 @@ def test_the_dimension_of_a_mixture_is_that_of_the_problem():
         (pcm(GRAPH), "8 of 8 closures agree"),
         (LocationProblem([1.0]), "1 measurement, 0 of them trusted"),
         (LinearProblem(np.eye(2), [0, 0]), "2 unknowns, 2 measurements, 0 of"),
+        (RotationProblem(np.eye(3), np.eye(3)), "3 measurements, 0 of them trusted"),
         (PoseGraphProblem(GRAPH), "30 poses in SE(2), 37 edges, 29 of them trusted"),
         (rs.PoseGraph(2, [[0, 1]], [[1, 0, 0]], [np.eye(3)], [True]), "1 edge, 0 of them"),
     ],

@@ -1,4 +1,4 @@
-"""Locations, linear problems and pose graphs: what is solved, and what is refused."""
+"""Locations, linear problems, rotations, pose graphs: what is solved, and what is refused."""
 
 from __future__ import annotations
 
@@ -6,10 +6,18 @@ import numpy as np
 import pytest
 from robust_slam.descent.undamped import gauss_newton
 from robust_slam.errors import Underdetermined
-from robust_slam.estimators import StopReason, irls
+from robust_slam.estimators import StopReason, chi_square_threshold, gnc, irls
 from robust_slam.estimators.kernels import KERNELS, cauchy, squared, tls
+from robust_slam.estimators.thresholds import dimension_of, threshold_of
 from robust_slam.graphs import PoseGraph, ate, circle, dead_reckoning
-from robust_slam.problems import LinearProblem, LocationProblem, PoseGraphProblem, chain
+from robust_slam.graphs.se3 import exp
+from robust_slam.problems import (
+    LinearProblem,
+    LocationProblem,
+    PoseGraphProblem,
+    RotationProblem,
+    chain,
+)
 
 from tests.lib.worlds import chapter_0, cost_never_rises, refused, with_outliers
 
@@ -78,6 +86,76 @@ def test_one_outlier_shortens_the_map_to_18_17():
 def test_a_weight_of_0_takes_a_measurement_out():
     x = chapter_0().solve(np.array([1.0, 1.0, 1.0, 0.0]), np.zeros(3))
     np.testing.assert_allclose(x, [0.0, 1.0, 2.0], atol=1e-14)
+
+
+def turned(count, rng, noise=0.0):
+    """A rotation, and vectors before and after it."""
+    rotation = exp(np.concatenate([np.zeros(3), rng.normal(size=3)]))[:, :3]
+    a = rng.normal(size=(count, 3))
+    return rotation, a, a @ rotation.T + noise * rng.normal(size=(count, 3))
+
+
+def test_two_vectors_determine_a_rotation():
+    rotation, a, b = turned(2, np.random.default_rng(0))
+    problem = RotationProblem(a, b, 0.1)
+    np.testing.assert_allclose(problem.initial(), rotation, atol=1e-12)
+    np.testing.assert_allclose(problem.residual_norms(rotation), 0.0, atol=1e-12)
+    off = np.linalg.norm(b - a, axis=1) / 0.1
+    np.testing.assert_allclose(problem.residual_norms(np.eye(3)), off)
+
+
+def test_the_rotation_is_the_best_one_nearby():
+    rng = np.random.default_rng(1)
+    _, a, b = turned(12, rng, noise=0.5)
+    weights, sigma = rng.uniform(size=12), rng.uniform(0.5, 2.0, 12)
+    problem = RotationProblem(a, b, sigma)
+    x = problem.solve(weights, np.eye(3))
+
+    def cost(rotation):
+        return weights @ problem.residual_norms(rotation) ** 2
+
+    nearby = exp(np.column_stack([np.zeros((50, 3)), 1e-3 * rng.normal(size=(50, 3))]))
+    assert all(cost(x) < cost(x @ step[:, :3]) for step in nearby)
+    assert np.linalg.det(x) == pytest.approx(1.0)
+
+
+def test_a_mirror_image_gets_a_rotation_too():
+    a = np.random.default_rng(2).normal(size=(9, 3))
+    x = RotationProblem(a, -a).initial()
+    assert np.linalg.det(x) == pytest.approx(1.0)
+    np.testing.assert_allclose(x @ x.T, np.eye(3), atol=1e-12)
+
+
+def test_vectors_of_one_direction_leave_a_turn_around_it():
+    a = np.outer([1.0, 2.0, -3.0], [0.0, 0.6, 0.8])
+    with pytest.raises(Underdetermined, match="one direction"):
+        RotationProblem(a, a).initial()
+    with pytest.raises(Underdetermined, match="one direction"):
+        RotationProblem(np.eye(3), np.eye(3)).solve(np.array([1.0, 0.0, 0.0]), np.eye(3))
+
+
+def test_gnc_finds_a_rotation_among_outliers():
+    rng = np.random.default_rng(3)
+    rotation, a, b = turned(30, rng, noise=0.01)
+    b[20:] = rng.normal(size=(10, 3))
+    problem = RotationProblem(a, b, 0.01)
+    result = gnc(problem)
+    np.testing.assert_array_equal(result.kept, np.arange(30) < 20)
+    np.testing.assert_allclose(result.x, rotation, atol=0.02)
+    assert dimension_of(problem) == 3 and dimension_of(LocationProblem([1.0])) == 1
+    assert threshold_of(problem, 0.99) == chi_square_threshold(0.99, 3)
+
+
+@refused(
+    ({"a": np.eye(2)}, "a: the shape"),
+    ({"b": np.eye(3)[:2]}, "b: the shape"),
+    ({"b": np.full((3, 3), np.nan)}, "b: the entry"),
+    ({"sigma": -1.0}, "sigma: entry 0"),
+    ({"trusted": [True]}, "trusted: the shape"),
+)
+def test_a_bad_rotation_problem_is_refused_by_name(wrong, message):
+    with pytest.raises(ValueError, match=message):
+        RotationProblem(**({"a": np.eye(3), "b": np.eye(3)} | wrong))
 
 
 @pytest.mark.parametrize("anchor", [0, 1, 2])

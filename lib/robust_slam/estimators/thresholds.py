@@ -44,11 +44,14 @@ def threshold_of(problem: object, probability: float) -> float:
 
 
 def dimension_of(problem: object) -> int:
-    """Return the dimension of the residuals: 3 or 6 on a pose graph, else 1.
+    """Return the dimension of the residuals: 3 or 6 on a pose graph, else 1 where not given.
 
-    ``problem`` is on a pose graph if it is one or has one as ``graph``.
+    ``problem`` is on a pose graph if it is one or has one as ``graph``. Another problem may
+    give its ``dimension``.
 
     Source: derived here.
     """
     graph = getattr(problem, "graph", problem)
-    return graph.group.DOF if isinstance(graph, PoseGraph) else 1
+    if isinstance(graph, PoseGraph):
+        return graph.group.DOF
+    return int(getattr(problem, "dimension", 1))
