@@ -23,6 +23,7 @@ WITHOUT_DOI = {
 """A book that has no DOI yet and a paper that has none, and where the authors publish them."""
 NAMED = {
     "TEASER++": "yang2021teaser",
+    "QUASAR": "yang2019quasar",
     "STRIDE": "yang2023stride",
     "Kimera-RPGO": "rosinol2020",
     "Kimera-Multi": "tian2022",
@@ -48,6 +49,7 @@ NAMED = {
     "DROID-SLAM": "teed2021",
     "MASt3R-SLAM": "murai2025",
     "VGGT-SLAM": "maggio2025",
+    "Predator": "huang2021",
     "SIFT": "lowe2004",
     "LOAM": "zhang2014",
     "LIO-SAM": "shan2020",
