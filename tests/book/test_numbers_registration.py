@@ -45,6 +45,7 @@ def page() -> Page:
 FORMULAS = {
     "0.0199": lambda page: CHANCE,
     "0.00327": lambda page: comb(190, 4) * CHANCE**6,
+    "at most 0.1 m": lambda page: 2 * page.BETA,
     "about 357 agree": lambda page: 190 * 189 / 2 * CHANCE,
     "412 pairs of wrong matches": lambda page: np.triu(page.among, 1).sum(),
     "This one is 8 cm off": lambda page: (
@@ -83,6 +84,12 @@ def test_powers_of_ten_are_computed_too() -> None:
         assert number in CHAPTER.text
         digits, power = number.replace("{", "").replace("}", "").split(r"\cdot10^")
         assert value / 10.0 ** int(power) == pytest.approx(float(digits), abs=0.005)
+
+
+def test_pairs_are_counted() -> None:
+    for number, count in (("17\\,955", 190), ("19 900", 200), ("45 are right", 10)):
+        assert number in CHAPTER.text
+        assert int(number.split(" a")[0].replace("\\,", "").replace(" ", "")) == comb(count, 2)
 
 
 def test_the_clique_has_all_right_matches_and_one_wrong_one(page) -> None:
