@@ -21,7 +21,7 @@ class Page:
 
     def __init__(self) -> None:
         names = CHAPTER.run(
-            *("imports", "house", "scene", "graph", "rotation-run", "relaxation"),
+            *("imports", "scene", "graph", "rotation-run", "twenty", "relaxation"),
             *("certificate-run", "break-run"),
         )
         vars(self).update(names)
@@ -56,10 +56,16 @@ FORMULAS = {
         100 * page.residual[:10].max(),
     ],
     "0.226": lambda page: 100 * comb(10, 2) / comb(200, 2),
+    "in 2 of 20 scenes; after the clique it does in all 20, to 0.25": lambda page: [
+        np.sum(np.array(page.alone) < 1),
+        len(page.alone),
+        np.sum(np.array(page.after) < 1),
+        max(page.after),
+    ],
     "156° off": lambda page: page.degrees_off(gnc(page.problem, 1.0).x),
     "1.70": lambda page: gnc(page.problem, 1.0).cost - page.bound,
     "0.19": lambda page: page.degrees_off(page.rounded(page.Z)),
-    "2.66 2.86": lambda page: [
+    "2.665 instead of 2.855": lambda page: [
         page.naive,
         page.relaxation(page.ten(*page.scene(0), *page.half))[0],
     ],
@@ -102,6 +108,7 @@ def test_the_clique_has_all_right_matches_and_one_wrong_one(page) -> None:
     assert np.sum(~page.found.kept) == np.sum(~page.found.kept & touched) == 3
 
 
+@pytest.mark.filterwarnings("ignore:Solution may be inaccurate")  # the tolerance is enough
 def test_the_relaxation_is_exact_in_ten_scenes_and_gnc_finds_seven(page) -> None:
     cost, least, bound = page.ten_scenes().T
     assert np.sum(cost - bound < 1e-3) == 7
