@@ -50,7 +50,7 @@ def main() -> int:
 
 def drags() -> Iterator[tuple[int, bool, list[float]]]:
     """Yield the number of poses, whether GNC solves, and CPU milliseconds of each movement."""
-    path = shutil.which("chromium")
+    path = shutil.which("chromium-headless-shell") or shutil.which("chromium")
     if path is None:
         raise SystemExit("chromium is not installed; install it with make system-packages")
     with sync_playwright() as playwright:

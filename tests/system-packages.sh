@@ -3,7 +3,8 @@
 # what will be done about it; `system-packages.sh install` does it, where it may.
 # It never fails: a test that cannot run says so, and STRICT=1 makes that an error.
 missing=
-command -v chromium >/dev/null 2>&1 || missing="chromium"
+command -v chromium-headless-shell >/dev/null 2>&1 || command -v chromium >/dev/null 2>&1 ||
+    missing="chromium-headless-shell"
 command -v bwrap >/dev/null 2>&1 || missing="$missing bubblewrap"
 command -v gpg >/dev/null 2>&1 || missing="$missing gnupg"
 ls /usr/lib/postgresql/*/bin/initdb >/dev/null 2>&1 || missing="$missing postgresql"
