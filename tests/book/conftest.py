@@ -1,24 +1,19 @@
-"""The site as `make book` builds it, and a server for it."""
+"""The built site, and a server for it."""
 
 from __future__ import annotations
 
-import fcntl
 import functools
 import http.server
 import re
-import subprocess
-import sys
 import threading
 from collections.abc import Iterator
-from dataclasses import dataclass
-from pathlib import Path
 
 import pytest
 import yaml
 
+from tests.book.built_site import ROOT, Site, built
 from tests.chromium import QuietHandler
 
-ROOT = Path(__file__).parents[2]
 TOC = yaml.safe_load((ROOT / "_toc.yml").read_text(encoding="utf-8"))
 PAGES = [TOC["root"], *(page["file"] for part in TOC["parts"] for page in part["chapters"])]
 NOTEBOOKS = [page for page in PAGES if (ROOT / f"{page}.ipynb").exists()]
@@ -38,28 +33,10 @@ def page() -> None:
     """Nothing: the formulas of most chapters need no more than the library."""
 
 
-@dataclass(frozen=True)
-class Site:
-    """The folder of the built pages, and what the build said."""
-
-    folder: Path
-    log: str
-    status: int
-
-
 @pytest.fixture(scope="session")
 def site() -> Site:
-    """The book, built here; pages that are up to date are reused, which Sphinx decides.
-
-    A lock lets one of several test processes build while the others wait.
-    """
-    book = Path(sys.executable).with_name("jupyter-book")
-    command = [book, "build", ".", "--path-output", "build", "-W", "-n", "--keep-going"]
-    (ROOT / "build").mkdir(exist_ok=True)
-    with (ROOT / "build" / ".book.lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    return Site(ROOT / "build" / "_build" / "html", done.stdout + done.stderr, done.returncode)
+    """The book, built here."""
+    return built()
 
 
 @pytest.fixture(scope="session")
