@@ -40,6 +40,8 @@ def describe(
     app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: nodes.document | None
 ) -> None:
     """Give a page a description, if it has none of its own, and the tags of a preview."""
+    if page == app.config.root_doc:
+        context["docstitle"] = ""  # its own title is the course's
     if doctree is None:
         return
     own = re.search(r'content="([^"]*)" name="description"', context["metatags"])

@@ -38,7 +38,8 @@ class Reader(HTMLParser):
             self.loaded.append(found["href"])
         if tag == "a" and "href" in found:
             self.linked.append(found["href"])
-        if tag == "img":
+        # The logo's words stand beside it.
+        if tag == "img" and "logo__image" not in found.get("class", ""):
             self.alts.append(found.get("alt"))
 
 

@@ -1,0 +1,44 @@
+"""The front page: its first screen shows what the course is, a map to take hold of, the doors."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from tests.book.conftest import PAGES, Site
+from tests.chromium import Opener
+
+pytestmark = pytest.mark.browser
+
+SCREENS = {"desk": (1280, 800), "phone": (390, 844)}
+END = "element => element.getBoundingClientRect().bottom"
+
+
+@pytest.mark.parametrize("screen", SCREENS)
+def test_the_first_screen_has_three_doors_and_the_map(
+    screen: str, site: Site, open_page: Opener
+) -> None:
+    width, height = SCREENS[screen]
+    address = (site.folder / f"{PAGES[0]}.html").as_uri()
+    page = open_page(address, viewport={"width": width, "height": height}).page
+    doors = page.locator(".rs-doors li").all()
+    assert len(doors) == 3
+    assert all(door.evaluate(END) <= height for door in doors)
+    assert all(door.locator("a").get_attribute("href") for door in doors)
+    handles = page.locator(".rs-picture").first.locator("[data-handle]")
+    assert min(handle.evaluate(END) for handle in handles.all()) <= height
+
+
+def test_a_click_beside_the_words_opens_the_door(site: Site, open_page: Opener) -> None:
+    address = (site.folder / f"{PAGES[0]}.html").as_uri()
+    page = open_page(address, viewport={"width": 1280, "height": 800}).page
+    door = page.locator(".rs-doors li").first
+    door.click(position={"x": 12, "y": 12})
+    page.wait_for_url("**/00-one-lie.html")
+
+
+def test_the_name_stands_once_in_the_title_of_the_front_page(site: Site) -> None:
+    html = (site.folder / f"{PAGES[0]}.html").read_text(encoding="utf-8")
+    (title,) = re.findall(r"<title>([^<]*)</title>", html)
+    assert title.count("Robust SLAM") == 1
