@@ -173,15 +173,15 @@ def consistency() -> Picture:
         name="consistency",
         title="Who agrees with whom",
         tries=[
-            "nine wrong closures (squares) agree with each other, against eight correct ones"
-            " (circles). How many must you take away before PCM keeps the correct ones?",
-            "drag an end of the nine over the map. Where do the switches find the correct"
-            " closures, though PCM does not?",
-            "let them disagree, and drag one until it agrees with a correct closure. Then raise"
-            " the threshold.",
+            "nine outliers (squares) agree with each other, against eight inliers (circles). How"
+            " many outliers must you take away before PCM keeps the inliers?",
+            "drag an end of the nine over the map. Where do the switches find the inliers, though"
+            " PCM does not?",
+            "let them disagree, and drag one until it agrees with an inlier. Then raise the"
+            " threshold.",
         ],
-        caption="Left, a map by PCM and least squares over the dotted true path. Right, the"
-        " closures, a line between two that agree: the nine wrong ones are the largest set.",
+        caption="On the left, the map by PCM and least squares over the dotted true path. On the"
+        " right, the closures, joined where two agree: the nine outliers are the largest set.",
         state={"count": 9, "agree": True, "gamma": 3.37, "map": "pcm", **chosen, "chosen": 0},
         data={
             **graph_data(graph, truth, 4),

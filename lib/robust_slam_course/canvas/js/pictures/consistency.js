@@ -257,8 +257,8 @@ function consistencyCaption({ state, result }) {
   const [right, bad] = count(isMember);
   const [open, loose] = count(switches.map((s) => s >= 0.5));
   const number = wrong.edges.length;
-  const closures = number === 1 ? "1 wrong closure" : `${number || "no"} wrong closures`;
+  const outliers = number === 1 ? "1 outlier" : `${number || "no"} outliers`;
   const group = state.agree && number > 1 ? " that agree" : "";
-  return `${correct} correct and ${closures}${group}. PCM keeps ${right} correct and ${bad} wrong: ${off.pcm.toFixed(2)}\u00a0m off. `
+  return `${correct} inliers and ${outliers}${group}. PCM keeps ${right} and ${bad}: ${off.pcm.toFixed(2)}\u00a0m off. `
     + `The switches keep ${open} and ${loose} above one half: ${off.switches.toFixed(2)}\u00a0m off.`;
 }
