@@ -7,6 +7,8 @@ import re
 import numpy as np
 import pytest
 from robust_slam.estimators import kernels
+from robust_slam.estimators.graduation import start_mu, tls_process
+from robust_slam.estimators.switches import dcs_switch
 from robust_slam.graphs import se2, se3
 from scipy.linalg import expm, solve_continuous_are
 from scipy.ndimage import gaussian_filter, gaussian_laplace
@@ -258,3 +260,23 @@ def test_l14_the_weights_of_gnc(u: float) -> None:
     cost = w * u**2 + mu * c**2 * (np.sqrt(w) - 1) ** 2
     printed = (mu * c**2 / (u**2 + mu * c**2)) ** 2
     assert w[cost.argmin()] == pytest.approx(printed, abs=1e-5)
+
+
+@pytest.mark.parametrize(("u_max", "c"), [(7.5, 2.0), (100.0, 3.368)])
+def test_l14_the_first_mu(u_max: float, c: float) -> None:
+    assert start_mu(u_max, c) == pytest.approx(c**2 / (2 * u_max**2 - c**2))
+    assert start_mu(u_max, c, "gm") == pytest.approx(2 * u_max**2 / c**2)
+
+
+def test_l14_the_least_over_the_weight_is_the_cost() -> None:
+    """The penalty of TLS is that of its family for large μ."""
+    w = np.linspace(0, 1, 10_001)
+    for u in (0.5, 1.9, 2.1, 9.0):
+        least = np.min(w * u**2 / 2 + tls_process(w, 2.0, 1e9))
+        assert least == pytest.approx(float(kernels.tls(2.0).rho(u)), abs=1e-6)
+
+
+def test_l14_the_switch_of_dcs() -> None:
+    chi2, phi = np.linspace(0, 30, 50), 4.0
+    np.testing.assert_allclose(dcs_switch(chi2, phi), np.minimum(1, 2 * phi / (phi + chi2)))
+    np.testing.assert_allclose(kernels.dcs(2.0).weight(np.sqrt(chi2)), dcs_switch(chi2, phi) ** 2)

@@ -103,9 +103,9 @@ def test_the_robots_keep_what_one_computer_keeps(page) -> None:
     assert costs[0] == pytest.approx(costs[1], rel=1e-6)
 
 
-def test_what_crosses_between_the_robots(page) -> None:
+def test_what_is_sent_between_the_robots(page) -> None:
     assert (len(page.history) - 1, page.last.numbers) == (92, 14086)
-    assert "14 086 have crossed in 92 rounds" in CHAPTER.text
+    assert "14 086 numbers are sent in 92 rounds" in CHAPTER.text
     assert page.edges_elsewhere * 9 == 792
     assert round(page.last.numbers / 792) == 18
 
