@@ -3,8 +3,8 @@
 Each world is a town of 100 poses and 20 correct closures with outliers among them. Two axes make
 it harder: the heading noise of its odometry, and by how much every edge claims another σ than its
 true one. From dead reckoning and from least squares, TLS and Geman–McClure are minimised by IRLS
-and by GNC. A map is good if it is at most 0.1 m (ATE) from the least-squares map of the correct
-edges. GNC-GM is continued by IRLS, since its last step is not at a minimum.
+and by GNC: the functions of ``methods``. A map is good if it is at most 0.1 m (ATE) from the
+least-squares map of the correct edges.
 
     python -m benchmarks.graduation
     python -m benchmarks.graduation --out lib/robust_slam_course/pictures/graduation.csv
@@ -18,7 +18,7 @@ import dataclasses
 import os
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -29,12 +29,13 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"
 import numpy as np
 from robust_slam._arrays import Array
 from robust_slam.errors import NotConverged, Underdetermined
-from robust_slam.estimators import chi_square_threshold, gnc, irls
-from robust_slam.estimators.kernels import geman_mcclure, tls
+from robust_slam.estimators import chi_square_threshold
 from robust_slam.graphs import Noise, PoseGraph, add_random_closures, ate, manhattan
 from robust_slam.graphs.outliers import add_aliased_closures
 from robust_slam.problems import PoseGraphProblem
 from tqdm import tqdm
+
+from benchmarks import methods
 
 KINDS = ("random", "consistent")
 PERCENTS = (50, 75)
@@ -45,10 +46,7 @@ CLOSURES = 20
 GROUP = 5
 GOOD = 0.1
 """The largest distance (m) of a good map from that of the correct edges."""
-C = chi_square_threshold(0.99, 3)
-TOL, LIMIT = 1e-4, 200
-
-Method = Callable[[PoseGraphProblem, Array], Array]
+C = chi_square_threshold(methods.PROBABILITY, 3)
 
 
 class World(NamedTuple):
@@ -60,29 +58,12 @@ class World(NamedTuple):
     seed: int
 
 
-def irls_tls(problem: PoseGraphProblem, x0: Array) -> Array:
-    """Minimise TLS without graduation."""
-    return irls(problem, tls(C), x0, tol=TOL, max_iterations=LIMIT).x
-
-
-def irls_gm(problem: PoseGraphProblem, x0: Array) -> Array:
-    """Minimise Geman–McClure without graduation: closed-form switchable constraints."""
-    return irls(problem, geman_mcclure(C), x0, tol=TOL, max_iterations=LIMIT).x
-
-
-def gnc_tls(problem: PoseGraphProblem, x0: Array) -> Array:
-    """Minimise TLS with graduation."""
-    return gnc(problem, C, "tls", x0).x
-
-
-def gnc_gm(problem: PoseGraphProblem, x0: Array) -> Array:
-    """Minimise Geman–McClure with graduation, then without."""
-    return irls_gm(problem, gnc(problem, C, "gm", x0).x)
-
-
-METHODS: dict[str, Method] = {
-    "IRLS-TLS": irls_tls, "GNC-TLS": gnc_tls, "IRLS-GM": irls_gm, "GNC-GM": gnc_gm,
-}  # fmt: skip
+METHODS: dict[str, methods.Descent] = {
+    "IRLS-TLS": methods.irls_tls,
+    "GNC-TLS": methods.gnc_tls,
+    "IRLS-GM": methods.irls_gm,
+    "GNC-GM": methods.gnc_gm,
+}
 STARTS = ("odometry", "least squares")
 COLUMNS = tuple(f"{method} from {start}" for start, method in product(STARTS, METHODS))
 
@@ -108,17 +89,19 @@ def good_maps(graph: PoseGraph, reference: Array, claim: float) -> list[bool]:
     Every edge claims ``claim`` times its true σ.
     """
     claimed = dataclasses.replace(graph, information=graph.information / claim**2)
-    problem = PoseGraphProblem(claimed, steps=1)
-    starts = (problem.guess, problem.initial())
+    problem = PoseGraphProblem(claimed, steps=methods.STEPS)
+    starts = [methods.STARTS[name](problem) for name in STARTS]
     return [
         _is_good(method, problem, x0, reference)
         for x0, method in product(starts, METHODS.values())
     ]
 
 
-def _is_good(method: Method, problem: PoseGraphProblem, x0: Array, reference: Array) -> bool:
+def _is_good(
+    method: methods.Descent, problem: PoseGraphProblem, x0: Array, reference: Array
+) -> bool:
     try:
-        return ate(method(problem, x0), reference) <= GOOD
+        return ate(method(problem, C, x0), reference) <= GOOD
     except (NotConverged, Underdetermined):
         return False
 
