@@ -32,9 +32,10 @@ JOURNAL = ROOT / "build" / "sweep" / "journal.jsonl"
 TABLE = ROOT / "chapters" / "data" / "robustness.csv"
 
 
-def missing(done: dict[journal.Key, journal.Run], graphs: Sequence[str]) -> list[Task]:
-    """Return what is left to do on these graphs, a task for each world."""
-    names = methods.available()
+def missing(
+    done: dict[journal.Key, journal.Run], graphs: Sequence[str], names: Sequence[str]
+) -> list[Task]:
+    """Return what is left to do with these methods on these graphs, a task for each world."""
     tasks = [
         (world, tuple(name for name in names if (world, name) not in done))
         for world in worlds()
@@ -62,10 +63,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--journal", type=Path, default=JOURNAL)
     parser.add_argument("--table", type=Path, default=TABLE)
     parser.add_argument("--graphs", nargs="+", choices=PLANS, default=list(PLANS))
+    parser.add_argument(
+        "--methods", nargs="+", choices=methods.available(), default=methods.available()
+    )
     parser.add_argument("--write", action="store_true", help="run nothing, write the table")
     wanted = parser.parse_args(arguments)
     if not wanted.write:
-        tasks = missing(journal.read(wanted.journal), [g for g in wanted.graphs if _is_here(g)])
+        graphs = [graph for graph in wanted.graphs if _is_here(graph)]
+        tasks = missing(journal.read(wanted.journal), graphs, wanted.methods)
         execute = on_cluster(wanted.scheduler) if wanted.scheduler else processes(wanted.jobs)
         sweep(wanted.journal, tasks, execute)
     wanted.table.parent.mkdir(parents=True, exist_ok=True)

@@ -9,10 +9,13 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterable, Iterator, Sequence
+import json
+from collections.abc import Iterable, Sequence
 from statistics import fmean, median
 
-from benchmarks.methods import METHODS, PARAMETERS
+from robust_slam.estimators import chi_square_threshold
+
+from benchmarks.methods import METHODS, PARAMETERS, PROBABILITY, START_TOL
 from benchmarks.sweep.definition import CPU_LIMIT, GROUP, KINDS, LOST, PLANS, Plan, digest, worlds
 from benchmarks.sweep.journal import Run
 
@@ -24,13 +27,13 @@ COLUMNS = (
 
 
 def text(runs: Iterable[Run]) -> str:
-    """Return the table as CSV; lines that begin with # say how it was made."""
+    """Return the table as CSV; lines ``# name: JSON`` before it say how it was made."""
     groups: dict[tuple[str, ...], list[Run]] = {}
     runs = list(runs)
     for run in runs:
         groups.setdefault(_place(run), []).append(run)
     out = io.StringIO()
-    out.writelines(f"# {line}\n" for line in _header(runs))
+    out.writelines(f"# {name}: {json.dumps(value)}\n" for name, value in _header(runs).items())
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(COLUMNS)
     writer.writerows([*place, *_values(groups[place])] for place in sorted(groups, key=_order))
@@ -47,25 +50,26 @@ def _order(place: tuple[str, ...]) -> tuple[int, ...]:
     return *ranks, list(METHODS).index(method)
 
 
-def _header(runs: Sequence[Run]) -> Iterator[str]:
-    """Say what the results depend on: everything that is not in a column."""
+def _header(runs: Sequence[Run]) -> dict[str, object]:
+    """Return what the results depend on: everything that is not in a column."""
     wanted = len(METHODS) * sum(1 for _ in worlds())
-    yield f"{COMMAND}; definition {digest()}; {len(runs)} of {wanted} runs"
-    for name, plan in PLANS.items():
-        size = "public" if plan.poses is None else f"{plan.poses} poses, odometry {_sigma(plan)}"
-        yield f"graph {name}: {size}, {plan.closures} closures, seeds 0 to {plan.seeds - 1}"
-    yield f"groups of {GROUP}; parameters: " + "; ".join(
-        f"{name} {value}" for name, value in PARAMETERS.items()
-    )
-    yield "precision, recall and ate (m) of the runs that did not fail; good: ate at most " + (
-        f"{LOST} m; failed: no map, or none within {CPU_LIMIT} s of CPU time"
-    )
-    yield f"{sum(run.seconds for run in runs):.0f} s of CPU time"
+    thresholds = {dof: chi_square_threshold(PROBABILITY, dof) for dof in (3, 6)}
+    return {
+        "version": digest(),
+        "command": COMMAND,
+        "runs": f"{len(runs)} of {wanted}",
+        "graphs": {name: _described(plan) for name, plan in PLANS.items()},
+        "group": GROUP,
+        "good": LOST,
+        "failed": f"no map, or none within {CPU_LIMIT} s of CPU time",
+        "parameters": PARAMETERS | {"tol of the start": START_TOL, "c": thresholds},
+        "cpu seconds": round(sum(run.seconds for run in runs)),
+    }
 
 
-def _sigma(plan: Plan) -> str:
-    position, heading = plan.noise.odometry
-    return f"{position} m and {heading} rad a step"
+def _described(plan: Plan) -> dict[str, object]:
+    own = {} if plan.poses is None else {"poses": plan.poses, "odometry": plan.noise.odometry}
+    return {**own, "closures": plan.closures, "seeds": plan.seeds}
 
 
 def _values(runs: list[Run]) -> list[object]:

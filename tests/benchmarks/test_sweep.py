@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -12,12 +13,23 @@ import pytest
 from robust_slam.errors import NotConverged
 from robust_slam.graphs import pose_graph
 from robust_slam_autograder.executor.dask_workers import Unfit
+from robust_slam_course.results import read_results
 
 from benchmarks import methods
 from benchmarks.methods import Score
 from benchmarks.sweep import __main__ as door
 from benchmarks.sweep import execute, journal, summary
-from benchmarks.sweep.definition import KINDS, PERCENTS, PLANS, World, digest, make, worlds
+from benchmarks.sweep.definition import (
+    GROUP,
+    KINDS,
+    LOST,
+    PERCENTS,
+    PLANS,
+    World,
+    digest,
+    make,
+    worlds,
+)
 from benchmarks.sweep.execute import Task, here, on_cluster, processes
 from benchmarks.sweep.journal import Run
 from benchmarks.sweep.run import run_world
@@ -29,6 +41,7 @@ WORLD = World("manhattan", "random", 10, 0)
 SCORE = Score(precision=0.5, recall=0.25, ate=0.125, seconds=2.0, solves=10)
 DONE = Run(WORLD, "DCS", SCORE, 2.0)
 FAILED = Run(WORLD, "GNC-TLS from odometry", None, 3.0, "NotConverged")
+NAMES = methods.available()
 GENERATED = [name for name, plan in PLANS.items() if plan.poses is not None]
 
 
@@ -108,7 +121,7 @@ class TestJournal:
 
     def test_a_sweep_that_was_killed_does_only_what_is_missing(self, tmp_path: Path) -> None:
         path = tmp_path / "journal.jsonl"
-        tasks = door.missing({}, ["manhattan"])
+        tasks = door.missing({}, ["manhattan"], NAMES)
         total = sum(len(names) for _, names in tasks)
 
         def killed(some: Sequence[Task]) -> Iterator[Run]:
@@ -121,11 +134,16 @@ class TestJournal:
             door.sweep(path, tasks, killed)
         done = journal.read(path)
         assert len(done) == 25
-        left = door.missing(done, ["manhattan"])
+        left = door.missing(done, ["manhattan"], NAMES)
         assert sum(len(names) for _, names in left) == total - 25
         door.sweep(path, left, pretended)
         assert len(path.read_text().splitlines()) == len(journal.read(path)) == total
-        assert door.missing(journal.read(path), ["manhattan"]) == []
+        assert door.missing(journal.read(path), ["manhattan"], NAMES) == []
+
+    def test_only_the_methods_asked_for_are_run(self) -> None:
+        tasks = door.missing({DONE.key: DONE}, ["manhattan"], ["DCS"])
+        assert {names for _, names in tasks} == {("DCS",)}
+        assert WORLD not in {world for world, _ in tasks}
 
 
 class TestRuns:
@@ -204,10 +222,13 @@ class TestTable:
         assert (row["failed"], row["good"], row["ate_worst"]) == ("1", "0", "")
 
     def test_the_committed_table_is_of_this_sweep_and_small(self) -> None:
-        text = door.TABLE.read_text(encoding="utf-8")
-        runs = sum(int(row["runs"]) for row in rows(text))
-        assert f"definition {digest()}; {runs} of" in text.splitlines()[0]
-        assert len(text.encode()) <= 200 * 1024
+        committed = read_results(door.TABLE)
+        runs = sum(int(row["runs"]) for row in committed.rows)
+        wanted = sum(1 for _ in worlds()) * len(methods.METHODS)
+        assert committed.header["version"] == digest()
+        assert committed.header["runs"] == f"{runs} of {wanted}"
+        assert runs == wanted
+        assert door.TABLE.stat().st_size <= 200 * 1024
 
     def test_the_committed_table_has_every_method(self) -> None:
         found = {row["method"] for row in rows(door.TABLE.read_text(encoding="utf-8"))}
@@ -232,10 +253,10 @@ class TestTable:
             assert float(row[key]) == pytest.approx(float(committed[key]), abs=2e-3)
 
     def test_the_committed_table_states_every_parameter(self) -> None:
-        text = door.TABLE.read_text(encoding="utf-8")
-        header = " ".join(line for line in text.splitlines() if line.startswith("#"))
+        header = read_results(door.TABLE).header
         for name, value in methods.PARAMETERS.items():
-            assert f"{name} {value}" in header
+            assert header["parameters"][name] == json.loads(json.dumps(value)), name
         for name, plan in PLANS.items():
-            assert f"graph {name}:" in header
-            assert f"{plan.closures} closures, seeds 0 to {plan.seeds - 1}" in header
+            stated = header["graphs"][name]
+            assert (stated["closures"], stated["seeds"]) == (plan.closures, plan.seeds)
+        assert (header["group"], header["good"]) == (GROUP, LOST)

@@ -1,7 +1,6 @@
-"""Draw in how many runs methods come through: a disc for each kind of trouble and each rate.
+"""Draw in what share of the runs methods succeed: a table of shaded cells with their numbers.
 
-A full ring is a method that always comes through, an empty one that never does. Area tells,
-and not colour, so that many methods that are equally good hide each other nowhere.
+One hue from light to dark can be read without seeing colours, and on paper.
 """
 
 from __future__ import annotations
@@ -9,71 +8,50 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.axes import Axes
-from matplotlib.collections import EllipseCollection
 from numpy.typing import ArrayLike
 from robust_slam._arrays import Array
 
-from robust_slam_course.style import PALETTE
-
-_RING = 0.84  # of the distance between rows
-_GAP = 1.0  # columns between two kinds
+_DARK = 0.71  # from this share on white digits have more contrast than black ones
 
 
 def draw_shares(
-    ax: Axes, kinds: Sequence[str], rates: Sequence[str], shares: Mapping[str, ArrayLike]
+    ax: Axes, columns: Sequence[str], shares: Mapping[str, ArrayLike], size: float = 10.0
 ) -> Axes:
-    """Draw each method's shares (kinds, rates), from 0 to 1: a row of discs in their rings.
+    """Draw a row of cells for each name in ``shares``, each cell with its share in percent.
 
-    Columns stand in one block for each kind, in it one for each rate. A share of NaN, nothing
-    was run, has no ring.
+    ``shares`` are ``(columns,)``, from 0 to 1; a cell of NaN, where nothing was run, is empty.
+    ``size`` is that of the digits, in points.
 
     Raises:
-        ValueError: a method's shares do not have one row for each kind and one column for each
-            rate, or a share is not from 0 to 1.
+        ValueError: a row does not have one share for each column, or one is not from 0 to 1.
     """
-    place = _places(len(kinds), len(rates))
-    table = np.array([_checked(name, value, place.shape) for name, value in shares.items()])
-    for number, row in enumerate(table):
-        run = np.isfinite(row)
-        at = np.stack([place[run], np.full(run.sum(), number)], axis=1)
-        _draw_discs(ax, at, np.full(len(at), _RING), "none", PALETTE["muted"])
-        _draw_discs(ax, at, _RING * np.sqrt(row[run]), PALETTE["estimate"], "none")
-    ax.set_yticks(range(len(table)), list(shares))
-    ax.set_xticks(place.ravel(), list(rates) * len(kinds))
-    for block, kind in zip(place, kinds, strict=True):
-        ax.text(block.mean(), -0.8, kind, ha="center", va="bottom")
-    ax.set(xlim=(-0.7, place.max() + 0.7), ylim=(len(table) - 0.4, -0.7), aspect="equal")
-    ax.tick_params(length=0, labelsize=9)
+    table = np.array([_checked(name, row, len(columns)) for name, row in shares.items()])
+    # Each cell is a shape of its own, so the figure stays sharp at any size.
+    ax.pcolormesh(
+        np.ma.masked_invalid(table), cmap=colormaps["Blues"], vmin=0.0, vmax=1.0, edgecolor="white"
+    )
+    for (row, column), share in np.ndenumerate(table):
+        if np.isfinite(share):
+            colour = "white" if share >= _DARK else "black"
+            place = column + 0.5, row + 0.5
+            ax.text(
+                *place, f"{100 * share:.0f}", color=colour, size=size, ha="center", va="center"
+            )
+    ax.set_xticks(np.arange(len(columns)) + 0.5, list(columns))
+    ax.set_yticks(np.arange(len(table)) + 0.5, list(shares))
+    ax.set(xlim=(0, len(columns)), ylim=(len(table), 0))
+    ax.tick_params(length=0)
     ax.spines[:].set_visible(False)
     ax.grid(False)
     return ax
 
 
-def _places(kinds: int, rates: int) -> Array:
-    """Return where the columns stand, ``(kinds, rates)``."""
-    return np.arange(rates) + (rates + _GAP) * np.arange(kinds)[:, None]
-
-
-def _checked(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
+def _checked(name: str, value: ArrayLike, columns: int) -> Array:
     row = np.asarray(value, dtype=np.float64)
-    if row.shape != shape:
-        raise ValueError(f"shares: those of {name} have shape {row.shape}; give {shape}")
+    if row.shape != (columns,):
+        raise ValueError(f"shares: those of {name} have shape {row.shape}; give {(columns,)}")
     if np.any((row < 0.0) | (row > 1.0)):
         raise ValueError(f"shares: one of {name} is not from 0 to 1")
     return row
-
-
-def _draw_discs(ax: Axes, at: Array, width: Array, face: str, edge: str) -> None:
-    discs = EllipseCollection(
-        width,
-        width,
-        np.zeros(len(at)),
-        offsets=at,
-        units="xy",
-        offset_transform=ax.transData,
-        facecolors=face,
-        edgecolors=edge,
-        linewidths=0.8,
-    )
-    ax.add_collection(discs)

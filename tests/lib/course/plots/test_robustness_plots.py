@@ -4,46 +4,55 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
 from robust_slam_course.plots.robustness import draw_shares
 
-KINDS, RATES = ["random", "local"], ["10", "50", "90"]
-SHARES = {
-    "bold": [[1.0, 0.25, 0.0], [1.0, 1.0, 1.0]],
-    "shy": [[0.5, 0.5, 0.5], [np.nan, 0.0, np.nan]],
-}
+RATES = ["10", "50", "90"]
+SHARES = {"good": [1.0, 0.6, 0.54], "seldom": [0.0, 0.125, np.nan]}
 
 
 @pytest.fixture
 def shares(ax):
-    return draw_shares(ax, KINDS, RATES, SHARES)
+    return draw_shares(ax, RATES, SHARES)
 
 
-def test_the_area_of_a_disc_is_the_share_of_its_ring(shares) -> None:
-    pairs = zip(shares.collections[::2], shares.collections[1::2], SHARES.values(), strict=True)
-    for rings, discs, values in pairs:
-        run = np.ravel(values)[np.isfinite(np.ravel(values))]
-        assert (discs.get_widths() / rings.get_widths()) ** 2 == pytest.approx(run)
-        assert np.array_equal(rings.get_offsets(), discs.get_offsets())
+def test_each_cell_has_its_share_in_percent(shares) -> None:
+    found = {(text.get_position()[::-1]): text.get_text() for text in shares.texts}
+    assert found == {
+        (0.5, 0.5): "100",
+        (0.5, 1.5): "60",
+        (0.5, 2.5): "54",
+        (1.5, 0.5): "0",
+        (1.5, 1.5): "12",
+    }
 
 
-def test_what_was_not_run_has_no_ring(shares) -> None:
-    bold, shy = shares.collections[0].get_offsets(), shares.collections[2].get_offsets()
-    assert len(bold) == 6
-    assert shy[:, 0].tolist() == bold[[0, 1, 2, 4], 0].tolist()
-
-
-def test_rows_are_methods_and_columns_kinds_and_rates(shares) -> None:
+def test_rows_and_columns_have_their_names(shares) -> None:
     assert [label.get_text() for label in shares.get_yticklabels()] == list(SHARES)
-    assert [label.get_text() for label in shares.get_xticklabels()] == RATES * 2
-    assert [text.get_text() for text in shares.texts] == KINDS
-    assert np.all(shares.collections[0].get_offsets()[:, 1] == 0)
-    assert np.all(shares.collections[2].get_offsets()[:, 1] == 1)
-    assert np.all(np.diff(shares.get_xticks()) == [1, 1, 2, 1, 1])
+    assert [label.get_text() for label in shares.get_xticklabels()] == RATES
+    assert shares.get_ylim() == (2.0, 0.0)
 
 
-@pytest.mark.parametrize(
-    ("values", "what"), [([[1.0, 1.0, 1.0]], "shape"), ([[0, 0, 0], [0, 0, 1.5]], "from 0 to 1")]
-)
-def test_shares_that_do_not_fit_are_refused(ax, values: list[list[float]], what: str) -> None:
+def luminance(colour) -> float:
+    """The relative luminance of WCAG 2."""
+    parts = np.array(to_rgb(colour))
+    linear = np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
+    return float(linear @ [0.2126, 0.7152, 0.0722])
+
+
+def test_a_larger_share_is_darker_and_every_number_is_legible(ax) -> None:
+    steps = np.linspace(0, 1, 21)
+    draw_shares(ax, [f"{step}" for step in steps], {"all": steps})
+    (mesh,) = ax.collections
+    mesh.update_scalarmappable()
+    cells = [luminance(colour[:3]) for colour in mesh.get_facecolors()]
+    assert np.all(np.diff(cells) < 0)
+    for cell, text in zip(cells, ax.texts, strict=True):
+        low, high = sorted((cell, luminance(text.get_color())))
+        assert (high + 0.05) / (low + 0.05) >= 4.5, text.get_text()
+
+
+@pytest.mark.parametrize(("values", "what"), [([1.0, 1.0], "shape"), ([0, 0, 1.5], "from 0 to 1")])
+def test_shares_that_do_not_fit_are_refused(ax, values: list[float], what: str) -> None:
     with pytest.raises(ValueError, match=what):
-        draw_shares(ax, KINDS, RATES, {"odd": values})
+        draw_shares(ax, RATES, {"odd": values})
