@@ -26,7 +26,7 @@ better by more than the price c²/2 of each.
 The adaptive schedule halves the number of solves, and on M3500 that has a price: on 7 of 12 worlds
 (10, 30, 50 %, seeds 0 to 3) it ends in a minimum whose cost is up to 0.4 % higher and loses two to
 four true closures more. GTSAM's ends higher than ours in four of the twelve. On the 472 worlds of
-``benchmarks.sweep`` the adaptive schedule finds 432 good maps, the fixed one 425.
+the first ``benchmarks.sweep`` the adaptive schedule finds 432 good maps, the fixed one 425.
 
 The ATE is against the optimum of the graph without outliers. The map without the spoiled closures
 is itself 0.16 to 0.66 m away from that; GNC's map is 0.03 to 0.15 m from the map without them.
