@@ -2,105 +2,124 @@
 
 from __future__ import annotations
 
-import csv
 import importlib.util
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib import pyplot as plt
 from robust_slam.estimators.graduation import gnc, start_mu
 from robust_slam.estimators.thresholds import chi_square_threshold
 from robust_slam.graphs.metrics import ate
 from robust_slam.problems import PoseGraphProblem
+from robust_slam_course.results import read_results
 
-from benchmarks.sweep.definition import GROUP, PLANS
+from benchmarks.methods import STARTS
+from benchmarks.sweep.definition import GROUP, PERCENTS, PLANS, worlds
 from tests.book.prose import CHAPTERS, Chapter
 from tests.conftest import leave_out
 
 CHAPTER = Chapter("08-showcase")
 C = chi_square_threshold(0.99, 3)
-LINES = (CHAPTERS / "data" / "robustness.csv").read_text(encoding="utf-8").splitlines()
-ROWS = list(csv.DictReader(line for line in LINES if not line.startswith("#")))
+RESULTS = read_results(CHAPTERS / "data" / "robustness.csv")
+GRID = ("IRLS-GM", "GNC-GM", "IRLS-TLS", "GNC-TLS")
 
 
-def chosen(**wanted: str) -> Iterator[dict[str, str]]:
-    return (row for row in ROWS if all(row[key] == value for key, value in wanted.items()))
+def good(method: str, **wanted: str) -> int:
+    return RESULTS.good(method=method, **wanted)[0]
 
 
-def good(**wanted: str) -> float:
-    """Return the share of good maps among the runs."""
-    rows = list(chosen(**wanted))
-    return sum(int(row["good"]) for row in rows) / sum(int(row["runs"]) for row in rows)
+def said(cell: str) -> str:
+    return " ".join(CHAPTER.cells[cell].split())
 
 
 def test_the_graphs_are_those_that_the_text_names() -> None:
-    sizes = {name: (plan.poses, plan.closures, plan.seeds) for name, plan in PLANS.items()}
+    sizes = {name: (plan.poses, plan.closures) for name, plan in PLANS.items()}
     assert sizes == {
-        "manhattan": (200, 45, 10),
-        "sphere": (100, 45, 10),
-        "intel": (None, 90, 3),
-        "CSAIL": (None, 128, 3),
+        "manhattan": (200, 45),
+        "sphere": (100, 45),
+        "intel": (None, 45),
+        "CSAIL": (None, 45),
     }
     assert PLANS["manhattan"].noise.odometry == (0.05, 0.05)
     assert PLANS["sphere"].noise.odometry == (0.05, 0.02)
+    assert "Each has 45 correct closures" in said("larger")
+    assert (GROUP, min(PERCENTS), max(PERCENTS)) == (5, 10, 90)
+    assert f"in {sum(1 for _ in worlds())} worlds" in said("larger")
 
 
 def test_without_the_table_the_page_says_where_it_is(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    CHAPTER.run("larger-load", "larger-figure", "larger-table", np=np)
-    said = capsys.readouterr().out
-    assert "make sweep" in said
-    assert said.count("chapters/data") == 1
+    cells = ("larger-load", "larger-figure", "larger-table", "larger-others")
+    CHAPTER.run(*cells, np=np, Markdown=str)
+    printed = capsys.readouterr().out
+    assert "make sweep" in printed
+    assert printed.count("chapters/data") == 1
 
 
-def of(graph: str, method: str) -> list[dict[str, str]]:
-    return list(chosen(graph=graph, method=method))
-
-
-def test_pcm_and_max_mixture_change_places_between_csail_and_intel() -> None:
-    counts = {
-        (graph, method): sum(int(row["good"]) for row in of(graph, method))
-        for graph in ("manhattan", "intel", "CSAIL")
-        for method in ("PCM + GNC-TLS", "max-mixture")
-    }
-    assert counts["CSAIL", "PCM + GNC-TLS"] == 36
-    assert 36 - counts["intel", "PCM + GNC-TLS"] == 14
-    assert counts["intel", "max-mixture"] == 34
-    assert counts["CSAIL", "max-mixture"] == 5
-    assert counts["manhattan", "max-mixture"] == 0
-    assert all(
-        sum(int(row["runs"]) for row in of(graph, "max-mixture")) == 36
-        for graph in ("intel", "CSAIL")
+def test_the_table_and_the_caption_come_from_the_file(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(CHAPTERS)
+    shown: list[tuple[Any, str]] = []
+    names = CHAPTER.run(
+        *("larger-load", "larger-figure", "larger-table"),
+        plt=plt,
+        Markdown=str,
+        show=lambda fig, caption, alt: shown.append((fig, caption)),
     )
-    assert all(float(row["precision"]) == 1 for row in of("manhattan", "max-mixture"))
+    for start in STARTS:
+        cells = ("{} of {}".format(*RESULTS.good(method=f"{name} from {start}")) for name in GRID)
+        assert f"| {start} | {' | '.join(cells)} |" in names["text"]
+    ((figure, caption),) = shown
+    assert RESULTS.conditions() in caption
+    town = figure.axes[0]
+    share = RESULTS.share(graph="manhattan", method="GNC-TLS from odometry")
+    (cell,) = (text for text in town.texts if text.get_position() == (3.5, 0.5))
+    assert cell.get_text() == f"{100 * share:.0f}"
 
 
-@pytest.mark.parametrize("method", ["SC, jointly", "SC, closed form"])
-def test_switches_keep_nearly_every_map(method: str) -> None:
-    assert min(good(graph=graph, method=method) for graph in {row["graph"] for row in ROWS}) >= 0.9
+def test_the_start_decides() -> None:
+    for name in ("IRLS-GM", "GNC-GM", "GNC-TLS"):
+        first, *others = (good(f"{name} from {start}") for start in STARTS)
+        assert first > max(others)
+    assert good("IRLS-Cauchy from odometry") > good("IRLS-Cauchy from least squares")
 
 
-@pytest.mark.parametrize("graph", ["manhattan", "intel"])
-def test_gnc_from_least_squares_loses_maps_that_irls_keeps(graph: str) -> None:
-    irls = good(graph=graph, method="IRLS, Cauchy")
-    assert irls > good(graph=graph, method="GNC-TLS") > good(graph=graph, method="GNC-GM")
+def test_graduation_helps_tls_and_harms_gm() -> None:
+    for start in STARTS:
+        assert good(f"GNC-TLS from {start}") > 2 * good(f"IRLS-TLS from {start}")
+        assert good(f"GNC-GM from {start}") < good(f"IRLS-GM from {start}")
 
 
-@pytest.mark.parametrize("graph", ["manhattan", "sphere", "intel", "CSAIL"])
-def test_gnc_keeps_more_maps_from_dead_reckoning(graph: str) -> None:
-    better = good(graph=graph, method="GNC-TLS, odom.") - good(graph=graph, method="GNC-TLS")
-    assert better >= 0.1
+def test_geman_mcclure_from_odometry_keeps_most_of_the_grid() -> None:
+    best, runs = RESULTS.good(method="IRLS-GM from odometry")
+    assert best == max(good(f"{name} from {start}") for name in GRID for start in STARTS)
+    told = said("larger-methods")
+    assert f"{best} of {runs}" in told
+    assert f"GNC-TLS from odometry {good('GNC-TLS from odometry')}" in told
+    assert f"in {good('correct edges alone')}" in told
+    for graph in PLANS:
+        assert (
+            abs(good("SC, jointly", graph=graph) - good("IRLS-GM from odometry", graph=graph)) <= 2
+        )
+        assert RESULTS.share(method="SC, jointly", graph=graph) > 0.9
 
 
-def test_small_consistent_groups_seldom_outvote_the_inlier_closures() -> None:
-    town = {"graph": "manhattan", "kind": "consistent", "percent": "90"}
-    (row,) = chosen(**town, method="PCM + GNC-TLS")
-    assert (row["good"], row["runs"]) == ("8", "10")
-    assert (GROUP, PLANS["manhattan"].closures) == (5, 45)
+def test_the_ranking_changes_with_the_graph() -> None:
+    pcm, mixture = (
+        {graph: RESULTS.share(graph=graph, method=name) for graph in PLANS}
+        for name in ("PCM + GNC-TLS", "max-mixture")
+    )
+    assert pcm["CSAIL"] > 0.9
+    assert mixture["CSAIL"] < 0.1
+    assert pcm["intel"] < mixture["intel"] - 0.2
+    assert mixture["manhattan"] == 0
+    rows = RESULTS.where(graph="manhattan", method="max-mixture")
+    assert all(float(row["precision"]) == 1 for row in rows)
 
 
 @pytest.fixture(scope="module")
@@ -144,12 +163,14 @@ def test_two_towns_stay_lost_when_only_the_first_mu_comes_from_the_odometry(
 def test_gtsam_loses_the_same_towns_from_least_squares(count: int, town: Any) -> None:
     if importlib.util.find_spec("gtsam") is None:
         leave_out("gtsam is not installed; nothing is compared with it")
-    from benchmarks.methods import GTSAM, METHODS
+    from benchmarks.methods import METHODS
 
     for seed in range(5):
         graph, _, truth = town("consistent", count, seed)
         odometry = PoseGraphProblem(graph, steps=1, tol=1e-6)
         squares = PoseGraphProblem(graph, odometry.initial(), steps=1)
-        theirs, bent = (ate(METHODS[GTSAM](one, C), truth) for one in (odometry, squares))
+        theirs, bent = (
+            ate(METHODS["GTSAM's GNC-TLS"](one, C), truth) for one in (odometry, squares)
+        )
         assert (theirs > 0.4) == ((count, seed) in {(18, 0), (18, 3)})
         assert (bent > 0.4) == (seed in (0, 2, 3, 4))
