@@ -129,7 +129,7 @@ def showcase() -> Picture:
             " the switches and GNC follow them? Then start from odometry.",
         ],
         caption="One drive with one wrong closure (dashed), over the dotted true path: least"
-        " squares folds the map, switchable constraints and GNC do not.",
+        " squares distorts the map, switchable constraints and GNC do not.",
         state={"wrong": wrong, "size": 1, "start": "squares"},
         data={**graph_data(graph, truth, 4), "wrongInformation": information.ravel().tolist()},
         still=_three_estimators(graph, truth, wrong),
