@@ -338,9 +338,9 @@ def gnc(
     Without ``x0`` a problem starts from the unweighted solution, as in the paper. Consistent
     outliers distort that solution and have small residuals there. On a pose graph with
     trusted odometry, dead reckoning is the better start, ``x0=problem.guess``: the first
-    weights come from the residuals there, as in GTSAM, and more runs succeed on every graph
-    of ``chapters/data/robustness.csv``. It also helps where the unweighted solve does not
-    converge.
+    weights come from the residuals there, as in GTSAM, and on no graph of
+    ``chapters/data/robustness.csv`` do fewer runs succeed. It also helps where the
+    unweighted solve does not converge.
 
     A pose graph may take a few steps for each μ (``PoseGraphProblem(graph, steps=5)``),
     which is faster; the last solve is repeated until it converges in any case. One step is
