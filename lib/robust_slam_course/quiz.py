@@ -1,8 +1,9 @@
 """A quiz in which every option has an answer of its own.
 
-Options are native disclosures: they open with scripts off, by keyboard and by mouse, and
-say whether they are right and why. A letter names each, for a class that speaks of it and for
-readers who cannot read a formula aloud. Text is plain, with $math$, *emphasis* and `code`.
+A question is a group of radio buttons. Choosing one shows, at that option, whether it is right and
+why. This is the style sheet's work: it needs no script, and a screen reader announces the answer.
+A letter names each option, for a class that speaks of it and for readers who cannot read a formula
+aloud. Text is plain, with $math$, *emphasis* and `code`.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from hashlib import sha256
 from html import escape
 from string import ascii_uppercase
 
@@ -23,14 +25,32 @@ _STYLE = """
 .rs-quiz legend {
   float: left; width: 100%; margin: 0 0 0.5rem; padding: 0; font-size: inherit; font-weight: 600;
 }
-.rs-quiz details {
+.rs-quiz .rs-option {
   clear: both; margin: 0.4rem 0 0; padding: 0 0.75rem; border-radius: 0.3rem;
   border: 1px solid color-mix(in srgb, currentColor 20%, transparent);
 }
-.rs-quiz summary { padding: 0.35rem 0; cursor: pointer; }
-.rs-quiz summary:focus-visible { outline: 3px solid #0072b2; box-shadow: 0 0 0 2px #fff; }
-.rs-quiz details p { margin: 0 0 0.5rem; padding-left: 0.75rem; border-left: 4px solid #d55e00; }
-.rs-quiz details p.rs-right { border-left-color: #009e73; }
+.rs-quiz .rs-option:has(:checked) { border-color: currentColor; }
+.rs-quiz .rs-option:has(:focus-visible) {
+  outline: 3px solid #0072b2; box-shadow: 0 0 0 2px #fff;
+}
+.rs-quiz label {
+  display: flex; gap: 0.6rem; align-items: baseline; margin: 0; padding: 0.35rem 0; cursor: pointer;
+}
+.rs-quiz label span { min-width: 0; }
+.rs-quiz input { flex: none; margin: 0; accent-color: #0072b2; }
+.rs-quiz [role="status"] p {
+  display: none; margin: 0 0 0.5rem; padding-left: 0.75rem; border-left: 4px solid #d55e00;
+}
+.rs-quiz [role="status"] p.rs-right { border-left-color: #009e73; }
+.rs-quiz label:has(:checked) + [role="status"] p { display: block; }
+@media print {
+  .rs-quiz fieldset { break-inside: avoid; }
+  .rs-quiz .rs-option [role="status"] { display: none; }
+  .rs-quiz .rs-option:has(:checked) { border-color: #ccc; }
+  .rs-quiz input {
+    appearance: none; width: 0.8em; height: 0.8em; border: 1px solid; border-radius: 50%;
+  }
+}
 """
 
 
@@ -96,16 +116,28 @@ class Quiz:
 
 def _question(question: Question) -> str:
     options = "".join(map(_option, ascii_uppercase, question.options))
-    return f"<fieldset><legend>{_inline(question.prompt)}</legend>{options}</fieldset>"
+    # A form of its own keeps the choice apart from that of every other question, also where the
+    # same output is shown twice. Outside a dialog the method "dialog" submits nothing on Enter.
+    # JupyterLab leaves the keys to an element that carries the last attribute.
+    return (
+        f'<form method="dialog" data-question="{_key(question)}" data-lm-suppress-shortcuts="true">'
+        f"<fieldset><legend>{_inline(question.prompt)}</legend>{options}</fieldset></form>"
+    )
+
+
+def _key(question: Question) -> str:
+    """Return a name under which a choice is remembered; a question that changes gets another."""
+    texts = [question.prompt, *(option.text for option in question.options)]
+    return sha256("\n".join(texts).encode()).hexdigest()[:12]
 
 
 def _option(letter: str, option: Option) -> str:
     verdict, kind = ("✓ Right.", "rs-right") if option.correct else ("✗ Not quite.", "rs-wrong")
-    # JupyterLab leaves the keys to an element that carries this attribute.
-    keys = 'data-lm-suppress-shortcuts="true"'
     return (
-        f"<details><summary {keys}><b>{letter}</b> {_inline(option.text)}</summary>"
-        f'<p class="{kind}"><strong>{verdict}</strong> {_inline(option.answer)}</p></details>'
+        f'<div class="rs-option"><label><input type="radio" name="choice" value="{letter}">'
+        f" <span><b>{letter}</b> {_inline(option.text)}</span></label>"
+        f'<div role="status"><p class="{kind}"><strong>{verdict}</strong> '
+        f"{_inline(option.answer)}</p></div></div>"
     )
 
 

@@ -77,9 +77,9 @@ def test_an_export_needs_no_kernel(exporting: Callable[[], Path], open_page: Ope
     for picture in pictures(page):
         assert follows(picture)
     assert page.locator(".jupyter-widgets, .widget-subarea").count() == 0
-    answer = page.locator(".rs-quiz details").first
-    answer.locator("summary").click()
-    assert answer.locator("p").is_visible()
+    option = page.locator(".rs-quiz .rs-option").first
+    option.locator("label").click()
+    assert option.locator("p").is_visible()
 
 
 def test_python_reads_the_state_that_the_hand_made() -> None:

@@ -1,17 +1,54 @@
-"""The quizzes of the chapters in Chromium."""
+"""The quizzes of the chapters in Chromium, and in JupyterLab."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from pathlib import Path
 
+import nbformat
 import pytest
-from playwright.sync_api import Browser
+from playwright.sync_api import Browser, Locator, Page, expect
 
+from tests import jupyterlab
 from tests.book.conftest import CHAPTERS, Site, place
-from tests.chromium import Visit, visiting
+from tests.book.test_accessible import COLOURS, DARK, NO_GLYPHS, STILL, grave
+from tests.chromium import Opener, Visit, visiting
 
 pytestmark = pytest.mark.browser
+
+ONE, OTHER = CHAPTERS[-1], CHAPTERS[0]
+VERDICT = re.compile(r"(✓ Right\.|✗ Not quite\.) .+", re.S)
+REFUSED = """Object.defineProperty(window, "localStorage", {
+  get() { throw new DOMException("refused", "SecurityError"); },
+})"""
+KEPT = "localStorage.getItem('robust-slam-quizzes')"
+TWICE = """from robust_slam_course.quiz import Option, Question, Quiz
+quiz = Quiz([Question("Which?", [Option("one", "Yes.", correct=True), Option("two", "No.")])])
+quiz"""
+
+
+def questions(page: Page) -> list[Locator]:
+    """The questions of a page, of which there are several."""
+    found = page.locator(".rs-quiz fieldset").all()
+    assert len(found) > 1
+    return found
+
+
+def choose(question: Locator, kind: str) -> None:
+    """Choose the first option that is right ("right") or wrong ("wrong")."""
+    option = question.locator(".rs-option", has=question.page.locator(f".rs-{kind}")).first
+    option.locator("input").check()
+
+
+def chosen(page: Page) -> int:
+    """How many options of a page are chosen."""
+    return page.locator(".rs-quiz :checked").count()
+
+
+def ticks(page: Page) -> list[str]:
+    """The titles in the sidebar that carry a tick."""
+    return page.locator(".bd-links a:has(.rs-done)").all_inner_texts()
 
 
 @pytest.fixture(scope="module", params=CHAPTERS)
@@ -24,20 +61,148 @@ def chapter(
         yield opened
 
 
-def test_every_option_opens_and_answers(chapter: Visit) -> None:
-    options = chapter.page.locator(".rs-quiz details").all()
-    assert options
-    for option in options:
-        answer = option.locator("p")
-        assert not answer.is_visible()
-        option.locator("summary").press("Enter")
-        assert answer.is_visible()
-        assert re.match(r"(✓ Right\.|✗ Not quite\.) .+", answer.inner_text(), re.S)
-        option.locator("summary").click()
-        assert not answer.is_visible()
+def test_every_option_answers_when_it_is_chosen(chapter: Visit) -> None:
+    page = chapter.page
+    for count, question in enumerate(questions(page), start=1):
+        answers = question.locator("p:visible")
+        assert answers.count() == 0
+        for option in question.locator(".rs-option").all():
+            option.locator("label").click()
+            assert answers.count() == 1
+            assert VERDICT.match(option.locator("p").inner_text())
+        assert chosen(page) == count
 
 
-def test_every_question_has_a_name_and_a_right_option(chapter: Visit) -> None:
-    for question in chapter.page.locator(".rs-quiz fieldset").all():
+def test_every_question_has_a_name_and_one_right_option(chapter: Visit) -> None:
+    for question in questions(chapter.page):
         assert question.locator("legend").inner_text()
-        assert question.locator(".rs-right").count() >= 1
+        assert question.locator(".rs-right").count() == 1
+
+
+def test_without_scripts_every_option_answers(site: Site, open_page: Opener) -> None:
+    page = open_page((site.folder / f"{ONE}.html").as_uri(), java_script_enabled=False).page
+    for question in questions(page):
+        for kind, verdict in (("right", "✓ Right."), ("wrong", "✗ Not quite.")):
+            choose(question, kind)
+            expect(question.locator("p:visible")).to_have_count(1)
+            expect(question.locator("p:visible")).to_contain_text(verdict)
+    assert page.locator(".rs-forget").count() == 0
+
+
+def test_it_is_answered_by_keyboard_and_enter_leaves_it_there(
+    site: Site, open_page: Opener
+) -> None:
+    page = open_page((site.folder / f"{ONE}.html").as_uri()).page
+    before = page.url
+    question = questions(page)[0]
+    question.locator("input").first.press("Space")
+    expect(question.locator("p").nth(0)).to_be_visible()
+    page.keyboard.press("ArrowDown")
+    expect(question.locator("p").nth(0)).to_be_hidden()
+    expect(question.locator("p").nth(1)).to_be_visible()
+    page.keyboard.press("Enter")
+    expect(question.locator("p").nth(1)).to_be_visible()
+    assert page.url == before
+
+
+def test_on_paper_nothing_is_answered(site: Site, open_page: Opener) -> None:
+    page = open_page((site.folder / f"{ONE}.html").as_uri()).page
+    choose(questions(page)[0], "right")
+    seen = page.locator(".rs-quiz :is(p, button):visible")
+    assert seen.count() > 1
+    page.emulate_media(media="print")
+    expect(seen).to_have_count(0)
+    expect(questions(page)[0].locator("label").first).to_be_visible()
+
+
+def test_choices_and_the_tick_last_until_they_are_forgotten(
+    address: str, site: Site, open_page: Opener
+) -> None:
+    visit = open_page(place(site, address, ONE, "http"), viewport={"width": 1280, "height": 900})
+    page = visit.page
+    asked = questions(page)
+    for question in asked[:-1]:
+        choose(question, "right")
+    choose(asked[-1], "wrong")
+    assert ticks(page) == []
+    choose(asked[-1], "right")
+    [titled] = ticks(page)
+    assert titled.endswith("✓")
+    tick = page.get_by_role("img", name="quiz done")
+    expect(tick).to_have_count(1)
+
+    page.reload()
+    assert chosen(page) == page.locator(".rs-quiz .rs-right:visible").count() == len(asked)
+    assert ticks(page) == [titled]
+
+    page.goto(place(site, address, OTHER, "http"))
+    assert chosen(page) == 0
+    assert ticks(page) == [titled]
+    choose(questions(page)[0], "wrong")
+    page.reload()
+    assert page.locator(".rs-quiz .rs-wrong:visible").count() == chosen(page) == 1
+
+    page.get_by_role("button", name="Forget my answers").click()
+    assert (chosen(page), ticks(page), page.evaluate(KEPT)) == (0, [], None)
+    expect(page.locator(".rs-forget [role=status]")).to_contain_text("are forgotten")
+    page.goto(place(site, address, ONE, "http"))
+    assert (chosen(page), ticks(page)) == (0, [])
+    assert visit.complaints == visit.outside == []
+
+
+def test_a_wrong_answer_takes_the_tick_away(site: Site, open_page: Opener) -> None:
+    page = open_page((site.folder / f"{ONE}.html").as_uri()).page
+    for question in questions(page):
+        choose(question, "right")
+    assert len(ticks(page)) == 1
+    choose(questions(page)[0], "wrong")
+    assert ticks(page) == []
+
+
+def test_a_browser_that_keeps_nothing_still_answers(
+    site: Site, address: str, browser: Browser
+) -> None:
+    with visiting(browser, "about:blank") as visit:
+        page = visit.page
+        page.add_init_script(REFUSED)
+        page.goto(place(site, address, ONE, "http"))
+        choose(questions(page)[0], "right")
+        expect(questions(page)[0].locator("p:visible")).to_contain_text("✓ Right.")
+        assert page.locator(".rs-forget").count() == 0
+        assert not [said for said in visit.complaints if "quiz.js" in said]
+
+
+def test_answers_are_open_to_all(site: Site, open_page: Opener) -> None:
+    page = open_page((site.folder / f"{ONE}.html").as_uri(), color_scheme="light").page
+    page.evaluate("MathJax.startup.promise")
+    page.evaluate("document.querySelectorAll('.bd-content .cell_input').forEach(c => c.remove())")
+    page.evaluate(NO_GLYPHS)
+    for question in questions(page):
+        choose(question, "right")
+    choose(questions(page)[0], "wrong")
+    for options, theme in (("", "0"), (COLOURS, DARK)):
+        page.evaluate(theme)
+        page.evaluate(STILL)
+        places = {place for _, place in grave(page, options)}
+        assert not [place for place in places if "rs-" in place or "input" in place]
+
+
+def test_in_jupyterlab_each_output_keeps_its_own_choice(browser: Browser, tmp_path: Path) -> None:
+    path = tmp_path / "quiz.ipynb"
+    cells = [nbformat.v4.new_code_cell(source) for source in (TWICE, "quiz")]
+    spec = {"kernelspec": {"name": "python3", "display_name": "Python 3"}}
+    nbformat.write(nbformat.v4.new_notebook(cells=cells, metadata=spec), path)
+    variables = jupyterlab.environment(tmp_path / "home")
+    with (
+        jupyterlab.running(tmp_path, variables) as address,
+        jupyterlab.page_of(browser) as page,
+    ):
+        notebook = jupyterlab.Notebook(page, address, path)
+        notebook.run_all()
+        first, second = (notebook.cells.nth(number) for number in (0, 1))
+        first.locator("input").first.check()
+        second.locator("input").first.press("Space")
+        page.keyboard.press("ArrowDown")
+        expect(first.locator("p:visible")).to_have_text("✓ Right. Yes.")
+        expect(second.locator("p:visible")).to_have_text("✗ Not quite. No.")
+        expect(second.locator("input").nth(1)).to_be_focused()

@@ -1,4 +1,4 @@
-"""A quiz answers every option, marks the right ones, and hides nothing from plain HTML."""
+"""A quiz answers every option, marks the right ones, and is plain HTML."""
 
 from __future__ import annotations
 
@@ -11,12 +11,16 @@ RIGHT = Option("Huber", "Its pull is $k$, for ever.", correct=True)
 WRONG = Option("TLS", "It lets go at $|u| > c$.")
 
 
-def test_every_option_opens_to_its_own_answer_and_says_whether_it_is_right() -> None:
+def test_every_option_has_its_own_answer_that_says_whether_it_is_right() -> None:
     html = Quiz([Question("Which one?", [RIGHT, WRONG])]).html()
-    options = re.findall(r"<details><summary.*?>(.*?)</summary><p.*?>(.*?)</p></details>", html)
-    assert [option for option, _ in options] == ["<b>A</b> Huber", "<b>B</b> TLS"]
-    assert options[0][1].startswith("<strong>✓ Right.</strong> Its pull is")
-    assert options[1][1].startswith("<strong>✗ Not quite.</strong> It lets go at")
+    pattern = r'value="(.)"> <span>(.*?)</span></label><div role="status"><p class="(.*?)">(.*?)</p>'
+    options = re.findall(pattern, html)
+    assert [option[:3] for option in options] == [
+        ("A", "<b>A</b> Huber", "rs-right"),
+        ("B", "<b>B</b> TLS", "rs-wrong"),
+    ]
+    assert options[0][3].startswith("<strong>✓ Right.</strong> Its pull is")
+    assert options[1][3].startswith("<strong>✗ Not quite.</strong> It lets go at")
 
 
 def test_several_options_may_be_right() -> None:
@@ -28,8 +32,19 @@ def test_several_options_may_be_right() -> None:
 
 def test_each_question_is_a_group_named_by_its_prompt() -> None:
     html = Quiz([Question(f"Question {k}?", [RIGHT, WRONG]) for k in range(3)]).html()
-    groups = re.findall(r"<fieldset><legend>(.*?)</legend>.*?</fieldset>", html)
+    groups = re.findall(r"<form.*?><fieldset><legend>(.*?)</legend>.*?</fieldset></form>", html)
     assert groups == ["Question 0?", "Question 1?", "Question 2?"]
+
+
+def test_a_question_keeps_its_key_until_its_texts_change() -> None:
+    def key(question: Question) -> str:
+        return re.findall(r'data-question="(\w+)"', Quiz([question]).html())[0]
+
+    one = Question("Which one?", [RIGHT, WRONG])
+    explained = Question("Which one?", [RIGHT, Option("TLS", "It is bounded.")])
+    assert key(one) == key(explained)
+    assert key(one) != key(Question("Which two?", [RIGHT, WRONG]))
+    assert key(one) != key(Question("Which one?", [WRONG, RIGHT]))
 
 
 def test_math_stands_where_mathjax_looks_and_text_cannot_become_markup() -> None:
