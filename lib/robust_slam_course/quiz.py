@@ -34,7 +34,8 @@ _STYLE = """
   outline: 3px solid #0072b2; box-shadow: 0 0 0 2px #fff;
 }
 .rs-quiz label {
-  display: flex; gap: 0.6rem; align-items: baseline; margin: 0; padding: 0.35rem 0; cursor: pointer;
+  display: flex; gap: 0.6rem; align-items: baseline; margin: 0; padding: 0.35rem 0;
+  cursor: pointer;
 }
 .rs-quiz label span { min-width: 0; }
 .rs-quiz input { flex: none; margin: 0; accent-color: #0072b2; }
@@ -118,9 +119,8 @@ def _question(question: Question) -> str:
     options = "".join(map(_option, ascii_uppercase, question.options))
     # A form of its own keeps the choice apart from that of every other question, also where the
     # same output is shown twice. Outside a dialog the method "dialog" submits nothing on Enter.
-    # JupyterLab leaves the keys to an element that carries the last attribute.
     return (
-        f'<form method="dialog" data-question="{_key(question)}" data-lm-suppress-shortcuts="true">'
+        f'<form method="dialog" data-question="{_key(question)}">'
         f"<fieldset><legend>{_inline(question.prompt)}</legend>{options}</fieldset></form>"
     )
 
@@ -133,8 +133,10 @@ def _key(question: Question) -> str:
 
 def _option(letter: str, option: Option) -> str:
     verdict, kind = ("✓ Right.", "rs-right") if option.correct else ("✗ Not quite.", "rs-wrong")
+    # JupyterLab leaves the keys to an element that carries this attribute.
+    keys = 'data-lm-suppress-shortcuts="true"'
     return (
-        f'<div class="rs-option"><label><input type="radio" name="choice" value="{letter}">'
+        f'<div class="rs-option"><label><input type="radio" name="choice" {keys} value="{letter}">'
         f" <span><b>{letter}</b> {_inline(option.text)}</span></label>"
         f'<div role="status"><p class="{kind}"><strong>{verdict}</strong> '
         f"{_inline(option.answer)}</p></div></div>"

@@ -13,7 +13,8 @@ WRONG = Option("TLS", "It lets go at $|u| > c$.")
 
 def test_every_option_has_its_own_answer_that_says_whether_it_is_right() -> None:
     html = Quiz([Question("Which one?", [RIGHT, WRONG])]).html()
-    pattern = r'value="(.)"> <span>(.*?)</span></label><div role="status"><p class="(.*?)">(.*?)</p>'
+    label = r'value="(.)"> <span>(.*?)</span></label>'
+    pattern = label + r'<div role="status"><p class="(.*?)">(.*?)</p>'
     options = re.findall(pattern, html)
     assert [option[:3] for option in options] == [
         ("A", "<b>A</b> Huber", "rs-right"),
