@@ -1,4 +1,4 @@
-"""``autograder report``: for the instructor, a page for each assignment and all side by side."""
+"""``autograder report``: for the instructor, pages of assignments and students, and an index."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading import results
 from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.reading import assignment as assignments
-from robust_slam_autograder.reports import class_pages, class_report
+from robust_slam_autograder.reports import class_pages, class_report, heat_map
 from robust_slam_autograder.reports.class_pages import Entry
 from robust_slam_autograder.reports.class_report import Report, Source
+from robust_slam_autograder.reports.heat_map import STUDENTS, Column
 
 INDEX = "index.html"
 
@@ -48,19 +49,40 @@ def run(options: argparse.Namespace) -> int:
     layout.refuse_unmoved(options.out)
     found = _results(options.out, options.assignments)
     students = frozenset(path.parent.name for paths in found.values() for path in paths)
-    entries = []
+    entries: list[Entry] = []
+    columns: list[Column] = []
+    files: dict[str, str] = {}
     for name, paths in found.items():
-        report = class_report.report(_source(name, paths, students, options))
+        source = _source(name, paths, students, options)
+        report = class_report.report(source)
         page = options.to / f"{name}.html"
         if not options.assignments or name in options.assignments:
             places.write_page(page, class_pages.html(report))
             entries.append(Entry(report, quote(page.name)))
         else:
             entries.append(_entry_of_before(report, page))
-    places.write_page(options.to / INDEX, class_pages.index(entries, names=not options.no_names))
+        for path, result in zip(paths, source.results, strict=True):
+            files[result.student] = f"{path.parent.name}.html"
+        feedback = _links(paths, source.results, options, options.to / STUDENTS)
+        columns.append(Column(source, entries[-1].address, feedback))
+    _write_students_and_index(entries, columns, files, options)
     pages = len(options.assignments or found)
     print(f"report on {pages} of {len(found)} assignments: {options.to / INDEX}")
     return 0
+
+
+def _write_students_and_index(
+    entries: Sequence[Entry],
+    columns: Sequence[Column],
+    files: Mapping[str, str],
+    options: argparse.Namespace,
+) -> None:
+    chart = heat_map.heat_map(columns, files)
+    for row in chart.rows:
+        if row.file:
+            places.write_page(options.to / STUDENTS / row.file, class_pages.student(row))
+    index = class_pages.index(entries, chart, names=not options.no_names)
+    places.write_page(options.to / INDEX, index)
 
 
 def _entry_of_before(report: Report, page: Path) -> Entry:
@@ -94,18 +116,22 @@ def _source(
         title=config.title,
         results=marks,
         names=not options.no_names,
-        links={} if options.no_names else _links(paths, marks, options),
+        links=_links(paths, marks, options, options.to),
         students=students,
     )
 
 
 def _links(
-    paths: Sequence[Path], marks: Sequence[Result], options: argparse.Namespace
+    paths: Sequence[Path], marks: Sequence[Result], options: argparse.Namespace, start: Path
 ) -> Mapping[str, str]:
-    """By student, the address of the feedback page from a page of the report."""
-    links = {}
+    """By student, the address of the feedback page from a page in ``start``."""
+    links: dict[str, str] = {}
     for path, result in zip(paths, marks, strict=True):
         page = options.feedback / path.parent.name / f"{path.stem}.html"
-        if page.is_file():
-            links[result.student] = quote(os.fsencode(os.path.relpath(page, options.to)))
+        if page.is_file() and not options.no_names:
+            links[result.student] = _address(os.path.relpath(page, start))
     return links
+
+
+def _address(path: str) -> str:
+    return quote(os.fsencode(path))

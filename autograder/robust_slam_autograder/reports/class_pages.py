@@ -1,4 +1,4 @@
-"""Reports for the instructor as HTML: a page for each assignment, and all side by side."""
+"""Reports for the instructor as HTML: pages for assignments and students, and all side by side."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from robust_slam_autograder.reports import documents, pictures
-from robust_slam_autograder.reports.class_report import Report
+from robust_slam_autograder.reports.class_report import ENOUGH, MANY, Report
+from robust_slam_autograder.reports.heat_map import HeatMap, Row
 
 STYLE = "report"
 HINTS = 3
@@ -32,22 +33,31 @@ def html(report: Report) -> str:
         pictures=pictures,
         percent=percent,
         duration=duration,
+        enough=ENOUGH,
+        many=MANY,
         hints_open=HINTS,
         hints_most=MOST_HINTS,
         attention_open=ATTENTION,
     )
 
 
-def index(entries: Sequence[Entry], *, names: bool) -> str:
-    """The page that shows all assignments side by side."""
+def index(entries: Sequence[Entry], chart: HeatMap, *, names: bool) -> str:
+    """The page that shows all assignments side by side, and every student in each of them."""
     return documents.html(
         "report-index",
         style=STYLE,
         entries=entries,
+        chart=chart,
+        many=MANY,
         names=names,
         pictures=pictures,
         percent=percent,
     )
+
+
+def student(row: Row) -> str:
+    """The page of one student in all assignments."""
+    return documents.html("report-student", style=STYLE, row=row, percent=percent)
 
 
 def percent(share: float | None) -> str:

@@ -20,6 +20,10 @@ from robust_slam_autograder.reports.versions import Version
 
 MOST_BINS = 12
 SLOWEST = 5
+ENOUGH = 8
+"""From this many marks on, their distribution is worth a picture."""
+MANY = 0.4
+"""From this share of the submissions on, the class did not understand something."""
 FEWEST = 2
 """From this many students on, what all of them have in common says something of a test."""
 
@@ -60,6 +64,11 @@ class Marks:
     def has_quartiles(self) -> bool:
         """Whether there are enough marks to speak of half of a class."""
         return self.students >= 4
+
+    @property
+    def has_histogram(self) -> bool:
+        """Whether there are enough marks for a picture of how they are spread."""
+        return self.students >= ENOUGH
 
 
 @dataclass(frozen=True)
@@ -112,6 +121,16 @@ class ExerciseStatistics:
     def remarks(self) -> Counter[str]:
         """How many of its cases have which remark."""
         return Counter(case.remark for case in self.cases if case.remark)
+
+
+@dataclass(frozen=True)
+class Misunderstood:
+    """What many students were told by a check or its hint."""
+
+    exercise: str
+    hint: Hint
+    share: float
+    """Of the submissions."""
 
 
 @dataclass(frozen=True)
@@ -176,6 +195,8 @@ class Report:
     """None where nothing was graded."""
     exercises: tuple[ExerciseStatistics, ...]
     """Hardest first."""
+    misunderstood: tuple[Misunderstood, ...] | None
+    """What most students were told first; None where too few submissions speak for a class."""
     time: Time | None
     attention: tuple[Kind, ...]
     """Submissions that somebody should look at, the most pressing first."""
@@ -212,6 +233,8 @@ def report(source: Source) -> Report:
     """Make the report of an assignment."""
     found = versions.of(source.results)
     shown = found[0].results if found else ()
+    exercises = _exercises(shown, source)
+    marks = _marks(shown) if shown else None
     status = Counter(result.status for result in source.results)
     return Report(
         assignment=visible(source.assignment),
@@ -221,8 +244,9 @@ def report(source: Source) -> Report:
         graded=status["graded"],
         refused=status["refused"],
         failed=status["failed"],
-        marks=_marks(shown) if shown else None,
-        exercises=_exercises(shown, source),
+        marks=marks,
+        exercises=exercises,
+        misunderstood=_misunderstood(exercises) if marks and marks.has_quartiles else None,
         time=_time(shown, source) if shown else None,
         attention=tuple(_attention(source, found)),
         others=tuple(OtherVersion(len(one.results), one.differences) for one in found[1:]),
@@ -299,6 +323,16 @@ def _case(outcomes: Sequence[CaseResult]) -> CaseStatistics:
         passed=sum(not outcome.message for outcome in outcomes),
         students=len(outcomes),
     )
+
+
+def _misunderstood(exercises: Sequence[ExerciseStatistics]) -> tuple[Misunderstood, ...]:
+    found = [
+        Misunderstood(exercise.name, hint, hint.students / exercise.students)
+        for exercise in exercises
+        for hint in exercise.hints
+        if hint.is_of_a_check and hint.students >= MANY * exercise.students
+    ]
+    return tuple(sorted(found, key=lambda one: -one.share))
 
 
 def _time(results: Sequence[Result], source: Source) -> Time:

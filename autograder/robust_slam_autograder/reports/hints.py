@@ -14,7 +14,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from robust_slam_autograder.grading.explain import HERE
+from robust_slam_autograder.grading.marking import FAULT_SENTENCES, NO_HINT
 from robust_slam_autograder.grading.results import ExerciseResult
+from robust_slam_autograder.grading.wording import NOT_WRITTEN, UNEXPLAINED
 from robust_slam_autograder.markup import visible
 
 _OWN_WORDS = re.compile(
@@ -25,6 +27,11 @@ _OWN_WORDS = re.compile(
     r"|A cell of your own ran longer than it may, or ended the process, and is left out)"
 )
 """How the grader's sentences begin that go on with a student's words."""
+_OF_THE_GRADER = re.compile(
+    r"\w+ is not defined in your notebook, or is nothing that can be checked"
+)
+"""How sentences begin that the grader itself says of a case, beside these."""
+_SENTENCES = {NOT_WRITTEN, UNEXPLAINED, NO_HINT, *FAULT_SENTENCES.values()}
 UNNAMED = "an exception of the student's own"
 WITHHELD = "A text that holds a student's name."
 
@@ -42,6 +49,8 @@ class Hint:
     """With the words of one student, as most put it; empty where they have no words in it."""
     wordings: int
     """How many different texts this stands for."""
+    is_of_a_check: bool
+    """Whether it is a check's sentence or its hint, and so says what was misunderstood."""
 
 
 def _folded(text: str) -> str:
@@ -144,6 +153,12 @@ def _said(message: str) -> str:
     return message if _OWN_WORDS.match(message) else message.partition(f"\n{HERE}")[0]
 
 
+def _is_of_the_grader(text: str) -> bool:
+    """Whether no check says this: nothing was written, or nothing could be checked."""
+    is_own = _OWN_WORDS.match(text) or _OF_THE_GRADER.match(text)
+    return bool(is_own) or text in _SENTENCES
+
+
 def _hint(key: str, group: _Group, reader: Reader) -> Hint:
     text, _ = min(group.wordings.items(), key=lambda item: (-item[1], item[0]))
     return Hint(
@@ -152,4 +167,5 @@ def _hint(key: str, group: _Group, reader: Reader) -> Hint:
         cases=tuple(map(visible, group.cases)),
         example=visible(text) if reader.may_quote(text) else "",
         wordings=len(group.wordings),
+        is_of_a_check=bool(group.cases) and key != WITHHELD and not _is_of_the_grader(text),
     )

@@ -41,7 +41,7 @@ def run(tmp_path: Path, autograder: Run) -> Run:
 def pages(folder: Path) -> dict[str, str]:
     return {
         str(path.relative_to(folder / "report")): path.read_text("utf-8")
-        for path in (folder / "report").rglob("*")
+        for path in (folder / "report").rglob("*.html")
     }
 
 
@@ -49,14 +49,39 @@ def links(page: str) -> list[str]:
     return re.findall(r'href="(?!#|data:)([^"]*)"', page)
 
 
+def assignments(page: str) -> list[str]:
+    """The assignments' pages that an index leads to; the heat map's heads lead there too."""
+    found = [link for link in links(page) if not link.startswith("students/")]
+    assert set(found) == set(found[: len(found) // 2]), "both tables lead to the same pages"
+    return found[: len(found) // 2]
+
+
 def test_each_assignment_has_a_page_and_the_index_leads_there(graded, run):
     status, out, err = run()
     assert (status, err) == (0, "")
     assert out == f"report on 2 of 2 assignments: {graded / 'report' / 'index.html'}\n"
     found = pages(graded)
-    assert set(found) == {"index.html", f"{toy.NAME}.html", f"{OTHER}.html"}
-    assert links(found["index.html"]) == [f"{toy.NAME}.html", f"{OTHER}.html"]
+    students = {f"students/{student}.html" for student in (*STUDENTS, "dora")}
+    assert set(found) == {"index.html", f"{toy.NAME}.html", f"{OTHER}.html", *students}
+    assert assignments(found["index.html"]) == [f"{toy.NAME}.html", f"{OTHER}.html"]
     assert links(found[f"{OTHER}.html"]) == ["index.html"]
+
+
+def test_each_student_has_a_page_and_it_leads_to_the_others(graded, run):
+    page = graded / "feedback" / STUDENTS[1] / f"{OTHER}.html"
+    page.parent.mkdir(parents=True)
+    page.touch()
+    assert run()[0] == 0
+    index = graded / "report" / "index.html"
+    leads = [unquote(link) for link in links(pages(graded)["index.html"]) if "students/" in link]
+    assert leads == [f"students/{student}.html" for student in (*STUDENTS, "dora")]
+    mine = index.parent / leads[1]
+    targets = {(mine.parent / unquote(link)).resolve() for link in links(mine.read_text())}
+    assert targets == {
+        index.resolve(),
+        *((index.parent / f"{name}.html").resolve() for name in (toy.NAME, OTHER)),
+        page.resolve(),
+    }
 
 
 def test_a_title_is_the_assignments_own(graded, run):
@@ -69,11 +94,12 @@ def test_a_title_is_the_assignments_own(graded, run):
 def test_one_page_may_be_made_anew_and_the_index_still_has_all(graded, run):
     status, out, _ = run(OTHER)
     assert status == 0 and out.startswith("report on 1 of 2 assignments")
-    assert set(pages(graded)) == {"index.html", f"{OTHER}.html"}
-    assert links(pages(graded)["index.html"]) == [f"{OTHER}.html"]
+    shown = {name for name in pages(graded) if "/" not in name}
+    assert shown == {"index.html", f"{OTHER}.html"}
+    assert assignments(pages(graded)["index.html"]) == [f"{OTHER}.html"]
     assert toy.NAME in pages(graded)["index.html"]
     assert run(toy.NAME)[0] == 0
-    assert links(pages(graded)["index.html"]) == [f"{toy.NAME}.html", f"{OTHER}.html"]
+    assert assignments(pages(graded)["index.html"]) == [f"{toy.NAME}.html", f"{OTHER}.html"]
 
 
 def test_names_lead_to_the_feedback_that_there_is(graded, run):
@@ -100,7 +126,7 @@ def test_without_names_no_file_and_no_page_tells_one(graded, run):
 def test_without_names_the_index_leads_to_no_page_of_before(graded, run):
     assert run()[0] == 0
     assert run(OTHER, "--no-names")[0] == 0
-    assert links(pages(graded)["index.html"]) == [f"{OTHER}.html"]
+    assert set(links(pages(graded)["index.html"])) == {f"{OTHER}.html"}
 
 
 @pytest.mark.parametrize(

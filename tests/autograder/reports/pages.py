@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from html.parser import HTMLParser
 from typing import Any
@@ -10,10 +10,17 @@ from typing import Any
 from hypothesis import example, given
 from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.reading.assignment import Config
-from robust_slam_autograder.reports import class_pages, class_report, feedback, rendering
+from robust_slam_autograder.reports import (
+    class_pages,
+    class_report,
+    feedback,
+    heat_map,
+    rendering,
+)
 from robust_slam_autograder.reports.class_pages import Entry
 from robust_slam_autograder.reports.class_report import Report, Source
 from robust_slam_autograder.reports.feedback import Book
+from robust_slam_autograder.reports.heat_map import Column, HeatMap
 
 from tests.autograder.reports import samples
 from tests.autograder.reports.samples import case, exercise, result
@@ -64,13 +71,30 @@ def report(*results: Result, **fields: Any) -> Report:
     return class_report.report(source)
 
 
+def chart(*assignments: Sequence[Result], names: bool = True) -> HeatMap:
+    """A class in several assignments; every student has a page."""
+    columns = [
+        Column(
+            Source(f"{n:02}-toy", "Twice & again", results, names=names),
+            f"{n:02}-toy.html",
+            {each.student: f"../../feedback/{n}.html" for each in results[:2]},
+        )
+        for n, results in enumerate(assignments)
+    ]
+    students = sorted({each.student for results in assignments for each in results})
+    return heat_map.heat_map(columns, {name: f"{n}.html" for n, name in enumerate(students)})
+
+
 LONG = "A sentence that is long enough to go over the end of a line on every phone, number "
+
+COMMON = "Most students are told this."
 
 
 def student(n: int) -> Result:
     """One of many, each with another mark and another message."""
+    told = [COMMON if k == 7 else f"{LONG}{n % 7}." for k in range(8)]
     cases = [
-        case(f"case-{k}", f"{LONG}{n % 7}." if k > n % 9 else "", visible=k < 2) for k in range(8)
+        case(f"case-{k}", text if k > n % 9 else "", visible=k < 2) for k, text in enumerate(told)
     ]
     status = ("partial", "timeout", "died")[n % 3] if n % 9 < 7 else "passed"
     first = exercise("solve_largest_consistent_set", status, *cases)
@@ -126,5 +150,10 @@ def of_classes() -> dict[str, str]:
         Entry(reports[name], "" if name == "nothing" else f"{name}.html")
         for name in ("many", "one", "nothing", "no-points")
     ]
-    pages = {name: class_pages.html(made) for name, made in reports.items()}
-    return pages | {"index": class_pages.index(entries, names=True)}
+    made = {name: class_pages.html(made) for name, made in reports.items()}
+    table = chart(MANY, [result(*samples.EVERY_STATUS, student="student 7")], MANY[::3])
+    (one,) = [row for row in table.rows if row.student == "student 7"]
+    return made | {
+        "index": class_pages.index(entries, table, names=True),
+        "student": class_pages.student(one),
+    }

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 from hypothesis import settings
-from robust_slam_autograder.markup import visible
+from robust_slam_autograder.markup import one_line, visible
 from robust_slam_autograder.reports import class_pages
 from robust_slam_autograder.reports.class_pages import Entry
 
@@ -85,7 +85,8 @@ def test_the_index_names_what_is_hardest_and_links_to_pages_that_there_are(
     text = words(made["index"])
     assert "hardest: broken, 0 % of its points" in text and text.count("hardest") == 1
     links = [dict(attrs)["href"] for tag, attrs in Skeleton(made["index"]).tags if tag == "a"]
-    assert links == ["many.html", "one.html", "no-points.html"]
+    pages = [link for link in links if "toy" not in link and "students/" not in link]
+    assert pages == ["many.html", "many.html#misunderstood", "one.html", "no-points.html"]
 
 
 def test_texts_that_few_got_are_folded_and_the_rest_counted():
@@ -103,6 +104,78 @@ def test_without_names_no_name_is_on_the_page(made):
     assert "Students are not named" in text and "Refused: 1" in text
 
 
+@pytest.mark.parametrize(("students", "drawn"), [(7, False), (8, True)])
+def test_few_marks_are_said_in_a_sentence_and_not_drawn(students, drawn):
+    marks = [replace(result(student=f"s{n}"), score=n, max_score=9) for n in range(students)]
+    text = class_pages.html(report(*marks))
+    assert ("<figure>" in text) == drawn
+    said = "7 marks, from 0 to 6 of 9, with the median at 3. A histogram is drawn for 8 or more."
+    assert (said in words(text)) == (not drawn)
+
+
+def test_what_many_misunderstood_is_said_with_its_share(made):
+    text = words(made["many"])
+    start = text.index("What 40 % of the class misunderstood")
+    section = text[start : text.index("Exercises, hardest first")]
+    shown = report(*MANY).misunderstood
+    assert [one.hint.text for one in shown] == [pages.COMMON]
+    told = shown[0].hint.students
+    assert told >= 16 and f"{pages.COMMON} {class_pages.percent(told / 40)}" in section
+    assert f"case case-7: {told} of 40 students" in section
+    assert "Your function raised" not in section
+    for page, said in (("one", False), ("nothing", False), ("no-names", True)):
+        assert ("of the class misunderstood" in words(made[page])) == said
+
+
+def test_a_class_that_understood_is_told_so():
+    all_passed = report(*(result(samples.PASSED, student=f"s{n}") for n in range(4)))
+    assert "Nothing: no check failed" in words(class_pages.html(all_passed))
+
+
+def test_the_heat_map_has_every_mark_with_its_number(made):
+    table = pages.chart(MANY, MANY[:3])
+    text = words(class_pages.index([], table, names=True))
+    for row in table.rows:
+        numbers = " ".join(square.text for square in row.squares)
+        assert f"{row.student} {class_pages.percent(row.share)} {numbers}" in text
+
+
+def test_without_names_the_heat_map_has_none():
+    table = pages.chart(MANY, MANY[:3], names=False)
+    page = class_pages.index([], table, names=False)
+    assert not [each.student for each in MANY if each.student in page]
+    assert "href" not in page.partition('class="heat"')[2].replace('href="0', "")
+
+
+def test_a_students_page_says_the_marks_and_where_there_are_none():
+    table = pages.chart(MANY, MANY[:1], [samples.refused("No.", student="student 0")])
+    (row,) = [row for row in table.rows if row.student == "student 0"]
+    text = words(class_pages.student(row))
+    score = f"{MANY[0].score} of {MANY[0].max_score} points"
+    assert text.count(score) == 2 and "Refused." in text and "median of the class" in text
+    (other,) = [row for row in table.rows if row.student == "zoe"]
+    text = words(class_pages.student(other))
+    assert "There is no mark yet." in text and "The grader failed." in text
+    assert text.count("Not handed in.") == 2
+
+
+@settings(max_examples=30)
+@for_any_text
+def test_no_name_makes_a_tag_of_the_heat_map_or_a_students_page(text):
+    def skeletons(student: str) -> tuple[Skeleton, Skeleton]:
+        table = pages.chart([replace(samples.told(student), student=student)])
+        (row,) = table.rows
+        return Skeleton(class_pages.index([], table, names=True)), Skeleton(
+            class_pages.student(row)
+        )
+
+    if text:
+        for mine, others in zip(skeletons(text), skeletons("harmless"), strict=True):
+            kinds = [[tag for tag, _ in page.tags] for page in (mine, others)]
+            assert kinds[0] == kinds[1]
+            assert one_line(text) in mine.text
+
+
 @settings(max_examples=30)
 @for_any_text
 def test_no_text_makes_a_tag(text):
@@ -115,5 +188,6 @@ def test_no_text_makes_a_tag(text):
 def test_a_title_is_text():
     title = "<b>Twice</b>"
     shown = replace(report(result(samples.PASSED)), title=title, assignment=title)
-    for page in (class_pages.html(shown), class_pages.index([Entry(shown, "x")], names=True)):
+    index = class_pages.index([Entry(shown, "x")], pages.chart(), names=True)
+    for page in (class_pages.html(shown), index):
         assert "<b>" not in page and title in Skeleton(page).text

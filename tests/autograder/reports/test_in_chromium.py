@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Page
+from playwright.sync_api import Page, expect
 
 from tests.autograder.reports import pages
 from tests.book.test_accessible import violations
@@ -19,12 +19,21 @@ from tests.chromium import Opener, QuietHandler
 pytestmark = pytest.mark.browser
 
 OF_STUDENTS = ("every-status", "passed", "refused", "hostile")
-OF_CLASSES = ("many", "no-names", "one", "nothing", "no-points", "class-hostile", "index")
+OF_CLASSES = (
+    "many",
+    "no-names",
+    "one",
+    "nothing",
+    "no-points",
+    "class-hostile",
+    "index",
+    "student",
+)
 VISITS = [
     *itertools.product(OF_STUDENTS, ("light", "dark")),
     *itertools.product(OF_CLASSES, ("light",)),
-    # What the instructor's other pages show is in these two.
-    *itertools.product(("many", "index"), ("dark",)),
+    # What the instructor's other pages show is in these three.
+    *itertools.product(("many", "index", "student"), ("dark",)),
 ]
 OPEN_ALL = "document.querySelectorAll('details').forEach(one => { one.open = true })"
 WIDTH = "document.documentElement.scrollWidth"
@@ -143,7 +152,7 @@ class TestManyStudents:
             many.keyboard.press("Tab")
             found.append(many.evaluate(FOCUSED))
         attention = sum(kind.students for kind in pages.report(*pages.MANY).attention)
-        assert found == ["All assignments", str(attention), "The same as a table"]
+        assert found == ["All assignments", str(attention), "The marks as a table"]
         assert not many.get_by_role("cell", name="0–4").is_visible()
         many.keyboard.press("Enter")
         assert many.locator("figure + details[open]").count() == 1
@@ -167,8 +176,35 @@ class TestManyStudents:
     def test_its_parts_have_headings(self, many):
         assert many.locator("h2").all_text_contents() == [
             "Marks",
+            "What 40 % of the class misunderstood",
             "Exercises, hardest first",
             "What students were told",
             "Time of grading",
             "Who needs attention",
         ]
+
+
+class TestHeatMap:
+    @pytest.fixture
+    def index(self, opened: Opener) -> Page:
+        return opened("index").page
+
+    def test_on_a_phone_it_scrolls_in_its_own_box_by_keys(self, index):
+        index.set_viewport_size({"width": 390, "height": 900})
+        box = index.locator(".scroll")
+        assert box.evaluate("box => box.scrollWidth > box.clientWidth")
+        assert index.evaluate(WIDTH) <= 390
+        box.focus()
+        index.keyboard.press("ArrowRight")
+        expect(box).not_to_have_js_property("scrollLeft", 0)
+        name = index.locator(".heat tbody th").first.bounding_box()
+        assert name["x"] == pytest.approx(box.bounding_box()["x"], abs=1), "names stay in sight"
+
+    def test_each_level_has_a_colour_of_its_own_and_a_number_or_sign(self, index):
+        read = "all => all.map(one => [one.className.split(' ')[0], getComputedStyle(one)\
+.backgroundColor, one.textContent])"
+        squares = index.locator(".heat tbody td[class]").evaluate_all(read)
+        colours = {(level, colour) for level, colour, _ in squares}
+        assert {level for level, _ in colours} == {"all", "most", "some", "zero", "unmarked"}
+        assert len(colours) == len({colour for _, colour in colours}) == 5
+        assert all(text.isdigit() or text in "–✗" for _, _, text in squares)
