@@ -13,12 +13,13 @@ import sys
 import traceback
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from robust_slam_autograder.grading.causes import NAN, NO_VALUE
+from robust_slam_autograder.grading.results import Compared
 
 HERE = "Here, "
 """How these texts begin."""
@@ -27,6 +28,8 @@ MAX_CALLS = 200
 MAX_ARGUMENTS = 60
 MAX_VALUE = 120
 MAX_EXPRESSION = 60
+CURVE = range(3, 201)
+"""How many numbers are worth a picture, and find room in one."""
 
 _EXPECTED = {
     ast.Eq: "expected",
@@ -135,14 +138,24 @@ class _Replay:
 
 
 @dataclass(frozen=True)
+class Returned:
+    """What is said of a check that failed."""
+
+    text: str = ""
+    """A line of its own; empty where nothing is known."""
+    compared: Compared | None = None
+    """The same as data, where two values were compared."""
+
+
+@dataclass(frozen=True)
 class _Comparison:
     left: ast.expr
     relation: type[ast.cmpop]
     right: ast.expr
 
 
-def returned(error: Exception, source: str, calls: Calls) -> str:
-    """Say on a line of its own what came back and what was expected; empty where unknown.
+def returned(error: Exception, source: str, calls: Calls) -> Returned:
+    """Say what came back and what was expected.
 
     Args:
         error: what the check raised.
@@ -151,19 +164,22 @@ def returned(error: Exception, source: str, calls: Calls) -> str:
     """
     test = _failing_test(error, source, calls.label)
     made = _last_evaluation(calls, test) if test else list(calls.made)
-    told = _comparison_told(test, _Replay(calls, made)) if test else ""
-    if not told and made and (test or not isinstance(error, AssertionError)):
-        told = _with_remark(_told_call(made[-1]), made[-1].value)
-    return f"\n{HERE}{told}" if told else ""
+    found = _of_comparison(test, _Replay(calls, made)) if test else None
+    if found is None and made and (test or not isinstance(error, AssertionError)):
+        last = made[-1]
+        found = Returned(
+            _with_remark(f"{_told_arguments(last)} returned {show(last.value)}.", last.value)
+        )
+    return Returned() if found is None else replace(found, text=f"\n{HERE}{found.text}")
 
 
-def _comparison_told(test: ast.expr, replay: _Replay) -> str:
+def _of_comparison(test: ast.expr, replay: _Replay) -> Returned | None:
     # A test is any code: where a part of it cannot be evaluated again, less is said.
     with contextlib.suppress(Exception), replay.instead():
         found = _comparison(test, replay)
         if found is not None:
             return _compared(found, replay)
-    return ""
+    return None
 
 
 def _failing_test(error: Exception, source: str, label: str) -> ast.expr | None:
@@ -207,18 +223,32 @@ def _comparison(test: ast.expr, replay: _Replay) -> _Comparison | None:
     return None
 
 
-def _compared(found: _Comparison, replay: _Replay) -> str:
+def _compared(found: _Comparison, replay: _Replay) -> Returned | None:
     left, relation, right = found.left, found.relation, found.right
     values = replay.evaluate(left), replay.evaluate(right)
     if _is_from_student(right, replay) and not _is_from_student(left, replay):
         left, relation, values = right, _MIRRORED.get(relation, relation), values[::-1]
     if relation not in _EXPECTED:
-        return ""
+        return None
     got, want = show(values[0]), show(values[1])
     if got == want and relation is ast.Eq:  # they differ where the texts were cut
         got, want = repr(values[0])[:MAX_VALUE], repr(values[1])[:MAX_VALUE]
-    told = f"{_told_side(left, values[0], got, replay)}; {_EXPECTED[relation]} {want}."
-    return _with_remark(told, values[0])
+    what, verb = _told_side(left, values[0], replay)
+    compared = Compared(what, got, _EXPECTED[relation], want, _remark(values[0]), _curves(*values))
+    told = f"{what} {verb} {got}; {compared.relation} {want}. {compared.remark}".rstrip()
+    return Returned(told, compared)
+
+
+def _curves(yours: object, expected: object) -> tuple[tuple[float, ...], ...]:
+    """Both as numbers in a row; one number that is expected everywhere is a row of it."""
+    with contextlib.suppress(TypeError, ValueError, OverflowError):
+        mine, other = np.asarray(yours), np.asarray(expected)
+        are_numbers = all(side.dtype.kind in "iuf" for side in (mine, other))
+        if are_numbers and mine.ndim == 1 and mine.size in CURVE and other.ndim <= 1:
+            rows = [row.astype(float) for row in np.broadcast_arrays(mine, other)]
+            if all(row.size == mine.size and np.all(np.isfinite(row)) for row in rows):
+                return tuple(tuple(float(f"{number:.6g}") for number in row) for row in rows)
+    return ()
 
 
 def _is_from_student(side: ast.expr, replay: _Replay) -> bool:
@@ -238,21 +268,17 @@ def _source_of(value: object, replay: _Replay) -> Call | None:
     return None
 
 
-def _told_side(side: ast.expr, value: object, shown: str, replay: _Replay) -> str:
+def _told_side(side: ast.expr, value: object, replay: _Replay) -> tuple[str, str]:
+    """What a value is of, and the verb between the two."""
     called = side.func if isinstance(side, ast.Call) else None
     if isinstance(called, ast.Name) and any(call.name == called.id for call in replay.calls):
         own = [call for call in replay.calls if call.name == called.id]
-        return f"{_told_arguments(own[0])} returned {shown}"
+        return _told_arguments(own[0]), "returned"
     source = _source_of(value, replay) if isinstance(side, ast.Name) else None
     if source is not None and source.value is value:
-        return f"{_told_arguments(source)} returned {shown}"
+        return _told_arguments(source), "returned"
     text = ast.unparse(side)
-    text = text if len(text) <= MAX_EXPRESSION else f"{text[: MAX_EXPRESSION - 1]}…"
-    return f"{text} is {shown}"
-
-
-def _told_call(call: Call) -> str:
-    return f"{_told_arguments(call)} returned {show(call.value)}."
+    return (text if len(text) <= MAX_EXPRESSION else f"{text[: MAX_EXPRESSION - 1]}…"), "is"
 
 
 def _told_arguments(call: Call) -> str:
@@ -264,9 +290,13 @@ def _told_arguments(call: Call) -> str:
 
 
 def _with_remark(told: str, value: object) -> str:
+    return f"{told} {_remark(value)}".rstrip()
+
+
+def _remark(value: object) -> str:
     if value is None:
-        return f"{told} {NO_VALUE}"
-    return f"{told} {NAN}" if _has_nan(value) else told
+        return NO_VALUE
+    return NAN if _has_nan(value) else ""
 
 
 def _has_nan(value: object) -> bool:

@@ -36,8 +36,10 @@ from robust_slam_autograder.executor.session import (
     shows_answers,
 )
 from robust_slam_autograder.grading import causes, explain, wording
+from robust_slam_autograder.grading.explain import Returned
 from robust_slam_autograder.grading.results import (
     CaseResult,
+    Compared,
     ExerciseResult,
     ExerciseStatus,
     Result,
@@ -86,6 +88,7 @@ class Outcome:
 
     ending: Ending
     message: str = ""
+    compared: Compared | None = None
 
 
 Outcomes = Mapping[str, Outcome]
@@ -168,10 +171,11 @@ class _Passes:
         with self._session() as session, _environment(PUBLIC_SEED), _silence():
             cases = _Cases(self.assignment, session, sources, PUBLIC_SEED, explain.Calls())
             for case, ending, error in cases.run({}):
-                message = cases.explain(case, ending, error)
+                outcome = cases.explain(case, ending, error)
                 if ending.is_fault:
-                    message = lost.setdefault(case.exercise, message)
-                found[case.grade_id] = Outcome(ending, message)
+                    first = lost.setdefault(case.exercise, outcome.message)
+                    outcome = Outcome(ending, first)
+                found[case.grade_id] = outcome
                 if report is not None and case is last[case.exercise]:
                     report(self._exercise(case.exercise, found, _endings(found)))
         return found
@@ -254,16 +258,18 @@ class _Cases:
                 lost[case.exercise] = ending
             yield case, ending, error
 
-    def explain(self, case: Case, ending: Ending, error: Exception | None) -> str:
+    def explain(self, case: Case, ending: Ending, error: Exception | None) -> Outcome:
         """Say to the student how a case ended in the visible pass.
 
         What is explained came from student code, so the explanation itself may fail.
         """
         try:
             with self._bounded():
-                return wording.clip(self._explained(case, ending, error), wording.MAX_EXPLAINED)
+                told = self._explained(case, ending, error)
+                text = wording.clip(told.text, wording.MAX_EXPLAINED)
+                return Outcome(ending, text, told.compared)
         except (Exception, SessionFault):
-            return FAULT_SENTENCES.get(ending, wording.UNEXPLAINED)
+            return Outcome(ending, FAULT_SENTENCES.get(ending, wording.UNEXPLAINED))
 
     @contextlib.contextmanager
     def _bounded(self) -> Iterator[None]:
@@ -271,29 +277,33 @@ class _Cases:
         with _alarm(self.session), memory.for_tests():
             yield
 
-    def _explained(self, case: Case, ending: Ending, error: Exception | None) -> str:
+    def _explained(self, case: Case, ending: Ending, error: Exception | None) -> Returned:
         errors, owner = self.session.errors, self.assignment.owner
         cell_error = errors.get(owner(case.exercise))
         if error is None or isinstance(cell_error, SessionFault):
-            return FAULT_SENTENCES.get(ending, "")
+            return Returned(FAULT_SENTENCES.get(ending, ""))
         if isinstance(error, NameError) and ending.is_fault:
-            return wording.left_out(error)
+            return Returned(wording.left_out(error))
         if isinstance(error, NameError) and not isinstance(error, StudentError):
             cell_error = errors.get(owner(error.name or ""), cell_error)
-            return wording.undefined(error, cell_error) + self._cause(case, cell_error)
+            told = wording.undefined(error, cell_error)
+            return Returned(told + self._cause(case, cell_error))
         told = wording.message(error, self.sources[case.grade_id], case)
-        return told + (self._cause(case, error) or self._returned(case, error))
+        if cause := self._cause(case, error):
+            return Returned(told + cause)
+        returned = self._returned(case, error)
+        return Returned(told + returned.text, returned.compared)
 
-    def _returned(self, case: Case, error: Exception) -> str:
-        """A line that says what a function returned and what was expected; it may be empty."""
+    def _returned(self, case: Case, error: Exception) -> Returned:
+        """What a function returned and what was expected; it may be empty."""
         if self.calls is None or isinstance(error, StudentError):
-            return ""
+            return Returned()
         # A function that the student handed over must not be called again.
         fault, self.session.fault = self.session.fault, SessionFault("died")
         try:
             return explain.returned(error, plain_python(self.sources[case.grade_id]), self.calls)
         except SessionFault:
-            return ""
+            return Returned()
         finally:
             self.session.fault = fault
 
@@ -494,11 +504,13 @@ def _status(cases: Sequence[CaseResult], fault: Ending | None) -> ExerciseStatus
 
 
 def _case(case: Case, visible: Outcomes, hidden: Endings) -> CaseResult:
-    ending, message = visible[case.grade_id].ending, visible[case.grade_id].message
+    shown = visible[case.grade_id]
+    ending, message, compared = shown.ending, shown.message, shown.compared
     if ending is Ending.PASSED and case.has_hidden:
         ending = hidden[case.grade_id]
         # The instructor's sentence alone: a hidden check's own words may hold its inputs.
         message = "" if ending is Ending.PASSED else case.hint or NO_HINT
+        compared = None
     passed = ending is Ending.PASSED
     return CaseResult(
         name=case.name,
@@ -506,4 +518,5 @@ def _case(case: Case, visible: Outcomes, hidden: Endings) -> CaseResult:
         earned=tidy(case.points) if passed else 0,
         visible=not case.has_hidden,
         message=message,
+        compared=compared,
     )

@@ -20,6 +20,22 @@ ExerciseStatus = Literal["passed", "partial", "failed", "missing", "timeout", "d
 
 
 @dataclass(frozen=True)
+class Compared:
+    """What a visible check got from the student's code, beside what it expected."""
+
+    what: str
+    """A call, or an expression of the check."""
+    yours: str
+    relation: str
+    """"expected", "expected less than" and the like."""
+    expected: str
+    remark: str
+    """What is to be said of the value itself; empty where nothing is."""
+    curves: tuple[tuple[float, ...], ...] = ()
+    """Both as numbers, yours first, where they are as many and can be drawn."""
+
+
+@dataclass(frozen=True)
 class CaseResult:
     """One case's outcome."""
 
@@ -30,6 +46,8 @@ class CaseResult:
     """Whether the student has all of this case's checks."""
     message: str
     """For the student; of a hidden check it is the instructor's hint and nothing else."""
+    compared: Compared | None = None
+    """Of a visible check that failed, where it is known."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +78,7 @@ class Result:
     exercises: tuple[ExerciseResult, ...]
 
 
-Record = TypeVar("Record", CaseResult, ExerciseResult, Result)
+Record = TypeVar("Record", Compared, CaseResult, ExerciseResult, Result)
 
 
 def tidy(points: float) -> float:
@@ -144,7 +162,24 @@ def read_checked(path: Path) -> Result:
 
 
 def _cases(values: Sequence[dict[str, Any]]) -> tuple[CaseResult, ...]:
-    return tuple(_checked(CaseResult(**value)) for value in values)
+    return tuple(_checked(CaseResult(**{**value, **_compared(value)})) for value in values)
+
+
+def _compared(case: dict[str, Any]) -> dict[str, Any]:
+    """The comparison in a case's values; files of before have none."""
+    value = case.get("compared")
+    if value is None:
+        return {}
+    curves = tuple(tuple(map(_number, curve)) for curve in value["curves"])
+    if curves and (len(curves) != 2 or len(curves[0]) != len(curves[1])):
+        raise TypeError(f"curves are {curves!r}")
+    return {"compared": _checked(Compared(**{**value, "curves": curves}))}
+
+
+def _number(value: Any) -> float:  # noqa: ANN401
+    if type(value) not in (int, float) or not math.isfinite(value):
+        raise TypeError(f"{value!r} is no number")
+    return float(value)
 
 
 def _checked(record: Record) -> Record:
@@ -154,6 +189,7 @@ def _checked(record: Record) -> Record:
         is_right = {
             "float": type(value) in (int, float) and math.isfinite(value),
             "bool": type(value) is bool,
+            "Compared | None": value is None or isinstance(value, Compared),
         }.get(str(field.type), isinstance(value, str | tuple))
         if not is_right:
             raise TypeError(f"{field.name} is {value!r}")

@@ -11,12 +11,16 @@ import unicodedata
 from dataclasses import dataclass
 from urllib.parse import quote
 
+from robust_slam_autograder.grading.explain import HERE
 from robust_slam_autograder.grading.results import CaseResult, ExerciseResult, Result
 from robust_slam_autograder.grading.verdicts import ADVICE, meaning, sign, verdict
 from robust_slam_autograder.markup import visible
 from robust_slam_autograder.reading.assignment import Config
+from robust_slam_autograder.reports.pictures import Curves, curves
 
 NOT_RUN = "✗ not run"
+MAX_SHOWN = 300
+"""Letters of a value; results hold fewer, unless characters that do not show are written out."""
 
 
 @dataclass(frozen=True)
@@ -26,6 +30,21 @@ class Reading:
     text: str
     address: str
     """Empty where the book's address is not known."""
+
+
+@dataclass(frozen=True)
+class ShownValues:
+    """What a visible check got, beside what it expected."""
+
+    sentence: str
+    """The message without these values."""
+    what: str
+    yours: str
+    relation: str
+    expected: str
+    remark: str
+    curves: Curves | None
+    """Both as a picture; None where a picture says no more."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +60,8 @@ class ShownCase:
     message: str
     as_above: bool
     """Whether the message is that of the case before, and is not repeated."""
+    values: ShownValues | None = None
+    """Of a visible check; the message has them too."""
 
 
 @dataclass(frozen=True)
@@ -194,6 +215,7 @@ def _case(case: CaseResult, previous: str, stopped: str) -> ShownCase:
     again = bool(case.message) and case.message == previous
     not_run = again and case.message == stopped
     passed = not case.message
+    values = None if passed or again else _values(case)
     return ShownCase(
         name=visible(case.name),
         outcome=NOT_RUN if not_run else sign("passed" if passed else "failed"),
@@ -202,4 +224,25 @@ def _case(case: CaseResult, previous: str, stopped: str) -> ShownCase:
         other_inputs=not (case.visible or not_run),
         message="" if again else visible(case.message),
         as_above=again and not not_run,
+        values=values,
     )
+
+
+def _values(case: CaseResult) -> ShownValues | None:
+    compared = case.compared
+    if compared is None:
+        return None
+    return ShownValues(
+        sentence=visible(case.message.partition(f"\n{HERE}")[0]),
+        what=_short(compared.what),
+        yours=_short(compared.yours),
+        relation=_short(compared.relation).capitalize(),
+        expected=_short(compared.expected),
+        remark=_short(compared.remark),
+        curves=curves(*compared.curves) if compared.curves else None,
+    )
+
+
+def _short(text: str) -> str:
+    shown = visible(text)
+    return shown if len(shown) <= MAX_SHOWN else f"{shown[: MAX_SHOWN - 1]}…"

@@ -6,6 +6,7 @@ text stays as large as it is.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -13,6 +14,8 @@ from robust_slam_autograder.reports.class_report import Bin, ExerciseStatistics,
 
 HEIGHT = 150.0
 """Of the highest bar of a histogram."""
+CURVE = 90.0
+"""Height of a row of numbers."""
 GAP = 0.12
 """Between bars, as a share of the room for one."""
 LABELS = 8
@@ -106,3 +109,32 @@ def spread(marks: Marks) -> Spread | None:
         return None
     values = (getattr(marks, name) for name in Spread.__dataclass_fields__)
     return Spread(*(100 * max(0.0, min(value / marks.max_score, 1.0)) for value in values))
+
+
+@dataclass(frozen=True)
+class Curves:
+    """Two rows of numbers, as pairs of per cent from the left and pixels from the top."""
+
+    yours: tuple[tuple[float, float], ...]
+    expected: tuple[tuple[float, float], ...]
+    lowest: str
+    highest: str
+
+
+def curves(yours: Sequence[float], expected: Sequence[float]) -> Curves | None:
+    """Draw numbers in a row beside those that were expected; None where their range is too large.
+
+    Args:
+        yours: as many as ``expected``, two or more, all finite.
+        expected: the other row.
+    """
+    low, high = min(*yours, *expected), max(*yours, *expected)
+    if not math.isfinite(high - low):
+        return None
+
+    def placed(row: Sequence[float]) -> tuple[tuple[float, float], ...]:
+        step = 100 / (len(row) - 1)
+        shares = ((value - low) / (high - low) if high > low else 0.5 for value in row)
+        return tuple((n * step, CURVE * (1 - share)) for n, share in enumerate(shares))
+
+    return Curves(placed(yours), placed(expected), f"{low:.6g}", f"{high:.6g}")

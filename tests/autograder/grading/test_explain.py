@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from robust_slam_autograder.grading import causes, explain
-from robust_slam_autograder.grading.results import ExerciseResult
+from robust_slam_autograder.grading.results import Compared, ExerciseResult
 from robust_slam_autograder.reading.assignment import Config
 
 from tests.autograder import toy
@@ -17,6 +17,11 @@ LABEL = "<case>"
 
 def said(cell: str, **functions: Any) -> str:
     """What is said of a test cell that fails with these functions of a student's."""
+    return returned(cell, **functions).text.removeprefix("\n")
+
+
+def returned(cell: str, **functions: Any) -> explain.Returned:
+    """The same, as text and as data."""
     calls = explain.Calls()
     names: dict[str, Any] = {"np": np, **calls.watched(functions)}
     calls.begin(LABEL, names)
@@ -24,7 +29,7 @@ def said(cell: str, **functions: Any) -> str:
         exec(compile(cell, LABEL, "exec"), names)
     told = explain.returned(caught.value, cell, calls)
     assert all(names[name].__name__ == name for name in functions), "the functions are back"
-    return told.removeprefix("\n")
+    return told
 
 
 @pytest.mark.parametrize(
@@ -86,6 +91,39 @@ def test_where_nothing_can_be_said_nothing_is() -> None:
     assert said("assert 1 == 2", f=abs) == "Here, 1 is 1; expected 2."
     assert said("x = f(1)\nassert False, 'no'", f=abs) == ""
     assert said("import nothing_of_that_name", f=abs) == ""
+
+
+def test_two_values_that_were_compared_are_data_too() -> None:
+    found = returned("assert f(3) < 6", f=lambda _: None if _ == 1 else 7)
+    assert found.compared == Compared("f(3)", "7", "expected less than", "6", "")
+    found = returned("assert np.allclose(f(), 2.0)", f=lambda: [1.0, np.nan])
+    assert found.compared is not None and found.compared.remark == causes.NAN
+    assert returned("f(3)[0]", f=lambda _: 7).compared is None
+
+
+@pytest.mark.parametrize(
+    ("value", "expected", "curves"),
+    [
+        ([1, 2, 3], "[3.0, 2.0, 1.0]", ((1, 2, 3), (3, 2, 1))),
+        (np.array([1e-9, 0.12345678, 3]), "0.5", ((1e-9, 0.123457, 3), (0.5, 0.5, 0.5))),
+        ([1, 2], "[2, 1]", ()),
+        ([1.0, 2.0, 3.0], "[1.0, 2.0, 3.0, 4.0]", ()),
+        ([[1.0, 2.0, 3.0]] * 3, "1.0", ()),
+        ([1.0, np.nan, 3.0], "1.0", ()),
+        ([1.0, np.inf, 3.0], "1.0", ()),
+        ([True, False, True], "[True, True, True]", ()),
+        (["a", "b", "c"], "['b', 'b', 'b']", ()),
+        ([1, [2], 3], "[1, 2, 3]", ()),
+        ([10**400, 1, 2], "[1, 2, 3]", ()),
+        (np.zeros(201), "np.ones(201)", ()),
+    ],
+    ids=repr,
+)
+def test_rows_of_numbers_can_be_drawn_and_nothing_else(
+    value: object, expected: str, curves: tuple[tuple[float, ...], ...]
+) -> None:
+    found = returned(f"assert np.array_equiv(f(), {expected})", f=lambda: value).compared
+    assert found is not None and found.curves == curves
 
 
 def test_long_values_are_cut() -> None:
@@ -167,3 +205,4 @@ def test_of_a_hidden_check_nothing_is_explained(body: str) -> None:
     double, _ = toy.graded(toy.answer(answer)).exercises
     (random,) = [case for case in double.cases if case.name == "random"]
     assert (random.earned, random.message) == (0, "Try negative numbers.")
+    assert random.compared is None

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
+from robust_slam_autograder.grading.explain import HERE
 from robust_slam_autograder.grading.results import (
     CaseResult,
+    Compared,
     ExerciseResult,
     ExerciseStatus,
     Result,
@@ -81,8 +84,16 @@ UNWRITTEN = exercise("stub", "failed", case("first", "Not written."), case("next
 EVERY_STATUS = (PASSED, PARTLY, HUNG, DIED, MISSING, UNWRITTEN)
 
 
+def compared(text: str, *curves: tuple[float, ...]) -> CaseResult:
+    """A visible case that failed, with this text wherever a student's own may stand."""
+    values = Compared(text, text, "expected less than", text, "It is NaN.", curves)
+    message = f"Look at the sum.\n{HERE}f(3) returned {text}; expected less than {text}."
+    return replace(case("by-hand", message, visible=True), compared=values)
+
+
 def told(text: str) -> Result:
     """A result that holds a text wherever a student's own may stand."""
-    wrong = exercise("double", "failed", case("by-hand", text), case("random", "x" + text))
+    seen = compared(text, (1.0, 2.0, 3.0), (0.0, 2.0, 4.0))
+    wrong = exercise("double", "failed", case("by-hand", text), case("random", "x" + text), seen)
     gone = exercise("gone", "missing", case("first", "gone is not defined."), message=text)
     return result(wrong, gone, student=text, reason=text)

@@ -10,10 +10,11 @@ from pathlib import Path
 import pytest
 from docutils.nodes import make_id
 from robust_slam_autograder.errors import WrongUse
+from robust_slam_autograder.grading import results
 from robust_slam_autograder.markup import visible
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.assignment import Config
-from robust_slam_autograder.reports import feedback, rendering
+from robust_slam_autograder.reports import feedback, pictures, rendering
 
 from tests.autograder import toy
 from tests.autograder.conftest import Run
@@ -90,6 +91,85 @@ class TestWords:
     def test_seconds_and_sandbox_are_in_no_page(self, render):
         slow = result(*samples.EVERY_STATUS, seconds=1234.5, sandbox="bubblewrap")
         assert render(page(slow)) == render(page(replace(slow, seconds=0.25, sandbox="fork")))
+
+
+class TestValues:
+    """What a student's code returned, beside what a visible check expected."""
+
+    def of(self, *curves: tuple[float, ...], text: str = "[0., 2., 0.]") -> feedback.ShownCase:
+        (shown,) = page(result(exercise("e", "failed", samples.compared(text, *curves)))).exercises
+        return shown.cases[0]
+
+    def test_they_stand_in_a_table_and_once(self):
+        shown = self.of()
+        assert shown.values.sentence == "Look at the sum."
+        assert (shown.values.yours, shown.values.relation) == (
+            "[0., 2., 0.]",
+            "Expected less than",
+        )
+        assert shown.values.curves is None
+        failed = exercise("e", "failed", samples.compared("7"))
+        text = Skeleton(rendering.html(page(result(failed)))).text
+        assert "returned" not in text and text.count("It is NaN.") == 1
+        assert "Here, f(3) returned 7" in rendering.markdown(page(result(failed)))
+
+    def test_the_same_message_again_has_no_second_table(self):
+        (shown,) = page(
+            result(exercise("e", "failed", samples.compared("7"), samples.compared("7")))
+        ).exercises
+        assert [c.values is None for c in shown.cases] == [False, True]
+
+    def test_a_long_value_is_cut(self):
+        assert len(self.of(text="\x00" * 250).values.yours) == feedback.MAX_SHOWN
+
+    def test_rows_are_drawn_from_the_lowest_number_to_the_highest(self):
+        drawn = self.of((1, 2, 3), (0, 2, 4)).values.curves
+        height = pictures.CURVE
+        assert drawn.yours == ((0, 0.75 * height), (50, 0.5 * height), (100, 0.25 * height))
+        assert drawn.expected == ((0, height), (50, 0.5 * height), (100, 0))
+        assert (drawn.lowest, drawn.highest) == ("0", "4")
+
+    def test_equal_numbers_are_drawn_in_the_middle_and_endless_ranges_are_not(self):
+        flat = self.of((2, 2, 2), (2, 2, 2)).values.curves
+        assert {y for _, y in flat.yours} == {pictures.CURVE / 2}
+        assert self.of((1e308, 0, 0), (-1e308, 0, 0)).values.curves is None
+
+    def test_a_hidden_case_has_none(self):
+        """Neither the command that grades nor the page has any: see also test_explain."""
+        negative = "def double(x):\n    return abs(2 * np.asarray(x))\n"
+        made = page(toy.graded(toy.answer(negative)))
+        (random,) = [c for e in made.exercises for c in e.cases if c.name == "random"]
+        assert random.message == "Try negative numbers." and random.values is None
+        wrong = page(toy.graded(toy.answer("def double(x):\n    return 7\n")))
+        assert next(c.values.yours for e in wrong.exercises for c in e.cases if c.values) == "7"
+
+    def test_they_are_in_the_result_file_and_come_back(self, tmp_path):
+        made = samples.told("7")
+        assert results.read(results.write(tmp_path, made)) == made
+        old = json.loads(results.as_text(made))
+        for old_case in (c for e in old["exercises"] for c in e["cases"]):
+            del old_case["compared"]
+        cases = results.from_text(json.dumps(old)).exercises[0].cases
+        assert [c.compared for c in cases] == [None] * 3
+
+    @pytest.mark.parametrize(
+        ("field", "value"),
+        [
+            ("yours", 7),
+            ("curves", [[1.0, 2.0]]),
+            ("curves", [[1.0, 2.0], [1.0]]),
+            ("curves", [["a"], ["b"]]),
+            ("curves", 7),
+            ("more", "x"),
+        ],
+    )
+    def test_a_spoilt_one_is_no_result(self, tmp_path, field, value):
+        path = results.write(tmp_path, samples.told("7"))
+        spoilt = json.loads(path.read_text("utf-8"))
+        spoilt["exercises"][0]["cases"][2]["compared"][field] = value
+        path.write_text(json.dumps(spoilt), encoding="utf-8")
+        with pytest.raises(WrongUse, match="is no result file"):
+            results.read_checked(path)
 
 
 class TestChapter:
