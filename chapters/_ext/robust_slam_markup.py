@@ -1,0 +1,76 @@
+"""Tables, bibliography and folded code that screen readers and phones can use.
+
+A table of sentences becomes a list of cards where the window is narrow: each cell then shows the
+name of its column, and the roles say that it still is a table.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from bs4 import BeautifulSoup, Tag
+from docutils import nodes
+from sphinx.application import Sphinx
+
+COLUMNS, LETTERS = 3, 80
+"""From how many columns, and letters in the longest cells of a row, a table becomes cards."""
+ROLES = {"thead": "rowgroup", "tbody": "rowgroup", "tr": "row", "td": "cell"}
+
+
+def rewrite(
+    app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: nodes.document | None
+) -> None:
+    """Rewrite the tables, the bibliography and the folded code of a page."""
+    if "body" in context:
+        body = re.sub(r"<table.*?</table>", _table, context["body"], flags=re.S)
+        # The name that MyST-NB gives to a folded cell is not what is written on it.
+        body = body.replace(' aria-label="Toggle hidden content"', "")
+        context["body"] = _bibliography(body)
+
+
+def _bibliography(body: str) -> str:
+    """Make each entry an item of the list, without its number, by which no page cites it."""
+    body = body.replace('role="doc-biblioentry"', 'role="listitem"')
+    return re.sub(r'(role="listitem">)\s*<span class="label">.*?</span></span>', r"\1", body)
+
+
+def _table(match: re.Match[str]) -> str:
+    soup = BeautifulSoup(match[0], "html.parser")
+    table = soup.table
+    if table is None or table.thead is None or table.select("[rowspan], [colspan]"):
+        return match[0]
+    for header in table.thead.find_all("th"):
+        if not _words(header):
+            header.name = "td"
+        else:
+            header["scope"] = "col"
+    rows = [row.find_all(["td", "th"]) for row in table.find_all("tr")]
+    lengths = [max(len(_words(cell)) for cell in column) for column in zip(*rows, strict=True)]
+    formulas = table.thead.select("math, .math")  # a label is plain text
+    if len(lengths) >= COLUMNS and sum(lengths) > LETTERS and not formulas:
+        _make_cards(table, [_words(cell) for cell in rows[0]])
+    return str(soup)
+
+
+def _make_cards(table: Tag, labels: list[str]) -> None:
+    table["class"] = [*table.get_attribute_list("class"), "rs-cards"]
+    table["role"] = "table"
+    for part in table.find_all(list(ROLES)):
+        part["role"] = ROLES[part.name]
+    for header in table.find_all("th"):
+        header["role"] = "columnheader"
+    for row in table.tbody.find_all("tr") if table.tbody else ():
+        for cell, label in zip(row.find_all("td"), labels, strict=True):
+            cell["data-label"] = label
+
+
+def _words(cell: Tag) -> str:
+    """The text of a cell; a formula counts without its commands."""
+    return re.sub(r"\\[a-z]+|[\\(){}]", "", cell.get_text(" ", strip=True))
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Connect the above to the build."""
+    app.connect("html-page-context", rewrite)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,0 +1,102 @@
+"""On a phone wide tables are cards, and still tables; what else the markup of pages needs."""
+
+from __future__ import annotations
+
+import pytest
+from bs4 import BeautifulSoup
+from playwright.sync_api import Page
+
+from chapters._ext import robust_slam_markup
+from tests.book.conftest import Site
+from tests.book.test_accessible import complaints
+from tests.chromium import Opener
+
+WIDE = ("What it is", "a sentence that is much longer than a word", "and another, as long again")
+
+
+def rewritten(body: str) -> BeautifulSoup:
+    context = {"body": body}
+    robust_slam_markup.rewrite(None, "", "", context, None)  # type: ignore[arg-type]
+    return BeautifulSoup(context["body"], "html.parser")
+
+
+def table(heads: tuple[str, ...], cells: tuple[str, ...]) -> BeautifulSoup:
+    head = "".join(f'<th class="head">{word}</th>' for word in heads)
+    body = "".join(f"<td>{word}</td>" for word in cells)
+    return rewritten(
+        f"<p>text</p><table class='table'><thead><tr>{head}</tr></thead>"
+        f"<tbody><tr>{body}</tr></tbody></table>"
+    )
+
+
+class TestCards:
+    def test_a_cell_of_a_wide_table_has_the_name_of_its_column(self) -> None:
+        page = table(("Name", "Meaning", ""), WIDE)
+        assert [cell.get("data-label") for cell in page.select("tbody td")] == [
+            "Name", "Meaning", "",
+        ]  # fmt: skip
+        assert [cell.get_text() for cell in page.select("tbody td")] == list(WIDE)
+
+    def test_the_roles_are_those_of_a_table(self) -> None:
+        page = table(("Name", "Meaning", ""), WIDE)
+        roles = [part["role"] for part in page.table.find_all()] if page.table else []
+        row = ["rowgroup", "row"]
+        heads = ["columnheader", "columnheader", "cell"]
+        assert roles == [*row, *heads, *row, "cell", "cell", "cell"]
+
+    @pytest.mark.parametrize(
+        ("heads", "cells"),
+        [
+            (("a", "b", "c"), ("1.5", "2.5", "3.5")),
+            (("exercise", "you write"), ("weight", "the weight of a residual, " * 5)),
+            (("name", '<span class="math">\\(x\\)</span>', "meaning"), WIDE),
+        ],
+        ids=["numbers", "two columns", "formula above"],
+    )
+    def test_others_stay_as_they_are(self, heads: tuple[str, ...], cells: tuple[str, ...]) -> None:
+        page = table(heads, cells)
+        assert not page.select(".rs-cards, [role], [data-label]")
+
+    def test_the_commands_of_a_formula_count_for_nothing(self) -> None:
+        formula = r"\(\mathbf{x}\operatorname{\mathcal{\boldsymbol{\Sigma}}}\)"
+        assert not table(("a", "b", "c"), (formula,) * 3).select(".rs-cards")
+
+
+def test_an_empty_header_is_a_cell() -> None:
+    page = table(("", "one"), ("a", "1"))
+    assert [cell.name for cell in page.select("thead tr > *")] == ["td", "th"]
+    assert page.select("th")[0]["scope"] == "col"
+
+
+def test_an_entry_of_the_bibliography_is_a_list_item_without_number(site: Site) -> None:
+    html = (site.folder / "chapters/references.html").read_text(encoding="utf-8")
+    entries = BeautifulSoup(html, "html.parser").select(".citation-list[role=list] > *")
+    assert len(entries) > 50
+    assert all(entry["role"] == "listitem" and entry["id"] for entry in entries)
+    assert not [entry for entry in entries if entry.get_text().strip().startswith("[")]
+
+
+class TestOnAPhone:
+    @pytest.fixture
+    def page(self, site: Site, open_page: Opener) -> Page:
+        phone = {"width": 390, "height": 800}
+        return open_page((site.folder / "chapters/errata.html").as_uri(), viewport=phone).page
+
+    pytestmark = pytest.mark.browser
+
+    def test_a_row_is_a_card_as_wide_as_the_text(self, page: Page) -> None:
+        widths = "cards => cards.map(card => card.getBoundingClientRect().width)"
+        cells = page.locator(".rs-cards tbody td").evaluate_all(widths)
+        assert len(cells) > 100 and min(cells) > 300
+
+    def test_the_name_of_the_column_stands_above(self, page: Page) -> None:
+        above = "cell => getComputedStyle(cell, '::before').content"
+        assert page.locator(".rs-cards tbody td").first.evaluate(above) == '"Printed"'
+
+    def test_a_table_is_still_a_table_with_headers(self, page: Page) -> None:
+        table = page.get_by_role("table", name="What chapter 0 prints, and what is right")
+        assert table.get_by_role("columnheader").all_inner_texts() == [
+            "Printed", "Right", "Computation",
+        ]  # fmt: skip
+        assert table.get_by_role("row").count() > 5
+        assert complaints(page) == set()
