@@ -1,7 +1,5 @@
 """What the site needs beyond jupyter-book: it works offline, and follows the library.
 
-- MathJax comes from an installed package, as one file that loads nothing else.
-- A formula keeps the punctuation beside it on its line.
 - What a cell prints stands as it was printed, in however many pieces the kernel sent it.
 - A figure may get its caption and its alternative text from the cell's output.
 - Scripts for kernels in the cloud, and scripts that are emitted twice, are dropped.
@@ -15,7 +13,6 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -27,10 +24,6 @@ from nbformat import NotebookNode
 from robust_slam.graphs import datasets
 from sphinx.application import Sphinx
 from sphinx.config import Config
-from sphinx.util.fileutil import copy_asset
-
-# SVG output: fonts that MathJax would fetch are blocked by browsers over file://.
-MATHJAX = "tex-svg-full.js"
 
 # Excerpts of the pages found are fetched, which browsers refuse over file://.
 SEARCH_FROM_DISK = """
@@ -43,24 +36,6 @@ addEventListener("beforeprint", () => {
   const {dataset} = document.documentElement, {theme} = dataset;
   dataset.theme = "light";
   addEventListener("afterprint", () => { dataset.theme = theme; }, {once: true});
-});
-"""
-
-# Browsers may break a line on either side of a formula: a full stop would begin the next one.
-KEEP_PUNCTUATION = r"""
-addEventListener("DOMContentLoaded", () => {
-  for (const math of document.querySelectorAll("span.math")) {
-    const before = math.previousSibling, after = math.nextSibling;
-    const opening = before?.nodeType === Node.TEXT_NODE ? before.data.match(/[(“‘]*$/)[0] : "";
-    const closing = after?.nodeType === Node.TEXT_NODE ? after.data.match(/^[.,;:!?)”’]*/)[0] : "";
-    if (!opening && !closing) continue;
-    const kept = document.createElement("span");
-    kept.className = "rs-kept";
-    math.before(kept);
-    if (opening) kept.append(before.splitText(before.length - opening.length));
-    kept.append(math);
-    if (closing) { after.splitText(closing.length); kept.append(after); }
-  }
 });
 """
 
@@ -109,22 +84,6 @@ def with_words_of_the_output(render_outputs: RenderOutputs) -> RenderOutputs:
         render_outputs(renderer, token, outputs)
 
     return rendered
-
-
-def point_to_mathjax(app: Sphinx, config: Config) -> None:
-    """Load MathJax from the site itself."""
-    config.mathjax_path = MATHJAX
-    # Titles with math stand in every page's sidebar, also where the page has no math.
-    app.set_html_assets_policy("always")
-
-
-def copy_mathjax(app: Sphinx) -> None:
-    """Put the one file of MathJax that the pages load among the static files."""
-    package = find_spec("sphinx-mathjax-offline")
-    if package is None or package.origin is None:
-        raise RuntimeError("sphinx-mathjax-offline is not installed: run make setup")
-    source = Path(package.origin).parent / "static" / "mathjax" / MATHJAX
-    copy_asset(source, Path(app.outdir) / "_static")
 
 
 def follow_the_library(app: Sphinx, config: Config) -> None:
@@ -181,15 +140,12 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.add_config_value("robust_slam_library", "", "env")
     app.add_js_file(None, body=SEARCH_FROM_DISK)
     app.add_js_file(None, body=PRINT_LIGHT)
-    app.add_js_file(None, body=KEEP_PUNCTUATION)
     render.coalesce_streams = joining(render.coalesce_streams)
     SphinxNbRenderer._render_nb_cell_code_outputs = with_words_of_the_output(
         SphinxNbRenderer._render_nb_cell_code_outputs
     )
-    app.connect("config-inited", point_to_mathjax)
     app.connect("config-inited", follow_the_library)
     app.connect("config-inited", launch_from_the_repository)
-    app.connect("builder-inited", copy_mathjax)
     app.connect("html-page-context", drop_scripts, priority=900)
     app.connect("build-finished", forget_if_warned)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

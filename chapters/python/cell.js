@@ -1,5 +1,6 @@
 /** One cell of the page: its editor, its buttons and its output. */
 import { openEditor } from "./editor.js";
+import { drawFormulas } from "./formulas.js";
 import { element, outputs } from "./output.js";
 
 const HINT = "Shift+Enter runs. Escape, then Tab, leaves the editor.";
@@ -106,7 +107,7 @@ export class Cell {
   /** Put what a run gave in place of the output; `changed`: some code is not the page's. */
   show(result, changed) {
     this.#output().replaceChildren(...outputs(result, this.#stored, changed));
-    window.MathJax?.typesetPromise?.([this.#output()]);
+    drawFormulas(this.#output());
   }
 
   #mark(running) {

@@ -42,7 +42,7 @@ function rich(data) {
 
 /** HTML of the reader's own code; its scripts run, as those of the page did. */
 function html(text) {
-  const box = element("div", { class: "output text_html tex2jax_process" });
+  const box = element("div", { class: "output text_html" });
   box.innerHTML = text;
   for (const still of box.querySelectorAll("script:not([type])")) {
     const script = document.createElement("script");

@@ -144,7 +144,7 @@ def _option(letter: str, option: Option) -> str:
 
 
 def _inline(text: str) -> str:
-    """Return the text as HTML; math gets the class by which MathJax finds it."""
+    """Return the text as HTML; math gets the class by which it is found and drawn."""
     return _MARKED.sub(_element, escape(text))
 
 

@@ -36,9 +36,8 @@ LONELY_PUNCTUATION = """[...document.querySelectorAll("span.math")].filter((math
 def visit(
     request: pytest.FixtureRequest, site: Site, address: str, browser: Browser
 ) -> Iterator[Visit]:
-    """A page of the contents, its math set; open while its tests run."""
+    """A page of the contents, open while its tests run."""
     with visiting(browser, place(site, address, *request.param)) as opened:
-        opened.page.evaluate("MathJax.startup.promise")
         yield opened
 
 
@@ -48,11 +47,6 @@ class TestPage:
     def test_nothing_fails_and_nothing_asks_for_the_network(self, visit: Visit) -> None:
         assert visit.complaints == []
         assert visit.outside == []
-
-    def test_all_math_is_set(self, visit: Visit) -> None:
-        page = visit.page
-        assert page.locator("mjx-container").count() == page.locator(".math").count()
-        assert page.locator("mjx-merror, [data-mjx-error]").count() == 0
 
     def test_it_fits_a_phone(self, visit: Visit) -> None:
         page = visit.page

@@ -12,7 +12,7 @@ from playwright.sync_api import Browser, Locator, Page, expect
 
 from tests import jupyterlab
 from tests.book.conftest import CHAPTERS, Site, place
-from tests.book.test_accessible import COLOURS, DARK, NO_GLYPHS, STILL, grave
+from tests.book.test_accessible import COLOURS, DARK, STILL, grave
 from tests.chromium import Opener, Visit, visiting
 
 pytestmark = pytest.mark.browser
@@ -57,7 +57,6 @@ def chapter(
 ) -> Iterator[Visit]:
     """A chapter, open while its tests run."""
     with visiting(browser, place(site, address, request.param, "file")) as opened:
-        opened.page.evaluate("MathJax.startup.promise")
         yield opened
 
 
@@ -174,9 +173,7 @@ def test_a_browser_that_keeps_nothing_still_answers(
 
 def test_answers_are_open_to_all(site: Site, open_page: Opener) -> None:
     page = open_page((site.folder / f"{ONE}.html").as_uri(), color_scheme="light").page
-    page.evaluate("MathJax.startup.promise")
     page.evaluate("document.querySelectorAll('.bd-content .cell_input').forEach(c => c.remove())")
-    page.evaluate(NO_GLYPHS)
     for question in questions(page):
         choose(question, "right")
     choose(questions(page)[0], "wrong")

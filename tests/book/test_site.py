@@ -146,14 +146,6 @@ def test_every_drawing_has_a_caption(page: str, site: Site) -> None:
     assert drawn or page not in CHAPTERS
 
 
-def test_mathjax_is_one_file(site: Site) -> None:
-    files = [
-        path for path in site.folder.rglob("*") if path.relative_to(site.folder).parts[0] != "lab"
-    ]
-    found = [path.name for path in files if re.search("mathjax|tex-", path.name)]
-    assert found == [robust_slam_site.MATHJAX]
-
-
 def test_the_search_knows_the_words_of_the_chapters(site: Site) -> None:
     index = (site.folder / "searchindex.js").read_text(encoding="utf-8")
     assert all(f'"{word}"' in index or f"{word}:" in index for word in ("huber", "closur"))

@@ -8,7 +8,7 @@ import { tagHighlighter, tags } from "@lezer/highlight";
 import { marked } from "marked";
 
 
-/** Markdown as notebooks have it: with formulas between dollars, which MathJax finds. */
+/** Markdown as notebooks have it: with formulas between dollars. */
 marked.use({
   extensions: [{
     name: "math",
