@@ -23,7 +23,7 @@ import pytest
 from playwright.sync_api import Page
 
 from tests.book.conftest import CHAPTERS, NOTEBOOKS, PAGES, Site
-from tests.book.test_accessible import FROM_THE_THEME, grave
+from tests.book.test_accessible import complaints
 from tests.chromium import CHROMIUM, LIMIT_MILLISECONDS, Opener, QuietHandler
 from tests.conftest import leave_out
 from tests.firefox import firefox
@@ -307,7 +307,7 @@ def test_the_editor_is_used_by_keys_alone_and_open_to_all(visit: tuple[str, Page
     for scheme in ("light", "dark"):
         page.emulate_media(color_scheme=scheme)
         page.evaluate("Promise.allSettled(document.getAnimations().map(a => a.finished))")
-        assert grave(page) - FROM_THE_THEME == set()
+        assert complaints(page) == set()
 
 
 def test_every_shown_cell_has_a_button_or_says_why_not(

@@ -12,7 +12,7 @@ from playwright.sync_api import Browser, Locator, Page, expect
 
 from tests import jupyterlab
 from tests.book.conftest import CHAPTERS, Site, place
-from tests.book.test_accessible import COLOURS, DARK, STILL, grave
+from tests.book.test_accessible import COLOURS, DARK, STILL, complaints
 from tests.chromium import Opener, Visit, visiting
 
 pytestmark = pytest.mark.browser
@@ -180,7 +180,7 @@ def test_answers_are_open_to_all(site: Site, open_page: Opener) -> None:
     for options, theme in (("", "0"), (COLOURS, DARK)):
         page.evaluate(theme)
         page.evaluate(STILL)
-        places = {place for _, place in grave(page, options)}
+        places = {place for _, place in complaints(page, options)}
         assert not [place for place in places if "rs-" in place or "input" in place]
 
 
