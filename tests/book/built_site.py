@@ -3,12 +3,22 @@
 from __future__ import annotations
 
 import fcntl
+import json
+import os
 import subprocess
 import sys
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
+
+
+@dataclass(frozen=True)
+class Said:
+    """What the build said, and its exit status."""
+
+    log: str
+    status: int
 
 
 @dataclass(frozen=True)
@@ -20,15 +30,31 @@ class Site:
     status: int
 
 
-def built() -> Site:
+def built(run: str | None = os.environ.get("PYTEST_XDIST_TESTRUNUID")) -> Site:
     """Build the book in this folder; pages that are up to date are reused, which Sphinx decides.
 
-    A lock lets one of several test processes build while the others wait.
+    Args:
+        run: names all processes of one run of the tests. The first of them builds, the others
+            wait and read what it kept; without a name each builds.
     """
-    book = Path(sys.executable).with_name("jupyter-book")
-    command = [book, "build", ".", "--path-output", "build", "-W", "-n", "--keep-going"]
     (ROOT / "build").mkdir(exist_ok=True)
+    kept = ROOT / "build" / ".book.tested"
     with (ROOT / "build" / ".book.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    return Site(ROOT / "build" / "_build" / "html", done.stdout + done.stderr, done.returncode)
+        said = _read(kept, run) or _build()
+        kept.write_text(json.dumps({"run": run, **asdict(said)}), encoding="utf-8")
+    return Site(ROOT / "build" / "_build" / "html", said.log, said.status)
+
+
+def _read(kept: Path, run: str | None) -> Said | None:
+    if run is None or not kept.exists():
+        return None
+    found = json.loads(kept.read_text(encoding="utf-8"))
+    return Said(found["log"], found["status"]) if found["run"] == run else None
+
+
+def _build() -> Said:
+    book = Path(sys.executable).with_name("jupyter-book")
+    command = [book, "build", ".", "--path-output", "build", "-W", "-n", "--keep-going"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    return Said(done.stdout + done.stderr, done.returncode)

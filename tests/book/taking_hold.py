@@ -7,8 +7,16 @@ from collections.abc import Iterator
 from playwright.sync_api import CDPSession, Locator, Page
 
 PICTURE = ".rs-picture[data-live]"
-_DRAWN = "picture => picture.querySelector('.rs-stage').innerHTML"
 _FRAMES = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
+_SEEN = f"""async (picture) => {{
+  await {_FRAMES};
+  const part = (name) => picture.querySelector(name);
+  return [part('.rs-stage').innerHTML, part('.rs-caption').textContent];
+}}"""
+_RESET = f"""async (picture) => {{
+  picture.querySelector('[data-control=reset]').click();
+  await {_FRAMES};
+}}"""
 
 
 def pictures(page: Page) -> list[Locator]:
@@ -30,38 +38,51 @@ def controls(picture: Locator) -> Iterator[Locator]:
             yield each
 
 
+def seen(picture: Locator) -> tuple[str, str]:
+    """The drawing of a picture and its words, once it has been drawn."""
+    drawing, caption = picture.evaluate(_SEEN)
+    return str(drawing), str(caption)
+
+
 def drawn(picture: Locator) -> str:
     """What the picture shows, once it has been drawn."""
-    picture.page.evaluate(_FRAMES)
-    return str(picture.evaluate(_DRAWN))
+    return seen(picture)[0]
 
 
 def words(picture: Locator) -> str:
+    """What the picture's caption says."""
     return str(picture.locator(".rs-caption").text_content())
 
 
 def reset(picture: Locator) -> None:
-    picture.locator("[data-control=reset]").click()
-    picture.page.evaluate(_FRAMES)
+    """Press the button that brings the first state back, by a script, which is faster."""
+    picture.evaluate(_RESET)
 
 
 def by_keyboard(picture: Locator, key: str, toward: int) -> None:
-    """Move a handle three steps with the arrow keys, to the right and up or back."""
-    handle = picture.locator(f"[data-handle='{key}']")
+    """Move a handle three steps with the arrow keys, to the right and up or back.
+
+    It keeps the focus while the picture is drawn again.
+    """
+    picture.locator(f"[data-handle='{key}']").focus()
     for arrow in ("ArrowRight", "ArrowUp") if toward > 0 else ("ArrowLeft", "ArrowDown"):
         for _ in range(3):
-            handle.press(arrow)
+            picture.page.keyboard.press(arrow)
 
 
 def follows(picture: Locator) -> bool:
     """Tell whether the first handle, moved by keys, changes the picture and its words."""
     for toward in (1, -1):
-        before = drawn(picture), words(picture)
+        before = seen(picture)
         by_keyboard(picture, handles(picture)[0], toward)
-        after = drawn(picture), words(picture)
-        if before[0] != after[0] and before[1] != after[1]:
+        if differ(before, seen(picture)):
             return True
     return False
+
+
+def differ(before: tuple[str, str], after: tuple[str, str]) -> bool:
+    """Tell whether both the drawing and the words have changed."""
+    return before[0] != after[0] and before[1] != after[1]
 
 
 def by_mouse(picture: Locator, key: str, toward: int) -> None:
@@ -69,8 +90,7 @@ def by_mouse(picture: Locator, key: str, toward: int) -> None:
     mouse, (x, y) = picture.page.mouse, _middle(picture, key)
     mouse.move(x, y)
     mouse.down()
-    for k in range(1, 6):
-        mouse.move(x + 14 * k * toward, y - 9 * k * toward)
+    mouse.move(x + 70 * toward, y - 45 * toward, steps=3)
     mouse.up()
 
 
@@ -84,7 +104,7 @@ def swipe(page: Page, x: float, y: float, right: float, down: float) -> None:
     """Move a finger over the page from a point."""
     session = page.context.new_cdp_session(page)
     _touch(session, "touchStart", x, y)
-    for share in (0.2, 0.4, 0.6, 0.8, 1.0):
+    for share in (0.3, 0.7, 1.0):
         _touch(session, "touchMove", x + share * right, y + share * down)
     session.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
     session.detach()

@@ -20,11 +20,12 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import pytest
-from playwright.sync_api import Page
+from playwright.sync_api import Browser as Chromium
+from playwright.sync_api import Page, expect
 
 from tests.book.conftest import CHAPTERS, NOTEBOOKS, PAGES, Site
 from tests.book.test_accessible import complaints
-from tests.chromium import CHROMIUM, LIMIT_MILLISECONDS, Opener, QuietHandler
+from tests.chromium import CHROMIUM, LIMIT_MILLISECONDS, Opener, QuietHandler, page_in
 from tests.conftest import leave_out
 from tests.firefox import firefox
 
@@ -311,15 +312,17 @@ def test_the_editor_is_used_by_keys_alone_and_open_to_all(visit: tuple[str, Page
 
 
 def test_every_shown_cell_has_a_button_or_says_why_not(
-    site: Site, served: tuple[str, Asked], open_page: Opener
+    served: tuple[str, Asked], browser: Chromium
 ) -> None:
-    for name in NOTEBOOKS:
-        page = open_page(f"{served[0]}/{name}.html").page
-        bars = page.locator(".cell .cell_input > .rs-run")
-        shown = page.locator(".cell .cell_input").count()
-        assert bars.count() == shown >= (10 if name in CHAPTERS else 1)
-        for text in bars.all_text_contents():
-            assert text.endswith(("Edit and run", "does not run in the browser.")), text
+    with page_in(browser) as page:
+        for name in NOTEBOOKS:
+            page.goto(f"{served[0]}/{name}.html", wait_until="domcontentloaded")
+            bars = page.locator(".cell .cell_input > .rs-run")
+            shown = page.locator(".cell .cell_input").count()
+            assert shown >= (10 if name in CHAPTERS else 1)
+            expect(bars).to_have_count(shown)
+            for text in bars.all_text_contents():
+                assert text.endswith(("Edit and run", "does not run in the browser.")), text
 
 
 def test_a_page_from_a_file_has_no_buttons(site: Site, open_page: Opener) -> None:

@@ -15,15 +15,17 @@ from tests.book.taking_hold import (
     by_mouse,
     by_touch,
     controls,
+    differ,
     drawn,
     handles,
     move,
     pictures,
     reset,
+    seen,
     swipe,
     words,
 )
-from tests.chromium import Visit, visiting
+from tests.chromium import Visit, page_in, visiting
 
 pytestmark = pytest.mark.browser
 
@@ -87,22 +89,25 @@ def test_it_is_among_the_first_two_screens_and_nothing_complains(
 def test_each_handle_is_moved_by_pointer_and_by_keys(opened: tuple[Visit, Look]) -> None:
     visit, look = opened
     for picture in pictures(visit.page):
-        for key in handles(picture):
+        reset(picture)
+        first, keys = seen(picture), handles(picture)
+        for key in keys:
             for way in (look.drag, by_keyboard):
-                assert follows(picture, key, way), f"{key}: nothing follows {way.__name__}"
+                assert follows(picture, key, way, first), f"{key}: nothing follows {way.__name__}"
     assert visit.complaints == []
 
 
-def follows(picture: Locator, key: str, way: Callable[[Locator, str, int], None]) -> bool:
-    """Tell whether the picture changes when a handle is moved, to one side or to the other."""
+def follows(
+    picture: Locator,
+    key: str,
+    way: Callable[[Locator, str, int], None],
+    first: tuple[str, str],
+) -> bool:
+    """Tell whether a handle moves the picture away from what it first shows, to either side."""
     for toward in (1, -1):
         reset(picture)
-        before = drawn(picture), words(picture)
-        if not picture.locator(f"[data-handle='{key}']").count():
-            return True  # with the controls as they are at first, it is not there
         way(picture, key, toward)
-        after = drawn(picture), words(picture)
-        if after[0] != before[0] and after[1] != before[1]:
+        if differ(first, seen(picture)):
             return True
     return False
 
@@ -110,17 +115,15 @@ def follows(picture: Locator, key: str, way: Callable[[Locator, str, int], None]
 def test_each_handle_has_a_name_and_says_its_value(opened: tuple[Visit, Look]) -> None:
     for picture in pictures(opened[0].page):
         reset(picture)
-        names = []
-        for key in handles(picture):
-            handle = picture.locator(f"[data-handle='{key}']")
-            names.append(handle.get_attribute("aria-label"))
-            assert handle.get_attribute("aria-valuetext")
-            least, now, most = (
-                float(str(handle.get_attribute(f"aria-value{end}")))
-                for end in ("min", "now", "max")
-            )
-            assert least <= now <= most, f"{key}: {least} {now} {most}"
-        assert all(names) and len(set(names)) == len(names), names
+        found = picture.locator("[data-handle]").evaluate_all(
+            """handles => handles.map((handle) => ["label", "valuetext", "valuemin", "valuenow",
+              "valuemax"].map((name) => handle.getAttribute(`aria-${name}`)))"""
+        )
+        for name, text, *values in found:
+            assert name and text
+            least, now, most = map(float, values)
+            assert least <= now <= most, f"{name}: {least} {now} {most}"
+        assert len({name for name, *_ in found}) == len(found)
 
 
 def test_each_control_changes_the_picture_and_reset_brings_it_back(
@@ -135,7 +138,7 @@ def test_each_control_changes_the_picture_and_reset_brings_it_back(
             move(control)
             name = control.get_attribute("data-control")
             assert drawn(picture) != first, f"{name}: the picture stays as it was"
-            reset(picture)
+            picture.locator("[data-control=reset]").click()
             assert drawn(picture) == first, f"{name}: the first state did not come back"
 
 
@@ -180,18 +183,20 @@ def test_letters_are_large_enough_and_nothing_is_cut_off(opened: tuple[Visit, Lo
 def test_a_link_brings_the_state_back(
     opened: tuple[Visit, Look], site: Site, address: str, browser: Browser
 ) -> None:
+    """The first link opens a page; the others are followed in it, as if they were pasted."""
     visit, look = opened
-    for number, picture in enumerate(pictures(visit.page)):
-        reset(picture)
-        for key in handles(picture)[:1]:
-            by_keyboard(picture, key, 1)
-            by_keyboard(picture, key, -1) if not changed(picture) else None
-        picture.locator("[data-control=link]").click()
-        seen = drawn(picture), words(picture)
-        with visiting(browser, visit.page.url, **look.options) as again:
-            other = pictures(again.page)[number]
-            assert (drawn(other), words(other)) == seen
-        reset(picture)
+    with page_in(browser, **look.options) as again:
+        for number, picture in enumerate(pictures(visit.page)):
+            reset(picture)
+            for key in handles(picture)[:1]:
+                by_keyboard(picture, key, 1)
+                by_keyboard(picture, key, -1) if not changed(picture) else None
+            picture.locator("[data-control=link]").click()
+            again.goto(visit.page.url)
+            other = pictures(again)[number]
+            expect(other.locator(".rs-caption")).to_have_text(words(picture))
+            assert seen(other) == seen(picture)
+            reset(picture)
 
 
 def changed(picture: Locator) -> bool:

@@ -14,6 +14,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -78,8 +79,9 @@ class Comparison:
     differences: list[float]
 
 
+@cache
 def drawn(name: str) -> list[Case]:
-    """The cases of a solver, the same each time."""
+    """The cases of a solver, the same each time; nothing changes them."""
     return list(SOLVERS[name].draw(np.random.default_rng(list(name.encode()))))
 
 
