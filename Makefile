@@ -79,8 +79,10 @@ $(PARTS): ;
 
 # The assignments' zips, where there are any: the pages link to them.
 ZIPS := $(wildcard assignments/*.zip build/release/*.zip)
+# The sample report and feedback, where they are made.
+SAMPLES := $(wildcard build/shown/pages/report/*.html build/shown/pages/feedback/*/*.html)
 
-$(BOOK): $(call files,chapters lib) _config.yml _toc.yml $(READY) $(PARTS) $(ZIPS) \
+$(BOOK): $(call files,chapters lib) _config.yml _toc.yml $(READY) $(PARTS) $(ZIPS) $(SAMPLES) \
 		$(wildcard $(RUNTIME))
 	@$(BIN)/python -m robust_slam.graphs.datasets --try
 	@$(QUIETLY) book $(BIN)/jupyter-book build . --path-output build -W -n --keep-going

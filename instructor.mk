@@ -7,11 +7,14 @@ RELEASED := build/.release
 # The class that the course makes itself, apart from a real one.
 SAMPLE := build/sample
 HANDED_IN := $(SAMPLE)/.submitted
+# Another one, whose report and feedback the site shows.
+SHOWN := build/shown
+SHOWN_PAGES := $(SHOWN)/.pages
 BENCHES += grading
 
 course: ## set up, make the release, build the book, grade the sample class
 	@$(call step,1/4,the environment,$(READY),$(VENV))
-	@$(call step,2/4,the student release,$(RELEASED),build/release)
+	@$(call step,2/4,the student release and the sample pages,$(RELEASED) $(SHOWN_PAGES),build/release)
 	@$(call step,3/4,the book,$(BOOK),build/html/index.html)
 	@echo '[4/4] the sample class'
 	@$(MAKE) grade-sample
@@ -54,14 +57,26 @@ feedback: setup ## write a page for each submission, class/feedback
 report: setup ## write a page for each assignment, for the instructor, class/report
 	$(BIN)/autograder report
 
-# Only this class, which the course made itself, may be graded without a sandbox. Its marks never
+# Only these classes, which the course made itself, may be graded without a sandbox. Their marks never
 # reach a gradebook that real marks are in.
-grade-sample: export ROBUST_SLAM_GRADEBOOK :=
+grade-sample $(SHOWN_PAGES): export ROBUST_SLAM_GRADEBOOK :=
+define unsandboxed
+$(BIN)/autograder doctor > /dev/null || { flag=--unsandboxed; \
+	echo 'No sandbox works here (see `autograder doctor`): the sample class, which is our own,' \
+	'is graded without one. Fix that before you grade anything else.'; }
+endef
+
+# One seed, so that the pages differ only where the course does.
+$(SHOWN_PAGES): $(RELEASED) tests/shown_class.py $(call files,tests/assignments)
+	@rm -rf $(SHOWN)
+	@$(unsandboxed); $(QUIETLY) shown $(SHELL) -ec " \
+		$(BIN)/python -m tests.shown_class write build/release $(SHOWN)/submitted; \
+		$(BIN)/autograder grade $(SHOWN)/submitted/*/* $$flag --out $(SHOWN)/graded --seed 0; \
+		$(BIN)/python -m tests.shown_class pages $(SHOWN)/graded $(SHOWN)/pages"
+	@touch $@
+
 grade-sample: $(HANDED_IN)
-	@$(BIN)/autograder doctor > /dev/null || { flag=--unsandboxed; \
-		echo 'No sandbox works here (see `autograder doctor`): the sample class, which is our own,' \
-		'is graded without one. Fix that before you grade anything else.'; }; \
-	$(QUIETLY) sample $(SHELL) -ec " \
+	@$(unsandboxed); $(QUIETLY) sample $(SHELL) -ec " \
 		$(BIN)/autograder grade $(SAMPLE)/submitted/*/* $$flag --out $(SAMPLE)/graded \
 			--json $(SAMPLE)/graded/marks.json; \
 		$(BIN)/autograder feedback --out $(SAMPLE)/graded --to $(SAMPLE)/feedback \

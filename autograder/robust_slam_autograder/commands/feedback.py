@@ -34,6 +34,7 @@ def add(commands: Any) -> None:  # noqa: ANN401
         metavar="URL",
         help="the built book's address, or its path from a page; else chapters are named only",
     )
+    places.add_notice(parser, "as “marks may still change”")
     parser.set_defaults(run=run)
 
 
@@ -54,7 +55,7 @@ def run(options: argparse.Namespace) -> int:
         result = results.read_checked(path)
         page = feedback.page(result, config(result.assignment), Book(options.site))
         folder = options.to / path.parent.name
-        places.write_page(folder / f"{path.stem}.html", rendering.html(page))
+        places.write_page(folder / f"{path.stem}.html", rendering.html(page, options.notice))
         places.write_page(folder / f"{path.stem}.md", rendering.markdown(page))
     students = len({path.parent for path in paths})
     print(f"feedback on {len(paths)} submissions of {students} students: {options.to}")

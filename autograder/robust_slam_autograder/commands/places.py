@@ -29,6 +29,13 @@ def add_submitted(parser: argparse.ArgumentParser, what: str) -> None:
     )
 
 
+def add_notice(parser: argparse.ArgumentParser, what: str) -> None:
+    """Declare a sentence of the instructor's, with what it is for."""
+    parser.add_argument(
+        "--notice", default="", metavar="TEXT", help=f"stands at the top of each page, {what}"
+    )
+
+
 def add_gradebook(parser: argparse.ArgumentParser) -> None:
     """Declare the gradebook's address."""
     parser.add_argument(

@@ -41,6 +41,7 @@ def add(commands: Any) -> None:  # noqa: ANN401
     parser.add_argument(
         "--no-names", action="store_true", help="leave students and their own words out"
     )
+    places.add_notice(parser, "in place of the warning not to publish it")
     parser.set_defaults(run=run)
 
 
@@ -57,7 +58,7 @@ def run(options: argparse.Namespace) -> int:
         report = class_report.report(source)
         page = options.to / f"{name}.html"
         if not options.assignments or name in options.assignments:
-            places.write_page(page, class_pages.html(report))
+            places.write_page(page, class_pages.html(report, options.notice))
             entries.append(Entry(report, quote(page.name)))
         else:
             entries.append(_entry_of_before(report, page))
@@ -80,8 +81,10 @@ def _write_students_and_index(
     chart = heat_map.heat_map(columns, files)
     for row in chart.rows:
         if row.file:
-            places.write_page(options.to / STUDENTS / row.file, class_pages.student(row))
-    index = class_pages.index(entries, chart, names=not options.no_names)
+            places.write_page(
+                options.to / STUDENTS / row.file, class_pages.student(row, options.notice)
+            )
+    index = class_pages.index(entries, chart, names=not options.no_names, notice=options.notice)
     places.write_page(options.to / INDEX, index)
 
 

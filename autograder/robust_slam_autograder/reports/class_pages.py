@@ -25,11 +25,17 @@ class Entry:
     address: str
 
 
-def html(report: Report) -> str:
-    """An assignment's page as one self-contained file."""
+def html(report: Report, notice: str = "") -> str:
+    """An assignment's page as one self-contained file.
+
+    Args:
+        report: what it shows.
+        notice: stands at its top in place of the warning not to publish it.
+    """
     return documents.html(
         "report",
         report=report,
+        notice=notice,
         pictures=pictures,
         percent=percent,
         duration=duration,
@@ -41,7 +47,7 @@ def html(report: Report) -> str:
     )
 
 
-def index(entries: Sequence[Entry], chart: HeatMap, *, names: bool) -> str:
+def index(entries: Sequence[Entry], chart: HeatMap, *, names: bool, notice: str = "") -> str:
     """The page that shows all assignments side by side, and every student in each of them."""
     return documents.html(
         "report-index",
@@ -50,14 +56,15 @@ def index(entries: Sequence[Entry], chart: HeatMap, *, names: bool) -> str:
         chart=chart,
         many=MANY,
         names=names,
+        notice=notice,
         pictures=pictures,
         percent=percent,
     )
 
 
-def student(row: Row) -> str:
+def student(row: Row, notice: str = "") -> str:
     """The page of one student in all assignments."""
-    return documents.html("report-student", style=STYLE, row=row, percent=percent)
+    return documents.html("report-student", style=STYLE, row=row, notice=notice, percent=percent)
 
 
 def percent(share: float | None) -> str:

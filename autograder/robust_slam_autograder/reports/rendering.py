@@ -12,9 +12,9 @@ from robust_slam_autograder.reports import documents
 from robust_slam_autograder.reports.feedback import Page, Reading, ShownCase, ShownExercise
 
 
-def html(page: Page) -> str:
-    """The page as one self-contained file."""
-    return documents.html("feedback", page=page)
+def html(page: Page, notice: str = "") -> str:
+    """The page as one self-contained file, with a notice at its top where there is one."""
+    return documents.html("feedback", page=page, notice=notice)
 
 
 def markdown(page: Page) -> str:
