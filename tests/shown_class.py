@@ -121,11 +121,8 @@ def location(z, sigma, weight, x0, tol):
         "classify": """\
 def classify(psi):
     far = psi(1e3)
-    if far < 0.1:
-        return "redescending"
-    if far < 10:
-        return "bounded"
-    return "unbounded"
+    words = ["redescending", "bounded", "unbounded"]
+    return words[int(far > 0.1) + int(far > 10)]
 """,
     },
 }

@@ -50,8 +50,10 @@ PRIVATE = (
     "tests/autograder/nbgrader/test_formgrader.py",
     "tests/lib/course/exercises/",
     "tests/sample_class.py",
+    "tests/shown_class.py",
     "tests/test_sample_class.py",
     "tests/test_secrets.py",
+    "tests/test_shown_class.py",
 )
 """What stays here beside the notebooks: said once more, for ``course.toml`` may list too much."""
 
@@ -357,7 +359,7 @@ class TestPublicCourse:
         for private in ("solutions", ".git", "tests/assignments", "instructor.mk", "build"):
             assert private not in names
         tests = {path for path in names if path.startswith("tests/") and path.endswith(".py")}
-        telling = ("tests.assignments", "sample_class", "test_secrets")
+        telling = ("tests.assignments", "sample_class", "shown_class", "test_secrets")
         assert not [
             name for name in tests if any(word in (public / name).read_text() for word in telling)
         ]

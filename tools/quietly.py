@@ -85,6 +85,7 @@ def sample() -> Reader:
 READERS: dict[str, Callable[[], Reader]] = {
     "book": book,
     "sample": sample,
+    "shown": sample,
     "setup": partial(setup, "requirements.lock"),
     "setup-dev": partial(setup, "requirements-dev.lock"),
 }

@@ -1,0 +1,81 @@
+"""Sample pages of the grader: on the site where they are made, and nothing of them elsewhere."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from chapters._ext.robust_slam_samples import FOLDER, INDEX, SOURCE
+
+ROOT = Path(__file__).parents[2]
+SETTINGS = {
+    "extensions": "myst_parser,chapters._ext.robust_slam_samples",
+    "root_doc": "chapters/teach",
+}
+TEXT = f"""# Teach
+
+Before.
+
+```{{samples}}
+Look at {{sample}}`the report <{INDEX}>`.
+```
+
+After.
+"""
+
+
+def build(folder: Path) -> tuple[str, str]:
+    """Build a book of this one page; its HTML, and the warnings of the build."""
+    (folder / "chapters").mkdir(exist_ok=True)
+    (folder / "chapters" / "teach.md").write_text(TEXT, encoding="utf-8")
+    command = [sys.executable, "-m", "sphinx", "-C", "-q", "--no-color", "-b", "html"]
+    for name, value in SETTINGS.items():
+        command += ["-D", f"{name}={value}"]
+    command += ["-d", str(folder / "doctrees"), str(folder), str(folder / "out")]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
+    page = folder / "out" / "chapters" / "teach.html"
+    return page.read_text(encoding="utf-8"), done.stderr
+
+
+def put(folder: Path) -> Path:
+    page = folder / SOURCE / INDEX
+    page.parent.mkdir(parents=True)
+    page.write_text("<!doctype html>\n<title>The report</title>\n", encoding="utf-8")
+    return page
+
+
+def test_where_they_are_made_the_page_leads_to_them(tmp_path: Path) -> None:
+    made = put(tmp_path)
+    html, warnings = build(tmp_path)
+    address = f"../{FOLDER}/{INDEX}"
+    assert f'href="{address}">the report</a>' in html and warnings == ""
+    target = (tmp_path / "out" / "chapters" / address).resolve()
+    assert target.read_bytes() == made.read_bytes()
+
+
+def test_elsewhere_nothing_is_said_of_them(tmp_path: Path) -> None:
+    html, warnings = build(tmp_path)
+    assert "Before." in html and "After." in html and "the report" not in html
+    assert warnings == "" and not (tmp_path / "out" / FOLDER).exists()
+
+
+def test_the_next_build_sees_that_they_came_or_went(tmp_path: Path) -> None:
+    assert "the report" not in build(tmp_path)[0]
+    made = put(tmp_path)
+    assert "the report" in build(tmp_path)[0]
+    made.unlink()
+    assert "the report" not in build(tmp_path)[0]
+    assert not (tmp_path / "out" / FOLDER).exists()
+
+
+@pytest.mark.parametrize("path", ["report/none.html", "report"])
+def test_a_page_that_is_not_there_is_a_warning(
+    tmp_path: Path, path: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    put(tmp_path)
+    monkeypatch.setitem(globals(), "TEXT", TEXT.replace(INDEX, path))
+    html, warnings = build(tmp_path)
+    assert f"no sample page {path}" in warnings and "<a " not in html.partition("Look at")[2][:20]
