@@ -1,6 +1,8 @@
 /** What a run gave, as elements of the page. */
 import { marked } from "./editor.js";
 
+const DRAWN = ".rs-figure";
+
 /** An element with attributes and children. */
 export function element(name, attributes = {}, ...children) {
   const made = document.createElement(name);
@@ -14,7 +16,7 @@ export function element(name, attributes = {}, ...children) {
  * number and caption; where code was `changed` it says that these are the chapter's.
  */
 export function outputs({ text, shown, error }, stored, changed) {
-  const figures = stored.filter((node) => node.nodeName === "FIGURE" && node.querySelector("img"));
+  const figures = stored.filter((node) => node.nodeName === "FIGURE" && node.querySelector(DRAWN));
   const made = text ? [printed(text)] : [];
   for (const each of shown) {
     const svg = each.data["image/svg+xml"];
@@ -52,14 +54,19 @@ function html(text) {
   return box;
 }
 
+/** A figure, which is drawn in the page's own font and colours. */
 function drawn(svg, metadata, stored, changed) {
   const words = metadata.mystnb ?? {};
   const figure = stored?.cloneNode(true) ?? element("figure", { class: "align-default" });
-  const image = figure.querySelector("img") ?? figure.appendChild(element("img"));
-  // As an address, so that the ids of several drawings stay apart.
-  image.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(svg)}`;
+  const made = element("div", { class: "rs-figure" });
+  made.innerHTML = svg;
+  const drawing = made.querySelector(DRAWN) ?? made; // other objects give SVG alone
+  const before = figure.querySelector(DRAWN);
   const own = words.image?.alt ?? "A figure that the code of this cell draws.";
-  if (changed || !stored) image.alt = own;
+  drawing.setAttribute("role", "img");
+  drawing.setAttribute("aria-label", changed || !before ? own : before.getAttribute("aria-label"));
+  if (before) before.replaceWith(drawing);
+  else figure.append(drawing);
   const caption = figure.querySelector(".caption-text");
   if (!caption || !changed) return figure;
   if (words.figure?.caption) caption.innerHTML = marked.parseInline(words.figure.caption);

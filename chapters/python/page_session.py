@@ -18,10 +18,7 @@ import traceback
 from collections.abc import Callable, Iterator
 from itertools import dropwhile
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from typing import Any
 
 LONGEST = 200_000
 """Characters that a cell may print; the rest is left out."""
@@ -142,7 +139,9 @@ def bundle(value: object) -> tuple[dict[str, Any], dict[str, Any]]:
         data |= said
     figure = getattr(sys.modules.get("matplotlib.figure"), "Figure", None)
     if figure is not None and isinstance(value, figure):
-        data["image/svg+xml"] = _svg(value)
+        from robust_slam_course.figures import page_html
+
+        data["image/svg+xml"] = page_html(value)
     large = [kind for kind, said in data.items() if len(str(said)) > LARGEST]
     for kind in large:
         del data[kind]
@@ -154,13 +153,6 @@ def _call(value: object, method: str) -> object:
     """Call a method of an object; classes and objects without it say nothing."""
     found: Callable[[], object] | None = getattr(value, method, None)
     return found() if callable(found) and not isinstance(value, type) else None
-
-
-def _svg(figure: Figure) -> str:
-    """Return the figure as notebooks show it."""
-    text = io.StringIO()
-    figure.savefig(text, format="svg", bbox_inches="tight", metadata={"Date": None})
-    return text.getvalue()
 
 
 def readable(error: BaseException, cell: str) -> str:

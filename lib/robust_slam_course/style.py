@@ -1,8 +1,8 @@
 """How the course's figures look: one palette, told apart by line and marker too.
 
-The colours are those of Okabe and Ito (2008), safe for the colour-blind, with the orange
-darkened until it shows on white. A figure is an opaque white card: it is read the same
-way on a light page and on a dark one, on paper and in JupyterLab.
+The colours are those of Okabe and Ito (2008), safe for the colour-blind, darkened until they show
+on white. Each has another value for a dark page. Matplotlib draws with the light ones; on a page
+of the book they are variables (`robust_slam_course.figures`), and live pictures use the same.
 """
 
 from __future__ import annotations
@@ -10,9 +10,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import matplotlib as mpl
+import matplotlib.figure
 from cycler import cycler
 
 if TYPE_CHECKING:
@@ -20,16 +21,41 @@ if TYPE_CHECKING:
 
 LineStyle = str | tuple[float, tuple[float, ...]]
 
-_INK = "#262626"
+
+class Colour(NamedTuple):
+    """A colour on a light page and on paper, and on a dark page."""
+
+    light: str
+    dark: str
+
+
+COLOURS: dict[str, Colour] = {
+    "ground": Colour("#ffffff", "#121212"),
+    "grid": Colour("#e3e3e3", "#3c3c3c"),
+    "faint": Colour("#767676", "#8c8c8c"),
+    "muted": Colour("#5c5c5c", "#a8a8a8"),
+    "ink": Colour("#262626", "#ececec"),
+    "estimate": Colour("#0072b2", "#5bb8f0"),
+    "inlier": Colour("#00795a", "#2fc79b"),
+    "outlier": Colour("#c14e00", "#ff8a3d"),
+    "accent": Colour("#a8487c", "#e79ac4"),
+    "ochre": Colour("#9a7000", "#e2b53e"),
+    "plum": Colour("#7b3f9e", "#c49be6"),
+    "brown": Colour("#8c510a", "#c79a6b"),
+    "olive": Colour("#4b6b00", "#a5c55a"),
+}
+"""The style sheets know each as a variable, such as `--rs-ink`."""
+
+NEUTRALS = ("ground", "grid", "faint", "muted", "ink")
 
 PALETTE: dict[str, str] = {
-    "truth": _INK,
-    "estimate": "#0072B2",
-    "odometry": "#5C5C5C",
-    "inlier": "#009E73",
-    "outlier": "#D55E00",
-    "accent": "#CC79A7",
-    "muted": "#767676",
+    "truth": COLOURS["ink"].light,
+    "estimate": COLOURS["estimate"].light,
+    "odometry": COLOURS["muted"].light,
+    "inlier": COLOURS["inlier"].light,
+    "outlier": COLOURS["outlier"].light,
+    "accent": COLOURS["accent"].light,
+    "muted": COLOURS["faint"].light,
 }
 
 LINESTYLES: dict[str, LineStyle] = {
@@ -63,20 +89,20 @@ class Look:
 
 
 LOOKS: tuple[Look, ...] = (
-    Look(_INK, "-", "o"),
-    Look("#0072B2", (0.0, (6.0, 2.0)), "s"),
-    Look("#009E73", (0.0, (6.0, 2.0, 1.5, 2.0)), "^"),
-    Look("#B8860B", (0.0, (3.0, 1.5)), "v"),
-    Look("#D55E00", (0.0, (1.5, 1.2)), "D"),
-    Look("#7B3F9E", (0.0, (8.0, 2.0, 1.5, 2.0, 1.5, 2.0)), "P"),
-    Look("#8C510A", (0.0, (11.0, 3.0)), "X"),
-    Look("#4B6B00", (0.0, (4.0, 1.2, 1.0, 1.2)), "*"),
+    Look(COLOURS["ink"].light, "-", "o"),
+    Look(COLOURS["estimate"].light, (0.0, (6.0, 2.0)), "s"),
+    Look(COLOURS["inlier"].light, (0.0, (6.0, 2.0, 1.5, 2.0)), "^"),
+    Look(COLOURS["ochre"].light, (0.0, (3.0, 1.5)), "v"),
+    Look(COLOURS["outlier"].light, (0.0, (1.5, 1.2)), "D"),
+    Look(COLOURS["plum"].light, (0.0, (8.0, 2.0, 1.5, 2.0, 1.5, 2.0)), "P"),
+    Look(COLOURS["brown"].light, (0.0, (11.0, 3.0)), "X"),
+    Look(COLOURS["olive"].light, (0.0, (4.0, 1.2, 1.0, 1.2)), "*"),
 )
 """Looks for things of one kind that stand beside each other, such as kernels."""
 
 _CYCLE = (1, 4, 2, 5, 3, 0)
 
-# 5.6 inches and 11 points: on a phone 350 pixels wide the letters still stand 9 pixels high.
+# Pages draw it a second time for phones; 11 points are 15 pixels on a wide page.
 STYLE: dict[RcKeyType, Any] = {
     "figure.figsize": (5.6, 3.5),
     "figure.constrained_layout.use": True,
@@ -86,7 +112,7 @@ STYLE: dict[RcKeyType, Any] = {
     "axes.titlesize": 11.0,
     "axes.facecolor": "white",
     "axes.edgecolor": PALETTE["muted"],
-    "axes.labelcolor": _INK,
+    "axes.labelcolor": PALETTE["truth"],
     "axes.prop_cycle": cycler(
         color=[LOOKS[number].color for number in _CYCLE],
         linestyle=[LOOKS[number].linestyle for number in _CYCLE],
@@ -95,13 +121,13 @@ STYLE: dict[RcKeyType, Any] = {
     "axes.spines.right": False,
     "axes.axisbelow": True,
     "axes.grid": True,
-    "grid.color": "#E3E3E3",
+    "grid.color": COLOURS["grid"].light,
     "grid.linewidth": 0.8,
     "lines.linewidth": 2.0,
     "lines.markersize": 7.0,
-    "text.color": _INK,
-    "xtick.color": "#4D4D4D",
-    "ytick.color": "#4D4D4D",
+    "text.color": PALETTE["truth"],
+    "xtick.color": COLOURS["muted"].light,
+    "ytick.color": COLOURS["muted"].light,
     "legend.frameon": False,
     "legend.fontsize": 10.0,
     "legend.handlelength": 2.6,
@@ -130,12 +156,20 @@ def use_style() -> None:
 def show_figures() -> None:
     """Have a notebook show a figure that a cell ends with as SVG; elsewhere nothing happens.
 
-    Without this, or pyplot, a notebook prints the name of a figure and shows no picture.
+    Without this, or pyplot, a notebook prints the name of a figure and shows no picture. In a
+    build of the book it is a part of the page.
     """
     from IPython.core.getipython import get_ipython
 
-    if get_ipython() is not None:
-        from matplotlib_inline.backend_inline import set_matplotlib_formats
+    from robust_slam_course import figures
 
-        # matplotlib_inline has no types.
-        set_matplotlib_formats("svg", metadata={"Date": None})  # type: ignore[no-untyped-call]
+    shell = get_ipython()
+    formatter = getattr(shell, "display_formatter", None)
+    if formatter is None:
+        return
+    from matplotlib_inline.backend_inline import set_matplotlib_formats
+
+    # matplotlib_inline has no types.
+    set_matplotlib_formats("svg", metadata={"Date": None})  # type: ignore[no-untyped-call]
+    if figures.is_for_a_page():
+        formatter.formatters["image/svg+xml"].for_type(mpl.figure.Figure, figures.page_html)

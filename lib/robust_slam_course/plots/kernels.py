@@ -94,7 +94,7 @@ def draw_norm_densities(ax: Axes, dimensions: Iterable[int], probability: float)
         ax.plot(u, chi.pdf(u, d), line, color=PALETTE[colour], label=f"d = {d}")
         ax.axvline(threshold, 0.0, 0.93, linestyle=line, color=PALETTE[colour], linewidth=1.2)
         ax.text(
-            threshold, 0.95, f"{threshold:.4f}", transform=ax.get_xaxis_transform(), ha="center"
+            threshold, 0.95, f"{threshold:.2f}", transform=ax.get_xaxis_transform(), ha="center"
         )
     ax.set(xlabel="norm u of an inlier's whitened residual", ylabel="density")
     return ax

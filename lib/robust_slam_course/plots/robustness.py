@@ -1,6 +1,7 @@
 """Draw in what share of the runs methods succeed: a table of shaded cells with their numbers.
 
-One hue from light to dark can be read without seeing colours, and on paper.
+The more runs the less the ground shows through one hue: this can be read without seeing colours,
+on paper, and on a dark page.
 """
 
 from __future__ import annotations
@@ -8,12 +9,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from matplotlib import colormaps
 from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap, to_rgba
 from numpy.typing import ArrayLike
 from robust_slam._arrays import Array
 
-_DARK = 0.71  # from this share on white digits have more contrast than black ones
+from robust_slam_course.style import PALETTE
+
+_HUE = PALETTE["estimate"]
+_MOST = 0.5
+"""The opacity of a share of 1: the digits stay legible on it, on a dark page too."""
+_SHADES = LinearSegmentedColormap.from_list("shares", [to_rgba(_HUE, 0.0), to_rgba(_HUE, _MOST)])
 
 
 def draw_shares(
@@ -29,16 +35,11 @@ def draw_shares(
     """
     table = np.array([_checked(name, row, len(columns)) for name, row in shares.items()])
     # Each cell is a shape of its own, so the figure stays sharp at any size.
-    ax.pcolormesh(
-        np.ma.masked_invalid(table), cmap=colormaps["Blues"], vmin=0.0, vmax=1.0, edgecolor="white"
-    )
+    ax.pcolormesh(np.ma.masked_invalid(table), cmap=_SHADES, vmin=0.0, vmax=1.0, edgecolor="white")
     for (row, column), share in np.ndenumerate(table):
         if np.isfinite(share):
-            colour = "white" if share >= _DARK else "black"
             place = column + 0.5, row + 0.5
-            ax.text(
-                *place, f"{100 * share:.0f}", color=colour, size=size, ha="center", va="center"
-            )
+            ax.text(*place, f"{100 * share:.0f}", size=size, ha="center", va="center")
     ax.set_xticks(np.arange(len(columns)) + 0.5, list(columns))
     ax.set_yticks(np.arange(len(table)) + 0.5, list(shares))
     ax.set(xlim=(0, len(columns)), ylim=(len(table), 0))

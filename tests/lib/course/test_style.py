@@ -1,49 +1,88 @@
-"""The figures' style: seen on white, told apart without colour, and the same bytes each time."""
+"""The figures' style: seen on every page, told apart without colour, the same bytes each time."""
 
 from __future__ import annotations
 
 import io
 import itertools
+import re
+from pathlib import Path
 
 import matplotlib as mpl
 import pytest
-from matplotlib import colors
 from matplotlib import pyplot as plt
 from robust_slam.estimators.kernels import KERNELS
+from robust_slam_course.canvas import picture
 from robust_slam_course.plots.kernels import kernel_look
 from robust_slam_course.style import (
+    COLOURS,
     LINESTYLES,
     LOOKS,
     MARKERS,
     PALETTE,
-    Look,
+    STYLE,
     figure_style,
     use_style,
 )
 
+from tests.lib.course.contrast import contrast, luminance
 
-def luminance(colour: str) -> float:
-    """Return the relative luminance of WCAG 2.1."""
-    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in rgb(colour)]
-    return float(0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2])
+PAGES = ("light", "dark")
+SEEN = sorted(COLOURS.keys() - {"ground", "grid"})
+SHEETS = (
+    Path(picture.__file__).with_name("picture.css"),
+    Path(__file__).parents[3] / "chapters" / "assets" / "site.css",
+)
+VARIABLE = re.compile(r"--rs-(\w+): (#[0-9a-f]{3,6});")
 
 
-def rgb(colour: str) -> tuple[float, float, float]:
-    return colors.to_rgb(colour)
+def on_the_ground(name: str, page: str) -> float:
+    """The contrast of a colour and the page."""
+    colour, ground = (getattr(COLOURS[each], page) for each in (name, "ground"))
+    return contrast(luminance(colour), luminance(ground))
 
 
-@pytest.mark.parametrize("name", PALETTE)
-def test_every_colour_has_the_contrast_that_graphics_need_on_white(name: str) -> None:
-    assert 1.05 / (luminance(PALETTE[name]) + 0.05) >= 3.0
+@pytest.mark.parametrize("page", PAGES)
+@pytest.mark.parametrize("name", SEEN)
+def test_every_colour_has_the_contrast_that_graphics_need(name: str, page: str) -> None:
+    assert on_the_ground(name, page) >= 3.0
+
+
+@pytest.mark.parametrize("page", PAGES)
+@pytest.mark.parametrize("name", ["ink", "muted"])
+def test_letters_have_the_contrast_that_text_needs(name: str, page: str) -> None:
+    assert on_the_ground(name, page) >= 4.5
+
+
+def test_letters_are_drawn_in_these_colours_alone() -> None:
+    settings = ("text.color", "axes.labelcolor", "xtick.color", "ytick.color")
+    allowed = {COLOURS["ink"].light, COLOURS["muted"].light}
+    assert {STYLE[key] for key in settings} <= allowed
+
+
+def test_palette_and_looks_know_no_other_colours() -> None:
+    known = {colour.light for colour in COLOURS.values()}
+    assert {*PALETTE.values(), *(look.color for look in LOOKS)} <= known
+
+
+@pytest.mark.parametrize("sheet", SHEETS, ids=lambda path: path.name)
+def test_the_style_sheets_have_the_same_colours(sheet: Path) -> None:
+    found: dict[str, list[str]] = {}
+    for name, colour in VARIABLE.findall(sheet.read_text(encoding="utf-8")):
+        found.setdefault(name, []).append(colour)
+    # A picture is a card of its own, and a page's ground is the theme's.
+    found.pop("ground", None)
+    assert found == {name: list(COLOURS[name]) for name in found}
+    assert "ink" in found
+
+
+def test_the_pages_know_every_colour() -> None:
+    text = SHEETS[1].read_text(encoding="utf-8")
+    assert {name for name, _ in VARIABLE.findall(text)} == COLOURS.keys() - {"ground"}
+    assert "--rs-ground: var(--pst-color-background" in text
 
 
 def test_every_colour_has_a_line_and_a_marker() -> None:
     assert PALETTE.keys() == LINESTYLES.keys() == MARKERS.keys()
-
-
-@pytest.mark.parametrize("look", LOOKS, ids=lambda look: look.color)
-def test_every_look_has_the_contrast_that_graphics_need_on_white(look: Look) -> None:
-    assert 1.05 / (luminance(look.color) + 0.05) >= 3.0
 
 
 def test_two_looks_differ_in_colour_in_line_and_in_marker() -> None:

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from matplotlib.colors import to_rgb
+from matplotlib.colors import to_hex, to_rgb
 from robust_slam_course.plots.robustness import draw_shares
+from robust_slam_course.style import COLOURS
+
+from tests.lib.course.contrast import contrast, luminance
 
 RATES = ["10", "50", "90"]
 SHARES = {"good": [1.0, 0.6, 0.54], "seldom": [0.0, 0.125, np.nan]}
@@ -33,23 +36,22 @@ def test_rows_and_columns_have_their_names(shares) -> None:
     assert shares.get_ylim() == (2.0, 0.0)
 
 
-def luminance(colour) -> float:
-    """The relative luminance of WCAG 2."""
-    parts = np.array(to_rgb(colour))
-    linear = np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
-    return float(linear @ [0.2126, 0.7152, 0.0722])
-
-
-def test_a_larger_share_is_darker_and_every_number_is_legible(ax) -> None:
+@pytest.mark.parametrize("page", ["light", "dark"])
+def test_a_larger_share_stands_out_more_and_every_number_is_legible(ax, page: str) -> None:
     steps = np.linspace(0, 1, 21)
     draw_shares(ax, [f"{step}" for step in steps], {"all": steps})
     (mesh,) = ax.collections
     mesh.update_scalarmappable()
-    cells = [luminance(colour[:3]) for colour in mesh.get_facecolors()]
-    assert np.all(np.diff(cells) < 0)
-    for cell, text in zip(cells, ax.texts, strict=True):
-        low, high = sorted((cell, luminance(text.get_color())))
-        assert (high + 0.05) / (low + 0.05) >= 4.5, text.get_text()
+    hue, ground, ink = (
+        np.array(to_rgb(getattr(COLOURS[name], page))) for name in ("estimate", "ground", "ink")
+    )
+    assert {to_hex(colour) for colour in mesh.get_facecolors()} == {COLOURS["estimate"].light}
+    assert {text.get_color() for text in ax.texts} == {COLOURS["ink"].light}
+    opacity = mesh.get_facecolors()[:, 3:]
+    cells = [luminance(colour) for colour in opacity * hue + (1 - opacity) * ground]
+    from_ground = np.abs(np.array(cells) - luminance(ground))
+    assert np.all(np.diff(from_ground) > 0)
+    assert all(contrast(luminance(ink), cell) >= 4.5 for cell in cells)
 
 
 @pytest.mark.parametrize(("values", "what"), [([1.0, 1.0], "shape"), ([0, 0, 1.5], "from 0 to 1")])

@@ -1,0 +1,269 @@
+"""Matplotlib's SVG as part of a page: short, with the page's font and colours.
+
+Colours become variables of the style sheet, ``var(--rs-ink, #262626)``; a grey goes to the
+nearest of the neutral ones. Names are made from the drawing's content, so that those of several
+drawings stay apart on a page and the same drawing gives the same bytes.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Iterator
+from itertools import groupby
+from xml.etree import ElementTree as ET
+
+from robust_slam_course.style import COLOURS, NEUTRALS
+
+PIXELS = 96.0 / 72.0
+"""A page's pixels in a point."""
+_MANY = 20
+"""As many markers of one look become one path."""
+
+_HEX = re.compile(r"#[0-9a-f]{6}\b")
+_NUMBER = re.compile(r"-?\d+\.\d+")
+_NAMES = {colour.light.lower(): name for name, colour in COLOURS.items()}
+_FONT = re.compile(r"font: (?:(?P<style>italic|oblique) )?(?:\S+ )*?(?P<size>[\d.]+px) ")
+_REFERENCE = re.compile(r"#([\w-]+)")
+_REFERRING = ("href", "clip-path", "marker-start", "marker-mid", "marker-end")
+_UPRIGHT = re.compile(r"^rotate\(-?0 .*\)$")
+_INITIAL = {"stroke-linejoin: round", "stroke-linecap: butt", "fill-opacity: 1", "opacity: 1"}
+_RAISED = str.maketrans("−-.0123456789", "⁻⁻·⁰¹²³⁴⁵⁶⁷⁸⁹")
+_LOWERED = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
+
+
+def inline(svg: str, kind: str) -> str:
+    """Return matplotlib's SVG as an element of a page, of the class `kind`."""
+    root = _without_namespaces(ET.fromstring(svg))
+    _strip(root)
+    for element in root.iter():
+        _restyle(element)
+        _shorten_numbers(element)
+    for text in root.iter("text"):
+        _set_formula(text)
+    _merge(root)
+    _gather_markers(root)
+    _group(root)
+    _rename(root)
+    _, _, width, height = (float(number) for number in root.get("viewBox", "0 0 1 1").split())
+    size = {"width": f"{width * PIXELS:.0f}", "height": f"{height * PIXELS:.0f}"}
+    # What matplotlib gives no colour is black, and black is the page's ink.
+    ink = {"style": f"fill:{_variable('#000000')}"}
+    root.attrib = {"class": kind, "viewBox": f"0 0 {width:g} {height:g}", **size, **ink}
+    return ET.tostring(root, encoding="unicode")
+
+
+def _without_namespaces(root: ET.Element) -> ET.Element:
+    for element in root.iter():
+        element.tag = element.tag.rpartition("}")[2]
+        element.attrib = {key.rpartition("}")[2]: value for key, value in element.items()}
+        if element.tag not in {"text", "tspan"}:
+            element.text = None
+        element.tail = None
+    return root
+
+
+def _references(root: ET.Element) -> set[str]:
+    """Names that elements of the drawing refer to."""
+    return {
+        name
+        for element in root.iter()
+        for key in _REFERRING
+        for name in _REFERENCE.findall(element.get(key, ""))
+    }
+
+
+def _strip(root: ET.Element) -> None:
+    """Take away what no one sees: metadata, rules for the whole page, groups of a single name."""
+    wanted = _references(root)
+    for element in root.iter():
+        if element.get("id") not in wanted:
+            element.attrib.pop("id", None)
+    _unwrap(root)
+
+
+def _unwrap(parent: ET.Element) -> None:
+    kept: list[ET.Element] = []
+    for child in parent:
+        _unwrap(child)
+        if child.tag in {"metadata", "style"} or _is_empty(child):
+            continue
+        kept += list(child) if child.tag == "g" and not child.attrib else [child]
+    parent[:] = kept
+
+
+def _is_empty(element: ET.Element) -> bool:
+    return element.tag in {"g", "defs"} and len(element) == 0
+
+
+def _restyle(element: ET.Element) -> None:
+    """Shorten a style, and give it the page's font and colours."""
+    style = element.attrib.pop("style", "")
+    font = _FONT.match(style)
+    if font:
+        rest = style.split("; ")[1:]
+        parts = [f"font-size: {font['size']}", *rest]
+        if font["style"]:
+            parts.append(f"font-style: {font['style']}")
+    else:
+        parts = [part for part in style.split("; ") if part]
+    kept = [part for part in parts if part not in _INITIAL and not part.startswith("font-family")]
+    if kept:
+        text = "; ".join(kept).replace(": ", ":").replace("; ", ";")
+        element.set("style", _HEX.sub(lambda found: _variable(found[0]), text))
+
+
+def _variable(colour: str) -> str:
+    """Return the colour as a variable of the page, or as it is where it has no name."""
+    name = _NAMES.get(colour) or _neutral(colour)
+    return f"var(--rs-{name},{colour})" if name else colour
+
+
+def _neutral(colour: str) -> str | None:
+    """Return the neutral that is nearest to a grey."""
+    red, green, blue = (colour[k : k + 2] for k in (1, 3, 5))
+    if not red == green == blue:
+        return None
+    return min(NEUTRALS, key=lambda name: abs(int(COLOURS[name].light[1:3], 16) - int(red, 16)))
+
+
+def _shorten_numbers(element: ET.Element) -> None:
+    """Keep two decimals, a hundredth of a point, and one in long paths."""
+    for key in ("d", "x", "y", "width", "height", "transform"):
+        value = element.get(key)
+        if value is not None and not value.startswith(("matrix", "scale")):
+            digits = 1 if len(value) > 400 else 2
+            element.set(key, _short(value.strip(), digits))
+    if _UPRIGHT.match(element.get("transform", "")):
+        del element.attrib["transform"]
+
+
+def _short(text: str, digits: int) -> str:
+    """Round the numbers of a path or a place, and leave out what need not be there."""
+    short = _NUMBER.sub(lambda found: f"{round(float(found[0]), digits):g}", text)
+    return re.sub(r"\s*([MLQCz])\s*", r"\1", short)
+
+
+def _set_formula(text: ET.Element) -> None:
+    """Let a formula flow in the page's font: plain letters, and powers as raised digits.
+
+    Matplotlib places each letter by the measures of its own font.
+    """
+    spans = list(text.iter("tspan"))
+    if not spans:
+        return
+    size = max(_size(span) for span in spans)
+    line = next(_height(span) for span in spans if _size(span) == size)
+    said = ""
+    for (small, height), letters in groupby(spans, key=lambda span: (_size(span), _height(span))):
+        run = "".join(letter.text or "" for letter in letters)
+        said += run.translate(_RAISED if height < line else _LOWERED) if small < size else run
+    style = next(span.get("style", "") for span in spans if _size(span) == size)
+    text[:] = []
+    text.text = said
+    text.set("style", style)
+
+
+def _height(span: ET.Element) -> float:
+    return float(span.get("y", 0.0))
+
+
+def _size(span: ET.Element) -> float:
+    found = re.search(r"font-size:([\d.]+)px", span.get("style", ""))
+    return float(found[1]) if found else 0.0
+
+
+def _merge(parent: ET.Element) -> None:
+    """Make one path of neighbouring lines that look alike."""
+    kept: list[ET.Element] = []
+    for child in parent:
+        _merge(child)
+        last = kept[-1] if kept else None
+        if child.get("style") == "fill:none" and "id" not in child.attrib:
+            continue
+        if last is not None and _is_line(child) and _look(child) == _look(last):
+            last.set("d", last.get("d", "") + child.get("d", ""))
+        else:
+            kept.append(child)
+    parent[:] = kept
+
+
+def _is_line(element: ET.Element) -> bool:
+    style = element.get("style", "")
+    return element.tag == "path" and "id" not in element.attrib and "fill:none" in style
+
+
+def _look(element: ET.Element) -> tuple[str, ...]:
+    """Return what alike elements have in common: all but their place."""
+    here = {key: value for key, value in element.items() if key not in {"d", "x", "y"}}
+    return element.tag, *(f"{key}={here[key]}" for key in sorted(here))
+
+
+def _gather_markers(root: ET.Element) -> None:
+    """Make one path with markers of many equal markers: hundreds of elements are slow."""
+    shapes = {shape.get("id"): shape for shape in root.iter() if "id" in shape.attrib}
+    for parent in list(root.iter()):
+        kept: list[ET.Element] = []
+        for _, run in groupby(list(parent), key=_look):
+            alike = list(run)
+            if alike[0].tag == "use" and len(alike) >= _MANY:
+                kept += _markers(alike, shapes[alike[0].get("href", "")[1:]])
+            else:
+                kept += alike
+        parent[:] = kept
+
+
+def _markers(uses: list[ET.Element], shape: ET.Element) -> list[ET.Element]:
+    """Return a marker of the shape in the style of its uses, and the path that it stands along."""
+    style = f"{shape.get('style', '')};{uses[0].get('style', '')}".strip(";")
+    name = f"{shape.get('id')}-{len(uses)}"
+    drawn = ET.Element("path", {"d": shape.get("d", ""), "style": style})
+    whole = {"id": name, "markerUnits": "userSpaceOnUse", "overflow": "visible"}
+    marker = ET.Element("marker", whole)
+    marker.append(drawn)
+    places = (f"{use.get('x')} {use.get('y')}" for use in uses)
+    ends = {f"marker-{place}": f"url(#{name})" for place in ("start", "mid", "end")}
+    return [
+        marker,
+        ET.Element("path", {"d": "M" + "L".join(places), "style": "fill:none", **ends}),
+    ]
+
+
+def _group(parent: ET.Element) -> None:
+    """Give neighbours of one style a group that has it."""
+    kept: list[ET.Element] = []
+    for (style, clip), run in groupby(
+        list(parent), key=lambda child: (child.get("style"), child.get("clip-path"))
+    ):
+        alike = list(run)
+        for child in alike:
+            _group(child)
+        if style and len(alike) > 1 and not re.search(r"(^|;)opacity", style):
+            whole = ET.Element("g", {"style": style})
+            if clip:
+                whole.set("clip-path", clip)
+            for child in alike:
+                del child.attrib["style"]
+                child.attrib.pop("clip-path", None)
+            whole[:] = alike
+            kept.append(whole)
+        else:
+            kept += alike
+    parent[:] = kept
+
+
+def _rename(root: ET.Element) -> None:
+    """Give short names that no other drawing has."""
+    digest = hashlib.sha256(ET.tostring(root)).hexdigest()[:6]
+    new = {name: f"f{digest}{k}" for k, name in enumerate(_named(root))}
+    for element in root.iter():
+        if "id" in element.attrib:
+            element.set("id", new[element.attrib["id"]])
+        for key in _REFERRING:
+            if key in element.attrib:
+                value = element.attrib[key]
+                element.set(key, _REFERENCE.sub(lambda found: f"#{new[found[1]]}", value))
+
+
+def _named(root: ET.Element) -> Iterator[str]:
+    return (element.attrib["id"] for element in root.iter() if "id" in element.attrib)

@@ -1,0 +1,128 @@
+"""The figures in the pages: letters that can be read on a phone, colours of the page, no cards."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+import pytest
+from playwright.sync_api import Browser
+
+from tests.book.conftest import CHAPTERS, NOTEBOOKS, Site
+from tests.chromium import Visit, visiting
+
+pytestmark = pytest.mark.browser
+
+WIDE, PHONE = {"width": 1280, "height": 900}, {"width": 390, "height": 844}
+SMALLEST = 11.0
+"""Pixels that a letter stands high on a phone."""
+
+READ = """() => [...document.querySelectorAll(".rs-figure")].map((figure) => {
+  const shown = [...figure.children].filter((svg) => svg.getBoundingClientRect().width);
+  const here = ({ left, right, top, bottom }) => [left, right, top, bottom];
+  return {
+    role: figure.getAttribute("role"),
+    label: figure.getAttribute("aria-label"),
+    kinds: shown.map((svg) => svg.getAttribute("class")),
+    font: getComputedStyle(figure).fontFamily,
+    ground: getComputedStyle(document.body).backgroundColor,
+    texts: shown.flatMap((svg) => [...svg.querySelectorAll("text")]).map((text) => {
+      const { fontFamily, fontSize, fill } = getComputedStyle(text);
+      const { a, b } = text.getScreenCTM();
+      const size = parseFloat(fontSize) * Math.hypot(a, b);
+      return { said: text.textContent, font: fontFamily, size, fill,
+               box: here(text.getBoundingClientRect()) };
+    }),
+    grounds: shown.map((svg) => getComputedStyle(svg).backgroundColor),
+    number: !!figure.closest("figure")?.querySelector("figcaption .caption-number"),
+  };
+})"""
+
+Figure = dict[str, object]
+"""What a figure of a page is, as the browser has it."""
+
+
+@pytest.fixture(scope="module", params=NOTEBOOKS)
+def visit(request: pytest.FixtureRequest, site: Site, browser: Browser) -> Iterator[Visit]:
+    """A page with cells; open while its tests run."""
+    url = (site.folder / f"{request.param}.html").as_uri()
+    with visiting(browser, url, viewport=WIDE, color_scheme="light") as opened:
+        yield opened
+
+
+def read(visit: Visit, size: dict[str, int], theme: str = "light") -> list[Figure]:
+    """The figures of the page on a screen of this size."""
+    visit.page.set_viewport_size(size)
+    visit.page.evaluate(f"document.documentElement.dataset.theme = '{theme}'")
+    found: list[Figure] = visit.page.evaluate(READ)
+    return found
+
+
+def luminance(colour: str) -> float:
+    """The relative luminance of WCAG 2.1 of a colour as browsers compute it."""
+    parts = [int(part) / 255 for part in re.findall(r"\d+", colour)[:3]]
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def contrast(one: str, other: str) -> float:
+    """The contrast of two colours, from 1 to 21."""
+    low, high = sorted((luminance(one), luminance(other)))
+    return (high + 0.05) / (low + 0.05)
+
+
+def touching(texts: list[Figure]) -> list[tuple[object, object]]:
+    """Pairs of texts of which a good part lies on the other."""
+    found = []
+    for number, text in enumerate(texts):
+        for other in texts[:number]:
+            (left, right, top, bottom), (l2, r2, t2, b2) = text["box"], other["box"]  # type: ignore[misc]
+            if min(right, r2) - max(left, l2) > 1 and min(bottom, b2) - max(top, t2) > 4:
+                found.append((other["said"], text["said"]))
+    return found
+
+
+class TestFigures:
+    """What holds for the figures of every page."""
+
+    def test_each_is_an_image_with_words_and_a_number(self, visit: Visit) -> None:
+        figures = read(visit, WIDE)
+        assert figures or not any(page in visit.page.url for page in CHAPTERS)
+        for figure in figures:
+            assert figure["role"] == "img" and len(str(figure["label"])) > 20
+            assert figure["number"], figure["label"]
+
+    @pytest.mark.parametrize(("size", "kind"), [(WIDE, "rs-wide"), (PHONE, "rs-narrow")])
+    def test_there_is_room_for_what_is_drawn(
+        self, visit: Visit, size: dict[str, int], kind: str
+    ) -> None:
+        for figure in read(visit, size):
+            assert figure["kinds"] == [kind]
+            assert touching(figure["texts"]) == []  # type: ignore[arg-type]
+
+    def test_letters_are_large_enough_on_a_phone(self, visit: Visit) -> None:
+        for figure in read(visit, PHONE):
+            sizes = {text["said"]: text["size"] for text in figure["texts"]}  # type: ignore[attr-defined]
+            assert {said: size for said, size in sizes.items() if size < SMALLEST} == {}
+
+    @pytest.mark.parametrize("theme", ["light", "dark"])
+    def test_letters_are_those_of_the_page(self, visit: Visit, theme: str) -> None:
+        for figure in read(visit, WIDE, theme):
+            assert set(figure["grounds"]) == {"rgba(0, 0, 0, 0)"}  # type: ignore[call-overload]
+            for text in figure["texts"]:  # type: ignore[attr-defined]
+                assert text["font"] == figure["font"]
+                assert contrast(text["fill"], str(figure["ground"])) >= 4.5, text["said"]
+
+    def test_paper_is_light(self, visit: Visit) -> None:
+        visit.page.emulate_media(media="print")
+        figures = read(visit, WIDE, "dark")
+        visit.page.emulate_media(media="screen")
+        for figure in figures:
+            for text in figure["texts"]:  # type: ignore[attr-defined]
+                assert contrast(text["fill"], "rgb(255, 255, 255)") >= 4.5, text["said"]
+
+
+def test_touching_words_are_found() -> None:
+    one, other = ({"said": said, "box": [x, x + 20, 0, 10]} for said, x in (("a", 0), ("b", 15)))
+    assert touching([one, other]) == [("a", "b")]
+    assert touching([one, {"said": "c", "box": [25, 40, 0, 10]}]) == []

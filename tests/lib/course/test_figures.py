@@ -1,0 +1,205 @@
+"""Figures as parts of a page: colours, letters and names, and the narrow drawing."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from itertools import pairwise
+from xml.etree import ElementTree as ET
+
+import numpy as np
+import pytest
+from IPython.core.getipython import get_ipython
+from IPython.core.interactiveshell import InteractiveShell
+from matplotlib import pyplot as plt
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+from robust_slam_course import style
+from robust_slam_course.figures import page, page_html
+from robust_slam_course.figures.narrow import SMALLEST, WIDTH, narrowed
+from robust_slam_course.style import COLOURS, PALETTE, figure_style
+
+BARE = re.compile(r"(?<!,)#[0-9a-f]{6}\b")
+"""A colour that is no fall-back."""
+
+
+@pytest.fixture(autouse=True)
+def drawing() -> Iterator[None]:
+    with figure_style():
+        yield
+    plt.close("all")
+
+
+def panels(rows: int = 2, columns: int = 2, **more: object) -> Figure:
+    """Return panels with a line each, a title, and labels at the edges."""
+    figure, axes = plt.subplots(rows, columns, squeeze=False, **more)
+    for number, ax in enumerate(axes.flat):
+        ax.plot([0, 1, 2], [number, 1, 2], "o-", color=PALETTE["estimate"], label=f"line {number}")
+        ax.set_title(f"panel {number}")
+    for ax in axes[-1]:
+        ax.set_xlabel("x")
+    for ax in axes[:, 0]:
+        ax.set_ylabel("y")
+    return figure
+
+
+def drawings(figure: Figure) -> tuple[ET.Element, ET.Element]:
+    """Return the two drawings of the figure."""
+    wide, narrow = ET.fromstring(page_html(figure))
+    assert (wide.get("class"), narrow.get("class")) == ("rs-wide", "rs-narrow")
+    return wide, narrow
+
+
+def test_every_colour_is_one_of_the_page() -> None:
+    figure = panels()
+    figure.axes[0].plot([0, 1], [1, 0], "ko", markerfacecolor="white")
+    figure.axes[0].axvline(1, color="0.4")
+    html = page_html(figure)
+    assert BARE.findall(html) == []
+    assert set(re.findall(r"var\(--rs-(\w+)", html)) <= COLOURS.keys()
+    for name, colour in (("estimate", "#0072b2"), ("ground", "#ffffff"), ("muted", "#666666")):
+        assert f"var(--rs-{name},{colour})" in html
+
+
+def test_a_colour_without_a_name_stays() -> None:
+    figure, ax = plt.subplots()
+    ax.plot([0, 1], color="#123456")
+    assert "stroke:#123456" in page_html(figure)
+
+
+def test_what_matplotlib_leaves_black_is_ink() -> None:
+    for drawing in drawings(panels()):
+        assert drawing.get("style") == "fill:var(--rs-ink,#000000)"
+
+
+def test_letters_stay_letters_in_the_page_s_font() -> None:
+    figure = panels()
+    figure.axes[0].set(xlabel="$x_1$", yscale="log", ylim=(1e-3, 1e2), title="a < b")
+    figure.axes[0].set_yticks([1e-3, 1e1])
+    html = page_html(figure)
+    assert "font-family" not in html and "DejaVu" not in html and "tspan" not in html
+    said = {text.text for text in drawings(figure)[0].iter("text")}
+    assert {"x₁", "10⁻³", "10¹", "panel 1", "a < b"} <= said
+
+
+def test_there_is_no_ground_and_no_rule_for_the_whole_page() -> None:
+    for drawing in drawings(panels(1, 1)):
+        tags = {element.tag for element in drawing.iter()}
+        assert tags <= {"svg", "g", "path", "use", "text", "defs", "clipPath", "rect"}
+        covering = [
+            rect for rect in drawing.findall("./path") if "fill:none" not in rect.get("style", "")
+        ]
+        assert covering == []
+
+
+def test_names_are_those_of_one_drawing() -> None:
+    html = page_html(panels()) + page_html(panels(1, 2))
+    names = re.findall(r' id="([^"]+)"', html)
+    assert len(names) == len(set(names)) > 4
+    assert set(re.findall(r"#(f\w+)", html)) <= set(names)
+    assert page_html(panels()) == page_html(panels())
+
+
+def test_many_markers_are_one_path() -> None:
+    figure, ax = plt.subplots()
+    x = np.linspace(0, 1, 300)
+    ax.plot(x, x**2, "+", color=PALETTE["outlier"])
+    wide, _ = drawings(figure)
+    (marker,) = wide.iter("marker")
+    along = [path for path in wide.iter("path") if "marker-mid" in path.attrib]
+    assert [path.get("d", "").count("L") for path in along] == [299]
+    assert along[0].get("marker-mid") == f"url(#{marker.get('id')})"
+    assert "--rs-outlier" in marker[0].get("style", "")
+
+
+def test_the_figure_stays_as_it_is_and_no_other_is_left_open() -> None:
+    figure = panels()
+    before = plt.get_fignums(), figure.get_size_inches().tolist()
+    first = page_html(figure)
+    assert (plt.get_fignums(), figure.get_size_inches().tolist()) == before
+    assert page_html(figure) == first
+
+
+class TestNarrow:
+    """What stands on a phone."""
+
+    def test_panels_stand_one_below_the_other_in_their_order(self) -> None:
+        narrow = narrowed(panels())
+        narrow.draw_without_rendering()
+        boxes = [ax.get_window_extent() for ax in narrow.axes]
+        assert all(low.y1 < high.y0 for high, low in pairwise(boxes))
+        assert np.allclose([box.x0 for box in boxes], boxes[0].x0)
+        assert [ax.get_title() for ax in narrow.axes] == [f"panel {k}" for k in range(4)]
+
+    def test_panels_that_shared_axes_get_their_own_numbers_and_labels(self) -> None:
+        narrow = narrowed(panels(sharex=True, sharey=True))
+        narrow.draw_without_rendering()
+        for ax in narrow.axes:
+            assert (ax.get_xlabel(), ax.get_ylabel()) == ("x", "y")
+            for axis in (ax.xaxis, ax.yaxis):
+                assert any(tick.label1.get_visible() for tick in axis.get_major_ticks())
+
+    def test_a_panel_of_a_legend_is_lower(self) -> None:
+        figure = panels()
+        last = figure.axes[3]
+        last.clear()
+        last.set_axis_off()
+        last.legend(*figure.axes[0].get_legend_handles_labels(), loc="center")
+        narrow = narrowed(figure)
+        narrow.draw_without_rendering()
+        *_, drawn, told = (ax.get_window_extent().height for ax in narrow.axes)
+        assert told < 0.7 * drawn
+
+    @pytest.mark.parametrize("columns", [1, 2, 3])
+    def test_letters_are_large_enough_on_a_phone(self, columns: int) -> None:
+        figure = panels(2, columns)
+        for ax in figure.axes:
+            ax.legend(fontsize=6)
+        narrow = narrowed(figure)
+        sizes = [text.get_fontsize() for text in narrow.findobj(Text) if text.get_text()]
+        assert min(sizes) >= SMALLEST
+        _, drawing = drawings(figure)
+        # On 350 pixels, which a phone leaves.
+        scale = 350 / float(drawing.get("viewBox", "").split()[2])
+        assert SMALLEST * scale >= 11.0
+
+    def test_a_legend_that_is_too_wide_gets_fewer_columns(self) -> None:
+        figure = panels(1, 1)
+        handles, _ = figure.axes[0].get_legend_handles_labels()
+        names = ["a name that is long", "another name", "and a third one", "the last"]
+        figure.legend(handles * 4, names, loc="outside lower center", ncols=4)
+        narrow = narrowed(figure)
+        assert narrow.legends[0].get_window_extent().width <= narrow.bbox.width
+        assert figure.legends[0].get_window_extent().width > 0.8 * figure.bbox.width
+
+    def test_numbers_of_an_axis_do_not_touch(self) -> None:
+        figure = panels(1, 1)
+        figure.axes[0].set_xticks(np.linspace(0, 2, 9), [f"{k}.00001" for k in range(9)])
+        narrow = narrowed(figure)
+        shown = [label for label in narrow.axes[0].get_xticklabels() if label.get_visible()]
+        assert [label.get_text()[0] for label in shown] == list("02468")
+        boxes = [label.get_window_extent() for label in shown]
+        assert all(left.x1 < right.x0 for left, right in pairwise(boxes))
+
+    def test_a_small_figure_keeps_its_size(self) -> None:
+        narrow = narrowed(panels(1, 1, figsize=(3.0, 2.0)))
+        assert narrow.get_size_inches().tolist() == [3.0, 2.0]
+        assert narrowed(panels(2, 1)).get_size_inches().tolist() == [WIDTH, 3.5]
+
+
+@pytest.mark.parametrize("for_a_page", [False, True])
+def test_only_a_build_of_the_book_gets_elements_of_a_page(
+    for_a_page: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv(page.BUILD, raising=False)
+    if for_a_page:
+        monkeypatch.setenv(page.BUILD, "1")
+    shell = InteractiveShell.instance()
+    try:
+        assert get_ipython() is shell
+        style.use_style()
+        data, _ = shell.display_formatter.format(panels(1, 1))
+        assert data["image/svg+xml"].startswith("<div class=") is for_a_page
+        assert "<svg" in data["image/svg+xml"]
+    finally:
+        InteractiveShell.clear_instance()
