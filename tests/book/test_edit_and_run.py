@@ -240,13 +240,13 @@ def test_a_reader_runs_code_of_their_own(
     timer.say("the reader's own line")
     assert {status for all_ in asked.of_python().values() for status in all_} == {200}
 
-    figure = of_kind(browser, "figure img")
+    figure = of_kind(browser, "figure .rs-figure")
     caption = figure.ask("cell.querySelector('figcaption').textContent")
     figure.press("Edit and run")
     figure.wait("Done|ended")
     timer.say("a figure, and the cells above it")
-    assert figure.ask("cell.querySelector('figure img').src").startswith("data:image/svg")
-    assert figure.ask("cell.querySelector('figure img').naturalWidth") > 200
+    assert figure.ask("cell.querySelector('figure .rs-figure .rs-wide').clientWidth") > 200
+    assert len(figure.ask("cell.querySelector('figure .rs-figure').ariaLabel")) > 20
     told = figure.ask("cell.querySelector('figcaption').textContent")
     said = "Drawn by your code. The chapter’s caption: "  # an earlier cell is the reader's
     assert said in told and told.replace(said, "") == caption

@@ -71,7 +71,7 @@ def test_the_threshold_lines_keep_their_share_of_the_density(ax):
         assert threshold == chi_square_threshold(0.9, d)
         u, p = density.get_data()
         assert trapezoid(np.where(u <= threshold, p, 0.0), u) == pytest.approx(0.9, abs=0.02)
-    assert [text.get_text() for text in drawn.texts] == ["1.6449", "2.5003", "3.2626"]
+    assert [text.get_text() for text in drawn.texts] == ["1.64", "2.50", "3.26"]
 
 
 def test_drift_draws_one_line_for_each_kernel(ax):
