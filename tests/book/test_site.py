@@ -17,7 +17,6 @@ from nbformat.v4 import new_output
 from chapters._ext import robust_slam_site
 from tests.book.conftest import CHAPTERS, NOTEBOOKS, PAGES, Site
 
-
 DRAWING = '<div class="rs-figure" '
 
 
