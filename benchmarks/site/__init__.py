@@ -1,0 +1,1 @@
+"""What the pages of a built site weigh, cost and show, measured in Chromium."""
