@@ -10,11 +10,14 @@ HANDED_IN := $(SAMPLE)/.submitted
 # Another one, whose report and feedback the site shows.
 SHOWN := build/shown
 SHOWN_PAGES := $(SHOWN)/.pages
+# How both are graded here: empty, or --unsandboxed. `make course` asks anew.
+SANDBOX := build/.sandbox
 BENCHES += grading
 
 course: ## set up, make the release, build the book, grade the sample class
 	@$(call step,1/4,the environment,$(READY),$(VENV))
-	@$(call step,2/4,the student release and the sample pages,$(RELEASED) $(SHOWN_PAGES),build/release)
+	@rm -f $(SANDBOX) && $(MAKE) $(SANDBOX)
+	@$(call step,2/4,the student release and the sample pages,-j 2 $(RELEASED) $(SHOWN_PAGES),build/release)
 	@$(call step,3/4,the book,$(BOOK),build/html/index.html)
 	@echo '[4/4] the sample class'
 	@$(MAKE) grade-sample
@@ -60,24 +63,26 @@ report: setup ## write a page for each assignment, for the instructor, class/rep
 # Only these classes, which the course made itself, may be graded without a sandbox. Their marks never
 # reach a gradebook that real marks are in.
 grade-sample $(SHOWN_PAGES): export ROBUST_SLAM_GRADEBOOK :=
-define unsandboxed
-$(BIN)/autograder doctor > /dev/null || { flag=--unsandboxed; \
-	echo 'No sandbox works here (see `autograder doctor`): the sample class, which is our own,' \
-	'is graded without one. Fix that before you grade anything else.'; }
-endef
+
+$(SANDBOX): $(READY)
+	@mkdir -p $(@D) && : > $@
+	@$(BIN)/autograder doctor > /dev/null || { echo --unsandboxed > $@; \
+		echo 'No sandbox works here (see `autograder doctor`): the sample class, which is our own,' \
+		'is graded without one. Fix that before you grade anything else.'; }
 
 # One seed, so that the pages differ only where the course does.
-$(SHOWN_PAGES): $(RELEASED) tests/shown_class.py $(call files,tests/assignments)
+$(SHOWN_PAGES): $(call files,solutions tests/assignments autograder/robust_slam_autograder lib) \
+		tests/shown_class.py _config.yml $(READY) | $(SANDBOX)
 	@rm -rf $(SHOWN)
-	@$(unsandboxed); $(QUIETLY) shown $(SHELL) -ec " \
-		$(BIN)/python -m tests.shown_class write build/release $(SHOWN)/submitted; \
-		$(BIN)/autograder grade $(SHOWN)/submitted/*/* $$flag --out $(SHOWN)/graded --seed 0; \
+	@$(QUIETLY) shown $(SHELL) -ec " \
+		$(BIN)/python -m tests.shown_class write $(SHOWN)/release $(SHOWN)/submitted; \
+		$(BIN)/autograder grade $(SHOWN)/submitted/*/* $$(cat $(SANDBOX)) --out $(SHOWN)/graded --seed 0; \
 		$(BIN)/python -m tests.shown_class pages $(SHOWN)/graded $(SHOWN)/pages"
 	@touch $@
 
-grade-sample: $(HANDED_IN)
-	@$(unsandboxed); $(QUIETLY) sample $(SHELL) -ec " \
-		$(BIN)/autograder grade $(SAMPLE)/submitted/*/* $$flag --out $(SAMPLE)/graded \
+grade-sample: $(HANDED_IN) | $(SANDBOX)
+	@$(QUIETLY) sample $(SHELL) -ec " \
+		$(BIN)/autograder grade $(SAMPLE)/submitted/*/* $$(cat $(SANDBOX)) --out $(SAMPLE)/graded \
 			--json $(SAMPLE)/graded/marks.json; \
 		$(BIN)/autograder feedback --out $(SAMPLE)/graded --to $(SAMPLE)/feedback \
 			--site ../../../html; \

@@ -1,6 +1,7 @@
 """The class whose report and feedback the site shows: twelve invented students in two assignments.
 
-``python -m tests.shown_class write RELEASE OUT`` writes it to ``OUT/<student>/<assignment>/``.
+``python -m tests.shown_class write RELEASE OUT`` releases both into ``RELEASE``, and writes the
+class to ``OUT/<student>/<assignment>/``.
 ``python -m tests.shown_class pages GRADED OUT`` writes the pages for the site.
 
 Most students hand in answers of the tests, right and wrong, of which the site shows marks alone.
@@ -130,7 +131,16 @@ def classify(psi):
 
 
 def write(release: Path, out: Path) -> list[Path]:
-    """Write the class's submissions and return their folders; arguments as of the sample class."""
+    """Write the class's submissions.
+
+    Args:
+        release: where the student release of the assignments goes.
+        out: where ``<student>/<assignment>/<assignment>.ipynb`` goes.
+
+    Returns:
+        the submissions' folders.
+    """
+    _autograder("release", *TABLE, "--out", release)
     folders = []
     for assignment in TABLE:
         released = answers.source_notebook(assignment, release)
@@ -168,17 +178,22 @@ def pages(graded: Path, out: Path) -> None:
         graded: the results' folder.
         out: where ``report/`` and ``feedback/`` go.
     """
-    notice = ["--out", str(graded), "--notice", NOTICE]
-    feedback = str(out / "feedback")
+    where, feedback = ("--out", graded, "--notice", NOTICE), out / "feedback"
+    _autograder("feedback", *SHOWN, *where, "--to", feedback, "--site", SITE)
+    # Of their other submissions, which are answers of the tests, there is no page.
+    for student, assignment in SHOWN.items():
+        for path in (feedback / student).iterdir():
+            if path.name != f"{assignment}.html":
+                path.unlink()
+    _autograder("report", *where, "--to", out / "report", "--feedback", feedback)
+
+
+def _autograder(*arguments: object) -> None:
+    """Run a command of the grader, which says nothing on its way."""
     with contextlib.redirect_stdout(io.StringIO()):
-        assert cli.main(["feedback", *SHOWN, *notice, "--to", feedback, "--site", SITE]) == 0
-        # Of their other submissions, which are answers of the tests, there is no page.
-        for student, assignment in SHOWN.items():
-            for path in (out / "feedback" / student).iterdir():
-                if path.name != f"{assignment}.html":
-                    path.unlink()
-        report = ["--to", str(out / "report"), "--feedback", feedback]
-        assert cli.main(["report", *notice, *report]) == 0
+        status = cli.main(["--solutions", *map(str, (answers.SOLUTIONS, *arguments))])
+    if status:
+        raise SystemExit(status)
 
 
 def main(arguments: Sequence[str]) -> None:

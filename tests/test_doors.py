@@ -78,16 +78,37 @@ def test_make_clean_refuses_to_delete_results_of_the_old_layout(course: Path) ->
     assert (course / "class" / "submitted").is_dir() and not (course / "build").exists()
 
 
-def test_the_sample_class_reaches_no_shared_gradebook(course: Path) -> None:
+@pytest.mark.parametrize(
+    ("goal", "made"),
+    [("grade-sample", "build/sample/.submitted"), ("build/shown/.pages", ".venv/.ready")],
+)
+def test_the_sample_classes_reach_no_shared_gradebook(course: Path, goal: str, made: str) -> None:
     """Were its address not emptied, the sample's marks would stand among real ones."""
     probe = course / "probe.mk"
-    probe.write_text("include Makefile\ngrade-sample: ; @echo [$$ROBUST_SLAM_GRADEBOOK]\n")
+    probe.write_text(f"include Makefile\n{goal}: ; @echo [$$ROBUST_SLAM_GRADEBOOK]\n")
     environment = os.environ | {"ROBUST_SLAM_GRADEBOOK": "postgresql://db.example.edu/grades"}
+    (course / "build" / "shown").mkdir(parents=True)
+    # What comes before is not made, and what this small course lacks is not missed.
+    others = ["build/.sandbox", made, "tests/shown_class.py", "_config.yml"]
     done = subprocess.run(
-        ["make", "-f", "probe.mk", "-o", "build/sample/.submitted", "grade-sample"],
+        ["make", "-f", "probe.mk", *(word for name in others for word in ("-o", name)), goal],
         cwd=course, env=environment, capture_output=True, text=True, check=True, timeout=60,
     )  # fmt: skip
     assert done.stdout.splitlines()[-1] == "[]"
+
+
+@pytest.mark.parametrize("works", [True, False])
+def test_the_sample_is_graded_without_a_sandbox_only_where_none_works(
+    course: Path, works: bool
+) -> None:
+    tool = course / ".venv" / "bin" / "autograder"
+    tool.parent.mkdir(parents=True)
+    tool.write_text(f"#!/bin/sh\nexit {0 if works else 1}\n")
+    tool.chmod(0o755)
+    done = make(course, "-o", ".venv/.ready", "build/.sandbox")
+    assert done.returncode == 0, done.stderr
+    assert (course / "build" / ".sandbox").read_text() == ("" if works else "--unsandboxed\n")
+    assert ("No sandbox works here" in done.stdout) != works
 
 
 def test_the_table_of_the_sample_has_a_line_for_each_student() -> None:

@@ -37,7 +37,6 @@ def autograder(*arguments: object) -> None:
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The class's folder: submitted, graded by all tests, and pages."""
     folder = tmp_path_factory.mktemp("shown")
-    autograder("--solutions", answers.SOLUTIONS, "release", *TABLE, "--out", folder / "release")
     paths = shown_class.write(folder / "release", folder / "submitted")
     for solutions, out in ((answers.SOLUTIONS, "graded"), (folder / "release", "visible")):
         mine = [path for path in paths if out == "graded" or path.parent.name in SHOWN]
