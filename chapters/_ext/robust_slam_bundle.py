@@ -2,8 +2,8 @@
 
 Sphinx, the theme and the extensions link a dozen style sheets and as many scripts, and a font and
 a script of half a megabyte for a few icons. When the pages are written, the sheets are joined in
-their order and so are the scripts, which then wait until the page is read; the icons' font is cut
-down to those that are used and stands inside the sheet.
+their order and so are the scripts, which then wait until the page is read; icons become drawings
+in the page, and the font is cut down to those that rules write.
 """
 
 from __future__ import annotations
@@ -23,12 +23,14 @@ STYLE = "bundle.css"
 SCRIPT = "bundle.js"
 OPTIONS = "documentation_options.js"
 """Short, and read by the lines of script in the page itself: it becomes one of them."""
-SUPERFLUOUS = {
-    "scripts/fontawesome.js",  # the icons' font draws them too
-    "design-tabs.js",  # no page has tabs
-}
-SEARCH = {"searchtools.js", "language_data.js", "searchindex.js"}
-"""Only the page of search results needs them."""
+ICONS = "scripts/fontawesome.js"
+"""Half a megabyte of icons; the pages take those that they show."""
+SUPERFLUOUS = {ICONS, "design-tabs.js"}
+"""What no page needs: none has tabs."""
+SEARCH = {"searchtools.js", "language_data.js"}
+"""The page of search results loads them where it needs them."""
+ALONE = {"search.js"}
+"""What one page links stays apart."""
 
 PLACE = r"(?P<folder>[^\"?]*?)_static/(?P<name>[^\"?]+)(?:\?[^\"]*)?"
 LINKED_STYLE = re.compile(
@@ -37,7 +39,16 @@ LINKED_STYLE = re.compile(
 LINKED_SCRIPT = re.compile(rf'[ \t]*<script\b[^>]*src="{PLACE}"[^>]*></script>\n?')
 INDEX = re.compile(r'[ \t]*<script src="[^"]*searchindex\.js[^"]*"[^>]*></script>\n?')
 PRELOADED = re.compile(r'[ \t]*<link rel="preload" as="script"[^>]*>\n?')
-ICON = re.compile(r'<(?P<tag>i|span) class="(?P<names>(?:[\w-]+ +)*(?:fa|fa-solid|fas|fab)\b)')
+ICON = re.compile(
+    r'<(?P<tag>i|span) class="(?P<classes>[^"]*\b(?:fas|fab|fa-solid|fa-brands)\b[^"]*)"'
+    r"(?P<more>[^>]*)></(?P=tag)>"
+)
+DRAWING = re.compile(
+    r'"?([\w-]+)"?:\[(\d+),(\d+),\[[^\]]*\],"\w+",(?:"([^"]+)"|\["[^"]*","([^"]+)"\])\]'
+)
+"""An icon in the theme's script: its name, size, and outline."""
+Drawing = tuple[str, str, str]
+"""Width, height and outline."""
 ICON_RULE = re.compile(r'(?:\.(fa-[\w-]+):{1,2}before,?)+\{content:"(\\[^"]*)"\}')
 ICON_FONT = re.compile(
     r"url\([^)]*/(?P<name>fa-[\w-]+)\.woff2\) format\(\"woff2\"\)"
@@ -57,16 +68,15 @@ def bundle(app: Sphinx, exception: Exception | None) -> None:
         return
     styles = in_order(linked(LINKED_STYLE, page) for page in fresh.values())
     scripts = in_order(linked(LINKED_SCRIPT, page) for page in fresh.values())
-    scripts = [name for name in scripts if name not in SUPERFLUOUS | SEARCH | {OPTIONS}]
+    scripts = [name for name in scripts if name not in SUPERFLUOUS | SEARCH | ALONE | {OPTIONS}]
     script = ";\n".join(["", *((static / name).read_text("utf-8") for name in scripts)])
     (static / SCRIPT).write_text(script, encoding="utf-8")
-    used = set(re.findall(r"\bfa-[a-z0-9-]+", "".join(pages.values()) + script))
-    style = with_icons("\n".join(sheet(static, name) for name in styles), used, static)
+    style = with_icons("\n".join(sheet(static, name) for name in styles), static)
     (static / STYLE).write_text(style, encoding="utf-8")
     options = (static / OPTIONS).read_text(encoding="utf-8")
+    icons = drawings((static / ICONS).read_text(encoding="utf-8"))
     for path, page in fresh.items():
-        keep = SEARCH if path.name == "search.html" else set()
-        path.write_text(lighter(page, options, keep), encoding="utf-8")
+        path.write_text(lighter(page, options, icons), encoding="utf-8")
 
 
 def written(folder: Path) -> list[Path]:
@@ -101,17 +111,12 @@ def sheet(static: Path, name: str) -> str:
     )
 
 
-def with_icons(style: str, used: set[str], static: Path) -> str:
-    """Return the style with the icons that are used, and no others.
+def with_icons(style: str, static: Path) -> str:
+    """Return the style with the icons that its own rules write, before titles and links.
 
-    They are those that a page or script names, and those that a rule of the style writes.
+    Those that pages name are drawings, see ``drawn``.
     """
-    named = {
-        code
-        for names, code in ((match[0], match[2]) for match in ICON_RULE.finditer(style))
-        if used & set(re.findall(r"fa-[\w-]+", names))
-    }
-    style = ICON_RULE.sub(lambda match: match[0] if match[2] in named else "", style)
+    style = ICON_RULE.sub("", style)
     signs = {chr(int(code, 16)) for code in re.findall(r"\\([ef][0-9a-f]{3})\b", style)}
     signs |= {sign for sign in style if "\ue000" <= sign <= "\uf8ff"}
 
@@ -135,7 +140,7 @@ def cut_down(path: Path, signs: set[str]) -> bytes:
     return target.getvalue()
 
 
-def lighter(page: str, options: str, keep: set[str]) -> str:
+def lighter(page: str, options: str, icons: dict[str, Drawing]) -> str:
     """Return a page that links the joined style and script in place of their parts."""
     first = LINKED_STYLE.search(page)
     folder = first["folder"] if first else ""
@@ -147,17 +152,35 @@ def lighter(page: str, options: str, keep: set[str]) -> str:
     def script(match: re.Match[str]) -> str:
         if match["name"] == OPTIONS:
             return f"    <script>{options.strip()}</script>\n"
-        return match[0] if match["name"] in keep else ""
+        return match[0] if match["name"] in ALONE | {SCRIPT} else ""
 
     if first:
         page = page[: first.start()] + joined + page[first.start() :]
     page = LINKED_STYLE.sub(lambda match: match[0] if match["name"] == STYLE else "", page)
-    page = LINKED_SCRIPT.sub(
-        lambda match: match[0] if match["name"] == SCRIPT else script(match), page
+    for superfluous in (INDEX, PRELOADED):
+        page = superfluous.sub("", page)
+    page = LINKED_SCRIPT.sub(script, page)
+    return ICON.sub(lambda match: drawn(match, icons), page)
+
+
+def drawings(script: str) -> dict[str, Drawing]:
+    """The icons that the theme's script draws; of two with a name the solid one, which is last."""
+    found = DRAWING.findall(script)
+    return {name: (width, height, one or two) for name, width, height, one, two in found}
+
+
+def drawn(match: re.Match[str], icons: dict[str, Drawing]) -> str:
+    """Return an icon as a drawing, as the theme's script would have put it there."""
+    names = [name.removeprefix("fa-") for name in match["classes"].split()]
+    width, height, outline = next(icons[name] for name in names if name in icons)
+    more = re.sub(r' title="[^"]*"', "", match["more"])
+    families = {"fa", "fas", "fab", "fa-solid", "fa-brands"}
+    kept = [name for name in match["classes"].split() if name not in families]
+    classes = " ".join(["svg-inline--fa", *kept])
+    return (
+        f'<svg class="{classes}" aria-hidden="true"{more} viewBox="0 0 {width} {height}">'
+        f'<path fill="currentColor" d="{outline}"></path></svg>'
     )
-    if not keep:
-        page = INDEX.sub("", page)
-    return ICON.sub(lambda match: match[0].replace("<i ", '<i aria-hidden="true" '), PRELOADED.sub("", page))
 
 
 def setup(app: Sphinx) -> dict[str, bool]:

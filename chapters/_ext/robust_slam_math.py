@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import base64
 import functools
-import hashlib
 import html
 import io
 import json
@@ -28,7 +27,6 @@ from docutils import nodes
 from fontTools import subset
 from fontTools.ttLib import TTFont
 from sphinx.application import Sphinx
-from sphinx.config import Config
 from sphinx.errors import ExtensionError
 from sphinx.ext.mathjax import html_visit_displaymath, html_visit_math
 
@@ -209,12 +207,6 @@ def write_files(folder: Path) -> None:
         (folder / source.name).write_bytes(source.read_bytes())
 
 
-def note_the_script(app: Sphinx, config: Config) -> None:
-    """Write all pages again when formulas are made in another way."""
-    script = (SOURCES / SCRIPT).read_bytes()
-    config.robust_slam_formulas = hashlib.sha256(script).hexdigest()
-
-
 def add_style(
     app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: nodes.document | None
 ) -> None:
@@ -226,8 +218,6 @@ def add_style(
 def setup(app: Sphinx) -> dict[str, bool]:
     """Connect the above to the build."""
     app.add_html_math_renderer("mathml", (html_visit_math, None), (html_visit_displaymath, None))
-    app.add_config_value("robust_slam_formulas", "", "html")
-    app.connect("config-inited", note_the_script)
     app.connect("html-page-context", add_style)
     app.connect("build-finished", render)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

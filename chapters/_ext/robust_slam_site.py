@@ -25,10 +25,8 @@ from robust_slam.graphs import datasets
 from sphinx.application import Sphinx
 from sphinx.config import Config
 
-# Excerpts of the pages found are fetched, which browsers refuse over file://.
-SEARCH_FROM_DISK = """
-if (location.protocol === "file:") DOCUMENTATION_OPTIONS.SHOW_SEARCH_SUMMARY = false;
-"""
+# Sphinx's search serves pages from the disk alone, where browsers refuse to fetch excerpts.
+SEARCH_FROM_DISK = "DOCUMENTATION_OPTIONS.SHOW_SEARCH_SUMMARY = false;"
 
 # Paper is white: a page that is dark on the screen is printed light.
 PRINT_LIGHT = """
@@ -102,6 +100,14 @@ def follow_the_library(app: Sphinx, config: Config) -> None:
     config.nb_execution_cache_path = str(cache)
 
 
+def follow_the_extensions(app: Sphinx, config: Config) -> None:
+    """Write all pages again when what finishes them changes."""
+    folder = Path(app.srcdir) / "chapters"
+    files = [*sorted(folder.glob("_ext/*.py")), *sorted(folder.glob("math/*"))]
+    digest = hashlib.sha256(b"".join(path.read_bytes() for path in files))
+    config.robust_slam_extensions = digest.hexdigest()
+
+
 def launch_from_the_repository(app: Sphinx, config: Config) -> None:
     """Leave out the launch buttons where no repository is named that Colab and Binder can open."""
     options = config.html_theme_options
@@ -138,6 +144,7 @@ def forget_if_warned(app: Sphinx, exception: Exception | None) -> None:
 def setup(app: Sphinx) -> dict[str, bool]:
     """Connect the above to the build."""
     app.add_config_value("robust_slam_library", "", "env")
+    app.add_config_value("robust_slam_extensions", "", "html")
     app.add_js_file(None, body=SEARCH_FROM_DISK)
     app.add_js_file(None, body=PRINT_LIGHT)
     render.coalesce_streams = joining(render.coalesce_streams)
@@ -145,6 +152,7 @@ def setup(app: Sphinx) -> dict[str, bool]:
         SphinxNbRenderer._render_nb_cell_code_outputs
     )
     app.connect("config-inited", follow_the_library)
+    app.connect("config-inited", follow_the_extensions)
     app.connect("config-inited", launch_from_the_repository)
     app.connect("html-page-context", drop_scripts, priority=900)
     app.connect("build-finished", forget_if_warned)

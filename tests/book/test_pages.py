@@ -70,16 +70,6 @@ class TestPage:
         assert visit.page.evaluate(broken) == []
 
 
-@pytest.mark.parametrize("way", WAYS)
-def test_the_search_finds_a_word_of_the_chapters(
-    way: str, site: Site, address: str, open_page: Opener
-) -> None:
-    found = open_page(place(site, address, "search", way) + "?q=huber")
-    # Results are listed one after another: wait for the second page that has the word.
-    found.page.locator("#search-results > ul > li").nth(1).wait_for()
-    assert found.complaints == []
-
-
 def test_paper_is_white(site: Site, open_page: Opener) -> None:
     address = (site.folder / "chapters" / "03-irls.html").as_uri()
     page = open_page(address, color_scheme="dark").page

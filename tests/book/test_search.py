@@ -1,0 +1,74 @@
+"""The search finds sections and shows their text; a query loads little."""
+
+from __future__ import annotations
+
+from xml.etree import ElementTree
+
+import pytest
+
+from chapters._ext import robust_slam_math, robust_slam_search
+from tests.book.conftest import WAYS, Site, place
+from tests.chromium import Opener
+
+KILOBYTES = 300
+"""What a query may load, beyond the page of results itself."""
+
+WEIGHT = """performance.getEntriesByType("resource").filter(e => e.name.includes("pagefind"))
+.reduce((sum, e) => sum + e.encodedBodySize, 0) / 1000"""
+
+
+@pytest.mark.browser
+@pytest.mark.parametrize("way", WAYS)
+def test_a_word_of_the_chapters_is_found(
+    way: str, site: Site, address: str, open_page: Opener
+) -> None:
+    found = open_page(place(site, address, "search", way) + "?q=huber")
+    # Results are listed one after another: wait for the second page that has the word.
+    found.page.locator("#search-results > ul > li").nth(1).wait_for()
+    assert found.complaints == []
+
+
+@pytest.mark.browser
+class TestOverTheNetwork:
+    """Pages that a server sends."""
+
+    def test_a_result_leads_to_its_section_and_shows_text(
+        self, address: str, open_page: Opener
+    ) -> None:
+        page = open_page(f"{address}/search.html?q=leverage").page
+        section = page.locator("#search-results ul ul li").first
+        section.wait_for()
+        assert "leverage" in section.locator("mark").first.inner_text().lower()
+        assert "\\" not in page.locator("#search-results").inner_text()
+        assert page.evaluate(WEIGHT) < KILOBYTES
+        assert page.locator(".bd-content input[name=q]").input_value() == "leverage"
+        anchor = section.locator("a").get_attribute("href") or ""
+        section.locator("a").click()
+        page.wait_for_url("**/chapters/**")
+        assert page.locator(f"[id='{anchor.partition('#')[2]}']").is_visible()
+
+    def test_more_results_are_shown_on_demand(self, address: str, open_page: Opener) -> None:
+        page = open_page(f"{address}/search.html?q=outlier").page
+        results = page.locator("#search-results > ul > li")
+        results.nth(4).wait_for()
+        assert results.count() == 5
+        page.get_by_role("button", name="Show more").click()
+        results.nth(9).wait_for()
+
+    def test_it_says_when_nothing_is_found(self, address: str, open_page: Opener) -> None:
+        page = open_page(f"{address}/search.html?q=xylophone").page
+        page.get_by_text("No page has “xylophone”.").wait_for()
+
+
+@pytest.mark.parametrize(
+    ("tex", "text"),
+    [(r"\tfrac12 u^2", "1/2u^2"), (r"\frac{a+b}{c}", "a+b/c"), (r"w_i \ge 0", "wi≥0")],
+)
+def test_a_formula_is_text_in_the_index(tex: str, text: str) -> None:
+    formula = ElementTree.fromstring(robust_slam_math.mathml(tex, False))
+    assert robust_slam_search.in_a_line(formula) == text
+
+
+def test_sections_have_their_addresses_in_the_index() -> None:
+    page = '<section id="a-run">\n<h2>A run</h2>'
+    assert robust_slam_search.for_the_index(page) == '<section><h2 id="a-run">A run</h2>'
