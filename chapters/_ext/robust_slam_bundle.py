@@ -173,7 +173,7 @@ def drawn(match: re.Match[str], icons: dict[str, Drawing]) -> str:
     """Return an icon as a drawing, as the theme's script would have put it there."""
     names = [name.removeprefix("fa-") for name in match["classes"].split()]
     width, height, outline = next(icons[name] for name in names if name in icons)
-    more = re.sub(r' title="[^"]*"', "", match["more"])
+    more = re.sub(r' (title|aria-hidden)="[^"]*"', "", match["more"])
     families = {"fa", "fas", "fab", "fa-solid", "fa-brands"}
     kept = [name for name in match["classes"].split() if name not in families]
     classes = " ".join(["svg-inline--fa", *kept])
