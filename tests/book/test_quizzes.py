@@ -22,7 +22,7 @@ VERDICT = re.compile(r"(✓ Right\.|✗ Not quite\.) .+", re.S)
 REFUSED = """Object.defineProperty(window, "localStorage", {
   get() { throw new DOMException("refused", "SecurityError"); },
 })"""
-KEPT = "localStorage.getItem('robust-slam-quizzes')"
+KEPT = "localStorage.getItem('robust-slam-progress')"
 TWICE = """from robust_slam_course.quiz import Option, Question, Quiz
 quiz = Quiz([Question("Which?", [Option("one", "Yes.", correct=True), Option("two", "No.")])])
 quiz"""
@@ -141,7 +141,7 @@ def test_choices_and_the_tick_last_until_they_are_forgotten(
     page.reload()
     assert page.locator(".rs-quiz .rs-wrong:visible").count() == chosen(page) == 1
 
-    page.get_by_role("button", name="Forget my answers").click()
+    page.get_by_role("button", name="Forget my progress").click()
     assert (chosen(page), ticks(page), page.evaluate(KEPT)) == (0, [], None)
     expect(page.locator(".rs-forget [role=status]")).to_contain_text("are forgotten")
     page.goto(place(site, address, ONE, "http"))
@@ -168,7 +168,7 @@ def test_a_browser_that_keeps_nothing_still_answers(
         choose(questions(page)[0], "right")
         expect(questions(page)[0].locator("p:visible")).to_contain_text("✓ Right.")
         assert page.locator(".rs-forget").count() == 0
-        assert not [said for said in visit.complaints if "quiz.js" in said]
+        assert not [said for said in visit.complaints if "progress.js" in said]
 
 
 def test_answers_are_open_to_all(site: Site, open_page: Opener) -> None:

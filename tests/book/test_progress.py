@@ -1,0 +1,122 @@
+"""The browser remembers which assignments were downloaded and opened, until it is to forget."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from tests.book.conftest import ROOT, Site, place
+from tests.book.test_quizzes import KEPT, REFUSED
+from tests.chromium import Visit, page_in, visiting
+from tests.conftest import leave_out
+
+pytestmark = pytest.mark.browser
+
+SCRIPT = (ROOT / "chapters" / "assets" / "progress.js").read_text("utf-8")
+LAB = "../lab/lab/index.html?path={0}.ipynb"
+ROW = f"""<tr><td><a href="../assignments/{{0}}.zip"><code>{{0}}.zip</code></a>
+(<a href="{LAB}">open in the browser</a>)</td></tr>"""
+PAGE = f"""<!doctype html><html lang="en"><title>t</title><link rel="icon" href="data:,">
+<article><a href="../other/00-one.zip">other</a> <a href="../lab/index.html">none</a>
+<table>{ROW.format("00-one")}{ROW.format("01-two")}</table></article>
+<script>const DOCUMENTATION_OPTIONS = {{pagename: "chapters/students"}};</script>
+<script>{SCRIPT}</script></html>"""
+ZIP = "00-one.zip"
+TO_ASSIGNMENTS = ":is(article a:text('.zip'), article a:text-is('open in the browser'))"
+"""A tick that comes changes the text of neither kind."""
+
+
+@contextmanager
+def students(browser: Browser, folder: Path, before: str = "") -> Iterator[Visit]:
+    """A page with the links of two assignments; nothing stands behind them."""
+    with visiting(browser, "about:blank") as visit:
+        visit.page.add_init_script(before)
+        visit.page.route("**/*.zip", lambda route: route.fulfill(status=204))
+        visit.page.route("**/lab/**", lambda route: route.fulfill(status=204))
+        path = folder / "students.html"
+        path.write_text(PAGE, encoding="utf-8")
+        visit.page.goto(path.as_uri())
+        yield visit
+
+
+def ticks(page: Page) -> int:
+    """How many links in the text carry a tick."""
+    return page.locator("article a .rs-done").count()
+
+
+def errors(visit: Visit) -> list[str]:
+    """What went wrong, but for the links, behind which there is nothing."""
+    return [said for said in visit.complaints if not said.startswith("failed: ")]
+
+
+def test_a_link_that_was_followed_has_a_tick_until_it_is_forgotten(
+    browser: Browser, tmp_path: Path
+) -> None:
+    with students(browser, tmp_path) as visit:
+        page = visit.page
+        page.get_by_role("link", name="other").click()
+        page.get_by_role("link", name="none").click()
+        assert ticks(page) == 0
+        page.get_by_role("link", name=ZIP).first.click()
+        expect(page.get_by_role("img", name="downloaded")).to_have_count(1)
+        page.get_by_role("link", name="open in the browser").nth(1).press("Enter")
+        expect(page.get_by_role("img", name="opened")).to_have_count(1)
+        page.reload()
+        expect(page.get_by_role("link", name=f"{ZIP} downloaded", exact=True)).to_have_count(1)
+        opened = page.get_by_role("link", name="open in the browser opened", exact=True)
+        expect(opened).to_have_attribute("href", LAB.format("01-two"))
+        assert ticks(page) == 2
+
+        page.get_by_role("button", name="Forget my progress").click()
+        assert (ticks(page), page.evaluate(KEPT)) == (0, None)
+        expect(page.locator(".rs-forget [role=status]")).to_contain_text("forgotten")
+        assert errors(visit) == visit.outside == []
+
+
+def test_a_middle_click_opens_and_a_right_one_does_not(browser: Browser, tmp_path: Path) -> None:
+    with students(browser, tmp_path) as visit:
+        link = visit.page.get_by_role("link", name="open in the browser").first
+        link.click(button="right")
+        assert ticks(visit.page) == 0
+        link.click(button="middle")
+        expect(visit.page.get_by_role("img", name="opened")).to_have_count(1)
+
+
+@pytest.mark.parametrize("kept", ["{", "null", "7", '{"assignments": 3}', '{"quizzes": null}'])
+def test_what_else_is_kept_under_the_name_stops_nothing(
+    kept: str, browser: Browser, tmp_path: Path
+) -> None:
+    before = f"{KEPT} ?? localStorage.setItem('robust-slam-progress', {kept!r})"
+    with students(browser, tmp_path, before) as visit:
+        visit.page.get_by_role("link", name=ZIP).click()
+        expect(visit.page.get_by_role("img", name="downloaded")).to_have_count(1)
+        assert errors(visit) == []
+
+
+def test_where_nothing_can_be_kept_links_are_as_they_were(
+    browser: Browser, tmp_path: Path
+) -> None:
+    with students(browser, tmp_path, REFUSED) as visit:
+        visit.page.get_by_role("link", name=ZIP).click()
+        assert ticks(visit.page) == 0 and errors(visit) == []
+        assert visit.page.locator(".rs-forget").count() == 0
+
+
+@pytest.mark.parametrize("name", ["students", "03-irls"])
+def test_every_link_to_an_assignment_is_known(
+    name: str, site: Site, address: str, browser: Browser
+) -> None:
+    with page_in(browser) as page:
+        page.goto(place(site, address, f"chapters/{name}", "http"))
+        links = page.locator(TO_ASSIGNMENTS)
+        if not links.count():
+            leave_out("no assignment's zip is there (make release); no page links to one")
+        page.evaluate("addEventListener('click', (event) => event.preventDefault())")
+        for link in links.all():
+            link.evaluate("link => link.click()")
+        assert ticks(page) == links.count()
+        assert page.locator(".rs-forget").count() == 1
