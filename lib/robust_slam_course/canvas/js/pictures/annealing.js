@@ -156,7 +156,7 @@ function drawReadings(scene, { y, height }, maps, { state, result, width, change
   const [low, high] = [maps.fromX(maps.inner.x), maps.fromX(maps.inner.x + maps.inner.width)];
   const row = height / state.z.length;
   const column = width - WEIGHT_COLUMN + 6;
-  putHead(scene, "rows-head", maps.inner.x, y - 8, width < 330 ? "Readings" : "Readings; orange: rejected at the end");
+  putHead(scene, "rows-head", maps.inner.x, y - 8, width < 420 ? "Readings" : "Readings; orange: rejected at the end");
   putHead(scene, "weights-head", column, y - 8, "weight");
   scene.put("back", "rows-estimate", "path", {
     class: "rs-edge is-estimate", d: `M${maps.toX(x)} ${y}V${y + height}`, "stroke-width": 1.5,
