@@ -73,8 +73,12 @@ def build(folder: Path, url: str) -> str:
     return page.read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("url", ["", ADDRESS])
-def test_the_address_makes_the_buttons_and_zips_are_linked(tmp_path: Path, url: str) -> None:
+@pytest.mark.parametrize(
+    ("url", "lab"), [("", False), (ADDRESS, True)], ids=["bare", "with address and runtime"]
+)
+def test_pages_have_links_to_what_is_there(tmp_path: Path, url: str, lab: bool) -> None:
+    if lab:
+        put_lab(tmp_path)
     html = build(tmp_path, url)
     launches = set(re.findall(r'href="([^"]*(?:colab|binder)[^"]*)"', html))
     assert launches == (LAUNCHES if url else set())
@@ -83,17 +87,17 @@ def test_the_address_makes_the_buttons_and_zips_are_linked(tmp_path: Path, url: 
     site = tmp_path / "build" / "_build" / "html"
     assert_previews(html, site, url)
     assert re.findall(r'href="([^"]*\.zip)"', html) == ["../assignments/00-one.zip"]
-    assert "open in the browser" not in html and not (site / "lab").exists()
     assert (site / "assignments" / "00-one.zip").read_bytes() == b"PK"
+    assert_opens_in_the_browser(html, site, lab)
 
 
-def test_where_the_runtime_is_an_assignment_opens_in_the_browser(tmp_path: Path) -> None:
-    put_lab(tmp_path)
-    html = build(tmp_path, "")
+def assert_opens_in_the_browser(html: str, site: Path, lab: bool) -> None:
+    if not lab:
+        assert "open in the browser" not in html and not (site / "lab").exists()
+        return
     address = "../lab/lab/index.html?path=00-one.ipynb"
     assert f'(<a class="reference internal" href="{address}">open in the browser</a>)' in html
     assert html.count("open in the browser") == 1, "there is no 01-two"
-    site = tmp_path / "build" / "_build" / "html"
     assert (site / "lab" / "pyodide-lock.json").read_text() == "{}"
 
 
