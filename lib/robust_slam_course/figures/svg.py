@@ -23,7 +23,7 @@ _MANY = 20
 _HEX = re.compile(r"#[0-9a-f]{6}\b")
 _NUMBER = re.compile(r"-?\d+\.\d+")
 _NAMES = {colour.light.lower(): name for name, colour in COLOURS.items()}
-_FONT = re.compile(r"font: (?:(?P<style>italic|oblique) )?(?:\S+ )*?(?P<size>[\d.]+px) ")
+_FONT = re.compile(r"font: (?P<before>.*?)(?P<size>[\d.]+px) ")
 _REFERENCE = re.compile(r"#([\w-]+)")
 _REFERRING = ("href", "clip-path", "marker-start", "marker-mid", "marker-end")
 _UPRIGHT = re.compile(r"^rotate\(-?0 .*\)$")
@@ -99,18 +99,20 @@ def _is_empty(element: ET.Element) -> bool:
 def _restyle(element: ET.Element) -> None:
     """Shorten a style, and give it the page's font and colours."""
     style = element.attrib.pop("style", "")
-    font = _FONT.match(style)
-    if font:
-        rest = style.split("; ")[1:]
-        parts = [f"font-size: {font['size']}", *rest]
-        if font["style"]:
-            parts.append(f"font-style: {font['style']}")
-    else:
-        parts = [part for part in style.split("; ") if part]
-    kept = [part for part in parts if part not in _INITIAL and not part.startswith("font-family")]
+    parts = [part for each in style.split("; ") if each for part in _without_family(each)]
+    kept = [part for part in parts if part not in _INITIAL]
     if kept:
         text = "; ".join(kept).replace(": ", ":").replace("; ", ";")
         element.set("style", _HEX.sub(lambda found: _variable(found[0]), text))
+
+
+def _without_family(part: str) -> list[str]:
+    """Return a part of a style, of a font only size and slope; matplotlib 3.8 joins them."""
+    found = _FONT.match(part)
+    if not found:
+        return [] if part.startswith("font-family") else [part]
+    slope = ["font-style: italic"] if re.search("italic|oblique", found["before"]) else []
+    return [f"font-size: {found['size']}", *slope]
 
 
 def _variable(colour: str) -> str:

@@ -17,6 +17,7 @@ from matplotlib.text import Text
 from robust_slam_course import style
 from robust_slam_course.figures import page, page_html
 from robust_slam_course.figures.narrow import SMALLEST, WIDTH, narrowed
+from robust_slam_course.figures.svg import inline
 from robust_slam_course.style import COLOURS, PALETTE, figure_style
 
 BARE = re.compile(r"(?<!,)#[0-9a-f]{6}\b")
@@ -80,6 +81,14 @@ def test_letters_stay_letters_in_the_page_s_font() -> None:
     assert "font-family" not in html and "DejaVu" not in html and "tspan" not in html
     said = {text.text for text in drawings(figure)[0].iter("text")}
     assert {"x₁", "10⁻³", "10¹", "panel 1", "a < b"} <= said
+
+
+def test_the_fonts_of_an_older_matplotlib_are_understood() -> None:
+    style = "fill: #262626; font: oblique 700 11.5px 'DejaVu Sans', Geneva; text-anchor: middle"
+    svg = f'<svg viewBox="0 0 9 9"><text style="{style}">u</text></svg>'
+    (text,) = ET.fromstring(inline(svg, "rs-wide"))
+    parts = "fill:var(--rs-ink,#262626);font-size:11.5px;font-style:italic;text-anchor:middle"
+    assert text.get("style") == parts
 
 
 def test_there_is_no_ground_and_no_rule_for_the_whole_page() -> None:
