@@ -13,6 +13,9 @@ from collections.abc import Iterator
 from itertools import groupby
 from xml.etree import ElementTree as ET
 
+from matplotlib.font_manager import FontProperties
+from matplotlib.textpath import text_to_path
+
 from robust_slam_course.style import COLOURS, NEUTRALS
 
 PIXELS = 96.0 / 72.0
@@ -26,6 +29,7 @@ _NAMES = {colour.light.lower(): name for name, colour in COLOURS.items()}
 _FONT = re.compile(r"font: (?P<before>.*?)(?P<size>[\d.]+px) ")
 _REFERENCE = re.compile(r"#([\w-]+)")
 _REFERRING = ("href", "clip-path", "marker-start", "marker-mid", "marker-end")
+_PLACE = re.compile(r"translate\(([-\d.]+) ([-\d.]+)\)")
 _UPRIGHT = re.compile(r"^rotate\(-?0 .*\)$")
 _INITIAL = {"stroke-linejoin: round", "stroke-linecap: butt", "fill-opacity: 1", "opacity: 1"}
 _RAISED = str.maketrans("−-.0123456789", "⁻⁻·⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -35,6 +39,8 @@ _LOWERED = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 def inline(svg: str, kind: str) -> str:
     """Return matplotlib's SVG as an element of a page, of the class `kind`."""
     root = _without_namespaces(ET.fromstring(svg))
+    for group in root.iter("g"):
+        _centre_lines(group)
     _strip(root)
     for element in root.iter():
         _restyle(element)
@@ -61,6 +67,30 @@ def _without_namespaces(root: ET.Element) -> ET.Element:
             element.text = None
         element.tail = None
     return root
+
+
+def _centre_lines(group: ET.Element) -> None:
+    """Anchor the lines of a centred text at their middles, so that any font centres them.
+
+    Matplotlib anchors a single line as it is aligned, and several at their left ends.
+    """
+    lines = [text for text in group if text.tag == "text"]
+    places = [_PLACE.fullmatch(line.get("transform", "")) for line in lines]
+    starts = [(float(place[1]), place[2]) for place in places if place]
+    if len(lines) < 2 or len(starts) < len(lines):
+        return
+    middles = [x + 0.5 * _width(line) for (x, _), line in zip(starts, lines, strict=True)]
+    if max(middles) - min(middles) > 1.0:
+        return
+    for line, (_, y) in zip(lines, starts, strict=True):
+        line.set("transform", f"translate({middles[0]:.2f} {y})")
+        line.set("style", f"{line.get('style', '')}; text-anchor: middle")
+
+
+def _width(line: ET.Element) -> float:
+    """Return the width of a line of text as matplotlib measured it, in points."""
+    font = FontProperties(size=_size(line))
+    return text_to_path.get_text_width_height_descent(line.text or "", font, ismath=False)[0]
 
 
 def _references(root: ET.Element) -> set[str]:
@@ -171,7 +201,8 @@ def _height(span: ET.Element) -> float:
 
 
 def _size(span: ET.Element) -> float:
-    found = re.search(r"font-size:([\d.]+)px", span.get("style", ""))
+    """Return the size of a text's letters in points."""
+    found = re.search(r"font.*?([\d.]+)px", span.get("style", ""))
     return float(found[1]) if found else 0.0
 
 

@@ -83,6 +83,30 @@ def test_letters_stay_letters_in_the_page_s_font() -> None:
     assert {"x₁", "10⁻³", "10¹", "panel 1", "a < b"} <= said
 
 
+def test_lines_of_a_centred_text_are_centred_in_any_font() -> None:
+    figure, ax = plt.subplots()
+    ax.set_title("short\nand a longer line")
+    ax.text(0.1, 0.1, "left\nand the next line")
+    wide, _ = drawings(figure)
+    places = {
+        text.text: (text.get("transform", "").partition(" ")[0], "middle" in text.get("style", ""))
+        for text in styled(wide)
+    }
+    assert places["short"] == places["and a longer line"]
+    assert places["left"] == places["and the next line"]
+    assert [places[said][1] for said in ("short", "left")] == [True, False]
+
+
+def styled(element: ET.Element, style: str = "") -> Iterator[ET.Element]:
+    """The texts of a drawing, each with the styles of the groups that it is in."""
+    style += ";" + element.get("style", "")
+    if element.tag == "text":
+        element.set("style", style)
+        yield element
+    for child in element:
+        yield from styled(child, style)
+
+
 def test_the_fonts_of_an_older_matplotlib_are_understood() -> None:
     style = "fill: #262626; font: oblique 700 11.5px 'DejaVu Sans', Geneva; text-anchor: middle"
     svg = f'<svg viewBox="0 0 9 9"><text style="{style}">u</text></svg>'
