@@ -15,6 +15,7 @@ from urllib.parse import unquote, urlsplit
 import pytest
 from robust_slam_autograder import cli
 
+from chapters._ext.robust_slam_samples import thumbnail
 from tests import npm, shown_class
 from tests.assignments import answers
 from tests.book import test_valid_html
@@ -189,6 +190,10 @@ def test_the_report_has_all_that_the_page_teach_speaks_of(pages: Mapping[str, st
         assert report[start : report.index("Exercises, hardest first")].count(" students") >= 3
     for page in pages.values():
         assert shown_class.NOTICE in text(page) and "do not publish" not in page
+
+
+def test_its_heat_map_is_the_picture_on_the_page_teach(pages: Mapping[str, str]) -> None:
+    assert thumbnail(pages["report/index.html"]).count("<rect ") == len(STUDENTS) * 8
 
 
 def test_feedback_shows_own_values_and_a_picture(pages: Mapping[str, str]) -> None:

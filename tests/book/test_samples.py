@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from chapters._ext.robust_slam_samples import FOLDER, INDEX, SOURCE
+from chapters._ext.robust_slam_samples import COLOURS, FOLDER, INDEX, SOURCE, thumbnail
 
 ROOT = Path(__file__).parents[2]
 SETTINGS = {
     "extensions": "myst_parser,chapters._ext.robust_slam_samples",
     "root_doc": "chapters/teach",
 }
+HEAT = """\
+<table class="heat"><thead><tr><th>Student</th></tr></thead><tbody>
+<tr><th>one</th><td>50 %</td><td class="all first">10</td><td class="zero">0</td>
+<td class="some first">3</td></tr>
+<tr><th>two</th><td>9 %</td><td class="unmarked first" title="refused">-</td>
+<td class="most">7</td><td class="all first">10</td></tr>
+</tbody><tfoot><tr><th>all</th><td class="first">30 %</td></tr></tfoot></table>
+"""
 TEXT = f"""# Teach
 
 Before.
@@ -43,7 +52,7 @@ def build(folder: Path) -> tuple[str, str]:
 def put(folder: Path) -> Path:
     page = folder / SOURCE / INDEX
     page.parent.mkdir(parents=True)
-    page.write_text("<!doctype html>\n<title>The report</title>\n", encoding="utf-8")
+    page.write_text(f"<!doctype html>\n<title>The report</title>\n{HEAT}", encoding="utf-8")
     return page
 
 
@@ -52,8 +61,19 @@ def test_where_they_are_made_the_page_leads_to_them(tmp_path: Path) -> None:
     html, warnings = build(tmp_path)
     address = f"../{FOLDER}/{INDEX}"
     assert f'href="{address}">the report</a>' in html and warnings == ""
+    assert html.count("<rect ") == 6
     target = (tmp_path / "out" / "chapters" / address).resolve()
     assert target.read_bytes() == made.read_bytes()
+
+
+def test_a_small_heat_map_has_a_square_for_each_of_the_reports() -> None:
+    shown = thumbnail(HEAT)
+    squares = re.findall(r'<rect x="(\d+)" y="(\d+)" [^>]*fill="(#\w+)"/>', shown)
+    levels = ["all", "zero", "some", "unmarked", "most", "all"]
+    places = [(x, y) for y in (0, 10) for x in (0, 10, 25)]
+    assert [(int(x), int(y)) for x, y, _ in squares] == places
+    assert [colour for *_, colour in squares] == [COLOURS[level] for level in levels]
+    assert "2 rows of students" in shown and 'viewBox="0 0 35 20"' in shown
 
 
 def test_elsewhere_nothing_is_said_of_them(tmp_path: Path) -> None:
