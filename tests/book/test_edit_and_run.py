@@ -23,6 +23,7 @@ import pytest
 from playwright.sync_api import Browser as Chromium
 from playwright.sync_api import Page, expect
 
+from tests.book.alone import leave_alone
 from tests.book.conftest import CHAPTERS, NOTEBOOKS, PAGES, Site
 from tests.book.test_accessible import complaints
 from tests.chromium import CHROMIUM, LIMIT_MILLISECONDS, Opener, QuietHandler, page_in
@@ -305,6 +306,7 @@ def test_the_editor_is_used_by_keys_alone_and_open_to_all(visit: tuple[str, Page
     page.keyboard.press("Escape")
     page.keyboard.press("Tab")
     assert page.evaluate(focused) == "Run"
+    leave_alone(page, f"#{name}")
     for scheme in ("light", "dark"):
         page.emulate_media(color_scheme=scheme)
         page.evaluate("Promise.allSettled(document.getAnimations().map(a => a.finished))")
