@@ -1,7 +1,8 @@
 """What a page says of itself to search engines, and where its address is pasted.
 
-A preview needs the address of the site and of a picture. Both follow from the address of the
-public repository; without one, a page still has its title and description.
+A preview needs the address of the site and of a picture, and so does the list of all pages. Both
+follow from the address of the public repository, where _config.yml gives the site no other one;
+without any, a page still has its title and description.
 """
 
 from __future__ import annotations
@@ -26,10 +27,16 @@ ALT = (
 )
 SIZE = (10.0, 5.25)  # inches at 120 dots each: 1200 x 630 pixels, what most previews show
 DOTS = 120
+SITEMAP = """<?xml version="1.0" encoding="utf-8"?>
+<urlset xmlns="http://www.sitemaps.org/schemas/sitemap/0.9">
+{rows}</urlset>
+"""
 
 
 def pages_address(app: Sphinx) -> str:
-    """The address under which GitHub publishes the repository's pages; empty without one."""
+    """The site's own address, or that of the repository's pages on GitHub; empty without one."""
+    if app.config.html_baseurl:
+        return f"{app.config.html_baseurl.rstrip('/')}/"
     # robust_slam_site leaves only what is https://github.com/OWNER/NAME.
     repository = app.config.html_theme_options["repository_url"]
     owner, _, name = urlsplit(repository).path.strip("/").partition("/")
@@ -87,8 +94,19 @@ def draw_picture(app: Sphinx, exception: Exception | None) -> None:
         figure.savefig(path, dpi=DOTS, facecolor="white")
 
 
+def list_pages(app: Sphinx, exception: Exception | None) -> None:
+    """Write sitemap.xml, where the site has an address."""
+    address = pages_address(app)
+    if exception or not address:
+        return
+    places = (urljoin(address, app.builder.get_target_uri(page)) for page in app.env.found_docs)
+    rows = "".join(f"<url><loc>{escape(place)}</loc></url>\n" for place in sorted(places))
+    (Path(app.outdir) / "sitemap.xml").write_text(SITEMAP.format(rows=rows), encoding="utf-8")
+
+
 def setup(app: Sphinx) -> dict[str, bool]:
     """Connect the above to the build."""
     app.connect("html-page-context", describe)
     app.connect("build-finished", draw_picture)
+    app.connect("build-finished", list_pages)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

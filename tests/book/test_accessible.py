@@ -12,7 +12,7 @@ from tests.chromium import Opener
 
 pytestmark = pytest.mark.browser
 
-OTHERS = ["genindex", "py-modindex", "search"]
+OTHERS = ["404", "genindex", "py-modindex", "search"]
 """Pages that Sphinx adds."""
 WORDS_OF_BUTTONS = "rules: {'label-content-name-mismatch': {enabled: true}}"
 """What a button is called holds what is written on it: a rule that axe-core leaves out."""

@@ -9,12 +9,13 @@ import sys
 import tomllib
 from pathlib import Path
 from types import SimpleNamespace
+from xml.etree import ElementTree
 
 import pytest
 import yaml
 from matplotlib.image import imread
 
-from chapters._ext import robust_slam_site
+from chapters._ext import robust_slam_preview, robust_slam_site
 
 ROOT = Path(__file__).parents[2]
 SETTINGS = (ROOT / "_config.yml").read_text(encoding="utf-8")
@@ -46,7 +47,7 @@ def put_lab(folder: Path) -> None:
 def build(folder: Path, url: str) -> str:
     """Build a book of one chapter with the course's settings, without a warning: its page."""
     (folder / "chapters").mkdir()
-    for name in ("_ext", "assets"):
+    for name in ("_ext", "_templates", "assets"):
         (folder / "chapters" / name).symlink_to(ROOT / "chapters" / name)
     (folder / "chapters" / "references.bib").write_text("")
     (folder / "chapters" / "index.md").write_text("# The course\n\nWelcome.\n")
@@ -86,6 +87,7 @@ def test_pages_have_links_to_what_is_there(tmp_path: Path, url: str, lab: bool) 
     assert "executablebooks/jupyter-book" not in html, "the default of another book"
     site = tmp_path / "build" / "_build" / "html"
     assert_previews(html, site, url)
+    assert_a_missing_page_and_the_list_of_pages(site, url)
     assert re.findall(r'href="([^"]*\.zip)"', html) == ["../assignments/00-one.zip"]
     assert (site / "assignments" / "00-one.zip").read_bytes() == b"PK"
     assert_opens_in_the_browser(html, site, lab)
@@ -111,6 +113,27 @@ def assert_previews(html: str, site: Path, url: str) -> None:
     assert tags["og:url"] == "https://owner.github.io/course/chapters/00-one.html"
     assert tags["og:image"] == "https://owner.github.io/course/_static/preview.png"
     assert imread(picture).shape[:2] == (630, 1200)
+
+
+def assert_a_missing_page_and_the_list_of_pages(site: Path, url: str) -> None:
+    missing = (site / "404.html").read_text(encoding="utf-8")
+    assert re.findall(r'<base href="(.*?)"', missing) == (["/course/"] if url else [])
+    assert missing.find("<base") < missing.index("<link")
+    assert 'href="chapters/index.html">first page' in missing
+    assert (site / "sitemap.xml").exists() == bool(url)
+    if url:
+        pages = ElementTree.parse(site / "sitemap.xml").findall(".//{*}loc")
+        assert [page.text for page in pages] == [
+            f"https://owner.github.io/course/chapters/{name}.html" for name in ("00-one", "index")
+        ]
+
+
+def test_an_address_that_is_given_is_the_sites() -> None:
+    config = SimpleNamespace(
+        html_baseurl="https://slam.example.org/course", html_theme_options={"repository_url": ""}
+    )
+    app = SimpleNamespace(config=config)
+    assert robust_slam_preview.pages_address(app) == "https://slam.example.org/course/"
 
 
 @pytest.mark.parametrize(
