@@ -1,0 +1,74 @@
+"""The letters of the pages are light, complete and the same over file://; nothing moves."""
+
+from __future__ import annotations
+
+import base64
+import io
+import re
+
+import pytest
+from fontTools.ttLib import TTFont
+
+from chapters._ext import robust_slam_type
+from tests.book.conftest import PAGES, WAYS, Site, place
+from tests.chromium import Opener
+
+SHOWN = """() => {
+  const walk = document.createTreeWalker(document.querySelector("main"), NodeFilter.SHOW_TEXT);
+  const apart = "pre, code, math, svg, script, style, .rs-picture, .rs-quiz, button, mark";
+  const signs = new Set();
+  while (walk.nextNode()) {
+    if (!walk.currentNode.parentElement.closest(apart)) [...walk.currentNode.data].forEach(
+      (sign) => signs.add(sign));
+  }
+  return [...signs].filter((sign) => sign.trim()).join("");
+}"""
+FROM_OTHERS = set("✗∘ᵀ⁻⪰")
+"""Rare signs that the packaged font does not have either."""
+SHIFT = """() => new Promise((done) => {
+  let sum = 0;
+  new PerformanceObserver((list) => {
+    for (const entry of list.getEntries()) sum += entry.value;
+  }).observe({type: "layout-shift", buffered: true});
+  setTimeout(() => done(sum), 300);
+})"""
+
+
+@pytest.fixture(scope="module")
+def fonts() -> list[bytes]:
+    style = robust_slam_type.style_sheet()
+    return [base64.b64decode(font) for font in re.findall(r"base64,([^)]*)\\)", style)]
+
+
+def test_the_fonts_are_light(fonts: list[bytes]) -> None:
+    assert len(fonts) == len(robust_slam_type.FACES)
+    assert sum(map(len, fonts)) <= 60_000
+
+
+def test_a_font_has_its_licence_and_not_the_name_that_is_reserved(fonts: list[bytes]) -> None:
+    for font in fonts:
+        names = TTFont(io.BytesIO(font))["name"]
+        assert "SIL Open Font License" in names.getDebugName(13)
+        assert "Adobe" in names.getDebugName(0) and "Source" not in names.getDebugName(1)
+
+
+@pytest.mark.browser
+@pytest.mark.parametrize("name", PAGES)
+def test_the_text_needs_no_other_font(name: str, site: Site, open_page: Opener) -> None:
+    page = open_page((site.folder / f"{name}.html").as_uri()).page
+    signs = {sign for sign in page.evaluate(SHOWN) if ord(sign) not in robust_slam_type.SIGNS}
+    assert signs <= FROM_OTHERS
+
+
+@pytest.mark.browser
+@pytest.mark.parametrize("way", WAYS)
+def test_a_page_is_drawn_in_them_and_keeps_its_shape(
+    way: str, site: Site, address: str, open_page: Opener
+) -> None:
+    visit = open_page(place(site, address, "chapters/03-irls", way))
+    loaded = "[...document.fonts].filter(f => f.status === 'loaded').map(f => f.family)"
+    visit.page.evaluate("document.fonts.ready")
+    families = {family.strip('"') for family in visit.page.evaluate(loaded)}
+    assert {robust_slam_type.SANS, robust_slam_type.SERIF} <= families
+    assert visit.page.evaluate(SHIFT) < 0.02
+    assert visit.complaints == []
