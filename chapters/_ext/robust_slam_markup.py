@@ -15,6 +15,8 @@ from sphinx.application import Sphinx
 
 COLUMNS, LETTERS = 3, 80
 """From how many columns, and letters in the longest cells of a row, a table becomes cards."""
+WORD_JOINER = "\u2060"
+"""Stands beside a formula that is a header: to axe-core a formula alone is an empty cell."""
 ROLES = {"thead": "rowgroup", "tbody": "rowgroup", "tr": "row", "td": "cell"}
 
 
@@ -45,6 +47,8 @@ def _table(match: re.Match[str]) -> str:
             header.name = "td"
         else:
             header["scope"] = "col"
+        if header.select(".math"):
+            header.append(WORD_JOINER)
     rows = [row.find_all(["td", "th"]) for row in table.find_all("tr")]
     lengths = [max(len(_words(cell)) for cell in column) for column in zip(*rows, strict=True)]
     formulas = table.thead.select("math, .math")  # a label is plain text

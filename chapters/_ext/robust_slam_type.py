@@ -2,8 +2,8 @@
 
 They come from installed packages, cut down to the signs that the pages use. Like the font of the
 formulas they are carried inside a style sheet, since browsers refuse fonts of another folder over
-file://, and since text that begins in another font would move when its own arrives. The OFL
-reserves their name for the whole fonts, so the pages call them otherwise.
+file://, and since text that begins in another font would move when its own comes late. Their
+licence reserves their name for the whole fonts, so the pages call them otherwise.
 """
 
 from __future__ import annotations
@@ -37,6 +37,8 @@ SIGNS = (
     *map(ord, "ćčšžłńřżőű̃ϑϕϵ‖″‹›₀₁₂₃₄₅→←↑↓−√∞≈≠≤≥✓∂∑∏"),
 )
 """What the fonts keep; a test looks for other signs on the pages."""
+LOAD = "document.fonts.forEach((face) => /Course|STIX/.test(face.family) && face.load());"
+"""Begins before the text is there to be drawn, so that nothing moves when the fonts come."""
 FACE = """@font-face {{
   font-display: swap;
   font-family: "{family}";
@@ -90,6 +92,7 @@ def add_style(
 
 def setup(app: Sphinx) -> dict[str, bool]:
     """Connect the above to the build."""
+    app.add_js_file(None, body=LOAD, priority=100)
     app.connect("html-page-context", add_style)
     app.connect("build-finished", write_style)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -68,6 +68,11 @@ def test_an_empty_header_is_a_cell() -> None:
     assert page.select("th")[0]["scope"] == "col"
 
 
+def test_a_formula_as_header_is_told_from_an_empty_one() -> None:
+    page = table(('<span class="math">\\(x\\)</span>', "one"), ("a", "1"))
+    assert [cell.get_text()[-1] for cell in page.select("th")] == ["\u2060", "e"]
+
+
 def test_an_entry_of_the_bibliography_is_a_list_item_without_number(site: Site) -> None:
     html = (site.folder / "chapters/references.html").read_text(encoding="utf-8")
     entries = BeautifulSoup(html, "html.parser").select(".citation-list[role=list] > *")
