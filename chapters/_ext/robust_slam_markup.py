@@ -43,7 +43,7 @@ def _table(match: re.Match[str]) -> str:
     if table is None or table.thead is None or table.select("[rowspan], [colspan]"):
         return match[0]
     for header in table.thead.find_all("th"):
-        if not _words(header):
+        if not header.get_text(strip=True):
             header.name = "td"
         else:
             header["scope"] = "col"

@@ -69,7 +69,7 @@ def test_an_empty_header_is_a_cell() -> None:
 
 
 def test_a_formula_as_header_is_told_from_an_empty_one() -> None:
-    page = table(('<span class="math">\\(x\\)</span>', "one"), ("a", "1"))
+    page = table(('<span class="math">\\(\\sigma\\)</span>', "one"), ("a", "1"))
     assert [cell.get_text()[-1] for cell in page.select("th")] == ["\u2060", "e"]
 
 
