@@ -39,10 +39,10 @@ def opening(poses: int = 60) -> Picture:
         name="opening",
         title="One wrong loop closure folds the map",
         tries=[
-            "the dashed closure claims that two distant poses are one place. Which part of the map"
-            " moves most when you drag one of its ends?",
-            "switch to the robust estimator and drag again. Then add more wrong closures: how"
-            " many of them does it keep?",
+            "the dashed closure claims that its two ends are one place. Drag an end: which part of"
+            " the map moves most?",
+            "reject outliers, and drag again. Then add more wrong closures: how many of them does"
+            " GNC keep?",
         ],
         caption="Three maps of one drive: least squares without the wrong closure follows the true"
         " path, with it the map folds, and a robust kernel brings the path back.",

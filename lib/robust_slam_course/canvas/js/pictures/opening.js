@@ -9,7 +9,7 @@ export function render(context) {
   return livePicture(context, {
     layers: ["ghost", "edges", "drive", "wrong"],
     controls: [
-      { kind: "toggle", name: "robust", label: "Robust (GNC)" },
+      { kind: "toggle", name: "robust", label: "Reject outliers (GNC)" },
       {
         kind: "button", label: "Add a wrong closure", does: addWrongClosure,
         when: (state) => state.wrong.length < MOST_WRONG,
@@ -68,7 +68,7 @@ function solveOpening(state, data) {
   return { poses, weights, farthest: farthestPose(poses, data.truth) };
 }
 
-/** The largest distance (m) of a pose from where it was. */
+/** The largest distance (m) of a pose from its true place. */
 function farthestPose(poses, truth) {
   let most = 0;
   for (let k = 0; k < poses.length; k += 3) {
@@ -103,7 +103,7 @@ function drawOpening(scene, { state, result, shown, width, height, data, change 
 function openingCaption({ state, result, data }) {
   const count = state.wrong.length;
   const wrong = count === 1 ? "1 wrong closure" : `${count || "no"} wrong closures`;
-  const off = `The farthest pose is ${result.farthest.toFixed(1)} m from where it was.`;
+  const off = `The farthest pose is ${result.farthest.toFixed(1)} m from its true place.`;
   const correct = data.trusted.length - data.trusted.reduce((sum, value) => sum + value, 0);
   if (!state.robust) {
     return `Least squares gives all ${correct} correct closures and ${wrong} the same weight. ${off}`;
