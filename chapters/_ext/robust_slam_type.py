@@ -34,7 +34,7 @@ SIGNS = (
     *HEADINGS,
     *range(0xA0, 0x100),
     *range(0x391, 0x3CA),
-    *map(ord, "ćčšžłńřżőű̃ϑϕϵ‖″‹›₀₁₂₃₄₅→←↑↓−√∞≈≠≤≥✓∂∑∏"),
+    *map(ord, "ćčšžłńřżőű̃ϑϕϵ‖″‹›₀₁₂₃₄₅⁰⁴⁵⁶⁷⁸⁹→←↑↓−√∞≈≠≤≥✓∂∑∏"),
 )
 """What the fonts keep; a test looks for other signs on the pages."""
 LOAD = "document.fonts.forEach((face) => /Course|STIX/.test(face.family) && face.load());"

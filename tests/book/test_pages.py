@@ -16,7 +16,7 @@ pytestmark = pytest.mark.browser
 
 # The theme hides what sticks out of a formula in a line. Hidden formulas have no width.
 CUT_FORMULAS = """[...document.querySelectorAll(".math")].filter((math) => {
-  const drawn = math.querySelector("svg").getBoundingClientRect().width;
+  const drawn = math.querySelector("math").getBoundingClientRect().width;
   return math.clientWidth && drawn > math.clientWidth + 1;
 }).map((math) => math.textContent)"""
 
