@@ -1,12 +1,14 @@
-"""Tables, bibliography and folded code that screen readers and phones can use.
+"""Tables, citations, bibliography and folded code that screen readers and phones can use.
 
 A table of sentences becomes a list of cards where the window is narrow: each cell then shows the
-name of its column, and the roles say that it still is a table.
+name of its column, and the roles say that it still is a table. A citation that is pointed at, or
+that the keyboard has reached, shows what is cited.
 """
 
 from __future__ import annotations
 
 import re
+from itertools import count
 from typing import Any
 
 from bs4 import BeautifulSoup, Tag
@@ -17,18 +19,37 @@ COLUMNS, LETTERS = 3, 80
 """From how many columns, and letters in the longest cells of a row, a table becomes cards."""
 WORD_JOINER = "\u2060"
 """Stands beside a formula that is a header: to axe-core a formula alone is an empty cell."""
+CITATION = re.compile(
+    r'<a (?P<link>class="reference internal" href="[^"]*references\.html#[^"]*") '
+    r'title="(?P<title>[^"]*)">(?P<words>.*?)</a>',
+    re.DOTALL,
+)
+ADDRESS = re.compile(r" (?:doi:|URL: )\S+$")
+"""It cannot be followed where it is shown; the page of references has it as a link."""
 ROLES = {"thead": "rowgroup", "tbody": "rowgroup", "tr": "row", "td": "cell"}
 
 
 def rewrite(
     app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: nodes.document | None
 ) -> None:
-    """Rewrite the tables, the bibliography and the folded code of a page."""
+    """Rewrite the tables, citations, bibliography and folded code of a page."""
     if "body" in context:
         body = re.sub(r"<table.*?</table>", _table, context["body"], flags=re.S)
         # The name that MyST-NB gives to a folded cell is not what is written on it.
         body = body.replace(' aria-label="Toggle hidden content"', "")
+        numbers = count(1)
+        body = CITATION.sub(lambda match: _citation(match, next(numbers)), body)
         context["body"] = _bibliography(body)
+
+
+def _citation(match: re.Match[str], number: int) -> str:
+    """Put what is cited behind the link, which it describes, in place of a title for mice alone."""
+    cited, name = ADDRESS.sub("", match["title"]), f"cited-{number}"
+    return (
+        f'<span class="rs-citation"><a {match["link"]} aria-describedby="{name}">'
+        f'{match["words"]}</a><span class="rs-cited" role="tooltip" id="{name}">{cited}</span>'
+        "</span>"
+    )
 
 
 def _bibliography(body: str) -> str:

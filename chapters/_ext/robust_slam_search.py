@@ -24,7 +24,7 @@ from sphinx.errors import ExtensionError
 FOLDER = "pagefind"
 SCRIPT = "search.js"
 TEXT = "article"
-NO_TEXT = ".headerlink, .prev-next-area, .cell, .rs-forget, script, style, svg, button"
+NO_TEXT = ".headerlink, .prev-next-area, .rs-cited, .cell, .rs-forget, script, style, svg, button"
 SECTION = re.compile(
     r'<section (?P<id>id="[^"]+")[^>]*>\s*(?:<span id="[^"]*"></span>)*<(?P<level>h\d)>'
 )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from unittest.mock import MagicMock
+
 import pytest
 from bs4 import BeautifulSoup
 from playwright.sync_api import Page
@@ -11,7 +13,7 @@ from tests.book.conftest import Site
 from tests.book.test_accessible import complaints
 from tests.chromium import Opener
 
-WIDE = ("What it is", "a sentence that is much longer than a word", "and another, as long again")
+WIDE = ("What it is", "a sentence that is much longer than a word", "and another one, which is as long again")
 
 
 def rewritten(body: str) -> BeautifulSoup:
@@ -105,3 +107,41 @@ class TestOnAPhone:
         ]  # fmt: skip
         assert table.get_by_role("row").count() > 5
         assert complaints(page) == set()
+
+
+CITED = (
+    '<a class="reference internal" href="references.html#id4" title="P. J. Huber. Robust'
+    ' estimation. 1964. doi:10.1214/aoms/1177703732.">Huber, 1964</a>'
+)
+
+
+def test_a_citation_is_described_by_what_it_cites() -> None:
+    context = {"body": CITED + CITED}
+    robust_slam_markup.rewrite(MagicMock(), "page", "", context, None)
+    soup = BeautifulSoup(context["body"], "html.parser")
+    links, tips = soup.select("a"), soup.select("[role=tooltip]")
+    assert [link["aria-describedby"] for link in links] == [tip["id"] for tip in tips]
+    assert len({tip["id"] for tip in tips}) == 2
+    assert {tip.get_text() for tip in tips} == {"P. J. Huber. Robust estimation. 1964."}
+    assert not soup.select("[title]")
+
+
+@pytest.mark.browser
+@pytest.mark.parametrize("width", [1280, 390])
+def test_a_citation_shows_what_it_cites_by_mouse_and_keyboard(
+    width: int, site: Site, open_page: Opener
+) -> None:
+    address = (site.folder / "chapters/01-m-estimators.html").as_uri()
+    page = open_page(address, viewport={"width": width, "height": 800}).page
+    first = page.locator(".rs-citation").first
+    tip = first.locator(".rs-cited")
+    assert not tip.is_visible()
+    first.locator("a").focus()
+    assert tip.is_visible()
+    box = tip.bounding_box()
+    assert box and box["x"] >= 0 and box["x"] + box["width"] <= width
+    page.mouse.move(0, 0)
+    page.evaluate("document.activeElement.blur()")
+    assert not tip.is_visible()
+    first.hover()
+    assert tip.is_visible()
