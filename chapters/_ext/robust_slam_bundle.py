@@ -2,7 +2,8 @@
 
 Sphinx, the theme and the extensions link a dozen style sheets and as many scripts, and a font and
 a script of half a megabyte for a few icons. When the pages are written, the sheets are joined in
-their order and so are the scripts, which then wait until the page is read; icons become drawings
+their order, without the rules for what no page has, and so are the scripts, which then wait until
+the page is read; icons become drawings
 in the page, and the font is cut down to those that rules write.
 """
 
@@ -18,6 +19,8 @@ from pathlib import Path
 from fontTools import subset
 from fontTools.ttLib import TTFont
 from sphinx.application import Sphinx
+
+from robust_slam_rules import used_rules, words
 
 STYLE = "bundle.css"
 SCRIPT = "bundle.js"
@@ -71,12 +74,19 @@ def bundle(app: Sphinx, exception: Exception | None) -> None:
     scripts = [name for name in scripts if name not in SUPERFLUOUS | SEARCH | ALONE | {OPTIONS}]
     script = ";\n".join(["", *((static / name).read_text("utf-8") for name in scripts)])
     (static / SCRIPT).write_text(script, encoding="utf-8")
-    style = with_icons("\n".join(sheet(static, name) for name in styles), static)
-    (static / STYLE).write_text(style, encoding="utf-8")
     options = (static / OPTIONS).read_text(encoding="utf-8")
     icons = drawings((static / ICONS).read_text(encoding="utf-8"))
-    for path, page in fresh.items():
-        path.write_text(lighter(page, options, icons), encoding="utf-8")
+    pages |= {path: lighter(page, options, icons) for path, page in fresh.items()}
+    style = with_icons("\n".join(sheet(static, name) for name in styles), static)
+    style = used_rules(style, words([*pages.values(), script, *own_scripts(Path(app.srcdir))]))
+    (static / STYLE).write_text(style, encoding="utf-8")
+    for path in fresh:
+        path.write_text(pages[path], encoding="utf-8")
+
+
+def own_scripts(source: Path) -> list[str]:
+    """The scripts that pages load when something is run in them."""
+    return [path.read_text("utf-8") for path in sorted((source / "chapters/python").rglob("*.js"))]
 
 
 def written(folder: Path) -> list[Path]:

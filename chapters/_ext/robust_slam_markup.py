@@ -43,7 +43,7 @@ def rewrite(
 
 
 def _citation(match: re.Match[str], number: int) -> str:
-    """Put what is cited behind the link, which it describes, in place of a title for mice alone."""
+    """Put what is cited behind the link, which it describes; a title is for mice alone."""
     cited, name = ADDRESS.sub("", match["title"]), f"cited-{number}"
     return (
         f'<span class="rs-citation"><a {match["link"]} aria-describedby="{name}">'

@@ -11,7 +11,7 @@ from urllib.parse import urlsplit
 import pytest
 from playwright.sync_api import Browser
 
-from chapters._ext import robust_slam_bundle
+from chapters._ext import robust_slam_bundle, robust_slam_rules
 from tests.book.conftest import CHAPTERS, PAGES, Site
 
 REQUESTS = 12
@@ -53,6 +53,12 @@ def test_a_page_links_the_joined_files_and_draws_its_icons(name: str, site: Site
     assert html.count('<svg class="svg-inline--fa') >= 5
 
 
+def test_the_style_has_the_rules_for_icons_that_the_build_draws(site: Site) -> None:
+    style = (site.folder / "_static" / "bundle.css").read_text(encoding="utf-8")
+    assert ".svg-inline--fa{" in style
+    assert ".fa-spin" not in style
+
+
 def test_addresses_in_a_style_sheet_are_seen_from_the_joined_one(tmp_path: Path) -> None:
     (tmp_path / "styles").mkdir()
     (tmp_path / "basic.css").write_text("a { background: url(file.png) }")
@@ -71,3 +77,23 @@ def test_an_icon_keeps_its_classes_and_its_data() -> None:
         '<svg class="svg-inline--fa theme-switch fa-sun fa-lg" aria-hidden="true"'
         ' data-mode="light" viewBox="0 0 512 512"><path fill="currentColor" d="M0 0"></path></svg>'
     )
+
+
+@pytest.mark.parametrize(
+    ("rule", "kept"),
+    [
+        ("a{color:red}", "a{color:red}"),
+        (".here .gone{color:red}", ""),
+        (".gone,.here:hover{color:red}", ".here:hover{color:red}"),
+        ("p:not(.gone){color:red}", "p:not(.gone){color:red}"),
+        ("div:is(.gone,.here){color:red}", "div:is(.gone,.here){color:red}"),
+        ('a[href=".gone"]{color:red}', 'a[href=".gone"]{color:red}'),
+        (".bs-tooltip-top{color:red}", ".bs-tooltip-top{color:red}"),
+        ("@media print{.gone{color:red}}", ""),
+        ("@media print{.here{color:red}}", "@media print{.here{color:red}}"),
+        ("@font-face{font-family:x}", "@font-face{font-family:x}"),
+    ],
+)
+def test_rules_for_classes_that_no_page_has_are_left_out(rule: str, kept: str) -> None:
+    known = robust_slam_rules.words(['<p class="here">'])
+    assert robust_slam_rules.used_rules(rule, known) == kept

@@ -13,7 +13,11 @@ from tests.book.conftest import Site
 from tests.book.test_accessible import complaints
 from tests.chromium import Opener
 
-WIDE = ("What it is", "a sentence that is much longer than a word", "and another one, which is as long again")
+WIDE = (
+    "What it is",
+    "a sentence that is much longer than a word",
+    "and another one, which is as long again",
+)
 
 
 def rewritten(body: str) -> BeautifulSoup:
