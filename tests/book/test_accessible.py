@@ -33,8 +33,8 @@ DRAWN_AS_ONE = """() => {
   for (const figure of document.querySelectorAll(".rs-figure svg")) figure.replaceChildren();
   for (const formula of document.querySelectorAll("math")) formula.replaceChildren("x");
 }"""
-"""A figure has tests of its own, and a formula has one colour: axe-core would look at each of their
-thousands of letters."""
+"""A figure has tests of its own, and a formula has one colour: axe-core would look at each of
+their thousands of letters."""
 STILL = "Promise.allSettled(document.getAnimations().map(a => a.finished)).then(() => 0)"
 """Resolves when nothing fades or moves any more."""
 
