@@ -169,7 +169,7 @@ def test_a_browser_that_keeps_nothing_still_answers(
         choose(questions(page)[0], "right")
         expect(questions(page)[0].locator("p:visible")).to_contain_text("✓ Right.")
         assert page.locator(".rs-forget").count() == 0
-        assert not [said for said in visit.complaints if "progress.js" in said]
+        assert not [said for said in visit.complaints if "bundle.js" in said]
 
 
 def test_answers_are_open_to_all(site: Site, open_page: Opener) -> None:
