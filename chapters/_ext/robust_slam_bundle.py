@@ -9,17 +9,15 @@ in the page, and the font is cut down to those that rules write.
 
 from __future__ import annotations
 
-import base64
-import io
 import posixpath
 import re
 from collections.abc import Iterable
 from pathlib import Path
 
 from fontTools import subset
-from fontTools.ttLib import TTFont
 from sphinx.application import Sphinx
 
+from robust_slam_fonts import cut_down, packed, source
 from robust_slam_rules import used_rules, words
 
 STYLE = "bundle.css"
@@ -130,24 +128,13 @@ def with_icons(style: str, static: Path) -> str:
     signs = {chr(int(code, 16)) for code in re.findall(r"\\([ef][0-9a-f]{3})\b", style)}
     signs |= {sign for sign in style if "\ue000" <= sign <= "\uf8ff"}
 
+    options = subset.Options(layout_features=[], hinting=False)
+
     def inline(match: re.Match[str]) -> str:
         path = next(static.rglob(f"{match['name']}.woff2"))
-        data = base64.b64encode(cut_down(path, signs)).decode()
-        return f'url(data:font/woff2;base64,{data}) format("woff2")'
+        return source(packed(cut_down(path, sorted(map(ord, signs)), options)))
 
     return ICON_FONT.sub(inline, style)
-
-
-def cut_down(path: Path, signs: set[str]) -> bytes:
-    """Return a font with these signs alone, as woff2."""
-    font = TTFont(path, recalcTimestamp=False)
-    subsetter = subset.Subsetter(subset.Options(layout_features=[], hinting=False))
-    subsetter.populate(text="".join(sorted(signs)))
-    subsetter.subset(font)
-    font.flavor = "woff2"
-    target = io.BytesIO()
-    font.save(target)
-    return target.getvalue()
 
 
 def lighter(page: str, options: str, icons: dict[str, Drawing]) -> str:

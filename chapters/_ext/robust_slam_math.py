@@ -11,14 +11,11 @@ shows formulas.
 
 from __future__ import annotations
 
-import base64
 import functools
 import html
-import io
 import json
 import re
 from collections.abc import Callable
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +26,8 @@ from fontTools.ttLib import TTFont
 from sphinx.application import Sphinx
 from sphinx.errors import ExtensionError
 from sphinx.ext.mathjax import html_visit_displaymath, html_visit_math
+
+from robust_slam_fonts import cut_down, packaged, packed, source
 
 SOURCES = Path(__file__).resolve().parents[1] / "math"
 SCRIPT = "mathml.js"
@@ -73,19 +72,9 @@ CONSTANTS = {
 
 FONT_FACE = """@font-face {{
   font-family: "STIX Two Math";
-  src: url(data:font/woff2;base64,{font}) format("woff2");
+  src: {source};
 }}
 """
-
-
-def packaged(package: str, name: str) -> Path:
-    """Return the path of a file that an installed package carries."""
-    found = find_spec(package)
-    for folder in found.submodule_search_locations or () if found else ():
-        path = Path(folder) / name
-        if path.is_file():
-            return path
-    raise RuntimeError(f"{package} with {name} is not installed: run make setup")
 
 
 @functools.cache
@@ -140,18 +129,12 @@ def with_formulas(page: str, complain: Callable[[str], None]) -> str:
 def font() -> bytes:
     """Return the font of the formulas, cut down to ``CHARACTERS``, as woff2."""
     options = subset.Options(layout_features=[], name_IDs=[0, 1, 2, 13, 14])
-    whole = TTFont(packaged(*FONT), recalcTimestamp=False)
-    subsetter = subset.Subsetter(options)
-    subsetter.populate(unicodes=CHARACTERS)
-    subsetter.subset(whole)
+    whole = cut_down(packaged(*FONT), CHARACTERS, options)
     constants = whole["MATH"].table.MathConstants
     for name, value in CONSTANTS.items():
         getattr(constants, name).Value = value
     narrow_roots(whole)
-    whole.flavor = "woff2"
-    target = io.BytesIO()
-    whole.save(target)
-    return target.getvalue()
+    return packed(whole)
 
 
 def narrow_roots(font: TTFont) -> None:
@@ -200,11 +183,11 @@ def render(app: Sphinx, exception: Exception | None) -> None:
 
 def write_files(folder: Path) -> None:
     """Put the style sheet with the font, and the scripts, among the static files."""
-    face = FONT_FACE.format(font=base64.b64encode(font()).decode())
+    face = FONT_FACE.format(source=source(font()))
     rules = (SOURCES / STYLE).read_text(encoding="utf-8")
     (folder / STYLE).write_text(face + rules, encoding="utf-8")
-    for source in (packaged(*KATEX), SOURCES / SCRIPT):
-        (folder / source.name).write_bytes(source.read_bytes())
+    for script in (packaged(*KATEX), SOURCES / SCRIPT):
+        (folder / script.name).write_bytes(script.read_bytes())
 
 
 def add_style(

@@ -8,17 +8,14 @@ licence reserves their name for the whole fonts, so the pages call them otherwis
 
 from __future__ import annotations
 
-import base64
-import io
 from pathlib import Path
 from typing import Any
 
 from docutils import nodes
 from fontTools import subset
-from fontTools.ttLib import TTFont
 from sphinx.application import Sphinx
 
-from robust_slam_math import packaged
+from robust_slam_fonts import cut_down, packaged, packed, source
 
 STYLE = "type.css"
 SANS, SERIF = "Course Sans", "Course Serif"
@@ -44,35 +41,29 @@ FACE = """@font-face {{
   font-family: "{family}";
   font-style: {style};
   font-weight: {weight};
-  src: url(data:font/woff2;base64,{font}) format("woff2");
+  src: {source};
 }}
 """
 
 
-def cut_down(path: Path, family: str) -> bytes:
+def font(path: Path, family: str) -> bytes:
     """Return a font under the family's name with the family's signs alone, as woff2."""
     options = subset.Options(
         hinting=False, layout_features=["kern", "liga", "mark", "tnum"], name_IDs=[0, 1, 13, 14]
     )
-    font = TTFont(path, recalcTimestamp=False)
-    subsetter = subset.Subsetter(options)
-    subsetter.populate(unicodes=HEADINGS if family == SERIF else SIGNS)
-    subsetter.subset(font)
-    for record in font["name"].names:
+    made = cut_down(path, HEADINGS if family == SERIF else SIGNS, options)
+    for record in made["name"].names:
         if record.nameID == 1:
             record.string = family
-    font.flavor = "woff2"
-    target = io.BytesIO()
-    font.save(target)
-    return target.getvalue()
+    return packed(made)
 
 
 def style_sheet() -> str:
     """Return the style sheet that carries the fonts."""
     faces = []
     for family, style, weight, package, name in FACES:
-        font = base64.b64encode(cut_down(packaged(package, name), family)).decode()
-        faces.append(FACE.format(family=family, style=style, weight=weight, font=font))
+        made = source(font(packaged(package, name), family))
+        faces.append(FACE.format(family=family, style=style, weight=weight, source=made))
     return "".join(faces)
 
 

@@ -225,7 +225,7 @@ class Source:
     students: frozenset[str] = frozenset()
 
     def link(self, result: Result) -> str:
-        """The address of a student's feedback page; empty where there is none."""
+        """The address of a student's feedback page; empty without one."""
         return self.links.get(result.student, "")
 
 

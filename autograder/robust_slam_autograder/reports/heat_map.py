@@ -42,7 +42,7 @@ class Part:
 
     title: str
     page: str
-    """Address of the assignment's page from the student's; empty where there is none."""
+    """Address of the assignment's page from the student's; empty without one."""
     feedback: str
     """The same of the feedback."""
     mark: str
@@ -69,7 +69,7 @@ class Row:
 
     @property
     def page(self) -> str:
-        """Address of the student's page from the index; empty where there is none."""
+        """Address of the student's page from the index; empty without one."""
         return self.file and f"{STUDENTS}/{quote(os.fsencode(self.file))}"
 
     @property
@@ -104,7 +104,7 @@ class Column:
 
     Attributes:
         source: its results.
-        page: address of its page from the index; empty where there is none.
+        page: address of its page from the index; empty without one.
         feedback: by student, the address of the feedback page from a student's page.
     """
 
