@@ -9,8 +9,6 @@ import hashlib
 import json
 import re
 import shutil
-import subprocess
-import sys
 import tempfile
 import zipfile
 from collections.abc import Sequence
@@ -19,12 +17,12 @@ from importlib import metadata
 from pathlib import Path, PurePath
 from typing import Any
 
-from robust_slam_autograder.errors import WrongUse
+from robust_slam_autograder.errors import GraderFailure, WrongUse
 from robust_slam_autograder.publishing.files import tracked
+from robust_slam_autograder.publishing.wheels import build_all
 
 from tools.runtime.pyodide import RuntimeUnavailable
 
-_PIP = (sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet")
 _PACKED = (".py", ".pyi", ".typed", ".js", ".css", ".json")
 INDEX = "wheels.json"
 LOCK = "pyodide-lock.json"
@@ -113,18 +111,15 @@ def build(root: Path, out: Path, pyodide: Path) -> None:
 def _build_own(root: Path, made: Path) -> None:
     """Build the wheels of this repository's packages, of the files that git tracks alone."""
     folders = [each.folder for each in PACKAGES if each.folder]
-    offline = ("--no-deps", "--no-index", "--no-build-isolation")
     with tempfile.TemporaryDirectory(prefix="sources-") as temporary:
         for name in _files(root, folders):
             copy = Path(temporary) / name
             copy.parent.mkdir(parents=True, exist_ok=True)
             shutil.copy2(root / name, copy)
-        sources = [str(Path(temporary) / folder) for folder in folders]
-        command = [*_PIP, "wheel", *offline, "--wheel-dir", str(made), *sources]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
-    if done.returncode:
-        said = done.stderr.strip().splitlines() or ["it gives no reason"]
-        raise RuntimeUnavailable(f"pip could not build {', '.join(folders)}: {said[-1]}")
+        try:
+            build_all([Path(temporary, folder) for folder in folders], made)
+        except GraderFailure as error:
+            raise RuntimeUnavailable(str(error)) from error
 
 
 def _files(root: Path, folders: Sequence[str]) -> list[str]:

@@ -2,19 +2,29 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 from robust_slam_autograder.errors import GraderFailure, WrongUse
 from robust_slam_autograder.publishing.course import COURSE_NAME, Course, name_of
 from robust_slam_autograder.publishing.files import chosen, tracked
 
-_PIP = ("-m", "pip", "--disable-pip-version-check", "wheel", "--quiet")
-_OFFLINE = ("--no-deps", "--no-index", "--no-build-isolation")
+_BUILD = """\
+import os, pkgutil, sys, tomllib
+out, *folders = sys.argv[1:]
+for folder in folders:
+    os.chdir(folder)
+    with open("pyproject.toml", "rb") as file:
+        backend = tomllib.load(file)["build-system"]["build-backend"]
+    pkgutil.resolve_name(backend).build_wheel(out)
+"""
+"""pip would do the same with several processes for each package, and take six times as long."""
 
 
 def build(course: Course, out: Path) -> dict[str, Path]:
@@ -31,20 +41,30 @@ def build(course: Course, out: Path) -> dict[str, Path]:
 
     Raises:
         WrongUse: a folder holds no file that the public may have.
-        GraderFailure: pip cannot build one.
+        GraderFailure: one cannot be built.
     """
     packages = course.packages()
     if not packages:
         return {}
     with tempfile.TemporaryDirectory(prefix="wheels-") as temporary:
         sources = [_copy(course, folder, Path(temporary)) for folder in packages.values()]
-        command = [sys.executable, *_PIP, *_OFFLINE, "--wheel-dir", str(out), *map(str, sources)]
-        done = subprocess.run(command, capture_output=True, text=True)
-    if done.returncode:
-        folders = ", ".join(packages.values())
-        raise GraderFailure(f"pip could not build {folders}: {_reason(done.stderr)}")
+        build_all(sources, out)
     found = {_normal(path.name.split("-")[0]): path for path in out.glob("*.whl")}
     return {name_of(package): found[_normal(name_of(package))] for package in packages}
+
+
+def build_all(sources: Sequence[Path], out: Path) -> None:
+    """Build a wheel of each folder with its own build backend, which must be installed here.
+
+    Raises:
+        GraderFailure: one cannot be built.
+    """
+    # -P: a backend is never looked for in the folder itself.
+    command = [sys.executable, "-P", "-c", _BUILD, *map(os.path.abspath, (out, *sources))]
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode:
+        folders = ", ".join(source.name for source in sources)
+        raise GraderFailure(f"No wheels could be built of {folders}: {_reason(done.stderr)}")
 
 
 def _copy(course: Course, folder: str, target: Path) -> Path:
