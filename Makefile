@@ -38,8 +38,10 @@ find-parts = [ ! -f $(RUNTIME) ] || printf .runtime; for graph in CSAIL intel; d
 	"$${XDG_CACHE_HOME:-$$HOME/.cache}/robust-slam" "$$HOME/Library/Caches/robust-slam"; do \
 	if [ -f "$$folder/$$graph.g2o" ]; then printf .$$graph; break; fi; done; done
 PARTS := build/.parts$(shell $(find-parts))
+# Without two packages that jsonschema's extra names: each program that reads a notebook would make
+# forty parsers of addresses with them, for two seconds, and nothing here checks such an address.
 PIN := uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
-	--no-header
+	--no-header --no-emit-package rfc3987-syntax --no-emit-package lark
 COURSE := lib/pyproject.toml autograder/pyproject.toml
 BENCHES := speed growth wrong_closures any_graph pictures
 
@@ -64,7 +66,7 @@ define environment
 	{ echo 'python3 3.11 or newer is needed, with venv (Debian: apt install python3-venv);' \
 	'name another one with make PYTHON=python3.12 …'; exit 1; }
 @$(PYTHON) -m venv $(VENV)
-@$(QUIETLY) $(1) $(BIN)/pip install --progress-bar off --require-hashes -r $(2)
+@$(QUIETLY) $(1) $(BIN)/pip install --progress-bar off --require-hashes --no-deps -r $(2)
 @$(BIN)/pip install --quiet --no-deps --no-build-isolation -e lib -e autograder
 endef
 

@@ -7,17 +7,12 @@ as many.
 from __future__ import annotations
 
 import os
-import sys
 
 import pytest
 from hypothesis import HealthCheck, settings
 from robust_slam_autograder.sandbox import BACK_ENDS, Bubblewrap
 
 from tests import kernel
-
-# nbformat imports jsonschema, which then makes forty parsers of addresses that nothing here uses:
-# more than a second in each process. Without this package it goes on without them.
-sys.modules.setdefault("rfc3987_syntax", None)
 
 pytest_plugins = ["tests.chromium"]
 

@@ -21,8 +21,6 @@ from tests.chromium import page_in
 
 SCRIPTS = Path(sys.executable).parent
 TOKEN = "none-but-the-test"
-_LEAN = Path(__file__).with_name("lean")
-"""What lies here keeps programs from imports that take long and serve nothing."""
 _OPTIONS = (
     "--no-browser",
     "--allow-root",
@@ -53,7 +51,6 @@ def environment(home: Path) -> dict[str, str]:
         "IPYTHONDIR": str(home / "ipython"),
         "JUPYTERLAB_SETTINGS_DIR": str(settings),
         "PATH": os.pathsep.join([str(SCRIPTS), os.environ.get("PATH", "")]),
-        "PYTHONPATH": os.pathsep.join(filter(None, [str(_LEAN), os.environ.get("PYTHONPATH")])),
     }
 
 
