@@ -7,6 +7,7 @@ told apart. The copy has a public repository, so it also shows what an address c
 
 from __future__ import annotations
 
+import functools
 import html
 import io
 import json
@@ -32,6 +33,8 @@ pytestmark = pytest.mark.long
 
 REGION = re.compile(r"### BEGIN (SOLUTION|HIDDEN TESTS)\n(.*?)### END \1", re.DOTALL)
 CANARY = "canary-4c7e"
+Lines = dict[str, set[str]]
+"""Of each file, by its path."""
 TELLING = 32
 """Shorter lines, and imports, stand in many a chapter by chance and tell nothing."""
 TELLING_OF_AN_ANSWER = 48
@@ -63,14 +66,16 @@ def regions(source: str) -> Iterator[str]:
         yield match.group(2)
 
 
-def secret_lines(name: str) -> set[str]:
+@functools.cache
+def secret_lines(name: str) -> frozenset[str]:
     """Lines that only the instructor has."""
     cells = ["".join(c["source"]) for c in answers.source_notebook(name)["cells"]]
     shown = {line.strip() for cell in cells for line in REGION.sub("", cell).split("\n")}
     hidden = {
         line.strip() for cell in cells for text in regions(cell) for line in text.split("\n")
     }
-    return {line for line in hidden - shown if len(line) >= TELLING and "import " not in line}
+    told = (line for line in hidden - shown if len(line) >= TELLING and "import " not in line)
+    return frozenset(told)
 
 
 def answer_lines(name: str) -> set[str]:
@@ -115,17 +120,31 @@ def plain_lines(path: Path, text: str) -> set[str]:
     return {line.strip() for line in text.split("\n")}
 
 
+def lines_below(folder: Path) -> Lines:
+    """The lines of each file below a folder."""
+    return {
+        path.relative_to(folder).as_posix(): plain_lines(path, text)
+        for path, text in files_below(folder)
+    }
+
+
+@pytest.fixture(scope="module")
+def released(tmp_path_factory: pytest.TempPathFactory) -> Lines:
+    """The lines of each file of the release."""
+    out = tmp_path_factory.mktemp("released")
+    release(answers.SOLUTIONS, [], out)
+    return lines_below(out)
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_the_release_holds_no_line_of_a_solution_or_a_hidden_test(
-    name: str, tmp_path: Path
+    name: str, released: Lines
 ) -> None:
     secrets = secret_lines(name)
     assert len(secrets) > 20
-    release(answers.SOLUTIONS, [name], tmp_path)
-    lines = {path: plain_lines(path, text) for path, text in files_below(tmp_path)}
-    for folder in (tmp_path / name, tmp_path / f"{name}.zip" / name):
-        assert len(lines[folder / f"{name}.ipynb"]) > 100
-    assert not {path: found & secrets for path, found in lines.items() if found & secrets}
+    for folder in (name, f"{name}.zip/{name}"):
+        assert len(released[f"{folder}/{name}.ipynb"]) > 100
+    assert not {path: found & secrets for path, found in released.items() if found & secrets}
 
 
 def test_the_site_holds_no_solution_and_no_hidden_test() -> None:
@@ -308,16 +327,10 @@ def public(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
-Lines = dict[str, set[str]]
-
-
 @pytest.fixture(scope="module")
 def lines(public: Path) -> Lines:
     """The lines of each file of the public course."""
-    return {
-        path.relative_to(public).as_posix(): plain_lines(path, text)
-        for path, text in files_below(public)
-    }
+    return lines_below(public)
 
 
 def known() -> Mapping[str, Sequence[str]]:
