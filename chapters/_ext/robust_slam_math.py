@@ -27,7 +27,7 @@ from sphinx.application import Sphinx
 from sphinx.errors import ExtensionError
 from sphinx.ext.mathjax import html_visit_displaymath, html_visit_math
 
-from robust_slam_fonts import cut_down, packaged, packed, source
+from robust_slam_fonts import cut_down, kept, packaged, packed, source
 
 SOURCES = Path(__file__).resolve().parents[1] / "math"
 SCRIPT = "mathml.js"
@@ -183,7 +183,8 @@ def render(app: Sphinx, exception: Exception | None) -> None:
 
 def write_files(folder: Path) -> None:
     """Put the style sheet with the font, and the scripts, among the static files."""
-    face = FONT_FACE.format(source=source(font()))
+    made = kept(font, packaged(*FONT), __file__)
+    face = FONT_FACE.format(source=source(made))
     rules = (SOURCES / STYLE).read_text(encoding="utf-8")
     (folder / STYLE).write_text(face + rules, encoding="utf-8")
     for script in (packaged(*KATEX), SOURCES / SCRIPT):

@@ -8,6 +8,7 @@ licence reserves their name for the whole fonts, so the pages call them otherwis
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from docutils import nodes
 from fontTools import subset
 from sphinx.application import Sphinx
 
-from robust_slam_fonts import cut_down, packaged, packed, source
+from robust_slam_fonts import cut_down, kept, packaged, packed, source
 
 STYLE = "type.css"
 SANS, SERIF = "Course Sans", "Course Serif"
@@ -62,7 +63,8 @@ def style_sheet() -> str:
     """Return the style sheet that carries the fonts."""
     faces = []
     for family, style, weight, package, name in FACES:
-        made = source(font(packaged(package, name), family))
+        path = packaged(package, name)
+        made = source(kept(partial(font, path, family), path, __file__))
         faces.append(FACE.format(family=family, style=style, weight=weight, source=made))
     return "".join(faces)
 

@@ -20,9 +20,12 @@ def refuse_private(root: Path, made: Path) -> None:
     Raises:
         GraderFailure: names the module and the file.
     """
+    seen: set[tuple[str, ...]] = set()
     for path in sorted(made.rglob("*.py")):
         name = path.relative_to(made)
-        for module in imported(path.read_text(encoding="utf-8"), name.parent.parts):
+        found = imported(path.read_text(encoding="utf-8"), name.parent.parts)
+        for module in dict.fromkeys(module for module in found if module not in seen):
+            seen.add(module)
             for file in _files_of(module):
                 if (root / file).is_file() and not (made / file).is_file():
                     raise GraderFailure(
@@ -33,7 +36,7 @@ def refuse_private(root: Path, made: Path) -> None:
 
 def imported(source: str, package: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
     """The modules that a file of a package may import, each as the parts of its name."""
-    for node in ast.walk(ast.parse(source)):
+    for node in _statements(ast.parse(source)):
         if isinstance(node, ast.Import):
             yield from (tuple(alias.name.split(".")) for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -41,6 +44,14 @@ def imported(source: str, package: tuple[str, ...]) -> Iterator[tuple[str, ...]]
             module = (*above, *(node.module.split(".") if node.module else ()))
             yield module
             yield from ((*module, alias.name) for alias in node.names)
+
+
+def _statements(node: ast.AST) -> Iterator[ast.AST]:
+    """All statements below a node; looking into their expressions would take longer."""
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, (ast.stmt, ast.ExceptHandler, ast.match_case)):
+            yield child
+            yield from _statements(child)
 
 
 def _files_of(module: tuple[str, ...]) -> Iterator[str]:
