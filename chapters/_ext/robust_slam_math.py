@@ -128,6 +128,11 @@ def with_formulas(page: str, complain: Callable[[str], None]) -> str:
 
 def font() -> bytes:
     """Return the font of the formulas, cut down to ``CHARACTERS``, as woff2."""
+    return kept(made, packaged(*FONT), __file__)
+
+
+def made() -> bytes:
+    """Cut the font down."""
     options = subset.Options(layout_features=[], name_IDs=[0, 1, 2, 13, 14])
     whole = cut_down(packaged(*FONT), CHARACTERS, options)
     constants = whole["MATH"].table.MathConstants
@@ -183,8 +188,7 @@ def render(app: Sphinx, exception: Exception | None) -> None:
 
 def write_files(folder: Path) -> None:
     """Put the style sheet with the font, and the scripts, among the static files."""
-    made = kept(font, packaged(*FONT), __file__)
-    face = FONT_FACE.format(source=source(made))
+    face = FONT_FACE.format(source=source(font()))
     rules = (SOURCES / STYLE).read_text(encoding="utf-8")
     (folder / STYLE).write_text(face + rules, encoding="utf-8")
     for script in (packaged(*KATEX), SOURCES / SCRIPT):

@@ -49,23 +49,27 @@ FACE = """@font-face {{
 
 def font(path: Path, family: str) -> bytes:
     """Return a font under the family's name with the family's signs alone, as woff2."""
+    return kept(partial(made, path, family), path, __file__)
+
+
+def made(path: Path, family: str) -> bytes:
+    """Cut a font down, and rename it."""
     options = subset.Options(
         hinting=False, layout_features=["kern", "liga", "mark", "tnum"], name_IDs=[0, 1, 13, 14]
     )
-    made = cut_down(path, HEADINGS if family == SERIF else SIGNS, options)
-    for record in made["name"].names:
+    whole = cut_down(path, HEADINGS if family == SERIF else SIGNS, options)
+    for record in whole["name"].names:
         if record.nameID == 1:
             record.string = family
-    return packed(made)
+    return packed(whole)
 
 
 def style_sheet() -> str:
     """Return the style sheet that carries the fonts."""
     faces = []
     for family, style, weight, package, name in FACES:
-        path = packaged(package, name)
-        made = source(kept(partial(font, path, family), path, __file__))
-        faces.append(FACE.format(family=family, style=style, weight=weight, source=made))
+        held = source(font(packaged(package, name), family))
+        faces.append(FACE.format(family=family, style=style, weight=weight, source=held))
     return "".join(faces)
 
 

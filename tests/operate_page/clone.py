@@ -12,7 +12,7 @@ from tests.as_user import ROOT
 from tests.autograder.ci.running import repository
 from tests.book.built_site import built
 
-_EXECUTED = Path("build", "_build", ".jupyter_cache")
+_MADE = (Path("build", "_build", ".jupyter_cache"), Path("build", "fonts"))
 
 
 def make(folder: Path) -> None:
@@ -36,10 +36,11 @@ def lend_environment(folder: Path) -> None:
     (own / ".ready").touch()
 
 
-def lend_executed_notebooks(folder: Path) -> None:
-    """Build the book here, and copy its executed notebooks: none has to run twice."""
+def lend_parts_of_the_book(folder: Path) -> None:
+    """Build the book here, and copy its executed notebooks and its fonts: none is made twice."""
     built()
-    shutil.copytree(ROOT / _EXECUTED, folder / _EXECUTED)
+    for part in _MADE:
+        shutil.copytree(ROOT / part, folder / part)
 
 
 def environment(home: Path) -> dict[str, str]:

@@ -158,7 +158,7 @@ class Reader:
         self.course.mkdir()
         clone.make(self.course)
         clone.lend_environment(self.course)
-        clone.lend_executed_notebooks(self.course)
+        clone.lend_parts_of_the_book(self.course)
         home = folder / "home"
         home.mkdir()
         self.terminal = Terminal(self.course, clone.environment(home), folder / "terminal.log")
