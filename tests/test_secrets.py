@@ -54,7 +54,6 @@ PRIVATE = (
     "tests/lib/course/exercises/",
     "tests/sample_class.py",
     "tests/shown_class.py",
-    "tests/test_sample_class.py",
     "tests/test_secrets.py",
     "tests/test_shown_class.py",
 )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import sqlite3
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -14,7 +15,8 @@ from typing import Any
 import pytest
 from robust_slam_autograder.sandbox import BACK_ENDS
 
-from tests import kernel
+from tests import kernel, sample_class
+from tests.assignments import answers
 from tests.operate_page import clone, page
 from tests.operate_page.page import Command, File, Step
 from tests.operate_page.terminal import Said, Terminal
@@ -164,9 +166,10 @@ class Reader:
         self.terminal = Terminal(self.course, clone.environment(home), folder / "terminal.log")
         self.port = str(kernel.free_port())
         self.done = 0
+        self.said: dict[str, Said] = {}
 
     def follow(self, until: Command) -> Said:
-        """Do all that stands above a command, and the command."""
+        """Do all that stands above a command that was not done, and the command."""
         end = STEPS.index(until)
         for step in STEPS[self.done : end]:
             self.do(step)
@@ -183,7 +186,9 @@ class Reader:
         promise = PROMISES.get(step.text, Promise())
         if promise.by_hand is not None:
             promise.by_hand(self.course)
-        return self.terminal.run(step.text.replace(SCHEDULER_PORT, self.port))
+        said = self.terminal.run(step.text.replace(SCHEDULER_PORT, self.port))
+        self.said[step.text] = said
+        return said
 
 
 @pytest.fixture(scope="module")
@@ -203,6 +208,85 @@ def test_a_command_does_what_the_page_promises(follower: Reader, command: Comman
     assert not [words for words in promise.says if words not in said.text], said.text
     assert not [name for name in promise.makes if not (follower.course / name).exists()]
     assert not [name for name in promise.makes_not if (follower.course / name).exists()]
+
+
+@pytest.fixture(scope="module")
+def course(follower: Reader) -> Path:
+    """The folder in which `make course` and `make grade` have been run."""
+    (command,) = (step for step in TYPED if step.text == "make grade")
+    if follower.done <= STEPS.index(command):
+        assert follower.follow(command).status == 0
+    return follower.course
+
+
+@pytest.mark.sandbox
+class TestSampleClass:
+    """What `make course` left: no command below it on the page touches the sample's folder."""
+
+    @pytest.fixture
+    def results(self, course: Path, assignment: str) -> dict[str, dict[str, Any]]:
+        """By student the results of an assignment."""
+        graded = course / "build" / "sample" / "graded"
+        paths = {name: graded / name / f"{assignment}.json" for name in sample_class.STUDENTS}
+        return {name: json.loads(path.read_text("utf-8")) for name, path in paths.items()}
+
+    @pytest.mark.parametrize("assignment", answers.assignments())
+    def test_each_student_gets_the_marks_of_what_they_did(
+        self, results: dict[str, dict[str, Any]], assignment: str
+    ) -> None:
+        solved, untouched = results["sample-solutions"], results["sample-untouched"]
+        assert solved["score"] == solved["max_score"] > 0
+        assert solved["sandbox"] == kernel.usable()[0]
+        assert untouched["score"] == 0 and untouched["status"] == "graded"
+        assert {exercise["status"] for exercise in untouched["exercises"]} == {"failed"}
+        half, done = results["sample-half"], set(sample_class.half(assignment))
+        assert lost(half) == {e["name"] for e in half["exercises"]} - done
+        assert half["score"] == 10 * len(done)
+        typed_in = set(sample_class.misprints(assignment))
+        assert lost(results["sample-misprints"]) == typed_in
+        broken = results["sample-broken"]
+        assert broken["status"] == "refused" and broken["score"] == 0
+        assert f"{assignment}.ipynb" in broken["reason"]
+        assert broken["reason"].count(". ") == 0 and broken["reason"].endswith(".")
+
+    def test_a_second_run_says_the_same(self, course: Path, follower: Reader) -> None:
+        """`make grade` finds the sample's results beside a copy of its submissions."""
+        first = (course / "build" / "log" / "sample.log").read_text("utf-8")
+        marks = re.compile(r"(?m)^sample-\S+ .*$")
+        found = marks.findall(first)
+        assert found == marks.findall(follower.said["make grade"].text)
+        assert len(found) == len(sample_class.STUDENTS) * len(answers.assignments())
+        assert "reused" not in first
+
+    def test_the_gradebook_holds_the_same_marks(self, course: Path) -> None:
+        query = """
+            select student_id, assignment.name, sum(auto_score) from grade
+            join submitted_notebook on grade.notebook_id = submitted_notebook.id
+            join submitted_assignment on submitted_notebook.assignment_id = submitted_assignment.id
+            join assignment on submitted_assignment.assignment_id = assignment.id
+            group by student_id, assignment.name
+        """
+        graded = course / "build" / "sample" / "graded"
+        with sqlite3.connect(graded / "gradebook.db") as database:
+            found = {(student, name): score for student, name, score in database.execute(query)}
+        assert found == {
+            (path.parent.name, path.stem): json.loads(path.read_text("utf-8"))["score"]
+            for path in graded.glob("sample-*/*.json")
+        }
+        assert len(found) == len(sample_class.STUDENTS) * len(answers.assignments())
+
+
+def lost(value: dict[str, Any]) -> set[str]:
+    """The exercises of a result that lack points."""
+    return {e["name"] for e in value["exercises"] if e["score"] < e["max_score"]}
+
+
+def test_the_misprints_of_chapters_two_to_five_are_there() -> None:
+    assert set(sample_class.misprints("02-four-costs")) >= {"rho_cauchy", "table", "convex_until"}
+    assert set(sample_class.misprints("03-irls")) >= {"irls_step", "irls"}
+    for assignment in ("04-non-convexity", "05-gnc"):
+        exercises = answers.solution_ids(answers.source_notebook(assignment))
+        assert set(sample_class.misprints(assignment)) == set(exercises)
 
 
 def test_a_block_says_what_it_is() -> None:

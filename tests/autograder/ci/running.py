@@ -58,7 +58,9 @@ class Runner:
             path.mkdir(parents=True)
         self.summary.touch()
         if self.with_python:
-            subprocess.run([sys.executable, "-m", "venv", str(self.python)], check=True)
+            # Offline it finds pip, too, where all other packages are.
+            bare = ["--without-pip"] if self.offline else []
+            subprocess.run([sys.executable, "-m", "venv", *bare, str(self.python)], check=True)
 
     def check_out(self, repository: Path) -> None:
         command = ["git", "clone", "-q", f"file://{repository}", str(self.clone)]
