@@ -6,6 +6,7 @@ as many.
 
 from __future__ import annotations
 
+import gc
 import os
 
 import pytest
@@ -13,6 +14,10 @@ from hypothesis import HealthCheck, settings
 from robust_slam_autograder.sandbox import BACK_ENDS, Bubblewrap
 
 from tests import kernel
+
+# What is imported and collected stays: to look through it for garbage again and again would take
+# a tenth of each process's time.
+gc.disable()
 
 pytest_plugins = ["tests.chromium"]
 
@@ -48,6 +53,12 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_configure(config: pytest.Config) -> None:
     """Choose how many inputs properties are tested on."""
     settings.load_profile("soak" if config.getoption("--soak") else "normal")
+
+
+def pytest_collection_finish() -> None:
+    """From here on collect garbage, of what comes to be from here on."""
+    gc.freeze()
+    gc.enable()
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

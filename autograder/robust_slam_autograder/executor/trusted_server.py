@@ -47,6 +47,7 @@ def make_ready(settings: Settings) -> None:
     atexit.register(temporary.remove, Path(settings.folder))
     # Each of its processes has a core to itself; the buffers of more threads count as memory.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    gc.disable()  # what is imported stays, and to look through it again and again takes time
     for module in settings.modules:
         # A module that fails will fail again where it is wanted, and be told of there.
         with contextlib.suppress(Exception):
@@ -54,6 +55,7 @@ def make_ready(settings: Settings) -> None:
     # A collection would touch, and so copy, every object that the processes share.
     gc.collect()
     gc.freeze()
+    gc.enable()
 
 
 if VARIABLE in os.environ:

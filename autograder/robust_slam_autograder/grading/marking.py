@@ -10,14 +10,13 @@ constants of this module.
 
 from __future__ import annotations
 
-import ast
 import contextlib
 import hashlib
 import os
 import signal
 import time
 import types
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
@@ -46,7 +45,7 @@ from robust_slam_autograder.grading.results import (
     tidy,
 )
 from robust_slam_autograder.reading.assignment import Assignment, Case, Piece
-from robust_slam_autograder.reading.source import plain_python, used_names
+from robust_slam_autograder.reading.source import compiled, names_read, plain_python
 from robust_slam_autograder.reading.submission import Submission
 from robust_slam_autograder.sandbox import Sandbox
 from robust_slam_autograder.student.untrusted import Notebook
@@ -246,7 +245,7 @@ class _Cases:
         """
         tests = self._compiled()
         try:
-            namespace = self._namespace()
+            namespace = self._namespace(names_read(*tests.values()))
         except SessionFault as fault:
             yield from ((case, Ending(fault.kind), None) for case in self.assignment.cases)
             return
@@ -318,20 +317,16 @@ class _Cases:
     def _compiled(self) -> dict[str, types.CodeType]:
         found = {}
         for case in self.assignment.cases:
-            text = plain_python(self.sources[case.grade_id])
             try:
-                # `optimize=0`: under `python -O` asserts would be left out, and all tests pass.
-                found[case.grade_id] = compile(
-                    text, wording.label(case), "exec", dont_inherit=True, optimize=0
-                )
+                found[case.grade_id] = compiled(self.sources[case.grade_id], wording.label(case))
             except (SyntaxError, ValueError) as error:
                 what = f"The test cell {case.grade_id} is no Python: {error}."
                 raise GraderFailure(what) from error
         return found
 
-    def _namespace(self) -> dict[str, Any]:
-        """What test cells see: the set-up's names, then the student's."""
-        notebook = Notebook(types.ModuleType("autograder_tests"), self._used())
+    def _namespace(self, used: Collection[str]) -> dict[str, Any]:
+        """What test cells see: the set-up's names, as far as they are used, then the student's."""
+        notebook = Notebook(types.ModuleType("autograder_tests"), used)
         for source in self.assignment.imports:
             with contextlib.suppress(Exception):  # only what tests rely on matters
                 exec(compile(source, "<imports>", "exec", dont_inherit=True), notebook.names)
@@ -355,10 +350,6 @@ class _Cases:
             if not shows_answers(error, self.assignment.names):
                 what = f"{piece.label}, fails: {error}"
                 raise GraderFailure(f"The instructor's cell, {what}") from error
-
-    def _used(self) -> list[str]:
-        statements = [ast.parse(plain_python(source)).body for source in self.sources.values()]
-        return sorted(used_names(*(node for body in statements for node in body)))
 
     def _run_case(
         self, case: Case, test: types.CodeType, namespace: dict[str, Any], known: Ending | None

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 import contextlib
+import functools
 import re
 import types
 from collections.abc import Sequence
@@ -19,11 +20,7 @@ _UNREADABLE = (SyntaxError, ValueError, RecursionError, MemoryError)
 
 def plain_python(source: str) -> str:
     """Rewrite IPython's magics: ``%%time`` and its like leave their cell, others do nothing."""
-    match = _CELL_MAGIC.match(source)
-    if match:
-        # A blank line in the magic's place keeps the lines' numbers.
-        runs = match.group(1) in CELL_MAGICS_THAT_RUN
-        source = "\n" + source[match.end() :] if runs else ""
+    source = _without_cell_magic(source)
     try:
         ast.parse(source)
     except SyntaxError:
@@ -34,6 +31,30 @@ def plain_python(source: str) -> str:
     except _UNREADABLE:
         return source
     return source
+
+
+def _without_cell_magic(source: str) -> str:
+    match = _CELL_MAGIC.match(source)
+    if not match:
+        return source
+    # A blank line in the magic's place keeps the lines' numbers.
+    return "\n" + source[match.end() :] if match.group(1) in CELL_MAGICS_THAT_RUN else ""
+
+
+@functools.lru_cache(256)
+def compiled(source: str, label: str) -> types.CodeType:
+    """Compile an instructor's cell; most are the same in the visible and in the hidden pass.
+
+    Raises:
+        SyntaxError: it is no Python.
+        ValueError: it is no text that Python reads.
+    """
+    # `optimize=0`: under `python -O` asserts would be left out, and all tests pass.
+    read = functools.partial(compile, filename=label, mode="exec", dont_inherit=True, optimize=0)
+    try:
+        return read(_without_cell_magic(source))
+    except SyntaxError:
+        return read(plain_python(source))
 
 
 def defined_names(source: str) -> list[str]:
@@ -80,7 +101,12 @@ def defines(source: str, names: Sequence[str]) -> bool:
 
 def used_names(*statements: ast.stmt) -> set[str]:
     """Names that code reads from its module (and, on top, those of attributes)."""
-    found = [code for statement in statements for code in _compiled(statement)]
+    return names_read(*(code for statement in statements for code in _compiled(statement)))
+
+
+def names_read(*compiled: types.CodeType) -> set[str]:
+    """The same for code that is compiled already."""
+    found = list(compiled)
     names: set[str] = set()
     while found:
         code = found.pop()

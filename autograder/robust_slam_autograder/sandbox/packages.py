@@ -88,7 +88,7 @@ def find(packages: tuple[str, ...]) -> Packages:
 def _distribution(name: str) -> Distribution | None:
     """The distribution that provides a module."""
     try:
-        found = importlib.metadata.distribution(name)
+        found = _named(name)
     except importlib.metadata.PackageNotFoundError:
         pass
     else:
@@ -96,7 +96,7 @@ def _distribution(name: str) -> Distribution | None:
             return found
     # Reads what was recorded about every distribution, which takes a while.
     others = importlib.metadata.packages_distributions().get(name)
-    return importlib.metadata.distribution(others[0]) if others else None
+    return _named(others[0]) if others else None
 
 
 def _provided(found: Distribution) -> set[str]:
@@ -119,20 +119,35 @@ def _closure(roots: Iterable[Distribution]) -> list[Distribution]:
     waiting = list(roots)
     while waiting:
         one = waiting.pop()
-        if found.setdefault(canonicalize_name(one.name), one) is one:
-            waiting += _needed(one)
+        name, requirements = _described(one)
+        if found.setdefault(name, one) is one:
+            waiting += _needed(requirements)
     return list(found.values())
 
 
-def _needed(found: Distribution) -> list[Distribution]:
+@cache
+def _described(found: Distribution) -> tuple[str, tuple[str, ...]]:
+    """A distribution's name and requirements: its metadata is long, so it is read once."""
+    metadata = found.metadata
+    # Older formats keep the requirements in a file of their own.
+    required = metadata.get_all("Requires-Dist") or found.requires or ()
+    return canonicalize_name(metadata["Name"]), tuple(required)
+
+
+def _needed(requirements: Iterable[str]) -> list[Distribution]:
     needed = []
-    for requirement in map(Requirement, found.requires or ()):
+    for requirement in map(Requirement, requirements):
         if requirement.marker is None or requirement.marker.evaluate({"extra": ""}):
             try:
-                needed.append(importlib.metadata.distribution(requirement.name))
+                needed.append(_named(requirement.name))
             except importlib.metadata.PackageNotFoundError:
                 continue  # the package itself says so when it is imported
     return needed
+
+
+@cache
+def _named(name: str) -> Distribution:
+    return importlib.metadata.distribution(name)
 
 
 @cache

@@ -156,9 +156,12 @@ def _libraries(found: packages.Packages) -> list[Path]:
 @cache
 def _standard_links() -> list[Path]:
     """The same for all packages."""
-    left_out = _standard_parts()
-    standard = (path for path in _standard_library().rglob("*.so") if not within(path, left_out))
-    return _links(standard, ())
+    left_out = set(_standard_parts())
+    standard: list[Path] = []
+    for top, folders, names in os.walk(_standard_library()):
+        folders[:] = [name for name in folders if Path(top, name) not in left_out]
+        standard += [Path(top, name) for name in names if name.endswith(".so")]
+    return _links((path for path in standard if path not in left_out), ())
 
 
 def _links(modules: Iterable[Path], sites: Sequence[Path]) -> list[Path]:

@@ -16,7 +16,7 @@ import linecache
 import os
 import sys
 import types
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -58,7 +58,7 @@ class Cell:
 class Notebook:
     """A module that cells run in: first all are read, then each is run."""
 
-    def __init__(self, module: types.ModuleType, used: Sequence[str] = ()) -> None:
+    def __init__(self, module: types.ModuleType, used: Collection[str] = ()) -> None:
         # Dataclasses and type hints look their module up by name.
         sys.modules[module.__name__] = module
         self.names = module.__dict__
