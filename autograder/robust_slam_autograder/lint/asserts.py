@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator
 
+from robust_slam_autograder.lint.nodes import walk
 from robust_slam_autograder.lint.rule import Found, Rule
 from robust_slam_autograder.lint.subject import Code, Subject
 
@@ -14,7 +15,7 @@ _ALL_ENDS = frozenset({"BaseException", "builtins.BaseException"})
 
 def _asserts(subject: Subject) -> Iterator[tuple[Code, ast.Assert]]:
     for code in subject.codes:
-        for node in ast.walk(code.tree):
+        for node in walk(code.tree):
             if isinstance(node, ast.Assert):
                 yield code, node
 
@@ -90,7 +91,7 @@ def _broad_except(subject: Subject) -> Iterator[Found]:
 
 def _handlers(subject: Subject, names: frozenset[str], message: str) -> Iterator[Found]:
     for code in subject.codes:
-        for node in ast.walk(code.tree):
+        for node in walk(code.tree):
             for kind in _caught(node, subject):
                 if kind in names:
                     yield Found(code.grade_id, getattr(node, "lineno", 1), message)

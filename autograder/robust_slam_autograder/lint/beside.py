@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from robust_slam_autograder.lint import answers
+from robust_slam_autograder.lint.nodes import walk
 from robust_slam_autograder.lint.rule import Found, Rule
 from robust_slam_autograder.lint.subject import Subject
 from robust_slam_autograder.reading.assignment import CONFIG_NAME, Config
@@ -56,7 +57,7 @@ def _refusal(module: str, config: Config) -> str | None:
 def _imports(subject: Subject) -> Iterator[tuple[str, ast.Import | ast.ImportFrom]]:
     """Imports that run in the student's process: of the set-up's functions those of none."""
     for cell in subject.solutions:
-        for node in ast.walk(_parsed(plain_python(cell.source))):
+        for node in walk(_parsed(plain_python(cell.source))):
             if isinstance(node, ast.Import | ast.ImportFrom):
                 yield cell.grade_id or "", node
     for piece in subject.assignment.setup:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from robust_slam_autograder.lint.flow import VERDICTS, Flow, last_name
+from robust_slam_autograder.lint.nodes import walk
 
 _ORDER = (ast.Lt, ast.LtE, ast.Gt, ast.GtE)
 _KEEP = frozenset({"any", "all", "bool", "logical_and", "logical_or"})
@@ -23,7 +24,7 @@ class Condition:
 
 def conditions(tree: ast.AST) -> Iterator[Condition]:
     """What a piece of code demands: of asserts, of ``if`` that leads to a failure, of helpers."""
-    for node in ast.walk(tree):
+    for node in walk(tree):
         match node:
             case ast.Assert():
                 yield Condition(node.test, True)
@@ -109,7 +110,7 @@ def _counted(node: ast.Compare) -> list[ast.Compare]:
     small = isinstance(node.ops[0], ast.Lt | ast.LtE) or (
         isinstance(node.ops[0], ast.Eq) and getattr(node.comparators[0], "value", None) == 0
     )
-    parts = list(ast.walk(node.left))
+    parts = list(walk(node.left))
     calls = [part for part in parts if isinstance(part, ast.Call)]
     if not small or not any(last_name(call.func) in _COUNTS for call in calls):
         return []

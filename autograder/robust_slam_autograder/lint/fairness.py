@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from robust_slam_autograder.lint.demands import conditions
 from robust_slam_autograder.lint.flow import FACTS, SHAPES, last_name
+from robust_slam_autograder.lint.nodes import walk
 from robust_slam_autograder.lint.rule import Found, Rule
 from robust_slam_autograder.lint.subject import Code, Subject
 
@@ -55,7 +56,7 @@ def _is_harmless(node: ast.AST, code: Code) -> bool:
 def _list_refused(subject: Subject) -> Iterator[Found]:
     """An array's attribute of a result as it came back, which may be a list or a float."""
     for code in subject.codes:
-        for node in ast.walk(code.tree):
+        for node in walk(code.tree):
             if isinstance(node, ast.Attribute) and node.attr in _OF_ARRAYS:
                 inner, what = node.value, f".{node.attr}"
             elif isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Tuple):
@@ -104,12 +105,12 @@ def _exact_float(subject: Subject) -> Iterator[Found]:
     """
     for code in subject.codes:
         for condition in conditions(code.tree):
-            for node in ast.walk(condition.test):
+            for node in walk(condition.test):
                 if not isinstance(node, ast.Compare) or not isinstance(node.ops[0], ast.Eq):
                     continue
                 sides = [node.left, node.comparators[0]]
                 wants = [side for side in sides if not code.flow.of(side).keys]
-                if len(wants) == 1 and any(map(_is_fraction, ast.walk(wants[0]))):
+                if len(wants) == 1 and any(map(_is_fraction, walk(wants[0]))):
                     yield Found(
                         code.grade_id,
                         node.lineno,

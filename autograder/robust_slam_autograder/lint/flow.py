@@ -11,6 +11,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
+from robust_slam_autograder.lint.nodes import walk
+
 SHAPES = frozenset({"shape", "ndim", "size", "len"})
 """Functions and attributes that tell of a value's shape alone."""
 FACTS = SHAPES | {"dtype", "isinstance", "callable", "type", "hasattr", "isfinite", "isnan"}
@@ -102,7 +104,7 @@ class Flow:
         """All nodes of an expression, and of what its variables were made from."""
         waiting, seen = [node], set()
         while waiting:
-            for part in ast.walk(waiting.pop()):
+            for part in walk(waiting.pop()):
                 if part in seen:
                     continue
                 seen.add(part)
@@ -126,7 +128,7 @@ def follow(
         modules: names that stand for modules, which are no values.
     """
     flow = Flow()
-    for node in ast.walk(tree):
+    for node in walk(tree):
         flow.parents |= dict.fromkeys(ast.iter_child_nodes(node), node)
     names = {name: Value(functions=frozenset({name})) for name in functions}
     names |= {name: Value(frozenset({name}), raw=True, many=True) for name in variables}
@@ -312,7 +314,7 @@ class _Follower:
 
     def subscript(self, node: ast.Subscript) -> Value:
         value, index = self.value(node.value), self.value(node.slice)
-        if index.many or any(isinstance(part, ast.Slice) for part in ast.walk(node.slice)):
+        if index.many or any(isinstance(part, ast.Slice) for part in walk(node.slice)):
             return value
         return value.item(_whole_number(node.slice))
 

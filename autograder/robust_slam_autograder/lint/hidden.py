@@ -6,6 +6,7 @@ import ast
 import re
 from collections.abc import Iterator
 
+from robust_slam_autograder.lint.nodes import walk
 from robust_slam_autograder.lint.rule import Found, Rule
 from robust_slam_autograder.lint.subject import Code, Subject, words
 from robust_slam_autograder.reading.assignment import END_HIDDEN
@@ -69,7 +70,7 @@ def _quoted(hint: str, code: Code) -> Iterator[str]:
     """What of the hidden code alone stands in the hint."""
     visible = code.case.visible if code.case else ""
     hint_code, shown = _dense(hint), _dense(visible)
-    for node in ast.walk(code.tree):
+    for node in walk(code.tree):
         if not code.is_hidden(node):
             continue
         if isinstance(node, _CODE):
@@ -96,12 +97,12 @@ def _is_telling(value: object) -> bool:
 def _tells_input(subject: Subject) -> Iterator[Found]:
     """Prints and messages of hidden checks; plain nbgrader's feedback would show them."""
     for code in subject.tests:
-        for node in ast.walk(code.tree):
+        for node in walk(code.tree):
             if not code.is_hidden(node):
                 continue
             prints = isinstance(node, ast.Call) and subject.full_name(node.func) == "print"
             says = isinstance(node, ast.Assert) and any(
-                isinstance(part, ast.Name) for part in ast.walk(node.msg or ast.Constant(None))
+                isinstance(part, ast.Name) for part in walk(node.msg or ast.Constant(None))
             )
             if prints or says:
                 yield Found(

@@ -6,6 +6,7 @@ import ast
 from collections.abc import Iterator
 
 from robust_slam_autograder.lint.flow import Value, last_name
+from robust_slam_autograder.lint.nodes import walk
 from robust_slam_autograder.lint.rule import Found, Rule
 from robust_slam_autograder.lint.subject import Code, Subject, words
 from robust_slam_autograder.reading.source import plain_python
@@ -24,7 +25,7 @@ _CANNOT_CROSS = frozenset(
 def _looks_inside(subject: Subject) -> Iterator[Found]:
     """Tests that look into a function, or change what it uses."""
     for code in subject.tests:
-        for node in ast.walk(code.tree):
+        for node in walk(code.tree):
             what = _looked_at(node, code, subject)
             if what:
                 yield Found(
@@ -60,7 +61,7 @@ def _is_module(node: ast.expr, subject: Subject) -> bool:
 def _rebinds(subject: Subject) -> Iterator[Found]:
     """Tests that give a student's name to something else: later cases find that."""
     for code in subject.tests:
-        for node in ast.walk(code.tree):
+        for node in walk(code.tree):
             name = ""
             if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store | ast.Del):
                 name = node.id
@@ -114,7 +115,7 @@ def _asks_for_class(subject: Subject) -> Iterator[Found]:
     """Solution cells whose class the tests use: its instances cannot cross."""
     used = {name for code in subject.tests for name in words(code.source)}
     for cell in subject.solutions:
-        for node in ast.walk(_parsed(cell.source)):
+        for node in walk(_parsed(cell.source)):
             if isinstance(node, ast.ClassDef) and node.name in used:
                 yield Found(
                     cell.grade_id or "",

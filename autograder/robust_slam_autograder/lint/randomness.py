@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator
 
+from robust_slam_autograder.lint.nodes import walk
 from robust_slam_autograder.lint.rule import Found, Rule
 from robust_slam_autograder.lint.subject import Code, Subject
 
@@ -16,7 +17,7 @@ _UNSEEDED = ("secrets.", "uuid.", "time.time", "os.urandom", "random.SystemRando
 def _no_rng(subject: Subject) -> Iterator[Found]:
     """Hidden regions with inputs that never change."""
     for code in subject.tests:
-        hidden = [node for node in ast.walk(code.tree) if code.is_hidden(node)]
+        hidden = [node for node in walk(code.tree) if code.is_hidden(node)]
         names = {node.id for node in hidden if isinstance(node, ast.Name)}
         if code.regions and RNG not in names:
             yield Found(
@@ -50,7 +51,7 @@ def _is_other(node: ast.Call, name: str) -> bool:
 def _setup_draws(subject: Subject) -> Iterator[Found]:
     """A set-up cell that draws: it runs on both sides, and the student's has another seed."""
     for code in subject.setup:
-        for node in ast.walk(code.tree):
+        for node in walk(code.tree):
             if isinstance(node, ast.Call) and _uses_rng(node) and not _in_function(node, code):
                 yield Found(
                     code.grade_id,

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from robust_slam_autograder.lint.demands import conditions
 from robust_slam_autograder.lint.flow import SHAPES, Flow, last_name
+from robust_slam_autograder.lint.nodes import walk
 from robust_slam_autograder.lint.rule import Found, Rule
 from robust_slam_autograder.lint.subject import Code, Subject
 
@@ -90,7 +91,7 @@ def _pairs(code: Code, subject: Subject) -> Iterator[_Pair]:
 def _roots(code: Code) -> Iterator[ast.expr]:
     """Where a cell decides: its conditions, and calls that stand for themselves."""
     yield from (condition.test for condition in conditions(code.tree))
-    for node in ast.walk(code.tree):
+    for node in walk(code.tree):
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Call):
             yield node.value
 
@@ -138,7 +139,7 @@ def _shape_asked(node: ast.AST, flow: Flow) -> set[str]:
 
 
 def _asks_shape(helper: ast.FunctionDef | None) -> bool:
-    parts = [part for one in conditions(helper) for part in ast.walk(one.test)] if helper else []
+    parts = [part for one in conditions(helper) for part in walk(one.test)] if helper else []
     names = {last_name(part.func) for part in parts if isinstance(part, ast.Call)}
     names |= {part.attr for part in parts if isinstance(part, ast.Attribute)}
     return bool(names & (SHAPES | _STRICT))

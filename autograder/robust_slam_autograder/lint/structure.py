@@ -6,6 +6,7 @@ import ast
 from collections.abc import Iterator, Sequence
 
 from robust_slam_autograder.lint.flow import last_name
+from robust_slam_autograder.lint.nodes import walk
 from robust_slam_autograder.lint.rule import Found, Rule
 from robust_slam_autograder.lint.subject import (
     BEGIN_SOLUTION,
@@ -120,13 +121,13 @@ def _no_check(subject: Subject) -> Iterator[Found]:
 def _checks(code: Code, subject: Subject) -> Sequence[ast.AST]:
     """What can fail: asserts, raises, functions that assert."""
     found: list[ast.AST] = []
-    for node in ast.walk(code.tree):
+    for node in walk(code.tree):
         if isinstance(node, ast.Assert | ast.Raise):
             found.append(node)
         elif isinstance(node, ast.Call):
             name = last_name(node.func)
             helper = subject.helpers.get(name)
-            inside = list(ast.walk(helper)) if helper else []
+            inside = list(walk(helper)) if helper else []
             asserts = any(isinstance(part, ast.Assert | ast.Raise) for part in inside)
             if asserts or name.startswith("assert") or name in ("fail", "raises", "eq_", "ok_"):
                 found.append(node)

@@ -10,6 +10,7 @@ from functools import cached_property
 from pathlib import Path
 
 from robust_slam_autograder.lint.flow import Flow, follow
+from robust_slam_autograder.lint.nodes import walk
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading import notebook
 from robust_slam_autograder.reading.assignment import BEGIN_HIDDEN, END_HIDDEN, Assignment, Case
@@ -75,18 +76,18 @@ class Subject:
     @cached_property
     def helpers(self) -> Mapping[str, ast.FunctionDef]:
         """The instructor's own functions, by name."""
-        nodes = (node for code in self.codes for node in ast.walk(code.tree))
+        nodes = (node for code in self.codes for node in walk(code.tree))
         return {node.name: node for node in nodes if isinstance(node, ast.FunctionDef)}
 
     @cached_property
     def classes(self) -> frozenset[str]:
         """Names of the classes that the instructor's cells define."""
-        nodes = (node for code in self.codes for node in ast.walk(code.tree))
+        nodes = (node for code in self.codes for node in walk(code.tree))
         return frozenset(node.name for node in nodes if isinstance(node, ast.ClassDef))
 
     def calls(self, code: Code) -> Iterator[tuple[ast.Call, str]]:
         """Every call in a cell, and the full name of what it calls (numpy.allclose)."""
-        for node in ast.walk(code.tree):
+        for node in walk(code.tree):
             if isinstance(node, ast.Call):
                 yield node, self.full_name(node.func)
 
@@ -169,7 +170,7 @@ def _parsed(sources: Sequence[str]) -> Iterator[ast.Module]:
 
 def _imported(sources: Sequence[str]) -> dict[str, str]:
     found = {}
-    for node in (node for tree in _parsed(sources) for node in ast.walk(tree)):
+    for node in (node for tree in _parsed(sources) for node in walk(tree)):
         if isinstance(node, ast.Import):
             for alias in node.names:
                 first = alias.name.split(".")[0]
