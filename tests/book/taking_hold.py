@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 
 from playwright.sync_api import CDPSession, Locator, Page
 
-PICTURE = ".rs-picture[data-live]"
+PICTURE = "xpath=.//*[contains(@class, 'rs-picture') and @data-live]"
+"""XPath is the browser's own: for CSS, Playwright looks at every element of a page each time."""
 _FRAMES = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
 _SEEN = f"""async (picture) => {{
   await {_FRAMES};
   const part = (name) => picture.querySelector(name);
   return [part('.rs-stage').innerHTML, part('.rs-caption').textContent];
 }}"""
+_HEIGHT = f"async (picture) => (await {_FRAMES}, picture.getBoundingClientRect().height)"
 _RESET = f"""async (picture) => {{
   picture.querySelector('[data-control=reset]').click();
   await {_FRAMES};
@@ -26,15 +29,18 @@ def pictures(page: Page) -> list[Locator]:
 
 def handles(picture: Locator) -> list[str]:
     """The keys of what can be taken hold of; a handle may go and come back by its key."""
-    return [
-        str(each.get_attribute("data-handle")) for each in picture.locator("[data-handle]").all()
-    ]
+    found: list[str] = picture.evaluate(
+        "picture => Array.from(picture.querySelectorAll('[data-handle]'), h => h.dataset.handle)"
+    )
+    return found
 
 
 def controls(picture: Locator) -> Iterator[Locator]:
-    """The controls that change the state, but not those that bring it back or link to it."""
-    for each in picture.locator("[data-control]").all():
-        if each.get_attribute("data-control") not in ("reset", "link"):
+    """The controls that change the state now, but not those that bring it back or link to it."""
+    for each in picture.locator("xpath=.//*[@data-control]").all():
+        if each.evaluate(
+            "c => !/^(reset|link)$/.test(c.dataset.control) && c.ariaDisabled !== 'true'"
+        ):
             yield each
 
 
@@ -47,6 +53,11 @@ def seen(picture: Locator) -> tuple[str, str]:
 def drawn(picture: Locator) -> str:
     """What the picture shows, once it has been drawn."""
     return seen(picture)[0]
+
+
+def height_of(picture: Locator) -> float:
+    """How much of the page the picture takes, once it has been drawn."""
+    return float(picture.evaluate(_HEIGHT))
 
 
 def words(picture: Locator) -> str:
@@ -64,7 +75,7 @@ def by_keyboard(picture: Locator, key: str, toward: int) -> None:
 
     It keeps the focus while the picture is drawn again.
     """
-    picture.locator(f"[data-handle='{key}']").focus()
+    picture.evaluate(f"picture => picture.querySelector({_handle(key)}).focus()")
     for arrow in ("ArrowRight", "ArrowUp") if toward > 0 else ("ArrowLeft", "ArrowDown"):
         for _ in range(3):
             picture.page.keyboard.press(arrow)
@@ -112,24 +123,30 @@ def swipe(page: Page, x: float, y: float, right: float, down: float) -> None:
 
 def move(control: Locator) -> None:
     """Give a control another value."""
-    match control.evaluate("c => c.type"):
-        case "range":
-            least, now = control.get_attribute("min"), control.input_value()
+    match control.evaluate("c => [c.type, c.value, c.min, c.selectedIndex, c.options?.length]"):
+        case ["range", now, least, *_]:
             control.press("Home" if float(now) > float(least or 0) else "End")
-        case "select-one":
-            count = control.evaluate("c => c.options.length")
-            control.select_option(index=(control.evaluate("c => c.selectedIndex") + 1) % count)
+        case ["select-one", _, _, chosen, count]:
+            control.select_option(index=(chosen + 1) % count)
         case _:
             control.click()
 
 
 def _middle(picture: Locator, key: str) -> tuple[float, float]:
     # The visible mark is in the middle of the handle's target.
-    mark = picture.locator(f"[data-handle='{key}']")
-    mark.scroll_into_view_if_needed()
-    box = mark.bounding_box()
-    assert box is not None
-    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    x, y = picture.evaluate(
+        f"""picture => {{
+          const mark = picture.querySelector({_handle(key)});
+          mark.scrollIntoView({{ block: "center", behavior: "instant" }});
+          const box = mark.getBoundingClientRect();
+          return [box.x + box.width / 2, box.y + box.height / 2];
+        }}"""
+    )
+    return x, y
+
+
+def _handle(key: str) -> str:
+    return json.dumps(f"[data-handle='{key}']")
 
 
 def _touch(session: CDPSession, kind: str, x: float, y: float) -> None:
