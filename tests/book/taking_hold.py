@@ -16,6 +16,8 @@ _SEEN = f"""async (picture) => {{
   return [part('.rs-stage').innerHTML, part('.rs-caption').textContent];
 }}"""
 _HEIGHT = f"async (picture) => (await {_FRAMES}, picture.getBoundingClientRect().height)"
+_CHANGES = """(control) => control.ariaDisabled !== "true"
+  && !["reset", "link"].includes(control.dataset.control)"""
 _RESET = f"""async (picture) => {{
   picture.querySelector('[data-control=reset]').click();
   await {_FRAMES};
@@ -38,9 +40,7 @@ def handles(picture: Locator) -> list[str]:
 def controls(picture: Locator) -> Iterator[Locator]:
     """The controls that change the state now, but not those that bring it back or link to it."""
     for each in picture.locator("xpath=.//*[@data-control]").all():
-        if each.evaluate(
-            "c => !/^(reset|link)$/.test(c.dataset.control) && c.ariaDisabled !== 'true'"
-        ):
+        if each.evaluate(_CHANGES):
             yield each
 
 

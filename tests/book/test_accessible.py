@@ -67,8 +67,8 @@ DRAWN_AS_ONE = """() => {
   for (const sign of document.querySelectorAll(":is(pre, dt.sig) span:not([data-look])"))
     if (!sign.querySelector("[data-look]")) sign.replaceWith(sign.textContent);
 }"""
-"""A figure has tests of its own, a formula has one colour, and a keyword looks like the one before:
-axe-core would look at each of their thousands of letters."""
+"""A figure has tests of its own, a formula has one colour, and keywords look alike: axe-core would
+look at each of their thousands of letters."""
 STILL = "Promise.allSettled(document.getAnimations().map(a => a.finished)).then(() => 0)"
 """Resolves when nothing fades or moves any more."""
 

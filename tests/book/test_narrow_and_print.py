@@ -23,6 +23,28 @@ TOO_WIDE = """() => {
 }"""
 """What stands beyond the right edge, outside of a box that scrolls by itself."""
 
+# The theme hides what sticks out of a formula in a line. Hidden formulas have no width.
+CUT_FORMULAS = """[...document.querySelectorAll(".math")].filter((math) => {
+  const drawn = math.querySelector("math").getBoundingClientRect().width;
+  return math.clientWidth && drawn > math.clientWidth + 1;
+}).map((math) => math.textContent)"""
+
+# Punctuation right behind a formula that stands further left than where the formula ends.
+LONELY_PUNCTUATION = """[...document.querySelectorAll("span.math")].filter((math) => {
+  const next = math.nextSibling;
+  if (next?.nodeType !== Node.TEXT_NODE || !/^[.,;:!?)]/.test(next.data)) return false;
+  const mark = document.createRange();
+  mark.setStart(next, 0);
+  mark.setEnd(next, 1);
+  const { left, width } = mark.getBoundingClientRect();
+  return width && left < math.getBoundingClientRect().right - 1;
+}).map((math) => math.parentElement.textContent)"""
+KNOBS_OUT = """[...document.querySelectorAll(".rs-picture :is(select, input, button)")].filter(
+  (knob) => knob.getBoundingClientRect().right
+    > knob.closest(".rs-picture").getBoundingClientRect().right).map((knob) => knob.outerHTML)"""
+IMAGES_OUT = """[...document.images].filter(
+  (image) => image.getBoundingClientRect().right > innerWidth).map((image) => image.outerHTML)"""
+
 
 def visit(site: Site, open_page: Opener, name: str, **options: object) -> Page:
     return open_page((site.folder / f"{name}.html").as_uri(), **options).page
@@ -34,7 +56,8 @@ class TestOnAPhone:
         self, name: str, site: Site, open_page: Opener
     ) -> None:
         page = visit(site, open_page, name, viewport={"width": 390, "height": 800})
-        assert page.evaluate(TOO_WIDE) == []
+        for script in (TOO_WIDE, IMAGES_OUT, KNOBS_OUT, CUT_FORMULAS, LONELY_PUNCTUATION):
+            assert page.evaluate(script) == []
         page.set_viewport_size({"width": 320, "height": 800})
         assert page.evaluate(TOO_WIDE) == []
 

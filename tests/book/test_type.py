@@ -10,21 +10,9 @@ import pytest
 from fontTools.ttLib import TTFont
 
 from chapters._ext import robust_slam_type
-from tests.book.conftest import PAGES, WAYS, Site, place
+from tests.book.conftest import WAYS, Site, place
 from tests.chromium import Opener
 
-SHOWN = """() => {
-  const walk = document.createTreeWalker(document.querySelector("main"), NodeFilter.SHOW_TEXT);
-  const apart = "pre, code, math, svg, script, style, .rs-picture, .rs-quiz, button, mark";
-  const signs = new Set();
-  while (walk.nextNode()) {
-    if (!walk.currentNode.parentElement.closest(apart)) [...walk.currentNode.data].forEach(
-      (sign) => signs.add(sign));
-  }
-  return [...signs].filter((sign) => sign.trim()).join("");
-}"""
-FROM_OTHERS = set("✗∘ᵀ⁻⪰\u2060")
-"""Rare signs that the packaged font does not have either, and one that is never drawn."""
 SHIFT = """() => new Promise((done) => {
   let sum = 0;
   new PerformanceObserver((list) => {
@@ -50,14 +38,6 @@ def test_a_font_has_its_licence_and_not_the_name_that_is_reserved(fonts: list[by
         names = TTFont(io.BytesIO(font))["name"]
         assert "SIL Open Font License" in names.getDebugName(13)
         assert "Adobe" in names.getDebugName(0) and "Source" not in names.getDebugName(1)
-
-
-@pytest.mark.browser
-@pytest.mark.parametrize("name", PAGES)
-def test_the_text_needs_no_other_font(name: str, site: Site, open_page: Opener) -> None:
-    page = open_page((site.folder / f"{name}.html").as_uri()).page
-    signs = {sign for sign in page.evaluate(SHOWN) if ord(sign) not in robust_slam_type.SIGNS}
-    assert signs <= FROM_OTHERS
 
 
 @pytest.mark.browser
