@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import pytest
 from playwright.sync_api import Browser
@@ -13,7 +14,7 @@ from tests.chromium import Visit, visiting
 
 pytestmark = pytest.mark.browser
 
-WIDE, PHONE = {"width": 1280, "height": 900}, {"width": 390, "height": 844}
+WIDE, PHONE = 1280, 390
 SMALLEST = 11.0
 """Pixels that a letter stands high on a phone."""
 
@@ -40,24 +41,34 @@ READ = """() => [...document.querySelectorAll(".rs-figure")].map((figure) => {
 
 Figure = dict[str, object]
 """What a figure of a page is, as the browser has it."""
+Reader = Callable[..., list[Figure]]
 
 
 @pytest.fixture(scope="module", params=NOTEBOOKS)
 def visit(request: pytest.FixtureRequest, site: Site, browser: Browser) -> Iterator[Visit]:
     """A page with cells; open while its tests run."""
     url = (site.folder / f"{request.param}.html").as_uri()
-    with visiting(browser, url, viewport=WIDE, color_scheme="light") as opened:
+    with visiting(browser, url, color_scheme="light") as opened:
         yield opened
 
 
-def read(visit: Visit, size: dict[str, int], theme: str = "light") -> list[Figure]:
-    """The figures of the page on a screen of this size."""
-    visit.page.set_viewport_size(size)
-    visit.page.evaluate(f"document.documentElement.dataset.theme = '{theme}'")
-    found: list[Figure] = visit.page.evaluate(READ)
-    return found
+@pytest.fixture(scope="module")
+def read(visit: Visit) -> Reader:
+    """A function that reads the figures of the page on a screen of a width; it keeps them."""
+    page = visit.page
+
+    @functools.cache
+    def figures(width: int, theme: str = "light", media: str = "screen") -> list[Figure]:
+        page.set_viewport_size({"width": width, "height": 900})
+        page.emulate_media(media=media)
+        page.evaluate(f"document.documentElement.dataset.theme = '{theme}'")
+        found: list[Figure] = page.evaluate(READ)
+        return found
+
+    return figures
 
 
+@functools.cache
 def luminance(colour: str) -> float:
     """The relative luminance of WCAG 2.1 of a colour as browsers compute it."""
     parts = [int(part) / 255 for part in re.findall(r"\d+", colour)[:3]]
@@ -85,39 +96,34 @@ def touching(texts: list[Figure]) -> list[tuple[object, object]]:
 class TestFigures:
     """What holds for the figures of every page."""
 
-    def test_each_is_an_image_with_words_and_a_number(self, visit: Visit) -> None:
-        figures = read(visit, WIDE)
+    def test_each_is_an_image_with_words_and_a_number(self, visit: Visit, read: Reader) -> None:
+        figures = read(WIDE)
         assert figures or not any(page in visit.page.url for page in CHAPTERS)
         for figure in figures:
             assert figure["role"] == "img" and len(str(figure["label"])) > 20
             assert figure["number"], figure["label"]
 
-    @pytest.mark.parametrize(("size", "kind"), [(WIDE, "rs-wide"), (PHONE, "rs-narrow")])
-    def test_there_is_room_for_what_is_drawn(
-        self, visit: Visit, size: dict[str, int], kind: str
-    ) -> None:
-        for figure in read(visit, size):
+    @pytest.mark.parametrize(("width", "kind"), [(WIDE, "rs-wide"), (PHONE, "rs-narrow")])
+    def test_there_is_room_for_what_is_drawn(self, read: Reader, width: int, kind: str) -> None:
+        for figure in read(width):
             assert figure["kinds"] == [kind]
             assert touching(figure["texts"]) == []  # type: ignore[arg-type]
 
-    def test_letters_are_large_enough_on_a_phone(self, visit: Visit) -> None:
-        for figure in read(visit, PHONE):
+    def test_letters_are_large_enough_on_a_phone(self, read: Reader) -> None:
+        for figure in read(PHONE):
             sizes = {text["said"]: text["size"] for text in figure["texts"]}  # type: ignore[attr-defined]
             assert {said: size for said, size in sizes.items() if size < SMALLEST} == {}
 
     @pytest.mark.parametrize("theme", ["light", "dark"])
-    def test_letters_are_those_of_the_page(self, visit: Visit, theme: str) -> None:
-        for figure in read(visit, WIDE, theme):
+    def test_letters_are_those_of_the_page(self, read: Reader, theme: str) -> None:
+        for figure in read(WIDE, theme):
             assert set(figure["grounds"]) == {"rgba(0, 0, 0, 0)"}  # type: ignore[call-overload]
             for text in figure["texts"]:  # type: ignore[attr-defined]
                 assert text["font"] == figure["font"]
                 assert contrast(text["fill"], str(figure["ground"])) >= 4.5, text["said"]
 
-    def test_paper_is_light(self, visit: Visit) -> None:
-        visit.page.emulate_media(media="print")
-        figures = read(visit, WIDE, "dark")
-        visit.page.emulate_media(media="screen")
-        for figure in figures:
+    def test_paper_is_light(self, read: Reader) -> None:
+        for figure in read(WIDE, "dark", "print"):
             for text in figure["texts"]:  # type: ignore[attr-defined]
                 assert contrast(text["fill"], "rgb(255, 255, 255)") >= 4.5, text["said"]
 
