@@ -66,7 +66,9 @@ define environment
 	{ echo 'python3 3.11 or newer is needed, with venv (Debian: apt install python3-venv);' \
 	'name another one with make PYTHON=python3.12 …'; exit 1; }
 @$(PYTHON) -m venv $(VENV)
-@$(QUIETLY) $(1) $(BIN)/pip install --progress-bar off --require-hashes --no-deps -r $(2)
+@$(QUIETLY) $(1) $(BIN)/pip install --progress-bar off --no-compile --require-hashes --no-deps -r $(2)
+@# On all cores, where pip uses one. Some packages carry files for other versions of Python.
+@$(BIN)/python -m compileall -qq -j 0 $(VENV)/lib || true
 @$(BIN)/pip install --quiet --no-deps --no-build-isolation -e lib -e autograder
 endef
 
@@ -123,11 +125,11 @@ test: ## set up and pass all tests; STRICT=1 fails where one would be left out
 	ROBUST_SLAM_STRICT=$(filter-out 0,$(STRICT)) $(BIN)/pytest -q -n $(or $(JOBS),$$(( $$($(BIN)/python -c "import os; print(os.cpu_count())") + 1 ))) --maxprocesses 9 \
 		--dist loadfile --no-loadscope-reorder
 
-# Says what tests need and is not there, then installs it.
+# Says what tests need and is not there, then installs it: apt beside pip.
 define install
 $(MAKE) -q $(READY_DEV) 2>/dev/null || \
 	echo "It installs the $$(grep -c '^[a-zA-Z0-9].*==' requirements-dev.lock) Python packages of requirements-dev.lock in $(VENV)."; \
-sh tests/system-packages.sh plan; $(MAKE) setup-dev; sh tests/system-packages.sh install
+$(MAKE) -j 2 system-packages setup-dev
 endef
 
 system-packages: ## say which Debian packages tests need, and install those that are missing

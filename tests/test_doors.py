@@ -147,5 +147,6 @@ def test_what_apt_would_install_is_said_before_it_runs(tmp_path: Path, uid: int)
 def test_make_test_says_what_it_installs_before_it_does() -> None:
     said = make(ROOT, "--dry-run", "test").stdout
     first = said.index("make test checks style and types")
-    assert first < said.index("system-packages.sh plan") < said.index("make setup")
-    assert said.index("make setup") < said.index("system-packages.sh install")
+    assert first < said.index("It installs the") < said.index("system-packages setup-dev")
+    packages = make(ROOT, "--dry-run", "system-packages").stdout
+    assert packages.index("system-packages.sh plan") < packages.index("system-packages.sh install")
