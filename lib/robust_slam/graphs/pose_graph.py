@@ -16,7 +16,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import coo_array
+from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from robust_slam._arrays import Array, Indices, Mask, finite, mask
@@ -202,7 +202,7 @@ def connected_parts(n: int, edges: Indices) -> Indices:
     Parts are numbered from 0 in the order of their smallest poses; ``edges`` are ``(m, 2)``.
     """
     i, j = edges.T
-    adjacency = coo_array((np.ones(i.size, dtype=np.int8), (i, j)), shape=(n, n))
+    adjacency = csr_array((np.ones(i.size), (i, j)), shape=(n, n))
     _, label = connected_components(adjacency, directed=False)
     _, first, inverse = np.unique(label, return_index=True, return_inverse=True)
     return np.asarray(np.argsort(np.argsort(first))[inverse], dtype=np.intp)
