@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -40,11 +38,6 @@ def course(root: Path, text: str, module: str = "") -> list[str]:
     (root / "chapters" / "notebook.ipynb").write_text(json.dumps({"cells": cells}), "utf-8")
     (root / "lib" / "module.py").write_text(module, "utf-8")
     return list(check.findings(root))
-
-
-def test_the_language_is_in_order() -> None:
-    said = subprocess.run([sys.executable, "-m", "tools.prose"], cwd=check.ROOT, check=False)
-    assert said.returncode == 0
 
 
 def test_what_is_no_prose_is_not_read(tmp_path: Path) -> None:
