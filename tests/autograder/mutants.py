@@ -110,6 +110,10 @@ _CHANGES = {
         ("if not isinstance(kind, str) or type(number) is not int:", "if False:",
          "student/test_channel.py::test_a_message_of_another_shape_ends_the_conversation"),
     ],
+    "reading/source.py": [
+        ("dont_inherit=True, optimize=0", "dont_inherit=True",
+         f"{MARKING}asserts_count_under_an_optimising_interpreter"),
+    ],
     "grading/allowed.py": [
         ("if shown is not None:", "if False:",
          "grading/test_allowed.py::test_what_student_code_could_read_is_refused"),
@@ -129,8 +133,6 @@ _CHANGES = {
         ("if known or session.fault is None:", "if True:",
          f"{MARKING}a_fault_that_a_test_swallows_is_a_fault"),
         ("        contextlib.redirect_stdout(nowhere),\n", "", f"{MARKING}tests_print_nothing"),
-        ('exec", dont_inherit=True, optimize=0', 'exec", dont_inherit=True',
-         f"{MARKING}asserts_count_under_an_optimising_interpreter"),
         ("    signal.setitimer(signal.ITIMER_REAL, session.time_left() + ALARM_GRACE)\n", "",
          f"{MARKING}what_computes_for_ever_on_this_side_is_ended"),
     ],

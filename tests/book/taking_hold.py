@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from typing import NamedTuple
 
 from playwright.sync_api import CDPSession, Locator, Page
 
-PICTURE = "xpath=.//*[contains(@class, 'rs-picture') and @data-live]"
-"""XPath is the browser's own: for CSS, Playwright looks at every element of a page each time."""
+PICTURE = ".rs-picture[data-live]"
 _FRAMES = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
 _SEEN = f"""async (picture) => {{
   await {_FRAMES};
   const part = (name) => picture.querySelector(name);
-  return [part('.rs-stage').innerHTML, part('.rs-caption').textContent];
+  return [part('.rs-stage').innerHTML, part('.rs-caption').textContent,
+    picture.getBoundingClientRect().height];
 }}"""
-_HEIGHT = f"async (picture) => (await {_FRAMES}, picture.getBoundingClientRect().height)"
 _CHANGES = """(control) => control.ariaDisabled !== "true"
   && !["reset", "link"].includes(control.dataset.control)"""
 _RESET = f"""async (picture) => {{
@@ -39,25 +39,23 @@ def handles(picture: Locator) -> list[str]:
 
 def controls(picture: Locator) -> Iterator[Locator]:
     """The controls that change the state now, but not those that bring it back or link to it."""
-    for each in picture.locator("xpath=.//*[@data-control]").all():
+    for each in picture.locator("[data-control]").all():
         if each.evaluate(_CHANGES):
             yield each
 
 
-def seen(picture: Locator) -> tuple[str, str]:
-    """The drawing of a picture and its words, once it has been drawn."""
-    drawing, caption = picture.evaluate(_SEEN)
-    return str(drawing), str(caption)
+class Seen(NamedTuple):
+    """What a picture shows."""
+
+    drawing: str
+    caption: str
+    height: float
+    """How much of the page it takes, in pixels."""
 
 
-def drawn(picture: Locator) -> str:
-    """What the picture shows, once it has been drawn."""
-    return seen(picture)[0]
-
-
-def height_of(picture: Locator) -> float:
-    """How much of the page the picture takes, once it has been drawn."""
-    return float(picture.evaluate(_HEIGHT))
+def seen(picture: Locator) -> Seen:
+    """What a picture shows, once it has been drawn."""
+    return Seen(*picture.evaluate(_SEEN))
 
 
 def words(picture: Locator) -> str:
@@ -91,9 +89,9 @@ def follows(picture: Locator) -> bool:
     return False
 
 
-def differ(before: tuple[str, str], after: tuple[str, str]) -> bool:
+def differ(before: Seen, after: Seen) -> bool:
     """Tell whether both the drawing and the words have changed."""
-    return before[0] != after[0] and before[1] != after[1]
+    return before.drawing != after.drawing and before.caption != after.caption
 
 
 def by_mouse(picture: Locator, key: str, toward: int) -> None:
