@@ -19,7 +19,7 @@ from tests.chromium import Opener
 
 pytestmark = pytest.mark.browser
 
-CHAPTER = ROOT / "chapters" / "03-irls.ipynb"
+CHAPTER = ROOT / "chapters" / "02-four-costs.ipynb"
 SHOWN = "shown = pictures.opening().widget()\nshown"
 
 
