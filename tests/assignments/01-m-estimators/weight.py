@@ -119,3 +119,8 @@ wrong_zero_past_fifty = change(
     right_masked, "return w", "return np.where(np.abs(u) > 50, 0, w)", caught_by="weight-positive"
 )
 """Wrong for large residuals: gives all of them the weight 0."""
+
+wrong_root_of_the_weight = change(
+    right_where, "psi(safe) / safe", "np.sqrt(psi(safe) / safe)", stopped_by="weight-by-hand"
+)
+"""Wrong: the factor of the residual, the root of the weight that multiplies its square."""

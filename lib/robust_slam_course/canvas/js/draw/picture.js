@@ -85,7 +85,7 @@ export function livePicture({ model, el }, spec) {
   parts.reset.addEventListener("click", () => change(first));
   parts.link.addEventListener("click", async () => {
     window.history.replaceState(null, "", stateToHash(name, state, first));
-    parts.link.textContent = "The address now holds this state";
+    parts.link.textContent = "Now in the address";
     setTimeout(() => { parts.link.textContent = LINK; }, 2500);
     await navigator.clipboard?.writeText(window.location.href).catch(() => {});
   });
