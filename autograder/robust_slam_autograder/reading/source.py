@@ -104,9 +104,9 @@ def used_names(*statements: ast.stmt) -> set[str]:
     return names_read(*(code for statement in statements for code in _compiled(statement)))
 
 
-def names_read(*compiled: types.CodeType) -> set[str]:
-    """The same for code that is compiled already."""
-    found = list(compiled)
+def names_read(*codes: types.CodeType) -> set[str]:
+    """Names that compiled code reads from its module (and, on top, those of attributes)."""
+    found = list(codes)
     names: set[str] = set()
     while found:
         code = found.pop()
