@@ -375,7 +375,10 @@ class TestPublicCourse:
         assert not [
             name for name in tests if any(word in (public / name).read_text() for word in telling)
         ]
-        paths = [*answers.ANSWERS.rglob("*.py"), *answers.SOLUTIONS.rglob("*.ipynb")]
+        paths = [
+            *(path for kind in ("*.py", "*.toml") for path in answers.ANSWERS.rglob(kind)),
+            *answers.SOLUTIONS.rglob("*.ipynb"),
+        ]
         private = {path.read_bytes() for path in paths} - {b""}
         assert not [p for p in public.rglob("*") if p.is_file() and p.read_bytes() in private]
 

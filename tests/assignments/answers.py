@@ -1,7 +1,7 @@
 """Answers as students would type them, and submissions made of them.
 
-``robust_slam_autograder.lint.answers`` says how the files ``<assignment>/<exercise>.py`` are
-written.
+``robust_slam_autograder.lint.answers`` says how the files ``<assignment>/<exercise>.toml``
+are written.
 """
 
 from __future__ import annotations
@@ -14,6 +14,8 @@ from typing import Any
 
 from robust_slam_autograder.lint.answers import Answer, read
 
+from tests.assignments.mutation import equivalents
+
 ROOT = Path(__file__).resolve().parents[2]
 SOLUTIONS = ROOT / "solutions"
 ANSWERS = Path(__file__).resolve().parent
@@ -25,9 +27,9 @@ def assignments() -> list[str]:
 
 
 def answers(assignment: str) -> list[Answer]:
-    """All answers to an assignment, in the order of the files and of the functions in them."""
-    files = sorted((ANSWERS / assignment).glob("*.py"))
-    return [answer for path in files for answer in read(path)]
+    """All answers to an assignment, in the order of the files and of the answers in them."""
+    files = sorted((ANSWERS / assignment).glob("*.toml"))
+    return [answer for path in files if path.name != equivalents.FILE for answer in read(path)]
 
 
 def source_notebook(assignment: str, tree: Path = SOLUTIONS) -> dict[str, Any]:

@@ -23,7 +23,7 @@ def add(commands: Any) -> None:  # noqa: ANN401
         "--answers",
         type=Path,
         metavar="DIR",
-        help="right and wrong answers, DIR/<assignment>/<exercise>.py: each exercise needs both",
+        help="right and wrong answers, DIR/<assignment>/<exercise>.toml: each exercise needs both",
     )
     parser.add_argument("--strict", action="store_true", help="warnings count as errors")
     parser.add_argument("--json", action="store_true", help="the findings as JSON")

@@ -61,7 +61,7 @@ def lint(notebook: Path, answers: Path | None = None) -> list[Finding]:
 
     Args:
         notebook: the instructor's.
-        answers: folder of right and wrong answers, ``<assignment>/<exercise>.py``.
+        answers: folder of right and wrong answers, ``<assignment>/<exercise>.toml``.
 
     Returns:
         what was found and is not allowed, in the order of the cells.

@@ -1,48 +1,35 @@
-"""Right and wrong answers to an exercise, to try its tests on.
+"""Reads right and wrong answers to an exercise, to try its tests on.
 
-A file ``<assignment>/<exercise>.py`` holds functions ``right_…`` and ``wrong_…``. The body of
-each, below its docstring, is the text of the cell that a student hands in. The docstring of a
-wrong answer tells the misconception and ends with the case that it fails: "Caught by
-<grade id>." for a hidden check, "Stopped by the visible case <grade id>." for a visible one.
+They are in ``<assignment>/<exercise>.toml``, one table for each answer, and its name begins with
+``right_`` or ``wrong_``. A right one tells its ``idea``; a wrong one tells the ``misconception``
+behind it, and names one case that it fails: ``caught_by`` where only hidden checks notice,
+``stopped_by`` where a visible check does. The text of the cell that a student hands in is its
+``code``. An answer that differs in a few places from one above it is written ``from`` that one,
+with ``changes``, pairs of an old text and a new one::
 
-An answer that differs from a right one in a few places is written as a change to it, with its
-story below (see ``change``). The files are read and never run.
+    [wrong_knee]
+    misconception = "Puts the upper knee at u itself."
+    stopped_by = "start_mu-by-hand"
+    from = "right_formula"
+    changes = [["2 * u**2", "u**2"]]
+
+The changes are made in their order, and each old text must occur exactly once. A text of several
+lines is indented like the line in which it begins; in the file it may be indented as one likes,
+with line breaks around it.
 """
 
 from __future__ import annotations
 
-import ast
-import re
 import textwrap
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-_CAUGHT = re.compile(r"\s*(Caught by|Stopped by the visible case) ([\w-]+)\.")
-
-
-def change(
-    right: Callable[..., object],
-    *texts: str | tuple[str, str],
-    caught_by: str = "",
-    stopped_by: str = "",
-) -> None:
-    '''Declare an answer: a right one with other text in one or more places.
-
-    ``read`` evaluates the declaration; called, it does nothing::
-
-        wrong_knee = change(right_formula, "2 * u**2", "u**2", stopped_by="start_mu-by-hand")
-        """Wrong: puts the upper knee at u itself."""
-
-    Args:
-        right: the answer of the same file that it changes.
-        texts: the old text and the new one, or a pair ``(old, new)`` for each place, changed in
-            this order. The old text must occur exactly once. Where a text has several lines, they
-            are indented like the line in which it begins; one that starts with a line break is
-            dedented first.
-        caught_by: grade id of the case whose hidden check catches it, if it is wrong.
-        stopped_by: grade id of the case whose visible check stops it, if it is wrong.
-    '''
+_OF_RIGHT = frozenset({"idea"})
+_OF_WRONG = frozenset({"misconception", "caught_by", "stopped_by"})
+_TEXTS = frozenset({"code", "from"})
 
 
 @dataclass(frozen=True)
@@ -57,100 +44,82 @@ class Answer:
     story: str
     """What is particular to it: for a wrong one the misconception."""
     caught_by: str | None = None
-    """Grade id of the case that a wrong answer says it fails."""
+    """Grade id of the case that a wrong answer fails."""
     is_visible: bool = False
     """Whether a visible check stops it, not only a hidden one."""
 
     @property
     def is_right(self) -> bool:
-        """Whether it must get full marks."""
+        """Return whether it must get full marks."""
         return self.name.startswith("right_")
 
 
 def read(path: Path) -> list[Answer]:
-    """The answers in a file, in its order.
+    """Return the answers in a file, in its order.
 
     Raises:
-        ValueError: a change is not written as ``change`` says, or its old text does not occur
-            exactly once.
-        SyntaxError: the file is not Python.
+        ValueError: the file is no TOML, or an answer is not written as this module says; the
+            message names the file and the answer.
     """
-    text = path.read_text(encoding="utf-8")
-    nodes = ast.parse(text).body
+    try:
+        tables = tomllib.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
     found: dict[str, Answer] = {}
-    for node, below in zip(nodes, [*nodes[1:], None], strict=True):
-        if isinstance(node, ast.FunctionDef) and _is_answer(node.name):
-            found[node.name] = _written(path.stem, text, node)
-        elif isinstance(node, ast.Assign) and _is_answer(name := ast.unparse(node.targets[0])):
-            try:
-                found[name] = _changed(name, node.value, _string(below), found)
-            except ValueError as error:
-                raise ValueError(f"{path}:{node.lineno}: {name}: {error}") from None
+    for name, table in tables.items():
+        try:
+            found[name] = _answer(path.stem, name, table, found)
+        except ValueError as error:
+            raise ValueError(f"{path}: {name}: {error}") from None
     return list(found.values())
 
 
-def _is_answer(name: str) -> bool:
-    return name.startswith(("right_", "wrong_"))
-
-
-def _written(exercise: str, text: str, node: ast.FunctionDef) -> Answer:
-    story = " ".join((ast.get_docstring(node) or "").split())
-    caught = _CAUGHT.search(story)
+def _answer(exercise: str, name: str, table: object, above: Mapping[str, Answer]) -> Answer:
+    if not name.startswith(("right_", "wrong_")) or not isinstance(table, dict):
+        raise ValueError("an answer is a table with the name right_… or wrong_…")
+    own = _OF_RIGHT if name.startswith("right_") else _OF_WRONG
+    texts = {key: value for key, value in table.items() if key != "changes"}
+    unknown = sorted(texts.keys() - own - _TEXTS)
+    if unknown:
+        raise ValueError(f"unknown key {unknown[0]}: it takes {', '.join(sorted(own | _TEXTS))}")
+    if not all(isinstance(value, str) and value.strip() for value in texts.values()):
+        raise ValueError("every value but changes is a text that is not empty")
+    cases = [table[key] for key in ("caught_by", "stopped_by") if key in table]
+    if own is _OF_WRONG and len(cases) != 1:
+        raise ValueError("a wrong answer names one case, caught_by or stopped_by")
     return Answer(
         exercise,
-        node.name,
-        _body(text, node),
-        _CAUGHT.sub("", story),
-        caught_by=caught.group(2) if caught else None,
-        is_visible=bool(caught and caught.group(1).startswith("Stopped")),
+        name,
+        _source(table, above),
+        " ".join(str(table.get("idea") or table.get("misconception", "")).split()),
+        caught_by=cases[0] if cases else None,
+        is_visible="stopped_by" in table,
     )
 
 
-def _body(text: str, node: ast.FunctionDef) -> str:
-    body = node.body[1:] if ast.get_docstring(node) is not None else node.body
-    if not body:
-        return ""
-    first = min(part.lineno for part in (body[0], *getattr(body[0], "decorator_list", [])))
-    return textwrap.dedent("\n".join(text.split("\n")[first - 1 : node.end_lineno])) + "\n"
+def _source(table: Mapping[str, Any], above: Mapping[str, Answer]) -> str:
+    match table:
+        case {"code": str(code), **rest} if not rest.keys() & {"from", "changes"}:
+            return code
+        case {"from": str(name), "changes": [*changes], **rest} if "code" not in rest:
+            if name not in above:
+                raise ValueError(f"there is no answer {name} above it")
+            source = above[name].source
+            for change in changes:
+                source = _changed(source, change)
+            return source
+    raise ValueError("it holds either code, or from and changes = [[old, new], …]")
 
 
-def _changed(name: str, call: ast.expr, story: str, known: Mapping[str, Answer]) -> Answer:
-    if not (isinstance(call, ast.Call) and ast.unparse(call.func) == "change" and call.args):
-        raise ValueError("an answer is a function, or change(right, old, new, …)")
-    right = known.get(ast.unparse(call.args[0]))
-    if right is None:
-        raise ValueError(f"there is no answer {ast.unparse(call.args[0])} above it")
-    source = right.source
-    for old, new in _pairs([ast.literal_eval(text) for text in call.args[1:]]):
-        source = replaced(source, old, new)
-    cases = {word.arg: ast.literal_eval(word.value) for word in call.keywords}
-    changed = Answer(right.exercise, name, source, story)
-    if changed.is_right and not cases:
-        return changed
-    if changed.is_right or len(cases) != 1 or not cases.keys() <= {"caught_by", "stopped_by"}:
-        raise ValueError("a wrong one names one case, caught_by or stopped_by; a right one none")
-    (case,) = cases.values()
-    return replace(changed, caught_by=case, is_visible="stopped_by" in cases)
-
-
-def _string(node: ast.stmt | None) -> str:
-    value = node.value if isinstance(node, ast.Expr) else None
-    return " ".join(str(value.value).split()) if isinstance(value, ast.Constant) else ""
-
-
-def _pairs(texts: list[str | tuple[str, str]]) -> list[tuple[str, str]]:
-    match texts:
+def _changed(source: str, change: object) -> str:
+    match change:
         case [str(old), str(new)]:
-            return [(old, new)]
-        case [(str(), str()), *_]:
-            pairs = [text for text in texts if isinstance(text, tuple) and len(text) == 2]
-            if len(pairs) == len(texts):
-                return pairs
-    raise ValueError("it takes an old text and a new one, or pairs (old, new)")
+            return replaced(source, old, new)
+    raise ValueError(f"a change is a pair [old, new], not {change!r}")
 
 
 def replaced(source: str, old: str, new: str) -> str:
-    """The source with the one place where the old text stands changed to the new one.
+    """Return the source with the one place where the old text stands changed to the new one.
 
     Raises:
         ValueError: the old text does not occur exactly once.
@@ -164,7 +133,7 @@ def replaced(source: str, old: str, new: str) -> str:
 
 
 def _dedented(text: str) -> str:
-    return textwrap.dedent(text).strip("\n") if text.startswith("\n") else text
+    return textwrap.dedent(text).strip("\n") if "\n" in text else text
 
 
 def _places(source: str, old: str) -> Iterator[tuple[int, int, str]]:

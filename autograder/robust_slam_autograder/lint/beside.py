@@ -109,11 +109,11 @@ def _no_mutant(subject: Subject) -> Iterator[Found]:
         return
     folder = subject.answers / subject.assignment.name
     for cell in subject.solutions:
-        path = folder / f"{cell.grade_id}.py"
+        path = folder / f"{cell.grade_id}.toml"
         try:
             found = answers.read(path) if path.is_file() else []
-        except (SyntaxError, ValueError) as error:
-            yield Found(cell.grade_id or "", 1, f"{path} cannot be read: {error}.")
+        except ValueError as error:
+            yield Found(cell.grade_id or "", 1, f"The answers cannot be read: {error}.")
             continue
         for kind in ("wrong_", "right_"):
             if not any(answer.name.startswith(kind) for answer in found):

@@ -57,7 +57,7 @@ class Subject:
     """The notebook."""
     assignment: Assignment
     answers: Path | None
-    """Folder of right and wrong answers, ``<assignment>/<exercise>.py``, where there is one."""
+    """Folder of right and wrong answers, ``<assignment>/<exercise>.toml``, where there is one."""
     solutions: tuple[Cell, ...]
     """Cells that the grader marks: not those that a person does."""
     tests: tuple[Code, ...]

@@ -328,15 +328,15 @@ def test_an_import_that_students_may_not_make_is_found(lint):
 @pytest.mark.parametrize(
     ("double", "wanted"),
     [
-        ("def right_a():\n    pass\n\n\ndef wrong_a():\n    pass\n", []),
-        ("def right_a():\n    pass\n", ["wrong_…"]),
-        ("wrong_a = change(right_a)\n", ["read"]),
+        ("[right_a]\ncode = 'pass'\n[wrong_a]\ncode = 'pass'\ncaught_by = 'a'\n", []),
+        ("[right_a]\ncode = 'pass'\n", ["wrong_…"]),
+        ("[right_a]\nfrom = 'right_b'\n", ["read"]),
     ],
 )
 def test_an_exercise_needs_a_wrong_and_a_right_answer_where_answers_are_given(
     lint, tmp_path, double, wanted
 ):
-    file = tmp_path / "answers" / toy.NAME / "double.py"
+    file = tmp_path / "answers" / toy.NAME / "double.toml"
     file.parent.mkdir(parents=True)
     file.write_text(double, encoding="utf-8")
     found = lint(toy.source_notebook(), answers=tmp_path / "answers")
