@@ -11,7 +11,7 @@ import os
 
 import pytest
 from hypothesis import HealthCheck, settings
-from robust_slam_autograder.sandbox import BACK_ENDS, Bubblewrap
+from robust_slam_autograder.sandbox import BACK_ENDS
 
 from tests import kernel
 
@@ -33,14 +33,6 @@ def leave_out(reason: str) -> None:
     if os.environ.get("ROBUST_SLAM_STRICT"):
         pytest.fail(f"STRICT: {reason}", pytrace=False)
     pytest.skip(reason)
-
-
-@pytest.fixture(scope="session")
-def bubblewrap() -> Bubblewrap:
-    """The bubblewrap back end, working."""
-    wall = kernel.working("bubblewrap")
-    assert isinstance(wall, Bubblewrap)
-    return wall
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

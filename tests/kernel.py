@@ -32,10 +32,10 @@ def free_port() -> int:
 
 @cache
 def supports(back_end: str) -> bool:
-    """Whether the kernel, and the tools that it takes, support a back end for this user."""
+    """Whether the kernel supports a back end for this user."""
     if sys.platform != "linux":
         return False
-    return {"fork": _namespaces, "bubblewrap": _bubblewrap, "landlock": _landlock}[back_end]()
+    return {"fork": _namespaces, "landlock": _landlock}[back_end]()
 
 
 def working(back_end: str) -> Sandbox:
@@ -65,11 +65,6 @@ def _namespaces() -> bool:
     own = [] if os.getuid() == 0 else ["--user", "--map-root-user"]
     kinds = ["--mount", "--pid", "--net", "--ipc", "--uts", "--fork"]
     return _succeeds("unshare", *own, *kinds, "sh", "-c", _MOUNTS)
-
-
-def _bubblewrap() -> bool:
-    options = ["--unshare-all", "--ro-bind", "/", "/", "--proc", "/proc", "--dev", "/dev"]
-    return _succeeds("bwrap", *options, "true")
 
 
 def _landlock() -> bool:

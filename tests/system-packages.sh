@@ -5,7 +5,6 @@
 missing=
 command -v chromium-headless-shell >/dev/null 2>&1 || command -v chromium >/dev/null 2>&1 ||
     missing="chromium-headless-shell"
-command -v bwrap >/dev/null 2>&1 || missing="$missing bubblewrap"
 command -v gpg >/dev/null 2>&1 || missing="$missing gnupg"
 ls /usr/lib/postgresql/*/bin/initdb >/dev/null 2>&1 || missing="$missing postgresql"
 command -v firefox-esr >/dev/null 2>&1 || missing="$missing firefox-esr"

@@ -44,7 +44,6 @@ NAMES = answers.assignments()
 ADDRESS = "https://github.com/owner/course"
 PRIVATE = (
     ".ci/",
-    "benchmarks/grading.py",
     "instructor.mk",
     "solutions/course.toml",
     "tests/assignments/",

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import os
 import platform
-import shutil
 from pathlib import Path
 from typing import Any
 
@@ -86,8 +85,6 @@ def remedy(name: str, problem: str) -> str:
     """
     if platform.system() != "Linux":
         return "Grade on Linux: in a virtual machine, WSL, or your CI's Ubuntu runner."
-    if name == "bubblewrap" and shutil.which("bwrap") is None:
-        return "Install it: apt-get install bubblewrap, dnf install bubblewrap."
     if name == "landlock":
         return _landlock_remedy()
     closed = [f"{key}={good}" for key, (bad, good) in RESTRICTIONS.items() if _setting(key) == bad]

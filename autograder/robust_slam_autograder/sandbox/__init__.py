@@ -14,19 +14,13 @@ from robust_slam_autograder.sandbox.inside import Launch, Running, Sandbox
 BACK_ENDS: dict[str, Sandbox] = {}
 """By the name to choose them by, the one to prefer first."""
 if sys.platform != "emscripten":  # a browser starts no process
-    from robust_slam_autograder.sandbox.bubblewrap import Bubblewrap, bubblewrap_problem
     from robust_slam_autograder.sandbox.fork import Fork
     from robust_slam_autograder.sandbox.unsandboxed import Unsandboxed
 
-    BACK_ENDS = {
-        "fork": Fork(),
-        "bubblewrap": Bubblewrap(),
-        "landlock": Fork(namespaces=False),
-    }
+    BACK_ENDS = {"fork": Fork(), "landlock": Fork(namespaces=False)}
 
 __all__ = [
     "BACK_ENDS",
-    "Bubblewrap",
     "Fork",
     "Here",
     "InProcess",
@@ -34,7 +28,6 @@ __all__ = [
     "Running",
     "Sandbox",
     "Unsandboxed",
-    "bubblewrap_problem",
     "choose",
 ]
 

@@ -8,14 +8,11 @@ import select
 import signal
 import subprocess
 import tempfile
-import threading
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from robust_slam_autograder.sandbox import cpu, watch
-from robust_slam_autograder.sandbox.cgroup import Group
+from robust_slam_autograder.sandbox import cpu
 from robust_slam_autograder.sandbox.cpu import CpuClock
 from robust_slam_autograder.student import untrusted
 
@@ -28,22 +25,11 @@ class Process:
 
     process: subprocess.Popen[bytes]
     scratch: tempfile.TemporaryDirectory[str] | None = None
-    watched: bool = False
-    """Whether to end it when it and all that it starts use too much together."""
-    group: Group | None = None
-    """The control group in which it runs."""
 
     def pipes(self) -> tuple[int, int]:
         """Descriptors to read its messages from and to write ours to."""
         assert self.process.stdin and self.process.stdout
         return self.process.stdout.fileno(), self.process.stdin.fileno()
-
-    def _watch(self) -> None:
-        while self.process.poll() is None:
-            found = watch.descendants(self.process.pid)
-            if watch.uses_too_much(found, None) or watch.holds_too_many_files(found):
-                self.process.kill()
-            time.sleep(watch.SECONDS)
 
     @cached_property
     def _clock(self) -> CpuClock:
@@ -59,8 +45,6 @@ class Process:
         reader, _ = self.pipes()
         answers = select.select([reader], [], [], START_SECONDS)[0]
         if answers and os.read(reader, len(untrusted.READY)) == untrusted.READY:
-            if self.watched:  # not before: its /tmp was still the grader's own
-                threading.Thread(target=self._watch, daemon=True).start()
             return None
         self.process.kill()
         said = self.process.stderr.read().decode(errors="replace").strip()
@@ -78,8 +62,6 @@ class Process:
                     pipe.close()
         if self.scratch is not None:
             self.scratch.cleanup()
-        if self.group is not None:
-            self.group.remove()
 
 
 def popen(

@@ -12,12 +12,7 @@ from pathlib import Path
 
 import psutil
 
-from robust_slam_autograder.sandbox.inside import (
-    MEMORY_BYTES,
-    PROCESSES,
-    SCRATCH_BYTES,
-    SCRATCH_FILES,
-)
+from robust_slam_autograder.sandbox.inside import MEMORY_BYTES, PROCESSES, SCRATCH_BYTES
 
 BLOCK = 4096
 SOCKET_BYTES = 2 * 212_992
@@ -54,25 +49,6 @@ def uses_too_much(processes: Iterable[psutil.Process], scratch: Path | None) -> 
             memory += SOCKET_BYTES * process.num_fds()
     disk = _size(scratch) if scratch else 0
     return memory > MEMORY_BYTES or threads > 2 * PROCESSES or disk > SCRATCH_BYTES
-
-
-def holds_too_many_files(processes: Iterable[psutil.Process]) -> bool:
-    """Whether a scratch folder that nothing else bounds holds more files than it may.
-
-    Args:
-        processes: all of a sandbox, which has file systems of its own for /tmp and /dev/shm.
-    """
-    return any(_files(process.pid) > SCRATCH_FILES for process in processes)
-
-
-def _files(pid: int) -> int:
-    """Files of the larger of a process's scratch folders, as it sees them."""
-    found = 0
-    for folder in ("tmp", "dev/shm"):
-        with contextlib.suppress(OSError):  # it may have ended
-            usage = os.statvfs(f"/proc/{pid}/root/{folder}")
-            found = max(found, usage.f_files - usage.f_ffree)
-    return found
 
 
 def _size(folder: Path) -> int:
