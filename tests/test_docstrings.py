@@ -15,7 +15,7 @@ import pytest
 
 LIB = Path(__file__).resolve().parents[1] / "lib" / "robust_slam"
 MODULES = sorted(p for p in LIB.rglob("*.py") if not p.name.startswith("_"))
-RECORDS = {"errors", "group", "quiz", "result", "style"}
+RECORDS = {"errors", "group", "palette", "result"}
 TOOLS = {"cli", "drawing", "files", "progress"}
 WITHOUT_LITERATURE = RECORDS | TOOLS
 """Modules that hold no method: names, records, files, commands and what pages look like."""

@@ -30,9 +30,9 @@ def test_the_directions_are_kept() -> None:
     [
         ("lib/robust_slam/graphs/se2.py", "from robust_slam import pipeline", "graphs.se2"),
         (
-            "lib/robust_slam/descent/step.py",
-            "from robust_slam_course import style",
-            "descent.step",
+            "lib/robust_slam/drawing.py",
+            "from robust_slam_course.style import LOOKS",
+            "robust_slam.drawing",
         ),
         ("lib/robust_slam/errors.py", "import robust_slam_autograder", "robust_slam.errors"),
         (

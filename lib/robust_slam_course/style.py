@@ -10,73 +10,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
 import matplotlib.figure
 from cycler import cycler
+from robust_slam.palette import COLOURS, PALETTE, LineStyle
 
 if TYPE_CHECKING:
     from matplotlib.typing import RcKeyType
 
-LineStyle = str | tuple[float, tuple[float, ...]]
-
-
-class Colour(NamedTuple):
-    """A colour on a light page and on paper, and on a dark page."""
-
-    light: str
-    dark: str
-
-
-COLOURS: dict[str, Colour] = {
-    "ground": Colour("#ffffff", "#121212"),
-    "grid": Colour("#e3e3e3", "#3c3c3c"),
-    "faint": Colour("#767676", "#8c8c8c"),
-    "muted": Colour("#5c5c5c", "#a8a8a8"),
-    "ink": Colour("#262626", "#ececec"),
-    "estimate": Colour("#0072b2", "#5bb8f0"),
-    "inlier": Colour("#00795a", "#2fc79b"),
-    "outlier": Colour("#c14e00", "#ff8a3d"),
-    "accent": Colour("#a8487c", "#e79ac4"),
-    "ochre": Colour("#9a7000", "#e2b53e"),
-    "plum": Colour("#7b3f9e", "#c49be6"),
-    "brown": Colour("#8c510a", "#c79a6b"),
-    "olive": Colour("#4b6b00", "#a5c55a"),
-}
-"""The style sheets know each as a variable, such as `--rs-ink`."""
-
 NEUTRALS = ("ground", "grid", "faint", "muted", "ink")
-
-PALETTE: dict[str, str] = {
-    "truth": COLOURS["ink"].light,
-    "estimate": COLOURS["estimate"].light,
-    "odometry": COLOURS["muted"].light,
-    "inlier": COLOURS["inlier"].light,
-    "outlier": COLOURS["outlier"].light,
-    "accent": COLOURS["accent"].light,
-    "muted": COLOURS["faint"].light,
-}
-
-LINESTYLES: dict[str, LineStyle] = {
-    "truth": ":",
-    "estimate": "-",
-    "odometry": "-",
-    "inlier": "-",
-    "outlier": (0.0, (5.0, 2.0)),
-    "accent": "--",
-    "muted": "-",
-}
-
-MARKERS: dict[str, str] = {
-    "truth": "+",
-    "estimate": "o",
-    "odometry": ".",
-    "inlier": "o",
-    "outlier": "X",
-    "accent": "P",
-    "muted": ".",
-}
 
 
 @dataclass(frozen=True)

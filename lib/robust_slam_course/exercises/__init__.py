@@ -12,8 +12,9 @@ from typing import ParamSpec
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
+from robust_slam.palette import PALETTE
 
-from robust_slam_course.style import PALETTE, figure_style, show_figures
+from robust_slam_course.style import figure_style, show_figures
 
 NOT_YET = "A picture appears here once your function returns something that can be drawn."
 

@@ -17,16 +17,16 @@ from robust_slam._arrays import Array, Indices, Mask, finite, mask
 from robust_slam.certificates import optimality as certificates
 from robust_slam.certificates.newton import polish
 from robust_slam.consistency import cliques, pairwise
+from robust_slam.drawing import draw_map, legend_below
 from robust_slam.estimators import graduation as annealing
 from robust_slam.estimators.thresholds import chi_square_threshold
 from robust_slam.graphs import datasets, generate, metrics, outliers, pose_graph
 from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam.palette import PALETTE
 from robust_slam.problems import PoseGraphProblem
 from scipy.stats import chi2
 
 from robust_slam_course.exercises import once_it_works
-from robust_slam_course.plots import maps
-from robust_slam_course.style import PALETTE
 
 Graph = Mapping[str, Any]
 Tools = Mapping[str, Callable[..., Any]]
@@ -60,7 +60,7 @@ def make_graph(
     squares = pose_graph.squared_norms(graph, truth)
     fig = Figure(figsize=(7.0, 3.2))
     left, right = fig.subplots(1, 2)
-    maps.draw_map(left, graph, truth)
+    draw_map(graph, truth, left)
     left.set_title("your world: the way, its closures")
     bins = np.linspace(0.0, 14.0, 29)
     right.hist(squares, bins, density=True, color=PALETTE["estimate"], alpha=0.6, label="yours")
@@ -84,7 +84,7 @@ def spoil(student: Callable[[Graph, float, int], tuple[Graph, ArrayLike]]) -> Fi
     starts = truth[graph.edges[:, 0]]
     fig = Figure(figsize=(5.6, 5.2))
     ax = fig.subplots()
-    maps.draw_map(ax, pose_graph.select(clean, clean.is_odometry), truth)
+    draw_map(pose_graph.select(clean, clean.is_odometry), truth, ax)
     for name, chosen in (("inlier", ~spoiled & ~graph.is_odometry), ("outlier", spoiled)):
         label = {"inlier": "correct", "outlier": "spoiled"}[name]
         for k in np.flatnonzero(chosen):
@@ -171,8 +171,8 @@ def _decisions(graph: PoseGraph, answer: Mapping[str, Any], is_outlier: Mask) ->
     precision, recall = metrics.precision_recall(kept[loops], ~is_outlier[loops])
     fig = Figure(figsize=(5.6, 5.6))
     ax = fig.subplots()
-    maps.draw_map(ax, graph, poses, kept=kept, is_outlier=is_outlier)
-    maps.legend_below(ax)
+    draw_map(graph, poses, ax, kept=kept, is_outlier=is_outlier)
+    legend_below(ax)
     ax.set_title(f"precision {precision:.2f}, recall {recall:.2f}: {answer['verdict']}")
     return fig
 

@@ -15,10 +15,10 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 from robust_slam._arrays import Array
 from robust_slam.certificates import sdp
+from robust_slam.palette import MARKERS, PALETTE
 from scipy.spatial.transform import Rotation
 
 from robust_slam_course.exercises import draw_beside, once_it_works
-from robust_slam_course.style import MARKERS, PALETTE
 
 _TOL = 1e-6
 _STEP = 2.5  # between the poses of a row

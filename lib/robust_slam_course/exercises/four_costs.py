@@ -13,10 +13,10 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 from robust_slam._arrays import Array
 from robust_slam.estimators import kernels
+from robust_slam.palette import PALETTE
 
 from robust_slam_course.exercises import draw_beside, once_it_works
 from robust_slam_course.plots.kernels import draw_curvatures, draw_norm_densities, kernel_look
-from robust_slam_course.style import PALETTE
 
 Curve = Callable[[Array, float], ArrayLike]
 Row = tuple[str, Callable[[Array], Array], Curve]

@@ -15,11 +15,11 @@ from robust_slam._arrays import Array
 from robust_slam.estimators import kernels
 from robust_slam.estimators import reweighting as library
 from robust_slam.estimators.result import StopReason
+from robust_slam.palette import PALETTE
 from robust_slam.problems import LocationProblem
 
 from robust_slam_course.exercises import draw_beside, once_it_works
 from robust_slam_course.plots.location import draw_landscape, draw_weights, label_weights
-from robust_slam_course.style import PALETTE
 
 Step = Callable[[Array, float, float, float], tuple[float, ArrayLike]]
 Weight = Callable[[ArrayLike], ArrayLike]

@@ -19,10 +19,10 @@ from robust_slam.estimators.kernels import (
     welsch,
 )
 from robust_slam.estimators.reweighting import irls
+from robust_slam.palette import PALETTE
 from robust_slam.problems import LocationProblem
 
 from robust_slam_course.exercises import draw_beside, once_it_works
-from robust_slam_course.style import PALETTE
 
 THREE = (squared(), huber(1.0), cauchy(1.0))
 SIX = (squared(), huber(50.0), cauchy(1.0), geman_mcclure(1.0), welsch(1.0), tls(1.0))

@@ -15,10 +15,11 @@ from numpy.typing import ArrayLike
 from robust_slam._arrays import Array
 from robust_slam.estimators.kernels import Kernel, cauchy, squared, tls
 from robust_slam.estimators.reweighting import irls
+from robust_slam.palette import MARKERS, PALETTE
 from robust_slam.problems import LocationProblem
 
 from robust_slam_course.exercises import draw_beside, once_it_works
-from robust_slam_course.style import LOOKS, MARKERS, PALETTE
+from robust_slam_course.style import LOOKS
 
 Rho = Callable[[ArrayLike], Array]
 

@@ -10,11 +10,11 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from numpy.typing import ArrayLike
 from robust_slam._arrays import Array, Mask
+from robust_slam.palette import MARKERS, PALETTE
 from robust_slam.problems import LinearProblem, chain
 
 from robust_slam_course.exercises import draw_beside, once_it_works
-from robust_slam_course.plots import maps
-from robust_slam_course.style import MARKERS, PALETTE
+from robust_slam_course.plots.chain import draw_chain
 
 THREE = ([0, 1, 0, 0], [1, 2, 2, 2], [1.0, 1.0, 2.0, 0.0], [0.1, 0.1, 0.05, 0.05])
 FIVE = ([0, 1, 2, 3, 1], [1, 2, 3, 4, 3], [1.0, 1.0, 1.0, 1.0, 0.0], [0.1, 0.1, 0.1, 0.1, 0.05])
@@ -64,9 +64,7 @@ def solve_anchored(student: Callable[..., ArrayLike]) -> Figure:
     fig = Figure(figsize=(5.6, 3.8))
     axes = fig.subplots(2, 1, sharex=True)
     for ax, x, name in zip(axes, (truth, yours), ("truth", "yours"), strict=True):
-        maps.draw_chain(
-            ax, x, np.stack([i, j], axis=1), is_odometry=own, is_outlier=~own, named=False
-        )
+        draw_chain(ax, x, np.stack([i, j], axis=1), is_odometry=own, is_outlier=~own, named=False)
         ax.set_title(f"The map of least cost, {name}", loc="left")
     for place in truth:
         axes[1].axvline(place, color=PALETTE["muted"], linewidth=6, alpha=0.4, zorder=0)

@@ -14,14 +14,14 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 from robust_slam import descent as solver
 from robust_slam._arrays import Array, Mask, finite
+from robust_slam.drawing import draw_map, legend_below
 from robust_slam.graphs import generate, metrics, outliers, pose_graph, se2
 from robust_slam.graphs.odometry import spanning_tree
 from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam.palette import PALETTE
 from robust_slam.problems import PoseGraphProblem
 
 from robust_slam_course.exercises import draw_beside, once_it_works
-from robust_slam_course.plots import maps
-from robust_slam_course.style import PALETTE
 
 Graph = Mapping[str, Any]
 
@@ -139,8 +139,8 @@ def robust_solve(
     kept: Mask = finite("weights", weights, (len(graph.edges),)) > 0.5
     fig = Figure(figsize=(5.6, 5.2))
     ax = fig.subplots()
-    maps.draw_map(ax, graph, _poses(poses, graph.n), truth=truth, kept=kept, is_outlier=is_outlier)
-    maps.legend_below(ax)
+    draw_map(graph, _poses(poses, graph.n), ax, truth=truth, kept=kept, is_outlier=is_outlier)
+    legend_below(ax)
     ax.set_title("Ten outliers: no outlier should be kept")
     return fig
 

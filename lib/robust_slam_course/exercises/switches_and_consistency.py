@@ -15,12 +15,12 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 from robust_slam._arrays import Array, Mask, finite
 from robust_slam.consistency import cliques, pairwise
+from robust_slam.drawing import draw_map
 from robust_slam.estimators import kernels, switches, thresholds
 from robust_slam.graphs import generate, outliers
+from robust_slam.palette import PALETTE
 
 from robust_slam_course.exercises import draw_beside, once_it_works
-from robust_slam_course.plots import maps
-from robust_slam_course.style import PALETTE
 
 _SOLID: dict[str, Any] = {"color": PALETTE["muted"], "linestyle": "-"}
 _CHI2 = np.geomspace(0.01, 100.0, 121)
@@ -190,7 +190,7 @@ def pairwise_consistent(
     m = int(np.count_nonzero(loop))
     fig = Figure(figsize=(5.6, 6.6))
     top, bottom = fig.subplots(2, height_ratios=(2.0, 3.0))
-    maps.draw_map(top, graph, poses, is_outlier=is_outlier)
+    draw_map(graph, poses, top, is_outlier=is_outlier)
     top.set_title("A walk through a town; closures 8 to 11 are outliers")
     _draw_agreement(bottom, pairwise.pairwise_consistent(graph, gamma), finite("A", yours, (m, m)))
     return fig

@@ -15,8 +15,9 @@ from xml.etree import ElementTree as ET
 
 from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import text_to_path
+from robust_slam.palette import COLOURS
 
-from robust_slam_course.style import COLOURS, NEUTRALS
+from robust_slam_course.style import NEUTRALS
 
 PIXELS = 96.0 / 72.0
 """A page's pixels in a point."""

@@ -14,12 +14,12 @@ from robust_slam.estimators import chi_square_threshold
 from robust_slam.fleet import rounds
 from robust_slam.graphs.generate import manhattan
 from robust_slam.graphs.pose_graph import PoseGraph, select, with_closures
+from robust_slam.palette import PALETTE
 
 from robust_slam_course.canvas.picture import Picture
 from robust_slam_course.pictures.graphs import Array, graph_data
 from robust_slam_course.plots.robots import draw_robots
 from robust_slam_course.plots.stages import DOWN, STAGES, draw_stages
-from robust_slam_course.style import PALETTE
 
 _FAULTS = {
     "nothing": "No stage fails.",

@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from robust_slam.consistency import pcm
+from robust_slam.drawing import draw_map, map_legend
 from robust_slam.estimators import chi_square_threshold, gnc, switchable
 from robust_slam.graphs import se2
 from robust_slam.graphs.generate import manhattan
@@ -17,7 +18,6 @@ from robust_slam.problems import PoseGraphProblem
 from robust_slam_course.canvas.picture import Picture
 from robust_slam_course.pictures.graphs import Array, graph_data
 from robust_slam_course.plots.consistency import draw_consistency
-from robust_slam_course.plots.maps import draw_map, map_legend
 from robust_slam_course.plots.opening import Town, draw_opening, three_maps
 from robust_slam_course.style import figure_style
 
@@ -108,7 +108,7 @@ def _folded_town(correct: PoseGraph, truth: Array, joins: list[list[int]]) -> Fi
     poses = PoseGraphProblem(graph).initial()
     with figure_style():
         figure = Figure(figsize=(5.0, 3.6), layout="constrained")
-        draw_map(figure.subplots(), graph, poses, is_outlier=is_outlier, truth=truth)
+        draw_map(graph, poses, figure.subplots(), is_outlier=is_outlier, truth=truth)
         figure.legend(handles=map_legend(), loc="outside lower center", ncols=2)
     return figure
 
@@ -156,7 +156,7 @@ def _three_estimators(correct: PoseGraph, truth: Array, wrong: list[int]) -> Fig
         axes = figure.subplots(1, 3, sharex=True, sharey=True)
         for ax, (name, poses, weights) in zip(axes, answers, strict=True):
             placed = align(poses, truth)
-            draw_map(ax, graph, placed, is_outlier=is_outlier, weights=weights, truth=truth)
+            draw_map(graph, placed, ax, is_outlier=is_outlier, weights=weights, truth=truth)
             ax.set_title(name)
     return figure
 
@@ -201,7 +201,7 @@ def _agreement(graph: PoseGraph, is_outlier: NDArray[np.bool_], truth: Array) ->
     with figure_style():
         figure = Figure(figsize=(6.0, 3.0), layout="constrained")
         left, ring = figure.subplots(1, 2)
-        draw_map(left, graph, poses, is_outlier=is_outlier, kept=answer.kept, truth=truth)
+        draw_map(graph, poses, left, is_outlier=is_outlier, kept=answer.kept, truth=truth)
         members = answer.clique.members
         draw_consistency(ring, answer.adjacency, members, is_outlier=outlying, names=nameless)
     return figure

@@ -8,8 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 from robust_slam._arrays import finite, mask
-
-from robust_slam_course.style import PALETTE
+from robust_slam.palette import PALETTE
 
 
 def draw_agreement(

@@ -14,9 +14,10 @@ from numpy.typing import ArrayLike
 from robust_slam._arrays import Array, finite
 from robust_slam.estimators.kernels import Kernel
 from robust_slam.estimators.result import Step
+from robust_slam.palette import PALETTE
 
 from robust_slam_course.plots.landscapes import Surrogate, draw_graduation
-from robust_slam_course.style import LOOKS, PALETTE
+from robust_slam_course.style import LOOKS
 
 _BAND = 5.0  # points, the width of a curve that others are drawn over
 

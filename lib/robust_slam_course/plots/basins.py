@@ -13,9 +13,8 @@ from robust_slam.estimators.kernels import Kernel
 from robust_slam.estimators.result import StopReason
 from robust_slam.estimators.reweighting import irls
 from robust_slam.graphs import se2
+from robust_slam.palette import PALETTE
 from robust_slam.problems import LocationProblem
-
-from robust_slam_course.style import PALETTE
 
 
 def draw_ends(ax: Axes, z: ArrayLike, kernel: Kernel, starts: ArrayLike) -> Axes:

@@ -14,8 +14,9 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike
 from robust_slam._arrays import Array, finite
 from robust_slam.graphs import se2
+from robust_slam.palette import PALETTE
 
-from robust_slam_course.style import LOOKS, PALETTE
+from robust_slam_course.style import LOOKS
 
 _NOUGHT = 1e-5
 """The share of the largest |eigenvalue| up to which one counts as 0."""

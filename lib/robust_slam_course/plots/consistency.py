@@ -13,8 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 from numpy.typing import ArrayLike
 from robust_slam._arrays import Array, Mask, finite, mask
-
-from robust_slam_course.style import MARKERS, PALETTE
+from robust_slam.palette import MARKERS, PALETTE
 
 _NAMED = 1.19
 """How far from the middle the names stand; the vertices stand at 1."""

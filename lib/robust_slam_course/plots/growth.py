@@ -6,8 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 from robust_slam._arrays import Array, finite
-
-from robust_slam_course.style import PALETTE
+from robust_slam.palette import PALETTE
 
 
 def fitted_exponent(sizes: ArrayLike, costs: ArrayLike) -> float:

@@ -14,9 +14,10 @@ from numpy.typing import ArrayLike
 from robust_slam._arrays import Array
 from robust_slam.estimators.kernels import KERNELS, Kernel
 from robust_slam.estimators.thresholds import chi_square_threshold
+from robust_slam.palette import PALETTE
 from scipy.stats import chi
 
-from robust_slam_course.style import LOOKS, PALETTE, Look
+from robust_slam_course.style import LOOKS, Look
 
 _DIFFERENCE = 1e-6  # step of the one-sided difference behind a curvature
 

@@ -9,8 +9,9 @@ from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 from robust_slam._arrays import Array, Indices, finite
 from robust_slam.estimators.kernels import Kernel
+from robust_slam.palette import PALETTE
 
-from robust_slam_course.style import LOOKS, PALETTE
+from robust_slam_course.style import LOOKS
 
 Surrogate = Callable[[ArrayLike, float, float], Array]
 

@@ -14,9 +14,9 @@ from numpy.typing import ArrayLike
 from robust_slam._arrays import Array
 from robust_slam.estimators.kernels import Kernel
 from robust_slam.estimators.result import Step
+from robust_slam.palette import MARKERS, PALETTE
 
 from robust_slam_course.plots.kernels import kernel_look
-from robust_slam_course.style import MARKERS, PALETTE
 
 FULL_AREA = 100.0  # points², the area of a marker whose weight is 1
 

@@ -14,6 +14,7 @@ import numpy as np
 from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
+from robust_slam.drawing import draw_map, map_legend
 from robust_slam.estimators import kernels
 from robust_slam.estimators.reweighting import irls
 from robust_slam.graphs.generate import manhattan
@@ -22,7 +23,6 @@ from robust_slam.graphs.pose_graph import PoseGraph
 from robust_slam.problems import PoseGraphProblem
 
 from robust_slam_course.canvas.still import to_svg
-from robust_slam_course.plots.maps import draw_map, map_legend
 from robust_slam_course.style import figure_style
 
 Array = NDArray[np.float64]
@@ -81,7 +81,7 @@ def draw_opening(scene: Town) -> Figure:
     )
     for ax, (title, poses, weights) in zip(axes, panels, strict=True):
         draw_map(
-            ax, scene.graph, poses, is_outlier=scene.is_outlier, weights=weights, truth=scene.truth
+            scene.graph, poses, ax, is_outlier=scene.is_outlier, weights=weights, truth=scene.truth
         )
         ax.set_title(title)
     figure.legend(handles=map_legend(), loc="outside lower center", ncols=2)

@@ -13,9 +13,9 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike
 from robust_slam._arrays import Array, Mask, finite, mask
 from robust_slam.estimators.kernels import Kernel
+from robust_slam.palette import MARKERS, PALETTE
 
 from robust_slam_course.plots.kernels import kernel_look
-from robust_slam_course.style import MARKERS, PALETTE
 
 _HATCHES = {"inlier": "", "outlier": "///"}
 

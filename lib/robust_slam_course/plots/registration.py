@@ -10,8 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 from robust_slam._arrays import Array, finite, mask
-
-from robust_slam_course.style import LINESTYLES, PALETTE
+from robust_slam.palette import LINESTYLES, PALETTE
 
 _TURN, _TILT = np.radians(-28.0), np.radians(24.0)
 """From where the scans are seen: around the vertical axis, and from above the horizon."""

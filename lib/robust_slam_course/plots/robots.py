@@ -9,8 +9,9 @@ from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 from robust_slam._arrays import Array, mask
 from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam.palette import PALETTE, LineStyle
 
-from robust_slam_course.style import LOOKS, PALETTE, LineStyle
+from robust_slam_course.style import LOOKS
 
 _ROBOTS = LOOKS[1::2]  # none has the green of a trusted closure
 

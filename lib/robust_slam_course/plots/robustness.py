@@ -13,8 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap, to_rgba
 from numpy.typing import ArrayLike
 from robust_slam._arrays import Array
-
-from robust_slam_course.style import PALETTE
+from robust_slam.palette import PALETTE
 
 _HUE = PALETTE["estimate"]
 _MOST = 0.5

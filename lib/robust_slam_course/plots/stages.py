@@ -11,8 +11,7 @@ from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.patches import FancyBboxPatch
-
-from robust_slam_course.style import PALETTE
+from robust_slam.palette import PALETTE
 
 _X = {"left": 2.4, "right": 7.6, "middle": 5.0, "across": 5.0}
 _WIDTH = {"left": 4.4, "right": 4.4, "middle": 4.4, "across": 9.6}

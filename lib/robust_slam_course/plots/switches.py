@@ -12,8 +12,9 @@ from matplotlib.axes import Axes
 from robust_slam._arrays import Array
 from robust_slam.estimators.mixtures import NullHypothesis
 from robust_slam.estimators.switches import switch, switched_cost
+from robust_slam.palette import PALETTE
 
-from robust_slam_course.style import LOOKS, PALETTE
+from robust_slam_course.style import LOOKS
 
 
 def draw_switch_costs(ax: Axes, chi2: Sequence[float], lam: float) -> Axes:

@@ -10,8 +10,7 @@ from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 from robust_slam._arrays import Array, Mask, mask
 from robust_slam.estimators.result import Step
-
-from robust_slam_course.style import LINESTYLES, MARKERS, PALETTE
+from robust_slam.palette import LINESTYLES, MARKERS, PALETTE
 
 _MOST_TICKS = 8
 _FEW = 12  # so many lines still stand apart, and get markers

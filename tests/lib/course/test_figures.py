@@ -14,11 +14,12 @@ from IPython.core.interactiveshell import InteractiveShell
 from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 from matplotlib.text import Text
+from robust_slam.palette import COLOURS, PALETTE
 from robust_slam_course import style
 from robust_slam_course.figures import page, page_html
 from robust_slam_course.figures.narrow import SMALLEST, WIDTH, narrowed
 from robust_slam_course.figures.svg import inline
-from robust_slam_course.style import COLOURS, PALETTE, figure_style
+from robust_slam_course.style import figure_style
 
 BARE = re.compile(r"(?<!,)#[0-9a-f]{6}\b")
 """A colour that is no fall-back."""

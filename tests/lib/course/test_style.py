@@ -11,18 +11,10 @@ import matplotlib as mpl
 import pytest
 from matplotlib import pyplot as plt
 from robust_slam.estimators.kernels import KERNELS
+from robust_slam.palette import COLOURS, LINESTYLES, MARKERS, PALETTE
 from robust_slam_course.canvas import picture
 from robust_slam_course.plots.kernels import kernel_look
-from robust_slam_course.style import (
-    COLOURS,
-    LINESTYLES,
-    LOOKS,
-    MARKERS,
-    PALETTE,
-    STYLE,
-    figure_style,
-    use_style,
-)
+from robust_slam_course.style import LOOKS, STYLE, figure_style, use_style
 
 from tests.lib.course.contrast import contrast, luminance
 

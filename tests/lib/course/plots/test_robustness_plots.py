@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex, to_rgb
+from robust_slam.palette import COLOURS
 from robust_slam_course.plots.robustness import draw_shares
-from robust_slam_course.style import COLOURS
 
 from tests.lib.course.contrast import contrast, luminance
 
