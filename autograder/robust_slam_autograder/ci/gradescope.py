@@ -107,7 +107,7 @@ def _test(exercise: ExerciseResult, case: CaseResult, number: str) -> dict[str, 
         "name": f"{exercise.name}: {case.name}",
         "score": case.earned,
         "max_score": case.points,
-        "status": "passed" if case.earned == case.points else "failed",
+        "status": "passed" if case.passed else "failed",
         "output": visible(case.message),
         "visibility": "visible" if case.visible else "after_published",
     }

@@ -18,7 +18,6 @@ import time
 import types
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from enum import Enum
 from functools import cached_property
 from typing import Any
 
@@ -38,12 +37,13 @@ from robust_slam_autograder.grading import causes, explain, wording
 from robust_slam_autograder.grading.explain import Returned
 from robust_slam_autograder.grading.results import (
     CaseResult,
-    Compared,
+    Ending,
     ExerciseResult,
     ExerciseStatus,
     Result,
     tidy,
 )
+from robust_slam_autograder.grading.wording import FAULT_SENTENCES, NO_HINT, Told
 from robust_slam_autograder.reading.assignment import Assignment, Case, Piece
 from robust_slam_autograder.reading.source import compiled, names_read, plain_python
 from robust_slam_autograder.reading.submission import Submission
@@ -55,30 +55,6 @@ PUBLIC_SEED = 0
 """Visible tests draw what students draw themselves: their messages tell nothing secret."""
 ALARM_GRACE = 0.5
 """The pipe's own deadline comes first; the alarm is for tests that compute on this side."""
-NO_HINT = "A hidden check of this case did not pass."
-_NOT_RUN = "; the rest of this exercise was not run."
-
-
-class Ending(Enum):
-    """How a case ended in one pass."""
-
-    PASSED = "passed"
-    FAILED = "failed"
-    TIMEOUT = "timeout"
-    """Student code used up its time, or a name is missing whose cell did."""
-    DIED = "died"
-    """Student code ended its process."""
-
-    @property
-    def is_fault(self) -> bool:
-        """Whether the rest of the exercise is lost."""
-        return self in FAULT_SENTENCES
-
-
-FAULT_SENTENCES = {
-    Ending.TIMEOUT: f"Your code ran longer than it may{_NOT_RUN}",
-    Ending.DIED: f"Your code ended its whole process{_NOT_RUN}",
-}
 
 
 @dataclass(frozen=True)
@@ -86,8 +62,7 @@ class Outcome:
     """How one case went in the visible pass."""
 
     ending: Ending
-    message: str = ""
-    compared: Compared | None = None
+    told: Told
 
 
 Outcomes = Mapping[str, Outcome]
@@ -166,14 +141,13 @@ class _Passes:
         last = {case.exercise: case for case in self.assignment.cases}
         sources = {case.grade_id: case.visible for case in self.assignment.cases}
         found: dict[str, Outcome] = {}
-        lost: dict[str, str] = {}
+        lost: dict[str, Told] = {}
         with self._session() as session, _environment(PUBLIC_SEED), _silence():
             cases = _Cases(self.assignment, session, sources, PUBLIC_SEED, explain.Calls())
             for case, ending, error in cases.run({}):
                 outcome = cases.explain(case, ending, error)
                 if ending.is_fault:
-                    first = lost.setdefault(case.exercise, outcome.message)
-                    outcome = Outcome(ending, first)
+                    outcome = Outcome(ending, lost.setdefault(case.exercise, outcome.told))
                 found[case.grade_id] = outcome
                 if report is not None and case is last[case.exercise]:
                     report(self._exercise(case.exercise, found, _endings(found)))
@@ -264,11 +238,9 @@ class _Cases:
         """
         try:
             with self._bounded():
-                told = self._explained(case, ending, error)
-                text = wording.clip(told.text, wording.MAX_EXPLAINED)
-                return Outcome(ending, text, told.compared)
+                return Outcome(ending, self._explained(case, ending, error))
         except (Exception, SessionFault):
-            return Outcome(ending, FAULT_SENTENCES.get(ending, wording.UNEXPLAINED))
+            return Outcome(ending, wording.own(FAULT_SENTENCES.get(ending, wording.UNEXPLAINED)))
 
     @contextlib.contextmanager
     def _bounded(self) -> Iterator[None]:
@@ -276,22 +248,22 @@ class _Cases:
         with _alarm(self.session), memory.for_tests():
             yield
 
-    def _explained(self, case: Case, ending: Ending, error: Exception | None) -> Returned:
+    def _explained(self, case: Case, ending: Ending, error: Exception | None) -> Told:
         errors, owner = self.session.errors, self.assignment.owner
         cell_error = errors.get(owner(case.exercise))
         if error is None or isinstance(cell_error, SessionFault):
-            return Returned(FAULT_SENTENCES.get(ending, ""))
+            return wording.own(FAULT_SENTENCES[ending]) if ending.is_fault else Told()
         if isinstance(error, NameError) and ending.is_fault:
-            return Returned(wording.left_out(error))
+            return wording.left_out(error)
         if isinstance(error, NameError) and not isinstance(error, StudentError):
             cell_error = errors.get(owner(error.name or ""), cell_error)
             told = wording.undefined(error, cell_error)
-            return Returned(told + self._cause(case, cell_error))
+            return told.further(self._cause(case, cell_error))
         told = wording.message(error, self.sources[case.grade_id], case)
         if cause := self._cause(case, error):
-            return Returned(told + cause)
+            return told.further(cause)
         returned = self._returned(case, error)
-        return Returned(told + returned.text, returned.compared)
+        return told.further(returned.text, returned.compared)
 
     def _returned(self, case: Case, error: Exception) -> Returned:
         """What a function returned and what was expected; it may be empty."""
@@ -478,7 +450,7 @@ def _fault(cases: Sequence[Case], visible: Outcomes, hidden: Endings) -> tuple[E
     """The first fault of an exercise, and what to say of it."""
     for outcome in (visible[case.grade_id] for case in cases):
         if outcome.ending.is_fault:
-            return outcome.ending, outcome.message
+            return outcome.ending, outcome.told.message
     for case in cases:
         ending = hidden.get(case.grade_id)
         if ending and ending.is_fault:
@@ -489,25 +461,24 @@ def _fault(cases: Sequence[Case], visible: Outcomes, hidden: Endings) -> tuple[E
 def _status(cases: Sequence[CaseResult], fault: Ending | None) -> ExerciseStatus:
     if fault:
         return "timeout" if fault is Ending.TIMEOUT else "died"
-    if not any(case.message for case in cases):
+    if all(case.passed for case in cases):
         return "passed"
     return "partial" if any(case.earned for case in cases) else "failed"
 
 
 def _case(case: Case, visible: Outcomes, hidden: Endings) -> CaseResult:
     shown = visible[case.grade_id]
-    ending, message, compared = shown.ending, shown.message, shown.compared
+    ending, told = shown.ending, shown.told
     if ending is Ending.PASSED and case.has_hidden:
         ending = hidden[case.grade_id]
         # The instructor's sentence alone: a hidden check's own words may hold its inputs.
-        message = "" if ending is Ending.PASSED else case.hint or NO_HINT
-        compared = None
+        told = Told(case.hint) if case.hint else wording.own(NO_HINT)
     passed = ending is Ending.PASSED
     return CaseResult(
         name=case.name,
         points=tidy(case.points),
         earned=tidy(case.points) if passed else 0,
         visible=not case.has_hidden,
-        message=message,
-        compared=compared,
+        ending=ending,
+        **vars(Told() if passed else told),
     )

@@ -8,15 +8,42 @@ import json
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields, replace
+from enum import StrEnum
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal, TypeVar, get_args
 
 from robust_slam_autograder.errors import WrongUse
-from robust_slam_autograder.grading import durable
+from robust_slam_autograder.grading import durable, first_schema
 
-SCHEMA = 1
+SCHEMA = 2
 Status = Literal["graded", "refused", "failed"]
 ExerciseStatus = Literal["passed", "partial", "failed", "missing", "timeout", "died"]
+
+
+class Ending(StrEnum):
+    """How a case ended."""
+
+    PASSED = "passed"
+    FAILED = "failed"
+    TIMEOUT = "timeout"
+    """Student code used up its time, or a name is missing whose cell did."""
+    DIED = "died"
+    """Student code ended its process."""
+
+    @property
+    def is_fault(self) -> bool:
+        """Tell whether the rest of the exercise is lost."""
+        return self in (Ending.TIMEOUT, Ending.DIED)
+
+
+class Words(StrEnum):
+    """Whose words a message is."""
+
+    CHECK = "check"
+    """A check's own, or the instructor's hint: it names what was misunderstood."""
+    GRADER = "grader"
+    STUDENT = "student"
+    """The grader's, which go on with what the student's code said."""
 
 
 @dataclass(frozen=True)
@@ -44,10 +71,27 @@ class CaseResult:
     earned: float
     visible: bool
     """Whether the student has all of this case's checks."""
+    ending: Ending
     message: str
     """For the student; of a hidden check it is the instructor's hint and nothing else."""
+    words: Words = Words.CHECK
+    """Whose words the message is."""
+    gist: str = ""
+    """The message without what the student's code said or returned, where it holds any."""
+    raised: str = ""
+    """The exception's name at the end of the gist, which the student may have chosen."""
     compared: Compared | None = None
     """Of a visible check that failed, where it is known."""
+
+    @property
+    def passed(self) -> bool:
+        """Tell whether the case earned its points."""
+        return self.ending is Ending.PASSED
+
+    @property
+    def sentence(self) -> str:
+        """Return the message without what the student's code said or returned."""
+        return self.gist or self.message
 
 
 @dataclass(frozen=True)
@@ -130,50 +174,72 @@ def signature(result: Result, fingerprint: str) -> str:
 
 
 def read(path: Path) -> Result:
-    """Read a result file back."""
-    return from_text(path.read_text(encoding="utf-8"))
+    """Read a result file back, and check it: the folder may hold another program's or person's.
 
-
-def from_text(text: str) -> Result:
-    """Read back what ``as_text`` gave; of anything else an error, as ``read_checked`` knows it."""
-    try:
-        value = json.loads(text)
-    except RecursionError as error:
-        raise ValueError("it is nested too deeply") from error
-    value.pop("schema")
-    exercises = [
-        _checked(ExerciseResult(**{**exercise, "cases": _cases(exercise["cases"])}))
-        for exercise in value.pop("exercises")
-    ]
-    return _checked(Result(**value, exercises=tuple(exercises)))
+    Raises:
+        OSError: it cannot be read.
+        ValueError: it is no result, or not the one of its student and its assignment.
+    """
+    result = from_text(path.read_text(encoding="utf-8"))
+    if (result.student, result.assignment) != (path.parent.name, path.stem):
+        raise ValueError(f"it is the result of {result.student}/{result.assignment}")
+    return result
 
 
 def read_checked(path: Path) -> Result:
-    """Read a result file that somebody may have spoilt.
+    """Read a result file for a command, which stops where that is none.
 
     Raises:
         WrongUse: it cannot be read, or is no result file.
     """
     try:
         return read(path)
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+    except (OSError, ValueError) as error:
+        why = str(error.strerror if isinstance(error, OSError) else error)
         fix = "delete it and grade that submission again"
-        raise WrongUse(f"{path} is no result file: {fix}.") from error
+        raise WrongUse(f"{path} is no result file ({why}): {fix}.") from error
 
 
-def _cases(values: Sequence[dict[str, Any]]) -> tuple[CaseResult, ...]:
-    return tuple(_checked(CaseResult(**{**value, **_compared(value)})) for value in values)
+def from_text(text: str) -> Result:
+    """Read back what ``as_text`` gave.
+
+    Raises:
+        ValueError: it is anything else, or its points do not add up.
+    """
+    try:
+        value = json.loads(text)
+        schema = value.pop("schema")
+        if schema not in (1, SCHEMA):
+            raise ValueError(f"its schema is {schema!r}, of a newer grader")
+        exercises = value.pop("exercises")
+        if schema == 1:
+            exercises = list(map(first_schema.upgraded, exercises))
+        result = _checked(Result(**value, exercises=tuple(map(_exercise, exercises))))
+    except (RecursionError, KeyError, TypeError, AttributeError) as error:
+        raise ValueError("a grader writes it otherwise") from error
+    if problem := _miscount(result):
+        raise ValueError(f"the points of {problem} do not add up")
+    return result
 
 
-def _compared(case: dict[str, Any]) -> dict[str, Any]:
-    """The comparison in a case's values; files of before have none."""
-    value = case.get("compared")
+def _exercise(value: dict[str, Any]) -> ExerciseResult:
+    cases = tuple(map(_case, value["cases"]))
+    return _checked(ExerciseResult(**{**value, "cases": cases}))
+
+
+def _case(value: dict[str, Any]) -> CaseResult:
+    words, compared = Words(value.get("words", Words.CHECK)), _compared(value.get("compared"))
+    read = {"ending": Ending(value["ending"]), "words": words, "compared": compared}
+    return _checked(CaseResult(**{**value, **read}))
+
+
+def _compared(value: dict[str, Any] | None) -> Compared | None:
     if value is None:
-        return {}
+        return None
     curves = tuple(tuple(map(_number, curve)) for curve in value["curves"])
     if curves and (len(curves) != 2 or len(curves[0]) != len(curves[1])):
         raise TypeError(f"curves are {curves!r}")
-    return {"compared": _checked(Compared(**{**value, "curves": curves}))}
+    return _checked(Compared(**{**value, "curves": curves}))
 
 
 def _number(value: Any) -> float:  # noqa: ANN401
@@ -183,14 +249,38 @@ def _number(value: Any) -> float:  # noqa: ANN401
 
 
 def _checked(record: Record) -> Record:
-    """A record whose numbers are numbers and whose texts are texts."""
+    """Return a record whose numbers are numbers and whose texts are texts."""
     for field in fields(record):
         value = getattr(record, field.name)
         is_right = {
             "float": type(value) in (int, float) and math.isfinite(value),
             "bool": type(value) is bool,
             "Compared | None": value is None or isinstance(value, Compared),
+            "Status": value in get_args(Status),
+            "ExerciseStatus": value in get_args(ExerciseStatus),
         }.get(str(field.type), isinstance(value, str | tuple))
         if not is_right:
             raise TypeError(f"{field.name} is {value!r}")
     return record
+
+
+def _miscount(result: Result) -> str:
+    """Name what has other points than its parts together; empty where all add up."""
+    for exercise in result.exercises:
+        for case in exercise.cases:
+            if case.points < 0 or case.earned != (case.points if case.passed else 0):
+                return f"{exercise.name}-{case.name}"
+        if not _adds_up(exercise, exercise.cases, "earned", "points"):
+            return exercise.name
+    if result.status == "graded":
+        whole = _adds_up(result, result.exercises, "score", "max_score")
+    else:
+        whole = not result.score and not result.exercises
+    return "" if whole else "the whole"
+
+
+def _adds_up(
+    whole: Result | ExerciseResult, parts: Sequence[object], earned: str, points: str
+) -> bool:
+    got = math.isclose(whole.score, sum(getattr(part, earned) for part in parts))
+    return got and math.isclose(whole.max_score, sum(getattr(part, points) for part in parts))

@@ -88,7 +88,7 @@ def failed_cases(exercise: ExerciseResult) -> list[str]:
     """Names of the cases to look at; none where another status says it all."""
     if exercise.status not in ("partial", "failed"):
         return []
-    return [case.name for case in exercise.cases if case.message]
+    return [case.name for case in exercise.cases if not case.passed]
 
 
 def has_hidden(exercises: Sequence[ExerciseResult]) -> bool:

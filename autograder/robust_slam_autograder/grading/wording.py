@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import ast
 import traceback
+from dataclasses import dataclass, replace
 
 from robust_slam_autograder.executor.session import SessionFault, StudentError
+from robust_slam_autograder.grading.results import Compared, Ending, Words
 from robust_slam_autograder.reading.assignment import Case
 from robust_slam_autograder.reading.source import plain_python
 from robust_slam_autograder.student.wire import WireError
@@ -19,6 +21,31 @@ MAX_EXPLAINED = 1_200
 UNEXPLAINED = "A check of this case did not pass."
 NOT_WRITTEN = "Not written yet: the function still raises NotImplementedError."
 LEFT_OUT = "A cell of your own ran longer than it may, or ended the process, and is left out"
+NO_HINT = "A hidden check of this case did not pass."
+_NOT_RUN = "; the rest of this exercise was not run."
+FAULT_SENTENCES = {
+    Ending.TIMEOUT: f"Your code ran longer than it may{_NOT_RUN}",
+    Ending.DIED: f"Your code ended its whole process{_NOT_RUN}",
+}
+
+
+@dataclass(frozen=True)
+class Told:
+    """What a student is told of a case that failed; its fields are those of ``CaseResult``."""
+
+    message: str = ""
+    words: Words = Words.CHECK
+    gist: str = ""
+    raised: str = ""
+    compared: Compared | None = None
+
+    def further(self, line: str, compared: Compared | None = None) -> Told:
+        """Add a line that explains the message, which begins with its line break."""
+        if not line:
+            return self
+        gist = self.gist or self.message
+        text = clip(self.message + line, MAX_EXPLAINED)
+        return replace(self, message=text, gist=gist, compared=compared)
 
 
 def label(case: Case) -> str:
@@ -26,12 +53,17 @@ def label(case: Case) -> str:
     return f"<{case.grade_id}>"
 
 
-def left_out(error: NameError) -> str:
+def own(sentence: str) -> Told:
+    """Tell a sentence of the grader's own."""
+    return Told(clip(sentence), Words.GRADER)
+
+
+def left_out(error: NameError) -> Told:
     """Say that a name is missing because the cell that defines it was left out."""
-    return clip(f"{LEFT_OUT}: {error}.")
+    return _quoting(LEFT_OUT, f": {error}.")
 
 
-def undefined(error: NameError, cell_error: StudentError | SessionFault | None) -> str:
+def undefined(error: NameError, cell_error: StudentError | SessionFault | None) -> Told:
     """Say why a name that a test uses is not defined.
 
     Args:
@@ -39,13 +71,11 @@ def undefined(error: NameError, cell_error: StudentError | SessionFault | None) 
         cell_error: what the student's cell of that name raised, if it did.
     """
     if isinstance(cell_error, StudentError):
-        return clip(f"Your cell stops with {_told(cell_error)}.")
-    return clip(
-        f"{error.name} is not defined in your notebook, or is nothing that can be checked."
-    )
+        return _raised("Your cell stops with ", cell_error)
+    return own(f"{error.name} is not defined in your notebook, or is nothing that can be checked.")
 
 
-def message(error: Exception, source: str, case: Case) -> str:
+def message(error: Exception, source: str, case: Case) -> Told:
     """Say what happened, from the exception that ended a visible test.
 
     Args:
@@ -53,24 +83,30 @@ def message(error: Exception, source: str, case: Case) -> str:
         source: the test's.
         case: the test.
     """
-    return clip(_message(error, source, case))
-
-
-def _message(error: Exception, source: str, case: Case) -> str:
+    if isinstance(error, NotImplementedError) and isinstance(error, StudentError):
+        return own(NOT_WRITTEN)
     if isinstance(error, StudentError):
-        if isinstance(error, NotImplementedError):
-            return NOT_WRITTEN
         if type(error).__name__ == WireError.__name__:
-            return f"What your function returned cannot be checked: {str(error).rstrip('.')}."
-        return f"Your function raised {_told(error)}."
+            why = str(error).rstrip(".")
+            return _quoting("What your function returned cannot be checked", f": {why}.")
+        return _raised("Your function raised ", error)
     if isinstance(error, AssertionError):
-        return str(error) or f"This does not hold: {_failing_check(error, source, case)}"
-    return f"The check could not use what came back: {type(error).__name__}: {error}"
+        said = str(error) or f"This does not hold: {_failing_check(error, source, case)}"
+        return Told(clip(said))
+    return _raised("The check could not use what came back: ", error)
 
 
-def _told(error: StudentError) -> str:
-    what = f"{type(error).__name__}: {error}".rstrip(" :.")
-    return f"{what} (line {error.line} of your cell)" if error.line else what
+def _raised(begins: str, error: Exception) -> Told:
+    """Quote an exception behind the beginning of a sentence."""
+    name = type(error).__name__
+    rest = f": {error}".rstrip(" :.")
+    line = error.line if isinstance(error, StudentError) else 0
+    where = f" (line {line} of your cell)" if line else ""
+    return _quoting(f"{begins}{name}", f"{rest}{where}.", name)
+
+
+def _quoting(gist: str, rest: str, raised: str = "") -> Told:
+    return Told(clip(gist + rest), Words.STUDENT, clip(f"{gist}."), clip(raised))
 
 
 def _failing_check(error: BaseException, source: str, case: Case) -> str:

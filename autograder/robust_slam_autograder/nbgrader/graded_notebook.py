@@ -149,6 +149,6 @@ def _outcomes(assignment: Assignment, result: Result) -> Mapping[str, str]:
 def _outcome(case: CaseResult | None, points: float) -> str:
     if case is None:
         return f"✗ not run: 0 of {tidy(points)} points\n"
-    word = sign("failed" if case.message else "passed")
+    word = sign("passed" if case.passed else "failed")
     message = f"{visible(case.message)}\n" if case.message else ""
     return f"{word}: {case.earned} of {case.points} points\n{message}"

@@ -320,7 +320,7 @@ def _case(outcomes: Sequence[CaseResult]) -> CaseStatistics:
         name=visible(first.name),
         hidden=not first.visible,
         points=first.points,
-        passed=sum(not outcome.message for outcome in outcomes),
+        passed=sum(outcome.passed for outcome in outcomes),
         students=len(outcomes),
     )
 

@@ -11,8 +11,7 @@ import unicodedata
 from dataclasses import dataclass
 from urllib.parse import quote
 
-from robust_slam_autograder.grading.explain import HERE
-from robust_slam_autograder.grading.results import CaseResult, ExerciseResult, Result
+from robust_slam_autograder.grading.results import CaseResult, Ending, ExerciseResult, Result
 from robust_slam_autograder.grading.verdicts import ADVICE, meaning, sign, verdict
 from robust_slam_autograder.markup import visible
 from robust_slam_autograder.reading.assignment import Config
@@ -196,25 +195,15 @@ def _points(score: float, most: float) -> str:
 
 
 def _cases(exercise: ExerciseResult) -> tuple[ShownCase, ...]:
-    before = [CaseResult("", 0, 0, True, ""), *exercise.cases]
-    stopped = exercise.message if exercise.status in ("timeout", "died") else ""
-    return tuple(
-        _case(case, previous.message, stopped)
-        for previous, case in zip(before, exercise.cases, strict=False)
-    )
+    before = [CaseResult("", 0, 0, True, Ending.PASSED, ""), *exercise.cases]
+    return tuple(map(_case, exercise.cases, before))
 
 
-def _case(case: CaseResult, previous: str, stopped: str) -> ShownCase:
-    """One case.
-
-    Args:
-        case: the case.
-        previous: the message of the case before.
-        stopped: the message of the fault that ended the exercise, empty where none did.
-    """
-    again = bool(case.message) and case.message == previous
-    not_run = again and case.message == stopped
-    passed = not case.message
+def _case(case: CaseResult, before: CaseResult) -> ShownCase:
+    """Show a case beside the one before: after a fault the others of an exercise do not run."""
+    passed = case.passed
+    again = not (passed or before.passed) and case.message == before.message
+    not_run = again and case.ending.is_fault
     values = None if passed or again else _values(case)
     return ShownCase(
         name=visible(case.name),
@@ -233,7 +222,7 @@ def _values(case: CaseResult) -> ShownValues | None:
     if compared is None:
         return None
     return ShownValues(
-        sentence=visible(case.message.partition(f"\n{HERE}")[0]),
+        sentence=visible(case.sentence),
         what=_short(compared.what),
         yours=_short(compared.yours),
         relation=_short(compared.relation).capitalize(),

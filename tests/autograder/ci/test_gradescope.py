@@ -272,6 +272,12 @@ def test_before_marks_are_published_nothing_of_hidden_inputs_shows():
     assert any(test["visibility"] != "visible" for test in value["tests"])
 
 
+def test_a_failed_case_of_no_points_is_failed():
+    free = exercise("free", "failed", case("first", "Look.", points=0, visible=True))
+    (test,) = as_gradescope(result(free))["tests"]
+    assert (test["status"], test["score"], test["max_score"]) == ("failed", 0, 0)
+
+
 def test_an_absent_answer_is_told_at_once():
     absent = result(double("missing", "There is no cell double."))
     output = as_gradescope(absent)["output"]

@@ -157,24 +157,9 @@ def test_a_place_that_cannot_be_written_is_named(graded, run):
     assert f"{graded / 'report' / toy.NAME}.html cannot be written" in err
 
 
-SPOILT = {
-    "no JSON": lambda text: text[:1],
-    "a list": lambda text: "[]",
-    "without fields": lambda text: '{"schema": 1}',
-    "a number for exercises": lambda text: '{"schema": 1, "exercises": 7}',
-    "points in words": lambda text: re.sub('"earned": [0-9]+', '"earned": "many"', text, count=1),
-    "points that are none": lambda text: re.sub('"score": [0-9]+', '"score": NaN', text, count=1),
-    "a flag in words": lambda text: text.replace('"visible": true', '"visible": "no"', 1),
-    "a number for a text": lambda text: re.sub('"reason": "[^"]*"', '"reason": 7', text, count=1),
-}
-
-
-@pytest.mark.parametrize("spoil", SPOILT.values(), ids=SPOILT)
-def test_a_file_that_is_no_result_is_named(graded, run, spoil):
+def test_a_file_that_is_no_result_is_named(graded, run):
     path = graded / "graded" / "cleo" / f"{toy.NAME}.json"
-    text = path.read_text()
-    assert spoil(text) != text
-    path.write_text(spoil(text))
+    path.write_text(path.read_text()[:1])
     status, _, err = run()
     assert status == 2 and f"{toy.NAME}.json is no result file" in err
     assert not (graded / "report").exists()

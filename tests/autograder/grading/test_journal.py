@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import itertools
-import json
 from pathlib import Path
 
 import pytest
 from robust_slam_autograder.errors import GraderFailure, WrongUse
-from robust_slam_autograder.grading import durable, journal, results
+from robust_slam_autograder.grading import durable, journal
 from robust_slam_autograder.grading.journal import LOG_NAME, RUN_NAME, open_run
-from robust_slam_autograder.grading.results import Result
 
 from tests.autograder.grading.disks import full_disk
 
@@ -82,13 +80,6 @@ def test_a_batch_that_cannot_be_read_says_so(tmp_path: Path, text: str) -> None:
     (tmp_path / RUN_NAME).write_text(text, encoding="latin-1")
     with pytest.raises(WrongUse, match=r"\.run\.json cannot be read: delete it"):
         open_run(tmp_path, None)
-
-
-def test_a_result_file_is_replaced_whole(tmp_path: Path) -> None:
-    result = Result("ada", "a", 0, 1, "refused", "half \udcff of it", "none", 0.0, ())
-    path = results.write(tmp_path, result)
-    assert json.loads(path.read_text("utf-8"))["schema"] == 1
-    assert [file.name for file in path.parent.iterdir()] == ["a.json"]
 
 
 def test_a_full_disk_leaves_the_old_file_and_no_half_one(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from nbgrader.api import Gradebook
-from robust_slam_autograder.grading.results import CaseResult, ExerciseResult, Result
+from robust_slam_autograder.grading.results import CaseResult, Ending, ExerciseResult, Result
 from robust_slam_autograder.nbgrader.database import Location, url_of
 from robust_slam_autograder.reading.assignment import Assignment
 
@@ -68,7 +68,13 @@ def marked(student: str, earned: Sequence[float], tests: Assignment | None = Non
     """A student's result, with these points for the cases."""
     tests = tests or toy.assignment()
     cases = [
-        (case.exercise, CaseResult(case.name, case.points, points, True, ""))
+        (
+            case.exercise,
+            CaseResult(
+                *(case.name, case.points, points, True),
+                *(Ending.PASSED if points == case.points else Ending.FAILED, ""),
+            ),
+        )
         for case, points in zip(tests.cases, earned, strict=True)
     ]
     exercises = tuple(

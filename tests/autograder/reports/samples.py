@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 from robust_slam_autograder.grading.explain import HERE
 from robust_slam_autograder.grading.results import (
     CaseResult,
     Compared,
+    Ending,
     ExerciseResult,
     ExerciseStatus,
     Result,
+    Words,
     without_grade,
 )
 
@@ -42,9 +43,14 @@ HOSTILE = {
 }
 
 
-def case(name: str, message: str = "", *, points: int = 5, visible: bool = False) -> CaseResult:
+def case(
+    name: str, message: str = "", ending: Ending | None = None, *, points: int = 5, **fields: Any
+) -> CaseResult:
     """A case that failed if it has a message."""
-    return CaseResult(name, points, 0 if message else points, visible, message)
+    ending = ending or (Ending.FAILED if message else Ending.PASSED)
+    earned = points if ending is Ending.PASSED else 0
+    values: dict[str, Any] = {"visible": False, **fields}
+    return CaseResult(name, points, earned, ending=ending, message=message, **values)
 
 
 def exercise(
@@ -77,8 +83,9 @@ def failed(reason: str, *, student: str = "ada") -> Result:
 PASSED = exercise("double", "passed", case("by-hand", visible=True), case("random"))
 PARTLY = exercise("apply", "partial", case("by-hand", visible=True), case("twice", "Add the ½."))
 SLOW = "Your code ran longer than it may; the rest of this exercise was not run."
-HUNG = exercise("loop", "timeout", case("first"), case("second", SLOW), case("third", SLOW))
-DIED = exercise("exit", "died", case("first", "It ended."))
+SLOW_CASES = [case(name, SLOW, Ending.TIMEOUT) for name in ("second", "third")]
+HUNG = exercise("loop", "timeout", case("first"), *SLOW_CASES)
+DIED = exercise("exit", "died", case("first", "It ended.", Ending.DIED))
 MISSING = exercise("gone", "missing", case("first", "gone is not defined."), message="No cell.")
 UNWRITTEN = exercise("stub", "failed", case("first", "Not written."), case("next", "Not written."))
 EVERY_STATUS = (PASSED, PARTLY, HUNG, DIED, MISSING, UNWRITTEN)
@@ -87,8 +94,16 @@ EVERY_STATUS = (PASSED, PARTLY, HUNG, DIED, MISSING, UNWRITTEN)
 def compared(text: str, *curves: tuple[float, ...]) -> CaseResult:
     """A visible case that failed, with this text wherever a student's own may stand."""
     values = Compared(text, text, "expected less than", text, "It is NaN.", curves)
-    message = f"Look at the sum.\n{HERE}f(3) returned {text}; expected less than {text}."
-    return replace(case("by-hand", message, visible=True), compared=values)
+    said = "Look at the sum."
+    message = f"{said}\n{HERE}f(3) returned {text}; expected less than {text}."
+    return case("by-hand", message, visible=True, gist=said, compared=values)
+
+
+def raised(name: str, error: str, **fields: Any) -> CaseResult:
+    """A case whose function raised ``Type: words``."""
+    kind = error.partition(":")[0]
+    gist, message = (f"Your function raised {text}." for text in (kind, error))
+    return case(name, message, words=Words.STUDENT, gist=gist, raised=kind, **fields)
 
 
 def told(text: str) -> Result:

@@ -193,7 +193,7 @@ class TestHints:
     def test_students_words_are_grouped_by_what_was_raised(self):
         texts = ["ValueError: shapes (3,)", "ValueError: shapes (2,)", "KeyError: 'a'"]
         texts.append(texts[1])
-        failed = (exercise("e", "failed", case("c", f"Your function raised {t}.")) for t in texts)
+        failed = (exercise("e", "failed", samples.raised("c", t)) for t in texts)
         values, keys = told(*failed)
         assert values.text == "Your function raised ValueError."
         assert (values.students, values.wordings) == (3, 2)
@@ -288,8 +288,8 @@ class TestTime:
 
 
 def test_without_names_nothing_tells_who_it_was():
-    mine = "Your function raised AdaError: by ada-lovelace."
-    own = exercise("double", "failed", case("by-hand", mine, visible=True), case("random", "ada"))
+    mine = samples.raised("by-hand", "AdaError: by ada-lovelace", visible=True)
+    own = exercise("double", "failed", mine, case("random", "ada"))
     made = report(
         result(own, HARDER, student="ada"),
         result(EASIER, LATE, student="ben", reason="ben copied a cell."),
