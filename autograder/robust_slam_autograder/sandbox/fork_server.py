@@ -36,7 +36,7 @@ def main() -> None:
     sys.path[:] = [*settings["path"], settings["grader"]]
     sys.argv[:] = [""]
     from robust_slam_autograder import temporary
-    from robust_slam_autograder.sandbox import cgroup, root_filesystem, view
+    from robust_slam_autograder.sandbox import access_times, cgroup, root_filesystem, view
     from robust_slam_autograder.sandbox.keeper import Server
     from robust_slam_autograder.student.imports import Installed
 
@@ -59,6 +59,8 @@ def main() -> None:
         # Found out once, for all keepers.
         cgroup.problem()
         root_filesystem.plan(files)
+        if not settings["namespaces"]:
+            access_times.settle(view.readable(files))
         _leave_the_starter()
         try:
             serve(listener, owner, Server(home, settings["namespaces"], files))

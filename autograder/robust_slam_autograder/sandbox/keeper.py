@@ -184,6 +184,7 @@ def _become(
         if group is not None:
             group.join()
         untrusted.volunteer_for_the_memory_killer()
+        limits = _limits(launch, server)  # before the root without /proc
         os.setsid()
         for ignored in TERMINAL:
             signal.signal(ignored, signal.SIG_DFL)
@@ -191,7 +192,7 @@ def _become(
             _enter_root(server)
         _settle(scratch)
         rules = landlock.rules(_allowed(server.files, scratch)) if landlock.version() else None
-        untrusted.limit(_limits(launch, server))
+        untrusted.limit(limits)
         _shut_the_door(uid, rules, shared_disk=not server.namespaces)
         _keep_only(pipes)
     except BaseException as error:

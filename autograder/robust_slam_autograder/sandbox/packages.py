@@ -36,7 +36,7 @@ class Packages:
     paths: tuple[Path, ...]
     """Their files and folders, not resolved: what a link leads to is at the link's place."""
     in_place: tuple[tuple[str, str], ...]
-    """Packages that are imported from a source folder (``pip install --editable``)."""
+    """Packages that are imported from a source folder (``pip install --editable``) or one file."""
     libraries: tuple[Path, ...]
     """Compiled modules and the libraries that come with them."""
     sites: tuple[Path, ...]
@@ -56,7 +56,7 @@ def missing_sentence(package: str) -> str:
 
 
 def _is_installed(name: str) -> bool:
-    return _distribution(name) is not None or _source_folder(name) is not None
+    return _distribution(name) is not None or _source_place(name) is not None
 
 
 @cache
@@ -71,18 +71,25 @@ def find(packages: tuple[str, ...]) -> Packages:
     closure = _closure(found for found in roots if found is not None)
     sources = dict(package for found in closure for package in _in_place(found))
     for name in wanted:
-        if _distribution(name) is None and (folder := _source_folder(name)) is not None:
-            sources[name] = folder
+        if _distribution(name) is None and (place := _source_place(name)) is not None:
+            sources[name] = place
     sources[_GRADER] = str(Path(robust_slam_autograder.__file__).resolve().parent)
     entries = {path: None for found in closure for path in _entries(found)}
     libraries = [path for found in closure for path in _compiled(found)]
+    libraries += [path for place in sources.values() for path in _shared(Path(place))]
     return Packages(
         names=tuple(dict.fromkeys([*filter(None, map(_module, entries)), *sources])),
         paths=(*entries, *map(Path, sources.values())),
         in_place=tuple(sources.items()),
-        libraries=(*libraries, *(p for s in sources.values() for p in Path(s).rglob("*.so"))),
+        libraries=tuple(libraries),
         sites=tuple(dict.fromkeys(path.parent for path in entries)),
     )
+
+
+def _shared(place: Path) -> list[Path]:
+    """Find the compiled modules of a source folder, or of the one file."""
+    found = place.rglob("*.so") if place.is_dir() else [place]
+    return [path for path in found if path.suffix == ".so"]
 
 
 def _distribution(name: str) -> Distribution | None:
@@ -104,14 +111,19 @@ def _provided(found: Distribution) -> set[str]:
     return {name for name in names if name} | {name for name, _ in _in_place(found)}
 
 
-def _source_folder(name: str) -> str | None:
-    """The folder of a package that no distribution provides, such as one on PYTHONPATH."""
+def _source_place(name: str) -> str | None:
+    """The folder, or the one file, of a package that no distribution provides.
+
+    It may be on PYTHONPATH, or have been copied among the installed ones.
+    """
     try:
         spec = importlib.util.find_spec(name)
     except (ImportError, ValueError):
         return None
-    folders = list(spec.submodule_search_locations or ()) if spec else []
-    return str(Path(folders[0]).resolve()) if folders else None
+    if spec is None:
+        return None
+    places = list(spec.submodule_search_locations or ()) or [spec.origin or ""]
+    return str(Path(places[0]).resolve()) if Path(places[0]).exists() else None
 
 
 def _closure(roots: Iterable[Distribution]) -> list[Distribution]:

@@ -13,15 +13,16 @@ from robust_slam_autograder.sandbox.view import Files
 
 DEVICES = ("null", "full", "random", "urandom")
 """Not zero: shared maps of it are memory that no process's size shows."""
-MADE = ("/proc", "/dev", "/dev/shm", "/tmp")
+MADE = ("/dev", "/dev/shm", "/tmp")
+"""No /proc: it shows paths of the grader, and counters of the whole machine, in which one run
+could leave a message for another. Nothing that student code needs reads it."""
 _SMALL = f"size={SCRATCH_BYTES},nr_inodes={SCRATCH_FILES},mode=1777"
 
 
 def enter(root: Path, files: Files) -> None:
     """Build the private root and make it this process's.
 
-    The caller has mount and pid namespaces of its own, and is the first process of
-    the latter: /proc shows that one alone.
+    The caller has a mount namespace of its own.
 
     Args:
         root: an empty folder to build it on.
@@ -44,9 +45,6 @@ def enter(root: Path, files: Files) -> None:
     system.make_read_only(str(root))
     system.make_writable(str(root / "tmp"))
     _mount_tmpfs(root / "dev/shm", _SMALL)
-    # Read-only: a process could otherwise excuse itself from the kernel's memory killer.
-    quiet = system.READ_ONLY | system.NO_SUID | system.NO_DEV
-    system.mount("proc", str(root / "proc"), "proc", flags=quiet)
     system.enter_root(str(root))
 
 

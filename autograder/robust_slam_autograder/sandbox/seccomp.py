@@ -3,10 +3,11 @@
 It refuses what student code has no use for and what reaches around the other
 walls: namespaces and mounts of its own (with them it could mount as much memory as
 it likes), sockets with a name or a larger buffer, memory that belongs to no process, key
-rings, leases and watches on files, whatever acts on another process, and what puts pages of files
-in or out of the machine's cache, or tells which are there: all sandboxes share that cache, so one
-could leave a message in it for another. The list follows the kernel's tables
-(arch/x86/entry/syscalls, include/uapi/asm-generic).
+rings, asynchronous input and output (which one sandbox could use up for all), leases and watches
+on files, and whatever acts on another process. Refused too is what tells of the whole machine: how
+full its disks and its memory are, and which pages of files are in its cache, or what puts them in
+or out. All sandboxes share these, so one could leave a message there for another. The list follows
+the kernel's tables (arch/x86/entry/syscalls, include/uapi/asm-generic).
 
 Locks on files seem to succeed and do nothing. A real one could be held on a file that every
 sandbox and the grader share, and many small ones take the kernel's memory; refused, they would
@@ -47,6 +48,9 @@ _REFUSED = {
         *(141, 251, 256, 279),  # setpriority ioprio_set migrate_pages move_pages
         *(253, 294, 300),  # inotify_init inotify_init1 fanotify_init
         *(221, 187, 27),  # fadvise64 readahead mincore
+        # io_setup io_destroy io_submit io_cancel io_getevents io_pgetevents
+        *(206, 207, 209, 210, 208, 333),
+        *(99, 136, 137, 138),  # sysinfo ustat statfs fstatfs
     ),
     "aarch64": (
         *(41, 40, 39, 97, 268),
@@ -62,6 +66,8 @@ _REFUSED = {
         *(140, 30, 238, 239),
         *(26, 262),
         *(223, 213, 232),
+        *(0, 1, 2, 3, 4, 292),
+        *(179, 43, 44),
     ),
 }
 _REFUSED_EVERYWHERE = (

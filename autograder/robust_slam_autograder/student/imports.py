@@ -128,7 +128,7 @@ class Installed(PathFinder):
 
         Args:
             names: modules at the top level, beside the standard library's.
-            in_place: of these the packages in a source folder, with that folder.
+            in_place: of these the packages in a source folder, or one file, with that place.
             standard: the folders of the standard library.
         """
         self._names = frozenset(names)
@@ -147,9 +147,11 @@ class Installed(PathFinder):
     ) -> ModuleSpec | None:
         """Find a module of these packages or of the standard library."""
         if path is None and fullname in self._in_place:
-            folder = Path(self._in_place[fullname])
+            place = Path(self._in_place[fullname])
+            if place.is_file():
+                return importlib.util.spec_from_file_location(fullname, place)
             return importlib.util.spec_from_file_location(
-                fullname, folder / "__init__.py", submodule_search_locations=[str(folder)]
+                fullname, place / "__init__.py", submodule_search_locations=[str(place)]
             )
         if path is None and fullname not in self._names:
             path = self._standard
