@@ -11,6 +11,7 @@ import pytest
 import scipy
 from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES
 from robust_slam_autograder.sandbox import packages, view
+from robust_slam_autograder.student import imports
 
 from tests.autograder.sandbox import interpreters
 
@@ -145,6 +146,20 @@ def test_a_link_in_a_folder_leads_nowhere_else(tmp_path: Path) -> None:
 def test_unknown_packages_are_named() -> None:
     assert packages.missing(["numpy", "math", "robust_slam", "IPython", "PIL"]) == []
     assert packages.missing(["numpy", "no_such_package"]) == ["no_such_package"]
+
+
+def test_a_module_of_one_file_without_metadata_is_installed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As where a teacher has copied it among the installed packages."""
+    (tmp_path / "one_file_tool.py").touch()
+    monkeypatch.syspath_prepend(tmp_path)
+    assert packages.missing(["one_file_tool"]) == []
+    found = packages.find((*DEFAULT_PACKAGES, "one_file_tool"))
+    packages.find.cache_clear()
+    assert dict(found.in_place)["one_file_tool"] == str(tmp_path / "one_file_tool.py")
+    there = imports.Installed(found.names, dict(found.in_place), []).find_spec("one_file_tool")
+    assert there is not None and there.origin == str(tmp_path / "one_file_tool.py")
 
 
 LOOK = """
