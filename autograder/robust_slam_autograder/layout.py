@@ -19,6 +19,9 @@ FEEDBACK = CLASS / "feedback"
 REPORT = CLASS / "report"
 GRADESCOPE = CLASS / "gradescope"
 
+COLOURS = Path("lib/robust_slam/colours.toml")
+"""The course's colours, of its pages and its reports; elsewhere reports have their own."""
+
 _BEFORE = Path("build")
 """Where a class was kept before it had a folder of its own."""
 

@@ -12,10 +12,12 @@ from pathlib import Path
 
 from docutils import nodes
 from robust_slam_course.figures import page
+from robust_slam_course.style import site_colours
 from sphinx.application import Sphinx
 from sphinx.transforms import SphinxTransform
 
 BEGINS = '<div class="rs-figure"'
+COLOURS = "colours.css"
 
 
 class InlineFigures(SphinxTransform):
@@ -36,8 +38,18 @@ class InlineFigures(SphinxTransform):
                 image.replace_self(nodes.raw("", html, format="html"))
 
 
+def write_colours(app: Sphinx, exception: Exception | None) -> None:
+    """Put the style sheet with the course's colours among the static files."""
+    if exception is None and app.builder.format == "html":
+        path = Path(app.outdir) / "_static" / COLOURS
+        path.write_text(site_colours(), encoding="utf-8")
+
+
 def setup(app: Sphinx) -> dict[str, bool]:
     """Add the above, and tell the notebooks that their figures are for pages."""
     os.environ[page.BUILD] = "1"
     app.add_transform(InlineFigures)
+    app.add_css_file(COLOURS)
+    # Before the style sheets are joined.
+    app.connect("build-finished", write_colours, priority=400)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -5,6 +5,7 @@ The colours are those of ``colours.toml`` beside this file, the one place to cha
 
 from __future__ import annotations
 
+import re
 import tomllib
 from importlib.resources import files
 from typing import NamedTuple
@@ -19,13 +20,22 @@ class Colour(NamedTuple):
     dark: str
 
 
-def _colours() -> dict[str, Colour]:
-    """Return the colours by name."""
-    text = files(__package__).joinpath("colours.toml").read_text(encoding="utf-8")
-    return {name: Colour(**colour) for name, colour in tomllib.loads(text).items()}
+def _colours(text: str) -> dict[str, Colour]:
+    """Return the colours by name.
+
+    Raises:
+        ValueError: a colour is not given as two colours of six hexadecimal digits.
+    """
+    found = {name: Colour(**colour) for name, colour in tomllib.loads(text).items()}
+    for name, colour in found.items():
+        if not all(re.fullmatch("#[0-9a-fA-F]{6}", shade) for shade in colour):
+            raise ValueError(f"colours.toml: {name} is {colour}; write each shade as #rrggbb")
+    return found
 
 
-COLOURS: dict[str, Colour] = _colours()
+COLOURS: dict[str, Colour] = _colours(
+    files(__package__).joinpath("colours.toml").read_text(encoding="utf-8")
+)
 """The style sheets know each as a variable, such as ``--rs-ink``."""
 
 PALETTE: dict[str, str] = {

@@ -15,9 +15,13 @@ from hashlib import sha256
 from html import escape
 from string import ascii_uppercase
 
+from robust_slam_course.style import variables
+
 _MARKED = re.compile(r"\$(?P<math>[^$]+)\$|`(?P<code>[^`]+)`|\*(?P<em>[^*]+)\*")
 
-_STYLE = """
+_STYLE = (
+    f":where(html) {{ {variables('light')} }}"
+    + """
 .rs-quiz fieldset {
   margin: 0.5rem 0; padding: 0.5rem 1rem 0.75rem; border-radius: 0.5rem; min-width: 0;
   border: 1px solid color-mix(in srgb, currentColor 30%, transparent);
@@ -31,18 +35,19 @@ _STYLE = """
 }
 .rs-quiz .rs-option:has(:checked) { border-color: currentColor; }
 .rs-quiz .rs-option:has(:focus-visible) {
-  outline: 3px solid #0072b2; box-shadow: 0 0 0 2px #fff;
+  outline: 3px solid var(--rs-estimate); box-shadow: 0 0 0 2px #fff;
 }
 .rs-quiz label {
   display: flex; gap: 0.6rem; align-items: baseline; margin: 0; padding: 0.35rem 0;
   cursor: pointer;
 }
 .rs-quiz label span { min-width: 0; }
-.rs-quiz input { flex: none; margin: 0; accent-color: #0072b2; }
+.rs-quiz input { flex: none; margin: 0; accent-color: var(--rs-estimate); }
 .rs-quiz [role="status"] p {
-  display: none; margin: 0 0 0.5rem; padding-left: 0.75rem; border-left: 4px solid #d55e00;
+  display: none; margin: 0 0 0.5rem; padding-left: 0.75rem;
+  border-left: 4px solid var(--rs-outlier);
 }
-.rs-quiz [role="status"] p.rs-right { border-left-color: #009e73; }
+.rs-quiz [role="status"] p.rs-right { border-left-color: var(--rs-inlier); }
 .rs-quiz label:has(:checked) + [role="status"] p { display: block; }
 @media print {
   .rs-quiz fieldset { break-inside: avoid; }
@@ -53,6 +58,7 @@ _STYLE = """
   }
 }
 """
+)
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,7 @@
-"""How the course's figures look: one palette, told apart by line and marker too.
+"""How the course's figures and pages look, in the colours of `robust_slam/colours.toml`.
 
-The colours are those of Okabe and Ito (2008), safe for the colour-blind, darkened until they show
-on white. Each has another value for a dark page. Matplotlib draws with the light ones; on a page
-of the book they are variables (`robust_slam_course.figures`), and live pictures use the same.
+Matplotlib draws with those for a light page. On a page of the book they are variables of its
+style sheet, for figures (`robust_slam_course.figures`), live pictures, quizzes and the site alike.
 """
 
 from __future__ import annotations
@@ -10,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import matplotlib as mpl
 import matplotlib.figure
@@ -79,6 +78,21 @@ STYLE: dict[RcKeyType, Any] = {
     "svg.fonttype": "none",
     "svg.hashsalt": "robust-slam",
 }
+
+
+def variables(page: Literal["light", "dark"]) -> str:
+    """Return the colours as variables of a style sheet, without the ground, which is a page's."""
+    return " ".join(
+        f"--rs-{name}: {getattr(colour, page)};"
+        for name, colour in COLOURS.items()
+        if name != "ground"
+    )
+
+
+def site_colours() -> str:
+    """Return the style sheet that gives the site its colours; on paper they are the light ones."""
+    dark = f'html[data-theme="dark"] {{ {variables("dark")} }}'
+    return f":root {{ {variables('light')} }}\n@media not print {{ {dark} }}\n"
 
 
 @contextmanager

@@ -24,11 +24,18 @@ from matplotlib.figure import Figure
 from robust_slam_course.canvas import notebook
 from robust_slam_course.canvas.bundle import bundle
 from robust_slam_course.canvas.still import Still, check_words, to_svg
+from robust_slam_course.style import variables
 
 if TYPE_CHECKING:
     import anywidget
 
-STYLE = (files(__package__) / "picture.css").read_text(encoding="utf-8")
+_DARK = (
+    'html[data-theme="dark"] .rs-picture, [data-jp-theme-light="false"] .rs-picture,'
+    ' .vscode-dark .rs-picture, html[theme="dark"] .rs-picture'
+)
+STYLE = f".rs-picture {{ {variables('light')} }}\n{_DARK} {{ {variables('dark')} }}\n" + (
+    files(__package__) / "picture.css"
+).read_text(encoding="utf-8")
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 from robust_slam._arrays import Array
 from robust_slam.certificates import sdp
-from robust_slam.palette import MARKERS, PALETTE
+from robust_slam.palette import COLOURS, MARKERS, PALETTE
 from scipy.spatial.transform import Rotation
 
 from robust_slam_course.exercises import draw_beside, once_it_works
@@ -73,7 +73,7 @@ def round_solution(rounding: Callable[[Array, int, int], ArrayLike]) -> Figure:
     yours = np.stack(np.split(flat, n, axis=1))
     figure = Figure(figsize=(5.6, 3.2))
     ax = figure.subplots()
-    _draw_axes(ax, truth, "true", "#C8C8C8", 7.0)
+    _draw_axes(ax, truth, "true", COLOURS["grid"].light, 7.0)
     _draw_axes(ax, yours[0].T @ yours, "your", PALETTE["estimate"], 2.0)
     ax.set(aspect="equal", yticks=[], xlabel="pose", ylim=(-1.2, 2.6))
     ax.set_xticks(_STEP * np.arange(n), [str(k) for k in range(n)])

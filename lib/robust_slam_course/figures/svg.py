@@ -1,6 +1,6 @@
 """Matplotlib's SVG as part of a page: short, with the page's font and colours.
 
-Colours become variables of the style sheet, ``var(--rs-ink, #262626)``; a grey goes to the
+Colours become variables of the style sheet, ``var(--rs-ink,#…)``; a grey goes to the
 nearest of the neutral ones. Names are made from the drawing's content, so that those of several
 drawings stay apart on a page and the same drawing gives the same bytes.
 """
@@ -26,7 +26,8 @@ _MANY = 20
 
 _HEX = re.compile(r"#[0-9a-f]{6}\b")
 _NUMBER = re.compile(r"-?\d+\.\d+")
-_NAMES = {colour.light.lower(): name for name, colour in COLOURS.items()}
+# Of several names of one colour the first.
+_NAMES = {colour.light.lower(): name for name, colour in reversed(COLOURS.items())}
 _FONT = re.compile(r"font: (?P<before>.*?)(?P<size>[\d.]+px) ")
 _REFERENCE = re.compile(r"#([\w-]+)")
 _REFERRING = ("href", "clip-path", "marker-start", "marker-mid", "marker-end")

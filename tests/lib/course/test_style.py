@@ -4,27 +4,28 @@ from __future__ import annotations
 
 import io
 import itertools
+import os
 import re
+import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import matplotlib as mpl
 import pytest
 from matplotlib import pyplot as plt
+from robust_slam import palette
 from robust_slam.estimators.kernels import KERNELS
 from robust_slam.palette import COLOURS, LINESTYLES, MARKERS, PALETTE
-from robust_slam_course.canvas import picture
 from robust_slam_course.plots.kernels import kernel_look
-from robust_slam_course.style import LOOKS, STYLE, figure_style, use_style
+from robust_slam_course.style import LOOKS, STYLE, figure_style, site_colours, use_style
 
 from tests.lib.course.contrast import contrast, luminance
 
 PAGES = ("light", "dark")
-SEEN = sorted(COLOURS.keys() - {"ground", "grid"})
-SHEETS = (
-    Path(picture.__file__).with_name("picture.css"),
-    Path(__file__).parents[3] / "chapters" / "assets" / "site.css",
-)
-VARIABLE = re.compile(r"--rs-(\w+): (#[0-9a-f]{3,6});")
+SEEN = sorted(COLOURS.keys() - {"ground", "card", "grid"})
+ROOT = Path(__file__).parents[3]
+SOURCES = {".py", ".css", ".js"}
 
 
 def on_the_ground(name: str, page: str) -> float:
@@ -36,13 +37,15 @@ def on_the_ground(name: str, page: str) -> float:
 @pytest.mark.parametrize("page", PAGES)
 @pytest.mark.parametrize("name", SEEN)
 def test_every_colour_has_the_contrast_that_graphics_need(name: str, page: str) -> None:
-    assert on_the_ground(name, page) >= 3.0
+    found = on_the_ground(name, page)
+    assert found >= 3.0, f"colours.toml: {name} on a {page} page has {found:.1f}, give it 3"
 
 
 @pytest.mark.parametrize("page", PAGES)
 @pytest.mark.parametrize("name", ["ink", "muted"])
 def test_letters_have_the_contrast_that_text_needs(name: str, page: str) -> None:
-    assert on_the_ground(name, page) >= 4.5
+    found = on_the_ground(name, page)
+    assert found >= 4.5, f"colours.toml: {name} on a {page} page has {found:.1f}, give it 4.5"
 
 
 def test_letters_are_drawn_in_these_colours_alone() -> None:
@@ -56,21 +59,59 @@ def test_palette_and_looks_know_no_other_colours() -> None:
     assert {*PALETTE.values(), *(look.color for look in LOOKS)} <= known
 
 
-@pytest.mark.parametrize("sheet", SHEETS, ids=lambda path: path.name)
-def test_the_style_sheets_have_the_same_colours(sheet: Path) -> None:
-    found: dict[str, list[str]] = {}
-    for name, colour in VARIABLE.findall(sheet.read_text(encoding="utf-8")):
-        found.setdefault(name, []).append(colour)
-    # A picture is a card of its own, and a page's ground is the theme's.
-    found.pop("ground", None)
-    assert found == {name: list(COLOURS[name]) for name in found}
-    assert "ink" in found
+def test_no_other_file_has_a_colour_of_the_palette() -> None:
+    shades = {shade.lower() for colour in COLOURS.values() for shade in colour} - {"#ffffff"}
+    folders = (ROOT / "lib", ROOT / "chapters" / "assets", ROOT / "chapters" / "_ext")
+    sources = [p for folder in folders for p in folder.rglob("*") if p.suffix in SOURCES]
+    assert len(sources) > 100
+    for path in sources:
+        found = re.findall("#[0-9a-f]{6}", path.read_text("utf-8").lower())
+        assert not shades & {*found}, path
 
 
-def test_the_pages_know_every_colour() -> None:
-    text = SHEETS[1].read_text(encoding="utf-8")
-    assert {name for name, _ in VARIABLE.findall(text)} == COLOURS.keys() - {"ground"}
-    assert "--rs-ground: var(--pst-color-background" in text
+RECOLOURED = """
+from matplotlib.figure import Figure
+from robust_slam.palette import PALETTE
+from robust_slam_autograder import layout
+from robust_slam_autograder.reports import documents
+from robust_slam_course import figures, pictures, quiz
+from robust_slam_course.style import site_colours
+
+figure = Figure()
+figure.subplots().plot([0, 1], color=PALETTE["estimate"])
+options = [quiz.Option("a", "yes", correct=True), quiz.Option("b", "no")]
+for text in (
+    figures.page_html(figure),
+    pictures.certificate().static_html(),
+    quiz.Quiz([quiz.Question("which?", options)]).html(),
+    site_colours(),
+    documents._colours(layout.COLOURS),
+):
+    print("#123456" in text, "#0072b2" in text)
+"""
+
+
+def test_a_colour_is_changed_in_one_place(tmp_path: Path) -> None:
+    """In figures, live pictures, quizzes, the site and reports."""
+    shutil.copytree(ROOT / "lib", tmp_path / "lib")
+    colours = tmp_path / "lib" / "robust_slam" / "colours.toml"
+    text = colours.read_text("utf-8").replace(COLOURS["estimate"].light, "#123456")
+    colours.write_text(text, "utf-8")
+    path = os.pathsep.join([str(tmp_path / "lib"), str(ROOT / "autograder")])
+    done = subprocess.run(
+        [sys.executable, "-c", RECOLOURED], cwd=tmp_path, env={**os.environ, "PYTHONPATH": path},
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert done.stdout.split("\n") == ["True False"] * 5 + [""]
+
+
+def test_the_ground_of_a_page_is_the_themes() -> None:
+    assert "--rs-ground" not in site_colours()
+
+
+def test_a_colour_that_is_none_is_named() -> None:
+    with pytest.raises(ValueError, match=r"colours.toml: ink is .*; write each shade as #rrggbb"):
+        palette._colours('ink = { light = "black", dark = "#ffffff" }')
 
 
 def test_every_colour_has_a_line_and_a_marker() -> None:

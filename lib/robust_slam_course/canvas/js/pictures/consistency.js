@@ -214,7 +214,7 @@ function drawAgreement(scene, { state, result }, box) {
     const colour = `var(--rs-${wrong ? "outlier" : "inlier"})`;
     scene.put("vertices", `vertex-${place}`, "path", {
       d: VERTEX[wrong], transform: `translate(${x.toFixed(1)} ${y.toFixed(1)})`, "stroke-width": 2.5,
-      style: `stroke:${colour};fill:${isMember[place] ? colour : "var(--rs-ground)"}`,
+      style: `stroke:${colour};fill:${isMember[place] ? colour : "var(--rs-card)"}`,
     });
     const [tx, ty] = at(place, radius + 21);
     const name = { class: place === chosenPlace(state, result) ? "rs-head" : "rs-label", x: tx, y: ty + 4, "text-anchor": "middle" };

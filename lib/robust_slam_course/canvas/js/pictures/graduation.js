@@ -115,7 +115,7 @@ function putSquares(scene, key, { x, y }, [wide, tall], counts, runs) {
   }));
   for (const [count, d] of paths) {
     const percent = Math.round(25 + (75 * count) / runs);
-    const style = `fill:color-mix(in srgb,var(--rs-estimate) ${percent}%,var(--rs-ground));stroke:none`;
+    const style = `fill:color-mix(in srgb,var(--rs-estimate) ${percent}%,var(--rs-card));stroke:none`;
     scene.put("squares", `${key}-${count}`, "path", { d, style });
   }
 }
