@@ -5,7 +5,7 @@ SHELL := /bin/bash
 .SHELLFLAGS := -o pipefail -ec
 MAKEFLAGS += --no-print-directory
 .DEFAULT_GOAL := help
-.PHONY: help test setup setup-dev system-packages lab book runtime data bench sweep format check lock clean
+.PHONY: help quick test setup setup-dev system-packages lab book runtime data bench sweep format check lock clean
 
 PYTHON ?= python3
 VENV := .venv
@@ -116,6 +116,10 @@ bench: setup-dev ## both sides in one run: our estimators and GTSAM's, and the l
 
 sweep: setup-dev ## every method, kind of outlier and rate, on many graphs; continues where it stopped
 	$(BIN)/python -m benchmarks.sweep --jobs $(or $(JOBS),1)
+
+quick: setup-dev ## what takes a minute: style, types, and the tests that start no process
+	@$(MAKE) check
+	$(BIN)/pytest -q --quick -n $(or $(JOBS),logical) --dist loadfile
 
 test: ## set up and pass all tests; STRICT=1 fails where one would be left out
 	@echo 'make test checks style and types, collects Python for the pages, builds the book and runs all tests.'

@@ -1,7 +1,7 @@
 """What every test may use: the sandbox, which is never silently left out under STRICT.
 
-Properties are tested on the same inputs each time; ``--soak`` tries new ones, twenty times
-as many.
+Properties are tested on the same inputs each time, with ``--quick`` on few of them; ``--soak``
+tries new ones, twenty times as many.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from hypothesis import HealthCheck, settings
 from robust_slam_autograder.sandbox import BACK_ENDS
 
 from tests import kernel
+from tests.quick import Quick
 
 # What is imported and collected stays: to look through it for garbage again and again would take
 # a tenth of each process's time.
@@ -23,6 +24,7 @@ pytest_plugins = ["tests.chromium"]
 
 _SLOW = [HealthCheck.too_slow, HealthCheck.data_too_large]
 settings.register_profile("normal", deadline=None, derandomize=True, suppress_health_check=_SLOW)
+settings.register_profile("quick", settings.get_profile("normal"), max_examples=10)
 settings.register_profile(
     "soak", settings.get_profile("normal"), derandomize=False, max_examples=2000, print_blob=True
 )
@@ -40,11 +42,17 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
         "--soak", action="store_true", help="run with every sandbox back end, and fuzz for longer"
     )
+    parser.addoption(
+        "--quick", action="store_true", help="leave out what starts a process or takes long"
+    )
 
 
 def pytest_configure(config: pytest.Config) -> None:
     """Choose how many inputs properties are tested on."""
-    settings.load_profile("soak" if config.getoption("--soak") else "normal")
+    quick = config.getoption("--quick")
+    settings.load_profile("soak" if config.getoption("--soak") else "quick" if quick else "normal")
+    if quick:
+        config.pluginmanager.register(Quick(), "quick")
 
 
 def pytest_collection_finish() -> None:

@@ -46,6 +46,7 @@ def test_the_tour_takes_a_dozen_lines() -> None:
 
 
 @pytest.mark.parametrize("seed", range(10))
+@pytest.mark.long
 def test_the_tour_rejects_every_outlier_and_ends_certified(tour: str, seed: int) -> None:
     end = taken(tour.replace("default_rng(1)", f"default_rng({seed})"))
     answer, is_outlier = end["answer"], end["is_outlier"]

@@ -11,6 +11,8 @@ from tests.assignments import answers, reference
 from tests.assignments.lazy.search import earned
 from tests.assignments.planted import NAME, plant
 
+pytestmark = pytest.mark.long
+
 
 @pytest.mark.parametrize("name", answers.assignments())
 def test_no_lazy_answer_earns_a_hidden_point(name: str, request: pytest.FixtureRequest) -> None:

@@ -12,6 +12,8 @@ import pytest
 from tests.assignments import answers, library_search, reference
 from tests.assignments.library_search import Call, Hit
 
+pytestmark = pytest.mark.long
+
 ALLOWED = ("is fine", "are fine", "you may use", "you may call")
 ALL_ALLOWED = (
     "You may use anything in NumPy and SciPy, even where one of their functions is the answer."

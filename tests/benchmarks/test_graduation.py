@@ -11,6 +11,8 @@ import pytest
 from benchmarks import graduation
 from benchmarks.graduation import CLAIMS, COLUMNS, KINDS, NOISES, PERCENTS, SEEDS, World
 
+pytestmark = pytest.mark.long
+
 TEXT = files("robust_slam_course.pictures").joinpath("graduation.csv").read_text(encoding="utf-8")
 ROWS = list(csv.DictReader(line for line in TEXT.splitlines() if not line.startswith("#")))
 

@@ -14,6 +14,8 @@ from benchmarks.sweep import summary
 from benchmarks.sweep.definition import CPU_LIMIT, GROUP, KINDS, LOST, PERCENTS, PLANS, World, make
 from tests.book.prose import CHAPTERS, Chapter
 
+pytestmark = pytest.mark.long
+
 CHAPTER = Chapter("benchmark")
 TABLE = CHAPTERS / "data" / "robustness.csv"
 WORDS = {3: "Three", 5: "five"}

@@ -259,6 +259,7 @@ def best_cost(z: np.ndarray, c: float) -> float:
     return min(float(((k - k.mean()) ** 2).sum() + c**2 * (z.size - k.size)) / 2 for k in kept)
 
 
+@pytest.mark.long
 def test_how_often_each_is_near_the_truth_and_finds_the_best_answer() -> None:
     rng, near, found = np.random.default_rng(5), {}, {}
     for wrong in (2, 6, 10, 14, 16):

@@ -20,6 +20,8 @@ from robust_slam.problems import PoseGraphProblem
 from tests.book.prose import Chapter, Numbers, rounds_to
 from tests.book.samples import assert_right_options_are_hidden
 
+pytestmark = pytest.mark.long
+
 CHAPTER = Chapter("08-showcase")
 C = chi_square_threshold(0.99, 3)
 SEEDS = range(5)

@@ -20,6 +20,8 @@ from benchmarks.sweep.definition import GROUP, PERCENTS, PLANS, worlds
 from tests.book.prose import CHAPTERS, Chapter
 from tests.conftest import leave_out
 
+pytestmark = pytest.mark.long
+
 CHAPTER = Chapter("08-showcase")
 C = chi_square_threshold(0.99, 3)
 RESULTS = read_results(CHAPTERS / "data" / "robustness.csv")

@@ -14,6 +14,8 @@ from robust_slam.problems import PoseGraphProblem
 
 from tests.book.prose import Chapter, Numbers
 
+pytestmark = pytest.mark.long
+
 CHAPTER = Chapter("many-robots")
 
 

@@ -11,6 +11,8 @@ from robust_slam.estimators import gnc
 
 from tests.book.prose import Chapter, Numbers
 
+pytestmark = pytest.mark.long
+
 CHAPTER = Chapter("registration")
 CHANCE = 1 - 0.99**2
 """That two wrong matches agree, if distances are spread evenly."""

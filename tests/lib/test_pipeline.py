@@ -107,6 +107,7 @@ def test_a_probability_outside_0_to_1_is_refused():
         solve(graph, 1.0)
 
 
+@pytest.mark.long
 def test_where_odometry_loses_its_rotation_outliers_do_not_bend_the_start() -> None:
     # PCM cannot tell these outliers: the odometry between their ends is too uncertain.
     noise = Noise(odometry=(0.05, 0.15), closure=(0.05, 0.15))

@@ -16,6 +16,8 @@ from robust_slam.graphs import pose_graph
 
 from tests.lib.worlds import public_graph
 
+pytestmark = pytest.mark.long
+
 LEAST_SQUARES = {
     "CSAIL": 20.275442,
     "intel": 22.502117,

@@ -26,6 +26,8 @@ from tests.autograder.hostile.batch import SEED, Report
 from tests.autograder.hostile.entry import Entry, Place
 from tests.autograder.hostile.target import Target, load
 
+pytestmark = pytest.mark.long
+
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     """One assignment, or with ``--soak`` all."""

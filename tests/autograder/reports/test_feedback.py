@@ -232,6 +232,7 @@ class TestCourse:
         for heading in loaded.config.sections.values():
             assert headings.count(heading) == 1, heading
 
+    @pytest.mark.long
     def test_the_site_has_the_sections_that_pages_link_to(self, config):
         built = ROOT / "build" / "html" / "chapters" / f"{config.chapter}.html"
         assert built.is_file(), "build the site first: make book"

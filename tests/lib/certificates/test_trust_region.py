@@ -167,6 +167,7 @@ def test_the_staircase_says_why_it_ends_and_logs_each_rank(caplog):
     assert chordal.chordal_cost(graph, late) <= chordal.chordal_cost(graph, stuck) * (1 + 1e-12)
 
 
+@pytest.mark.long
 def test_a_loose_relaxation_is_named():
     rng = np.random.default_rng(0)
     n = 30

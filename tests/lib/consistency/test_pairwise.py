@@ -121,6 +121,7 @@ def test_turning_all_closures_round_changes_no_distance(group, shared):
     np.testing.assert_allclose(found, expected, rtol=1e-4, atol=1e-9)
 
 
+@pytest.mark.long
 def test_with_shared_odometry_the_squares_are_chi_square():
     """Monte Carlo: overlapping stretches, the same steps in both odometry parts."""
     rng = np.random.default_rng(7)

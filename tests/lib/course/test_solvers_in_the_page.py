@@ -11,6 +11,8 @@ import pytest
 from tests.lib.course import parity
 from tests.lib.course.parity import JS, SOLVERS, Comparison
 
+pytestmark = pytest.mark.long
+
 BUGS = {
     "a sign in a Jacobian": (
         "normal_equations.js",

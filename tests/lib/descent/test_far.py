@@ -10,6 +10,8 @@ from robust_slam.graphs.generate import manhattan, sphere
 from robust_slam.graphs.odometry import dead_reckoning
 from robust_slam.graphs.pose_graph import cost
 
+pytestmark = pytest.mark.long
+
 
 @pytest.mark.parametrize("make", [manhattan, sphere])
 @pytest.mark.parametrize("solve", [gauss_newton, levenberg_marquardt])

@@ -17,6 +17,8 @@ from robust_slam.problems import PoseGraphProblem
 
 from tests.lib.worlds import refused
 
+pytestmark = pytest.mark.long
+
 C = chi_square_threshold(0.99, 3)
 SIZES = {2: 60, 3: 40, 4: 30}
 

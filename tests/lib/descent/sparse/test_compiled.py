@@ -23,6 +23,8 @@ from robust_slam.graphs.pose_graph import PoseGraph
 from tests.lib.descent.sparse.matrices import as_dense, need_numba
 from tests.lib.worlds import assert_same_poses, measured, random_graph, random_poses, random_twists
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture
 def both():

@@ -16,6 +16,8 @@ from tests.lib.descent.sparse.matrices import (
     summed,
 )
 
+pytestmark = pytest.mark.long
+
 sizes = pytest.mark.parametrize(
     ("n", "more", "block"),
     [(2, 0, 3), (2, 3, 1), (9, 0, 2), (40, 15, 3), (60, 150, 6), (35, 200, 4)],
