@@ -6,17 +6,19 @@ Chromium reaches this machine alone.
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import Browser, Page, expect
 from robust_slam_autograder import cli
 
 from tests.assignments import answers
 from tests.book.taking_hold import PICTURE, follows
-from tests.chromium import visiting
+from tests.chromium import page_in, visiting
 from tests.runtime.made import RUNTIME, look_for_the_runtime, served
 
 pytestmark = [pytest.mark.browser, pytest.mark.long]
@@ -57,11 +59,15 @@ class Lab:
     def __init__(self, page: Page) -> None:
         self.page = page
         self.cells = page.locator(".jp-Notebook .jp-Cell")
-        page.locator(".jp-Toolbar-kernelName", has_text="Python").wait_for()
-        page.locator(IDLE).wait_for(state="attached")
+        self.cells.first.wait_for()
         cells = released()["cells"]
         ids = [cell["metadata"].get("nbgrader", {}).get("grade_id") for cell in cells]
         self.number = {grade_id: number for number, grade_id in enumerate(ids) if grade_id}
+
+    def wait_for_python(self) -> None:
+        """Wait until the kernel has started."""
+        self.page.locator(".jp-Toolbar-kernelName", has_text="Python").wait_for()
+        self.page.locator(IDLE).wait_for(state="attached")
 
     def type_in(self, sources: Mapping[str, str]) -> None:
         """Replace the text of cells, by their grade ids."""
@@ -112,9 +118,7 @@ class Lab:
 
 
 @pytest.fixture(scope="module")
-def address(
-    tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest
-) -> Iterator[str]:
+def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     look_for_the_runtime()
     folder = tmp_path_factory.mktemp("site")
     (folder / "python").mkdir()
@@ -138,6 +142,7 @@ def done(
     url = f"{address}/lab/lab/index.html?path={NAME}.ipynb"
     with visiting(browser, url, viewport=SIZE, reduced_motion="reduce") as visit:
         lab = Lab(visit.page)
+        lab.wait_for_python()
         test = lab.number[f"{EXERCISE}-by-hand"]
         said["start"] = lab.run(lab.number["setup"])
         lab.run(lab.number[EXERCISE])
@@ -228,3 +233,83 @@ def test_pictures_and_widgets_follow_the_hand_and_python_sees_it(done: dict[str,
 
 def test_nothing_is_asked_of_another_machine(done: dict[str, Any]) -> None:
     assert done["outside"] == []
+
+
+@dataclass(frozen=True)
+class Site:
+    """A site of one's own, whose assignment can be corrected."""
+
+    lab: Path
+    url: str
+
+    def correct(self, release: str) -> None:
+        """Publish another release of the assignment."""
+        value = released()
+        value["cells"][0]["source"] = f"# Corrected: {release}"
+        value["metadata"]["robust_slam"] = {"release": release}
+        (self.lab / "files" / f"{NAME}.ipynb").write_text(json.dumps(value), "utf-8")
+        releases = json.dumps({"notebooks": {f"{NAME}.ipynb": release}})
+        (self.lab / "releases.json").write_text(releases, "utf-8")
+
+
+@pytest.fixture
+def site(tmp_path: Path) -> Iterator[Site]:
+    look_for_the_runtime()
+    lab = tmp_path / "lab"
+    lab.mkdir()
+    for path in (RUNTIME / "lab").iterdir():
+        if path.name == "files":
+            shutil.copytree(path, lab / path.name)
+        elif path.name == "releases.json":
+            shutil.copyfile(path, lab / path.name)
+        else:
+            (lab / path.name).symlink_to(path)
+    (tmp_path / "python").mkdir()
+    for name in ("pyodide", "wheels"):
+        (tmp_path / "python" / name).symlink_to(RUNTIME / name)
+    with served(tmp_path) as url:
+        yield Site(lab, f"{url}/lab/lab/index.html?path={NAME}.ipynb")
+
+
+def test_an_older_copy_stays_beside_the_corrected_assignment(browser: Browser, site: Site) -> None:
+    with page_in(browser, viewport=SIZE, reduced_motion="reduce") as page:
+        question = page.locator("dialog", has_text="has been corrected")
+        tabs = page.locator(".lm-DockPanel-tabBar .lm-TabBar-tabLabel")
+        corrected = page.locator(".jp-MarkdownCell:visible", has_text="Corrected:")
+
+        def opened() -> Lab:
+            page.goto(site.url)
+            return Lab(page)
+
+        lab = opened()
+        lab.type_in({EXERCISE: HALF})
+        lab.save()
+        site.correct("first")
+        opened()
+        question.get_by_role("button", name="Keep mine").click()
+        opened()
+        page.wait_for_function("window.jupyterapp.shell.currentWidget.context.isReady")
+        expect(page.get_by_text("/ sigma) ** 2) / 2").first).to_be_attached()
+        expect(question).to_have_count(0)
+        site.correct("second")
+        opened()
+        question.get_by_role("button", name="Take the new one").click()
+        expect(corrected).to_contain_text("second")
+        expect(tabs.filter(has_text=f"{NAME}-mine.ipynb")).to_have_count(1)
+        mine = page.evaluate(
+            "async (path) => (await jupyterapp.serviceManager.contents.get(path,"
+            " {content: true})).content",
+            f"{NAME}-mine.ipynb",
+        )
+        assert HALF.strip() in ["".join(cell["source"]).strip() for cell in mine["cells"]]
+        opened()
+        expect(corrected).to_contain_text("second")
+        expect(question).to_have_count(0)
+
+
+def test_on_a_phone_the_notebook_has_the_page(browser: Browser, site: Site) -> None:
+    with page_in(browser, viewport={"width": 390, "height": 800}) as page:
+        page.goto(site.url)
+        page.locator(".jp-Notebook .jp-Cell").first.wait_for()
+        page.wait_for_function("document.querySelector('.jp-Notebook').clientWidth > 300")
+        expect(page.locator("#jp-left-stack")).to_be_hidden()

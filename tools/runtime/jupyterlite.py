@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import shutil
@@ -49,7 +50,15 @@ It is lost with the browser's data, and when a private window is closed. Downloa
 each session.
 
 A loop that does not end: *Kernel › Restart Kernel*. What you wrote stays.
+
+When an assignment is corrected after you have opened it, you are asked whether you want the new
+one; your own copy then stays beside it.
+
+The course's library is version {version}.
 """
+SCRIPT = Path(__file__).with_name("lab.js")
+RELEASES = "releases.json"
+"""Beside the script: the digest of each notebook, which its metadata hold too."""
 _OVERRIDES = {
     # `check` reads the saved file. Two saves that meet are not two people's.
     "@jupyterlab/docmanager-extension:plugin": {
@@ -86,7 +95,7 @@ def build(root: Path, runtime: Path, packages: Path) -> None:
     shutil.rmtree(out, ignore_errors=True)
     with tempfile.TemporaryDirectory(prefix="jupyterlite-") as temporary:
         site = Path(temporary)
-        _copy_assignments(root, site / "files")
+        releases = _copy_assignments(root, site / "files", wheels.version(runtime / "wheels"))
         _write(site / "jupyter_lite_config.json", _build_settings(packages))
         _write(site / "jupyter-lite.json", _settings())
         _write(site / "overrides.json", _OVERRIDES)
@@ -100,20 +109,32 @@ def build(root: Path, runtime: Path, packages: Path) -> None:
         said = (done.stdout + done.stderr).strip().splitlines()
         raise RuntimeUnavailable("\n".join(["JupyterLite could not be built:", *said[-20:]]))
     _write_lock(runtime, out)
+    shutil.copyfile(SCRIPT, out / SCRIPT.name)
+    _write(out / RELEASES, {"notebooks": releases})
+    page = out / "lab" / "index.html"
+    script = f'<script type="module" src="../{SCRIPT.name}"></script></head>'
+    page.write_text(page.read_text(encoding="utf-8").replace("</head>", script), encoding="utf-8")
 
 
-def _copy_assignments(root: Path, files: Path) -> None:
+def _copy_assignments(root: Path, files: Path, version: str) -> dict[str, str]:
+    """Copy the released notebooks, and return the digest of each by its name."""
     folders = [root / name for name in SOURCES if list((root / name).glob("*/*.ipynb"))]
     if not folders:
         raise RuntimeUnavailable("there are no released assignments: make release")
+    releases = {}
     for folder in sorted(folders[0].glob("*/")):
         (files / folder.name).mkdir(parents=True)
         shutil.copyfile(folder / CONFIG, files / folder.name / CONFIG)
         # Beside the folder: a download's name would hold the folder's.
         notebook = f"{folder.name}.ipynb"
-        shutil.copyfile(folder / notebook, files / notebook)
-        text = README.format(name=folder.name)
+        data = (folder / notebook).read_bytes()
+        releases[notebook] = hashlib.sha256(data).hexdigest()[:12]
+        value = json.loads(data)
+        value["metadata"]["robust_slam"] = {"release": releases[notebook]}
+        _write(files / notebook, value)
+    text = README.format(name=Path(notebook).stem, version=version)
     (files / "README.md").write_text(text, encoding="utf-8")
+    return releases
 
 
 def _build_settings(packages: Path) -> dict[str, object]:
@@ -142,6 +163,7 @@ def _settings() -> dict[str, object]:
         "jupyter-lite-schema-version": 0,
         "jupyter-config-data": {
             "appName": "Robust SLAM",
+            "exposeAppInBrowser": True,
             "litePluginSettings": {f"{KERNEL}:kernel": python},
         },
     }

@@ -1,14 +1,21 @@
-"""The packages that students install, built as wheels that travel with an assignment."""
+"""The packages that students install, built as wheels that travel with an assignment.
+
+A wheel's version names its content: ``0.2.0+d3f2a1c90b7``. So pip, which keeps what it has at the
+same version, replaces a package when a later release has changed it, and only then.
+"""
 
 from __future__ import annotations
 
+import base64
+import hashlib
 import os
 import re
 import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+import zipfile
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from robust_slam_autograder.errors import GraderFailure, WrongUse
@@ -25,6 +32,9 @@ for folder in folders:
     pkgutil.resolve_name(backend).build_wheel(out)
 """
 """pip would do the same with several processes for each package, and take six times as long."""
+_DIGITS = 10
+"""Of the digest in a version: 40 bits tell all releases of a course apart."""
+_EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
 def build(course: Course, out: Path) -> dict[str, Path]:
@@ -46,15 +56,52 @@ def build(course: Course, out: Path) -> dict[str, Path]:
     packages = course.packages()
     if not packages:
         return {}
-    with tempfile.TemporaryDirectory(prefix="wheels-") as temporary:
-        sources = [_copy(course, folder, Path(temporary)) for folder in packages.values()]
-        build_all(sources, out)
+    names = _files(course)
+    for folder in packages.values():
+        if not any(name.startswith(f"{folder}/") for name in names):
+            raise WrongUse(
+                f"{course.tree / COURSE_NAME}: [install.assignments] names {folder}/, and there "
+                "is no file of it that the public may have."
+            )
+    _build_of(course.root, names, list(packages.values()), out)
     found = {_normal(path.name.split("-")[0]): path for path in out.glob("*.whl")}
     return {name_of(package): found[_normal(name_of(package))] for package in packages}
 
 
+def build_tracked(root: Path, folders: Sequence[str], out: Path) -> None:
+    """Build a wheel of each folder, of the files that git tracks; of all where there is no git.
+
+    Args:
+        root: the course.
+        folders: its packages' folders, each with a ``pyproject.toml``.
+        out: an empty folder for the wheels, each at the version of its content.
+
+    Raises:
+        GraderFailure: one cannot be built.
+    """
+    try:
+        names = tracked(root)
+    except WrongUse:
+        names = _below(root, folders)
+    _build_of(root, names, folders, out)
+
+
+def _build_of(root: Path, names: Sequence[str], folders: Sequence[str], out: Path) -> None:
+    """Build copies of the folders with these files alone: a build sees and writes no more."""
+    with tempfile.TemporaryDirectory(prefix="wheels-") as temporary:
+        for name in names:
+            if name.startswith(tuple(f"{folder}/" for folder in folders)):
+                (Path(temporary) / name).parent.mkdir(parents=True, exist_ok=True)
+                shutil.copy2(root / name, Path(temporary) / name)
+        build_all([Path(temporary, folder) for folder in folders], out)
+
+
 def build_all(sources: Sequence[Path], out: Path) -> None:
     """Build a wheel of each folder with its own build backend, which must be installed here.
+
+    Args:
+        sources: the folders, each with a ``pyproject.toml``.
+        out: an empty folder for the wheels, each at the version of its content.
 
     Raises:
         GraderFailure: one cannot be built.
@@ -65,28 +112,59 @@ def build_all(sources: Sequence[Path], out: Path) -> None:
     if done.returncode:
         folders = ", ".join(source.name for source in sources)
         raise GraderFailure(f"No wheels could be built of {folders}: {_reason(done.stderr)}")
+    for wheel in list(out.glob("*.whl")):
+        _name_content(wheel)
 
 
-def _copy(course: Course, folder: str, target: Path) -> Path:
-    """Copy what the public may have of a folder: a build must neither see nor write more."""
-    names = _files(course)
-    for name in (name for name in names if name.startswith(f"{folder}/")):
-        (target / name).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copy2(course.root / name, target / name)
-    if not (target / folder).is_dir():
-        raise WrongUse(
-            f"{course.tree / COURSE_NAME}: [install.assignments] names {folder}/, and there is "
-            "no file of it that the public may have."
-        )
-    return target / folder
+def _name_content(wheel: Path) -> None:
+    """Write a wheel again, at a version that its content alone decides."""
+    with zipfile.ZipFile(wheel) as archive:
+        files = {each.filename: archive.read(each) for each in archive.infolist()}
+    name, version, tags = wheel.name.split("-", 2)
+    old = f"{name}-{version}."
+    info = f"{old}dist-info/"
+    del files[f"{info}RECORD"]
+    # The letter keeps a digest of figures alone from being read as a number.
+    local = f"d{_digest(files)[:_DIGITS]}"
+    new = f"{version}{'.' if '+' in version else '+'}{local}"
+    stated = f"Version: {version}\n".encode()
+    metadata = f"{info}METADATA"
+    files[metadata] = files[metadata].replace(stated, f"Version: {new}\n".encode(), 1)
+    files = {re.sub(f"^{re.escape(old)}", f"{name}-{new}.", path): files[path] for path in files}
+    record = f"{name}-{new}.dist-info/RECORD"
+    files[record] = _record(files, record)
+    with zipfile.ZipFile(wheel.with_name(f"{name}-{new}-{tags}"), "w") as archive:
+        for path, data in files.items():
+            archive.writestr(zipfile.ZipInfo(path, _EPOCH), data, zipfile.ZIP_DEFLATED)
+    wheel.unlink()
+
+
+def _digest(files: Mapping[str, bytes]) -> str:
+    """Return the SHA-256 of files with their names, in hexadecimal digits."""
+    digest = hashlib.sha256()
+    for path, data in sorted(files.items()):
+        digest.update(f"{path}\0{len(data)}\0".encode() + data)
+    return digest.hexdigest()
+
+
+def _record(files: Mapping[str, bytes], own: str) -> bytes:
+    """Return a wheel's list of files, as pip checks it: path, digest, size."""
+    lines = []
+    for path, data in files.items():
+        digest = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
+        lines.append(f"{path},sha256={digest},{len(data)}\n")
+    return "".join([*lines, f"{own},,\n"]).encode()
 
 
 def _files(course: Course) -> list[str]:
     if course.public is not None:
         return chosen(course.public, tracked(course.root), course.tree / COURSE_NAME)
-    folders = [course.root / folder for folder in course.packages().values()]
-    paths = [path for folder in folders for path in folder.rglob("*") if path.is_file()]
-    return [path.relative_to(course.root).as_posix() for path in paths]
+    return _below(course.root, list(course.packages().values()))
+
+
+def _below(root: Path, folders: Sequence[str]) -> list[str]:
+    paths = [path for folder in folders for path in (root / folder).rglob("*") if path.is_file()]
+    return [path.relative_to(root).as_posix() for path in paths]
 
 
 def _normal(name: str) -> str:

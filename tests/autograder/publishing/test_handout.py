@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import os
+import re
+import subprocess
 import time
 import zipfile
 from dataclasses import dataclass
@@ -17,14 +20,8 @@ from tests.autograder import toy
 from tests.autograder.publishing import world
 
 MORE = "08-more"
-WHEELS = ("the_grader-1.0-py3-none-any.whl", "toy_library-1.0-py3-none-any.whl")
-HELD = (
-    f"{toy.NAME}.ipynb",
-    "README.txt",
-    "autograder.toml",
-    *(f"packages/{name}" for name in WHEELS),
-    "requirements.txt",
-)
+WHEEL = r"packages/(the_grader|toy_library)-1\.0\+d[0-9a-f]{10}-py3-none-any\.whl"
+"""A wheel in the archive; its version names its content."""
 
 
 def archive_of(out: Path, name: str = toy.NAME) -> dict[str, bytes]:
@@ -39,6 +36,10 @@ class Released:
 
     out: Path
     toy: dict[str, bytes]
+
+    @property
+    def wheels(self) -> list[str]:
+        return [name for name in self.toy if re.fullmatch(WHEEL, name)]
 
 
 @pytest.fixture(scope="module", params=["", world.URL], ids=["no address", "address"])
@@ -62,7 +63,11 @@ def tree(tmp_path: Path) -> Path:
 
 
 def test_it_holds_the_release_and_a_readme(released):
-    assert tuple(released.toy) == HELD
+    assert len(released.wheels) == 2
+    assert list(released.toy) == [
+        *(f"{toy.NAME}.ipynb", "README.txt", "autograder.toml", *released.wheels),
+        "requirements.txt",
+    ]
     for name in (f"{toy.NAME}.ipynb", "autograder.toml"):
         assert released.toy[name] == (released.out / toy.NAME / name).read_bytes()
     with zipfile.ZipFile(released.out / f"{toy.NAME}.zip") as archive:
@@ -92,7 +97,8 @@ def test_files_that_an_assignment_needs_come_with_it(released):
 
 def test_students_install_from_the_archive(released):
     wanted = released.toy["requirements.txt"].decode().splitlines()
-    assert wanted == [f"./packages/{WHEELS[1]}[extra]", f"./packages/{WHEELS[0]}", "a-lab>=4"]
+    grader, library = released.wheels
+    assert wanted == [f"./{library}[extra]", f"./{grader}", "a-lab>=4"]
     lines = [line.strip() for line in released.toy["README.txt"].decode().splitlines()]
     start = lines.index(INSTALL[0])
     assert tuple(lines[start : start + len(INSTALL)]) == INSTALL
@@ -102,13 +108,41 @@ def test_an_extra_is_for_its_assignment_alone(released):
     assert b"[extra]" not in archive_of(released.out, MORE)["requirements.txt"]
 
 
-def test_a_wheel_holds_what_the_public_may_have(released, tmp_path):
-    wheel = tmp_path / WHEELS[1]
-    wheel.write_bytes(released.toy[f"packages/{WHEELS[1]}"])
-    with zipfile.ZipFile(wheel) as held:
+def test_a_wheel_holds_what_the_public_may_have(released):
+    with zipfile.ZipFile(io.BytesIO(released.toy[released.wheels[1]])) as held:
         names = held.namelist()
     assert "toy_library.py" in names
     assert not [name for name in names if "private" in name or "untracked" in name]
+
+
+def test_a_fix_reaches_who_has_installed_the_release_before(tree, tmp_path):
+    """The same three lines, in an environment that all assignments share."""
+    world.write(
+        tree.parent, COURSE, world.COURSE.replace('["a-lab>=4"]', "[]").replace("[extra]", "")
+    )
+
+    def installed_from(release_number: int) -> str:
+        out = tmp_path / f"release-{release_number}"
+        release(tree, [], out)
+        with zipfile.ZipFile(out / f"{toy.NAME}.zip") as archive:
+            archive.extractall(tmp_path / "student")
+        folder = tmp_path / "student" / toy.NAME
+        script = "\n".join([*INSTALL, "pip check", "python -c 'import toy_library as t; t.say()'"])
+        done = subprocess.run(
+            ["bash", "-ec", script], cwd=folder, capture_output=True, text=True, check=False,
+            env=os.environ | {"PIP_NO_INDEX": "1"},
+        )  # fmt: skip
+        assert done.returncode == 0, done.stdout + done.stderr
+        return done.stdout.splitlines()[-1]
+
+    told = "from importlib.metadata import version\ndef say(): print({!r}, version('toy-library'))"
+    said = []
+    for number, text in enumerate(["wrong", "right", "wrong"]):
+        world.write(tree.parent, "lib/toy_library.py", told.format(text))
+        said.append(installed_from(number).split())
+    assert [text for text, _ in said] == ["wrong", "right", "wrong"]
+    first, second, third = (version for _, version in said)
+    assert first == third != second and first.startswith("1.0+d")
 
 
 def test_the_readme_has_short_lines_and_the_title(released):

@@ -1,0 +1,63 @@
+// What a course adds to JupyterLab in the browser. A student's own copy of an assignment hides the
+// site's, also when that was corrected: here one is told, and may take the new one beside one's own.
+
+const NARROW = 760;
+const {notebooks} = await (await fetch(new URL("releases.json", import.meta.url))).json();
+const app = await started();
+await app.restored;
+if (innerWidth < NARROW) app.shell.collapseLeft();
+app.shell.currentChanged.connect((_, {newValue}) => look(newValue));
+await look(app.shell.currentWidget);
+
+async function started() {
+  while (!window.jupyterapp) await new Promise((resolve) => setTimeout(resolve, 50));
+  return window.jupyterapp;
+}
+
+async function look(widget) {
+  const context = widget?.context;
+  const release = notebooks[context?.path];
+  if (!release) return;
+  await context.ready;
+  const mine = context.model.getMetadata("robust_slam")?.release;
+  const key = `robust-slam-kept:${context.path}`;
+  if (mine === release || localStorage.getItem(key) === release) return;
+  const answer = await ask(context.path);
+  if (answer === "keep") localStorage.setItem(key, release);
+  if (answer === "take") await take(context);
+}
+
+/** Ask what is to become of an older copy: "take", "keep", or "" to be asked again. */
+function ask(path) {
+  const dialog = document.createElement("dialog");
+  dialog.innerHTML = `<form method="dialog" style="max-width: 28em; font: 15px/1.5 sans-serif">
+    <p><b></b> has been corrected since you opened it. Your copy is the older one.</p>
+    <p>Take the new one, and your copy stays beside it under another name, with all that you wrote:
+    copy your functions over. Or go on with your own; the tests that count are the same.</p>
+    <button value="take">Take the new one</button> <button value="keep">Keep mine</button></form>`;
+  dialog.querySelector("b").textContent = path;
+  document.body.append(dialog);
+  dialog.showModal();
+  return new Promise((resolve) => {
+    dialog.addEventListener("close", () => {
+      dialog.remove();
+      resolve(dialog.returnValue);
+    });
+  });
+}
+
+/** Move the open copy to a name that is free, and open the site's under the old name. */
+async function take(context) {
+  const {contents} = app.serviceManager;
+  const path = context.path;
+  await context.save();
+  const there = new Set((await contents.get("", {content: true})).content.map((each) => each.path));
+  let kept = path.replace(".ipynb", "-mine.ipynb");
+  for (let number = 2; there.has(kept); number++) {
+    kept = path.replace(".ipynb", `-mine-${number}.ipynb`);
+  }
+  await contents.rename(path, kept);
+  await app.commands.execute("docmanager:open", {path});
+  const message = `Your work is in ${kept}. ${path} is the new one.`;
+  await app.commands.execute("apputils:notify", {message, type: "info", options: {autoClose: false}});
+}
