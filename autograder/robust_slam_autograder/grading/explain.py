@@ -40,7 +40,7 @@ _EXPECTED = {
     ast.GtE: "expected at least",
 }
 _MIRRORED = {ast.Lt: ast.Gt, ast.LtE: ast.GtE, ast.Gt: ast.Lt, ast.GtE: ast.LtE}
-_EQUALITIES = ("allclose", "array_equal", "array_equiv", "isclose")
+_EQUALITIES = ("allclose", "array_equal", "array_equiv", "close", "isclose")
 
 
 @dataclass(frozen=True)
@@ -183,14 +183,22 @@ def _of_comparison(test: ast.expr, replay: _Replay) -> Returned | None:
 
 
 def _failing_test(error: Exception, source: str, label: str) -> ast.expr | None:
-    """The condition of the assert that failed."""
+    """The condition of the assert, or the call of a set-up's ``close``, that failed."""
     if not isinstance(error, AssertionError):
         return None
     frames = traceback.extract_tb(error.__traceback__)
     lines = [frame.lineno or 0 for frame in frames if frame.filename == label]
-    asserts = [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Assert)]
-    found = [a for a in asserts if lines and a.lineno <= lines[-1] <= (a.end_lineno or a.lineno)]
-    return found[-1].test if found else None
+    checks = [check for node in ast.walk(ast.parse(source)) if (check := _check(node))]
+    found = [c for c in checks if lines and c.lineno <= lines[-1] <= (c.end_lineno or c.lineno)]
+    return found[-1] if found else None
+
+
+def _check(statement: ast.AST) -> ast.expr | None:
+    if isinstance(statement, ast.Assert):
+        return statement.test
+    value = statement.value if isinstance(statement, ast.Expr) else None
+    is_close = isinstance(value, ast.Call) and ast.unparse(value.func) == "close"
+    return value if is_close else None
 
 
 def _last_evaluation(calls: Calls, test: ast.expr) -> list[Call]:

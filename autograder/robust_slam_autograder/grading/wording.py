@@ -10,6 +10,7 @@ import traceback
 from dataclasses import dataclass, replace
 
 from robust_slam_autograder.executor.session import SessionFault, StudentError
+from robust_slam_autograder.grading.explain import HERE
 from robust_slam_autograder.grading.results import Compared, Ending, Words
 from robust_slam_autograder.reading.assignment import Case
 from robust_slam_autograder.reading.source import plain_python
@@ -40,11 +41,16 @@ class Told:
     compared: Compared | None = None
 
     def further(self, line: str, compared: Compared | None = None) -> Told:
-        """Add a line that explains the message, which begins with its line break."""
+        """Add a line that explains the message, which begins with its line break.
+
+        Where a check has named values itself, as ``close`` of the course's assignments does, the
+        line comes in place of these: it names the call too.
+        """
         if not line:
             return self
         gist = self.gist or self.message
-        text = clip(self.message + line, MAX_EXPLAINED)
+        before = gist if self.words is Words.CHECK else self.message
+        text = clip(before + line, MAX_EXPLAINED)
         return replace(self, message=text, gist=gist, compared=compared)
 
 
@@ -92,7 +98,7 @@ def message(error: Exception, source: str, case: Case) -> Told:
         return _raised("Your function raised ", error)
     if isinstance(error, AssertionError):
         said = str(error) or f"This does not hold: {_failing_check(error, source, case)}"
-        return Told(clip(said))
+        return Told(clip(said), gist=clip(said.partition(f"\n{HERE}")[0]))
     return _raised("The check could not use what came back: ", error)
 
 

@@ -20,10 +20,14 @@ def said(cell: str, **functions: Any) -> str:
     return returned(cell, **functions).text.removeprefix("\n")
 
 
+def close(got: Any, want: Any, why: str = "") -> None:
+    assert got == want, why
+
+
 def returned(cell: str, **functions: Any) -> explain.Returned:
     """The same, as text and as data."""
     calls = explain.Calls()
-    names: dict[str, Any] = {"np": np, **calls.watched(functions)}
+    names: dict[str, Any] = {"np": np, "close": close, **calls.watched(functions)}
     calls.begin(LABEL, names)
     with pytest.raises(Exception) as caught:
         exec(compile(cell, LABEL, "exec"), names)
@@ -38,6 +42,7 @@ def returned(cell: str, **functions: Any) -> explain.Returned:
         ("assert f(3) == 6", "f(3) returned 7; expected 6."),
         ("y = f(3)\nassert np.allclose(y, 6.0)", "f(3) returned 7; expected 6.0."),
         ("assert 6 == f(3)", "f(3) returned 7; expected 6."),
+        ("close(f(2), 7)\nclose(\n    f(3), 6, 'two lines'\n)", "f(3) returned 7; expected 6."),
         ("assert 6 > f(3), (\n    'two lines'\n)", "f(3) returned 7; expected less than 6."),
         ("assert f(1) < f(3)", "f(1) returned 7; expected less than 7."),
         ("a = f(1)\nassert f(3) > 6 and f(2) <= 5", "f(2) returned 7; expected at most 5."),
