@@ -98,7 +98,6 @@ soak: ## the long tests: every sandbox and user, long fuzzing, a published book,
 	@$(install)
 	$(BIN)/python -m tests.assignments.seeds
 	$(BIN)/pytest -q --soak tests/autograder tests/assignments/test_answers.py \
-		tests/assignments/test_lazy.py \
 		tests/test_secrets.py tests/test_ci_doors.py tests/runtime \
 		tests/book/test_run_cells.py tests/book/test_edit_and_run.py
 

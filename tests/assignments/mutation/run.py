@@ -13,6 +13,7 @@ from pathlib import Path
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading import marking
 from robust_slam_autograder.grading.results import ExerciseResult, Result
+from robust_slam_autograder.grading.wording import Told
 from robust_slam_autograder.reading import assignment as assignment_module
 from robust_slam_autograder.reading import notebook, submission
 from robust_slam_autograder.reading.assignment import Assignment, Limits
@@ -131,7 +132,7 @@ def _result(exercise: Exercise, source: str, seed: int) -> Result:
     # The pass over whole cases alone: it has the visible checks too.
     passes = marking._Passes(exercise.assignment, code, BareFork())
     endings = passes.hidden({}, seed)
-    visible = {grade_id: marking.Outcome(ending) for grade_id, ending in endings.items()}
+    visible = {key: marking.Outcome(ending, Told()) for key, ending in endings.items()}
     return passes.result("mutant", visible, endings)
 
 
