@@ -1,7 +1,7 @@
 """Looks at an instructor's assignment for tests that can be passed wrongly, or fail correct work.
 
-A rule is a function from a ``Subject`` to what it finds, with its name in the ``RULES``
-of its module. A new family of rules is a new module and its name here.
+A rule is a function from a ``Subject`` to what it finds, under ``@rule``, in a module of its
+family. A new family of rules is a new module and its name here.
 """
 
 from __future__ import annotations
@@ -12,31 +12,32 @@ from pathlib import Path
 from robust_slam_autograder.lint import (
     asserts,
     beside,
-    fairness,
+    compare,
     hidden,
-    nan,
     pipe,
     randomness,
-    shapes,
     structure,
 )
 from robust_slam_autograder.lint.allow import allowances
-from robust_slam_autograder.lint.rule import Finding, Found, Rule
-from robust_slam_autograder.lint.subject import Subject, load
+from robust_slam_autograder.lint.rule import Finding, Rule, rule, rules_of
+from robust_slam_autograder.lint.subject import Found, Subject, load
 
 __all__ = ["RULES", "Finding", "lint"]
 
-FAMILIES = (nan, shapes, fairness, structure, hidden, randomness, asserts, pipe, beside)
-_ABOUT_TESTS = {rule.name: rule for family in FAMILIES for rule in family.RULES}
+_ABOUT_TESTS = rules_of(compare, structure, hidden, randomness, asserts, pipe, beside)
 
 
+@rule(
+    "allow-comment",
+    "error",
+    "# lint: allow RULE (reason) has a reason, and stands where no student sees it.",
+)
 def _bad_comments(subject: Subject) -> Iterator[Found]:
-    """Comments that do not hold."""
     yield from allowances(subject, _ABOUT_TESTS)[1]
 
 
+@rule("allow-unused", "warning", "What a comment allows is there.")
 def _unused_comments(subject: Subject) -> Iterator[Found]:
-    """Comments that allow what is not there."""
     for allowed in allowances(subject, _ABOUT_TESTS)[0]:
         found = _ABOUT_TESTS[allowed.rule].check(subject)
         if not any(allowed.covers(allowed.rule, place) for place in found):
@@ -44,16 +45,7 @@ def _unused_comments(subject: Subject) -> Iterator[Found]:
             yield Found(allowed.cell, allowed.line, what)
 
 
-RULES: tuple[Rule, ...] = (
-    *_ABOUT_TESTS.values(),
-    Rule(
-        "allow-comment",
-        "error",
-        "# lint: allow RULE (reason) has a reason, and stands where no student sees it.",
-        _bad_comments,
-    ),
-    Rule("allow-unused", "warning", "What a comment allows is there.", _unused_comments),
-)
+RULES: tuple[Rule, ...] = (*_ABOUT_TESTS.values(), _bad_comments, _unused_comments)
 
 
 def lint(notebook: Path, answers: Path | None = None) -> list[Finding]:

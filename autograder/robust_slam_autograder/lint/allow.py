@@ -10,8 +10,13 @@ import re
 from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass
 
-from robust_slam_autograder.lint.rule import Found
-from robust_slam_autograder.lint.subject import BEGIN_SOLUTION, END_SOLUTION, Subject, regions
+from robust_slam_autograder.lint.subject import (
+    BEGIN_SOLUTION,
+    END_SOLUTION,
+    Found,
+    Subject,
+    regions,
+)
 from robust_slam_autograder.reading.assignment import BEGIN_HIDDEN, END_HIDDEN
 
 _COMMENT = re.compile(r"#\s*lint:\s*(.*)")
@@ -30,7 +35,7 @@ class Allowance:
     """Where it holds."""
 
     def covers(self, rule: str, found: Found) -> bool:
-        """Whether it allows a finding."""
+        """Return whether it allows a finding."""
         return rule == self.rule and found.grade_id in self.grade_ids
 
 

@@ -6,8 +6,8 @@ import ast
 from collections.abc import Iterator
 
 from robust_slam_autograder.lint.nodes import walk
-from robust_slam_autograder.lint.rule import Found, Rule
-from robust_slam_autograder.lint.subject import Code, Subject
+from robust_slam_autograder.lint.rule import rule
+from robust_slam_autograder.lint.subject import Code, Found, Subject
 
 _ANY_ERROR = frozenset({"Exception", "builtins.Exception"})
 _ALL_ENDS = frozenset({"BaseException", "builtins.BaseException"})
@@ -20,27 +20,25 @@ def _asserts(subject: Subject) -> Iterator[tuple[Code, ast.Assert]]:
                 yield code, node
 
 
+@rule("assert-tuple", "error", "assert (condition, message) never fails.")
 def _assert_tuple(subject: Subject) -> Iterator[Found]:
-    """``assert (condition, message)``: a tuple is always true."""
     for code, node in _asserts(subject):
         if isinstance(node.test, ast.Tuple) and node.test.elts:
-            yield Found(
-                code.grade_id,
-                node.lineno,
+            yield code.found(
+                node,
                 "A tuple is always true: assert condition, message, without the brackets.",
             )
 
 
+@rule("assert-constant", "error", "An assert must be able to fail.")
 def _assert_constant(subject: Subject) -> Iterator[Found]:
-    """Asserts of what is always true."""
     for code, node in _asserts(subject):
         parts = node.test.values if isinstance(node.test, ast.BoolOp) else [node.test]
         always = [_is_always_true(part) for part in parts if not isinstance(part, ast.Tuple)]
         is_and = isinstance(node.test, ast.BoolOp) and isinstance(node.test.op, ast.And)
         if always and (all(always) if is_and else any(always)):
-            yield Found(
-                code.grade_id,
-                node.lineno,
+            yield code.found(
+                node,
                 f"{ast.unparse(node.test)} is always true: assert what the student returns.",
             )
 
@@ -57,20 +55,24 @@ def _is_always_true(node: ast.expr) -> bool:
         return False
 
 
+@rule("no-message", "warning", "A visible assert says what went wrong.")
 def _no_message(subject: Subject) -> Iterator[Found]:
-    """Visible asserts that do not say what went wrong."""
     for code, node in _asserts(subject):
         if code.case and node.msg is None and not code.is_hidden(node):
-            yield Found(
-                code.grade_id,
-                node.lineno,
+            yield code.found(
+                node,
                 "Students see this assert without a word: add a message that names the "
                 "misconception.",
             )
+    for code in subject.tests:
+        for call, name in subject.calls(code):
+            is_told = len(call.args) > 2 or any(word.arg == "why" for word in call.keywords)
+            if name == "close" and not is_told and not code.is_hidden(call):
+                yield code.found(call, "Students see this without a word: add why it must hold.")
 
 
+@rule("bare-except", "error", "A test must not swallow hangs and deaths.")
 def _bare_except(subject: Subject) -> Iterator[Found]:
-    """Handlers that would swallow a hang or a death of the student's code."""
     yield from _handlers(
         subject,
         _ALL_ENDS,
@@ -79,8 +81,8 @@ def _bare_except(subject: Subject) -> Iterator[Found]:
     )
 
 
+@rule("broad-except", "warning", "A test names the exception that it asks for.")
 def _broad_except(subject: Subject) -> Iterator[Found]:
-    """Handlers that take the stub's NotImplementedError, or a slip, for the error asked for."""
     yield from _handlers(
         subject,
         _ANY_ERROR,
@@ -94,7 +96,7 @@ def _handlers(subject: Subject, names: frozenset[str], message: str) -> Iterator
         for node in walk(code.tree):
             for kind in _caught(node, subject):
                 if kind in names:
-                    yield Found(code.grade_id, getattr(node, "lineno", 1), message)
+                    yield code.found(node, message)
 
 
 def _caught(node: ast.AST, subject: Subject) -> list[str]:
@@ -108,12 +110,3 @@ def _caught(node: ast.AST, subject: Subject) -> list[str]:
         called = subject.full_name(node.func)
         kinds = node.args if called in ("pytest.raises", "contextlib.suppress") else []
     return [subject.full_name(kind) for kind in kinds]
-
-
-RULES = (
-    Rule("assert-tuple", "error", "assert (condition, message) never fails.", _assert_tuple),
-    Rule("assert-constant", "error", "An assert must be able to fail.", _assert_constant),
-    Rule("no-message", "warning", "A visible assert says what went wrong.", _no_message),
-    Rule("bare-except", "error", "A test must not swallow hangs and deaths.", _bare_except),
-    Rule("broad-except", "warning", "A test names the exception that it asks for.", _broad_except),
-)

@@ -8,18 +8,17 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from robust_slam_autograder.lint import answers
-from robust_slam_autograder.lint.nodes import walk
-from robust_slam_autograder.lint.rule import Found, Rule
-from robust_slam_autograder.lint.subject import Subject
+from robust_slam_autograder.lint.nodes import parsed, walk
+from robust_slam_autograder.lint.rule import rule
+from robust_slam_autograder.lint.subject import Found, Subject
 from robust_slam_autograder.reading.assignment import CONFIG_NAME, Config
-from robust_slam_autograder.reading.source import plain_python
 from robust_slam_autograder.sandbox import packages
 from robust_slam_autograder.sandbox.packages import missing_sentence
 from robust_slam_autograder.student.imports import refusal, withheld_sentence
 
 
+@rule("no-module", "error", "A withheld module must exist.")
 def _no_module(subject: Subject) -> Iterator[Found]:
-    """Withheld modules that are not there: a slip in a name withholds nothing."""
     for name in subject.assignment.config.withheld:
         if not _exists(name):
             yield Found(
@@ -30,14 +29,14 @@ def _no_module(subject: Subject) -> Iterator[Found]:
             )
 
 
+@rule("no-package", "error", "What packages allows must be installed.")
 def _no_package(subject: Subject) -> Iterator[Found]:
-    """Packages that are not installed."""
     for name in packages.missing(subject.assignment.config.packages):
         yield Found(CONFIG_NAME, 1, missing_sentence(name))
 
 
+@rule("not-allowed", "error", "Solutions and set-up import only what packages allows.")
 def _not_allowed(subject: Subject) -> Iterator[Found]:
-    """Imports of a solution or of the set-up that student code may not make."""
     for grade_id, node in _imports(subject):
         for module in _modules(node):
             sentence = _refusal(module, subject.assignment.config)
@@ -57,20 +56,13 @@ def _refusal(module: str, config: Config) -> str | None:
 def _imports(subject: Subject) -> Iterator[tuple[str, ast.Import | ast.ImportFrom]]:
     """Imports that run in the student's process: of the set-up's functions those of none."""
     for cell in subject.solutions:
-        for node in walk(_parsed(plain_python(cell.source))):
+        for node in walk(parsed(cell.source)):
             if isinstance(node, ast.Import | ast.ImportFrom):
                 yield cell.grade_id or "", node
     for piece in subject.assignment.setup:
-        for node in [] if piece.own else _parsed(piece.source).body:
+        for node in [] if piece.own else parsed(piece.source).body:
             if isinstance(node, ast.Import | ast.ImportFrom):
                 yield piece.label, node
-
-
-def _parsed(text: str) -> ast.Module:
-    try:
-        return ast.parse(text)
-    except (SyntaxError, ValueError):
-        return ast.Module([], [])  # another rule says so
 
 
 def _modules(node: ast.Import | ast.ImportFrom) -> list[str]:
@@ -89,8 +81,8 @@ def _exists(name: str) -> bool:
         return False
 
 
+@rule("limits", "error", "A limit is at most the one around it.")
 def _limits(subject: Subject) -> Iterator[Found]:
-    """A limit that is never reached, because the one around it is shorter."""
     limits = subject.assignment.config.limits
     order = ("call_seconds", "cell_seconds", "notebook_seconds")
     for inner, outer in pairwise(order):
@@ -103,8 +95,8 @@ def _limits(subject: Subject) -> Iterator[Found]:
             )
 
 
+@rule("no-mutant", "error", "With --answers: each exercise has a wrong_… and a right_… answer.")
 def _no_mutant(subject: Subject) -> Iterator[Found]:
-    """Exercises without a wrong answer that the tests must catch, or without a right one."""
     if subject.answers is None:
         return
     folder = subject.answers / subject.assignment.name
@@ -123,27 +115,3 @@ def _no_mutant(subject: Subject) -> Iterator[Found]:
                     f"{path} has no answer {kind}…: add one that the tests must "
                     f"{'catch' if kind == 'wrong_' else 'accept'}.",
                 )
-
-
-RULES = (
-    Rule("no-module", "error", "A withheld module must exist.", _no_module),
-    Rule("no-package", "error", "What packages allows must be installed.", _no_package),
-    Rule(
-        "not-allowed",
-        "error",
-        "Solutions and set-up import only what packages allows.",
-        _not_allowed,
-    ),
-    Rule(
-        "limits",
-        "error",
-        "A limit is at most the one around it.",
-        _limits,
-    ),
-    Rule(
-        "no-mutant",
-        "error",
-        "With --answers: each exercise has a wrong_… and a right_… answer.",
-        _no_mutant,
-    ),
-)

@@ -7,8 +7,8 @@ import re
 from collections.abc import Iterator
 
 from robust_slam_autograder.lint.nodes import walk
-from robust_slam_autograder.lint.rule import Found, Rule
-from robust_slam_autograder.lint.subject import Code, Subject, words
+from robust_slam_autograder.lint.rule import rule
+from robust_slam_autograder.lint.subject import Code, Found, Subject, words
 from robust_slam_autograder.reading.assignment import END_HIDDEN
 
 _HINT = re.compile(r"\s*#\s*hint:\s*\S")
@@ -24,8 +24,8 @@ def _with_regions(subject: Subject) -> Iterator[tuple[Code, list[str]]]:
             yield code, code.source.split("\n")
 
 
+@rule("region-place", "error", "A case ends with at most one hidden region.")
 def _region_place(subject: Subject) -> Iterator[Found]:
-    """More regions than one, or visible code after one."""
     for code, lines in _with_regions(subject):
         end = code.regions[-1].stop
         fix = "visible asserts first, then one hidden region, to the cell's end."
@@ -36,8 +36,8 @@ def _region_place(subject: Subject) -> Iterator[Found]:
             yield Found(code.grade_id, end + 1, f"Code follows the hidden region: {fix}")
 
 
+@rule("no-hint", "error", "A hidden region begins with its hint.")
 def _no_hint(subject: Subject) -> Iterator[Found]:
-    """Regions without a hint on their first line."""
     for code, lines in _with_regions(subject):
         hints = [line for line in code.regions[0] if _HINT.match(lines[line - 1])]
         first = code.regions[0].start
@@ -53,8 +53,8 @@ def _no_hint(subject: Subject) -> Iterator[Found]:
             )
 
 
+@rule("hint-quotes", "error", "A hint must not quote hidden code.")
 def _hint_quotes(subject: Subject) -> Iterator[Found]:
-    """Hints that hold code, names or numbers of the hidden region."""
     for code, _ in _with_regions(subject):
         hint = code.case.hint if code.case else ""
         quoted = sorted(_quoted(hint, code), key=len)
@@ -94,8 +94,8 @@ def _is_telling(value: object) -> bool:
     return is_number and sum(map(str.isdigit, str(value))) >= _TELLING_DIGITS
 
 
+@rule("tells-input", "warning", "A hidden check must not say its inputs.")
 def _tells_input(subject: Subject) -> Iterator[Found]:
-    """Prints and messages of hidden checks; plain nbgrader's feedback would show them."""
     for code in subject.tests:
         for node in walk(code.tree):
             if not code.is_hidden(node):
@@ -105,22 +105,8 @@ def _tells_input(subject: Subject) -> Iterator[Found]:
                 isinstance(part, ast.Name) for part in walk(node.msg or ast.Constant(None))
             )
             if prints or says:
-                yield Found(
-                    code.grade_id,
-                    getattr(node, "lineno", 1),
+                yield code.found(
+                    node,
                     "This tells hidden inputs where plain nbgrader makes the feedback "
                     "(here no one sees it): leave it out, the hint is what students read.",
                 )
-
-
-RULES = (
-    Rule(
-        "region-place",
-        "error",
-        "A case ends with at most one hidden region.",
-        _region_place,
-    ),
-    Rule("no-hint", "error", "A hidden region begins with its hint.", _no_hint),
-    Rule("hint-quotes", "error", "A hint must not quote hidden code.", _hint_quotes),
-    Rule("tells-input", "warning", "A hidden check must not say its inputs.", _tells_input),
-)

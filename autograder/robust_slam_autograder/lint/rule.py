@@ -1,26 +1,16 @@
-"""What a rule is, and what it finds."""
+"""What a rule is, and what an instructor reads of it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from types import ModuleType
 from typing import Literal
 
-from robust_slam_autograder.lint.subject import Subject
+from robust_slam_autograder.lint.subject import Found, Subject
 
 Severity = Literal["error", "warning"]
-
-
-@dataclass(frozen=True)
-class Found:
-    """One place that a rule does not accept."""
-
-    grade_id: str
-    """The cell's, or the file's name where it is in none."""
-    line: int
-    """In that cell, from 1."""
-    message: str
-    """What is wrong there, and the fix."""
+Check = Callable[[Subject], Iterator[Found]]
 
 
 @dataclass(frozen=True)
@@ -30,7 +20,18 @@ class Rule:
     name: str
     severity: Severity
     summary: str
-    check: Callable[[Subject], Iterator[Found]]
+    check: Check
+
+
+def rule(name: str, severity: Severity, summary: str) -> Callable[[Check], Rule]:
+    """Make a rule of the function below, which yields the places that it does not accept."""
+    return lambda check: Rule(name, severity, summary, check)
+
+
+def rules_of(*modules: ModuleType) -> dict[str, Rule]:
+    """Return the rules of some modules by name, in the order in which they are written."""
+    members = (value for module in modules for value in vars(module).values())
+    return {value.name: value for value in members if isinstance(value, Rule)}
 
 
 @dataclass(frozen=True)

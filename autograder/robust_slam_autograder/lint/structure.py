@@ -5,13 +5,13 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator, Sequence
 
-from robust_slam_autograder.lint.flow import last_name
-from robust_slam_autograder.lint.nodes import walk
-from robust_slam_autograder.lint.rule import Found, Rule
+from robust_slam_autograder.lint.nodes import last_name, walk
+from robust_slam_autograder.lint.rule import rule
 from robust_slam_autograder.lint.subject import (
     BEGIN_SOLUTION,
     END_SOLUTION,
     Code,
+    Found,
     Subject,
     regions,
     words,
@@ -28,14 +28,14 @@ _MARKED = {
 }
 
 
+@rule("unreadable", "error", "A test cell or set-up cell must be Python.")
 def _unreadable(subject: Subject) -> Iterator[Found]:
-    """Cells that are no Python."""
     for cell in subject.unreadable:
         yield Found(cell.grade_id, cell.line, f"This cell is no Python ({cell.why}): correct it.")
 
 
+@rule(SEVERAL_NOTEBOOKS, "error", "An assignment is one notebook.")
 def _several_notebooks(subject: Subject) -> Iterator[Found]:
-    """Folders of nbgrader's that hold several notebooks; they are told with the first."""
     first, *others = notebook_paths(subject.path.parent)
     if others and subject.path == first:
         names = " and ".join(path.name for path in (first, *others))
@@ -47,8 +47,8 @@ def _several_notebooks(subject: Subject) -> Iterator[Found]:
         )
 
 
+@rule("few-hidden-cases", "error", "An exercise needs two cases with hidden checks.")
 def _few_hidden_cases(subject: Subject) -> Iterator[Found]:
-    """Exercises that a student can fit to what they see."""
     for cell, cases in _exercises(subject):
         hidden = sum(case.has_hidden for case in cases)
         if cases and hidden < LEAST_HIDDEN:
@@ -68,8 +68,8 @@ def _exercises(subject: Subject) -> Iterator[tuple[Cell, list[Case]]]:
         yield cell, [case for case in cases if owner(case.exercise) == cell.grade_id]
 
 
+@rule("orphan-case", "warning", "A case is named after its exercise.")
 def _orphan_case(subject: Subject) -> Iterator[Found]:
-    """Cases that no exercise owns, by their names."""
     known = {cell.grade_id for cell, cases in _exercises(subject) for _ in cases}
     for case in subject.assignment.cases:
         if subject.assignment.owner(case.exercise) not in known:
@@ -81,8 +81,8 @@ def _orphan_case(subject: Subject) -> Iterator[Found]:
             )
 
 
+@rule("no-points", "error", "An exercise needs a case that gives points.")
 def _no_points(subject: Subject) -> Iterator[Found]:
-    """Exercises that no case gives points to."""
     used = {name for case in subject.assignment.cases for name in words(case.full)}
     for cell, cases in _exercises(subject):
         names = set(defined_names(plain_python(cell.source)))
@@ -96,8 +96,8 @@ def _no_points(subject: Subject) -> Iterator[Found]:
             )
 
 
+@rule("odd-points", "error", "A case has whole points, 1 or more.")
 def _odd_points(subject: Subject) -> Iterator[Found]:
-    """Points that are not whole, or none."""
     for case in subject.assignment.cases:
         if case.points <= 0 or not float(case.points).is_integer():
             yield Found(
@@ -107,8 +107,8 @@ def _odd_points(subject: Subject) -> Iterator[Found]:
             )
 
 
+@rule("no-check", "error", "A case, and its hidden region, must assert something.")
 def _no_check(subject: Subject) -> Iterator[Found]:
-    """Cases, or hidden regions, in which nothing can fail."""
     for code in subject.tests:
         checks = _checks(code, subject)
         if not checks:
@@ -134,8 +134,8 @@ def _checks(code: Code, subject: Subject) -> Sequence[ast.AST]:
     return found
 
 
+@rule("no-solution-region", "error", "A solution cell marks what the release leaves out.")
 def _no_solution_region(subject: Subject) -> Iterator[Found]:
-    """Solution cells that nbgrader replaces as a whole."""
     for cell in subject.solutions:
         if not regions(cell.source, BEGIN_SOLUTION, END_SOLUTION):
             yield Found(
@@ -146,8 +146,12 @@ def _no_solution_region(subject: Subject) -> Iterator[Found]:
             )
 
 
+@rule(
+    "region-unmarked",
+    "error",
+    "Hidden checks stand in a test cell, and answers in a solution cell.",
+)
 def _region_unmarked(subject: Subject) -> Iterator[Found]:
-    """Regions in cells that nbgrader takes for something else; it would release none of them."""
     for code in subject.setup:
         yield from _strays(code.grade_id, code.source, BEGIN_HIDDEN, BEGIN_SOLUTION)
     for code in subject.tests:
@@ -168,31 +172,3 @@ def _strays(grade_id: str, source: str, *marks: str) -> Iterator[Found]:
                     f"{mark} stands in a cell that is not marked for it ({opening}): in "
                     f"JupyterLab, Nbgrader, Create assignment, make it {_MARKED[mark]}.",
                 )
-
-
-RULES = (
-    Rule(SEVERAL_NOTEBOOKS, "error", "An assignment is one notebook.", _several_notebooks),
-    Rule("unreadable", "error", "A test cell or set-up cell must be Python.", _unreadable),
-    Rule(
-        "few-hidden-cases",
-        "error",
-        "An exercise needs two cases with hidden checks.",
-        _few_hidden_cases,
-    ),
-    Rule("orphan-case", "warning", "A case is named after its exercise.", _orphan_case),
-    Rule("no-points", "error", "An exercise needs a case that gives points.", _no_points),
-    Rule("odd-points", "error", "A case has whole points, 1 or more.", _odd_points),
-    Rule("no-check", "error", "A case, and its hidden region, must assert something.", _no_check),
-    Rule(
-        "no-solution-region",
-        "error",
-        "A solution cell marks what the release leaves out.",
-        _no_solution_region,
-    ),
-    Rule(
-        "region-unmarked",
-        "error",
-        "Hidden checks stand in a test cell, and answers in a solution cell.",
-        _region_unmarked,
-    ),
-)

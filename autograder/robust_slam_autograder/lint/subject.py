@@ -1,4 +1,4 @@
-"""An assignment as the rules see it: every cell parsed, and its student's values followed."""
+"""An assignment as the rules see it: every cell parsed, with what holds a student's results."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from robust_slam_autograder.lint.flow import Flow, follow
-from robust_slam_autograder.lint.nodes import walk
+from robust_slam_autograder.lint import results
+from robust_slam_autograder.lint.nodes import parsed, walk
+from robust_slam_autograder.lint.results import Results
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading import notebook
 from robust_slam_autograder.reading.assignment import BEGIN_HIDDEN, END_HIDDEN, Assignment, Case
@@ -22,6 +23,18 @@ END_SOLUTION = "END SOLUTION"
 
 
 @dataclass(frozen=True)
+class Found:
+    """One place that a rule does not accept."""
+
+    grade_id: str
+    """The cell's, or the file's name where it is in none."""
+    line: int
+    """In that cell, from 1."""
+    message: str
+    """What is wrong there, and the fix."""
+
+
+@dataclass(frozen=True)
 class Code:
     """One of the instructor's cells: a case, or a set-up cell."""
 
@@ -30,14 +43,18 @@ class Code:
     """None for a set-up cell."""
     source: str
     tree: ast.Module
-    flow: Flow
+    results: Results
     regions: tuple[range, ...]
     """Lines of the hidden regions, without their marks."""
 
     def is_hidden(self, node: ast.AST) -> bool:
-        """Whether a piece of code stands in a hidden region."""
+        """Return whether a piece of code stands in a hidden region."""
         line = getattr(node, "lineno", 0)
         return any(line in region for region in self.regions)
+
+    def found(self, node: ast.AST, message: str) -> Found:
+        """Return the place of a piece of code, with what is wrong there."""
+        return Found(self.grade_id, getattr(node, "lineno", 1), message)
 
 
 @dataclass(frozen=True)
@@ -70,34 +87,28 @@ class Subject:
 
     @property
     def codes(self) -> tuple[Code, ...]:
-        """All of the instructor's cells that could be read."""
+        """Return all of the instructor's cells that could be read."""
         return self.setup + self.tests
 
     @cached_property
     def helpers(self) -> Mapping[str, ast.FunctionDef]:
-        """The instructor's own functions, by name."""
+        """Return the instructor's own functions, by name."""
         nodes = (node for code in self.codes for node in walk(code.tree))
         return {node.name: node for node in nodes if isinstance(node, ast.FunctionDef)}
 
-    @cached_property
-    def classes(self) -> frozenset[str]:
-        """Names of the classes that the instructor's cells define."""
-        nodes = (node for code in self.codes for node in walk(code.tree))
-        return frozenset(node.name for node in nodes if isinstance(node, ast.ClassDef))
-
     def calls(self, code: Code) -> Iterator[tuple[ast.Call, str]]:
-        """Every call in a cell, and the full name of what it calls (numpy.allclose)."""
+        """Yield every call in a cell, and the full name of what it calls (numpy.allclose)."""
         for node in walk(code.tree):
             if isinstance(node, ast.Call):
                 yield node, self.full_name(node.func)
 
     def full_name(self, node: ast.expr) -> str:
-        """Full name of what an expression names: np.linalg.norm is numpy.linalg.norm."""
+        """Return what an expression names in full: np.linalg.norm is numpy.linalg.norm."""
         return full_name(node, self.modules)
 
 
 def full_name(node: ast.expr, modules: Mapping[str, str]) -> str:
-    """Full name of what a dotted expression names; empty where it names nothing."""
+    """Return the full name of a dotted expression; empty where it names nothing."""
     if isinstance(node, ast.Name):
         return modules.get(node.id, node.id)
     if isinstance(node, ast.Attribute):
@@ -121,7 +132,7 @@ def load(path: Path, answers: Path | None = None) -> Subject:
     solutions = tuple(cell for cell in cells if cell.solution and not cell.grade)
     modules = _imported([cell.source for cell in cells])
     functions = _functions([cell.source for cell in solutions])
-    reader = _Reader(modules, functions, frozenset(assignment.names) - functions)
+    reader = _Reader(functions, frozenset(assignment.names) - functions)
     tests = [reader.read(case.grade_id, case, case.full) for case in assignment.cases]
     setup = [reader.read(piece.label, None, piece.source) for piece in assignment.setup]
     return Subject(
@@ -139,7 +150,6 @@ def load(path: Path, answers: Path | None = None) -> Subject:
 
 @dataclass(frozen=True)
 class _Reader:
-    modules: Mapping[str, str]
     functions: frozenset[str]
     variables: frozenset[str]
 
@@ -148,29 +158,21 @@ class _Reader:
             tree = ast.parse(plain_python(source))
         except (SyntaxError, ValueError) as error:
             return Unreadable(grade_id, getattr(error, "lineno", None) or 1, str(error))
-        flow = follow(tree, self.functions, self.variables, self.modules)
-        return Code(grade_id, case, source, tree, flow, regions(source, BEGIN_HIDDEN, END_HIDDEN))
+        found = results.find(tree, self.functions, self.variables)
+        return Code(grade_id, case, source, tree, found, regions(source, BEGIN_HIDDEN, END_HIDDEN))
 
 
 def regions(source: str, begin: str, end: str) -> tuple[range, ...]:
-    """Lines between pairs of marks, numbered from 1, without the marks' own."""
+    """Return the lines between pairs of marks, numbered from 1, without the marks' own."""
     lines = list(enumerate(source.split("\n"), start=1))
     starts = [number for number, line in lines if begin in line]
     ends = [number for number, line in lines if end in line]
     return tuple(range(a + 1, b) for a, b in zip(starts, ends, strict=False))
 
 
-def _parsed(sources: Sequence[str]) -> Iterator[ast.Module]:
-    for source in sources:
-        try:
-            yield ast.parse(plain_python(source))
-        except (SyntaxError, ValueError):
-            continue
-
-
 def _imported(sources: Sequence[str]) -> dict[str, str]:
     found = {}
-    for node in (node for tree in _parsed(sources) for node in walk(tree)):
+    for node in (node for source in sources for node in walk(parsed(source))):
         if isinstance(node, ast.Import):
             for alias in node.names:
                 first = alias.name.split(".")[0]
@@ -184,7 +186,7 @@ def _imported(sources: Sequence[str]) -> dict[str, str]:
 def _functions(sources: Sequence[str]) -> frozenset[str]:
     """Names of functions and classes that solution cells define."""
     found = set()
-    for node in (node for tree in _parsed(sources) for node in tree.body):
+    for node in (node for source in sources for node in parsed(source).body):
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
             found.add(node.name)
         elif isinstance(node, ast.Assign) and isinstance(node.value, ast.Lambda):
@@ -193,5 +195,5 @@ def _functions(sources: Sequence[str]) -> frozenset[str]:
 
 
 def words(text: str) -> set[str]:
-    """Identifiers in a text."""
+    """Return the identifiers in a text."""
     return set(re.findall(r"[^\W\d]\w*", text))
