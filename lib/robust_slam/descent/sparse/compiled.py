@@ -1,11 +1,16 @@
 """Multifrontal Cholesky factorisation, compiled by numba.
 
 The method is that of ``elimination`` and ``multifrontal``, which are the text to read. Here no
-front costs a Python call: small fronts are factorised by plain loops, larger ones by the BLAS
-and LAPACK that scipy carries.
+front costs a Python call: blocks of columns are factorised by plain loops, and larger products
+are numba's ``np.dot``.
 
-A front of k scalar columns and r rows below is stored by columns. Its *panel* ``(k + r, k)``
-becomes the factor. Its *update* ``(r, r)`` waits on a stack until the parent takes it.
+A front of k scalar columns and r rows below is stored by columns of the factor, which are rows
+here. Its *panel* ``(k, k + r)`` becomes the factor. Its *update* ``(r, r)`` waits on a stack
+until the parent takes it.
+
+LAPACK's own dpotrf, dtrsm and dsyrk, called by address, took a quarter to a third less time for
+a factorisation of sphere2500 and torus3D; Gauss–Newton is quicker than GTSAM's on all public
+graphs without them (``benchmarks.speed``).
 
 Source: as ``multifrontal``; Duff and Reid 1983 for the stack, which the postorder allows.
 """
@@ -16,33 +21,19 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from llvmlite import ir
-from numba import njit, types
-from numba.core.base import BaseContext
-from numba.core.typing import Signature
-from numba.extending import get_cython_function_address, intrinsic
+from numba import njit
 
 from robust_slam._arrays import Array, Indices
-from robust_slam.descent.sparse.elimination import Elimination
+from robust_slam.descent.sparse.elimination import Costs, Fronts
 
-_FRONT, _MULTIPLICATION, _UPDATE, _STORED = 0.4e-6, 3e-10, 1.5e-9, 1e-9
+COSTS = Costs(front=0.4e-6, multiplication=3e-10, update=1.5e-9, stored=1e-9)
 """Seconds as in ``elimination``, where a front costs no Python call."""
+_COLUMNS, _ROWS = 24, 96
+"""Columns of a panel, and rows of an update, that are computed at once."""
 _PLAIN = 16000
-"""Multiplications up to which plain loops are faster than calls of BLAS."""
+"""Multiplications up to which plain loops are faster than ``np.dot``."""
 ROUNDING = {"contract", "reassoc"}
 """Sums may be reordered and fused with products, which changes results by rounding alone."""
-
-
-class CompiledFronts(NamedTuple):
-    """Consecutive fronts as ``elimination.Fronts``, the rows of all in one array.
-
-    Front f has the rows ``rows[begin[f]:begin[f + 1]]``.
-    """
-
-    order: Indices
-    first: Indices
-    begin: Indices
-    rows: Indices
 
 
 class Plan(NamedTuple):
@@ -70,9 +61,10 @@ class Plan(NamedTuple):
 class Compiled:
     """Factorises matrices over ``fronts``, ``row`` and ``column`` as in the pattern."""
 
-    def __init__(self, block: int, fronts: CompiledFronts, row: Indices, column: Indices) -> None:
+    def __init__(self, block: int, fronts: Fronts, row: Indices, column: Indices) -> None:
         self.shape = (fronts.order.size, block)
-        _, first, begin, rows = fronts
+        first, rows = fronts.first, np.concatenate(fronts.rows)
+        begin = np.append(0, np.cumsum([below.size for below in fronts.rows]))
         place, children, target = _places(first, begin, rows, row, column)
         height = block * (np.diff(first) + np.diff(begin))
         panel = np.append(0, np.cumsum(height * np.diff(first) * block))
@@ -91,7 +83,7 @@ class Compiled:
         if self._panels is None:
             self._panels = np.empty(self.plan.panel[-1])
         x = _columns(right)
-        if not _factorise(self.plan, blocks, self._panels, self._stack, _addresses(), x):
+        if not _factorise(self.plan, blocks, self._panels, self._stack, x):
             return None
         _back_substitute(self.plan, self._panels, x)
         return _rows(x, right)
@@ -100,7 +92,7 @@ class Compiled:
         """Return the factors of ``blocks`` ``(k, b, b)``, or None if not positive definite."""
         self._check(blocks)
         panels, nothing = np.empty(self.plan.panel[-1]), np.empty((0, 0))
-        found = _factorise(self.plan, blocks, panels, self._stack, _addresses(), nothing)
+        found = _factorise(self.plan, blocks, panels, self._stack, nothing)
         return CompiledFactors(self, panels) if found else None
 
     def _check(self, blocks: Array) -> None:
@@ -138,93 +130,6 @@ def _columns(right: Array) -> Array:
 def _rows(x: Array, right: Array) -> Array:
     """Return solutions ``(c, unknowns)`` in the shape of ``right``."""
     return x.T.copy().reshape(right.shape)
-
-
-def find_compiled_fronts(elimination: Elimination, block: int) -> CompiledFronts:
-    """Return the fronts of an elimination as ``elimination.find_fronts`` does."""
-    factor = elimination.factor
-    starts, indices = factor.indptr.astype(np.intp), factor.indices.astype(np.intp)
-    postorder, first, begin, rows = _fronts(starts, indices, block)
-    return CompiledFronts(elimination.order[postorder], first, begin, rows)
-
-
-@njit(cache=True)
-def _fronts(
-    starts: Indices, indices: Indices, block: int
-) -> tuple[Indices, Indices, Indices, Indices]:
-    """Return the postorder, the first columns, and begin and entries of the rows below."""
-    n = starts.size - 1
-    parent = np.full(n, -1)
-    for v in range(n):
-        if starts[v + 1] > starts[v]:
-            parent[v] = indices[starts[v] : starts[v + 1]].min()
-    postorder = _postorder(parent)
-    position = np.empty(n, dtype=np.int64)
-    position[postorder] = np.arange(n)
-    above, below = np.full(n, n), np.empty(n, dtype=np.int64)
-    for k, v in enumerate(postorder):
-        below[k] = starts[v + 1] - starts[v]
-        if parent[v] >= 0:
-            above[k] = position[parent[v]]
-    first = _first_columns(above, below, block)
-    begin = np.zeros(first.size, dtype=np.int64)
-    for f in range(first.size - 1):
-        begin[f + 1] = begin[f] + below[first[f + 1] - 1]
-    rows = np.empty(begin[-1], dtype=np.int64)
-    for f in range(first.size - 1):
-        last = postorder[first[f + 1] - 1]
-        rows[begin[f] : begin[f + 1]] = np.sort(position[indices[starts[last] : starts[last + 1]]])
-    return postorder, first, begin, rows
-
-
-@njit(cache=True)
-def _postorder(parent: Indices) -> Indices:
-    """Return the vertices of a forest, children before their parent, subtrees contiguous."""
-    n = parent.size
-    youngest, elder = np.full(n + 1, -1), np.full(n, -1)
-    for v in range(n):
-        above = parent[v] if parent[v] >= 0 else n
-        elder[v], youngest[above] = youngest[above], v
-    order, stack, size, k = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64), 0, n
-    v = youngest[n]
-    while v >= 0 or size > 0:
-        if v < 0:
-            size -= 1
-            v = stack[size]
-        k -= 1
-        order[k] = v
-        if elder[v] >= 0:
-            stack[size] = elder[v]
-            size += 1
-        v = youngest[v]
-    return order
-
-
-@njit(cache=True)
-def _first_columns(parent: Indices, below: Indices, block: int) -> Indices:
-    """Return the first column of each front, and the number of columns at the end."""
-    n = parent.size
-    firsts, seconds, size = np.empty(n + 1, dtype=np.int64), np.empty(n), 0
-    for column in range(n):
-        first, height = column, block * below[column]
-        own = _seconds(block, height)
-        while size > 0 and first <= parent[first - 1] <= column:
-            joint = _seconds(block * (column - firsts[size - 1] + 1), height)
-            if joint > own + seconds[size - 1]:
-                break
-            size -= 1
-            first, own = firsts[size], joint
-        firsts[size], seconds[size] = first, own
-        size += 1
-    firsts[size] = n
-    return firsts[: size + 1].copy()
-
-
-@njit(cache=True)
-def _seconds(k: int, r: int) -> float:
-    """Return the time in s for a front of k columns with r rows below."""
-    multiplications = k * (k * k / 3 + r * (k + r))
-    return _FRONT + _MULTIPLICATION * multiplications + _UPDATE * r * r + _STORED * k * (k + r)
 
 
 @njit(cache=True)
@@ -273,9 +178,7 @@ def _stack_size(plan: Plan) -> int:
 
 
 @njit(cache=True, error_model="numpy", fastmath=ROUNDING)
-def _factorise(
-    plan: Plan, blocks: Array, panels: Array, stack: Array, at: Indices, x: Array
-) -> bool:
+def _factorise(plan: Plan, blocks: Array, panels: Array, stack: Array, x: Array) -> bool:
     """Fill ``panels`` with the factor; return whether the matrix is positive definite.
 
     Right-hand sides ``x`` ``(c, unknowns)`` are replaced by the y of L y = ``x``; ``at`` are
@@ -299,11 +202,7 @@ def _factorise(
             base -= size * size
             place = plan.place[plan.begin[child] : plan.begin[child + 1]]
             _extend_add(block, place, stack[base : base + size * size], panel, k, update, r)
-        if k * (k + r) * (k + r) <= _PLAIN:
-            good = _eliminate(panel, k, r, update)
-        else:
-            good = _eliminate_by_blas(panel, k, r, update, at)
-        if not good:
+        if not _eliminate(panel.reshape(k, k + r), update.reshape(r, r)):
             return False
         _forward(plan, f, panel, x, work)
         if r > 0:
@@ -355,43 +254,64 @@ def _extend_add(
                 a = last
 
 
-@njit(cache=True, error_model="numpy", fastmath=ROUNDING)
-def _eliminate(panel: Array, k: int, r: int, update: Array) -> bool:
-    """Factorise the panel and subtract its product from the update, by plain loops."""
-    height = k + r
-    for j in range(k):
-        _subtract(panel[j * height + j : (j + 1) * height], panel, height, j, j)
-        pivot = panel[j * height + j]
-        if not pivot > 0.0:
+@njit(cache=True)
+def _eliminate(panel: Array, update: Array) -> bool:
+    """Factorise the panel ``(k, k + r)`` and subtract its product from the update ``(r, r)``.
+
+    Rows are columns of the factor. Return whether all pivots are positive.
+    """
+    k, height = panel.shape
+    for first in range(0, k, _COLUMNS):
+        last = min(first + _COLUMNS, k)
+        _subtract(panel[first:last, first:], panel[:first, first:])
+        if not _eliminate_few(panel[first:last, first:]):
             return False
-        root = np.sqrt(pivot)
-        for i in range(j * height + j, (j + 1) * height):
-            panel[i] /= root
-    for j in range(r):
-        _subtract(update[j * r + j : (j + 1) * r], panel, height, k + j, k)
+    for first in range(k, height, _ROWS):
+        last = min(first + _ROWS, height)
+        _subtract(update[first - k : last - k, first - k :], panel[:, first:])
     return True
 
 
 @njit(cache=True, error_model="numpy", fastmath=ROUNDING)
-def _subtract(column: Array, panel: Array, height: int, row: int, count: int) -> None:
-    """Subtract Σ L[row, p] L[row:, p] over the first ``count`` columns p of the panel."""
-    size, p = column.size, 0
-    while p + 3 <= count:
-        at = p * height + row
-        a, b, c = (
-            panel[at : at + size],
-            panel[at + height : at + height + size],
-            panel[at + 2 * height : at + 2 * height + size],
-        )
+def _subtract(target: Array, factor: Array) -> None:
+    """Subtract F[:, :b]ᵀ F from the ``target`` ``(b, c)``, with the ``factor`` F ``(p, c)``."""
+    b = len(target)
+    if factor.size * b > _PLAIN:
+        whole = np.ascontiguousarray(factor)
+        target -= np.dot(np.ascontiguousarray(whole[:, :b]).T, whole)
+        return
+    for j in range(b):
+        _subtract_from_row(target[j, j:], factor[:, j:])
+
+
+@njit(cache=True, error_model="numpy", fastmath=ROUNDING)
+def _eliminate_few(panel: Array) -> bool:
+    for j in range(len(panel)):
+        row = panel[j, j:]
+        _subtract_from_row(row, panel[:j, j:])
+        if not row[0] > 0.0:
+            return False
+        root = np.sqrt(row[0])
+        for i in range(row.size):
+            row[i] /= root
+    return True
+
+
+@njit(cache=True, error_model="numpy", fastmath=ROUNDING)
+def _subtract_from_row(row: Array, factor: Array) -> None:
+    """Subtract F[:, 0]ᵀ F, three rows of F at once: so the row is read and written less often."""
+    size, p = row.size, 0
+    while p + 3 <= len(factor):
+        a, b, c = factor[p], factor[p + 1], factor[p + 2]
         x, y, z = a[0], b[0], c[0]
         for i in range(size):
-            column[i] -= x * a[i] + y * b[i] + z * c[i]
+            row[i] -= x * a[i] + y * b[i] + z * c[i]
         p += 3
-    while p < count:
-        a = panel[p * height + row : p * height + row + size]
+    while p < len(factor):
+        a = factor[p]
         x = a[0]
         for i in range(size):
-            column[i] -= x * a[i]
+            row[i] -= x * a[i]
         p += 1
 
 
@@ -467,54 +387,3 @@ def _scatter(plan: Plan, f: int, x: Array, work: Array, k: int) -> None:
         for i in range(block):
             x[row * block + i] = work[at + i]
         at += block
-
-
-def _addresses() -> Indices:
-    """Return where dpotrf, dtrsm and dsyrk are in memory, ``(3,)``."""
-    names = ("lapack", "dpotrf"), ("blas", "dtrsm"), ("blas", "dsyrk")
-    return np.array([get_cython_function_address(f"scipy.linalg.cython_{m}", f) for m, f in names])
-
-
-@intrinsic
-def _call(
-    typing_context: BaseContext, address: types.Type, pointers: types.Type
-) -> tuple[Signature, object]:
-    """Call the C function at ``address`` with a tuple of ``pointers``.
-
-    The address is an argument because compiled code that is kept on disk cannot hold it.
-    """
-
-    def generate(
-        context: BaseContext, builder: ir.IRBuilder, signature: Signature, values: list[ir.Value]
-    ) -> ir.Value:
-        pointer, count = ir.IntType(8).as_pointer(), len(signature.args[1])
-        function = ir.FunctionType(ir.VoidType(), [pointer] * count)
-        target = builder.inttoptr(values[0], function.as_pointer())
-        taken = [builder.extract_value(values[1], k) for k in range(count)]
-        builder.call(target, [builder.inttoptr(value, pointer) for value in taken])
-        return context.get_dummy_value()
-
-    return types.void(address, pointers), generate
-
-
-@njit(cache=True)
-def _eliminate_by_blas(panel: Array, k: int, r: int, update: Array, at: Indices) -> bool:
-    """Factorise a panel ``(k + r, k)`` and subtract its product from the update ``(r, r)``.
-
-    Both are stored by columns; ``at`` are the ``_addresses``. Return whether all pivots are
-    positive.
-    """
-    integers, numbers = np.array([k, r, k + r, 0], dtype=np.int32), np.array([1.0, -1.0])
-    letters = np.frombuffer(b"LRTN", dtype=np.uint8)
-    n, one = integers.ctypes.data, numbers.ctypes.data
-    m, height, failed, minus = n + 4, n + 8, n + 12, one + 8
-    lower = letters.ctypes.data
-    right, transposed, plain = lower + 1, lower + 2, lower + 3
-    top, side, rest = panel.ctypes.data, panel.ctypes.data + 8 * k, update.ctypes.data
-    _call(at[0], (lower, n, top, height, failed))
-    if integers[3] != 0:
-        return False
-    if r > 0:
-        _call(at[1], (right, lower, transposed, plain, m, n, one, top, height, side, height))
-        _call(at[2], (lower, plain, m, n, minus, side, height, one, rest, m))
-    return True

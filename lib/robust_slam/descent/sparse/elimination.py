@@ -11,6 +11,7 @@ elimination tree and minimum degree; Ashcraft and Grimes 1989 for fronts with a 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse import csc_array
@@ -18,9 +19,31 @@ from scipy.sparse import csc_array
 from robust_slam._arrays import Indices
 from robust_slam.descent.sparse.ldl import Solver
 
-_FRONT, _MULTIPLICATION, _UPDATE, _STORED = 16e-6, 1e-10, 4e-9, 2e-9
-"""Seconds per front, per multiplication, per entry of its update and per stored entry. Only
-their ratios matter, and these are similar on all machines."""
+
+class Costs(NamedTuple):
+    """Seconds per front, per multiplication, per entry of its update and per stored entry.
+
+    Only their ratios matter, and these are similar on all machines.
+    """
+
+    front: float
+    multiplication: float
+    update: float
+    stored: float
+
+    def seconds(self, k: int, r: int) -> float:
+        """Return the time in s for a front of k columns with r rows below."""
+        multiplications = k * (k * k / 3 + r * (k + r))
+        return (
+            self.front
+            + self.multiplication * multiplications
+            + self.update * r * r
+            + self.stored * k * (k + r)
+        )
+
+
+INTERPRETED = Costs(front=16e-6, multiplication=1e-10, update=4e-9, stored=2e-9)
+"""Those of ``multifrontal``."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,10 +97,11 @@ def find_elimination(n: int, edges: Indices) -> Elimination:
     return Elimination(np.asarray(order, dtype=np.intp), csc_array(factor))
 
 
-def find_fronts(elimination: Elimination, block: int) -> Fronts:
+def find_fronts(elimination: Elimination, block: int, costs: Costs = INTERPRETED) -> Fronts:
     """Return the fronts of an elimination, reordered so that each front is contiguous.
 
-    The new order has the same fill-in. A vertex stands for ``block`` unknowns.
+    The new order has the same fill-in. A vertex stands for ``block`` unknowns, and ``costs``
+    tell which columns to join.
 
     Source: Ashcraft and Grimes 1989, relaxed supernodes.
     """
@@ -90,7 +114,7 @@ def find_fronts(elimination: Elimination, block: int) -> Fronts:
     postorder = _postorder(parent)
     position = np.argsort(postorder)
     parent = np.where(parent >= 0, position[parent], -1)[postorder]
-    first = _first_columns(parent.tolist(), height[postorder], block)
+    first = _first_columns(parent.tolist(), block * height[postorder], block, costs)
     last = postorder[np.append(first[1:], height.size) - 1]
     rows = (factor.indices[factor.indptr[v] : factor.indptr[v + 1]] for v in last.tolist())
     return Fronts(
@@ -114,7 +138,7 @@ def _postorder(parent: Indices) -> Indices:
     return np.array(backwards[::-1], dtype=np.intp)
 
 
-def _first_columns(parent: list[int], below: Indices, block: int) -> Indices:
+def _first_columns(parent: list[int], below: Indices, block: int, costs: Costs) -> Indices:
     """Return the first column of each front.
 
     Every column is merged with the child fronts right before it as long as the merged front
@@ -123,11 +147,10 @@ def _first_columns(parent: list[int], below: Indices, block: int) -> Indices:
     """
     firsts: list[int] = []
     seconds: list[float] = []
-    rows = (block * below).tolist()
-    for column, height in enumerate(rows):
-        first, own = column, _seconds(block, height)
+    for column, height in enumerate(below.tolist()):
+        first, own = column, costs.seconds(block, height)
         while firsts and first <= parent[first - 1] <= column:
-            joint = _seconds(block * (column - firsts[-1] + 1), height)
+            joint = costs.seconds(block * (column - firsts[-1] + 1), height)
             if joint > own + seconds[-1]:
                 break
             first, own = firsts.pop(), joint
@@ -135,9 +158,3 @@ def _first_columns(parent: list[int], below: Indices, block: int) -> Indices:
         firsts.append(first)
         seconds.append(own)
     return np.array(firsts, dtype=np.intp)
-
-
-def _seconds(k: int, r: int) -> float:
-    """Return the time in s for a front of k columns with r rows below."""
-    multiplications = k * (k * k / 3 + r * (k + r))
-    return _FRONT + _MULTIPLICATION * multiplications + _UPDATE * r * r + _STORED * k * (k + r)

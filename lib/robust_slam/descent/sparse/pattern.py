@@ -194,9 +194,9 @@ def _compiled(
     n: int, block: int, elimination: Elimination
 ) -> tuple[Indices, Callable[[Indices, Indices], Method]]:
     """Do as ``_interpreted`` with the compiled method."""
-    from robust_slam.descent.sparse.compiled import Compiled, find_compiled_fronts
+    from robust_slam.descent.sparse.compiled import COSTS, Compiled
 
-    fronts = find_compiled_fronts(elimination, block)
+    fronts = find_fronts(elimination, block, COSTS)
     return fronts.order + 1, partial(Compiled, block, fronts)
 
 

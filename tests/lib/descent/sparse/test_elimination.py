@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
-from robust_slam.descent.sparse.elimination import Fronts, find_elimination, find_fronts
+from robust_slam.descent.sparse.elimination import (
+    INTERPRETED,
+    find_elimination,
+    find_fronts,
+)
 
-from tests.lib.descent.sparse.matrices import need_numba, random_edges
+from tests.lib.descent.sparse.matrices import random_edges
+
+NO_FRONT_COSTS = INTERPRETED._replace(front=0.0)
 
 
 def fill(n, edges, order):
@@ -36,22 +40,12 @@ def test_the_factor_has_the_fill_in_of_the_order(seed):
     np.testing.assert_array_equal(elimination.filled, [len(later) for later in expected])
 
 
-def compiled_fronts(elimination, block):
-    """The compiled fronts, their rows front by front."""
-    need_numba()
-    from robust_slam.descent.sparse.compiled import find_compiled_fronts
-
-    found = find_compiled_fronts(elimination, block)
-    rows = tuple(found.rows[a:b] for a, b in pairwise(found.begin))
-    return Fronts(found.order, found.first, rows)
-
-
-@pytest.mark.parametrize("find", [find_fronts, compiled_fronts])
+@pytest.mark.parametrize("costs", [INTERPRETED, NO_FRONT_COSTS])
 @pytest.mark.parametrize("seed", range(5))
 @pytest.mark.parametrize(("n", "more"), [(1, 0), (2, 0), (40, 0), (40, 60), (25, 300)])
-def test_fronts_cover_all_columns_and_hold_what_is_filled_in(find, seed, n, more):
+def test_fronts_cover_all_columns_and_hold_what_is_filled_in(costs, seed, n, more):
     edges = random_edges(n, more, np.random.default_rng(seed)) if n > 1 else np.empty((0, 2), int)
-    fronts = find(find_elimination(n, edges), 3)
+    fronts = find_fronts(find_elimination(n, edges), 3, costs)
     assert sorted(fronts.order.tolist()) == list(range(n))
     assert fronts.first[0] == 0 and fronts.first[-1] == n and np.all(np.diff(fronts.first) > 0)
     expected = fill(n, edges, fronts.order)
@@ -66,9 +60,8 @@ def test_a_tree_is_eliminated_without_fill_in():
     assert find_elimination(60, edges).factor.nnz == len(edges)
 
 
-@pytest.mark.parametrize("find", [find_fronts, compiled_fronts])
-def test_a_forest_of_single_vertices_has_a_front_for_each(find):
-    fronts = find(find_elimination(3, np.empty((0, 2), dtype=int)), 6)
+def test_a_forest_of_single_vertices_has_a_front_for_each():
+    fronts = find_fronts(find_elimination(3, np.empty((0, 2), dtype=int)), 6)
     assert [rows.tolist() for rows in fronts.rows] == [[], [], []]
 
 
