@@ -22,18 +22,18 @@ ANSWERS = Path(__file__).resolve().parent
 
 
 def assignments() -> list[str]:
-    """Names of the assignments in solutions/."""
+    """Return the names of the assignments in solutions/."""
     return sorted(path.parent.name for path in SOLUTIONS.glob("*/*.ipynb"))
 
 
 def answers(assignment: str) -> list[Answer]:
-    """All answers to an assignment, in the order of the files and of the answers in them."""
+    """Return all answers to an assignment, in the order of the files and in theirs."""
     files = sorted((ANSWERS / assignment).glob("*.toml"))
     return [answer for path in files if path.name != equivalents.FILE for answer in read(path)]
 
 
 def source_notebook(assignment: str, tree: Path = SOLUTIONS) -> dict[str, Any]:
-    """An assignment's notebook as JSON, from the source tree or from a release."""
+    """Return an assignment's notebook as JSON, from the source tree or from a release."""
     path = tree / assignment / f"{assignment}.ipynb"
     notebook: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     return notebook
@@ -46,7 +46,7 @@ def solution_ids(notebook: Mapping[str, Any]) -> list[str]:
 
 
 def with_answers(notebook: Mapping[str, Any], sources: Mapping[str, str]) -> dict[str, Any]:
-    """The notebook with other text in the solution cells that ``sources`` names."""
+    """Return the notebook with other text in the solution cells that ``sources`` names."""
     changed: dict[str, Any] = deepcopy(dict(notebook))
     left = dict(sources)
     for cell in changed["cells"]:
@@ -59,7 +59,7 @@ def with_answers(notebook: Mapping[str, Any], sources: Mapping[str, str]) -> dic
 
 
 def solved(assignment: str, release: Path) -> dict[str, Any]:
-    """The notebook of a release with the instructor's answers typed in."""
+    """Return the notebook of a release with the instructor's answers typed in."""
     done = {
         cell["metadata"]["nbgrader"]["grade_id"]: "".join(cell["source"])
         for cell in source_notebook(assignment)["cells"]
@@ -69,7 +69,7 @@ def solved(assignment: str, release: Path) -> dict[str, Any]:
 
 
 def text(notebook: Mapping[str, Any]) -> str:
-    """A notebook's file, as JupyterLab would write it."""
+    """Return a notebook's file, as JupyterLab would write it."""
     return json.dumps(notebook, indent=1, ensure_ascii=False) + "\n"
 
 

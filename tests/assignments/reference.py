@@ -37,7 +37,7 @@ class Reference:
 
     @property
     def functions(self) -> Functions:
-        """The reference's functions, by the names that students are asked to define."""
+        """Return the reference's functions, by the names that students are asked to define."""
         return {name: self.names[name] for name in self.assignment.names}
 
     def run(self, case: Case, seed: int, functions: Functions | None = None) -> None:
@@ -77,7 +77,7 @@ def load(name: str, tree: Path = answers.SOLUTIONS) -> Reference:
 
 @contextlib.contextmanager
 def quiet() -> Iterator[None]:
-    """Without warnings, and without what the code prints."""
+    """Suppress warnings and what the code prints."""
     with warnings.catch_warnings(), contextlib.redirect_stdout(io.StringIO()):
         warnings.simplefilter("ignore")
         yield

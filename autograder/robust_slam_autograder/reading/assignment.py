@@ -96,7 +96,7 @@ class Case:
 
     @property
     def has_hidden(self) -> bool:
-        """Whether the case holds checks that the student does not see."""
+        """Return whether the case holds checks that the student does not see."""
         return self.visible != self.full
 
 
@@ -143,22 +143,22 @@ class Assignment:
 
     @property
     def exercises(self) -> tuple[str, ...]:
-        """Exercise names in order."""
+        """Return the exercises' names in order."""
         return tuple(dict.fromkeys(case.exercise for case in self.cases))
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Every name that a student is asked to define."""
+        """Return every name that a student is asked to define."""
         return tuple(name for solution in self.solutions for name in solution.names)
 
     @property
     def max_score(self) -> float:
-        """Points of all cases together."""
+        """Return the points of all cases together."""
         return sum(case.points for case in self.cases)
 
     @property
     def hidden_cases(self) -> Mapping[str, int] | None:
-        """Per exercise how many cases hold hidden checks; None in a release that does not say."""
+        """Count each exercise's hidden cases; give None in a release that does not say."""
         found = Counter(case.exercise for case in self.cases if case.has_hidden)
         return dict(found) or self.config.hidden
 
@@ -204,7 +204,7 @@ def notebook_path(folder: Path) -> Path:
 
 
 def notebook_paths(folder: Path) -> list[Path]:
-    """The notebook that has the folder's name; where there is none, every notebook in it."""
+    """Return the notebook with the folder's name; where there is none, every one in it."""
     named = folder / f"{folder.name}.ipynb"
     return [named] if named.is_file() else sorted(folder.glob("*.ipynb"))
 

@@ -55,7 +55,7 @@ def read(path: Path) -> tuple[Cell, ...]:
 
 
 def shown(name: str) -> str:
-    """A name that somebody else chose, made fit to stand in a message."""
+    """Return a name that somebody else chose, made fit to stand in a message."""
     printable = "".join(letter if letter.isprintable() else "?" for letter in name)
     return printable if len(printable) <= MAX_NAME else f"{printable[: MAX_NAME - 1]}…"
 

@@ -58,7 +58,7 @@ def compiled(source: str, label: str) -> types.CodeType:
 
 
 def defined_names(source: str) -> list[str]:
-    """Names that a cell's top level defines: functions, classes and assigned variables."""
+    """Return the names of a cell's top level: functions, classes and assigned variables."""
     body = _tree(source).body
     own = [node for node in body if not isinstance(node, ast.Import | ast.ImportFrom)]
     return [name for node in own for name in _bound_by(node)]
@@ -73,13 +73,13 @@ def _tree(source: str) -> ast.Module:
 
 
 def imports(source: str) -> str:
-    """The import statements of a cell's top level."""
+    """Return the import statements of a cell's top level."""
     body = _tree(source).body
     return "\n".join(ast.unparse(n) for n in body if isinstance(n, ast.Import | ast.ImportFrom))
 
 
 def imported_modules(source: str) -> list[str]:
-    """Modules that a cell imports, also within its functions.
+    """Return the modules that a cell imports, also within its functions.
 
     Of ``from a import b`` both a and, in case it is one, a.b.
     """
@@ -93,19 +93,19 @@ def imported_modules(source: str) -> list[str]:
 
 
 def defines(source: str, names: Sequence[str]) -> bool:
-    """Whether a cell seems to define one of these names, judged by the look of its lines."""
+    """Return whether a cell seems to define one of these names, by the look of its lines."""
     words = "|".join(map(re.escape, names))
     pattern = rf"(?:(?:async\s+)?def|class)\s+(?:{words})\b|(?:{words})\s*(?::[^=\n]*)?=(?!=)"
     return bool(names) and re.search(rf"^(?:{pattern})", source, re.MULTILINE) is not None
 
 
 def used_names(*statements: ast.stmt) -> set[str]:
-    """Names that code reads from its module (and, on top, those of attributes)."""
+    """Return the names that code reads from its module (and, on top, those of attributes)."""
     return names_read(*(code for statement in statements for code in _compiled(statement)))
 
 
 def names_read(*codes: types.CodeType) -> set[str]:
-    """Names that compiled code reads from its module (and, on top, those of attributes)."""
+    """Return the names that compiled code reads from its module, and those of attributes."""
     found = list(codes)
     names: set[str] = set()
     while found:
@@ -124,7 +124,7 @@ def _compiled(statement: ast.stmt) -> list[types.CodeType]:
 
 
 def needed(own: Sequence[str], cells: Sequence[str]) -> str:
-    """What ``helpers`` keeps of ``own`` cells for others that run whole, as text."""
+    """Return what ``helpers`` keeps of ``own`` cells for others that run whole, as text."""
     trees = [_tree(plain_python(source)) for source in own]
     used = used_names(*(node for source in cells for node in _tree(plain_python(source)).body))
     kept = helpers(trees, used)

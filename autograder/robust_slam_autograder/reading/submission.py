@@ -84,12 +84,12 @@ def _is_own(cell: Cell, assignment: Assignment) -> bool:
 
 
 def with_notes(submission: Submission, notes: tuple[str, ...]) -> Submission:
-    """The same submission with more notes, before its own."""
+    """Return the same submission with more notes, before its own."""
     return replace(submission, notes=notes + submission.notes)
 
 
 def is_student(name: str) -> bool:
-    """Whether results may be in a folder of this name, beside the batch's own files."""
+    """Return whether results may be in a folder of this name, beside the batch's own files."""
     plain = name.isprintable() and "/" not in name and not name.startswith(".")
     short = len(name) <= MAX_NAME and len(name.encode(errors="replace")) <= MAX_STUDENT_BYTES
     return bool(name) and plain and short and not _is_databases(name)
@@ -101,12 +101,12 @@ def _is_databases(name: str) -> bool:
 
 
 def stand_in(name: str) -> str:
-    """The name that a refused submission gets where its own cannot be a folder's name."""
+    """Return the name that a refused submission gets where its own cannot be a folder's name."""
     return f"student-{hashlib.sha256(os.fsencode(name)).hexdigest()[:12]}"
 
 
 def look_alike(students: Iterable[str]) -> list[tuple[str, ...]]:
-    """Groups of names that are equal after Unicode normalisation."""
+    """Return the groups of names that are equal after Unicode normalisation."""
     groups: dict[str, set[str]] = {}
     for name in students:
         groups.setdefault(unicodedata.normalize("NFC", name), set()).add(name)

@@ -19,7 +19,7 @@ MAX_BYTES = 200
 
 
 def read(folder: Path) -> datetime | None:
-    """The time with its zone that a submission's folder states; None where it has no such file.
+    """Return the time and zone that a submission's folder states; None without such a file.
 
     Raises:
         Refused: the file is a link or no plain file, or it holds no time.

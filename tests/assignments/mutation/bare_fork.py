@@ -26,7 +26,7 @@ class Child:
     writer: int
 
     def pipes(self) -> tuple[int, int]:
-        """Descriptors to read its messages from and to write ours to."""
+        """Return the descriptors to read its messages from and to write ours to."""
         return self.reader, self.writer
 
     def await_ready(self) -> str | None:
@@ -35,7 +35,7 @@ class Child:
         return None if said == untrusted.READY else "it says nothing"
 
     def cpu_seconds(self) -> float:
-        """CPU time that it has used, in seconds."""
+        """Return the CPU time that it has used, in seconds."""
         return CpuClock(self.pid).seconds()
 
     def stop(self) -> None:
@@ -52,7 +52,7 @@ class BareFork:
     name = "none"
 
     def problem(self) -> str | None:
-        """It works wherever there is fork, and guards nothing."""
+        """Return None: it works wherever there is fork, and guards nothing."""
         return None
 
     def start(self, launch: Launch) -> Child:

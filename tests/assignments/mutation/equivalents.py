@@ -42,7 +42,7 @@ class Equivalent:
     reason: str
 
     def fits(self, mutant: Mutant) -> bool:
-        """Whether this is the mutant that was judged."""
+        """Return whether this is the mutant that was judged."""
         told = (self.exercise, self.line, self.becomes)
         same = told == (mutant.exercise, mutant.line, mutant.becomes)
         return same and self.function in ("", mutant.function)

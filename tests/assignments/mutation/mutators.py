@@ -90,7 +90,7 @@ class Mutant:
 
 
 def mutants(exercise: str, source: str) -> list[Mutant]:
-    """All mutants of a cell, in the order of its text, no two of them alike.
+    """Return all mutants of a cell, in the order of its text, no two of them alike.
 
     Raises:
         ValueError: no solution region is marked in the cell.

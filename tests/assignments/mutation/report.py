@@ -25,32 +25,32 @@ class Report:
 
     @property
     def killed(self) -> int:
-        """How many mutants lost a case."""
+        """Count the mutants that lost a case."""
         return sum(verdict.is_killed for verdict in self.verdicts)
 
     @property
     def equivalent(self) -> list[Verdict]:
-        """Survivors that were judged equivalent."""
+        """Return the survivors that were judged equivalent."""
         return [one for one in self.verdicts if not one.is_killed and self._is_judged(one)]
 
     @property
     def survivors(self) -> list[Verdict]:
-        """Survivors that were not."""
+        """Return the survivors that were not."""
         return [one for one in self.verdicts if not one.is_killed and not self._is_judged(one)]
 
     @property
     def raw_score(self) -> float:
-        """Killed of all."""
+        """Return the share of all that is killed."""
         return self.killed / max(1, len(self.verdicts))
 
     @property
     def score(self) -> float:
-        """Killed of those that were not judged equivalent."""
+        """Return the share that is killed of those that were not judged equivalent."""
         return self.killed / max(1, len(self.verdicts) - len(self.equivalent))
 
     @property
     def is_good(self) -> bool:
-        """Whether enough are killed and few enough are judged equivalent."""
+        """Return whether enough are killed and few enough are judged equivalent."""
         judged = len(self.equivalent) / max(1, len(self.verdicts))
         return self.score >= LOWEST_SCORE and judged <= MOST_JUDGED
 

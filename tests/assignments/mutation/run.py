@@ -40,7 +40,7 @@ class Verdict:
 
     @property
     def is_killed(self) -> bool:
-        """Whether any case noticed."""
+        """Return whether any case noticed."""
         return bool(self.lost or self.fault)
 
 
@@ -58,7 +58,7 @@ class Exercise:
 
 
 def exercises(path: Path, only: str = "") -> list[Exercise]:
-    """The exercises of an assignment's notebook, or the one that is named.
+    """Return the exercises of an assignment's notebook, or the one that is named.
 
     Raises:
         WrongUse: there is none of that name.
@@ -100,7 +100,7 @@ def run(exercises: Sequence[Exercise], *, seed: int, jobs: int) -> Iterator[Verd
 
 
 def of_exercise(exercise: Exercise) -> list[Mutant]:
-    """The mutants of an exercise's cell."""
+    """Return the mutants of an exercise's cell."""
     return mutants(exercise.cell, exercise.source)
 
 
