@@ -21,8 +21,6 @@ from robust_slam_course.style import NEUTRALS
 
 PIXELS = 96.0 / 72.0
 """A page's pixels in a point."""
-_MANY = 20
-"""As many markers of one look become one path."""
 
 _HEX = re.compile(r"#[0-9a-f]{6}\b")
 _NUMBER = re.compile(r"-?\d+\.\d+")
@@ -30,7 +28,7 @@ _NUMBER = re.compile(r"-?\d+\.\d+")
 _NAMES = {colour.light.lower(): name for name, colour in reversed(COLOURS.items())}
 _FONT = re.compile(r"font: (?P<before>.*?)(?P<size>[\d.]+px) ")
 _REFERENCE = re.compile(r"#([\w-]+)")
-_REFERRING = ("href", "clip-path", "marker-start", "marker-mid", "marker-end")
+_REFERRING = ("href", "clip-path")
 _PLACE = re.compile(r"translate\(([-\d.]+) ([-\d.]+)\)")
 _UPRIGHT = re.compile(r"^rotate\(-?0 .*\)$")
 _INITIAL = {"stroke-linejoin: round", "stroke-linecap: butt", "fill-opacity: 1", "opacity: 1"}
@@ -49,9 +47,6 @@ def inline(svg: str, kind: str) -> str:
         _shorten_numbers(element)
     for text in root.iter("text"):
         _set_formula(text)
-    _merge(root)
-    _gather_markers(root)
-    _group(root)
     _rename(root)
     _, _, width, height = (float(number) for number in root.get("viewBox", "0 0 1 1").split())
     size = {"width": f"{width * PIXELS:.0f}", "height": f"{height * PIXELS:.0f}"}
@@ -125,7 +120,8 @@ def _unwrap(parent: ET.Element) -> None:
 
 
 def _is_empty(element: ET.Element) -> bool:
-    return element.tag in {"g", "defs"} and len(element) == 0
+    holds_nothing = element.tag in {"g", "defs"} and len(element) == 0
+    return holds_nothing or element.get("style") == "fill: none"
 
 
 def _restyle(element: ET.Element) -> None:
@@ -206,85 +202,6 @@ def _size(span: ET.Element) -> float:
     """Return the size of a text's letters in points."""
     found = re.search(r"font.*?([\d.]+)px", span.get("style", ""))
     return float(found[1]) if found else 0.0
-
-
-def _merge(parent: ET.Element) -> None:
-    """Make one path of neighbouring lines that look alike."""
-    kept: list[ET.Element] = []
-    for child in parent:
-        _merge(child)
-        last = kept[-1] if kept else None
-        if child.get("style") == "fill:none" and "id" not in child.attrib:
-            continue
-        if last is not None and _is_line(child) and _look(child) == _look(last):
-            last.set("d", last.get("d", "") + child.get("d", ""))
-        else:
-            kept.append(child)
-    parent[:] = kept
-
-
-def _is_line(element: ET.Element) -> bool:
-    style = element.get("style", "")
-    return element.tag == "path" and "id" not in element.attrib and "fill:none" in style
-
-
-def _look(element: ET.Element) -> tuple[str, ...]:
-    """Return what alike elements have in common: all but their place."""
-    here = {key: value for key, value in element.items() if key not in {"d", "x", "y"}}
-    return element.tag, *(f"{key}={here[key]}" for key in sorted(here))
-
-
-def _gather_markers(root: ET.Element) -> None:
-    """Make one path with markers of many equal markers: hundreds of elements are slow."""
-    shapes = {shape.get("id"): shape for shape in root.iter() if "id" in shape.attrib}
-    for parent in list(root.iter()):
-        kept: list[ET.Element] = []
-        for _, run in groupby(list(parent), key=_look):
-            alike = list(run)
-            if alike[0].tag == "use" and len(alike) >= _MANY:
-                kept += _markers(alike, shapes[alike[0].get("href", "")[1:]])
-            else:
-                kept += alike
-        parent[:] = kept
-
-
-def _markers(uses: list[ET.Element], shape: ET.Element) -> list[ET.Element]:
-    """Return a marker of the shape in the style of its uses, and the path that it stands along."""
-    style = f"{shape.get('style', '')};{uses[0].get('style', '')}".strip(";")
-    name = f"{shape.get('id')}-{len(uses)}"
-    drawn = ET.Element("path", {"d": shape.get("d", ""), "style": style})
-    whole = {"id": name, "markerUnits": "userSpaceOnUse", "overflow": "visible"}
-    marker = ET.Element("marker", whole)
-    marker.append(drawn)
-    places = (f"{use.get('x')} {use.get('y')}" for use in uses)
-    ends = {f"marker-{place}": f"url(#{name})" for place in ("start", "mid", "end")}
-    return [
-        marker,
-        ET.Element("path", {"d": "M" + "L".join(places), "style": "fill:none", **ends}),
-    ]
-
-
-def _group(parent: ET.Element) -> None:
-    """Give neighbours of one style a group that has it."""
-    kept: list[ET.Element] = []
-    for (style, clip), run in groupby(
-        list(parent), key=lambda child: (child.get("style"), child.get("clip-path"))
-    ):
-        alike = list(run)
-        for child in alike:
-            _group(child)
-        if style and len(alike) > 1 and not re.search(r"(^|;)opacity", style):
-            whole = ET.Element("g", {"style": style})
-            if clip:
-                whole.set("clip-path", clip)
-            for child in alike:
-                del child.attrib["style"]
-                child.attrib.pop("clip-path", None)
-            whole[:] = alike
-            kept.append(whole)
-        else:
-            kept += alike
-    parent[:] = kept
 
 
 def _rename(root: ET.Element) -> None:

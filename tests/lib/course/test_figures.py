@@ -136,18 +136,6 @@ def test_names_are_those_of_one_drawing() -> None:
     assert page_html(panels()) == page_html(panels())
 
 
-def test_many_markers_are_one_path() -> None:
-    figure, ax = plt.subplots()
-    x = np.linspace(0, 1, 300)
-    ax.plot(x, x**2, "+", color=PALETTE["outlier"])
-    wide, _ = drawings(figure)
-    (marker,) = wide.iter("marker")
-    along = [path for path in wide.iter("path") if "marker-mid" in path.attrib]
-    assert [path.get("d", "").count("L") for path in along] == [299]
-    assert along[0].get("marker-mid") == f"url(#{marker.get('id')})"
-    assert "--rs-outlier" in marker[0].get("style", "")
-
-
 def test_the_figure_stays_as_it_is_and_no_other_is_left_open() -> None:
     figure = panels()
     before = plt.get_fignums(), figure.get_size_inches().tolist()
