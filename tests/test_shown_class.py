@@ -15,7 +15,7 @@ from urllib.parse import unquote, urlsplit
 import pytest
 from robust_slam_autograder import cli
 
-from chapters._ext.robust_slam_samples import thumbnail
+from chapters._ext.offers import thumbnail
 from tests import npm, shown_class
 from tests.assignments import answers
 from tests.book import test_valid_html

@@ -76,6 +76,8 @@ const here = document.currentScript.src;
 place.dataset.script = here;
 place.parentElement.querySelector("form.bd-search input").value = query;
 if (location.protocol === "file:") {
+  // It would fetch excerpts of pages, which browsers refuse.
+  DOCUMENTATION_OPTIONS.SHOW_SEARCH_SUMMARY = false;
   const files = ["language_data.js", "searchtools.js", "../searchindex.js"];
   loadInOrder(files.map((name) => new URL(name, here).href));
 } else if (query) {

@@ -1,14 +1,13 @@
-/** Formulas in what a run gave, drawn as the build draws those of the page. */
+/** Formulas in what a run gave: KaTeX makes MathML of them, which the browser draws. */
 
-const STATIC = new URL("../_static/", import.meta.url);
 let loading = null;
 
-function load(name) {
+function load(address) {
   return new Promise((resolve, reject) => {
     const script = document.createElement("script");
-    script.src = new URL(name, STATIC);
+    script.src = address;
     script.onload = resolve;
-    script.onerror = () => reject(new Error(`${script.src} cannot be loaded`));
+    script.onerror = () => reject(new Error(`${address} cannot be loaded`));
     document.head.append(script);
   });
 }
@@ -17,12 +16,12 @@ function load(name) {
 export async function drawFormulas(output) {
   const places = [...output.querySelectorAll(".math")].filter((place) => !place.querySelector("math"));
   if (!places.length) return;
-  loading ??= load("katex.min.js").then(() => load("mathml.js"));
-  await loading;
+  await (loading ??= load(new URL("../_static/katex.min.js", import.meta.url)));
   for (const place of places) {
     const tex = place.textContent.trim();
     try {
-      place.innerHTML = window.mathml(tex.slice(2, -2), tex.startsWith("\\["));
+      const displayMode = tex.startsWith("\\[");
+      window.katex.render(tex.slice(2, -2), place, { displayMode, output: "mathml" });
     } catch (error) {
       place.title = error.message;
     }

@@ -15,7 +15,7 @@ import pytest
 import yaml
 from matplotlib.image import imread
 
-from chapters._ext import robust_slam_preview, robust_slam_site
+from chapters._ext import finding
 
 ROOT = Path(__file__).parents[2]
 SETTINGS = (ROOT / "_config.yml").read_text(encoding="utf-8")
@@ -128,12 +128,16 @@ def assert_a_missing_page_and_the_list_of_pages(site: Path, url: str) -> None:
         ]
 
 
+def set_up(url: str | None, own: str = "") -> SimpleNamespace:
+    options = {"repository_url": url, "launch_buttons": {"colab_url": "x"}, "other": 1}
+    config = SimpleNamespace(html_baseurl=own, html_theme_options=options)
+    finding.find_the_address(SimpleNamespace(), config)
+    return config
+
+
 def test_an_address_that_is_given_is_the_sites() -> None:
-    config = SimpleNamespace(
-        html_baseurl="https://slam.example.org/course", html_theme_options={"repository_url": ""}
-    )
-    app = SimpleNamespace(config=config)
-    assert robust_slam_preview.pages_address(app) == "https://slam.example.org/course/"
+    given = "https://slam.example.org/course"
+    assert set_up("", given).html_baseurl == f"{given}/" == set_up(ADDRESS, given).html_baseurl
 
 
 @pytest.mark.parametrize(
@@ -150,11 +154,10 @@ def test_an_address_that_is_given_is_the_sites() -> None:
     ],
 )
 def test_only_what_both_can_open_has_buttons(url: str | None, opened: str) -> None:
-    options = {"repository_url": url, "launch_buttons": {"colab_url": "x"}, "other": 1}
-    config = SimpleNamespace(html_theme_options=options)
-    robust_slam_site.launch_from_the_repository(SimpleNamespace(), config)
+    config = set_up(url)
+    options = config.html_theme_options
     assert options["repository_url"] == opened and options["other"] == 1
-    assert bool(options["launch_buttons"]) == bool(opened)
+    assert bool(options["launch_buttons"]) == bool(opened) == bool(config.html_baseurl)
 
 
 def test_binder_gets_what_a_chapters_cell_installs() -> None:

@@ -8,7 +8,7 @@ import pytest
 from bs4 import BeautifulSoup
 from playwright.sync_api import Page
 
-from chapters._ext import robust_slam_markup
+from chapters._ext import markup
 from tests.book.conftest import Site
 from tests.book.test_accessible import complaints
 from tests.chromium import Opener
@@ -22,7 +22,7 @@ WIDE = (
 
 def rewritten(body: str) -> BeautifulSoup:
     context = {"body": body}
-    robust_slam_markup.rewrite(None, "", "", context, None)  # type: ignore[arg-type]
+    markup.rewrite(None, "", "", context, None)  # type: ignore[arg-type]
     return BeautifulSoup(context["body"], "html.parser")
 
 
@@ -62,10 +62,6 @@ class TestCards:
     def test_others_stay_as_they_are(self, heads: tuple[str, ...], cells: tuple[str, ...]) -> None:
         page = table(heads, cells)
         assert not page.select(".rs-cards, [role], [data-label]")
-
-    def test_the_commands_of_a_formula_count_for_nothing(self) -> None:
-        formula = r"\(\mathbf{x}\operatorname{\mathcal{\boldsymbol{\Sigma}}}\)"
-        assert not table(("a", "b", "c"), (formula,) * 3).select(".rs-cards")
 
 
 def test_an_empty_header_is_a_cell() -> None:
@@ -121,7 +117,7 @@ CITED = (
 
 def test_a_citation_is_described_by_what_it_cites() -> None:
     context = {"body": CITED + CITED}
-    robust_slam_markup.rewrite(MagicMock(), "page", "", context, None)
+    markup.rewrite(MagicMock(), "page", "", context, None)
     soup = BeautifulSoup(context["body"], "html.parser")
     links, tips = soup.select("a"), soup.select("[role=tooltip]")
     assert [link["aria-describedby"] for link in links] == [tip["id"] for tip in tips]

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser
 
-from chapters._ext.robust_slam_type import SIGNS
+from chapters._ext.fonts import TEXT
 from tests.book.conftest import PAGES, WAYS, Site, place
 from tests.chromium import Opener, Visit, visiting
 
@@ -46,7 +46,7 @@ class TestPage:
         assert visit.outside == []
 
     def test_the_text_needs_no_other_font(self, visit: Visit) -> None:
-        signs = {sign for sign in visit.page.evaluate(SHOWN) if ord(sign) not in SIGNS}
+        signs = {sign for sign in visit.page.evaluate(SHOWN) if ord(sign) not in TEXT}
         assert signs <= FROM_OTHERS
 
     def test_every_picture_is_there_and_has_words(self, visit: Visit) -> None:

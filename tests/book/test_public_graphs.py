@@ -18,7 +18,7 @@ from nbformat.v4 import new_code_cell, new_output
 from robust_slam.graphs import datasets
 from robust_slam_course.results import read_results
 
-from chapters._ext import robust_slam_site
+from chapters._ext import notebooks
 from tests.book import prose
 from tests.conftest import leave_out
 
@@ -175,7 +175,7 @@ def test_the_rest_of_a_chapter_prints_no_number_of_a_public_graph() -> None:
 def rendered(outputs: list[NotebookNode]) -> dict[str, object]:
     """The words of a figure that myst-nb is handed, from a cell that names it."""
     token = SimpleNamespace(meta={"metadata": {"mystnb": {"figure": {"name": "fig-a"}}}})
-    render = robust_slam_site.with_words_of_the_output(lambda *_: None)
+    render = notebooks.with_words_of_the_output(lambda *_: None)
     render(None, token, outputs)
     return token.meta["metadata"]["mystnb"]
 

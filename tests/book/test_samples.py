@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from chapters._ext.robust_slam_samples import COLOURS, FOLDER, INDEX, SOURCE, thumbnail
+from chapters._ext.offers import COLOURS, REPORT, SAMPLES, SAMPLES_SOURCE, thumbnail
 
 ROOT = Path(__file__).parents[2]
 SETTINGS = {
-    "extensions": "myst_parser,chapters._ext.robust_slam_samples",
+    "extensions": "myst_parser,chapters._ext.offers",
     "root_doc": "chapters/teach",
 }
 HEAT = """\
@@ -29,7 +29,7 @@ TEXT = f"""# Teach
 Before.
 
 ```{{samples}}
-Look at {{sample}}`the report <{INDEX}>`.
+Look at {{sample}}`the report <{REPORT}>`.
 ```
 
 After.
@@ -50,7 +50,7 @@ def build(folder: Path) -> tuple[str, str]:
 
 
 def put(folder: Path) -> Path:
-    page = folder / SOURCE / INDEX
+    page = folder / SAMPLES_SOURCE / REPORT
     page.parent.mkdir(parents=True)
     page.write_text(f"<!doctype html>\n<title>The report</title>\n{HEAT}", encoding="utf-8")
     return page
@@ -59,7 +59,7 @@ def put(folder: Path) -> Path:
 def test_where_they_are_made_the_page_leads_to_them(tmp_path: Path) -> None:
     made = put(tmp_path)
     html, warnings = build(tmp_path)
-    address = f"../{FOLDER}/{INDEX}"
+    address = f"../{SAMPLES}/{REPORT}"
     assert f'href="{address}">the report</a>' in html and warnings == ""
     assert html.count("<rect ") == 6
     target = (tmp_path / "out" / "chapters" / address).resolve()
@@ -79,7 +79,7 @@ def test_a_small_heat_map_has_a_square_for_each_of_the_reports() -> None:
 def test_elsewhere_nothing_is_said_of_them(tmp_path: Path) -> None:
     html, warnings = build(tmp_path)
     assert "Before." in html and "After." in html and "the report" not in html
-    assert warnings == "" and not (tmp_path / "out" / FOLDER).exists()
+    assert warnings == "" and not (tmp_path / "out" / SAMPLES).exists()
 
 
 def test_the_next_build_sees_that_they_came_or_went(tmp_path: Path) -> None:
@@ -88,7 +88,7 @@ def test_the_next_build_sees_that_they_came_or_went(tmp_path: Path) -> None:
     assert "the report" in build(tmp_path)[0]
     made.unlink()
     assert "the report" not in build(tmp_path)[0]
-    assert not (tmp_path / "out" / FOLDER).exists()
+    assert not (tmp_path / "out" / SAMPLES).exists()
 
 
 @pytest.mark.parametrize("path", ["report/none.html", "report"])
@@ -96,6 +96,6 @@ def test_a_page_that_is_not_there_is_a_warning(
     tmp_path: Path, path: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     put(tmp_path)
-    monkeypatch.setitem(globals(), "TEXT", TEXT.replace(INDEX, path))
+    monkeypatch.setitem(globals(), "TEXT", TEXT.replace(REPORT, path))
     html, warnings = build(tmp_path)
     assert f"no sample page {path}" in warnings and "<a " not in html.partition("Look at")[2][:20]

@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from chapters._ext import robust_slam_math, robust_slam_search
+from chapters._ext import finding, formulas
 from tests.book.conftest import WAYS, Site, place
 from tests.chromium import Opener
 
@@ -65,10 +65,10 @@ class TestOverTheNetwork:
     [(r"\tfrac12 u^2", "1/2u^2"), (r"\frac{a+b}{c}", "a+b/c"), (r"w_i \ge 0", "wi≥0")],
 )
 def test_a_formula_is_text_in_the_index(tex: str, text: str) -> None:
-    formula = ElementTree.fromstring(robust_slam_math.mathml(tex, False))
-    assert robust_slam_search.in_a_line(formula) == text
+    formula = ElementTree.fromstring(formulas.mathml(tex, False))
+    assert finding.in_a_line(formula) == text
 
 
 def test_sections_have_their_addresses_in_the_index() -> None:
     page = '<section id="a-run">\n<h2>A run</h2>'
-    assert robust_slam_search.for_the_index(page) == '<section><h2 id="a-run">A run</h2>'
+    assert finding.for_the_index(page) == '<section><h2 id="a-run">A run</h2>'

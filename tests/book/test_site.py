@@ -14,7 +14,7 @@ import pytest
 from myst_nb.core import render
 from nbformat.v4 import new_output
 
-from chapters._ext import robust_slam_site
+from chapters._ext import notebooks
 from tests.book.conftest import CHAPTERS, NOTEBOOKS, PAGES, Site
 
 DRAWING = '<div class="rs-figure" '
@@ -68,7 +68,7 @@ def test_what_a_kernel_sends_in_pieces_stands_as_it_was_printed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(render, "coalesce_streams", render.coalesce_streams)
-    robust_slam_site.setup(MagicMock())
+    notebooks.setup(MagicMock())
     pieces = ("c = 1:", " 31.7%\nd = 3:", " 80.1%", "\n  e = 6\n\n", "end\n")
     sent = [new_output("stream", name="stdout", text=piece) for piece in pieces]
     (shown,) = render.coalesce_streams(sent)
@@ -177,8 +177,8 @@ class TestExtension:
         for text in ("a = 1", "a = 2", "a = 1"):
             config = SimpleNamespace()
             path.write_text(text)
-            robust_slam_site.follow_the_library(app, config)
-            caches.append((config.robust_slam_library, config.nb_execution_cache_path))
+            notebooks.follow_the_library(app, config)
+            caches.append((config.course_library, config.nb_execution_cache_path))
         assert caches[0] == caches[2] != caches[1]
 
     def test_notebooks_run_again_when_a_public_graph_appears_or_vanishes(
@@ -186,15 +186,15 @@ class TestExtension:
     ) -> None:
         app, caches = self.application(tmp_path), []
         for here in ((), ("intel",), ("CSAIL",), ("CSAIL", "intel"), ()):
-            monkeypatch.setattr(robust_slam_site.datasets, "is_here", here.__contains__)
+            monkeypatch.setattr(notebooks.datasets, "is_here", here.__contains__)
             config = SimpleNamespace()
-            robust_slam_site.follow_the_library(app, config)
-            caches.append((config.robust_slam_library, config.nb_execution_cache_path))
+            notebooks.follow_the_library(app, config)
+            caches.append((config.course_library, config.nb_execution_cache_path))
         assert caches[0] == caches[-1]
         assert len(set(caches)) == 4
 
     @pytest.mark.parametrize("warnings", [0, 1])
     def test_only_a_build_with_warnings_is_forgotten(self, warnings: int, tmp_path: Path) -> None:
         app = self.application(tmp_path, _warncount=warnings)
-        robust_slam_site.forget_if_warned(app, None)
+        notebooks.forget_if_warned(app, None)
         assert (tmp_path / "doctrees" / "environment.pickle").exists() == (warnings == 0)

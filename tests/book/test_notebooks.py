@@ -10,9 +10,10 @@ import nbformat
 import pytest
 from jupyter_cache import get_cache
 
-from chapters._ext import robust_slam_execute
+from chapters._ext import notebooks
 
-SOURCES = {"one": "print(1)", "two": "print(2)", "fails": "1 / 0"}
+PRINTS = "print({0}); open('runs.txt', 'a').write('{0} ')"
+SOURCES = {"one": PRINTS.format(1), "two": PRINTS.format(2), "fails": "1 / 0"}
 
 
 def write(path: Path, source: str) -> Path:
@@ -24,9 +25,7 @@ def write(path: Path, source: str) -> Path:
     return path
 
 
-def test_what_has_changed_is_run_and_what_fails_is_not_kept(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_has_changed_is_run_and_what_fails_is_not_kept(tmp_path: Path) -> None:
     paths = {name: write(tmp_path / f"{name}.ipynb", text) for name, text in SOURCES.items()}
     paths["text"] = tmp_path / "text.md"
     config = SimpleNamespace(
@@ -36,23 +35,13 @@ def test_what_has_changed_is_run_and_what_fails_is_not_kept(
         execution_allow_errors=False,
     )
     book = SimpleNamespace(mystnb_config=config, doc2path=lambda name: str(paths[name]))
-    runs: list[str] = []
-    run = robust_slam_execute.single_nb_execution
-
-    def counted(notebook: nbformat.NotebookNode, **options: object) -> object:
-        runs.append(notebook.cells[0].source)
-        return run(notebook, **options)
-
-    monkeypatch.setattr(robust_slam_execute, "single_nb_execution", counted)
-    robust_slam_execute.execute(None, book, list(paths))
-    assert sorted(runs) == sorted(SOURCES.values())
+    notebooks.execute(None, book, list(paths))  # type: ignore[arg-type]
     cache = get_cache(config.execution_cache_path)
-    for name in ("one", "two"):
+    for name, printed in (("one", "1\n"), ("two", "2\n")):
         _, kept = cache.merge_match_into_notebook(nbformat.read(paths[name], as_version=4))
-        assert kept.cells[0].outputs[0]["text"] == SOURCES[name][-2] + "\n"
+        assert kept.cells[0].outputs[0]["text"] == printed
     with pytest.raises(KeyError):
         cache.match_cache_notebook(nbformat.read(paths["fails"], as_version=4))
-    del runs[:]
-    write(paths["one"], "print(3)")
-    robust_slam_execute.execute(None, book, ["one", "two", "text"])
-    assert runs == ["print(3)"]
+    write(paths["one"], PRINTS.format(3))
+    notebooks.execute(None, book, ["one", "two", "text"])  # type: ignore[arg-type]
+    assert sorted((tmp_path / "runs.txt").read_text().split()) == ["1", "2", "3"]

@@ -18,7 +18,7 @@ from sphinx.application import Sphinx
 from sphinx.config import Config
 from sphinx.util import logging
 
-from robust_slam_links import replace_by_links
+from .offers import put_in_place
 
 LOGGER = logging.getLogger(__name__)
 
@@ -39,16 +39,16 @@ TABLES = "data"
 
 
 def runtime(app: Sphinx) -> Path:
-    """The folder that `make runtime` fills."""
+    """Return the folder that `make runtime` fills."""
     return Path(app.srcdir) / RUNTIME
 
 
 def look_for_the_runtime(app: Sphinx, config: Config) -> None:
     """Note how much the engine loads: with another number all pages are written again."""
     folder = runtime(app)
-    config.robust_slam_bytes = 0
+    config.course_bytes = 0
     if all((folder / name).exists() for name in (*NEEDED, LOCK)):
-        config.robust_slam_bytes = loaded_bytes(folder)
+        config.course_bytes = loaded_bytes(folder)
     else:
         LOGGER.info(
             "%s is not there or not complete: cells cannot be run in the pages (make runtime).",
@@ -73,7 +73,7 @@ def loaded_bytes(folder: Path) -> int:
 
 def name_the_cells(app: Sphinx, doctree: nodes.document, page: str) -> None:
     """Give each code cell on the page the id under which its code is found."""
-    if not app.config.robust_slam_bytes:
+    if not app.config.course_bytes:
         return
     cells = code_cells(Path(app.env.doc2path(page)))
     for container in doctree.findall(nodes.container):
@@ -101,7 +101,7 @@ def add_to_the_page(
     app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: nodes.document | None
 ) -> None:
     """Add the script and its style to a page with code, and write the code beside."""
-    size = app.config.robust_slam_bytes
+    size = app.config.course_bytes
     cells = list(code_cells(Path(app.env.doc2path(page))).values()) if doctree and size else []
     if not cells:
         return
@@ -127,7 +127,7 @@ def copy(app: Sphinx, exception: Exception | None) -> None:
     target = Path(app.outdir) / "python"
     if exception:
         return
-    if not app.config.robust_slam_bytes:
+    if not app.config.course_bytes:
         shutil.rmtree(target, ignore_errors=True)
         return
     files = [path for path in SOURCES.iterdir() if path.is_file()]
@@ -140,14 +140,14 @@ def copy(app: Sphinx, exception: Exception | None) -> None:
         shutil.copyfile(path, target / TABLES / path.name)
     for path in files + [runtime(app) / name for name in NEEDED]:
         if path.is_dir():
-            replace_by_links(path, target / path.name)
+            put_in_place(path, target / path.name)
         else:
             shutil.copyfile(path, target / path.name)
 
 
-def setup(app: Sphinx) -> dict[str, bool]:
+def setup(app: Sphinx) -> dict[str, Any]:
     """Connect the above to the build."""
-    app.add_config_value("robust_slam_bytes", 0, "html")
+    app.add_config_value("course_bytes", 0, "html")
     app.connect("config-inited", look_for_the_runtime)
     app.connect("doctree-resolved", name_the_cells)
     app.connect("html-page-context", add_to_the_page)

@@ -91,11 +91,11 @@ def _make_cards(table: Tag, labels: list[str]) -> None:
 
 
 def _words(cell: Tag) -> str:
-    """The text of a cell; a formula counts without its commands."""
-    return re.sub(r"\\[a-z]+|[\\(){}]", "", cell.get_text(" ", strip=True))
+    """Return the text of a cell, as it stands above its value on a card."""
+    return cell.get_text(" ", strip=True)
 
 
-def setup(app: Sphinx) -> dict[str, bool]:
+def setup(app: Sphinx) -> dict[str, Any]:
     """Connect the above to the build."""
     app.connect("html-page-context", rewrite)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

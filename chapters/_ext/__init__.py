@@ -1,0 +1,1 @@
+"""What the site has beyond jupyter-book; ``_config.yml`` lists these modules."""

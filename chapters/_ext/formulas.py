@@ -1,0 +1,129 @@
+r"""Formulas are MathML when a page leaves the build: browsers draw them without a script.
+
+math-core makes MathML Core of the TeX. A formula that it cannot read is a warning, with which the
+build fails. A page loads KaTeX, which lies beside it, only when a cell that its reader runs shows
+formulas; those that the cells of the book show, between ``\(`` and ``\)`` in their HTML, are read
+here.
+"""
+
+from __future__ import annotations
+
+import functools
+import html
+import re
+import shutil
+from pathlib import Path
+from typing import Any
+
+import math_core
+from docutils import nodes
+from sphinx.application import Sphinx
+from sphinx.util import logging
+from sphinx.writers.html5 import HTML5Translator
+
+from .fonts import packaged
+
+LOGGER = logging.getLogger(__name__)
+KATEX = ("sphinxcontrib", "katex.min.js")
+IN_HTML = re.compile(
+    r'(?P<place><(?:span|div) class="math)[^"]*">\s*\\[(\[](?P<tex>.*?)\\[)\]]', re.S
+)
+"""A formula in the output of a cell."""
+ROOM = re.compile(r"\\\\\s*\[[^]]*\]")
+"""A new line with more room above it, which math-core would print."""
+BEFORE, AFTER = re.compile(r"[(“‘]+$"), re.compile(r"^[.,;:!?)”’]+")
+"""Punctuation that stays in the line of the formula beside it."""
+
+
+@functools.cache
+def mathml(tex: str, display: bool) -> str:
+    """Return a formula as a ``<math>`` element.
+
+    Raises
+    ------
+    ValueError
+        math-core cannot read it; the message says where.
+    """
+    converter = math_core.LatexToMathML(fancy_error=False)
+    try:
+        drawn = converter.convert_with_local_state(
+            ROOM.sub(r"\\\\", tex.strip()), displaystyle=display
+        )
+    except math_core.LatexError as error:
+        raise ValueError(f"{error} In the formula {tex!r}") from error
+    # As an accent a brace would touch what is above it.
+    drawn = drawn.replace('<munder accentunder="true">', "<munder>")
+    return drawn.replace("&ApplyFunction;", "\u2061")
+
+
+def shown(tex: str, display: bool, where: object) -> str:
+    """Return a formula as MathML, or its TeX after a warning that names the place."""
+    try:
+        return mathml(tex, display)
+    except ValueError as error:
+        LOGGER.warning("%s", error, location=where)
+        return html.escape(tex)
+
+
+def visit_inline(self: HTML5Translator, node: nodes.math) -> None:
+    """Write a formula of a line."""
+    self.body.append(self.starttag(node, "span", "", CLASS="math"))
+    self.body.append(f"{shown(node.astext(), False, node)}</span>")
+    raise nodes.SkipNode
+
+
+def visit_block(self: HTML5Translator, node: nodes.math_block) -> None:
+    """Write a formula of its own."""
+    self.body.append(self.starttag(node, "div", "", CLASS="math"))
+    self.body.append(f"{shown(node.astext(), True, node)}</div>")
+    raise nodes.SkipNode
+
+
+def prepare(app: Sphinx, doctree: nodes.document, page: str) -> None:
+    """Read the formulas in the HTML of cells, and keep punctuation beside formulas."""
+    for raw in list(doctree.findall(nodes.raw)):
+        if 'class="math' in raw.astext():
+            raw.replace_self(nodes.raw("", in_html(raw.astext(), page), format="html"))
+    for formula in list(doctree.findall(nodes.math)):
+        keep_punctuation(formula)
+
+
+def in_html(text: str, where: object) -> str:
+    """Return HTML with its formulas as MathML."""
+
+    def replaced(match: re.Match[str]) -> str:
+        tex, display = html.unescape(match["tex"]), match["place"].startswith("<div")
+        return f'{match["place"]}">{shown(tex, display, where)}'
+
+    return IN_HTML.sub(replaced, text)
+
+
+def keep_punctuation(formula: nodes.math) -> None:
+    """Wrap a formula with the punctuation beside it, so that no line begins or ends with that."""
+    parent, kept = formula.parent, nodes.inline(classes=["rs-kept"])
+    place = parent.index(formula)
+    neighbours = parent[place - 1 : place] if place else [], parent[place + 1 : place + 2]
+    parts: list[nodes.Node] = [formula]
+    for side, pattern in ((0, BEFORE), (1, AFTER)):
+        text = next(iter(neighbours[side]), None)
+        found = pattern.search(text) if isinstance(text, nodes.Text) else None
+        if found:
+            parent.replace(text, nodes.Text(pattern.sub("", text)))
+            parts.insert(side * len(parts), nodes.Text(found[0]))
+    if len(parts) > 1:
+        parent.replace(formula, kept)
+        kept += parts
+
+
+def copy(app: Sphinx, exception: Exception | None) -> None:
+    """Put KaTeX beside the pages, for cells that their readers run."""
+    if exception is None and app.builder.format == "html":
+        shutil.copyfile(packaged(*KATEX), Path(app.outdir, "_static", KATEX[1]))
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Connect the above to the build."""
+    app.add_html_math_renderer("mathml", (visit_inline, None), (visit_block, None))
+    app.connect("doctree-resolved", prepare)
+    app.connect("build-finished", copy)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

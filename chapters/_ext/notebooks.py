@@ -1,0 +1,201 @@
+"""What the notebooks give to their pages, and when they run again.
+
+- Notebooks that have changed run before their pages are read, as many at once as cores. One that
+  fails is left to MyST-NB, which runs it again and reports the cell.
+- They run again when the library, a table of the chapters or what is there of the public graphs
+  changes; pages are written again when what finishes them changes.
+- What a cell prints stands as it was printed, in however many pieces the kernel sent it.
+- A figure is elements of the page, in its font and colours, and may get its caption and its
+  alternative text from the cell's output.
+- ``{picture}`` and a name is a live picture on a page that is no notebook.
+- Docstrings are text for readers of the code, in which |u| is a size.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+from collections.abc import Callable, Iterable
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from docutils import nodes
+from docutils.parsers.rst import Directive
+from jupyter_cache import get_cache
+from jupyter_cache.executors import load_executor
+from markdown_it.tree import SyntaxTreeNode
+from myst_nb.core import render
+from myst_nb.sphinx_ import SphinxNbRenderer
+from nbformat import NotebookNode
+from robust_slam.graphs import datasets
+from robust_slam_course import pictures
+from robust_slam_course.figures import page as figure_page
+from robust_slam_course.style import figure_style
+from sphinx.application import Sphinx
+from sphinx.config import Config
+from sphinx.environment import BuildEnvironment
+from sphinx.transforms import SphinxTransform
+
+FIGURE = '<div class="rs-figure"'
+"""How a figure begins that the course's style draws while the book is built."""
+LITERAL = re.compile(r"(``.*?``)")
+
+Merge = Callable[[list[NotebookNode]], list[NotebookNode]]
+"""Makes one output of all that a cell prints."""
+RenderOutputs = Callable[[SphinxNbRenderer, SyntaxTreeNode, list[NotebookNode]], None]
+"""Puts the outputs of a cell on its page."""
+
+
+def execute(app: Sphinx, env: BuildEnvironment, pages: list[str]) -> None:
+    """Run the notebooks among the pages that are about to be read and are not in the cache."""
+    config = env.mystnb_config
+    paths = [str(env.doc2path(page)) for page in pages]
+    paths = [path for path in paths if path.endswith(".ipynb")]
+    if config.execution_mode != "cache" or not paths:
+        return
+    cache = get_cache(config.execution_cache_path)
+    for path in paths:
+        cache.add_nb_to_project(path)
+    load_executor("local-parallel", cache).run_and_cache(
+        filter_uris=paths,
+        timeout=config.execution_timeout,
+        allow_errors=config.execution_allow_errors,
+    )
+
+
+def follow_the_library(app: Sphinx, config: Config) -> None:
+    """Keep executed notebooks under a name that changes with all that they read."""
+    here = [name for name in datasets.SHOWN if datasets.is_here(name)]
+    library = Path(app.srcdir, "lib").rglob("*.*")
+    read = [path for path in library if path.suffix in {".py", ".js", ".css", ".csv"}]
+    config.course_library = _digest(
+        [*read, *Path(app.srcdir, "chapters/data").glob("*.csv")], here
+    )
+    cache = Path(app.outdir).parent / ".jupyter_cache" / config.course_library
+    config.nb_execution_cache_path = str(cache)
+
+
+def follow_the_extensions(app: Sphinx, config: Config) -> None:
+    """Write all pages again when what finishes them changes."""
+    config.course_extensions = _digest(Path(app.srcdir, "chapters/_ext").glob("*.py"))
+
+
+def _digest(paths: Iterable[Path], more: object = None) -> str:
+    digest = hashlib.sha256(repr(more).encode())
+    for path in sorted(paths):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:12]
+
+
+def forget_if_warned(app: Sphinx, exception: Exception | None) -> None:
+    """Let the next build read every page again when this one had warnings.
+
+    Otherwise it would find nothing out of date, say nothing and succeed.
+    """
+    if app._warncount:
+        Path(app.doctreedir, "environment.pickle").unlink(missing_ok=True)
+
+
+def joining(merge: Merge) -> Merge:
+    """Join neighbouring pieces of what a cell printed before they are merged.
+
+    A kernel sends what is printed five times a second, in the middle of a line too; myst-nb alone
+    would begin a new line there, or leave one empty.
+    """
+
+    def joined(outputs: list[NotebookNode]) -> list[NotebookNode]:
+        whole: list[NotebookNode] = []
+        for output in outputs:
+            is_stream = output.output_type == "stream"
+            if is_stream and whole and whole[-1].get("name") == output.name:
+                whole[-1].text += output.text
+            else:
+                whole.append(NotebookNode(output))
+        return merge(whole)
+
+    return joined
+
+
+def with_words_of_the_output(render_outputs: RenderOutputs) -> RenderOutputs:
+    """Let the metadata of a cell's outputs add to the captions in the cell's own metadata.
+
+    myst-nb knows only the cell's, which cannot follow what the cell computed. See
+    ``robust_slam_course.plots.captions``.
+    """
+
+    def rendered(
+        renderer: SphinxNbRenderer, token: SyntaxTreeNode, outputs: list[NotebookNode]
+    ) -> None:
+        words = dict(token.meta["metadata"].get("mystnb", {}))
+        for output in outputs:
+            for key, value in output.get("metadata", {}).get("mystnb", {}).items():
+                words[key] = words.get(key, {}) | value
+        token.meta["metadata"] = {**token.meta["metadata"], "mystnb": words}
+        render_outputs(renderer, token, outputs)
+
+    return rendered
+
+
+class InlineFigures(SphinxTransform):
+    """Puts figures that are HTML into the page, before the images of a page are collected."""
+
+    default_priority = 10
+
+    def apply(self) -> None:
+        """Replace the images of this page that are HTML, for which MyST-NB takes them."""
+        for image in list(self.document.findall(nodes.image)):
+            path = Path(self.env.srcdir, image["uri"].lstrip("/"))
+            html = path.read_text("utf-8") if path.suffix == ".svg" and path.is_file() else ""
+            if html.startswith(FIGURE):
+                label = escape(image.get("alt", ""))
+                html = html.replace(FIGURE, f'{FIGURE} role="img" aria-label="{label}"', 1)
+                image.replace_self(nodes.raw("", html, format="html"))
+
+
+class Picture(Directive):
+    """The live picture that is named."""
+
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        """Return the picture as HTML; builds for paper leave it out."""
+        name = self.arguments[0]
+        if name not in pictures.__all__:
+            known = ", ".join(pictures.__all__)
+            raise self.error(f"picture: there is none named {name!r}; give one of {known}")
+        with figure_style():
+            html = getattr(pictures, name)().static_html()
+        return [nodes.raw("", html, format="html")]
+
+
+def escape_bars(
+    app: Sphinx, what: str, name: str, obj: object, options: object, lines: list[str]
+) -> None:
+    """Escape the bars of a docstring's ``lines``, in place: they would mark a substitution."""
+    for number, line in enumerate(lines):
+        if not line.lstrip().startswith((">>>", "...")):
+            parts = LITERAL.split(line)
+            parts[::2] = [part.replace("|", r"\|") for part in parts[::2]]
+            lines[number] = "".join(parts)
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Connect the above to the build."""
+    os.environ[figure_page.BUILD] = "1"  # tells the notebooks that their figures are for pages
+    render.coalesce_streams = joining(render.coalesce_streams)
+    SphinxNbRenderer._render_nb_cell_code_outputs = with_words_of_the_output(
+        SphinxNbRenderer._render_nb_cell_code_outputs
+    )
+    app.add_config_value("course_library", "", "env")
+    app.add_config_value("course_extensions", "", "html")
+    app.add_transform(InlineFigures)
+    app.add_directive("picture", Picture)
+    app.setup_extension("sphinx.ext.autodoc")
+    app.connect("autodoc-process-docstring", escape_bars)
+    app.connect("config-inited", follow_the_library)
+    app.connect("config-inited", follow_the_extensions)
+    app.connect("env-before-read-docs", execute)
+    app.connect("build-finished", forget_if_warned)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

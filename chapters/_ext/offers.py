@@ -1,0 +1,171 @@
+"""What the site offers beside its pages: assignments, in the browser too, and sample pages.
+
+- Where a page names an assignment's zip and the course has it, the name is a link to it. The
+  public course has the zips in assignments/, the instructor's in build/release/ once they are
+  released. Elsewhere the name is plain text.
+- Behind the name a link opens the assignment in the JupyterLab that ``make runtime`` makes.
+- The instructor's course writes sample pages of the grader to build/shown/pages before it builds
+  the book. Elsewhere there are none, and what a page says of them is left out.
+"""
+
+from __future__ import annotations
+
+import os
+import posixpath
+import re
+import shutil
+from pathlib import Path
+from typing import Any
+
+from docutils import nodes
+from sphinx.application import Sphinx
+from sphinx.config import Config
+from sphinx.util.docutils import SphinxDirective, SphinxRole
+from sphinx.util.fileutil import copy_asset
+
+ZIPS = "assignments"
+"""Where the zips are on the site."""
+RELEASED = "build/release"
+LAB, LAB_SOURCE = "lab", "build/runtime/lab"
+"""Where JupyterLab is on the site, and where it is made."""
+LOCK = "pyodide-lock.json"
+"""The file of JupyterLab that is written last."""
+SAMPLES, SAMPLES_SOURCE = "samples", "build/shown/pages"
+"""Where the sample pages are on the site, and where they are made."""
+REPORT = "report/index.html"
+
+COLOURS = {
+    "all": "#0067a3",
+    "most": "#7fb8dd",
+    "some": "#f0b775",
+    "zero": "#c55a11",
+    "unmarked": "#9aa3ad",
+}
+"""Of the levels of points in the report's heat map; they show on light and on dark."""
+SQUARE = 10
+
+
+def zips(app: Sphinx) -> dict[str, Path]:
+    """Return the course's zips by their names."""
+    folders = [Path(app.srcdir, name) for name in (RELEASED, ZIPS)]
+    return {path.name: path for folder in folders for path in sorted(folder.glob("*.zip"))}
+
+
+def look_for_the_lab(app: Sphinx, config: Config) -> None:
+    """Note which assignments are there: with others all pages are written again."""
+    lab = Path(app.srcdir, LAB_SOURCE)
+    paths = sorted(lab.glob("files/*.ipynb")) if (lab / LOCK).is_file() else []
+    config.course_assignments = [path.stem for path in paths]
+
+
+def link(app: Sphinx, doctree: nodes.document, page: str) -> None:
+    """Make links of each `NAME.zip` in code type: to the zip, and to the assignment in the lab."""
+    folder = posixpath.dirname(app.builder.get_target_uri(page))
+
+    def leading_to(path: str, *shown: nodes.Node) -> nodes.reference:
+        address = posixpath.relpath(path, folder)
+        return nodes.reference("", "", *shown, refuri=address, internal=True)
+
+    known = zips(app)
+    for literal in list(doctree.findall(nodes.literal)):
+        name, kind = posixpath.splitext(literal.astext())
+        made: list[nodes.Node] = [literal.deepcopy()]
+        if literal.astext() in known:
+            made = [leading_to(f"{ZIPS}/{name}.zip", *made)]
+        if kind == ".zip" and name in app.config.course_assignments:
+            opened = f"{LAB}/lab/index.html?path={name}.ipynb"
+            words = leading_to(opened, nodes.Text("open in the browser"))
+            made += [nodes.Text(" ("), words, nodes.Text(")")]
+        literal.replace_self(made)
+
+
+def put_in_place(source: Path, target: Path) -> None:
+    """Put a folder at a place of the site, as hard links where the file system has them."""
+
+    def link_or_copy(source: str, target: str) -> str:
+        try:
+            os.link(source, target)
+        except OSError:
+            shutil.copyfile(source, target)
+        return target
+
+    shutil.rmtree(target, ignore_errors=True)
+    shutil.copytree(source, target, copy_function=link_or_copy)
+
+
+class Samples(SphinxDirective):
+    """Keeps its content where the sample pages are there."""
+
+    has_content = True
+
+    def run(self) -> list[nodes.Node]:
+        """Return the content, below the report's heat map, or nothing."""
+        report = Path(self.env.srcdir, SAMPLES_SOURCE, REPORT)
+        # A file that is missing is a change: the page is read anew until it is there.
+        self.env.note_dependency(str(report))
+        if not report.is_file():
+            return []
+        picture = thumbnail(report.read_text(encoding="utf-8"))
+        return [nodes.raw("", picture, format="html"), *self.parse_content_to_nodes()]
+
+
+class Sample(SphinxRole):
+    """Links its text to a sample page: ``the text <path below the folder>``."""
+
+    def run(self) -> tuple[list[nodes.Node], list[nodes.system_message]]:
+        """Return the link; a page that is not there is a warning of the build."""
+        text, _, path = self.text.rstrip(">").partition(" <")
+        if not Path(self.env.srcdir, SAMPLES_SOURCE, path).is_file():
+            return [], [self.inliner.reporter.warning(f"no sample page {path}", line=self.lineno)]
+        target = self.env.app.builder.get_target_uri(self.env.docname)
+        address = posixpath.relpath(f"{SAMPLES}/{path}", posixpath.dirname(target))
+        return [nodes.reference("", text, refuri=address, internal=True)], []
+
+
+def thumbnail(report: str) -> str:
+    """Draw the heat map of a report's index small, a square for each student and exercise."""
+    table = report.partition('class="heat"')[2].partition("<tbody>")[2].partition("</tbody>")[0]
+    levels = [re.findall(r'<td class="(\w+)( first)?"', row) for row in table.split("<tr>")[1:]]
+    squares, width = [], 0
+    for n, row in enumerate(levels):
+        x = -SQUARE // 2  # an assignment begins half a square after the one before
+        for level, first in row:
+            x += SQUARE // 2 if first else 0
+            place = f'x="{x}" y="{n * SQUARE}" width="{SQUARE - 1}" height="{SQUARE - 1}"'
+            squares.append(f'<rect {place} fill="{COLOURS[level]}"/>')
+            x += SQUARE
+        width = max(width, x)
+    words = (
+        f"The heat map of the sample class, small: {len(levels)} rows of students, a square for "
+        "each exercise, from blue for all points to orange for none."
+    )
+    size = f'viewBox="0 0 {width} {SQUARE * len(levels)}" width="{2 * width}"'
+    return f'<p><svg role="img" aria-label="{words}" {size}>{"".join(squares)}</svg></p>'
+
+
+def copy(app: Sphinx, exception: Exception | None) -> None:
+    """Put zips, JupyterLab and sample pages beside the pages; what has gone goes there too."""
+    if exception is not None:
+        return
+    for path in zips(app).values():
+        copy_asset(path, Path(app.outdir, ZIPS))
+    offered = {
+        LAB: (LAB_SOURCE, bool(app.config.course_assignments)),
+        SAMPLES: (SAMPLES_SOURCE, Path(app.srcdir, SAMPLES_SOURCE, REPORT).is_file()),
+    }
+    for target, (source, is_there) in offered.items():
+        if is_there:
+            put_in_place(Path(app.srcdir, source), Path(app.outdir, target))
+        else:
+            shutil.rmtree(Path(app.outdir, target), ignore_errors=True)
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Connect the above to the build."""
+    app.add_config_value("course_assignments", [], "html")
+    app.add_directive("samples", Samples)
+    app.add_role("sample", Sample())
+    app.connect("config-inited", look_for_the_lab)
+    app.connect("doctree-resolved", link)
+    app.connect("build-finished", copy)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,0 +1,148 @@
+"""Formulas leave the build as MathML that browsers draw, with signs that the font has."""
+
+from __future__ import annotations
+
+import base64
+import io
+import re
+import xml.etree.ElementTree as etree
+from functools import cache
+
+import pytest
+from docutils import nodes
+from fontTools.ttLib import TTFont
+from playwright.sync_api import Browser, Page
+
+from chapters._ext import fonts, formulas
+from tests.book.conftest import PAGES, Site
+from tests.chromium import page_in
+
+MATHML = re.compile(r"<math\b.*?</math>", re.DOTALL)
+CHILDREN = {"msub": 2, "msup": 2, "mfrac": 2, "munder": 2, "mover": 2, "msubsup": 3}
+CORE = {
+    *("math", "mrow", "mi", "mn", "mo", "mtext", "mspace", "mstyle", "mpadded"),
+    *("mfrac", "msqrt", "mroot", "msub", "msup", "msubsup", "munder", "mover", "munderover"),
+    *("mtable", "mtr", "mtd"),
+    "menclose",  # a box, which math.css draws
+}
+"""Elements of MathML Core, which browsers draw alike."""
+NOT_DRAWN = {"\ufe00"}
+"""Chooses among script letters where a font has two kinds."""
+
+
+def trees(site: Site, page: str) -> list[etree.Element]:
+    """The formulas of a page."""
+    html = (site.folder / f"{page}.html").read_text(encoding="utf-8")
+    return [etree.fromstring(formula) for formula in MATHML.findall(html)]
+
+
+@cache
+def held() -> set[str]:
+    carried = re.findall(r"base64,([^)]*)[)]", fonts.style_sheet())[-1]
+    return set(map(chr, TTFont(io.BytesIO(base64.b64decode(carried))).getBestCmap()))
+
+
+@pytest.mark.parametrize("page", PAGES)
+class TestPage:
+    """What holds for the formulas of every page."""
+
+    def test_no_formula_is_left_in_tex(self, page: str, site: Site) -> None:
+        html = (site.folder / f"{page}.html").read_text(encoding="utf-8")
+        article = html[html.index("<article") : html.index("</article>")]
+        assert len(re.findall(r'class="math[ "]', html)) == len(MATHML.findall(html))
+        text = re.sub(r"<pre.*?</pre>", "", article, flags=re.S)
+        assert not re.findall(r"\\\(|\\\[|\\begin\{", text)
+
+    def test_browsers_draw_its_elements_in_the_courses_font(self, page: str, site: Site) -> None:
+        found = trees(site, page)
+        for element in (element for formula in found for element in formula.iter()):
+            assert element.tag in CORE
+            assert len(element) == CHILDREN.get(element.tag, len(element))
+        signs = set("".join("".join(formula.itertext()) for formula in found)) - NOT_DRAWN
+        assert {sign for sign in signs if not sign.isspace()} <= held()
+
+
+def test_more_room_above_a_line_is_left_out() -> None:
+    tex = r"\begin{aligned} a &= b \\[6pt] c &= d \end{aligned}"
+    assert formulas.mathml(tex, True) == formulas.mathml(tex.replace("[6pt]", ""), True)
+
+
+def test_a_formula_that_cannot_be_read_is_named() -> None:
+    with pytest.raises(ValueError, match=r"closing.*In the formula '.*frac\{1'"):
+        formulas.mathml(r"\frac{1", False)
+
+
+def test_a_formula_that_cannot_be_read_is_a_warning_with_its_place(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    said: list[object] = []
+    monkeypatch.setattr(formulas.LOGGER, "warning", lambda *_, location: said.append(location))
+    page = r'<b>a</b> <span class="math notranslate">\(\frac{1 < 2\)</span>'
+    assert formulas.in_html(page, "page") == r'<b>a</b> <span class="math">\frac{1 &lt; 2</span>'
+    assert said == ["page"]
+
+
+def test_formulas_in_the_html_of_cells_are_read() -> None:
+    page = r'<i><div class="math notranslate">\[a &lt; b\]</div></i>'
+    drawn = formulas.mathml("a < b", True)
+    assert formulas.in_html(page, "page") == f'<i><div class="math">{drawn}</div></i>'
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "kept"),
+    [("so (", "), and", ["(", "x", "),"]), ("so ", ", and", ["x", ","]), ("a ", " b", None)],
+)
+def test_punctuation_stays_with_a_formula_in_a_line(
+    before: str, after: str, kept: list[str] | None
+) -> None:
+    formula = nodes.math("x", "x")
+    line = nodes.paragraph("", "", nodes.Text(before), formula, nodes.Text(after))
+    formulas.keep_punctuation(formula)
+    assert line.astext() == f"{before}x{after}"
+    found = list(line.findall(nodes.inline))
+    assert [[part.astext() for part in each] for each in found] == ([kept] if kept else [])
+
+
+@pytest.fixture
+def page(browser: Browser, site: Site) -> Page:
+    """A page without scripts."""
+    with page_in(browser, java_script_enabled=False) as page:
+        page.goto((site.folder / "chapters/05-gnc.html").as_uri())
+        yield page
+
+
+@pytest.mark.browser
+def test_formulas_need_no_script_and_have_the_font_of_the_book(page: Page) -> None:
+    root = page.locator("msqrt").first.bounding_box()
+    inner = page.locator("msqrt > *").first.bounding_box()
+    session = page.context.new_cdp_session(page)
+    document = session.send("DOM.getDocument")["root"]["nodeId"]
+    session.send("CSS.enable")
+    node = session.send("DOM.querySelector", {"nodeId": document, "selector": "article math mi"})
+    drawn = session.send("CSS.getPlatformFontsForNode", node)["fonts"]
+    assert [font["familyName"] for font in drawn] == ["STIX Two Math"]
+    # Chromium would leave half an em at the right if the signs of roots had different widths.
+    assert root and inner
+    assert root["x"] + root["width"] - inner["x"] - inner["width"] < 2
+
+
+@pytest.mark.browser
+@pytest.mark.parametrize(
+    ("tex", "upper", "lower"),
+    [
+        (r"\underbrace{g}_{w}", "mi", "mo"),
+        (r"\begin{pmatrix} g \\ d \end{pmatrix}", "mtr:first-child mi", "mtr:last-child mi"),
+    ],
+)
+def test_what_is_below_touches_nothing_above(
+    tex: str, upper: str, lower: str, site: Site, browser: Browser
+) -> None:
+    with page_in(browser) as page:
+        page.goto((site.folder / "chapters/index.html").as_uri())
+        drawn = formulas.mathml(tex, True)
+        page.evaluate("(html) => { document.querySelector('article').innerHTML = html; }", drawn)
+        boxes = [
+            page.locator(f"article math {each}").first.bounding_box() for each in (upper, lower)
+        ]
+        above, below = ((box["y"], box["y"] + box["height"]) for box in boxes if box)
+        assert above[1] <= below[0] + 0.5

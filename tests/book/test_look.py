@@ -1,0 +1,201 @@
+"""A page asks for little, is drawn in the course's own letters, and nothing moves."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import io
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from types import SimpleNamespace
+from urllib.parse import urlsplit
+
+import pytest
+from fontTools.ttLib import TTFont
+from playwright.sync_api import Browser, Page
+
+from chapters._ext import fonts, look
+from tests.book.conftest import CHAPTERS, PAGES, Site, place
+from tests.chromium import Visit, visiting
+
+REQUESTS = 15
+KILOBYTES = 400
+"""What a page may ask for before anything is clicked, compressed as servers do."""
+PACKED = {".png", ".woff2"}
+SHIFT = """() => new Promise((done) => {
+  let sum = 0;
+  new PerformanceObserver((list) => {
+    for (const entry of list.getEntries()) sum += entry.value;
+  }).observe({type: "layout-shift", buffered: true});
+  setTimeout(() => done(sum), 300);
+})"""
+FAMILIES = "[...document.fonts].filter(f => f.status === 'loaded').map(f => f.family)"
+COLUMNS = """() => [...document.querySelectorAll("article pre")].flatMap((pre) => {
+  const lefts = [], crooked = [], range = document.createRange();
+  const walk = document.createTreeWalker(pre, NodeFilter.SHOW_TEXT);
+  let column = 0;
+  while (walk.nextNode()) [...walk.currentNode.data].forEach((sign, k) => {
+    if (sign === "\\n") { column = 0; return; }
+    range.setStart(walk.currentNode, k);
+    range.setEnd(walk.currentNode, k + 1);
+    const {left, width} = range.getBoundingClientRect();
+    if (width && /[ -~]/.test(sign)) {
+      lefts[column] ??= left;
+      if (Math.abs(left - lefts[column]) > 1) crooked.push(pre.innerText.slice(0, 40));
+    }
+    column += 1;
+  });
+  return crooked.slice(0, 1);
+})"""
+"""The boxes of code in which a letter stands beside its column."""
+
+
+def weight(path: Path) -> int:
+    """The bytes of a file as a server sends them."""
+    data = path.read_bytes()
+    return len(data) if path.suffix in PACKED else len(gzip.compress(data, 6))
+
+
+@pytest.fixture(scope="module", params=["index", *CHAPTERS, "chapters/errata"])
+def visit(
+    request: pytest.FixtureRequest, address: str, browser: Browser
+) -> Iterator[tuple[Visit, list[str]]]:
+    """A page that is open, and the addresses that it asked for until it was loaded."""
+    asked: list[str] = []
+    with visiting(browser, "about:blank", viewport={"width": 1280, "height": 800}) as visit:
+        visit.page.on("request", lambda sent: asked.append(sent.url))
+        visit.page.goto(f"{address}/{request.param}.html", wait_until="networkidle")
+        yield visit, [url for url in asked if url.startswith("http")]
+
+
+@pytest.mark.browser
+class TestVisit:
+    """What holds for a page that a server sends."""
+
+    def test_it_asks_for_little(self, visit: tuple[Visit, list[str]], site: Site) -> None:
+        asked = visit[1]
+        assert len(asked) <= REQUESTS
+        paths = [site.folder / urlsplit(url).path.lstrip("/") for url in asked]
+        assert sum(map(weight, paths)) < KILOBYTES * 1000
+
+    def test_it_is_drawn_in_the_courses_letters_and_keeps_its_shape(
+        self, visit: tuple[Visit, list[str]]
+    ) -> None:
+        page = visit[0].page
+        page.evaluate("document.fonts.ready")
+        assert {fonts.SANS, fonts.SERIF} <= {name.strip('"') for name in page.evaluate(FAMILIES)}
+        assert page.evaluate(SHIFT) < 0.02
+        assert visit[0].complaints == []
+
+    def test_code_and_what_it_prints_stand_in_columns(
+        self, visit: tuple[Visit, list[str]]
+    ) -> None:
+        assert visit[0].page.evaluate(COLUMNS) == []
+
+
+@pytest.mark.browser
+@pytest.mark.parametrize(("style", "crooked"), [("", 0), ("pre {word-spacing: 0.05em}", 1)])
+def test_letters_beside_their_column_are_found(style: str, crooked: int, browser: Browser) -> None:
+    with visiting(browser, "about:blank") as visit:
+        page: Page = visit.page
+        page.set_content(f"<style>{style}</style><article><pre>a b c\nlong  d\n</pre></article>")
+        assert len(page.evaluate(COLUMNS)) == crooked
+
+
+@pytest.mark.browser
+def test_from_the_disk_it_is_drawn_in_the_same_letters(site: Site, browser: Browser) -> None:
+    with visiting(browser, place(site, "", CHAPTERS[3], "file")) as visit:
+        visit.page.evaluate("document.fonts.ready")
+        loaded = {name.strip('"') for name in visit.page.evaluate(FAMILIES)}
+        assert {fonts.SANS, fonts.SERIF, fonts.MATH} <= loaded
+
+
+@pytest.mark.parametrize("name", [*PAGES, "search", "genindex"])
+def test_a_page_links_the_prepared_files(name: str, site: Site) -> None:
+    html = (site.folder / f"{name}.html").read_text(encoding="utf-8")
+    linked = set(re.findall(r'(?:href|src)="[^"]*_static/([^"?]+\.(?:css|js))', html))
+    assert linked - {"search.js"} == {look.STYLE, look.SCRIPT, *look.ALONE}
+
+
+def test_the_style_has_the_icons_of_the_pages_alone(site: Site) -> None:
+    style = (site.folder / "_static" / look.STYLE).read_text(encoding="utf-8")
+    assert ".fa-sun:before" in style and ".fa-spin" not in style
+    (solid,) = re.findall(r"font-weight:900;src:url\(data:font/woff2;base64,([^)]*)\)", style)
+    signs = TTFont(io.BytesIO(base64.b64decode(solid))).getBestCmap()
+    assert 0xF185 in signs and len(signs) < 60
+
+
+def test_a_file_that_the_theme_adds_is_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
+    said: list[object] = []
+    monkeypatch.setattr(look.LOGGER, "warning", lambda *words, **_: said.append(words[1]))
+    sheet = SimpleNamespace(filename="_static/site.css", attributes={})
+    other = SimpleNamespace(filename="_static/new.js", attributes={})
+    context = {"css_files": [sheet], "script_files": [other]}
+    look.link(None, "page", "", context, None)  # type: ignore[arg-type]
+    assert said == ["_static/new.js"] and context["script_files"] == [other]
+    assert context["css_files"] == []
+
+
+def test_addresses_in_a_style_sheet_are_seen_from_the_joined_one(tmp_path: Path) -> None:
+    (tmp_path / "styles").mkdir()
+    path = tmp_path / "styles" / "theme.css"
+    path.write_text(
+        'a { background: url(b.png) } b { background: url("../a.svg"), url(data:x,y) }'
+    )
+    sheet = look.sheet(path, tmp_path)
+    assert "url(styles/b.png)" in sheet and "url(a.svg)" in sheet and "url(data:x,y)" in sheet
+
+
+@pytest.mark.parametrize(
+    ("rule", "kept"),
+    [
+        ("a{color:red}", "a{color:red}"),
+        (".here .gone{color:red}", ""),
+        (".gone,.here:hover{color:red}", ".here:hover{color:red}"),
+        ("p:not(.gone){color:red}", "p:not(.gone){color:red}"),
+        ("div:is(.gone,.here){color:red}", "div:is(.gone,.here){color:red}"),
+        ('a[href=".gone"]{color:red}', 'a[href=".gone"]{color:red}'),
+        (".bs-tooltip-top{color:red}", ".bs-tooltip-top{color:red}"),
+        ("@media print{.gone{color:red}}", ""),
+        ("@media print{.here{color:red}}", "@media print{.here{color:red}}"),
+        ("@font-face{font-family:x}", "@font-face{font-family:x}"),
+    ],
+)
+def test_rules_for_classes_that_no_page_has_are_left_out(rule: str, kept: str) -> None:
+    assert look.used_rules(rule, {"p", "class", "here"}) == kept
+
+
+@pytest.fixture(scope="module")
+def carried() -> list[bytes]:
+    held = re.findall(r"base64,([^)]*)[)]", fonts.style_sheet())
+    return [base64.b64decode(font) for font in held]
+
+
+class TestFonts:
+    """The fonts that the style sheet carries."""
+
+    def test_they_are_light(self, carried: list[bytes]) -> None:
+        assert len(carried) == len(fonts.FACES)
+        assert sum(map(len, carried[:-1])) <= 60_000 and len(carried[-1]) <= 60_000
+
+    def test_they_have_their_licence_and_not_the_name_that_is_reserved(
+        self, carried: list[bytes]
+    ) -> None:
+        for font in carried:
+            names = TTFont(io.BytesIO(font))["name"]
+            assert "Open Font License" in names.getDebugName(13)
+            assert "Source" not in names.getDebugName(1)
+
+    def test_they_are_made_again_when_what_they_are_made_of_changes(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr(fonts, "KEPT", tmp_path)
+        made: list[str] = []
+        monkeypatch.setattr(fonts, "rule", lambda face: made.append(face.family) or "")
+        fonts.style_sheet()
+        fonts.style_sheet()
+        assert len(made) == len(fonts.FACES)
+        monkeypatch.setattr(fonts, "MAKERS", ("pytest",))
+        fonts.style_sheet()
+        assert len(made) == 2 * len(fonts.FACES) and len(list(tmp_path.iterdir())) == 1
