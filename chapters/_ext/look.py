@@ -1,8 +1,8 @@
 """A page asks for one style sheet and one script, which are prepared here.
 
 The theme and the extensions have a dozen of each, and a script of a megabyte and a half for a few
-icons. The sheets are joined in their order, with the fonts and colours of the course, without the rules for
-what no page has, and with the font of the icons cut down to those that pages show.
+icons. The sheets are joined in their order, with the fonts and colours of the course, without the
+rules for what no page has, and with the font of the icons cut down to those that pages show.
 ``chapters/_templates/layout.html`` links the two files that come of it.
 """
 
