@@ -1,6 +1,6 @@
 """Gradescope's autograder archive: one assignment, its tests, and what grades it.
 
-It holds hidden tests, answers and the seed: it is for Gradescope alone.
+It holds hidden tests, answers and the secret that seeds follow from: it is for Gradescope alone.
 """
 
 from __future__ import annotations
@@ -8,10 +8,12 @@ from __future__ import annotations
 import os
 import re
 import secrets
+import subprocess
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
+from robust_slam_autograder import layout
 from robust_slam_autograder.ci.gradescope import SEED_NAME, TREE_NAME
 from robust_slam_autograder.ci.workflows import quoted, substitute, template
 from robust_slam_autograder.errors import WrongUse
@@ -52,6 +54,24 @@ def write(course: Course, name: str, archive: Path) -> None:
         for entry, data in entries.items():
             _add(made, entry, data)
     os.replace(part, archive)
+
+
+def refuse_in_sight(archives: Iterable[Path]) -> None:
+    """Refuse places for archives where git would take them over into a repository.
+
+    Raises:
+        WrongUse: names a file that git tracks or does not ignore.
+    """
+    for archive in archives:
+        folder = next(one for one in archive.absolute().parents if one.is_dir())
+        command = ["git", "-C", str(folder), "check-ignore", "--quiet", str(archive.absolute())]
+        done = subprocess.run(command, capture_output=True, env={**os.environ, "LC_ALL": "C"})
+        if done.returncode and b"not a git repository" not in done.stderr:
+            raise WrongUse(
+                f"{archive} would hold hidden tests, answers and the seed, and git does not "
+                f"ignore it there: leave out --out, write {layout.CLASS}/ into .gitignore, or "
+                "name a folder outside of the repository."
+            )
 
 
 def _programs(packages: Mapping[str, str]) -> Iterator[tuple[str, bytes]]:

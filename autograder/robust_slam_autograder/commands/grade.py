@@ -9,12 +9,13 @@ import importlib
 import os
 import sys
 import threading
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder import layout, sandbox
 from robust_slam_autograder.commands import places, submissions
+from robust_slam_autograder.commands.submissions import Places
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.executor.dask_workers import connected
 from robust_slam_autograder.grading import allowed, batch, durable, journal, progress, remote
@@ -161,11 +162,10 @@ def record(location: Path | str, run: Run, jobs: Sequence[Job], marks: Sequence[
     due = batch.unrecorded(jobs, marks, run, database.recorded(location))
     if not due:
         return
-    from robust_slam_autograder.nbgrader import gradebook, graded_notebook
+    from robust_slam_autograder.nbgrader import gradebook
 
     used = {job.assignment.name: job.assignment for job in jobs}
-    blank = {job.key: graded_notebook.unanswered(job) for job in jobs if job.key in due}
-    gradebook.record(location, list(used.values()), list(due.values()), blank, run.graded)
+    gradebook.record(location, list(used.values()), list(due.values()), run.graded)
 
 
 def _tell(
@@ -220,7 +220,7 @@ def _find_jobs(options: argparse.Namespace, gradebook: Path | str) -> list[Job]:
         assignments.find_names(options.solutions),
         options.assignment,
         options.student,
-        functools.partial(_is_free, _taken(options, gradebook)),
+        _taken(options, gradebook),
     )
     if options.assignment not in (None, *reader.names):
         there = ", ".join(reader.names)
@@ -247,15 +247,15 @@ def _said(path: Path, paths: Sequence[Path], options: argparse.Namespace) -> str
     return log_line(str(path))
 
 
-def _taken(options: argparse.Namespace, gradebook: Path | str) -> set[str]:
-    """Names in the results' folder that are files, now or when the batch has ended."""
+def _taken(options: argparse.Namespace, gradebook: Path | str) -> Places:
+    """Look at what is in the results' folder, or will be when the batch has ended."""
     out: Path = options.out.absolute()
     targets = [_file_of(gradebook), options.json, options.markdown]
     files = [Path(target).absolute() for target in targets if target is not None]
-    there = out.iterdir() if out.is_dir() else ()
-    return {file.name for file in files if file.parent == out} | {
-        path.name for path in there if path.is_symlink() or not path.is_dir()
-    }
+    own = {file.name for file in files if file.parent == out}
+    there = list(out.iterdir()) if out.is_dir() else []
+    folders = {path.name for path in there if path.is_dir() and not path.is_symlink()}
+    return Places(folders, {path.name for path in there} - folders - own, own)
 
 
 def _file_of(gradebook: Path | str) -> Path | None:
@@ -264,10 +264,6 @@ def _file_of(gradebook: Path | str) -> Path | None:
     from robust_slam_autograder.nbgrader import database
 
     return database.file_of(gradebook)
-
-
-def _is_free(taken: Collection[str], student: str) -> bool:
-    return student not in taken
 
 
 def _warn_of_look_alikes(jobs: Sequence[Job], *, names: bool) -> None:

@@ -68,9 +68,10 @@ def _write_archives(course: Course, options: argparse.Namespace) -> int:
     out = options.out or layout.GRADESCOPE
     archives = {name: out / f"{name}.zip" for name in options.names or known}
     _refuse_there(list(archives.values()), force=options.force)
-    out.mkdir(parents=True, exist_ok=True)
     from robust_slam_autograder.ci import container  # nbgrader takes a second to import
 
+    container.refuse_in_sight(archives.values())
+    out.mkdir(parents=True, exist_ok=True)
     for name, path in archives.items():
         container.write(course, name, path)
         print(f"wrote {path}")

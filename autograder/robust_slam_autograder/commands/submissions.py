@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 import stat
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -55,6 +55,26 @@ class _LeftOut(Exception):
 
 
 @dataclass(frozen=True)
+class Places:
+    """What is in the results' folder already.
+
+    Attributes:
+        folders: the students who have results there.
+        strays: files where a student's folder would be.
+        own: files that grading itself writes there.
+    """
+
+    folders: Collection[str] = ()
+    strays: Collection[str] = ()
+    own: Collection[str] = ()
+
+    def differs_in_capitals(self, student: str, others: Iterable[str]) -> bool:
+        """Tell whether a disk that ignores case would mix a student up with another."""
+        there = {*others, *(() if student in self.folders else self.folders)} - {student}
+        return student.casefold() in map(str.casefold, there)
+
+
+@dataclass(frozen=True)
 class Reader:
     """Reads paths.
 
@@ -62,13 +82,13 @@ class Reader:
         names: the assignments that there are.
         assignment: the one that the command line names, if it does.
         student: the one that the command line names, if it does.
-        is_free: whether results may stand under a student's name.
+        places: where the results are to stand.
     """
 
     names: Sequence[str]
     assignment: str | None
     student: str | None
-    is_free: Callable[[str], bool]
+    places: Places
 
     def read(self, paths: Iterable[Path]) -> tuple[list[Claim], list[Stray]]:
         """Tell submissions from strays.
@@ -94,8 +114,9 @@ class Reader:
                 claims.append(self._claim(path, mode, roots))
             except _LeftOut as error:
                 strays.append(Stray(path, str(error)))
-        kept, doubled = self._once(claims)
-        return kept, [*strays, *doubled]
+        apart, alike = self._apart(claims)
+        kept, doubled = self._once(apart)
+        return kept, [*strays, *alike, *doubled]
 
     def _claim(self, path: Path, mode: int, roots: Collection[Path]) -> Claim:
         if self.student:
@@ -134,7 +155,12 @@ class Reader:
             raise _LeftOut("does not say whose it is: add --student NAME, or name its folder.")
         if student == MACOS:
             raise _LeftOut("was made by macOS and holds no submission: delete it.")
-        if submission.is_student(student) and self.is_free(student):
+        if student in self.places.strays:
+            raise _LeftOut(
+                "has no place for its result, because a file in the results' folder has the name "
+                "of its student: move that file away."
+            )
+        if submission.is_student(student) and student not in self.places.own:
             return student
         if self.student:
             raise WrongUse(f"{student!r} is no name for a student: use --student NAME.")
@@ -171,6 +197,17 @@ class Reader:
         several = {folder for folder in parents if parents.count(folder) > 1}
         named = {folder for folder in parents if folder.name == LAYOUT}
         return {path.parent.parent for path in in_layout} | several | named
+
+    def _apart(self, claims: Sequence[Claim]) -> tuple[list[Claim], list[Stray]]:
+        """Leave out students whose names differ from another's in capitals alone."""
+        students = {claim.student for claim in claims}
+        alike = {one for one in students if self.places.differs_in_capitals(one, students)}
+        why = (
+            "has a student whose name differs from another's in capitals alone, and a disk may "
+            "not tell them apart: name one of them anew."
+        )
+        strays = [Stray(claim.path, why) for claim in claims if claim.student in alike]
+        return [claim for claim in claims if claim.student not in alike], strays
 
     def _once(self, claims: Sequence[Claim]) -> tuple[list[Claim], list[Stray]]:
         """Keep one path a submission: the one in the layout, or none where that is in doubt."""

@@ -279,7 +279,7 @@ class Session:
             raise error
         if not self.program.pieces:
             said = f": {error.kind}" if isinstance(error, SessionFault) else f", fails: {error}"
-            raise GraderFailure(f"The instructor's cell, {piece.label}{said}.")
+            raise GraderFailure(f"The instructor's cell, {piece.label}{said.rstrip('.')}.")
         self._try_setup_alone()
         raise self.fail("died")
 

@@ -15,7 +15,7 @@ import sys
 import traceback
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol
 
@@ -27,8 +27,9 @@ from robust_slam_autograder.executor.trusted import Broken
 from robust_slam_autograder.grading import marking, results
 from robust_slam_autograder.grading.journal import Run
 from robust_slam_autograder.grading.results import Result, Status
-from robust_slam_autograder.reading import notebook, submission
+from robust_slam_autograder.reading import answers, notebook, submission
 from robust_slam_autograder.reading.assignment import CONFIG_NAME, Assignment
+from robust_slam_autograder.reading.notebook import Cell
 from robust_slam_autograder.reading.source import imported_modules, needed
 from robust_slam_autograder.sandbox import Sandbox, packages
 
@@ -36,23 +37,6 @@ LOCK_NAME = ".lock"
 PRELOAD = ("numpy", "scipy.special", __name__)
 GRACE_SECONDS = 60.0
 """What a submission may take beyond its own limit before its trusted process is ended."""
-
-
-@dataclass(frozen=True)
-class Job:
-    """One submission to grade."""
-
-    student: str
-    assignment: Assignment
-    tests: Path
-    """The instructor's notebook."""
-    path: Path
-    """The submission's notebook, or its folder ``submitted/<student>/<assignment>/``."""
-
-    @property
-    def key(self) -> str:
-        """Name of the submission in the batch."""
-        return f"{self.student}/{self.assignment.name}"
 
 
 @dataclass(frozen=True)
@@ -66,6 +50,35 @@ class Handed:
     """Sentences on what was found in an unusual place."""
     refusal: str = ""
     """Why it could not be read; empty where it could."""
+
+    def cells(self) -> tuple[Cell, ...]:
+        """Return the notebook's cells.
+
+        Raises:
+            Refused: it could not be read, or is no notebook.
+        """
+        if self.refusal:
+            raise Refused(self.refusal)
+        return notebook.parse(self.data, notebook.shown(self.name))
+
+
+@dataclass(frozen=True)
+class Job:
+    """One submission to grade."""
+
+    student: str
+    assignment: Assignment
+    tests: Path
+    """The instructor's notebook."""
+    path: Path
+    """The submission's notebook, or its folder ``submitted/<student>/<assignment>/``."""
+    handed: Handed | None = None
+    """What was read there already; None where it is read when its turn comes."""
+
+    @property
+    def key(self) -> str:
+        """Name of the submission in the batch."""
+        return f"{self.student}/{self.assignment.name}"
 
 
 @dataclass(frozen=True)
@@ -298,6 +311,8 @@ def _located(job: Job) -> tuple[Path, tuple[str, ...]]:
 
 def read(job: Job) -> Handed:
     """Read what is handed in, or say why it cannot be."""
+    if job.handed is not None:
+        return job.handed
     try:
         path, notes = locate(job)
         return Handed(path.name, notebook.read_bytes(path), notes)
@@ -362,11 +377,10 @@ def grade_task(task: Task, *, seed: int, wall: Sandbox) -> Result:
     """Grade one submission; a refusal or a failure is a result too."""
     job, handed = task.job, task.handed
     try:
-        if handed.refusal:
-            raise Refused(handed.refusal)
-        cells = notebook.parse(handed.data, notebook.shown(handed.name))
+        cells = handed.cells()
         code = submission.with_notes(submission.collect(cells, job.assignment), handed.notes)
-        return marking.grade(job.assignment, code, student=job.student, seed=seed, sandbox=wall)
+        marked = marking.grade(job.assignment, code, student=job.student, seed=seed, sandbox=wall)
+        return replace(marked, texts=answers.texts(job.assignment, cells))
     except Refused as error:
         return _without_grade("refused", str(error), job)
     except GraderFailure as error:

@@ -239,8 +239,8 @@ def _compared(found: _Comparison, replay: _Replay) -> Returned | None:
     if relation not in _EXPECTED:
         return None
     got, want = show(values[0]), show(values[1])
-    if got == want and relation is ast.Eq:  # they differ where the texts were cut
-        got, want = repr(values[0])[:MAX_VALUE], repr(values[1])[:MAX_VALUE]
+    if got == want:  # they differ where the texts were cut
+        got, want = _exact(values[0]), _exact(values[1])
     what, verb = _told_side(left, values[0], replay)
     compared = Compared(what, got, _EXPECTED[relation], want, _remark(values[0]), _curves(*values))
     told = f"{what} {verb} {got}; {compared.relation} {want}. {compared.remark}".rstrip()
@@ -321,6 +321,12 @@ def show(value: object) -> str:
         text = " ".join(_text(value).split())
         return text if len(text) <= MAX_VALUE else f"{text[: MAX_VALUE - 1]}…"
     return f"a value of type {type(value).__name__}"
+
+
+def _exact(value: object) -> str:
+    """Show a value with all its digits."""
+    with np.printoptions(precision=17, floatmode="unique", threshold=20):
+        return " ".join(repr(value).split())[:MAX_VALUE]
 
 
 def _text(value: object) -> str:

@@ -6,7 +6,7 @@ import glob
 import hashlib
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from enum import StrEnum
 from pathlib import Path
@@ -120,6 +120,8 @@ class Result:
     sandbox: str
     seconds: float
     exercises: tuple[ExerciseResult, ...]
+    texts: Mapping[str, str] | None = None
+    """By grade id ``answers.digest`` of each free-text answer; None where they are not known."""
 
 
 Record = TypeVar("Record", Compared, CaseResult, ExerciseResult, Result)
@@ -256,6 +258,7 @@ def _checked(record: Record) -> Record:
             "float": type(value) in (int, float) and math.isfinite(value),
             "bool": type(value) is bool,
             "Compared | None": value is None or isinstance(value, Compared),
+            "Mapping[str, str] | None": value is None or isinstance(value, dict),
             "Status": value in get_args(Status),
             "ExerciseStatus": value in get_args(ExerciseStatus),
         }.get(str(field.type), isinstance(value, str | tuple))

@@ -8,6 +8,8 @@ and the one that comes second waits for its end. nbgrader itself takes no such l
 from __future__ import annotations
 
 import contextlib
+import re
+import shlex
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -55,6 +57,15 @@ RECORDED = Table(
 )
 """``results.signature`` of the result that a submission's marks are; nbgrader leaves the table
 alone."""
+TABLES = frozenset(
+    {
+        *("assignment", "base_cell", "comment", "course", "grade", "grade_cells", "notebook"),
+        *("solution_cells", "source_cell", "student", "submitted_assignment"),
+        *("submitted_notebook", "task_cells"),
+    }
+)
+"""nbgrader's own, named here because its module takes a second to import."""
+_SPOILT = re.compile("not a database|malformed|no such (table|column)")
 _FIND_RECORDED = text(
     "SELECT submitted.student_id, assignment.name, recorded.fingerprint"
     " FROM autograder_recorded AS recorded"
@@ -161,7 +172,7 @@ def _why(error: Exception, url: URL) -> str:
     for secret in _secrets(url):
         why = why.replace(secret, "***")
     if url.get_backend_name() == "sqlite":
-        return f"{why}."
+        return f"{why}: {_anew(file_of(url))}" if _SPOILT.search(why) else f"{why}."
     if f'database "{url.database}"' in why:
         owner = f"--owner={url.username} " if url.username else ""
         return f"{why}. Make it on its server: createdb {owner}{url.database}"
@@ -183,13 +194,28 @@ def exists(location: Location) -> bool:
     """Whether there is a gradebook.
 
     Raises:
-        GraderFailure: the server cannot be reached, or the file is no database.
+        GraderFailure: the server cannot be reached, or the file is no database, or no whole one.
     """
     file = file_of(location)
     if file is not None and not file.exists():
         return False
     with explained(location, "read"), _engine(url_of(location)) as engine:
-        return inspect(engine).has_table("assignment")
+        lost = TABLES - set(inspect(engine).get_table_names())
+    if lost and lost != TABLES:
+        raise GraderFailure(
+            f"The gradebook {shown(location)} has lost its table {min(lost)}: {_anew(file)}"
+        )
+    return not lost
+
+
+def _anew(file: Path | None) -> str:
+    """Say how to come from a spoilt gradebook to a whole one."""
+    aside = f"mv {shlex.quote(str(file))} {shlex.quote(f'{file}.spoilt')}" if file else "rename it"
+    return (
+        "put back a copy that you have kept, or move it away "
+        f"({aside}) and grade again: tests' marks are recorded anew from the results, and what "
+        "a person entered is in the old one alone."
+    )
 
 
 def recorded(location: Location) -> dict[str, str]:
@@ -217,6 +243,7 @@ def make(location: Location) -> None:
         GraderFailure: it cannot be written.
     """
     url, file = url_of(location), file_of(location)
+    exists(location)
     with explained(url), _engine(url) as engine:
         if file is not None:
             file.parent.mkdir(parents=True, exist_ok=True)

@@ -26,6 +26,7 @@ from robust_slam_autograder.grading.results import Result, signature
 from robust_slam_autograder.markup import visible
 from robust_slam_autograder.nbgrader import database, marked_cells
 from robust_slam_autograder.nbgrader.database import Location
+from robust_slam_autograder.reading import answers
 from robust_slam_autograder.reading.assignment import Assignment
 
 TOGETHER = 50
@@ -38,7 +39,6 @@ def record(
     location: Location,
     assignments: Sequence[Assignment],
     marks: Sequence[Result],
-    unanswered: Mapping[str, Collection[str]] | None = None,
     fingerprints: Mapping[str, str] | None = None,
 ) -> None:
     """Write results into a gradebook, making assignments and students that are new to it.
@@ -49,9 +49,8 @@ def record(
     Args:
         location: the gradebook, created if it does not exist.
         assignments: every assignment that a result belongs to.
-        marks: results; of a refused one every case earns 0.
-        unanswered: by ``student/assignment`` the grade ids of free-text cells without an
-            answer; they earn 0 and wait for no one.
+        marks: results; of a refused one every case earns 0, as does a free-text cell that was
+            left as it was released.
         fingerprints: by ``student/assignment`` what a result follows from: with them
             ``database.recorded`` tells a result that is there from another.
 
@@ -69,8 +68,7 @@ def record(
                     _declare(gradebook, known[name])
                 for result in some:
                     key = f"{result.student}/{result.assignment}"
-                    blank = (unanswered or {}).get(key, ())
-                    notebook = _record_one(gradebook, known[result.assignment], result, blank)
+                    notebook = _record_one(gradebook, known[result.assignment], result)
                     _sign(gradebook, notebook, result, (fingerprints or {}).get(key))
 
 
@@ -165,9 +163,8 @@ def _forget(gradebook: Gradebook, cell: Any) -> None:  # noqa: ANN401
     gradebook.db.delete(cell)
 
 
-def _record_one(
-    gradebook: Gradebook, assignment: Assignment, result: Result, unanswered: Collection[str]
-) -> Any:  # noqa: ANN401
+def _record_one(gradebook: Gradebook, assignment: Assignment, result: Result) -> Any:  # noqa: ANN401
+    unanswered = _unanswered(assignment, result)
     gradebook.update_or_create_student(result.student)
     notebook = _submitted(gradebook, assignment, result.student)
     scores = _scores(assignment, result, unanswered)
@@ -210,6 +207,17 @@ def _submitted(gradebook: Gradebook, assignment: Assignment, student: str) -> An
     return submitted
 
 
+def _unanswered(assignment: Assignment, result: Result) -> list[str]:
+    """Return grade ids of free-text cells that hold nothing, or what was released."""
+    texts = result.texts
+    if not texts:
+        return []
+    given = marked_cells.given(assignment.marked)
+    blank = answers.digest("")
+    wanted = [name for name in texts if name in given]
+    return [name for name in wanted if texts[name] in (blank, answers.digest(given[name].source))]
+
+
 def _scores(
     assignment: Assignment, result: Result, unanswered: Collection[str]
 ) -> Mapping[str, float | None]:
@@ -222,7 +230,7 @@ def _scores(
     scores: dict[str, float | None] = {
         case.grade_id: earned.get((case.exercise, case.name), 0) for case in assignment.cases
     }
-    for cell in filter(marked_cells.by_hand, assignment.marked):
+    for cell in filter(answers.by_hand, assignment.marked):
         name = cell.grade_id or ""
         lost = result.status == "refused" or name in unanswered
         scores[name] = 0 if lost else None

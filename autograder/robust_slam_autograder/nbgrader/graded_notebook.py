@@ -12,18 +12,13 @@ from collections.abc import Mapping, Sequence
 from nbformat.notebooknode import NotebookNode
 from nbformat.v4 import new_notebook, new_output
 
-from robust_slam_autograder.errors import Refused
-from robust_slam_autograder.grading import batch
-from robust_slam_autograder.grading.batch import Job
 from robust_slam_autograder.grading.results import CaseResult, Result, tidy
 from robust_slam_autograder.grading.verdicts import sign, verdict
 from robust_slam_autograder.markup import prose, visible
 from robust_slam_autograder.nbgrader import marked_cells
-from robust_slam_autograder.nbgrader.marked_cells import by_hand
-from robust_slam_autograder.reading import notebook
+from robust_slam_autograder.reading import answers
 from robust_slam_autograder.reading.assignment import Assignment
 from robust_slam_autograder.reading.notebook import Cell
-from robust_slam_autograder.reading.source import defines
 
 NOT_FOUND = "# Nothing was found for this cell."
 KERNEL = {"display_name": "Python 3", "language": "python", "name": "python3"}
@@ -34,11 +29,11 @@ def build(assignment: Assignment, cells: Sequence[Cell], result: Result) -> Note
 
     Args:
         assignment: the instructor's notebook.
-        cells: the submission's, from ``read``.
+        cells: the submission's; none where it could not be read.
         result: its result.
     """
     made = _Cells(assignment, result)
-    owners = _owners(assignment, cells)
+    owners = answers.owners(assignment, cells)
     shown: list[tuple[str | None, NotebookNode]] = []
     for number, cell in enumerate(cells):
         owner = owners.get(number)
@@ -57,43 +52,6 @@ def build(assignment: Assignment, cells: Sequence[Cell], result: Result) -> Note
         cell["id"] = f"cell-{number}"  # the same notebook for the same result
     checked: NotebookNode = book
     return checked
-
-
-def read(job: Job) -> tuple[Cell, ...]:
-    """A submission's cells; none where it cannot be read."""
-    try:
-        path, _ = batch.locate(job)
-        return notebook.read(path)
-    except Refused:
-        return ()
-
-
-def unanswered(job: Job) -> list[str]:
-    """Grade ids of free-text cells that hold nothing, or what was released, or are not there."""
-    marked = job.assignment.marked
-    wanted = [cell.grade_id or "" for cell in marked if by_hand(cell) and not cell.task]
-    if not wanted:
-        return []
-    given = marked_cells.given(marked)
-    cells = read(job)
-    owners = _owners(job.assignment, cells)
-    texts = {owner: cells[number].source.strip() for number, owner in owners.items()}
-    return [name for name in wanted if texts.get(name, "") in ("", given[name].source.strip())]
-
-
-def _owners(assignment: Assignment, cells: Sequence[Cell]) -> dict[int, str]:
-    """Which of the instructor's cells a submission's cells (by position) stand for.
-
-    Of copied cells it is the last one, whose definitions hold in the end.
-    """
-    known = {cell.grade_id for cell in assignment.marked}
-    last = {cell.grade_id: number for number, cell in enumerate(cells) if cell.grade_id in known}
-    for solution in assignment.solutions:
-        if solution.grade_id not in last:
-            for number, cell in enumerate(cells):
-                if cell.kind == "code" and not cell.grade and defines(cell.source, solution.names):
-                    last[solution.grade_id] = number
-    return {number: grade_id for grade_id, number in last.items() if grade_id is not None}
 
 
 def _insert_after(

@@ -22,11 +22,6 @@ Nodes = Mapping[str, NotebookNode]
 """By grade id."""
 
 
-def by_hand(cell: Cell) -> bool:
-    """Whether a person marks the cell: a free-text answer, or a task."""
-    return cell.task or (cell.grade and (cell.solution or cell.kind != "code"))
-
-
 def node(cell: Cell, source: str) -> NotebookNode:
     """An nbformat cell with the instructor's metadata and any text."""
     made = plain(cell.kind, source)
@@ -83,5 +78,6 @@ def _through(marked: Sequence[Cell], steps: Sequence[type]) -> Nodes:
         for step in steps:
             made, _ = step(config=config).preprocess(made, {})
     except RuntimeError as error:
-        raise GraderFailure(f"nbgrader cannot read the instructor's notebook: {error}.") from error
+        why = str(error).rstrip(".")
+        raise GraderFailure(f"nbgrader cannot read the instructor's notebook: {why}.") from error
     return {cell.metadata.nbgrader["grade_id"]: cell for cell in made.cells}

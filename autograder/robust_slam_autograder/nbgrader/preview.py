@@ -9,7 +9,7 @@ from pathlib import Path
 
 from robust_slam_autograder.grading.batch import Job
 from robust_slam_autograder.grading.results import Result
-from robust_slam_autograder.nbgrader import database, gradebook, graded_notebook, totals
+from robust_slam_autograder.nbgrader import database, gradebook, totals
 from robust_slam_autograder.nbgrader.database import Location
 from robust_slam_autograder.nbgrader.totals import Total
 
@@ -43,9 +43,8 @@ def effects(
         copy = Path(folder, "gradebook.db")
         database.copy(location, copy)
         before = totals.read(copy, assignment).students
-        blank = {job.key: graded_notebook.unanswered(job) for job, _ in new}
         tests = [job.assignment for job, _ in new[:1]]
-        gradebook.record(copy, tests, [result for _, result in new], blank)
+        gradebook.record(copy, tests, [result for _, result in new])
         after = totals.read(copy, assignment).students
     pairs = {student: Effect(before.get(student), total) for student, total in after.items()}
     return {student: pair for student, pair in pairs.items() if _differs(pair)}

@@ -8,6 +8,7 @@ opened (OWASP, *CSV injection*).
 from __future__ import annotations
 
 import csv
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -20,8 +21,11 @@ COLUMNS = (
     *("raw_score", "late_submission_penalty", "score", "max_score"),
 )
 """nbgrader's own, in its order."""
-_FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "＝", "＋", "－", "＠")
-"""How a cell begins that spreadsheets compute; some read the wide forms alike."""
+_FORMULA = re.compile(r"""(^|[;\t\r\n])(?=[\s"]*[-=+@＝＋－＠]|[\t\r\n])""")
+"""Where a cell begins that spreadsheets compute; some read the wide forms alike.
+
+Where a spreadsheet takes another mark than the comma, a cell begins behind that mark, too.
+"""
 
 
 class SafeCsv(ExportPlugin):  # type: ignore[misc]
@@ -54,5 +58,5 @@ def _row(gradebook: Gradebook, assignment: Assignment, student: Student) -> list
 
 
 def as_text(name: str | None) -> str | None:
-    """A name as a cell that no spreadsheet computes: with an apostrophe before it, if need be."""
-    return f"'{name}" if name and name.startswith(_FORMULA) else name
+    """Return a name as text that no spreadsheet computes: with an apostrophe where it would."""
+    return name and _FORMULA.sub(r"\1'", name)

@@ -10,8 +10,8 @@ from __future__ import annotations
 import glob
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,13 +23,14 @@ from nbgrader.preprocessors import NbGraderPreprocessor
 from traitlets import Bool, Enum, Unicode
 
 from robust_slam_autograder import layout
-from robust_slam_autograder.errors import AutograderError, GraderFailure
-from robust_slam_autograder.grading import allowed, batch, journal, results
+from robust_slam_autograder.errors import AutograderError, GraderFailure, Refused
+from robust_slam_autograder.grading import allowed, batch, journal
 from robust_slam_autograder.grading.batch import Job
 from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.nbgrader import gradebook, graded_notebook, own_files
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.assignment import BEGIN_HIDDEN, split_hidden
+from robust_slam_autograder.reading.notebook import Cell
 from robust_slam_autograder.reading.submission import is_student
 from robust_slam_autograder.sandbox import BACK_ENDS, Sandbox, choose
 
@@ -43,8 +44,12 @@ class Context:
     """Where the steps find a submission, and where its result goes."""
 
     job: Job
+    """With what was read of the submission: both steps work on the same bytes."""
     results: Path
     wall: Sandbox
+    result: Result | None = None
+    """What the first of the two steps made of them, for the second."""
+    fingerprint: str = ""
 
 
 class SafeExporter(NotebookExporter):
@@ -65,6 +70,7 @@ class SafeExporter(NotebookExporter):
 
     def __init__(self, **options: Any) -> None:  # noqa: ANN401
         super().__init__(**options)  # type: ignore[no-untyped-call]
+        self._graded: dict[str, Context] = {}
         # nbgrader makes its exporter when it has listed the submissions and read none of them.
         with self._clear_errors():
             self._wall = choose(self.sandbox or None, unsandboxed=self.unsandboxed)
@@ -121,22 +127,24 @@ class SafeExporter(NotebookExporter):
     ) -> tuple[Any, Resources]:
         """Convert a submission, or the graded notebook that this class wrote before."""
         resources = resources or {}
-        names = resources["nbgrader"]
-        resources[CONTEXT] = self._context(names["student"])
-        if Path(filename).parent == self._folder(
-            self._course.autograded_directory, names["student"]
-        ):
+        student = resources["nbgrader"]["student"]
+        if Path(filename).parent == self._folder(self._course.autograded_directory, student):
+            resources[CONTEXT] = self._graded.pop(student)
             return super().from_filename(filename, resources, **options)
+        job = Job(
+            student,
+            self._assignment,
+            self._tests,
+            self._folder(self._course.submitted_directory, student),
+        )
+        job = replace(job, handed=batch.read(job))
+        resources[CONTEXT] = Context(job, self._results, self._wall)
         empty = new_notebook()  # type: ignore[no-untyped-call]
         made: tuple[Any, Resources] = self.from_notebook_node(  # type: ignore[no-untyped-call]
             empty, resources, **options
         )
+        self._graded[student] = made[1][CONTEXT]
         return made
-
-    def _context(self, student: str) -> Context:
-        handed_in = self._folder(self._course.submitted_directory, student)
-        job = Job(student, self._assignment, self._tests, handed_in)
-        return Context(job, self._results, self._wall)
 
     def _folder(self, step: str, student: str) -> Path:
         return Path(self._course.format_path(step, student, self._assignment.name))
@@ -149,19 +157,23 @@ class RunTests(NbGraderPreprocessor):  # type: ignore[misc]
         """Grade; a result that is there already and still holds is taken over."""
         context: Context = resources[CONTEXT]
         try:
-            result = grade(context)
+            resources[CONTEXT] = context = grade(context)
         except AutograderError as error:
             self.log.error("%s", error)
             raise
+        result = context.result
+        assert result is not None
         if result.status == "refused":
             self.log.warning("Refused, score 0: %s", result.reason)
+        cells: tuple[Cell, ...] = ()
+        with suppress(Refused):
+            cells = batch.read(context.job).cells()
         resources["outputs"] = own_files.plain(context.job.path)
-        cells = graded_notebook.read(context.job)
         return graded_notebook.build(context.job.assignment, cells, result), resources
 
 
-def grade(context: Context) -> Result:
-    """Grade one submission in a process of its own, and keep its result file.
+def grade(context: Context) -> Context:
+    """Grade one submission in a process of its own, keep its result file, and give it along.
 
     Raises:
         WrongUse: another batch is at work on the same results.
@@ -177,29 +189,24 @@ def grade(context: Context) -> Result:
             workers=1,
             report=lambda done: None,
         )
-    result = graded.load()
+        result = graded.load()
     if result.status == "failed":
         raise GraderFailure(result.reason)
-    return result
+    return replace(context, result=result, fingerprint=run.graded[context.job.key])
 
 
 class SaveMarks(NbGraderPreprocessor):  # type: ignore[misc]
     """Writes a submission's marks and comments into the gradebook."""
 
     def preprocess(self, nb: NotebookNode, resources: Resources) -> tuple[NotebookNode, Resources]:
-        """Record the result that ``RunTests`` kept."""
+        """Record the result that ``RunTests`` made."""
         context: Context = resources[CONTEXT]
-        job = context.job
+        job, result = context.job, context.result
+        assert result is not None
         with batch.locked(context.results):
-            run = journal.open_run(context.results, None)
-            path = results.path_of(context.results, job.student, job.assignment.name)
-            gradebook.record(
-                resources["nbgrader"]["db_url"],
-                [job.assignment],
-                [results.read(path)],
-                {job.key: graded_notebook.unanswered(job)},
-                run.graded,
-            )
+            location = resources["nbgrader"]["db_url"]
+            prints = {job.key: context.fingerprint}
+            gradebook.record(location, [job.assignment], [result], prints)
         return nb, resources
 
 

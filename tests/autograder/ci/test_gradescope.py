@@ -19,8 +19,10 @@ import pytest
 from robust_slam_autograder import cli
 from robust_slam_autograder.ci import gradescope
 from robust_slam_autograder.ci.gradescope import as_gradescope
+from robust_slam_autograder.grading import journal
+from robust_slam_autograder.grading.batch import Handed
 from robust_slam_autograder.grading.results import ExerciseResult, ExerciseStatus
-from robust_slam_autograder.sandbox import landlock
+from robust_slam_autograder.sandbox import Unsandboxed, landlock
 
 from tests import as_user
 from tests.autograder import toy
@@ -118,8 +120,9 @@ def archive(tmp_path_factory: pytest.TempPathFactory) -> Path:
         '[install.assignments]\nrobust-slam-autograder = "autograder"\n',
     )
     world.track(root)
-    assert cli.main(["--solutions", str(tree), "init-ci", "gradescope", "--out", str(root)]) == 0
-    return root / f"{toy.NAME}.zip"
+    out = tmp_path_factory.mktemp("outside")
+    assert cli.main(["--solutions", str(tree), "init-ci", "gradescope", "--out", str(out)]) == 0
+    return out / f"{toy.NAME}.zip"
 
 
 @pytest.fixture(scope="module")
@@ -226,17 +229,35 @@ def test_a_wrong_answer_and_a_broken_notebook_are_told_without_a_hidden_input(
     submit, container, wall_name
 ):
     # The seed is drawn here, and of five numbers none is negative for one seed in 32.
-    value = submit(toy.answer(double="def double(x):\n    return 2 * np.round(x)\n"))
+    wrong = toy.answer(double="def double(x):\n    return 2 * np.round(x)\n")
+    value = submit(wrong)
     assert value["score"] == toy.MOST - 6
     (failed,) = [test for test in value["tests"] if test["status"] == "failed"]
     assert failed["visibility"] == "after_published"
     assert failed["output"] == "Try negative numbers."
-    seed = int((container / "source" / "seed").read_text())
+    notebook = Handed(data=(container / "submission" / f"{toy.NAME}.ipynb").read_bytes())
+    seed = gradescope.seed_of((container / "source" / "seed").read_bytes(), notebook)
     assert not [text for text in toy.hidden_inputs(seed) if text in json.dumps(value)]
     assert toy.CANARY not in json.dumps(value)
     refused = submit({"no": "notebook"})
     assert refused["score"] == 0 and refused["tests"] == []
     assert refused["output"].startswith("Not graded: ")
+
+
+def test_a_changed_notebook_meets_other_inputs_and_the_same_one_the_same(tmp_path, monkeypatch):
+    """Hand-ins repeat: with one seed for all of them, each would tell more of the same inputs."""
+    toy.make_tree(tmp_path / "source")
+    (tmp_path / "source" / "seed").write_text("7\n")
+    seeds = []
+    opened = journal.open_run
+    monkeypatch.setattr(
+        journal, "open_run", lambda out, seed: seeds.append(seed) or opened(out, seed)
+    )
+    monkeypatch.setattr("robust_slam_autograder.sandbox.BACK_ENDS", {"none": Unsandboxed()})
+    for more in ([], [], [toy.cell("# again")]):
+        toy.write(tmp_path / "submission" / "a.ipynb", toy.answer(toy.DOUBLE, toy.APPLY, *more))
+        assert gradescope.main(tmp_path) == 0
+    assert seeds[0] == seeds[1] != seeds[2] and seeds[0] not in (0, 7)
 
 
 def test_where_no_sandbox_works_there_is_no_mark(tmp_path, monkeypatch, capsys):

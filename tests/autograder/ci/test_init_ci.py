@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import stat
+import subprocess
 import zipfile
 from pathlib import Path
 
@@ -24,6 +25,7 @@ def course(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     root = tmp_path / "course"
     world.make(root, world.URL)
     world.write(root, "autograder/grader.py", "")
+    world.write(root, ".gitignore", "class/\n")
     world.track(root)
     monkeypatch.chdir(root)
     return root
@@ -45,6 +47,20 @@ def test_a_target_is_one_file_and_says_what_to_do_next(course, tmp_path, target,
     if path.suffix != ".zip":
         text = path.read_text("utf-8")
         assert yaml.safe_load(text) and not re.search(r"@[A-Z_]+@", text)
+
+
+@pytest.mark.parametrize("out", [".", "build/new", "class/tracked"])
+def test_an_archive_goes_where_git_does_not_take_it_over(course, out, capsys):
+    """It holds answers, hidden tests and what seeds follow from."""
+    tracked = course / "class" / "tracked" / f"{toy.NAME}.zip"
+    tracked.parent.mkdir(parents=True)
+    tracked.touch()
+    subprocess.run(["git", "add", "--force", str(tracked)], cwd=course, check=True)
+    assert cli.main(["init-ci", "gradescope", "--out", out, "--force"]) == 2
+    told = capsys.readouterr().err
+    assert f"{toy.NAME}.zip would hold hidden tests, answers" in told and "class/" in told
+    assert not (course / out / f"{toy.NAME}.zip").exists() or not tracked.stat().st_size
+    assert cli.main(["init-ci", "gradescope"]) == 0
 
 
 @pytest.mark.parametrize("target", init_ci.TARGETS)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import glob
 import os
+import shutil
 import socket
 import sysconfig
 import unicodedata
@@ -12,7 +13,7 @@ from pathlib import Path
 
 import pytest
 from robust_slam_autograder.commands import grade as grade_command
-from robust_slam_autograder.commands.submissions import Reader
+from robust_slam_autograder.commands.submissions import Places, Reader
 from robust_slam_autograder.errors import Refused
 from robust_slam_autograder.grading import batch
 from robust_slam_autograder.grading.batch import Job
@@ -59,6 +60,7 @@ KINDS: dict[str, Callable[[Path], object]] = {
     "device": lambda path: path.symlink_to("/dev/zero"),
     "neighbour": lambda path: path.symlink_to(f"../ada/{toy.NAME}"),
 }
+PLACES_THERE = Places()
 PLACES = ("alice.ipynb", f"{toy.NAME}.ipynb", "notes", ".DS_Store", "__MACOSX", "week 1")
 
 
@@ -85,7 +87,7 @@ def is_harmless(text: str) -> bool:
 
 def read(paths: list[Path], **options: str) -> tuple[dict[Path, str], list[Path]]:
     """By path whose work it is, and the paths that are left out."""
-    reader = Reader(NAMES, options.get("assignment"), options.get("student"), lambda name: True)
+    reader = Reader(NAMES, options.get("assignment"), options.get("student"), PLACES_THERE)
     claims, strays = reader.read([path.absolute() for path in paths])
     return {claim.path: claim.student for claim in claims}, [stray.path for stray in strays]
 
@@ -186,7 +188,8 @@ def test_the_documented_command_grades_everyone_else(course, run):
         assert toy.result(course / "out", student)["score"] == toy.MOST
     assert not (course / "out" / "alice").exists() and summary.is_file()
     err = run("grade", *everything(course), "--unsandboxed", "--no-names")[2]
-    assert err.count("left out: path ") == len(HOSTILE) + len(PLACES)
+    # The summary of before is now a file that is in its student's way.
+    assert err.count("left out: path ") == len(HOSTILE) + len(PLACES) + 1
     assert not [word for word in ("bob", "alice", "error", str(course)) if word in err]
     for command in (
         ("feedback", "--to", course / "feedback"),
@@ -219,9 +222,7 @@ def test_what_is_no_submission_is_refused_and_the_others_are_graded(course, run,
 
 def test_names_of_files_beside_the_results_are_no_students(course, run, monkeypatch):
     monkeypatch.setattr(grade_command, "record", lambda *arguments: None)
-    (course / "out").mkdir()
-    (course / "out" / "left.txt").touch()
-    names = ("left.txt", "new.json", "new.md", "book.sqlite")
+    names = ("new.json", "new.md", "book.sqlite")
     for name in names:
         toy.hand_in(course / "submitted", name, toy.answer())
     out = course / "out"
@@ -231,3 +232,30 @@ def test_names_of_files_beside_the_results_are_no_students(course, run, monkeypa
     )
     assert status == 0 and f"2 graded, {len(names)} refused" in said
     assert said.count("is no name for a student: rename it.") == len(names)
+
+
+def test_a_stray_file_among_the_results_is_named_and_harms_nobody(course, run, monkeypatch):
+    monkeypatch.setattr(grade_command, "record", lambda *arguments: None)
+    (course / "out").mkdir()
+    (course / "out" / "ada").touch()
+    status, said, err = run("grade", *everything(course), "--unsandboxed")
+    assert status == 0 and "1 graded, 0 refused" in said
+    assert f"ada/{toy.NAME} has no place for its result" in err and "move that file away" in err
+    (course / "out" / "ada").unlink()
+    assert "2 graded, 0 refused" in run("grade", *everything(course), "--unsandboxed")[1]
+
+
+def test_names_that_differ_in_capitals_alone_are_left_out(course, run, monkeypatch):
+    monkeypatch.setattr(grade_command, "record", lambda *arguments: None)
+    both = [toy.hand_in(course / "submitted", name, toy.answer()) for name in ("ADA", "Bob")]
+    bob = course / "submitted" / "bob" / toy.NAME
+    status, said, err = run("grade", *everything(course), "--unsandboxed")
+    assert status == 2 and "differs from another's in capitals alone" in err
+    shutil.rmtree(both[1].parent)
+    status, said, err = run("grade", *everything(course), "--unsandboxed")
+    assert status == 0 and "1 graded, 0 refused" in said and err.count("in capitals alone") == 2
+    # Who was graded before keeps the name.
+    bob.parent.rename(course / "submitted" / "BOB")
+    status, said, err = run("grade", course / "submitted" / "BOB" / toy.NAME, "--unsandboxed")
+    assert status == 2 and "name one of them anew" in err
+    assert [path.name for path in (course / "out").iterdir() if path.is_dir()] == ["bob"]

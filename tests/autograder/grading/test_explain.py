@@ -81,6 +81,19 @@ def test_values_that_differ_in_late_digits_do_not_look_alike() -> None:
     assert told == "Here, f() returned 0.30000000000000004; expected 0.3."
 
 
+@pytest.mark.parametrize(
+    ("value", "cell", "sentence"),
+    [
+        (1 - 1e-12, "assert f() >= 1.0", "0.999999999999; expected at least 1.0."),
+        (np.array([1 - 1e-12]), "assert np.all(f() >= np.ones(1))",
+         "array([0.999999999999]); expected at least array([1.])."),
+        (1 + 1e-12, "assert f() < 1.0", "1.000000000001; expected less than 1.0."),
+    ],
+)  # fmt: skip
+def test_enough_digits_are_shown_to_be_true(value: object, cell: str, sentence: str) -> None:
+    assert said(cell, f=lambda: value) == f"Here, f() returned {sentence}"
+
+
 def test_a_part_of_what_was_returned_is_named_as_the_check_names_it() -> None:
     cell = "last, history = f(1)\nassert history == [1, 2]"
     assert said(cell, f=lambda _: (2, [1])) == "Here, history is [1]; expected [1, 2]."

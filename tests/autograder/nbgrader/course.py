@@ -5,16 +5,18 @@ from __future__ import annotations
 import shutil
 import subprocess
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from nbgrader.api import Gradebook
-from robust_slam_autograder.grading.results import CaseResult, Ending, ExerciseResult, Result
+from robust_slam_autograder.grading.results import CaseResult, Ending, Result
 from robust_slam_autograder.nbgrader.database import Location, url_of
 from robust_slam_autograder.reading.assignment import Assignment
 
 from tests import jupyterlab
 from tests.autograder import toy
+from tests.autograder.reports import samples
 from tests.jupyterlab import SCRIPTS
 
 ROOT = Path(__file__).parents[3]
@@ -67,22 +69,12 @@ def with_text() -> Assignment:
 def marked(student: str, earned: Sequence[float], tests: Assignment | None = None) -> Result:
     """A student's result, with these points for the cases."""
     tests = tests or toy.assignment()
-    cases = [
-        (
-            case.exercise,
-            CaseResult(
-                *(case.name, case.points, points, True),
-                *(Ending.PASSED if points == case.points else Ending.FAILED, ""),
-            ),
-        )
-        for case, points in zip(tests.cases, earned, strict=True)
-    ]
-    exercises = tuple(
-        ExerciseResult(name, 0, 0, "passed", "", tuple(c for e, c in cases if e == name))
-        for name in tests.exercises
-    )
-    name, score = tests.name, sum(earned)
-    return Result(student, name, score, toy.MOST, "graded", "", "none", 0.0, exercises)
+    cases: dict[str, list[CaseResult]] = {name: [] for name in tests.exercises}
+    for case, points in zip(tests.cases, earned, strict=True):
+        ending = Ending.PASSED if points == case.points else Ending.FAILED
+        cases[case.exercise].append(CaseResult(case.name, case.points, points, True, ending, ""))
+    exercises = [samples.exercise(name, "passed", *each) for name, each in cases.items()]
+    return replace(samples.result(*exercises, student=student), assignment=tests.name, seconds=0)
 
 
 def make(folder: Path) -> Path:

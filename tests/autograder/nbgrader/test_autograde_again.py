@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import shutil
 from pathlib import Path
 
@@ -63,6 +64,23 @@ def test_manual_scores_stay(course, again):
     # As in nbgrader, they are put up for review.
     waiting = course_of.rows(course_of.database(course), "needs_manual_grade")["ada"]
     assert {name for name, w in waiting.items() if w} == {"why", "draw", "double-by-hand"}
+
+
+@pytest.mark.parametrize("run", [autograde, grade])
+def test_a_notebook_that_changes_meanwhile_counts_as_it_was_read(course, run):
+    """It replaces itself while it is graded, as a synchronised folder may do by chance."""
+    path = course / "class" / "submitted" / "ada" / toy.NAME / f"{toy.NAME}.ipynb"
+    later = json.dumps(course_of.answer("", double=WRONG))
+    changes = f"open({str(path)!r}, 'w').write({later!r})\n"
+    course_of.hand_in(course, "ada", course_of.answer("Mine.", double=changes + toy.DOUBLE))
+    run(course)
+    assert path.read_text() == later
+    assert sum(scores(course).values()) == 20
+    waiting = course_of.rows(course_of.database(course), "needs_manual_grade")["ada"]
+    assert waiting["why"], "its answer was not empty when it was read"
+    for made in (course / "class" / "autograded").rglob("*.ipynb"):
+        text = made.read_text()
+        assert "Mine." in text and "open(" in text
 
 
 def test_manual_scores_outlive_a_new_test_cell(course):

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import contextlib
 import shutil
+import sqlite3
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from nbgrader.api import Gradebook
+from nbgrader.api import Base, Gradebook
 from robust_slam_autograder.errors import GraderFailure
+from robust_slam_autograder.grading.results import signature
+from robust_slam_autograder.nbgrader import database as place
 from robust_slam_autograder.nbgrader import gradebook
 from robust_slam_autograder.nbgrader.database import url_of
+from robust_slam_autograder.reading import answers
 
 from tests.autograder import toy
 from tests.autograder.nbgrader import course
@@ -91,10 +96,15 @@ def test_what_a_person_marks_is_declared_and_waits(database):
 
 
 def test_an_absent_answer_does_not_wait_for_a_person(database):
-    unanswered = {f"ada/{toy.NAME}": ["why"]}
-    gradebook.record(database, [with_text()], [marked("ada", FULL)], unanswered)
-    assert course.rows(database, "auto_score")["ada"]["why"] == 0
-    assert course.rows(database, "comment")["ada"]["why"] == gradebook.NO_ANSWER
+    written = {"ada": "", "ben": f" {course.RELEASED_WHY}\n", "cem": "Because."}
+    marks = [
+        replace(marked(name, FULL), texts={"why": answers.digest(text)})
+        for name, text in written.items()
+    ]
+    gradebook.record(database, [with_text()], marks)
+    scores, comments = (course.rows(database, what) for what in ("auto_score", "comment"))
+    assert {name: scores[name]["why"] for name in written} == {"ada": 0, "ben": 0, "cem": None}
+    assert comments["ada"]["why"] == comments["ben"]["why"] == gradebook.NO_ANSWER
 
 
 def test_what_a_person_entered_is_never_lost(database):
@@ -134,5 +144,32 @@ def test_a_region_that_is_not_closed_is_named(database):
 def test_a_file_that_is_no_gradebook_is_named(tmp_path):
     database = tmp_path / "gradebook.db"
     database.write_text('{"no": "gradebook"}' * 100)
-    with pytest.raises(GraderFailure, match=r"gradebook\.db cannot be written"):
+    with pytest.raises(GraderFailure, match=r"is not a database: .* \(mv \S+ \S+\.spoilt\)"):
         gradebook.record(database, [toy.assignment()], [marked("ada", FULL)])
+
+
+def test_a_table_that_is_lost_is_noticed(database):
+    gradebook.record(database, [toy.assignment()], [marked("ada", FULL)])
+    with contextlib.closing(sqlite3.connect(database)) as book:
+        book.execute("DROP TABLE grade")
+    for use in (place.exists, place.recorded, place.make):
+        with pytest.raises(GraderFailure, match=r"has lost its table grade: .*\.spoilt\)"):
+            use(database)
+
+
+def test_the_tables_are_nbgraders():
+    assert set(Base.metadata.tables) == place.TABLES
+
+
+def test_a_gradebook_of_before_is_taken_over(database):
+    """Of a version that noted nowhere which results it had, and of one that noted other ones."""
+    gradebook.record(database, [toy.assignment()], [marked("ada", FULL)])
+    course.enter(database, "ada", "double-random", 3)
+    with contextlib.closing(sqlite3.connect(database)) as book:
+        book.execute("DROP TABLE autograder_recorded")
+    assert place.exists(database) and place.recorded(database) == {}
+    key = f"ada/{toy.NAME}"
+    for prints in ({key: "older"}, {key: "newer"}):
+        gradebook.record(database, [toy.assignment()], [marked("ada", FULL)], prints)
+        assert course.rows(database, "score")["ada"]["double-random"] == 3
+    assert place.recorded(database) == {key: signature(marked("ada", FULL), "newer")}

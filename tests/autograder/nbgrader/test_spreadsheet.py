@@ -66,3 +66,22 @@ def test_what_begins_as_a_formula_gets_an_apostrophe(mark):
     assert as_text(f"{mark}1") == f"'{mark}1"
     assert as_text(f"1{mark}") == f"1{mark}"
     assert as_text("") == "" and as_text(None) is None
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("Ada;=cmd()", "Ada;'=cmd()"),
+        ("Ada\t=cmd()", "Ada\t'=cmd()"),
+        ("Ada\n@cmd()", "Ada\n'@cmd()"),
+        ('Ada;"=cmd()"', 'Ada;\'"=cmd()"'),
+        ("Ada; -1", "Ada;' -1"),
+        (" =cmd()", "' =cmd()"),
+        ("Lovelace, =Ada; a-b", "Lovelace, =Ada; a-b"),
+    ],
+)
+def test_a_cell_that_another_separator_makes_is_no_formula_either(name, text):
+    assert as_text(name) == text
+    for separator in (";", "\t"):
+        cells = next(csv.reader([text.replace("\n", " ")], delimiter=separator))
+        assert not [cell for cell in cells if cell.strip().startswith(("=", "@", "-"))]
