@@ -50,6 +50,8 @@ class Public:
     """The folder of the book's notebooks."""
     assignments: str = "assignments"
     """The folder that the student release goes to."""
+    readme: str = ""
+    """A file beside ``course.toml`` that becomes the public ``README.md``."""
     known: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     """Per file its own lines that a solution or a hidden test happens to hold too."""
 
@@ -160,8 +162,8 @@ def _is_package(value: object) -> bool:
 
 
 def _public(path: Path, table: dict[str, Any]) -> Public:
-    kinds = {"files": list, "without": list, "book": str, "assignments": str, "known": dict}
-    check_table(path, table, kinds)
+    folders = {"book": str, "assignments": str, "readme": str}
+    check_table(path, table, {"files": list, "without": list, "known": dict} | folders)
     known = table.get("known", {})
     check_table(path, known, dict.fromkeys(known, list))
     table["known"] = {name: tuple(lines) for name, lines in known.items()}
@@ -169,8 +171,8 @@ def _public(path: Path, table: dict[str, Any]) -> Public:
         names = table[key] = tuple(table.get(key, ()))
         if not all(isinstance(name, str) and _is_inside(name) for name in names):
             raise WrongUse(f"{path}: {key} must be a list of paths inside the course's folder.")
-    if not all(_is_inside(table.get(key, "x")) for key in ("book", "assignments")):
-        raise WrongUse(f"{path}: book and assignments want a folder inside the course's folder.")
+    if not all(_is_inside(table.get(key, "x")) for key in folders):
+        raise WrongUse(f"{path}: {', '.join(folders)} want a path inside the course's folder.")
     return Public(**table)
 
 

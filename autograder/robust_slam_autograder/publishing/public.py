@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 import os
-import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -21,9 +20,6 @@ from robust_slam_autograder.publishing.files import chosen, tracked
 from robust_slam_autograder.publishing.student_release import release
 from robust_slam_autograder.reading import assignment as assignments
 
-_PRIVATE = re.compile(r"<!-- private -->.*?<!-- /private -->(?:[ \t]*\n)?", re.DOTALL)
-_PUBLIC = re.compile(r"<!-- public\n(.*?)-->(?:[ \t]*\n)?", re.DOTALL)
-_MARK = re.compile(r"<!-- /?(private|public)\b")
 _INSTALL = """\
 # Where the course's library is missing, as in Colab, install it.
 from importlib.util import find_spec
@@ -43,7 +39,7 @@ def publish(tree: Path, out: Path) -> list[str]:
         the files that were written, below ``out``.
 
     Raises:
-        WrongUse: ``course.toml`` or the README's marks are wrong, or ``out`` is in use.
+        WrongUse: ``course.toml`` is wrong, or ``out`` is in use.
         GraderFailure: the copy would tell what is private, or cannot be made; ``out`` stays.
     """
     course = load(tree)
@@ -55,7 +51,9 @@ def publish(tree: Path, out: Path) -> list[str]:
     with staging.made_beside(out) as part:
         made = part / out.resolve().name
         for name in names:
-            _copy(course.root, name, made)
+            _copy(course.root / name, made / name)
+        if public.readme:
+            _copy(tree / public.readme, made / "README.md")
         release(tree, [], made / public.assignments)
         _add_install_cells(made / public.book, course)
         _look_for_secrets(tree, made, _known(public))
@@ -78,31 +76,12 @@ def _refuse_in_use(course: Course, released: str, out: Path) -> None:
         raise WrongUse(f"{out} holds something else than a public course: --out DIR.")
 
 
-def _copy(root: Path, name: str, made: Path) -> None:
-    source, target = root / name, made / name
+def _copy(source: Path, target: Path) -> None:
     if source.is_symlink() or not source.is_file():
         raise GraderFailure(f"{source} is no plain file: nothing written.")
     target.parent.mkdir(parents=True, exist_ok=True)
-    data = source.read_bytes()
-    if source.suffix == ".md" and source.parent == root:
-        data = for_the_public(data.decode(), name).encode()
-    target.write_bytes(data)
+    target.write_bytes(source.read_bytes())
     target.chmod(0o755 if os.access(source, os.X_OK) else 0o644)
-
-
-def for_the_public(text: str, name: str) -> str:
-    """A README, or its like, without its private parts and with its public ones.
-
-    ``<!-- private -->`` to ``<!-- /private -->`` goes; of a comment that begins with
-    ``<!-- public`` the marks go and the text stays.
-
-    Raises:
-        WrongUse: a mark has no partner.
-    """
-    text = _PUBLIC.sub(r"\1", _PRIVATE.sub("", text))
-    if _MARK.search(text):
-        raise WrongUse(f"{name}: a private or public part is not closed, or stands in another.")
-    return text
 
 
 def _add_install_cells(book: Path, course: Course) -> None:

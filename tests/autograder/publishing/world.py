@@ -21,10 +21,11 @@ the-grader = "autograder"
 07-toy = ["toy-library[extra]"]
 [public]
 files = [
-  "README.md", "LICENSE", "run.sh", "autograder/", "chapters/", "lib/", "tests/__init__.py",
+  "LICENSE", "run.sh", "autograder/", "chapters/", "lib/", "tests/__init__.py",
   "tests/lib/",
 ]
 without = ["lib/private/"]
+readme = "public.md"
 """
 PROJECT = """\
 [build-system]
@@ -37,18 +38,6 @@ requires-python = ">=3.11"
 [project.optional-dependencies]
 extra = ["numpy"]
 """
-README = """\
-# Toy
-
-<!-- private -->
-Keep this to yourself.
-<!-- /private -->
-<!-- public
-Have a look around.
-
--->
-The end<!-- private --> of secrecy<!-- /private -->.
-"""
 BOOK = "repository:\n  url: {url}\n"
 
 
@@ -60,7 +49,8 @@ def make(root: Path, url: str = "") -> Path:
     texts = {
         "solutions/course.toml": COURSE,
         "_config.yml": BOOK.format(url=url or '""'),
-        "README.md": README,
+        "README.md": "Keep this to yourself.\n",
+        "solutions/public.md": "# Toy\n",
         "LICENSE": "free",
         "run.sh": "#!/bin/sh\n",
         "chapters/00-one.ipynb": json.dumps(chapter),

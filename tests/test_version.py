@@ -1,0 +1,46 @@
+"""A release raises one number, and the changes that were unreleased get it as their heading."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+
+from tools import version
+
+
+@pytest.fixture
+def course(tmp_path: Path) -> Path:
+    for name in (*version.PLACES, version.CHANGES):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        shutil.copyfile(version.ROOT / name, tmp_path / name)
+    return tmp_path
+
+
+def test_all_files_name_one_version() -> None:
+    assert re.fullmatch(r"\d+\.\d+\.\d+", version.current())
+
+
+def test_a_release_raises_it_everywhere(course: Path) -> None:
+    before = (course / version.CHANGES).read_text("utf-8")
+    version.raise_to("7.0.0", course)
+    assert version.current(course) == "7.0.0"
+    after = (course / version.CHANGES).read_text("utf-8")
+    assert after == before.replace("## Unreleased\n", "## Unreleased\n\n## 7.0.0\n")
+
+
+@pytest.mark.parametrize("number", ["0.1.0", "7.0", "v7.0.0", "7.0.0+d1"])
+def test_what_is_no_newer_version_changes_nothing(course: Path, number: str) -> None:
+    before = {name: (course / name).read_bytes() for name in version.PLACES}
+    with pytest.raises(ValueError, match="is no version"):
+        version.raise_to(number, course)
+    assert before == {name: (course / name).read_bytes() for name in version.PLACES}
+
+
+def test_files_that_disagree_are_named(course: Path) -> None:
+    place = course / "CITATION.cff"
+    place.write_text(place.read_text("utf-8").replace(version.current(), "0.0.1"), "utf-8")
+    with pytest.raises(ValueError, match=r"CITATION\.cff"):
+        version.current(course)
