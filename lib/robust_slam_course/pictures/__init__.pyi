@@ -1,13 +1,13 @@
 from .certificates import certificate as certificate
-from .frontier import graduation as graduation
-from .frontier import machine as machine
-from .frontier import robots as robots
+from .graduation import graduation as graduation
+from .kernels import kernels as kernels
 from .landscapes import annealing as annealing
 from .landscapes import basins as basins
+from .machine import machine as machine
 from .maps import consistency as consistency
 from .maps import cycles as cycles
 from .maps import opening as opening
 from .maps import showcase as showcase
-from .readings import kernels as kernels
 from .readings import leverage as leverage
 from .readings import majoriser as majoriser
+from .robots import robots as robots

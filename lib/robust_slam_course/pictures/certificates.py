@@ -8,6 +8,7 @@ from robust_slam.certificates import sdp
 from robust_slam.graphs import se2
 
 from robust_slam_course.canvas.picture import Picture
+from robust_slam_course.pictures.graphs import Array
 from robust_slam_course.plots.certificates import draw_ring, draw_spectrum
 from robust_slam_course.style import figure_style
 
@@ -16,6 +17,9 @@ _TWISTED = [0, 72, 144, -144, -72]
 
 def certificate() -> Picture:
     """Return a twisted ring of five headings, its certificate and the climb out of it."""
+    Q, R = _twisted_ring()
+    _, eigenvalues = sdp.dense_certificate(Q, R)
+    lowest = f"{eigenvalues[0]:.2f}".replace("-", "−")
     return Picture(
         name="certificate",
         title="Is there a better map?",
@@ -27,25 +31,29 @@ def certificate() -> Picture:
             "choose equal headings and increase the measured turn. At which α does λ_min fall"
             " below 0?",
         ],
-        caption="A ring of five headings, twisted once: its cost is 13.82, and equal headings cost"
-        " 0. The certificate S has eigenvalues below 0, the smallest −1.38: not certified.",
+        caption="A ring of five headings, twisted once: its cost is"
+        f" {np.trace(R @ Q @ R.T):.2f}, and equal headings cost 0. The certificate S has"
+        f" eigenvalues below 0, the smallest {lowest}: not certified.",
         state={"ring": "five", "degrees": _TWISTED, "alpha": 0, "step": 0},
         data={},
-        still=_certificate_still(),
+        still=_certificate_still(eigenvalues),
     )
 
 
-def _certificate_still() -> Figure:
-    """Return the twisted ring and the spectrum of its certificate."""
-    angles = np.radians(_TWISTED)
+def _twisted_ring() -> tuple[Array, Array]:
+    """Return the connection matrix of the ring and its headings as rotations, side by side."""
     edges = np.array([[k, (k + 1) % 5] for k in range(5)])
     equal = np.broadcast_to(np.eye(2), (5, 2, 2))
-    R = np.hstack(list(se2.rotation(np.outer(angles, [0.0, 0.0, 1.0]))))
-    _, eigenvalues = sdp.dense_certificate(sdp.connection_matrix(5, edges, equal), R)
+    R = np.hstack(list(se2.rotation(np.outer(np.radians(_TWISTED), [0.0, 0.0, 1.0]))))
+    return sdp.connection_matrix(5, edges, equal), R
+
+
+def _certificate_still(eigenvalues: Array) -> Figure:
+    """Return the twisted ring and the spectrum of its certificate."""
     with figure_style():
         figure = Figure(figsize=(5.6, 3.2), layout="constrained")
         left, right = figure.subplots(1, 2)
-        draw_ring(left, angles, turn=0.0)
+        draw_ring(left, np.radians(_TWISTED), turn=0.0)
         draw_spectrum(right, eigenvalues).set(title="eigenvalues of S")
         right.legend(loc="upper right", fontsize=9)
     return figure

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from matplotlib.figure import Figure
 from robust_slam.estimators import gnc, irls, kernels
 from robust_slam.estimators.graduation import tls_surrogate
+from robust_slam.estimators.kernels import Kernel
+from robust_slam.estimators.result import Step
 from robust_slam.problems import LocationProblem
 
 from robust_slam_course.canvas.picture import Picture
+from robust_slam_course.pictures.graphs import Array
 from robust_slam_course.plots.annealing import draw_stage
 from robust_slam_course.plots.location import draw_descent, draw_landscape
 from robust_slam_course.style import figure_style
@@ -19,6 +24,8 @@ _SEVEN = [0.0, 0.0, 0.0, 0.0, 6.0, 6.0, 24.0]
 
 def annealing() -> Picture:
     """Return GNC on seven readings whose cost, weights and path follow the reader's hand."""
+    c, factor, step = 2.0, 1.4, 3
+    run = gnc(LocationProblem(_SEVEN), c, factor=factor).history
     return Picture(
         name="annealing",
         title="GNC sharpens the cost",
@@ -30,16 +37,21 @@ def annealing() -> Picture:
             "choose Geman–McClure. In which direction does μ move, and when does the second"
             " minimum appear?",
         ],
-        caption="Seven readings, 0 four times, 6 twice, and 24. In solve 3 the cost is still mild,"
-        " and the estimate moves from 4.30 to 3.59. The run ends at 0.",
-        state={"start": "seven", "z": _SEVEN, "kind": "tls", "c": 2.0, "factor": 1.4, "step": 3},
+        caption=f"Seven readings, 0 four times, 6 twice, and 24. In solve {step} the cost is still"
+        f" mild, and the estimate moves from {run[step - 1].x:.2f} to {run[step].x:.2f}. The run"
+        f" ends at {abs(run[-1].x):.2f}.",
+        state={
+            "start": "seven", "z": _SEVEN, "kind": "tls", "c": c, "factor": factor, "step": step,
+        },
         data={"starts": {"four": _FOUR, "seven": _SEVEN}},
-        still=_annealing_still(),
-    )
+        still=_annealing_still(c, run[step - 1 : step + 1]),
+    )  # fmt: skip
 
 
 def basins() -> Picture:
     """Return a descent on the cost of two groups of readings, and where every start ends."""
+    crowd, kernel, start = np.append(np.zeros(20), 10.0), kernels.tls(3.0), 8.0
+    run = irls(LocationProblem(crowd), kernel, start)
     return Picture(
         name="basins",
         title="Where a descent ends",
@@ -50,40 +62,40 @@ def basins() -> Picture:
             "choose TLS with c = 1 and drag the start between the readings. Which way does the"
             " descent go?",
         ],
-        caption="The TLS cost with c = 3 of twenty readings at 0 and one at 10. From 8 IRLS ends"
-        " at 10, where one reading of 21 is kept; the lowest cost is at 0.",
+        caption=f"The TLS cost with c = {kernel.scale:g} of twenty readings at 0 and one at 10."
+        f" From {start:g} IRLS ends at {run.x:g}, where {run.weights.sum():g} of {crowd.size}"
+        " readings is kept; the lowest cost is at 0.",
         state={
-            "readings": "crowd", "z": [0.0, 10.0], "kernel": "tls", "c": 3.0, "sigma": 1.0,
-            "start": 8.0,
+            "readings": "crowd", "z": [0.0, 10.0], "kernel": "tls", "c": kernel.scale,
+            "sigma": 1.0, "start": start,
         },
         data={"z": [0.0, 10.0], "times": {"crowd": [20, 1], "pair": [1, 1]}},
-        still=_basins_still(),
+        still=_basins_still(crowd, kernel, run.history),
     )  # fmt: skip
 
 
-def _basins_still() -> Figure:
-    """Return the TLS cost of twenty readings and one, with the descent from 8."""
-    readings = np.append(np.zeros(20), 10.0)
-    kernel = kernels.tls(3.0)
+def _basins_still(readings: Array, kernel: Kernel, history: Sequence[Step[float]]) -> Figure:
+    """Return the cost of twenty readings and one, with a descent."""
     with figure_style():
         figure = Figure(figsize=(5.6, 3.4), layout="constrained")
         ax = figure.subplots()
         draw_landscape(ax, readings, 1.0, kernel, np.linspace(-4.0, 14.0, 181))
-        draw_descent(ax, irls(LocationProblem(readings), kernel, 8.0).history)
+        draw_descent(ax, history)
         ax.set(ylim=(-4.0, 104.0))
         ax.legend(loc="lower right", fontsize=9)
     return figure
 
 
-def _annealing_still() -> Figure:
-    """Return the cost at the third μ of the run on the seven readings."""
-    readings = np.array(_SEVEN)
-    run = gnc(LocationProblem(readings), 2.0).history
-    move, mu = (run[2].x, run[3].x), float(run[3].mu or 0.0)
+def _annealing_still(c: float, steps: Sequence[Step[float]]) -> Figure:
+    """Return the cost of the seven readings at the μ of the second of two steps of a run."""
+    before, after = steps
+    readings, move = np.array(_SEVEN), (before.x, after.x)
     x = np.linspace(-4.0, 38.0, 211)
     with figure_style():
         figure = Figure(figsize=(5.6, 3.4), layout="constrained")
         ax = figure.subplots()
-        draw_stage(ax, readings, x, tls_surrogate, 2.0, mu, move, kernel=kernels.tls(2.0))
+        draw_stage(
+            ax, readings, x, tls_surrogate, c, float(after.mu or 0.0), move, kernel=kernels.tls(c)
+        )
         ax.legend(loc="lower right", fontsize=9)
     return figure

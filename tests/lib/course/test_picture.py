@@ -20,6 +20,8 @@ from robust_slam_course.canvas.picture import Picture
 from robust_slam_course.canvas.still import Still, to_svg
 from robust_slam_course.style import figure_style
 
+from tests.chromium import Opener
+
 NAMES = sorted(set(pictures.__all__))
 # So that a page with two of them has at most 60 KB.
 MOST_BYTES = 30_000
@@ -143,6 +145,21 @@ def test_each_picture_is_small_and_has_its_words(name: str) -> None:
     assert len(gzip.compress(html.encode())) < MOST_BYTES
     assert len(shown.tries) >= 2 and "?" in shown.tries[0], "the first is a question to answer"
     assert len(shown.caption) > 40
+
+
+@pytest.mark.browser
+@pytest.mark.parametrize("name", NAMES)
+def test_words_of_the_still_picture_are_those_of_the_live_one(
+    name: str, tmp_path: Path, open_page: Opener
+) -> None:
+    """Each number that Python computes for paper is one that the script computes again."""
+    shown = getattr(pictures, name)()
+    path = tmp_path / "page.html"
+    path.write_text(f'<!doctype html><meta charset="utf-8">{shown.static_html()}', "utf-8")
+    live = str(open_page(path.as_uri()).page.locator(".rs-caption").text_content())
+    assert len(live) > 40
+    for number in re.findall(r"\d+\.\d+", shown.caption):
+        assert number in live, (shown.caption, live)
 
 
 def test_a_still_has_the_size_of_its_figure() -> None:

@@ -1,0 +1,94 @@
+"""The picture of chapter 9: the stages from the camera to the map, of which one fails."""
+
+from __future__ import annotations
+
+import json
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+from matplotlib import pyplot as plt
+from matplotlib.figure import Figure
+from robust_slam.palette import PALETTE
+
+from robust_slam_course.canvas.picture import Picture
+from robust_slam_course.plots.stages import DOWN, STAGES, draw_stages
+
+_FAULTS = {
+    "nothing": "No stage fails.",
+    "sensors": "The focal length is 5 % too short, so every turn is measured 5 % too large.",
+    "features": "The odometry is five times as noisy as it claims.",
+    "views": "Two views give no scale: each step is measured 1 % shorter than the one before.",
+    "places": "One street is mistaken for another, 24 times in a row.",
+    "ransac": "RANSAC returns a wrong motion: one step of the odometry turns by 45° too much.",
+    "odometry": "The gyroscope has a bias: each step turns by 0.04 rad too much.",
+    "pcm": "PCM is left out.",
+    "solve": "All closures go into plain least squares.",
+    "certificate": "The descent begins with headings that wind twice too often.",
+    "plan": "The plan never returns to a place, so there are no closures.",
+    "control": "Turns are jerky and images blur: there the odometry is ten times noisier.",
+}
+
+
+def machine() -> Picture:
+    """Return the stages from the camera to the map, of which the reader lets one fail.
+
+    `benchmarks.machine` computes the outcomes, with the cells of chapter 9.
+    """
+    data = _outcomes()
+    whole = data["outcomes"]["nothing"]
+    inliers, outliers = whole["told"]
+    passed, left, kept = ("{} and {}".format(*whole[key]) for key in ("passed", "left", "kept"))
+    return Picture(
+        name="machine",
+        title="Let one stage fail",
+        tries=[
+            "let “Odometry (VIO)” fail: its gyroscope has a bias. Which later stage reports it,"
+            " the consistency test, the solver or the certificate?",
+            "then let “Place recognition” fail, with 24 outliers that agree. Which stage"
+            " reports something now?",
+            "find the two failures whose map is not certified. What do they have in common?",
+        ],
+        caption=f"{_FAULTS['nothing']} Of {inliers} inliers and {outliers} outliers PCM keeps"
+        f" {passed}, GNC {left}, the map {kept}. The map is {whole['off']:.2f} m off and"
+        " certified.",
+        state={"broken": "nothing"},
+        data=data,
+        still=_machine_still(data, "nothing"),
+    )
+
+
+def _outcomes() -> dict[str, Any]:
+    """Return the stages with their places, the arrows between them, and the outcome of each."""
+    found = json.loads(files(__package__).joinpath("machine.json").read_text(encoding="utf-8"))
+    stages = [
+        {"key": key, "name": stage.name, "row": stage.row, "place": stage.place}
+        for key, stage in STAGES.items()
+    ]
+    stages.append({"key": "nothing", "name": "No stage fails", "row": 8, "place": "middle"})
+    for stage in stages:
+        stage["fault"] = _FAULTS[str(stage["key"])]
+    poses = np.concatenate(
+        [np.reshape(each["poses"], (-1, 3)) for each in found["outcomes"].values()]
+    )
+    extent = [*poses.min(axis=0), *poses.max(axis=0)]
+    arrows = [[source, target, x / 10] for source, target, x, _ in DOWN]
+    return {**found, "stages": stages, "arrows": arrows, "extent": extent}
+
+
+def _machine_still(data: dict[str, Any], broken: str) -> Figure:
+    """Return the machine beside the map of one failure."""
+    figure, (stages, ax) = plt.subplots(
+        2, 1, figsize=(5.6, 9.6), height_ratios=(6.2, 3.4), layout="constrained"
+    )
+    draw_stages(stages)
+    outcome = data["outcomes"][broken]
+    for poses, look in ((data["truth"], ":"), (outcome["poses"], "-")):
+        x, y, _ = np.reshape(poses, (-1, 3)).T
+        color = PALETTE["muted" if look == ":" else "estimate"]
+        ax.plot(x, y, look, color=color, label="true path" if look == ":" else "map")
+    ax.set_aspect("equal")
+    ax.set_axis_off()
+    ax.legend(loc="upper right", fontsize=10)
+    plt.close(figure)
+    return figure

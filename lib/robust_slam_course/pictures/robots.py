@@ -1,0 +1,82 @@
+"""The picture of robots that share a map."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib import pyplot as plt
+from matplotlib.figure import Figure
+from robust_slam.estimators import chi_square_threshold
+from robust_slam.fleet import rounds
+from robust_slam.graphs.generate import manhattan
+from robust_slam.graphs.pose_graph import PoseGraph, select, with_closures
+
+from robust_slam_course.canvas.picture import Picture
+from robust_slam_course.pictures.graphs import Array, graph_data
+from robust_slam_course.plots.robots import draw_robots
+
+_EACH = 20  # poses of a robot
+_MEETING = [[52, 12]]
+
+
+def robots() -> Picture:
+    """Return three robots that agree on one map by exchanging poses; C meets the others rarely."""
+    graph, truth, labels = _three_robots()
+    between = np.ptp(labels[graph.edges], axis=1) > 0
+    with_c = np.flatnonzero(between & (labels[graph.edges] == 2).any(axis=1))
+    information = graph.information[~graph.is_odometry][0]
+    spoiled = _meeting(graph, with_c, information)
+    c = chi_square_threshold(0.99, 3)
+    run = rounds.solve(spoiled, labels, c, max_rounds=60, tol=1e-3).rounds
+    far = np.linalg.norm((run[-1].poses - truth)[:, :2], axis=1)
+    off_b, off_c = (far[labels == robot].mean() for robot in (1, 2))
+    return Picture(
+        name="robots",
+        title="Three robots agree on one map",
+        tries=[
+            "robot C shares one closure with the others, and it is wrong: its map is 5 m off. How"
+            " many correct closures does C need until the wrong one is rejected?",
+            "give C exactly one correct closure. Which of the two is rejected, and could a robot"
+            " know better?",
+            "give C all eight, go to round 0 and play. When is the wrong closure rejected? Add"
+            " another, and drag its ends.",
+        ],
+        caption=f"Round {len(run) - 1} of {len(run) - 1}. Rejected of C’s closures: 0 of 1 wrong."
+        " Its residual is 0: nothing contradicts it."
+        f" B is {off_b:.2f} m off, C {off_c:.2f} m.",
+        state={"wrong": _MEETING, "correct": 0, "round": 999},
+        data={
+            **graph_data(graph, truth, 3),
+            "labels": labels.tolist(),
+            "withC": with_c.tolist(),
+            "wrong": _MEETING,
+            "wrongInformation": information.ravel().tolist(),
+        },
+        still=_robots_still(spoiled, labels, run[-1]),
+    )
+
+
+def _three_robots(seed: int = 40) -> tuple[PoseGraph, Array, np.ndarray]:
+    """Return a town of three walks with correct closures, its true poses, and their robots."""
+    labels = np.arange(3 * _EACH) // _EACH
+    rng = np.random.default_rng(seed)
+    graph, truth = manhattan(3 * _EACH, rng, side=6, turn=0.25, closures=16)
+    parted = np.ptp(labels[graph.edges], axis=1) > 0
+    # Three walks, not one: no odometry leads from robot to robot.
+    return select(graph, ~(graph.is_odometry & parted)), truth, labels
+
+
+def _meeting(graph: PoseGraph, with_c: np.ndarray, wrong: Array) -> PoseGraph:
+    """Return the graph where robot C shares the wrong closure alone, which comes last."""
+    joined = with_closures(graph, _MEETING, np.zeros((1, 3)), wrong[None])
+    return select(joined, ~np.isin(np.arange(len(joined.edges)), with_c))
+
+
+def _robots_still(spoiled: PoseGraph, labels: np.ndarray, last: rounds.Round) -> Figure:
+    """Return a round of the robots' exchange."""
+    is_outlier = np.arange(len(spoiled.edges)) == len(spoiled.edges) - 1
+    figure, ax = plt.subplots(figsize=(5.0, 4.4), layout="constrained")
+    draw_robots(ax, spoiled, last.poses, labels, last.weights, is_outlier=is_outlier)
+    for name, pose in zip("ABC", last.poses[::_EACH], strict=True):
+        ax.annotate(f"robot {name}", pose[:2], (6, 6), textcoords="offset points")
+    plt.close(figure)
+    return figure
