@@ -43,7 +43,7 @@ PARTS := build/.parts$(shell $(find-parts))
 PIN := uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
 	--no-header --no-emit-package rfc3987-syntax --no-emit-package lark
 COURSE := lib/pyproject.toml autograder/pyproject.toml
-BENCHES := speed growth wrong_closures any_graph pictures
+BENCHES := speed growth any_graph
 
 help: ## say what there is
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-16s %s\n", $$1, $$2}' $(MAKEFILE_LIST)

@@ -1,7 +1,6 @@
 """Print every ratio as a line `ratio NAME VALUE WAY`, after a line that explains it.
 
-Pose graphs are solved in two ways, so they have two ratios: `VALUE numpy VALUE compiled`. The
-certificates, which stand beside nothing, have a line each: `certificate/NAME …`.
+Pose graphs are solved in two ways, so they have two ratios: `VALUE numpy VALUE compiled`.
 """
 
 from __future__ import annotations
@@ -14,11 +13,10 @@ from functools import partial
 from robust_slam.graphs.datasets import DatasetMissing
 from tqdm import tqdm
 
-from benchmarks.speed import certificates, cliques, descents, graduated, starts, ways
+from benchmarks.speed import descents, graduated, ways
 from benchmarks.speed.figure import Figure
 
-PLANAR = ("CSAIL", "intel", "M3500", "city10000")
-SPATIAL = ("sphere2500", "torus3D", "parking-garage")
+GRAPHS = ("CSAIL", "intel", "M3500", "city10000", "sphere2500", "torus3D", "parking-garage")
 SPOILED = ("intel", "M3500", "sphere2500")
 PERCENT = (10, 30, 50)
 
@@ -26,20 +24,11 @@ PERCENT = (10, 30, 50)
 def measurements() -> dict[str, Callable[[], Figure | str]]:
     """Return what is measured, by the names of the figures."""
     found: dict[str, Callable[[], Figure | str]] = {"kernels": ways.measure}
-    for graph in PLANAR + SPATIAL:
+    for graph in GRAPHS:
         found[f"gn/{graph}"] = partial(descents.measure, graph)
-        found[f"certificate/{graph}"] = partial(certificates.measure, graph)
-    for graph in SPATIAL:
-        found[f"chordal/{graph}"] = partial(starts.measure, graph)
-    found[f"clique/{cliques.CLOSURES}"] = cliques.measure
-    for kind, other, adaptive in (
-        ("gnc", graduated.gtsam_gnc, True),
-        ("gnc-onestep", graduated.one_step, False),
-    ):
-        for graph in SPOILED:
-            for percent in PERCENT:
-                name = f"{kind}/{graph}/{percent}"
-                found[name] = partial(graduated.measure, graph, percent, other, adaptive=adaptive)
+    for graph in SPOILED:
+        for percent in PERCENT:
+            found[f"gnc/{graph}/{percent}"] = partial(graduated.measure, graph, percent)
     return found
 
 

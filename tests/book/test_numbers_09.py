@@ -14,24 +14,23 @@ import pytest
 from robust_slam import certificates, pipeline
 from robust_slam.certificates.optimality import Verdict, certificate
 from robust_slam.consistency.pairwise import pcm
+from robust_slam.descent import start
 from robust_slam.estimators.graduation import gnc
 from robust_slam.estimators.thresholds import chi_square_threshold
 from robust_slam.graphs import pose_graph
 from robust_slam.problems import PoseGraphProblem
 from robust_slam_course import pictures
+from robust_slam_course.failures import FAULTS, measured, outcome
 from robust_slam_course.plots.stages import STAGES
 from scipy.stats import chi2
 
-from benchmarks import machine
 from tests.book.prose import Chapter, Numbers, rounds_to
+from tools.data import machine
 
 CHAPTER = Chapter("09-frontiers")
 C = chi_square_threshold(0.99, 3)
 LEFT_BRANCH = ("sensors", "features", "views", "ransac", "odometry", "control")
-CELLS = (
-    *("imports", "world", "faults", "outcomes", "outcomes-table"),
-    *("break-covariance-run", "ransac-run"),
-)
+CELLS = ("imports", "outcomes-table", "break-covariance-run", "ransac-run")
 
 
 class Page:
@@ -47,10 +46,12 @@ class Page:
 
     def score(self, stage: str) -> tuple[float, int, int, int, str]:
         """Of a stage: error in m, correct and wrong closures kept, wrong ones told, verdict."""
-        graph, wrong, poses, masks, verdict = self.outcome(stage)
-        correct = inliers_kept(graph, masks[2], wrong)
-        error = self.ate(poses, self.town()[2])
-        return error, correct, int(np.sum(masks[2] & wrong)), int(wrong.sum()), verdict
+        found = outcome(stage)
+        wrong = found.is_outlier
+        correct = inliers_kept(found.graph, found.kept, wrong)
+        error = self.ate(found.poses, self.town()[2])
+        told = int(wrong.sum())
+        return error, correct, int(np.sum(found.kept & wrong)), told, found.verdict.value
 
     def of_branch(self, part: int) -> list[Any]:
         """A part of the outcome of each stage of the left branch."""
@@ -60,7 +61,7 @@ class Page:
         """How many closures GNC keeps in each stage of the left branch; all are inliers."""
         left = []
         for stage in LEFT_BRANCH:
-            graph, wrong = self.measured(self.FAULTS[stage])
+            graph, wrong = measured(FAULTS[stage])
             left.append(self.kept_by_gnc(graph, wrong))
         return left
 
@@ -81,7 +82,7 @@ class Page:
         """How many inlier closures PCM passes in each stage of the left branch, and GNC keeps."""
         passed, left = [], []
         for stage in LEFT_BRANCH:
-            graph, wrong = self.measured(self.FAULTS[stage])
+            graph, wrong = measured(FAULTS[stage])
             consistent = pcm(graph, C).kept
             passed.append(inliers_kept(graph, consistent, wrong))
             squares = gnc(PoseGraphProblem(pose_graph.select(graph, consistent), steps=5), C)
@@ -97,8 +98,8 @@ def inliers_kept(graph: Any, kept: np.ndarray, wrong: np.ndarray) -> int:
 def costs_among_outliers(page: Page) -> list[float]:
     """Of the least-squares map among the outliers, and of the map from the chordal start."""
     graph, _, _ = page.town()
-    stuck = certificate(graph, page.outcome("solve")[2])
-    _, other = page.certify(graph, page.start.chordal(graph))
+    stuck = certificate(graph, outcome("solve").poses)
+    _, other = certificates.certify(graph, start.chordal(graph))
     assert other.verdict is Verdict.NOT_CERTIFIED
     return [stuck.cost, other.cost]
 
@@ -237,7 +238,7 @@ def test_a_common_factor_leaves_the_best_map_alone(page) -> None:
     graph, wrong, _ = page.town(0, "random", 12)
     inliers = pose_graph.select(graph, ~wrong)
     scaled = dataclasses.replace(inliers, information=inliers.information / 4)
-    one, two = (certificates.certify(g, page.start.chordal(g))[0] for g in (inliers, scaled))
+    one, two = (certificates.certify(g, start.chordal(g))[0] for g in (inliers, scaled))
     np.testing.assert_allclose(one, two, atol=1e-6)
 
 
@@ -266,14 +267,14 @@ def test_the_bus_wins_when_it_has_more_matches(page) -> None:
     assert 0.2 < page.street_wins(40) < 0.8
 
 
-def test_the_live_picture_shows_the_outcomes_of_the_page(page) -> None:
+def test_the_live_picture_shows_the_outcomes_of_the_page() -> None:
     text = files("robust_slam_course.pictures").joinpath("machine.json").read_text("utf-8")
-    shown, made = json.loads(text), machine.table(vars(page))
-    for stage, outcome in made["outcomes"].items():
+    shown, made = json.loads(text), machine.table()
+    for stage, found in made["outcomes"].items():
         there = shown["outcomes"][stage]
-        np.testing.assert_allclose(there.pop("poses"), outcome.pop("poses"), atol=0.011)
-        assert there.pop("off") == pytest.approx(outcome.pop("off"), abs=1e-3)
-        assert there == outcome, stage
+        np.testing.assert_allclose(there.pop("poses"), found.pop("poses"), atol=0.011)
+        assert there.pop("off") == pytest.approx(found.pop("off"), abs=1e-3)
+        assert there == found, stage
     assert shown["truth"] == made["truth"]
 
 

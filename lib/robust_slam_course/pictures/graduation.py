@@ -52,7 +52,7 @@ def _best(data: dict[str, Any], kind: str) -> str:
 
 
 def _counts() -> dict[str, Any]:
-    """Return the table of `benchmarks.graduation` for the script.
+    """Return the table of `tools/data/graduation.py` for the script.
 
     Under "good" the counts of each kind and percent of outliers are nested by start, method,
     claimed σ and noise.

@@ -33,7 +33,7 @@ _FAULTS = {
 def machine() -> Picture:
     """Return the stages from the camera to the map, of which the reader lets one fail.
 
-    `benchmarks.machine` computes the outcomes, with the cells of chapter 9.
+    `tools/data/machine.py` computes the outcomes.
     """
     data = _outcomes()
     whole = data["outcomes"]["nothing"]

@@ -6,7 +6,7 @@ import { livePicture } from "../draw/picture.js";
 
 /**
  * The stages from the camera to the map, and the map of one drive. The reader lets one stage fail
- * and sees what the later stages report. Outcomes were computed before: see `benchmarks.machine`.
+ * and sees what the later stages report. Outcomes were computed before: see `tools/data/machine.py`.
  */
 export function render(context) {
   const { stages } = context.model.get("data");

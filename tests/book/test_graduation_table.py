@@ -8,8 +8,8 @@ from importlib.resources import files
 import numpy as np
 import pytest
 
-from benchmarks import graduation
-from benchmarks.graduation import CLAIMS, COLUMNS, KINDS, NOISES, PERCENTS, SEEDS, World
+from tools.data import graduation
+from tools.data.graduation import CLAIMS, COLUMNS, KINDS, NOISES, PERCENTS, SEEDS, World
 
 pytestmark = pytest.mark.long
 

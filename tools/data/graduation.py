@@ -6,8 +6,8 @@ true one. From dead reckoning and from least squares, TLS and Geman–McClure ar
 and by GNC: the functions of ``methods``. A map is good if it is at most 0.1 m (ATE) from the
 least-squares map of the correct edges.
 
-    python -m benchmarks.graduation
-    python -m benchmarks.graduation --out lib/robust_slam_course/pictures/graduation.csv
+    python -m tools.data.graduation
+    python -m tools.data.graduation --out lib/robust_slam_course/pictures/graduation.csv
 """
 
 from __future__ import annotations
@@ -137,7 +137,7 @@ def main() -> int:
         file.write(
             f"# good maps of {len(SEEDS)}: at most {GOOD} m from the map of the correct edges\n"
         )
-        file.write("# python -m benchmarks.graduation --out <this file>\n")
+        file.write("# python -m tools.data.graduation --out <this file>\n")
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(["percent", "kind", "noise", "claim", *COLUMNS])
         writer.writerows(lines(counts))
