@@ -12,6 +12,7 @@ from robust_slam_autograder.lint.nodes import parsed, walk
 from robust_slam_autograder.lint.rule import rule
 from robust_slam_autograder.lint.subject import Found, Subject
 from robust_slam_autograder.reading.assignment import CONFIG_NAME, Config
+from robust_slam_autograder.reading.source import imported_modules
 from robust_slam_autograder.sandbox import packages
 from robust_slam_autograder.sandbox.packages import missing_sentence
 from robust_slam_autograder.student.imports import refusal, withheld_sentence
@@ -38,7 +39,7 @@ def _no_package(subject: Subject) -> Iterator[Found]:
 @rule("not-allowed", "error", "Solutions and set-up import only what packages allows.")
 def _not_allowed(subject: Subject) -> Iterator[Found]:
     for grade_id, node in _imports(subject):
-        for module in _modules(node):
+        for module in imported_modules(ast.unparse(node)):
             sentence = _refusal(module, subject.assignment.config)
             if sentence is not None:
                 yield Found(grade_id, node.lineno, sentence)
@@ -63,14 +64,6 @@ def _imports(subject: Subject) -> Iterator[tuple[str, ast.Import | ast.ImportFro
         for node in [] if piece.own else parsed(piece.source).body:
             if isinstance(node, ast.Import | ast.ImportFrom):
                 yield piece.label, node
-
-
-def _modules(node: ast.Import | ast.ImportFrom) -> list[str]:
-    if isinstance(node, ast.Import):
-        return [alias.name for alias in node.names]
-    if node.level or not node.module:
-        return []
-    return [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
 
 
 def _exists(name: str) -> bool:

@@ -5,15 +5,12 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator
 
-from robust_slam_autograder.reading.source import plain_python
+from robust_slam_autograder.reading.source import plain_python, tree_of
 
 
 def parsed(source: str) -> ast.Module:
     """Return a cell's tree; an empty one where the cell is no Python, which another rule tells."""
-    try:
-        return ast.parse(plain_python(source))
-    except (SyntaxError, ValueError):
-        return ast.Module([], [])
+    return tree_of(plain_python(source))
 
 
 def walk(tree: ast.AST) -> tuple[ast.AST, ...]:

@@ -59,13 +59,13 @@ def compiled(source: str, label: str) -> types.CodeType:
 
 def defined_names(source: str) -> list[str]:
     """Return the names of a cell's top level: functions, classes and assigned variables."""
-    body = _tree(source).body
+    body = tree_of(source).body
     own = [node for node in body if not isinstance(node, ast.Import | ast.ImportFrom)]
     return [name for node in own for name in _bound_by(node)]
 
 
-def _tree(source: str) -> ast.Module:
-    """What is written in a cell; nothing where it is no Python."""
+def tree_of(source: str) -> ast.Module:
+    """Return the tree of a cell; an empty one where it is no Python."""
     try:
         return ast.parse(source)
     except _UNREADABLE:
@@ -74,7 +74,7 @@ def _tree(source: str) -> ast.Module:
 
 def imports(source: str) -> str:
     """Return the import statements of a cell's top level."""
-    body = _tree(source).body
+    body = tree_of(source).body
     return "\n".join(ast.unparse(n) for n in body if isinstance(n, ast.Import | ast.ImportFrom))
 
 
@@ -84,7 +84,7 @@ def imported_modules(source: str) -> list[str]:
     Of ``from a import b`` both a and, in case it is one, a.b.
     """
     found: list[str] = []
-    for node in ast.walk(_tree(source)):
+    for node in ast.walk(tree_of(source)):
         if isinstance(node, ast.Import):
             found += [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom) and node.module:
@@ -125,8 +125,8 @@ def _compiled(statement: ast.stmt) -> list[types.CodeType]:
 
 def needed(own: Sequence[str], cells: Sequence[str]) -> str:
     """Return what ``helpers`` keeps of ``own`` cells for others that run whole, as text."""
-    trees = [_tree(plain_python(source)) for source in own]
-    used = used_names(*(node for source in cells for node in _tree(plain_python(source)).body))
+    trees = [tree_of(plain_python(source)) for source in own]
+    used = used_names(*(node for source in cells for node in tree_of(plain_python(source)).body))
     kept = helpers(trees, used)
     return "\n".join(ast.unparse(node) for tree in trees for node in tree.body if node in kept)
 
