@@ -25,6 +25,7 @@ export PYTHONDONTWRITEBYTECODE :=
 files = $(shell find $(1) -type f -not -path '*/__pycache__/*' -not -path '*/.ipynb_checkpoints/*' 2>/dev/null)
 # Runs a command with its output in build/log, and shows how far it is.
 QUIETLY := $(BIN)/python tools/quietly.py
+COURSE := lib/pyproject.toml autograder/pyproject.toml
 READY := $(VENV)/.ready
 # Packages for development as well: the tests', the linters' and what benchmarks compare with.
 READY_DEV := $(VENV)/.ready-dev
@@ -42,7 +43,6 @@ PARTS := build/.parts$(shell $(find-parts))
 # forty parsers of addresses with them, for two seconds, and nothing here checks such an address.
 PIN := uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
 	--no-header --no-emit-package rfc3987-syntax --no-emit-package lark
-COURSE := lib/pyproject.toml autograder/pyproject.toml
 BENCHES := speed growth any_graph
 
 help: ## say what there is
@@ -52,13 +52,12 @@ setup: $(READY) ## make the environment in .venv: what students and instructors 
 
 setup-dev: $(READY_DEV) ## add what tests, checks and benchmarks need
 
-$(READY): requirements.lock lib/pyproject.toml autograder/pyproject.toml
-	$(call environment,setup,$<)
+$(READY): requirements.lock $(COURSE)
+	$(call environment,setup,-r $<)
 	@touch $@
 
-# It holds the course's packages too, at the same versions.
-$(READY_DEV): requirements-dev.lock lib/pyproject.toml autograder/pyproject.toml
-	$(call environment,setup-dev,$<)
+$(READY_DEV): requirements.lock requirements-dev.lock $(COURSE)
+	$(call environment,setup-dev,-r requirements.lock -r requirements-dev.lock)
 	@touch $@ $(READY)
 
 define environment
@@ -66,7 +65,7 @@ define environment
 	{ echo 'python3 3.11 or newer is needed, with venv (Debian: apt install python3-venv);' \
 	'name another one with make PYTHON=python3.12 …'; exit 1; }
 @$(PYTHON) -m venv $(VENV)
-@$(QUIETLY) $(1) $(BIN)/pip install --progress-bar off --no-compile --require-hashes --no-deps -r $(2)
+@$(QUIETLY) $(1) $(BIN)/pip install --progress-bar off --no-compile --require-hashes --no-deps $(2)
 @# On all cores, where pip uses one. Some packages carry files for other versions of Python.
 @$(BIN)/python -m compileall -qq -j 0 $(VENV)/lib || true
 @$(BIN)/pip install --quiet --no-deps --no-build-isolation -e lib -e autograder
@@ -132,7 +131,7 @@ test: ## set up and pass all tests; STRICT=1 fails where one would be left out
 # Says what tests need and is not there, then installs it: apt beside pip.
 define install
 $(MAKE) -q $(READY_DEV) 2>/dev/null || \
-	echo "It installs the $$(grep -c '^[a-zA-Z0-9].*==' requirements-dev.lock) Python packages of requirements-dev.lock in $(VENV)."; \
+	echo "It installs the $$(grep -h '^[a-zA-Z0-9].*==' requirements.lock requirements-dev.lock | wc -l) Python packages of the lock files in $(VENV)."; \
 $(MAKE) -j 2 system-packages setup-dev
 endef
 
@@ -156,6 +155,10 @@ lock: ## pin every dependency again (needs uv); development takes the course's v
 		--extra grading -o requirements.lock
 	$(PIN) $(COURSE) --group book --group lab --group build --group test --group check --group bench \
 		--all-extras --constraint requirements.lock -o requirements-dev.lock
+	@# It holds what development adds, and not the course's pins again.
+	@mkdir -p build
+	awk 'FNR == NR { if (/^[^ #]/) pinned[$$0]; next } /^[^ ]/ { keep = !($$0 in pinned) } keep' \
+		requirements.lock requirements-dev.lock > build/.lock && mv build/.lock requirements-dev.lock
 	$(PIN) --group runtime --constraint requirements.lock \
 		-o requirements-runtime.lock
 
