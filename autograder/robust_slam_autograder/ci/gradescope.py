@@ -67,7 +67,7 @@ def _grade(root: Path) -> Result:
     seed = seed_of((root / "source" / SEED_NAME).read_bytes(), job.handed or Handed())
     wall = sandbox.choose(None, unsandboxed=False)
     with tempfile.TemporaryDirectory() as folder:
-        run = journal.open_run(Path(folder), seed)
+        run = journal.open_journal(Path(folder), seed)
         (graded,) = batch.grade(
             [job], out=Path(folder), run=run, wall=wall, workers=1, report=lambda item: None
         )

@@ -11,16 +11,16 @@ import sys
 import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from robust_slam_autograder import layout, sandbox
 from robust_slam_autograder.commands import places, submissions
 from robust_slam_autograder.commands.submissions import Places
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.executor.dask_workers import connected
-from robust_slam_autograder.grading import allowed, batch, durable, journal, progress, remote
+from robust_slam_autograder.grading import allowed, batch, durable, progress, remote
 from robust_slam_autograder.grading.batch import Graded, Graders, Job
-from robust_slam_autograder.grading.journal import Run
+from robust_slam_autograder.grading.journal import open_journal
 from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.markup import log_line
 from robust_slam_autograder.reading import assignment as assignments
@@ -28,6 +28,9 @@ from robust_slam_autograder.reading import submission
 from robust_slam_autograder.reading.assignment import Assignment
 from robust_slam_autograder.reports import summary, terminal
 from robust_slam_autograder.sandbox import Sandbox
+
+if TYPE_CHECKING:
+    from robust_slam_autograder.nbgrader.database import Location
 
 STANDARD_OUTPUT = "-"
 
@@ -90,27 +93,29 @@ def run(options: argparse.Namespace) -> int:
         if target not in (None, STANDARD_OUTPUT):
             places.refuse_unwritable(option, Path(target), made=options.out)
     layout.refuse_unmoved(options.out)
+    from robust_slam_autograder.nbgrader import recording  # the student's install lacks nbgrader
+
     gradebook = places.gradebook(options)
     jobs = _find_jobs(options, gradebook)
     _warn_of_look_alikes(jobs, names=not options.no_names)
     wall = sandbox.choose(options.sandbox, unsandboxed=options.unsandboxed)
     refuse_unsafe(jobs, options, wall)
     with graders(options) as (found, at_once), batch.locked(options.out):
-        run = journal.open_run(options.out, options.seed)
-        if any(job.key not in run.graded for job in jobs):
+        journal = open_journal(options.out, options.seed)
+        if any(job.key not in journal.graded for job in jobs):
             _import_meanwhile("robust_slam_autograder.nbgrader.gradebook")
         with progress.shown(len(jobs)) as step:
             graded = batch.grade(
                 jobs,
                 out=options.out,
-                run=run,
+                run=journal,
                 wall=wall,
                 workers=at_once,
                 report=lambda graded: step(),
                 graders=found,
             )
         marks = [item.load() for item in graded]
-        record(gradebook, run, jobs, marks)
+        recording.record_new(gradebook, journal, jobs, marks)
     _tell(graded, marks, gradebook, options)
     return 1 if any(item.status == "failed" for item in graded) else 0
 
@@ -151,27 +156,10 @@ def _import_meanwhile(module: str) -> None:
     threading.Thread(target=importlib.import_module, args=(module,), daemon=True).start()
 
 
-def record(location: Path | str, run: Run, jobs: Sequence[Job], marks: Sequence[Result]) -> None:
-    """Write into the gradebook what it does not have yet of these results.
-
-    Raises:
-        GraderFailure: it cannot be written.
-    """
-    from robust_slam_autograder.nbgrader import database
-
-    due = batch.unrecorded(jobs, marks, run, database.recorded(location))
-    if not due:
-        return
-    from robust_slam_autograder.nbgrader import gradebook
-
-    used = {job.assignment.name: job.assignment for job in jobs}
-    gradebook.record(location, list(used.values()), list(due.values()), run.graded)
-
-
 def _tell(
     graded: Sequence[Graded],
     marks: Sequence[Result],
-    gradebook: Path | str,
+    gradebook: Location,
     options: argparse.Namespace,
 ) -> None:
     """Write the summaries, and the table for people."""
@@ -183,7 +171,10 @@ def _tell(
     # Where a summary goes to standard output it has that for itself.
     people = sys.stderr if STANDARD_OUTPUT in wanted else sys.stdout
     print(terminal.marks_table(marks, names=names), file=people)
-    print(f"{_counts(graded)} {_places(options.out, gradebook)}", file=people)
+    from robust_slam_autograder.nbgrader import database
+
+    where = f"Results: {options.out}. Gradebook: {database.shown(gradebook)}"
+    print(f"{_counts(graded)} {where}", file=people)
 
 
 def write(target: str, text: str) -> None:
@@ -203,15 +194,7 @@ def _counts(graded: Sequence[Graded]) -> str:
     )
 
 
-def _places(out: Path, gradebook: Path | str) -> str:
-    if isinstance(gradebook, Path):
-        return f"Results and gradebook: {out}"
-    from robust_slam_autograder.nbgrader import database
-
-    return f"Results: {out}. Gradebook: {database.shown(gradebook)}"
-
-
-def _find_jobs(options: argparse.Namespace, gradebook: Path | str) -> list[Job]:
+def _find_jobs(options: argparse.Namespace, gradebook: Location) -> list[Job]:
     # Not resolve(): a link must not choose the student.
     paths = list(dict.fromkeys(Path(os.path.abspath(path)) for path in options.paths))
     for path in submissions.missing(paths):
@@ -247,23 +230,17 @@ def _said(path: Path, paths: Sequence[Path], options: argparse.Namespace) -> str
     return log_line(str(path))
 
 
-def _taken(options: argparse.Namespace, gradebook: Path | str) -> Places:
+def _taken(options: argparse.Namespace, gradebook: Location) -> Places:
     """Look at what is in the results' folder, or will be when the batch has ended."""
+    from robust_slam_autograder.nbgrader import database
+
     out: Path = options.out.absolute()
-    targets = [_file_of(gradebook), options.json, options.markdown]
+    targets = [database.file_of(gradebook), options.json, options.markdown]
     files = [Path(target).absolute() for target in targets if target is not None]
     own = {file.name for file in files if file.parent == out}
     there = list(out.iterdir()) if out.is_dir() else []
     folders = {path.name for path in there if path.is_dir() and not path.is_symlink()}
     return Places(folders, {path.name for path in there} - folders - own, own)
-
-
-def _file_of(gradebook: Path | str) -> Path | None:
-    if isinstance(gradebook, Path):
-        return gradebook
-    from robust_slam_autograder.nbgrader import database
-
-    return database.file_of(gradebook)
 
 
 def _warn_of_look_alikes(jobs: Sequence[Job], *, names: bool) -> None:

@@ -5,10 +5,14 @@ from __future__ import annotations
 import argparse
 import os
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from robust_slam_autograder import layout
 from robust_slam_autograder.errors import GraderFailure, WrongUse
 from robust_slam_autograder.reading.submission import DATABASE_NAME, DATABASE_VARIABLE
+
+if TYPE_CHECKING:
+    from robust_slam_autograder.nbgrader.database import Location
 
 
 def add_out(parser: argparse.ArgumentParser) -> None:
@@ -46,7 +50,7 @@ def add_gradebook(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def gradebook(options: argparse.Namespace) -> Path | str:
+def gradebook(options: argparse.Namespace) -> Location:
     """The gradebook that a command shall use, which can be reached.
 
     Raises:
@@ -70,7 +74,7 @@ def gradebook(options: argparse.Namespace) -> Path | str:
         database.exists(named)
     except GraderFailure as error:
         raise WrongUse(str(error)) from error
-    return str(named)
+    return named
 
 
 def refuse_unwritable(option: str, path: Path, *, made: Path | None = None) -> None:

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 from robust_slam_autograder import layout, sandbox
 from robust_slam_autograder.commands import grade, places
-from robust_slam_autograder.grading import batch, journal, progress, regrading
-from robust_slam_autograder.grading.journal import Run
+from robust_slam_autograder.grading import batch, progress, regrading
+from robust_slam_autograder.grading.journal import Journal, open_journal
 from robust_slam_autograder.grading.regrading import Plan, Trial
 
 if TYPE_CHECKING:
+    from robust_slam_autograder.nbgrader.database import Location
     from robust_slam_autograder.reports.changes import Regrade
 
 
@@ -43,6 +44,8 @@ def run(options: argparse.Namespace) -> int:
     if options.json not in (None, grade.STANDARD_OUTPUT):
         places.refuse_unwritable("--json", Path(options.json))
     layout.refuse_unmoved(options.out)
+    from robust_slam_autograder.nbgrader import recording  # the student's install lacks nbgrader
+
     plan = regrading.plan(
         options.solutions, options.assignment, out=options.out, submitted=options.submitted
     )
@@ -50,24 +53,24 @@ def run(options: argparse.Namespace) -> int:
     grade.refuse_unsafe(plan.jobs, options, wall)
     gradebook = places.gradebook(options)
     with grade.graders(options) as (graders, at_once), batch.locked(options.out):
-        batch_run = journal.open_run(options.out, None)
-        stale = regrading.outdated(plan.jobs, batch_run, wall)
+        journal = open_journal(options.out, None)
+        stale = regrading.outdated(plan.jobs, journal, wall)
         with progress.shown(len(stale)) as step:
             trial = regrading.attempt(
-                stale, batch_run, wall=wall, workers=at_once, report=step, graders=graders
+                stale, journal, wall=wall, workers=at_once, report=step, graders=graders
             )
-        found = _compare(plan, trial, batch_run, gradebook, options)
+        found = _compare(plan, trial, journal, gradebook, options)
         if options.apply:
-            regrading.apply(trial, batch_run)
-            jobs, standing = regrading.standing(plan.jobs, batch_run)
-            grade.record(gradebook, batch_run, jobs, standing)
-            regrading.clear(batch_run)
+            regrading.apply(trial, journal)
+            jobs, standing = regrading.standing(plan.jobs, journal)
+            recording.record_new(gradebook, journal, jobs, standing)
+            regrading.clear(journal)
     _tell(found, options)
     return 1 if found.failed else 0
 
 
 def _compare(
-    plan: Plan, trial: Trial, run: Run, gradebook: Path | str, options: argparse.Namespace
+    plan: Plan, trial: Trial, journal: Journal, gradebook: Location, options: argparse.Namespace
 ) -> Regrade:
     # nbgrader takes a second to import
     from robust_slam_autograder.nbgrader import database, preview
@@ -75,7 +78,7 @@ def _compare(
 
     again = regrading.compare(trial, options.out)
     news = [(job, result) for job, result in trial.results() if result.status != "failed"]
-    news += regrading.unrecorded(plan.jobs, trial, run, database.recorded(gradebook))
+    news += regrading.unrecorded(plan.jobs, trial, journal, database.recorded(gradebook))
     return changes.Regrade(
         options.assignment,
         again,

@@ -25,7 +25,7 @@ from robust_slam_autograder.executor import trusted
 from robust_slam_autograder.executor.budget import WALL_FACTOR
 from robust_slam_autograder.executor.trusted import Broken
 from robust_slam_autograder.grading import marking, results
-from robust_slam_autograder.grading.journal import Run
+from robust_slam_autograder.grading.journal import Journal
 from robust_slam_autograder.grading.results import Result, Status
 from robust_slam_autograder.reading import answers, notebook, submission
 from robust_slam_autograder.reading.assignment import CONFIG_NAME, Assignment
@@ -174,7 +174,7 @@ def grade(
     jobs: Sequence[Job],
     *,
     out: Path,
-    run: Run,
+    run: Journal,
     wall: Sandbox,
     workers: int,
     report: Callable[[Graded], None],
@@ -185,7 +185,7 @@ def grade(
     Args:
         jobs: the submissions.
         out: folder of the result files.
-        run: the batch, from ``journal.open_run``; it is kept up to date.
+        run: the batch, from ``journal.open_journal``; it is kept up to date.
         wall: where student code runs.
         workers: how many submissions at once.
         report: called after each submission.
@@ -220,7 +220,7 @@ def grade(
     return [done[job.key] for job in jobs]
 
 
-def _kept(out: Path, job: Job, run: Run, fingerprint: Callable[[Job], str]) -> Graded | None:
+def _kept(out: Path, job: Job, run: Journal, fingerprint: Callable[[Job], str]) -> Graded | None:
     """The result that a submission has already, where nothing that it depends on has changed."""
     if job.key not in run.graded or run.graded[job.key] != fingerprint(job):
         return None
@@ -412,7 +412,7 @@ def counts(graded: Sequence[Graded]) -> Mapping[str, int]:
 
 
 def unrecorded(
-    jobs: Sequence[Job], marks: Sequence[Result], run: Run, recorded: Mapping[str, str]
+    jobs: Sequence[Job], marks: Sequence[Result], run: Journal, recorded: Mapping[str, str]
 ) -> dict[str, Result]:
     """By key the results that the gradebook does not have yet, failures of the grader apart.
 

@@ -21,7 +21,7 @@ _PRIVATE = 0o600
 
 
 @dataclass
-class Run:
+class Journal:
     """A batch's seed, and fingerprints of its submissions by their keys.
 
     Attributes:
@@ -57,7 +57,7 @@ def _line(key: str, fingerprint: str | None) -> str:
     return json.dumps(["graded", key, fingerprint])
 
 
-def open_run(out: Path, seed: int | None) -> Run:
+def open_journal(out: Path, seed: int | None) -> Journal:
     """Go on with the batch in a folder, or begin one there.
 
     Args:
@@ -71,13 +71,13 @@ def open_run(out: Path, seed: int | None) -> Run:
     path = out / RUN_NAME
     kept = _kept_seed(path)
     if kept is None or seed not in (None, kept):
-        run = Run(out, secrets.randbits(63) if seed is None else seed)
-        durable.write(path, json.dumps({"seed": run.seed}) + "\n", mode=_PRIVATE)
+        journal = Journal(out, secrets.randbits(63) if seed is None else seed)
+        durable.write(path, json.dumps({"seed": journal.seed}) + "\n", mode=_PRIVATE)
     else:
-        run = Run(out, kept)
-        _read_log(out / LOG_NAME, run)
-    run.tidy()
-    return run
+        journal = Journal(out, kept)
+        _read_log(out / LOG_NAME, journal)
+    journal.tidy()
+    return journal
 
 
 def _kept_seed(path: Path) -> int | None:
@@ -89,16 +89,16 @@ def _kept_seed(path: Path) -> int | None:
         raise WrongUse(f"{path} cannot be read: delete it to begin a new batch.") from error
 
 
-def _read_log(path: Path, run: Run) -> None:
+def _read_log(path: Path, journal: Journal) -> None:
     if not path.is_file():
         return
     with open(path, encoding="utf-8", errors="replace") as file:
         for line in file:
             match _parsed(line):
                 case ["graded", str(key), str(fingerprint)]:
-                    run.graded[key] = fingerprint
+                    journal.graded[key] = fingerprint
                 case ["graded", str(key), None]:
-                    run.graded.pop(key, None)
+                    journal.graded.pop(key, None)
 
 
 def _parsed(line: str) -> object:

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from robust_slam_autograder.errors import Refused, WrongUse
-from robust_slam_autograder.grading import batch, journal, results
+from robust_slam_autograder.grading import batch, results
 from robust_slam_autograder.grading.batch import Graded, Graders, Job
-from robust_slam_autograder.grading.journal import Run
+from robust_slam_autograder.grading.journal import RUN_NAME, Journal, open_journal
 from robust_slam_autograder.grading.results import ExerciseResult, Result
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.sandbox import Sandbox
@@ -91,9 +91,9 @@ def plan(tree: Path, name: str, *, out: Path, submitted: Path) -> Plan:
     students = sorted(path.parent.name for path in results.files_of(out, name))
     if not students:
         raise WrongUse(f"{out} holds no result of {name}: grade it first, or say --out DIR.")
-    if not (out / journal.RUN_NAME).is_file():
+    if not (out / RUN_NAME).is_file():
         raise WrongUse(
-            f"{out / journal.RUN_NAME} is gone, and with it the seed: other inputs would change "
+            f"{out / RUN_NAME} is gone, and with it the seed: other inputs would change "
             "marks too. Grade anew."
         )
     tests = assignments.notebook_path(tree / name)
@@ -106,10 +106,10 @@ def plan(tree: Path, name: str, *, out: Path, submitted: Path) -> Plan:
     return Plan(tuple(jobs), tuple(one for one in students if one not in there))
 
 
-def outdated(jobs: Sequence[Job], run: Run, wall: Sandbox) -> list[Job]:
+def outdated(jobs: Sequence[Job], journal: Journal, wall: Sandbox) -> list[Job]:
     """Submissions whose result does not follow from the tests, the text and the grader of now."""
-    fingerprint = batch.Fingerprints(run.seed, wall).of
-    return [job for job in jobs if run.graded.get(job.key) != fingerprint(job)]
+    fingerprint = batch.Fingerprints(journal.seed, wall).of
+    return [job for job in jobs if journal.graded.get(job.key) != fingerprint(job)]
 
 
 @dataclass(frozen=True)
@@ -118,7 +118,7 @@ class Trial:
 
     jobs: tuple[Job, ...]
     graded: tuple[Graded, ...]
-    run: Run
+    journal: Journal
     """The new results' own journal."""
 
     def results(self) -> list[tuple[Job, Result]]:
@@ -128,7 +128,7 @@ class Trial:
 
 def attempt(
     jobs: Sequence[Job],
-    run: Run,
+    journal: Journal,
     *,
     wall: Sandbox,
     workers: int,
@@ -139,7 +139,7 @@ def attempt(
 
     Args:
         jobs: the submissions.
-        run: the batch, whose folder is locked.
+        journal: the batch's, whose folder is locked.
         wall: where student code runs.
         workers: how many submissions at once.
         report: called after each.
@@ -148,9 +148,9 @@ def attempt(
     Raises:
         GraderFailure: a result cannot be written.
     """
-    folder = run.out / FOLDER_NAME
+    folder = journal.out / FOLDER_NAME
     folder.mkdir(exist_ok=True)
-    own = journal.open_run(folder, run.seed)
+    own = open_journal(folder, journal.seed)
     graded = batch.grade(
         jobs,
         out=folder,
@@ -189,7 +189,7 @@ def _is_newer(job: Job, out: Path) -> bool:
         return False
 
 
-def apply(trial: Trial, run: Run) -> None:
+def apply(trial: Trial, journal: Journal) -> None:
     """Put the new results in the old ones' place; those on which the grader failed stay.
 
     Raises:
@@ -197,28 +197,28 @@ def apply(trial: Trial, run: Run) -> None:
     """
     for job, result in trial.results():
         if result.status != "failed":
-            run.forget(job.key)
-            results.write(run.out, result)
-            run.remember(job.key, trial.run.graded[job.key])
+            journal.forget(job.key)
+            results.write(journal.out, result)
+            journal.remember(job.key, trial.journal.graded[job.key])
 
 
-def standing(jobs: Sequence[Job], run: Run) -> tuple[list[Job], list[Result]]:
+def standing(jobs: Sequence[Job], journal: Journal) -> tuple[list[Job], list[Result]]:
     """Submissions whose results hold, with these results."""
-    held = [job for job in jobs if job.key in run.graded]
-    paths = [results.path_of(run.out, job.student, job.assignment.name) for job in held]
+    held = [job for job in jobs if job.key in journal.graded]
+    paths = [results.path_of(journal.out, job.student, job.assignment.name) for job in held]
     return held, [results.read_checked(path) for path in paths]
 
 
 def unrecorded(
-    jobs: Sequence[Job], trial: Trial, run: Run, recorded: Mapping[str, str]
+    jobs: Sequence[Job], trial: Trial, journal: Journal, recorded: Mapping[str, str]
 ) -> list[tuple[Job, Result]]:
     """Results that hold and are not in the gradebook yet, for a run before was stopped."""
     again = {job.key for job in trial.jobs}
-    held, marks = standing([job for job in jobs if job.key not in again], run)
-    due = batch.unrecorded(held, marks, run, recorded)
+    held, marks = standing([job for job in jobs if job.key not in again], journal)
+    due = batch.unrecorded(held, marks, journal, recorded)
     return [(job, due[job.key]) for job in held if job.key in due]
 
 
-def clear(run: Run) -> None:
+def clear(journal: Journal) -> None:
     """Remove the results that have been applied."""
-    shutil.rmtree(run.out / FOLDER_NAME)
+    shutil.rmtree(journal.out / FOLDER_NAME)

@@ -101,15 +101,14 @@ def opened(location: Location) -> Iterator[Gradebook]:
 
 @contextlib.contextmanager
 def _one_transaction(gradebook: Gradebook) -> Iterator[None]:
-    """Write alone, and put off commits to the end: nbgrader makes one for each row."""
-    session = gradebook.db()
-    commit, session.commit = session.commit, session.flush
-    try:
-        session.execute(text(database.LOCKS[gradebook.engine.dialect.name]))
+    """Write alone, and all or nothing: nbgrader's own commits, one for each row, end nothing."""
+    with gradebook.engine.connect() as connection, connection.begin():
+        connection.execute(text(database.LOCKS[gradebook.engine.dialect.name]))
+        gradebook.db.remove()
+        options = {"join_transaction_mode": "rollback_only", "expire_on_commit": False}
+        gradebook.db.configure(bind=connection, **options)
         yield
-    finally:
-        session.commit = commit
-    session.commit()
+        gradebook.db.commit()
 
 
 def _declare(gradebook: Gradebook, assignment: Assignment) -> None:

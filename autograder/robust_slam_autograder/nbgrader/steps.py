@@ -180,7 +180,7 @@ def grade(context: Context) -> Context:
         GraderFailure: the grader itself failed.
     """
     with batch.locked(context.results):
-        run = journal.open_run(context.results, None)
+        run = journal.open_journal(context.results, None)
         (graded,) = batch.grade(
             [context.job],
             out=context.results,

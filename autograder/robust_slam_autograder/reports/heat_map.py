@@ -68,9 +68,9 @@ class Row:
     parts: tuple[Part, ...]
 
     @property
-    def page(self) -> str:
-        """Address of the student's page from the index; empty without one."""
-        return self.file and f"{STUDENTS}/{quote(os.fsencode(self.file))}"
+    def address(self) -> str:
+        """Return where the student's page is from the index; empty without one."""
+        return f"{STUDENTS}/{quote(os.fsencode(self.file))}" if self.file else ""
 
     @property
     def squares(self) -> tuple[Square, ...]:

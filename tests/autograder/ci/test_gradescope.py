@@ -249,9 +249,9 @@ def test_a_changed_notebook_meets_other_inputs_and_the_same_one_the_same(tmp_pat
     toy.make_tree(tmp_path / "source")
     (tmp_path / "source" / "seed").write_text("7\n")
     seeds = []
-    opened = journal.open_run
+    opened = journal.open_journal
     monkeypatch.setattr(
-        journal, "open_run", lambda out, seed: seeds.append(seed) or opened(out, seed)
+        journal, "open_journal", lambda out, seed: seeds.append(seed) or opened(out, seed)
     )
     monkeypatch.setattr("robust_slam_autograder.sandbox.BACK_ENDS", {"none": Unsandboxed()})
     for more in ([], [], [toy.cell("# again")]):

@@ -11,8 +11,7 @@ from pathlib import Path
 import pytest
 from nbgrader.api import Gradebook
 from robust_slam_autograder import cli, sandbox
-from robust_slam_autograder.commands import grade as grade_command
-from robust_slam_autograder.nbgrader import database
+from robust_slam_autograder.nbgrader import database, recording
 from robust_slam_autograder.publishing.student_release import release
 from robust_slam_autograder.reading.submission import DATABASE_NAME
 
@@ -32,7 +31,7 @@ def in_the_course(course: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def grade(autograder: Run, monkeypatch: pytest.MonkeyPatch) -> Run:
     """Grade paths without a sandbox and without a gradebook."""
-    monkeypatch.setattr(grade_command, "record", lambda *arguments: None)
+    monkeypatch.setattr(recording, "record_new", lambda *arguments: None)
     where = ("--out", "out", "--unsandboxed", "--seed", 1)
     return lambda *arguments: autograder("grade", *where, *arguments)
 

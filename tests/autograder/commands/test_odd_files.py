@@ -12,11 +12,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from robust_slam_autograder.commands import grade as grade_command
 from robust_slam_autograder.commands.submissions import Places, Reader
 from robust_slam_autograder.errors import Refused
 from robust_slam_autograder.grading import batch
 from robust_slam_autograder.grading.batch import Job
+from robust_slam_autograder.nbgrader import recording
 
 from tests.autograder import toy
 from tests.autograder.conftest import Run
@@ -221,7 +221,7 @@ def test_what_is_no_submission_is_refused_and_the_others_are_graded(course, run,
 
 
 def test_names_of_files_beside_the_results_are_no_students(course, run, monkeypatch):
-    monkeypatch.setattr(grade_command, "record", lambda *arguments: None)
+    monkeypatch.setattr(recording, "record_new", lambda *arguments: None)
     names = ("new.json", "new.md", "book.sqlite")
     for name in names:
         toy.hand_in(course / "submitted", name, toy.answer())
@@ -235,7 +235,7 @@ def test_names_of_files_beside_the_results_are_no_students(course, run, monkeypa
 
 
 def test_a_stray_file_among_the_results_is_named_and_harms_nobody(course, run, monkeypatch):
-    monkeypatch.setattr(grade_command, "record", lambda *arguments: None)
+    monkeypatch.setattr(recording, "record_new", lambda *arguments: None)
     (course / "out").mkdir()
     (course / "out" / "ada").touch()
     status, said, err = run("grade", *everything(course), "--unsandboxed")
@@ -246,7 +246,7 @@ def test_a_stray_file_among_the_results_is_named_and_harms_nobody(course, run, m
 
 
 def test_names_that_differ_in_capitals_alone_are_left_out(course, run, monkeypatch):
-    monkeypatch.setattr(grade_command, "record", lambda *arguments: None)
+    monkeypatch.setattr(recording, "record_new", lambda *arguments: None)
     both = [toy.hand_in(course / "submitted", name, toy.answer()) for name in ("ADA", "Bob")]
     bob = course / "submitted" / "bob" / toy.NAME
     status, said, err = run("grade", *everything(course), "--unsandboxed")

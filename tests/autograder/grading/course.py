@@ -62,7 +62,7 @@ def grade(
     return batch.grade(
         jobs(course) if given is None else given,
         out=course / out,
-        run=journal.open_run(course / out, seed),
+        run=journal.open_journal(course / out, seed),
         wall=wall or Unsandboxed(),
         workers=workers,
         report=report,

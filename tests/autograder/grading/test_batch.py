@@ -186,7 +186,7 @@ def test_a_failure_of_the_grader_is_a_result_that_tells_no_secret(
     graded = grade(course, wall=Failing(how))
     assert [item.status for item in graded] == ["failed", "failed"]
     assert {item.load().reason for item in graded} == {reason}
-    assert not journal.open_run(course / "out", None).graded
+    assert not journal.open_journal(course / "out", None).graded
 
 
 def test_a_link_on_the_way_is_refused(course: Path) -> None:
@@ -254,7 +254,7 @@ def test_a_regrade_that_is_cut_short_keeps_no_result_of_another_text(
     old = path.read_bytes()
     toy.hand_in(course / "submitted", "ada", toy.answer(GUESS))
     with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
-        patch.setattr(journal.Run, "remember", interrupt)
+        patch.setattr(journal.Journal, "remember", interrupt)
         grade(course)
     assert toy.result(course / "out", "ada")["score"] == 14
     path.write_bytes(old)

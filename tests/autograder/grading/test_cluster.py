@@ -151,7 +151,7 @@ def test_who_kills_every_worker_fails_alone(
     bob = found.pop("bob")
     assert bob.reason == "The grader lost its worker 2 times on this submission."
     assert [result.score for result in found.values()] == [20] * 3
-    assert set(journal.open_run(tmp_path / "out", None).graded) == {
+    assert set(journal.open_journal(tmp_path / "out", None).graded) == {
         f"{student}/{toy.NAME}" for student in found
     }
 
@@ -268,7 +268,7 @@ class TestWhatAWorkerMayDo:
 
         fake.answer = answer
         grade(course, fake.cluster(), given=[job])
-        noted = journal.open_run(course / "out", 1).graded[job.key]
+        noted = journal.open_journal(course / "out", 1).graded[job.key]
         assert noted == sent[0].task.fingerprint
         assert noted != batch.Fingerprints(1, Unsandboxed()).of(job)
         assert sent[0].task.handed.data + b" " == path.read_bytes()

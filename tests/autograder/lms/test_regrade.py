@@ -221,7 +221,7 @@ def test_where_the_grader_fails_the_mark_stays(course, regrade, monkeypatch):
 
 def test_after_a_kill_while_applying_the_same_command_finishes(course, regrade, monkeypatch):
     with monkeypatch.context() as killed:
-        killed.setattr("robust_slam_autograder.commands.grade.record", lambda *_: 1 / 0)
+        killed.setattr("robust_slam_autograder.nbgrader.recording.record_new", lambda *_: 1 / 0)
         with pytest.raises(ZeroDivisionError):
             regrade("--apply")
     assert scores(course)["ada"] == 20
@@ -237,7 +237,7 @@ def test_a_name_in_brackets_is_no_pattern(tmp_path):
     (submitted / "ada" / name).mkdir(parents=True)
     failed = results.without_grade("failed", "", student="ada", assignment=name, max_score=1)
     results.write(tmp_path, failed)
-    journal.open_run(tmp_path, 1)
+    journal.open_journal(tmp_path, 1)
     plan = regrading.plan(solutions, name, out=tmp_path, submitted=submitted)
     assert [job.student for job in plan.jobs] == ["ada"]
 

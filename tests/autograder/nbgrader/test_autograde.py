@@ -123,7 +123,7 @@ def done(tmp_path_factory: pytest.TempPathFactory, wall_name: str) -> Done:
         course_of.hand_in(course, student, value)
     for student, spoil in FOLDERS.items():
         spoil(course_of.hand_in(course, student, course_of.answer()))
-    journal.open_run(course / "class" / "graded", course_of.SEED)
+    journal.open_journal(course / "class" / "graded", course_of.SEED)
     paths = sorted((course / "class" / "submitted").glob("*/*"))
     where = ("--out", "alone", "--seed", course_of.SEED, "--sandbox", wall_name)
     commands = {

@@ -45,7 +45,7 @@ def sample(tmp_path_factory: pytest.TempPathFactory, wall_name: str) -> Class:
     where = ("--out", "alone", "--seed", course_of.SEED, "--sandbox", wall_name)
     done = course_of.autograder(course, "grade", *paths, *where)
     assert done.returncode == 0, done.stderr
-    journal.open_run(course / "class" / "graded", course_of.SEED)
+    journal.open_journal(course / "class" / "graded", course_of.SEED)
     return Class(course, course / "alone")
 
 

@@ -285,7 +285,9 @@ class TestCommand:
     @pytest.fixture
     def graded(self, tmp_path: Path, autograder: Run, monkeypatch: pytest.MonkeyPatch) -> Path:
         """A folder with a source tree and results of three students, one of them hostile."""
-        monkeypatch.setattr("robust_slam_autograder.commands.grade.record", lambda *_: None)
+        monkeypatch.setattr(
+            "robust_slam_autograder.nbgrader.recording.record_new", lambda *_: None
+        )
         toy.make_tree(tmp_path, 'title = "Twice"\nchapter = "07-toy"\nwithheld = ["xml.dom"]\n')
         abs_only = toy.answer("def double(x):\n    return 2 * abs(np.asarray(x))\n")
         answers = {"ada": toy.answer(), "ben": abs_only, "<b>cleo": toy.answer(TELLS)}
