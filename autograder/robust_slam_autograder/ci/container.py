@@ -83,14 +83,14 @@ def _programs(packages: Mapping[str, str]) -> Iterator[tuple[str, bytes]]:
 
 
 def _constraints(root: Path) -> str:
-    """Versions as the course pins them, so that marks there are those from here."""
+    """Return versions as the course pins them, so that marks there are those from here."""
     lock = root / LOCK_NAME
     text = lock.read_text(encoding="utf-8") if lock.is_file() else ""
     return "".join(f"{line.strip()}\n" for line in _PINNED.findall(text))
 
 
 def _sources(course: Course, name: str) -> dict[str, bytes]:
-    """The packages as git tracks them, and the assignment; by their places in the archive."""
+    """Return the packages as git tracks them, and the assignment, by their places there."""
     folders = tuple(f"{folder}/" for folder in course.packages().values())
     chosen = [path for path in tracked(course.root) if path.startswith(folders)]
     tests = assignments.notebook_path(course.tree / name)

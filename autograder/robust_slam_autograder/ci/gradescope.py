@@ -85,7 +85,7 @@ def seed_of(secret: bytes, handed: Handed) -> int:
 
 
 def as_gradescope(result: Result) -> dict[str, Any]:
-    """A result as Gradescope reads it.
+    """Return a result as Gradescope reads it.
 
     Neither a time nor anything else that hidden inputs could have changed is visible before
     the marks are published.

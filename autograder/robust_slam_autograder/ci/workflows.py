@@ -65,7 +65,7 @@ WORKFLOWS = {
 
 
 def fill(name: str, course: Course, install: Sequence[str]) -> str:
-    """The text of a workflow file.
+    """Return the text of a workflow file.
 
     Args:
         name: of ``WORKFLOWS``.
@@ -85,7 +85,7 @@ def fill(name: str, course: Course, install: Sequence[str]) -> str:
 
 
 def template(name: str) -> str:
-    """A template's text."""
+    """Return a template's text."""
     folder = resources.files(__package__).joinpath("templates")
     return folder.joinpath(*name.split("/")).read_text("utf-8")
 
@@ -96,7 +96,7 @@ def substitute(text: str, values: dict[str, str]) -> str:
 
 
 def quoted(requirement: str) -> str:
-    """One word of a shell's, for what pip shall install.
+    """Return one word of a shell's, for what pip shall install.
 
     Raises:
         WrongUse: it would be more than a word in a workflow file.

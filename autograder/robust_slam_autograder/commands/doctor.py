@@ -53,7 +53,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _memory() -> str:
-    """How the memory of a sandbox is counted."""
+    """Return how the memory of a sandbox is counted."""
     problem = cgroup.problem()
     if problem is None:
         return "Memory is counted by the kernel, in a control group for each sandbox."
@@ -64,7 +64,7 @@ def _memory() -> str:
 
 
 def _exposure(options: argparse.Namespace) -> str:
-    """The sentence with which grading refuses this course; empty where it does not."""
+    """Return the sentence with which grading refuses this course; empty where it does not."""
     try:
         names = assignments.find_names(options.solutions) if options.solutions.is_dir() else []
         paths = [assignments.notebook_path(options.solutions / name) for name in names]

@@ -119,7 +119,7 @@ def run(options: argparse.Namespace) -> int:
 def _places(
     system: System, people: Roster, marks: Ledger, options: argparse.Namespace
 ) -> dict[str, int]:
-    """By assignment the roster's column, named on the command line or found."""
+    """Return by assignment the roster's column, named on the command line or found."""
     from robust_slam_autograder.lms import systems
 
     named = dict(options.column)

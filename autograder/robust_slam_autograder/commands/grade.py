@@ -131,14 +131,14 @@ def refuse_unsafe(jobs: Sequence[Job], options: argparse.Namespace, wall: Sandbo
 
 
 def _folder_of_students(job: Job) -> Path:
-    """Where students' work is; a student's own path may be a link to anywhere, or to itself."""
+    """Return the folder of students' work: a student's own path may be a link to anywhere."""
     is_notebook = job.path.suffix == submissions.NOTEBOOK
     return job.path.parent if is_notebook else job.path.parents[1]
 
 
 @contextlib.contextmanager
 def graders(options: argparse.Namespace) -> Iterator[tuple[Graders, int]]:
-    """Who grades, processes of this machine or a cluster's workers, and how many at once.
+    """Yield who grades, this machine's processes or a cluster's workers, and how many at once.
 
     Raises:
         WrongUse: the scheduler cannot be used.
@@ -224,7 +224,7 @@ def _load(folder: Path) -> tuple[Assignment, Path]:
 
 
 def _said(path: Path, paths: Sequence[Path], options: argparse.Namespace) -> str:
-    """A path in a message; its number where it may name a student."""
+    """Return a path in a message; its number where it may name a student."""
     if options.no_names:
         return f"path {paths.index(path) + 1} of {len(paths)}"
     return log_line(str(path))

@@ -51,7 +51,7 @@ def add_gradebook(parser: argparse.ArgumentParser) -> None:
 
 
 def gradebook(options: argparse.Namespace) -> Location:
-    """The gradebook that a command shall use, which can be reached.
+    """Return the gradebook that a command shall use, which can be reached.
 
     Raises:
         WrongUse: it cannot, or a password stands where everybody on the machine can read it.

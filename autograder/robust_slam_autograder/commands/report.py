@@ -89,12 +89,12 @@ def _write_students_and_index(
 
 
 def _entry_of_before(report: Report, page: Path) -> Entry:
-    """An assignment whose page is as it was; that one may hold names."""
+    """Return an assignment whose page is as it was; that one may hold names."""
     return Entry(report, quote(page.name) if report.names and page.is_file() else "")
 
 
 def _results(out: Path, wanted: Sequence[str]) -> dict[str, list[Path]]:
-    """The result files of each assignment."""
+    """Return the result files of each assignment."""
     found: dict[str, list[Path]] = {}
     for path in sorted(out.glob("*/*.json"), key=lambda path: (path.stem, path)):
         if not path.name.startswith(".") and not path.parent.name.startswith("."):
@@ -127,7 +127,7 @@ def _source(
 def _links(
     paths: Sequence[Path], marks: Sequence[Result], options: argparse.Namespace, start: Path
 ) -> Mapping[str, str]:
-    """By student, the address of the feedback page from a page in ``start``."""
+    """Return by student, the address of the feedback page from a page in ``start``."""
     links: dict[str, str] = {}
     for path, result in zip(paths, marks, strict=True):
         page = options.feedback / path.parent.name / f"{path.stem}.html"

@@ -37,7 +37,7 @@ class Claim:
 
     @property
     def is_in_layout(self) -> bool:
-        """Whether the path says both names, as ``<student>/<assignment>``."""
+        """Tell whether the path says both names, as ``<student>/<assignment>``."""
         return (self.path.parent.name, self.path.name) == (self.student, self.assignment)
 
 
@@ -136,7 +136,7 @@ class Reader:
         return Claim(self._allowed(student), self._assignment_of(path, mode), path)
 
     def _is_in_layout(self, path: Path, mode: int) -> bool:
-        """Whether a path stands where a submission's folder belongs."""
+        """Tell whether a path stands where a submission's folder belongs."""
         is_any = self.assignment and stat.S_ISDIR(mode) and not _is_systems(path.name)
         return path.name in self.names or bool(is_any)
 
@@ -167,7 +167,7 @@ class Reader:
         return submission.stand_in(student)
 
     def _misplaced(self, path: Path) -> str:
-        """Why a notebook in a student's folder does not count as the work of its own name."""
+        """Say why a notebook in a student's folder does not count as the work of its own name."""
         if path.parent.name in self.names:
             return "is in a submission's folder: name that folder, or add --student NAME."
         return (
@@ -176,19 +176,19 @@ class Reader:
         )
 
     def _owner(self, path: Path) -> Path:
-        """The folder that is a student's, if the path is in the layout."""
+        """Return the folder that is a student's, if the path is in the layout."""
         return path.parent.parent if path.parent.name in self.names else path.parent
 
     def _is_students(self, folder: Path) -> bool:
         return any(os.path.lexists(folder / name) for name in self.names)
 
     def _is_in_a_students_folder(self, folder: Path) -> bool:
-        """Whether a folder that looks like a student's was made by another student."""
+        """Tell whether a folder that looks like a student's was made by another student."""
         owner = folder.parent
         return owner.parent.name == LAYOUT and self._is_students(owner)
 
     def _roots(self, modes: dict[Path, int]) -> set[Path]:
-        """Folders whose folders are students', as far as these paths tell."""
+        """Return folders whose folders are students', as far as these paths tell."""
         in_layout = [path for path, mode in modes.items() if self._is_in_layout(path, mode)]
         others = modes.keys() - set(in_layout)
         owners = {self._owner(path) for path in others if path.suffix == NOTEBOOK}
@@ -229,7 +229,7 @@ def _first(group: Sequence[Claim]) -> Sequence[Claim]:
 
 
 def _is_systems(name: str) -> bool:
-    """Whether a file manager or an editor made a folder of this name."""
+    """Tell whether a file manager or an editor made a folder of this name."""
     return name == MACOS or name.startswith(".")
 
 
@@ -246,7 +246,7 @@ def _odd(path: Path, mode: int) -> str:
 
 
 def missing(paths: Iterable[Path]) -> Iterator[Path]:
-    """Paths at which there is nothing."""
+    """Return paths at which there is nothing."""
     for path in paths:
         try:
             path.lstat()

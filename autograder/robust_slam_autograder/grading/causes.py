@@ -129,7 +129,7 @@ def likely(told: str, line: str = "", known: Mapping[str, str] | None = None) ->
 
 
 def _indexed(line: str) -> str:
-    """The one name that a line of code takes entries of; empty where there are several."""
+    """Return the one name that a line of code takes entries of; empty where there are several."""
     if len(line) > MAX_LINE:  # student code is read here, and a long line may take for ever
         return ""
     try:

@@ -15,7 +15,7 @@ from robust_slam_autograder.errors import GraderFailure
 
 
 def part_of(path: Path) -> Path:
-    """Where a file is made before it is renamed into place."""
+    """Return where a file is made before it is renamed into place."""
     return path.with_name(f".{path.name}.part")
 
 

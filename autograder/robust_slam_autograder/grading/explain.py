@@ -77,7 +77,7 @@ class Calls:
         self.made.clear()
 
     def watched(self, bindings: Mapping[str, Any]) -> dict[str, Any]:
-        """The same names, with functions that record their calls here."""
+        """Return the same names, with functions that record their calls here."""
         return {
             name: self._watch(name, value) if callable(value) else value
             for name, value in bindings.items()
@@ -94,7 +94,7 @@ class Calls:
         return student_function
 
     def _place(self) -> tuple[int, int]:
-        """Where the test cell stands at the moment."""
+        """Return where the test cell stands at the moment."""
         frame = sys._getframe(2)
         while frame.f_back is not None:
             if frame.f_code.co_filename == self.label and frame.f_code.co_name == "<module>":
@@ -117,7 +117,7 @@ class _Replay:
     position: int = 0
 
     def evaluate(self, expression: ast.expr) -> Any:  # noqa: ANN401
-        """The value of an expression of the test cell."""
+        """Return the value of an expression of the test cell."""
         code = compile(ast.Expression(expression), self.source.label, "eval")
         return eval(code, self.source.names)
 
@@ -183,7 +183,7 @@ def _of_comparison(test: ast.expr, replay: _Replay) -> Returned | None:
 
 
 def _failing_test(error: Exception, source: str, label: str) -> ast.expr | None:
-    """The condition of the assert, or the call of a set-up's ``close``, that failed."""
+    """Return the condition of the assert, or the call of a set-up's ``close``, that failed."""
     if not isinstance(error, AssertionError):
         return None
     frames = traceback.extract_tb(error.__traceback__)
@@ -202,7 +202,7 @@ def _check(statement: ast.AST) -> ast.expr | None:
 
 
 def _last_evaluation(calls: Calls, test: ast.expr) -> list[Call]:
-    """The calls that a condition made when it failed: in a loop it was evaluated before."""
+    """Return the calls that a condition made when it failed: in a loop it was evaluated before."""
     found: list[Call] = []
     for call in reversed(calls.made):
         inside = test.lineno <= call.line <= (test.end_lineno or test.lineno)
@@ -213,7 +213,7 @@ def _last_evaluation(calls: Calls, test: ast.expr) -> list[Call]:
 
 
 def _comparison(test: ast.expr, replay: _Replay) -> _Comparison | None:
-    """The comparison in a condition that did not hold."""
+    """Return the comparison in a condition that did not hold."""
     if isinstance(test, ast.BoolOp) and isinstance(test.op, ast.And):
         for part in test.values:
             start = replay.position
@@ -248,7 +248,7 @@ def _compared(found: _Comparison, replay: _Replay) -> Returned | None:
 
 
 def _curves(yours: object, expected: object) -> tuple[tuple[float, ...], ...]:
-    """Both as numbers in a row; one number that is expected everywhere is a row of it."""
+    """Return both as numbers in a row; one number that is expected everywhere is a row of it."""
     with contextlib.suppress(TypeError, ValueError, OverflowError):
         mine, other = np.asarray(yours), np.asarray(expected)
         are_numbers = all(side.dtype.kind in "iuf" for side in (mine, other))
@@ -260,7 +260,7 @@ def _curves(yours: object, expected: object) -> tuple[tuple[float, ...], ...]:
 
 
 def _is_from_student(side: ast.expr, replay: _Replay) -> bool:
-    """Whether an expression holds a call of a student's function, or what one returned."""
+    """Tell whether an expression holds a call of a student's function, or what one returned."""
     names = {node.id for node in ast.walk(side) if isinstance(node, ast.Name)}
     called = {call.name for call in replay.source.made}
     values = [replay.source.names.get(name) for name in names]
@@ -268,7 +268,7 @@ def _is_from_student(side: ast.expr, replay: _Replay) -> bool:
 
 
 def _source_of(value: object, replay: _Replay) -> Call | None:
-    """The call that returned this very object, or a tuple that holds it."""
+    """Return the call that returned this very object, or a tuple that holds it."""
     for call in reversed(replay.source.made):
         parts = call.value if isinstance(call.value, tuple) else ()
         if value is not None and any(value is item for item in (call.value, *parts)):
@@ -277,7 +277,7 @@ def _source_of(value: object, replay: _Replay) -> Call | None:
 
 
 def _told_side(side: ast.expr, value: object, replay: _Replay) -> tuple[str, str]:
-    """What a value is of, and the verb between the two."""
+    """Return what a value is of, and the verb between the two."""
     called = side.func if isinstance(side, ast.Call) else None
     if isinstance(called, ast.Name) and any(call.name == called.id for call in replay.calls):
         own = [call for call in replay.calls if call.name == called.id]
@@ -290,7 +290,7 @@ def _told_side(side: ast.expr, value: object, replay: _Replay) -> tuple[str, str
 
 
 def _told_arguments(call: Call) -> str:
-    """A call as one would type it; without its arguments where they are long."""
+    """Return a call as one would type it; without its arguments where they are long."""
     texts = [show(item) for item in call.args]
     texts += [f"{key}={show(item)}" for key, item in call.kwargs.items()]
     text = ", ".join(texts)
@@ -316,7 +316,7 @@ def _has_nan(value: object) -> bool:
 
 
 def show(value: object) -> str:
-    """A value on one line: floats with at most eight digits, long values cut."""
+    """Return a value on one line: floats with at most eight digits, long values cut."""
     with contextlib.suppress(Exception):  # it is shown to help, and may be anything
         text = " ".join(_text(value).split())
         return text if len(text) <= MAX_VALUE else f"{text[: MAX_VALUE - 1]}…"

@@ -43,12 +43,12 @@ class Regraded:
 
     @property
     def is_changed(self) -> bool:
-        """Whether its points or its status are others."""
+        """Tell whether its points or its status are others."""
         return bool(self.exercises) or _worth(self.before) != _worth(self.after)
 
     @property
     def exercises(self) -> tuple[ExerciseChange, ...]:
-        """Exercises whose points change."""
+        """Return exercises whose points change."""
         old = {exercise.name: exercise for exercise in self.before.exercises}
         new = {exercise.name: exercise for exercise in self.after.exercises}
         pairs = (ExerciseChange(n, old.get(n), new.get(n)) for n in dict.fromkeys([*old, *new]))
@@ -107,7 +107,7 @@ def plan(tree: Path, name: str, *, out: Path, submitted: Path) -> Plan:
 
 
 def outdated(jobs: Sequence[Job], journal: Journal, wall: Sandbox) -> list[Job]:
-    """Submissions whose result does not follow from the tests, the text and the grader of now."""
+    """Return submissions whose result does not follow from today's tests, text and grader."""
     fingerprint = batch.Fingerprints(journal.seed, wall).of
     return [job for job in jobs if journal.graded.get(job.key) != fingerprint(job)]
 
@@ -122,7 +122,7 @@ class Trial:
     """The new results' own journal."""
 
     def results(self) -> list[tuple[Job, Result]]:
-        """Each submission with its new result."""
+        """Return each submission with its new result."""
         return [(job, item.load()) for job, item in zip(self.jobs, self.graded, strict=True)]
 
 
@@ -164,7 +164,7 @@ def attempt(
 
 
 def compare(trial: Trial, out: Path) -> list[Regraded]:
-    """Old and new results; where the grader failed now, the old one stays and there is none.
+    """Pair old and new results; where the grader failed now, the old one stays.
 
     Raises:
         WrongUse: an old result cannot be read.
@@ -203,7 +203,7 @@ def apply(trial: Trial, journal: Journal) -> None:
 
 
 def standing(jobs: Sequence[Job], journal: Journal) -> tuple[list[Job], list[Result]]:
-    """Submissions whose results hold, with these results."""
+    """Return submissions whose results hold, with these results."""
     held = [job for job in jobs if job.key in journal.graded]
     paths = [results.path_of(journal.out, job.student, job.assignment.name) for job in held]
     return held, [results.read_checked(path) for path in paths]
@@ -212,7 +212,7 @@ def standing(jobs: Sequence[Job], journal: Journal) -> tuple[list[Job], list[Res
 def unrecorded(
     jobs: Sequence[Job], trial: Trial, journal: Journal, recorded: Mapping[str, str]
 ) -> list[tuple[Job, Result]]:
-    """Results that hold and are not in the gradebook yet, for a run before was stopped."""
+    """Return results that hold and are not in the gradebook yet, for a run before was stopped."""
     again = {job.key for job in trial.jobs}
     held, marks = standing([job for job in jobs if job.key not in again], journal)
     due = batch.unrecorded(held, marks, journal, recorded)

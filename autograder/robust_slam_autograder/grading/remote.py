@@ -62,7 +62,7 @@ class Workers:
 
 
 def name_of(wall: Sandbox) -> str:
-    """The name by which a worker finds the same wall.
+    """Return the name by which a worker finds the same wall.
 
     Raises:
         WrongUse: it has none.
@@ -76,7 +76,7 @@ def name_of(wall: Sandbox) -> str:
 
 
 def _checked(answer: object, job: Job) -> Result | Broken:
-    """A worker's answer, where it is a result of this submission."""
+    """Return a worker's answer, where it is a result of this submission."""
     match answer:
         case Broken():
             return answer

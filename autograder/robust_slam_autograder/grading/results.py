@@ -128,24 +128,24 @@ Record = TypeVar("Record", Compared, CaseResult, ExerciseResult, Result)
 
 
 def tidy(points: float) -> float:
-    """Whole points as an int, so that 60 is written as 60."""
+    """Return whole points as an int, so that 60 is written as 60."""
     return int(points) if float(points).is_integer() else points
 
 
 def without_grade(
     status: Status, reason: str, *, student: str, assignment: str, max_score: float
 ) -> Result:
-    """The result of a submission that was refused, or on which the grader failed."""
+    """Return the result of a submission that was refused, or on which the grader failed."""
     return Result(student, assignment, 0, tidy(max_score), status, reason, "none", 0.0, ())
 
 
 def path_of(out: Path, student: str, assignment: str) -> Path:
-    """Where a submission's result file is."""
+    """Return where a submission's result file is."""
     return out / student / f"{assignment}.json"
 
 
 def files_of(out: Path, assignment: str) -> list[Path]:
-    """An assignment's result files, whatever its name."""
+    """Return an assignment's result files, whatever its name."""
     return sorted(out.glob(f"*/{glob.escape(assignment)}.json"))
 
 
@@ -161,13 +161,13 @@ def write(out: Path, result: Result) -> Path:
 
 
 def as_text(result: Result) -> str:
-    """What stands in a result's file."""
+    """Return what stands in a result's file."""
     value = {"schema": SCHEMA, **asdict(result)}
     return json.dumps(value, indent=1, ensure_ascii=False) + "\n"
 
 
 def signature(result: Result, fingerprint: str) -> str:
-    """Digest of what is said of a submission, and of all that it follows from.
+    """Return a digest of what is said of a submission, and of all that it follows from.
 
     Not of the seconds, which differ from run to run and change no mark.
     """

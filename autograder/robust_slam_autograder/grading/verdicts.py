@@ -35,7 +35,7 @@ ADVICE: Mapping[ExerciseStatus, str] = {
 
 
 def sign(status: ExerciseStatus) -> str:
-    """A status with its sign: ✓ for "passed" alone."""
+    """Return a status with its sign: ✓ for "passed" alone."""
     return f"{'✓' if status == 'passed' else '✗'} {status}"
 
 
@@ -85,12 +85,12 @@ def remaining(hidden: int | None) -> str:
 
 
 def failed_cases(exercise: ExerciseResult) -> list[str]:
-    """Names of the cases to look at; none where another status says it all."""
+    """Return names of the cases to look at; none where another status says it all."""
     if exercise.status not in ("partial", "failed"):
         return []
     return [case.name for case in exercise.cases if not case.passed]
 
 
 def has_hidden(exercises: Sequence[ExerciseResult]) -> bool:
-    """Whether more was run than students can see: else no more than "public" may be said."""
+    """Tell whether more was run than students can see: else no more than "public" may be said."""
     return not all(case.visible for exercise in exercises for case in exercise.cases)

@@ -55,7 +55,7 @@ class Told:
 
 
 def label(case: Case) -> str:
-    """The file name that a case's cell is compiled under."""
+    """Return the file name that a case's cell is compiled under."""
     return f"<{case.grade_id}>"
 
 
@@ -116,7 +116,7 @@ def _quoting(gist: str, rest: str, raised: str = "") -> Told:
 
 
 def _failing_check(error: BaseException, source: str, case: Case) -> str:
-    """The statement of a visible test that did not hold."""
+    """Return the statement of a visible test that did not hold."""
     frames = traceback.extract_tb(error.__traceback__)
     lines = [frame.lineno for frame in frames if frame.filename == label(case)]
     for node in ast.walk(ast.parse(plain_python(source))):

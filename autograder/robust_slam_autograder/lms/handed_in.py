@@ -24,7 +24,7 @@ class HandedIn:
 
 
 def when(folder: Path, notebook: str) -> HandedIn:
-    """The time of a submission ``submitted/<student>/<assignment>/``.
+    """Return the time of a submission ``submitted/<student>/<assignment>/``.
 
     Args:
         folder: the submission's.

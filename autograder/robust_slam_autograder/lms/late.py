@@ -37,7 +37,7 @@ class Policy:
     """The most that is taken off, of the assignment's points."""
 
     def penalty(self, lateness: timedelta, max_score: float) -> float:
-        """Points off for work that came ``lateness`` after its due time."""
+        """Return points off for work that came ``lateness`` after its due time."""
         beyond = lateness - timedelta(minutes=self.grace_minutes)
         days = max(0, math.ceil(beyond / DAY))
         return max_score * min(self.percent_per_day * days, self.cap_percent) / 100
@@ -62,7 +62,7 @@ class Rules:
     """By assignment and student a due time of their own."""
 
     def due_for(self, assignment: str, student: str) -> datetime | None:
-        """When a student's work is due.
+        """Return when a student's work is due.
 
         Raises:
             WrongUse: the file does not say.
@@ -158,5 +158,5 @@ def _time(path: Path, where: str, value: Any, zone: ZoneInfo | None) -> datetime
 
 
 def as_utc(moment: datetime) -> datetime:
-    """The same moment on one clock, so that two zones' differences are true."""
+    """Return the same moment on one clock, so that two zones' differences are true."""
     return moment.astimezone(UTC)

@@ -30,13 +30,13 @@ class Ledger:
 
     @property
     def students(self) -> list[str]:
-        """Everybody who has handed something in, once."""
+        """Return everybody who has handed something in, once."""
         named = [student for column in self.columns for student in column.marks]
         return list(dict.fromkeys([*named, *sorted(student for student, _ in self.lost)]))
 
     @property
     def lost(self) -> frozenset[tuple[str, str]]:
-        """Students and assignments whose mark is not known: they have no 0 either."""
+        """Return students and assignments whose mark is not known: they have no 0 either."""
         undated = {(student, column.name) for column in self.columns for student in column.undated}
         return frozenset({*self.failed, *undated})
 
@@ -88,7 +88,7 @@ def read(
 
 
 def _failed(out: Path, name: str, recorded: Totals) -> list[str]:
-    """Students on whose submission the grader failed; a mark that they have is an old one.
+    """Return students on whose submission the grader failed; a mark that they have is an old one.
 
     Raises:
         WrongUse: a result is not in the gradebook as it is, for grading was stopped.

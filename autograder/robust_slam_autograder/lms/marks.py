@@ -51,7 +51,7 @@ class Column:
 def column(
     assignment: Assignment, totals: Totals, *, rules: Rules | None, submitted: Path
 ) -> Column:
-    """An assignment's marks, after the late policy where there is one.
+    """Return an assignment's marks, after the late policy where there is one.
 
     Args:
         assignment: whose.
@@ -82,7 +82,7 @@ def column(
 
 
 def rounded(points: float) -> float:
-    """Points to two digits, whole ones as an int."""
+    """Return points to two digits, whole ones as an int."""
     return tidy(round(points, DIGITS))
 
 

@@ -24,16 +24,16 @@ class Matching:
     """By line students whose names are equal after Unicode normalisation: they have no mark."""
 
     def mark(self, row: Row, column: Column) -> Mark | None:
-        """A line's mark in an assignment; None where there is none."""
+        """Return a line's mark in an assignment; None where there is none."""
         return column.marks.get(self.owners.get(row.line, ""))
 
     def marked(self, columns: Sequence[Column]) -> int:
-        """How many of the roster's students have a mark in one of these assignments."""
+        """Return how many of the roster's students have a mark in one of these assignments."""
         rows = self.students.values()
         return sum(any(self.mark(row, column) for column in columns) for row in rows)
 
     def missing(self, column: Column) -> list[str]:
-        """Who is on the roster and has no mark in an assignment."""
+        """Return who is on the roster and has no mark in an assignment."""
         rows = self.students.items()
         return [name for name, row in rows if self.mark(row, column) is None]
 

@@ -39,7 +39,7 @@ class Roster:
     rows: tuple[Row, ...]
 
     def column(self, name: str, option: str) -> int:
-        """Where a column stands.
+        """Return where a column stands.
 
         Args:
             name: its header, spaces around it aside.
@@ -57,7 +57,7 @@ class Roster:
 
 
 def key(text: str) -> str:
-    """What two spellings of one name have in common: é is one letter, or e with an accent."""
+    """Return what two spellings of a name have in common: é is one letter, or e with an accent."""
     return unicodedata.normalize("NFC", text.strip())
 
 
@@ -101,7 +101,7 @@ def _text(path: Path) -> str:
 
 
 def _delimiter(text: str) -> str:
-    """The mark that parts the header into most columns."""
+    """Return the mark that parts the header into most columns."""
     first = text.lstrip().splitlines()[:1]
     return max(DELIMITERS, key=lambda mark: len(next(csv.reader(first, delimiter=mark), [])))
 
@@ -119,7 +119,7 @@ def _rows(path: Path, text: str) -> Iterator[Row]:
 
 
 def by_key(roster: Roster, students: tuple[Row, ...], column: int) -> dict[str, Row]:
-    """Students by what the matched column says of them; who has nothing there is left out.
+    """Return students by what the matched column says of them; who has nothing there is left out.
 
     Raises:
         WrongUse: two lines say the same, and no one knows whose the mark would be.

@@ -50,7 +50,7 @@ class Values:
 
 
 def canvas_students(roster: Roster) -> tuple[Row, ...]:
-    """The lines that are about students."""
+    """Return the lines that are about students."""
     _canvas_people(roster)
     return tuple(
         row
@@ -60,7 +60,7 @@ def canvas_students(roster: Roster) -> tuple[Row, ...]:
 
 
 def _canvas_people(roster: Roster) -> int:
-    """How many columns are about the student."""
+    """Return how many columns are about the student."""
     header = roster.header
     if header[0] not in ("Student", "LastName") or not {"ID", "Section"} <= set(header):
         raise WrongUse(
@@ -71,12 +71,12 @@ def _canvas_people(roster: Roster) -> int:
 
 
 def canvas_names(header: str) -> set[str]:
-    """What an assignment of Canvas's may be called here."""
+    """Return what an assignment of Canvas's may be called here."""
     return {header, _CANVAS_ID.sub("", header)}
 
 
 def canvas_table(roster: Roster, values: Values) -> Iterator[list[str]]:
-    """The lines of the file to import.
+    """Yield the lines of the file to import.
 
     Raises:
         WrongUse: Canvas has an assignment out of other points, or a student without an ID
@@ -117,12 +117,12 @@ def _number(text: str) -> float | None:
 
 
 def moodle_students(roster: Roster) -> tuple[Row, ...]:
-    """The lines that are about students: all of them."""
+    """Return the lines that are about students: all of them."""
     return roster.rows
 
 
 def moodle_names(header: str) -> set[str]:
-    """What a grade item of Moodle's may be called here, of ``Assignment: Title (Real)``."""
+    """Return what a grade item of Moodle's may be called here, of ``Assignment: Title (Real)``."""
     kind = _MOODLE_KIND.search(header)
     if kind and kind.group(1) in _MOODLE_OTHER:
         return set()
@@ -131,7 +131,7 @@ def moodle_names(header: str) -> set[str]:
 
 
 def moodle_table(roster: Roster, values: Values) -> Iterator[list[str]]:
-    """The lines of the file to import.
+    """Yield the lines of the file to import.
 
     Raises:
         WrongUse: what identifies a student is guarded, and Moodle would not find who it is.
@@ -187,7 +187,7 @@ SYSTEMS = {
 
 
 def find(system: System, roster: Roster, column: Column) -> int | None:
-    """The roster's column of an assignment, by its name or its title; None where it is new.
+    """Return the roster's column of an assignment, by its name or its title; None where it is new.
 
     Raises:
         WrongUse: there are several.
@@ -204,7 +204,7 @@ def find(system: System, roster: Roster, column: Column) -> int | None:
 
 
 def as_csv(rows: Iterator[list[str]]) -> str:
-    """The file's text."""
+    """Return the file's text."""
     file = io.StringIO(newline="")
     csv.writer(file, lineterminator="\n").writerows(rows)
     return file.getvalue()

@@ -75,7 +75,7 @@ _FIND_RECORDED = text(
 
 
 def url_of(location: Location) -> URL:
-    """A gradebook's address, with how long to wait.
+    """Return a gradebook's address, with how long to wait.
 
     Raises:
         WrongUse: it is not an address, or that of another kind of database. A password in it is
@@ -86,7 +86,7 @@ def url_of(location: Location) -> URL:
 
 
 def for_nbgrader(location: Location) -> str:
-    """A gradebook's address for nbgrader's own settings; it holds the password, if any.
+    """Return a gradebook's address for nbgrader's own settings; it holds the password, if any.
 
     Raises:
         WrongUse: it is not an address.
@@ -119,13 +119,13 @@ def _url(location: Location) -> URL:
 
 
 def file_of(location: Location) -> Path | None:
-    """The file of an SQLite gradebook."""
+    """Return the file of an SQLite gradebook."""
     url = url_of(location)
     return Path(url.database or "") if url.get_backend_name() == "sqlite" else None
 
 
 def has_password(location: Location) -> bool:
-    """Whether the address itself holds a password."""
+    """Tell whether the address itself holds a password."""
     return bool(_secrets(url_of(location)))
 
 
@@ -135,7 +135,7 @@ def _secrets(url: URL) -> list[str]:
 
 
 def shown(location: Location) -> str:
-    """The address for people: without passwords."""
+    """Return the address for people: without passwords."""
     url = url_of(location)
     file = file_of(url)
     hidden = [key for key in url.query if "password" in key or key in _PATIENCE["postgresql"]]
@@ -191,7 +191,7 @@ def _engine(url: URL) -> Iterator[Engine]:
 
 
 def exists(location: Location) -> bool:
-    """Whether there is a gradebook.
+    """Tell whether there is a gradebook.
 
     Raises:
         GraderFailure: the server cannot be reached, or the file is no database, or no whole one.
@@ -219,7 +219,7 @@ def _anew(file: Path | None) -> str:
 
 
 def recorded(location: Location) -> dict[str, str]:
-    """By ``student/assignment`` the signature of each result whose marks are there.
+    """Return by ``student/assignment`` the signature of each result whose marks are there.
 
     Raises:
         GraderFailure: it cannot be read.

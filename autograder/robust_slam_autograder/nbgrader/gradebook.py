@@ -85,7 +85,7 @@ def declare(location: Location, assignment: Assignment) -> None:
 
 @contextlib.contextmanager
 def opened(location: Location) -> Iterator[Gradebook]:
-    """A gradebook that is there.
+    """Open a gradebook that is there.
 
     Raises:
         GraderFailure: it is no gradebook, or cannot be written.
@@ -134,7 +134,7 @@ def _cells(notebook: Any) -> list[Any]:  # noqa: ANN401
 
 
 def _wanted_cells(assignment: Assignment) -> dict[tuple[type, str], dict[str, Any]]:
-    """nbgrader's rows for an assignment's cells, by table and grade id."""
+    """Return nbgrader's rows for an assignment's cells, by table and grade id."""
     kept = marked_cells.kept(assignment.marked)
     wanted: dict[tuple[type, str], dict[str, Any]] = {}
     for cell in assignment.marked:
@@ -187,7 +187,7 @@ def _sign(gradebook: Gradebook, notebook: Any, result: Result, fingerprint: str 
 
 
 def _submitted(gradebook: Gradebook, assignment: Assignment, student: str) -> Any:  # noqa: ANN401
-    """A student's notebook with a row for every mark and comment, made where there is none."""
+    """Find a student's notebook, and give it a row for every mark and comment."""
     submission = gradebook.update_or_create_submission(assignment.name, student)
     notebook = gradebook.find_notebook(assignment.notebook, assignment.name)
     submitted = next((n for n in submission.notebooks if n.notebook_id == notebook.id), None)
@@ -220,7 +220,7 @@ def _unanswered(assignment: Assignment, result: Result) -> list[str]:
 def _scores(
     assignment: Assignment, result: Result, unanswered: Collection[str]
 ) -> Mapping[str, float | None]:
-    """What is earned by grade id; None where a person must say."""
+    """Return what is earned by grade id; None where a person must say."""
     earned = {
         (exercise.name, case.name): case.earned
         for exercise in result.exercises
@@ -239,7 +239,7 @@ def _scores(
 def _comments(
     assignment: Assignment, result: Result, unanswered: Collection[str]
 ) -> Mapping[str, str]:
-    """What is said by the grade id of the cell that it is said at."""
+    """Return what is said by the grade id of the cell that it is said at."""
     places = [cell.grade_id or "" for cell in assignment.marked if cell.solution or cell.task]
     if result.status == "refused":
         return {name: visible(result.reason) for name in places[:1]}

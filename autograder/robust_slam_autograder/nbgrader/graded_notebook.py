@@ -78,7 +78,7 @@ class _Cells:
         self._outcomes = _outcomes(assignment, result)
 
     def marked(self, grade_id: str, source: str | None) -> NotebookNode:
-        """A cell under the instructor's metadata; the student's text only where it may count."""
+        """Make a cell under the instructor's metadata, with the student's text where it counts."""
         cell = self._marked[grade_id]
         missing = NOT_FOUND if cell.kind == "code" else NOT_FOUND.lstrip("# ")
         text = missing if source is None else source
@@ -92,7 +92,7 @@ class _Cells:
 
 
 def _outcomes(assignment: Assignment, result: Result) -> Mapping[str, str]:
-    """By grade id how each case went, in words for the student."""
+    """Return by grade id how each case went, in words for the student."""
     found = {
         (exercise.name, case.name): case
         for exercise in result.exercises

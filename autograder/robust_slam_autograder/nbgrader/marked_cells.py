@@ -23,14 +23,14 @@ Nodes = Mapping[str, NotebookNode]
 
 
 def node(cell: Cell, source: str) -> NotebookNode:
-    """An nbformat cell with the instructor's metadata and any text."""
+    """Return an nbformat cell with the instructor's metadata and any text."""
     made = plain(cell.kind, source)
     made.metadata["nbgrader"] = _metadata(cell)
     return made
 
 
 def plain(kind: str, source: str) -> NotebookNode:
-    """An nbformat cell without metadata.
+    """Return an nbformat cell without metadata.
 
     Raw cells become code: a page that is made of a notebook would take them over unread.
     """
@@ -53,7 +53,7 @@ def _metadata(cell: Cell) -> dict[str, object]:
 
 
 def kept(marked: Sequence[Cell]) -> Nodes:
-    """The cells as nbgrader's gradebook keeps them: without solutions, tests whole.
+    """Return the cells as nbgrader's gradebook keeps them: without solutions, tests whole.
 
     Raises:
         GraderFailure: a solution's region is not closed.
@@ -62,7 +62,7 @@ def kept(marked: Sequence[Cell]) -> Nodes:
 
 
 def given(marked: Sequence[Cell]) -> Nodes:
-    """The cells as students have them.
+    """Return the cells as students have them.
 
     Raises:
         GraderFailure: a region to be cut is not closed.

@@ -28,7 +28,7 @@ def read_warily() -> None:
 
 
 def plain(folder: Path) -> dict[str, bytes]:
-    """Those of the two files that are short plain files, with what they hold."""
+    """Return those of the two files that are short plain files, with what they hold."""
     found = {name: _read(folder / name) for name in (timestamp.NAME, SECRET)}
     return {name: data for name, data in found.items() if data is not None}
 
@@ -42,7 +42,7 @@ def _read(path: Path) -> bytes | None:
 
 
 def _existing_timestamp(course: CourseDirectory, folder: str) -> datetime | None:
-    """The time without a zone, in UTC, as nbgrader keeps it."""
+    """Return the time without a zone, in UTC, as nbgrader keeps it."""
     try:
         stated = timestamp.read(Path(folder))
     except Refused as error:

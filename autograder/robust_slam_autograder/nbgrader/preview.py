@@ -25,7 +25,7 @@ class Effect:
 def effects(
     location: Location, assignment: str, new: Sequence[tuple[Job, Result]]
 ) -> dict[str, Effect]:
-    """By student every total that would change, and who would then wait for a person.
+    """Return by student every total that would change, and who would then wait for a person.
 
     A cell that was deleted takes its marks along, from students too who are not graded again.
 

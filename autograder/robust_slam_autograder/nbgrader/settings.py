@@ -18,7 +18,7 @@ _STEPS = "robust_slam_autograder.nbgrader.steps"
 
 
 def nbgrader_settings(root: str, tree: str = "solutions") -> Config:
-    """nbgrader's settings for a course whose sources are in ``<root>/<tree>``.
+    """Return nbgrader's settings for a course whose sources are in ``<root>/<tree>``.
 
     Args:
         root: the course's folder.

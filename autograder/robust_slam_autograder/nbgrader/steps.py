@@ -108,7 +108,7 @@ class SafeExporter(NotebookExporter):
         return Path(course.format_path(course.source_directory, ".", course.assignment_id))
 
     def _submissions(self) -> dict[str, list[str]]:
-        """Every submission's folder with its notebook, be that missing or under another name."""
+        """List each submission's folder with its notebook, be that missing or misnamed."""
         course = self._course
         pattern = course.format_path(
             course.submitted_directory, course.student_id, course.assignment_id

@@ -37,12 +37,12 @@ class Regrade:
 
     @property
     def changed(self) -> list[Regraded]:
-        """Whose marks change."""
+        """Return whose marks change."""
         return [one for one in self.again if one.is_changed]
 
 
 def table(regrade: Regrade) -> str:
-    """Per exercise and in total: before, after, and the difference."""
+    """Return per exercise and in total: before, after, and the difference."""
     rows = [("student", "exercise", "before", "after", "change", "")]
     for one in regrade.changed:
         rows += _rows(one)
@@ -99,7 +99,7 @@ def _effect(effect: Effect) -> str:
 
 
 def as_json(regrade: Regrade) -> str:
-    """The same for other programs."""
+    """Return the same for other programs."""
     value = {
         "schema": SCHEMA,
         "assignment": regrade.assignment,

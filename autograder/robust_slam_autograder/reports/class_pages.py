@@ -26,7 +26,7 @@ class Entry:
 
 
 def html(report: Report, notice: str = "") -> str:
-    """An assignment's page as one self-contained file.
+    """Return an assignment's page as one self-contained file.
 
     Args:
         report: what it shows.
@@ -48,7 +48,7 @@ def html(report: Report, notice: str = "") -> str:
 
 
 def index(entries: Sequence[Entry], chart: HeatMap, *, names: bool, notice: str = "") -> str:
-    """The page that shows all assignments side by side, and every student in each of them."""
+    """Make the page that shows all assignments side by side, and every student in each."""
     return documents.html(
         "report-index",
         style=STYLE,
@@ -63,12 +63,12 @@ def index(entries: Sequence[Entry], chart: HeatMap, *, names: bool, notice: str 
 
 
 def student(row: Row, notice: str = "") -> str:
-    """The page of one student in all assignments."""
+    """Return the page of one student in all assignments."""
     return documents.html("report-student", style=STYLE, row=row, notice=notice, percent=percent)
 
 
 def percent(share: float | None) -> str:
-    """A share in per cent; shows 0 % or 100 % only when exact."""
+    """Return a share in per cent; shows 0 % or 100 % only when exact."""
     if share is None:
         return "–"
     if 0 < share < 0.01:
@@ -79,7 +79,7 @@ def percent(share: float | None) -> str:
 
 
 def duration(seconds: float) -> str:
-    """Seconds for people: two digits, then minutes, then hours."""
+    """Return seconds for people: two digits, then minutes, then hours."""
     if seconds < 9.95:
         return f"{seconds:.1f} s"
     minutes, rest = divmod(round(seconds), 60)

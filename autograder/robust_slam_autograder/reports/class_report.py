@@ -57,17 +57,17 @@ class Marks:
 
     @property
     def students(self) -> int:
-        """How many marks there are."""
+        """Return how many marks there are."""
         return sum(found.students for found in self.bins)
 
     @property
     def has_quartiles(self) -> bool:
-        """Whether there are enough marks to speak of half of a class."""
+        """Tell whether there are enough marks to speak of half of a class."""
         return self.students >= 4
 
     @property
     def has_histogram(self) -> bool:
-        """Whether there are enough marks for a picture of how they are spread."""
+        """Tell whether there are enough marks for a picture of how they are spread."""
         return self.students >= ENOUGH
 
 
@@ -83,12 +83,12 @@ class CaseStatistics:
 
     @property
     def share(self) -> float:
-        """Of the students, who pass it."""
+        """Return the share of the students who pass it."""
         return self.passed / self.students
 
     @property
     def remark(self) -> str:
-        """What should make an instructor look at the test; empty for most."""
+        """Return what should make an instructor look at the test; empty for most."""
         if self.students < FEWEST or 0 < self.passed < self.students:
             return ""
         return EASY if self.passed else BROKEN
@@ -114,12 +114,12 @@ class ExerciseStatistics:
 
     @property
     def limits(self) -> int:
-        """How many students ran into a limit here."""
+        """Return how many students ran into a limit here."""
         return self.timeouts + self.deaths
 
     @property
     def remarks(self) -> Counter[str]:
-        """How many of its cases have which remark."""
+        """Return how many of its cases have which remark."""
         return Counter(case.remark for case in self.cases if case.remark)
 
 
@@ -225,7 +225,7 @@ class Source:
     students: frozenset[str] = frozenset()
 
     def link(self, result: Result) -> str:
-        """The address of a student's feedback page; empty without one."""
+        """Return the address of a student's feedback page; empty without one."""
         return self.links.get(result.student, "")
 
 

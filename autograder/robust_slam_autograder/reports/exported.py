@@ -15,7 +15,7 @@ from robust_slam_autograder.reports.tables import aligned
 
 
 def late_table(columns: Sequence[Column], rules: Rules | None) -> str:
-    """Every mark before and after what lateness costs, with the time that it follows from.
+    """Return every mark before and after what lateness costs, with the time that it follows from.
 
     Args:
         columns: the marks.
@@ -42,7 +42,7 @@ def _points(mark: Mark) -> tuple[str, str]:
 
 
 def span(late: timedelta) -> str:
-    """A duration as days, hours, minutes and seconds, as ``1d 2h 03m 04s``; empty for none."""
+    """Write a duration in days, hours, minutes and seconds, as ``1d 2h 03m 04s``."""
     if not late:
         return ""
     minutes, seconds = divmod(late.total_seconds(), 60)
@@ -58,7 +58,7 @@ def remarks(
     rules: Rules | None,
     zero: bool,
 ) -> Iterator[str]:
-    """One line for each kind of thing that an instructor must know of the file.
+    """Yield one line for each kind of thing that an instructor must know of the file.
 
     Args:
         matching: the roster and the submissions.

@@ -112,7 +112,7 @@ class Book:
     site: str = ""
 
     def reading(self, config: Config, exercise: str) -> Reading | None:
-        """Where an exercise's matter stands; None for an assignment without a chapter."""
+        """Return where an exercise's matter stands; None for an assignment without a chapter."""
         if not config.chapter:
             return None
         heading = config.sections.get(exercise, "")
@@ -124,7 +124,7 @@ class Book:
 
 
 def anchor(heading: str) -> str:
-    """The id that the built book gives a heading's section (the rule of docutils)."""
+    """Return the id that the built book gives a heading's section (the rule of docutils)."""
     plain = unicodedata.normalize("NFKD", heading.lower()).encode("ascii", "ignore").decode()
     return re.sub(r"^[-0-9]+|-+$", "", re.sub(r"[^a-z0-9]+", "-", plain))
 
@@ -159,7 +159,7 @@ def page(result: Result, config: Config, book: Book) -> Page:
 
 
 def _note(result: Result) -> str:
-    """A refusal's reason, or what was unusual; why the grader failed is the instructor's."""
+    """Return a refusal's reason, or what was unusual, but not why the grader failed."""
     return "" if result.status == "failed" else visible(result.reason)
 
 

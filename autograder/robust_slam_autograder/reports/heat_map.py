@@ -74,7 +74,7 @@ class Row:
 
     @property
     def squares(self) -> tuple[Square, ...]:
-        """The exercises of all assignments."""
+        """Return the exercises of all assignments."""
         return tuple(square for part in self.parts for _, square in part.squares)
 
 

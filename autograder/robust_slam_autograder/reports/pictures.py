@@ -67,7 +67,7 @@ def histogram(marks: Marks) -> Histogram:
 
 
 def _place(bins: Sequence[Bin], mark: float, unit: float) -> float:
-    """Where a mark stands, in bins from the left; alone in its bin it stands in the middle."""
+    """Return where a mark is, in bins from the left: alone in its bin it is in the middle."""
     n = max(n for n, found in enumerate(bins) if found.low <= mark or n == 0)
     room = bins[n].high - bins[n].low + unit
     return n + ((mark - bins[n].low + unit / 2) / room if room else 0.5)

@@ -13,12 +13,12 @@ from robust_slam_autograder.reports.feedback import Page, Reading, ShownCase, Sh
 
 
 def html(page: Page, notice: str = "") -> str:
-    """The page as one self-contained file, with a notice at its top where there is one."""
+    """Return the page as one self-contained file, with a notice at its top where there is one."""
     return documents.html("feedback", page=page, notice=notice)
 
 
 def markdown(page: Page) -> str:
-    """The page as Markdown, as GitHub shows it."""
+    """Return the page as Markdown, as GitHub shows it."""
     return "\n".join(_lines(page)) + "\n"
 
 

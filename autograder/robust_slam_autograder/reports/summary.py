@@ -18,7 +18,7 @@ SCHEMA = 1
 
 
 def as_json(marks: Sequence[Result], counts: Mapping[str, int], *, names: bool) -> str:
-    """The batch as JSON.
+    """Return the batch as JSON.
 
     Args:
         marks: results.
@@ -34,7 +34,7 @@ def as_json(marks: Sequence[Result], counts: Mapping[str, int], *, names: bool) 
 
 
 def _ordered(marks: Sequence[Result], *, names: bool) -> list[Result]:
-    """Without names in the order of the marks: the order of names is told to no one."""
+    """Order results; without names by the marks, for the order of names is told to no one."""
     if names:
         return list(marks)
     return sorted(marks, key=lambda r: (r.assignment, -r.score, r.status, _losses(r)))
@@ -57,12 +57,12 @@ def _entry(result: Result, *, names: bool) -> dict[str, Any]:
 
 
 def _reason(result: Result) -> str:
-    """Why it was refused, or what was unusual; a failure's reason is for the terminal alone."""
+    """Return why it was refused, or what was unusual, but not why the grader failed."""
     return "" if result.status == "failed" else result.reason
 
 
 def as_markdown(marks: Sequence[Result], counts: Mapping[str, int], *, names: bool) -> str:
-    """The batch as a Markdown table; arguments as in ``as_json``."""
+    """Return the batch as a Markdown table; arguments as in ``as_json``."""
     columns = ["student"] * names + ["assignment", "mark", "outcome"]
     rows = [_row(result, names=names) for result in _ordered(marks, names=names)]
     table = [columns, ["---"] * len(columns), *rows]
@@ -94,7 +94,7 @@ def _losses(result: Result) -> list[str]:
 
 
 def check_as_markdown(result: Result, hidden: Mapping[str, int] | None) -> str:
-    """A student's own check: no points, for it promises none; ``hidden`` as in the verdict."""
+    """Return a student's own check without points; ``hidden`` as in the verdict."""
     note = [f"Note: {code(result.reason)}", ""] if result.reason else []
     lines = ["## Visible cases", "", check_verdict(result, hidden), "", *note]
     lines += [f"- {_checked(exercise)}" for exercise in result.exercises]

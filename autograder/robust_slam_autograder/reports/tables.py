@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 
 def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Lines of a table whose columns are as wide as their widest cell.
+    """Return lines of a table whose columns are as wide as their widest cell.
 
     Args:
         rows: the head first; each with as many cells.

@@ -17,7 +17,7 @@ from robust_slam_autograder.reports.tables import aligned
 
 
 def marks_table(marks: Sequence[Result], *, names: bool = True) -> str:
-    """A short table: one line per submission, with the reason where there is no plain mark.
+    """Return a short table: one line per submission, with the reason where there is no plain mark.
 
     Args:
         marks: results.
@@ -44,7 +44,7 @@ def _remark(result: Result, names: bool) -> str:
 
 
 def check_line(exercise: ExerciseResult, hidden: Mapping[str, int] | None) -> str:
-    """How an exercise of a student's own check went, with the first message where it failed.
+    """Say how an exercise of a student's own check went, with the first message.
 
     Args:
         exercise: its result, of the visible cases.
@@ -62,6 +62,6 @@ def check_line(exercise: ExerciseResult, hidden: Mapping[str, int] | None) -> st
 
 
 def check_end(result: Result, hidden: Mapping[str, int] | None) -> str:
-    """The last lines of a student's own check."""
+    """Return the last lines of a student's own check."""
     notes = [f"Note: {one_line(result.reason)}"] if result.reason else []
     return "\n".join([*notes, check_verdict(result, hidden)])
