@@ -1,0 +1,24 @@
+"""Checks of what a chapter's text says about the data that the chapter hands out."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+CHANGED = (
+    "You changed the data or the code, so this check of the text no longer applies: "
+    "what you see holds for yours, the text for the book's."
+)
+
+
+def check_text(*holds: ArrayLike) -> None:
+    """Print a sentence if the text does not hold for what a cell has computed.
+
+    A reader may change the data of an example, and sees what they give. What holds for all data
+    is an ``assert``; that the text holds for the book's data is a test of the book.
+
+    Args:
+        *holds: Whether the cell gives what the text says; all of an array has to hold.
+    """
+    if not all(map(np.all, holds)):
+        print(CHANGED)

@@ -1,0 +1,83 @@
+"""Each number that a page says is what the page computes, and readers may change its data."""
+
+from __future__ import annotations
+
+import pytest
+from robust_slam_course.text import CHANGED, check_text
+
+from tests.book.conftest import NOTEBOOKS
+from tests.book.numbers import check
+from tests.book.prose import Chapter
+from tests.book.samples import assert_right_options_are_hidden
+
+PAGES = [page.rpartition("/")[2] for page in NOTEBOOKS]
+
+
+@pytest.mark.filterwarnings("ignore:Solution may be inaccurate")  # the tolerance is enough
+@pytest.mark.parametrize("name", PAGES)
+def test_a_page_says_what_it_computes(name: str) -> None:
+    assert not check.complaints(name, Chapter(name).text, check.computed(name))
+
+
+def test_a_wrong_number_and_changed_data_name_their_sentences() -> None:
+    name, text = "02-four-costs", Chapter("02-four-costs").text
+    rows = check.computed(name)
+    for wrong in ("2.015", "2.204"):
+        (complaint, *_) = check.complaints(name, text.replace("2.005", wrong), rows)
+        assert "2.005" in complaint or wrong in complaint
+    other = check.computed(name, {"door = np.array([2.03, 1.97": "door = np.array([4.03, 3.97"})
+    found = check.complaints(name, text, other)
+    assert any(line.startswith("2.005 is ") and "whitened" in line for line in found), found
+
+
+@pytest.mark.parametrize(
+    ("name", "cell", "data", "other"),
+    [
+        ("00-one-lie", None, "z = np.array([1.0, 1.0, 2.0, 0.0])", "z = np.array([1, 1, 2, 2.0])"),
+        ("00-one-lie", None, "sigma = np.array([0.1, 0.1,", "sigma = np.array([0.2, 0.1,"),
+        ("01-m-estimators", "picture-check", "open_by * is_outlier", "0.5 * open_by * is_outlier"),
+        ("02-four-costs", "table-assert", "KERNELS[name](1.0)", "KERNELS[name](2.0)"),
+        ("03-irls", "unfold-run", "-0.1, 5.0]), 0.3", "-0.1, 4.0]), 0.2"),
+        ("04-non-convexity", "jump-check", "-0.1, 5.0]", "-0.1, 3.0]"),
+        (
+            "05-gnc",
+            "map-chain",
+            "A, B = np.array([0.0, 0.0, 0.0,",
+            "A, B = np.array([0.0, 1.0, 0.0,",
+        ),
+        (
+            "06-switches-and-consistency",
+            "solve-chain",
+            "[1.0, 1.0, 2.0, 0.0]",
+            "[1.0, 1.5, 2.0, 0.0]",
+        ),
+        ("07-certificates", "proof-run", "plane([0.3, 0.3, 0.3])", "plane([0.3, 0.4, 0.3])"),
+        ("08-showcase", "metrics-ate", "[1.0, 0.0, 0.0]\n", "[1.0, 0.5, 0.0]\n"),
+    ],
+)
+def test_where_a_reader_changes_the_data_a_sentence_says_so(
+    name: str, cell: str | None, data: str, other: str
+) -> None:
+    """As exercise 7 of chapter 00 asks; no cell ends in an error."""
+    assert any(data in source for source in Chapter(name).code.values())
+    said = []
+    for at, _, printed in check.run(name, {data: other}):
+        said += [at] if CHANGED in printed else []
+        assert printed.count(CHANGED) <= 1
+        if at == cell:
+            break
+    assert said
+
+
+def test_all_of_what_is_checked_has_to_hold(capsys: pytest.CaptureFixture[str]) -> None:
+    check_text(True, [True, True])
+    assert not capsys.readouterr().out
+    check_text(True, [True, False])
+    assert capsys.readouterr().out == f"{CHANGED}\n"
+
+
+@pytest.mark.parametrize(("name", "ratio"), [("00-one-lie", 1.0), ("08-showcase", 1.3)])
+def test_a_quiz_gives_nothing_away_by_place_or_length(name: str, ratio: float) -> None:
+    questions = Chapter(name).questions()
+    assert len(questions) >= 5
+    assert len(assert_right_options_are_hidden(questions, ratio)) >= 3
