@@ -10,8 +10,9 @@ from types import SimpleNamespace
 
 import numpy as np
 from robust_slam import pipeline
-from robust_slam.certificates.optimality import certificate
+from robust_slam.certificates.optimality import certificate, certify
 from robust_slam.consistency.pairwise import pcm
+from robust_slam.descent import start as start_poses
 from robust_slam.estimators import kernels
 from robust_slam.estimators.graduation import gnc, start_mu, tls_surrogate
 from robust_slam.estimators.reweighting import irls
@@ -22,6 +23,7 @@ from robust_slam.graphs import pose_graph, se3
 from robust_slam.graphs.metrics import ate
 from robust_slam.graphs.odometry import dead_reckoning, spanning_tree
 from robust_slam.problems import LinearProblem, LocationProblem, PoseGraphProblem, chain
+from robust_slam_course.machine import FAULTS, measured
 from robust_slam_course.plots import opening
 from robust_slam_course.results import read_results
 from scipy.optimize import brentq, least_squares, minimize_scalar
