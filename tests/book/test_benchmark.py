@@ -2,23 +2,41 @@
 
 from __future__ import annotations
 
+import importlib.util
 import re
+from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import matplotlib as mpl
+import numpy as np
 import pytest
+from matplotlib import pyplot as plt
+from robust_slam.estimators import chi_square_threshold
+from robust_slam.graphs import ate
+from robust_slam.problems import PoseGraphProblem
 from robust_slam_course.results import Results, read_results
 
 from benchmarks import methods
 from benchmarks.sweep import summary
-from benchmarks.sweep.definition import CPU_LIMIT, GROUP, KINDS, LOST, PERCENTS, PLANS, World, make
+from benchmarks.sweep.definition import (
+    CPU_LIMIT,
+    GROUP,
+    KINDS,
+    LOST,
+    PERCENTS,
+    PLANS,
+    World,
+    make,
+    worlds,
+)
 from tests.book.prose import CHAPTERS, Chapter
+from tests.conftest import leave_out
 
 pytestmark = pytest.mark.long
 
-CHAPTER = Chapter("benchmark")
+CHAPTER, SHOWCASE = Chapter("benchmark"), Chapter("08-showcase")
 TABLE = CHAPTERS / "data" / "robustness.csv"
-WORDS = {3: "Three", 5: "five"}
 
 
 @pytest.fixture(scope="module")
@@ -57,6 +75,9 @@ def test_the_protocol_is_that_of_the_sweep() -> None:
     assert "five in a row that follow from one error" in text
     assert {plan.seeds for plan in PLANS.values()} == {3, 5}
     assert "Three or five runs are in a cell" in CHAPTER.text
+    there = " ".join(SHOWCASE.cells["larger"].split())
+    assert "Each has 45 correct closures" in there
+    assert f"in {sum(1 for _ in worlds())} worlds" in there
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -116,3 +137,62 @@ def test_the_method_on_the_page_can_be_entered(monkeypatch: pytest.MonkeyPatch) 
     score = methods.run("Welsch from odometry", *make(World("manhattan", "random", 10, 0)), 1)
     assert 0 < score.ate < 2
     assert '--methods "Welsch from odometry"' in CHAPTER.cells["enter"]
+
+
+def test_without_the_table_chapter_08_says_where_it_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    cells = ("larger-load", "larger-figure", "larger-table", "larger-others", "larger-read")
+    SHOWCASE.run(*cells, np=np, Markdown=str)
+    printed = capsys.readouterr().out
+    assert "make sweep" in printed
+    assert printed.count("chapters/data") == 1
+
+
+def test_the_grid_and_the_ranking_of_chapter_08_come_from_the_file(
+    results: Results, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(CHAPTERS)
+    shown: list[tuple[Any, str]] = []
+    names = SHOWCASE.run(
+        *("larger-load", "larger-figure", "larger-table"),
+        plt=plt,
+        Markdown=str,
+        show=lambda fig, caption, alt: shown.append((fig, caption)),
+    )
+    for start in methods.STARTS:
+        found = (results.good(method=f"{name} from {start}") for name in names["GRID"])
+        cells = " | ".join("{} of {}".format(*each) for each in found)
+        assert f"| {start} | {cells} |" in names["text"]
+    ((figure, caption),) = shown
+    assert results.conditions() in caption
+    share = results.share(graph="manhattan", method="GNC-TLS from odometry")
+    (cell,) = (text for text in figure.axes[0].texts if text.get_position() == (3.5, 0.5))
+    assert cell.get_text() == f"{100 * share:.0f}"
+    pcm, mixture = (
+        {graph: results.share(graph=graph, method=name) for graph in PLANS}
+        for name in ("PCM + GNC-TLS", "max-mixture")
+    )
+    assert pcm["CSAIL"] > 0.9 > 0.1 > mixture["CSAIL"]
+    assert pcm["intel"] < mixture["intel"] - 0.2
+    assert mixture["manhattan"] == 0
+    rows = results.where(graph="manhattan", method="max-mixture")
+    assert all(float(row["precision"]) == 1 for row in rows)
+
+
+@pytest.mark.parametrize("count", [12, 18])
+def test_gtsam_finds_maps_that_our_gnc_from_least_squares_loses(count: int) -> None:
+    if importlib.util.find_spec("gtsam") is None:
+        leave_out("gtsam is not installed; nothing is compared with it")
+    c = chi_square_threshold(0.99, 3)
+    town = SHOWCASE.run("imports", "town", C=c)["with_outliers"]
+    for seed in range(5):
+        graph, _, truth = town("consistent", count, seed)
+        odometry = PoseGraphProblem(graph, steps=1, tol=1e-6)
+        squares = PoseGraphProblem(graph, odometry.initial(), steps=1)
+        theirs, bent = (
+            ate(methods.METHODS["GTSAM's GNC-TLS"](one, c), truth) for one in (odometry, squares)
+        )
+        assert (theirs > 0.4) == ((count, seed) in {(18, 0), (18, 3)})
+        assert (bent > 0.4) == (seed in (0, 2, 3, 4))
