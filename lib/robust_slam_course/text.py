@@ -22,3 +22,9 @@ def check_text(*holds: ArrayLike) -> None:
     """
     if not all(map(np.all, holds)):
         print(CHANGED)
+
+
+def near(values: ArrayLike, printed: ArrayLike, tol: float = 1e-8) -> bool:
+    """Tell whether values are as printed, to a tolerance; of another number they are not."""
+    there, here = np.asarray(values), np.asarray(printed)
+    return there.shape == here.shape and bool(np.allclose(there, here, atol=tol))

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from robust_slam_course.text import CHANGED, check_text
 
-from benchmarks import machine
 from tests.book.conftest import NOTEBOOKS
 from tests.book.numbers import check
 from tests.book.prose import Chapter
 from tests.book.samples import assert_right_options_are_hidden
+from tools.data import machine
 
 pytestmark = pytest.mark.long
 

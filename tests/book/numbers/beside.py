@@ -23,7 +23,7 @@ from robust_slam.graphs import pose_graph, se3
 from robust_slam.graphs.metrics import ate
 from robust_slam.graphs.odometry import dead_reckoning, spanning_tree
 from robust_slam.problems import LinearProblem, LocationProblem, PoseGraphProblem, chain
-from robust_slam_course.machine import FAULTS, measured
+from robust_slam_course.failures import FAULTS, measured
 from robust_slam_course.plots import opening
 from robust_slam_course.results import read_results
 from scipy.optimize import brentq, least_squares, minimize_scalar
