@@ -12,7 +12,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 
 from robust_slam_autograder.executor.dask_workers import Unfit, connected, may_have_children
 from robust_slam_autograder.executor.trusted import Broken
-from robust_slam_autograder.grading.batch import code_digest
+from robust_slam_autograder.grading.tasks import code_digest
 
 from benchmarks.sweep.definition import World, digest
 from benchmarks.sweep.journal import Run

@@ -9,7 +9,7 @@ from itertools import zip_longest
 from pathlib import Path
 
 import pytest
-from robust_slam_autograder.grading import marking
+from robust_slam_autograder.grading import marking, wording
 from robust_slam_autograder.grading.results import CaseResult, ExerciseResult
 from robust_slam_autograder.lint.answers import Answer
 from robust_slam_autograder.publishing.student_release import release
@@ -107,7 +107,7 @@ def test_wrong_answers_lose_where_they_say(
 
 def by_hidden(name: str, case: CaseResult, lost: dict[str, CaseResult]) -> bool:
     """Whether a case was lost in its hidden region: then its message is the hint alone."""
-    hints = {c.grade_id: c.hint or marking.NO_HINT for c in load(name).cases if c.has_hidden}
+    hints = {c.grade_id: c.hint or wording.NO_HINT for c in load(name).cases if c.has_hidden}
     grade_id = next(key for key, value in lost.items() if value is case)
     return case.message == hints.get(grade_id)
 

@@ -118,18 +118,33 @@ _CHANGES = {
         ("if shown is not None:", "if False:",
          "grading/test_allowed.py::test_what_student_code_could_read_is_refused"),
     ],
+    "executor/guarded.py": [
+        ("    signal.setitimer(signal.ITIMER_PROF, max(seconds, 0.001))\n", "",
+         f"{BATCH}a_call_that_nothing_interrupts_is_the_students_timeout"),
+    ],
     "grading/batch.py": [
-        ("at_once > 1 and _ran_into_a_limit(result)", "False", f"{BATCH}a_limit_is_judged_alone"),
+        ("at_once > 1 and marked.doubtful", "False", f"{BATCH}a_limit_is_judged_alone"),
+        ("            waiting.put(replace(task, seen=marked))\n",
+         "            ((_, last),) = _marked(run_pass([replace(task, seen=marked)], 1))\n"
+         "            yield task, last.result\n"
+         "            continue\n",
+         f"{BATCH}what_a_hidden_pass_leaves_behind_reaches_no_text"),
+    ],
+    "grading/tasks.py": [
         ("if job.path.is_symlink():", "if False:", f"{BATCH}a_link_on_the_way_is_refused"),
         ("if job.path.parent.is_symlink():", "if False:", f"{BATCH}a_link_on_the_way_is_refused"),
     ],
     "grading/marking.py": [
         ("missing = not score and owner", "missing = owner",
          f"{MARKING}an_exercise_that_earned_points_is_not_missing"),
-        ("session, sources, seed)", "session, sources, PUBLIC_SEED)",
+        ("one = _Pass(whose, sandbox, run, seed)", "one = _Pass(whose, sandbox, run, PUBLIC_SEED)",
          f"{MARKING}hidden_inputs_are_drawn_from_the_batchs_seed"),
-        ("sources, PUBLIC_SEED, explain.Calls())", "sources, 1, explain.Calls())",
+        ("run, PUBLIC_SEED, is_visible=True)", "run, 1, is_visible=True)",
          f"{MARKING}visible_checks_draw_from_the_public_seed"),
+        ("self._doubtful |= own or", "self._doubtful |=",
+         f"{MARKING}what_a_busy_machine_may_be_to_blame_for_is_doubtful"),
+    ],
+    "grading/cases.py": [
         ("if known or session.fault is None:", "if True:",
          f"{MARKING}a_fault_that_a_test_swallows_is_a_fault"),
         ("        contextlib.redirect_stdout(nowhere),\n", "", f"{MARKING}tests_print_nothing"),

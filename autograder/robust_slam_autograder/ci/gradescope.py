@@ -20,9 +20,9 @@ from typing import Any
 
 from robust_slam_autograder import sandbox
 from robust_slam_autograder.errors import AutograderError
-from robust_slam_autograder.grading import batch, durable, journal
-from robust_slam_autograder.grading.batch import Handed, Job
+from robust_slam_autograder.grading import batch, durable, journal, tasks
 from robust_slam_autograder.grading.results import CaseResult, ExerciseResult, Result
+from robust_slam_autograder.grading.tasks import Handed, Job
 from robust_slam_autograder.grading.verdicts import MEANINGS
 from robust_slam_autograder.markup import visible
 from robust_slam_autograder.reading import assignment as assignments
@@ -62,7 +62,7 @@ def _grade(root: Path) -> Result:
     (name,) = assignments.find_names(tree)
     tests = assignments.notebook_path(tree / name)
     job = Job(NOBODY, assignments.load(tests), tests, root / "submission")
-    job = replace(job, handed=batch.read(job))
+    job = replace(job, handed=tasks.read(job))
     # From a file, for others can read a command line.
     seed = seed_of((root / "source" / SEED_NAME).read_bytes(), job.handed or Handed())
     wall = sandbox.choose(None, unsandboxed=False)

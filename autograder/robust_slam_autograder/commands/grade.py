@@ -19,9 +19,10 @@ from robust_slam_autograder.commands.submissions import Places
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.executor.dask_workers import connected
 from robust_slam_autograder.grading import allowed, batch, durable, progress, remote
-from robust_slam_autograder.grading.batch import Graded, Graders, Job
+from robust_slam_autograder.grading.batch import Graded, Graders
 from robust_slam_autograder.grading.journal import open_journal
 from robust_slam_autograder.grading.results import Result
+from robust_slam_autograder.grading.tasks import Job
 from robust_slam_autograder.markup import log_line
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading import submission

@@ -60,6 +60,10 @@ class Deadline:
         """Seconds for which it is surely not over; 0 or less where it is."""
         return soonest([self])
 
+    def used(self) -> float:
+        """Return the CPU seconds since its begin."""
+        return self.meter.seconds() - self.cpu
+
 
 def soonest(deadlines: list[Deadline]) -> float:
     """Seconds for which none of some deadlines of one meter is over; 0 or less where one is."""

@@ -6,10 +6,7 @@ A batch that is killed takes them with it: none goes on by itself.
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import multiprocessing
-import os
-import select
 import signal
 import sys
 import tempfile
@@ -22,7 +19,7 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.context import ForkServerProcess
 from typing import Generic, TypeVar
 
-from robust_slam_autograder.executor import memory, trusted_server
+from robust_slam_autograder.executor import guarded, memory, trusted_server
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -145,13 +142,5 @@ def _work(sender: Connection, folder: str, work: Callable[[T], R], task: T) -> N
 def _end_with_the_batch() -> None:
     """Have the kernel end this process when the batch's is gone, however that came."""
     parent = multiprocessing.parent_process()
-    if parent is None:
-        return
-    # The sentinel is the end of a pipe whose other end closes with the batch's process. No
-    # thread watches it: a long computation would keep that from running.
-    sentinel = parent.sentinel
-    signal.signal(signal.SIGIO, signal.SIG_DFL)
-    fcntl.fcntl(sentinel, fcntl.F_SETOWN, os.getpid())
-    fcntl.fcntl(sentinel, fcntl.F_SETFL, fcntl.fcntl(sentinel, fcntl.F_GETFL) | os.O_ASYNC)
-    if select.select([sentinel], [], [], 0)[0]:
-        os.kill(os.getpid(), signal.SIGKILL)
+    if parent is not None:
+        guarded.end_with(parent.sentinel)

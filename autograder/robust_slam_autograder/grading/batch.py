@@ -1,4 +1,4 @@
-"""Grades a batch: one trusted process per submission, one result file each, one seed for all.
+"""Grades a batch: one trusted process for each pass, one result file each, one seed for all.
 
 A batch that was stopped goes on where it stood: a submission whose text, tests
 and seed have not changed keeps its result.
@@ -9,9 +9,7 @@ from __future__ import annotations
 import contextlib
 import fcntl
 import functools
-import hashlib
 import os
-import sys
 import traceback
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
@@ -19,75 +17,27 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol
 
-import robust_slam_autograder
 from robust_slam_autograder.errors import GraderFailure, Refused, WrongUse
-from robust_slam_autograder.executor import trusted
+from robust_slam_autograder.executor import guarded, trusted
 from robust_slam_autograder.executor.budget import WALL_FACTOR
 from robust_slam_autograder.executor.trusted import Broken
 from robust_slam_autograder.grading import marking, results
 from robust_slam_autograder.grading.journal import Journal
+from robust_slam_autograder.grading.marked import Marked
+from robust_slam_autograder.grading.marking import Step, Whose
 from robust_slam_autograder.grading.results import Result, Status
-from robust_slam_autograder.reading import answers, notebook, submission
-from robust_slam_autograder.reading.assignment import CONFIG_NAME, Assignment
-from robust_slam_autograder.reading.notebook import Cell
+from robust_slam_autograder.grading.tasks import Fingerprints, Job, Task
+from robust_slam_autograder.grading.waiting import Waiting
+from robust_slam_autograder.reading import answers, submission
+from robust_slam_autograder.reading.assignment import Assignment
 from robust_slam_autograder.reading.source import imported_modules, needed
-from robust_slam_autograder.sandbox import Sandbox, packages
+from robust_slam_autograder.sandbox import Sandbox
 
 LOCK_NAME = ".lock"
+WAITING_NAME = ".visible"
 PRELOAD = ("numpy", "scipy.special", __name__)
 GRACE_SECONDS = 60.0
 """What a submission may take beyond its own limit before its trusted process is ended."""
-
-
-@dataclass(frozen=True)
-class Handed:
-    """What a submission holds, read once: where it is does not matter any more."""
-
-    name: str = ""
-    """The notebook's, with its ending."""
-    data: bytes = b""
-    notes: tuple[str, ...] = ()
-    """Sentences on what was found in an unusual place."""
-    refusal: str = ""
-    """Why it could not be read; empty where it could."""
-
-    def cells(self) -> tuple[Cell, ...]:
-        """Return the notebook's cells.
-
-        Raises:
-            Refused: it could not be read, or is no notebook.
-        """
-        if self.refusal:
-            raise Refused(self.refusal)
-        return notebook.parse(self.data, notebook.shown(self.name))
-
-
-@dataclass(frozen=True)
-class Job:
-    """One submission to grade."""
-
-    student: str
-    assignment: Assignment
-    tests: Path
-    """The instructor's notebook."""
-    path: Path
-    """The submission's notebook, or its folder ``submitted/<student>/<assignment>/``."""
-    handed: Handed | None = None
-    """What was read there already; None where it is read when its turn comes."""
-
-    @property
-    def key(self) -> str:
-        """Name of the submission in the batch."""
-        return f"{self.student}/{self.assignment.name}"
-
-
-@dataclass(frozen=True)
-class Task:
-    """A submission as it was read, and the digest of all that its result depends on."""
-
-    job: Job
-    handed: Handed
-    fingerprint: str
 
 
 @dataclass(frozen=True)
@@ -106,8 +56,8 @@ class Graders(Protocol):
 
     def grade(
         self, tasks: Iterable[Task], terms: Terms, *, at_once: int
-    ) -> Iterator[tuple[Task, Result | Broken]]:
-        """Grade tasks, taken one by one, and give the answers as they come.
+    ) -> Iterator[tuple[Task, Marked | Broken]]:
+        """Run each task's next pass, taken one by one, and give the answers as they come.
 
         Args:
             tasks: the submissions.
@@ -121,11 +71,11 @@ class Processes:
 
     def grade(
         self, tasks: Iterable[Task], terms: Terms, *, at_once: int
-    ) -> Iterator[tuple[Task, Result | Broken]]:
-        """Grade each task in a process of its own."""
+    ) -> Iterator[tuple[Task, Marked | Broken]]:
+        """Run each pass in a process of its own."""
         return trusted.run_each(
             tasks,
-            functools.partial(grade_task, seed=terms.seed, wall=terms.wall),
+            functools.partial(grade_task, seed=terms.seed, wall=terms.wall, run=guarded.guarded),
             at_once=at_once,
             seconds=patience,
             preload=terms.preload,
@@ -199,17 +149,19 @@ def grade(
     """
     prints = Fingerprints(run.seed, wall)
     done: dict[str, Graded] = {}
-    waiting = []
+    due = []
     for job in jobs:
-        kept = _kept(out, job, run, prints.of)
-        if kept is None:
-            waiting.append(job)
+        reused = _reused(out, job, run, prints.of)
+        if reused is None:
+            due.append(job)
         else:
-            done[job.key] = kept
-            report(kept)
-    terms = Terms(run.seed, wall, tuple(preload(waiting)))
-    at_once = min(workers, len(waiting))
-    with closing(_grade_all(waiting, prints, graders or Processes(), terms, at_once)) as graded:
+            done[job.key] = reused
+            report(reused)
+    terms = Terms(run.seed, wall, tuple(preload(due)))
+    at_once = min(workers, len(due))
+    kept = Waiting(out / WAITING_NAME)
+    run_pass = functools.partial(_run_pass, graders or Processes(), terms)
+    with closing(_grade_all(due, prints, kept, run_pass, at_once)) as graded:
         for task, result in graded:
             run.forget(task.job.key)
             path = results.write(out, result)
@@ -217,11 +169,12 @@ def grade(
                 run.remember(task.job.key, task.fingerprint)
             done[task.job.key] = Graded(path, result.status, reused=False)
             report(done[task.job.key])
+    kept.remove()
     return [done[job.key] for job in jobs]
 
 
-def _kept(out: Path, job: Job, run: Journal, fingerprint: Callable[[Job], str]) -> Graded | None:
-    """The result that a submission has already, where nothing that it depends on has changed."""
+def _reused(out: Path, job: Job, run: Journal, fingerprint: Callable[[Job], str]) -> Graded | None:
+    """Return a submission's result where nothing that it depends on has changed."""
     if job.key not in run.graded or run.graded[job.key] != fingerprint(job):
         return None
     path = results.path_of(out, job.student, job.assignment.name)
@@ -231,126 +184,75 @@ def _kept(out: Path, job: Job, run: Journal, fingerprint: Callable[[Job], str]) 
         return None
 
 
-class Fingerprints:
-    """Digests of all that a submission's result depends on."""
-
-    def __init__(self, seed: int, wall: Sandbox) -> None:
-        self._common = f"{seed} {wall.name} {code_digest()}"
-        self._tests: dict[Path, bytes] = {}
-
-    def of(self, job: Job) -> str:
-        """The digest of one submission, as it is on the disk now."""
-        return self.task(job).fingerprint
-
-    def task(self, job: Job) -> Task:
-        """Read a submission, and take the digest of what was read."""
-        handed = read(job)
-        return Task(job, handed, self._digest(job, handed))
-
-    def _digest(self, job: Job, handed: Handed) -> str:
-        if job.tests not in self._tests:
-            self._tests[job.tests] = self._digest_of_tests(job.tests)
-        digest = hashlib.sha256(self._tests[job.tests])
-        digest.update(handed.refusal.encode())
-        digest.update(handed.name.encode(errors="surrogateescape") + handed.data)
-        return digest.hexdigest()
-
-    def _digest_of_tests(self, tests: Path) -> bytes:
-        digest = hashlib.sha256(self._common.encode())
-        config = tests.parent / CONFIG_NAME
-        for path in [tests, *([config] if config.is_file() else [])]:
-            digest.update(path.read_bytes())
-        return digest.digest()
+_RunPass = Callable[[Iterable[Task], int], Iterator[tuple[Task, Marked | Broken]]]
+"""Runs the next pass of tasks, so many at once."""
 
 
-@functools.cache
-def code_digest() -> str:
-    """Digest of the interpreter and of all code that tests and grader may import."""
-    # Their folders are named for name and version; to read the metadata takes far longer.
-    folders = [Path(entry) for entry in sys.path if entry and not _in_a_package(Path(entry))]
-    installed = sorted({path.name for folder in folders for path in folder.glob("*.dist-info")})
-    digest = hashlib.sha256(repr([sys.version, installed]).encode())
-    for folder in dict.fromkeys(
-        [Path(robust_slam_autograder.__file__).parent, *packages.packages_in_place()]
-    ):
-        for path in sorted(folder.rglob("*.py")):
-            digest.update(path.read_bytes())
-    return digest.hexdigest()
-
-
-def _in_a_package(folder: Path) -> bool:
-    """Whether it is in an installed package: setuptools, once imported, enters its own."""
-    return any(parent.name in ("site-packages", "dist-packages") for parent in folder.parents)
-
-
-def locate(job: Job) -> tuple[Path, tuple[str, ...]]:
-    """The submission's notebook, with a note where it has an unusual name.
-
-    Raises:
-        Refused: there is none, or the path leads through a link.
-    """
-    for given in (job.path.parent.name, job.path.stem):
-        if job.student == submission.stand_in(given):
-            raise Refused(f"{notebook.shown(given)!r} is no name for a student: rename it.")
-    try:
-        return _located(job)
-    except OSError as error:
-        name = notebook.shown(job.path.name)
-        raise Refused(f"{name} cannot be read ({error.strerror}): make it readable.") from error
-
-
-def _located(job: Job) -> tuple[Path, tuple[str, ...]]:
-    if job.path.is_symlink():
-        raise Refused(f"{notebook.shown(job.path.name)} is a link: hand in the notebook itself.")
-    if not job.path.is_dir():
-        return job.path, ()
-    if job.path.parent.is_symlink():
-        raise Refused(f"The student's folder {notebook.shown(job.student)} is a link.")
-    return submission.notebook_in(job.path, job.assignment.notebook)
-
-
-def read(job: Job) -> Handed:
-    """Read what is handed in, or say why it cannot be."""
-    if job.handed is not None:
-        return job.handed
-    try:
-        path, notes = locate(job)
-        return Handed(path.name, notebook.read_bytes(path), notes)
-    except Refused as error:
-        return Handed(refusal=str(error))
+def _run_pass(
+    graders: Graders, terms: Terms, tasks: Iterable[Task], at_once: int
+) -> Iterator[tuple[Task, Marked | Broken]]:
+    return graders.grade(tasks, terms, at_once=at_once)
 
 
 def _grade_all(
-    jobs: Iterable[Job], prints: Fingerprints, graders: Graders, terms: Terms, at_once: int
+    jobs: Iterable[Job],
+    prints: Fingerprints,
+    waiting: Waiting,
+    run_pass: _RunPass,
+    at_once: int,
 ) -> Generator[tuple[Task, Result], None, None]:
-    """Grade up to ``at_once`` submissions at once, and then, alone, those that ran into a limit.
+    """Grade submissions in two rounds: all visible passes first, and only then hidden ones.
 
-    A busy machine may be why they did, and a mark must not depend on the neighbours. Each is
-    read when its turn comes, so that few are in memory.
+    Every text that a student sees is made in the first round. So nothing that a hidden pass
+    leaves behind on the machine can reach a text, be it of the same student or of another.
     """
-    doubtful = []
-    for task, result in _results(graders.grade(map(prints.task, jobs), terms, at_once=at_once)):
-        if at_once > 1 and _ran_into_a_limit(result):
-            doubtful.append(task.job)
+    seen: list[Job] = []
+
+    def unseen() -> Iterator[Task]:
+        for task in map(prints.task, jobs):
+            if waiting.seen(task):
+                seen.append(task.job)
+            else:
+                yield task
+
+    for task, marked in _round(unseen(), waiting, run_pass, at_once):
+        if marked.is_whole:
+            yield task, marked.result
         else:
-            yield task, result
-    yield from _results(graders.grade(map(prints.task, doubtful), terms, at_once=1))
+            waiting.put(replace(task, seen=marked))
+            seen.append(task.job)
+    for task, marked in _round(map(waiting.get, seen), waiting, run_pass, at_once):
+        yield task, marked.result
 
 
-def _ran_into_a_limit(result: Result) -> bool:
-    stopped = any(exercise.status in ("timeout", "died") for exercise in result.exercises)
-    return stopped or result.status == "failed"
+def _round(
+    tasks: Iterable[Task],
+    waiting: Waiting,
+    run_pass: _RunPass,
+    at_once: int,
+) -> Iterator[tuple[Task, Marked]]:
+    """Run a pass of some submissions at once, and then, alone, of those that ran into a limit.
+
+    A busy machine may be why they did, and a mark must not depend on the neighbours.
+    """
+    again = []
+    for task, marked in _marked(run_pass(tasks, at_once)):
+        if at_once > 1 and marked.doubtful:
+            waiting.put(task)
+            again.append(task.job)
+        else:
+            yield task, marked
+    yield from _marked(run_pass(map(waiting.get, again), 1))
 
 
-def _results(
-    answers: Iterator[tuple[Task, Result | Broken]],
-) -> Iterator[tuple[Task, Result]]:
+def _marked(
+    answers: Iterable[tuple[Task, Marked | Broken]],
+) -> Iterator[tuple[Task, Marked]]:
     for task, answer in answers:
         if isinstance(answer, Broken):
             reason = f"The grader {answer.how} on this submission."
-            yield task, _without_grade("failed", reason, task.job)
-        else:
-            yield task, answer
+            answer = _without_grade("failed", reason, task.job)
+        yield task, answer
 
 
 def preload(jobs: Sequence[Job]) -> list[str]:
@@ -373,14 +275,28 @@ def patience(task: Task) -> float:
     return task.job.assignment.config.limits.notebook_seconds * WALL_FACTOR + GRACE_SECONDS
 
 
-def grade_task(task: Task, *, seed: int, wall: Sandbox) -> Result:
-    """Grade one submission; a refusal or a failure is a result too."""
+def grade_task(
+    task: Task, *, seed: int, wall: Sandbox, run: guarded.Run[Step] = guarded.plain
+) -> Marked:
+    """Run a submission's next pass; a refusal or a failure is a result too.
+
+    Args:
+        task: the submission; with its visible pass seen the hidden one is next.
+        seed: the batch's secret.
+        wall: where student code runs.
+        run: what runs the test cells.
+    """
     job, handed = task.job, task.handed
     try:
         cells = handed.cells()
         code = submission.with_notes(submission.collect(cells, job.assignment), handed.notes)
-        marked = marking.grade(job.assignment, code, student=job.student, seed=seed, sandbox=wall)
-        return replace(marked, texts=answers.texts(job.assignment, cells))
+        whose = Whose(job.student, job.assignment, code)
+        if task.seen is None:
+            marked = marking.look(whose, sandbox=wall, run=run)
+        else:
+            marked = marking.finish(whose, task.seen, seed=seed, sandbox=wall, run=run)
+        result = replace(marked.result, texts=answers.texts(job.assignment, cells))
+        return replace(marked, result=result)
     except Refused as error:
         return _without_grade("refused", str(error), job)
     except GraderFailure as error:
@@ -392,14 +308,15 @@ def grade_task(task: Task, *, seed: int, wall: Sandbox) -> Result:
         return _without_grade("failed", what, job)
 
 
-def _without_grade(status: results.Status, reason: str, job: Job) -> Result:
-    return results.without_grade(
+def _without_grade(status: results.Status, reason: str, job: Job) -> Marked:
+    result = results.without_grade(
         status,
         reason,
         student=job.student,
         assignment=job.assignment.name,
         max_score=job.assignment.max_score,
     )
+    return Marked(result, doubtful=status == "failed")
 
 
 def counts(graded: Sequence[Graded]) -> Mapping[str, int]:

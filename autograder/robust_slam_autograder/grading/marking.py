@@ -1,40 +1,26 @@
 """Grades one submission: visible tests with their messages, then hidden ones with hints.
 
-Tests run here, in the trusted process. The student's functions are proxies that call
-across the pipe. A case earns its points only when this side reached the end of its cell.
-
 The hidden pass yields one ``Ending`` a case and no text. So nothing that student code
-says there can reach the result: its messages are the instructor's hints and the
-constants of this module.
+says there can reach the result: its messages are the instructor's hints and constants.
+A batch runs the visible passes of all its submissions before the first hidden one.
 """
 
 from __future__ import annotations
 
 import contextlib
-import hashlib
-import os
-import signal
+import functools
 import time
-import types
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
-from typing import Any
 
-import numpy as np
-
-from robust_slam_autograder.errors import GraderFailure
-from robust_slam_autograder.executor import memory
+from robust_slam_autograder.executor import guarded
 from robust_slam_autograder.executor.budget import Deadline, Meter
-from robust_slam_autograder.executor.session import (
-    Program,
-    Session,
-    SessionFault,
-    StudentError,
-    shows_answers,
-)
-from robust_slam_autograder.grading import causes, explain, wording
-from robust_slam_autograder.grading.explain import Returned
+from robust_slam_autograder.executor.guarded import Overrun
+from robust_slam_autograder.executor.session import Program, Session
+from robust_slam_autograder.grading import cases as passes
+from robust_slam_autograder.grading import explain, wording
+from robust_slam_autograder.grading.cases import Cases, Endings
+from robust_slam_autograder.grading.marked import Marked
 from robust_slam_autograder.grading.results import (
     CaseResult,
     Ending,
@@ -44,33 +30,26 @@ from robust_slam_autograder.grading.results import (
     tidy,
 )
 from robust_slam_autograder.grading.wording import FAULT_SENTENCES, NO_HINT, Told
-from robust_slam_autograder.reading.assignment import Assignment, Case, Piece
-from robust_slam_autograder.reading.source import compiled, names_read, plain_python
+from robust_slam_autograder.reading.assignment import Assignment, Case
 from robust_slam_autograder.reading.submission import Submission
 from robust_slam_autograder.sandbox import Sandbox
-from robust_slam_autograder.student.untrusted import Notebook
 
-SEED_VARIABLE = "ROBUST_SLAM_SEED"
 PUBLIC_SEED = 0
 """Visible tests draw what students draw themselves: their messages tell nothing secret."""
-ALARM_GRACE = 0.5
-"""The pipe's own deadline comes first; the alarm is for tests that compute on this side."""
+
+Report = Callable[[ExerciseResult], None]
+"""Called with each exercise as it ends."""
+Seen = Mapping[str, CaseResult]
+"""By grade id how a case went in the visible pass."""
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """How one case went in the visible pass."""
+class Whose:
+    """A submission, and what it answers."""
 
-    ending: Ending
-    told: Told
-
-
-Outcomes = Mapping[str, Outcome]
-"""By grade id."""
-Endings = Mapping[str, Ending]
-"""By grade id."""
-_Event = tuple[Case, Ending, Exception | None]
-"""A case, how it ended, and what it raised, which may hold a student's words."""
+    student: str
+    assignment: Assignment
+    submission: Submission
 
 
 def grade(
@@ -88,10 +67,9 @@ def grade(
     Raises:
         GraderFailure: the sandbox or the instructor's set-up cells do not work.
     """
-    run = _Passes(assignment, submission, sandbox)
-    visible = run.visible()
-    passed = any(outcome.ending is Ending.PASSED for outcome in visible.values())
-    return run.result(student, visible, run.hidden(visible, seed) if passed else {})
+    whose = Whose(student, assignment, submission)
+    seen = look(whose, sandbox=sandbox)
+    return seen.result if seen.is_whole else finish(whose, seen, seed=seed, sandbox=sandbox).result
 
 
 def check(
@@ -99,7 +77,7 @@ def check(
     submission: Submission,
     *,
     sandbox: Sandbox,
-    report: Callable[[ExerciseResult], None] | None = None,
+    report: Report | None = None,
 ) -> Result:
     """Run the visible tests alone, for the student's own use.
 
@@ -112,328 +90,218 @@ def check(
     Raises:
         GraderFailure: the set-up cells do not work.
     """
-    run = _Passes(assignment, submission, sandbox)
-    visible = run.visible(report)
-    return run.result("", visible, _endings(visible))
+    return look(Whose("", assignment, submission), sandbox=sandbox, report=report).result
 
 
-def _endings(outcomes: Outcomes) -> Endings:
-    return {key: outcome.ending for key, outcome in outcomes.items()}
+def look(
+    whose: Whose,
+    *,
+    sandbox: Sandbox,
+    run: guarded.Run[Step] = guarded.plain,
+    report: Report | None = None,
+) -> Marked:
+    """Run what students can see, and explain what fails.
+
+    Args:
+        whose: the submission.
+        sandbox: where student code runs.
+        run: what runs the test cells.
+        report: called with each exercise as it ends.
+
+    Raises:
+        GraderFailure: as ``grade``.
+    """
+    one = _Pass(whose, sandbox, run, PUBLIC_SEED, is_visible=True)
+    last = {case.exercise: case.grade_id for case in whose.assignment.cases}
+    seen: dict[str, CaseResult] = {}
+    for case, step in one.steps():
+        seen[case.grade_id] = _case(case, step.ending, step.told)
+        if report is not None and last[case.exercise] == case.grade_id:
+            report(_exercise(case.exercise, whose, seen, {}))
+    return one.marked(seen, {}, " ".join(whose.submission.notes), 0)
+
+
+def finish(
+    whose: Whose,
+    before: Marked | None,
+    *,
+    seed: int,
+    sandbox: Sandbox,
+    run: guarded.Run[Step] = guarded.plain,
+) -> Marked:
+    """Run all cases whole, but for those where student code hung or died already.
+
+    Args:
+        whose: the submission.
+        before: from ``look``; None where every case is judged by this pass alone.
+        seed: as for ``grade``.
+        sandbox: where student code runs.
+        run: what runs the test cells.
+
+    Raises:
+        GraderFailure: as ``grade``.
+    """
+    one = _Pass(whose, sandbox, run, seed)
+    seen = {} if before is None else _seen(whose.assignment, before.result)
+    if before is not None:
+        one.skip, one.seconds = frozenset(before.skip), before.seconds
+        one.faults = {key: case.ending for key, case in seen.items() if case.ending.is_fault}
+    endings = {case.grade_id: step.ending for case, step in one.steps()}
+    if before is None:
+        return one.marked(seen, endings, "", 0)
+    return one.marked(seen, endings, before.result.reason, before.result.seconds)
 
 
 @dataclass(frozen=True)
-class _Passes:
-    """The passes of one submission; a cell that hung in one is left out of the next."""
+class Step:
+    """How one case ended, and what the pass had come to by then."""
 
-    assignment: Assignment
-    submission: Submission
+    grade_id: str
+    ending: Ending
+    told: Told
+    skip: frozenset[int]
+    seconds: float
+
+
+@dataclass
+class _Pass:
+    """One pass over a submission.
+
+    Attributes:
+        faults: cases that are known to hang or die.
+        skip: cells of the student's that hung or died: they are left out.
+        seconds: how much of the submission's limit is used up.
+    """
+
+    whose: Whose
     sandbox: Sandbox
-    skip: set[int] = field(default_factory=set)
-    start: float = field(default_factory=time.monotonic)
+    run: guarded.Run[Step]
+    seed: int
+    is_visible: bool = False
+    faults: Endings = field(default_factory=dict)
+    skip: frozenset[int] = frozenset()
+    seconds: float = 0.0
+    _doubtful: bool = False
+    _overran: bool = False
+    _start: float = field(default_factory=time.monotonic)
 
-    @cached_property
-    def total(self) -> Deadline:
-        """The time that all passes have together."""
-        return Meter().start(self.assignment.config.limits.notebook_seconds)
+    def steps(self) -> Iterator[tuple[Case, Step]]:
+        """Run the cases in order.
 
-    def visible(self, report: Callable[[ExerciseResult], None] | None = None) -> Outcomes:
-        """Run what students can see, and explain what fails; ``report`` as in ``check``."""
-        last = {case.exercise: case for case in self.assignment.cases}
-        sources = {case.grade_id: case.visible for case in self.assignment.cases}
-        found: dict[str, Outcome] = {}
+        What cannot be interrupted is ended by the kernel. Then the case at which that happened
+        has timed out, and the pass begins again for those that follow.
+        """
+        cases = {case.grade_id: case for case in self.whose.assignment.cases}
+        known: dict[str, Ending] = {}
+        while len(known) < len(cases):
+            reached = 0
+            faults = {**self.faults, **known}
+            try:
+                for step in self.run(functools.partial(self._run_cases, faults)):
+                    reached += 1
+                    if step.grade_id not in known:
+                        known[step.grade_id] = step.ending
+                        self._note(cases[step.grade_id], step)
+                        yield cases[step.grade_id], step
+            except Overrun:
+                for case in self._ended(list(cases.values())[reached], known):
+                    known[case.grade_id] = Ending.TIMEOUT
+                    told = wording.own(FAULT_SENTENCES[Ending.TIMEOUT])
+                    step = Step(case.grade_id, Ending.TIMEOUT, told, self.skip, self.seconds)
+                    yield case, step
+
+    def _run_cases(self, known: Endings) -> Iterator[Step]:
+        faults = {key: ending for key, ending in known.items() if ending.is_fault}
+        used, limits = self.seconds, self.whose.assignment.config.limits
+        total = Meter().start(limits.notebook_seconds - used)
+        texts = {
+            case.grade_id: case.visible if self.is_visible else case.full
+            for case in self.whose.assignment.cases
+        }
+        calls = explain.Calls() if self.is_visible else None
         lost: dict[str, Told] = {}
-        with self._session() as session, _environment(PUBLIC_SEED), _silence():
-            cases = _Cases(self.assignment, session, sources, PUBLIC_SEED, explain.Calls())
-            for case, ending, error in cases.run({}):
-                outcome = cases.explain(case, ending, error)
+        with self._session(total) as session, passes.environment(self.seed), passes.silence():
+            cases = Cases(self.whose.assignment, session, texts, self.seed, calls)
+            for case, ending, error in cases.run(faults):
+                told = cases.explain(case, ending, error) if self.is_visible else Told()
                 if ending.is_fault:
-                    outcome = Outcome(ending, lost.setdefault(case.exercise, outcome.told))
-                found[case.grade_id] = outcome
-                if report is not None and case is last[case.exercise]:
-                    report(self._exercise(case.exercise, found, _endings(found)))
-        return found
+                    told = lost.setdefault(case.exercise, told)
+                skip = frozenset(session.skip)
+                yield Step(case.grade_id, ending, told, skip, used + total.used())
 
-    def hidden(self, visible: Outcomes, seed: int) -> Endings:
-        """Run all cases whole, but for those where student code hung or died already."""
-        sources = {case.grade_id: case.full for case in self.assignment.cases}
-        known = {key: o.ending for key, o in visible.items() if o.ending.is_fault}
-        with self._session() as session, _environment(seed), _silence():
-            cases = _Cases(self.assignment, session, sources, seed)
-            return {case.grade_id: ending for case, ending, _ in cases.run(known)}
+    def _note(self, case: Case, step: Step) -> None:
+        """Note where a case ended by a limit that a busy machine may be to blame for."""
+        pieces, first = self.whose.submission.pieces, len(self.whose.assignment.setup)
+        own = any(pieces[number - first].own for number in step.skip - self.skip)
+        lost = {key.rpartition("-")[0] for key in self.faults}
+        self._doubtful |= own or (step.ending.is_fault and case.exercise not in lost)
+        self.skip, self.seconds = step.skip, step.seconds
 
-    def result(self, student: str, visible: Outcomes, hidden: Endings) -> Result:
-        names = self.assignment.exercises
-        exercises = tuple(self._exercise(name, visible, hidden) for name in names)
-        return Result(
-            student=student,
-            assignment=self.assignment.name,
+    def _ended(self, case: Case, known: Endings) -> list[Case]:
+        """Find the cases that end with one that the kernel has ended.
+
+        Where that one was lost before, it is not the student's call that cannot be
+        interrupted, and no case after it can be reached.
+        """
+        self._overran = True
+        self.seconds += self.whose.assignment.config.limits.cell_seconds
+        if case.grade_id not in known and case.grade_id not in self.faults:
+            return [case]
+        return [one for one in self.whose.assignment.cases if one.grade_id not in known]
+
+    def marked(self, seen: Seen, hidden: Endings, reason: str, seconds: float) -> Marked:
+        """Put the result together; ``seconds`` are those of the passes before."""
+        whose = self.whose
+        names = whose.assignment.exercises
+        exercises = tuple(_exercise(name, whose, seen, hidden) for name in names)
+        result = Result(
+            student=whose.student,
+            assignment=whose.assignment.name,
             score=tidy(sum(exercise.score for exercise in exercises)),
-            max_score=tidy(self.assignment.max_score),
+            max_score=tidy(whose.assignment.max_score),
             status="graded",
-            reason=" ".join(self.submission.notes),
+            reason=reason,
             sandbox=self.sandbox.name,
-            seconds=round(time.monotonic() - self.start, 3),
+            seconds=round(seconds + time.monotonic() - self._start, 3),
             exercises=exercises,
         )
-
-    def _exercise(self, name: str, visible: Outcomes, hidden: Endings) -> ExerciseResult:
-        return _exercise(name, self.assignment, self.submission, visible, hidden)
+        doubtful = self._doubtful and not self._overran
+        return Marked(result, doubtful, round(self.seconds, 3), tuple(sorted(self.skip)))
 
     @contextlib.contextmanager
-    def _session(self) -> Iterator[Session]:
-        config = self.assignment.config
+    def _session(self, total: Deadline) -> Iterator[Session]:
+        assignment = self.whose.assignment
+        config = assignment.config
         program = Program(
-            setup=self.assignment.setup,
-            pieces=self.submission.pieces,
-            names=self.assignment.names,
+            setup=assignment.setup,
+            pieces=self.whose.submission.pieces,
+            names=assignment.names,
             withheld=config.withheld,
             packages=config.packages,
-            libraries=self.assignment.libraries,
+            libraries=assignment.libraries,
         )
-        session = Session(self.sandbox, program, config.limits, self.total, self.skip)
+        session = Session(self.sandbox, program, config.limits, total, set(self.skip))
         try:
             yield session
         finally:
             session.close()
 
 
-@dataclass(frozen=True)
-class _Cases:
-    """One pass over an assignment's cases."""
-
-    assignment: Assignment
-    session: Session
-    sources: Mapping[str, str]
-    seed: int
-    calls: explain.Calls | None = None
-    """Calls of the student's functions, recorded in the visible pass alone."""
-
-    def run(self, faults: Endings) -> Iterator[_Event]:
-        """Run the cases in order; after a fault the rest of its exercise is lost.
-
-        Args:
-            faults: cases that are known to hang or die.
-
-        Raises:
-            GraderFailure: the sandbox or the instructor's cells do not work.
-        """
-        tests = self._compiled()
-        try:
-            namespace = self._namespace(names_read(*tests.values()))
-        except SessionFault as fault:
-            yield from ((case, Ending(fault.kind), None) for case in self.assignment.cases)
-            return
-        lost: dict[str, Ending] = {}
-        for case in self.assignment.cases:
-            known = lost.get(case.exercise) or faults.get(case.grade_id)
-            ending, error = self._run_case(case, tests[case.grade_id], namespace, known)
-            if ending.is_fault:
-                lost[case.exercise] = ending
-            yield case, ending, error
-
-    def explain(self, case: Case, ending: Ending, error: Exception | None) -> Outcome:
-        """Say to the student how a case ended in the visible pass.
-
-        What is explained came from student code, so the explanation itself may fail.
-        """
-        try:
-            with self._bounded():
-                return Outcome(ending, self._explained(case, ending, error))
-        except (Exception, SessionFault):
-            return Outcome(ending, wording.own(FAULT_SENTENCES.get(ending, wording.UNEXPLAINED)))
-
-    @contextlib.contextmanager
-    def _bounded(self) -> Iterator[None]:
-        """Bound the time and the memory of what runs on this side with what student code sent."""
-        with _alarm(self.session), memory.for_tests():
-            yield
-
-    def _explained(self, case: Case, ending: Ending, error: Exception | None) -> Told:
-        errors, owner = self.session.errors, self.assignment.owner
-        cell_error = errors.get(owner(case.exercise))
-        if error is None or isinstance(cell_error, SessionFault):
-            return wording.own(FAULT_SENTENCES[ending]) if ending.is_fault else Told()
-        if isinstance(error, NameError) and ending.is_fault:
-            return wording.left_out(error)
-        if isinstance(error, NameError) and not isinstance(error, StudentError):
-            cell_error = errors.get(owner(error.name or ""), cell_error)
-            told = wording.undefined(error, cell_error)
-            return told.further(self._cause(case, cell_error))
-        told = wording.message(error, self.sources[case.grade_id], case)
-        if cause := self._cause(case, error):
-            return told.further(cause)
-        returned = self._returned(case, error)
-        return told.further(returned.text, returned.compared)
-
-    def _returned(self, case: Case, error: Exception) -> Returned:
-        """What a function returned and what was expected; it may be empty."""
-        if self.calls is None or isinstance(error, StudentError):
-            return Returned()
-        # A function that the student handed over must not be called again.
-        fault, self.session.fault = self.session.fault, SessionFault("died")
-        try:
-            return explain.returned(error, plain_python(self.sources[case.grade_id]), self.calls)
-        except SessionFault:
-            return Returned()
-        finally:
-            self.session.fault = fault
-
-    def _cause(self, case: Case, error: object) -> str:
-        """A line that says what most often causes a student's exception; it may be empty."""
-        if not isinstance(error, StudentError) or isinstance(error, NotImplementedError):
-            return ""
-        owner = self.assignment.owner(case.exercise)
-        cells = {piece.label: piece.source for piece in self.session.program.pieces}
-        return causes.of(error, cells.get(owner, ""), self.assignment.config.causes)
-
-    def _compiled(self) -> dict[str, types.CodeType]:
-        found = {}
-        for case in self.assignment.cases:
-            try:
-                found[case.grade_id] = compiled(self.sources[case.grade_id], wording.label(case))
-            except (SyntaxError, ValueError) as error:
-                what = f"The test cell {case.grade_id} is no Python: {error}."
-                raise GraderFailure(what) from error
-        return found
-
-    def _namespace(self, used: Collection[str]) -> dict[str, Any]:
-        """What test cells see: the set-up's names, as far as they are used, then the student's."""
-        notebook = Notebook(types.ModuleType("autograder_tests"), used)
-        for source in self.assignment.imports:
-            with contextlib.suppress(Exception):  # only what tests rely on matters
-                exec(compile(source, "<imports>", "exec", dont_inherit=True), notebook.names)
-        setup = list(enumerate(self.assignment.setup))
-        for number, piece in setup:
-            with self._setup_errors(piece):
-                notebook.read(number, piece.label, piece.source, piece.own)
-        for number, piece in setup:
-            with self._setup_errors(piece):
-                notebook.run(number)
-        self.session.begin()
-        bindings = self.session.bindings()
-        notebook.names.update(self.calls.watched(bindings) if self.calls else bindings)
-        return notebook.names
-
-    @contextlib.contextmanager
-    def _setup_errors(self, piece: Piece) -> Iterator[None]:
-        try:
-            yield
-        except Exception as error:
-            if not shows_answers(error, self.assignment.names):
-                what = f"{piece.label}, fails: {error}"
-                raise GraderFailure(f"The instructor's cell, {what}") from error
-
-    def _run_case(
-        self, case: Case, test: types.CodeType, namespace: dict[str, Any], known: Ending | None
-    ) -> tuple[Ending, Exception | None]:
-        """Run a case's cell.
-
-        A case that is lost already still runs, because later cases use its variables.
-        """
-        session = self.session
-        try:
-            if known:
-                session.fault = SessionFault("died")
-            else:
-                session.begin()
-        except SessionFault as fault:
-            return Ending(fault.kind), None
-        namespace["rng"] = case_generator(self.seed, case.grade_id)
-        if self.calls is not None:
-            self.calls.begin(wording.label(case), namespace)
-        before = dict(namespace)
-        try:
-            with self._bounded():
-                exec(test, namespace)
-        except SessionFault as fault:
-            return known or Ending(fault.kind), None
-        except Exception as error:  # a test fails by raising, whatever it raises
-            if isinstance(error, MemoryError):
-                namespace.clear()  # what the test gathered is not to cost the cases that follow
-                namespace.update(before)
-            ending = known or self._ending(case, error)
-            return ending, None if known else error
-        if known or session.fault is None:
-            return known or Ending.PASSED, None
-        # A test may have swallowed the fault with a bare except.
-        return Ending(session.fault.kind), None
-
-    def _ending(self, case: Case, error: Exception) -> Ending:
-        """How a case ended whose test raised."""
-        cell_error = self.session.errors.get(self.assignment.owner(case.exercise))
-        if isinstance(cell_error, SessionFault):
-            return Ending(cell_error.kind)
-        if isinstance(error, NameError) and self.session.lacks_own_cells:
-            return Ending.TIMEOUT  # so that the batch grades it once more, alone
-        return Ending.FAILED
+def _seen(assignment: Assignment, result: Result) -> Seen:
+    """Find the cases of a visible pass by their grade ids."""
+    found = {(e.name, case.name): case for e in result.exercises for case in e.cases}
+    return {case.grade_id: found[case.exercise, case.name] for case in assignment.cases}
 
 
-def case_generator(seed: int, grade_id: str) -> np.random.Generator:
-    """The generator that a case finds as ``rng``: it follows from seed and grade id alone."""
-    digest = hashlib.sha256(grade_id.encode()).digest()
-    return np.random.default_rng([seed, int.from_bytes(digest[:8], "big")])
-
-
-@contextlib.contextmanager
-def _environment(seed: int) -> Iterator[None]:
-    """Hand the seed to the set-up cell, which plain nbgrader runs without one."""
-    before = os.environ.get(SEED_VARIABLE)
-    os.environ[SEED_VARIABLE] = str(seed)
-    try:
-        yield
-    finally:
-        os.environ.pop(SEED_VARIABLE)
-        if before is not None:
-            os.environ[SEED_VARIABLE] = before
-
-
-@contextlib.contextmanager
-def _silence() -> Iterator[None]:
-    """What a test prints may hold hidden inputs: it goes nowhere."""
-    with (
-        open(os.devnull, "w") as nowhere,
-        contextlib.redirect_stdout(nowhere),
-        contextlib.redirect_stderr(nowhere),
-    ):
-        yield
-
-
-@contextlib.contextmanager
-def _alarm(session: Session) -> Iterator[None]:
-    """End what computes too long on this side; a browser has no alarms."""
-    if not hasattr(signal, "setitimer"):
-        yield
-        return
-
-    def look(signum: int, frame: object) -> None:
-        left = session.time_left()
-        if left <= 0:
-            raise session.fail("timeout")
-        signal.setitimer(signal.ITIMER_REAL, left + ALARM_GRACE)
-
-    before = signal.signal(signal.SIGALRM, look)
-    signal.setitimer(signal.ITIMER_REAL, session.time_left() + ALARM_GRACE)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.signal(signal.SIGALRM, before)
-
-
-def _exercise(
-    name: str,
-    assignment: Assignment,
-    submission: Submission,
-    visible: Outcomes,
-    hidden: Endings,
-) -> ExerciseResult:
+def _exercise(name: str, whose: Whose, seen: Seen, hidden: Endings) -> ExerciseResult:
+    assignment = whose.assignment
     cases = [case for case in assignment.cases if case.exercise == name]
-    results = tuple(_case(case, visible, hidden) for case in cases)
+    results = tuple(_finished(case, seen.get(case.grade_id), hidden) for case in cases)
     score = sum(case.earned for case in results)
     owner = assignment.owner(name)
-    fault, message = _fault(cases, visible, hidden)
+    fault, message = _fault(cases, seen, hidden)
     message = message or next((case.message for case in results if case.message), "")
-    missing = not score and owner in submission.missing
+    missing = not score and owner in whose.submission.missing
     if missing:
         message = f"There is no cell {owner} in the notebook, and nothing defines its functions."
     return ExerciseResult(
@@ -446,11 +314,11 @@ def _exercise(
     )
 
 
-def _fault(cases: Sequence[Case], visible: Outcomes, hidden: Endings) -> tuple[Ending | None, str]:
-    """The first fault of an exercise, and what to say of it."""
-    for outcome in (visible[case.grade_id] for case in cases):
-        if outcome.ending.is_fault:
-            return outcome.ending, outcome.told.message
+def _fault(cases: Sequence[Case], seen: Seen, hidden: Endings) -> tuple[Ending | None, str]:
+    """Find the first fault of an exercise, and what to say of it."""
+    for shown in (seen[case.grade_id] for case in cases if case.grade_id in seen):
+        if shown.ending.is_fault:
+            return shown.ending, shown.message
     for case in cases:
         ending = hidden.get(case.grade_id)
         if ending and ending.is_fault:
@@ -466,13 +334,16 @@ def _status(cases: Sequence[CaseResult], fault: Ending | None) -> ExerciseStatus
     return "partial" if any(case.earned for case in cases) else "failed"
 
 
-def _case(case: Case, visible: Outcomes, hidden: Endings) -> CaseResult:
-    shown = visible[case.grade_id]
-    ending, told = shown.ending, shown.told
-    if ending is Ending.PASSED and case.has_hidden:
-        ending = hidden[case.grade_id]
-        # The instructor's sentence alone: a hidden check's own words may hold its inputs.
-        told = Told(case.hint) if case.hint else wording.own(NO_HINT)
+def _finished(case: Case, shown: CaseResult | None, hidden: Endings) -> CaseResult:
+    """Say how a case ended in the end: it keeps the text of the visible pass, if it has one."""
+    if shown is not None and (not hidden or not shown.passed or not case.has_hidden):
+        return shown
+    # The instructor's sentence alone: a hidden check's own words may hold its inputs.
+    told = Told(case.hint) if case.hint else wording.own(NO_HINT)
+    return _case(case, hidden[case.grade_id], told)
+
+
+def _case(case: Case, ending: Ending, told: Told) -> CaseResult:
     passed = ending is Ending.PASSED
     return CaseResult(
         name=case.name,

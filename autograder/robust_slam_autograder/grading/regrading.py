@@ -13,10 +13,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from robust_slam_autograder.errors import Refused, WrongUse
-from robust_slam_autograder.grading import batch, results
-from robust_slam_autograder.grading.batch import Graded, Graders, Job
+from robust_slam_autograder.grading import batch, results, tasks
+from robust_slam_autograder.grading.batch import Graded, Graders
 from robust_slam_autograder.grading.journal import RUN_NAME, Journal, open_journal
 from robust_slam_autograder.grading.results import ExerciseResult, Result
+from robust_slam_autograder.grading.tasks import Job
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.sandbox import Sandbox
 
@@ -108,7 +109,7 @@ def plan(tree: Path, name: str, *, out: Path, submitted: Path) -> Plan:
 
 def outdated(jobs: Sequence[Job], journal: Journal, wall: Sandbox) -> list[Job]:
     """Return submissions whose result does not follow from today's tests, text and grader."""
-    fingerprint = batch.Fingerprints(journal.seed, wall).of
+    fingerprint = tasks.Fingerprints(journal.seed, wall).of
     return [job for job in jobs if journal.graded.get(job.key) != fingerprint(job)]
 
 
@@ -182,7 +183,7 @@ def compare(trial: Trial, out: Path) -> list[Regraded]:
 
 def _is_newer(job: Job, out: Path) -> bool:
     try:
-        path, _ = batch.locate(job)
+        path, _ = tasks.locate(job)
         graded = results.path_of(out, job.student, job.assignment.name)
         return path.stat().st_mtime_ns > graded.stat().st_mtime_ns
     except (Refused, OSError):

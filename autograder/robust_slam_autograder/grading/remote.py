@@ -1,8 +1,8 @@
 """Grading on a cluster: workers grade, the coordinator alone reads and writes.
 
-What travels is bytes: the tests, the seed and the submission there, the text of a result file
-back. A worker needs no shared disk and writes nothing. It takes a submission only where its code
-and its wall are the coordinator's, and grades it in a trusted process, as a local batch does.
+What travels is bytes: the tests, the seed and the submission there, a result's text back.
+A worker needs no shared disk and writes nothing. It takes a submission only where its code and its
+wall are the coordinator's, and grades it in a trusted process, as a local batch does.
 """
 
 from __future__ import annotations
@@ -14,9 +14,10 @@ from dataclasses import dataclass
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.executor.dask_workers import Call, Cluster, Unfit, may_have_children
 from robust_slam_autograder.executor.trusted import Broken
-from robust_slam_autograder.grading import batch, results
-from robust_slam_autograder.grading.batch import Job, Task, Terms
-from robust_slam_autograder.grading.results import Result
+from robust_slam_autograder.grading import batch, marked
+from robust_slam_autograder.grading.batch import Terms
+from robust_slam_autograder.grading.marked import Marked
+from robust_slam_autograder.grading.tasks import Job, Task, code_digest
 from robust_slam_autograder.sandbox import BACK_ENDS, Sandbox, Unsandboxed
 
 UNSANDBOXED = "unsandboxed"
@@ -25,12 +26,12 @@ OTHER_CODE = (
     "the machine: install the same commit from the same requirements-dev.lock, and restart it"
 )
 Answer = tuple[str, str]
-""""result" and the text of its file, or "broken" and how."""
+""""result" and what the pass came to, as a text, or "broken" and how."""
 
 
 @dataclass(frozen=True)
 class Parcel:
-    """All that a worker needs to grade one submission."""
+    """All that a worker needs for one pass over a submission."""
 
     task: Task
     seed: int
@@ -45,13 +46,13 @@ class Workers:
 
     def grade(
         self, tasks: Iterable[Task], terms: Terms, *, at_once: int
-    ) -> Iterator[tuple[Task, Result | Broken]]:
-        """Grade each task on a worker that is fit for it.
+    ) -> Iterator[tuple[Task, Marked | Broken]]:
+        """Run each task's next pass on a worker that is fit for it.
 
         Raises:
             WrongUse: workers know the wall by no name.
         """
-        code, wanted = batch.code_digest(), name_of(terms.wall)
+        code, wanted = code_digest(), name_of(terms.wall)
 
         def call(task: Task) -> Call:
             parcel = Parcel(task, terms.seed, terms.preload)
@@ -75,8 +76,8 @@ def name_of(wall: Sandbox) -> str:
     raise WrongUse(f"Workers know no sandbox {wall.name}.")
 
 
-def _checked(answer: object, job: Job) -> Result | Broken:
-    """Return a worker's answer, where it is a result of this submission."""
+def _checked(answer: object, job: Job) -> Marked | Broken:
+    """Read a worker's answer, where it is a result of this submission."""
     match answer:
         case Broken():
             return answer
@@ -84,23 +85,26 @@ def _checked(answer: object, job: Job) -> Result | Broken:
             return Broken(how)
         case ("result", str(text)):
             try:
-                result = results.from_text(text)
-            except (ValueError, KeyError, TypeError, AttributeError):
+                found = marked.from_text(text)
+            except ValueError:
                 return Broken("sent back no result")
-            if (result.student, result.assignment) == (job.student, job.assignment.name):
-                return result
+            if (found.result.student, found.result.assignment) == (
+                job.student,
+                job.assignment.name,
+            ):
+                return found
     return Broken("sent back no result")
 
 
 def grade_on_worker(code: str, wall_name: str, parcel: bytes) -> Answer | Unfit:
-    """Grade a submission; the worker's part.
+    """Run a submission's next pass; the worker's part.
 
     Args:
         code: digest of the coordinator's code; nothing is unpacked where ours differs.
         wall_name: where student code runs, here too.
         parcel: a pickled ``Parcel``.
     """
-    if code != batch.code_digest():
+    if code != code_digest():
         return Unfit(OTHER_CODE)
     wall = Unsandboxed() if wall_name == UNSANDBOXED else BACK_ENDS[wall_name]
     problem = wall.problem()
@@ -113,4 +117,4 @@ def grade_on_worker(code: str, wall_name: str, parcel: bytes) -> Answer | Unfit:
     ((_, answer),) = batch.Processes().grade([found.task], terms, at_once=1)
     if isinstance(answer, Broken):
         return "broken", answer.how
-    return "result", results.as_text(answer)
+    return "result", marked.as_text(answer)

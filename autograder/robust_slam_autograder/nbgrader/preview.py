@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from robust_slam_autograder.grading.batch import Job
 from robust_slam_autograder.grading.results import Result
+from robust_slam_autograder.grading.tasks import Job
 from robust_slam_autograder.nbgrader import database, gradebook, totals
 from robust_slam_autograder.nbgrader.database import Location
 from robust_slam_autograder.nbgrader.totals import Total

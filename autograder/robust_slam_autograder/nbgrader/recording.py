@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from robust_slam_autograder.grading import batch
-from robust_slam_autograder.grading.batch import Job
 from robust_slam_autograder.grading.journal import Journal
 from robust_slam_autograder.grading.results import Result
+from robust_slam_autograder.grading.tasks import Job
 from robust_slam_autograder.nbgrader import database
 from robust_slam_autograder.nbgrader.database import Location
 

@@ -24,9 +24,9 @@ from traitlets import Bool, Enum, Unicode
 
 from robust_slam_autograder import layout
 from robust_slam_autograder.errors import AutograderError, GraderFailure, Refused
-from robust_slam_autograder.grading import allowed, batch, journal
-from robust_slam_autograder.grading.batch import Job
+from robust_slam_autograder.grading import allowed, batch, journal, tasks
 from robust_slam_autograder.grading.results import Result
+from robust_slam_autograder.grading.tasks import Job
 from robust_slam_autograder.nbgrader import gradebook, graded_notebook, own_files
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.assignment import BEGIN_HIDDEN, split_hidden
@@ -137,7 +137,7 @@ class SafeExporter(NotebookExporter):
             self._tests,
             self._folder(self._course.submitted_directory, student),
         )
-        job = replace(job, handed=batch.read(job))
+        job = replace(job, handed=tasks.read(job))
         resources[CONTEXT] = Context(job, self._results, self._wall)
         empty = new_notebook()  # type: ignore[no-untyped-call]
         made: tuple[Any, Resources] = self.from_notebook_node(  # type: ignore[no-untyped-call]
@@ -167,7 +167,7 @@ class RunTests(NbGraderPreprocessor):  # type: ignore[misc]
             self.log.warning("Refused, score 0: %s", result.reason)
         cells: tuple[Cell, ...] = ()
         with suppress(Refused):
-            cells = batch.read(context.job).cells()
+            cells = tasks.read(context.job).cells()
         resources["outputs"] = own_files.plain(context.job.path)
         return graded_notebook.build(context.job.assignment, cells, result), resources
 

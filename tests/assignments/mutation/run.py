@@ -13,7 +13,6 @@ from pathlib import Path
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading import marking
 from robust_slam_autograder.grading.results import ExerciseResult, Result
-from robust_slam_autograder.grading.wording import Told
 from robust_slam_autograder.reading import assignment as assignment_module
 from robust_slam_autograder.reading import notebook, submission
 from robust_slam_autograder.reading.assignment import Assignment, Limits
@@ -130,10 +129,8 @@ def _result(exercise: Exercise, source: str, seed: int) -> Result:
     )
     code = replace(exercise.reference, pieces=pieces)
     # The pass over whole cases alone: it has the visible checks too.
-    passes = marking._Passes(exercise.assignment, code, BareFork())
-    endings = passes.hidden({}, seed)
-    visible = {key: marking.Outcome(ending, Told()) for key, ending in endings.items()}
-    return passes.result("mutant", visible, endings)
+    whose = marking.Whose("mutant", exercise.assignment, code)
+    return marking.finish(whose, None, seed=seed, sandbox=BareFork()).result
 
 
 def _limits(given: Limits, seconds: float) -> Limits:

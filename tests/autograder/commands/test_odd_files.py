@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 from robust_slam_autograder.commands.submissions import Places, Reader
 from robust_slam_autograder.errors import Refused
-from robust_slam_autograder.grading import batch
-from robust_slam_autograder.grading.batch import Job
+from robust_slam_autograder.grading import tasks
+from robust_slam_autograder.grading.tasks import Job
 from robust_slam_autograder.nbgrader import recording
 
 from tests.autograder import toy
@@ -164,7 +164,7 @@ def test_a_path_that_cannot_be_looked_at_is_left_out(tmp_path):
     assert read([path]) == ({}, [path])
     job = Job("eve", toy.assignment(), tmp_path, path)
     with pytest.raises(Refused, match="cannot be read"):
-        batch.locate(job)
+        tasks.locate(job)
 
 
 def test_the_documented_command_grades_everyone_else(course, run):

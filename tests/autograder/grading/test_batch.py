@@ -6,7 +6,7 @@ import contextlib
 import os
 import shutil
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,8 +14,9 @@ from typing import Any
 import pytest
 from robust_slam_autograder.errors import GraderFailure, Refused, WrongUse
 from robust_slam_autograder.executor import trusted
-from robust_slam_autograder.grading import batch, journal, results
-from robust_slam_autograder.grading.batch import Graded, Job
+from robust_slam_autograder.grading import batch, journal, results, tasks
+from robust_slam_autograder.grading.batch import Graded
+from robust_slam_autograder.grading.tasks import Job
 
 from tests.autograder import toy
 from tests.autograder.grading.course import (
@@ -49,16 +50,13 @@ class Done:
 
     course: Path
     graded: list[Graded]
-    order: list[str]
 
 
 @pytest.fixture(scope="module")
 def done(tmp_path_factory: pytest.TempPathFactory) -> Done:
     """One batch for the tests that only look at it."""
     folder = make_course(tmp_path_factory.mktemp("batch"))
-    order: list[str] = []
-    graded = grade(folder, report=lambda item: order.append(item.load().student))
-    return Done(folder, graded, order)
+    return Done(folder, grade(folder))
 
 
 def test_every_submission_gets_its_result_in_order(done: Done) -> None:
@@ -76,26 +74,108 @@ def test_the_number_of_jobs_changes_no_result(done: Done) -> None:
     assert same_but_for_time(done.graded, serial)
 
 
-def test_a_limit_is_judged_alone(done: Done) -> None:
-    """Submissions that hung or died beside others are graded once more, the last of all."""
-    assert sorted(done.order[-2:]) == ["bob", "cem"]
+@pytest.fixture
+def started(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, bool, bool]]:
+    """Each pass that is begun: whose, whether it is a hidden one, and whether it runs alone."""
+    found: list[tuple[str, bool, bool]] = []
+    run = trusted.run_each
+
+    def noted(given: Iterable[tasks.Task], *arguments: Any, **options: Any) -> Any:
+        def each() -> Iterator[tasks.Task]:
+            for task in given:
+                found.append((task.job.student, task.seen is not None, options["at_once"] == 1))
+                yield task
+
+        return run(each(), *arguments, **options)
+
+    monkeypatch.setattr(trusted, "run_each", noted)
+    return found
+
+
+def test_a_limit_is_judged_alone(course: Path, started: list[tuple[str, bool, bool]]) -> None:
+    """What hung or died beside others has its pass once more; a pass that did not is whole."""
+    grade(course)
+    alone = {(student, is_hidden) for student, is_hidden, is_alone in started if is_alone}
+    assert alone == {("bob", False), ("cem", False)}
+    assert len(started) == len(set(started)) == 5 + 2 + 4
 
 
 def test_who_was_alone_already_is_not_graded_again(
-    course: Path, monkeypatch: pytest.MonkeyPatch
+    course: Path, started: list[tuple[str, bool, bool]]
 ) -> None:
     leave(course, "bob")
-    started: list[str] = []
-    run = trusted.run_each
-
-    def counted(tasks: Iterable[batch.Task], *arguments: Any, **options: Any) -> Any:
-        listed = list(tasks)
-        started.extend(task.job.student for task in listed)
-        return run(listed, *arguments, **options)
-
-    monkeypatch.setattr(trusted, "run_each", counted)
     assert marks(grade(course)) == [("bob", "graded", 10, ("timeout", "passed"))]
-    assert started == ["bob"]
+    assert started == [("bob", False, True), ("bob", True, True)]
+
+
+MESSENGER = """
+from pathlib import Path
+KEPT = Path({kept!r})
+if KEPT.exists():
+    raise ValueError("LEFT " + KEPT.read_text())
+def double(x):
+    if np.shape(x) == (5,):
+        KEPT.write_text(repr(list(x)))
+        {then}
+    return 2 * np.asarray(x)
+"""
+"""Its hidden pass leaves what it was given where every later pass of any student can read it."""
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("then", ["pass", "import os; os._exit(1)"], ids=["goes on", "dies"])
+def test_what_a_hidden_pass_leaves_behind_reaches_no_text(
+    course: Path, workers: int, then: str
+) -> None:
+    """Neither its own text, when it is run once more, nor that of a student who comes later."""
+    leave(course)
+    answer = toy.answer(MESSENGER.format(kept=str(course / "kept"), then=then))
+    for student in ("ada", "bob", "cem"):
+        toy.hand_in(course / "submitted", student, answer)
+    grade(course, workers=workers)
+    assert (course / "kept").exists()
+    assert not [path for path in course.glob("out/*/*.json") if "LEFT" in path.read_text()]
+
+
+def test_a_batch_that_goes_on_keeps_the_texts_that_were_made_first(
+    course: Path, started: list[tuple[str, bool, bool]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    leave(course, "ada", "bob")
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr(journal.Run, "forget", interrupt)
+        grade(course)
+    assert len(list((course / "out" / batch.WAITING_NAME).iterdir())) == 2
+    started.clear()
+    assert marks(grade(course)) == [
+        ("ada", "graded", 20, ("passed", "passed")),
+        ("bob", "graded", 10, ("timeout", "passed")),
+    ]
+    assert {(student, is_hidden) for student, is_hidden, _ in started} == {
+        ("ada", True),
+        ("bob", True),
+    }
+    assert not (course / "out" / batch.WAITING_NAME).exists()
+
+
+def test_a_call_that_nothing_interrupts_is_the_students_timeout(
+    course: Path, started: list[tuple[str, bool, bool]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A function of the test's computes for minutes in C, for arguments that the student sent."""
+    settings = course / "solutions" / toy.NAME / "autograder.toml"
+    settings.write_text(LIMITS)
+    monkeypatch.setattr(batch, "GRACE_SECONDS", 10.0)
+    path = course / "solutions" / toy.NAME / f"{toy.NAME}.ipynb"
+    value = toy.source_notebook()
+    value["cells"][3]["source"] = "double(lambda n: sum(range(n)))\n"
+    toy.write(path, value)
+    leave(course, "ada")
+    long = "def double(x):\n    return 6 if x == 3 else x(10**12)\n"
+    for student in ("ada", "bob"):
+        toy.hand_in(course / "submitted", student, toy.answer(long))
+    assert marks(grade(course)) == [
+        (student, "graded", 14, ("timeout", "passed")) for student in ("ada", "bob")
+    ]
+    assert len(started) == 4, "nothing was graded once more"
 
 
 def test_the_same_seed_gives_the_same_marks_and_others_other_inputs(course: Path) -> None:
@@ -132,11 +212,11 @@ def test_what_has_not_changed_is_reused(course: Path) -> None:
 def test_what_is_installed_counts_and_not_what_a_package_carries(
     place: str, counts: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    before = batch.code_digest.__wrapped__()
+    before = tasks.code_digest.__wrapped__()
     folder = tmp_path / "site-packages" / place
     (folder / "tool-1.0.dist-info").mkdir(parents=True)
     monkeypatch.syspath_prepend(folder)
-    assert (batch.code_digest.__wrapped__() != before) == counts
+    assert (tasks.code_digest.__wrapped__() != before) == counts
 
 
 def test_a_second_batch_waits_for_its_turn(tmp_path: Path) -> None:
@@ -196,7 +276,7 @@ def test_a_link_on_the_way_is_refused(course: Path) -> None:
     (submitted / "yan" / toy.NAME).symlink_to(submitted / "ada" / toy.NAME)
     for job in jobs(course)[-2:]:
         with pytest.raises(Refused, match="is a link"):
-            batch.locate(job)
+            tasks.locate(job)
 
 
 def test_a_course_below_a_link_is_graded(course: Path) -> None:
@@ -204,7 +284,7 @@ def test_a_course_below_a_link_is_graded(course: Path) -> None:
     (course / "elsewhere").symlink_to("submitted")
     job = jobs(course)[0]
     path = course / "elsewhere" / "ada" / toy.NAME
-    assert batch.locate(Job("ada", job.assignment, job.tests, path))[0].is_file()
+    assert tasks.locate(Job("ada", job.assignment, job.tests, path))[0].is_file()
 
 
 def test_what_changes_after_it_was_listed_is_refused_or_graded_as_it_is(course: Path) -> None:
@@ -234,10 +314,10 @@ def test_a_full_disk_stops_the_batch_and_loses_nothing(course: Path) -> None:
         pytest.raises(GraderFailure, match=r"\.json cannot be written .*: make room"),
     ):
         grade(course, workers=1, report=lambda _: full.enter_context(full_disk(200)))
-    written = [path.parent.name for path in (course / "out").glob("*/*")]
-    assert written == ["ada"]
+    written = [path.parent.name for path in (course / "out").glob(f"*/{toy.NAME}.json")]
+    assert written == ["eve"], "a refusal is whole at once"
     again = grade(course)
-    assert [item.reused for item in again] == [True, False, False]
+    assert [item.reused for item in again] == [False, False, True]
     assert marks(again)[1:] == [
         ("dot", "graded", 14, ("partial", "passed")),
         ("eve", "refused", 0, ()),
@@ -259,6 +339,9 @@ def test_a_regrade_that_is_cut_short_keeps_no_result_of_another_text(
     assert toy.result(course / "out", "ada")["score"] == 14
     path.write_bytes(old)
     assert [item.load().score for item in grade(course)] == [20]
+
+
+LIMITS = "[limits]\ncall_seconds = 0.5\ncell_seconds = 0.5\nnotebook_seconds = 10\n"
 
 
 def interrupt(*args: object) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from robust_slam_autograder.grading import batch
+from robust_slam_autograder.grading import batch, tasks
 from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.sandbox import Unsandboxed
 
@@ -30,8 +30,8 @@ def grade(name: str, folder: Path) -> Result:
     place = Place(folder / "submitted" / name / toy.NAME, folder, "mk")
     entry.write(target, place)
     tests = tree / toy.NAME / f"{toy.NAME}.ipynb"
-    job = batch.Job(name, target.assignment, tests, place.folder)
-    task = batch.Fingerprints(1, Unsandboxed()).task(job)
+    job = tasks.Job(name, target.assignment, tests, place.folder)
+    task = tasks.Fingerprints(1, Unsandboxed()).task(job)
     return batch.grade_task(task, seed=1, wall=Unsandboxed())
 
 

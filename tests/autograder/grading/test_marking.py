@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from robust_slam_autograder.grading import marking, wording
+from robust_slam_autograder.grading import cases, marking, wording
 from robust_slam_autograder.grading.results import CaseResult, ExerciseResult, Result
 from robust_slam_autograder.reading.assignment import Assignment, Config, Limits
+from robust_slam_autograder.sandbox import Unsandboxed
 
 from tests.autograder import toy
 
@@ -96,9 +97,9 @@ def test_an_exercise_that_earned_points_is_not_missing() -> None:
 
 
 def test_the_same_seed_gives_the_same_inputs_and_another_seed_others() -> None:
-    draws = [marking.case_generator(seed, "a-b").normal() for seed in (1, 1, 2)]
+    draws = [cases.case_generator(seed, "a-b").normal() for seed in (1, 1, 2)]
     assert draws[0] == draws[1] != draws[2]
-    assert marking.case_generator(1, "a-c").normal() != draws[0]
+    assert cases.case_generator(1, "a-c").normal() != draws[0]
 
 
 def test_visible_checks_draw_from_the_public_seed() -> None:
@@ -107,7 +108,7 @@ def test_visible_checks_draw_from_the_public_seed() -> None:
     tell = "def double(x):\n    if isinstance(x, float): raise ValueError(repr(x))\n    return 6\n"
     shown = {case(grade(tell, tests, seed), "random").message for seed in (1, 2)}
     assert len(shown) == 1
-    assert repr(float(marking.case_generator(0, "double-random").normal())) in shown.pop()
+    assert repr(float(cases.case_generator(0, "double-random").normal())) in shown.pop()
 
 
 def test_hidden_inputs_are_drawn_from_the_batchs_seed() -> None:
@@ -115,7 +116,7 @@ def test_hidden_inputs_are_drawn_from_the_batchs_seed() -> None:
         "assert double(1.0) == 2.0\n### BEGIN HIDDEN TESTS\n# hint: Double it.\n"
         "x = rng.normal()\nassert double(x) == 2 * x\n### END HIDDEN TESTS\n"
     )
-    drawn = float(marking.case_generator(8, "double-random").normal())
+    drawn = float(cases.case_generator(8, "double-random").normal())
     wrong_there = f"def double(x):\n    return 0.0 if x == {drawn!r} else 2 * x\n"
     tests = toy.assignment(double_random=cell)
     earned = [case(grade(wrong_there, tests, seed), "random").earned for seed in (8, 9)]
@@ -168,9 +169,30 @@ def test_what_an_own_cell_that_hangs_should_define_is_missing_for_want_of_time()
     slow = toy.cell("import time\nTWO = time.sleep(9) or 2\n")
     answer = toy.answer("def double(x):\n    return TWO * np.asarray(x)\n", toy.APPLY, slow)
     result = toy.graded(answer, limited(call_seconds=1, cell_seconds=0.5))
-    assert exercise(result).status == "timeout"  # so that a batch grades it again, alone
+    assert exercise(result).status == "failed"
     assert exercise(result).message.startswith(f"{wording.LEFT_OUT}: name 'TWO'")
     assert exercise(result, "apply").status == "passed"
+
+
+@pytest.mark.parametrize(
+    ("double", "is_doubtful"),
+    [
+        (RIGHT, False),
+        ("def double(x):\n    return 7\n", False),
+        ("def double(x):\n    while True: pass\n", True),
+        ("def double(x):\n    return TWO * np.asarray(x)\n", True),
+    ],
+    ids=["right", "wrong", "a limit", "for want of a cell of its own"],
+)
+def test_what_a_busy_machine_may_be_to_blame_for_is_doubtful(
+    double: str, is_doubtful: bool
+) -> None:
+    """A signal for the batch, which grades it once more; the result says what happened."""
+    tests = limited(call_seconds=1, cell_seconds=0.5)
+    slow = [toy.cell("import time\nTWO = time.sleep(9) or 2\n")] if "TWO" in double else []
+    value = toy.answer(double, toy.APPLY, *slow)
+    whose = marking.Whose("a", tests, toy.submission(value, tests))
+    assert marking.look(whose, sandbox=Unsandboxed()).doubtful == is_doubtful
 
 
 def test_a_submission_has_its_time_and_no_more() -> None:
@@ -202,9 +224,9 @@ def test_check_runs_the_visible_tests_alone() -> None:
 
 
 def test_the_environment_is_left_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(marking.SEED_VARIABLE, "before")
+    monkeypatch.setenv(cases.SEED_VARIABLE, "before")
     grade()
-    assert os.environ[marking.SEED_VARIABLE] == "before"
+    assert os.environ[cases.SEED_VARIABLE] == "before"
 
 
 def test_asserts_count_under_an_optimising_interpreter() -> None:

@@ -12,7 +12,14 @@ from typing import Any
 
 import pytest
 from robust_slam_autograder import cli
-from robust_slam_autograder.grading import batch, journal, marking, regrading, results
+from robust_slam_autograder.grading import (
+    batch,
+    cases,
+    journal,
+    regrading,
+    results,
+    tasks,
+)
 from robust_slam_autograder.reading.submission import DATABASE_NAME
 
 from tests.autograder import toy
@@ -142,7 +149,7 @@ def test_apply_changes_results_and_gradebook_as_shown(course, regrade, autograde
     assert "3 of them unchanged" in autograder("grade", *paths, "--out", "out", *AT_ONCE)[1]
 
 
-def spy(seen: list[batch.Job], jobs: Iterable[batch.Job]) -> Generator[Any, None, None]:
+def spy(seen: list[tasks.Job], jobs: Iterable[tasks.Job]) -> Generator[Any, None, None]:
     """In place of grading: note what would be graded."""
     seen += jobs
     yield from ()
@@ -150,7 +157,7 @@ def spy(seen: list[batch.Job], jobs: Iterable[batch.Job]) -> Generator[Any, None
 
 def test_what_a_look_has_graded_is_not_graded_twice(course, regrade, monkeypatch):
     shown = changes(regrade)["changes"]
-    jobs: list[batch.Job] = []
+    jobs: list[tasks.Job] = []
     monkeypatch.setattr(batch, "_grade_all", lambda left, *how: spy(jobs, left))
     applied = changes(regrade, "--apply")
     assert applied["changes"] == shown and applied["applied"] is True
@@ -162,7 +169,7 @@ def test_what_a_look_has_graded_is_not_graded_twice(course, regrade, monkeypatch
 
 
 def test_the_inputs_are_the_batchs_own(course, regrade):
-    drawn = marking.case_generator(5, "double-random").random()
+    drawn = cases.case_generator(5, "double-random").random()
     random = f"### BEGIN HIDDEN TESTS\nassert rng.random() == {drawn!r}\n### END HIDDEN TESTS\n"
     toy.make_tree(course, value=toy.source_notebook(double_by_hand=STRICT, double_random=random))
     (bob,) = changes(regrade)["changes"]
@@ -209,7 +216,7 @@ def test_where_the_grader_fails_the_mark_stays(course, regrade, monkeypatch):
     # Student code runs in other processes, which a patch does not reach: their answers do.
     every = batch._grade_all
 
-    def fails(*arguments: Any) -> Iterator[tuple[batch.Task, results.Result]]:
+    def fails(*arguments: Any) -> Iterator[tuple[tasks.Task, results.Result]]:
         for task, result in every(*arguments):
             yield task, samples.failed("why") if task.job.student == "ada" else result
 
