@@ -20,8 +20,8 @@ from robust_slam_autograder import cli
 from robust_slam_autograder.ci import gradescope
 from robust_slam_autograder.ci.gradescope import as_gradescope
 from robust_slam_autograder.grading import journal
-from robust_slam_autograder.grading.batch import Handed
 from robust_slam_autograder.grading.results import ExerciseResult, ExerciseStatus
+from robust_slam_autograder.grading.tasks import Handed
 from robust_slam_autograder.sandbox import Unsandboxed, landlock
 
 from tests import as_user
