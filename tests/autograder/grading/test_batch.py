@@ -142,7 +142,7 @@ def test_a_batch_that_goes_on_keeps_the_texts_that_were_made_first(
 ) -> None:
     leave(course, "ada", "bob")
     with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
-        patch.setattr(journal.Run, "forget", interrupt)
+        patch.setattr(journal.Journal, "forget", interrupt)
         grade(course)
     assert len(list((course / "out" / batch.WAITING_NAME).iterdir())) == 2
     started.clear()
