@@ -119,7 +119,7 @@ def _pack(value: object, export: Export) -> bytes:
 def _as_known(item: object, export: Export) -> object:
     """Say how MessagePack shall write what it does not know itself."""
     if isinstance(item, str):  # before arrays: numpy's own string is both
-        return str(item)
+        return str.__str__(item)  # its text, which an enumeration tells otherwise
     if isinstance(item, np.ndarray | np.generic):
         return _pack_array(item)
     if isinstance(item, tuple):
