@@ -63,10 +63,8 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _results(out: Path, students: Sequence[str]) -> list[Path]:
-    paths = sorted(path for path in out.glob("*/*.json") if not path.name.startswith("."))
+    paths = results.listed(out)
     known = {path.parent.name for path in paths}
-    if not paths:
-        raise WrongUse(f"{out} holds no result: grade first, or name the folder with --out DIR.")
     for student in students:
         if student not in known:
             raise WrongUse(f"{out} holds no result of {student}: grade that submission first.")

@@ -206,9 +206,8 @@ def _find_jobs(options: argparse.Namespace, gradebook: Location) -> list[Job]:
         options.student,
         _taken(options, gradebook),
     )
-    if options.assignment not in (None, *reader.names):
-        there = ", ".join(reader.names)
-        raise WrongUse(f"There is no assignment {options.assignment}; there are {there}.")
+    if options.assignment is not None:
+        assignments.chosen(options.solutions, [options.assignment])
     claims, strays = reader.read(paths)
     sentences = [f"{_said(stray.path, paths, options)} {stray.why}" for stray in strays]
     if sentences and not claims:

@@ -62,11 +62,9 @@ def run(options: argparse.Namespace) -> int:
 def _write_archives(course: Course, options: argparse.Namespace) -> int:
     if options.install:
         raise WrongUse(f"{GRADESCOPE} installs the course's own packages: leave out --install.")
-    known = assignments.find_names(options.solutions)
-    if unknown := [name for name in options.names if name not in known]:
-        raise WrongUse(f"There is no assignment {unknown[0]}; there are {', '.join(known)}.")
+    names = assignments.chosen(options.solutions, options.names)
     out = options.out or layout.GRADESCOPE
-    archives = {name: out / f"{name}.zip" for name in options.names or known}
+    archives = {name: out / f"{name}.zip" for name in names}
     _refuse_there(list(archives.values()), force=options.force)
     from robust_slam_autograder.ci import container  # nbgrader takes a second to import
 

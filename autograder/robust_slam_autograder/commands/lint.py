@@ -40,7 +40,7 @@ def run(options: argparse.Namespace) -> int:
         return 0
     if options.answers is not None and not options.answers.is_dir():
         raise WrongUse(f"There is no folder {options.answers}: --answers DIR names it.")
-    names = _names(options)
+    names = assignments.chosen(options.solutions, options.names)
     found = [
         finding for name in names for finding in _lint(options.solutions / name, options.answers)
     ]
@@ -62,16 +62,6 @@ def _lint(folder: Path, answers: Path | None) -> Iterator[Finding]:
             if len(paths) == 1:
                 raise
             yield Finding(str(path), path.name, 1, SEVERAL_NOTEBOOKS, "error", str(error))
-
-
-def _names(options: argparse.Namespace) -> list[str]:
-    known = assignments.find_names(options.solutions)
-    unknown = [name for name in options.names if name not in known]
-    if unknown:
-        raise WrongUse(
-            f"{options.solutions} has no assignment {unknown[0]}; it has {', '.join(known)}."
-        )
-    return list(dict.fromkeys(options.names)) or known
 
 
 def _print(found: Sequence[Finding], looked_at: int) -> None:

@@ -96,11 +96,8 @@ def _entry_of_before(report: Report, page: Path) -> Entry:
 def _results(out: Path, wanted: Sequence[str]) -> dict[str, list[Path]]:
     """Return the result files of each assignment."""
     found: dict[str, list[Path]] = {}
-    for path in sorted(out.glob("*/*.json"), key=lambda path: (path.stem, path)):
-        if not path.name.startswith(".") and not path.parent.name.startswith("."):
-            found.setdefault(path.stem, []).append(path)
-    if not found:
-        raise WrongUse(f"{out} holds no result: grade first, or name the folder with --out DIR.")
+    for path in sorted(results.listed(out), key=lambda path: (path.stem, path)):
+        found.setdefault(path.stem, []).append(path)
     if Path(INDEX).stem in found:
         raise WrongUse(f"An assignment named index would take the place of {INDEX}: name it anew.")
     for name in wanted:

@@ -86,9 +86,7 @@ def plan(tree: Path, name: str, *, out: Path, submitted: Path) -> Plan:
         WrongUse: nothing of this assignment has been graded, the batch's seed is lost, or
             none of the submissions is there.
     """
-    known = assignments.find_names(tree)
-    if name not in known:
-        raise WrongUse(f"There is no assignment {name}; there are {', '.join(known)}.")
+    assignments.chosen(tree, [name])
     students = sorted(path.parent.name for path in results.files_of(out, name))
     if not students:
         raise WrongUse(f"{out} holds no result of {name}: grade it first, or say --out DIR.")

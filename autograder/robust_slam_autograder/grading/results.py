@@ -149,6 +149,18 @@ def files_of(out: Path, assignment: str) -> list[Path]:
     return sorted(out.glob(f"*/{glob.escape(assignment)}.json"))
 
 
+def listed(out: Path) -> list[Path]:
+    """Return all result files of a folder.
+
+    Raises:
+        WrongUse: there is none.
+    """
+    plain = (path for path in out.glob("*/*.json") if path.parts[-2][0] != "." != path.name[0])
+    if not (found := sorted(plain)):
+        raise WrongUse(f"{out} holds no result: grade first, or name the folder with --out DIR.")
+    return found
+
+
 def write(out: Path, result: Result) -> Path:
     """Write a result's file; a reader sees the old one or the new one, never half of one.
 

@@ -68,13 +68,9 @@ def read(
             f"There is no gradebook {database.shown(location)}: grade first, or say --out DIR or "
             "--gradebook URL."
         )
-    known = assignments.find_names(tree)
-    unknown = [name for name in names if name not in known]
-    if unknown:
-        raise WrongUse(f"{tree} has no assignment {unknown[0]}; it has {', '.join(known)}.")
     columns: list[Column] = []
     failed: list[tuple[str, str]] = []
-    for name in dict.fromkeys(names or known):
+    for name in assignments.chosen(tree, names):
         total = totals.read(location, name)
         broken = _failed(out, name, total)
         failed += [(student, name) for student in broken]

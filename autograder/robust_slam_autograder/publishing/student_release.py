@@ -37,11 +37,7 @@ def release(tree: Path, names: Sequence[str], out: Path) -> list[Path]:
         WrongUse: an assignment does not exist or cannot be read.
         GraderFailure: nbgrader failed, or a release still holds what it must not.
     """
-    known = assignments.find_names(tree)
-    unknown = [name for name in names if name not in known]
-    if unknown:
-        raise WrongUse(f"{tree} has no assignment {unknown[0]}; it has {', '.join(known)}.")
-    names = list(dict.fromkeys(names)) or known
+    names = assignments.chosen(tree, names)
     sources = [assignments.notebook_path(tree / name) for name in names]
     for name, source in zip(names, sources, strict=True):
         assignments.load(source)

@@ -188,6 +188,19 @@ def find_names(tree: Path) -> list[str]:
     return names
 
 
+def chosen(tree: Path, names: Iterable[str]) -> list[str]:
+    """List the named assignments of a source tree once each; all where none is named.
+
+    Raises:
+        WrongUse: as for ``find_names``, or a name is none of them.
+    """
+    known = find_names(tree)
+    wanted = list(dict.fromkeys(names))
+    if unknown := [name for name in wanted if name not in known]:
+        raise WrongUse(f"{tree} has no assignment {unknown[0]}; it has {', '.join(known)}.")
+    return wanted or known
+
+
 def notebook_path(folder: Path) -> Path:
     """Find the one notebook of an assignment's folder.
 

@@ -11,7 +11,7 @@ from robust_slam_autograder.grading.regrading import ExerciseChange, Regraded
 from robust_slam_autograder.grading.results import ExerciseResult, Result, tidy
 from robust_slam_autograder.markup import one_line, visible
 from robust_slam_autograder.nbgrader.preview import Effect
-from robust_slam_autograder.reports.tables import aligned
+from robust_slam_autograder.reports.terminal import aligned
 
 SCHEMA = 1
 ANEW = "handed in anew since it was graded"

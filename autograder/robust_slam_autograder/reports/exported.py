@@ -11,7 +11,7 @@ from robust_slam_autograder.lms.ledger import Ledger
 from robust_slam_autograder.lms.marks import Column, Mark
 from robust_slam_autograder.lms.matching import Matching
 from robust_slam_autograder.markup import log_line, one_line
-from robust_slam_autograder.reports.tables import aligned
+from robust_slam_autograder.reports.terminal import aligned
 
 
 def late_table(columns: Sequence[Column], rules: Rules | None) -> str:

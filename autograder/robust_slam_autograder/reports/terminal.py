@@ -13,7 +13,19 @@ from robust_slam_autograder.grading.verdicts import (
     remaining,
 )
 from robust_slam_autograder.markup import one_line
-from robust_slam_autograder.reports.tables import aligned
+
+
+def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return lines of a table whose columns are as wide as their widest cell.
+
+    Args:
+        rows: the head first; each with as many cells.
+    """
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    ]
 
 
 def marks_table(marks: Sequence[Result], *, names: bool = True) -> str:

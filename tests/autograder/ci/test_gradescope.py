@@ -33,50 +33,7 @@ from tests.conftest import leave_out
 
 pytestmark = pytest.mark.long
 
-VISIBILITY = {"enum": ["hidden", "after_due_date", "after_published", "visible"]}
-FORMAT = {"enum": ["text", "simple_format", "html", "md", "ansi"]}
-NUMBER, TEXT, OBJECT = {"type": "number"}, {"type": "string"}, {"type": "object"}
-
-
-def record(**properties: Any) -> dict[str, Any]:
-    """The schema of an object that has these properties and no others."""
-    return {"type": "object", "additionalProperties": False, "properties": properties}
-
-
-TEST = record(
-    score=NUMBER,
-    max_score=NUMBER,
-    status={"enum": ["passed", "failed"]},
-    name=TEXT,
-    name_format=FORMAT,
-    number=TEXT,
-    output=TEXT,
-    output_format=FORMAT,
-    tags={"type": "array", "items": TEXT},
-    visibility=VISIBILITY,
-    extra_data=OBJECT,
-)
-EVERY_TEST_HAS_A_SCORE = {"minItems": 1, "items": {"required": ["score"]}}
-SCHEMA = {
-    **record(
-        score=NUMBER,
-        execution_time=NUMBER,
-        output=TEXT,
-        output_format=FORMAT,
-        test_output_format=FORMAT,
-        test_name_format=FORMAT,
-        visibility=VISIBILITY,
-        stdout_visibility=VISIBILITY,
-        extra_data=OBJECT,
-        tests={"type": "array", "items": TEST},
-        leaderboard={"type": "array"},
-    ),
-    # A total is wanted where not every test has a score.
-    "anyOf": [
-        {"required": ["score"]},
-        {"required": ["tests"], "properties": {"tests": EVERY_TEST_HAS_A_SCORE}},
-    ],
-}
+SCHEMA = json.loads(Path(__file__).with_name("gradescope_schema.json").read_text("utf-8"))
 """Gradescope's format: https://gradescope-autograders.readthedocs.io/en/latest/specs/."""
 AS_IN_DOCKER = ("setpriv", "--bounding-set=-sys_admin,-sys_ptrace,-sys_resource", "--")
 """Docker's root lacks these rights, and more that the grader does not use."""

@@ -96,7 +96,7 @@ def test_students_install_from_the_public_repository(course):
         (["nowhere"], "invalid choice"),
         (["github-student", "07-toy"], "is for all assignments"),
         (["gradescope", "--install", "x"], "leave out --install"),
-        (["gradescope", "08-none"], "There is no assignment 08-none; there are 07-toy"),
+        (["gradescope", "08-none"], "has no assignment 08-none; it has 07-toy"),
         (["github-student", "--install", "a\nb"], "cannot be installed"),
         (["github-student", "--install", "${{ secrets.X }}"], "cannot be installed"),
         (["github-student", "--install", " "], "cannot be installed"),

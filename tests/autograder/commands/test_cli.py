@@ -70,7 +70,7 @@ def test_a_notebook_is_the_work_of_the_student_in_its_name(course, grade):
     [
         (["submitted/eve/07-toy"], "does not exist"),
         (["submitted/ada"], "name folders <student>/<assignment>/, or add --assignment"),
-        ([ADA, "--assignment", "08"], "no assignment 08; there are 07-toy"),
+        ([ADA, "--assignment", "08"], "no assignment 08; it has 07-toy"),
         ([f"{ADA}/07-toy.ipynb"], "name that folder, or add --student"),
         ([ADA, "--student", "../eve"], "is no name for a student"),
         ([ADA, "--student", ".."], "is no name for a student"),
@@ -120,15 +120,6 @@ def test_names_that_look_alike_are_two_students_and_are_named(course, grade):
     err = grade(*paths, "--no-names")[2]
     assert "note: 2 students' names look alike" in err and "Zo" not in err
     assert "note:" not in grade(*paths[1:])[2]
-
-
-def test_a_draft_beside_the_submissions_is_left_out_and_named(course, grade):
-    draft = course / "submitted" / "ada" / "draft"
-    draft.mkdir()
-    status, out, err = grade(ADA, draft)
-    assert status == 0 and "1 graded" in out and f"left out: {draft} " in err
-    err = grade(ADA, draft, "--no-names")[2]
-    assert "left out: path 2 of 2 " in err and "ada" not in err
 
 
 @pytest.mark.parametrize(

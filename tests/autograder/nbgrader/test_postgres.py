@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import multiprocessing
 import os
-import subprocess
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
@@ -121,29 +120,6 @@ class TestTwoAtOnce:
             (enter_scores, (place, students)),
         )
         assert scores(place) == dict.fromkeys(students, 1) | dict.fromkeys(others, 20)
-
-    def test_two_commands_grade_a_class_each(self, shared, tmp_path):
-        toy.make_tree(tmp_path)
-        graders = []
-        for name in ("ann", "bob"):
-            handed_in = toy.hand_in(tmp_path / name, f"of-{name}", toy.answer())
-            command = [sys.executable, "-m", "robust_slam_autograder.cli", "grade", handed_in]
-            graders.append(
-                subprocess.Popen(
-                    [*command, "--out", tmp_path / f"{name}-out", "--unsandboxed", "--jobs", "1"],
-                    cwd=tmp_path,
-                    env=os.environ | {DATABASE_VARIABLE: database.for_nbgrader(shared)},
-                    stdout=subprocess.PIPE,
-                    stderr=subprocess.STDOUT,
-                    text=True,
-                )
-            )
-        for grader in graders:
-            said, _ = grader.communicate()
-            assert grader.returncode == 0, said
-            assert PASSWORD not in said
-        assert scores(shared) == {"of-ann": 20, "of-bob": 20}
-        assert not list(tmp_path.glob("*-out/gradebook.db"))
 
 
 class TestPostgresIsStrict:

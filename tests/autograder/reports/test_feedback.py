@@ -143,15 +143,6 @@ class TestValues:
         wrong = page(toy.graded(toy.answer("def double(x):\n    return 7\n")))
         assert next(c.values.yours for e in wrong.exercises for c in e.cases if c.values) == "7"
 
-    def test_they_are_in_the_result_file_and_come_back(self, tmp_path):
-        made = samples.told("7")
-        assert results.read(results.write(tmp_path, made)) == made
-        old = json.loads(results.as_text(made))
-        for old_case in (c for e in old["exercises"] for c in e["cases"]):
-            del old_case["compared"]
-        cases = results.from_text(json.dumps(old)).exercises[0].cases
-        assert [c.compared for c in cases] == [None] * 3
-
     @pytest.mark.parametrize(
         ("field", "value"),
         [

@@ -34,15 +34,6 @@ def test_the_table_has_a_line_and_a_remark_for_each():
     ]
 
 
-def test_without_names_the_table_names_no_student():
-    marks = [samples.refused("bo.ipynb is no.", student="bo"), result(PASSED, PARTLY)]
-    assert terminal.marks_table(marks, names=False).splitlines() == [
-        "assignment  mark",
-        "07-toy      0/20   refused",
-        "07-toy      10/20  lost marks in two",
-    ]
-
-
 def test_what_a_students_text_does_to_a_terminal_is_undone():
     told = exercise("one", "failed", case("a", "\x1b[2J\nall passed", visible=True))
     lines = terminal.check_line(told, None).splitlines()
