@@ -139,7 +139,7 @@ def test_every_exercise_has_two_right_and_three_wrong_answers(name: str) -> None
         assert sum(answer.is_right for answer in mine) >= 2, exercise
         wrong = [answer for answer in mine if not answer.is_right]
         assert len(wrong) >= 3, exercise
-        assert all(answer.caught_by for answer in wrong), exercise
+        assert all(answer.caught_by and answer.story for answer in wrong), exercise
 
 
 @pytest.mark.parametrize("name", answers.assignments())

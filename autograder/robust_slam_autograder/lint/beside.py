@@ -13,8 +13,6 @@ from robust_slam_autograder.lint.rule import rule
 from robust_slam_autograder.lint.subject import Found, Subject
 from robust_slam_autograder.reading.assignment import CONFIG_NAME, Config
 from robust_slam_autograder.reading.source import imported_modules
-from robust_slam_autograder.sandbox import packages
-from robust_slam_autograder.sandbox.packages import missing_sentence
 from robust_slam_autograder.student.imports import refusal, withheld_sentence
 
 
@@ -28,12 +26,6 @@ def _no_module(subject: Subject) -> Iterator[Found]:
                 f"withheld names {name}, which is not installed here: correct the name, "
                 "or install what the assignment uses.",
             )
-
-
-@rule("no-package", "error", "What packages allows must be installed.")
-def _no_package(subject: Subject) -> Iterator[Found]:
-    for name in packages.missing(subject.assignment.config.packages):
-        yield Found(CONFIG_NAME, 1, missing_sentence(name))
 
 
 @rule("not-allowed", "error", "Solutions and set-up import only what packages allows.")

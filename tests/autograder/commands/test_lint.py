@@ -134,25 +134,11 @@ def test_a_rule_finds_in_a_notebook_what_it_is_for_and_no_more(lint, rule, value
     assert sorted(places(lint(value, config), rule)) == sorted(wanted)
 
 
-@pytest.mark.parametrize(
-    ("rule", "config", "named"),
-    [
-        (
-            "no-module",
-            'withheld = ["json.decoder", "json.no_such", "no_such_package.part"]',
-            ["json.no_such", "no_such_package"],
-        ),
-        (
-            "no-package",
-            'packages = ["numpy", "ctypes", "no_such_package"]',
-            ["no_such_package, which is not installed"],
-        ),
-    ],
-)
-def test_a_module_that_does_not_exist_is_named(lint, rule, config, named):
-    said = messages(lint(toy.source_notebook(), config), rule)
-    assert len(said) == len(named)
-    assert all(name in message for name, message in zip(named, said, strict=True))
+def test_a_withheld_module_that_does_not_exist_is_named(lint):
+    config = 'withheld = ["json.decoder", "json.no_such", "no_such_package.part"]'
+    said = messages(lint(toy.source_notebook(), config), "no-module")
+    assert ["json.no_such" in said[0], "no_such_package" in said[1]] == [True, True]
+    assert len(said) == 2
 
 
 def test_an_import_that_students_may_not_make_is_found(lint):
