@@ -6,6 +6,7 @@
 - Behind the name a link opens the assignment in the JupyterLab that ``make runtime`` makes.
 - The instructor's course writes sample pages of the grader to build/shown/pages before it builds
   the book. Elsewhere there are none, and what a page says of them is left out.
+- The foot of each page names the version of the library, as students install it.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from docutils import nodes
+from robust_slam_autograder.publishing import wheels
 from sphinx.application import Sphinx
 from sphinx.config import Config
 from sphinx.util.docutils import SphinxDirective, SphinxRole
@@ -49,6 +51,14 @@ def zips(app: Sphinx) -> dict[str, Path]:
     """Return the course's zips by their names."""
     folders = [Path(app.srcdir, name) for name in (RELEASED, ZIPS)]
     return {path.name: path for folder in folders for path in sorted(folder.glob("*.zip"))}
+
+
+def name_the_version(app: Sphinx, config: Config) -> None:
+    """Write the version into the foot of the pages: with another one all are written again."""
+    options = config.html_theme_options
+    if "{version}" in (foot := options.get("extra_footer", "")):
+        version = wheels.version(Path(app.srcdir), "lib")
+        options["extra_footer"] = foot.replace("{version}", version)
 
 
 def look_for_the_lab(app: Sphinx, config: Config) -> None:
@@ -165,6 +175,7 @@ def setup(app: Sphinx) -> dict[str, Any]:
     app.add_config_value("course_assignments", [], "html")
     app.add_directive("samples", Samples)
     app.add_role("sample", Sample())
+    app.connect("config-inited", name_the_version)
     app.connect("config-inited", look_for_the_lab)
     app.connect("doctree-resolved", link)
     app.connect("build-finished", copy)

@@ -13,8 +13,10 @@ from urllib.parse import unquote, urlsplit
 import pytest
 from myst_nb.core import render
 from nbformat.v4 import new_output
+from robust_slam_autograder.publishing import wheels
 
 from chapters._ext import notebooks
+from tests.book.built_site import ROOT
 from tests.book.conftest import CHAPTERS, NOTEBOOKS, PAGES, Site
 
 DRAWING = '<div class="rs-figure" '
@@ -83,13 +85,21 @@ def test_a_page_of_the_contents_is_there_with_its_description(page: str, site: S
     assert 'rel="icon" href="../_static/favicon.svg"' in html
 
 
+@pytest.fixture(scope="module")
+def version() -> str:
+    """The version of the library that students install."""
+    return wheels.version(ROOT, "lib")
+
+
 @pytest.mark.parametrize("page", PAGES)
-def test_the_foot_of_a_page_names_the_licences_and_the_source(page: str, site: Site) -> None:
+def test_the_foot_of_a_page_names_licences_source_and_version(
+    page: str, site: Site, version: str
+) -> None:
     html = (site.folder / f"{page}.html").read_text(encoding="utf-8")
     foot = " ".join(re.sub(r"<[^>]+>", "", html[html.index("bd-footer-content") :]).split())
     assert "Text and figures: CC BY 4.0. Code: BSD-3-Clause." in foot
     assert "which names MIT 16.485 (VNAV) lectures 29–30 by Luca Carlone as its source." in foot
-    assert "It is not affiliated with either." in foot
+    assert f"It is not affiliated with either. Version {version}." in foot
 
 
 def test_the_chapters_are_the_whole_site(site: Site) -> None:

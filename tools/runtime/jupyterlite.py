@@ -11,6 +11,8 @@ import sys
 import tempfile
 from pathlib import Path
 
+from robust_slam_autograder.publishing.course import hand_in
+
 from tools.runtime import wheels
 from tools.runtime.pyodide import RuntimeUnavailable
 
@@ -42,8 +44,7 @@ README = """\
    check("{name}.ipynb")
    ```
 
-3. To hand in, choose *File › Download*, and hand in the file under its own name. Hidden checks are
-   run by your instructor.
+3. To hand in, choose *File › Download*. {hand_in} Hidden checks are run by your instructor.
 
 **Your work is kept in this browser, on this computer, and nowhere else** until you download it.
 It is lost with the browser's data, and when a private window is closed. Download it at the end of
@@ -132,7 +133,7 @@ def _copy_assignments(root: Path, files: Path, version: str) -> dict[str, str]:
         value = json.loads(data)
         value["metadata"]["robust_slam"] = {"release": releases[notebook]}
         _write(files / notebook, value)
-    text = README.format(name=Path(notebook).stem, version=version)
+    text = README.format(name=Path(notebook).stem, version=version, hand_in=hand_in(root))
     (files / "README.md").write_text(text, encoding="utf-8")
     return releases
 

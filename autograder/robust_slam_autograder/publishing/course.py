@@ -19,6 +19,8 @@ from robust_slam_autograder.reading.assignment import check_table
 
 COURSE_NAME = "course.toml"
 BOOK_NAME = "_config.yml"
+HAND_IN = "Hand in this one file, under the name that it had."
+"""What students are told where the book's settings do not name a place."""
 _ADDRESS = re.compile(r"[a-z][a-z0-9+.-]*://[^\s\"'`{}\\]+")
 _PASSWORD = re.compile(r"://[^/@]*:[^/]*@")
 _BRANCH = re.compile(r"[\w][\w./-]*")
@@ -79,6 +81,8 @@ class Course:
     repository: Repository = field(default_factory=Repository)
     install: Install = field(default_factory=Install)
     public: Public | None = None
+    hand_in: str = HAND_IN
+    """How and where students hand in, in one sentence or a few."""
 
     @property
     def root(self) -> Path:
@@ -119,9 +123,10 @@ def load(tree: Path) -> Course:
         WrongUse: a file cannot be read, an unknown key, or a value that is of no use.
     """
     path = tree / COURSE_NAME
-    repository = _repository(tree.resolve().parent / BOOK_NAME)
+    root = tree.resolve().parent
+    repository, how = _repository(root / BOOK_NAME), hand_in(root)
     if not path.is_file():
-        return Course(tree, repository)
+        return Course(tree, repository, hand_in=how)
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
@@ -129,7 +134,7 @@ def load(tree: Path) -> Course:
     check_table(path, table, {"install": dict, "public": dict})
     install = _install(path, table.get("install", {}))
     public = _public(path, table["public"]) if "public" in table else None
-    return Course(tree, repository, install, public)
+    return Course(tree, repository, install, public, how)
 
 
 def _install(path: Path, table: dict[str, Any]) -> Install:
@@ -181,16 +186,36 @@ def _is_inside(name: str) -> bool:
     return all(part not in ("", ".", "..") for part in parts) and "\\" not in name
 
 
-def _repository(path: Path) -> Repository:
+def hand_in(root: Path) -> str:
+    """Return how and where students of a course hand in, as its ``_config.yml`` has it.
+
+    Raises:
+        WrongUse: the file cannot be read, or has no text there.
+    """
+    path = root / BOOK_NAME
+    value: object = _settings(path)
+    for key in ("parse", "myst_substitutions", "hand_in"):
+        value = value.get(key) if isinstance(value, dict) else None
+    if value is not None and not isinstance(value, str):
+        raise WrongUse(f"{path}: parse.myst_substitutions.hand_in must be a text ({value!r}).")
+    return value or HAND_IN
+
+
+def _settings(path: Path) -> dict[str, Any]:
+    """Read the book's settings; of none there are none."""
     import yaml  # of the extra `grading`
 
     try:
         value = yaml.safe_load(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
-        return Repository()
+        return {}
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise WrongUse(f"{path} cannot be read: {error}.") from error
-    table = value.get("repository") if isinstance(value, dict) else None
+    return value if isinstance(value, dict) else {}
+
+
+def _repository(path: Path) -> Repository:
+    table = _settings(path).get("repository")
     table = table if isinstance(table, dict) else {}
     url, branch = table.get("url") or "", table.get("branch") or "main"
     if not isinstance(url, str) or not (url == "" or _ADDRESS.fullmatch(url)):

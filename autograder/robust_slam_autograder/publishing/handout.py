@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -20,6 +21,7 @@ INSTALL = (
     f"pip install -r {REQUIREMENTS_NAME}",
 )
 """What a student types in an assignment's folder."""
+_IN = "   "
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 _README = """\
 {title}
@@ -46,8 +48,8 @@ You need Python 3.11 or newer; on Windows, WSL.
    exercise what went wrong and why. The mark also counts hidden checks.
 
 4. Hand in
-   Save the notebook and hand in this one file, under this name:
-   {notebook}
+   Save the notebook, {notebook}.
+{hand_in}
    It need not be finished: every case that passes counts.
 """
 _ENVIRONMENT = """\
@@ -112,5 +114,6 @@ def readme(folder: Path, course: Course) -> str:
     return _README.format(
         title=f"{heading}\n{'=' * len(heading)}",
         notebook=assignments.notebook_path(folder).name,
+        hand_in=textwrap.fill(course.hand_in, 79, initial_indent=_IN, subsequent_indent=_IN),
         install=_ENVIRONMENT.format(*INSTALL) if course.install.assignments else _ASK,
     )

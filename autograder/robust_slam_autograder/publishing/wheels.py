@@ -86,6 +86,18 @@ def build_tracked(root: Path, folders: Sequence[str], out: Path) -> None:
     _build_of(root, names, folders, out)
 
 
+def version(root: Path, folder: str) -> str:
+    """Return the version at which a package of a folder is built: its number and its content.
+
+    Raises:
+        GraderFailure: it cannot be built.
+    """
+    with tempfile.TemporaryDirectory(prefix="version-") as out:
+        build_tracked(root, [folder], Path(out))
+        (wheel,) = Path(out).glob("*.whl")
+        return wheel.name.split("-")[1]
+
+
 def _build_of(root: Path, names: Sequence[str], folders: Sequence[str], out: Path) -> None:
     """Build copies of the folders with these files alone: a build sees and writes no more."""
     with tempfile.TemporaryDirectory(prefix="wheels-") as temporary:

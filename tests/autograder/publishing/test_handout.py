@@ -151,6 +151,13 @@ def test_the_readme_has_short_lines_and_the_title(released):
     assert not [line for line in text.splitlines() if len(line) > 79]
 
 
+def test_where_to_hand_in_is_read_from_the_book_s_settings(tree, tmp_path):
+    place = "Upload this file to the folder of your group at https://example.edu/upload."
+    world.write(tree.parent, BOOK, f"parse: {{myst_substitutions: {{hand_in: '{place}'}}}}\n")
+    release(tree, [], tmp_path / "out")
+    assert place in " ".join(archive_of(tmp_path / "out")["README.txt"].decode().split())
+
+
 def test_a_course_that_says_nothing_leaves_it_to_the_instructor(tmp_path):
     release(toy.make_tree(tmp_path), [], tmp_path / "out")
     text = archive_of(tmp_path / "out")["README.txt"].decode()
@@ -175,6 +182,7 @@ COURSE, BOOK = "solutions/course.toml", "_config.yml"
         (BOOK, '""', "'https://x/\"; rm'", "repository.url must be an address"),
         (BOOK, '""', "https://x/y\n  branch: a b", "repository.branch must be"),
         (BOOK, '""', "[", "cannot be read"),
+        (BOOK, "repository:", "parse: {myst_substitutions: {hand_in: 3}}\nx:", "be a text"),
     ],
 )
 def test_what_cannot_be_installed_is_named(tree, tmp_path, file, old, new, sentence):
