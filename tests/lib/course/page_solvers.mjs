@@ -17,10 +17,6 @@ for (const name of readdirSync(given.folder).filter((file) => file.endsWith(".js
 const PROBLEMS = {
   location: ({ z, sigma, trusted }) => page.locationProblem(z, sigma, trusted),
   line: ({ p, y, sigma, trusted }) => page.lineProblem(p, y, sigma, trusted),
-  linear: ({ rows, z, sigma, trusted, fixed }) =>
-    page.linearProblem(rows, z, sigma, trusted, fixed),
-  chain: ({ n, tails, heads, z, sigma, anchor, trusted }) =>
-    page.chainProblem(n, tails, heads, z, sigma, anchor, trusted),
   graph: ({ graph, guess, trusted, options }) =>
     page.poseGraphProblem(page.makeGraph(graph), guess, trusted, options),
 };
@@ -30,12 +26,6 @@ const METHODS = {
     page.irls(problem, kernel, c, startOf(problem, x0), options),
   gnc: (problem, { c, kind, x0, options }) =>
     page.gnc(problem, c, kind, startOf(problem, x0), options),
-  switchable: (problem, { lam, x0, options }) =>
-    page.switchable(problem, lam, startOf(problem, x0), options),
-  dcs: (problem, { lam, x0, options }) =>
-    page.dynamicCovarianceScaling(problem, lam, startOf(problem, x0), options),
-  joint: (problem, { lam, x0, s0, options }) =>
-    page.jointSwitchable(problem, lam, startOf(problem, x0), s0, options),
 };
 
 const SOLVERS = {
@@ -47,10 +37,8 @@ const SOLVERS = {
   surrogates: ({ u, w, c, mu }) => ({
     tls: u.map((value) => page.tlsSurrogate(value, c, mu)),
     tlsWeight: u.map((value) => page.tlsWeight(value, c, mu)),
-    tlsProcess: w.map((value) => page.tlsProcess(value, c, mu)),
     gm: u.map((value) => page.gmSurrogate(value, c, mu)),
     gmWeight: u.map((value) => page.gmWeight(value, c, mu)),
-    gmProcess: w.map((value) => page.gmProcess(value, c, mu)),
     first: u.map((value) => page.startMu(Math.abs(value), c, "tls")),
     firstGm: u.map((value) => page.startMu(Math.abs(value), c, "gm")),
     strides: page.strides(w),
@@ -82,36 +70,27 @@ const SOLVERS = {
     compose: page.se2Compose(a, b),
     between: page.se2Between(a, b),
     inverse: page.se2Inverse(a),
-    exp: page.se2Exp(xi),
     log: page.se2Log(a),
     adjoint: page.se2Adjoint(a),
   }),
-  graphs: ({ graph, poses, weights }) => {
+  graphs: ({ graph, poses }) => {
     const made = page.makeGraph(graph);
     return {
       residuals: page.graphResiduals(made, poses),
       norms: page.graphResidualNorms(made, poses),
-      cost: page.graphCost(made, poses, weights),
       tree: page.spanningTree(made),
       deadReckoning: page.deadReckoning(made),
-      ...page.graphJacobians(made, poses),
     };
   },
-  descents: ({ graph, start, weights, method, options }) => {
-    const problem = page.poseGraphProblem(page.makeGraph(graph), start);
-    return page[method](problem, Float64Array.from(start), weights, options);
+  descents: ({ graph, start, weights, method, tol, limit }) => {
+    const { equations } = page.poseGraphProblem(page.makeGraph(graph), start);
+    return page[method](equations, Float64Array.from(start), weights, tol, limit);
   },
   fleets: ({ graph, labels, c, options }) =>
     page.solveFleet(page.makeGraph(graph), labels, c, options),
-  metrics: ({ estimate, truth, kept, isTrue }) => ({
+  metrics: ({ estimate, truth }) => ({
     aligned: page.alignPoses(Float64Array.from(estimate), truth),
     ate: page.ate(Float64Array.from(estimate), truth),
-    precisionRecall: page.precisionRecall(kept, isTrue),
-  }),
-  switches: ({ chi2, lam }) => ({
-    optimal: chi2.map((value) => page.optimalSwitch(value, lam)),
-    cost: chi2.map((value) => page.switchedCost(value, lam)),
-    dcs: chi2.map((value) => page.dcsSwitch(value, lam)),
   }),
   aliases: ({ truth, ends, size }) => page.agreeingClosures(truth, ends, size),
   cliques: ({ adjacency, k, fixed }) => ({ members: page.maxClique(adjacency, k, fixed) }),
@@ -126,13 +105,6 @@ const SOLVERS = {
     const { r, history } = levels[levels.length - 1];
     const headings = page.roundedHeadings(history[history.length - 1].R, r);
     return { levels, headings: Array.from(headings, (angle) => [0, 0, angle]) };
-  },
-  certificates: ({ graph, poses, weights, polish }) => {
-    const made = page.makeGraph(graph);
-    const given = Float64Array.from(poses);
-    const at = polish ? page.polishGraph(made, given, weights) : given;
-    const chordal = page.chordalCost(made, given, weights);
-    return { chordal, poses: at, ...page.certifyGraph(made, at, weights) };
   },
 };
 

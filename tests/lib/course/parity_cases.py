@@ -8,17 +8,10 @@ from typing import Any
 
 import numpy as np
 from robust_slam.errors import NotConverged, Underdetermined
-from robust_slam.estimators import gnc, graduation, irls, kernels, switchable
+from robust_slam.estimators import gnc, graduation, irls, kernels
 from robust_slam.estimators.result import Result, StopReason
-from robust_slam.estimators.switches import (
-    dcs,
-    dcs_switch,
-    joint_switchable,
-    switch,
-    switched_cost,
-)
 from robust_slam.graphs import se2
-from robust_slam.problems import LinearProblem, LocationProblem, chain
+from robust_slam.problems import LinearProblem, LocationProblem
 from robust_slam_course.plots.landscapes import minima
 
 NAMES = list(kernels.KERNELS)
@@ -136,26 +129,10 @@ def surrogate_cases(rng: np.random.Generator) -> Iterator[Case]:
             {
                 "tls": graduation.tls_surrogate(u, c, mu),
                 "tlsWeight": graduation.tls_weight(u, c, mu),
-                "tlsProcess": graduation.tls_process(w, c, mu),
                 "gm": graduation.gm_surrogate(u, c, mu),
                 "gmWeight": graduation.gm_weight(u, c, mu),
-                "gmProcess": graduation.gm_process(w, c, mu),
                 "strides": graduation.strides(w),
                 **first,
-            },
-        )
-
-
-def switch_cases(rng: np.random.Generator) -> Iterator[Case]:
-    """The closed forms of the switches."""
-    for _ in range(20):
-        lam, chi2 = float(np.exp(rng.normal())), np.append(rng.normal(size=9) ** 2, [0.0, 1e6])
-        yield Case(
-            {"chi2": chi2, "lam": lam},
-            {
-                "optimal": switch(chi2, lam),
-                "cost": switched_cost(chi2, lam),
-                "dcs": dcs_switch(chi2, lam),
             },
         )
 
@@ -196,7 +173,6 @@ def se2_cases(rng: np.random.Generator) -> Iterator[Case]:
                 "compose": se2.compose(a, b),
                 "between": se2.between(a, b),
                 "inverse": se2.inverse(a),
-                "exp": se2.exp(xi),
                 "log": se2.log(a),
                 "adjoint": se2.adjoint(a),
             },
@@ -300,38 +276,15 @@ def line_cases(rng: np.random.Generator) -> Iterator[Case]:
         yield loop_case(given, problem, _method(rng, 2), int(rng.choice([5, 300, 1000])))
 
 
-def chain_cases(rng: np.random.Generator) -> Iterator[Case]:
-    """1-D pose graphs, the odometry trusted or not, so that poses may come loose."""
-    for _ in range(80):
-        n = int(rng.integers(2, 9))
-        extra = [rng.permutation(n)[:2] for _ in range(int(rng.integers(1, 6)))]
-        i = np.array([*range(n - 1), *(pair[0] for pair in extra)])
-        j = np.array([*range(1, n), *(pair[1] for pair in extra)])
-        # Deviations that are equal would give ties, which rounding alone decides.
-        sigma = rng.choice([0.1, 0.05, 0.3], size=i.size) * rng.uniform(0.9, 1.1, i.size)
-        z = (j - i) + sigma * rng.normal(size=i.size)
-        z[n - 1 :] += rng.choice([0.0, 3.0], size=len(extra)) * rng.normal(size=len(extra))
-        trusted = (np.arange(i.size) < n - 1) & bool(rng.random() < 0.7)
-        anchor = int(rng.integers(n))
-        problem = chain(n, i, j, z, sigma, anchor, trusted)
-        given = {
-            "kind": "chain", "n": n, "tails": i, "heads": j, "z": z, "sigma": sigma,
-            "anchor": anchor, "trusted": trusted,
-        }  # fmt: skip
-        yield loop_case(given, problem, _method(rng, n), int(rng.choice([5, 300, 1000])))
-
-
 def _method(rng: np.random.Generator, n: int) -> dict[str, Any]:
     x0 = None if rng.random() < 0.6 else rng.normal(size=n)
     c = float(rng.choice([1.0, 2.385, 3.0]))
-    name = str(rng.choice(["irls", "gnc", "switchable", "dcs"]))
+    name = str(rng.choice(["irls", "gnc"]))
     if name == "gnc":
         options = {"factor": 1.4, "mu0": None, "adaptive": bool(rng.random() < 0.3)}
         kind = str(rng.choice(["tls", "gm"]))
         return {"name": name, "c": c, "kind": kind, "x0": x0, "options": options}
-    if name == "irls":
-        return {"name": name, "kernel": str(rng.choice(NAMES)), "c": c, "x0": x0}
-    return {"name": name, "lam": c, "x0": x0}
+    return {"name": name, "kernel": str(rng.choice(NAMES)), "c": c, "x0": x0}
 
 
 def _readings(rng: np.random.Generator) -> tuple[np.ndarray, Any, np.ndarray]:
@@ -360,7 +313,7 @@ def loop_case(
     tol: float | None = None,
 ) -> Case:
     """The case of a method on a problem, and the library's result; an error is one too."""
-    usual = 1e-9 if method["name"] in ("gnc", "joint") else 1e-12
+    usual = 1e-9 if method["name"] == "gnc" else 1e-12
     options = method.get("options", {}) | {
         "maxIterations": limit, "tol": usual if tol is None else tol,
     }  # fmt: skip
@@ -375,21 +328,9 @@ def loop_case(
 def _solved(problem: Any, method: dict[str, Any], limit: int, tol: float) -> Result[Any]:
     x0 = problem.guess if isinstance(method["x0"], str) else method["x0"]
     common = {"tol": tol, "max_iterations": limit}
-    match method["name"]:
-        case "irls":
-            kernel = kernels.KERNELS[method["kernel"]](method["c"])
-            return irls(problem, kernel, x0, **common)
-        case "gnc":
-            return gnc(problem, method["c"], method["kind"], x0, **method["options"], **common)
-        case "switchable":
-            return switchable(problem, method["lam"], x0, **common)
-        case "dcs":
-            return dcs(problem, method["lam"], x0, **common)
-        case _:
-            damping = method["options"]["damping"]
-            return joint_switchable(
-                problem, method["lam"], x0, method["s0"], damping=damping, **common
-            )
+    if method["name"] == "irls":
+        return irls(problem, kernels.KERNELS[method["kernel"]](method["c"]), x0, **common)
+    return gnc(problem, method["c"], method["kind"], x0, **method["options"], **common)
 
 
 def _expected(result: Result[Any]) -> dict[str, Any]:

@@ -7,17 +7,14 @@ from typing import Any
 
 import numpy as np
 from robust_slam.certificates import sdp
-from robust_slam.certificates.chordal import ChordalProblem, chordal_cost, pose_blocks
+from robust_slam.certificates.chordal import ChordalProblem, pose_blocks
 from robust_slam.certificates.newton import descend
-from robust_slam.certificates.optimality import Certificate, certificate, certify, judge
+from robust_slam.certificates.optimality import Certificate, certificate, judge
 from robust_slam.certificates.staircase import climb, rounded
-from robust_slam.descent import gauss_newton, start
-from robust_slam.graphs import add_random_closures, circle, manhattan, se2
+from robust_slam.graphs import se2
 from robust_slam.graphs.pose_graph import PoseGraph
 
 from tests.lib.course.parity_cases import Angles, Case
-from tests.lib.course.parity_graphs import as_given
-from tests.lib.worlds import random_graph, shaken
 
 
 def heading_cases(rng: np.random.Generator) -> Iterator[Case]:
@@ -50,30 +47,6 @@ def climb_cases(rng: np.random.Generator) -> Iterator[Case]:
             {"n": n, "edges": edges, "turns": turns, "kappa": kappa, "angles": angles},
             _staircase(graph, problem, angles),
         )
-
-
-def graph_cases(rng: np.random.Generator) -> Iterator[Case]:
-    """Pose graphs with weights, polished or as they are, at good maps and at folded ones."""
-    for k in range(50):
-        graph, poses = _graph(rng, k)
-        weights = np.where(graph.is_odometry, 1.0, rng.choice([0.0, 0.5, 1.0], len(graph.edges)))
-        if k % 4 == 0:
-            at = shaken(se2, poses, 0.1, rng)
-            proof = certificate(graph, at, weights)
-        else:
-            at = start.chordal(graph, weights)
-            if k % 4 == 1:
-                at = gauss_newton(graph, at, weights)
-            at_end, proof = certify(graph, at, weights)
-        polished = at if k % 4 == 0 else at_end
-        yield Case(
-            {
-                "graph": as_given(graph), "poses": at.ravel(), "weights": weights,
-                "polish": bool(k % 4),
-            },
-            {"poses": Angles(polished), "chordal": chordal_cost(graph, at, weights),
-             **_numbers(proof)},
-        )  # fmt: skip
 
 
 def rotation_graph(n: int, edges: np.ndarray, turns: np.ndarray, kappa: np.ndarray) -> PoseGraph:
@@ -135,15 +108,3 @@ def _headings(rng: np.random.Generator, n: int, k: int) -> np.ndarray:
 
 def _rotations(turns: np.ndarray) -> np.ndarray:
     return se2.rotation(np.outer(turns, [0.0, 0.0, 1.0]))
-
-
-def _graph(rng: np.random.Generator, k: int) -> tuple[PoseGraph, np.ndarray]:
-    n = int(rng.choice([2, 5, 20, 48, 100], p=[0.15, 0.25, 0.3, 0.2, 0.1]))
-    if n < 20:
-        poses, graph = random_graph(int(rng.integers(10**6)), n=n, m=2 * n, residual=0.2)
-        return graph, poses
-    if k % 2:
-        graph, poses = manhattan(n, rng, turn=0.3, closures=n // 8)
-    else:
-        graph, poses = circle(n, rng, laps=2, closures=n // 5)
-    return (add_random_closures(graph, 1, rng)[0] if k % 3 == 0 else graph), poses

@@ -42,7 +42,7 @@ BUGS = {
         "loop.js",
         "return robust + 0.5 * trusted;",
         "return robust + trusted;",
-        "loop:chains",
+        "loop:lines",
     ),
     "a bound on cliques that is one too low": (
         "consistency.js",
@@ -56,11 +56,11 @@ BUGS = {
         "if (world.number[ends[0]] < world.number[ends[1]]) {",
         "pcm",
     ),
-    "a switch in place of its square": (
-        "switches.js",
-        "weights: switches.map((s) => s * s)",
-        "weights: switches.map((s) => s)",
-        "loop:joint switches",
+    "a fit that is not leaning": (
+        "location.js",
+        "const columns = [scale.slice(), scale.map((s, k) => s * p[k])];",
+        "const columns = [scale.slice(), scale.map((s, k) => p[k])];",
+        "loop:lines",
     ),
     "a multiplier that is not symmetric": (
         "certificate.js",

@@ -2,8 +2,7 @@
  * The certificate of global optimality for rotations in the plane.
  *
  * Rotations are the blocks of R (r × 2n, by rows) side by side; r is 2 for headings, more on the
- * staircase. The cost Σ κ ‖R_j − R_i R̃‖²_F, without a ½, is tr(R Q Rᵀ); with positions see
- * `chordal.js`. Let S = Q − Λ with Λ block diagonal,
+ * staircase. The cost Σ κ ‖R_j − R_i R̃‖²_F, without a ½, is tr(R Q Rᵀ). Let S = Q − Λ with Λ block diagonal,
  * Λ_i = sym(R_iᵀ (R Q)_i). If S Rᵀ = 0 and S ⪰ 0, no rotations cost less. With S + η I ⪰ 0 any
  * rotations cost at least tr Λ − 2 n η, whether R is stationary or not.
  *

@@ -129,11 +129,6 @@ export function tlsSurrogate(u, c, mu) {
   return c * size * rootOfMuAndNext(mu) - 0.5 * mu * (c * c + size * size);
 }
 
-/** Return the outlier process ½ c² μ(1 − w)/(μ + w) of a weight w in [0, 1]. */
-export function tlsProcess(w, c, mu) {
-  return (0.5 * c * c * mu * (1 - w)) / (mu + w);
-}
-
 /** Return the weight (μc²/(u² + μc²))² of the Geman–McClure surrogate (Yang 2020, (12)). */
 export function gmWeight(u, c, mu) {
   return gemanMcClureKernel.weight(u, c * Math.sqrt(mu));
@@ -142,11 +137,6 @@ export function gmWeight(u, c, mu) {
 /** Return the Geman–McClure surrogate ½ μc²u²/(μc² + u²): the kernel itself at μ = 1. */
 export function gmSurrogate(u, c, mu) {
   return gemanMcClureKernel.rho(u, c * Math.sqrt(mu));
-}
-
-/** Return the outlier process ½ μc² (√w − 1)² of a weight w in [0, 1]. */
-export function gmProcess(w, c, mu) {
-  return 0.5 * (c * Math.sqrt(mu)) ** 2 * (Math.sqrt(w) - 1) ** 2;
 }
 
 /** Return √(μ(μ+1)) as √μ √(μ+1), which does not overflow. */

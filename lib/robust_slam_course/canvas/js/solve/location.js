@@ -1,5 +1,5 @@
 /**
- * Problems of one dimension for the loop: a location, a linear problem, a line and a chain.
+ * Problems of one dimension for the loop: a location and a line.
  *
  * Source: as `robust_slam.problems`: Gauss 1809, weighted least squares.
  */
@@ -34,65 +34,27 @@ export function locationProblem(z, sigma = 1, trusted = null) {
 }
 
 /**
- * Return the linear problem z = J x + noise.
+ * Return the problem of a line y = x[0] + x[1] p through points (p, y).
  *
- * `rows` are the rows of J, (m, n); `measurement` z (m,); `sigma` a number or (m,) in the unit
- * of z; `trusted` a mask (m,) and `fixed` a mask (n,) of unknowns held at 0, both none by
- * default. x is a Float64Array (n,).
+ * `sigma` is a number or (m,) in the unit of y; `trusted` a mask (m,), none by default.
  */
-export function linearProblem(rows, measurement, sigma = 1, trusted = null, fixed = null) {
-  const z = Float64Array.from(measurement);
-  const count = z.length;
+export function lineProblem(p, y, sigma = 1, trusted = null) {
+  const count = y.length;
   const spread = deviationsOf(sigma, count);
-  const held = maskOf(fixed, rows[0].length);
-  const free = [...held.keys()].filter((column) => !held[column]);
   const problem = {
     count,
     trusted: maskOf(trusted, count),
-    initial: () => problem.solve(new Float64Array(count).fill(1), null),
-    residuals(x) {
-      return z.map((reading, k) => {
-        let predicted = 0;
-        for (let column = 0; column < x.length; column++) predicted += rows[k][column] * x[column];
-        return (predicted - reading) / spread[k];
-      });
-    },
+    initial: () => problem.solve(new Float64Array(count).fill(1)),
+    residuals: (x) => spread.map((deviation, k) => (x[0] + x[1] * p[k] - y[k]) / deviation),
     residualNorms: (x) => problem.residuals(x).map(Math.abs),
     solve(weights) {
       // Scaling rows by √w avoids JᵀJ, which would square the condition number of J.
       const scale = spread.map((deviation, k) => Math.sqrt(weights[k]) / deviation);
-      const columns = free.map((column) => scale.map((s, k) => s * rows[k][column]));
-      const solution = leastSquaresByReflections(columns, scale.map((s, k) => s * z[k]));
-      if (solution === null) return null;
-      const x = new Float64Array(held.length);
-      free.forEach((column, place) => {
-        x[column] = solution[place];
-      });
-      return x;
+      const columns = [scale.slice(), scale.map((s, k) => s * p[k])];
+      return leastSquaresByReflections(columns, scale.map((s, k) => s * y[k]));
     },
   };
   return problem;
-}
-
-/** Return the problem of a line y = x[0] + x[1] p through points (p, y). */
-export function lineProblem(p, y, sigma = 1, trusted = null) {
-  return linearProblem(Array.from(p, (at) => [1, at]), y, sigma, trusted);
-}
-
-/**
- * Return the 1-D pose graph of `n` poses with z = x[head] − x[tail] and x[anchor] = 0.
- *
- * `tails`, `heads` and `z` are (m,), poses are numbered from 0, `sigma` is a number or (m,).
- */
-export function chainProblem(n, tails, heads, z, sigma = 1, anchor = 0, trusted = null) {
-  const rows = Array.from(z, (_, k) => {
-    const row = new Float64Array(n);
-    row[heads[k]] = 1;
-    row[tails[k]] = -1;
-    return row;
-  });
-  const fixed = Array.from({ length: n }, (_, pose) => (pose === anchor ? 1 : 0));
-  return linearProblem(rows, z, sigma, trusted, fixed);
 }
 
 /**

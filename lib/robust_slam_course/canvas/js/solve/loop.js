@@ -122,11 +122,6 @@ export function irls(problem, kernelName, c, x0 = null, options = {}) {
   return reweight(problem, irlsRule(kernelName, c), x0, options);
 }
 
-/** Return Σ ρ(u) over the untrusted measurements + ½ Σ u² over the trusted ones, at x. */
-export function robustCost(problem, kernelName, c, x) {
-  return loopCost(problem, irlsRule(kernelName, c), problem.residualNorms(x));
-}
-
 function resultOf(history, stop) {
   const { x, weights, cost } = history[history.length - 1];
   return { x, weights, cost, stop, history };

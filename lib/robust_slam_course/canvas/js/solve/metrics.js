@@ -1,5 +1,5 @@
 /**
- * Errors of maps, and precision and recall of the kept closures.
+ * Errors of maps.
  *
  * Maps are flat arrays of poses (3n).
  *
@@ -40,18 +40,6 @@ export function ate(estimate, truth) {
     sum += (aligned[at] - truth[at]) ** 2 + (aligned[at + 1] - truth[at + 1]) ** 2;
   }
   return Math.sqrt(sum / (truth.length / 3));
-}
-
-/**
- * Return [precision, recall]: the share of kept closures that are true, and vice versa.
- *
- * `kept` and `isTrue` are masks (k,) over the closures. Precision is 1 if no closure is kept,
- * recall is 1 if no closure is true.
- */
-export function precisionRecall(kept, isTrue) {
-  const count = (mask) => mask.reduce((sum, one) => sum + (one ? 1 : 0), 0);
-  const right = count(Array.from(kept, (one, k) => one && isTrue[k]));
-  return [count(kept) ? right / count(kept) : 1, count(isTrue) ? right / count(isTrue) : 1];
 }
 
 function meanPosition(poses) {

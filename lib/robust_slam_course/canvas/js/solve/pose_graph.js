@@ -11,21 +11,11 @@
  */
 import { DESCENT_LIMIT, dampedDescent, undampedDescent } from "./descent.js";
 import { posesAlong, shortestForest } from "./forest.js";
-import {
-  evaluateEdges,
-  fillResiduals,
-  lineariseEdges,
-  normalEquations,
-  quadraticForm,
-  timesBlock,
-} from "./normal_equations.js";
+import { fillResiduals, normalEquations, quadraticForm } from "./normal_equations.js";
 import { se2Inverse } from "./se2.js";
 
 /** The norm that a whitened Gaussian residual of 3 dimensions does not exceed with 99 %. */
 export const CHI_99_SE2 = 3.368214175218727;
-
-/** The same of 1 dimension. */
-export const CHI_99_LINE = 2.575829303548901;
 
 /**
  * Return a graph for the functions of this module.
@@ -72,12 +62,6 @@ export function graphResidualNorms(graph, poses) {
     norms[k] = Math.sqrt(Math.max(0, quadraticForm(graph.information, residuals, k)));
   }
   return norms;
-}
-
-/** Return ½ Σ w ‖whitened residual‖²; `weights` (m,) are 1 if null. */
-export function graphCost(graph, poses, weights = null) {
-  const norms = graphResidualNorms(graph, poses);
-  return 0.5 * norms.reduce((sum, u, k) => sum + (weights === null ? 1 : weights[k]) * u * u, 0);
 }
 
 /** Return the poses from the odometry alone, pose 0 the identity; null where it has gaps. */
@@ -138,29 +122,9 @@ export function poseGraphProblem(graph, guess = null, trusted = null, options = 
  * Gross errors can make Gauss–Newton very slow, so this is Levenberg–Marquardt.
  */
 export function leastSquares(problem) {
-  return levenbergMarquardt(problem, problem.guess, null, { tol: problem.tol });
-}
-
-/**
- * Return a minimum of ½ Σ w ‖whitened residual‖² near `poses` by Gauss–Newton with backtracking.
- *
- * The result is { poses, cost, step, converged }, or null where edges of positive weight do not
- * determine the poses. It converges when a step moves positions by at most tol times 1 m + the
- * longest side of the map, and headings by at most tol rad.
- */
-export function gaussNewton(problem, poses, weights = null, options = {}) {
-  const { tol = 1e-9, maxIterations = DESCENT_LIMIT } = options;
-  const full = weights ?? new Float64Array(problem.count).fill(1);
-  if (!joinsAllPoses(problem.graph, full)) return null;
-  return undampedDescent(problem.equations, poses, full, tol, maxIterations);
-}
-
-/** Return the same minimum as `gaussNewton` by Levenberg–Marquardt, safer from far away. */
-export function levenbergMarquardt(problem, poses, weights = null, options = {}) {
-  const { tol = 1e-9, maxIterations = DESCENT_LIMIT } = options;
-  const full = weights ?? new Float64Array(problem.count).fill(1);
-  if (!joinsAllPoses(problem.graph, full)) return null;
-  return dampedDescent(problem.equations, poses, full, tol, maxIterations);
+  const weights = new Float64Array(problem.count).fill(1);
+  if (!joinsAllPoses(problem.graph, weights)) return null;
+  return dampedDescent(problem.equations, problem.guess, weights, problem.tol, DESCENT_LIMIT);
 }
 
 /** Tell whether the edges of positive weight connect every pose to pose 0. */
@@ -184,17 +148,4 @@ export function joinsAllPoses(graph, weights) {
 
 function flatNumbers(values) {
   return Float64Array.from(Array.isArray(values) ? values.flat(2) : values);
-}
-
-/** Return the Jacobians of the residuals by the poses i and j of each edge, `byI`, `byJ` (9m). */
-export function graphJacobians(graph, poses) {
-  const equations = normalEquations(graph);
-  evaluateEdges(equations, poses, new Float64Array(graph.m).fill(1));
-  lineariseEdges(equations);
-  const byI = new Float64Array(9 * graph.m);
-  for (let entry = 0; entry < byI.length; entry += 9) {
-    const block = byI.subarray(entry, entry + 9);
-    timesBlock(equations.byHead, entry, equations.transfer, entry, block, 1);
-  }
-  return { byI, byJ: equations.byHead };
 }

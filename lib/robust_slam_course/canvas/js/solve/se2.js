@@ -1,5 +1,5 @@
 /**
- * Poses in the plane: composition, inverse, exponential and logarithm.
+ * Poses in the plane: composition, inverse and logarithm.
  *
  * A pose is [x, y, θ] in m, m and rad; a tangent vector is (ρx, ρy, θ) in the same units.
  * Perturbations are on the right, p ∘ Exp(δ). Every function takes arrays of 3 numbers and
@@ -59,13 +59,6 @@ export function se2Between(a, b) {
   const x = b[0] - a[0];
   const y = b[1] - a[1];
   return [cosine * x + sine * y, cosine * y - sine * x, wrapAngle(b[2] - a[2])];
-}
-
-/** Return the pose Exp(ξ): motion with the constant twist ξ for 1 s. */
-export function se2Exp(xi) {
-  const a = sineRatio(xi[2]);
-  const b = Math.sin(xi[2] / 2) * sineRatio(xi[2] / 2);
-  return [a * xi[0] - b * xi[1], b * xi[0] + a * xi[1], wrapAngle(xi[2])];
 }
 
 /** Return the twist with Exp(twist) = p and its angle in (−π, π]. */
