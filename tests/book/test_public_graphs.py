@@ -17,6 +17,7 @@ from nbformat import NotebookNode
 from nbformat.v4 import new_code_cell, new_output
 from robust_slam.graphs import datasets
 from robust_slam_course.results import read_results
+from robust_slam_course.text import CHANGED
 
 from chapters._ext import notebooks
 from tests.book import prose
@@ -119,6 +120,7 @@ def numbers(text: str) -> set[str]:
 @each_section
 def test_every_number_of_the_text_was_printed(section: Section, here: bool, page) -> None:
     shown = page(section, here)
+    assert CHANGED not in shown.printed
     said = numbers("\n".join([shown.text, *shown.captions, *shown.alts]))
     assert said - section.derived <= numbers(shown.printed)
     assert said >= (section.with_graph if here else section.without)
