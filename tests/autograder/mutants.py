@@ -45,7 +45,7 @@ SESSION = "executor/test_session.py::test_"
 TRUSTED = "executor/test_trusted.py::test_"
 VIEW = "sandbox/test_view.py::test_"
 WATCH = "sandbox/test_watch.py::test_"
-WIRE = "student/test_wire.py::test_"
+WIRE = "protocol/test_wire.py::test_"
 USES = f"{WATCH}memory_files_and_threads_of_all_processes_count"
 
 _CHANGES = {
@@ -60,7 +60,7 @@ _CHANGES = {
         ("    os.closerange(3, 1 << 16)\n", "", f"{SEEN}it_has_no_rights_and_no_files_open"),
         ("if program is not None:", "if False:", f"{SANDBOX}test_what_is_out_of_reach"),
     ],
-    "sandbox/inside.py": [
+    "sandbox/terms.py": [
         ('        "RLIMIT_FSIZE": SCRATCH_BYTES,\n', "", f"{SEEN}the_kernel_limits_each_process"),
         ('        "RLIMIT_NOFILE": 128,\n', "", f"{SEEN}the_kernel_limits_each_process"),
     ],
@@ -102,13 +102,13 @@ _CHANGES = {
         ("    _end_with_the_batch()\n", "",
          f"{TRUSTED}a_killed_batch_takes_its_processes_and_its_folder_with_it"),
     ],
-    "student/wire.py": [
+    "protocol/wire.py": [
         ("if depth > MAX_DEPTH:", "if False:", f"{WIRE}a_sender_refuses_what_its_reader_would"),
         ("if len(body) > MAX_PAIR_BYTES:", "if False:", f"{WIRE}hand_written_bytes_are_refused"),
     ],
-    "student/channel.py": [
+    "protocol/channel.py": [
         ("if not isinstance(kind, str) or type(number) is not int:", "if False:",
-         "student/test_channel.py::test_a_message_of_another_shape_ends_the_conversation"),
+         "protocol/test_channel.py::test_a_message_of_another_shape_ends_the_conversation"),
     ],
     "reading/source.py": [
         ("dont_inherit=True, optimize=0", "dont_inherit=True",

@@ -12,18 +12,17 @@ from typing import Any, Literal
 from robust_slam_autograder.errors import GraderFailure
 from robust_slam_autograder.executor import handed_over
 from robust_slam_autograder.executor.budget import Deadline, Meter, soonest
-from robust_slam_autograder.reading.assignment import Limits, Piece
-from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES
-from robust_slam_autograder.reading.source import imported_modules
-from robust_slam_autograder.sandbox import Here, Launch, Running, Sandbox
-from robust_slam_autograder.student.channel import (
-    Channel,
+from robust_slam_autograder.protocol.channel import (
     Conversation,
     DeadlineExceeded,
     RaisedThere,
 )
-from robust_slam_autograder.student.channel import Fault as ChannelFault
-from robust_slam_autograder.student.wire import Handle, WireError
+from robust_slam_autograder.protocol.channel import Fault as ChannelFault
+from robust_slam_autograder.protocol.wire import Handle, WireError
+from robust_slam_autograder.reading.assignment import Limits, Piece
+from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES
+from robust_slam_autograder.reading.source import imported_modules
+from robust_slam_autograder.sandbox import Launch, Running, Sandbox
 
 Kind = Literal["timeout", "died"]
 
@@ -94,7 +93,7 @@ class Session:
     errors: dict[str, StudentError | SessionFault] = field(default_factory=dict)
     fault: SessionFault | None = None
     _cell: Deadline | None = None
-    _running: Running | Here | None = None
+    _running: Running | None = None
     _channel: Conversation | None = None
     _depth: int = 0
 
@@ -241,9 +240,7 @@ class Session:
             self.close()
             raise GraderFailure(f"The sandbox ({self.sandbox.name}) did not start: {problem}")
         self.total.meter.follow(self._running.cpu_seconds)
-        if isinstance(self._running, Here):
-            return self._running.connect(handed_over.check)
-        return Channel(*self._running.pipes(), check=handed_over.check, widen=True)
+        return self._running.connect(handed_over.check)
 
     def _run_program(self, channel: Conversation) -> bool:
         """Read all cells, then run them; False when the student's hung: a fresh start is due."""

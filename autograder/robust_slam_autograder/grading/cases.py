@@ -29,9 +29,9 @@ from robust_slam_autograder.grading import causes, explain, wording
 from robust_slam_autograder.grading.explain import Returned
 from robust_slam_autograder.grading.results import Ending
 from robust_slam_autograder.grading.wording import FAULT_SENTENCES, Told
+from robust_slam_autograder.protocol.notebook import Notebook
 from robust_slam_autograder.reading.assignment import Assignment, Case, Piece
 from robust_slam_autograder.reading.source import compiled, names_read, plain_python
-from robust_slam_autograder.student.untrusted import Notebook
 
 SEED_VARIABLE = "ROBUST_SLAM_SEED"
 ALARM_GRACE = 0.5

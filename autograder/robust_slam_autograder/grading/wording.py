@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 from robust_slam_autograder.executor.session import SessionFault, StudentError
 from robust_slam_autograder.grading.explain import HERE
 from robust_slam_autograder.grading.results import Compared, Ending, Words
+from robust_slam_autograder.protocol.wire import WireError
 from robust_slam_autograder.reading.assignment import Case
 from robust_slam_autograder.reading.source import plain_python
-from robust_slam_autograder.student.wire import WireError
 
 MAX_MESSAGE = 600
 MAX_EXPLAINED = 1_200

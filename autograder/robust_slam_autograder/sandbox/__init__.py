@@ -8,8 +8,8 @@ from __future__ import annotations
 import sys
 
 from robust_slam_autograder.errors import WrongUse
-from robust_slam_autograder.sandbox.in_process import Here, InProcess
-from robust_slam_autograder.sandbox.inside import Launch, Running, Sandbox
+from robust_slam_autograder.sandbox.in_process import InProcess
+from robust_slam_autograder.sandbox.terms import Launch, Running, Sandbox
 
 BACK_ENDS: dict[str, Sandbox] = {}
 """By the name to choose them by, the one to prefer first."""
@@ -22,7 +22,6 @@ if sys.platform != "emscripten":  # a browser starts no process
 __all__ = [
     "BACK_ENDS",
     "Fork",
-    "Here",
     "InProcess",
     "Launch",
     "Running",

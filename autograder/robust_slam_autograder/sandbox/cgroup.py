@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from robust_slam_autograder.sandbox.inside import MEMORY_BYTES, PROCESSES
+from robust_slam_autograder.sandbox.terms import MEMORY_BYTES, PROCESSES
 
 PREFIX = "autograder-"
 _MOUNTS = Path("/proc/self/mountinfo")

@@ -28,11 +28,12 @@ from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder.errors import GraderFailure
+from robust_slam_autograder.protocol.channel import Channel, Check
 from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES
-from robust_slam_autograder.sandbox import cpu, fork_server, inside, landlock, seccomp, view
+from robust_slam_autograder.sandbox import cpu, fork_server, landlock, seccomp, terms, view
 from robust_slam_autograder.sandbox.cpu import CpuClock
-from robust_slam_autograder.sandbox.inside import ENVIRONMENT, Launch
 from robust_slam_autograder.sandbox.process import START_SECONDS
+from robust_slam_autograder.sandbox.terms import ENVIRONMENT, Launch
 from robust_slam_autograder.student import untrusted
 
 END_SECONDS = 10.0
@@ -53,6 +54,10 @@ class Forked:
     def pipes(self) -> tuple[int, int]:
         """Descriptors to read its messages from and to write ours to."""
         return self.reader, self.writer
+
+    def connect(self, check: Check) -> Channel:
+        """Begin the conversation with it; ``check`` as in ``Conversation``."""
+        return Channel(*self.pipes(), check=check, widen=True)
 
     @cached_property
     def _clock(self) -> CpuClock:
@@ -166,7 +171,7 @@ class Fork:
 
     def _start_server(self, launch: Launch, address: Path) -> None:
         settings = {
-            **inside.imports(launch),
+            **terms.imports(launch),
             "withheld": launch.withheld,
             "preload": launch.preload,
             "home": str(self._home),
@@ -175,7 +180,7 @@ class Fork:
             "namespaces": self._namespaces,
             "files": view.as_text(view.files(launch.packages, launch.withheld)),
         }
-        command = inside.python_script(Path(fork_server.__file__), settings)
+        command = terms.python_script(Path(fork_server.__file__), settings)
         environment = ENVIRONMENT | {"MPLCONFIGDIR": str(view.font_folder())}
         done = subprocess.run(
             command, stdin=subprocess.DEVNULL, capture_output=True, cwd="/", env=environment

@@ -25,7 +25,11 @@ if TYPE_CHECKING:
 READY = b"ready\n"
 PID = struct.Struct(">q")
 """What a keeper says first: its process id, so that its child's CPU time can be read."""
-OWN = ("robust_slam_autograder.student.channel", "robust_slam_autograder.reading.source")
+OWN = (
+    "robust_slam_autograder.protocol.channel",
+    "robust_slam_autograder.protocol.notebook",
+    "robust_slam_autograder.reading.source",
+)
 """What every untrusted process imports."""
 
 
@@ -108,8 +112,8 @@ def serve(listener: socket.socket, owner: int, server: Server) -> None:
 
 
 def _keep(connection: socket.socket, server: Server) -> None:
-    from robust_slam_autograder.sandbox.inside import Launch
     from robust_slam_autograder.sandbox.keeper import keep
+    from robust_slam_autograder.sandbox.terms import Launch
 
     try:
         data, pipes, _, _ = socket.recv_fds(connection, 1 << 20, 2)

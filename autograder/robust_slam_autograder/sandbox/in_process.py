@@ -14,11 +14,11 @@ import types
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from robust_slam_autograder.sandbox.inside import Launch
+from robust_slam_autograder.protocol.channel import Check
+from robust_slam_autograder.protocol.joined import End
+from robust_slam_autograder.protocol.notebook import Notebook, do_nothing
+from robust_slam_autograder.sandbox.terms import Launch
 from robust_slam_autograder.student import imports
-from robust_slam_autograder.student.channel import Check
-from robust_slam_autograder.student.joined import End
-from robust_slam_autograder.student.untrusted import Notebook, do_nothing
 
 TOOL = 4
 """The number under which ``sys.monitoring`` knows us."""

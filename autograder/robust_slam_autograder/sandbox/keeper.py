@@ -26,16 +26,16 @@ import psutil
 
 from robust_slam_autograder.sandbox import (
     cgroup,
-    inside,
     landlock,
     root_filesystem,
     seccomp,
     system,
+    terms,
     view,
     watch,
 )
 from robust_slam_autograder.sandbox.cgroup import Group
-from robust_slam_autograder.sandbox.inside import ENVIRONMENT, Launch
+from robust_slam_autograder.sandbox.terms import ENVIRONMENT, Launch
 from robust_slam_autograder.sandbox.view import Files
 from robust_slam_autograder.student import untrusted
 
@@ -74,7 +74,7 @@ def keep(
     for ignored in TERMINAL:
         signal.signal(ignored, signal.SIG_IGN)
     system.adopt_orphans()
-    uid = inside.FIRST_UID + os.getpid() % inside.UIDS if os.getuid() == 0 else None
+    uid = terms.FIRST_UID + os.getpid() % terms.UIDS if os.getuid() == 0 else None
     with _scratch(server, uid) as scratch, _group() as group:
         try:
             if server.namespaces:
@@ -225,7 +225,7 @@ def _enter_root(server: Server) -> None:
 def _be_the_first_process(child: int) -> NoReturn:
     """Reap orphans until the untrusted process itself has ended; all others end with this one."""
     os.closerange(0, 1 << 16)
-    untrusted.drop_to(inside.FIRST_UID - 1 if os.getuid() == 0 else None)
+    untrusted.drop_to(terms.FIRST_UID - 1 if os.getuid() == 0 else None)
     system.drop_capabilities()
     system.let_trace(False)
     system.die_with_parent()
@@ -248,10 +248,10 @@ def _allowed(files: Files, scratch: Path | None) -> list[tuple[Path, int]]:
 
 
 def _limits(launch: Launch, server: Server) -> dict[str, int]:
-    limits = inside.limits(launch, walled=server.namespaces)
+    limits = terms.limits(launch, walled=server.namespaces)
     if "RLIMIT_NPROC" not in limits:
         # All of the user's processes count here: this stops a flood, the keeper counts exactly.
-        limits["RLIMIT_NPROC"] = _own_threads() + 4 * inside.PROCESSES
+        limits["RLIMIT_NPROC"] = _own_threads() + 4 * terms.PROCESSES
     return limits
 
 

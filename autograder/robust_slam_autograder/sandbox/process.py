@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+from robust_slam_autograder.protocol.channel import Channel, Check
 from robust_slam_autograder.sandbox import cpu
 from robust_slam_autograder.sandbox.cpu import CpuClock
 from robust_slam_autograder.student import untrusted
@@ -30,6 +31,10 @@ class Process:
         """Descriptors to read its messages from and to write ours to."""
         assert self.process.stdin and self.process.stdout
         return self.process.stdout.fileno(), self.process.stdin.fileno()
+
+    def connect(self, check: Check) -> Channel:
+        """Begin the conversation with it; ``check`` as in ``Conversation``."""
+        return Channel(*self.pipes(), check=check, widen=True)
 
     @cached_property
     def _clock(self) -> CpuClock:

@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 
 from robust_slam_autograder.sandbox import system, view
-from robust_slam_autograder.sandbox.inside import SCRATCH_BYTES, SCRATCH_FILES
+from robust_slam_autograder.sandbox.terms import SCRATCH_BYTES, SCRATCH_FILES
 from robust_slam_autograder.sandbox.view import Files
 
 DEVICES = ("null", "full", "random", "urandom")

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import tempfile
 
-from robust_slam_autograder.sandbox import inside
-from robust_slam_autograder.sandbox.inside import ENVIRONMENT, Launch
+from robust_slam_autograder.sandbox import terms
 from robust_slam_autograder.sandbox.process import Process, popen
+from robust_slam_autograder.sandbox.terms import ENVIRONMENT, Launch
 
 
 class Unsandboxed:
@@ -23,7 +23,7 @@ class Unsandboxed:
         scratch = tempfile.TemporaryDirectory(prefix="autograder-", ignore_cleanup_errors=True)
         environment = ENVIRONMENT | {"HOME": scratch.name, "MPLCONFIGDIR": scratch.name}
         process = popen(
-            inside.python_command(launch, None, walled=False),
+            terms.python_command(launch, None, walled=False),
             cwd=scratch.name,
             environment=environment,
         )

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import psutil
 
-from robust_slam_autograder.sandbox.inside import MEMORY_BYTES, PROCESSES, SCRATCH_BYTES
+from robust_slam_autograder.sandbox.terms import MEMORY_BYTES, PROCESSES, SCRATCH_BYTES
 
 BLOCK = 4096
 SOCKET_BYTES = 2 * 212_992

@@ -1,1 +1,1 @@
-"""The student's process: what runs there, what it may import, what crosses to the grader."""
+"""The student's process: what runs there, and what it may import."""

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from robust_slam_autograder.executor import handed_over
-from robust_slam_autograder.student import wire
+from robust_slam_autograder.protocol import wire
 from scipy import special
 
 from tests.autograder.sessions import started

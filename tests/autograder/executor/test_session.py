@@ -14,8 +14,8 @@ from robust_slam_autograder.executor.session import (
     StudentError,
     student_error,
 )
+from robust_slam_autograder.protocol.channel import RaisedThere
 from robust_slam_autograder.reading.assignment import Limits
-from robust_slam_autograder.student.channel import RaisedThere
 
 from tests.autograder.killing import wait_for
 from tests.autograder.sessions import started

@@ -43,7 +43,7 @@ def fuzz_wire(tokens: Path, corpus: Path) -> Callable[[bytes], None]:
     """What is read is plain data that can be sent again, or refused."""
     with atheris.instrument_imports(include=["robust_slam_autograder", "msgpack.fallback"]):
         import msgpack.fallback
-        from robust_slam_autograder.student import wire
+        from robust_slam_autograder.protocol import wire
 
     from tests.autograder.fuzz import messages, values
     from tests.autograder.fuzz.test_messages import check

@@ -6,8 +6,8 @@ import struct
 
 import msgpack
 from hypothesis import strategies as st
-from robust_slam_autograder.student import wire
-from robust_slam_autograder.student.wire import Handle
+from robust_slam_autograder.protocol import wire
+from robust_slam_autograder.protocol.wire import Handle
 
 from tests.autograder.fuzz import messages
 from tests.autograder.fuzz.values import ARRAYS, HANDLES, INTEGERS, TEXT, Foreign, export, nested

@@ -6,7 +6,7 @@ import struct
 
 import msgpack
 from hypothesis import strategies as st
-from robust_slam_autograder.student import wire
+from robust_slam_autograder.protocol import wire
 
 from tests.autograder.fuzz.values import KEYS, PLAIN, export
 

@@ -11,13 +11,13 @@ from typing import Any
 from hypothesis import strategies as st
 from robust_slam_autograder.executor.budget import WALL_FACTOR, Meter
 from robust_slam_autograder.executor.session import StudentError, student_error
-from robust_slam_autograder.student.channel import (
+from robust_slam_autograder.protocol.channel import (
     Channel,
     ChannelClosed,
     DeadlineExceeded,
     RaisedThere,
 )
-from robust_slam_autograder.student.wire import Handle
+from robust_slam_autograder.protocol.wire import Handle
 
 from tests.autograder.fuzz import frames
 from tests.autograder.fuzz.damage import variants

@@ -9,8 +9,8 @@ import msgpack
 import numpy as np
 import pytest
 from hypothesis import strategies as st
-from robust_slam_autograder.student import wire
-from robust_slam_autograder.student.wire import WireError
+from robust_slam_autograder.protocol import wire
+from robust_slam_autograder.protocol.wire import WireError
 
 from tests.autograder.fuzz import messages
 from tests.autograder.fuzz.damage import variants

@@ -12,8 +12,8 @@ import msgpack
 import numpy as np
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
-from robust_slam_autograder.student import wire
-from robust_slam_autograder.student.wire import Handle
+from robust_slam_autograder.protocol import wire
+from robust_slam_autograder.protocol.wire import Handle
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from typing import Any
 
 import psutil
 import pytest
-from robust_slam_autograder.sandbox import Fork, Sandbox, cgroup, inside, watch
+from robust_slam_autograder.sandbox import Fork, Sandbox, cgroup, terms, watch
 from robust_slam_autograder.sandbox.cgroup import Group
 
 from tests.autograder.sandbox.probing import LAUNCH, is_private, processes_of, run
@@ -129,7 +129,7 @@ def test_a_group_ends_what_holds_more(group: Group) -> None:
 
 def test_a_group_has_the_sandboxs_limit(group: Group) -> None:
     found = [path for name in cgroup._MEMORY_LIMITS if (path := group.folder / name).exists()]
-    assert [int(path.read_text()) for path in found] == [inside.MEMORY_BYTES]
+    assert [int(path.read_text()) for path in found] == [terms.MEMORY_BYTES]
 
 
 def groups_of(wall: Sandbox) -> set[str]:

@@ -20,8 +20,8 @@ from robust_slam_autograder.sandbox import (
     Fork,
     Sandbox,
     Unsandboxed,
-    inside,
     packages,
+    terms,
     view,
 )
 
@@ -203,7 +203,7 @@ class TestWhatIsSeen:
         assert set(facts["top"]) <= known | way
 
     def test_the_environment_is_the_sandboxs_own(self, facts: dict[str, Any]) -> None:
-        assert set(facts["environment"]) <= {*inside.ENVIRONMENT, "PWD", "LC_CTYPE", "TMPDIR"}
+        assert set(facts["environment"]) <= {*terms.ENVIRONMENT, "PWD", "LC_CTYPE", "TMPDIR"}
         assert TOKEN not in json.dumps(facts) and "31415926" not in json.dumps(facts)
         assert facts["arguments"] == [""]
 
@@ -215,9 +215,9 @@ class TestWhatIsSeen:
 
     def test_the_kernel_limits_each_process(self, facts: dict[str, Any]) -> None:
         assert facts["limits"] == {
-            "RLIMIT_AS": inside.MEMORY_BYTES,
+            "RLIMIT_AS": terms.MEMORY_BYTES,
             "RLIMIT_CORE": 0,
-            "RLIMIT_FSIZE": inside.SCRATCH_BYTES,
+            "RLIMIT_FSIZE": terms.SCRATCH_BYTES,
             "RLIMIT_NOFILE": 128,
         }
 
@@ -276,7 +276,7 @@ def is_needed(path: str) -> bool:
         return Path(path).relative_to(STANDARD).parts[0] not in LEFT_OUT
     if path.startswith(f"{SITE}/"):
         return not Path(path).relative_to(SITE).parts[0].startswith(NOT_NEEDED)
-    own = (*SHOWN, str(Path(inside.__file__).parents[1]), os.path.realpath(sys.executable))
+    own = (*SHOWN, str(Path(terms.__file__).parents[1]), os.path.realpath(sys.executable))
     return ".so" in Path(path).name or path.startswith(own)
 
 
@@ -337,8 +337,8 @@ def test_what_is_limited(wall: Sandbox) -> None:
             run(wall, "use_up", PROBE)
         return
     found = run(wall, "use_up", PROBE)
-    assert 0 < found["processes"] <= inside.PROCESSES
-    assert 0 < found["disk"] <= inside.SCRATCH_BYTES
+    assert 0 < found["processes"] <= terms.PROCESSES
+    assert 0 < found["disk"] <= terms.SCRATCH_BYTES
     assert (found["memory"], found["files"]) == ("MemoryError", "OSError")
 
 
@@ -364,7 +364,7 @@ def test_files_of_no_size_are_counted(wall: Sandbox, folder: str) -> None:
     where = repr(folder) if is_private(wall) else "os.environ['HOME']"
     code = f"{MANY}\nFOLDER = {where}\n"
     if wall is sandbox.BACK_ENDS["fork"]:
-        assert 0 < run(wall, "make", code) <= inside.SCRATCH_FILES
+        assert 0 < run(wall, "make", code) <= terms.SCRATCH_FILES
         return
     with pytest.raises(SessionFault) as caught:  # its keeper ends it
         run(wall, "make", code)
@@ -471,15 +471,15 @@ def test_a_user_without_a_wall_keeps_the_right_to_processes(
 ) -> None:
     """Where all of a user's processes count, a limit for one would stop its first thread."""
     monkeypatch.setattr(os, "getuid", lambda: 1000)
-    assert "RLIMIT_NPROC" not in inside.limits(LAUNCH, walled=False)
+    assert "RLIMIT_NPROC" not in terms.limits(LAUNCH, walled=False)
     for release, limited in {"5.13.0-x": False, "5.14.0": True, "6.1": True, "odd": False}.items():
         monkeypatch.setattr("platform.release", lambda release=release: release)
-        assert ("RLIMIT_NPROC" in inside.limits(LAUNCH, walled=True)) is limited
+        assert ("RLIMIT_NPROC" in terms.limits(LAUNCH, walled=True)) is limited
 
 
 def test_a_process_that_does_not_start_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
     command = [sys.executable, "-c", "import sys; sys.exit('no such luck')"]
-    monkeypatch.setattr(inside, "python_command", lambda *arguments, **options: command)
+    monkeypatch.setattr(terms, "python_command", lambda *arguments, **options: command)
     running = Unsandboxed().start(LAUNCH)
     assert running.await_ready() == "no such luck"
     running.stop()

@@ -13,7 +13,7 @@ from typing import Any
 import psutil
 import pytest
 from robust_slam_autograder.sandbox import watch
-from robust_slam_autograder.sandbox.inside import MEMORY_BYTES, PROCESSES
+from robust_slam_autograder.sandbox.terms import MEMORY_BYTES, PROCESSES
 
 
 def test_all_descendants_are_found() -> None:

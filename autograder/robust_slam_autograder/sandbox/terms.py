@@ -7,15 +7,13 @@ import platform
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import robust_slam_autograder
+from robust_slam_autograder.protocol.channel import Check, Conversation
 from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES
 from robust_slam_autograder.sandbox import packages, view
 from robust_slam_autograder.student import untrusted
-
-if TYPE_CHECKING:
-    from robust_slam_autograder.sandbox.in_process import Here
 
 SCRATCH_BYTES = 64 * 1024 * 1024
 SCRATCH_FILES = 20_000
@@ -55,10 +53,10 @@ class Launch:
 
 
 class Running(Protocol):
-    """An untrusted process."""
+    """An untrusted process, or what is in its place."""
 
-    def pipes(self) -> tuple[int, int]:
-        """Descriptors to read its messages from and to write ours to."""
+    def connect(self, check: Check) -> Conversation:
+        """Begin the conversation with it; ``check`` as in ``Conversation``."""
 
     def await_ready(self) -> str | None:
         """Wait until it answers; else say what is wrong."""
@@ -79,8 +77,8 @@ class Sandbox(Protocol):
     def problem(self) -> str | None:
         """Say why it does not work on this machine; None where it does."""
 
-    def start(self, launch: Launch) -> Running | Here:
-        """Start an untrusted process whose stdin and stdout are pipes, or use this one."""
+    def start(self, launch: Launch) -> Running:
+        """Start an untrusted process, or use this one."""
 
 
 def python_command(launch: Launch, uid: int | None, *, walled: bool) -> list[str]:

@@ -17,8 +17,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from robust_slam_autograder.student import wire
-from robust_slam_autograder.student.wire import Handle, WireError
+from robust_slam_autograder.protocol import wire
+from robust_slam_autograder.protocol.wire import Handle, WireError
 
 MAX_CALLABLES = 10_000
 MAX_NESTED_CALLS = 40

@@ -12,13 +12,13 @@ import msgpack
 import numpy as np
 import pytest
 from robust_slam_autograder.executor.budget import WALL_FACTOR, Meter
-from robust_slam_autograder.student.channel import (
+from robust_slam_autograder.protocol.channel import (
     Channel,
     ChannelClosed,
     DeadlineExceeded,
     RaisedThere,
 )
-from robust_slam_autograder.student.wire import Handle, WireError
+from robust_slam_autograder.protocol.wire import Handle, WireError
 
 
 class Pair:

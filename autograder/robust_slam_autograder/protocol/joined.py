@@ -11,7 +11,7 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager
 from typing import Any
 
-from robust_slam_autograder.student.channel import ChannelClosed, Conversation
+from robust_slam_autograder.protocol.channel import ChannelClosed, Conversation
 
 Around = Callable[[], AbstractContextManager[None]]
 """What is done around the code of one side."""

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from robust_slam_autograder.student import wire
-from robust_slam_autograder.student.wire import Handle, WireError
+from robust_slam_autograder.protocol import wire
+from robust_slam_autograder.protocol.wire import Handle, WireError
 
 from tests.autograder.fuzz import values
 from tests.autograder.fuzz.running import calls

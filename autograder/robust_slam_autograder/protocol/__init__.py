@@ -1,0 +1,1 @@
+"""What both sides of a conversation run: its messages, and the notebook that runs cells."""
