@@ -115,7 +115,7 @@ def run(name: str) -> str:
 
 
 def _outcome(answer: rs.pipeline.Answer, is_outlier: np.ndarray) -> str:
-    """The verdict, and how many closures were kept."""
+    """Return the verdict, and how many closures were kept."""
     closures = ~answer.graph.is_odometry
     kept = f"{int(np.sum(answer.kept & closures)):,} of {int(closures.sum()):,} closures kept"
     if is_outlier.any():
@@ -127,7 +127,7 @@ def _outcome(answer: rs.pipeline.Answer, is_outlier: np.ndarray) -> str:
 
 
 def names() -> list[str]:
-    """The names of all graphs, with outliers for some."""
+    """Return the names of all graphs, with outliers for some."""
     return [*GENERATED, "building+300", "sphere+600", "sessions+100", *NAMES, "CSAIL+100"]
 
 

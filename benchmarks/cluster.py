@@ -37,7 +37,7 @@ LIMIT_SECONDS = 120.0
 
 
 def grade(folders: Sequence[Path], *options: str) -> list[str]:
-    """The grader's arguments for a class."""
+    """Return the grader's arguments for a class."""
     return ["--solutions", str(SOLUTIONS), "grade", *map(str, folders), "--seed", "1", *options]
 
 

@@ -1,4 +1,4 @@
-"""Measure every page of a built site: weight, time, layout, figures, paper, what axe-core finds.
+"""Measure every page of a built site: weight, requests, time, layout shift, what axe-core finds.
 
     python -m benchmarks.site                       # build/html
     python -m benchmarks.site BEFORE AFTER          # two sites, side by side
@@ -31,7 +31,7 @@ HEAD = (
 
 
 def names(folder: Path, only: str) -> list[str]:
-    """The pages of the contents, the front page first, whose name has these letters."""
+    """Return the pages of the contents, the front page first, whose name has these letters."""
     found = [path.relative_to(folder).with_suffix("") for path in folder.glob("chapters/*.html")]
     return sorted(
         (str(name) for name in found if only in name.name),
@@ -57,8 +57,6 @@ def measured(browser: Browser, folder: Path, only: str) -> tables.Site:
             folder=str(folder),
             pages=figures,
             query=page.asked(browser, served, WORD),
-            not_found=(folder / "404.html").is_file(),
-            sitemap=(folder / "sitemap.xml").is_file(),
         )
 
 

@@ -1,9 +1,8 @@
-"""One page: opened on a desk and on a phone, printed, and judged by axe-core."""
+"""One page: opened on a desk and on a phone, and judged by axe-core."""
 
 from __future__ import annotations
 
 import re
-import statistics
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -11,7 +10,6 @@ from dataclasses import dataclass
 from functools import cache
 from html import unescape
 from importlib.resources import files
-from typing import Any
 
 from playwright.sync_api import Browser, CDPSession, Page
 
@@ -38,56 +36,7 @@ new PerformanceObserver((list) => {
 }).observe({type: "largest-contentful-paint", buffered: true});
 """
 _DRAWN = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
-_SHOWN = """() => {
-  const article = document.querySelector("article") ?? document.body;
-  const bare = article.cloneNode(true);
-  const without = "script, style, svg, math, mjx-container, .math";
-  for (const each of bare.querySelectorAll(without)) each.remove();
-  for (const each of bare.querySelectorAll("div, h1, h2, h3, li, p, td, th")) each.append(" ");
-  const pictures = [...document.querySelectorAll(".rs-picture")];
-  const scripts = (picture) => {
-    const next = picture.nextElementSibling;
-    return picture.outerHTML + (next?.tagName === "SCRIPT" ? next.outerHTML : "");
-  };
-  return {
-    height: document.documentElement.scrollHeight,
-    words: bare.textContent.split(/\\s+/).filter(Boolean).length,
-    first: pictures.length ? pictures[0].getBoundingClientRect().top + scrollY : null,
-    pictures: pictures.map((picture) => new Blob([scripts(picture)]).size),
-    paragraph: article.querySelector("p")?.textContent ?? "",
-    image: Boolean(document.querySelector('meta[property="og:image"]')),
-    logo: Boolean(document.querySelector(".logo img, .logo__image, .navbar-brand svg")),
-  };
-}"""
-# An image is put in line for a moment, so that its letters can be asked for their size.
-_LABELS = """async () => {
-  const article = document.querySelector("article") ?? document.body;
-  const sizes = (within) => [...within.querySelectorAll("text")].filter((text) => {
-    const box = text.getBoundingClientRect();
-    return box.width && box.height && text.textContent.trim();
-  }).map((text) => {
-    const {a, b, c, d} = text.getScreenCTM();
-    return parseFloat(getComputedStyle(text).fontSize) * Math.sqrt(Math.abs(a * d - b * c));
-  });
-  const found = sizes(article);
-  for (const image of article.querySelectorAll("img")) {
-    const {width} = image.getBoundingClientRect();
-    if (!width || !/\\.svg|image\\/svg/.test(image.src)) continue;
-    const source = await (await fetch(image.src)).text();
-    const svg = new DOMParser().parseFromString(source, "image/svg+xml").documentElement;
-    const place = document.createElement("div");
-    const [, , wide, high] = (svg.getAttribute("viewBox") ?? "0 0 1 1").split(/[ ,]+/);
-    svg.setAttribute("width", width);
-    svg.setAttribute("height", width * high / wide);
-    place.attachShadow({mode: "open"}).append(document.importNode(svg, true));
-    image.after(place);
-    found.push(...sizes(place.shadowRoot));
-    place.remove();
-  }
-  return found;
-}"""
-_WIDE = """() => [...document.querySelectorAll("article pre")].filter(
-  (code) => code.clientWidth && code.scrollWidth > code.clientWidth + 1).length"""
+_PARAGRAPH = '(document.querySelector("article p") ?? document.body).textContent'
 # This rule is experimental: without being asked for it axe-core leaves it out.
 _AXE = """axe.run({
   resultTypes: ["violations"], rules: {"label-content-name-mismatch": {enabled: true}},
@@ -98,7 +47,7 @@ _STILL = "Promise.allSettled(document.getAnimations().map((one) => one.finished)
 
 @dataclass(frozen=True)
 class Figures:
-    """What was measured at a page; sizes in bytes and pixels, times in seconds.
+    """What was measured at a page; sizes in bytes, times in seconds.
 
     Attributes:
         name: the page's path in the site, without its ending.
@@ -110,11 +59,6 @@ class Figures:
             picture, those of the first paragraph.
         shifts: layout shift on a desk and on a phone.
         violations: elements by axe-core's rule, in the light and in the dark.
-        shown: height on a desk, words, pixels above the first live picture (None where there
-            is none), bytes of each live picture, and what the page's head has.
-        labels: the size of every letter in figures and live pictures on a phone.
-        wide: code boxes on a phone that are narrower than their code.
-        printed: pages on paper.
     """
 
     name: str
@@ -125,25 +69,11 @@ class Figures:
     in_first_response: bool
     shifts: tuple[float, float]
     violations: tuple[Counter[str], Counter[str]]
-    shown: dict[str, Any]
-    labels: list[float]
-    wide: int
-    printed: int
 
     @property
     def weight(self) -> int:
         """All bytes that were given."""
         return sum(each.size for each in self.given)
-
-    @property
-    def smallest_label(self) -> float | None:
-        """The smallest letter in its figures, None where they have no letters."""
-        return min(self.labels, default=None)
-
-    @property
-    def median_label(self) -> float | None:
-        """The median of the letters in its figures."""
-        return statistics.median(self.labels) if self.labels else None
 
 
 def measure(browser: Browser, served: Served, name: str) -> Figures:
@@ -152,8 +82,7 @@ def measure(browser: Browser, served: Served, name: str) -> Figures:
     with _opened(browser, url, viewport=DESK) as (page, session):
         given, times = served.take(), _times(session)
         painted, shift = page.evaluate("window.largest"), page.evaluate(_SUM)
-        shown = page.evaluate(_SHOWN)
-        printed = pages_of(page.pdf())
+        paragraph = page.evaluate(_PARAGRAPH)
         light = violations(page)
         page.evaluate(_DARK)
         dark = violations(page)
@@ -161,7 +90,6 @@ def measure(browser: Browser, served: Served, name: str) -> Figures:
     with _opened(browser, url, viewport=PHONE, has_touch=True) as (page, _):
         served.take()
         on_phone = page.evaluate(_SUM)
-        labels, wide = page.evaluate(_LABELS), page.evaluate(_WIDE)
     painted = painted or {"time": 0.0, "tag": "", "text": ""}
     return Figures(
         name=name,
@@ -169,13 +97,9 @@ def measure(browser: Browser, served: Served, name: str) -> Figures:
         tasks=times["TaskDuration"],
         scripts=times["ScriptDuration"],
         paint=painted["time"] / 1e3,
-        in_first_response=holds(html, painted["text"] or shown["paragraph"]),
+        in_first_response=holds(html, painted["text"] or paragraph),
         shifts=(shift, on_phone),
         violations=(light, dark),
-        shown=shown,
-        labels=labels,
-        wide=wide,
-        printed=printed,
     )
 
 
@@ -208,7 +132,7 @@ def _times(session: CDPSession) -> dict[str, float]:
 
 
 def violations(page: Page) -> Counter[str]:
-    """How many elements axe-core finds against each of its rules."""
+    """Return how many elements axe-core finds against each of its rules."""
     page.evaluate(_STILL)
     page.evaluate(_axe())
     return Counter(dict(page.evaluate(_AXE)))
@@ -219,19 +143,14 @@ def _axe() -> str:
     return files("axe_playwright_python").joinpath("axe.min.js").read_text("utf-8")
 
 
-def pages_of(document: bytes) -> int:
-    """How many pages Chromium's PDF has."""
-    return len(re.findall(rb"/Type\s*/Page\b", document))
-
-
 def holds(html: str, text: str, letters: int = 40) -> bool:
-    """Whether a page's source has the beginning of a text, whatever the marks between."""
+    """Tell whether a page's source has the beginning of a text, whatever the marks between."""
     found = re.sub(r"\s+", "", unescape(re.sub(r"(?s)<[^>]*>", "", html)))
     return re.sub(r"\s+", "", text)[:letters] in found
 
 
 def asked(browser: Browser, served: Served, word: str) -> Sequence[Given]:
-    """What a reader who types a word into the search page makes the server give.
+    """Return what a reader who types a word into the search page makes the server give.
 
     The page itself is not counted; what its scripts fetch for the query is.
     """

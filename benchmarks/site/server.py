@@ -14,17 +14,6 @@ from pathlib import Path
 TEXT = {".css", ".html", ".js", ".json", ".mjs", ".svg", ".txt", ".xml"}
 LEVEL = 6
 """Of gzip, the default of common servers."""
-KINDS = {
-    ".html": "page",
-    ".js": "scripts",
-    ".mjs": "scripts",
-    ".css": "styles",
-    ".woff2": "fonts",
-    ".woff": "fonts",
-    ".ttf": "fonts",
-    ".svg": "images",
-    ".png": "images",
-}
 
 
 @dataclass(frozen=True)
@@ -33,11 +22,6 @@ class Given:
 
     path: str
     size: int
-
-    @property
-    def kind(self) -> str:
-        """Which of ``KINDS`` it is, or "others"."""
-        return KINDS.get(Path(self.path).suffix, "others")
 
 
 @dataclass

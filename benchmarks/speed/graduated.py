@@ -98,7 +98,7 @@ def measure(name: str, percent: int) -> Figure:
 
 
 def our_gnc(world: World) -> list[Side]:
-    """Ours, with ``STEPS`` Gauss–Newton steps for each μ."""
+    """Return our sides, with ``STEPS`` Gauss–Newton steps for each μ."""
 
     def run() -> Result[Array]:
         problem = PoseGraphProblem(world.graph, world.guess, steps=STEPS)
@@ -108,7 +108,7 @@ def our_gnc(world: World) -> list[Side]:
 
 
 def gtsam_gnc(world: World) -> Side:
-    """GTSAM's, with its defaults.
+    """Return GTSAM's side, with its defaults.
 
     Raises:
         RuntimeError: its thresholds are not c²/2.

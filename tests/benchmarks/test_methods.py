@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from robust_slam.errors import NotConverged, Underdetermined
-from robust_slam.estimators import chi_square_threshold, gnc, irls, kernels, switchable
-from robust_slam.graphs import ate, pose_graph
-from robust_slam.graphs.pose_graph import PoseGraph, connected_parts
+from robust_slam.estimators import chi_square_threshold, gnc, irls, kernels
+from robust_slam.graphs.pose_graph import PoseGraph
 from robust_slam.problems import PoseGraphProblem
 
 from benchmarks import methods
@@ -66,14 +64,6 @@ def test_a_new_method_is_one_decorated_function(monkeypatch: pytest.MonkeyPatch,
     assert methods.run(entered[0], *easy, methods.STEPS).ate < 0.5
 
 
-def test_the_tree_of_fewest_edges_uses_closures(problem: PoseGraphProblem) -> None:
-    graph, tree = problem.graph, STARTS["spanning tree"](problem)
-    exact = pose_graph.residual_norms(graph, tree) < 1e-6
-    assert np.unique(connected_parts(graph.n, graph.edges[exact])).size == 1
-    assert np.sum(exact & ~graph.is_odometry) > 10
-    assert not np.allclose(tree, problem.guess)
-
-
 def test_a_spent_budget_leaves_the_map_as_it_is(
     monkeypatch: pytest.MonkeyPatch, problem: PoseGraphProblem
 ) -> None:
@@ -86,14 +76,6 @@ def test_a_spent_budget_leaves_the_map_as_it_is(
     assert not np.array_equal(result.x, result.history[6].x)
 
 
-def test_solves_are_counted_only_while_asked(problem: PoseGraphProblem) -> None:
-    ones = np.ones(len(problem.graph.edges))
-    with counted() as count:
-        problem.solve(ones, problem.guess)
-    problem.solve(ones, problem.guess)
-    assert count.solves == 1
-
-
 def gradient(problem: PoseGraphProblem, poses: np.ndarray) -> float:
     """The length of the gradient of the Geman-McClure cost."""
     norms = problem.residual_norms(poses)
@@ -101,31 +83,3 @@ def gradient(problem: PoseGraphProblem, poses: np.ndarray) -> float:
     equations = problem._equations
     _, slope = equations.system(equations.at(poses, weights), weights)
     return float(np.linalg.norm(slope[1:]))
-
-
-def test_gnc_gm_ends_at_a_stationary_point(problem: PoseGraphProblem) -> None:
-    """After graduation alone the gradient is far from zero."""
-    graduated = gnc(problem, C, "gm", problem.guess, tol=methods.TOL).x
-    ended = METHODS["GNC-GM from odometry"](problem, C)
-    assert gradient(problem, ended) < 0.01 * gradient(problem, graduated)
-    again = irls(problem, kernels.geman_mcclure(C), ended, tol=1e-8, max_iterations=500).x
-    assert ate(again, ended) < 1e-3
-
-
-def test_closed_form_switches_are_irls_with_geman_mcclure(problem: PoseGraphProblem) -> None:
-    switched = switchable(problem, C**2, problem.guess, tol=methods.TOL, max_iterations=500).x
-    assert np.allclose(METHODS["IRLS-GM from odometry"](problem, C), switched)
-
-
-def test_a_method_that_fails_says_so(monkeypatch: pytest.MonkeyPatch, easy) -> None:
-    monkeypatch.setattr(methods, "METHODS", dict(METHODS))
-
-    @methods.method("restless")
-    def restless(problem: PoseGraphProblem, c: float, x0: np.ndarray) -> np.ndarray:
-        raise NotConverged
-
-    with pytest.raises((NotConverged, Underdetermined)):
-        methods.run("restless", *easy, methods.STEPS)
-    with counted() as count:
-        pass
-    assert count.solves == 0

@@ -14,16 +14,12 @@ from benchmarks.site import __main__ as site
 from benchmarks.site import page, tables
 from benchmarks.site.server import LEVEL, Given, serving
 
-SVG = (
-    "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 100 50'{size}>"
-    "<text x='5' y='20' style='font-size: 10px'>ab</text></svg>"
-)
+SVG = "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 100 50'></svg>"
 SHIFT = "setTimeout(() => { document.getElementById('late').style.height = '300px'; }, 200);"
 PAGE = f"""<!doctype html><html lang="en"><head><title>t</title>
-<link rel="icon" href="data:,"><meta property="og:image" content="a.png"></head><body>
+<link rel="icon" href="data:,"></head><body>
 <main><article><h1>One title</h1><div id="late"></div><p>Four words stand here.</p>
-<div class="rs-picture">{SVG.format(size=" width='300'")}</div><script>let x;</script>
-<img src="a.svg" width="200"><pre style="overflow: auto">{"long " * 90}</pre>
+<img src="a.svg" width="200" height="600">
 </article></main><script>{SHIFT}</script></body></html>"""
 
 
@@ -32,7 +28,7 @@ def folder(tmp_path: Path) -> Path:
     """A site of one page and a picture."""
     (tmp_path / "chapters").mkdir()
     (tmp_path / "chapters" / "00-one.html").write_text(PAGE)
-    (tmp_path / "chapters" / "a.svg").write_text(SVG.format(size=""))
+    (tmp_path / "chapters" / "a.svg").write_text(SVG)
     (tmp_path / "search.html").write_text(
         "<link rel=icon href='data:,'><input type=search oninput=\"fetch('a' + value)\">"
     )
@@ -47,9 +43,6 @@ def test_text_is_given_gzipped_and_other_files_whole(folder: Path) -> None:
         small = len(gzip.compress(PAGE.encode(), LEVEL))
         assert served.take() == [Given("/chapters/00-one.html", small), Given("/ah", 500)]
         assert served.take() == []
-    assert [Given(path, 1).kind for path in ("a.html", "b.js", "c.woff2", "d")] == [
-        "page", "scripts", "fonts", "others",
-    ]  # fmt: skip
 
 
 @pytest.mark.browser
@@ -60,12 +53,6 @@ def test_a_page_is_measured(folder: Path, browser: Browser) -> None:
     assert [each.path for each in found.given] == ["/chapters/00-one.html", "/chapters/a.svg"]
     assert found.tasks >= found.scripts > 0 < found.paint and found.in_first_response
     assert min(found.shifts) > 0.02
-    assert found.shown["words"] == 2 + 4 + 90
-    assert found.shown["image"] and not found.shown["logo"]
-    assert len(found.shown["pictures"]) == 1 and found.shown["pictures"][0] > 100
-    assert found.shown["first"] > 300
-    assert sorted(found.labels) == pytest.approx([20.0, 30.0], rel=0.01)
-    assert (found.wide, found.printed) == (1, 1)
     assert [each["image-alt"] for each in found.violations] == [1, 1]
     # Each letter that is typed makes a request; after the first the file is there.
     assert [each for each in one.query if each.size] == [Given("/ah", 500)]
@@ -87,28 +74,20 @@ def test_the_front_page_comes_first(tmp_path: Path) -> None:
 
 def figures(name: str, size: int, rule: str) -> page.Figures:
     """A page that weighs this much and breaks a rule in the dark."""
-    shown = {
-        "height": 9, "words": 8, "first": None, "pictures": [], "image": True, "logo": True,
-    }  # fmt: skip
     given = [Given(f"/{name}.html", size), Given("/a.js", 3 * size)]
     broken = Counter[str](), Counter({rule: 2})
-    return page.Figures(
-        name, given, 0.5, 0.2, 0.1, True, (0.0, 0.1), broken, shown, [12.0, 8.0, 10.0], 3, 7
-    )
+    return page.Figures(name, given, 0.5, 0.2, 0.1, True, (0.0, 0.1), broken)
 
 
 def test_the_summary_has_a_column_for_each_site() -> None:
     pages = [figures(f"chapters/0{k}-x", 1_000 * k, "region") for k in (1, 2, 3)]
-    sites = [tables.Site(name, pages, [Given("/q", 2_500)], True, False) for name in ("a", "b")]
+    sites = [tables.Site(name, pages, [Given("/q", 2_500)]) for name in ("a", "b")]
     lines = dict(line[2:-2].split(" | ", 1) for line in tables.summary(sites).splitlines()[2:])
     assert lines["chapter, KB gzipped"] == "8 (4 to 12) | 8 (4 to 12)"
     assert lines["front page, requests"] == "– | –"
     assert lines["largest files of a chapter, KB"].startswith("a.js 6, the page 2")
     assert lines["axe, light"] == "none | none"
     assert lines["axe, dark"].startswith("region 6 on 3 pages")
-    assert lines["smallest label at 390, px"].startswith("8.0 (8.0 to 8.0)")
-    assert lines["median label at 390, px"].startswith("10.0")
-    assert lines["page 404"] == "yes | yes" and lines["sitemap"] == "no | no"
 
 
 @pytest.mark.parametrize(

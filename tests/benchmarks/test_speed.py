@@ -59,9 +59,6 @@ class TestTheClock:
         assert [spent.runs for spent in in_turns(sides, self.told, runs=2)] == [2, 1]
         assert turns == ["a", "b", "a"]
 
-    def test_the_answer_is_read(self) -> None:
-        assert spend(Side("sum", lambda: [1, 2], sum)).answer == 3
-
     def test_two_threads_are_noticed(self) -> None:
         data = bytes(50_000_000)
 

@@ -87,13 +87,6 @@ class TestWorlds:
         assert np.array_equal(few, many)
         assert not np.array_equal(few, other)
 
-    def test_a_world_is_drawn_the_same_again(self) -> None:
-        (one, _, _), (other, _, _) = make(WORLD), make(WORLD)
-        assert np.array_equal(one.measurement, other.measurement)
-
-    def test_no_world_is_listed_twice(self) -> None:
-        assert len(set(worlds())) == len(list(worlds()))
-
 
 class TestJournal:
     def test_what_is_noted_is_read(self, tmp_path: Path) -> None:
@@ -139,11 +132,6 @@ class TestJournal:
         door.sweep(path, left, pretended)
         assert len(path.read_text().splitlines()) == len(journal.read(path)) == total
         assert door.missing(journal.read(path), ["manhattan"], NAMES) == []
-
-    def test_only_the_methods_asked_for_are_run(self) -> None:
-        tasks = door.missing({DONE.key: DONE}, ["manhattan"], ["DCS"])
-        assert {names for _, names in tasks} == {("DCS",)}
-        assert WORLD not in {world for world, _ in tasks}
 
 
 class TestRuns:
@@ -229,10 +217,6 @@ class TestTable:
         assert committed.header["runs"] == f"{runs} of {wanted}"
         assert runs == wanted
         assert door.TABLE.stat().st_size <= 200 * 1024
-
-    def test_the_committed_table_has_every_method(self) -> None:
-        found = {row["method"] for row in rows(door.TABLE.read_text(encoding="utf-8"))}
-        assert found == set(methods.METHODS), "measure them: `make sweep`"
 
     def test_a_row_of_the_committed_table_comes_out_again(self) -> None:
         method = "GNC-TLS from least squares"

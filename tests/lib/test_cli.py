@@ -176,27 +176,6 @@ def test_an_unknown_ending_is_refused_before_the_work(file, capsys):
     assert "end it with .g2o, .tum, .kitti" in capsys.readouterr().err
 
 
-def test_sessions_are_joined_and_the_answer_says_so(file):
-    graph = rs.load(file)
-    cut = select(graph, ~np.all(graph.edges == [29, 30], axis=1))
-    answer = rs.solve(cut)
-    assert "2 sessions" in "".join(answer.notes())
-    assert answer.certificate.verdict.value == "certified"
-    assert np.all(answer.kept[answer.bridges.edges])
-    whole = rs.solve(graph)
-    steps = np.diff(answer.poses[:, :2], axis=0) - np.diff(whole.poses[:, :2], axis=0)
-    assert np.abs(steps).max() < 1.0
-
-
-def test_the_answer_is_a_result(file):
-    answer = rs.solve(rs.load(file))
-    assert len(repr(answer)) < 120
-    assert answer.weights.shape == answer.kept.shape
-    np.testing.assert_array_equal(answer.weights > 0.5, answer.kept)
-    kept = select(answer.graph, answer.kept)
-    assert answer.cost == pytest.approx(rs.certificates.chordal_cost(kept, answer.poses))
-
-
 @pytest.mark.parametrize(("given", "error"), [(3, TypeError), ("town.g2o", TypeError)])
 def test_solve_says_what_it_takes(given, error):
     with pytest.raises(error, match="give a PoseGraph, for instance load"):
@@ -206,10 +185,3 @@ def test_solve_says_what_it_takes(given, error):
 def test_an_unknown_kind_is_refused_before_the_work():
     with pytest.raises(ValueError, match="kind is 'cauchy'"):
         rs.solve(manhattan(10, 0)[0], kind="cauchy")
-
-
-def test_the_library_tells_its_version_and_graphs_their_size():
-    assert rs.__version__.count(".") == 2
-    graph, _ = manhattan(1000, 0)
-    assert repr(graph) == "<PoseGraph: 1,000 poses in SE(2), 1,199 edges, 200 of them closures>"
-    assert rs.draw_map(graph, rs.graphs.dead_reckoning(graph)).lines

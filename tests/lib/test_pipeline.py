@@ -101,12 +101,6 @@ def test_a_single_outlier_agrees_with_itself_and_bends_the_odometry():
     assert np.array_equal(answer.kept, ~is_outlier)
 
 
-def test_a_probability_outside_0_to_1_is_refused():
-    graph, _ = circle(10, np.random.default_rng(1))
-    with pytest.raises(ValueError, match="probability is 1"):
-        solve(graph, 1.0)
-
-
 @pytest.mark.long
 def test_where_odometry_loses_its_rotation_outliers_do_not_bend_the_start() -> None:
     # PCM cannot tell these outliers: the odometry between their ends is too uncertain.

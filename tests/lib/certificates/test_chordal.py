@@ -9,9 +9,8 @@ from robust_slam.certificates.chordal import ChordalProblem
 from robust_slam.errors import Underdetermined
 from robust_slam.graphs import PoseGraph, pose_graph, se3
 from robust_slam.graphs.isotropic import precisions
-from robust_slam.graphs.rotations import nearest_rotations
 
-from tests.lib.worlds import assert_rotations, random_graph, refused, with_best_positions
+from tests.lib.worlds import random_graph, refused, with_best_positions
 
 
 def summed_cost(graph, poses, weights):
@@ -64,15 +63,6 @@ def test_the_quadratic_form_is_the_summed_cost(group, seed):
     expected = summed_cost(graph, poses, weights)
     assert np.trace(x @ (m @ x.T)) == pytest.approx(expected, rel=1e-12)
     assert chordal.chordal_cost(graph, poses, weights) == pytest.approx(expected, rel=1e-12)
-
-
-def test_the_data_matrix_is_symmetric_and_not_negative_and_moving_the_map_is_free(group):
-    _, graph = random_graph(3, group)
-    m, d = chordal.data_matrix(graph).toarray(), group.DIMENSION
-    np.testing.assert_allclose(m, m.T, atol=1e-13 * np.abs(m).max())
-    assert np.linalg.eigvalsh(m)[0] > -1e-12 * np.abs(m).max()
-    everywhere = np.arange(len(m)) % (d + 1) == d
-    np.testing.assert_allclose(m @ everywhere, 0.0, atol=1e-12 * np.abs(m).max())
 
 
 def test_an_edge_of_weight_0_drops_out(group):
@@ -130,28 +120,6 @@ def test_project_turns_a_mirrored_map_round(group):
     assert chordal.chordal_cost(graph, back) == pytest.approx(
         chordal.chordal_cost(graph, poses), rel=1e-10
     )
-
-
-@pytest.mark.parametrize("d", [2, 3])
-def test_the_nearest_rotation_is_a_rotation_and_none_is_nearer(d, seed):
-    rng = np.random.default_rng(seed)
-    matrices = rng.normal(size=(40, d, d))
-    nearest = nearest_rotations(matrices)
-    assert_rotations(nearest)
-    others = nearest_rotations(rng.normal(size=(500, 1, d, d)))
-    distance = np.linalg.norm(nearest - matrices, axis=(1, 2))
-    assert np.all(distance <= np.linalg.norm(others - matrices, axis=(2, 3)) + 1e-12)
-    np.testing.assert_allclose(nearest_rotations(nearest), nearest, atol=1e-12)
-
-
-def test_matrix_and_blocks_are_two_views_of_x(group):
-    poses, graph = random_graph(8, group)
-    blocks = chordal.pose_blocks(poses)
-    x = chordal.lift(poses)
-    d = group.DIMENSION
-    np.testing.assert_array_equal(x[:, d + 1 : 2 * d + 1], group.rotation(poses[1]))
-    np.testing.assert_array_equal(x[:, 2 * d + 1], group.translation(poses[1]))
-    np.testing.assert_array_equal(chordal.as_blocks(x, graph.n), blocks)
 
 
 @refused(

@@ -12,13 +12,11 @@ from robust_slam.certificates.newton import descend, polish, retract, stationari
 from robust_slam.descent.sparse.pattern import find_pattern
 from robust_slam.descent.undamped import gauss_newton
 from robust_slam.errors import NotConverged, Underdetermined
-from robust_slam.graphs import se2, se3
+from robust_slam.graphs import se2
 from robust_slam.graphs.rotations import nearest_stiefel
 
 from tests.lib.descent.sparse.matrices import as_dense
 from tests.lib.worlds import (
-    assert_rotations,
-    cost_never_rises,
     measured,
     random_information,
     refused,
@@ -71,18 +69,6 @@ def test_gradient_and_hessian_are_the_derivatives_of_the_cost(group, extra):
         assert curve == pytest.approx(bend, rel=1e-4, abs=1e-4 * point.cost)
 
 
-@pytest.mark.parametrize(("d", "r", "p"), [(2, 2, 3), (3, 3, 6), (2, 3, 6), (3, 4, 10)])
-def test_the_basis_spans_the_tangent_space(d, r, p):
-    # Tangent to YᵀY = I is VᵀY + YᵀV = 0, of dimension r d − d (d + 1) / 2; and r for t.
-    blocks = random_blocks(se2 if d == 2 else se3, 4, r, np.random.default_rng(p))
-    basis = tangent_basis(blocks)
-    assert basis.shape == (4, p, r, d + 1)
-    turn = blocks[:, None, :, :d]
-    product = np.swapaxes(turn, -1, -2) @ basis[..., :d]
-    np.testing.assert_allclose(product, -np.swapaxes(product, -1, -2), atol=1e-12)
-    assert np.all(np.linalg.matrix_rank(basis.reshape(4, p, -1)) == p)
-
-
 def test_the_convergence_is_quadratic(group, seed):
     graph, truth = loops(group, seed, noise=0.03)
     problem = ChordalProblem.of(graph)
@@ -92,34 +78,6 @@ def test_the_convergence_is_quadratic(group, seed):
     assert sizes[0] > 1e-4
     for before, after in pairwise(sizes):
         assert after <= 100.0 * before**2 + 1e-14
-
-
-def test_pose_0_stays_to_the_last_bit(group):
-    graph, truth = loops(group, 9, n=6)
-    start = group.compose(group.exp(np.full(group.DOF, 0.7)), truth)
-    if group is se2:  # An angle need not lie in (−π, π].
-        start[0, 2] += 2.0 * np.pi
-    np.testing.assert_array_equal(polish(graph, start)[0], start[0])
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_no_step_raises_the_cost_however_far_the_start(group, seed):
-    graph, truth = loops(group, seed)
-    start = shaken(group, truth, 3.0, np.random.default_rng(seed))
-    descent = descend(ChordalProblem.of(graph), chordal.pose_blocks(start))
-    assert cost_never_rises(descent, 1e-12)
-    assert descent.converged and descent.last.cost < 0.5 * descent.history[0].cost
-
-
-@pytest.mark.parametrize("extra", [1, 2])
-def test_at_a_higher_rank_the_columns_stay_orthonormal_and_the_cost_falls(group, extra):
-    graph, _ = loops(group, 5)
-    d = group.DIMENSION
-    start = random_blocks(group, graph.n, d + extra, np.random.default_rng(extra))
-    descent = descend(ChordalProblem.of(graph), start, 1e-10)
-    assert_rotations(descent.last.blocks[..., :d])
-    assert descent.converged
-    assert descent.last.cost < descent.history[0].cost
 
 
 def test_stationarity_has_no_unit_and_does_not_know_where_the_map_lies(group):

@@ -11,7 +11,7 @@ from threading import Thread
 import numpy as np
 import pooch
 import pytest
-from robust_slam.graphs import datasets, files, g2o, generate
+from robust_slam.graphs import datasets, files, generate
 
 STAND_INS = {
     name: f"# {name}\nEDGE_SE2 0 1 {k}.5 0 0 1 0 0 1 0 1\n".encode()
@@ -103,13 +103,6 @@ def test_the_folder_of_the_variable_comes_before_the_cache(machine, folder):
     assert datasets.find("intel") == in_cache
     in_folder = put(folder, "intel")
     assert datasets.find("intel") == in_folder
-
-
-def test_a_graph_is_read_and_m3500_is_manhattan(machine):
-    path = put(machine, "manhattan")
-    loaded = datasets.load("M3500")
-    np.testing.assert_array_equal(loaded.measurement, g2o.read(path).graph.measurement)
-    np.testing.assert_array_equal(loaded.measurement, [[1.5, 0.0, 0.0]])
 
 
 def test_a_missing_graph_is_an_error_with_both_ways_out():
@@ -230,18 +223,6 @@ def test_what_is_downloaded_is_loaded_and_not_asked_for_again(server, machine):
     assert [path.read_bytes() for path in paths] == list(STAND_INS.values())
     assert datasets.load("intel").n == 2
     assert contents(machine) == BOTH
-
-
-def test_a_spoiled_file_is_fetched_again(server, machine):
-    put(machine, "intel", b"spoiled")
-    datasets.download(["intel"], base_url=server.url)
-    assert datasets.load("intel").n == 2
-
-
-def test_the_folder_of_a_download_may_be_chosen(server, machine, tmp_path):
-    datasets.download(["intel"], tmp_path / "a" / "b", server.url)
-    assert contents(tmp_path / "a" / "b") == ["intel.g2o"]
-    assert contents(machine) == []
 
 
 @pytest.mark.parametrize(

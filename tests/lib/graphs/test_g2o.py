@@ -6,9 +6,9 @@ import stat
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
-from robust_slam.graphs import datasets, g2o, pose_graph, se2
+from robust_slam.graphs import datasets, g2o, pose_graph
 from robust_slam.graphs.g2o import G2oError
 from scipy.spatial.transform import Rotation
 
@@ -153,13 +153,6 @@ def test_odometry_across_a_gap_in_the_ids_is_listed(tmp_path, ends, leaps):
     assert found.leaps.tolist() == leaps
 
 
-def test_a_record_cannot_be_written_to(tmp_path):
-    found = read(tmp_path, PLANE)
-    for array in (found.names, found.poses, found.graph.measurement):
-        with pytest.raises(ValueError, match="read-only"):
-            array[0] = 0
-
-
 SECOND = "VERTEX_SE2 1 1 0 0.5"
 FOURTH = f"EDGE_SE2 0 1 1 0 0.5 {UNIT}"
 
@@ -222,11 +215,6 @@ def test_what_is_wrong_is_named_with_file_line_and_fix(tmp_path, text, message):
     assert str(caught.value).startswith(f"{path}:{message}")
 
 
-def test_a_file_that_is_not_there_is_an_error_of_the_system(tmp_path):
-    with pytest.raises(FileNotFoundError):
-        g2o.read(tmp_path / "none.g2o")
-
-
 @pytest.mark.parametrize("seed", range(5))
 def test_the_second_round_trip_changes_no_bit_and_the_first_hardly_one(tmp_path, group, seed):
     poses, graph = random_graph(seed, group, n=40, m=90)
@@ -240,14 +228,6 @@ def test_the_second_round_trip_changes_no_bit_and_the_first_hardly_one(tmp_path,
     np.testing.assert_array_equal(first.names, np.arange(40))
     g2o.write(path, first.graph, first.poses, first.names)
     assert_same_bits(g2o.read(path), first)
-
-
-def test_in_the_plane_the_first_round_trip_changes_no_bit(tmp_path):
-    poses, graph = random_graph(11, se2, n=40, m=90)
-    poses[3] = [1e-300, -0.0, 1e300]
-    again = written_and_read(tmp_path, g2o.G2o(graph, poses, np.arange(40)))
-    assert again.graph.measurement.tobytes() == graph.measurement.tobytes()
-    assert again.poses.tobytes() == poses.tobytes()
 
 
 def quaternions(kind, rng):
@@ -391,17 +371,6 @@ def test_anything_is_a_graph_or_the_one_error(scratch, content):
 
 
 @FUZZ
-@given(words=st.lists(WORDS, max_size=60))
-@example(words=["EDGE_SE2", "0", "1", "1e308", "1e308", "1e308", UNIT])
-@example(words=["EDGE_SE2", "0", "1", "0", "0", "0", "1e308", "0", "0", "1e308", "0", "1e308"])
-@example(words=["EDGE_SE2", "0", "1", "0", "0", "0", "5e-324", "0", "0", "1", "0", "1"])
-@example(words=["EDGE_SE3:QUAT", "0", "1", "0 0 0", "5e-324", "0", "0", "0", SPACE_UNIT])
-@example(words=["EDGE_SE3:QUAT", "0", "1", "0 0 0", "1e308", "-1e308", "0", "1", SPACE_UNIT])
-def test_any_words_are_a_graph_or_the_one_error(scratch, words):
-    accepted(scratch, " ".join(words).encode())
-
-
-@FUZZ
 @given(data=st.data(), text=st.sampled_from([PLANE, SPACE, "FIX 1\n" + PLANE]))
 def test_a_mutated_file_is_a_graph_or_the_one_error(scratch, data, text):
     fields = text.replace("\n", " \n ").split(" ")
@@ -409,14 +378,3 @@ def test_a_mutated_file_is_a_graph_or_the_one_error(scratch, data, text):
         place = data.draw(st.integers(0, len(fields) - 1))
         fields[place] = data.draw(WORDS)
     accepted(scratch, " ".join(fields).encode())
-
-
-@FUZZ
-@given(cut=st.integers(0, len(PLANE)), drop=st.integers(0, 3))
-def test_a_torn_file_is_a_graph_or_the_one_error(scratch, cut, drop):
-    accepted(scratch, (PLANE[:cut] + PLANE[cut + drop :]).encode())
-
-
-@pytest.mark.parametrize("text", [PLANE, SPACE, "FIX 1\n" + PLANE])
-def test_the_files_that_are_mutated_are_good_themselves(scratch, text):
-    assert accepted(scratch, text.encode())

@@ -66,15 +66,6 @@ def test_without_poses_the_values_are_those_of_the_spanning_tree(gtsam, group):
     assert_same_poses(group, back, spanning_tree(graph), atol=1e-13)
 
 
-def test_both_end_at_the_same_minimum_and_the_prior_costs_nothing(gtsam, group, seed):
-    truth, graph = random_graph(seed, group, n=10, m=25, residual=0.05)
-    ours = gauss_newton(graph, truth)
-    theirs, error = minimum(gtsam, graph, truth)
-    assert_same_poses(group, theirs, ours, atol=1e-6)
-    assert error == pytest.approx(pose_graph.cost(graph, ours), rel=1e-9)
-    assert_same_poses(group, theirs[:1], truth[:1], atol=1e-9)
-
-
 @pytest.mark.parametrize("name", ["tinyGrid3D", "smallGrid3D"])
 def test_on_public_graphs_both_end_at_the_same_cost(gtsam, name):
     graph = public_graph(name)

@@ -51,13 +51,6 @@ def test_precision_one_way_is_recall_the_other_way(pair):
     assert precision_recall(a, b) == precision_recall(b, a)[::-1]
 
 
-@given(masks)
-def test_both_are_1_only_when_the_choice_is_right(pair):
-    kept, true = pair
-    if any(kept) or any(true):
-        assert (precision_recall(kept, true) == (1.0, 1.0)) == (kept == true)
-
-
 def test_keeping_nothing_makes_no_wrong_choice_and_finding_nothing_misses_nothing():
     assert precision_recall([False, False], [True, False]) == (1.0, 0.0)
     assert precision_recall([True, False], [False, False]) == (0.0, 1.0)
@@ -72,11 +65,6 @@ def test_keeping_nothing_makes_no_wrong_choice_and_finding_nothing_misses_nothin
 def test_masks_that_are_no_masks_are_refused(wrong, message):
     with pytest.raises(ValueError, match=message):
         precision_recall(*wrong)
-
-
-def test_stretched_to_double_length_by_hand(group):
-    # Middles on top of each other, both ends are off by 1.
-    assert ate(placed(group, 0.0, 4.0), placed(group, 0.0, 2.0)) == pytest.approx(1.0)
 
 
 @seeds
@@ -114,15 +102,6 @@ def test_one_pose_and_poses_on_a_line_are_aligned(group):
     move = motion(group, 3)
     assert ate(group.compose(move, truth), truth) == pytest.approx(0.0, abs=1e-12)
     assert ate(group.compose(move, truth[:1]), truth[:1]) == pytest.approx(0.0, abs=1e-12)
-
-
-def test_one_step_too_long_by_hand(group):
-    # Steps 1, 1, 1 against 1, 3, 1: one step of three is 2 too long. Over two steps both
-    # pairs are 2 too long.
-    truth, estimate = placed(group, 0.0, 1.0, 2.0, 3.0), placed(group, 0.0, 1.0, 4.0, 5.0)
-    assert rpe(estimate, truth) == (pytest.approx(2.0 / np.sqrt(3.0)), pytest.approx(0.0))
-    assert rpe(estimate, truth, 2) == (pytest.approx(2.0), pytest.approx(0.0))
-    assert rpe(estimate, truth, 3) == (pytest.approx(2.0), pytest.approx(0.0))
 
 
 def test_a_turn_is_the_short_way_round():

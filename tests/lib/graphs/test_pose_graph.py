@@ -71,14 +71,6 @@ def test_the_residual_is_the_logarithm_of_what_is_left_over(group):
         np.testing.assert_allclose(r, group.log(left_over), atol=1e-12)
 
 
-def test_whole_turns_of_a_heading_change_nothing():
-    poses, graph = random_graph(4)
-    turned = poses + np.array([0.0, 0.0, 2.0 * np.pi]) * np.arange(-2, 4)[:, None]
-    np.testing.assert_allclose(
-        pose_graph.residuals(graph, turned), pose_graph.residuals(graph, poses), atol=1e-12
-    )
-
-
 def test_norms_are_whitened_by_the_information(group):
     poses, graph = random_graph(5, group)
     r = pose_graph.residuals(graph, poses)

@@ -18,10 +18,6 @@ def test_turning_left_by_hand():
     )
 
 
-def test_exp_of_a_half_turn_is_a_half_circle():
-    assert_same_poses(se2, se2.exp([np.pi, 0.0, np.pi]), np.array([0.0, 2.0, np.pi]), 1e-15)
-
-
 @given(st.floats(-1e4, 1e4, allow_subnormal=False))
 def test_wrap_changes_by_whole_turns_and_ends_in_the_half_open_interval(raw):
     wrapped = float(se2.wrap(raw))

@@ -8,19 +8,6 @@ from robust_slam.graphs import se3
 from tests.lib.worlds import random_twists
 
 
-def test_a_quarter_turn_about_z_while_driving_ahead():
-    quarter = se3.exp([np.pi / 2, 0.0, 0.0, 0.0, 0.0, np.pi / 2])
-    np.testing.assert_allclose(
-        quarter, [[0.0, -1.0, 0.0, 1.0], [1.0, 0.0, 0.0, 1.0], [0.0, 0.0, 1.0, 0.0]], atol=1e-15
-    )
-
-
-def test_a_screw_climbs_along_its_axis():
-    screw = se3.exp([0.0, 0.0, 3.0, 0.0, 0.0, np.pi])
-    np.testing.assert_allclose(screw[:, 3], [0.0, 0.0, 3.0], atol=1e-15)
-    np.testing.assert_allclose(screw[:, :3], np.diag([-1.0, -1.0, 1.0]), atol=1e-15)
-
-
 def test_the_exponential_is_the_series_of_the_matrix():
     for xi in random_twists(se3, 20, np.random.default_rng(1)):
         generator = np.zeros((4, 4))

@@ -98,13 +98,6 @@ def test_poses_are_retracted_as_numpy_does(both, group, seed, size):
     assert_close(compiled, by_numpy)
 
 
-def test_a_step_is_that_of_numpy(both, group, seed):
-    poses, graph = random_graph(seed, group, n=40, m=100, residual=0.3)
-    weights = np.where(graph.is_odometry, 1.0, some_weights(100, seed))
-    by_numpy, compiled = (each.step(each.at(poses, weights), weights) for each in both(graph))
-    assert_close(compiled, by_numpy, 1e-9)
-
-
 def test_norms_are_those_of_the_poses_given_also_when_they_changed_in_place(both, group):
     poses, graph = random_graph(0, group)
     by_numpy, compiled = both(graph)

@@ -55,16 +55,6 @@ def test_fronts_cover_all_columns_and_hold_what_is_filled_in(costs, seed, n, mor
         assert rows.tolist() == sorted(expected[after - 1])
 
 
-def test_a_tree_is_eliminated_without_fill_in():
-    edges = random_edges(60, 0, np.random.default_rng(13))
-    assert find_elimination(60, edges).factor.nnz == len(edges)
-
-
-def test_a_forest_of_single_vertices_has_a_front_for_each():
-    fronts = find_fronts(find_elimination(3, np.empty((0, 2), dtype=int)), 6)
-    assert [rows.tolist() for rows in fronts.rows] == [[], [], []]
-
-
 def test_few_multiplications_for_a_chain_and_many_for_a_clique():
     chain = np.stack([np.arange(49), np.arange(1, 50)], axis=1)
     clique = np.array([(i, j) for j in range(50) for i in range(j)])
