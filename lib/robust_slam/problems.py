@@ -15,7 +15,7 @@ from robust_slam._words import counted
 from robust_slam.descent.damped import descend_damped
 from robust_slam.descent.normal_equations import NormalEquations
 from robust_slam.descent.step import STEP_LIMIT, check_limits
-from robust_slam.descent.undamped import descend
+from robust_slam.descent.undamped import descend_undamped
 from robust_slam.errors import NotConverged, Underdetermined
 from robust_slam.graphs.odometry import spanning_tree
 from robust_slam.graphs.pose_graph import PoseGraph, check_poses, check_weights
@@ -295,4 +295,4 @@ class PoseGraphProblem:
         """
         start = check_poses("x", x, self.graph)
         full = check_weights(weights, self.graph)
-        return descend(self._equations, start, full, self.tol, self.steps).poses
+        return descend_undamped(self._equations, start, full, self.tol, self.steps).poses

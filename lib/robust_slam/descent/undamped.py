@@ -58,11 +58,11 @@ def gauss_newton(
     check_limits(tol, max_iterations)
     start = check_poses("poses", poses, graph)
     full = check_weights(weights, graph)
-    descent = descend(NormalEquations(graph), start, full, tol, max_iterations)
+    descent = descend_undamped(NormalEquations(graph), start, full, tol, max_iterations)
     return descent.converged_poses(max_iterations)
 
 
-def descend(
+def descend_undamped(
     equations: NormalEquations, poses: Array, weights: Array, tol: float, max_iterations: int
 ) -> Descent:
     """Run Gauss–Newton on normal equations whose pattern is already known.

@@ -351,13 +351,15 @@ def select(graph: PoseGraph, used: ArrayLike) -> PoseGraph:
             the marked edges do not connect every pose to pose 0.
     """
     chosen = mask("used", used, len(graph.edges))
-    return PoseGraph(
-        n=graph.n,
-        edges=graph.edges[chosen],
-        measurement=graph.measurement[chosen],
-        information=graph.information[chosen],
-        is_odometry=graph.is_odometry[chosen],
-    )
+    _check_connected(graph.n, graph.edges[chosen])
+    # Its rows were checked when the whole graph was made.
+    part = object.__new__(PoseGraph)
+    object.__setattr__(part, "n", graph.n)
+    for name in ("edges", "measurement", "information", "is_odometry"):
+        rows = getattr(graph, name)[chosen]
+        rows.flags.writeable = False
+        object.__setattr__(part, name, rows)
+    return part
 
 
 def with_closures(

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from robust_slam.descent.damped import descend_damped
 from robust_slam.descent.normal_equations import NormalEquations
-from robust_slam.descent.undamped import descend
+from robust_slam.descent.undamped import descend_undamped
 from robust_slam.graphs import add_random_closures, circle, manhattan, se2
 from robust_slam.graphs import pose_graph as pg
 from robust_slam.graphs.generate import Noise
@@ -81,7 +81,7 @@ def descent_cases(rng: np.random.Generator) -> Iterator[Case]:
             continue
         method = ("undampedDescent", "dampedDescent")[k % 2]
         limit, tol = int(rng.choice([1, 4, 500])), float(rng.choice([1e-9, 1e-6]))
-        run = descend_damped if k % 2 else descend
+        run = descend_damped if k % 2 else descend_undamped
         found = run(NormalEquations(graph), start, weights, tol, limit)
         yield Case(
             {
