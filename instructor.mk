@@ -13,6 +13,7 @@ SHOWN_PAGES := $(SHOWN)/.pages
 # How both are graded here: empty, or --unsandboxed. `make course` asks anew.
 SANDBOX := build/.sandbox
 BENCHES += grading
+PUBLISHED := build/soak/public
 
 course: ## set up, make the release, build the book, grade the sample class
 	@$(call step,1/4,the environment,$(READY),$(VENV))
@@ -100,6 +101,13 @@ soak: ## the long tests: every sandbox and user, long fuzzing, a published book,
 	$(BIN)/pytest -q --soak tests/autograder tests/assignments/test_answers.py \
 		tests/test_secrets.py tests/test_ci_doors.py tests/runtime \
 		tests/book/test_run_cells.py tests/book/test_edit_and_run.py
+	@# The public course, as a repository of its own.
+	rm -rf $(PUBLISHED)
+	$(BIN)/autograder public --out $(PUBLISHED)
+	git -C $(PUBLISHED) init -q
+	git -C $(PUBLISHED) add --all
+	git -C $(PUBLISHED) -c user.name=soak -c user.email=soak@localhost commit -qm 'The course'
+	$(MAKE) -C $(PUBLISHED) test STRICT=1
 
 clean: refuse-unmoved
 

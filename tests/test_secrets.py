@@ -427,6 +427,13 @@ class TestPublicCourse:
         assert done.returncode == 0, done.stdout[-3000:]
         assert int(re.findall(r"(\d+) tests collected", done.stdout)[0]) > 500
 
+    def test_the_tests_of_the_house_pass_there(self, public: Path) -> None:
+        """What these look at differs there; `make soak` runs all of its tests."""
+        house = [f"tests/test_{name}.py" for name in ("house", "docstrings", "version")]
+        command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *house]
+        done = subprocess.run(command, cwd=public, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout[-3000:]
+
     def test_a_line_that_somebody_adds_would_be_found(self, tmp_path: Path) -> None:
         """The canary lives: it sees any telling line of any assignment, wherever it is put."""
         for name in NAMES:
