@@ -1,7 +1,7 @@
 r"""Formulas are MathML when a page leaves the build: browsers draw them without a script.
 
 math-core makes MathML Core of the TeX. A formula that it cannot read is a warning, with which the
-build fails. A page loads KaTeX, which lies beside it, only when a cell that its reader runs shows
+build fails. A page loads KaTeX, which is beside it, only when a cell that its reader runs shows
 formulas; those that the cells of the book show, between ``\(`` and ``\)`` in their HTML, are read
 here.
 """

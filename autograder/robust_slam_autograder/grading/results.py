@@ -201,7 +201,7 @@ def read(path: Path) -> Result:
 
 
 def read_checked(path: Path) -> Result:
-    """Read a result file for a command, which stops where that is none.
+    """Read a result file for a command, which stops where it is not one.
 
     Raises:
         WrongUse: it cannot be read, or is no result file.

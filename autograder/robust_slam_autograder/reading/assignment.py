@@ -192,7 +192,7 @@ def chosen(tree: Path, names: Iterable[str]) -> list[str]:
     """List the named assignments of a source tree once each; all where none is named.
 
     Raises:
-        WrongUse: as for ``find_names``, or a name is none of them.
+        WrongUse: as for ``find_names``, or a name is not one of them.
     """
     known = find_names(tree)
     wanted = list(dict.fromkeys(names))
