@@ -40,14 +40,6 @@ def times(api: NbGraderAPI, folder: Path) -> set[datetime | None]:
     return {listed, api.coursedir.get_existing_timestamp(str(folder))}
 
 
-@pytest.mark.parametrize(
-    "text", ["2026-03-01 12:00:00 UTC", "2026-03-01T13:00:00+01:00\n", "2026-03-01 12:00"]
-)
-def test_times_are_read_as_nbgrader_reads_them(api, folder, text):
-    (folder / "timestamp.txt").write_text(text)
-    assert times(api, folder) == {datetime(2026, 3, 1, 12)}
-
-
 @pytest.mark.parametrize("spoil", JUNK.values(), ids=JUNK)
 def test_what_holds_no_time_is_read_as_none(api, folder, spoil):
     assert times(api, folder) == {None}

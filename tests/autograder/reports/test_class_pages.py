@@ -73,12 +73,6 @@ def test_other_versions_are_told_at_the_top_and_on_the_index(made):
     assert "version" not in words(made["one"])
 
 
-def test_what_goes_wrong_with_a_test_is_seen_before_its_cases_are_opened(
-    made,
-):
-    assert "1 case of broken · 1: no one passes: is the test right?" in words(made["many"])
-
-
 def test_the_index_names_what_is_hardest_and_links_to_pages_that_there_are(
     made,
 ):
@@ -125,11 +119,6 @@ def test_what_many_misunderstood_is_said_with_its_share(made):
     assert "Your function raised" not in section
     for page, said in (("one", False), ("nothing", False), ("no-names", True)):
         assert ("of the class misunderstood" in words(made[page])) == said
-
-
-def test_a_class_that_understood_is_told_so():
-    all_passed = report(*(result(samples.PASSED, student=f"s{n}") for n in range(4)))
-    assert "Nothing: no check failed" in words(class_pages.html(all_passed))
 
 
 def test_the_heat_map_has_every_mark_with_its_number(made):
