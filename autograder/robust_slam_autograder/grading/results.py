@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import functools
 import glob
 import hashlib
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, is_dataclass, replace
 from enum import StrEnum
 from pathlib import Path
-from typing import Any, Literal, TypeVar, get_args
+from types import NoneType
+from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading import durable, first_schema
@@ -60,6 +62,10 @@ class Compared:
     """What is to be said of the value itself; empty where nothing is."""
     curves: tuple[tuple[float, ...], ...] = ()
     """Both as numbers, yours first, where they are as many and can be drawn."""
+
+    def __post_init__(self) -> None:
+        if self.curves and (len(self.curves) != 2 or len(set(map(len, self.curves))) != 1):
+            raise TypeError(f"curves are {self.curves!r}")
 
 
 @dataclass(frozen=True)
@@ -122,9 +128,6 @@ class Result:
     exercises: tuple[ExerciseResult, ...]
     texts: Mapping[str, str] | None = None
     """By grade id ``answers.digest`` of each free-text answer; None where they are not known."""
-
-
-Record = TypeVar("Record", Compared, CaseResult, ExerciseResult, Result)
 
 
 def tidy(points: float) -> float:
@@ -225,58 +228,44 @@ def from_text(text: str) -> Result:
         schema = value.pop("schema")
         if schema not in (1, SCHEMA):
             raise ValueError(f"its schema is {schema!r}, of a newer grader")
-        exercises = value.pop("exercises")
         if schema == 1:
-            exercises = list(map(first_schema.upgraded, exercises))
-        result = _checked(Result(**value, exercises=tuple(map(_exercise, exercises))))
-    except (RecursionError, KeyError, TypeError, AttributeError) as error:
+            value["exercises"] = list(map(first_schema.upgraded, value["exercises"]))
+        result: Result = _made(Result, value)
+    except (RecursionError, OverflowError, KeyError, TypeError, AttributeError) as error:
         raise ValueError("a grader writes it otherwise") from error
     if problem := _miscount(result):
         raise ValueError(f"the points of {problem} do not add up")
     return result
 
 
-def _exercise(value: dict[str, Any]) -> ExerciseResult:
-    cases = tuple(map(_case, value["cases"]))
-    return _checked(ExerciseResult(**{**value, "cases": cases}))
+def _made(kind: Any, value: Any) -> Any:  # noqa: ANN401
+    """Make a value of an annotated type of what JSON has of it.
+
+    Raises:
+        TypeError: it is of another type, as are AttributeError, KeyError and ValueError.
+    """
+    if isinstance(kind, type) and is_dataclass(kind):
+        types = _types_of(kind)
+        return kind(**{name: _made(types[name], part) for name, part in value.items()})
+    if isinstance(kind, type) and issubclass(kind, StrEnum):
+        return kind(value)
+    outer, inner = get_origin(kind), get_args(kind)
+    if NoneType in inner:
+        return None if value is None else _made(inner[0], value)
+    if outer is tuple and isinstance(value, list):
+        return tuple(_made(inner[0], part) for part in value)
+    if outer is Mapping and isinstance(value, dict):
+        return {name: _made(inner[1], part) for name, part in value.items()}
+    if kind is float and type(value) in (int, float) and math.isfinite(value):
+        return value
+    if value in inner if outer is Literal else kind in (str, bool) and type(value) is kind:
+        return value
+    raise TypeError(f"{value!r} is no {kind}")
 
 
-def _case(value: dict[str, Any]) -> CaseResult:
-    words, compared = Words(value.get("words", Words.CHECK)), _compared(value.get("compared"))
-    read = {"ending": Ending(value["ending"]), "words": words, "compared": compared}
-    return _checked(CaseResult(**{**value, **read}))
-
-
-def _compared(value: dict[str, Any] | None) -> Compared | None:
-    if value is None:
-        return None
-    curves = tuple(tuple(map(_number, curve)) for curve in value["curves"])
-    if curves and (len(curves) != 2 or len(curves[0]) != len(curves[1])):
-        raise TypeError(f"curves are {curves!r}")
-    return _checked(Compared(**{**value, "curves": curves}))
-
-
-def _number(value: Any) -> float:  # noqa: ANN401
-    if type(value) not in (int, float) or not math.isfinite(value):
-        raise TypeError(f"{value!r} is no number")
-    return float(value)
-
-
-def _checked(record: Record) -> Record:
-    """Return a record whose numbers are numbers and whose texts are texts."""
-    for field in fields(record):
-        value = getattr(record, field.name)
-        is_right = {
-            "float": type(value) in (int, float) and math.isfinite(value),
-            "bool": type(value) is bool,
-            "Compared | None": value is None or isinstance(value, Compared),
-            "Mapping[str, str] | None": value is None or isinstance(value, dict),
-            "Status": value in get_args(Status),
-            "ExerciseStatus": value in get_args(ExerciseStatus),
-        }.get(str(field.type), isinstance(value, str | tuple))
-        if not is_right:
-            raise TypeError(f"{field.name} is {value!r}")
-    return record
+@functools.cache
+def _types_of(kind: type) -> dict[str, Any]:
+    return get_type_hints(kind)
 
 
 def _miscount(result: Result) -> str:

@@ -72,6 +72,8 @@ SPOILT: dict[str, Callable[[str], str]] = {
     "a number for exercises": lambda text: '{"schema": 2, "exercises": 7}',
     "points in words": lambda text: re.sub('"earned": [0-9]+', '"earned": "many"', text, count=1),
     "points that are none": lambda text: re.sub('"score": [0-9]+', '"score": NaN', text, count=1),
+    "points without end": lambda text: re.sub('"points": [0-9]+', f'"points": {10**400}', text),
+    "a field of its own": lambda text: text.replace('"reason"', '"why"', 1),
     "points that are not earned": lambda text: re.sub('"earned": 0', '"earned": 5', text, count=1),
     "an exercise's own sum": lambda text: text.replace('"score": 5', '"score": 6', 2),
     "a score of its own": lambda text: text.replace('"score": 10,', '"score": 25,', 1),
