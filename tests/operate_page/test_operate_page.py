@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import sqlite3
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -290,43 +288,3 @@ def test_a_remark_is_about_the_block_below_it() -> None:
 
 def test_every_command_that_is_run_promises_something() -> None:
     assert {command.text for command in TYPED} == set(PROMISES)
-
-
-PAGE = """\
-% not run: make lab: it serves
-% file: a.toml
-```sh
-make lab      # a comment
-echo one \\
-    two  # three
-```
-"""
-
-
-def test_a_command_is_run_unless_a_reason_is_given() -> None:
-    file, command = page.steps(PAGE)
-    assert file == File(3, "a.toml", "".join(PAGE.splitlines(True)[3:6]))
-    assert command == Command(5, "echo one \\\n    two")
-    (block,) = page.blocks(PAGE.replace(": it serves", ""))
-    assert page.commands(block)[0].text == "make lab"
-    assert page.not_run(block) == {} and page.unknown_remarks(block) == ["% not run: make lab"]
-    (stale,) = page.blocks(PAGE.replace("make lab ", "make test "))
-    assert page.unknown_remarks(stale) == ["% not run: make lab: it serves"]
-
-
-def test_a_terminal_keeps_what_was_exported_and_ends_what_was_started(tmp_path: Path) -> None:
-    terminal = Terminal(tmp_path, {"PATH": os.defpath}, tmp_path / "log")
-    assert terminal.run("export NAME=ada; false") == Said(1, "")
-    assert terminal.run("sleep 1000 & echo $NAME $!").status == 0
-    name, process = terminal.run("echo $NAME $!").text.split()
-    assert name == "ada" and Path("/proc", process).exists()
-    with pytest.raises(RuntimeError, match="exit 3"):
-        terminal.run("exit 3")
-    terminal.close()
-    while Path("/proc", process).exists() and _state(process) != "Z":
-        time.sleep(0.01)
-
-
-def _state(process: str) -> str:
-    """A process's state, as its status file has it in one letter; Z has ended."""
-    return Path("/proc", process, "stat").read_text().rpartition(")")[2].split()[0]
