@@ -160,7 +160,11 @@ def grade(
     terms = Terms(run.seed, wall, tuple(preload(due)))
     at_once = min(workers, len(due))
     kept = Waiting(out / WAITING_NAME)
-    run_pass = functools.partial(_run_pass, graders or Processes(), terms)
+    grading = graders or Processes()
+
+    def run_pass(tasks: Iterable[Task], at_once: int) -> Iterator[tuple[Task, Marked | Broken]]:
+        return grading.grade(tasks, terms, at_once=at_once)
+
     with closing(_grade_all(due, prints, kept, run_pass, at_once)) as graded:
         for task, result in graded:
             run.forget(task.job.key)
@@ -186,12 +190,6 @@ def _reused(out: Path, job: Job, run: Journal, fingerprint: Callable[[Job], str]
 
 _RunPass = Callable[[Iterable[Task], int], Iterator[tuple[Task, Marked | Broken]]]
 """Runs the next pass of tasks, so many at once."""
-
-
-def _run_pass(
-    graders: Graders, terms: Terms, tasks: Iterable[Task], at_once: int
-) -> Iterator[tuple[Task, Marked | Broken]]:
-    return graders.grade(tasks, terms, at_once=at_once)
 
 
 def _grade_all(

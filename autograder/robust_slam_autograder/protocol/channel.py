@@ -231,29 +231,15 @@ class Conversation(ABC):
 class Channel(Conversation):
     """One side of a conversation over a pair of pipes."""
 
-    def __init__(
-        self,
-        read_fd: int,
-        write_fd: int,
-        *,
-        named: Mapping[str, Callable[..., Any]] | None = None,
-        describe: Callable[[BaseException], dict[str, Any]] | None = None,
-        tells: type[BaseException] = Exception,
-        check: Check | None = None,
-        widen: bool = False,
-    ) -> None:
+    def __init__(self, read_fd: int, write_fd: int, **options: Any) -> None:  # noqa: ANN401
         """Take over two descriptors.
 
         Args:
             read_fd: where messages come in.
             write_fd: where messages go out.
-            named: as in ``Conversation``, like all that follow.
-            describe: as above.
-            tells: as above.
-            check: as above.
-            widen: as above.
+            options: as in ``Conversation``.
         """
-        super().__init__(named=named, describe=describe, tells=tells, check=check, widen=widen)
+        super().__init__(**options)
         self._read_fd, self._write_fd = read_fd, write_fd
         os.set_blocking(read_fd, False)
         os.set_blocking(write_fd, False)

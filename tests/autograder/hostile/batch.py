@@ -39,6 +39,12 @@ MADE = ("out", "feedback")
 """Folders that the grader makes."""
 SCRIPT = "<script>alert(1)"
 """One attack puts it into a message: in a page it must not come to life."""
+SHARED = {
+    "nr_free_pages": "a counter of the machine",
+    "access times move": "what another run has read",
+    "free-blocks": "how full the machine is",
+}
+"""Words of attacks that reach what all sandboxes share, in which one could leave a message."""
 LARGE = 2**20
 """Files above this size are known by size and time alone."""
 NEARBY = ("/tmp", "/var/tmp", "/dev/shm", "~", ".")
@@ -158,7 +164,7 @@ def run(
     status, said = _grade(course, entries, options, os.environ | {TOKEN_VARIABLE: token})
     found = results(course, entries)
     marks = {name: earned(value, course.target) for name, value in found.items()}
-    texts = leaks.secrets(course.target, seed) | {token: "the token"}
+    texts = leaks.secrets(course.target, seed) | {token: "the token"} | SHARED
     changed = [f"{path} changed" for path in differences(before, snapshot(course.root))]
     return Report(
         submissions=len(entries),
