@@ -11,6 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 from robust_slam import pipeline
 from robust_slam.certificates.optimality import certificate, certify
+from robust_slam.consistency.cliques import max_clique
 from robust_slam.consistency.pairwise import pcm
 from robust_slam.descent import start as start_poses
 from robust_slam.estimators import kernels
