@@ -7,7 +7,7 @@ import pytest
 from robust_slam.descent.normal_equations import NormalEquations, weighted_edges
 from robust_slam.descent.start import chordal
 from robust_slam.descent.step import Linearisation
-from robust_slam.descent.undamped import descend, gauss_newton
+from robust_slam.descent.undamped import descend_undamped, gauss_newton
 from robust_slam.errors import NotConverged, Underdetermined
 from robust_slam.graphs import circle, dead_reckoning, pose_graph, se2
 from robust_slam.graphs.pose_graph import PoseGraph, select
@@ -75,7 +75,7 @@ def test_no_step_raises_the_cost_however_far_the_start(group, seed):
     equations, ones = NormalEquations(graph), np.ones(len(graph.edges))
     cost = pose_graph.cost(graph, poses)
     for _ in range(30):
-        descent = descend(equations, poses, ones, 1e-9, 1)
+        descent = descend_undamped(equations, poses, ones, 1e-9, 1)
         assert descent.cost <= cost * (1.0 + 1e-9)
         poses, cost = descent.poses, descent.cost
 

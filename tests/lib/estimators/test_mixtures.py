@@ -38,6 +38,14 @@ def broad(graph, probability, ratio):
     return Mode(probability, graph.measurement, graph.information / ratio**2)
 
 
+@pytest.mark.parametrize(("pi_in", "switch"), [(0.9, 3.015050), (0.5, 2.156777), (0.99, 3.732929)])
+def test_the_modes_of_the_lesson_change_where_the_normalisers_say(pi_in, switch):
+    rule = NullHypothesis(pi_in, ratio=10.0, dimension=1)
+    assert rule.switch_norm == pytest.approx(switch, abs=1e-6)
+    around = rule.switch_norm + np.array([-1e-9, 1e-9])
+    np.testing.assert_array_equal(rule.weights(around, None), [1.0, 0.01])
+
+
 @pytest.mark.parametrize("dimension", [1, 3, 6])
 @pytest.mark.parametrize("pi_in", [0.05, 0.5, 0.9])
 @pytest.mark.parametrize("ratio", [2.0, 10.0])
