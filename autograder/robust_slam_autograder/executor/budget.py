@@ -35,12 +35,12 @@ class Meter:
             self._running = None
 
     def seconds(self) -> float:
-        """CPU seconds so far."""
+        """Return the CPU seconds so far."""
         theirs = self._running() if self._running is not None else 0.0
         return time.process_time() + self._ended + theirs
 
     def start(self, seconds: float) -> Deadline:
-        """A limit that begins now."""
+        """Begin a limit now."""
         return Deadline(self, seconds, self.seconds(), time.monotonic())
 
 
@@ -57,7 +57,7 @@ class Deadline:
     """``time.monotonic`` at its begin."""
 
     def left(self) -> float:
-        """Seconds for which it is surely not over; 0 or less where it is."""
+        """Return seconds for which it is surely not over; 0 or less where it is."""
         return soonest([self])
 
     def used(self) -> float:
@@ -66,7 +66,7 @@ class Deadline:
 
 
 def soonest(deadlines: list[Deadline]) -> float:
-    """Seconds for which none of some deadlines of one meter is over; 0 or less where one is."""
+    """Say for how many seconds none of some deadlines is over; 0 or less where one is."""
     cpu, now = deadlines[0].meter.seconds(), time.monotonic()
     return min(
         min(one.limit - cpu + one.cpu, one.limit * WALL_FACTOR - now + one.begin)

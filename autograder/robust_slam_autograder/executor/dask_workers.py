@@ -73,7 +73,7 @@ class _Flow(Generic[T]):
     done: queue.SimpleQueue[Future[Any]] = field(default_factory=queue.SimpleQueue)
 
     def take(self, *, idle: bool) -> _Item[T] | None:
-        """The next task for a worker; one that others ended over goes to an idle one alone."""
+        """Take the next task for a worker; one that others ended over goes to an idle one alone."""
         for item in self.again:
             if idle or not item.deaths:
                 self.again.remove(item)
@@ -82,7 +82,7 @@ class _Flow(Generic[T]):
         return None if task is None else _Item(task)
 
     def is_left(self) -> bool:
-        """Whether there is anything to send or to wait for."""
+        """Tell whether there is anything to send or to wait for."""
         if not self.sent and not self.again and (item := self.take(idle=True)) is not None:
             self.again.append(item)
         return bool(self.sent or self.again)
@@ -258,12 +258,12 @@ class Cluster:
 
 
 def _place(worker: str, alone: bool) -> str:
-    """What may hold so many tasks: a worker, or all workers of a machine."""
+    """Say what may hold so many tasks: a worker, or all workers of a machine."""
     return urlsplit(worker).hostname or worker if alone else worker
 
 
 def _is_death(error: Exception) -> bool:
-    """Whether it says that a worker ended, and nothing of whether it was fit."""
+    """Tell whether it says that a worker ended, and nothing of whether it was fit."""
     from distributed import KilledWorker
 
     return isinstance(error, (KilledWorker, TimeoutError))

@@ -50,7 +50,7 @@ def check(function: Callable[..., Any], args: Sequence[Any], kwargs: Mapping[str
 
 
 def _size(values: Sequence[Any]) -> int:
-    """Bytes of plain data, about."""
+    """Return bytes of plain data, about."""
     found = 0
     for value in values:
         if isinstance(value, np.ndarray):
@@ -67,7 +67,7 @@ def _size(values: Sequence[Any]) -> int:
 
 
 def _is_python(function: Callable[..., Any]) -> bool:
-    """Whether a callable, or its class's ``__call__``, is written in Python."""
+    """Tell whether a callable, or its class's ``__call__``, is written in Python."""
     if isinstance(function, types.MethodType):
         function = function.__func__
     return isinstance(function, types.FunctionType) or any(

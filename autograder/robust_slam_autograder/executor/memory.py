@@ -34,7 +34,7 @@ def bound(more: int = HELD_BYTES) -> None:
 
 @contextlib.contextmanager
 def for_tests() -> Iterator[None]:
-    """Within this context the part that is kept back cannot be used.
+    """Keep the part that is kept back from what runs within this context.
 
     Without ``bound``, as in a student's own check, nothing is limited.
     """
@@ -53,7 +53,7 @@ def for_tests() -> Iterator[None]:
 
 
 def _private_bytes() -> int | None:
-    """Bytes that count for RLIMIT_DATA; None where the kernel does not tell (it is not Linux)."""
+    """Read the bytes that count for RLIMIT_DATA; None where the kernel does not tell them."""
     try:
         lines = Path("/proc/self/status").read_text().splitlines()
     except OSError:

@@ -66,7 +66,7 @@ class Program:
 
     @property
     def preload(self) -> tuple[str, ...]:
-        """What the student's process will want: what the instructor's cells import, and plots."""
+        """List what the student's process will want: imports of the instructor's cells, and plots."""
         found = [name for piece in self.setup for name in imported_modules(piece.source)]
         return tuple(dict.fromkeys([*PRELOAD, *found, *self.libraries]))
 
@@ -115,12 +115,12 @@ class Session:
 
     @property
     def lacks_own_cells(self) -> bool:
-        """Whether a cell of the student's own hung or died, and is left out."""
+        """Tell whether a cell of the student's own hung or died, and is left out."""
         setup = len(self.program.setup)
         return any(self.program.pieces[number - setup].own for number in self.skip)
 
     def time_left(self) -> float:
-        """Seconds for which the present cell surely has time; 0 or less where it has none."""
+        """Say for how many seconds the present cell surely has time; 0 or less where it has none."""
         return soonest(self._deadlines())
 
     def _deadlines(self) -> list[Deadline]:
@@ -133,7 +133,7 @@ class Session:
         return self.fault
 
     def bindings(self) -> dict[str, Any]:
-        """The names that tests see: a proxy for a function, a copy of a value.
+        """Return the names that tests see: a proxy for a function, a copy of a value.
 
         Raises:
             SessionFault: the process died, or student code changed what answers there.
@@ -308,7 +308,7 @@ class Session:
 
 
 def shows_answers(error: Exception, names: Sequence[str]) -> bool:
-    """Whether a set-up cell stopped because it uses what the student is to write."""
+    """Tell whether a set-up cell stopped because it uses what the student is to write."""
     return isinstance(error, NameError) and any(f"'{name}'" in str(error) for name in names)
 
 

@@ -130,7 +130,7 @@ def _end(receiver: Connection, process: ForkServerProcess) -> None:
 
 
 def _work(sender: Connection, folder: str, work: Callable[[T], R], task: T) -> None:
-    """The trusted process."""
+    """Be the trusted process."""
     _end_with_the_batch()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the batch ends this process itself
     memory.bound()

@@ -254,13 +254,13 @@ def _marked(
 
 
 def preload(jobs: Sequence[Job]) -> list[str]:
-    """Modules that trusted processes want for these submissions."""
+    """Return modules that trusted processes want for these submissions."""
     used = {job.assignment.name: job.assignment for job in jobs}
     return [*PRELOAD, *(name for assignment in used.values() for name in _imported(assignment))]
 
 
 def _imported(assignment: Assignment) -> Iterator[str]:
-    """Modules that tests import, and the cells that they rely on."""
+    """Return modules that tests import, and the cells that they rely on."""
     whole = [piece.source for piece in assignment.setup if not piece.own]
     whole += [*assignment.imports, *(case.full for case in assignment.cases)]
     own = [piece.source for piece in assignment.setup if piece.own]
@@ -269,7 +269,7 @@ def _imported(assignment: Assignment) -> Iterator[str]:
 
 
 def patience(task: Task) -> float:
-    """Seconds after which a submission's trusted process is ended."""
+    """Return seconds after which a submission's trusted process is ended."""
     return task.job.assignment.config.limits.notebook_seconds * WALL_FACTOR + GRACE_SECONDS
 
 
@@ -318,7 +318,7 @@ def _without_grade(status: results.Status, reason: str, job: Job) -> Marked:
 
 
 def counts(graded: Sequence[Graded]) -> Mapping[str, int]:
-    """How many submissions were graded, refused, failed and kept."""
+    """Say how many submissions were graded, refused, failed and kept."""
     found = {"graded": 0, "refused": 0, "failed": 0, "kept": 0}
     for item in graded:
         found[item.status] += 1

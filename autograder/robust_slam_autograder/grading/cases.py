@@ -113,7 +113,7 @@ class Cases:
         return told.further(returned.text, returned.compared)
 
     def _returned(self, case: Case, error: Exception) -> Returned:
-        """What a function returned and what was expected; it may be empty."""
+        """Say what a function returned and what was expected; it may be empty."""
         if self.calls is None or isinstance(error, StudentError):
             return Returned()
         # A function that the student handed over must not be called again.
@@ -126,7 +126,7 @@ class Cases:
             self.session.fault = fault
 
     def _cause(self, case: Case, error: object) -> str:
-        """A line that says what most often causes a student's exception; it may be empty."""
+        """Find a line that says what most often causes a student's exception; it may be empty."""
         if not isinstance(error, StudentError) or isinstance(error, NotImplementedError):
             return ""
         owner = self.assignment.owner(case.exercise)
@@ -144,7 +144,7 @@ class Cases:
         return found
 
     def _namespace(self, used: Collection[str]) -> dict[str, Any]:
-        """What test cells see: the set-up's names, as far as they are used, then the student's."""
+        """Gather what test cells see: the set-up's names, as far as they are used, then the student's."""
         notebook = Notebook(types.ModuleType("autograder_tests"), used)
         for source in self.assignment.imports:
             with contextlib.suppress(Exception):  # only what tests rely on matters
@@ -206,7 +206,7 @@ class Cases:
         return Ending(session.fault.kind), None
 
     def _ending(self, case: Case, error: Exception) -> Ending:
-        """How a case ended whose test raised."""
+        """Say how a case ended whose test raised."""
         cell_error = self.session.errors.get(self.assignment.owner(case.exercise))
         if isinstance(cell_error, SessionFault):
             return Ending(cell_error.kind)
@@ -214,7 +214,7 @@ class Cases:
 
 
 def case_generator(seed: int, grade_id: str) -> np.random.Generator:
-    """The generator that a case finds as ``rng``: it follows from seed and grade id alone."""
+    """Make the generator that a case finds as ``rng``: it follows from seed and grade id alone."""
     digest = hashlib.sha256(grade_id.encode()).digest()
     return np.random.default_rng([seed, int.from_bytes(digest[:8], "big")])
 
@@ -234,7 +234,7 @@ def environment(seed: int) -> Iterator[None]:
 
 @contextlib.contextmanager
 def silence() -> Iterator[None]:
-    """What a test prints may hold hidden inputs: it goes nowhere."""
+    """Send what a test prints nowhere: it may hold hidden inputs."""
     with (
         open(os.devnull, "w") as nowhere,
         contextlib.redirect_stdout(nowhere),

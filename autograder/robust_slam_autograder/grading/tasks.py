@@ -78,7 +78,7 @@ class Fingerprints:
         self._tests: dict[Path, bytes] = {}
 
     def of(self, job: Job) -> str:
-        """The digest of one submission, as it is on the disk now."""
+        """Return the digest of one submission, as it is on the disk now."""
         return self.task(job).fingerprint
 
     def task(self, job: Job) -> Task:
@@ -104,7 +104,7 @@ class Fingerprints:
 
 @functools.cache
 def code_digest() -> str:
-    """Digest of the interpreter and of all code that tests and grader may import."""
+    """Return the digest of the interpreter and of all code that tests and grader may import."""
     # Their folders are named for name and version; to read the metadata takes far longer.
     folders = [Path(entry) for entry in sys.path if entry and not _in_a_package(Path(entry))]
     installed = sorted({path.name for folder in folders for path in folder.glob("*.dist-info")})
@@ -118,12 +118,12 @@ def code_digest() -> str:
 
 
 def _in_a_package(folder: Path) -> bool:
-    """Whether it is in an installed package: setuptools, once imported, enters its own."""
+    """Tell whether it is in an installed package: setuptools, once imported, enters its own."""
     return any(parent.name in ("site-packages", "dist-packages") for parent in folder.parents)
 
 
 def locate(job: Job) -> tuple[Path, tuple[str, ...]]:
-    """The submission's notebook, with a note where it has an unusual name.
+    """Return the submission's notebook, with a note where it has an unusual name.
 
     Raises:
         Refused: there is none, or the path leads through a link.

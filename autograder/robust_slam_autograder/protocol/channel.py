@@ -119,7 +119,7 @@ class Conversation(ABC):
 
     @abstractmethod
     def is_quiet(self) -> bool:
-        """Whether no message has come in unasked."""
+        """Tell whether no message has come in unasked."""
 
     def call(self, target: Handle, args: tuple[Any, ...], kwargs: Mapping[str, Any]) -> Any:  # noqa: ANN401
         """Call a function of the other side and wait for its answer.
@@ -216,7 +216,7 @@ class Conversation(ABC):
         return list(message)
 
     def _time_left(self) -> float | None:
-        """Seconds until ``patience`` is to be asked again, which takes system calls."""
+        """Return seconds until ``patience`` is to be asked again, which takes system calls."""
         if self.patience is None:
             return None
         now = time.monotonic()
@@ -248,7 +248,7 @@ class Channel(Conversation):
         self._arrived = bytearray()
 
     def is_quiet(self) -> bool:
-        """Whether no message has come in unasked."""
+        """Tell whether no message has come in unasked."""
         return not self._arrived and not self._readable.poll(0)
 
     def _send(self, payload: bytes) -> None:
@@ -300,7 +300,7 @@ def _poller(descriptor: int, event: int) -> select.poll:
 
 
 def _as_theirs(handle: Handle) -> Handle:
-    """What the other side called its own is, said back to it, yours."""
+    """Say a handle of the other side's own back to it, where it is yours."""
     return Handle("yours", handle.key) if handle.owner == "mine" else handle
 
 

@@ -41,7 +41,7 @@ class End(Conversation):
         self._time_left()
 
     def is_quiet(self) -> bool:
-        """Whether no message has come in unasked."""
+        """Tell whether no message has come in unasked."""
         return not self._inbox
 
     def _send(self, payload: bytes) -> None:

@@ -33,7 +33,7 @@ def do_nothing(*args: object, **kwargs: object) -> None:
 
 
 def notebook_names() -> dict[str, Any]:
-    """Names that a notebook has without defining them."""
+    """Return names that a notebook has without defining them."""
     shell = Shell()
     return {"get_ipython": lambda: shell, "display": do_nothing}
 
@@ -103,7 +103,7 @@ class Notebook:
 
     @cached_property
     def _loop(self) -> asyncio.AbstractEventLoop:
-        """One for all cells, as in a notebook: a task may be awaited in a later cell."""
+        """Return one for all cells: as in a notebook a task may be awaited in a later one."""
         import asyncio
 
         loop = asyncio.new_event_loop()
@@ -117,7 +117,7 @@ class Notebook:
         return {name: said.get(name, "missing") for name in names}
 
     def value(self, name: str) -> object:
-        """A variable's value."""
+        """Return a variable's value."""
         return self.names[name]
 
     def call(self, name: str, args: list[Any], kwargs: dict[str, Any]) -> object:

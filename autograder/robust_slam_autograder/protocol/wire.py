@@ -79,7 +79,7 @@ def encode(value: object, export: Export) -> bytes:
 
 
 def _is_small(message: object) -> bool:
-    """Whether it is a message like most: a few numbers and small arrays, which every reader takes.
+    """Tell whether a message is like most: a few numbers and small arrays, which every reader takes.
 
     A solver may call a function that it was handed a hundred thousand times.
     """
@@ -281,7 +281,7 @@ def _handle(owner: object, key: object) -> Handle:
 
 
 def _parts_of_key(key: object, depth: int) -> int:
-    """How much work it is to compare a key with one of the same hash.
+    """Say how much work it is to compare a key with one of the same hash.
 
     Refused are keys whose hashes collide at will (complex numbers), and those without a hash.
     """
@@ -299,7 +299,7 @@ def _parts_of_key(key: object, depth: int) -> int:
 
 
 def _unpack_array(body: bytes) -> np.ndarray[Any, Any]:
-    """A view of the array that the bytes hold; nothing is copied."""
+    """Return a view of the array that the bytes hold; nothing is copied."""
     char, shape, raw = msgpack.unpackb(body, max_array_len=MAX_DIMENSIONS)
     if char not in _DTYPES or not isinstance(shape, list) or not isinstance(raw, bytes):
         raise WireError("an array of an unknown type")
@@ -315,7 +315,7 @@ def _unpack_array(body: bytes) -> np.ndarray[Any, Any]:
 
 
 def _wide(array: np.ndarray[Any, Any]) -> np.dtype[Any]:
-    """The type to compute with in place of an array's own: it rounds and wraps no sooner."""
+    """Choose the type to compute with in place of an array's own: it rounds and wraps no sooner."""
     if array.dtype.kind in "iu":
         fits = not array.size or int(array.max()) < 2**63
         return np.dtype(np.int64) if fits else np.dtype(np.float64)

@@ -42,7 +42,7 @@ class Group:
 
     @property
     def members(self) -> Path:
-        """The file to which a process writes 0 to join."""
+        """Return the file to which a process writes 0 to join."""
         return self.folder / "cgroup.procs"
 
     def join(self) -> None:
@@ -118,7 +118,7 @@ def _sweep(parent: Path) -> None:
 
 @cache
 def _parent() -> Path | None:
-    """The group in which a group that counts memory can be made."""
+    """Return the group in which a group that counts memory can be made."""
     mounts = dict(_mounts())
     for line in _OWN_GROUPS.read_text().splitlines():
         _, controllers, path = line.split(":", 2)
@@ -146,7 +146,7 @@ def _mounts() -> Iterator[tuple[str, tuple[str, Path]]]:
 
 
 def _delegated(own: Path, mount: Path) -> Path | None:
-    """The nearest group around our own that counts its children's memory and that we may change.
+    """Find the nearest group around our own that counts its children's memory and is ours to change.
 
     To move a process one needs the right to the nearest group around both its old and its new one.
     """

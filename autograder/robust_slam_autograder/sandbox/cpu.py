@@ -27,7 +27,7 @@ class CpuClock:
         self._last = 0.0
 
     def seconds(self) -> float:
-        """CPU seconds so far; of a process that has ended what was last read."""
+        """Return the CPU seconds so far; of a process that has ended what was last read."""
         with contextlib.suppress(OSError, psutil.Error):
             self._last = self._read()
         return self._last
@@ -40,7 +40,7 @@ class CpuClock:
 
 
 def clock_of(starter: int) -> CpuClock:
-    """The clock of the process that a starter and its only child's only child … end in.
+    """Return the clock of the process that a starter and its only child's only child … end in.
 
     To be asked before student code runs, while the starter has started nothing else.
     """

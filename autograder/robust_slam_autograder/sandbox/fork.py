@@ -52,7 +52,7 @@ class Forked:
     """Process id of the one that started it and watches it."""
 
     def pipes(self) -> tuple[int, int]:
-        """Descriptors to read its messages from and to write ours to."""
+        """Return descriptors to read its messages from and to write ours to."""
         return self.reader, self.writer
 
     def connect(self, check: Check) -> Channel:
@@ -64,7 +64,7 @@ class Forked:
         return cpu.clock_of(self.keeper)
 
     def cpu_seconds(self) -> float:
-        """CPU time that it has used, with all its threads."""
+        """Return the CPU time that it has used, with all its threads."""
         return self._clock.seconds()
 
     def await_ready(self) -> str | None:
@@ -231,7 +231,7 @@ def _landlock_problem() -> str | None:
 
 
 def _closed_folders() -> list[Path]:
-    """Folders on the way to what student code needs that other users cannot enter."""
+    """Return folders on the way to what student code needs that other users cannot enter."""
     needed = [path for path, _ in view.readable(view.files(DEFAULT_PACKAGES, ()))]
     ways = dict.fromkeys(folder for path in needed for folder in [path, *path.parents])
     return [way for way in ways if way.is_dir() and not way.stat().st_mode & stat.S_IXOTH]

@@ -32,7 +32,7 @@ class InProcess:
     name = "none"
 
     def problem(self) -> str | None:
-        """It works everywhere, and guards nothing."""
+        """Return None: it works everywhere, and guards nothing."""
         return None
 
     def start(self, launch: Launch) -> Here:
@@ -68,11 +68,11 @@ class Here:
         return near
 
     def await_ready(self) -> str | None:
-        """It is ready."""
+        """Return None: it is ready."""
         return None
 
     def cpu_seconds(self) -> float:
-        """Nothing beside what this process itself counts."""
+        """Return nothing beside what this process itself counts."""
         return 0.0
 
     def stop(self) -> None:
@@ -92,7 +92,7 @@ class _Watched(Notebook):
         self._watch = watch
 
     def compiled(self, *args: Any, **kwargs: Any) -> types.CodeType:  # noqa: ANN401
-        """As a notebook does it, and watched."""
+        """Compile as a notebook does it, and watch the code."""
         code = super().compiled(*args, **kwargs)
         self._watch(code)
         return code
@@ -109,7 +109,7 @@ class _Modules:
 
     @contextlib.contextmanager
     def of(self, *, student: bool) -> Iterator[None]:
-        """Within this context one side's modules are there."""
+        """Have one side's modules there within this context."""
         before = self._is_student
         self._change(student)
         try:

@@ -93,7 +93,7 @@ def keep(
 
 @contextlib.contextmanager
 def _scratch(server: Server, uid: int | None) -> Iterator[Path | None]:
-    """A folder of its own; with a private root /tmp is that."""
+    """Make a folder of its own; with a private root /tmp is that."""
     if server.namespaces:
         yield None
         return
@@ -109,7 +109,7 @@ def _scratch(server: Server, uid: int | None) -> Iterator[Path | None]:
 
 @contextlib.contextmanager
 def _group() -> Iterator[Group | None]:
-    """A control group of its own, where this user may make one."""
+    """Make a control group of its own, where this user may."""
     group = cgroup.make()
     try:
         yield group
@@ -256,7 +256,7 @@ def _limits(launch: Launch, server: Server) -> dict[str, int]:
 
 
 def _own_threads() -> int:
-    """All threads of the present user."""
+    """Return all threads of the present user."""
     found = 0
     for process in psutil.process_iter():
         with contextlib.suppress(psutil.Error):  # it may end meanwhile

@@ -37,7 +37,7 @@ FLAT = READ | _WRITE_FILE | _TRUNCATE | _MAKE_FILE
 
 
 def version() -> int:
-    """The kernel's version of Landlock; 0 where it has none."""
+    """Return the kernel's version of Landlock; 0 where it has none."""
     try:
         return system.call(_CREATE, None, 0, _ASK_VERSION)
     except OSError:

@@ -44,7 +44,7 @@ class Packages:
 
 
 def missing(packages: Iterable[str]) -> list[str]:
-    """Those of these packages that are not installed here."""
+    """Return those of these packages that are not installed here."""
     return [name for name in packages if not is_standard(name) and not _is_installed(name)]
 
 
@@ -93,7 +93,7 @@ def _shared(place: Path) -> list[Path]:
 
 
 def _distribution(name: str) -> Distribution | None:
-    """The distribution that provides a module."""
+    """Return the distribution that provides a module."""
     try:
         found = _named(name)
     except importlib.metadata.PackageNotFoundError:
@@ -112,7 +112,7 @@ def _provided(found: Distribution) -> set[str]:
 
 
 def _source_place(name: str) -> str | None:
-    """The folder, or the one file, of a package that no distribution provides.
+    """Return the folder, or the one file, of a package that no distribution provides.
 
     It may be on PYTHONPATH, or have been copied among the installed ones.
     """
@@ -139,7 +139,7 @@ def _closure(roots: Iterable[Distribution]) -> list[Distribution]:
 
 @cache
 def _described(found: Distribution) -> tuple[str, tuple[str, ...]]:
-    """A distribution's name and requirements: its metadata is long, so it is read once."""
+    """Return a distribution's name and requirements: its metadata is long, so it is read once."""
     metadata = found.metadata
     # Older formats keep the requirements in a file of their own.
     required = metadata.get_all("Requires-Dist") or found.requires or ()
@@ -164,7 +164,7 @@ def _named(name: str) -> Distribution:
 
 @cache
 def _files(found: Distribution) -> tuple[tuple[str, ...], ...]:
-    """The parts of the paths of a distribution's files, as far as they are beside its metadata."""
+    """Split the paths of a distribution's files, as far as they are beside its metadata."""
     record = found.read_text("RECORD")
     if record:
         rows = (tuple(row[0].split("/")) for row in csv.reader(record.splitlines()) if row)
@@ -184,18 +184,18 @@ def _site(found: Distribution) -> Path:
 
 
 def place(path: Path) -> Path:
-    """A path whose parent folder is resolved, while a link at its end stays a link."""
+    """Return a path whose parent folder is resolved, while a link at its end stays a link."""
     return path.parent.resolve() / path.name
 
 
 def _entries(found: Distribution) -> list[Path]:
-    """A distribution's files and folders beside its metadata, less hooks for Python's start."""
+    """List a distribution's files and folders beside its metadata, less hooks for Python's start."""
     names = dict.fromkeys(parts[0] for parts in _files(found) if not parts[0].endswith(".pth"))
     return [path for name in names if (path := _site(found) / name).exists()]
 
 
 def _module(path: Path) -> str | None:
-    """The module that a file or folder beside the metadata is; None where it is not a module."""
+    """Name the module that a file or folder beside the metadata is; None where it is none."""
     name = path.name.partition(".")[0]
     is_module = path.suffix in (".py", ".so") or (path.is_dir() and "." not in path.name)
     return name if is_module and name.isidentifier() else None
@@ -212,7 +212,7 @@ def _in_place(found: Distribution) -> list[tuple[str, str]]:
 
 
 def _source_folders(hook: Path) -> list[Path]:
-    """The packages of the folders that a ``.pth`` file puts on the import path."""
+    """Return the packages of the folders that a ``.pth`` file puts on the import path."""
     lines = hook.read_text(encoding="utf-8").splitlines()
     inits = [
         init for line in lines if line[:1] == "/" for init in Path(line).glob("*/__init__.py")
@@ -222,7 +222,7 @@ def _source_folders(hook: Path) -> list[Path]:
 
 @cache
 def packages_in_place() -> tuple[Path, ...]:
-    """Folders of all packages that are imported from their source folders, the grader's too."""
+    """List the folders of all packages that are imported from their sources, the grader's too."""
     site = Path(sysconfig.get_path("purelib"))
     found = [folder for hook in sorted(site.glob("*.pth")) for folder in _source_folders(hook)]
     return tuple(dict.fromkeys([*found, Path(robust_slam_autograder.__file__).resolve().parent]))

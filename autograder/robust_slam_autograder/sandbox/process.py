@@ -28,7 +28,7 @@ class Process:
     scratch: tempfile.TemporaryDirectory[str] | None = None
 
     def pipes(self) -> tuple[int, int]:
-        """Descriptors to read its messages from and to write ours to."""
+        """Return descriptors to read its messages from and to write ours to."""
         assert self.process.stdin and self.process.stdout
         return self.process.stdout.fileno(), self.process.stdin.fileno()
 
@@ -41,7 +41,7 @@ class Process:
         return cpu.clock_of(self.process.pid)
 
     def cpu_seconds(self) -> float:
-        """CPU time that it has used, with all its threads."""
+        """Return the CPU time that it has used, with all its threads."""
         return self._clock.seconds()
 
     def await_ready(self) -> str | None:

@@ -54,7 +54,7 @@ def _mount_tmpfs(path: Path, options: str) -> None:
 
 @cache
 def plan(files: Files) -> tuple[tuple[Callable[[str, str], None], str], ...]:
-    """What ``enter`` does with paths, found out ahead of it: there are a hundred of them."""
+    """Say what ``enter`` does with paths, found out ahead of it: there are a hundred of them."""
     devices = [(_show_file_at, f"/dev/{name}") for name in DEVICES]
     acts = {"make": _make, "cover": _cover}
     found = []

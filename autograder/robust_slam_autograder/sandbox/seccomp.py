@@ -114,7 +114,7 @@ class Guard:
 
 
 def _of_itself_alone(x86_64: int, aarch64: int) -> Guard:
-    """The first argument is a process; 0 is the caller."""
+    """Guard a call whose first argument is a process; 0 is the caller."""
     return Guard({"x86_64": x86_64, "aarch64": aarch64}, 0, _WHOLE, {0: None}, errno.EPERM)
 
 
@@ -156,7 +156,7 @@ _GUARDS_ON_A_SHARED_DISK = (
 
 
 def program(machine: str | None = None, *, shared_disk: bool = False) -> bytes | None:
-    """The filter for this machine's architecture; None where we do not know its numbers.
+    """Return the filter for this machine's architecture; None where we do not know its numbers.
 
     Args:
         machine: as ``platform.machine()`` names it.
@@ -186,7 +186,7 @@ def program(machine: str | None = None, *, shared_disk: bool = False) -> bytes |
 
 
 def _answers(machine: str, shared_disk: bool) -> Iterator[bytes]:
-    """Calls that get an answer in place of being made."""
+    """Yield what answers calls in place of making them."""
     answers = {_CLONE3: errno.ENOSYS}
     answers |= dict.fromkeys((*_REFUSED[machine], *_REFUSED_EVERYWHERE), errno.EPERM)
     answers[_FLOCK[machine]] = _PRETEND
@@ -224,5 +224,5 @@ def _refuse_if(test: int, value: int, error: int) -> list[bytes]:
 
 
 def _line(code: int, value: int, if_true: int = 0, if_false: int = 0) -> bytes:
-    """One instruction; jumps count the instructions to skip."""
+    """Write one instruction; jumps count the instructions to skip."""
     return struct.pack("<HBBI", code, if_true, if_false, value)

@@ -88,7 +88,7 @@ def enter_root(folder: str) -> None:
 
 
 def forbid_new_privileges() -> None:
-    """No program that this process runs gains rights by its set-user-id bit."""
+    """Keep programs of this process from gaining rights by their set-user-id bit."""
     _prctl(_SET_NO_NEW_PRIVS, 1)
 
 

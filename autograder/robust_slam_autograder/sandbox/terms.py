@@ -62,7 +62,7 @@ class Running(Protocol):
         """Wait until it answers; else say what is wrong."""
 
     def cpu_seconds(self) -> float:
-        """CPU time that it has used, with all its threads."""
+        """Return the CPU time that it has used, with all its threads."""
 
     def stop(self) -> None:
         """End it and all that it started, and remove its scratch folder."""
@@ -82,7 +82,7 @@ class Sandbox(Protocol):
 
 
 def python_command(launch: Launch, uid: int | None, *, walled: bool) -> list[str]:
-    """The command that runs ``untrusted.py``.
+    """Return the command that runs ``untrusted.py``.
 
     Args:
         launch: what it is started with.
@@ -101,7 +101,7 @@ def python_command(launch: Launch, uid: int | None, *, walled: bool) -> list[str
 
 
 def imports(launch: Launch) -> dict[str, Any]:
-    """Where it imports from, as settings for a script of ours."""
+    """Say where it imports from, as settings for a script of ours."""
     found = packages.find(launch.packages)
     standard = [str(path) for path in view.standard_path()]
     in_place = dict(found.in_place)
@@ -113,7 +113,7 @@ def imports(launch: Launch) -> dict[str, Any]:
 
 
 def python_script(script: Path, settings: dict[str, Any]) -> list[str]:
-    """The command that runs a script of ours with nothing of the user's around it.
+    """Return the command that runs a script of ours with nothing of the user's around it.
 
     Args:
         script: the file.
@@ -142,6 +142,6 @@ def limits(launch: Launch, *, walled: bool) -> dict[str, int]:
 
 
 def _counts_processes_per_namespace() -> bool:
-    """Since Linux 5.14 a user's processes in a user namespace are counted apart."""
+    """Tell whether a user's processes in a user namespace are counted apart: since Linux 5.14."""
     major, minor, *_ = (*platform.release().split("."), "0")
     return major.isdigit() and minor.isdigit() and (int(major), int(minor)) >= (5, 14)

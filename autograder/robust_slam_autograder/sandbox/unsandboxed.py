@@ -15,7 +15,7 @@ class Unsandboxed:
     name = "none"
 
     def problem(self) -> str | None:
-        """It works everywhere, and guards nothing."""
+        """Return None: it works everywhere, and guards nothing."""
         return None
 
     def start(self, launch: Launch) -> Process:

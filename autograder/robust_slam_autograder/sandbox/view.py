@@ -59,7 +59,7 @@ def files(allowed: tuple[str, ...], withheld: tuple[str, ...]) -> Files:
 
 
 def as_text(found: Files) -> tuple[object, ...]:
-    """The same as a Python literal, for another process."""
+    """Write the same as a Python literal, for another process."""
     rules = [(str(path), is_shown) for path, is_shown in found.rules]
     return rules, [*map(str, found.folders)], [*map(str, found.fonts)]
 
@@ -75,7 +75,7 @@ def from_text(literal: tuple[Any, ...]) -> Files:
 
 
 def steps(found: Files) -> Iterator[tuple[Step, Path]]:
-    """What a private root is made of, in order: empty folders, what is shown, what is covered."""
+    """Yield what makes a private root, in order: empty folders, what is shown, what is covered."""
     rules, made = dict(found.rules), set[Path]()
     for path, is_shown in found.rules:
         # In a folder that is shown nothing can be made, and all its folders are there.
@@ -107,7 +107,7 @@ def _visible(allowed: tuple[str, ...]) -> tuple[Path, ...]:
 
 
 def standard_path() -> list[Path]:
-    """The folders from which the standard library is imported."""
+    """Return the folders from which the standard library is imported."""
     entries = [Path(entry).resolve() for entry in sys.path if entry]
     return [path for path in dict.fromkeys(entries) if _is_standard(path)]
 
@@ -129,7 +129,7 @@ def _interpreter() -> list[Path]:
 
 @cache
 def _standard_parts() -> list[Path]:
-    """What is in the standard library's folder and is not shown."""
+    """Say what is in the standard library's folder and is not shown."""
     base = _standard_library()
     names = ("site-packages", "dist-packages", *NOT_INSTALLED)
     found = [*(base / name for name in names), *base.glob("config-*")]
@@ -138,7 +138,7 @@ def _standard_parts() -> list[Path]:
 
 
 def _libraries(found: packages.Packages) -> list[Path]:
-    """The system's libraries that the interpreter and the packages load.
+    """Return the system's libraries that the interpreter and the packages load.
 
     The system's own dynamic loader lists them; it loads everything and runs nothing.
     """
@@ -155,7 +155,7 @@ def _libraries(found: packages.Packages) -> list[Path]:
 
 @cache
 def _standard_links() -> list[Path]:
-    """The same for all packages."""
+    """Find the same for all packages."""
     left_out = set(_standard_parts())
     standard: list[Path] = []
     for top, folders, names in os.walk(_standard_library()):
@@ -165,7 +165,7 @@ def _standard_links() -> list[Path]:
 
 
 def _links(modules: Iterable[Path], sites: Sequence[Path]) -> list[Path]:
-    """What compiled modules load, as far as these folders of packages hold it or the system."""
+    """Find what compiled modules load, as far as these folders of packages or the system hold it."""
     groups: dict[Path, list[str]] = defaultdict(list)
     for path in modules:
         # Relative paths: in the loader's list blanks and colons separate.
@@ -212,13 +212,13 @@ def _files_of(module: str) -> list[Path]:
 
 
 def font_folder() -> Path:
-    """Where matplotlib keeps its list of fonts, which takes it seconds to make."""
+    """Say where matplotlib keeps its list of fonts, which takes it seconds to make."""
     cache_folder = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "matplotlib"
     return Path(os.environ.get("MPLCONFIGDIR") or cache_folder)
 
 
 def readable(found: Files) -> list[tuple[Path, bool]]:
-    """What of the visible remains without the hidden, as a list of what may be opened.
+    """Say what of the visible remains without the hidden, as a list of what may be opened.
 
     Returns:
         paths; and whether all beneath may be read, or the names in the folder alone.
@@ -243,12 +243,12 @@ def readable(found: Files) -> list[tuple[Path, bool]]:
 
 
 def _is_shown(path: Path, rules: Mapping[Path, bool]) -> bool:
-    """What the nearest rule says of a path."""
+    """Say what the nearest rule says of a path."""
     return next((rules[one] for one in (path, *path.parents) if one in rules), False)
 
 
 def exposing(path: Path, allowed: tuple[str, ...]) -> Path | None:
-    """The visible folder in which a path is, through links too; None where it is out of sight.
+    """Find the visible folder in which a path is, through links too; None where it is hidden.
 
     Args:
         path: a file or folder, which need not exist.
@@ -263,5 +263,5 @@ def exposing(path: Path, allowed: tuple[str, ...]) -> Path | None:
 
 
 def within(path: Path, folders: Collection[Path]) -> bool:
-    """Whether a path is one of these folders, or inside one."""
+    """Tell whether a path is one of these folders, or inside one."""
     return any(place in folders for place in (path, *path.parents))

@@ -22,7 +22,7 @@ SECONDS = 0.2
 
 
 def descendants(pid: int) -> list[psutil.Process]:
-    """All that a process has started, and what those have."""
+    """Return all that a process has started, and what those have."""
     try:
         found: list[psutil.Process] = psutil.Process(pid).children(recursive=True)
         return found
@@ -31,7 +31,7 @@ def descendants(pid: int) -> list[psutil.Process]:
 
 
 def uses_too_much(processes: Iterable[psutil.Process], scratch: Path | None) -> bool:
-    """Whether processes use more memory, threads or disk together than one sandbox may.
+    """Tell whether processes use more memory, threads or disk together than one sandbox may.
 
     Each open file counts as a socket that is full. Where the kernel counts threads itself it
     stops them at half of what is allowed here.
@@ -52,7 +52,7 @@ def uses_too_much(processes: Iterable[psutil.Process], scratch: Path | None) -> 
 
 
 def _size(folder: Path) -> int:
-    """Bytes on the disk of a folder's files; each counts for a block at least."""
+    """Return bytes on the disk of a folder's files; each counts for a block at least."""
     found = 0
     for entry in os.scandir(folder):
         with contextlib.suppress(FileNotFoundError):

@@ -34,7 +34,7 @@ they open windows, call native code, start programs or use the network."""
 
 
 def is_standard(module: str) -> bool:
-    """Whether a module belongs to the standard library."""
+    """Tell whether a module belongs to the standard library."""
     return module.partition(".")[0] in sys.stdlib_module_names
 
 
@@ -64,7 +64,7 @@ def _within(module: str, names: Sequence[str]) -> bool:
 
 
 def student_builtins(packages: Sequence[str], withheld: Sequence[str]) -> types.ModuleType:
-    """The builtins of a student's cells, with an ``import`` that keeps to what is allowed.
+    """Return the builtins of a student's cells, with an ``import`` that keeps to what is allowed.
 
     Only code that runs with these builtins is checked, so that packages import what they need.
 

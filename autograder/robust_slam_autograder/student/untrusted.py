@@ -35,7 +35,7 @@ def limit(limits: dict[str, int]) -> None:
 
 
 def volunteer_for_the_memory_killer() -> None:
-    """When memory runs out, the kernel shall end this process and not a neighbour."""
+    """Have the kernel end this process, and no neighbour, when memory runs out."""
     with contextlib.suppress(OSError), open("/proc/self/oom_score_adj", "w") as file:
         file.write("1000")
 
