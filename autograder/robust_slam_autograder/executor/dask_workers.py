@@ -73,7 +73,7 @@ class _Flow(Generic[T]):
     done: queue.SimpleQueue[Future[Any]] = field(default_factory=queue.SimpleQueue)
 
     def take(self, *, idle: bool) -> _Item[T] | None:
-        """Take the next task for a worker; one that others ended over goes to an idle one alone."""
+        """Take a worker's next task; one that others ended over goes to an idle one alone."""
         for item in self.again:
             if idle or not item.deaths:
                 self.again.remove(item)

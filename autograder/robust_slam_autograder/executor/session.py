@@ -66,7 +66,7 @@ class Program:
 
     @property
     def preload(self) -> tuple[str, ...]:
-        """List what the student's process will want: imports of the instructor's cells, and plots."""
+        """List what the process will want: imports of the instructor's cells, and plots."""
         found = [name for piece in self.setup for name in imported_modules(piece.source)]
         return tuple(dict.fromkeys([*PRELOAD, *found, *self.libraries]))
 
@@ -120,7 +120,7 @@ class Session:
         return any(self.program.pieces[number - setup].own for number in self.skip)
 
     def time_left(self) -> float:
-        """Say for how many seconds the present cell surely has time; 0 or less where it has none."""
+        """Say how many seconds the present cell surely has; 0 or less where it has none."""
         return soonest(self._deadlines())
 
     def _deadlines(self) -> list[Deadline]:

@@ -144,7 +144,7 @@ class Cases:
         return found
 
     def _namespace(self, used: Collection[str]) -> dict[str, Any]:
-        """Gather what test cells see: the set-up's names, as far as they are used, then the student's."""
+        """Gather what test cells see: names of the set-up that are used, then the student's."""
         notebook = Notebook(types.ModuleType("autograder_tests"), used)
         for source in self.assignment.imports:
             with contextlib.suppress(Exception):  # only what tests rely on matters

@@ -79,7 +79,7 @@ def encode(value: object, export: Export) -> bytes:
 
 
 def _is_small(message: object) -> bool:
-    """Tell whether a message is like most: a few numbers and small arrays, which every reader takes.
+    """Tell whether a message is like most: a few numbers and small arrays.
 
     A solver may call a function that it was handed a hundred thousand times.
     """
@@ -315,7 +315,7 @@ def _unpack_array(body: bytes) -> np.ndarray[Any, Any]:
 
 
 def _wide(array: np.ndarray[Any, Any]) -> np.dtype[Any]:
-    """Choose the type to compute with in place of an array's own: it rounds and wraps no sooner."""
+    """Choose the type to compute with for an array's own: it rounds and wraps no sooner."""
     if array.dtype.kind in "iu":
         fits = not array.size or int(array.max()) < 2**63
         return np.dtype(np.int64) if fits else np.dtype(np.float64)

@@ -146,7 +146,7 @@ def _mounts() -> Iterator[tuple[str, tuple[str, Path]]]:
 
 
 def _delegated(own: Path, mount: Path) -> Path | None:
-    """Find the nearest group around our own that counts its children's memory and is ours to change.
+    """Find the nearest group around our own that counts its children's memory and is ours.
 
     To move a process one needs the right to the nearest group around both its old and its new one.
     """

@@ -189,7 +189,7 @@ def place(path: Path) -> Path:
 
 
 def _entries(found: Distribution) -> list[Path]:
-    """List a distribution's files and folders beside its metadata, less hooks for Python's start."""
+    """List a distribution's files and folders beside its metadata, less hooks of the start."""
     names = dict.fromkeys(parts[0] for parts in _files(found) if not parts[0].endswith(".pth"))
     return [path for name in names if (path := _site(found) / name).exists()]
 

@@ -165,7 +165,7 @@ def _standard_links() -> list[Path]:
 
 
 def _links(modules: Iterable[Path], sites: Sequence[Path]) -> list[Path]:
-    """Find what compiled modules load, as far as these folders of packages or the system hold it."""
+    """Find what compiled modules load of these folders of packages and of the system."""
     groups: dict[Path, list[str]] = defaultdict(list)
     for path in modules:
         # Relative paths: in the loader's list blanks and colons separate.
