@@ -26,7 +26,7 @@ from robust_slam.palette import PALETTE
 from robust_slam.problems import PoseGraphProblem
 from scipy.stats import chi2
 
-from robust_slam_course.exercises import once_it_works
+from robust_slam_course.exercises import as_dict, once_it_works
 
 Graph = Mapping[str, Any]
 Tools = Mapping[str, Callable[..., Any]]
@@ -77,7 +77,7 @@ def make_graph(
 def spoil(student: Callable[[Graph, float, int], tuple[Graph, ArrayLike]]) -> Figure:
     """Draw where closures of a town say that their second pose is, before and after."""
     clean, truth = generate.manhattan(60, np.random.default_rng(2), side=6, closures=20)
-    made, marked = student(_as_dict(clean), 0.3, 1)
+    made, marked = student(as_dict(clean), 0.3, 1)
     graph = PoseGraph(**made)
     spoiled = mask("mask", marked, len(graph.edges))
     said = graph.group.compose(truth[graph.edges[:, 0]], graph.measurement)
@@ -111,7 +111,7 @@ def judge(student: Callable[[Graph, Array], str]) -> Figure:
         ax.set(xlim=(-1, 7), ylim=(-1, 1), xticks=range(7), yticks=[], xlabel="pose")
         ax.set_title(name)
         ax.text(3, 0.75, f"truth: {known}", ha="center", color=PALETTE["muted"])
-        ax.text(3, -0.85, f"yours: {student(_as_dict(graph), poses)}", ha="center")
+        ax.text(3, -0.85, f"yours: {student(as_dict(graph), poses)}", ha="center")
     fig.suptitle("Headings: the same all round, turned once round, one pose pushed", fontsize=11)
     return fig
 
@@ -122,7 +122,7 @@ def pipeline(student: Pipeline) -> Figure:
     rng = np.random.default_rng(2)
     graph, truth = generate.manhattan(60, rng, side=6, closures=20)
     graph, is_outlier = outliers.add_random_closures(graph, 10, rng, poses=truth)
-    return _decisions(graph, student(_as_dict(graph), _LIMIT, _LIMIT, library_tools()), is_outlier)
+    return _decisions(graph, student(as_dict(graph), _LIMIT, _LIMIT, library_tools()), is_outlier)
 
 
 @once_it_works
@@ -130,7 +130,7 @@ def public_graph(student: Pipeline) -> Figure:
     """Draw what the student's pipeline keeps of a public graph with forty outliers."""
     graph, is_outlier, word = _public()
     print(word)
-    return _decisions(graph, student(_as_dict(graph), _LIMIT, _LIMIT, library_tools()), is_outlier)
+    return _decisions(graph, student(as_dict(graph), _LIMIT, _LIMIT, library_tools()), is_outlier)
 
 
 def beside_gtsam(student: Pipeline) -> Figure | None:
@@ -147,7 +147,7 @@ def _beside_gtsam(student: Pipeline) -> Figure:
     from robust_slam.graphs.gtsam_graph import poses_from_gtsam, to_gtsam
 
     graph, _, _ = _public()
-    answer = student(_as_dict(graph), _LIMIT, _LIMIT, library_tools())
+    answer = student(as_dict(graph), _LIMIT, _LIMIT, library_tools())
     left = pose_graph.select(graph, mask("kept", answer["kept"], len(graph.edges)))
     yours = finite("poses", answer["poses"], (graph.n, 3))
     factors, values = to_gtsam(left, yours)
@@ -187,12 +187,6 @@ def _public() -> tuple[PoseGraph, Mask, str]:
     graph, word = datasets.load_or_generate("intel", made)
     spoiled, is_outlier = outliers.add_random_closures(graph, _OUTLIERS, rng)
     return spoiled, is_outlier, word
-
-
-def _as_dict(graph: PoseGraph) -> dict[str, Any]:
-    """Return the graph as assignments have it, its arrays copied."""
-    names = ("edges", "measurement", "information", "is_odometry")
-    return {"n": graph.n} | {name: np.array(getattr(graph, name)) for name in names}
 
 
 def _pairwise_consistent(

@@ -18,7 +18,7 @@ from robust_slam.certificates import sdp
 from robust_slam.palette import COLOURS, MARKERS, PALETTE
 from scipy.spatial.transform import Rotation
 
-from robust_slam_course.exercises import draw_beside, once_it_works
+from robust_slam_course.exercises import draw_beside, once_it_works, panel, shaped
 
 _TOL = 1e-6
 _STEP = 2.5  # between the poses of a row
@@ -32,7 +32,7 @@ def connection_matrix(build: Callable[..., ArrayLike]) -> Figure:
     edges = np.array([[0, 1], [1, 2], [2, 3], [3, 4], [4, 0], [1, 3]])
     turn, kappa = _plane(np.array([0.4, -0.9, 1.3, 0.2, -0.6, 2.0])), np.arange(1.0, 7.0)
     truth = sdp.connection_matrix(5, edges, turn, kappa)
-    yours = _shaped(build(5, *edges.T, turn, kappa), (10, 10))
+    yours = shaped(build(5, *edges.T, turn, kappa), (10, 10))
     figure = Figure(figsize=(5.6, 3.55))
     panels = figure.subplots(1, 2, sharey=True)
     for ax, matrix, title in zip(panels, (yours, truth), ("yours", "the truth"), strict=True):
@@ -69,7 +69,7 @@ def round_solution(rounding: Callable[[Array, int, int], ArrayLike]) -> Figure:
     n = 6
     truth = _plane(np.array([0.0, 0.7, 1.9, 2.6, -2.2, -0.9]))
     wide = np.hstack(list(truth))
-    flat = _shaped(rounding(wide.T @ wide, n, 2), (2, 2 * n))
+    flat = shaped(rounding(wide.T @ wide, n, 2), (2, 2 * n))
     yours = np.stack(np.split(flat, n, axis=1))
     figure = Figure(figsize=(5.6, 3.2))
     ax = figure.subplots()
@@ -86,7 +86,7 @@ def round_solution(rounding: Callable[[Array, int, int], ArrayLike]) -> Figure:
 def is_tight(judge: Callable[[Array, Array, Array, float], object]) -> Figure:
     """Draw which of thirty noisy graphs in space are called tight, over their noise."""
     noise = np.linspace(0.05, 1.5, 30)
-    figure, ax = _panel("Tight, until the noise is far beyond any sensor's")
+    figure, ax = panel("Tight, until the noise is far beyond any sensor's", 3.7)
     answers: dict[bool, list[tuple[float, float]]] = {True: [], False: []}
     tight = []
     for level, Q in zip(noise, _noisy(noise), strict=True):
@@ -119,7 +119,7 @@ def certificate(certify: Callable[[Array, Array], tuple[ArrayLike, float]]) -> F
     for ax, twist, title in zip(panels, (0.0, 1.0), ("the best", "twisted once"), strict=True):
         R = _twisted(twist)
         S, lowest = certify(Q.copy(), R.copy())
-        yours = np.linalg.eigvalsh(_shaped(S, (10, 10)))
+        yours = np.linalg.eigvalsh(shaped(S, (10, 10)))
         draw_beside(ax, place, sdp.dense_certificate(Q, R)[1], yours)
         ax.lines[-1].set(linestyle="", marker=MARKERS["estimate"])
         ax.axhline(float(lowest), color=PALETTE["estimate"], linewidth=1.0, linestyle="--")
@@ -134,7 +134,7 @@ def certificate(certify: Callable[[Array, Array], tuple[ArrayLike, float]]) -> F
 @once_it_works
 def verdict(judge: Callable[[Array, Array, float], str]) -> Figure:
     """Draw the verdicts on a ring of five while it is twisted, over what that costs."""
-    figure, ax = _panel("Four stand still, and only one of them is the best")
+    figure, ax = panel("Four stand still, and only one of them is the best", 3.7)
     Q = _ring(5, 0.0)
     fine = np.linspace(0.0, 2.25, 91)
     ax.plot(fine, [_cost(Q, _twisted(t)) for t in fine], "-", color=PALETTE["muted"], alpha=0.4)
@@ -163,7 +163,7 @@ def verdict(judge: Callable[[Array, Array, float], str]) -> Figure:
 @once_it_works
 def suboptimality(bound: Callable[[Array, Array], float]) -> Figure:
     """Draw the bound and the true gap on a ring of five while it is twisted."""
-    figure, ax = _panel("The gap never exceeds the bound, and meets it at 0 and at 1")
+    figure, ax = panel("The gap never exceeds the bound, and meets it at 0 and at 1", 3.7)
     Q, twists = _ring(5, 0.0), np.linspace(0.0, 1.5, 61)
     places = [_twisted(t) for t in twists]
     yours = [float(bound(Q.copy(), R.copy())) for R in places]
@@ -225,19 +225,7 @@ def _library_verdict(Q: Array, R: Array) -> str:
 
 
 def _value(solve: Callable[[Array, int, int], ArrayLike], Q: Array, n: int, d: int) -> float:
-    return float(np.sum(Q * _shaped(solve(Q.copy(), n, d), Q.shape)))
-
-
-def _shaped(value: ArrayLike, shape: tuple[int, ...]) -> Array:
-    """Return the value as an array of this shape.
-
-    Raises:
-        ValueError: it has another one.
-    """
-    array = np.asarray(value, dtype=np.float64)
-    if array.shape != shape:
-        raise ValueError(f"the shape is {array.shape}; give {shape}")
-    return array
+    return float(np.sum(Q * shaped(solve(Q.copy(), n, d), Q.shape)))
 
 
 def _yes(answer: object) -> bool:
@@ -249,13 +237,6 @@ def _yes(answer: object) -> bool:
     if not isinstance(answer, bool | np.bool_ | int) or answer not in (True, False):
         raise ValueError(f"{answer!r} is neither True nor False")
     return bool(answer)
-
-
-def _panel(title: str) -> tuple[Figure, Axes]:
-    figure = Figure(figsize=(5.6, 3.7))
-    ax = figure.subplots()
-    ax.set_title(title)
-    return figure, ax
 
 
 def _draw_frames(ax: Axes, marker: str, points: Array, color: str) -> None:

@@ -15,7 +15,7 @@ from robust_slam._arrays import Array
 from robust_slam.estimators import kernels
 from robust_slam.palette import PALETTE
 
-from robust_slam_course.exercises import draw_beside, once_it_works
+from robust_slam_course.exercises import draw_beside, once_it_works, shaped
 from robust_slam_course.plots.kernels import draw_curvatures, draw_norm_densities, kernel_look
 
 Curve = Callable[[Array, float], ArrayLike]
@@ -125,7 +125,7 @@ def _curves(rows: Sequence[Row], scale: float, title: str) -> Figure:
     u = np.linspace(-5.0, 5.0, 400)
     axes = figure.subplots(len(rows), 1, sharex=True)
     for ax, (what, truth, yours) in zip(axes, rows, strict=True):
-        draw_beside(ax, u, truth(u), _row(yours(u, scale), u))
+        draw_beside(ax, u, truth(u), shaped(yours(u, scale), u.shape))
         ax.set(ylabel=what)
         for side in (-scale, scale):
             ax.axvline(side, color=PALETTE["muted"], linestyle=":", linewidth=1.2, zorder=0)
@@ -133,18 +133,6 @@ def _curves(rows: Sequence[Row], scale: float, title: str) -> Figure:
     axes[0].legend(loc="upper center")
     axes[-1].set(xlabel="whitened residual u")
     return figure
-
-
-def _row(values: ArrayLike, u: Array) -> Array:
-    """Return the values as numbers of the shape of u.
-
-    Raises:
-        ValueError: they have another shape.
-    """
-    row = np.asarray(values, dtype=float)
-    if row.shape != u.shape:
-        raise ValueError(f"the shape is {row.shape}; give {u.shape}")
-    return row
 
 
 def _table(c: float) -> Array:

@@ -9,16 +9,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike
-from robust_slam._arrays import Array
 from robust_slam.estimators import graduation as library
 from robust_slam.palette import MARKERS, PALETTE
 from robust_slam.problems import LocationProblem
 
-from robust_slam_course.exercises import draw_beside, once_it_works
+from robust_slam_course.exercises import draw_beside, once_it_works, panel
 from robust_slam_course.style import LOOKS
 
 Weight = Callable[[ArrayLike, float, float], ArrayLike]
@@ -46,12 +44,12 @@ def gnc_gm_weight(weight: Weight) -> Figure:
 @once_it_works
 def start_mu(start: Callable[[float, float, str], float]) -> Figure:
     """Draw the first μ of both kinds against the largest residual."""
-    figure, ax = _panel("The larger the worst residual, the softer the start")
+    figure, ax = panel("The larger the worst residual, the softer the start")
     size = np.geomspace(0.3, 30.0, 61)
     for kind, look in zip(_KINDS, LOOKS[1:], strict=False):
         truth = [library.start_mu(u, 1.0, kind) for u in size]
         yours = [float(start(float(u), 1.0, kind)) for u in size]
-        _beside(ax, size, truth, yours)
+        draw_beside(ax, size, truth, yours)
         ax.lines[-1].set(color=look.color, label=f'yours, "{kind}"')
     ax.axvspan(size[0], np.sqrt(0.5), color=PALETTE["muted"], alpha=0.12, linewidth=0.0)
     ax.text(0.32, 2e-3, "TLS: nothing\nto reject", fontsize=9.0)
@@ -63,14 +61,14 @@ def start_mu(start: Callable[[float, float, str], float]) -> Figure:
 @once_it_works
 def mu_schedule(schedule: Callable[[float, float, int, str], ArrayLike]) -> Figure:
     """Draw both schedules of data A, from its own first μ."""
-    figure, ax = _panel("TLS climbs without end, GM comes down to 1 and stops")
+    figure, ax = panel("TLS climbs without end, GM comes down to 1 and stops")
     for kind, look in zip(_KINDS, LOOKS[1:], strict=False):
         rule, first = library.RULES[kind](2.0), library.start_mu(7.5, 2.0, kind)
         truth = [first]
         while len(truth) < 21 and (kind == "tls" or truth[-1] > 1.0):
             truth.append(rule.next(truth[-1], np.empty(0), np.empty(0)))
         yours = np.asarray(schedule(first, 1.4, 21, kind), dtype=float)
-        _beside(ax, np.arange(len(truth)), truth, yours)
+        draw_beside(ax, np.arange(len(truth)), truth, yours)
         ax.lines[-1].set(
             color=look.color, linestyle="", marker=look.marker, label=f'yours, "{kind}"'
         )
@@ -92,9 +90,9 @@ def gnc(loop: Loop) -> Figure:
         yours = np.asarray(history["weights"], dtype=float)
         for k in range(Z.size):
             name = "outlier" if k == Z.size - 1 else "inlier"
-            _beside(top, solves, [step.weights[k] for step in run], yours[:, k])
+            draw_beside(top, solves, [step.weights[k] for step in run], yours[:, k])
             top.lines[-1].set(color=PALETTE[name], marker=MARKERS[name], markersize=4.0)
-        _beside(bottom, solves, [step.x for step in run], history["x"])
+        draw_beside(bottom, solves, [step.x for step in run], history["x"])
         bottom.lines[-1].set(marker=MARKERS["estimate"], markersize=4.0)
         top.set(title=f'"{kind}"')
         bottom.xaxis.set_major_locator(MaxNLocator(integer=True))
@@ -108,12 +106,12 @@ def gnc(loop: Loop) -> Figure:
 @once_it_works
 def repaired_gnc(repaired: Callable[[ArrayLike, float], tuple[float, ArrayLike]]) -> Figure:
     """Draw the steps of the listing on the lesson's readings, and the end of the fixed one."""
-    figure, ax = _panel("The listing walks to the mean; does yours?")
+    figure, ax = panel("The listing walks to the mean; does yours?")
     steps = np.arange(1, 41)
     truth = library.gnc(LocationProblem(Z), 1.0).x
     yours = float(repaired(Z.copy(), 1.0)[0])
     ax.plot(steps, _listing(steps.size), "-", color=PALETTE["outlier"], label="the listing")
-    _beside(ax, steps, np.full(steps.size, truth), np.full(steps.size, yours))
+    draw_beside(ax, steps, np.full(steps.size, truth), np.full(steps.size, yours))
     for level, name in ((float(np.mean(Z)), "mean of all five"), (0.0, "")):
         ax.axhline(level, color=PALETTE["muted"], linestyle=":", linewidth=1.0)
         ax.text(1.0, level + 0.03, name, fontsize=9.0)
@@ -134,27 +132,11 @@ def _listing(steps: int) -> list[float]:
 
 
 def _weights(yours: Weight, truth: Weight, mus: Sequence[float], title: str) -> Figure:
-    figure, ax = _panel(title)
+    figure, ax = panel(title)
     u = np.linspace(-4.0, 4.0, 401)
     for mu, look in zip(mus, LOOKS[1:], strict=False):
-        _beside(ax, u, truth(u, 1.0, mu), yours(u, 1.0, mu))
+        draw_beside(ax, u, truth(u, 1.0, mu), yours(u, 1.0, mu))
         ax.lines[-1].set(color=look.color, linestyle=look.linestyle, label=f"yours, μ = {mu:g}")
     ax.set(xlabel="whitened residual u, with c = 1", ylabel="weight", ylim=(-0.05, 1.4))
     ax.legend(loc="upper center", ncols=2)
     return figure
-
-
-def _panel(title: str) -> tuple[Figure, Axes]:
-    figure = Figure(figsize=(5.6, 3.5))
-    ax = figure.subplots()
-    ax.set_title(title)
-    return figure, ax
-
-
-def _beside(ax: Axes, x: ArrayLike, truth: ArrayLike, yours: ArrayLike) -> None:
-    """Draw a curve over the broad true one, which is named once only."""
-    named = "the truth" in ax.get_legend_handles_labels()[1]
-    drawn: Array = np.asarray(yours, dtype=float)
-    draw_beside(ax, x, truth, drawn)
-    if named:
-        ax.lines[-2].set_label("_")

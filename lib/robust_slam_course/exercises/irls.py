@@ -18,7 +18,7 @@ from robust_slam.estimators.result import StopReason
 from robust_slam.palette import PALETTE
 from robust_slam.problems import LocationProblem
 
-from robust_slam_course.exercises import draw_beside, once_it_works
+from robust_slam_course.exercises import draw_beside, once_it_works, shaped
 from robust_slam_course.plots.location import draw_landscape, draw_weights, label_weights
 
 Step = Callable[[Array, float, float, float], tuple[float, ArrayLike]]
@@ -41,7 +41,7 @@ def irls_step(student: Step) -> Figure:
     figure = Figure(figsize=(5.6, 3.8))
     axes = figure.subplots(2, 1, sharex=True)
     for ax, step, name in zip(axes, (truth, yours), ("the truth", "yours"), strict=True):
-        x, w = float(step[0]), _row(step[1], Z)
+        x, w = float(step[0]), shaped(step[1], Z.shape)
         draw_weights(ax, Z, w, x, _IS_LIE)
         label_weights(ax, w)
         ax.axvline(mean, color=PALETTE["muted"], linestyle=":")
@@ -133,15 +133,3 @@ def _end_of_student(
     except ValueError:
         return float("nan")
     return float(answer[0])
-
-
-def _row(values: ArrayLike, z: Array) -> Array:
-    """Return the values as numbers of the shape of z.
-
-    Raises:
-        ValueError: they have another shape.
-    """
-    row = np.asarray(values, dtype=float)
-    if row.shape != z.shape:
-        raise ValueError(f"the shape is {row.shape}; give {z.shape}")
-    return row

@@ -18,7 +18,7 @@ from robust_slam.estimators.reweighting import irls
 from robust_slam.palette import MARKERS, PALETTE
 from robust_slam.problems import LocationProblem
 
-from robust_slam_course.exercises import draw_beside, once_it_works
+from robust_slam_course.exercises import draw_beside, names_truth, once_it_works, panel
 from robust_slam_course.style import LOOKS
 
 Rho = Callable[[ArrayLike], Array]
@@ -31,12 +31,12 @@ TWO_GROUPS = np.array([0.0, 0.0, 10.0, 10.0, 10.0])
 @once_it_works
 def cost(landscape: Callable[[ArrayLike, ArrayLike, Rho], ArrayLike]) -> Figure:
     """Draw the pair's landscape under three kernels."""
-    figure, ax = _panel("One bowl for the square, two wells for TLS")
+    figure, ax = panel("One bowl for the square, two wells for TLS")
     x = np.linspace(-4.0, 14.0, 361)
     kernels = (squared(), cauchy(2.0), tls(3.0))
     for kernel, scale, look in zip(kernels, (0.1, 1.0, 1.0), LOOKS[1:], strict=False):
         yours = scale * np.asarray(landscape(x, PAIR.copy(), kernel.rho), dtype=float)
-        _beside(ax, x, scale * _height(x, PAIR, kernel), yours)
+        draw_beside(ax, x, scale * _height(x, PAIR, kernel), yours)
         name = f"yours, {kernel.label}" + (" / 10" if scale < 1.0 else "")
         ax.lines[-1].set(color=look.color, linestyle=look.linestyle, label=name)
     ax.set(xlabel="x; the measurements are at 0 and 10", ylabel="cost", ylim=(0.0, 18.0))
@@ -47,7 +47,7 @@ def cost(landscape: Callable[[ArrayLike, ArrayLike, Rho], ArrayLike]) -> Figure:
 @once_it_works
 def local_minima(find: Callable[[ArrayLike, Rho, float, float], ArrayLike]) -> Figure:
     """Draw the pair's Cauchy landscapes, a ring at each true minimum and a mark at each found."""
-    figure, ax = _panel("The two wells draw together; from c = 5 on they are one")
+    figure, ax = panel("The two wells draw together; from c = 5 on they are one")
     x = np.linspace(-2.0, 12.0, 281)
     for c, look in zip((1.0, 3.0, 4.5, 6.0), LOOKS[1:], strict=False):
         kernel = cauchy(c)
@@ -68,12 +68,12 @@ def local_minima(find: Callable[[ArrayLike, Rho, float, float], ArrayLike]) -> F
 @once_it_works
 def tls_descent(descend: Callable[[ArrayLike, float, float], float]) -> Figure:
     """Draw the end of the descent against its start, for twenty at 0 and one at 10."""
-    figure, ax = _panel("Twenty at 0, one at 10: the start decides, and so does c")
+    figure, ax = panel("Twenty at 0, one at 10: the start decides, and so does c")
     starts = np.linspace(-3.95, 13.95, 180)
     for c, look in zip((3.0, 9.0), LOOKS[1:], strict=False):
         truth = [irls(LocationProblem(CROWD), tls(c), float(x0)).x for x0 in starts]
         yours = [float(descend(CROWD.copy(), c, float(x0))) for x0 in starts]
-        _beside(ax, starts, truth, yours)
+        draw_beside(ax, starts, truth, yours)
         ax.lines[-1].set(color=look.color, linestyle=look.linestyle, label=f"yours, c = {c:g}")
     ax.set(xlabel="start x₀", ylabel="end x")
     ax.legend(loc="upper left")
@@ -83,7 +83,7 @@ def tls_descent(descend: Callable[[ArrayLike, float, float], float]) -> Figure:
 @once_it_works
 def best_of(best: Callable[[ArrayLike, float, ArrayLike], float]) -> Figure:
     """Draw descents from seven starts in one landscape, and the end that is chosen."""
-    figure, ax = _panel("Seven starts, and the lowest of their ends")
+    figure, ax = panel("Seven starts, and the lowest of their ends")
     kernel, x = tls(2.0), np.linspace(-4.0, 14.0, 361)
     starts = np.array([-3.0, -1.0, 1.5, 5.0, 6.5, 8.5, 11.0])
     ends = np.array([irls(LocationProblem(TWO_GROUPS), kernel, float(x0)).x for x0 in starts])
@@ -107,28 +107,9 @@ def _height(x: ArrayLike, z: Array, kernel: Kernel) -> Array:
     return np.asarray(kernel.rho(np.subtract.outer(np.asarray(x, dtype=float), z)).sum(axis=-1))
 
 
-def _panel(title: str) -> tuple[Figure, Axes]:
-    figure = Figure(figsize=(5.6, 3.5))
-    ax = figure.subplots()
-    ax.set_title(title)
-    return figure, ax
-
-
 def _rings(ax: Axes, x: ArrayLike, y: ArrayLike) -> None:
     """Draw broad grey rings at the true places, named once only."""
-    label = "_" if _has_truth(ax) else "the truth"
+    label = "_" if names_truth(ax) else "the truth"
     look = {"markersize": 15.0, "markeredgewidth": 4.0, "alpha": 0.5}
     (rings,) = ax.plot(x, y, "o", color=PALETTE["muted"], markerfacecolor="none", label=label)
     rings.set(**look)
-
-
-def _beside(ax: Axes, x: ArrayLike, truth: ArrayLike, yours: ArrayLike) -> None:
-    """Draw a curve over the broad true one, which is named once only."""
-    named = _has_truth(ax)
-    draw_beside(ax, x, truth, np.asarray(yours, dtype=float))
-    if named:
-        ax.lines[-2].set_label("_")
-
-
-def _has_truth(ax: Axes) -> bool:
-    return "the truth" in ax.get_legend_handles_labels()[1]

@@ -21,7 +21,7 @@ from robust_slam.graphs.pose_graph import PoseGraph
 from robust_slam.palette import PALETTE
 from robust_slam.problems import PoseGraphProblem
 
-from robust_slam_course.exercises import draw_beside, once_it_works
+from robust_slam_course.exercises import as_dict, draw_beside, once_it_works
 
 Graph = Mapping[str, Any]
 
@@ -47,7 +47,7 @@ def between(student: Callable[[Array, Array], ArrayLike]) -> Figure:
     turn = np.linspace(0.0, 2.0 * np.pi, 9)
     around = np.stack([4.0 * np.cos(turn), 2.0 * np.sin(turn), turn], axis=1)
     here = np.broadcast_to([2.0, 1.0, 0.8], around.shape)
-    truth, yours = se2.between(here, around), _poses(student(here.copy(), around), 9)
+    truth, yours = se2.between(here, around), finite("poses", student(here.copy(), around), (9, 3))
     fig = Figure()
     ax = fig.subplots()
     ax.plot(*truth[:, :2].T, **_BROAD)
@@ -65,7 +65,7 @@ def residuals(student: Callable[[Array, Graph], ArrayLike]) -> Figure:
     """Draw the whitened norm of every edge of the least-squares map with one outlier."""
     graph, is_outlier, _ = _town(1)
     poses = PoseGraphProblem(graph).initial()
-    yours = finite("residuals", student(poses, _as_dict(graph)), (len(graph.edges), 3))
+    yours = finite("residuals", student(poses, as_dict(graph)), (len(graph.edges), 3))
     norms = np.sqrt(np.einsum("ka,kab,kb->k", yours, graph.information, yours))
     place = np.arange(len(norms))
     fig = Figure()
@@ -117,7 +117,7 @@ def gauss_newton(student: Callable[[Graph, Array, Array, float], ArrayLike]) -> 
     graph, _, _ = _town(0)
     first, ones = spanning_tree(graph), np.ones(len(graph.edges))
     truth = solver.gauss_newton(graph, first)
-    yours = _poses(student(_as_dict(graph), first.copy(), ones, 1e-9), graph.n)
+    yours = finite("poses", student(as_dict(graph), first.copy(), ones, 1e-9), (graph.n, 3))
     fig = Figure(figsize=(5.6, 4.4))
     ax = fig.subplots()
     ax.plot(*first[:, :2].T, ":", color=PALETTE["truth"], label="dead reckoning")
@@ -135,11 +135,11 @@ def robust_solve(
 ) -> Figure:
     """Draw the map with ten outliers, with the closures that the student kept."""
     graph, is_outlier, truth = _town(10)
-    poses, weights = student(_as_dict(graph), _C, _solve)
+    poses, weights = student(as_dict(graph), _C, _solve)
     kept: Mask = finite("weights", weights, (len(graph.edges),)) > 0.5
     fig = Figure(figsize=(5.6, 5.2))
     ax = fig.subplots()
-    draw_map(graph, _poses(poses, graph.n), ax, truth=truth, kept=kept, is_outlier=is_outlier)
+    draw_map(graph, poses, ax, truth=truth, kept=kept, is_outlier=is_outlier)
     legend_below(ax)
     ax.set_title("Ten outliers: no outlier should be kept")
     return fig
@@ -182,12 +182,6 @@ def ate(student: Callable[[Array, Array], float]) -> Figure:
     return fig
 
 
-def _as_dict(graph: PoseGraph) -> dict[str, Any]:
-    """Return the graph as assignments have it, its arrays copied."""
-    names = ("edges", "measurement", "information", "is_odometry")
-    return {"n": graph.n} | {name: np.array(getattr(graph, name)) for name in names}
-
-
 def _town(count: int) -> tuple[PoseGraph, Mask, Array]:
     """Return a walk through a town, the mask of its outliers, and the true poses."""
     rng = np.random.default_rng(2)
@@ -202,15 +196,6 @@ def _solve(graph: Graph, weights: ArrayLike, poses: ArrayLike | None) -> tuple[A
     first = spanning_tree(known) if poses is None else poses
     found = solver.gauss_newton(known, first, weights)
     return found, pose_graph.residual_norms(known, found)
-
-
-def _poses(value: ArrayLike, n: int) -> Array:
-    """Return poses (n, 3).
-
-    Raises:
-        ValueError: they have another shape.
-    """
-    return finite("poses", value, (n, 3))
 
 
 def _drive(drift: float) -> Array:

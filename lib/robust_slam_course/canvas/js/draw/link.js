@@ -1,3 +1,9 @@
+/** A number of a state within [low, high], to so many decimals; `instead` where it is none. */
+export function boundedNumber(value, [low, high], instead, digits = null) {
+  const number = Number.isFinite(value) ? Math.min(high, Math.max(low, value)) : instead;
+  return digits === null ? number : Number(number.toFixed(digits));
+}
+
 /** The part of an address that brings back a state: `#name={…}`, with what differs from `first`. */
 export function stateToHash(name, state, first) {
   const changed = Object.entries(state).filter(

@@ -5,6 +5,7 @@ import { locationProblem } from "../solve/location.js";
 import { irls } from "../solve/loop.js";
 import { numberText, putAxes, putPath } from "../draw/axes.js";
 import { putHandle } from "../draw/handle.js";
+import { boundedNumber } from "../draw/link.js";
 import { livePicture } from "../draw/picture.js";
 
 /** GNC on a few readings: the cost as it sharpens, the weights, the path of the estimate. */
@@ -43,19 +44,16 @@ function annealingSpan(start) {
 }
 
 function cleanAnnealing(state, data) {
-  const bound = (value, low, high, instead) => (
-    Number.isFinite(value) ? Math.min(high, Math.max(low, value)) : instead);
   const start = state.start === "four" ? "four" : "seven";
   const given = data.starts[start];
-  const [low, high] = annealingSpan(start);
   const own = state.z.length === given.length ? state.z : given;
-  const z = given.map((reading, k) => Number(bound(own[k], low, high, reading).toFixed(1)));
+  const z = given.map((reading, k) => boundedNumber(own[k], annealingSpan(start), reading, 1));
   const kind = state.kind === "gm" ? "gm" : "tls";
-  const c = bound(state.c, 0.5, 6, 2);
-  const factor = bound(state.factor, 1.05, 2, 1.4);
+  const c = boundedNumber(state.c, [0.5, 6], 2);
+  const factor = boundedNumber(state.factor, [1.05, 2], 1.4);
   const last = gnc(locationProblem(z), c, kind, null, { factor }).history.length - 1;
   // A reader who is at the last step stays there when a reading makes the run longer.
-  const step = Math.round(bound(state.step, 0, LAST_STEP, 0));
+  const step = boundedNumber(state.step, [0, LAST_STEP], 0, 0);
   return { start, z, kind, c, factor, step: step >= last ? LAST_STEP : step };
 }
 

@@ -4,6 +4,7 @@ import { locationProblem } from "../solve/location.js";
 import { irls } from "../solve/loop.js";
 import { numberText, putAxes, putPath } from "../draw/axes.js";
 import { putHandle } from "../draw/handle.js";
+import { boundedNumber } from "../draw/link.js";
 import { livePicture } from "../draw/picture.js";
 
 /** The cost of two groups of readings, a descent on it, and where descents end from any start. */
@@ -45,16 +46,14 @@ const BASIN_PLACES = 181;
 const MAP_ROWS = 47;
 
 function cleanBasins(state, data) {
-  const bound = (value, [low, high], instead, digits = 1) => Number(
-    (Number.isFinite(value) ? Math.min(high, Math.max(low, value)) : instead).toFixed(digits));
   const readings = state.readings === "pair" ? "pair" : "crowd";
-  const z = data.z.map((given, k) => bound(state.z[k], BASIN_SPAN, given));
+  const z = data.z.map((given, k) => boundedNumber(state.z[k], BASIN_SPAN, given, 1));
   return {
     readings, z,
     kernel: LANDSCAPE_KERNELS.some(([name]) => name === state.kernel) ? state.kernel : "tls",
-    c: bound(state.c, [LEAST_C, MOST_C], 3),
-    sigma: bound(state.sigma, [0.3, 3], 1),
-    start: bound(state.start, BASIN_SPAN, 8, 2),
+    c: boundedNumber(state.c, [LEAST_C, MOST_C], 3, 1),
+    sigma: boundedNumber(state.sigma, [0.3, 3], 1, 1),
+    start: boundedNumber(state.start, BASIN_SPAN, 8, 2),
   };
 }
 

@@ -1,5 +1,6 @@
 import { numberText } from "../draw/axes.js";
 import { fitMap, posePixels, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
+import { boundedNumber } from "../draw/link.js";
 import { livePicture } from "../draw/picture.js";
 import { putStrip } from "../draw/strip.js";
 import { agreeingClosures } from "../solve/aliasing.js";
@@ -67,22 +68,19 @@ function consistencyBoxes(width) {
 }
 
 function cleanConsistency(state, data) {
-  const number = (value, low, high, instead) => (
-    Number.isFinite(value) ? Math.min(high, Math.max(low, value)) : instead
-  );
   const last = data.truth.length / 3 - 1;
-  const count = Math.round(number(state.count, 0, MOST_WRONG_CLOSURES, 4));
-  const end = (pose, most, instead) => Math.round(number(pose, 0, most, instead));
+  const count = boundedNumber(state.count, [0, MOST_WRONG_CLOSURES], 4, 0);
+  const end = (pose, most, instead) => boundedNumber(pose, [0, most], instead, 0);
   const pair = ([i, j], most, instead) => {
     const [tail, head] = [end(i, most, instead[0]), end(j, most, instead[1])];
     return Math.abs(tail - head) >= 2 ? [tail, head] : [tail, tail > 1 ? tail - 2 : tail + 2];
   };
   const lone = data.lone.map((instead, k) => pair(Array.isArray(state.lone[k]) ? state.lone[k] : instead, last, instead));
   return {
-    count, agree: state.agree, gamma: number(state.gamma, 1, 100, CHI_99_SE2),
+    count, agree: state.agree, gamma: boundedNumber(state.gamma, [1, 100], CHI_99_SE2),
     map: state.map === "switches" ? "switches" : "pcm",
     lone, group: pair(state.group, last + 1 - Math.max(1, count), data.group),
-    chosen: Math.round(number(state.chosen, 0, Math.max(0, count - 1), 0)),
+    chosen: boundedNumber(state.chosen, [0, Math.max(0, count - 1)], 0, 0),
   };
 }
 

@@ -5,6 +5,7 @@ import { putAxes, putCurve, putPath } from "../draw/axes.js";
 import { putHandle } from "../draw/handle.js";
 import { putEndLabels } from "../draw/labels.js";
 import { putMarker } from "../draw/marker.js";
+import { boundedNumber } from "../draw/link.js";
 import { livePicture } from "../draw/picture.js";
 
 /** One reading that moves away from eight others, as four kernels see it. */
@@ -38,11 +39,7 @@ const KERNEL_LOOKS = [
 ];
 
 function cleanKernels({ z, c }) {
-  const within = (value, low, high, step) => Math.round(Math.min(high, Math.max(low, value)) / step) * step;
-  return {
-    z: Number(within(Number.isFinite(z) ? z : 8, 0, FARTHEST, 0.01).toFixed(2)),
-    c: Number(within(Number.isFinite(c) ? c : 2.5, 0.5, 5, 0.1).toFixed(1)),
-  };
+  return { z: boundedNumber(z, [0, FARTHEST], 8, 2), c: boundedNumber(c, [0.5, 5], 2.5, 1) };
 }
 
 function solveKernels({ z, c }, { inliers }, drifts) {

@@ -5,6 +5,7 @@ import { irls } from "../solve/loop.js";
 import { numberText, putAxes, putCurve, roundTicks } from "../draw/axes.js";
 import { putHandle } from "../draw/handle.js";
 import { putEndLabels } from "../draw/labels.js";
+import { boundedNumber } from "../draw/link.js";
 import { livePicture } from "../draw/picture.js";
 import { pathThrough } from "../draw/scene.js";
 
@@ -44,12 +45,9 @@ function cleanLeverage(state, data) {
   return { kernel, held, p: possible ? p : data.p, y: numbersWithin(state.y, data.y, HEIGHT_RANGE) };
 }
 
-/** `values` within [low, high] and to a thousandth, with `first` where one is no number. */
-function numbersWithin(values, first, [low, high]) {
-  return first.map((value, k) => {
-    const given = Number.isFinite(values[k]) ? values[k] : value;
-    return Math.round(1000 * Math.min(high, Math.max(low, given))) / 1000;
-  });
+/** `values` within a range and to a thousandth, with `first` where one is no number. */
+function numbersWithin(values, first, range) {
+  return first.map((value, k) => boundedNumber(values[k], range, value, 3));
 }
 
 function solveLeverage({ kernel, p, y }, { sigma, kernels }) {

@@ -5,6 +5,7 @@ import { majoriser } from "../solve/majoriser.js";
 import { numberText, putAxes, putCurve } from "../draw/axes.js";
 import { putHandle } from "../draw/handle.js";
 import { putMarker } from "../draw/marker.js";
+import { boundedNumber } from "../draw/link.js";
 import { livePicture } from "../draw/picture.js";
 import { pathThrough } from "../draw/scene.js";
 
@@ -51,14 +52,12 @@ const OUTLIER_RANGE = [0, 7];
 const MOST_STEPS = 60;
 
 function cleanMajoriser(state, data) {
-  const within = (value, [low, high], digits, other) => (
-    Number((Number.isFinite(value) ? Math.min(high, Math.max(low, value)) : other).toFixed(digits)));
   return {
     kernel: data.kernels.includes(state.kernel) ? state.kernel : data.kernels[0],
-    start: within(state.start, START_RANGE, 3, 1),
-    outlier: within(state.outlier, OUTLIER_RANGE, 3, 5),
-    sigma: within(state.sigma, [0.1, 1.5], 2, 0.3),
-    step: within(state.step, [0, MOST_STEPS], 0, 0),
+    start: boundedNumber(state.start, START_RANGE, 1, 3),
+    outlier: boundedNumber(state.outlier, OUTLIER_RANGE, 5, 3),
+    sigma: boundedNumber(state.sigma, [0.1, 1.5], 0.3, 2),
+    step: boundedNumber(state.step, [0, MOST_STEPS], 0, 0),
   };
 }
 
