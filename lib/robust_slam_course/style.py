@@ -19,8 +19,6 @@ from robust_slam.palette import COLOURS, PALETTE, LineStyle
 if TYPE_CHECKING:
     from matplotlib.typing import RcKeyType
 
-NEUTRALS = ("ground", "grid", "faint", "muted", "ink")
-
 
 @dataclass(frozen=True)
 class Look:

@@ -17,7 +17,8 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import text_to_path
 from robust_slam.palette import COLOURS
 
-from robust_slam_course.style import NEUTRALS
+NEUTRALS = ("ground", "grid", "faint", "muted", "ink")
+"""The greys, from the lightest."""
 
 PIXELS = 96.0 / 72.0
 """A page's pixels in a point."""
