@@ -53,8 +53,10 @@ def computed(name: str, data: Mapping[str, str] | None = None) -> list[Row]:
         KeyError: The table names a cell that the page does not have.
     """
     after = dict(_table(name)["after"])
-    rows, further = [], {}
-    for cell, names, printed in run(name, data or {}):
+    asked = [cell for cell, source in Chapter(name).code.items() if _is_asked(cell, source, after)]
+    rows: list[Row] = []
+    further: dict[str, Any] = {}
+    for cell, names, printed in run(name, data or {}, asked[-1]) if asked else ():
         assert data or CHANGED not in printed, f"{cell} contradicts the text"
         table = dict(after.pop(cell, {}))
         scope = vars(beside) | names | further
@@ -67,8 +69,18 @@ def computed(name: str, data: Mapping[str, str] | None = None) -> list[Row]:
     return rows
 
 
-def run(name: str, data: Mapping[str, str]) -> Iterator[tuple[str, dict[str, Any], str]]:
-    """Execute a page; yield each cell's id, the names defined after it, and what it prints."""
+def _is_asked(cell: str, source: str, after: Mapping[str, Any]) -> bool:
+    return cell in after or "check_text(" in source
+
+
+def run(
+    name: str, data: Mapping[str, str], last: str | None = None
+) -> Iterator[tuple[str, dict[str, Any], str]]:
+    """Execute a page up to its last cell, or up to another one.
+
+    Yields:
+        Each cell's id, the names that are defined after it, and what it prints.
+    """
     names: dict[str, Any] = {}
     with mpl.rc_context(), contextlib.chdir(CHAPTERS):
         mpl.use("agg")
@@ -80,6 +92,8 @@ def run(name: str, data: Mapping[str, str]) -> Iterator[tuple[str, dict[str, Any
                 exec(compile(source, f"{name}:{cell}", "exec"), names)
             plt.close("all")
             yield cell, names, printed.getvalue()
+            if cell == last:
+                return
 
 
 def complaints(name: str, text: str, rows: list[Row]) -> list[str]:
