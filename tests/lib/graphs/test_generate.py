@@ -113,6 +113,16 @@ def test_the_way_round_the_sphere_stays_on_it_and_has_its_z_axis_out():
     assert np.all(se3.between(truth[:19], truth[1:20])[:, 1, 3] > 0.0)
 
 
+def test_on_the_sphere_ahead_is_the_way_that_the_robot_goes():
+    # Two turns by 3000 poses, far from the poles: the chord from the pose before to the pose
+    # behind is the tangent up to the square of a step, (2π/1500)² < 2e-5.
+    _, truth = sphere(3000, np.random.default_rng(18), around=1500)
+    chord = places(truth)[2:] - places(truth)[:-2]
+    chord /= np.linalg.norm(chord, axis=1, keepdims=True)
+    cosine = np.sum(chord * truth[1:-1, :, 0], axis=1)
+    np.testing.assert_allclose(cosine[300:-300], 1.0, atol=2e-5)
+
+
 @pytest.mark.parametrize(("n", "around"), [(100, 10), (60, 20), (90, 7)])
 def test_neighbours_on_the_sphere_are_as_far_apart_as_their_angles_say(n, around):
     # The cosine between the directions at colatitudes a and b is
