@@ -80,6 +80,17 @@ def test_bridges_join_the_sessions_with_a_closure_that_most_agree_with():
     assert early.sum() == 1
 
 
+def test_three_sessions_are_joined_by_the_pairs_that_most_closures_join():
+    graph, _ = spoiled(manhattan, 8, outliers=0)
+    graph = select(graph, ~(graph.is_odometry & np.isin(graph.edges[:, 0], (19, 39))))
+    consistency = pcm(graph)
+    ends = graph.edges[consistency.kept & ~graph.is_odometry] // 20
+    apart = np.sort(ends[ends[:, 0] != ends[:, 1]], axis=1)
+    counts = sorted(np.unique(apart, axis=0, return_counts=True)[1].tolist())
+    assert len(counts) == 3 and counts[0] < counts[1]
+    assert sorted(find_bridges(graph, consistency).support.tolist()) == counts[1:]
+
+
 def test_without_gaps_there_are_no_bridges():
     graph, _ = spoiled(manhattan, 6)
     assert find_bridges(graph, pcm(graph)).edges.size == 0
