@@ -1,4 +1,4 @@
-"""How pages are found: by the site's search, by search engines, and where an address is pasted.
+"""What the course is called, and how pages are found: by search, and where an address is pasted.
 
 Pagefind makes the index of the pages as they are read: formulas are no longer TeX, and what stands
 around the text is left out. A preview needs the address of the site and of a picture, and so do
@@ -51,6 +51,12 @@ MISSING = "404"
 MISSING_TEXT = """<section><h1>{title}</h1>
 <p>There is no page at this address. The <a href="{home}">first page</a> lists the chapters; the
 <a href="{search}">search</a> finds words in all of them.</p></section>"""
+
+
+def name_the_course(app: Sphinx, config: Config) -> None:
+    """Give the sidebar and the pages the name, the title in _config.yml."""
+    config.html_theme_options["logo"]["text"] = escape(config.html_title)
+    config.myst_substitutions |= {"course": escape(config.html_title)}
 
 
 def find_the_address(app: Sphinx, config: Config) -> None:
@@ -186,6 +192,7 @@ def in_a_line(formula: Element) -> str:
 
 def setup(app: Sphinx) -> dict[str, Any]:
     """Connect the above to the build; the index is made when the pages are as they stay."""
+    app.connect("config-inited", name_the_course)
     app.connect("config-inited", find_the_address)
     app.connect("html-page-context", describe)
     app.connect("html-collect-pages", add_the_missing_page)

@@ -33,6 +33,10 @@ class Chapter {
       stop: (cell) => this.#stop(cell),
       reset: (cell) => this.#reset(cell),
     })]));
+    // What the reader has written is in the page alone: the browser asks before it is lost.
+    addEventListener("beforeunload", (event) => {
+      if ([...this.cells.values()].some((cell) => cell.code !== cell.given)) event.preventDefault();
+    });
   }
 
   /** Run a cell, after the cells above it that have not run as they are. */

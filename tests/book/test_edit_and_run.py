@@ -35,6 +35,13 @@ ALONE = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
 BEFORE = {"run.js", "run.css"}
 """What a page may load before the click."""
 
+ASKS = """(() => {
+  const leaves = new Event("beforeunload", {cancelable: true});
+  dispatchEvent(leaves);
+  return leaves.defaultPrevented;
+})()"""
+"""Whether the page asks before it is left."""
+
 pytestmark = pytest.mark.browser
 
 
@@ -237,7 +244,9 @@ def test_a_reader_runs_code_of_their_own(
     assert cell.wait("Done|ended|Python") and cell.wait("Done|ended") == "Done."
     timer.say("first click to first output, nothing in the cache")
     assert cell.output().split() == stored.split() != []
+    assert not browser.evaluate(ASKS)
     assert cell.run("print('my own', 6 * 7)").strip() == "my own 42"
+    assert browser.evaluate(ASKS), "what was written would be lost"
     timer.say("the reader's own line")
     assert {status for all_ in asked.of_python().values() for status in all_} == {200}
 
@@ -283,6 +292,7 @@ def test_a_reader_runs_code_of_their_own(
     assert cell.code().split() == code.split()
     assert cell.output() == stored
     assert cell.ask("cell.querySelector('.rs-run').textContent") == "Edit and run"
+    assert not browser.evaluate(ASKS)
 
 
 @pytest.mark.parametrize("visit", ["chromium"], indirect=True)

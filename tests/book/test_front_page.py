@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from tests.book.conftest import PAGES, Site
+from tests.book.conftest import PAGES, TITLE, Site
 from tests.chromium import Opener
 
 pytestmark = pytest.mark.browser
@@ -41,4 +41,4 @@ def test_a_click_beside_the_words_opens_the_door(site: Site, open_page: Opener) 
 def test_the_name_stands_once_in_the_title_of_the_front_page(site: Site) -> None:
     html = (site.folder / f"{PAGES[0]}.html").read_text(encoding="utf-8")
     (title,) = re.findall(r"<title>([^<]*)</title>", html)
-    assert title.count("Robust SLAM") == 1
+    assert title.count(TITLE) == 1

@@ -19,6 +19,7 @@ from chapters._ext import finding
 
 ROOT = Path(__file__).parents[2]
 SETTINGS = (ROOT / "_config.yml").read_text(encoding="utf-8")
+NAME = "Maps & Robots"
 ADDRESS = "https://github.com/owner/course"
 LAUNCHES = {
     "https://colab.research.google.com/github/owner/course/blob/main/chapters/00-one.ipynb",
@@ -30,9 +31,11 @@ TEXT = "# One\n\nText.\n\nThere is `00-one.zip`, and there is no `01-two.zip`."
 
 
 def with_address(url: str) -> str:
-    """The course's own settings with another address, the one that a person would change."""
-    changed, count = re.subn(r"(?m)^  url: .*$", f'  url: "{url}"', SETTINGS)
-    assert count == 1, "one setting in one place"
+    """The course's own settings with another address and name, which a person would change."""
+    changed = SETTINGS
+    for setting, value in (("  url", url), ("title", NAME)):
+        changed, count = re.subn(rf"(?m)^{setting}: .*$", f'{setting}: "{value}"', changed)
+        assert count == 1, "one setting in one place"
     return changed
 
 
@@ -50,7 +53,7 @@ def build(folder: Path, url: str) -> str:
     for name in ("_ext", "_templates", "assets"):
         (folder / "chapters" / name).symlink_to(ROOT / "chapters" / name)
     (folder / "chapters" / "references.bib").write_text("")
-    (folder / "chapters" / "index.md").write_text("# The course\n\nWelcome.\n")
+    (folder / "chapters" / "index.md").write_text("# {{ course }}\n\nWelcome.\n")
     markdown = {"cell_type": "markdown", "id": "intro", "metadata": {}, "source": TEXT}
     kernel = {"display_name": "Python 3", "language": "python", "name": "python3"}
     chapter = {"nbformat": 4, "nbformat_minor": 5, "metadata": {"kernelspec": kernel}}
@@ -86,6 +89,7 @@ def test_pages_have_links_to_what_is_there(tmp_path: Path, url: str, lab: bool) 
     assert ("btn-launch" in html or "launch-buttons" in html) == bool(url)
     assert "executablebooks/jupyter-book" not in html, "the default of another book"
     site = tmp_path / "build" / "_build" / "html"
+    assert_has_the_name(html, site)
     assert_previews(html, site, url)
     assert_a_missing_page_and_the_list_of_pages(site, url)
     assert re.findall(r'href="([^"]*\.zip)"', html) == ["../assignments/00-one.zip"]
@@ -101,6 +105,16 @@ def assert_opens_in_the_browser(html: str, site: Path, lab: bool) -> None:
     assert f'(<a class="reference internal" href="{address}">open in the browser</a>)' in html
     assert html.count("open in the browser") == 1, "there is no 01-two"
     assert (site / "lab" / "pyodide-lock.json").read_text() == "{}"
+
+
+def assert_has_the_name(html: str, site: Path) -> None:
+    name = "Maps &amp; Robots"
+    front = (site / "chapters" / "index.html").read_text(encoding="utf-8")
+    assert f"<h1>{name}<" in front and f"<title>{name}</title>" in front
+    assert re.search(rf'logo__title">\s*{name}\s*<', html), "in the sidebar"
+    assert re.search(rf"<title>One\W.*{name}</title>", html)
+    assert f'"og:site_name" content="{name}"' in html
+    assert "Robust SLAM<" not in front.replace("<cite>Robust SLAM &amp; Frontiers", "")
 
 
 def assert_previews(html: str, site: Path, url: str) -> None:

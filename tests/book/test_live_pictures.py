@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from urllib.parse import quote
@@ -29,6 +30,9 @@ from tests.chromium import Visit, page_in, visiting
 
 pytestmark = pytest.mark.browser
 
+STATES = """() => [...document.querySelectorAll(".rs-picture script[type='application/json']")]
+  .map((script) => JSON.parse(script.textContent)).map(({name, state}) => [name, state])"""
+"""The names and first states of a page's pictures."""
 WITH_PICTURES = [
     PAGES[0],
     *(page for page in NOTEBOOKS if "pictures." in (ROOT / f"{page}.ipynb").read_text("utf-8")),
@@ -224,6 +228,23 @@ class TestTown:
             assert pictures(visit.page)
             assert not handles(pictures(visit.page)[0])
             assert visit.complaints == []
+
+    @pytest.mark.parametrize("page", WITH_PICTURES)
+    def test_a_name_that_every_object_has_stops_no_picture(
+        self, page: str, site: Site, address: str, browser: Browser
+    ) -> None:
+        at = place(site, address, page, "file")
+        with visiting(browser, at, **DESK.options) as visit:
+            given = visit.page.evaluate(STATES)
+        links = [
+            f"#{name}={quote(json.dumps({key: 'constructor'}))}"
+            for name, state in given
+            for key, value in state.items()
+            if isinstance(value, str)
+        ]
+        for link in links:
+            with visiting(browser, at + link, **DESK.options) as visit:
+                assert visit.complaints == []
 
     def test_the_caption_is_spoken_once_the_hand_rests(self, at: str, browser: Browser) -> None:
         with visiting(browser, at, **DESK.options) as visit:

@@ -91,6 +91,8 @@ def test_every_question_has_a_name_and_one_right_option(chapter: Visit) -> None:
         " one.querySelectorAll('.rs-right').length])"
     )
     assert found and all(name and count == 1 for name, count in found)
+    aligned = "all => [...new Set(all.map((answer) => getComputedStyle(answer).textAlign))]"
+    assert chapter.page.locator(".rs-quiz p").evaluate_all(aligned) == ["start"]
 
 
 def test_without_scripts_every_option_answers(site: Site, open_page: Opener) -> None:

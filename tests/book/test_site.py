@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import re
+from html import escape
 from html.parser import HTMLParser
 from pathlib import Path
 from types import SimpleNamespace
@@ -17,7 +18,7 @@ from robust_slam_autograder.publishing import wheels
 
 from chapters._ext import notebooks
 from tests.book.built_site import ROOT
-from tests.book.conftest import CHAPTERS, NOTEBOOKS, PAGES, Site
+from tests.book.conftest import CHAPTERS, NOTEBOOKS, PAGES, TITLE, Site
 
 DRAWING = '<div class="rs-figure" '
 
@@ -80,7 +81,7 @@ def test_what_a_kernel_sends_in_pieces_stands_as_it_was_printed(
 @pytest.mark.parametrize("page", PAGES)
 def test_a_page_of_the_contents_is_there_with_its_description(page: str, site: Site) -> None:
     html = (site.folder / f"{page}.html").read_text(encoding="utf-8")
-    assert re.search(r"<title>.*Robust SLAM</title>", html, re.S)
+    assert re.search(rf"<title>.*{re.escape(escape(TITLE))}</title>", html, re.S)
     assert re.search(r'<meta content="[^"]{20,}" name="description"', html)
     assert 'rel="icon" href="../_static/favicon.svg"' in html
 

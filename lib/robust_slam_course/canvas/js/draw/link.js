@@ -20,7 +20,7 @@ export function stateFromHash(name, hash, first) {
     const changed = JSON.parse(decodeURIComponent(hash.slice(head.length)));
     // A link comes from anywhere: only names that the state has are taken, and only of its type.
     const known = Object.entries(changed).filter(
-      ([key, value]) => key in first && typeof value === typeof first[key]
+      ([key, value]) => Object.hasOwn(first, key) && typeof value === typeof first[key]
         && Array.isArray(value) === Array.isArray(first[key]),
     );
     return { ...first, ...Object.fromEntries(known) };

@@ -37,7 +37,7 @@ function kernelText(name) {
 
 function cleanLeverage(state, data) {
   const count = data.y.length;
-  const kernel = state.kernel in data.kernels ? state.kernel : "squared";
+  const kernel = Object.hasOwn(data.kernels, state.kernel) ? state.kernel : "squared";
   const held = Number.isInteger(state.held) && state.held >= 0 && state.held < count ? state.held : 0;
   const p = numbersWithin(state.p, data.p, PLACE_RANGE);
   // Readings at one place do not determine a slope.

@@ -16,7 +16,9 @@ export function render(context) {
       kind: "choice", name: "broken", label: "What fails",
       options: stages.map(({ key, name }) => [key, name]),
     }],
-    clean: ({ broken }, { outcomes }) => ({ broken: outcomes[broken] ? broken : "nothing" }),
+    clean: ({ broken }, { outcomes }) => ({
+      broken: Object.hasOwn(outcomes, broken) ? broken : "nothing",
+    }),
     solve: ({ broken }, { outcomes }) => outcomes[broken],
     moving: ({ poses }) => Float64Array.from(poses),
     height: (width) => machineLayout(width).height,
