@@ -31,8 +31,10 @@ IN_HTML = re.compile(
 """A formula in the output of a cell."""
 ROOM = re.compile(r"\\\\\s*\[[^]]*\]")
 """A new line with more room above it, which math-core would print."""
-BEFORE, AFTER = re.compile(r"[(“‘]+$"), re.compile(r"^[.,;:!?)”’]+")
-"""Punctuation that stays in the line of the formula beside it."""
+BESIDE = re.compile(
+    r'([(“‘]*)(<span class="math"[^>]*><math.*?</math></span>)([.,;:!?)”’]*)', re.S
+)
+"""A formula of a line, and the punctuation beside it."""
 
 
 @functools.cache
@@ -80,12 +82,10 @@ def visit_block(self: HTML5Translator, node: nodes.math_block) -> None:
 
 
 def prepare(app: Sphinx, doctree: nodes.document, page: str) -> None:
-    """Read the formulas in the HTML of cells, and keep punctuation beside formulas."""
+    """Read the formulas in the HTML of cells."""
     for raw in list(doctree.findall(nodes.raw)):
         if 'class="math' in raw.astext():
             raw.replace_self(nodes.raw("", in_html(raw.astext(), page), format="html"))
-    for formula in list(doctree.findall(nodes.math)):
-        keep_punctuation(formula)
 
 
 def in_html(text: str, where: object) -> str:
@@ -98,21 +98,17 @@ def in_html(text: str, where: object) -> str:
     return IN_HTML.sub(replaced, text)
 
 
-def keep_punctuation(formula: nodes.math) -> None:
-    """Wrap a formula with the punctuation beside it, so that no line begins or ends with that."""
-    parent, kept = formula.parent, nodes.inline(classes=["rs-kept"])
-    place = parent.index(formula)
-    neighbours = parent[place - 1 : place] if place else [], parent[place + 1 : place + 2]
-    parts: list[nodes.Node] = [formula]
-    for side, pattern in ((0, BEFORE), (1, AFTER)):
-        text = next(iter(neighbours[side]), None)
-        found = pattern.search(text) if isinstance(text, nodes.Text) else None
-        if found:
-            parent.replace(text, nodes.Text(pattern.sub("", text)))
-            parts.insert(side * len(parts), nodes.Text(found[0]))
-    if len(parts) > 1:
-        parent.replace(formula, kept)
-        kept += parts
+def keep_punctuation(
+    app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: nodes.document | None
+) -> None:
+    """Keep punctuation in the line of the formula beside it."""
+    if "body" in context:
+        context["body"] = BESIDE.sub(
+            lambda part: (
+                f'<span class="rs-kept">{part[0]}</span>' if part[1] + part[3] else part[0]
+            ),
+            context["body"],
+        )
 
 
 def copy(app: Sphinx, exception: Exception | None) -> None:
@@ -125,5 +121,6 @@ def setup(app: Sphinx) -> dict[str, Any]:
     """Connect the above to the build."""
     app.add_html_math_renderer("mathml", (visit_inline, None), (visit_block, None))
     app.connect("doctree-resolved", prepare)
+    app.connect("html-page-context", keep_punctuation)
     app.connect("build-finished", copy)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,8 +1,8 @@
 """A page asks for one style sheet and one script, which are prepared here.
 
 The theme and the extensions have a dozen of each, and a script of a megabyte and a half for a few
-icons. The sheets are joined in their order, with the fonts and colours of the course, without the
-rules for what no page has, and with the font of the icons cut down to those that pages show.
+icons. The sheets are joined in their order, with the fonts and colours of the course, and with the
+font of the icons cut down to those that pages show.
 ``chapters/_templates/layout.html`` links the two files that come of it.
 """
 
@@ -14,12 +14,10 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-import tinycss2
 from docutils import nodes
 from robust_slam_course.style import site_colours
 from sphinx.application import Sphinx
 from sphinx.util import logging
-from tinycss2 import ast
 
 from . import fonts
 
@@ -55,12 +53,10 @@ UNUSED = {"design-tabs.js", "sphinx-thebe.js", "sphinx-thebe.css", "styles/theme
 ALONE = {"documentation_options.js"}
 """Short, and read by lines of script in the page itself."""
 
-WORD = re.compile(r"-?[A-Za-z_][\w-]*")
-COMPOSED = "bs-"
-"""How classes begin that a script puts together."""
-NESTED = {"media", "supports", "layer", "container"}
-BRACKETS = re.compile(r"\([^()]*(?:\([^()]*\)[^()]*)*\)|\[[^\]]*\]")
-CLASS = re.compile(r"\.((?:[\w-]|\\.)+)")
+ICONS = re.compile(r'class="[^"]*\bfa-[^"]*"')
+NAME = re.compile(r"\bfa-[\w-]+")
+ICON_RULE = re.compile(r'((?:\.fa-[\w-]+:{1,2}before,?)+)\{content:"[^"]*"\}')
+"""The rules of the theme's two thousand icons."""
 CODE = re.compile(r"\\([ef][0-9a-f]{3})\b|([\ue000-\uf8ff])")
 """An icon that a rule writes."""
 ICON_FONT = re.compile(r"url\([^)]*/(fa-[\w-]+)\.woff2\)[^;}]*")
@@ -92,16 +88,11 @@ def write(app: Sphinx, exception: Exception | None) -> None:
     script = "".join(f";\n{path.read_text('utf-8')}" for path in files(static, SCRIPTS))
     (static / SCRIPT).write_text(script, encoding="utf-8")
     style = "\n".join(sheet(path, static) for path in files(static, SHEETS))
-    loaded = (
-        path.read_text("utf-8")
-        for path in sorted(Path(app.srcdir, "chapters/python").rglob("*.js"))
-    )
     pages = (path.read_text("utf-8") for path in written(Path(app.outdir)))
-    style = used_rules(
-        style, {word for text in (*pages, script, *loaded) for word in WORD.findall(text)}
-    )
-    carried = fonts.style_sheet() + site_colours()
-    (static / STYLE).write_text(carried + with_icons(style, static), encoding="utf-8")
+    icons = (icon for page in pages for icon in ICONS.findall(page))
+    style = with_icons(style, {name for icon in icons for name in NAME.findall(icon)}, static)
+    style = fonts.style_sheet() + site_colours() + style
+    (static / STYLE).write_text(style, encoding="utf-8")
 
 
 def files(static: Path, names: Iterable[str]) -> Iterator[Path]:
@@ -129,56 +120,19 @@ def sheet(path: Path, static: Path) -> str:
     return re.sub(local, moved, path.read_text(encoding="utf-8"))
 
 
-def used_rules(style: str, known: set[str]) -> str:
-    """Return a style sheet without the rules for classes that are not known."""
-    return _kept(tinycss2.parse_stylesheet(style, skip_comments=True), known)
+def with_icons(style: str, shown: set[str], static: Path) -> str:
+    """Return a style sheet that carries the icons that pages show and its own rules write."""
 
+    def used(match: re.Match[str]) -> str:
+        return match[0] if shown & set(NAME.findall(match[1])) else ""
 
-def _kept(rules: Iterable[ast.Node], known: set[str]) -> str:
-    kept = []
-    for rule in rules:
-        if rule.type == "error":
-            raise ValueError(f"a style sheet cannot be read: {rule.message}")
-        if rule.type == "qualified-rule":
-            chosen = [each for each in _selectors(rule.prelude) if _can_match(each, known)]
-            if chosen:
-                kept.append(f"{','.join(chosen)}{{{tinycss2.serialize(rule.content).strip()}}}")
-        elif rule.type == "at-rule" and rule.lower_at_keyword in NESTED and rule.content:
-            inner = tinycss2.parse_blocks_contents(rule.content, skip_comments=True)
-            text, prelude = _kept(inner, known), tinycss2.serialize(rule.prelude).strip()
-            kept += [f"@{rule.at_keyword} {prelude}{{{text}}}"] if text else []
-        elif rule.type != "whitespace":
-            kept.append(rule.serialize())
-    return "\n".join(kept)
+    def carried(match: re.Match[str]) -> str:
+        font = fonts.cut_down(next(static.rglob(f"{match[1]}.woff2")), signs, **fonts.IN_TEXT)
+        return fonts.source(font)
 
-
-def _selectors(prelude: list[ast.Node]) -> list[str]:
-    """Return the selectors of a rule; commas within brackets do not part them."""
-    parts: list[list[ast.Node]] = [[]]
-    for node in prelude:
-        if node.type == "literal" and node.value == ",":
-            parts.append([])
-        else:
-            parts[-1].append(node)
-    return [tinycss2.serialize(part).strip() for part in parts]
-
-
-def _can_match(selector: str, known: set[str]) -> bool:
-    """Tell whether every class outside brackets is known; within brackets there are choices."""
-    classes = [name.replace("\\", "") for name in CLASS.findall(BRACKETS.sub("", selector))]
-    return all(name in known or name.startswith(COMPOSED) for name in classes)
-
-
-def with_icons(style: str, static: Path) -> str:
-    """Return a style sheet that carries the icons that its rules write."""
+    style = ICON_RULE.sub(used, style)
     signs = {int(code, 16) if code else ord(sign) for code, sign in CODE.findall(style)}
-
-    def inline(match: re.Match[str]) -> str:
-        return fonts.source(
-            fonts.cut_down(next(static.rglob(f"{match[1]}.woff2")), signs, **fonts.IN_TEXT)
-        )
-
-    return ICON_FONT.sub(inline, style)
+    return ICON_FONT.sub(carried, style)
 
 
 def setup(app: Sphinx) -> dict[str, Any]:

@@ -147,25 +147,6 @@ def test_addresses_in_a_style_sheet_are_seen_from_the_joined_one(tmp_path: Path)
     assert "url(styles/b.png)" in sheet and "url(a.svg)" in sheet and "url(data:x,y)" in sheet
 
 
-@pytest.mark.parametrize(
-    ("rule", "kept"),
-    [
-        ("a{color:red}", "a{color:red}"),
-        (".here .gone{color:red}", ""),
-        (".gone,.here:hover{color:red}", ".here:hover{color:red}"),
-        ("p:not(.gone){color:red}", "p:not(.gone){color:red}"),
-        ("div:is(.gone,.here){color:red}", "div:is(.gone,.here){color:red}"),
-        ('a[href=".gone"]{color:red}', 'a[href=".gone"]{color:red}'),
-        (".bs-tooltip-top{color:red}", ".bs-tooltip-top{color:red}"),
-        ("@media print{.gone{color:red}}", ""),
-        ("@media print{.here{color:red}}", "@media print{.here{color:red}}"),
-        ("@font-face{font-family:x}", "@font-face{font-family:x}"),
-    ],
-)
-def test_rules_for_classes_that_no_page_has_are_left_out(rule: str, kept: str) -> None:
-    assert look.used_rules(rule, {"p", "class", "here"}) == kept
-
-
 @pytest.fixture(scope="module")
 def carried() -> list[bytes]:
     held = re.findall(r"base64,([^)]*)[)]", fonts.style_sheet())
