@@ -120,7 +120,7 @@ def test_a_page_links_the_prepared_files(name: str, site: Site) -> None:
 
 def test_the_style_has_the_icons_of_the_pages_alone(site: Site) -> None:
     style = (site.folder / "_static" / look.STYLE).read_text(encoding="utf-8")
-    assert ".fa-sun:before" in style and ".fa-spin" not in style
+    assert ".fa-sun:before" in style and ".fa-rocket:before" not in style
     (solid,) = re.findall(r"font-weight:900;src:url\(data:font/woff2;base64,([^)]*)\)", style)
     signs = TTFont(io.BytesIO(base64.b64decode(solid))).getBestCmap()
     assert 0xF185 in signs and len(signs) < 60
