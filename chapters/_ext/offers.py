@@ -37,11 +37,11 @@ SAMPLES, SAMPLES_SOURCE = "samples", "build/shown/pages"
 REPORT = "report/index.html"
 
 COLOURS = {
-    "all": "#0067a3",
-    "most": "#7fb8dd",
-    "some": "#f0b775",
-    "zero": "#c55a11",
-    "unmarked": "#9aa3ad",
+    "all": "var(--rs-estimate)",
+    "most": "color-mix(in srgb, var(--rs-estimate) 50%, var(--rs-ground))",
+    "some": "color-mix(in srgb, var(--rs-outlier) 50%, var(--rs-ground))",
+    "zero": "var(--rs-outlier)",
+    "unmarked": "var(--rs-faint)",
 }
 """Of the levels of points in the report's heat map; they show on light and on dark."""
 SQUARE = 10
@@ -142,7 +142,7 @@ def thumbnail(report: str) -> str:
         for level, first in row:
             x += SQUARE // 2 if first else 0
             place = f'x="{x}" y="{n * SQUARE}" width="{SQUARE - 1}" height="{SQUARE - 1}"'
-            squares.append(f'<rect {place} fill="{COLOURS[level]}"/>')
+            squares.append(f'<rect {place} style="fill:{COLOURS[level]}"/>')
             x += SQUARE
         width = max(width, x)
     words = (

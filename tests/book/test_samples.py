@@ -68,7 +68,7 @@ def test_where_they_are_made_the_page_leads_to_them(tmp_path: Path) -> None:
 
 def test_a_small_heat_map_has_a_square_for_each_of_the_reports() -> None:
     shown = thumbnail(HEAT)
-    squares = re.findall(r'<rect x="(\d+)" y="(\d+)" [^>]*fill="(#\w+)"/>', shown)
+    squares = re.findall(r'<rect x="(\d+)" y="(\d+)" [^>]*style="fill:([^"]+)"/>', shown)
     levels = ["all", "zero", "some", "unmarked", "most", "all"]
     places = [(x, y) for y in (0, 10) for x in (0, 10, 25)]
     assert [(int(x), int(y)) for x, y, _ in squares] == places

@@ -61,7 +61,8 @@ def test_every_colour_is_one_of_the_page() -> None:
     html = page_html(figure)
     assert BARE.findall(html) == []
     assert set(re.findall(r"var\(--rs-(\w+)", html)) <= COLOURS.keys()
-    for name, colour in (("estimate", "#0072b2"), ("ground", "#ffffff"), ("muted", "#666666")):
+    known = [("estimate", PALETTE["estimate"]), ("ground", "#ffffff"), ("muted", "#666666")]
+    for name, colour in known:
         assert f"var(--rs-{name},{colour})" in html
 
 
