@@ -25,12 +25,12 @@ class Still:
 
     @property
     def source(self) -> str:
-        """The picture as the address of an image: its ids stay apart from the page's."""
+        """Return the picture as the address of an image: its ids stay apart from the page's."""
         return "data:image/svg+xml;charset=utf-8," + quote(self.svg, safe=" ='():;/,")
 
     @property
     def size(self) -> tuple[int, int]:
-        """Width and height in the page's pixels, 4/3 of a point."""
+        """Return width and height in the page's pixels, 4/3 of a point."""
         width, height = _SIZE.findall(self.svg)[0]
         return round(float(width) * 4 / 3), round(float(height) * 4 / 3)
 

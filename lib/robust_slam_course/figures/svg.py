@@ -92,7 +92,7 @@ def _width(line: ET.Element) -> float:
 
 
 def _references(root: ET.Element) -> set[str]:
-    """Names that elements of the drawing refer to."""
+    """Return the names that elements of the drawing refer to."""
     return {
         name
         for element in root.iter()
