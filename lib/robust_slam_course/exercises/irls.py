@@ -80,7 +80,7 @@ def irls_tls(
     """Draw where TLS ends from each start, and shade the starts from which no fit exists."""
     starts = np.linspace(-1.5, 6.5, 161)
     truth = [_end(LocationProblem(Z, SIGMA), kernels.tls(3.0), x0) for x0 in starts]
-    yours = [_end_of_student(student, float(x0)) for x0 in starts]
+    yours = [_student_fixed_point(student, float(x0)) for x0 in starts]
     figure = Figure()
     ax = draw_beside(figure.subplots(), starts, truth, yours)
     ax.plot(Z, Z, "o", color=PALETTE["inlier"], label="readings")
@@ -124,7 +124,7 @@ def _end(problem: LocationProblem, kernel: kernels.Kernel, start: float) -> floa
     return float("nan") if result.stop is StopReason.ALL_REJECTED else result.x
 
 
-def _end_of_student(
+def _student_fixed_point(
     student: Callable[[Array, float, float, float, float], tuple[float, ArrayLike]], start: float
 ) -> float:
     """Return where the student's loop ends, NaN where it reports that no fit exists."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from robust_slam.descent import gauss_newton, levenberg_marquardt
+from robust_slam.descent.damped import _damped_step
+from robust_slam.descent.normal_equations import NormalEquations
 from robust_slam.graphs import Noise, circle, dead_reckoning, pose_graph
 
 from tests.lib.worlds import assert_same_poses, gradient, random_graph, with_outliers
@@ -17,6 +19,16 @@ def test_both_end_at_the_same_poses_with_weights(group):
     weights = np.random.default_rng(5).uniform(0.1, 1.0, 40)
     one, other = (solve(graph, truth, weights) for solve in (gauss_newton, levenberg_marquardt))
     assert_same_poses(group, one, other, 1e-7)
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.1, 10.0])
+def test_where_residuals_are_small_the_cost_falls_as_predicted(group, damping):
+    poses, graph = random_graph(6, group, n=15, m=40, residual=1e-5)
+    equations, ones = NormalEquations(graph), np.ones(40)
+    current = equations.at(poses, ones)
+    step, predicted = _damped_step(equations, current, ones, damping)
+    after = equations.at(equations.retract(poses, step), ones)
+    assert current.cost - after.cost == pytest.approx(predicted, rel=1e-3)
 
 
 @pytest.mark.parametrize("seed", range(4))
