@@ -195,7 +195,7 @@ def _entries(found: Distribution) -> list[Path]:
 
 
 def _module(path: Path) -> str | None:
-    """Name the module that a file or folder beside the metadata is; None where it is none."""
+    """Name the module that a file or folder beside the metadata is; None where it is no module."""
     name = path.name.partition(".")[0]
     is_module = path.suffix in (".py", ".so") or (path.is_dir() and "." not in path.name)
     return name if is_module and name.isidentifier() else None

@@ -1,4 +1,4 @@
-/** A number of a state within [low, high], to so many decimals; `instead` where it is none. */
+/** A number of a state within [low, high], to so many decimals; `instead` of anything that is no number. */
 export function boundedNumber(value, [low, high], instead, digits = null) {
   const number = Number.isFinite(value) ? Math.min(high, Math.max(low, value)) : instead;
   return digits === null ? number : Number(number.toFixed(digits));
