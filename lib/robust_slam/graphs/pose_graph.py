@@ -25,6 +25,8 @@ from robust_slam.errors import Underdetermined
 from robust_slam.graphs import se2
 from robust_slam.graphs.group import Group, group_of
 
+_ROWS = ("edges", "measurement", "information", "is_odometry")
+"""The arrays that have a row for each edge."""
 _ORTHOGONALITY = 1e-6
 """The largest accepted entry of |R Rᵀ − I|; rounding stays far below."""
 
@@ -355,7 +357,7 @@ def select(graph: PoseGraph, used: ArrayLike) -> PoseGraph:
     # Its rows were checked when the whole graph was made.
     part = object.__new__(PoseGraph)
     object.__setattr__(part, "n", graph.n)
-    for name in ("edges", "measurement", "information", "is_odometry"):
+    for name in _ROWS:
         rows = getattr(graph, name)[chosen]
         rows.flags.writeable = False
         object.__setattr__(part, name, rows)

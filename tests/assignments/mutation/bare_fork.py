@@ -10,6 +10,7 @@ import os
 import signal
 from dataclasses import dataclass
 
+from robust_slam_autograder.protocol.channel import Channel, Check
 from robust_slam_autograder.sandbox import Launch
 from robust_slam_autograder.sandbox.cpu import CpuClock
 from robust_slam_autograder.student import untrusted
@@ -25,9 +26,9 @@ class Child:
     reader: int
     writer: int
 
-    def pipes(self) -> tuple[int, int]:
-        """Return the descriptors to read its messages from and to write ours to."""
-        return self.reader, self.writer
+    def connect(self, check: Check) -> Channel:
+        """Begin the conversation with it; ``check`` as in ``Conversation``."""
+        return Channel(self.reader, self.writer, check=check, widen=True)
 
     def await_ready(self) -> str | None:
         """Wait until it answers."""

@@ -17,7 +17,8 @@ import pytest
 from robust_slam_autograder.sandbox import Fork, Sandbox, cgroup, terms, watch
 from robust_slam_autograder.sandbox.cgroup import Group
 
-from tests.autograder.sandbox.probing import LAUNCH, is_private, processes_of, run
+from tests.autograder.sandbox.probing import ATTACKERS, LAUNCH, processes_of, run
+from tests.autograder.sessions import started
 from tests.conftest import leave_out
 
 HOLDERS = """
@@ -39,14 +40,15 @@ def held():
     return total, len(kept)
 
 def locks():
-    "Whether many locks on one file take anything: nobody else finds the file locked."
-    with open(os.path.join(os.environ["HOME"], "locked"), "w+b") as file:
-        for place in range(0, 2000, 2):
-            fcntl.lockf(file, fcntl.LOCK_EX, 1, place)
-        fcntl.flock(file, fcntl.LOCK_EX)
-        with open(file.name, "r+b") as other:
-            fcntl.flock(other, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            return open("/proc/locks").read().count(str(os.getpid())) if PROC else 0
+    "The number of a file with many locks, which stays open and can be locked again."
+    global kept
+    kept = open(os.path.join(os.environ["HOME"], "locked"), "w+b")
+    for place in range(0, 2000, 2):
+        fcntl.lockf(kept, fcntl.LOCK_EX, 1, place)
+    fcntl.flock(kept, fcntl.LOCK_EX)
+    with open(kept.name, "r+b") as other:
+        fcntl.flock(other, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    return os.fstat(kept.fileno()).st_ino
 """
 
 
@@ -59,7 +61,9 @@ def test_what_sockets_hold_is_counted_for_each_open_file(wall: Sandbox) -> None:
 @pytest.mark.sandbox
 def test_locks_are_none(wall: Sandbox) -> None:
     """A lock on a file that sandboxes share would make others wait; many take memory."""
-    assert run(wall, "locks", f"{HOLDERS}\nPROC = {is_private(wall)}\n") == 0
+    with started(HOLDERS, names=("locks",), wall=wall, packages=ATTACKERS) as session:
+        inode = session.bindings()["locks"]()
+        assert f":{inode} " not in Path("/proc/locks").read_text("utf-8")
 
 
 def may_make_groups() -> bool:
