@@ -2,16 +2,34 @@
 // site's, also when that was corrected: here one is told, and may take the new one beside one's own.
 
 const NARROW = 760;
-const {notebooks} = await (await fetch(new URL("releases.json", import.meta.url))).json();
+const {notebooks} = await (await fetched("releases.json", "no-cache")).json();
 const app = await started();
 await app.restored;
-if (innerWidth < NARROW) app.shell.collapseLeft();
+if (innerWidth < NARROW) keepClosed();
 app.shell.currentChanged.connect((_, {newValue}) => look(newValue));
 await look(app.shell.currentWidget);
 
 async function started() {
   while (!window.jupyterapp) await new Promise((resolve) => setTimeout(resolve, 50));
   return window.jupyterapp;
+}
+
+/** Fetch a file beside this script; browsers keep some for days, unless they are told to ask. */
+function fetched(path, cache) {
+  return fetch(new URL(path, import.meta.url), {cache});
+}
+
+/** Close the side bar until the reader opens it: while it starts, the lab opens it once more. */
+function keepClosed() {
+  const close = () => {
+    if (!app.shell.leftCollapsed) app.shell.collapseLeft();
+  };
+  close();
+  app.shell.layoutModified.connect(close);
+  const leave = () => app.shell.layoutModified.disconnect(close);
+  for (const hand of ["pointerdown", "keydown"]) {
+    addEventListener(hand, leave, {capture: true, once: true});
+  }
 }
 
 async function look(widget) {
@@ -57,6 +75,7 @@ async function take(context) {
     kept = path.replace(".ipynb", `-mine-${number}.ipynb`);
   }
   await contents.rename(path, kept);
+  await fetched(`files/${path}`, "reload");
   await app.commands.execute("docmanager:open", {path});
   const message = `Your work is in ${kept}. ${path} is the new one.`;
   await app.commands.execute("apputils:notify", {message, type: "info", options: {autoClose: false}});
