@@ -88,6 +88,8 @@ def solve_certified(
         if relaxed.direction is None:
             return _stopped(found, Stop.LOOSE)
         higher = climb(problem, blocks, relaxed.direction)
+        if higher is None:
+            return _stopped(found, Stop.LOOSE)
         blocks = _descended(problem, higher, end)
         relaxed = judge(problem, blocks)
         near = rounded(graph, blocks, found[0])
@@ -130,8 +132,10 @@ def _better(
     return best, replace(certificate, lower_bound=floor)
 
 
-def climb(problem: ChordalProblem, blocks: Array, direction: Array) -> Array:
+def climb(problem: ChordalProblem, blocks: Array, direction: Array) -> Array | None:
     """Return ``blocks`` ``(n, r, d + 1)`` one rank higher, where the cost is lower.
+
+    None if rounding hides every decrease: then ``blocks`` are at the relaxation's minimum.
 
     The new row is a multiple of ``direction`` ``(n, d + 1)``, halved until the cost falls.
     At a stationary point it does fall: the cost changes by the square of the multiple times
@@ -149,7 +153,7 @@ def climb(problem: ChordalProblem, blocks: Array, direction: Array) -> Array:
         moved[..., : problem.d] = nearest_stiefel(moved[..., : problem.d])
         if lifted_cost(problem, moved) < here:
             return moved
-    return level
+    return None
 
 
 def rounded(graph: PoseGraph, blocks: Array, like: Array) -> Array:

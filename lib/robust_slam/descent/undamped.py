@@ -82,8 +82,28 @@ def descend_undamped(
         if is_small(step, current.poses, tol):
             last = equations.at(equations.retract(current.poses, step), weights)
             return Descent(last.poses, last.cost, size, converged=True)
-        current = _backtrack(equations, current, weights, step)
+        trial = _backtrack(equations, current, weights, step)
+        if trial is current:
+            there = _hidden_by_rounding(equations, current, weights, step)
+            return Descent(current.poses, current.cost, size, converged=there)
+        current = trial
     return Descent(current.poses, current.cost, size, converged=False)
+
+
+def _hidden_by_rounding(
+    equations: NormalEquations, current: Linearisation, weights: Array, step: Array
+) -> bool:
+    """Tell whether a step changes the cost by no more than the rounding of the coordinates.
+
+    With coordinates p, each residual is off by about ε |p|, and so the cost ½ ‖u‖² by at most
+    ‖u‖ ε |p| √tr(w Ω), by the inequality of Cauchy and Schwarz.
+    """
+    position = current.poses[..., :2] if current.poses.ndim == 2 else current.poses[..., 3]
+    off = np.finfo(float).eps * np.abs(position).max()
+    total = np.sum(weights * np.trace(equations.graph.information, axis1=1, axis2=2))
+    cost = current.cost
+    moved = equations.at(equations.retract(current.poses, step), weights)
+    return bool(abs(moved.cost - cost) <= np.sqrt(2.0 * cost * total) * off)
 
 
 def _backtrack(
