@@ -16,11 +16,13 @@ from tools.runtime.pyodide import RuntimeUnavailable
 
 CONTENT = {"one.wasm": b"one", "two.whl": b"two"}
 SUMS = {name: hashlib.sha256(data).hexdigest() for name, data in CONTENT.items()}
-NOWHERE = "http://127.0.0.1:9/"
 
 
 @pytest.fixture
-def source(tmp_path: Path) -> Path:
+def source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with Pyodide, which is two short files here and is published nowhere."""
+    monkeypatch.setattr(pyodide, "checksums", lambda: SUMS)
+    monkeypatch.setattr(pyodide, "URL", "http://127.0.0.1:9/")
     folder = tmp_path / "source"
     folder.mkdir()
     for name, data in CONTENT.items():
@@ -28,19 +30,21 @@ def source(tmp_path: Path) -> Path:
     return folder
 
 
-def fetch(tmp_path: Path, source: Path | None, url: str = NOWHERE) -> dict[str, bytes]:
-    target = tmp_path / "target"
-    pyodide.fetch(target, source and str(source), files=SUMS, url=url, say=lambda line: None)
-    return contents(target)
+def fetch(tmp_path: Path, source: Path | None) -> dict[str, bytes]:
+    pyodide.fetch(tmp_path / "target", source and str(source))
+    return contents(tmp_path)
 
 
-def contents(folder: Path) -> dict[str, bytes]:
-    return {path.name: path.read_bytes() for path in folder.iterdir()}
+def contents(tmp_path: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in (tmp_path / "target").iterdir()}
 
 
-def test_a_folder_s_files_are_taken(tmp_path: Path, source: Path) -> None:
+def test_a_folder_s_files_are_taken_and_one_that_was_changed_is_replaced(
+    tmp_path: Path, source: Path
+) -> None:
     (tmp_path / "target").mkdir()
     (tmp_path / "target" / "of-an-older-release.whl").touch()
+    (tmp_path / "target" / "one.wasm").write_bytes(b"on")
     assert fetch(tmp_path, source) == CONTENT
     assert all(path.stat().st_mode & 0o004 for path in (tmp_path / "target").iterdir())
 
@@ -56,36 +60,33 @@ def test_a_second_run_goes_on_where_the_first_one_stopped(tmp_path: Path, source
     assert fetch(tmp_path, source) == CONTENT and first.stat().st_mtime_ns == before
 
 
-def test_a_file_that_was_changed_afterwards_is_replaced(tmp_path: Path, source: Path) -> None:
-    fetch(tmp_path, source)
-    (tmp_path / "target" / "one.wasm").write_bytes(b"on")
-    assert fetch(tmp_path, source) == CONTENT
-
-
-def test_another_file_of_that_name_is_refused(tmp_path: Path, source: Path) -> None:
-    (source / "two.whl").write_bytes(b"tw0")
-    with pytest.raises(RuntimeUnavailable, match=r"two\.whl: this is not the file of Pyodide .*"
-                       "get it from Pyodide's release again"):  # fmt: skip
-        fetch(tmp_path, source)
-    assert contents(tmp_path / "target") == {"one.wasm": b"one"}
-
-
-def test_a_missing_file_is_named_with_what_to_do(tmp_path: Path, source: Path) -> None:
+@pytest.mark.parametrize(
+    ("two", "told"),
+    [
+        (
+            b"tw0",
+            r"two\.whl: this is not the file of Pyodide .*get it from Pyodide's release again",
+        ),
+        (None, r"two\.whl: the file is missing; .*PYODIDE"),
+    ],
+)
+def test_another_file_and_a_missing_one_are_named_with_what_to_do(
+    two: bytes | None, told: str, tmp_path: Path, source: Path
+) -> None:
     (source / "two.whl").unlink()
-    with pytest.raises(RuntimeUnavailable, match=r"two\.whl: the file is missing; .*PYODIDE"):
+    if two:
+        (source / "two.whl").write_bytes(two)
+    with pytest.raises(RuntimeUnavailable, match=told):
         fetch(tmp_path, source)
-    assert contents(tmp_path / "target") == {"one.wasm": b"one"}
+    assert contents(tmp_path) == {"one.wasm": b"one"}
 
 
-def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
+def test_without_the_folder_or_a_network_it_says_what_to_do(tmp_path: Path, source: Path) -> None:
     with pytest.raises(RuntimeUnavailable, match=r"ROBUST_SLAM_PYODIDE names .*no such folder"):
-        fetch(tmp_path, tmp_path / "nothing")
-
-
-def test_without_a_network_it_says_what_to_do(tmp_path: Path) -> None:
+        fetch(tmp_path, source / "nothing")
     with pytest.raises(RuntimeUnavailable, match=r"one\.wasm: .*ROBUST_SLAM_PYODIDE"):
         fetch(tmp_path, None)
-    assert contents(tmp_path / "target") == {}
+    assert contents(tmp_path) == {}
 
 
 def test_a_run_that_fails_leaves_no_mark_that_all_is_there(

@@ -23,7 +23,6 @@ from robust_slam_autograder.publishing.wheels import build_tracked
 from tools.runtime.pyodide import RuntimeUnavailable
 
 _PACKED = (".py", ".pyi", ".typed", ".js", ".css", ".json")
-INDEX = "wheels.json"
 LOCK = "pyodide-lock.json"
 
 
@@ -63,18 +62,12 @@ PACKAGES = (
     Package("ipywidgets", ("ipywidgets",), ("comm", "ipython", "traitlets")),
     Package("anywidget", ("anywidget",), ("ipywidgets", "psygnal", "typing-extensions")),
 )
-"""In the order in which they can be loaded one after the other."""
-LOADED = ("matplotlib-fontlist", "lazy-loader", "robust-slam")
-"""What the chapters need; assignments need the rest too."""
 
 
 def build(root: Path, out: Path, pyodide: Path) -> None:
-    """Put the wheels of ``PACKAGES`` into ``out``, with two lists of them.
+    """Put the wheels of ``PACKAGES`` into ``out``, with Pyodide's list, to which they are added.
 
-    ``wheels.json`` names the wheels in the order of loading: ``chapters`` those that a chapter
-    needs, ``all`` all of them; ``packages`` are Pyodide's own that a chapter needs.
-    ``pyodide-lock.json`` is Pyodide's list with these wheels added, so that an import alone
-    loads them.
+    With this list an import alone loads them.
 
     Args:
         root: the course's folder.
@@ -84,7 +77,6 @@ def build(root: Path, out: Path, pyodide: Path) -> None:
     Raises:
         RuntimeUnavailable: a wheel cannot be built.
     """
-    (out / INDEX).unlink(missing_ok=True)
     with tempfile.TemporaryDirectory(prefix="wheels-") as temporary:
         made = Path(temporary)
         try:
@@ -97,17 +89,16 @@ def build(root: Path, out: Path, pyodide: Path) -> None:
         found = {_normal(path.name.split("-")[0]): path for path in made.glob("*.whl")}
         shutil.rmtree(out, ignore_errors=True)
         out.mkdir(parents=True)
-        wheels = {each.name: out / _address(found[_normal(each.name)].name) for each in PACKAGES}
+        lock = json.loads((pyodide / LOCK).read_text(encoding="utf-8"))
         for each in PACKAGES:
-            shutil.copyfile(found[_normal(each.name)], wheels[each.name])
-    lock = _add_to_lock(json.loads((pyodide / LOCK).read_text(encoding="utf-8")), wheels)
+            wheel = found[_normal(each.name)]
+            path = out / wheel.name.replace("+", "_")  # some servers read a plus as a blank
+            shutil.copyfile(wheel, path)
+            address = f"../wheels/{path.name}"
+            lock["packages"][each.name] = entry(
+                path, each.name, address, each.imports, each.depends
+            )
     (out / LOCK).write_text(json.dumps(lock), encoding="utf-8")
-    index = {
-        "packages": ["numpy", "scipy", "matplotlib"],
-        "chapters": [wheels[name].name for name in LOADED],
-        "all": [path.name for path in wheels.values()],
-    }
-    (out / INDEX).write_text(json.dumps(index, indent=1) + "\n", encoding="utf-8")
 
 
 def version(out: Path) -> str:
@@ -145,15 +136,6 @@ def _is_packed(path: PurePath) -> bool:
     return path.suffix in _PACKED
 
 
-def _add_to_lock(lock: dict[str, Any], wheels: dict[str, Path]) -> dict[str, Any]:
-    """Add the wheels to Pyodide's list of packages, with addresses from its own folder."""
-    for each in PACKAGES:
-        path = wheels[each.name]
-        address = f"../wheels/{path.name}"
-        lock["packages"][each.name] = entry(path, each.name, address, each.imports, each.depends)
-    return lock
-
-
 def entry(
     path: Path, name: str, address: str, imports: Sequence[str], depends: Sequence[str]
 ) -> dict[str, Any]:
@@ -169,11 +151,6 @@ def entry(
         "depends": list(depends),
         "unvendored_tests": False,
     }
-
-
-def _address(name: str) -> str:
-    """Return a wheel's name as an address: some servers read a plus as a blank."""
-    return name.replace("+", "_")
 
 
 def _normal(name: str) -> str:
