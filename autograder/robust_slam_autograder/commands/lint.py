@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.lint import RULES, Finding, lint
-from robust_slam_autograder.lint.structure import SEVERAL_NOTEBOOKS
 from robust_slam_autograder.reading import assignment as assignments
 
 
@@ -41,27 +40,14 @@ def run(options: argparse.Namespace) -> int:
     if options.answers is not None and not options.answers.is_dir():
         raise WrongUse(f"There is no folder {options.answers}: --answers DIR names it.")
     names = assignments.chosen(options.solutions, options.names)
-    found = [
-        finding for name in names for finding in _lint(options.solutions / name, options.answers)
-    ]
+    paths = [assignments.notebook_path(options.solutions / name) for name in names]
+    found = [finding for path in paths for finding in lint(path, options.answers)]
     if options.json:
         print(json.dumps([asdict(finding) for finding in found], indent=1, ensure_ascii=False))
     else:
         _print(found, len(names))
     grave = [one for one in found if options.strict or one.severity == "error"]
     return 1 if grave else 0
-
-
-def _lint(folder: Path, answers: Path | None) -> Iterator[Finding]:
-    """Look at the notebook of an assignment, or at each where nbgrader has several."""
-    paths = assignments.notebook_paths(folder)
-    for path in paths:
-        try:
-            yield from lint(path, answers=answers)
-        except WrongUse as error:
-            if len(paths) == 1:
-                raise
-            yield Finding(str(path), path.name, 1, SEVERAL_NOTEBOOKS, "error", str(error))
 
 
 def _print(found: Sequence[Finding], looked_at: int) -> None:

@@ -3,110 +3,98 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
 
-from robust_slam_autograder.lint.nodes import walk
-from robust_slam_autograder.lint.rule import rule
-from robust_slam_autograder.lint.subject import Code, Found, Subject
+from robust_slam_autograder.lint.rule import code_rule
+from robust_slam_autograder.lint.subject import Code, Subject
 
 _ANY_ERROR = frozenset({"Exception", "builtins.Exception"})
 _ALL_ENDS = frozenset({"BaseException", "builtins.BaseException"})
 
 
-def _asserts(subject: Subject) -> Iterator[tuple[Code, ast.Assert]]:
-    for code in subject.codes:
-        for node in walk(code.tree):
-            if isinstance(node, ast.Assert):
-                yield code, node
+@code_rule("assert-tuple", "error", "assert (condition, message) never fails.")
+def _assert_tuple(node: ast.AST, code: Code, subject: Subject) -> str:
+    match node:
+        case ast.Assert(test=ast.Tuple(elts=[_, *_])):
+            return "A tuple is always true: assert condition, message, without the brackets."
+    return ""
 
 
-@rule("assert-tuple", "error", "assert (condition, message) never fails.")
-def _assert_tuple(subject: Subject) -> Iterator[Found]:
-    for code, node in _asserts(subject):
-        if isinstance(node.test, ast.Tuple) and node.test.elts:
-            yield code.found(
-                node,
-                "A tuple is always true: assert condition, message, without the brackets.",
-            )
-
-
-@rule("assert-constant", "error", "An assert must be able to fail.")
-def _assert_constant(subject: Subject) -> Iterator[Found]:
-    for code, node in _asserts(subject):
-        parts = node.test.values if isinstance(node.test, ast.BoolOp) else [node.test]
-        always = [_is_always_true(part) for part in parts if not isinstance(part, ast.Tuple)]
-        is_and = isinstance(node.test, ast.BoolOp) and isinstance(node.test.op, ast.And)
-        if always and (all(always) if is_and else any(always)):
-            yield code.found(
-                node,
-                f"{ast.unparse(node.test)} is always true: assert what the student returns.",
-            )
+@code_rule("assert-constant", "error", "An assert must be able to fail.")
+def _assert_constant(node: ast.AST, code: Code, subject: Subject) -> str:
+    match node:
+        case ast.Assert(test=ast.Tuple()):
+            return ""
+        case ast.Assert(test=ast.BoolOp(op=ast.Or(), values=parts) as test):
+            is_constant = any(map(_is_always_true, parts))
+        case ast.Assert(test=test):
+            is_constant = _is_always_true(test)
+        case _:
+            return ""
+    said = f"{ast.unparse(test)} is always true: assert what the student returns."
+    return said if is_constant else ""
 
 
 def _is_always_true(node: ast.expr) -> bool:
-    if isinstance(node, ast.GeneratorExp | ast.Lambda | ast.JoinedStr):
-        return True
-    if isinstance(node, ast.Compare):
-        parts = [node.left, *node.comparators]
-        return all(isinstance(part, ast.Constant) for part in parts)
+    match node:
+        case ast.GeneratorExp() | ast.Lambda() | ast.JoinedStr():
+            return True
+        case ast.Compare(left=left, comparators=others):
+            return all(isinstance(part, ast.Constant) for part in (left, *others))
+        case ast.BoolOp(op=ast.And(), values=parts):
+            return all(map(_is_always_true, parts))
     try:
         return bool(ast.literal_eval(node))
     except (ValueError, TypeError):
         return False
 
 
-@rule("no-message", "warning", "A visible assert says what went wrong.")
-def _no_message(subject: Subject) -> Iterator[Found]:
-    for code, node in _asserts(subject):
-        if code.case and node.msg is None and not code.is_hidden(node):
-            yield code.found(
-                node,
+@code_rule("no-message", "warning", "A visible assert says what went wrong.")
+def _no_message(node: ast.AST, code: Code, subject: Subject) -> str:
+    if code.case is None or code.is_hidden(node):
+        return ""
+    match node:
+        case ast.Assert(msg=None):
+            return (
                 "Students see this assert without a word: add a message that names the "
-                "misconception.",
+                "misconception."
             )
-    for code in subject.tests:
-        for call, name in subject.calls(code):
-            is_told = len(call.args) > 2 or any(word.arg == "why" for word in call.keywords)
-            if name == "close" and not is_told and not code.is_hidden(call):
-                yield code.found(call, "Students see this without a word: add why it must hold.")
+        case ast.Call(func=ast.Name(id="close"), args=arguments, keywords=words):
+            if len(arguments) <= 2 and not any(word.arg == "why" for word in words):
+                return "Students see this without a word: add why it must hold."
+    return ""
 
 
-@rule("bare-except", "error", "A test must not swallow hangs and deaths.")
-def _bare_except(subject: Subject) -> Iterator[Found]:
-    yield from _handlers(
-        subject,
-        _ALL_ENDS,
+@code_rule("bare-except", "error", "A test must not swallow hangs and deaths.")
+def _bare_except(node: ast.AST, code: Code, subject: Subject) -> str:
+    if _ALL_ENDS.isdisjoint(_caught(node, subject)):
+        return ""
+    return (
         "This also takes a hang, or the end of the process, for an error: "
-        "name the exception that the exercise asks for.",
+        "name the exception that the exercise asks for."
     )
 
 
-@rule("broad-except", "warning", "A test names the exception that it asks for.")
-def _broad_except(subject: Subject) -> Iterator[Found]:
-    yield from _handlers(
-        subject,
-        _ANY_ERROR,
+@code_rule("broad-except", "warning", "A test names the exception that it asks for.")
+def _broad_except(node: ast.AST, code: Code, subject: Subject) -> str:
+    if _ANY_ERROR.isdisjoint(_caught(node, subject)):
+        return ""
+    return (
         "This takes an unwritten function's NotImplementedError, and any slip, for the error "
-        "that is asked for: name that exception.",
+        "that is asked for: name that exception."
     )
-
-
-def _handlers(subject: Subject, names: frozenset[str], message: str) -> Iterator[Found]:
-    for code in subject.codes:
-        for node in walk(code.tree):
-            for kind in _caught(node, subject):
-                if kind in names:
-                    yield code.found(node, message)
 
 
 def _caught(node: ast.AST, subject: Subject) -> list[str]:
     """Names of the exceptions that a piece of code catches; a bare ``except`` catches all."""
     kinds: list[ast.expr] = []
-    if isinstance(node, ast.ExceptHandler):
-        if node.type is None:
+    match node:
+        case ast.ExceptHandler(type=None):
             return ["BaseException"]
-        kinds = node.type.elts if isinstance(node.type, ast.Tuple) else [node.type]
-    elif isinstance(node, ast.Call):
-        called = subject.full_name(node.func)
-        kinds = node.args if called in ("pytest.raises", "contextlib.suppress") else []
+        case ast.ExceptHandler(type=ast.Tuple(elts=kinds)):
+            pass
+        case ast.ExceptHandler(type=ast.expr() as kind):
+            kinds = [kind]
+        case ast.Call(func=called, args=arguments):
+            is_catch = subject.full_name(called) in ("pytest.raises", "contextlib.suppress")
+            kinds = arguments if is_catch else []
     return [subject.full_name(kind) for kind in kinds]

@@ -8,9 +8,8 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from robust_slam_autograder.lint import answers
-from robust_slam_autograder.lint.nodes import parsed, walk
 from robust_slam_autograder.lint.rule import rule
-from robust_slam_autograder.lint.subject import Found, Subject
+from robust_slam_autograder.lint.subject import Found, Subject, parsed
 from robust_slam_autograder.reading.assignment import CONFIG_NAME, Config
 from robust_slam_autograder.reading.source import imported_modules
 from robust_slam_autograder.student.imports import refusal, withheld_sentence
@@ -49,7 +48,7 @@ def _refusal(module: str, config: Config) -> str | None:
 def _imports(subject: Subject) -> Iterator[tuple[str, ast.Import | ast.ImportFrom]]:
     """Imports that run in the student's process: of the set-up's functions those of none."""
     for cell in subject.solutions:
-        for node in walk(parsed(cell.source)):
+        for node in ast.walk(parsed(cell.source)):
             if isinstance(node, ast.Import | ast.ImportFrom):
                 yield cell.grade_id or "", node
     for piece in subject.assignment.setup:

@@ -1,62 +1,88 @@
-"""How results are compared: what is no answer must not pass, and correct work must."""
+"""How results are compared: what is no answer must not pass, and correct work must.
+
+A result is a call of a student's function, or a name that is bound to nothing else.
+"""
 
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
 
-from robust_slam_autograder.lint.nodes import around, last_name, walk
-from robust_slam_autograder.lint.results import SHAPES
-from robust_slam_autograder.lint.rule import rule
-from robust_slam_autograder.lint.subject import Code, Found, Subject
+import numpy as np
+
+from robust_slam_autograder.lint.rule import code_rule
+from robust_slam_autograder.lint.subject import Code, Subject, last_name
 
 _CLOSE = frozenset({"numpy.allclose", "numpy.isclose"}) | {
     f"numpy.testing.assert_{name}"
     for name in ("allclose", "array_equal", "array_almost_equal", "almost_equal", "array_less")
 }
 _REDUCES = frozenset({"all", "any", "max", "amax", "sum", "mean", "norm"})
-_ORDER = (ast.Lt, ast.LtE, ast.Gt, ast.GtE)
-_KEEP = frozenset({"any", "all", "bool", "logical_and", "logical_or"})
+_ARRAYS = frozenset({"asarray", "asanyarray", "array"})
 _NARROW_TYPES = frozenset(
     {"int", "float", "list", "numpy.ndarray", "numpy.float64", "numpy.generic", "numpy.int64"}
 )
-_OF_ARRAYS = SHAPES | {"T", "dtype", "sum", "mean", "max", "min", "all", "any", "reshape", "flat"}
-_OF_ARRAYS |= {"tolist", "ravel", "flatten", "astype", "round", "std", "dot", "copy"}
+_OF_ARRAYS = frozenset(
+    {"shape", "ndim", "size", "T", "dtype", "sum", "mean", "max", "min", "all", "any", "reshape"}
+) | {"flat", "tolist", "ravel", "flatten", "astype", "round", "std", "dot", "copy"}
 
 
-@rule("by-close", "error", "Results are compared by close: shape, NaN and tolerance at once.")
-def _by_close(subject: Subject) -> Iterator[Found]:
-    for code in subject.codes:
-        for node, name in subject.calls(code):
-            is_close = name in _CLOSE and not _is_strict(node)
-            sides = node.args[:2]
-            if (is_close and any(map(code.results.holds, sides))) or _reduced(node, code):
-                yield code.found(
-                    node,
-                    "One number for a whole array may pass here, or an empty list: compare by "
-                    "close(got, want), or by np.array_equal where nothing is rounded.",
-                )
+def _is_result(node: ast.expr, code: Code, subject: Subject) -> bool:
+    """Whether an expression is a result as it came back."""
+    made = _made(node, code)
+    return bool(made) and all(_calls_student(one, subject) for one in made)
 
 
-def _reduced(node: ast.Call, code: Code) -> bool:
+def _is_whole(node: ast.expr, code: Code, subject: Subject) -> bool:
+    """Whether an expression is a result with all its numbers, perhaps made an array."""
+    made = _made(_bare(node), code)
+    return bool(made) and all(_calls_student(_bare(one), subject) for one in made)
+
+
+def _made(node: ast.expr, code: Code) -> list[ast.expr]:
+    return code.made.get(node.id, []) if isinstance(node, ast.Name) else [node]
+
+
+def _bare(node: ast.expr) -> ast.expr:
+    """What np.asarray was called with, where it was called."""
+    match node:
+        case ast.Call(func=function, args=[inner, *_]) if last_name(function) in _ARRAYS:
+            return inner
+    return node
+
+
+def _calls_student(node: ast.expr, subject: Subject) -> bool:
+    function = node.func if isinstance(node, ast.Call) else None
+    return isinstance(function, ast.Name) and function.id in subject.functions
+
+
+@code_rule("by-close", "error", "Results are compared by close: shape, NaN and tolerance at once.")
+def _by_close(node: ast.AST, code: Code, subject: Subject) -> str:
+    match node:
+        case ast.Call(func=function) if code.case and subject.full_name(function) in _CLOSE:
+            is_loose = not _is_strict(node)
+        case ast.Assert(test=test):
+            is_loose = any(_reduces(part, code, subject) for part in ast.walk(test))
+        case _:
+            return ""
+    said = (
+        "One number for a whole array may pass here, or an empty list: compare by "
+        "close(got, want), or by np.array_equal where nothing is rounded."
+    )
+    return said if is_loose else ""
+
+
+def _reduces(node: ast.AST, code: Code, subject: Subject) -> bool:
     """Whether a call makes one number of a result's differences from something."""
-    if last_name(node.func) not in _REDUCES or _is_in_lambda(node, code):
+    if not isinstance(node, ast.Call) or last_name(node.func) not in _REDUCES:
         return False
-    for part in (part for one in (*node.args, node.func) for part in walk(one)):
+    for part in ast.walk(node):
         match part:
-            case ast.BinOp(op=ast.Sub(), left=left, right=right):
-                pair = left, right
-            case ast.Compare(left=left, ops=[ast.Eq()], comparators=[right]):
-                pair = left, right
-            case _:
-                continue
-        if any(map(code.results.is_whole, pair)):
-            return True
+            case (
+                ast.BinOp(op=ast.Sub(), left=left, right=right)
+                | ast.Compare(left=left, ops=[ast.Eq()], comparators=[right])
+            ) if _is_whole(left, code, subject) or _is_whole(right, code, subject):
+                return True
     return False
-
-
-def _is_in_lambda(node: ast.AST, code: Code) -> bool:
-    return any(isinstance(one, ast.Lambda) for one in around(node, code.tree))
 
 
 def _is_strict(node: ast.Call) -> bool:
@@ -67,30 +93,28 @@ def _value(node: ast.AST) -> object:
     return getattr(node, "value", None)
 
 
-@rule("nan-passes", "error", "A comparison must not be one that NaN passes.")
-def _nan_passes(subject: Subject) -> Iterator[Found]:
-    for code in subject.codes:
-        denied = (
-            node for test, holds in _demands(code.tree) for node in _denied(test, holds, code)
-        )
-        for node in denied:
-            if code.results.holds(node):
-                yield code.found(
-                    node,
-                    f"NaN passes, because {ast.unparse(node)} is false for it: ask for what shall "
-                    "hold (assert np.all(error <= tol)), or compare by close.",
+@code_rule("nan-passes", "error", "A comparison must not be one that NaN passes.")
+def _nan_passes(node: ast.AST, code: Code, subject: Subject) -> str:
+    match node:
+        case (
+            ast.Assert(test=ast.UnaryOp(op=ast.Not(), operand=denied))
+            | ast.Return(value=ast.UnaryOp(op=ast.Not(), operand=denied))
+        ):
+            pass
+        case ast.If(test=denied, body=body) if any(map(_fails, body)):
+            pass
+        case _:
+            return ""
+    for part in ast.walk(denied):
+        match part:
+            case ast.UnaryOp(op=ast.Not()):
+                return ""  # what is denied twice must hold
+            case ast.Compare(ops=[ast.Lt() | ast.LtE() | ast.Gt() | ast.GtE()]):
+                return (
+                    f"NaN passes, because {ast.unparse(part)} is false for it: ask for what "
+                    "shall hold (assert np.all(error <= tol)), or compare by close."
                 )
-
-
-def _demands(tree: ast.AST) -> Iterator[tuple[ast.expr, bool]]:
-    """What a cell demands, and whether it must be true or false."""
-    for node in walk(tree):
-        match node:
-            case ast.Assert(test=test) | ast.Return(value=ast.UnaryOp() as test):
-                yield test, True
-            case ast.If(test=test, body=body, orelse=other):
-                if any(map(_fails, body)) or any(map(_fails, other)):
-                    yield test, any(map(_fails, other))
+    return ""
 
 
 def _fails(node: ast.stmt) -> bool:
@@ -98,94 +122,73 @@ def _fails(node: ast.stmt) -> bool:
     return is_false or isinstance(node, ast.Raise)
 
 
-def _denied(node: ast.expr, holds: bool, code: Code) -> Iterator[ast.expr]:
-    """The comparisons of order in a condition that must be false."""
+@code_rule("zip-stops", "error", "zip must not cut off what is missing.")
+def _zip_stops(node: ast.AST, code: Code, subject: Subject) -> str:
     match node:
-        case ast.UnaryOp(op=ast.Not() | ast.Invert(), operand=inner):
-            yield from _denied(inner, not holds, code)
-        case ast.BoolOp(values=parts):
-            yield from (found for part in parts for found in _denied(part, holds, code))
-        case ast.Call(func=function, args=arguments) if last_name(function) in _KEEP:
-            owner = [function.value] if isinstance(function, ast.Attribute) else []
-            yield from (one for part in (*arguments, *owner) for one in _denied(part, holds, code))
-        case ast.Name(id=name):
-            made = code.results.made.get(name, [])
-            tests = [one for one in made if isinstance(one, ast.Compare)]
-            yield from (one for test in tests for one in _denied(test, holds, code))
-        case ast.Compare(ops=[operation]) if isinstance(operation, _ORDER) and not holds:
-            yield node
+        case ast.Call(func=ast.Name(id="zip")) if code.case and not _is_strict(node):
+            return (
+                "zip stops at the shorter one, so that an empty answer passes: "
+                "zip(…, strict=True)."
+            )
+    return ""
 
 
-@rule("zip-stops", "error", "zip must not cut off what is missing.")
-def _zip_stops(subject: Subject) -> Iterator[Found]:
-    for code in subject.codes:
-        for node, name in subject.calls(code):
-            if name == "zip" and not _is_strict(node) and any(map(code.results.holds, node.args)):
-                yield code.found(
-                    node,
-                    "zip stops at the shorter one, so that an empty answer passes: "
-                    "zip(…, strict=True).",
-                )
+@code_rule("list-refused", "warning", "A list or a float is as good an answer as an array.")
+def _list_refused(node: ast.AST, code: Code, subject: Subject) -> str:
+    match node:
+        case ast.Attribute(attr=name, value=inner) if name in _OF_ARRAYS:
+            what = f".{name}"
+        case ast.Subscript(value=inner, slice=ast.Tuple() as place):
+            what = f"[{ast.unparse(place)}]"
+        case _:
+            return ""
+    if not _is_result(inner, code, subject):
+        return ""
+    return (
+        f"A list or a float is a right answer too, and has no {what}: "
+        f"np.asarray({ast.unparse(inner)}) first, or np.shape(…)."
+    )
 
 
-@rule("list-refused", "warning", "A list or a float is as good an answer as an array.")
-def _list_refused(subject: Subject) -> Iterator[Found]:
-    for code in subject.codes:
-        for node in walk(code.tree):
-            match node:
-                case ast.Attribute(attr=name, value=inner) if name in _OF_ARRAYS:
-                    what = f".{name}"
-                case ast.Subscript(value=inner, slice=ast.Tuple() as place):
-                    what = f"[{ast.unparse(place)}]"
-                case _:
-                    continue
-            if code.results.is_raw(inner):
-                yield code.found(
-                    node,
-                    f"A list or a float is a right answer too, and has no {what}: "
-                    f"np.asarray({ast.unparse(inner)}) first, or np.shape(…).",
-                )
-
-
-@rule("type-checked", "warning", "A test must not ask for one type of number.")
-def _type_checked(subject: Subject) -> Iterator[Found]:
-    for code in subject.codes:
-        for test, _ in _demands(code.tree):
-            for node in walk(test):
-                if _asks_type(node, code, subject):
-                    yield code.found(
-                        node,
-                        "Integers, lists, NumPy's and Python's own numbers are right answers "
-                        "alike: ask for np.shape and the value, not for one type.",
-                    )
+@code_rule("type-checked", "warning", "A test must not ask for one type of number.")
+def _type_checked(node: ast.AST, code: Code, subject: Subject) -> str:
+    parts = ast.walk(node.test) if isinstance(node, ast.Assert) else ()
+    if not any(_asks_type(part, code, subject) for part in parts):
+        return ""
+    return (
+        "Integers, lists, NumPy's and Python's own numbers are right answers alike: "
+        "ask for np.shape and the value, not for one type."
+    )
 
 
 def _asks_type(node: ast.AST, code: Code, subject: Subject) -> bool:
     match node:
-        case ast.Call(func=ast.Name(id="isinstance"), args=[value, kind]):
-            return subject.full_name(kind) in _NARROW_TYPES and code.results.holds(value)
-        case ast.Call(func=ast.Name(id="type"), args=[value]):
-            return code.results.holds(value)
+        case ast.Call(func=ast.Name(id="isinstance"), args=[_, kind]):
+            return subject.full_name(kind) in _NARROW_TYPES
+        case ast.Call(func=ast.Name(id="type")):
+            return True
         case ast.Attribute(attr="dtype", value=value):
-            return code.results.is_whole(value)
+            return _is_whole(value, code, subject)
     return False
 
 
-@rule("exact-float", "warning", "A fraction must not be compared with ==.")
-def _exact_float(subject: Subject) -> Iterator[Found]:
-    for code in subject.codes:
-        for node in (part for test, _ in _demands(code.tree) for part in walk(test)):
-            match node:
-                case ast.Compare(left=left, ops=[ast.Eq()], comparators=[right]):
-                    wants = [side for side in (left, right) if not code.results.holds(side)]
-                    if len(wants) == 1 and any(map(_is_fraction, walk(wants[0]))):
-                        yield code.found(
-                            node,
-                            "Another right way to compute this may round in another way: "
-                            "close(got, want) in place of ==.",
-                        )
+@code_rule("exact-float", "warning", "A fraction must not be compared with ==.")
+def _exact_float(node: ast.AST, code: Code, subject: Subject) -> str:
+    for part in ast.walk(node.test) if isinstance(node, ast.Assert) else ():
+        match part:
+            case ast.Compare(left=left, ops=[ast.Eq()], comparators=[right]):
+                if _is_fraction(left) or _is_fraction(right):
+                    return (
+                        "Another right way to compute this may round in another way: "
+                        "close(got, want) in place of ==."
+                    )
+    return ""
 
 
-def _is_fraction(node: ast.AST) -> bool:
-    value = _value(node)
-    return isinstance(value, float) and not value.is_integer()
+def _is_fraction(node: ast.expr) -> bool:
+    """Whether an expression is a fraction, or holds one beside numbers alone."""
+    try:
+        numbers = np.ravel(ast.literal_eval(node)).tolist()
+    except (ValueError, TypeError):
+        return False
+    return any(isinstance(number, float) and not number.is_integer() for number in numbers)

@@ -1,4 +1,4 @@
-"""Hidden regions: their place, their hints, and what they tell."""
+"""Hidden regions: their place, and their hints."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import ast
 import re
 from collections.abc import Iterator
 
-from robust_slam_autograder.lint.nodes import walk
 from robust_slam_autograder.lint.rule import rule
 from robust_slam_autograder.lint.subject import Code, Found, Subject, words
 from robust_slam_autograder.reading.assignment import END_HIDDEN
@@ -18,16 +17,10 @@ _TELLING_LENGTH = 9
 _TELLING_DIGITS = 4
 
 
-def _with_regions(subject: Subject) -> Iterator[tuple[Code, list[str]]]:
-    for code in subject.tests:
-        if code.regions:
-            yield code, code.source.split("\n")
-
-
 @rule("region-place", "error", "A case ends with at most one hidden region.")
 def _region_place(subject: Subject) -> Iterator[Found]:
-    for code, lines in _with_regions(subject):
-        end = code.regions[-1].stop
+    for code in subject.with_regions:
+        end, lines = code.regions[-1].stop, code.source.split("\n")
         fix = "visible asserts first, then one hidden region, to the cell's end."
         if len(code.regions) > 1:
             line = code.regions[1].start - 1
@@ -38,7 +31,8 @@ def _region_place(subject: Subject) -> Iterator[Found]:
 
 @rule("no-hint", "error", "A hidden region begins with its hint.")
 def _no_hint(subject: Subject) -> Iterator[Found]:
-    for code, lines in _with_regions(subject):
+    for code in subject.with_regions:
+        lines = code.source.split("\n")
         hints = [line for line in code.regions[0] if _HINT.match(lines[line - 1])]
         first = code.regions[0].start
         if not hints:
@@ -55,7 +49,7 @@ def _no_hint(subject: Subject) -> Iterator[Found]:
 
 @rule("hint-quotes", "error", "A hint must not quote hidden code.")
 def _hint_quotes(subject: Subject) -> Iterator[Found]:
-    for code, _ in _with_regions(subject):
+    for code in subject.with_regions:
         hint = code.case.hint if code.case else ""
         quoted = sorted(_quoted(hint, code), key=len)
         if quoted:
@@ -70,7 +64,7 @@ def _quoted(hint: str, code: Code) -> Iterator[str]:
     """What of the hidden code alone stands in the hint."""
     visible = code.case.visible if code.case else ""
     hint_code, shown = _dense(hint), _dense(visible)
-    for node in walk(code.tree):
+    for node in code.nodes:
         if not code.is_hidden(node):
             continue
         if isinstance(node, _CODE):
@@ -92,21 +86,3 @@ def _dense(text: str) -> str:
 def _is_telling(value: object) -> bool:
     is_number = isinstance(value, int | float) and not isinstance(value, bool)
     return is_number and sum(map(str.isdigit, str(value))) >= _TELLING_DIGITS
-
-
-@rule("tells-input", "warning", "A hidden check must not say its inputs.")
-def _tells_input(subject: Subject) -> Iterator[Found]:
-    for code in subject.tests:
-        for node in walk(code.tree):
-            if not code.is_hidden(node):
-                continue
-            prints = isinstance(node, ast.Call) and subject.full_name(node.func) == "print"
-            says = isinstance(node, ast.Assert) and any(
-                isinstance(part, ast.Name) for part in walk(node.msg or ast.Constant(None))
-            )
-            if prints or says:
-                yield code.found(
-                    node,
-                    "This tells hidden inputs where plain nbgrader makes the feedback "
-                    "(here no one sees it): leave it out, the hint is what students read.",
-                )

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from types import ModuleType
 from typing import Literal
 
-from robust_slam_autograder.lint.subject import Found, Subject
+from robust_slam_autograder.lint.subject import Code, Found, Subject
 
 Severity = Literal["error", "warning"]
 Check = Callable[[Subject], Iterator[Found]]
+Judge = Callable[[ast.AST, Code, Subject], str]
+"""Says what is wrong with a piece of code, and the fix; empty where nothing is."""
 
 
 @dataclass(frozen=True)
@@ -26,6 +29,21 @@ class Rule:
 def rule(name: str, severity: Severity, summary: str) -> Callable[[Check], Rule]:
     """Make a rule of the function below, which yields the places that it does not accept."""
     return lambda check: Rule(name, severity, summary, check)
+
+
+def code_rule(name: str, severity: Severity, summary: str) -> Callable[[Judge], Rule]:
+    """Make a rule of the function below, which judges each piece of the cells' code."""
+
+    def made(judge: Judge) -> Rule:
+        def check(subject: Subject) -> Iterator[Found]:
+            for code in subject.codes:
+                for node in code.nodes:
+                    if message := judge(node, code, subject):
+                        yield code.found(node, message)
+
+        return Rule(name, severity, summary, check)
+
+    return made
 
 
 def rules_of(*modules: ModuleType) -> dict[str, Rule]:

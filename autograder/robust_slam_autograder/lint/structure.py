@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator, Sequence
 
-from robust_slam_autograder.lint.nodes import last_name, walk
 from robust_slam_autograder.lint.rule import rule
 from robust_slam_autograder.lint.subject import (
     BEGIN_SOLUTION,
@@ -13,38 +12,20 @@ from robust_slam_autograder.lint.subject import (
     Code,
     Found,
     Subject,
+    last_name,
     regions,
     words,
 )
-from robust_slam_autograder.reading.assignment import BEGIN_HIDDEN, Case, notebook_paths
+from robust_slam_autograder.reading.assignment import Case
 from robust_slam_autograder.reading.notebook import Cell
 from robust_slam_autograder.reading.source import defined_names, plain_python
 
 LEAST_HIDDEN = 2
-SEVERAL_NOTEBOOKS = "several-notebooks"
-_MARKED = {
-    BEGIN_HIDDEN: "Autograded tests, with the ID <exercise>-<case>",
-    BEGIN_SOLUTION: "Autograded answer, with the ID <exercise>",
-}
 
 
 @rule("unreadable", "error", "A test cell or set-up cell must be Python.")
 def _unreadable(subject: Subject) -> Iterator[Found]:
-    for cell in subject.unreadable:
-        yield Found(cell.grade_id, cell.line, f"This cell is no Python ({cell.why}): correct it.")
-
-
-@rule(SEVERAL_NOTEBOOKS, "error", "An assignment is one notebook.")
-def _several_notebooks(subject: Subject) -> Iterator[Found]:
-    first, *others = notebook_paths(subject.path.parent)
-    if others and subject.path == first:
-        names = " and ".join(path.name for path in (first, *others))
-        yield Found(
-            subject.path.parent.name,
-            1,
-            f"This assignment is {len(others) + 1} notebooks ({names}), and the grader takes one: "
-            "give each notebook a folder of its own, with the notebook's name.",
-        )
+    yield from subject.unreadable
 
 
 @rule("few-hidden-cases", "error", "An exercise needs two cases with hidden checks.")
@@ -121,13 +102,13 @@ def _no_check(subject: Subject) -> Iterator[Found]:
 def _checks(code: Code, subject: Subject) -> Sequence[ast.AST]:
     """What can fail: asserts, raises, functions that assert."""
     found: list[ast.AST] = []
-    for node in walk(code.tree):
+    for node in code.nodes:
         if isinstance(node, ast.Assert | ast.Raise):
             found.append(node)
         elif isinstance(node, ast.Call):
             name = last_name(node.func)
             helper = subject.helpers.get(name)
-            inside = list(walk(helper)) if helper else []
+            inside = ast.walk(helper) if helper else ()
             asserts = any(isinstance(part, ast.Assert | ast.Raise) for part in inside)
             if asserts or name.startswith("assert") or name in ("fail", "raises", "eq_", "ok_"):
                 found.append(node)
@@ -144,31 +125,3 @@ def _no_solution_region(subject: Subject) -> Iterator[Found]:
                 f"Without ### {BEGIN_SOLUTION} and ### {END_SOLUTION} the release holds a stub in "
                 "place of the whole cell, its signature too: put the answer between them.",
             )
-
-
-@rule(
-    "region-unmarked",
-    "error",
-    "Hidden checks stand in a test cell, and answers in a solution cell.",
-)
-def _region_unmarked(subject: Subject) -> Iterator[Found]:
-    for code in subject.setup:
-        yield from _strays(code.grade_id, code.source, BEGIN_HIDDEN, BEGIN_SOLUTION)
-    for code in subject.tests:
-        yield from _strays(code.grade_id, code.source, BEGIN_SOLUTION)
-    for cell in subject.solutions:
-        yield from _strays(cell.grade_id or "", cell.source, BEGIN_HIDDEN)
-
-
-def _strays(grade_id: str, source: str, *marks: str) -> Iterator[Found]:
-    lines = source.split("\n")
-    opening = next(filter(None, map(str.strip, lines)), "")
-    for number, line in enumerate(lines, start=1):
-        for mark in marks:
-            if mark in line:
-                yield Found(
-                    grade_id,
-                    number,
-                    f"{mark} stands in a cell that is not marked for it ({opening}): in "
-                    f"JupyterLab, Nbgrader, Create assignment, make it {_MARKED[mark]}.",
-                )

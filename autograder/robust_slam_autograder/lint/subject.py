@@ -1,4 +1,4 @@
-"""An assignment as the rules see it: every cell parsed, with what holds a student's results."""
+"""An assignment as the rules see it: every cell parsed."""
 
 from __future__ import annotations
 
@@ -9,14 +9,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from robust_slam_autograder.lint import results
-from robust_slam_autograder.lint.nodes import parsed, walk
-from robust_slam_autograder.lint.results import Results
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading import notebook
 from robust_slam_autograder.reading.assignment import BEGIN_HIDDEN, END_HIDDEN, Assignment, Case
 from robust_slam_autograder.reading.notebook import Cell
-from robust_slam_autograder.reading.source import plain_python
+from robust_slam_autograder.reading.source import plain_python, tree_of
 
 BEGIN_SOLUTION = "BEGIN SOLUTION"
 END_SOLUTION = "END SOLUTION"
@@ -43,9 +40,24 @@ class Code:
     """None for a set-up cell."""
     source: str
     tree: ast.Module
-    results: Results
     regions: tuple[range, ...]
     """Lines of the hidden regions, without their marks."""
+
+    @cached_property
+    def nodes(self) -> tuple[ast.AST, ...]:
+        """Return every piece of the cell's code."""
+        return tuple(ast.walk(self.tree))
+
+    @cached_property
+    def made(self) -> Mapping[str, list[ast.expr]]:
+        """Return what variables are assigned, by name."""
+        found: dict[str, list[ast.expr]] = {}
+        for node in self.nodes:
+            if isinstance(node, ast.Assign):
+                for part in (part for target in node.targets for part in ast.walk(target)):
+                    if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store):
+                        found.setdefault(part.id, []).append(node.value)
+        return found
 
     def is_hidden(self, node: ast.AST) -> bool:
         """Return whether a piece of code stands in a hidden region."""
@@ -55,15 +67,6 @@ class Code:
     def found(self, node: ast.AST, message: str) -> Found:
         """Return the place of a piece of code, with what is wrong there."""
         return Found(self.grade_id, getattr(node, "lineno", 1), message)
-
-
-@dataclass(frozen=True)
-class Unreadable:
-    """A cell that is no Python."""
-
-    grade_id: str
-    line: int
-    why: str
 
 
 @dataclass(frozen=True)
@@ -79,7 +82,8 @@ class Subject:
     """Cells that the grader marks: not those that a person does."""
     tests: tuple[Code, ...]
     setup: tuple[Code, ...]
-    unreadable: tuple[Unreadable, ...]
+    unreadable: tuple[Found, ...]
+    """Cells that are no Python."""
     modules: Mapping[str, str]
     """What names that the cells import stand for: np is numpy."""
     functions: frozenset[str]
@@ -90,31 +94,31 @@ class Subject:
         """Return all of the instructor's cells that could be read."""
         return self.setup + self.tests
 
+    @property
+    def with_regions(self) -> Iterator[Code]:
+        """Yield the cases that have a hidden region."""
+        return (code for code in self.tests if code.regions)
+
     @cached_property
     def helpers(self) -> Mapping[str, ast.FunctionDef]:
         """Return the instructor's own functions, by name."""
-        nodes = (node for code in self.codes for node in walk(code.tree))
+        nodes = (node for code in self.codes for node in code.nodes)
         return {node.name: node for node in nodes if isinstance(node, ast.FunctionDef)}
-
-    def calls(self, code: Code) -> Iterator[tuple[ast.Call, str]]:
-        """Yield every call in a cell, and the full name of what it calls (numpy.allclose)."""
-        for node in walk(code.tree):
-            if isinstance(node, ast.Call):
-                yield node, self.full_name(node.func)
 
     def full_name(self, node: ast.expr) -> str:
         """Return what an expression names in full: np.linalg.norm is numpy.linalg.norm."""
-        return full_name(node, self.modules)
+        first, *rest = (ast.unparse(node) if last_name(node) else "").split(".")
+        return ".".join([self.modules.get(first, first), *rest])
 
 
-def full_name(node: ast.expr, modules: Mapping[str, str]) -> str:
-    """Return the full name of a dotted expression; empty where it names nothing."""
-    if isinstance(node, ast.Name):
-        return modules.get(node.id, node.id)
-    if isinstance(node, ast.Attribute):
-        before = full_name(node.value, modules)
-        return f"{before}.{node.attr}" if before else ""
-    return ""
+def last_name(node: ast.AST) -> str:
+    """Return the last part of a dotted name: np.linalg.norm is norm; empty for other code."""
+    return str(getattr(node, "attr", getattr(node, "id", "")))
+
+
+def parsed(source: str) -> ast.Module:
+    """Return a cell's tree; an empty one where the cell is no Python, which another rule tells."""
+    return tree_of(plain_python(source))
 
 
 def load(path: Path, answers: Path | None = None) -> Subject:
@@ -130,11 +134,8 @@ def load(path: Path, answers: Path | None = None) -> Subject:
     assignment = assignments.load(path)
     cells = [cell for cell in notebook.read(path) if cell.kind == "code"]
     solutions = tuple(cell for cell in cells if cell.solution and not cell.grade)
-    modules = _imported([cell.source for cell in cells])
-    functions = _functions([cell.source for cell in solutions])
-    reader = _Reader(functions, frozenset(assignment.names) - functions)
-    tests = [reader.read(case.grade_id, case, case.full) for case in assignment.cases]
-    setup = [reader.read(piece.label, None, piece.source) for piece in assignment.setup]
+    tests = [_code(case.grade_id, case, case.full) for case in assignment.cases]
+    setup = [_code(piece.label, None, piece.source) for piece in assignment.setup]
     return Subject(
         path=path,
         assignment=assignment,
@@ -142,24 +143,19 @@ def load(path: Path, answers: Path | None = None) -> Subject:
         solutions=solutions,
         tests=tuple(code for code in tests if isinstance(code, Code)),
         setup=tuple(code for code in setup if isinstance(code, Code)),
-        unreadable=tuple(code for code in [*setup, *tests] if isinstance(code, Unreadable)),
-        modules=modules,
-        functions=functions,
+        unreadable=tuple(code for code in [*setup, *tests] if isinstance(code, Found)),
+        modules=_imported([cell.source for cell in cells]),
+        functions=_functions([cell.source for cell in solutions]),
     )
 
 
-@dataclass(frozen=True)
-class _Reader:
-    functions: frozenset[str]
-    variables: frozenset[str]
-
-    def read(self, grade_id: str, case: Case | None, source: str) -> Code | Unreadable:
-        try:
-            tree = ast.parse(plain_python(source))
-        except (SyntaxError, ValueError) as error:
-            return Unreadable(grade_id, getattr(error, "lineno", None) or 1, str(error))
-        found = results.find(tree, self.functions, self.variables)
-        return Code(grade_id, case, source, tree, found, regions(source, BEGIN_HIDDEN, END_HIDDEN))
+def _code(grade_id: str, case: Case | None, source: str) -> Code | Found:
+    try:
+        tree = ast.parse(plain_python(source))
+    except (SyntaxError, ValueError) as error:
+        line = getattr(error, "lineno", None) or 1
+        return Found(grade_id, line, f"This cell is no Python ({error}): correct it.")
+    return Code(grade_id, case, source, tree, regions(source, BEGIN_HIDDEN, END_HIDDEN))
 
 
 def regions(source: str, begin: str, end: str) -> tuple[range, ...]:
@@ -172,7 +168,7 @@ def regions(source: str, begin: str, end: str) -> tuple[range, ...]:
 
 def _imported(sources: Sequence[str]) -> dict[str, str]:
     found = {}
-    for node in (node for source in sources for node in walk(parsed(source))):
+    for node in (node for source in sources for node in ast.walk(parsed(source))):
         if isinstance(node, ast.Import):
             for alias in node.names:
                 first = alias.name.split(".")[0]

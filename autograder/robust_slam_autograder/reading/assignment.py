@@ -207,19 +207,14 @@ def notebook_path(folder: Path) -> Path:
     Raises:
         WrongUse: there is none, or more than one and none has the folder's name.
     """
-    found = notebook_paths(folder)
+    named = folder / f"{folder.name}.ipynb"
+    found = [named] if named.is_file() else sorted(folder.glob("*.ipynb"))
     if len(found) != 1:
         raise WrongUse(
             f"{folder} has {len(found)} notebooks, and an assignment is one: "
             f"{folder.name}.ipynb. Give each notebook a folder of its own."
         )
     return found[0]
-
-
-def notebook_paths(folder: Path) -> list[Path]:
-    """Return the notebook with the folder's name; where there is none, every one in it."""
-    named = folder / f"{folder.name}.ipynb"
-    return [named] if named.is_file() else sorted(folder.glob("*.ipynb"))
 
 
 def load(path: Path) -> Assignment:
