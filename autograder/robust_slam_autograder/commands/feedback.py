@@ -15,8 +15,7 @@ from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading import results
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.assignment import Config
-from robust_slam_autograder.reports import feedback, rendering
-from robust_slam_autograder.reports.feedback import Book
+from robust_slam_autograder.reports import feedback
 
 _SCHEME = re.compile(r"[a-zA-Z][a-zA-Z0-9+.-]*:")
 
@@ -53,10 +52,10 @@ def run(options: argparse.Namespace) -> int:
     config = cache(lambda name: _config(options.solutions, name))
     for path in paths:
         result = results.read_checked(path)
-        page = feedback.page(result, config(result.assignment), Book(options.site))
+        page = feedback.page(result, config(result.assignment), options.site)
         folder = options.to / path.parent.name
-        places.write_page(folder / f"{path.stem}.html", rendering.html(page, options.notice))
-        places.write_page(folder / f"{path.stem}.md", rendering.markdown(page))
+        places.write_page(folder / f"{path.stem}.html", feedback.html(page, options.notice))
+        places.write_page(folder / f"{path.stem}.md", feedback.markdown(page))
     students = len({path.parent for path in paths})
     print(f"feedback on {len(paths)} submissions of {students} students: {options.to}")
     return 0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -13,12 +13,9 @@ from robust_slam_autograder import layout
 from robust_slam_autograder.commands import places
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading import results
-from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reports import class_pages, class_report, heat_map
-from robust_slam_autograder.reports.class_pages import Entry
-from robust_slam_autograder.reports.class_report import Report, Source
-from robust_slam_autograder.reports.heat_map import STUDENTS, Column
+from robust_slam_autograder.reports.class_report import Source
 
 INDEX = "index.html"
 
@@ -50,47 +47,25 @@ def run(options: argparse.Namespace) -> int:
     layout.refuse_unmoved(options.out)
     found = _results(options.out, options.assignments)
     students = frozenset(path.parent.name for paths in found.values() for path in paths)
-    entries: list[Entry] = []
-    columns: list[Column] = []
-    files: dict[str, str] = {}
-    for name, paths in found.items():
-        source = _source(name, paths, students, options)
-        report = class_report.report(source)
-        page = options.to / f"{name}.html"
-        if not options.assignments or name in options.assignments:
+    sources = [_source(name, paths, students, options) for name, paths in found.items()]
+    reports = [class_report.report(source) for source in sources]
+    for source, report in zip(sources, reports, strict=True):
+        if _is_wanted(source.assignment, options):
+            page = options.to / f"{source.assignment}.html"
             places.write_page(page, class_pages.html(report, options.notice))
-            entries.append(Entry(report, quote(page.name)))
-        else:
-            entries.append(_entry_of_before(report, page))
-        for path, result in zip(paths, source.results, strict=True):
-            files[result.student] = f"{path.parent.name}.html"
-        feedback = _links(paths, source.results, options, options.to / STUDENTS)
-        columns.append(Column(source, entries[-1].address, feedback))
-    _write_students_and_index(entries, columns, files, options)
+    chart = heat_map.heat_map(sources)
+    for row in chart.rows:
+        if row.page:
+            places.write_page(options.to / row.page, class_pages.student(row, options.notice))
+    index = class_pages.index(reports, chart, names=not options.no_names, notice=options.notice)
+    places.write_page(options.to / INDEX, index)
     pages = len(options.assignments or found)
     print(f"report on {pages} of {len(found)} assignments: {options.to / INDEX}")
     return 0
 
 
-def _write_students_and_index(
-    entries: Sequence[Entry],
-    columns: Sequence[Column],
-    files: Mapping[str, str],
-    options: argparse.Namespace,
-) -> None:
-    chart = heat_map.heat_map(columns, files)
-    for row in chart.rows:
-        if row.file:
-            places.write_page(
-                options.to / STUDENTS / row.file, class_pages.student(row, options.notice)
-            )
-    index = class_pages.index(entries, chart, names=not options.no_names, notice=options.notice)
-    places.write_page(options.to / INDEX, index)
-
-
-def _entry_of_before(report: Report, page: Path) -> Entry:
-    """Return an assignment whose page is as it was; that one may hold names."""
-    return Entry(report, quote(page.name) if report.names and page.is_file() else "")
+def _is_wanted(name: str, options: argparse.Namespace) -> bool:
+    return not options.assignments or name in options.assignments
 
 
 def _results(out: Path, wanted: Sequence[str]) -> dict[str, list[Path]]:
@@ -109,29 +84,23 @@ def _results(out: Path, wanted: Sequence[str]) -> dict[str, list[Path]]:
 def _source(
     name: str, paths: Sequence[Path], students: frozenset[str], options: argparse.Namespace
 ) -> Source:
-    marks = [results.read_checked(path) for path in paths]
     config = assignments.load_config(options.solutions / name / assignments.CONFIG_NAME)
+    names, page = not options.no_names, options.to / f"{name}.html"
+    # A page that is as it was before may hold names.
+    is_there = _is_wanted(name, options) or (names and page.is_file())
+    feedback = {
+        path.parent.name: options.feedback / path.parent.name / f"{name}.html" for path in paths
+    }
     return Source(
         assignment=name,
         title=config.title,
-        results=marks,
-        names=not options.no_names,
-        links=_links(paths, marks, options, options.to),
+        results=[results.read_checked(path) for path in paths],
+        names=names,
+        page=quote(page.name) if is_there else "",
+        links={
+            student: quote(os.fsencode(os.path.relpath(path, options.to)))
+            for student, path in feedback.items()
+            if names and path.is_file()
+        },
         students=students,
     )
-
-
-def _links(
-    paths: Sequence[Path], marks: Sequence[Result], options: argparse.Namespace, start: Path
-) -> Mapping[str, str]:
-    """Return by student, the address of the feedback page from a page in ``start``."""
-    links: dict[str, str] = {}
-    for path, result in zip(paths, marks, strict=True):
-        page = options.feedback / path.parent.name / f"{path.stem}.html"
-        if page.is_file() and not options.no_names:
-            links[result.student] = _address(os.path.relpath(page, start))
-    return links
-
-
-def _address(path: str) -> str:
-    return quote(os.fsencode(path))

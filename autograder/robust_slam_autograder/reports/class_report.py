@@ -20,8 +20,6 @@ from robust_slam_autograder.reports.versions import Version
 
 MOST_BINS = 12
 SLOWEST = 5
-ENOUGH = 8
-"""From this many marks on, their distribution is worth a picture."""
 MANY = 0.4
 """From this share of the submissions on, the class did not understand something."""
 FEWEST = 2
@@ -66,9 +64,11 @@ class Marks:
         return self.students >= 4
 
     @property
-    def has_histogram(self) -> bool:
-        """Tell whether there are enough marks for a picture of how they are spread."""
-        return self.students >= ENOUGH
+    def median_place(self) -> float:
+        """Return where the median is, in bins from the left: alone in its bin in the middle."""
+        n = max(n for n, found in enumerate(self.bins) if found.low <= self.median or n == 0)
+        room = self.bins[n].high - self.bins[n].low + self.unit
+        return n + ((self.median - self.bins[n].low + self.unit / 2) / room if room else 0.5)
 
 
 @dataclass(frozen=True)
@@ -134,11 +134,13 @@ class Misunderstood:
 
 
 @dataclass(frozen=True)
-class Slow:
-    """A submission that took long."""
+class Named:
+    """A submission that somebody should look at, or that took long."""
 
     student: str
     link: str
+    """Address of the feedback page; empty without one."""
+    reason: str
     seconds: float
 
 
@@ -149,17 +151,8 @@ class Time:
     median: float
     longest: float
     total: float
-    slowest: tuple[Slow, ...]
+    slowest: tuple[Named, ...]
     """Empty without names."""
-
-
-@dataclass(frozen=True)
-class Attention:
-    """A submission that somebody should look at."""
-
-    student: str
-    link: str
-    reason: str
 
 
 @dataclass(frozen=True)
@@ -168,7 +161,7 @@ class Kind:
 
     name: str
     students: int
-    list: tuple[Attention, ...]
+    list: tuple[Named, ...]
     """These submissions; empty without names."""
 
 
@@ -186,6 +179,8 @@ class Report:
 
     assignment: str
     title: str
+    page: str
+    """Address of its page from the index; empty without one."""
     names: bool
     handed_in: int
     graded: int
@@ -213,7 +208,8 @@ class Source:
         title: its title; empty where it has none.
         results: one per student.
         names: whether students may be named.
-        links: by student, the address of the feedback page, where there is one.
+        page: address of its page from the index; empty without one.
+        links: by student, the address of the feedback page from there, where there is one.
         students: everybody whose name must not be shown without names.
     """
 
@@ -221,12 +217,14 @@ class Source:
     title: str
     results: Sequence[Result]
     names: bool = True
+    page: str = ""
     links: Mapping[str, str] = field(default_factory=dict)
     students: frozenset[str] = frozenset()
 
-    def link(self, result: Result) -> str:
-        """Return the address of a student's feedback page; empty without one."""
-        return self.links.get(result.student, "")
+    def named(self, result: Result, reason: str = "") -> Named:
+        """Return a submission with its student's name."""
+        link = self.links.get(result.student, "")
+        return Named(one_line(result.student), link, reason, result.seconds)
 
 
 def report(source: Source) -> Report:
@@ -239,6 +237,7 @@ def report(source: Source) -> Report:
     return Report(
         assignment=visible(source.assignment),
         title=source.title or visible(source.assignment),
+        page=source.page,
         names=source.names,
         handed_in=len(source.results),
         graded=status["graded"],
@@ -342,10 +341,7 @@ def _time(results: Sequence[Result], source: Source) -> Time:
         median=statistics.median(seconds),
         longest=max(seconds),
         total=sum(seconds),
-        slowest=tuple(
-            Slow(one_line(result.student), source.link(result), result.seconds)
-            for result in (slowest if source.names else ())
-        ),
+        slowest=tuple(map(source.named, slowest if source.names else ())),
     )
 
 
@@ -387,14 +383,6 @@ def _attention(source: Source, found: Sequence[Version]) -> Iterator[Kind]:
     for name, reason in reasons.items():
         mine = [result for result in left if reason(result)]
         left = [result for result in left if not reason(result)]
+        shown = sorted(mine, key=lambda result: result.student) if source.names else []
         if mine:
-            yield _kind(name, mine, reason, source)
-
-
-def _kind(name: str, results: Sequence[Result], reason: Reason, source: Source) -> Kind:
-    shown = sorted(results, key=lambda result: result.student) if source.names else []
-    return Kind(
-        name=name,
-        students=len(results),
-        list=tuple(Attention(one_line(r.student), source.link(r), reason(r)) for r in shown),
-    )
+            yield Kind(name, len(mine), tuple(source.named(one, reason(one)) for one in shown))

@@ -1,7 +1,7 @@
-"""Self-contained HTML files from the templates.
+"""Files from the templates: self-contained HTML, and Markdown.
 
-A file asks for nothing: no script, no font, no picture from elsewhere, and its policy
-forbids it. What other people wrote is escaped.
+A page asks for nothing: no script, no font, no picture from elsewhere, and its policy
+forbids it. What other people wrote is escaped: in HTML always, in Markdown by the filters.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING
 
 from robust_slam_autograder import layout
 from robust_slam_autograder.errors import WrongUse
-from robust_slam_autograder.markup import one_line
+from robust_slam_autograder.markup import cell, code, one_line, prose
 
 if TYPE_CHECKING:
-    from jinja2 import Environment
+    from jinja2 import Environment, Template
 
 SHARED_STYLE = "page"
 _SHADE = re.compile("#[0-9a-fA-F]{6}")
@@ -41,24 +41,55 @@ def html(name: str, *, style: str = "", **content: object) -> str:
 
     rules = _colours(layout.COLOURS) + _style(SHARED_STYLE) + _style(style or name)
     digest = base64.b64encode(hashlib.sha256(rules.encode()).digest()).decode()
-    return (
-        _templates()
-        .get_template(f"{name}.html")
-        .render(**content, style=Markup(rules), style_digest=digest, one_line=one_line)
-    )
+    return template(f"{name}.html").render(**content, style=Markup(rules), style_digest=digest)
+
+
+def template(file: str) -> Template:
+    """Return a template; what HTML ones show is escaped."""
+    return _templates().get_template(file)
 
 
 @functools.cache
 def _templates() -> Environment:
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
-    return Environment(
+    made = Environment(
         loader=PackageLoader(__package__),
-        autoescape=True,
+        autoescape=lambda file: file is None or not file.endswith(".md"),
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    filters = (cell, code, duration, in_brackets, one_line, percent, prose)
+    made.filters |= {each.__name__: each for each in filters}
+    return made
+
+
+def percent(share: float | None) -> str:
+    """Return a share in per cent; shows 0 % or 100 % only when exact."""
+    if share is None:
+        return "–"
+    if 0 < share < 0.01:
+        return "<1 %"
+    if 0.99 < share < 1:
+        return ">99 %"
+    return f"{100 * share:.0f} %"
+
+
+def duration(seconds: float) -> str:
+    """Return seconds for people: two digits, then minutes, then hours."""
+    if seconds < 9.95:
+        return f"{seconds:.1f} s"
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    if hours:
+        return f"{hours} h {minutes:02d} min"
+    return f"{minutes} min {rest:02d} s" if minutes else f"{rest} s"
+
+
+def in_brackets(address: str) -> str:
+    """Return an address for Markdown's angle brackets, where it may hold all but these."""
+    return address.replace("<", "%3C").replace(">", "%3E").replace("\n", "")
 
 
 @functools.cache

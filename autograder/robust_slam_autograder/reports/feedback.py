@@ -6,18 +6,28 @@ seconds nor the sandbox. All text that somebody chose is made fit to be read her
 
 from __future__ import annotations
 
+import math
 import re
 import unicodedata
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from urllib.parse import quote
 
-from robust_slam_autograder.grading.results import CaseResult, Ending, ExerciseResult, Result
+from robust_slam_autograder.grading.results import (
+    CaseResult,
+    Compared,
+    Ending,
+    ExerciseResult,
+    Result,
+)
 from robust_slam_autograder.grading.verdicts import ADVICE, meaning, sign, verdict
 from robust_slam_autograder.markup import visible
 from robust_slam_autograder.reading.assignment import Config
-from robust_slam_autograder.reports.pictures import Curves, curves
+from robust_slam_autograder.reports import documents
 
 NOT_RUN = "✗ not run"
+CURVE = 90.0
+"""Height of a picture of numbers, in pixels."""
 MAX_SHOWN = 300
 """Letters of a value; results hold fewer, unless characters that do not show are written out."""
 
@@ -32,18 +42,13 @@ class Reading:
 
 
 @dataclass(frozen=True)
-class ShownValues:
-    """What a visible check got, beside what it expected."""
+class Curves:
+    """Two rows of numbers, as pairs of per cent from the left and pixels from the top."""
 
-    sentence: str
-    """The message without these values."""
-    what: str
-    yours: str
-    relation: str
-    expected: str
-    remark: str
-    curves: Curves | None
-    """Both as a picture; None where a picture says no more."""
+    yours: tuple[tuple[float, float], ...]
+    expected: tuple[tuple[float, float], ...]
+    lowest: str
+    highest: str
 
 
 @dataclass(frozen=True)
@@ -59,8 +64,12 @@ class ShownCase:
     message: str
     as_above: bool
     """Whether the message is that of the case before, and is not repeated."""
-    values: ShownValues | None = None
+    sentence: str
+    """The message without the values."""
+    values: Compared | None
     """Of a visible check; the message has them too."""
+    curves: Curves | None
+    """Both values as a picture; None where a picture says no more."""
 
 
 @dataclass(frozen=True)
@@ -87,10 +96,8 @@ class Page:
     student: str
     assignment: str
     title: str
-    score: str
-    max_score: str
-    share: float
-    """Of the points, from 0 to 1."""
+    score: float
+    max_score: float
     verdict: str
     note: str
     note_kind: str
@@ -101,26 +108,26 @@ class Page:
     exercises: tuple[ShownExercise, ...]
 
 
-@dataclass(frozen=True)
-class Book:
-    """How pages find the chapters.
+def html(page: Page, notice: str = "") -> str:
+    """Return the page as one self-contained file, with a notice at its top where there is one."""
+    return documents.html("feedback", page=page, notice=notice)
 
-    Attributes:
-        site: the built book's address, absolute or relative to the page; empty if unknown.
-    """
 
-    site: str = ""
+def markdown(page: Page) -> str:
+    """Return the page as Markdown, as GitHub shows it: others' text is in code spans alone."""
+    return documents.template("feedback.md").render(page=page)
 
-    def reading(self, config: Config, exercise: str) -> Reading | None:
-        """Return where an exercise's matter stands; None for an assignment without a chapter."""
-        if not config.chapter:
-            return None
-        heading = config.sections.get(exercise, "")
-        text = f"chapter {config.chapter}" + (f", “{heading}”" if heading else "")
-        if not self.site:
-            return Reading(text, "")
-        page = f"{self.site.rstrip('/')}/chapters/{quote(config.chapter)}.html"
-        return Reading(text, page + (f"#{anchor(heading)}" if heading else ""))
+
+def reading(config: Config, exercise: str, site: str) -> Reading | None:
+    """Return where an exercise's matter stands; None for an assignment without a chapter."""
+    if not config.chapter:
+        return None
+    heading = config.sections.get(exercise, "")
+    text = f"chapter {config.chapter}" + (f", “{heading}”" if heading else "")
+    if not site:
+        return Reading(text, "")
+    address = f"{site.rstrip('/')}/chapters/{quote(config.chapter)}.html"
+    return Reading(text, address + (f"#{anchor(heading)}" if heading else ""))
 
 
 def anchor(heading: str) -> str:
@@ -129,16 +136,16 @@ def anchor(heading: str) -> str:
     return re.sub(r"^[-0-9]+|-+$", "", re.sub(r"[^a-z0-9]+", "-", plain))
 
 
-def page(result: Result, config: Config, book: Book) -> Page:
+def page(result: Result, config: Config, site: str) -> Page:
     """Make the content of a submission's page.
 
     Args:
         result: the submission's result.
         config: what the assignment's ``autograder.toml`` says.
-        book: how pages find the chapters.
+        site: the built book's address, absolute or relative to the page; empty if unknown.
     """
     exercises = tuple(
-        _exercise(number, exercise, book.reading(config, exercise.name))
+        _exercise(number, exercise, reading(config, exercise.name, site))
         for number, exercise in enumerate(result.exercises, start=1)
     )
     start = next((exercise for exercise in exercises if not exercise.passed), None)
@@ -146,9 +153,8 @@ def page(result: Result, config: Config, book: Book) -> Page:
         student=visible(result.student),
         assignment=visible(result.assignment),
         title=config.title or visible(result.assignment),
-        score=str(result.score),
-        max_score=str(result.max_score),
-        share=result.score / result.max_score if result.max_score else 0.0,
+        score=result.score,
+        max_score=result.max_score,
         verdict=verdict(result),
         note=_note(result),
         note_kind="Note" if result.status == "graded" else "Reason",
@@ -204,34 +210,52 @@ def _case(case: CaseResult, before: CaseResult) -> ShownCase:
     passed = case.passed
     again = not (passed or before.passed) and case.message == before.message
     not_run = again and case.ending.is_fault
-    values = None if passed or again else _values(case)
+    compared = None if passed or again else case.compared
+    message = "" if again else visible(case.message)
     return ShownCase(
         name=visible(case.name),
         outcome=NOT_RUN if not_run else sign("passed" if passed else "failed"),
         passed=passed,
         points=_points(case.earned, case.points),
         other_inputs=not (case.visible or not_run),
-        message="" if again else visible(case.message),
+        message=message,
         as_above=again and not not_run,
-        values=values,
+        sentence=visible(case.sentence) if compared else message,
+        values=_shortened(compared) if compared else None,
+        curves=_curves(*compared.curves) if compared and compared.curves else None,
     )
 
 
-def _values(case: CaseResult) -> ShownValues | None:
-    compared = case.compared
-    if compared is None:
-        return None
-    return ShownValues(
-        sentence=visible(case.sentence),
-        what=_short(compared.what),
-        yours=_short(compared.yours),
-        relation=_short(compared.relation).capitalize(),
-        expected=_short(compared.expected),
-        remark=_short(compared.remark),
-        curves=curves(*compared.curves) if compared.curves else None,
+def _shortened(values: Compared) -> Compared:
+    return replace(
+        values,
+        what=_short(values.what),
+        yours=_short(values.yours),
+        relation=_short(values.relation),
+        expected=_short(values.expected),
+        remark=_short(values.remark),
     )
 
 
 def _short(text: str) -> str:
     shown = visible(text)
     return shown if len(shown) <= MAX_SHOWN else f"{shown[: MAX_SHOWN - 1]}…"
+
+
+def _curves(yours: Sequence[float], expected: Sequence[float]) -> Curves | None:
+    """Draw numbers in a row beside those that were expected; None where their range is too large.
+
+    Args:
+        yours: as many as ``expected``, two or more, all finite.
+        expected: the other row.
+    """
+    low, high = min(*yours, *expected), max(*yours, *expected)
+    if not math.isfinite(high - low):
+        return None
+
+    def placed(row: Sequence[float]) -> tuple[tuple[float, float], ...]:
+        step = 100 / (len(row) - 1)
+        shares = ((value - low) / (high - low) if high > low else 0.5 for value in row)
+        return tuple((n * step, CURVE * (1 - share)) for n, share in enumerate(shares))
+
+    return Curves(placed(yours), placed(expected), f"{low:.6g}", f"{high:.6g}")

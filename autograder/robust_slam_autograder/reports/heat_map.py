@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import os
 import statistics
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Literal
 from urllib.parse import quote
 
@@ -19,8 +19,6 @@ from robust_slam_autograder.reports.class_report import Source
 
 Level = Literal["all", "most", "some", "zero", "unmarked"]
 """How much of the points: all, at least half, less, nothing; or no mark at all."""
-STUDENTS = "students"
-"""The folder of the students' pages, beside the index."""
 ABSENT = "–"
 REFUSED = "✗"
 SAID = {"refused": "refused", "failed": "the grader failed"}
@@ -61,16 +59,16 @@ class Row:
     """One student in all assignments."""
 
     student: str
-    file: str
-    """Name of the student's page in the folder ``STUDENTS``; empty without names."""
+    page: str
+    """Where the student's page is from the index; empty without names."""
     share: float | None
     """Of the points of what has a mark."""
     parts: tuple[Part, ...]
 
     @property
     def address(self) -> str:
-        """Return where the student's page is from the index; empty without one."""
-        return f"{STUDENTS}/{quote(os.fsencode(self.file))}" if self.file else ""
+        """Return the address of the student's page; empty without one."""
+        return quote(os.fsencode(self.page))
 
     @property
     def squares(self) -> tuple[Square, ...]:
@@ -98,53 +96,32 @@ class HeatMap:
     rows: tuple[Row, ...]
 
 
-@dataclass(frozen=True)
-class Column:
-    """An assignment as it goes into the table.
-
-    Attributes:
-        source: its results.
-        page: address of its page from the index; empty without one.
-        feedback: by student, the address of the feedback page from a student's page.
-    """
-
-    source: Source
-    page: str
-    feedback: Mapping[str, str] = field(default_factory=dict)
-
-
-def heat_map(columns: Sequence[Column], files: Mapping[str, str]) -> HeatMap:
-    """Put a class's marks side by side.
-
-    Args:
-        columns: the assignments, in order.
-        files: by student, the name of the student's page.
-    """
-    tables = [_Table(column) for column in columns]
-    names = all(column.source.names for column in columns)
+def heat_map(sources: Sequence[Source]) -> HeatMap:
+    """Put a class's marks in some assignments side by side."""
+    tables = [_Table(source) for source in sources]
     students = sorted({student for table in tables for student in table.results})
-    rows = [_row(student, tables, files if names else {}) for student in students]
-    if not names:
+    rows = [_row(student, tables) for student in students]
+    if not all(source.names for source in sources):
         rows.sort(key=lambda row: (-1.0 if row.share is None else -row.share, repr(row.squares)))
-        rows = [Row(str(n), "", row.share, row.parts) for n, row in enumerate(rows, start=1)]
+        rows = [replace(row, student=str(n), page="") for n, row in enumerate(rows, start=1)]
     return HeatMap(tuple(table.group for table in tables), tuple(rows))
 
 
 class _Table:
     """One assignment's results by student; the exercises are those of the usual tests."""
 
-    def __init__(self, column: Column) -> None:
-        self.column = column
-        self.results = {result.student: result for result in column.source.results}
-        found = versions.of(column.source.results)
+    def __init__(self, source: Source) -> None:
+        self.links = source.links
+        self.results = {result.student: result for result in source.results}
+        found = versions.of(source.results)
         usual = found[0].results if found else ()
         self.exercises = tuple((e.name, e.max_score) for e in usual[0].exercises) if found else ()
         most = usual[0].max_score if found else 0
         marks = [result.score / most for result in usual if most]
         self.median = statistics.median(marks) if marks else None
         self.group = Group(
-            title=_title(column.source),
-            page=column.page,
+            title=source.title or visible(source.assignment),
+            page=source.page,
             exercises=tuple((visible(name), tidy(points)) for name, points in self.exercises),
             shares=tuple(_mean(usual, n) for n in range(len(self.exercises))),
         )
@@ -154,8 +131,8 @@ class _Table:
         graded = result if result is not None and result.status == "graded" else None
         return Part(
             title=self.group.title,
-            page=self.column.page and f"../{self.column.page}",
-            feedback=self.column.feedback.get(student, ""),
+            page=_from_above(self.group.page),
+            feedback=_from_above(self.links.get(student, "")),
             mark=f"{tidy(graded.score)} of {tidy(graded.max_score)}" if graded else ABSENT,
             remark="" if graded else _remark(result),
             share=graded.score / graded.max_score if graded and graded.max_score else None,
@@ -169,8 +146,9 @@ class _Table:
         return [(name, _square(exercise, result)) for name, exercise in found]
 
 
-def _title(source: Source) -> str:
-    return source.title or visible(source.assignment)
+def _from_above(address: str) -> str:
+    """Return an address from the folder of the students' pages in place of the one above."""
+    return address and f"../{address}"
 
 
 def _mean(results: Sequence[Result], n: int) -> float | None:
@@ -179,13 +157,13 @@ def _mean(results: Sequence[Result], n: int) -> float | None:
     return sum(exercise.score for exercise in mine) / most if most else None
 
 
-def _row(student: str, tables: Sequence[_Table], files: Mapping[str, str]) -> Row:
+def _row(student: str, tables: Sequence[_Table]) -> Row:
     parts = tuple(table.part(student) for table in tables)
     results = [table.results[student] for table in tables if student in table.results]
     marks = [result for result in results if result.status == "graded"]
     most = sum(result.max_score for result in marks)
     share = sum(result.score for result in marks) / most if most else None
-    return Row(one_line(student), files.get(student, ""), share, parts)
+    return Row(one_line(student), f"students/{student}.html", share, parts)
 
 
 def _remark(result: Result | None) -> str:

@@ -10,17 +10,9 @@ from typing import Any
 from hypothesis import example, given
 from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.reading.assignment import Config
-from robust_slam_autograder.reports import (
-    class_pages,
-    class_report,
-    feedback,
-    heat_map,
-    rendering,
-)
-from robust_slam_autograder.reports.class_pages import Entry
+from robust_slam_autograder.reports import class_pages, class_report, feedback, heat_map
 from robust_slam_autograder.reports.class_report import Report, Source
-from robust_slam_autograder.reports.feedback import Book
-from robust_slam_autograder.reports.heat_map import Column, HeatMap
+from robust_slam_autograder.reports.heat_map import HeatMap
 
 from tests.autograder.reports import samples
 from tests.autograder.reports.samples import case, exercise, result
@@ -62,7 +54,7 @@ def for_any_text(test: Callable[..., None]) -> Callable[..., None]:
 
 
 def page(made: Result, config: Config = CONFIG, site: str = SITE) -> feedback.Page:
-    return feedback.page(made, config, Book(site))
+    return feedback.page(made, config, site)
 
 
 def report(*results: Result, **fields: Any) -> Report:
@@ -73,16 +65,18 @@ def report(*results: Result, **fields: Any) -> Report:
 
 def chart(*assignments: Sequence[Result], names: bool = True) -> HeatMap:
     """A class in several assignments; every student has a page."""
-    columns = [
-        Column(
-            Source(f"{n:02}-toy", "Twice & again", results, names=names),
-            f"{n:02}-toy.html",
-            {each.student: f"../../feedback/{n}.html" for each in results[:2]},
+    sources = [
+        Source(
+            f"{n:02}-toy",
+            "Twice & again",
+            results,
+            names=names,
+            page=f"{n:02}-toy.html",
+            links={each.student: f"../feedback/{n}.html" for each in results[:2]},
         )
         for n, results in enumerate(assignments)
     ]
-    students = sorted({each.student for results in assignments for each in results})
-    return heat_map.heat_map(columns, {name: f"{n}.html" for n, name in enumerate(students)})
+    return heat_map.heat_map(sources)
 
 
 LONG = "A sentence that is long enough to go over the end of a line on every phone, number "
@@ -133,27 +127,24 @@ def of_students() -> dict[str, str]:
         ),
         "told": samples.told("A MESSAGE"),
     }
-    return {name: rendering.html(page(made)) for name, made in pages.items()}
+    return {name: feedback.html(page(made)) for name, made in pages.items()}
 
 
 def of_classes() -> dict[str, str]:
     links = {each.student: "../feedback/x/07-toy.html" for each in MANY}
     reports = {
-        "many": report(*MANY, links=links),
+        "many": report(*MANY, links=links, page="many.html"),
         "no-names": report(*MANY, names=False),
-        "one": report(result(samples.PASSED)),
+        "one": report(result(samples.PASSED), page="one.html"),
         "nothing": report(samples.refused("No.")),
-        "no-points": report(result()),
+        "no-points": report(result(), page="no-points.html"),
         "class-hostile": hostile("\n".join(samples.HOSTILE.values())),
     }
-    entries = [
-        Entry(reports[name], "" if name == "nothing" else f"{name}.html")
-        for name in ("many", "one", "nothing", "no-points")
-    ]
+    listed = [reports[name] for name in ("many", "one", "nothing", "no-points")]
     made = {name: class_pages.html(made) for name, made in reports.items()}
     table = chart(MANY, [result(*samples.EVERY_STATUS, student="student 7")], MANY[::3])
     (one,) = [row for row in table.rows if row.student == "student 7"]
     return made | {
-        "index": class_pages.index(entries, table, names=True),
+        "index": class_pages.index(listed, table, names=True),
         "student": class_pages.student(one),
     }

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from robust_slam_autograder.grading import marking
 from robust_slam_autograder.grading.results import ExerciseResult
-from robust_slam_autograder.reports import hints, pictures
+from robust_slam_autograder.reports import hints
 from robust_slam_autograder.reports.class_report import BROKEN, EASY, Report
 from robust_slam_autograder.reports.hints import Hint, Reader
 from robust_slam_autograder.sandbox import Unsandboxed
@@ -65,10 +65,8 @@ class TestMarks:
     @given(MARKS)
     def test_the_median_is_drawn_in_its_bin(self, marks):
         found = marked(marks).marks
-        drawn = pictures.histogram(found)
-        n = int(drawn.median * len(found.bins) / 100 - 1e-9)
+        n = int(found.median_place - 1e-9)
         assert found.bins[n].low - 0.5 <= found.median <= found.bins[n].high + 0.5
-        assert max(bar.height for bar in drawn.bars) == pictures.HEIGHT
 
     def test_who_has_no_mark_is_counted_apart(self):
         others = samples.refused("No.", student="b"), samples.failed("It died.", student="z")
@@ -80,12 +78,6 @@ class TestMarks:
         made = report(samples.refused("No.", student="b"))
         assert (made.marks, made.time, made.exercises) == (None, None, ())
         assert [kind.name for kind in made.attention] == ["Refused"]
-
-    def test_a_spread_is_in_per_cent_of_the_points(self):
-        marks = marked([0, 30, 60]).marks
-        assert pictures.spread(marks) == pictures.Spread(0, 25, 50, 75, 100)
-        none = marked([0], 0).marks
-        assert pictures.spread(none) is None
 
 
 EASIER = exercise("double", "passed", case("by-hand", visible=True), case("random"))
@@ -111,8 +103,6 @@ class TestExercises:
         assert (apply.whole, apply.partly, apply.none, apply.missing) == (0, 2, 1, 1)
         assert (double.whole, double.partly, double.none, double.missing) == (4, 0, 0, 0)
         assert (apply.timeouts, apply.deaths, double.limits) == (1, 0, 0)
-        parts = [(part.kind, part.x, part.width) for part in pictures.parts(apply)]
-        assert parts == [("partly", 0, 50), ("none", 50, 25), ("missing", 75, 25)]
 
     def test_a_case_says_who_passes_it_and_whether_it_is_hidden(self):
         apply, _ = report(*CLASS).exercises
@@ -133,11 +123,6 @@ class TestExercises:
         assert [(each.name, each.share) for each in made.exercises] == [
             *(("apply", 0), ("free", None))
         ]
-
-    def test_an_assignment_where_nothing_passes_has_its_picture(self):
-        made = report(result(HARDER), result(HARDER, student="ben"))
-        assert made.marks.highest == 0
-        assert [part.kind for part in pictures.parts(made.exercises[0])] == ["none"]
 
 
 class TestVersions:

@@ -14,7 +14,7 @@ from robust_slam_autograder.grading import results
 from robust_slam_autograder.markup import visible
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.assignment import Config
-from robust_slam_autograder.reports import feedback, pictures, rendering
+from robust_slam_autograder.reports import feedback
 
 from tests.autograder import toy
 from tests.autograder.conftest import Run
@@ -74,20 +74,20 @@ class TestWords:
         shown = page(result(exercise("e", "passed", case("c", visible=True))))
         assert shown.verdict == "Public checks passed: 1 of 1 exercises."
         assert shown.exercises[0].meaning == "The public checks passed."
-        assert "All" not in rendering.markdown(shown) + rendering.html(shown)
+        assert "All" not in feedback.markdown(shown) + feedback.html(shown)
 
     def test_a_refusal_has_its_reason_and_the_remedy(self):
         shown = page(samples.refused("a.ipynb is not valid JSON: save it again."))
         assert shown.note == "a.ipynb is not valid JSON: save it again."
-        assert (shown.note_kind, shown.score, shown.max_score) == ("Reason", "0", "20")
+        assert (shown.note_kind, shown.score, shown.max_score) == ("Reason", 0, 20)
         assert "hand it in again" in shown.next
 
     def test_a_student_is_not_told_why_the_grader_failed(self):
         shown = page(samples.failed("The instructor's cell, set-up 1, fails: 0.1234."))
         assert "not to blame" in shown.verdict and "nothing" in shown.next
-        assert "0.1234" not in rendering.html(shown) + rendering.markdown(shown)
+        assert "0.1234" not in feedback.html(shown) + feedback.markdown(shown)
 
-    @pytest.mark.parametrize("render", [rendering.html, rendering.markdown])
+    @pytest.mark.parametrize("render", [feedback.html, feedback.markdown])
     def test_seconds_and_sandbox_are_in_no_page(self, render):
         slow = result(*samples.EVERY_STATUS, seconds=1234.5, sandbox="bubblewrap")
         assert render(page(slow)) == render(page(replace(slow, seconds=0.25, sandbox="fork")))
@@ -102,16 +102,12 @@ class TestValues:
 
     def test_they_stand_in_a_table_and_once(self):
         shown = self.of()
-        assert shown.values.sentence == "Look at the sum."
-        assert (shown.values.yours, shown.values.relation) == (
-            "[0., 2., 0.]",
-            "Expected less than",
-        )
-        assert shown.values.curves is None
+        assert (shown.sentence, shown.curves) == ("Look at the sum.", None)
+        assert shown.values.yours == "[0., 2., 0.]"
         failed = exercise("e", "failed", samples.compared("7"))
-        text = Skeleton(rendering.html(page(result(failed)))).text
+        text = Skeleton(feedback.html(page(result(failed)))).text
         assert "returned" not in text and text.count("It is NaN.") == 1
-        assert "Here, f(3) returned 7" in rendering.markdown(page(result(failed)))
+        assert "Here, f(3) returned 7" in feedback.markdown(page(result(failed)))
 
     def test_the_same_message_again_has_no_second_table(self):
         (shown,) = page(
@@ -123,16 +119,16 @@ class TestValues:
         assert len(self.of(text="\x00" * 250).values.yours) == feedback.MAX_SHOWN
 
     def test_rows_are_drawn_from_the_lowest_number_to_the_highest(self):
-        drawn = self.of((1, 2, 3), (0, 2, 4)).values.curves
-        height = pictures.CURVE
+        drawn = self.of((1, 2, 3), (0, 2, 4)).curves
+        height = feedback.CURVE
         assert drawn.yours == ((0, 0.75 * height), (50, 0.5 * height), (100, 0.25 * height))
         assert drawn.expected == ((0, height), (50, 0.5 * height), (100, 0))
         assert (drawn.lowest, drawn.highest) == ("0", "4")
 
     def test_equal_numbers_are_drawn_in_the_middle_and_endless_ranges_are_not(self):
-        flat = self.of((2, 2, 2), (2, 2, 2)).values.curves
-        assert {y for _, y in flat.yours} == {pictures.CURVE / 2}
-        assert self.of((1e308, 0, 0), (-1e308, 0, 0)).values.curves is None
+        flat = self.of((2, 2, 2), (2, 2, 2)).curves
+        assert {y for _, y in flat.yours} == {feedback.CURVE / 2}
+        assert self.of((1e308, 0, 0), (-1e308, 0, 0)).curves is None
 
     def test_a_hidden_case_has_none(self):
         """Neither the command that grades nor the page has any: see also test_explain."""
@@ -175,8 +171,8 @@ class TestChapter:
             section,
             feedback.Reading("chapter 07-toy", base),
         ]
-        assert f'href="{base}#half-or-no-half"' in rendering.html(shown)
-        assert f"](<{base}#half-or-no-half>)" in rendering.markdown(shown)
+        assert f'href="{base}#half-or-no-half"' in feedback.html(shown)
+        assert f"](<{base}#half-or-no-half>)" in feedback.markdown(shown)
 
     def test_a_path_from_the_page_is_a_site_too(self):
         (partly,) = page(result(samples.PARTLY), site="../../html").exercises
@@ -184,10 +180,10 @@ class TestChapter:
 
     def test_without_a_site_it_is_a_name(self):
         shown = page(result(samples.PARTLY), site="")
-        html = rendering.html(shown)
+        html = feedback.html(shown)
         assert "chapter 07-toy, “Half, or no half”" in html
         assert "href=" in html and "07-toy.html" not in html
-        assert "](" not in rendering.markdown(shown)
+        assert "](" not in feedback.markdown(shown)
 
     def test_without_a_chapter_there_is_none(self):
         assert page(result(samples.PARTLY), Config()).exercises[0].reading is None
@@ -250,8 +246,8 @@ class TestInjection:
     @for_any_text
     def test_no_text_makes_a_tag(self, text):
         if text:
-            shown = Skeleton(rendering.html(page(samples.told(text))))
-            assert shown.tags == Skeleton(rendering.html(page(samples.told("harmless")))).tags
+            shown = Skeleton(feedback.html(page(samples.told(text))))
+            assert shown.tags == Skeleton(feedback.html(page(samples.told("harmless")))).tags
             assert shown.text.count(visible(text)) >= 4
 
     @for_any_text
@@ -260,7 +256,7 @@ class TestInjection:
             assert markdown_shape(text) == markdown_shape("harmless")
 
     def test_markdown_has_the_chapters_links_and_no_others(self):
-        text = rendering.markdown(page(samples.told(" ".join(samples.HOSTILE.values()))))
+        text = feedback.markdown(page(samples.told(" ".join(samples.HOSTILE.values()))))
         children = [child for block in GITHUB.parse(text) for child in block.children or []]
         links = [child.attrs["href"] for child in children if child.type == "link_open"]
         assert links == [f"{SITE}chapters/07-toy.html"] * 2
@@ -268,7 +264,7 @@ class TestInjection:
 
 
 def markdown_shape(text: str) -> list[str]:
-    blocks = GITHUB.parse(rendering.markdown(page(samples.told(text))))
+    blocks = GITHUB.parse(feedback.markdown(page(samples.told(text))))
     return [token.type for block in blocks for token in (block, *(block.children or []))]
 
 
