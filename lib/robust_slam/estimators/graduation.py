@@ -187,18 +187,14 @@ def strides(moved: Array) -> int:
 
 
 @dataclass(frozen=True)
-class GncTls:
-    """The rule of GNC-TLS for norms ``(k,)``: μ grows until every weight is 0 or 1.
+class _Schedule:
+    """How μ moves: from ``mu0``, by default ``start_mu`` of the largest norm, by ``factor``.
 
-    ``c`` is the largest norm of an inlier; μ is multiplied by ``factor`` at each step and
-    starts at ``mu0``, by default at ``start_mu`` of the largest norm u. Then the weight is 0
-    only beyond √2 u, so that nothing is rejected at once. An ``adaptive`` rule multiplies by
-    ``factor``² while no weight is 1, and then by as many factors as ``strides`` returns.
+    ``c`` is the scale of the kernel, the largest norm of an inlier. An ``adaptive`` rule takes
+    as many factors at once as ``strides`` returns.
 
     Raises:
         ValueError: ``c`` or ``mu0`` is not above 0, or ``factor`` is not above 1.
-
-    Source: Yang et al. 2020, (14) for the weight and Remark 5 for the first μ.
     """
 
     c: float
@@ -207,7 +203,22 @@ class GncTls:
     adaptive: bool = False
 
     def __post_init__(self) -> None:
-        _check(self.c, self.factor, self.mu0)
+        positive("c", self.c)
+        if not positive("factor", self.factor) > 1.0:
+            raise ValueError(f"factor is {self.factor}; μ has to move on, so give more than 1")
+        if self.mu0 is not None:
+            positive("mu0", self.mu0)
+
+
+class GncTls(_Schedule):
+    """The rule of GNC-TLS for norms ``(k,)``: μ grows until every weight is 0 or 1.
+
+    At the default start the weight is 0 only beyond √2 u for the largest norm u, so that
+    nothing is rejected at once. An adaptive rule multiplies μ by ``factor``² while no weight
+    is 1.
+
+    Source: Yang et al. 2020, (14) for the weight and Remark 5 for the first μ.
+    """
 
     def start(self, norms: Array) -> float | StopReason:
         """Return the first μ, or NOTHING_TO_REJECT when 2u² ≤ c² for every norm."""
@@ -239,28 +250,14 @@ class GncTls:
         return StopReason.BINARY_WEIGHTS if binary else None
 
 
-@dataclass(frozen=True)
-class GncGm:
+class GncGm(_Schedule):
     """The rule of GNC-GM for norms ``(k,)``: μ decreases to 1, the kernel itself.
 
-    ``c`` is the scale of the kernel; μ is divided by ``factor`` at each step and starts at
-    ``mu0``, by default at ``start_mu`` of the largest norm u, and at 1 at least. There the
-    surrogate is convex up to 0.816 u only, so it is *nearly* convex for all norms. An
-    ``adaptive`` rule divides by as many factors as ``strides`` returns.
+    It starts at 1 at least. At the default start the surrogate is convex up to 0.816 u only
+    for the largest norm u, so it is *nearly* convex for all norms.
 
-    Raises:
-        ValueError: ``c`` or ``mu0`` is not above 0, or ``factor`` is not above 1.
-
-    Source: Yang et al. 2020, (14) for the weight and Remark 5 for the first μ.
+    Source: Yang et al. 2020, (12) for the weight and Remark 5 for the first μ.
     """
-
-    c: float
-    factor: float = 1.4
-    mu0: float | None = None
-    adaptive: bool = False
-
-    def __post_init__(self) -> None:
-        _check(self.c, self.factor, self.mu0)
 
     def start(self, norms: Array) -> float | StopReason:
         """Return the first μ, or NOTHING_TO_REJECT when there are no norms."""
@@ -284,14 +281,6 @@ class GncGm:
     def finished(self, weights: Array, state: float, settled: bool) -> StopReason | None:
         """Stop after the step at μ = 1."""
         return StopReason.CONVERGED if state == 1.0 else None
-
-
-def _check(c: float, factor: float, mu0: float | None) -> None:
-    positive("c", c)
-    if not positive("factor", factor) > 1.0:
-        raise ValueError(f"factor is {factor}; μ has to move on, so give more than 1")
-    if mu0 is not None:
-        positive("mu0", mu0)
 
 
 def check_kind(kind: str) -> None:

@@ -14,7 +14,6 @@ from math import inf
 from typing import Protocol, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, Mask
 from robust_slam._deadline import Deadline
@@ -93,6 +92,20 @@ class Rule(Protocol[State]):
         ...
 
 
+class Stateless:
+    """What all rules without a state share: they stop when the residuals have settled."""
+
+    def start(self, norms: Array) -> None:
+        """Return None, whatever the norms ``(k,)``."""
+
+    def next(self, state: None, weights: Array, moved: Array) -> None:
+        """Return None, whatever the weights ``(k,)``."""
+
+    def finished(self, weights: Array, state: None, settled: bool) -> StopReason | None:
+        """Return CONVERGED when no residual changed in the step."""
+        return StopReason.CONVERGED if settled else None
+
+
 def prepare(
     given: Problem[X] | PoseGraph, x0: X | None, tol: float | None, usual: float
 ) -> tuple[Problem[X], X | None, float]:
@@ -120,24 +133,6 @@ def prepare(
             "LocationProblem or PoseGraphProblem"
         )
     return given, x0, usual if tol is None else tol
-
-
-def as_graph_problem(
-    given: PoseGraphProblem | PoseGraph, x0: ArrayLike | None
-) -> tuple[PoseGraphProblem, ArrayLike | None]:
-    """Return a problem on a pose graph and its start, as ``prepare`` does.
-
-    ``x0`` are poses, ``(n, 3)`` or ``(n, 3, 4)``, or None.
-
-    Raises:
-        TypeError: ``given`` is neither a graph nor a problem on one.
-    """
-    if isinstance(given, PoseGraph):
-        problem = PoseGraphProblem(given)
-        return problem, problem.guess if x0 is None else x0
-    if isinstance(given, PoseGraphProblem):
-        return given, x0
-    raise TypeError(f"problem is a {type(given).__name__}; give a PoseGraph or a PoseGraphProblem")
 
 
 def reweight(

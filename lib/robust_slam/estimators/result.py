@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import Generic, Protocol, Self, TypeVar
+from typing import Generic, Self, TypeVar
 
 import numpy as np
 
@@ -111,48 +111,6 @@ class Result(Generic[X]):
         """Return the result whose solution is the last step of ``history``."""
         last = history[-1]
         return cls(last.x, last.weights, last.cost, stop, tuple(history))
-
-
-class Solution(Protocol):
-    """What every robust solve on a pose graph returns: a ``Result`` or the pipeline's answer.
-
-    ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``, ``weights`` and ``kept`` are ``(m,)``. The repr
-    is one line and ``summary`` a table. The descents return poses alone, or raise.
-    """
-
-    @property
-    def poses(self) -> Array:
-        """The map."""
-        ...
-
-    @property
-    def weights(self) -> Array:
-        """The weight of each edge."""
-        ...
-
-    @property
-    def kept(self) -> Mask:
-        """The edges whose weight is above ½."""
-        ...
-
-    @property
-    def cost(self) -> float:
-        """The cost that was minimised last."""
-        ...
-
-    @property
-    def stop(self) -> StopReason:
-        """Why it stopped."""
-        ...
-
-    @property
-    def history(self) -> Sequence[Step[Array]]:
-        """Its steps."""
-        ...
-
-    def summary(self) -> str:
-        """Return a table of what happened."""
-        ...
 
 
 def _kept(weights: Array) -> str:

@@ -15,36 +15,26 @@ import numpy as np
 
 from robust_slam._arrays import Array
 from robust_slam.estimators.kernels import Kernel, check_kernel
-from robust_slam.estimators.loop import Problem, reweight
-from robust_slam.estimators.result import Result, StopReason
+from robust_slam.estimators.loop import Problem, Stateless, reweight
+from robust_slam.estimators.result import Result
 from robust_slam.graphs.pose_graph import PoseGraph
 
 X = TypeVar("X")
 
 
 @dataclass(frozen=True)
-class IrlsRule:
-    """The rule without a state: the weight is the kernel's, ψ(u)/u."""
+class IrlsRule(Stateless):
+    """The rule of a fixed kernel: the weight is ψ(u)/u."""
 
     kernel: Kernel
-
-    def start(self, norms: Array) -> None:
-        """Return None: the rule has no state."""
 
     def weights(self, norms: Array, state: None) -> Array:
         """Return ψ(u)/u."""
         return self.kernel.weight(norms)
 
-    def next(self, state: None, weights: Array, moved: Array) -> None:
-        """Return None."""
-
     def cost(self, norms: Array) -> float:
         """Return Σ ρ(u)."""
         return float(np.sum(self.kernel.rho(norms)))
-
-    def finished(self, weights: Array, state: None, settled: bool) -> StopReason | None:
-        """Stop when the residuals have settled."""
-        return StopReason.CONVERGED if settled else None
 
 
 def irls(

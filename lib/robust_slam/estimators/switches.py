@@ -37,7 +37,7 @@ from robust_slam.descent.step import (
     retract,
 )
 from robust_slam.estimators import kernels
-from robust_slam.estimators.loop import Problem, as_graph_problem
+from robust_slam.estimators.loop import Problem
 from robust_slam.estimators.result import Result, Step, StopReason
 from robust_slam.estimators.reweighting import irls
 from robust_slam.estimators.thresholds import threshold_of
@@ -164,7 +164,12 @@ def joint_switchable(
     Source: Sünderhauf and Protzel 2012; Marquardt 1963, damping by the diagonal; Nielsen
     1999, the update of the damping by the gain ratio.
     """
-    problem, x0 = as_graph_problem(problem, x0)
+    if isinstance(problem, PoseGraph):
+        problem = PoseGraphProblem(problem)
+        x0 = problem.guess if x0 is None else x0
+    elif not isinstance(problem, PoseGraphProblem):
+        given = type(problem).__name__
+        raise TypeError(f"problem is a {given}; give a PoseGraph or a PoseGraphProblem")
     lam, damping = positive("lam", lam), _checked_damping(damping)
     check_limits(tol, max_iterations)
     model = _Switched(NormalEquations(problem.graph), ~problem.trusted, lam)

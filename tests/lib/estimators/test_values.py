@@ -10,7 +10,6 @@ import robust_slam as rs
 from robust_slam.consistency.pairwise import pcm
 from robust_slam.estimators.graduation import gnc
 from robust_slam.estimators.kernels import KERNELS, cauchy
-from robust_slam.estimators.mixtures import max_mixture_modes
 from robust_slam.estimators.result import StopReason
 from robust_slam.estimators.reweighting import irls
 from robust_slam.estimators.switches import dcs, joint_switchable, switchable
@@ -111,8 +110,6 @@ def test_joint_solvers_take_a_graph_too(town):
     problem = PoseGraphProblem(graph)
     joint = joint_switchable(graph, 9.0)
     np.testing.assert_array_equal(joint.poses, joint_switchable(problem, 9.0, problem.guess).poses)
-    modes = max_mixture_modes(graph, [])
-    np.testing.assert_array_equal(modes.x, max_mixture_modes(problem, [], problem.guess).x)
     with pytest.raises(TypeError, match="is a LocationProblem; give a PoseGraph or a Pose"):
         joint_switchable(LocationProblem([1.0]), 9.0)
 
