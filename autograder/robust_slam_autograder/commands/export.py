@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import functools
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,10 +15,8 @@ from robust_slam_autograder.grading import durable
 
 if TYPE_CHECKING:
     from robust_slam_autograder.lms.late import Rules
-    from robust_slam_autograder.lms.ledger import Ledger
-    from robust_slam_autograder.lms.marks import Column
-    from robust_slam_autograder.lms.matching import Matching
-    from robust_slam_autograder.lms.roster import Roster, Row
+    from robust_slam_autograder.lms.marks import Ledger
+    from robust_slam_autograder.lms.roster import Matching, Roster
     from robust_slam_autograder.lms.systems import System, Values
 
 _PRIVATE = 0o600
@@ -80,14 +78,14 @@ def run(options: argparse.Namespace) -> int:
     if to.exists() and options.roster.exists() and to.samefile(options.roster):
         raise WrongUse(f"--to {to} is the roster itself: name another file.")
     # nbgrader takes a second to import
-    from robust_slam_autograder.lms import late, ledger, matching, roster, systems
+    from robust_slam_autograder.lms import late, marks, roster, systems
 
     system = systems.SYSTEMS[options.format]
     people = roster.read(options.roster)
     match = people.column(options.match or system.match, "--match")
     students = roster.by_key(people, system.students(people), match)
     rules = None if options.late is None else late.load(options.late)
-    marks = ledger.read(
+    ledger = marks.read(
         options.solutions,
         options.names,
         location=places.gradebook(options),
@@ -95,7 +93,7 @@ def run(options: argparse.Namespace) -> int:
         rules=rules,
         submitted=options.submitted,
     )
-    matched = matching.match(marks.students, students)
+    matched = roster.match(ledger, students)
     if not matched.owners:
         raise WrongUse(
             f"{options.roster}: no one in its column {people.header[match]!r} has a mark: "
@@ -103,34 +101,34 @@ def run(options: argparse.Namespace) -> int:
         )
     values = systems.Values(
         match,
-        marks.columns,
-        _places(system, people, marks, options),
-        _cell(matched, marks, options),
+        ledger.columns,
+        _places(system, people, ledger, options),
+        functools.partial(matched.cell, zero=options.missing_as_zero),
     )
     durable.write(to, systems.as_csv(system.table(people, values)), mode=_PRIVATE)
-    _tell(rules, matched, marks, values, options)
+    _tell(rules, matched, values, options)
     print(
-        f"{matched.marked(marks.columns)} of {len(students)} students have marks, matched by "
+        f"{matched.marked()} of {len(students)} students have marks, matched by "
         f"{people.header[match]}. To import into {system.title}: {to}"
     )
-    return 1 if matched.strangers or matched.doubled or marks.lost else 0
+    return 1 if matched.strangers or matched.doubled or ledger.lost else 0
 
 
 def _places(
-    system: System, people: Roster, marks: Ledger, options: argparse.Namespace
+    system: System, people: Roster, ledger: Ledger, options: argparse.Namespace
 ) -> dict[str, int]:
     """Return by assignment the roster's column, named on the command line or found."""
     from robust_slam_autograder.lms import systems
 
     named = dict(options.column)
-    unknown = named.keys() - {column.name for column in marks.columns}
+    unknown = named.keys() - {column.name for column in ledger.columns}
     if unknown:
         raise WrongUse(f"--column {min(unknown)}=…: there is no mark of {min(unknown)}.")
     found = {
         column.name: people.column(named[column.name], "--column")
         if column.name in named
         else systems.find(system, people, column)
-        for column in marks.columns
+        for column in ledger.columns
     }
     places = {name: place for name, place in found.items() if place is not None}
     for name, place in places.items():
@@ -143,36 +141,19 @@ def _places(
     return places
 
 
-def _cell(
-    matched: Matching, marks: Ledger, options: argparse.Namespace
-) -> Callable[[Row, Column], str | None]:
-    def cell(row: Row, column: Column) -> str | None:
-        mark = matched.mark(row, column)
-        if mark is not None:
-            return str(mark.after)
-        lost = (matched.owners.get(row.line), column.name) in marks.lost
-        lost = lost or row.line in matched.doubled
-        return "0" if options.missing_as_zero and not lost else None
-
-    return cell
-
-
 def _tell(
-    rules: Rules | None,
-    matched: Matching,
-    marks: Ledger,
-    values: Values,
-    options: argparse.Namespace,
+    rules: Rules | None, matched: Matching, values: Values, options: argparse.Namespace
 ) -> None:
     from robust_slam_autograder.reports import exported
 
-    every = [mark for column in marks.columns for mark in column.marks.values()]
+    columns = values.columns
+    every = [mark for column in columns for mark in column.marks.values()]
     if rules is not None or any(mark.before != mark.after for mark in every):
-        print(exported.late_table(marks.columns, rules))
-    new = [column.name for column in marks.columns if column.name not in values.places]
+        print(exported.late_table(columns, rules))
+    new = [column.name for column in columns if column.name not in values.places]
     if new:
         print(
             f"new columns, because the roster has none for them: {', '.join(new)}", file=sys.stderr
         )
-    for line in exported.remarks(matched, marks, rules=rules, zero=options.missing_as_zero):
+    for line in exported.remarks(matched, rules=rules, zero=options.missing_as_zero):
         print(line, file=sys.stderr)

@@ -1,4 +1,4 @@
-"""Late work: a due time per assignment, and what a day costs.
+"""Late work: when it was due and when it was handed in, and what a day costs.
 
 By hand: an assignment of 20 points, 10 % a day. Handed in 25 hours late, two days have
 begun; that is 20 % of 20 points, 4 off. A mark of 15 becomes 11, and none falls below 0.
@@ -15,7 +15,8 @@ from pathlib import Path
 from typing import Any
 from zoneinfo import ZoneInfo
 
-from robust_slam_autograder.errors import WrongUse
+from robust_slam_autograder.errors import Refused, WrongUse
+from robust_slam_autograder.reading import submission, timestamp
 from robust_slam_autograder.reading.assignment import check_table
 
 NONE = "none"
@@ -23,6 +24,19 @@ NONE = "none"
 DAY = timedelta(hours=24)
 _KEYS = {"timezone": str, "due": dict, "policy": dict, "extensions": dict}
 _POLICY = dict.fromkeys(("grace_minutes", "percent_per_day", "cap_percent"), (int, float))
+
+
+class Undated(WrongUse):
+    """One submission does not say when it was handed in: its lateness is unknown."""
+
+
+@dataclass(frozen=True)
+class HandedIn:
+    """A time in UTC, and who says so."""
+
+    at: datetime
+    source: str
+    """``timestamp.txt``, or the notebook's name: then a copy without its times says too late."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +71,7 @@ class Rules:
     timezone: ZoneInfo | None
     policy: Policy
     due: Mapping[str, datetime | None]
-    """By assignment; None where there is no due time."""
+    """By assignment, in UTC; None where there is no due time."""
     extensions: Mapping[str, Mapping[str, datetime | None]]
     """By assignment and student a due time of their own."""
 
@@ -89,9 +103,8 @@ def load(path: Path) -> Rules:
     except ValueError as error:
         raise WrongUse(f"{path} cannot be read as TOML: {error}") from error
     check_table(path, table, _KEYS)
-    check_table(
-        path, table.get("extensions", {}), dict.fromkeys(table.get("extensions", {}), dict)
-    )
+    extensions = table.get("extensions", {})
+    check_table(path, extensions, dict.fromkeys(extensions, dict))
     if "policy" not in table or "due" not in table:
         raise WrongUse(f"{path}: [policy] and [due] are wanted.")
     zone = _zone(path, table.get("timezone"))
@@ -102,7 +115,7 @@ def load(path: Path) -> Rules:
         _times(path, "due", table["due"], zone),
         {
             name: _times(path, f"extensions.{name}", times, zone)
-            for name, times in table.get("extensions", {}).items()
+            for name, times in extensions.items()
         },
     )
 
@@ -126,10 +139,7 @@ def _policy(path: Path, table: dict[str, Any]) -> Policy:
 
 
 def _times(
-    path: Path,
-    where: str,
-    table: dict[str, Any],
-    zone: ZoneInfo | None,
+    path: Path, where: str, table: dict[str, Any], zone: ZoneInfo | None
 ) -> dict[str, datetime | None]:
     return {name: _time(path, f"{where}.{name}", value, zone) for name, value in table.items()}
 
@@ -142,7 +152,7 @@ def _time(path: Path, where: str, value: Any, zone: ZoneInfo | None) -> datetime
             f'{path}: {where} must be a date with a time, as 2026-10-20T23:59:00, or "{NONE}".'
         )
     if value.tzinfo is not None:
-        return value
+        return value.astimezone(UTC)
     if zone is None:
         raise WrongUse(
             f'{path}: {where} has no time zone: write timezone = "…" above, or end it in Z '
@@ -154,9 +164,32 @@ def _time(path: Path, where: str, value: Any, zone: ZoneInfo | None) -> datetime
             f"{path}: {where} comes twice or never in {zone}, for clocks change then: "
             "end it in +01:00 or the like."
         )
-    return local
+    # On one clock, so that two times' difference is true.
+    return local.astimezone(UTC)
 
 
-def as_utc(moment: datetime) -> datetime:
-    """Return the same moment on one clock, so that two zones' differences are true."""
-    return moment.astimezone(UTC)
+def handed_in(folder: Path, notebook: str) -> HandedIn:
+    """Return when a submission was: by nbgrader's ``timestamp.txt``, else the notebook's own time.
+
+    Args:
+        folder: the submission's, ``submitted/<student>/<assignment>/``.
+        notebook: the assignment's notebook, without its ending.
+
+    Raises:
+        Undated: there is no folder or no notebook, or ``timestamp.txt`` holds no time.
+    """
+    try:
+        stated = timestamp.read(folder)
+    except Refused as error:
+        raise Undated(f"{folder}: {error}") from error
+    if stated is not None:
+        return HandedIn(stated, timestamp.NAME)
+    try:
+        path, _ = submission.notebook_in(folder, notebook)
+        modified = path.lstat().st_mtime
+    except (Refused, OSError) as error:
+        raise Undated(
+            f"{folder} does not say when it was handed in ({error}): "
+            "name the submissions' folder with --submitted DIR."
+        ) from error
+    return HandedIn(datetime.fromtimestamp(modified, UTC), path.name)

@@ -1,20 +1,25 @@
-"""Marks as they leave the house: before and after what lateness costs."""
+"""Marks as they leave the house: before and after what lateness costs, and whose are not known."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import timedelta
 from pathlib import Path
 
 from robust_slam_autograder.errors import WrongUse
+from robust_slam_autograder.grading import results
 from robust_slam_autograder.grading.results import tidy
-from robust_slam_autograder.lms import handed_in
-from robust_slam_autograder.lms.handed_in import HandedIn, Undated
-from robust_slam_autograder.lms.late import Rules, as_utc
+from robust_slam_autograder.lms import late
+from robust_slam_autograder.lms.late import HandedIn, Rules, Undated
+from robust_slam_autograder.nbgrader import database, totals
+from robust_slam_autograder.nbgrader.database import Location
 from robust_slam_autograder.nbgrader.totals import Total, Totals
+from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.assignment import Assignment
 
+TOLERANCE = 1e-6
+"""Points between a sum here and the same sum in the gradebook."""
 DIGITS = 2
 """Both systems show two, and Canvas compares no more."""
 
@@ -29,9 +34,9 @@ class Mark:
     """As exported."""
     waits: bool
     """Whether a person has still to mark something."""
-    handed_in: HandedIn | None = None
+    handed_in: HandedIn | None
     """Where there is a late policy."""
-    late: timedelta = timedelta()
+    late: timedelta
     """Time after the due time, grace included."""
 
 
@@ -48,64 +53,124 @@ class Column:
     """Students whose lateness is unknown, with the reason: they have no mark here."""
 
 
-def column(
-    assignment: Assignment, totals: Totals, *, rules: Rules | None, submitted: Path
-) -> Column:
-    """Return an assignment's marks, after the late policy where there is one.
+@dataclass(frozen=True)
+class Ledger:
+    """The marks of some assignments."""
+
+    columns: tuple[Column, ...]
+    failed: tuple[tuple[str, str], ...]
+    """Students and assignments on which the grader itself failed: they have no mark."""
+
+    @property
+    def students(self) -> list[str]:
+        """Return everybody who has handed something in, once."""
+        named = [student for column in self.columns for student in column.marks]
+        return list(dict.fromkeys([*named, *sorted(student for student, _ in self.lost)]))
+
+    @property
+    def lost(self) -> frozenset[tuple[str, str]]:
+        """Return students and assignments whose mark is not known: they have no 0 either."""
+        undated = {(student, column.name) for column in self.columns for student in column.undated}
+        return frozenset({*self.failed, *undated})
+
+
+def read(
+    tree: Path,
+    names: Sequence[str],
+    *,
+    location: Location,
+    out: Path,
+    rules: Rules | None,
+    submitted: Path,
+) -> Ledger:
+    """Read marks from the gradebook, which has what a person entered too.
 
     Args:
-        assignment: whose.
-        totals: what the gradebook says.
+        tree: the instructor's source tree.
+        names: assignments; all that somebody has handed in where empty.
+        location: the gradebook.
+        out: the results' folder.
         rules: the late policy; None leaves what nbgrader itself has taken off.
         submitted: where ``<student>/<assignment>/`` are; looked at for the policy alone.
 
     Raises:
-        WrongUse: a due time is missing, no submission says when it was handed in, or nbgrader
-            has taken something off already.
+        WrongUse: there are no marks, the gradebook does not have all results, a due time is
+            missing, no submission says when it was handed in, or nbgrader has taken something
+            off already.
     """
+    if not database.exists(location):
+        raise WrongUse(
+            f"There is no gradebook {database.shown(location)}: grade first, or say --out DIR or "
+            "--gradebook URL."
+        )
+    columns: list[Column] = []
+    failed: list[tuple[str, str]] = []
+    for name in assignments.chosen(tree, names):
+        total = totals.read(location, name)
+        broken = _failed(out, name, total)
+        failed += [(student, name) for student in broken]
+        known = {name: one for name, one in total.students.items() if name not in broken}
+        if known:
+            tests = assignments.load(assignments.notebook_path(tree / name))
+            columns.append(_column(tests, Totals(total.max_score, known), rules, submitted))
+        elif name in names:
+            raise WrongUse(f"{out} has no mark of {name}: grade it first, or say --out DIR.")
+    return Ledger(tuple(columns), tuple(failed))
+
+
+def _failed(out: Path, name: str, recorded: Totals) -> list[str]:
+    """Return students on whose submission the grader failed; a mark that they have is an old one.
+
+    Raises:
+        WrongUse: a result is not in the gradebook as it is, for grading was stopped.
+    """
+    failed = []
+    for path in results.files_of(out, name):
+        result = results.read_checked(path)
+        total = recorded.students.get(result.student)
+        if result.status == "failed":
+            failed.append(result.student)
+        elif total is None or abs(total.by_tests - result.score) > TOLERANCE:
+            raise WrongUse(
+                f"The gradebook does not have {result.student}/{name} as it was graded last: "
+                "give the grade command again, which brings it up to date."
+            )
+    return failed
+
+
+def _column(
+    assignment: Assignment, recorded: Totals, rules: Rules | None, submitted: Path
+) -> Column:
+    """Return an assignment's marks, after the late policy where there is one."""
     marks: dict[str, Mark] = {}
     undated: dict[str, str] = {}
-    for student, total in totals.students.items():
+    for student, total in recorded.students.items():
         if rules is None:
-            marks[student] = _as_recorded(total)
+            marks[student] = _mark(total, total.penalty)
             continue
-        try:
-            marks[student] = _judged(
-                student, assignment, totals.max_score, total, rules, submitted
+        if total.penalty:
+            raise WrongUse(
+                f"nbgrader's own late policy has taken {total.penalty:g} points off "
+                f"{student}/{assignment.name}: export without --late, or take it out of nbgrader."
             )
+        try:
+            at = late.handed_in(submitted / student / assignment.name, assignment.notebook)
         except Undated as error:
             undated[student] = str(error)
+            continue
+        due = rules.due_for(assignment.name, student)
+        over = timedelta() if due is None else max(timedelta(), at.at - due)
+        marks[student] = _mark(total, rules.policy.penalty(over, recorded.max_score), at, over)
     if undated and not marks:
         raise WrongUse(next(iter(undated.values())))
-    most = tidy(totals.max_score)
+    most = tidy(recorded.max_score)
     return Column(assignment.name, assignment.config.title, most, marks, undated)
 
 
-def rounded(points: float) -> float:
-    """Return points to two digits, whole ones as an int."""
-    return tidy(round(points, DIGITS))
-
-
-def _as_recorded(total: Total) -> Mark:
-    after = max(0.0, total.score - total.penalty)
-    return Mark(rounded(total.score), rounded(after), total.waits)
-
-
-def _judged(
-    student: str,
-    assignment: Assignment,
-    max_score: float,
-    total: Total,
-    rules: Rules,
-    submitted: Path,
+def _mark(
+    total: Total, penalty: float, at: HandedIn | None = None, over: timedelta = timedelta()
 ) -> Mark:
-    if total.penalty:
-        raise WrongUse(
-            f"nbgrader's own late policy has taken {total.penalty:g} points off "
-            f"{student}/{assignment.name}: export without --late, or take it out of nbgrader."
-        )
-    at = handed_in.when(submitted / student / assignment.name, assignment.notebook)
-    due = rules.due_for(assignment.name, student)
-    late = timedelta() if due is None else max(timedelta(), as_utc(at.at) - as_utc(due))
-    after = max(0.0, total.score - rules.policy.penalty(late, max_score))
-    return Mark(rounded(total.score), rounded(after), total.waits, at, late)
+    before, after = (
+        tidy(round(points, DIGITS)) for points in (total.score, max(0.0, total.score - penalty))
+    )
+    return Mark(before, after, total.waits, at, over)

@@ -1,4 +1,4 @@
-"""A roster: the CSV that Canvas or Moodle exports of a course's gradebook.
+"""A roster, the CSV that Canvas or Moodle exports of a gradebook, and whose line is whose.
 
 It is read strictly. A mark that goes to the wrong person is worse than none, so whatever
 is doubtful stops the export, with the file and the line.
@@ -10,11 +10,12 @@ import codecs
 import csv
 import io
 import unicodedata
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from robust_slam_autograder.errors import WrongUse
+from robust_slam_autograder.lms.marks import Column, Ledger, Mark
 
 DELIMITERS = (",", ";", "\t")
 """The systems write a comma, or a semicolon where the comma is in numbers."""
@@ -135,3 +136,63 @@ def by_key(roster: Roster, students: tuple[Row, ...], column: int) -> dict[str, 
         if name:
             found[name] = row
     return found
+
+
+@dataclass(frozen=True)
+class Matching:
+    """Submissions and the roster, side by side."""
+
+    ledger: Ledger
+    students: Mapping[str, Row]
+    """The roster's lines by the name that submissions are matched by."""
+    owners: Mapping[int, str]
+    """By line the student, as the submissions' folder is named, where there is one."""
+    strangers: tuple[str, ...]
+    """Students who have handed something in and are not on the roster."""
+    doubled: Mapping[int, tuple[str, ...]]
+    """By line students whose names are equal after Unicode normalisation: they have no mark."""
+
+    def mark(self, row: Row, column: Column) -> Mark | None:
+        """Return a line's mark in an assignment; None where there is none."""
+        return column.marks.get(self.owners.get(row.line, ""))
+
+    def cell(self, row: Row, column: Column, *, zero: bool) -> str | None:
+        """Return what a line says of an assignment: a mark, with ``zero`` 0, or None for nothing.
+
+        Whose mark is not known has no 0 either.
+        """
+        mark = self.mark(row, column)
+        if mark is not None:
+            return str(mark.after)
+        lost = (self.owners.get(row.line), column.name) in self.ledger.lost
+        return "0" if zero and not lost and row.line not in self.doubled else None
+
+    def marked(self) -> int:
+        """Return how many of the roster's students have a mark."""
+        rows = self.students.values()
+        return sum(any(self.mark(row, column) for column in self.ledger.columns) for row in rows)
+
+    def missing(self, column: Column) -> list[str]:
+        """Return who is on the roster and has no mark in an assignment."""
+        rows = self.students.items()
+        return [name for name, row in rows if self.mark(row, column) is None]
+
+
+def match(ledger: Ledger, students: Mapping[str, Row]) -> Matching:
+    """Find the line of each student, as their submissions' folders are named.
+
+    Args:
+        ledger: the marks.
+        students: the roster's lines, from ``by_key``.
+    """
+    found: dict[int, list[str]] = {}
+    strangers = []
+    for student in ledger.students:
+        row = students.get(key(student))
+        if row is None:
+            strangers.append(student)
+        else:
+            found.setdefault(row.line, []).append(student)
+    owners = {line: same[0] for line, same in found.items() if len(same) == 1}
+    doubled = {line: tuple(same) for line, same in found.items() if len(same) > 1}
+    return Matching(ledger, students, owners, tuple(strangers), doubled)

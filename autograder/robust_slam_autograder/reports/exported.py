@@ -7,9 +7,8 @@ from datetime import UTC, timedelta, tzinfo
 
 from robust_slam_autograder.lms import roster
 from robust_slam_autograder.lms.late import Rules
-from robust_slam_autograder.lms.ledger import Ledger
 from robust_slam_autograder.lms.marks import Column, Mark
-from robust_slam_autograder.lms.matching import Matching
+from robust_slam_autograder.lms.roster import Matching
 from robust_slam_autograder.markup import log_line, one_line
 from robust_slam_autograder.reports.terminal import aligned
 
@@ -25,7 +24,8 @@ def late_table(columns: Sequence[Column], rules: Rules | None) -> str:
     rows = [("student", "assignment", "handed in", "says", "late", "before", "after")]
     for column in columns:
         for student, mark in sorted(column.marks.items()):
-            rows.append((one_line(student), column.name, *_times(mark, zone), *_points(mark)))
+            points = str(mark.before), str(mark.after)
+            rows.append((one_line(student), column.name, *_times(mark, zone), *points))
     said = "nbgrader's own late policy" if rules is None else f"{rules.path}: {rules.policy}"
     return "\n".join([*aligned(rows), f"Late work: {said}. Times are in {zone}."])
 
@@ -35,10 +35,6 @@ def _times(mark: Mark, zone: tzinfo) -> tuple[str, str, str]:
         return "", "", ""
     at = mark.handed_in.at.astimezone(zone).strftime("%Y-%m-%d %H:%M:%S %z")
     return at, one_line(mark.handed_in.source), span(mark.late)
-
-
-def _points(mark: Mark) -> tuple[str, str]:
-    return str(mark.before), str(mark.after)
 
 
 def span(late: timedelta) -> str:
@@ -51,21 +47,15 @@ def span(late: timedelta) -> str:
     return f"{days}d {hours}h {minutes:02d}m {seconds:02.0f}s"
 
 
-def remarks(
-    matching: Matching,
-    ledger: Ledger,
-    *,
-    rules: Rules | None,
-    zero: bool,
-) -> Iterator[str]:
+def remarks(matching: Matching, *, rules: Rules | None, zero: bool) -> Iterator[str]:
     """Yield one line for each kind of thing that an instructor must know of the file.
 
     Args:
-        matching: the roster and the submissions.
-        ledger: the marks.
+        matching: the roster and the marks.
         rules: the late policy, if there is one.
         zero: whether students without a submission get 0.
     """
+    ledger = matching.ledger
     if matching.strangers:
         yield f"not on the roster, and not in the file: {_listed(matching.strangers)}"
     for same in matching.doubled.values():

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from nbgrader.apps.api import NbGraderAPI
 from nbgrader.coursedir import CourseDirectory
-from robust_slam_autograder.lms import handed_in
+from robust_slam_autograder.lms import late
 from robust_slam_autograder.nbgrader import own_files
 from robust_slam_autograder.nbgrader.own_files import read_warily
 
@@ -58,8 +58,8 @@ def test_what_holds_no_time_is_read_as_none(api, folder, spoil):
 def test_nbgrader_and_the_late_policy_read_one_time(api, folder, text):
     (folder / "timestamp.txt").write_text(text)
     try:
-        at = handed_in.when(folder, "07-toy").at.astimezone(UTC).replace(tzinfo=None)
-    except handed_in.Undated:
+        at = late.handed_in(folder, "07-toy").at.astimezone(UTC).replace(tzinfo=None)
+    except late.Undated:
         at = None
     assert times(api, folder) == {at}
 
