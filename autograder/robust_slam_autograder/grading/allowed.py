@@ -31,7 +31,10 @@ def refuse_unsafe(
     places = list(dict.fromkeys(folders))
     for allowed in {assignment.config.packages: assignment for assignment in assignments}.values():
         for package in packages.missing(allowed.config.packages):
-            raise WrongUse(f"{allowed.name}/{CONFIG_NAME}: {packages.missing_sentence(package)}")
+            raise WrongUse(
+                f"{allowed.name}/{CONFIG_NAME}: packages names {package}, "
+                "which is not installed here: install it or correct the name."
+            )
         if isinstance(wall, Unsandboxed):
             continue
         for folder in places:

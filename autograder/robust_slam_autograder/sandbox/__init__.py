@@ -41,19 +41,15 @@ def choose(name: str | None = None, *, unsandboxed: bool = False) -> Sandbox:
         return InProcess() if sys.platform == "emscripten" else Unsandboxed()
     problems = []
     for key, wall in BACK_ENDS.items():
-        if name not in (None, key):
-            continue
-        problem = wall.problem()
-        if problem is None:
-            return wall
-        problems.append(f"{key}: {problem}")
-    why = "; ".join(problems)
-    if name is not None:
-        raise WrongUse(
-            f"This sandbox does not work here ({why}), so hidden tests are not run: "
-            "see `autograder doctor`, or name another --sandbox."
-        )
+        if name in (None, key):
+            problem = wall.problem()
+            if problem is None:
+                return wall
+            problems.append(f"{key}: {problem}")
+    which, remedy = ("This sandbox does not work", "name another --sandbox")
+    if name is None:
+        which, remedy = ("No sandbox works", "trust the submissions with --unsandboxed")
     raise WrongUse(
-        f"No sandbox works here ({why}), so hidden tests are not run: "
-        "see `autograder doctor`, or trust the submissions with --unsandboxed."
+        f"{which} here ({'; '.join(problems)}), so hidden tests are not run: "
+        f"see `autograder doctor`, or {remedy}."
     )

@@ -60,9 +60,15 @@ class Group:
                 time.sleep(0.01)
 
 
-def make() -> Group | None:
-    """Make a group for one sandbox; None where this user may not."""
-    return _make() if problem() is None else None
+@contextlib.contextmanager
+def made() -> Iterator[Group | None]:
+    """Make a group for one sandbox and remove it in the end; None where this user may not."""
+    group = _make() if problem() is None else None
+    try:
+        yield group
+    finally:
+        if group is not None:
+            group.remove()
 
 
 @cache
@@ -81,19 +87,15 @@ def problem() -> str | None:
 
 
 def _make() -> Group | None:
-    group = None
-    try:
+    with contextlib.suppress(OSError):  # not Linux, or not allowed
         parent = _parent()
-        if parent is None:
-            return None
-        group = Group(parent / f"{PREFIX}{os.getpid()}-{secrets.token_hex(4)}")
-        group.folder.mkdir()
-        if _limit(group.folder):
-            return group
-    except OSError:  # not Linux, or not allowed
-        pass
-    if group is not None:
-        group.remove()
+        if parent is not None:
+            group = Group(parent / f"{PREFIX}{os.getpid()}-{secrets.token_hex(4)}")
+            group.folder.mkdir()
+            with contextlib.suppress(OSError):
+                if _limit(group.folder):
+                    return group
+            group.remove()
     return None
 
 

@@ -13,9 +13,9 @@ import contextlib
 import fcntl
 import hashlib
 import os
+import pickle
 import platform
 import secrets
-import select
 import shutil
 import socket
 import stat
@@ -23,18 +23,16 @@ import subprocess
 import sys
 import tempfile
 from dataclasses import asdict, dataclass
-from functools import cache, cached_property
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder.errors import GraderFailure
-from robust_slam_autograder.protocol.channel import Channel, Check
 from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES
-from robust_slam_autograder.sandbox import cpu, fork_server, landlock, seccomp, terms, view
-from robust_slam_autograder.sandbox.cpu import CpuClock
-from robust_slam_autograder.sandbox.process import START_SECONDS
+from robust_slam_autograder.sandbox import fork_server, landlock, seccomp, terms, view
+from robust_slam_autograder.sandbox.keeper import Server
+from robust_slam_autograder.sandbox.process import Piped
 from robust_slam_autograder.sandbox.terms import ENVIRONMENT, Launch
-from robust_slam_autograder.student import untrusted
 
 END_SECONDS = 10.0
 LONGEST = 60
@@ -42,43 +40,18 @@ LONGEST = 60
 
 
 @dataclass(frozen=True)
-class Forked:
-    """An untrusted process that a server forked."""
+class Forked(Piped):
+    """An untrusted process that a server forked; its keeper started it and watches it."""
 
     connection: socket.socket
-    reader: int
-    writer: int
-    keeper: int
-    """Process id of the one that started it and watches it."""
+    """To the keeper."""
 
-    def pipes(self) -> tuple[int, int]:
-        """Return descriptors to read its messages from and to write ours to."""
-        return self.reader, self.writer
-
-    def connect(self, check: Check) -> Channel:
-        """Begin the conversation with it; ``check`` as in ``Conversation``."""
-        return Channel(*self.pipes(), check=check, widen=True)
-
-    @cached_property
-    def _clock(self) -> CpuClock:
-        return cpu.clock_of(self.keeper)
-
-    def cpu_seconds(self) -> float:
-        """Return the CPU time that it has used, with all its threads."""
-        return self._clock.seconds()
-
-    def await_ready(self) -> str | None:
-        """Wait until it answers; else say what its keeper said."""
-        both = [self.reader, self.connection.fileno()]
-        answers = select.select(both, [], [], START_SECONDS)[0]
-        if self.reader in answers:
-            said = os.read(self.reader, len(untrusted.READY))
-            if said == untrusted.READY:
-                return None
+    def last_words(self) -> str:
+        """Return what the keeper said."""
         with contextlib.suppress(OSError):
             self.connection.settimeout(1.0)
-            return self.connection.recv(500).decode(errors="replace") or "it says nothing"
-        return "it says nothing"
+            return self.connection.recv(500).decode(errors="replace")
+        return ""
 
     def stop(self) -> None:
         """Cut the lifeline and wait until the keeper has ended everything."""
@@ -138,7 +111,8 @@ class Fork:
             for descriptor in (reader, writer, connection.detach()):
                 os.close(descriptor)
             raise GraderFailure("The fork server started nothing.")
-        return Forked(connection, reader, writer, *fork_server.PID.unpack(said))
+        (keeper,) = fork_server.PID.unpack(said)
+        return Forked(keeper, reader, writer, connection)
 
     def _connect(self, launch: Launch) -> socket.socket:
         kind = repr((launch.withheld, launch.preload, launch.packages)).encode()
@@ -174,16 +148,16 @@ class Fork:
             **terms.imports(launch),
             "withheld": launch.withheld,
             "preload": launch.preload,
-            "home": str(self._home),
             "address": str(address),
             "owner": self._owner,
-            "namespaces": self._namespaces,
-            "files": view.as_text(view.files(launch.packages, launch.withheld)),
         }
-        command = terms.python_script(Path(fork_server.__file__), settings)
-        environment = ENVIRONMENT | {"MPLCONFIGDIR": str(view.font_folder())}
+        files = view.files(launch.packages, launch.withheld)
         done = subprocess.run(
-            command, stdin=subprocess.DEVNULL, capture_output=True, cwd="/", env=environment
+            terms.python_script(Path(fork_server.__file__), settings),
+            input=pickle.dumps(Server(self._home, self._namespaces, files)),
+            capture_output=True,
+            cwd="/",
+            env=ENVIRONMENT | {"MPLCONFIGDIR": str(view.font_folder())},
         )
         if done.stdout != fork_server.READY:
             why = done.stderr.decode(errors="replace").strip()[-500:]
@@ -204,7 +178,7 @@ def _dial(address: Path) -> socket.socket:
 def _problem(wall: Fork) -> str | None:
     if sys.platform != "linux":
         return "it needs Linux"
-    if seccomp.program() is None:
+    if platform.machine() not in seccomp.ARCHITECTURES:
         return f"no filter of system calls is known for {platform.machine()}"
     problem = None if wall._namespaces else _landlock_problem()
     if problem:

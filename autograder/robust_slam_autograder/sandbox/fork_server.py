@@ -11,12 +11,12 @@ import contextlib
 import gc
 import importlib
 import os
+import pickle
 import select
 import signal
 import socket
 import struct
 import sys
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -34,22 +34,20 @@ OWN = (
 
 
 def main() -> None:
-    """Read the settings from the command line, import, then serve."""
+    """Read the settings from the command line and the standard input, import, then serve."""
     gc.disable()  # what is imported stays, and to look through it again and again takes time
     settings = ast.literal_eval(sys.argv[1])
     sys.path[:] = [*settings["path"], settings["grader"]]
     sys.argv[:] = [""]
     from robust_slam_autograder import temporary
     from robust_slam_autograder.sandbox import access_times, cgroup, root_filesystem, view
-    from robust_slam_autograder.sandbox.keeper import Server
     from robust_slam_autograder.student.imports import Installed
 
-    home = Path(settings["home"])
-    files = view.from_text(settings["files"])
+    server: Server = pickle.load(sys.stdin.buffer)
     try:
         owner = os.pidfd_open(settings["owner"])
     except ProcessLookupError:  # it was killed meanwhile
-        temporary.remove(home)
+        temporary.remove(server.home)
         raise
     # What a student's process may not import later shall not be in its memory already.
     sys.path.pop()
@@ -62,14 +60,14 @@ def main() -> None:
         listener.listen(64)
         # Found out once, for all keepers.
         cgroup.problem()
-        root_filesystem.plan(files)
-        if not settings["namespaces"]:
-            access_times.settle(view.readable(files))
+        root_filesystem.steps(server.files)
+        if not server.namespaces:
+            access_times.settle(view.readable(server.files))
         _leave_the_starter()
         try:
-            serve(listener, owner, Server(home, settings["namespaces"], files))
+            serve(listener, owner, server)
         finally:
-            temporary.remove(home)
+            temporary.remove(server.home)
 
 
 def preload(modules: list[str], withheld: tuple[str, ...]) -> None:

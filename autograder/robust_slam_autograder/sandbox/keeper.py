@@ -75,7 +75,7 @@ def keep(
         signal.signal(ignored, signal.SIG_IGN)
     system.adopt_orphans()
     uid = terms.FIRST_UID + os.getpid() % terms.UIDS if os.getuid() == 0 else None
-    with _scratch(server, uid) as scratch, _group() as group:
+    with _scratch(server, uid) as scratch, cgroup.made() as group:
         try:
             if server.namespaces:
                 _leave_namespaces()
@@ -107,28 +107,14 @@ def _scratch(server: Server, uid: int | None) -> Iterator[Path | None]:
         shutil.rmtree(folder, ignore_errors=True)
 
 
-@contextlib.contextmanager
-def _group() -> Iterator[Group | None]:
-    """Make a control group of its own, where this user may."""
-    group = cgroup.make()
-    try:
-        yield group
-    finally:
-        if group is not None:
-            group.remove()
-
-
 def _leave_namespaces() -> None:
     uid, gid = os.getuid(), os.getgid()
-    if uid == 0:
-        system.unshare(*NAMESPACES)
-        socket.sethostname("sandbox")
-        return
-    system.unshare("user", *NAMESPACES)
+    system.unshare(*(() if uid == 0 else ("user",)), *NAMESPACES)
     socket.sethostname("sandbox")
-    Path("/proc/self/setgroups").write_text("deny")
-    Path("/proc/self/uid_map").write_text(f"{uid} {uid} 1")
-    Path("/proc/self/gid_map").write_text(f"{gid} {gid} 1")
+    if uid != 0:
+        Path("/proc/self/setgroups").write_text("deny")
+        Path("/proc/self/uid_map").write_text(f"{uid} {uid} 1")
+        Path("/proc/self/gid_map").write_text(f"{gid} {gid} 1")
 
 
 def _watch(connection: socket.socket, child: int, server: Server, scratch: Path | None) -> None:
@@ -248,11 +234,11 @@ def _allowed(files: Files, scratch: Path | None) -> list[tuple[Path, int]]:
 
 
 def _limits(launch: Launch, server: Server) -> dict[str, int]:
-    limits = terms.limits(launch, walled=server.namespaces)
-    if "RLIMIT_NPROC" not in limits:
+    processes = terms.PROCESSES
+    if os.getuid() != 0 and not server.namespaces:
         # All of the user's processes count here: this stops a flood, the keeper counts exactly.
-        limits["RLIMIT_NPROC"] = _own_threads() + 4 * terms.PROCESSES
-    return limits
+        processes = _own_threads() + 4 * terms.PROCESSES
+    return terms.limits(launch) | {"RLIMIT_NPROC": processes}
 
 
 def _own_threads() -> int:
@@ -271,9 +257,7 @@ def _shut_the_door(uid: int | None, rules: int | None, *, shared_disk: bool) -> 
     system.forbid_new_privileges()
     if rules is not None:
         landlock.enter(rules)
-    program = seccomp.program(shared_disk=shared_disk)
-    if program is not None:
-        system.install_filter(program)
+    system.install_filter(seccomp.program(shared_disk=shared_disk))
     system.let_trace(True)
 
 

@@ -10,7 +10,7 @@ import csv
 import importlib.metadata
 import importlib.util
 import sysconfig
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import Distribution
@@ -35,7 +35,7 @@ class Packages:
     """Modules at the top level."""
     paths: tuple[Path, ...]
     """Their files and folders, not resolved: what a link leads to is at the link's place."""
-    in_place: tuple[tuple[str, str], ...]
+    in_place: dict[str, str]
     """Packages that are imported from a source folder (``pip install --editable``) or one file."""
     libraries: tuple[Path, ...]
     """Compiled modules and the libraries that come with them."""
@@ -45,18 +45,11 @@ class Packages:
 
 def missing(packages: Iterable[str]) -> list[str]:
     """Return those of these packages that are not installed here."""
-    return [name for name in packages if not is_standard(name) and not _is_installed(name)]
-
-
-def missing_sentence(package: str) -> str:
-    """Say that a package of ``autograder.toml`` is not there, and what to do."""
-    return (
-        f"packages names {package}, which is not installed here: install it or correct the name."
-    )
-
-
-def _is_installed(name: str) -> bool:
-    return _distribution(name) is not None or _source_place(name) is not None
+    return [
+        name
+        for name in packages
+        if not is_standard(name) and _distribution(name) is None and _source_place(name) is None
+    ]
 
 
 @cache
@@ -80,7 +73,7 @@ def find(packages: tuple[str, ...]) -> Packages:
     return Packages(
         names=tuple(dict.fromkeys([*filter(None, map(_module, entries)), *sources])),
         paths=(*entries, *map(Path, sources.values())),
-        in_place=tuple(sources.items()),
+        in_place=sources,
         libraries=tuple(libraries),
         sites=tuple(dict.fromkeys(path.parent for path in entries)),
     )
@@ -94,13 +87,9 @@ def _shared(place: Path) -> list[Path]:
 
 def _distribution(name: str) -> Distribution | None:
     """Return the distribution that provides a module."""
-    try:
-        found = _named(name)
-    except importlib.metadata.PackageNotFoundError:
-        pass
-    else:
-        if name in _provided(found):
-            return found
+    found = _named(name)
+    if found is not None and name in _provided(found):
+        return found
     # Reads what was recorded about every distribution, which takes a while.
     others = importlib.metadata.packages_distributions().get(name)
     return _named(others[0]) if others else None
@@ -147,19 +136,21 @@ def _described(found: Distribution) -> tuple[str, tuple[str, ...]]:
 
 
 def _needed(requirements: Iterable[str]) -> list[Distribution]:
-    needed = []
-    for requirement in map(Requirement, requirements):
-        if requirement.marker is None or requirement.marker.evaluate({"extra": ""}):
-            try:
-                needed.append(_named(requirement.name))
-            except importlib.metadata.PackageNotFoundError:
-                continue  # the package itself says so when it is imported
-    return needed
+    """Return what is required, less what is not there: the package says so when it is imported."""
+    wanted = [
+        _named(requirement.name)
+        for requirement in map(Requirement, requirements)
+        if requirement.marker is None or requirement.marker.evaluate({"extra": ""})
+    ]
+    return [found for found in wanted if found is not None]
 
 
 @cache
-def _named(name: str) -> Distribution:
-    return importlib.metadata.distribution(name)
+def _named(name: str) -> Distribution | None:
+    try:
+        return importlib.metadata.distribution(name)
+    except importlib.metadata.PackageNotFoundError:
+        return None
 
 
 @cache
@@ -171,12 +162,9 @@ def _files(found: Distribution) -> tuple[tuple[str, ...], ...]:
         return tuple(parts for parts in rows if parts[0] not in ("..", "", "__pycache__"))
     # Debian's packages list their modules alone.
     modules = (found.read_text("top_level.txt") or found.name).split()
-    there = [path for name in modules for path in (_site(found) / name, *_singles(found, name))]
+    site = _site(found)
+    there = [path for name in modules for path in (site / name, *site.glob(f"{name}.*"))]
     return tuple((path.name,) for path in there if path.exists())
-
-
-def _singles(found: Distribution, name: str) -> Iterator[Path]:
-    return _site(found).glob(f"{name}.*")
 
 
 def _site(found: Distribution) -> Path:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
-from robust_slam_autograder.sandbox import system, view
+from robust_slam_autograder.sandbox import system
 from robust_slam_autograder.sandbox.terms import SCRATCH_BYTES, SCRATCH_FILES
 from robust_slam_autograder.sandbox.view import Files
 
@@ -38,10 +38,10 @@ def enter(root: Path, files: Files) -> None:
         os.mkdir(f"{root}{folder}")
     # Before the rest, which may be in the machine's /tmp.
     _mount_tmpfs(root / "tmp", _SMALL)
-    for act, path in plan(files):
-        act(str(root), path)
+    for act, path in steps(files):
+        act(path, f"{root}{path}")
     for font in files.fonts:
-        _show_file(str(font), f"{root}/tmp/{font.name}")
+        _show(str(font), f"{root}/tmp/{font.name}")
     system.make_read_only(str(root))
     system.make_writable(str(root / "tmp"))
     _mount_tmpfs(root / "dev/shm", _SMALL)
@@ -52,40 +52,41 @@ def _mount_tmpfs(path: Path, options: str) -> None:
     system.mount("tmpfs", str(path), "tmpfs", system.NO_SUID | system.NO_DEV, options)
 
 
+Step = Callable[[str, str], None]
+"""Makes something of the machine's path, the first, at a place in the new root, the second."""
+
+
 @cache
-def plan(files: Files) -> tuple[tuple[Callable[[str, str], None], str], ...]:
-    """Say what ``enter`` does with paths, found out ahead of it: there are a hundred of them."""
-    devices = [(_show_file_at, f"/dev/{name}") for name in DEVICES]
-    acts = {"make": _make, "cover": _cover}
-    found = []
-    for kind, path in view.steps(files):
-        if str(path) not in MADE:
-            show = _show_folder_at if path.is_dir() else _show_file_at
-            found.append((acts.get(kind, show), str(path)))
-    return (*found, *devices)
+def steps(files: Files) -> tuple[tuple[Step, str], ...]:
+    """Say what makes the private root, in order: empty folders, what is shown, what is covered."""
+    rules, made = dict(files.rules), {Path(path) for path in MADE}
+    found: list[tuple[Step, str]] = []
+    for path, is_shown in files.rules:
+        # In a folder that is shown nothing can be made, and all its folders are there.
+        around = next((parent for parent in path.parents if parent in rules), Path("/"))
+        for parent in reversed(path.parents) if is_shown else ():
+            if parent.is_relative_to(around) and parent != around and parent not in made:
+                made.add(parent)
+                found.append((_make, str(parent)))
+        found.append((_show if is_shown else _cover, str(path)))
+    return (*found, *((_show, f"/dev/{name}") for name in DEVICES))
 
 
-def _make(root: str, path: str) -> None:
-    os.mkdir(root + path)
+def _make(path: str, place: str) -> None:
+    os.mkdir(place)
 
 
-def _show_folder_at(root: str, path: str) -> None:
-    os.mkdir(root + path)
-    system.mount(path, root + path, flags=system.BIND | system.RECURSIVE)
-
-
-def _show_file_at(root: str, path: str) -> None:
-    _show_file(path, root + path)
-
-
-def _show_file(path: str, place: str) -> None:
-    os.mknod(place)
+def _show(path: str, place: str) -> None:
+    if os.path.isdir(path):
+        os.mkdir(place)
+    else:
+        os.mknod(place)
     system.mount(path, place, flags=system.BIND | system.RECURSIVE)
 
 
-def _cover(root: str, path: str) -> None:
+def _cover(path: str, place: str) -> None:
     """Put nothing in a file's or a folder's place, so that reading it gives nothing."""
     if os.path.isdir(path):
-        _mount_tmpfs(Path(root + path), "size=1m,mode=755")
+        _mount_tmpfs(Path(place), "size=1m,mode=755")
     else:
-        system.mount("/dev/null", root + path, flags=system.BIND)
+        system.mount("/dev/null", place, flags=system.BIND)

@@ -61,29 +61,27 @@ def mount(source: str, target: str, kind: str = "", flags: int = 0, data: str = 
     _checked(f"mount {target}", result)
 
 
-def unmount(target: str) -> None:
-    """Detach what is mounted there."""
-    _checked(f"umount {target}", _libc.umount2(target.encode(), _DETACH))
-
-
 def make_read_only(folder: str) -> None:
     """Make every mount from a folder downwards read-only and deaf to set-user-id bits."""
-    attributes = struct.pack("=QQQQ", _ATTR_READ_ONLY | _ATTR_NO_SUID, 0, 0, 0)
-    size = ctypes.c_size_t(len(attributes))
-    call(_MOUNT_SETATTR, _AT_FDCWD, folder.encode(), _AT_RECURSIVE, attributes, size)
+    _change_mounts(folder, _AT_RECURSIVE, _ATTR_READ_ONLY | _ATTR_NO_SUID, 0)
 
 
 def make_writable(folder: str) -> None:
     """Take one mount out of what ``make_read_only`` did."""
-    attributes = struct.pack("=QQQQ", 0, _ATTR_READ_ONLY, 0, 0)
-    call(_MOUNT_SETATTR, _AT_FDCWD, folder.encode(), 0, attributes, ctypes.c_size_t(32))
+    _change_mounts(folder, 0, 0, _ATTR_READ_ONLY)
+
+
+def _change_mounts(folder: str, flags: int, added: int, taken: int) -> None:
+    attributes = struct.pack("=QQQQ", added, taken, 0, 0)
+    size = ctypes.c_size_t(len(attributes))
+    call(_MOUNT_SETATTR, _AT_FDCWD, folder.encode(), flags, attributes, size)
 
 
 def enter_root(folder: str) -> None:
     """Make a mount the root of all paths, and drop the old root."""
     os.chdir(folder)
     call(_PIVOT_ROOT[platform.machine()], b".", b".")
-    unmount(".")
+    _checked("umount", _libc.umount2(b".", _DETACH))
     os.chdir("/")
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import platform
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -81,21 +80,14 @@ class Sandbox(Protocol):
         """Start an untrusted process, or use this one."""
 
 
-def python_command(launch: Launch, uid: int | None, *, walled: bool) -> list[str]:
-    """Return the command that runs ``untrusted.py``.
-
-    Args:
-        launch: what it is started with.
-        uid: the user id that it drops to, None where it keeps its own.
-        walled: whether it runs in namespaces of its own.
-    """
+def python_command(launch: Launch) -> list[str]:
+    """Return the command that runs ``untrusted.py`` where there is no wall."""
     settings = {
         **imports(launch),
         "withheld": launch.withheld,
         "packages": launch.packages,
         "used": launch.used,
-        "limits": limits(launch, walled=walled),
-        "uid": uid,
+        "limits": limits(launch),
     }
     return python_script(Path(untrusted.__file__), settings)
 
@@ -104,10 +96,9 @@ def imports(launch: Launch) -> dict[str, Any]:
     """Say where it imports from, as settings for a script of ours."""
     found = packages.find(launch.packages)
     standard = [str(path) for path in view.standard_path()]
-    in_place = dict(found.in_place)
     return {
         "path": [*standard, *map(str, found.sites)],
-        "installed": {"names": found.names, "in_place": in_place, "standard": standard},
+        "installed": {"names": found.names, "in_place": found.in_place, "standard": standard},
         "grader": str(Path(robust_slam_autograder.__file__).resolve().parents[1]),
     }
 
@@ -124,24 +115,13 @@ def python_script(script: Path, settings: dict[str, Any]) -> list[str]:
     return [python, "-P", "-s", "-S", "-B", str(script.resolve()), repr(settings)]
 
 
-def limits(launch: Launch, *, walled: bool) -> dict[str, int]:
-    """Resource limits by their names in the resource module; ``walled`` as above."""
-    found = {
+def limits(launch: Launch) -> dict[str, int]:
+    """Return the limits of each process, by their names in the resource module."""
+    return {
         "RLIMIT_AS": MEMORY_BYTES,
         "RLIMIT_CORE": 0,
         "RLIMIT_CPU": launch.cpu_seconds,
         "RLIMIT_FSIZE": SCRATCH_BYTES,
         "RLIMIT_NOFILE": 128,
-        "RLIMIT_NPROC": PROCESSES,
         "RLIMIT_SIGPENDING": 256,
     }
-    if os.getuid() != 0 and not (walled and _counts_processes_per_namespace()):
-        # All of the user's processes count: the limit would stop the student's first thread.
-        del found["RLIMIT_NPROC"]
-    return found
-
-
-def _counts_processes_per_namespace() -> bool:
-    """Tell whether a user's processes in a user namespace are counted apart: since Linux 5.14."""
-    major, minor, *_ = (*platform.release().split("."), "0")
-    return major.isdigit() and minor.isdigit() and (int(major), int(minor)) >= (5, 14)

@@ -2,11 +2,42 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
+import signal
+import subprocess
 import tempfile
+from dataclasses import dataclass
 
 from robust_slam_autograder.sandbox import terms
-from robust_slam_autograder.sandbox.process import Process, popen
+from robust_slam_autograder.sandbox.process import Piped
 from robust_slam_autograder.sandbox.terms import ENVIRONMENT, Launch
+
+
+@dataclass(frozen=True)
+class Process(Piped):
+    """An untrusted process that we started ourselves, in a session of its own."""
+
+    process: subprocess.Popen[bytes]
+    scratch: tempfile.TemporaryDirectory[str]
+
+    def last_words(self) -> str:
+        """End it, and return what it wrote to its standard error."""
+        assert self.process.stderr
+        self.process.kill()
+        return self.process.stderr.read().decode(errors="replace").strip()[-500:]
+
+    def stop(self) -> None:
+        """End it and all that it started, and remove its scratch folder."""
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.killpg(self.process.pid, signal.SIGKILL)
+        self.process.kill()
+        self.process.wait()
+        for pipe in (self.process.stdin, self.process.stdout, self.process.stderr):
+            if pipe is not None:
+                with contextlib.suppress(OSError):
+                    pipe.close()
+        self.scratch.cleanup()
 
 
 class Unsandboxed:
@@ -21,10 +52,15 @@ class Unsandboxed:
     def start(self, launch: Launch) -> Process:
         """Start it in an empty folder of its own, with a clean environment."""
         scratch = tempfile.TemporaryDirectory(prefix="autograder-", ignore_cleanup_errors=True)
-        environment = ENVIRONMENT | {"HOME": scratch.name, "MPLCONFIGDIR": scratch.name}
-        process = popen(
-            terms.python_command(launch, None, walled=False),
+        process = subprocess.Popen(
+            terms.python_command(launch),
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
             cwd=scratch.name,
-            environment=environment,
+            env=ENVIRONMENT | {"HOME": scratch.name, "MPLCONFIGDIR": scratch.name},
+            start_new_session=True,
         )
-        return Process(process, scratch)
+        assert process.stdin and process.stdout
+        pipes = (process.stdout.fileno(), process.stdin.fileno())
+        return Process(process.pid, *pipes, process, scratch)

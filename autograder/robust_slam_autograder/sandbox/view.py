@@ -9,11 +9,10 @@ import subprocess
 import sys
 import sysconfig
 from collections import defaultdict
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any, Literal
 
 from robust_slam_autograder.sandbox import packages
 from robust_slam_autograder.student.imports import NOT_INSTALLED
@@ -24,9 +23,6 @@ _LOADED_LATER = ("libgcc_s.so.1",)
 _FAMILIES = ("libmkl",)
 """Libraries that open others of their name when they run."""
 _TRACED = re.compile(r"(/\S.*) \(0x[0-9a-f]+\)$")
-
-
-Step = Literal["make", "show", "cover"]
 
 
 @dataclass(frozen=True)
@@ -58,35 +54,6 @@ def files(allowed: tuple[str, ...], withheld: tuple[str, ...]) -> Files:
     )
 
 
-def as_text(found: Files) -> tuple[object, ...]:
-    """Write the same as a Python literal, for another process."""
-    rules = [(str(path), is_shown) for path, is_shown in found.rules]
-    return rules, [*map(str, found.folders)], [*map(str, found.fonts)]
-
-
-def from_text(literal: tuple[Any, ...]) -> Files:
-    """Take back what ``as_text`` gave."""
-    rules, folders, fonts = literal
-    return Files(
-        rules=tuple((Path(path), is_shown) for path, is_shown in rules),
-        folders=tuple(map(Path, folders)),
-        fonts=tuple(map(Path, fonts)),
-    )
-
-
-def steps(found: Files) -> Iterator[tuple[Step, Path]]:
-    """Yield what makes a private root, in order: empty folders, what is shown, what is covered."""
-    rules, made = dict(found.rules), set[Path]()
-    for path, is_shown in found.rules:
-        # In a folder that is shown nothing can be made, and all its folders are there.
-        around = next((parent for parent in path.parents if parent in rules), Path("/"))
-        for parent in reversed(path.parents) if is_shown else ():
-            if parent.is_relative_to(around) and parent != around and parent not in made:
-                made.add(parent)
-                yield "make", parent
-        yield ("show" if is_shown else "cover"), path
-
-
 def _rules(visible: Iterable[Path], hidden: Iterable[Path]) -> tuple[tuple[Path, bool], ...]:
     """Order what is shown and what is not, without what the folder around it says already."""
     wanted = dict.fromkeys(visible, True) | dict.fromkeys(hidden, False)
@@ -108,14 +75,7 @@ def _visible(allowed: tuple[str, ...]) -> tuple[Path, ...]:
 
 def standard_path() -> list[Path]:
     """Return the folders from which the standard library is imported."""
-    entries = [Path(entry).resolve() for entry in sys.path if entry]
-    return [path for path in dict.fromkeys(entries) if _is_standard(path)]
-
-
-def _is_standard(path: Path) -> bool:
-    base = _standard_library()
-    is_archive = path.parent == base.parent and path.suffix == ".zip"
-    return is_archive or (within(path, [base]) and not within(path, _standard_parts()))
+    return [_standard_library(), _standard_library() / "lib-dynload"]
 
 
 def _standard_library() -> Path:
@@ -226,20 +186,15 @@ def readable(found: Files) -> list[tuple[Path, bool]]:
     rules = {path.resolve(): is_shown for path, is_shown in found.rules}
     hidden = [path for path, is_shown in rules.items() if not is_shown]
     waiting = [path for path, is_shown in rules.items() if is_shown]
-    result = [(path.resolve(), False) for path in found.folders]
-    seen: set[Path] = set()
+    opened: dict[Path, bool] = {}
     while waiting:
         path = waiting.pop()
-        if path in seen:
-            continue
-        seen.add(path)
-        if not any(hid.is_relative_to(path) for hid in hidden):
-            result.append((path, True))
-        else:
-            result.append((path, False))
-            inside = (inner.resolve() for inner in path.iterdir())  # a link may lead out of it
-            waiting += (inner for inner in inside if _is_shown(inner, rules))
-    return result
+        if path not in opened:
+            opened[path] = not any(hid.is_relative_to(path) for hid in hidden)
+            if not opened[path]:
+                inside = (inner.resolve() for inner in path.iterdir())  # a link may lead out of it
+                waiting += (inner for inner in inside if _is_shown(inner, rules))
+    return [*((path.resolve(), False) for path in found.folders), *opened.items()]
 
 
 def _is_shown(path: Path, rules: Mapping[Path, bool]) -> bool:

@@ -77,7 +77,6 @@ def main() -> None:
     imports.Installed(**settings["installed"]).install()
     volunteer_for_the_memory_killer()
     limit(settings["limits"])
-    drop_to(settings["uid"])
     serve(settings["withheld"], settings["used"], settings["packages"])
 
 

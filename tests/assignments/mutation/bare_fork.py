@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from robust_slam_autograder.protocol.channel import Channel, Check
 from robust_slam_autograder.sandbox import Launch
-from robust_slam_autograder.sandbox.cpu import CpuClock
+from robust_slam_autograder.sandbox.process import CpuClock
 from robust_slam_autograder.student import untrusted
 
 MEMORY_BYTES = 4 * 1024**3

@@ -79,10 +79,9 @@ def group() -> Iterator[Group]:
         pytest.fail(f"This machine counts memory, but {problem}")
     if problem is not None:
         leave_out(problem)
-    made = cgroup.make()
-    assert made is not None
-    yield made
-    made.remove()
+    with cgroup.made() as made:
+        assert made is not None
+        yield made
     assert not made.folder.exists()
 
 

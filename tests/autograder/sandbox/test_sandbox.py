@@ -466,20 +466,9 @@ def test_without_a_wall_hidden_tests_are_refused(monkeypatch: pytest.MonkeyPatch
     assert isinstance(sandbox.choose(unsandboxed=True), Unsandboxed)
 
 
-def test_a_user_without_a_wall_keeps_the_right_to_processes(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Where all of a user's processes count, a limit for one would stop its first thread."""
-    monkeypatch.setattr(os, "getuid", lambda: 1000)
-    assert "RLIMIT_NPROC" not in terms.limits(LAUNCH, walled=False)
-    for release, limited in {"5.13.0-x": False, "5.14.0": True, "6.1": True, "odd": False}.items():
-        monkeypatch.setattr("platform.release", lambda release=release: release)
-        assert ("RLIMIT_NPROC" in terms.limits(LAUNCH, walled=True)) is limited
-
-
 def test_a_process_that_does_not_start_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
     command = [sys.executable, "-c", "import sys; sys.exit('no such luck')"]
-    monkeypatch.setattr(terms, "python_command", lambda *arguments, **options: command)
+    monkeypatch.setattr(terms, "python_command", lambda launch: command)
     running = Unsandboxed().start(LAUNCH)
     assert running.await_ready() == "no such luck"
     running.stop()
