@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from copy import deepcopy
 from pathlib import Path
+from typing import Any
 
-from tests.autograder.hostile.cells import from_file, own_cell
-from tests.autograder.hostile.entry import Entry, Place, hand_in, put
+from tests.autograder.hostile.cells import Change, changed, each, from_file, in_bytes, own_cell
+from tests.autograder.hostile.entry import Entry, Place, hand_in
 from tests.autograder.hostile.target import Notebook, Target, grade_id_of
-
-Change = Callable[[Notebook, Target], object]
 
 
 def plain(target: Target, place: Place) -> None:
@@ -20,19 +18,11 @@ def plain(target: Target, place: Place) -> None:
 
 
 def _changed(name: str, kind: str, change: Change) -> Entry:
-    def write(target: Target, place: Place) -> None:
-        notebook = target.solved()
-        change(notebook, target)
-        hand_in(notebook, target, place)
-
-    return Entry(name, f"correct: {kind}", "full", write)
+    return changed(name, f"correct: {kind}", "full", change)
 
 
-def _bytes(name: str, kind: str, data: Callable[[str], bytes]) -> Entry:
-    def write(target: Target, place: Place) -> None:
-        put(data(json.dumps(target.solved(), indent=1, ensure_ascii=False)), target, place)
-
-    return Entry(name, f"correct: {kind}", "full", write)
+def _text(notebook: Notebook) -> str:
+    return json.dumps(notebook, indent=1, ensure_ascii=False)
 
 
 def _another_name(target: Target, place: Place) -> None:
@@ -40,19 +30,10 @@ def _another_name(target: Target, place: Place) -> None:
     (place.folder / target.file).rename(place.folder / "Homework (1).ipynb")
 
 
-def _is(what: str) -> Callable[[dict[str, object]], bool]:
-    def matches(cell: dict[str, object]) -> bool:
-        metadata = cell["metadata"]
-        assert isinstance(metadata, dict)
-        return bool(metadata.get("nbgrader", {}).get(what))
-
-    return matches
-
-
 def _without(what: str) -> Change:
     def change(notebook: Notebook, target: Target) -> None:
-        is_such = _is(what)
-        notebook["cells"] = [cell for cell in notebook["cells"] if not is_such(cell)]
+        cells = notebook["cells"]
+        notebook["cells"] = [c for c in cells if not c["metadata"].get("nbgrader", {}).get(what)]
 
     return change
 
@@ -71,19 +52,12 @@ def _split_cell(notebook: Notebook, target: Target) -> None:
     notebook["cells"].insert(at + 1, own_cell(target.reference))
 
 
-def _drop_metadata(notebook: Notebook, target: Target) -> None:
-    for cell in notebook["cells"]:
-        cell["metadata"] = {}
+def _lines(cell: dict[str, Any]) -> None:
+    cell["source"] = "".join(cell["source"]).splitlines(keepends=True)
 
 
-def _lines(notebook: Notebook, target: Target) -> None:
-    for cell in notebook["cells"]:
-        cell["source"] = "".join(cell["source"]).splitlines(keepends=True)
-
-
-def _windows_cells(notebook: Notebook, target: Target) -> None:
-    for cell in notebook["cells"]:
-        cell["source"] = "".join(cell["source"]).replace("\n", "\r\n")
+def _windows_lines(cell: dict[str, Any]) -> None:
+    cell["source"] = "".join(cell["source"]).replace("\n", "\r\n")
 
 
 def _answers_last(notebook: Notebook, target: Target) -> None:
@@ -102,13 +76,23 @@ NOTEBOOKS = [
     _changed("no-kernelspec", "no kernelspec", lambda notebook, _: notebook.update(metadata={})),
     _changed("copied-cell", "a copied cell", _copy_cell),
     _changed("split-cell", "a copied cell", _split_cell),
-    _changed("no-metadata", "a copied cell", _drop_metadata),
+    _changed("no-metadata", "a copied cell", each(lambda cell: cell.update(metadata={}))),
     _changed("answers-last", "a copied cell", _answers_last),
-    _changed("lists-of-lines", "crlf", _lines),
-    _changed("windows-lines-in-cells", "crlf", _windows_cells),
+    _changed("lists-of-lines", "crlf", each(_lines)),
+    _changed("windows-lines-in-cells", "crlf", each(_windows_lines)),
     _changed("long-outputs", "prints", _long_outputs),
-    _bytes("windows-lines", "crlf", lambda text: text.replace("\n", "\r\n").encode()),
-    _bytes("byte-order-mark", "bom", lambda text: text.encode("utf-8-sig")),
+    in_bytes(
+        "windows-lines",
+        "correct: crlf",
+        "full",
+        lambda notebook: _text(notebook).replace("\n", "\r\n").encode(),
+    ),
+    in_bytes(
+        "byte-order-mark",
+        "correct: bom",
+        "full",
+        lambda notebook: _text(notebook).encode("utf-8-sig"),
+    ),
     Entry("another-name", "correct: a copied cell", "full", _another_name),
 ]
 CORRECT = [*from_file(Path(__file__).with_name("correct_cells.txt")), *NOTEBOOKS]

@@ -6,20 +6,15 @@ import json
 from collections.abc import Callable
 from typing import Any
 
-from tests.autograder.hostile.cells import WRONG, fill, in_cell, own_cell
-from tests.autograder.hostile.entry import Bound, Entry, Place, hand_in, put
-from tests.autograder.hostile.target import Notebook, Target
+from tests.autograder.hostile.cells import changed, each, in_bytes, in_cell, own_cell
+from tests.autograder.hostile.entry import Entry
+from tests.autograder.hostile.target import Notebook
 
 DEEP = 100_000
 
 
 def _bytes(name: str, kind: str, data: Callable[[Notebook], bytes]) -> Entry:
-    """A right notebook, changed into bytes that are none."""
-
-    def write(target: Target, place: Place) -> None:
-        put(data(target.solved()), target, place)
-
-    return Entry(name, f"broken: {kind}", "refused", write)
+    return in_bytes(name, f"broken: {kind}", "refused", data)
 
 
 def _with(name: str, kind: str, **fields: object) -> Entry:
@@ -41,18 +36,11 @@ def _wrong(
     name: str, kind: str, change: Callable[[dict[str, Any]], object], *, spills: bool = False
 ) -> Entry:
     """A wrong answer with a change to every cell."""
-
-    def write(target: Target, place: Place) -> None:
-        notebook = target.solved(fill(WRONG, target, place))
-        for cell in notebook["cells"]:
-            change(cell)
-        hand_in(notebook, target, place)
-
-    return Entry(name, f"broken: {kind}", "wrong", write, spills=spills)
+    return changed(name, f"broken: {kind}", "wrong", each(change), spills=spills)
 
 
-def _text(name: str, kind: str, source: str, bound: Bound = "wrong") -> Entry:
-    return Entry(name, f"broken: {kind}", bound, in_cell(source, bare=True))
+def _text(name: str, kind: str, source: str) -> Entry:
+    return Entry(name, f"broken: {kind}", "wrong", in_cell(source, bare=True))
 
 
 def _text_of(value: Notebook) -> str:

@@ -18,14 +18,15 @@ FILE, OWNER and WITHHELD stand for what their names say. ``bare`` leaves out the
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from copy import deepcopy
 from pathlib import Path
 from typing import Any, cast, get_args
 
-from tests.autograder.hostile.entry import Bound, Entry, Place, Write, hand_in
-from tests.autograder.hostile.target import Target
+from tests.autograder.hostile.entry import Bound, Entry, Place, Write, hand_in, put
+from tests.autograder.hostile.target import Notebook, Target
 
+Change = Callable[[Notebook, Target], object]
 FOLDER = Path(__file__).with_name("cells")
 WRONG = "<each>\ndef NAME(*args, **kwargs):\n    return spoil(RIGHT(*args, **kwargs))\n<end>\n"
 FLAGS = {"timeout", "died", "spills", "dangerous", "bare"}
@@ -107,15 +108,30 @@ def in_cell(template: str, *, own: str = "", bare: bool = False) -> Write:
 
 def own_cell(source: str) -> dict[str, Any]:
     """A cell that a student added."""
-    return deepcopy(
-        {
-            "cell_type": "code",
-            "id": "own",
-            "metadata": {},
-            "execution_count": None,
-            "outputs": [],
-            "source": source,
-        }
+    empty = {"cell_type": "code", "id": "own", "metadata": {}, "execution_count": None}
+    return deepcopy(empty | {"outputs": [], "source": source})
+
+
+def changed(name: str, kind: str, bound: Bound, change: Change, *, spills: bool = False) -> Entry:
+    """A submission whose notebook is changed: a right one for all points, else a wrong one."""
+
+    def write(target: Target, place: Place) -> None:
+        notebook = target.solved(None if bound == "full" else fill(WRONG, target, place))
+        change(notebook, target)
+        hand_in(notebook, target, place)
+
+    return Entry(name, kind, bound, write, spills=spills)
+
+
+def each(change: Callable[[dict[str, Any]], object]) -> Change:
+    """The same change to every cell."""
+    return lambda notebook, target: [change(cell) for cell in notebook["cells"]]
+
+
+def in_bytes(name: str, kind: str, bound: Bound, data: Callable[[Notebook], bytes]) -> Entry:
+    """A right notebook, changed into bytes."""
+    return Entry(
+        name, kind, bound, lambda target, place: put(data(target.solved()), target, place)
     )
 
 

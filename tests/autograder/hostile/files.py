@@ -6,12 +6,13 @@ import os
 import pickle
 
 from tests.autograder import correct
-from tests.autograder.hostile.cells import WRONG, fill, in_cell
+from tests.autograder.hostile.cells import WRONG, changed, in_cell
 from tests.autograder.hostile.entry import Entry, Place, Write, hand_in
-from tests.autograder.hostile.target import Target
+from tests.autograder.hostile.target import Notebook, Target
 
 NEIGHBOUR = "neighbour-0"
 GIANT_BYTES = 300 * 2**20
+_wrong = in_cell(WRONG)
 
 SHADOW = """\
 import os, sys
@@ -49,7 +50,7 @@ def _beside(name: str, kind: str, files: dict[str, str]) -> Entry:
     """A wrong answer beside files that would help it if anything read them."""
 
     def write(target: Target, place: Place) -> None:
-        hand_in(target.solved(fill(WRONG, target, place)), target, place)
+        _wrong(target, place)
         for name, text in files.items():
             path = place.folder / name.format(target)
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -94,7 +95,7 @@ def _pickles(target: Target, place: Place) -> None:
 
 
 def _links(target: Target, place: Place) -> None:
-    hand_in(target.solved(fill(WRONG, target, place)), target, place)
+    _wrong(target, place)
     for name, aim in {
         "passwd": "/etc/passwd",
         "solutions": str(place.root / "solutions"),
@@ -107,7 +108,7 @@ def _links(target: Target, place: Place) -> None:
 
 
 def _giant(target: Target, place: Place) -> None:
-    hand_in(target.solved(fill(WRONG, target, place)), target, place)
+    _wrong(target, place)
     with open(place.folder / "data.bin", "wb") as file:
         file.truncate(GIANT_BYTES)
 
@@ -154,11 +155,9 @@ def _none(target: Target, place: Place) -> None:
     place.folder.mkdir(parents=True)
 
 
-def _says_another_name(target: Target, place: Place) -> None:
-    notebook = target.solved()
-    notebook["metadata"]["student"] = f"../{NEIGHBOUR}"
-    notebook["metadata"]["name"] = f"../../{NEIGHBOUR}/{target.name}"
-    hand_in(notebook, target, place)
+def _names_another(notebook: Notebook, target: Target) -> None:
+    names = {"student": f"../{NEIGHBOUR}", "name": f"../../{NEIGHBOUR}/{target.name}"}
+    notebook["metadata"].update(names)
 
 
 FILES = [
@@ -193,7 +192,7 @@ FILES = [
     Entry("two-notebooks", "broken: two notebooks", "refused", _two),
     Entry("no-notebook", "broken: name", "refused", _none),
     Entry("ada..%2e%2e%2f..neighbour-0", "broken: dots in an id", "full", correct.plain),
-    Entry("says-another-name", "broken: dots in an id", "full", _says_another_name),
+    changed("says-another-name", "broken: dots in an id", "full", _names_another),
     Entry("Ünï-çødé-学生-🎓", "broken: unicode in an id", "full", correct.plain),
     Entry("o'dots'); drop table student;--", "broken: unicode in an id", "full", correct.plain),
 ]

@@ -9,20 +9,13 @@ from collections.abc import Callable
 from copy import deepcopy
 from typing import Any
 
-from tests.autograder.hostile.cells import WRONG, fill, own_cell
-from tests.autograder.hostile.entry import Bound, Entry, Place, hand_in
+from tests.autograder.hostile.cells import Change, changed, each, own_cell
+from tests.autograder.hostile.entry import Entry
 from tests.autograder.hostile.target import Notebook, Target, grade_id_of
 
-Change = Callable[[Notebook, Target], None]
 
-
-def _entry(name: str, kind: str, change: Change, bound: Bound = "wrong") -> Entry:
-    def write(target: Target, place: Place) -> None:
-        notebook = deepcopy(target.solved(fill(WRONG, target, place)))
-        change(notebook, target)
-        hand_in(notebook, target, place)
-
-    return Entry(name, f"metadata: {kind}", bound, write)
+def _entry(name: str, kind: str, change: Change) -> Entry:
+    return changed(name, f"metadata: {kind}", "wrong", change)
 
 
 def _fields(cell: dict[str, Any]) -> dict[str, Any]:
@@ -34,29 +27,20 @@ def _is_test(cell: dict[str, Any]) -> bool:
     return bool(_fields(cell).get("grade"))
 
 
-def _each(
-    change: Callable[[dict[str, Any]], object],
-    which: Callable[[dict[str, Any]], bool] = lambda cell: True,
-) -> Change:
-    """The same change to every cell, or to every test."""
-
-    def change_all(notebook: Notebook, target: Target) -> None:
-        for cell in filter(which, notebook["cells"]):
-            change(cell)
-
-    return change_all
+def _each_test(change: Callable[[dict[str, Any]], object]) -> Change:
+    return each(lambda cell: change(cell) if _is_test(cell) else None)
 
 
 def _set(**values: object) -> Change:
-    return _each(lambda cell: _fields(cell).update(values))
+    return each(lambda cell: _fields(cell).update(values))
 
 
 def _tag(*tags: str) -> Change:
-    return _each(lambda cell: cell["metadata"].update(tags=list(tags)))
+    return each(lambda cell: cell["metadata"].update(tags=list(tags)))
 
 
 def _tests(**values: object) -> Change:
-    return _each(lambda cell: cell.update(values), _is_test)
+    return _each_test(lambda cell: cell.update(values))
 
 
 def _retype(cell: dict[str, Any]) -> None:
@@ -148,17 +132,17 @@ METADATA = [
     _entry("unlocked", "locked flags", _set(locked=False)),
     _entry("all-locked", "locked flags", _set(locked=True, solution=False)),
     _entry("a-locked-cell-of-its-own", "locked flags", _locked_own_cells),
-    _entry("a-set-up-of-its-own", "locked flags", _each(_a_set_up_of_its_own)),
-    _entry("tests-as-text", "cell types", _each(_retype, _is_test)),
+    _entry("a-set-up-of-its-own", "locked flags", each(_a_set_up_of_its_own)),
+    _entry("tests-as-text", "cell types", _each_test(_retype)),
     _entry("a-solution-as-text", "cell types", _retype_solution("markdown")),
     _entry("a-solution-of-no-type", "cell types", _retype_solution("\0x")),
-    _entry("tests-as-solutions", "cell types", _each(_test_as_solution, _is_test)),
+    _entry("tests-as-solutions", "cell types", _each_test(_test_as_solution)),
     _entry("schema-0", "schema versions", _set(schema_version=0)),
     _entry("schema-99", "schema versions", _set(schema_version=99)),
     _entry("schema-of-nothing", "schema versions", _set(schema_version=None, checksum=0)),
     _entry("strange-metadata", "schema versions", _strange),
     _entry("strange-kernel", "schema versions", _strange_kernel),
-    _entry("forged-outputs", "forged outputs", _each(_claim_success)),
+    _entry("forged-outputs", "forged outputs", each(_claim_success)),
     _entry("edited-tests", "forged outputs", _tests(source="assert True")),
     _entry("tests-first", "moved tests", _tests_first),
     _entry("tests-emptied", "deleted tests", _tests(source="")),
