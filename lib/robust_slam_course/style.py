@@ -28,6 +28,11 @@ class Look:
     linestyle: LineStyle
     marker: str
 
+    @property
+    def line(self) -> dict[str, Any]:
+        """Return the settings of matplotlib's line without a marker."""
+        return {"color": self.color, "linestyle": self.linestyle}
+
 
 LOOKS: tuple[Look, ...] = (
     Look(COLOURS["ink"].light, "-", "o"),

@@ -1,16 +1,17 @@
 """Pictures for assignment 09: a world, its outliers, the back-end that finds them, a verdict.
 
-Every function takes a student's own, of the same name. A graph goes to them as a dict of
-arrays. ``library_tools`` are the functions that the student's pipeline receives.
+A graph goes to a student's functions as a dict of arrays. ``library_tools`` are the functions
+that the student's pipeline receives.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 from robust_slam._arrays import Array, Indices, Mask, finite, mask
@@ -26,7 +27,7 @@ from robust_slam.palette import PALETTE
 from robust_slam.problems import PoseGraphProblem
 from scipy.stats import chi2
 
-from robust_slam_course.exercises import as_dict, once_it_works
+from robust_slam_course.exercises import as_dict, draw_truth, picture
 
 Graph = Mapping[str, Any]
 Tools = Mapping[str, Callable[..., Any]]
@@ -49,88 +50,83 @@ def library_tools() -> dict[str, Callable[..., Any]]:
     }
 
 
-@once_it_works
+@picture(width=7.0, height=3.2, ncols=2)
 def make_graph(
+    axes: Sequence[Axes],
     student: Callable[[int, int, tuple[float, float], int], tuple[Graph, ArrayLike]],
-) -> Figure:
+) -> None:
     """Draw the student's world, and how large the truth's residuals are in it."""
+    left, right = axes
     made, poses = student(60, 60, (0.1, 0.05), 1)
     graph = PoseGraph(**made)
     truth = finite("truth", poses, (60, 3))
     squares = pose_graph.squared_norms(graph, truth)
-    fig = Figure(figsize=(7.0, 3.2))
-    left, right = fig.subplots(1, 2)
     draw_map(graph, truth, left)
     left.set_title("your world: the way, its closures")
     bins = np.linspace(0.0, 14.0, 29)
-    right.hist(squares, bins, density=True, color=PALETTE["estimate"], alpha=0.6, label="yours")
-    density = chi2.pdf(bins, 3)
-    right.plot(bins, density, "-", color=PALETTE["muted"], linewidth=6, alpha=0.4, label="χ², 3")
+    right.hist(
+        squares, list(bins), density=True, color=PALETTE["estimate"], alpha=0.6, label="yours"
+    )
+    draw_truth(right, bins, chi2.pdf(bins, 3), "χ², 3")
     right.set(xlabel="χ² of an edge at the truth", ylabel="density")
     spread = 3.0 * np.sqrt(6.0 / squares.size)  # a χ² of 3 degrees has the variance 6
     right.set_title(f"mean {squares.mean():.2f}: usual is 3 ± {spread:.2f}")
     right.legend()
-    return fig
 
 
-@once_it_works
-def spoil(student: Callable[[Graph, float, int], tuple[Graph, ArrayLike]]) -> Figure:
+@picture("Where closures say that the robot came back to", height=5.2)
+def spoil(ax: Axes, student: Callable[[Graph, float, int], tuple[Graph, ArrayLike]]) -> None:
     """Draw where closures of a town say that their second pose is, before and after."""
     clean, truth = generate.manhattan(60, np.random.default_rng(2), side=6, closures=20)
     made, marked = student(as_dict(clean), 0.3, 1)
     graph = PoseGraph(**made)
     spoiled = mask("mask", marked, len(graph.edges))
-    said = graph.group.compose(truth[graph.edges[:, 0]], graph.measurement)
     starts = truth[graph.edges[:, 0]]
-    fig = Figure(figsize=(5.6, 5.2))
-    ax = fig.subplots()
+    said = graph.group.compose(starts, graph.measurement)
     draw_map(pose_graph.select(clean, clean.is_odometry), truth, ax)
-    for name, chosen in (("inlier", ~spoiled & ~graph.is_odometry), ("outlier", spoiled)):
-        label = {"inlier": "correct", "outlier": "spoiled"}[name]
-        for k in np.flatnonzero(chosen):
-            ends = np.stack([starts[k], said[k]])
-            line = "-" if name == "inlier" else "--"
-            ax.plot(*ends[:, :2].T, line, color=PALETTE[name], linewidth=1.5)
-        marker = {"inlier": "o", "outlier": "X"}[name]
+    for name, label, line, marker, chosen in (
+        ("inlier", "correct", "-", "o", ~spoiled & ~graph.is_odometry),
+        ("outlier", "spoiled", "--", "X", spoiled),
+    ):
+        for start, end in zip(starts[chosen], said[chosen], strict=True):
+            way = np.stack([start, end])[:, :2].T
+            ax.plot(*way, line, color=PALETTE[name], linewidth=1.5)
         ax.plot(*said[chosen, :2].T, marker, color=PALETTE[name], label=label)
-    ax.set_title("Where closures say that the robot came back to")
     ax.legend()
-    return fig
 
 
-@once_it_works
-def judge(student: Callable[[Graph, Array], str]) -> Figure:
+@picture(
+    "Headings: the same all round, turned once round, one pose pushed",
+    width=7.0, height=3.0, ncols=3,
+)  # fmt: skip
+def judge(axes: Sequence[Axes], student: Callable[[Graph, Array], str]) -> None:
     """Draw headings of three maps of a robot that turns on the spot, and the verdicts on them."""
-    fig = Figure(figsize=(7.0, 3.0))
-    for ax, (name, turn) in zip(fig.subplots(1, 3), _turned(7).items(), strict=True):
-        graph, poses = _spinning(7), np.stack([0 * turn, 0 * turn, turn], axis=1)
+    graph, place = _spinning(7), np.arange(7)
+    for ax, (name, turn) in zip(axes, _turned(7).items(), strict=True):
+        poses = np.stack([0 * turn, 0 * turn, turn], axis=1)
         known = certificates.certificate(graph, poses).verdict.value
-        ax.quiver(
-            np.arange(7), 0 * turn, np.cos(turn), np.sin(turn), scale=9.0, width=0.012, pivot="mid"
-        )
-        ax.set(xlim=(-1, 7), ylim=(-1, 1), xticks=range(7), yticks=[], xlabel="pose")
-        ax.set_title(name)
+        arrows = np.cos(turn), np.sin(turn)
+        ax.quiver(place, 0 * turn, *arrows, scale=9.0, width=0.012, pivot="mid")
+        ax.set(xlim=(-1, 7), ylim=(-1, 1), xticks=range(7), yticks=[], xlabel="pose", title=name)
         ax.text(3, 0.75, f"truth: {known}", ha="center", color=PALETTE["muted"])
         ax.text(3, -0.85, f"yours: {student(as_dict(graph), poses)}", ha="center")
-    fig.suptitle("Headings: the same all round, turned once round, one pose pushed", fontsize=11)
-    return fig
 
 
-@once_it_works
-def pipeline(student: Pipeline) -> Figure:
+@picture(height=5.6)
+def pipeline(ax: Axes, student: Pipeline) -> None:
     """Draw what the student's pipeline keeps of a town with ten outliers."""
     rng = np.random.default_rng(2)
     graph, truth = generate.manhattan(60, rng, side=6, closures=20)
     graph, is_outlier = outliers.add_random_closures(graph, 10, rng, poses=truth)
-    return _decisions(graph, student(as_dict(graph), _LIMIT, _LIMIT, library_tools()), is_outlier)
+    _draw_decisions(ax, graph, student, is_outlier)
 
 
-@once_it_works
-def public_graph(student: Pipeline) -> Figure:
+@picture(height=5.6)
+def public_graph(ax: Axes, student: Pipeline) -> None:
     """Draw what the student's pipeline keeps of a public graph with forty outliers."""
     graph, is_outlier, word = _public()
     print(word)
-    return _decisions(graph, student(as_dict(graph), _LIMIT, _LIMIT, library_tools()), is_outlier)
+    _draw_decisions(ax, graph, student, is_outlier)
 
 
 def beside_gtsam(student: Pipeline) -> Figure | None:
@@ -141,40 +137,40 @@ def beside_gtsam(student: Pipeline) -> Figure | None:
     return _beside_gtsam(student)
 
 
-@once_it_works
-def _beside_gtsam(student: Pipeline) -> Figure:
+@picture("", "x (m)", "y (m)", height=5.2)
+def _beside_gtsam(ax: Axes, student: Pipeline) -> None:
     import gtsam
     from robust_slam.graphs.gtsam_graph import poses_from_gtsam, to_gtsam
 
     graph, _, _ = _public()
-    answer = student(as_dict(graph), _LIMIT, _LIMIT, library_tools())
-    left = pose_graph.select(graph, mask("kept", answer["kept"], len(graph.edges)))
-    yours = finite("poses", answer["poses"], (graph.n, 3))
+    kept, yours, _ = _answer(graph, student)
+    left = pose_graph.select(graph, kept)
     factors, values = to_gtsam(left, yours)
     found = gtsam.LevenbergMarquardtOptimizer(factors, values).optimize()
     theirs = poses_from_gtsam(found, left)
-    fig = Figure(figsize=(5.6, 5.2))
-    ax = fig.subplots()
-    ax.plot(*theirs[:, :2].T, "-", color=PALETTE["muted"], linewidth=6, alpha=0.4, label="GTSAM")
+    x, y = theirs[:, :2].T
+    draw_truth(ax, x, y, "GTSAM")
     ax.plot(*yours[:, :2].T, "--", color=PALETTE["estimate"], linewidth=1.2, label="yours")
-    ax.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
+    ax.set_aspect("equal")
     ax.set_title(f"Positions differ by {metrics.ate(yours, theirs):.3f} m (RMSE)")
     ax.legend()
-    return fig
 
 
-def _decisions(graph: PoseGraph, answer: Mapping[str, Any], is_outlier: Mask) -> Figure:
-    """Draw the map of a pipeline's answer, its decisions, and the verdict of the certificate."""
+def _answer(graph: PoseGraph, student: Pipeline) -> tuple[Mask, Array, str]:
+    """Return the edges that a student's pipeline keeps, its poses, and its verdict."""
+    answer = student(as_dict(graph), _LIMIT, _LIMIT, library_tools())
     kept = mask("kept", answer["kept"], len(graph.edges))
-    poses = finite("poses", answer["poses"], (graph.n, 3))
+    return kept, finite("poses", answer["poses"], (graph.n, 3)), answer["verdict"]
+
+
+def _draw_decisions(ax: Axes, graph: PoseGraph, student: Pipeline, is_outlier: Mask) -> None:
+    """Draw the map of a pipeline's answer, its decisions, and the verdict of the certificate."""
+    kept, poses, verdict = _answer(graph, student)
     loops = ~graph.is_odometry
     precision, recall = metrics.precision_recall(kept[loops], ~is_outlier[loops])
-    fig = Figure(figsize=(5.6, 5.6))
-    ax = fig.subplots()
     draw_map(graph, poses, ax, kept=kept, is_outlier=is_outlier)
     legend_below(ax)
-    ax.set_title(f"precision {precision:.2f}, recall {recall:.2f}: {answer['verdict']}")
-    return fig
+    ax.set_title(f"precision {precision:.2f}, recall {recall:.2f}: {verdict}")
 
 
 def _public() -> tuple[PoseGraph, Mask, str]:

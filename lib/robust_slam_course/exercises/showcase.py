@@ -1,16 +1,15 @@
 """Pictures for assignment 08: poses, residuals, gradients, maps and their errors.
 
-Every function takes a student's own, of the same name, and draws it dashed or as markers
-over the library's, which is broad and grey. A graph goes to them as a dict of arrays.
+A graph goes to a student's functions as a dict of arrays.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
+from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 from robust_slam import descent as solver
 from robust_slam._arrays import Array, Mask, finite
@@ -21,69 +20,54 @@ from robust_slam.graphs.pose_graph import PoseGraph
 from robust_slam.palette import PALETTE
 from robust_slam.problems import PoseGraphProblem
 
-from robust_slam_course.exercises import as_dict, draw_beside, once_it_works
+from robust_slam_course.exercises import Settings, as_dict, draw_beside, draw_truth, picture
 
 Graph = Mapping[str, Any]
+Solve = Callable[..., tuple[Array, Array]]
 
-_BROAD: dict[str, Any] = {
-    "color": PALETTE["muted"],
-    "linestyle": "-",
-    "linewidth": 6,
-    "alpha": 0.4,
-    "label": "the truth",
-}
-_MARKED: dict[str, Any] = {
-    "linestyle": "none",
-    "marker": "o",
-    "color": PALETTE["estimate"],
-    "label": "yours",
-}
+_MARKED: Settings = {"marker": "o", "linestyle": "", "color": PALETTE["estimate"]}
 _C = 5.0
 
 
-@once_it_works
-def between(student: Callable[[Array, Array], ArrayLike]) -> Figure:
+@picture("Seen from the robot, a level ellipse leans", "ahead (m)", "left (m)")
+def between(ax: Axes, student: Callable[[Array, Array], ArrayLike]) -> None:
     """Draw a round of poses as a robot sees it that stands among them."""
     turn = np.linspace(0.0, 2.0 * np.pi, 9)
     around = np.stack([4.0 * np.cos(turn), 2.0 * np.sin(turn), turn], axis=1)
     here = np.broadcast_to([2.0, 1.0, 0.8], around.shape)
     truth, yours = se2.between(here, around), finite("poses", student(here.copy(), around), (9, 3))
-    fig = Figure()
-    ax = fig.subplots()
-    ax.plot(*truth[:, :2].T, **_BROAD)
-    ax.plot(*yours[:, :2].T, **_MARKED)
+    draw_truth(ax, *truth[:, :2].T)
+    ax.plot(*yours[:, :2].T, **_MARKED, label="yours")
     ax.quiver(*yours[:, :2].T, np.cos(yours[:, 2]), np.sin(yours[:, 2]), width=0.008)
     ax.plot(0.0, 0.0, ">", color=PALETTE["outlier"], label="the robot")
-    ax.set(xlabel="ahead (m)", ylabel="left (m)", aspect="equal")
-    ax.set_title("Seen from the robot, a level ellipse leans")
+    ax.set_aspect("equal")
     ax.legend(loc="center")
-    return fig
 
 
-@once_it_works
-def residuals(student: Callable[[Array, Graph], ArrayLike]) -> Figure:
+@picture(
+    "One outlier bends many edges beside it",
+    "edge: odometry first, closures last",
+    "norm u, whitened",
+)
+def residuals(ax: Axes, student: Callable[[Array, Graph], ArrayLike]) -> None:
     """Draw the whitened norm of every edge of the least-squares map with one outlier."""
     graph, is_outlier, _ = _town(1)
     poses = PoseGraphProblem(graph).initial()
     yours = finite("residuals", student(poses, as_dict(graph)), (len(graph.edges), 3))
     norms = np.sqrt(np.einsum("ka,kab,kb->k", yours, graph.information, yours))
-    place = np.arange(len(norms))
-    fig = Figure()
-    ax = fig.subplots()
-    truth = pose_graph.residual_norms(graph, poses)
+    place, truth = np.arange(len(norms)), pose_graph.residual_norms(graph, poses)
     ax.bar(place, truth, color=PALETTE["muted"], alpha=0.5, label="the truth")
-    ax.plot(place, norms, **_MARKED)
-    ax.plot(
-        place[is_outlier], norms[is_outlier], "X", color=PALETTE["outlier"], label="the outlier"
-    )
-    ax.set(xlabel="edge: odometry first, closures last", ylabel="norm u, whitened")
-    ax.set_title("One outlier bends many edges beside it")
+    ax.plot(place, norms, **_MARKED, label="yours")
+    wrong = place[is_outlier], norms[is_outlier]
+    ax.plot(*wrong, "X", color=PALETTE["outlier"], label="the outlier")
     ax.legend(loc="upper left")
-    return fig
 
 
-@once_it_works
-def jacobians(student: Callable[[Array, Array, Array], tuple[ArrayLike, ArrayLike]]) -> Figure:
+@picture("A slope touches its curve where nothing has moved yet", ncols=2, sharey=True)
+def jacobians(
+    axes: Sequence[Axes],
+    student: Callable[[Array, Array, Array], tuple[ArrayLike, ArrayLike]],
+) -> None:
     """Draw how a residual changes as each pose turns, and the straight line of the slope."""
     i, j, z = np.array([0.0, 0.0, 0.0]), np.array([2.0, 1.0, 1.2]), np.array([1.0, 0.0, 0.0])
     slopes = [finite("jacobian", matrix, (3, 3))[:, 2] for matrix in student(i, j, z)]
@@ -93,60 +77,47 @@ def jacobians(student: Callable[[Array, Array, Array], tuple[ArrayLike, ArrayLik
         se2.between(se2.compose(i, se2.exp(turns)), j),
         se2.between(i, se2.compose(j, se2.exp(turns))),
     )
-    fig = Figure()
-    axes = fig.subplots(1, 2, sharey=True)
     for ax, seen, slope, name in zip(axes, moved, slopes, "ij", strict=True):
         error = se2.log(se2.between(z, seen))
         for part, label in enumerate(("ρx", "ρy", "θ")):
-            line = error[20, part] + slope[part] * step
-            draw_beside(ax, step, error[:, part], line)
+            draw_beside(ax, step, error[:, part], error[20, part] + slope[part] * step)
             ax.text(1.6, error[-1, part], label, va="center")
-        ax.set(
-            xlabel=f"pose {name} turns by (rad)", title=f"turning pose {name}", xlim=(-1.6, 2.1)
-        )
+        ax.set(xlabel=f"pose {name} turns by (rad)", title=f"turning pose {name}")
+        ax.set(xlim=(-1.6, 2.1))
     axes[0].set(ylabel="residual")
-    handles = axes[0].lines[:2]
-    axes[0].legend(handles, ["the truth", "your slope"], loc="upper right")
-    fig.suptitle("A slope touches its curve where nothing has moved yet", fontsize=11)
-    return fig
+    axes[0].legend(axes[0].lines[:2], ["the truth", "your slope"], loc="upper right")
 
 
-@once_it_works
-def gauss_newton(student: Callable[[Graph, Array, Array, float], ArrayLike]) -> Figure:
+@picture("The closures pull the way back into its streets", "x (m)", "y (m)", height=4.4)
+def gauss_newton(ax: Axes, student: Callable[[Graph, Array, Array, float], ArrayLike]) -> None:
     """Draw dead reckoning through a town, and the map of least cost beside the student's."""
     graph, _, _ = _town(0)
     first, ones = spanning_tree(graph), np.ones(len(graph.edges))
     truth = solver.gauss_newton(graph, first)
     yours = finite("poses", student(as_dict(graph), first.copy(), ones, 1e-9), (graph.n, 3))
-    fig = Figure(figsize=(5.6, 4.4))
-    ax = fig.subplots()
     ax.plot(*first[:, :2].T, ":", color=PALETTE["truth"], label="dead reckoning")
-    ax.plot(*truth[:, :2].T, **_BROAD)
+    draw_truth(ax, *truth[:, :2].T)
     ax.plot(*yours[:, :2].T, "--", color=PALETTE["estimate"], label="yours")
-    ax.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
-    ax.set_title("The closures pull the way back into its streets")
+    ax.set_aspect("equal")
     ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    return fig
 
 
-@once_it_works
+@picture("Ten outliers: no outlier should be kept", height=5.2)
 def robust_solve(
-    student: Callable[[Graph, float, Callable[..., tuple[Array, Array]]], tuple[Any, ArrayLike]],
-) -> Figure:
+    ax: Axes, student: Callable[[Graph, float, Solve], tuple[Any, ArrayLike]]
+) -> None:
     """Draw the map with ten outliers, with the closures that the student kept."""
     graph, is_outlier, truth = _town(10)
     poses, weights = student(as_dict(graph), _C, _solve)
     kept: Mask = finite("weights", weights, (len(graph.edges),)) > 0.5
-    fig = Figure(figsize=(5.6, 5.2))
-    ax = fig.subplots()
     draw_map(graph, poses, ax, truth=truth, kept=kept, is_outlier=is_outlier)
     legend_below(ax)
-    ax.set_title("Ten outliers: no outlier should be kept")
-    return fig
 
 
-@once_it_works
-def precision_recall(student: Callable[[Mask, Mask], tuple[float, float]]) -> Figure:
+@picture(nrows=2, sharex=True)
+def precision_recall(
+    axes: Sequence[Axes], student: Callable[[Mask, Mask], tuple[float, float]]
+) -> None:
     """Draw precision and recall of closures that are kept up to a threshold on their norm."""
     graph, is_outlier, truth = _town(10)
     loops = ~graph.is_odometry
@@ -155,31 +126,23 @@ def precision_recall(student: Callable[[Mask, Mask], tuple[float, float]]) -> Fi
     at = np.linspace(0.0, 12.0, 61)
     right = np.array([metrics.precision_recall(u <= c, true) for c in at])
     yours = finite("shares", [student(u <= c, true) for c in at], (len(at), 2))
-    fig = Figure()
-    axes = fig.subplots(2, 1, sharex=True)
     for ax, row, name in zip(axes, (0, 1), ("precision", "recall"), strict=True):
         draw_beside(ax, at, right[:, row], yours[:, row])
         ax.set(ylabel=name, ylim=(-0.05, 1.1))
     axes[1].set(xlabel="closures are kept up to this norm")
     axes[0].set_title("Keep more: recall rises, precision falls")
     axes[1].legend(loc="lower right")
-    return fig
 
 
-@once_it_works
-def ate(student: Callable[[Array, Array], float]) -> Figure:
+@picture("No drift, no error, wherever the map is", "turned too far at each step (rad)", "ATE (m)")
+def ate(ax: Axes, student: Callable[[Array, Array], float]) -> None:
     """Draw the error of a square way whose odometry turns a little too far at each step."""
     drift = np.linspace(0.0, 0.05, 26)
     square = _drive(0.0)
     drives = [se2.compose([3.0, 1.0, 2.0], _drive(each)) for each in drift]
-    truth = [metrics.ate(one, square) for one in drives]
     yours = [float(student(one, square.copy())) for one in drives]
-    fig = Figure()
-    ax = draw_beside(fig.subplots(), drift, truth, yours)
-    ax.set(xlabel="turned too far at each step (rad)", ylabel="ATE (m)")
-    ax.set_title("No drift, no error, wherever the map is")
+    draw_beside(ax, drift, [metrics.ate(one, square) for one in drives], yours)
     ax.legend()
-    return fig
 
 
 def _town(count: int) -> tuple[PoseGraph, Mask, Array]:
