@@ -1,1 +1,0 @@
-"""What the pages of a built site weigh, cost and show, measured in Chromium."""
