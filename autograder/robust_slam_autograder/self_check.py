@@ -71,9 +71,9 @@ def run(given: Path, release: Path | None = None) -> Checked:
     print(f"Checking {given}: the visible cases {whose}.")
     code = submission.collect(cells, tests)
     lines = _Lines(tests)
-    result = marking.check(
-        tests, code, sandbox=sandbox.choose(unsandboxed=True), report=lines.write
-    )
+    mine = marking.Whose("", tests, code)
+    wall = sandbox.choose(unsandboxed=True)
+    result = marking.look(mine, sandbox=wall, report=lines.write).result
     lines.write_rest(result)
     print(terminal.check_end(result, tests.hidden_cases))
     return Checked(result, tests.hidden_cases)

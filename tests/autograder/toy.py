@@ -221,5 +221,5 @@ def graded(
 def checked(value: dict[str, Any], tests: Assignment | None = None, **options: Any) -> Result:
     """What a student's own check says of a submission."""
     tests = tests or assignment()
-    code = submission(value, tests)
-    return marking.check(tests, code, sandbox=Unsandboxed(), **options)
+    whose = marking.Whose("", tests, submission(value, tests))
+    return marking.look(whose, sandbox=Unsandboxed(), **options).result

@@ -145,11 +145,11 @@ def graders(options: argparse.Namespace) -> Iterator[tuple[Graders, int]]:
         WrongUse: the scheduler cannot be used.
     """
     if options.scheduler is None:
-        yield batch.Processes(), options.jobs
+        yield batch.processes, options.jobs
         return
     with connected(options.scheduler) as workers:
         # A cluster has as many places as it has workers.
-        yield remote.Workers(workers), sys.maxsize
+        yield functools.partial(remote.grade, workers), sys.maxsize
 
 
 def _import_meanwhile(module: str) -> None:

@@ -1,21 +1,22 @@
 """Tasks on the workers of a Dask cluster: each on a worker that is fit for it, its answer once.
 
-Which worker does what is decided here, and Dask carries it. So a worker that is unfit or gone is
-known by its name, and a task that ends its workers is told from those that waited behind it.
+Which worker does what is decided here, and Dask carries it. A worker has one task at a time, so
+that one that is unfit or gone is known by its name, and so is the task that ended it.
 """
 
 from __future__ import annotations
 
 import contextlib
+import itertools
 import logging
 import multiprocessing
 import queue
 import re
 import sys
 import time
-from collections import Counter, deque
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from urllib.parse import urlsplit
 
@@ -25,8 +26,6 @@ from robust_slam_autograder.executor.trusted import Broken
 if TYPE_CHECKING:
     from distributed import Client, Future
 
-IN_FLIGHT = 2
-"""Tasks that a worker has at once: one that it does, and one so that it need not wait."""
 MOST_DEATHS = 3
 """A task whose worker ended so often is given up."""
 CONNECT_SECONDS = 30.0
@@ -72,20 +71,11 @@ class _Flow(Generic[T]):
     sent: dict[Future[Any], _Item[T]] = field(default_factory=dict)
     done: queue.SimpleQueue[Future[Any]] = field(default_factory=queue.SimpleQueue)
 
-    def take(self, *, idle: bool) -> _Item[T] | None:
-        """Take a worker's next task; one that others ended over goes to an idle one alone."""
-        for item in self.again:
-            if idle or not item.deaths:
-                self.again.remove(item)
-                return item
-        task = next(self.waiting, None)
-        return None if task is None else _Item(task)
-
     def is_left(self) -> bool:
-        """Tell whether there is anything to send or to wait for."""
-        if not self.sent and not self.again and (item := self.take(idle=True)) is not None:
-            self.again.append(item)
-        return bool(self.sent or self.again)
+        """Tell whether there is a task to send; then it is the first of ``again``."""
+        if not self.again:
+            self.again.extend(_Item(task) for task in itertools.islice(self.waiting, 1))
+        return bool(self.again)
 
     def died(self, item: _Item[T]) -> Iterator[tuple[T, Broken]]:
         """Have a task sent again, or give it up."""
@@ -159,7 +149,7 @@ class Cluster:
         """
         flow = _Flow(iter(tasks))
         try:
-            while flow.is_left():
+            while flow.sent or flow.is_left():
                 self._look()
                 yield from self._give_up_on_the_gone(flow)
                 self._send(flow, call, alone)
@@ -204,20 +194,18 @@ class Cluster:
             yield from flow.died(flow.sent.pop(future))
 
     def _send(self, flow: _Flow[T], call: Callable[[T], Call], alone: bool) -> None:
-        """Fill up the workers: all get one task before any gets another."""
-        load: Counter[str] = Counter()
-        for item in flow.sent.values():
-            load[_place(item.worker, alone)] += IN_FLIGHT if item.deaths else 1
-        for there in range(1 if alone else IN_FLIGHT):
-            for worker in self._fit():
-                place = _place(worker, alone)
-                if load[place] != there or (next_ := flow.take(idle=there == 0)) is None:
-                    continue
-                load[place] += IN_FLIGHT if next_.deaths else 1
-                function, *arguments = call(next_.task)
-                future = self._client.submit(function, *arguments, workers=[worker], pure=False)
-                flow.sent[future] = _Item(next_.task, worker, next_.deaths)
-                future.add_done_callback(flow.done.put)
+        """Give each worker a task that has none; where it is to be alone, each machine."""
+        busy = {_place(item.worker, alone) for item in flow.sent.values()}
+        for worker in self._fit():
+            place = _place(worker, alone)
+            if place in busy or not flow.is_left():
+                continue
+            busy.add(place)
+            item = flow.again.popleft()
+            function, *arguments = call(item.task)
+            future = self._client.submit(function, *arguments, workers=[worker], pure=False)
+            flow.sent[future] = replace(item, worker=worker)
+            future.add_done_callback(flow.done.put)
 
     def _collect(self, flow: _Flow[T]) -> Iterator[tuple[T, Any]]:
         """Wait for the next answer; of a task that was given up nothing counts any more."""
@@ -240,7 +228,7 @@ class Cluster:
             return
         if isinstance(answer, Unfit):
             self._refuse(item.worker, answer.why)
-            flow.again.append(_Item(item.task, deaths=item.deaths))
+            flow.again.append(item)
         else:
             yield item.task, answer
 

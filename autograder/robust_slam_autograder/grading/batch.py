@@ -15,7 +15,6 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Se
 from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Protocol
 
 from robust_slam_autograder.errors import GraderFailure, Refused, WrongUse
 from robust_slam_autograder.executor import guarded, trusted
@@ -51,35 +50,22 @@ class Terms:
     """Modules that trusted processes need."""
 
 
-class Graders(Protocol):
-    """Who grades: processes of this machine, or the workers of a cluster."""
-
-    def grade(
-        self, tasks: Iterable[Task], terms: Terms, *, at_once: int
-    ) -> Iterator[tuple[Task, Marked | Broken]]:
-        """Run each task's next pass, taken one by one, and give the answers as they come.
-
-        Args:
-            tasks: the submissions.
-            terms: what they are graded with.
-            at_once: how many; with 1 each is graded alone on its machine.
-        """
+Graders = Callable[[Iterable[Task], Terms, int], Iterator[tuple[Task, Marked | Broken]]]
+"""Runs each task's next pass and gives the answers as they come; the tasks are taken one by one.
+The number says how many run at once; with 1 each is graded alone on its machine."""
 
 
-class Processes:
-    """Grades in trusted processes of this machine."""
-
-    def grade(
-        self, tasks: Iterable[Task], terms: Terms, *, at_once: int
-    ) -> Iterator[tuple[Task, Marked | Broken]]:
-        """Run each pass in a process of its own."""
-        return trusted.run_each(
-            tasks,
-            functools.partial(grade_task, seed=terms.seed, wall=terms.wall, run=guarded.guarded),
-            at_once=at_once,
-            seconds=patience,
-            preload=terms.preload,
-        )
+def processes(
+    tasks: Iterable[Task], terms: Terms, at_once: int
+) -> Iterator[tuple[Task, Marked | Broken]]:
+    """Run each task's next pass in a trusted process of its own on this machine."""
+    return trusted.run_each(
+        tasks,
+        functools.partial(grade_task, seed=terms.seed, wall=terms.wall, run=guarded.guarded),
+        at_once=at_once,
+        seconds=patience,
+        preload=terms.preload,
+    )
 
 
 @dataclass(frozen=True)
@@ -128,7 +114,7 @@ def grade(
     wall: Sandbox,
     workers: int,
     report: Callable[[Graded], None],
-    graders: Graders | None = None,
+    graders: Graders = processes,
 ) -> list[Graded]:
     """Grade submissions, writing each result as it comes.
 
@@ -160,10 +146,9 @@ def grade(
     terms = Terms(run.seed, wall, tuple(preload(due)))
     at_once = min(workers, len(due))
     kept = Waiting(out / WAITING_NAME)
-    grading = graders or Processes()
 
     def run_pass(tasks: Iterable[Task], at_once: int) -> Iterator[tuple[Task, Marked | Broken]]:
-        return grading.grade(tasks, terms, at_once=at_once)
+        return graders(tasks, terms, at_once)
 
     with closing(_grade_all(due, prints, kept, run_pass, at_once)) as graded:
         for task, result in graded:

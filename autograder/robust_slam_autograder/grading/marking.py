@@ -72,27 +72,6 @@ def grade(
     return seen.result if seen.is_whole else finish(whose, seen, seed=seed, sandbox=sandbox).result
 
 
-def check(
-    assignment: Assignment,
-    submission: Submission,
-    *,
-    sandbox: Sandbox,
-    report: Report | None = None,
-) -> Result:
-    """Run the visible tests alone, for the student's own use.
-
-    Args:
-        assignment: the tests.
-        submission: the student's code.
-        sandbox: where the student's code runs.
-        report: called with each exercise as it ends.
-
-    Raises:
-        GraderFailure: the set-up cells do not work.
-    """
-    return look(Whose("", assignment, submission), sandbox=sandbox, report=report).result
-
-
 def look(
     whose: Whose,
     *,

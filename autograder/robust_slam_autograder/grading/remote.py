@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import pickle
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.executor.dask_workers import Call, Cluster, Unfit, may_have_children
@@ -29,37 +28,22 @@ Answer = tuple[str, str]
 """"result" and what the pass came to, as a text, or "broken" and how."""
 
 
-@dataclass(frozen=True)
-class Parcel:
-    """All that a worker needs for one pass over a submission."""
+def grade(
+    cluster: Cluster, tasks: Iterable[Task], terms: Terms, at_once: int
+) -> Iterator[tuple[Task, Marked | Broken]]:
+    """Run each task's next pass on a worker of the cluster that is fit for it.
 
-    task: Task
-    seed: int
-    preload: tuple[str, ...]
+    Raises:
+        WrongUse: workers know the wall by no name.
+    """
+    code, wanted = code_digest(), name_of(terms.wall)
 
+    def call(task: Task) -> Call:
+        parcel = pickle.dumps((task, terms.seed, terms.preload))
+        return grade_on_worker, code, wanted, parcel
 
-@dataclass(frozen=True)
-class Workers:
-    """Grades on the workers of a cluster."""
-
-    cluster: Cluster
-
-    def grade(
-        self, tasks: Iterable[Task], terms: Terms, *, at_once: int
-    ) -> Iterator[tuple[Task, Marked | Broken]]:
-        """Run each task's next pass on a worker that is fit for it.
-
-        Raises:
-            WrongUse: workers know the wall by no name.
-        """
-        code, wanted = code_digest(), name_of(terms.wall)
-
-        def call(task: Task) -> Call:
-            parcel = Parcel(task, terms.seed, terms.preload)
-            return grade_on_worker, code, wanted, pickle.dumps(parcel)
-
-        for task, answer in self.cluster.run_each(tasks, call, alone=at_once == 1):
-            yield task, _checked(answer, task.job)
+    for task, answer in cluster.run_each(tasks, call, alone=at_once == 1):
+        yield task, _checked(answer, task.job)
 
 
 def name_of(wall: Sandbox) -> str:
@@ -102,7 +86,7 @@ def grade_on_worker(code: str, wall_name: str, parcel: bytes) -> Answer | Unfit:
     Args:
         code: digest of the coordinator's code; nothing is unpacked where ours differs.
         wall_name: where student code runs, here too.
-        parcel: a pickled ``Parcel``.
+        parcel: a task, the seed and the modules to preload, pickled.
     """
     if code != code_digest():
         return Unfit(OTHER_CODE)
@@ -112,9 +96,8 @@ def grade_on_worker(code: str, wall_name: str, parcel: bytes) -> Answer | Unfit:
         fix = "see `autograder doctor` there, or choose another one for all with --sandbox"
         return Unfit(f"the sandbox {wall_name} does not work there ({problem}): {fix}")
     may_have_children()
-    found: Parcel = pickle.loads(parcel)
-    terms = Terms(found.seed, wall, found.preload)
-    ((_, answer),) = batch.Processes().grade([found.task], terms, at_once=1)
+    task, seed, preloaded = pickle.loads(parcel)
+    ((_, answer),) = batch.processes([task], Terms(seed, wall, preloaded), 1)
     if isinstance(answer, Broken):
         return "broken", answer.how
     return "result", marked.as_text(answer)

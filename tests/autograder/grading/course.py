@@ -57,7 +57,7 @@ def grade(
     report: Callable[[Graded], None] = lambda graded: None,
     wall: Sandbox | None = None,
     given: list[Job] | None = None,
-    graders: Graders | None = None,
+    graders: Graders = batch.processes,
 ) -> list[Graded]:
     """Grade a course, by default two submissions at a time on this machine."""
     return batch.grade(

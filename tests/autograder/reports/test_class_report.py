@@ -8,12 +8,10 @@ from dataclasses import replace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from robust_slam_autograder.grading import marking
 from robust_slam_autograder.grading.results import ExerciseResult
 from robust_slam_autograder.reports import hints
 from robust_slam_autograder.reports.class_report import BROKEN, EASY, Report
 from robust_slam_autograder.reports.hints import Hint, Reader
-from robust_slam_autograder.sandbox import Unsandboxed
 
 from tests.autograder import toy
 from tests.autograder.reports import samples
@@ -197,9 +195,7 @@ class TestHints:
     )
     def test_what_the_grader_says_is_told_from_what_students_say(self, double, start):
         """The grader's own sentences, from a submission that was graded."""
-        tests = toy.assignment()
-        code = toy.submission(toy.answer(f"def double(x):\n    {double}\n"), tests)
-        graded = marking.check(tests, code, sandbox=Unsandboxed()).exercises[0]
+        graded = toy.checked(toy.answer(f"def double(x):\n    {double}\n")).exercises[0]
         (hint, *_) = told(graded, names=False)
         assert hint.text == start
         assert "WORDS" not in repr(told(graded, names=False))
