@@ -80,7 +80,7 @@ def _start(
     folder = util.get_temp_dir()
     receiver, sender = context.Pipe(duplex=False)
     process = context.Process(target=_work, args=(sender, folder, work, task), daemon=True)
-    with _without_main(), trusted_server.told(trusted_server.Settings(list(preload), folder)):
+    with _without_main(), trusted_server.told(preload, folder):
         process.start()
     sender.close()
     return receiver, process

@@ -9,7 +9,6 @@ import ast
 import itertools
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 from robust_slam_autograder.executor.session import StudentError
 
@@ -30,72 +29,49 @@ _SHAPES = (
 _NONE = f"A value is None. {NO_VALUE}"
 
 
-@dataclass(frozen=True)
-class _Cause:
-    pattern: str
-    """Of the exception, as ``Type: message``."""
-    sentence: str
-
-
-_CAUSES = [
-    _Cause(r"^(TypeError|AttributeError): .*NoneType", _NONE),
-    _Cause(
-        r"^TypeError: list indices must be integers or slices, not"
-        r"|only integer scalar arrays can be converted to a scalar index",
-        "A list takes one integer as its index: make it an array first, with np.asarray.",
+_CAUSES = {
+    r"^(TypeError|AttributeError): .*NoneType": _NONE,
+    r"^TypeError: list indices must be integers or slices, not"
+    r"|only integer scalar arrays can be converted to a scalar index": (
+        "A list takes one integer as its index: make it an array first, with np.asarray."
     ),
-    _Cause(r"^TypeError: .*(operand type|not supported between|multiply sequence).*", _LIST),
-    _Cause(r"^AttributeError: 'list' object has no attribute", _LIST),
-    _Cause(
-        r"^TypeError: .*positional argument|^TypeError: .*unexpected keyword argument",
-        "The arguments of your function must be those of the statement, in the same order.",
+    r"^TypeError: .*(operand type|not supported between|multiply sequence).*": _LIST,
+    r"^AttributeError: 'list' object has no attribute": _LIST,
+    r"^TypeError: .*positional argument|^TypeError: .*unexpected keyword argument": (
+        "The arguments of your function must be those of the statement, in the same order."
     ),
-    _Cause(
-        r"broadcast|not aligned|mismatch in its core dimension|cannot reshape|inhomogeneous"
-        r"|dimensions .*must match|sequence\. The requested array",
-        _SHAPES,
-    ),
-    _Cause(
-        r"truth value of an array",
+    r"broadcast|not aligned|mismatch in its core dimension|cannot reshape|inhomogeneous"
+    r"|dimensions .*must match|sequence\. The requested array": _SHAPES,
+    r"truth value of an array": (
         "`if`, `and` and `or` take one truth value, and an array holds many: use np.where, "
-        "`&` and `|`, or np.any and np.all.",
+        "`&` and `|`, or np.any and np.all."
     ),
-    _Cause(
-        r"^TypeError: only .*arrays can be converted to Python scalars"
-        r"|^TypeError: must be real number, not (list|numpy)",
-        "float() and the functions of math take one number: use NumPy's function of that name.",
+    r"^TypeError: only .*arrays can be converted to Python scalars"
+    r"|^TypeError: must be real number, not (list|numpy)": (
+        "float() and the functions of math take one number: use NumPy's function of that name."
     ),
-    _Cause(
-        r"Cannot cast ufunc",
+    r"Cannot cast ufunc": (
         "An array of integers keeps no fractions: make it one of floats, "
-        "np.asarray(x, dtype=float).",
+        "np.asarray(x, dtype=float)."
     ),
-    _Cause(
-        r"^IndexError: arrays used as indices must be",
-        "An array used as an index must hold integers or booleans.",
+    r"^IndexError: arrays used as indices must be": (
+        "An array used as an index must hold integers or booleans."
     ),
-    _Cause(
-        r"^IndexError: .*out of (bounds|range)",
-        "Indices count from 0: the last of n entries has the index n - 1.",
+    r"^IndexError: .*out of (bounds|range)": (
+        "Indices count from 0: the last of n entries has the index n - 1."
     ),
-    _Cause(
-        r"^LinAlgError: Singular matrix",
+    r"^LinAlgError: Singular matrix": (
         "The matrix is singular: the equations leave some unknown free. Fix what they leave "
-        "free, or use each equation that the statement gives.",
+        "free, or use each equation that the statement gives."
     ),
-    _Cause(
-        r"^LinAlgError: .*must be square",
-        "Solving and inverting take a square matrix: print its shape.",
+    r"^LinAlgError: .*must be square": (
+        "Solving and inverting take a square matrix: print its shape."
     ),
-    _Cause(
-        r"must not contain infs or NaNs|did not converge",
-        f"An array holds NaN or inf. {NAN}",
-    ),
-    _Cause(r"^ZeroDivisionError", "A number is divided by 0: which input makes it 0?"),
-    _Cause(
-        r"^RecursionError", "A function calls itself without end: which call should be the last?"
-    ),
-]
+    r"must not contain infs or NaNs|did not converge": f"An array holds NaN or inf. {NAN}",
+    r"^ZeroDivisionError": "A number is divided by 0: which input makes it 0?",
+    r"^RecursionError": "A function calls itself without end: which call should be the last?",
+}
+"""What is behind an exception, by a pattern of it as ``Type: message``; the first counts."""
 
 
 def of(error: StudentError, cell: str, known: Mapping[str, str]) -> str:
@@ -124,7 +100,7 @@ def likely(told: str, line: str = "", known: Mapping[str, str] | None = None) ->
     name = _indexed(line) if "list indices" in told else ""
     if name:
         return f"{name} is a list; make it an array: {name} = np.asarray({name})."
-    found = (cause.sentence for cause in _CAUSES if re.search(cause.pattern, told))
+    found = (sentence for pattern, sentence in _CAUSES.items() if re.search(pattern, told))
     return next(itertools.chain(own, found), "")
 
 

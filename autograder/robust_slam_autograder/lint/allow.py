@@ -7,7 +7,7 @@ in a solution region, for its exercise and the cases of it. A release holds neit
 from __future__ import annotations
 
 import re
-from collections.abc import Container, Iterator, Sequence
+from collections.abc import Container, Iterator
 from dataclasses import dataclass
 
 from robust_slam_autograder.lint.subject import (
@@ -66,23 +66,17 @@ def allowances(subject: Subject, rules: Container[str]) -> tuple[list[Allowance]
 
 def _comments(subject: Subject) -> Iterator[tuple[str, int, str, bool]]:
     """Grade id, line, text after ``lint:``, and whether students do not see it."""
-    for case in subject.assignment.cases:
-        secret = regions(case.full, BEGIN_HIDDEN, END_HIDDEN)
-        yield from _comments_in(case.grade_id, case.full, secret)
-    for cell in subject.solutions:
-        secret = regions(cell.source, BEGIN_SOLUTION, END_SOLUTION)
-        yield from _comments_in(cell.grade_id or "", cell.source, secret)
-    for piece in subject.assignment.setup:
-        yield from _comments_in(piece.label, piece.source, ())
-
-
-def _comments_in(
-    grade_id: str, source: str, secret: Sequence[range]
-) -> Iterator[tuple[str, int, str, bool]]:
-    for number, line in enumerate(source.split("\n"), start=1):
-        match = _COMMENT.search(line)
-        if match:
-            yield grade_id, number, match.group(1), any(number in region for region in secret)
+    hidden, solution = (BEGIN_HIDDEN, END_HIDDEN), (BEGIN_SOLUTION, END_SOLUTION)
+    cells = [
+        *((case.grade_id, case.full, hidden) for case in subject.assignment.cases),
+        *((cell.grade_id or "", cell.source, solution) for cell in subject.solutions),
+        *((piece.label, piece.source, hidden) for piece in subject.assignment.setup),
+    ]
+    for grade_id, source, marks in cells:
+        secret = regions(source, *marks)
+        for number, line in enumerate(source.split("\n"), start=1):
+            if match := _COMMENT.search(line):
+                yield grade_id, number, match.group(1), any(number in one for one in secret)
 
 
 def _scope(subject: Subject, cell: str) -> frozenset[str]:

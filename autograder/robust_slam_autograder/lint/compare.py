@@ -21,25 +21,13 @@ _ARRAYS = frozenset({"asarray", "asanyarray", "array"})
 _NARROW_TYPES = frozenset(
     {"int", "float", "list", "numpy.ndarray", "numpy.float64", "numpy.generic", "numpy.int64"}
 )
-_OF_ARRAYS = frozenset(
-    {"shape", "ndim", "size", "T", "dtype", "sum", "mean", "max", "min", "all", "any", "reshape"}
-) | {"flat", "tolist", "ravel", "flatten", "astype", "round", "std", "dot", "copy"}
-
-
-def _is_result(node: ast.expr, code: Code, subject: Subject) -> bool:
-    """Whether an expression is a result as it came back."""
-    made = _made(node, code)
-    return bool(made) and all(_calls_student(one, subject) for one in made)
 
 
 def _is_whole(node: ast.expr, code: Code, subject: Subject) -> bool:
     """Whether an expression is a result with all its numbers, perhaps made an array."""
-    made = _made(_bare(node), code)
+    inner = _bare(node)
+    made = code.made.get(inner.id, []) if isinstance(inner, ast.Name) else [inner]
     return bool(made) and all(_calls_student(_bare(one), subject) for one in made)
-
-
-def _made(node: ast.expr, code: Code) -> list[ast.expr]:
-    return code.made.get(node.id, []) if isinstance(node, ast.Name) else [node]
 
 
 def _bare(node: ast.expr) -> ast.expr:
@@ -131,23 +119,6 @@ def _zip_stops(node: ast.AST, code: Code, subject: Subject) -> str:
                 "zip(…, strict=True)."
             )
     return ""
-
-
-@code_rule("list-refused", "warning", "A list or a float is as good an answer as an array.")
-def _list_refused(node: ast.AST, code: Code, subject: Subject) -> str:
-    match node:
-        case ast.Attribute(attr=name, value=inner) if name in _OF_ARRAYS:
-            what = f".{name}"
-        case ast.Subscript(value=inner, slice=ast.Tuple() as place):
-            what = f"[{ast.unparse(place)}]"
-        case _:
-            return ""
-    if not _is_result(inner, code, subject):
-        return ""
-    return (
-        f"A list or a float is a right answer too, and has no {what}: "
-        f"np.asarray({ast.unparse(inner)}) first, or np.shape(…)."
-    )
 
 
 @code_rule("type-checked", "warning", "A test must not ask for one type of number.")

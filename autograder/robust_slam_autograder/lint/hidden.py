@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterator
 
 from robust_slam_autograder.lint.rule import rule
-from robust_slam_autograder.lint.subject import Code, Found, Subject, words
+from robust_slam_autograder.lint.subject import Code, Found, Subject
 from robust_slam_autograder.reading.assignment import END_HIDDEN
 
 _HINT = re.compile(r"\s*#\s*hint:\s*\S")
@@ -50,8 +50,7 @@ def _no_hint(subject: Subject) -> Iterator[Found]:
 @rule("hint-quotes", "error", "A hint must not quote hidden code.")
 def _hint_quotes(subject: Subject) -> Iterator[Found]:
     for code in subject.with_regions:
-        hint = code.case.hint if code.case else ""
-        quoted = sorted(_quoted(hint, code), key=len)
+        quoted = sorted(_quoted(code), key=len)
         if quoted:
             yield Found(
                 code.grade_id,
@@ -60,29 +59,25 @@ def _hint_quotes(subject: Subject) -> Iterator[Found]:
             )
 
 
-def _quoted(hint: str, code: Code) -> Iterator[str]:
+def _quoted(code: Code) -> Iterator[str]:
     """What of the hidden code alone stands in the hint."""
-    visible = code.case.visible if code.case else ""
-    hint_code, shown = _dense(hint), _dense(visible)
+    hint, visible = (_dense(code.case.hint), _dense(code.case.visible)) if code.case else ("", "")
     for node in code.nodes:
-        if not code.is_hidden(node):
-            continue
-        if isinstance(node, _CODE):
+        if code.is_hidden(node) and _is_telling(node):
             text = ast.unparse(node)
-            dense = _dense(text)
-            if len(dense) >= _TELLING_LENGTH and dense in hint_code and dense not in shown:
+            if _dense(text) in hint and _dense(text) not in visible:
                 yield text
-        elif isinstance(node, ast.Name) and "_" in node.id.strip("_"):
-            yield from {node.id} & (words(hint) - words(visible))
-        elif isinstance(node, ast.Constant) and _is_telling(node.value):
-            number = str(node.value)
-            yield from [number] if number in hint and number not in visible else []
+
+
+def _is_telling(node: ast.AST) -> bool:
+    """Whether a piece of code says more than a hint may have in common with it by chance."""
+    match node:
+        case ast.Name(id=name):
+            return "_" in name.strip("_")
+        case ast.Constant(value=int() | float() as number):
+            return sum(map(str.isdigit, str(number))) >= _TELLING_DIGITS
+    return isinstance(node, _CODE) and len(_dense(ast.unparse(node))) >= _TELLING_LENGTH
 
 
 def _dense(text: str) -> str:
     return re.sub(r"\s", "", text)
-
-
-def _is_telling(value: object) -> bool:
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    return is_number and sum(map(str.isdigit, str(value))) >= _TELLING_DIGITS

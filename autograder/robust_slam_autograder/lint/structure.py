@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator, Sequence
 
 from robust_slam_autograder.lint.rule import rule
@@ -14,7 +15,6 @@ from robust_slam_autograder.lint.subject import (
     Subject,
     last_name,
     regions,
-    words,
 )
 from robust_slam_autograder.reading.assignment import Case
 from robust_slam_autograder.reading.notebook import Cell
@@ -64,7 +64,8 @@ def _orphan_case(subject: Subject) -> Iterator[Found]:
 
 @rule("no-points", "error", "An exercise needs a case that gives points.")
 def _no_points(subject: Subject) -> Iterator[Found]:
-    used = {name for case in subject.assignment.cases for name in words(case.full)}
+    texts = (case.full for case in subject.assignment.cases)
+    used = {name for text in texts for name in re.findall(r"[^\W\d]\w*", text)}
     for cell, cases in _exercises(subject):
         names = set(defined_names(plain_python(cell.source)))
         # A tree with names of another kind, or a helper that another exercise's cases call.

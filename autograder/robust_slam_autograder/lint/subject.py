@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -188,8 +187,3 @@ def _functions(sources: Sequence[str]) -> frozenset[str]:
         elif isinstance(node, ast.Assign) and isinstance(node.value, ast.Lambda):
             found |= {target.id for target in node.targets if isinstance(target, ast.Name)}
     return frozenset(found)
-
-
-def words(text: str) -> set[str]:
-    """Return the identifiers in a text."""
-    return set(re.findall(r"[^\W\d]\w*", text))
