@@ -73,7 +73,7 @@ def _compare(
     plan: Plan, trial: Trial, journal: Journal, gradebook: Location, options: argparse.Namespace
 ) -> Regrade:
     # nbgrader takes a second to import
-    from robust_slam_autograder.nbgrader import database, preview
+    from robust_slam_autograder.nbgrader import database, totals
     from robust_slam_autograder.reports import changes
 
     again = regrading.compare(trial, options.out)
@@ -85,7 +85,7 @@ def _compare(
         kept=len(plan.jobs) - len(trial.jobs),
         failed=[job.student for job, result in trial.results() if result.status == "failed"],
         left_out=plan.left_out,
-        effects=preview.effects(gradebook, options.assignment, news),
+        effects=totals.effects(gradebook, options.assignment, news),
         applied=options.apply,
     )
 

@@ -30,6 +30,7 @@ from sqlalchemy import (
     text,
 )
 from sqlalchemy.exc import ArgumentError, DBAPIError, SQLAlchemyError
+from sqlalchemy.pool import NullPool
 
 from robust_slam_autograder.errors import GraderFailure, WrongUse
 
@@ -181,13 +182,8 @@ def _why(error: Exception, url: URL) -> str:
     return f"{why}."
 
 
-@contextlib.contextmanager
-def _engine(url: URL) -> Iterator[Engine]:
-    engine = create_engine(url)
-    try:
-        yield engine
-    finally:
-        engine.dispose()
+def _engine(url: URL) -> Engine:
+    return create_engine(url, poolclass=NullPool)  # no connection stays open behind it
 
 
 def exists(location: Location) -> bool:
@@ -199,8 +195,8 @@ def exists(location: Location) -> bool:
     file = file_of(location)
     if file is not None and not file.exists():
         return False
-    with explained(location, "read"), _engine(url_of(location)) as engine:
-        lost = TABLES - set(inspect(engine).get_table_names())
+    with explained(location, "read"):
+        lost = TABLES - set(inspect(_engine(url_of(location))).get_table_names())
     if lost and lost != TABLES:
         raise GraderFailure(
             f"The gradebook {shown(location)} has lost its table {min(lost)}: {_anew(file)}"
@@ -226,11 +222,7 @@ def recorded(location: Location) -> dict[str, str]:
     """
     if not exists(location):
         return {}
-    with (
-        explained(location, "read"),
-        _engine(url_of(location)) as engine,
-        engine.connect() as book,
-    ):
+    with explained(location, "read"), _engine(url_of(location)).connect() as book:
         if not inspect(book).has_table(RECORDED.name):
             return {}
         return {f"{student}/{name}": seen for student, name, seen in book.execute(_FIND_RECORDED)}
@@ -244,7 +236,8 @@ def make(location: Location) -> None:
     """
     url, file = url_of(location), file_of(location)
     exists(location)
-    with explained(url), _engine(url) as engine:
+    with explained(url):
+        engine = _engine(url)
         if file is not None:
             file.parent.mkdir(parents=True, exist_ok=True)
         if inspect(engine).has_table(RECORDED.name):
@@ -282,10 +275,8 @@ def copy(location: Location, to: Path) -> None:
         return
     with (
         explained(location, "read"),
-        _engine(url_of(location)) as old,
-        _engine(url_of(to)) as new,
-        old.connect() as book,
-        new.begin() as copied,
+        _engine(url_of(location)).connect() as book,
+        _engine(url_of(to)).begin() as copied,
     ):
         book.execute(text(_SNAPSHOT[book.dialect.name]))
         for table in Base.metadata.sorted_tables:

@@ -47,11 +47,8 @@ def _put_executor(config: Config) -> None:
     # What else a student hands in, be it a link to a file of the instructor's, is never copied.
     course.ignore = [*CourseDirectory().ignore, f"{submissions}*", f"{submissions}.*"]
     config.Autograde.exporter_class = f"{_STEPS}.SafeExporter"
-    config.Autograde.sanitize_preprocessors = [f"{_STEPS}.RunTests"]
-    config.Autograde.autograde_preprocessors = [
-        f"{_STEPS}.SaveMarks",
-        "nbgrader.preprocessors.AssignLatePenalties",
-    ]
+    config.Autograde.sanitize_preprocessors = []
+    config.Autograde.autograde_preprocessors = ["nbgrader.preprocessors.AssignLatePenalties"]
     config.GenerateFeedback.preprocessors = [
         f"{_STEPS}.HideTests",
         "nbgrader.preprocessors.GetGrades",

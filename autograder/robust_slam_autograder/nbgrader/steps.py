@@ -2,7 +2,7 @@
 
 ``settings.nbgrader_settings`` puts these classes in place of nbgrader's. Student code never runs
 in a kernel or in nbgrader's process, and nbgrader opens no notebook that was handed in: the
-exporter gives it an empty one, and the steps fill that in.
+exporter gives it the one that shows the result.
 """
 
 from __future__ import annotations
@@ -11,13 +11,12 @@ import glob
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from nbconvert.exporters import NotebookExporter
 from nbformat.notebooknode import NotebookNode
-from nbformat.v4 import new_notebook
 from nbgrader.converters.base import NbGraderException
 from nbgrader.preprocessors import NbGraderPreprocessor
 from traitlets import Bool, Enum, Unicode
@@ -25,35 +24,22 @@ from traitlets import Bool, Enum, Unicode
 from robust_slam_autograder import layout
 from robust_slam_autograder.errors import AutograderError, GraderFailure, Refused
 from robust_slam_autograder.grading import allowed, batch, journal, tasks
-from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.grading.tasks import Job
 from robust_slam_autograder.nbgrader import gradebook, graded_notebook, own_files
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.assignment import BEGIN_HIDDEN, split_hidden
 from robust_slam_autograder.reading.notebook import Cell
 from robust_slam_autograder.reading.submission import is_student
-from robust_slam_autograder.sandbox import BACK_ENDS, Sandbox, choose
+from robust_slam_autograder.sandbox import BACK_ENDS, choose
 
-CONTEXT = "autograder"
-"""Key of nbgrader's resources under which the steps find theirs."""
 Resources = dict[str, Any]
 
 
-@dataclass(frozen=True)
-class Context:
-    """Where the steps find a submission, and where its result goes."""
-
-    job: Job
-    """With what was read of the submission: both steps work on the same bytes."""
-    results: Path
-    wall: Sandbox
-    result: Result | None = None
-    """What the first of the two steps made of them, for the second."""
-    fingerprint: str = ""
-
-
 class SafeExporter(NotebookExporter):
-    """Reads no submission; makes sure first of all that one can be graded at all."""
+    """Grades submissions as ``autograder grade`` does, in place of converting what is in them.
+
+    It makes sure first of all that one can be graded at all.
+    """
 
     results_directory = Unicode(
         str(layout.GRADED),
@@ -70,7 +56,6 @@ class SafeExporter(NotebookExporter):
 
     def __init__(self, **options: Any) -> None:  # noqa: ANN401
         super().__init__(**options)  # type: ignore[no-untyped-call]
-        self._graded: dict[str, Context] = {}
         # nbgrader makes its exporter when it has listed the submissions and read none of them.
         with self._clear_errors():
             self._wall = choose(self.sandbox or None, unsandboxed=self.unsandboxed)
@@ -125,11 +110,13 @@ class SafeExporter(NotebookExporter):
         resources: Resources | None = None,
         **options: Any,  # noqa: ANN401
     ) -> tuple[Any, Resources]:
-        """Convert a submission, or the graded notebook that this class wrote before."""
+        """Grade a submission, record its marks and make the notebook that shows it.
+
+        What nbgrader converts once more is the graded notebook that was made before.
+        """
         resources = resources or {}
         student = resources["nbgrader"]["student"]
         if Path(filename).parent == self._folder(self._course.autograded_directory, student):
-            resources[CONTEXT] = self._graded.pop(student)
             return super().from_filename(filename, resources, **options)
         job = Job(
             student,
@@ -137,77 +124,48 @@ class SafeExporter(NotebookExporter):
             self._tests,
             self._folder(self._course.submitted_directory, student),
         )
-        job = replace(job, handed=tasks.read(job))
-        resources[CONTEXT] = Context(job, self._results, self._wall)
-        empty = new_notebook()  # type: ignore[no-untyped-call]
-        made: tuple[Any, Resources] = self.from_notebook_node(  # type: ignore[no-untyped-call]
-            empty, resources, **options
-        )
-        self._graded[student] = made[1][CONTEXT]
-        return made
-
-    def _folder(self, step: str, student: str) -> Path:
-        return Path(self._course.format_path(step, student, self._assignment.name))
-
-
-class RunTests(NbGraderPreprocessor):  # type: ignore[misc]
-    """Grades a submission as ``autograder grade`` does and makes the notebook that shows it."""
-
-    def preprocess(self, nb: NotebookNode, resources: Resources) -> tuple[NotebookNode, Resources]:
-        """Grade; a result that is there already and still holds is taken over."""
-        context: Context = resources[CONTEXT]
+        job = replace(job, handed=tasks.read(job))  # all that follows is of the same bytes
         try:
-            resources[CONTEXT] = context = grade(context)
+            made = self._grade(job)
         except AutograderError as error:
             self.log.error("%s", error)
             raise
-        result = context.result
-        assert result is not None
+        resources["outputs"] = own_files.plain(job.path)
+        converted: tuple[Any, Resources] = self.from_notebook_node(  # type: ignore[no-untyped-call]
+            made, resources, **options
+        )
+        return converted
+
+    def _grade(self, job: Job) -> NotebookNode:
+        """Grade in a process of its own; a result that is there already and holds is taken over.
+
+        Raises:
+            WrongUse: another batch is at work on the same results.
+            GraderFailure: the grader itself failed.
+        """
+        with batch.locked(self._results):
+            run = journal.open_journal(self._results, None)
+            (graded,) = batch.grade(
+                [job],
+                out=self._results,
+                run=run,
+                wall=self._wall,
+                workers=1,
+                report=lambda done: None,
+            )
+            result = graded.load()
+            if result.status == "failed":
+                raise GraderFailure(result.reason)
+            gradebook.record(self._course.db_url, [job.assignment], [result], run.graded)
         if result.status == "refused":
             self.log.warning("Refused, score 0: %s", result.reason)
         cells: tuple[Cell, ...] = ()
         with suppress(Refused):
-            cells = tasks.read(context.job).cells()
-        resources["outputs"] = own_files.plain(context.job.path)
-        return graded_notebook.build(context.job.assignment, cells, result), resources
+            cells = tasks.read(job).cells()
+        return graded_notebook.build(job.assignment, cells, result)
 
-
-def grade(context: Context) -> Context:
-    """Grade one submission in a process of its own, keep its result file, and give it along.
-
-    Raises:
-        WrongUse: another batch is at work on the same results.
-        GraderFailure: the grader itself failed.
-    """
-    with batch.locked(context.results):
-        run = journal.open_journal(context.results, None)
-        (graded,) = batch.grade(
-            [context.job],
-            out=context.results,
-            run=run,
-            wall=context.wall,
-            workers=1,
-            report=lambda done: None,
-        )
-        result = graded.load()
-    if result.status == "failed":
-        raise GraderFailure(result.reason)
-    return replace(context, result=result, fingerprint=run.graded[context.job.key])
-
-
-class SaveMarks(NbGraderPreprocessor):  # type: ignore[misc]
-    """Writes a submission's marks and comments into the gradebook."""
-
-    def preprocess(self, nb: NotebookNode, resources: Resources) -> tuple[NotebookNode, Resources]:
-        """Record the result that ``RunTests`` made."""
-        context: Context = resources[CONTEXT]
-        job, result = context.job, context.result
-        assert result is not None
-        with batch.locked(context.results):
-            location = resources["nbgrader"]["db_url"]
-            prints = {job.key: context.fingerprint}
-            gradebook.record(location, [job.assignment], [result], prints)
-        return nb, resources
+    def _folder(self, step: str, student: str) -> Path:
+        return Path(self._course.format_path(step, student, self._assignment.name))
 
 
 class HideTests(NbGraderPreprocessor):  # type: ignore[misc]

@@ -1,13 +1,17 @@
-"""What a gradebook says of an assignment: each student's total, with what a person gave."""
+"""Each student's total in an assignment: in a gradebook, and with new results."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import tempfile
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from nbgrader.api import MissingEntry
 
-from robust_slam_autograder.nbgrader import gradebook
+from robust_slam_autograder.grading.results import Result
+from robust_slam_autograder.grading.tasks import Job
+from robust_slam_autograder.nbgrader import database, gradebook
 from robust_slam_autograder.nbgrader.database import Location
 
 
@@ -60,3 +64,44 @@ def read(location: Location, assignment: str) -> Totals:
                 for one in book.assignment_submissions(assignment)
             },
         )
+
+
+@dataclass(frozen=True)
+class Effect:
+    """What becomes of one student's total; None where there is none yet."""
+
+    before: Total | None
+    after: Total
+
+
+def effects(
+    location: Location, assignment: str, new: Sequence[tuple[Job, Result]]
+) -> dict[str, Effect]:
+    """Return by student every total that would change, and who would then wait for a person.
+
+    A cell that was deleted takes its marks along, from students too who are not graded again.
+
+    Args:
+        location: the gradebook; if it does not exist, all totals are new.
+        assignment: its name.
+        new: submissions with their results.
+
+    Raises:
+        GraderFailure: it is no gradebook.
+    """
+    if not new:
+        return {}
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder, "gradebook.db")
+        database.copy(location, copy)
+        before = read(copy, assignment).students
+        tests = [job.assignment for job, _ in new[:1]]
+        gradebook.record(copy, tests, [result for _, result in new])
+        after = read(copy, assignment).students
+    pairs = {student: Effect(before.get(student), total) for student, total in after.items()}
+    return {student: pair for student, pair in pairs.items() if _differs(pair)}
+
+
+def _differs(pair: Effect) -> bool:
+    old = pair.before
+    return old is None or (old.score, old.waits) != (pair.after.score, pair.after.waits)

@@ -10,7 +10,7 @@ from typing import Any
 from robust_slam_autograder.grading.regrading import ExerciseChange, Regraded
 from robust_slam_autograder.grading.results import ExerciseResult, Result, tidy
 from robust_slam_autograder.markup import one_line, visible
-from robust_slam_autograder.nbgrader.preview import Effect
+from robust_slam_autograder.nbgrader.totals import Effect
 from robust_slam_autograder.reports.terminal import aligned
 
 SCHEMA = 1
