@@ -78,23 +78,19 @@ class _Node:
 def max_clique(
     adjacency: ArrayLike,
     *,
-    fixed: ArrayLike | None = None,
     budget: int = BUDGET,
     max_seconds: float = inf,
 ) -> Clique:
     """Return a largest clique of ``adjacency`` ``(m, m)``, or the best within ``budget``.
 
-    ``adjacency`` is boolean and symmetric; its diagonal does not matter. ``fixed`` are the
-    indices ``(f,)`` of vertices that must be members; the clique is then a largest one that
-    contains them. ``budget`` counts the candidates at each branch node, which measures the
-    work without a clock: the same input always gives the same result. So it does unless
-    ``max_seconds`` of CPU time end the search first. Of several largest cliques any one may be
-    returned.
+    ``adjacency`` is boolean and symmetric; its diagonal does not matter. ``budget`` counts the
+    candidates at each branch node, which measures the work without a clock: the same input
+    always gives the same result, unless ``max_seconds`` of CPU time end the search first. Of
+    several largest cliques any one may be returned.
 
     Raises:
-        ValueError: ``adjacency`` is not square, boolean and symmetric, ``fixed`` are not
-            indices of vertices that are all joined, ``budget`` is below 1, or ``max_seconds``
-            is negative.
+        ValueError: ``adjacency`` is not square, boolean and symmetric, ``budget`` is below 1,
+            or ``max_seconds`` is negative.
 
     Source: Tomita and Seki 2003; San Segundo et al. 2011; see the module.
 
@@ -107,17 +103,14 @@ def max_clique(
     """
     deadline = Deadline.after(max_seconds)
     joined = _checked(adjacency)
-    held = _held(fixed, joined)
     if budget < 1:
         raise ValueError(f"budget is {budget}; give at least 1")
-    free = np.flatnonzero(joined[held].all(axis=0))
-    inner = joined[np.ix_(free, free)]
     # In dense graphs most vertices are joined to all others: they belong to every largest
     # clique and need no search.
-    joins_all = inner.sum(axis=1) == free.size - 1
-    held, free = np.concatenate([held, free[joins_all]]), free[~joins_all]
-    inner = inner[np.ix_(~joins_all, ~joins_all)]
+    joins_all = joined.sum(axis=1) == len(joined) - 1
+    inner = joined[np.ix_(~joins_all, ~joins_all)]
     found, bound = _solve(inner, _first(inner, deadline), budget, deadline)
+    held, free = np.flatnonzero(joins_all), np.flatnonzero(~joins_all)
     members = np.sort(np.concatenate([held, free[found]]))
     bound += held.size
     return Clique(members, members.size == bound, bound)
@@ -135,21 +128,6 @@ def _checked(adjacency: ArrayLike) -> Mask:
         raise ValueError(f"adjacency: entries ({i}, {j}) and ({j}, {i}) differ; make it symmetric")
     np.fill_diagonal(joined, False)
     return joined
-
-
-def _held(fixed: ArrayLike | None, joined: Mask) -> Indices:
-    held = np.array([] if fixed is None else fixed)
-    if held.size and not np.issubdtype(held.dtype, np.integer):
-        raise ValueError(f"fixed: the entries are {held.dtype}; give indices of vertices")
-    held = np.unique(held.astype(np.intp))
-    if np.any((held < 0) | (held >= len(joined))):
-        raise ValueError(f"fixed: vertices are 0 to {len(joined) - 1}; got {held.tolist()}")
-    apart = ~joined[np.ix_(held, held)]
-    np.fill_diagonal(apart, False)
-    if np.any(apart):
-        i, j = held[np.argwhere(apart)[0]]
-        raise ValueError(f"fixed: vertices {i} and {j} are not joined, so no clique has both")
-    return held
 
 
 def _first(joined: Mask, deadline: Deadline) -> Indices:

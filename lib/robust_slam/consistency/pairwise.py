@@ -30,17 +30,15 @@ session, a closure displaces the world behind it by G = x_i ∘ z ∘ x_j⁻¹. 
 conjugated, is G_q⁻¹ ∘ G_p: two closures are consistent when their displacements are equal.
 Each part is perturbed on the right and transformed to the world frame, where an odometry
 edge that ends at pose k with covariance Σ_z contributes Ad(x_k) Σ_z Ad(x_k)ᵀ. With S(a) the
-sum of these from the root to pose a, and M(a, b) = S(c) for the lowest common ancestor c of
-a and b, the odometry between a and b has the covariance
-P(a, b) = M(a, a) + M(b, b) − 2 M(a, b). A closure has Q = Ad(x_j) Σ_z Ad(x_j)ᵀ. With
-A_q = Ad(G_q⁻¹) the cycle has the covariance
+sum of these from the root to pose a, and c the lowest common ancestor of a and b, the odometry
+between a and b has the covariance P(a, b) = S(a) + S(b) − 2 S(c). A closure has
+Q = Ad(x_j) Σ_z Ad(x_j)ᵀ. With A_q = Ad(G_q⁻¹) the cycle has the covariance
 
     Q_p + Q_q + P(j_p, j_q) + A_q P(i_p, i_q) A_qᵀ
 
-if its four parts are independent. Both odometry parts may contain the same edges, though:
-with W = M(j_q, i_p) + M(j_p, i_q) − M(j_p, i_p) − M(j_q, i_q), the covariance of the common
-edges, negative where they have opposite directions, the term W A_qᵀ + A_q W is missing. The
-distance is the same in every frame, and the Jacobian of Log cancels, since Jr(e) e = e.
+if its four parts are independent, as the paper assumes; odometry in both parts makes them
+dependent. The distance is the same in every frame, and the Jacobian of Log cancels, since
+Jr(e) e = e.
 
 Source: Mangelson, Dominic, Eustice and Vasudevan 2018; SLAM Handbook 2026, (3.6) to (3.8).
 """
@@ -57,14 +55,14 @@ from numpy.typing import ArrayLike
 from robust_slam._arrays import Array, Indices, Mask, mask, positive
 from robust_slam._deadline import Deadline
 from robust_slam._words import counted
-from robust_slam.consistency.cliques import BUDGET, Clique, max_clique
+from robust_slam.consistency.cliques import Clique, max_clique
 from robust_slam.estimators.thresholds import chi_square_threshold
 from robust_slam.graphs.forest import Ancestors, Forest, find_forest, poses_along, sums_along
 from robust_slam.graphs.odometry import sessions
 from robust_slam.graphs.pose_graph import PoseGraph, check_graph
 
 PAIRS = {2: 2_000_000, 3: 400_000}
-"""The default number of pairs that are compared, by dimension: a few seconds of work."""
+"""The number of pairs that are compared, by dimension: a few seconds of work."""
 _CHUNK = 20_000
 """Pairs that are computed at a time: their 6×6 matrices stay in the cache."""
 
@@ -130,9 +128,7 @@ class _Displacements:
     ancestors: Ancestors
 
 
-def pairwise_distances(
-    graph: PoseGraph, closures: ArrayLike | None = None, *, shared_odometry: bool = False
-) -> Array:
+def pairwise_distances(graph: PoseGraph, closures: ArrayLike | None = None) -> Array:
     """Return the Mahalanobis distance √(eᵀ Σ⁻¹ e) of each pair, ``(m, m)``, without a unit.
 
     ``closures`` is a mask ``(M,)`` of the edges to compare, by default all that are not
@@ -141,20 +137,17 @@ def pairwise_distances(
     distance differs a little. For a pair of inliers the square is χ² with 3 degrees of freedom
     in SE(2) and 6 in SE(3), to first order. The matrix is symmetric with a zero diagonal, and
     0 too where two closures join different sessions.
-    ``shared_odometry`` accounts for odometry edges in both parts of the cycle, which is exact
-    to first order; the paper assumes that the parts are independent.
 
     Raises:
         ValueError: the mask does not fit or marks odometry.
 
-    Source: Mangelson et al. 2018; SLAM Handbook 2026, (3.6) to (3.8); the shared odometry is
-    derived here, see the module.
+    Source: Mangelson et al. 2018; SLAM Handbook 2026, (3.6) to (3.8).
     """
     chosen = _chosen(graph, closures)
     distances = np.zeros((chosen.size, chosen.size))
     world, session = _displacements(graph, chosen)
     for members in _groups(session):
-        for p, q, distance in _pairs(graph, world, members, shared_odometry):
+        for p, q, distance in _pairs(graph, world, members):
             distances[p, q] = distances[q, p] = distance
     return distances
 
@@ -174,37 +167,25 @@ def total_distances(graph: PoseGraph, closures: ArrayLike | None = None) -> Arra
     world, session = _displacements(graph, chosen)
     totals = np.zeros(chosen.size)
     for members in _groups(session):
-        for p, q, distance in _pairs(graph, world, members, shared=False):
+        for p, q, distance in _pairs(graph, world, members):
             np.add.at(totals, p, distance)
             np.add.at(totals, q, distance)
     return totals
 
 
-def pairwise_consistent(
-    graph: PoseGraph,
-    gamma: float,
-    closures: ArrayLike | None = None,
-    *,
-    shared_odometry: bool = False,
-) -> Mask:
+def pairwise_consistent(graph: PoseGraph, gamma: float, closures: ArrayLike | None = None) -> Mask:
     """Return which pairs of closures are consistent, ``(m, m)``, the diagonal True.
 
     ``gamma`` is compared with the norm, not with its square: see
-    ``thresholds.chi_square_threshold``. The other arguments are those of
-    ``pairwise_distances``; here the distances are not stored.
+    ``thresholds.chi_square_threshold``; ``closures`` is that of ``pairwise_distances``.
 
     Raises:
         ValueError: ``gamma`` is not above 0, or as ``pairwise_distances``.
 
     Source: Mangelson et al. 2018; SLAM Handbook 2026, (3.6) to (3.8).
     """
-    gamma = positive("gamma", gamma)
-    chosen = _chosen(graph, closures)
-    consistent = np.ones((chosen.size, chosen.size), dtype=np.bool_)
-    forever = Deadline(inf)
-    for block in _compared(graph, chosen, gamma, shared_odometry, chosen.size**2, forever)[0]:
-        consistent[np.ix_(block.members, block.members)] = block.consistent
-    return consistent
+    limit = positive("gamma", gamma)
+    return np.asarray(pairwise_distances(graph, closures) <= limit)
 
 
 def pcm(
@@ -212,10 +193,6 @@ def pcm(
     gamma: float | None = None,
     *,
     probability: float = 0.99,
-    trusted: ArrayLike | None = None,
-    shared_odometry: bool = False,
-    budget: int = BUDGET,
-    pairs: int | None = None,
     max_seconds: float = inf,
 ) -> PcmResult:
     """Return a largest set of pairwise consistent closures of ``graph``.
@@ -223,20 +200,18 @@ def pcm(
     ``gamma`` is the largest distance of a consistent pair, by default the one that a pair of
     inliers does not exceed with ``probability``. That is the probability of each pair: an
     inlier is compared with many others, so the set holds a smaller share of the inliers.
-    ``trusted`` ``(M,)`` marks closures that must be in the set. ``budget`` limits the search
-    as in ``max_clique``: when it is used up, the best set found so far is returned, and
-    ``clique.proven`` is False. ``pairs`` limits the comparisons, by default to ``PAIRS``: if
-    there are more pairs, closures are compared in blocks along the drive, each has a largest
-    set of its own, and ``complete`` is False. After ``max_seconds`` of CPU time the remaining
-    pairs are not compared either, and the search ends with the best set so far.
+    Where the budget of ``max_clique`` is used up, the best set found so far is returned, and
+    ``clique.proven`` is False. Where there are more pairs than ``PAIRS``, closures are compared
+    in blocks along the drive, each has a largest set of its own, and ``complete`` is False.
+    After ``max_seconds`` of CPU time the remaining pairs are not compared either, and the
+    search ends with the best set so far.
 
     It does not test a closure against the odometry alone, nor the set jointly, and it
     prefers a larger group of consistent outliers. See the module.
 
     Raises:
-        ValueError: ``gamma`` is not above 0, ``probability`` is not inside (0, 1),
-            ``budget`` or ``pairs`` is below 1, ``max_seconds`` is negative, or trusted
-            closures contradict each other.
+        ValueError: ``gamma`` is not above 0, ``probability`` is not inside (0, 1), or
+            ``max_seconds`` is negative.
 
     Source: Mangelson et al. 2018; SLAM Handbook 2026, (3.6) to (3.8).
 
@@ -250,24 +225,17 @@ def pcm(
     limit = chi_square_threshold(probability, check_graph(graph).group.DOF)
     limit = limit if gamma is None else positive("gamma", gamma)
     closures = _chosen(graph, None)
-    held = mask("trusted", trusted, len(graph.edges))[closures]
-    most = PAIRS[graph.group.DIMENSION] if pairs is None else pairs
     deadline = Deadline.after(max_seconds)
-    blocks, complete = _compared(graph, closures, limit, shared_odometry, most, deadline)
-    clique = _united([_largest(block, closures, held, budget, deadline) for block in blocks])
+    blocks, complete = _compared(graph, closures, limit, deadline)
+    clique = _united([_largest(block, deadline) for block in blocks])
     kept = graph.is_odometry.copy()
     kept[closures[clique.members]] = True
     return PcmResult(kept, closures, tuple(blocks), clique, complete)
 
 
-def _largest(
-    block: Block, closures: Indices, held: Mask, budget: int, deadline: Deadline
-) -> Clique:
-    """Return a largest clique of ``block`` with the ``held`` closures, as places among all."""
-    fixed = np.flatnonzero(held[block.members])
-    trusted = closures[block.members[fixed]]
-    _refuse_contradiction(trusted, block.consistent[np.ix_(fixed, fixed)])
-    clique = max_clique(block.consistent, fixed=fixed, budget=budget, max_seconds=deadline.left)
+def _largest(block: Block, deadline: Deadline) -> Clique:
+    """Return a largest clique of ``block``, as places among all closures."""
+    clique = max_clique(block.consistent, max_seconds=deadline.left)
     return replace(clique, members=block.members[clique.members])
 
 
@@ -287,31 +255,20 @@ def _chosen(graph: PoseGraph, closures: ArrayLike | None) -> Indices:
     return np.flatnonzero(chosen)
 
 
-def _refuse_contradiction(trusted: Indices, consistent: Mask) -> None:
-    if not np.all(consistent):
-        p, q = trusted[np.argwhere(~consistent)[0]]
-        raise ValueError(
-            f"trusted: the closures of edges {p} and {q} contradict each other; trust only "
-            "one of them or raise gamma"
-        )
-
-
 def _compared(
-    graph: PoseGraph, chosen: Indices, gamma: float, shared: bool, pairs: int, deadline: Deadline
+    graph: PoseGraph, chosen: Indices, gamma: float, deadline: Deadline
 ) -> tuple[list[Block], bool]:
     """Return the blocks of closures, and whether all comparable pairs were compared.
 
     Pairs that the ``deadline`` leaves uncompared count as consistent.
     """
-    if pairs < 1 and chosen.size > 1:
-        raise ValueError(f"pairs is {pairs}; give at least 1")
     world, session = _displacements(graph, chosen)
     groups = _groups(session)
-    parts = _cut(world, groups, pairs)
+    parts = _cut(world, groups, PAIRS[graph.group.DIMENSION])
     blocks, complete = [], len(parts) == len(groups)
     for members in parts:
         consistent = np.ones((members.size, members.size), dtype=np.bool_)
-        for p, q, distance in _pairs(graph, world, members, shared):
+        for p, q, distance in _pairs(graph, world, members):
             if deadline.passed:
                 complete = False
                 break
@@ -345,7 +302,7 @@ def _cut(world: _Displacements, groups: list[Indices], pairs: int) -> list[Indic
 
 
 def _pairs(
-    graph: PoseGraph, world: _Displacements, members: Indices, shared: bool
+    graph: PoseGraph, world: _Displacements, members: Indices
 ) -> Iterator[tuple[Indices, Indices, Array]]:
     """Yield p, q and the distance of every pair p < q of members, a bounded number at a time."""
     rows = 1 + _CHUNK // (members.size + 1)
@@ -353,7 +310,7 @@ def _pairs(
         block = np.arange(first, min(first + rows, members.size))
         q, p = np.nonzero(np.arange(members.size) < block[:, None])
         p, q = members[p], members[q + first]
-        yield p, q, _distances(graph, world, p, q, shared)
+        yield p, q, _distances(graph, world, p, q)
 
 
 def _displacements(graph: PoseGraph, chosen: Indices) -> tuple[_Displacements, Indices]:
@@ -430,38 +387,21 @@ def _covariances(graph: PoseGraph, edges: Indices) -> Array:
     return np.asarray(np.linalg.inv(graph.information[edges]), dtype=np.float64)
 
 
-def _distances(
-    graph: PoseGraph, world: _Displacements, p: Indices, q: Indices, shared: bool
-) -> Array:
-    group = graph.group
+def _distances(graph: PoseGraph, world: _Displacements, p: Indices, q: Indices) -> Array:
+    group, a = graph.group, world.adjoint[q]
     error = group.log(group.between(world.move[q], world.move[p]))
-    covariance = world.own[p] + world.own[q] + _odometry(world, p, q, shared)
+    (i_p, j_p), (i_q, j_q) = world.ends[p].T, world.ends[q].T
+    odometry = _between(world, j_p, j_q) + _transformed(a, _between(world, i_p, i_q))
+    covariance = world.own[p] + world.own[q] + odometry
     weighted = np.linalg.solve(covariance, error[..., None])[..., 0]
     squared: Array = np.sum(error * weighted, axis=-1)
     return np.sqrt(np.maximum(squared, 0.0))
-
-
-def _odometry(world: _Displacements, p: Indices, q: Indices, shared: bool) -> Array:
-    """Return the covariance of the two odometry parts of each cycle, ``(…, D, D)``."""
-    (i_p, j_p), (i_q, j_q) = world.ends[p].T, world.ends[q].T
-    a = world.adjoint[q]
-    total = _between(world, j_p, j_q) + _transformed(a, _between(world, i_p, i_q))
-    if not shared:
-        return total
-    both = _common(world, j_q, i_p) + _common(world, j_p, i_q)
-    both -= _common(world, j_p, i_p) + _common(world, j_q, i_q)
-    return np.asarray(total + both @ np.swapaxes(a, -1, -2) + a @ both)
 
 
 def _between(world: _Displacements, a: Indices, b: Indices) -> Array:
     """Return the covariance P ``(…, D, D)`` of the odometry between poses ``a`` and ``b``."""
     below, ancestor = world.ancestors.common(a, b), world.accumulated
     return np.asarray(ancestor[a] + ancestor[b] - 2.0 * ancestor[below])
-
-
-def _common(world: _Displacements, a: Indices, b: Indices) -> Array:
-    """Return M ``(…, D, D)``: the covariance of the odometry above both ``a`` and ``b``."""
-    return world.accumulated[world.ancestors.common(a, b)]
 
 
 def _transformed(adjoint: Array, covariance: Array) -> Array:

@@ -23,11 +23,11 @@ def is_clique(adjacency, members):
     return np.all(adjacency[np.ix_(members, members)] | np.eye(len(members), dtype=bool))
 
 
-def largest_by_growth(adjacency, inside=None):
-    """The size of a largest clique among the set ``inside``: with its first vertex or without."""
+def largest_by_growth(adjacency):
+    """The size of a largest clique: with the first vertex or without."""
     near = [set(np.flatnonzero(row)) for row in adjacency]
     best = 0
-    stack = [(0, set(range(len(near))) if inside is None else set(inside))]
+    stack = [(0, set(range(len(near))))]
     while stack:
         size, left = stack.pop()
         best = max(best, size)
@@ -137,17 +137,6 @@ def test_the_diagonal_does_not_matter_and_the_input_stays_as_it_is(seed):
     np.testing.assert_array_equal(full, before)
 
 
-@pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize("density", [0.4, 0.7, 0.9])
-def test_fixed_members_are_kept_and_the_rest_is_a_largest_that_joins_them(density, seed):
-    adjacency = random_adjacency(24, density, 300 + seed)
-    fixed = np.argwhere(adjacency)[seed]
-    clique = max_clique(adjacency, fixed=fixed)
-    assert is_clique(adjacency, clique.members) and np.isin(fixed, clique.members).all()
-    joined = np.flatnonzero(adjacency[fixed].all(axis=0))
-    assert len(clique.members) == clique.bound == 2 + largest_by_growth(adjacency, joined)
-
-
 @pytest.mark.parametrize(
     ("adjacency", "options", "told"),
     [
@@ -156,10 +145,6 @@ def test_fixed_members_are_kept_and_the_rest_is_a_largest_that_joins_them(densit
         (np.ones((2, 2)), {}, "adjacency: the entries are float64"),
         (np.array([[1, 1], [0, 1]], bool), {}, r"entries \(0, 1\) and \(1, 0\) differ"),
         (np.eye(3, dtype=bool), {"budget": 0}, "budget is 0"),
-        (np.eye(3, dtype=bool), {"fixed": [0, 2]}, "vertices 0 and 2 are not joined"),
-        (np.eye(3, dtype=bool), {"fixed": [3]}, "fixed: vertices are 0 to 2"),
-        (np.eye(3, dtype=bool), {"fixed": [-1]}, "fixed: vertices are 0 to 2"),
-        (np.eye(3, dtype=bool), {"fixed": [True, False, False]}, "fixed: the entries are bool"),
     ],
 )
 def test_what_is_no_graph_is_refused(adjacency, options, told):

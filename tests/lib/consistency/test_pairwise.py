@@ -43,19 +43,18 @@ def cycle_error(group, z_p, by_j, z_q, by_i):
     return group.log(reduce(group.compose, (z_p, by_j, group.inverse(z_q), by_i)))
 
 
-def distance(group, graph, p, q, shared):
+def distance(group, graph, p, q):
     """√(eᵀ Σ⁻¹ e) with the error e of the cycle as a function of all that was measured.
 
-    Where the odometry is shared, the two stretches of it are functions of the same steps.
-    Otherwise each has steps of its own. Every measurement is perturbed on its right.
+    Each of the two stretches of odometry has steps of its own. Every measurement is perturbed
+    on its right.
     """
     (i_p, j_p), (i_q, j_q) = graph.edges[[p, q]]
     steps = np.arange(graph.n - 1)
     copies = np.concatenate([steps, steps, [p, q]])
 
     def error(z):
-        by_j = walked(group, z[steps])
-        by_i = by_j if shared else walked(group, z[graph.n - 1 + steps])
+        by_j, by_i = walked(group, z[steps]), walked(group, z[graph.n - 1 + steps])
         return cycle_error(
             group,
             *(z[-2], group.between(by_j[j_p], by_j[j_q])),
@@ -76,38 +75,15 @@ def distance(group, graph, p, q, shared):
 
 
 @pytest.mark.parametrize("noise", [0.02, 0.5], ids=["inliers", "outliers"])
-@pytest.mark.parametrize("shared", [False, True], ids=["odometry twice", "shared odometry"])
 @pytest.mark.parametrize("seed", range(2))
-def test_distances_are_those_of_the_definition(group, noise, shared, seed):
+def test_distances_are_those_of_the_definition(group, noise, seed):
     graph = wandering(seed, group, n=9, closures=4, noise=noise)
-    distances = pairwise_distances(graph, shared_odometry=shared)
+    distances = pairwise_distances(graph)
     closures = np.flatnonzero(~graph.is_odometry)
     graph = turned(graph, graph.edges[:, 0] > graph.edges[:, 1])  # in the direction of travel
     for a, b in zip(*np.triu_indices(len(closures), 1), strict=True):
-        expected = distance(group, graph, closures[a], closures[b], shared)
+        expected = distance(group, graph, closures[a], closures[b])
         assert distances[a, b] == pytest.approx(expected, rel=1e-4, abs=1e-6)
-
-
-@pytest.mark.long
-def test_with_shared_odometry_the_squares_are_chi_square():
-    """Monte Carlo: overlapping stretches, the same steps in both odometry parts."""
-    rng = np.random.default_rng(7)
-    squares = {False: [], True: []}
-    truth = walked(se2, np.tile([1.0, 0.0, 0.15], (20, 1)))
-    pairs = [(2, 6), (10, 16), (6, 2), (16, 10), (1, 3), (14, 19)]
-    edges = [(k, k + 1) for k in range(20)] + pairs
-    information = np.tile(np.diag(np.array([0.02, 0.02, 0.004]) ** -2.0), (26, 1, 1))
-    information[20:] *= 100.0
-    for number in range(1500):
-        error = rng.normal(size=(26, 3)) / np.sqrt(np.einsum("kii->ki", information))
-        graph = measured(se2, truth, edges, error, information)
-        # Without the shared part the mean is far off, which fewer samples show.
-        for shared in (True, False) if number < 300 else (True,):
-            distances = pairwise_distances(graph, shared_odometry=shared)
-            squares[shared].append(distances[[0, 2, 4], [1, 3, 5]] ** 2)
-    # The mean of χ² with 3 degrees of freedom is 3, and its deviation here √(6/1500) = 0.063.
-    np.testing.assert_allclose(np.mean(squares[True], axis=0), 3.0, atol=0.25)
-    assert np.abs(np.mean(squares[False], axis=0) - 3.0).min() > 0.5
 
 
 @pytest.mark.parametrize(
@@ -167,8 +143,7 @@ def test_of_a_step_measured_twice_the_first_counts_as_in_dead_reckoning(group):
     np.testing.assert_allclose(pairwise_distances(twice), pairwise_distances(graph))
 
 
-@pytest.mark.parametrize("shared", [False, True])
-def test_far_from_the_first_pose_and_after_many_steps_the_digits_are_still_there(group, shared):
+def test_far_from_the_first_pose_and_after_many_steps_the_digits_are_still_there(group):
     # Before the same loops the robot drives 3000 m. No cycle runs over that way, so that the
     # distances stay as they are, while the sums over it are large.
     near = wandering(18, group, noise=0.3)
@@ -182,22 +157,8 @@ def test_far_from_the_first_pose_and_after_many_steps_the_digits_are_still_there
         np.concatenate([np.ones(1000, dtype=bool), near.is_odometry]),
     )
     np.testing.assert_allclose(
-        pairwise_distances(far, shared_odometry=shared),
-        pairwise_distances(near, shared_odometry=shared),
-        rtol=1e-5,
-        atol=1e-9,
+        pairwise_distances(far), pairwise_distances(near), rtol=1e-5, atol=1e-9
     )
-
-
-def test_trusted_closures_are_members_or_their_contradiction_is_an_error():
-    graph, is_outlier, *_ = with_outliers(circle, 40, 13, 2, laps=2, closures=12)
-    outlier = np.flatnonzero(is_outlier)[0]
-    inlier = np.flatnonzero(~graph.is_odometry & ~is_outlier)[0]
-    trusted = np.arange(len(graph.edges)) == outlier
-    assert pcm(graph, trusted=trusted).kept[outlier]
-    trusted[inlier] = True
-    with pytest.raises(ValueError, match=f"edges {inlier} and {outlier} contradict each other"):
-        pcm(graph, trusted=trusted)
 
 
 def test_without_closures_the_odometry_is_kept():
@@ -211,8 +172,6 @@ def test_without_closures_the_odometry_is_kept():
 @refused(
     ({"gamma": -1.0}, r"gamma is -1\.0"),
     ({"probability": 1.0}, r"probability is 1\.0"),
-    ({"budget": 0}, "budget is 0"),
-    ({"trusted": [True]}, "trusted: the shape"),
 )
 def test_bad_arguments_are_refused_by_name(wrong, message):
     with pytest.raises(ValueError, match=message):

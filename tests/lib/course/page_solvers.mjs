@@ -15,10 +15,10 @@ for (const name of readdirSync(given.folder).filter((file) => file.endsWith(".js
 }
 
 const PROBLEMS = {
-  location: ({ z, sigma, trusted }) => page.locationProblem(z, sigma, trusted),
-  line: ({ p, y, sigma, trusted }) => page.lineProblem(p, y, sigma, trusted),
-  graph: ({ graph, guess, trusted, options }) =>
-    page.poseGraphProblem(page.makeGraph(graph), guess, trusted, options),
+  location: ({ z, sigma }) => page.locationProblem(z, sigma),
+  line: ({ p, y, sigma }) => page.lineProblem(p, y, sigma),
+  graph: ({ graph, guess, options }) =>
+    page.poseGraphProblem(page.makeGraph(graph), { guess: Float64Array.from(guess), ...options }),
 };
 
 const METHODS = {
@@ -30,18 +30,17 @@ const METHODS = {
 
 const SOLVERS = {
   kernels: ({ kernel, c, u }) => {
-    const { rho, psi, weight, convexUntil } = page.KERNELS[kernel];
+    const { rho, psi, weight } = page.KERNELS[kernel];
     const each = (f) => u.map((value) => f(value, c));
-    return { rho: each(rho), psi: each(psi), weight: each(weight), convexUntil: convexUntil(c) };
+    return { rho: each(rho), psi: each(psi), weight: each(weight) };
   },
-  surrogates: ({ u, w, c, mu }) => ({
+  surrogates: ({ u, c, mu }) => ({
     tls: u.map((value) => page.tlsSurrogate(value, c, mu)),
     tlsWeight: u.map((value) => page.tlsWeight(value, c, mu)),
     gm: u.map((value) => page.gmSurrogate(value, c, mu)),
     gmWeight: u.map((value) => page.gmWeight(value, c, mu)),
     first: u.map((value) => page.startMu(Math.abs(value), c, "tls")),
     firstGm: u.map((value) => page.startMu(Math.abs(value), c, "gm")),
-    strides: page.strides(w),
   }),
   majorisers: ({ z, sigma, kernel, c, at, x }) => {
     const { value, ...parabola } = page.majoriser(z, sigma, kernel, c, at);
@@ -76,16 +75,13 @@ const SOLVERS = {
   graphs: ({ graph, poses }) => {
     const made = page.makeGraph(graph);
     return {
-      residuals: page.graphResiduals(made, poses),
+      residuals: page.edgesAt(made, poses).map(({ residual }) => residual),
       norms: page.graphResidualNorms(made, poses),
-      tree: page.spanningTree(made),
       deadReckoning: page.deadReckoning(made),
     };
   },
-  descents: ({ graph, start, weights, method, tol, limit }) => {
-    const { equations } = page.poseGraphProblem(page.makeGraph(graph), start);
-    return page[method](equations, Float64Array.from(start), weights, tol, limit);
-  },
+  descents: ({ graph, start, weights, method, tol, limit }) =>
+    page[method](page.makeGraph(graph), Float64Array.from(start), weights, tol, limit),
   fleets: ({ graph, labels, c, options }) =>
     page.solveFleet(page.makeGraph(graph), labels, c, options),
   metrics: ({ estimate, truth }) => ({
@@ -93,8 +89,8 @@ const SOLVERS = {
     ate: page.ate(Float64Array.from(estimate), truth),
   }),
   aliases: ({ truth, ends, size }) => page.agreeingClosures(truth, ends, size),
-  cliques: ({ adjacency, k, fixed }) => ({ members: page.maxClique(adjacency, k, fixed) }),
-  pcm: ({ graph, gamma, options }) => page.pcm(page.makeGraph(graph), gamma, options),
+  cliques: ({ adjacency, k }) => ({ members: page.maxClique(adjacency, k) }),
+  pcm: ({ graph, gamma }) => page.pcm(page.makeGraph(graph), gamma),
   headings: ({ n, edges, turns, kappa, R, rank }) => {
     const Q = page.connectionMatrix(n, edges, turns, kappa);
     return { Q, ...page.certify(Q, Float64Array.from(R), rank) };

@@ -14,7 +14,7 @@ from robust_slam.graphs import se2
 from robust_slam.problems import LinearProblem, LocationProblem
 from robust_slam_course.plots.landscapes import minima
 
-NAMES = list(kernels.KERNELS)
+NAMES = ["squared", "huber", "cauchy", "geman-mcclure", "tls"]
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,6 @@ class CliqueOf:
 
     adjacency: np.ndarray
     size: int
-    fixed: list[int]
     members: list[int] | None
 
     def allows(self, answer: list[int]) -> bool:
@@ -50,11 +49,7 @@ class CliqueOf:
         if self.members is not None:
             return answer == self.members
         joined = self.adjacency | np.eye(len(self.adjacency), dtype=bool)
-        return (
-            len(set(answer)) == self.size
-            and set(self.fixed) <= set(answer)
-            and bool(joined[np.ix_(answer, answer)].all())
-        )
+        return len(set(answer)) == self.size and bool(joined[np.ix_(answer, answer)].all())
 
 
 @dataclass(frozen=True)
@@ -66,21 +61,13 @@ class Case:
 
 
 def kernel_cases(rng: np.random.Generator) -> Iterator[Case]:
-    """Every kernel at random residuals, at its scale, at 0 and where floats end."""
+    """Every kernel at random residuals, at its scale and at 0."""
     for name in NAMES * 5:
         c = float(rng.choice([1.0, 2.0, 0.3, np.exp(rng.normal())]))
-        u = np.concatenate(
-            [[0.0, c, -c, 2 * c, 1e-9, 1e-200, 1e120, -1e200], c * rng.normal(size=20)]
-        )
+        u = np.concatenate([[0.0, c, -c, 2 * c, 1e-9, 1e6], c * rng.normal(size=20)])
         kernel = kernels.KERNELS[name](c)
-        # The square of a huge residual is infinite in both languages.
-        with np.errstate(over="ignore"):
-            numbers = {part: getattr(kernel, part)(u) for part in ("rho", "psi", "weight")}
-        yield Case(
-            {"kernel": name, "c": c, "u": u},
-            {key: _words(value) for key, value in numbers.items()}
-            | {"convexUntil": _words([kernel.convex_until])[0]},
-        )
+        numbers = {part: getattr(kernel, part)(u) for part in ("rho", "psi", "weight")}
+        yield Case({"kernel": name, "c": c, "u": u}, numbers)
 
 
 def majoriser_cases(rng: np.random.Generator) -> Iterator[Case]:
@@ -119,19 +106,17 @@ def surrogate_cases(rng: np.random.Generator) -> Iterator[Case]:
         c, mu = float(np.exp(rng.normal())), float(10.0 ** rng.uniform(-4, 4))
         bounds = c * np.sqrt([mu / (mu + 1), (mu + 1) / mu])
         u = np.concatenate([[0.0, c, c / np.sqrt(2)], bounds, rng.normal(0, 2 * c, 12)])
-        w = np.concatenate([[0.0, 1.0], rng.uniform(size=int(rng.integers(1, 9)))])
         first = {
             key: _words([graduation.start_mu(abs(one), c, kind) for one in u])
             for key, kind in (("first", "tls"), ("firstGm", "gm"))
         }
         yield Case(
-            {"u": u, "w": w, "c": c, "mu": mu},
+            {"u": u, "c": c, "mu": mu},
             {
                 "tls": graduation.tls_surrogate(u, c, mu),
                 "tlsWeight": graduation.tls_weight(u, c, mu),
                 "gm": graduation.gm_surrogate(u, c, mu),
                 "gmWeight": graduation.gm_weight(u, c, mu),
-                "strides": graduation.strides(w),
                 **first,
             },
         )
@@ -182,17 +167,15 @@ def se2_cases(rng: np.random.Generator) -> Iterator[Case]:
 def location_cases(rng: np.random.Generator) -> Iterator[Case]:
     """Locations by IRLS: every kernel, starts near and far, ties, limits and equal readings."""
     for k in range(140):
-        z, sigma, trusted = _readings(rng)
+        z, sigma = _readings(rng)
         name, c = NAMES[k % len(NAMES)], float(rng.choice([1.0, 2.0, 0.5, 1.345]))
         x0 = [None, 0.0, float(z[0]), float(rng.normal(0, 5))][int(rng.integers(4))]
         limit = int(rng.choice([1, 3, 100, 1000]))
-        problem = LocationProblem(z, sigma, trusted)
         method = {"name": "irls", "kernel": name, "c": c, "x0": x0}
-        yield loop_case(location_given(z, sigma, trusted), problem, method, limit)
-    for z, name, c, x0 in SPECIAL_LOCATIONS:
+        yield location_case(z, sigma, method, limit)
+    for special, name, c, x0 in SPECIAL_LOCATIONS:
         method = {"name": "irls", "kernel": name, "c": c, "x0": x0}
-        given = location_given(np.array(z), 1.0, np.zeros(len(z), bool))
-        yield loop_case(given, LocationProblem(z), method, 200)
+        yield location_case(special, 1.0, method, 200)
 
 
 SPECIAL_LOCATIONS: list[tuple[list[float], str, float, float | None]] = [
@@ -203,42 +186,36 @@ SPECIAL_LOCATIONS: list[tuple[list[float], str, float, float | None]] = [
     ([1.0, 1.0, 1.0, 9.0], "tls", 1.0, 1.0),  # the inliers agree exactly
     ([3.0], "geman-mcclure", 1.0, None),  # one reading
     ([0.0, 0.0, 6.0, 6.0], "cauchy", 2.0, None),  # two equal groups
-    ([0.1, -0.2, 0.15, -0.1, 5.0], "welsch", 0.1, 4.0),  # weights that underflow
+    ([0.1, -0.2, 0.15, -0.1, 5.0], "geman-mcclure", 0.1, 4.0),  # tiny weights
 ]
 
 
 def annealed_location_cases(rng: np.random.Generator) -> Iterator[Case]:
-    """Locations by GNC: both kernels, all options."""
+    """Locations by GNC: both kernels, several factors."""
     for k in range(150):
-        z, sigma, trusted = _readings(rng)
+        z, sigma = _readings(rng)
         kind = ("tls", "gm")[k % 2]
-        options = {
-            "factor": float(rng.choice([1.2, 1.4, 2.0])),
-            "mu0": None if rng.random() < 0.7 else float(10.0 ** rng.uniform(-3, 2)),
-            "adaptive": bool(rng.random() < 0.3),
-        }
+        options = {"factor": float(rng.choice([1.2, 1.4, 2.0]))}
         x0 = None if rng.random() < 0.6 else float(rng.normal(0, 4))
         c, limit = float(rng.choice([1.0, 2.0, 3.0, 50.0])), int(rng.choice([2, 1000, 1000]))
         method = {"name": "gnc", "c": c, "kind": kind, "x0": x0, "options": options}
-        problem = LocationProblem(z, sigma, trusted)
-        yield loop_case(location_given(z, sigma, trusted), problem, method, limit)
+        yield location_case(z, sigma, method, limit)
     seven = [0.0, 0.0, 0.0, 0.0, 6.0, 6.0, 30.0]  # where a greater factor ends elsewhere
     for z in (seven, [0.0, 10.0], [1.0, 1.0], [0.0, 0.0, 5.0, 5.0], [-1.0, 0.0, 1.0, 40.0]):
         for factor in (1.2, 1.4):
-            options = {"factor": factor, "mu0": None, "adaptive": False}
+            options = {"factor": factor}
             method = {"name": "gnc", "c": 2.0, "kind": "tls", "x0": None, "options": options}
-            given = location_given(np.array(z), 1.0, np.zeros(len(z), bool))
-            yield loop_case(given, LocationProblem(z), method, 1000)
+            yield location_case(z, 1.0, method, 1000)
 
 
 def landscape_cases(rng: np.random.Generator) -> Iterator[Case]:
     """The cost over x, its minima, and where IRLS ends from many starts."""
     for k in range(42):
-        each, sigma, _ = _readings(rng)
+        each, sigma = _readings(rng)
         times = rng.integers(1, 4, size=each.size)
         z = np.repeat(each, times)
         name, c = NAMES[k % len(NAMES)], float(rng.choice([1.0, 2.0, 0.5]))
-        kernel, spread = kernels.KERNELS[name](c), float(np.max(sigma))
+        kernel, spread = kernels.KERNELS[name](c), sigma
         low, high = float(z.min()) - 2.0, float(z.max()) + 2.0
         grid = np.linspace(low, high, 101)
         cost = kernel.rho((grid - z[:, None]) / spread).sum(axis=0)
@@ -268,11 +245,11 @@ def line_cases(rng: np.random.Generator) -> Iterator[Case]:
         p = rng.choice([0.0, 1.0, 2.0], size=m) if k % 9 == 8 else rng.uniform(0, 5, m)
         y = 0.5 * p + 0.2 * rng.normal(size=m)
         y[: m // 4] += rng.normal(0, 6, m // 4)
-        sigma, trusted = float(rng.choice([0.2, 1.0])), rng.random(m) < 0.1
+        sigma = float(rng.choice([0.2, 1.0]))
         if np.ptp(p) == 0.0:
             continue
-        problem = LinearProblem(np.column_stack([np.ones(m), p]), y, sigma, trusted)
-        given = {"kind": "line", "p": p, "y": y, "sigma": sigma, "trusted": trusted}
+        problem = LinearProblem(np.column_stack([np.ones(m), p]), y, sigma)
+        given = {"kind": "line", "p": p, "y": y, "sigma": sigma}
         yield loop_case(given, problem, _method(rng, 2), int(rng.choice([5, 300, 1000])))
 
 
@@ -281,28 +258,25 @@ def _method(rng: np.random.Generator, n: int) -> dict[str, Any]:
     c = float(rng.choice([1.0, 2.385, 3.0]))
     name = str(rng.choice(["irls", "gnc"]))
     if name == "gnc":
-        options = {"factor": 1.4, "mu0": None, "adaptive": bool(rng.random() < 0.3)}
         kind = str(rng.choice(["tls", "gm"]))
-        return {"name": name, "c": c, "kind": kind, "x0": x0, "options": options}
+        return {"name": name, "c": c, "kind": kind, "x0": x0}
     return {"name": name, "kernel": str(rng.choice(NAMES)), "c": c, "x0": x0}
 
 
-def _readings(rng: np.random.Generator) -> tuple[np.ndarray, Any, np.ndarray]:
-    """Readings, a few of them outliers; their deviations; and trust in a few."""
+def _readings(rng: np.random.Generator) -> tuple[np.ndarray, float]:
+    """Readings, a few of them outliers, and their deviation."""
     m = int(rng.integers(1, 13))
-    sigma: Any = float(rng.choice([0.3, 1.0]))
-    if rng.random() < 0.3:
-        sigma = rng.uniform(0.1, 2.0, m)
+    sigma = float(rng.choice([0.3, 1.0, rng.uniform(0.1, 2.0)]))
     z = sigma * rng.normal(size=m)
     outliers = int(rng.integers(0, m + 1)) // 2
     z[:outliers] += rng.choice([5.0, 20.0, 1000.0]) * rng.normal(size=outliers)
-    trusted = rng.random(m) < (0.2 if rng.random() < 0.3 else 0.0)
-    return rng.permutation(z), sigma, trusted
+    return rng.permutation(z), sigma
 
 
-def location_given(z: np.ndarray, sigma: Any, trusted: np.ndarray) -> dict[str, Any]:
-    """A location problem, as node is given it."""
-    return {"kind": "location", "z": z, "sigma": sigma, "trusted": trusted}
+def location_case(z: Any, sigma: float, method: dict[str, Any], limit: int) -> Case:
+    """The case of a method on readings."""
+    given = {"kind": "location", "z": z, "sigma": sigma}
+    return loop_case(given, LocationProblem(z, sigma), method, limit)
 
 
 def loop_case(
@@ -330,7 +304,7 @@ def _solved(problem: Any, method: dict[str, Any], limit: int, tol: float) -> Res
     common = {"tol": tol, "max_iterations": limit}
     if method["name"] == "irls":
         return irls(problem, kernels.KERNELS[method["kernel"]](method["c"]), x0, **common)
-    return gnc(problem, method["c"], method["kind"], x0, **method["options"], **common)
+    return gnc(problem, method["c"], method["kind"], x0, **method.get("options", {}), **common)
 
 
 def _expected(result: Result[Any]) -> dict[str, Any]:

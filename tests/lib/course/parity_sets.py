@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from robust_slam.consistency.cliques import max_clique
@@ -18,44 +17,30 @@ from tests.lib.course.parity_graphs import C99, as_given
 
 
 def clique_cases(rng: np.random.Generator) -> Iterator[Case]:
-    """Random graphs of 1 to 30 vertices, empty and complete ones, some members fixed."""
-    for k in range(120):
+    """Random graphs of 1 to 30 vertices, empty and complete ones."""
+    for _ in range(120):
         size = int(rng.integers(1, 31))
         density = float(rng.choice([0.0, 0.3, 0.5, 0.8, 0.95, 1.0]))
         upper = np.triu(rng.random((size, size)) < density, 1)
         adjacency = upper | upper.T
-        fixed = [int(rng.integers(size))] if k % 3 == 0 else []
-        yield Case(
-            {"adjacency": adjacency.ravel(), "k": size, "fixed": fixed},
-            {"members": clique_of(adjacency, fixed)},
-        )
+        yield Case({"adjacency": adjacency.ravel(), "k": size}, {"members": clique_of(adjacency)})
 
 
 def pcm_cases(rng: np.random.Generator) -> Iterator[Case]:
-    """Towns and circles with outliers, closures both ways round, and gaps in the odometry."""
+    """Towns and circles with outliers, and closures both ways round."""
     for k in range(60):
         graph = _flipped(_world(rng, k), rng)
-        if k % 6 == 5:
-            graph = _with_gaps(graph, rng)
         gamma = float(rng.choice([C99, 1.0, 1e-6, 1e3]))
-        shared = bool(k % 2)
-        closures = np.flatnonzero(~graph.is_odometry)
-        trusted = np.zeros(len(graph.edges), bool)
-        trusted[closures[: k % 2]] = True
-        result = pcm(graph, gamma, trusted=trusted, shared_odometry=shared)
-        fixed = list(range(k % 2))
+        result = pcm(graph, gamma)
+        clique = clique_of(result.adjacency)
         yield Case(
-            {
-                "graph": as_given(graph),
-                "gamma": gamma,
-                "options": {"sharedOdometry": shared, "trusted": trusted},
-            },
+            {"graph": as_given(graph), "gamma": gamma},
             {
                 "closures": result.closures,
-                "distances": pairwise_distances(graph, shared_odometry=shared),
+                "distances": pairwise_distances(graph),
                 "adjacency": result.adjacency,
-                "clique": clique_of(result.adjacency, fixed),
-                **_kept(result.kept, clique_of(result.adjacency, fixed)),
+                "clique": clique,
+                **({} if clique.members is None else {"kept": result.kept}),
             },
         )
 
@@ -74,22 +59,16 @@ def alias_cases(rng: np.random.Generator) -> Iterator[Case]:
         )
 
 
-def clique_of(adjacency: np.ndarray, fixed: list[int]) -> CliqueOf:
+def clique_of(adjacency: np.ndarray) -> CliqueOf:
     """What every answer must be, and which one it must be where the library's is the only one."""
-    members = max_clique(adjacency, fixed=fixed).members
-    others = [v for v in members if v not in fixed]
-    only = all(_without(adjacency, int(v), fixed) < members.size for v in others)
-    return CliqueOf(adjacency, members.size, fixed, members.tolist() if only else None)
+    members = max_clique(adjacency).members
+    only = all(_without(adjacency, int(v)) < members.size for v in members)
+    return CliqueOf(adjacency, members.size, members.tolist() if only else None)
 
 
-def _without(adjacency: np.ndarray, v: int, fixed: list[int]) -> int:
+def _without(adjacency: np.ndarray, v: int) -> int:
     """The size of a largest clique that does not contain ``v``."""
-    left = np.delete(np.delete(adjacency, v, 0), v, 1)
-    return int(max_clique(left, fixed=[u - (u > v) for u in fixed]).members.size)
-
-
-def _kept(kept: np.ndarray, clique: CliqueOf) -> dict[str, Any]:
-    return {} if clique.members is None else {"kept": kept}
+    return int(max_clique(np.delete(np.delete(adjacency, v, 0), v, 1)).members.size)
 
 
 def _world(rng: np.random.Generator, k: int) -> PoseGraph:
@@ -103,16 +82,9 @@ def _world(rng: np.random.Generator, k: int) -> PoseGraph:
 
 
 def _flipped(graph: PoseGraph, rng: np.random.Generator) -> PoseGraph:
-    """The graph with some edges written from j to i."""
-    back = rng.random(len(graph.edges)) < 0.3
+    """The graph with some closures written from j to i."""
+    back = ~graph.is_odometry & (rng.random(len(graph.edges)) < 0.3)
     edges, z = graph.edges.copy(), graph.measurement.copy()
     edges[back] = edges[back][:, ::-1]
     z[back] = se2.inverse(z[back])
     return replace(graph, edges=edges, measurement=z)
-
-
-def _with_gaps(graph: PoseGraph, rng: np.random.Generator) -> PoseGraph:
-    """The graph with one or two odometry edges called closures: several sessions."""
-    odometry = graph.is_odometry.copy()
-    odometry[rng.choice(np.flatnonzero(odometry), size=int(rng.integers(1, 3)))] = False
-    return replace(graph, is_odometry=odometry)
