@@ -61,18 +61,6 @@ def pytest_collection_finish() -> None:
     gc.enable()
 
 
-def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Say how many inputs the fuzz tests tried."""
-    groups = terminalreporter.stats.values()
-    reports = [item for group in groups for item in group if isinstance(item, pytest.TestReport)]
-    fuzzed = [report for report in reports if dict(report.user_properties).get("fuzz inputs")]
-    tests = {report.nodeid: dict(report.user_properties)["fuzz inputs"] for report in fuzzed}
-    failed = {report.nodeid for report in fuzzed if report.failed}
-    if tests:
-        inputs = f"{sum(tests.values()):,} inputs in {len(tests)} tests"
-        terminalreporter.write_line(f"fuzz: {inputs}, {len(failed)} tests failed")
-
-
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Begin with long files; keep for ``--soak`` what takes minutes and is tested elsewhere."""
     # Long files begin first, so that no process is left alone with one at the end.

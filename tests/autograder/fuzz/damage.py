@@ -17,7 +17,6 @@ def variants(data: bytes, tokens: Sequence[bytes], seed: int) -> Iterator[bytes]
         damaged = data
         for _ in range(rng.integers(1, 5)):
             damaged = _edited(damaged, tokens, rng)
-        running.tried += 1
         yield damaged
 
 

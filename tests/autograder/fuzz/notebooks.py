@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import copy
 import json
+import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -35,61 +34,44 @@ KEYS = [
 SPACE = ["", " ", "\n", "\r\n", "\t", "\x0c", "\u00a0"]
 
 
-@dataclass
-class Object:
-    """A JSON object, which may hold a key twice; a value is one, a list, or its JSON as text."""
-
-    pairs: list[list[Any]]
+_TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|[][{},:]|[^][{},:"\s]+')
 
 
-def _tree(value: object) -> Any:
-    if isinstance(value, dict):
-        return Object([[key, _tree(item)] for key, item in value.items()])
-    return [_tree(item) for item in value] if isinstance(value, list) else json.dumps(value)
+def _value(tokens: list[str], rng: np.random.Generator) -> slice:
+    """Where a value stands: a scalar, a list or an object, mostly one that is no key."""
+    starts = [n for n, token in enumerate(tokens) if token not in "]},:"]
+    values = (
+        [n for n in starts if tokens[n + 1 : n + 2] != [":"]] if rng.random() < 0.9 else starts
+    )
+    end = start = values[rng.integers(len(values))]
+    depth = 0
+    while end < len(tokens):
+        depth += (tokens[end] in "[{") - (tokens[end] in "]}")
+        end += 1
+        if not depth:
+            break
+    return slice(start, end)
 
 
-def _written(tree: Any, space: str) -> str:
-    comma = f",{space}"
-    if isinstance(tree, Object):
-        pairs = comma.join(f'"{key}":{space}{_written(item, space)}' for key, item in tree.pairs)
-        return f"{{{pairs}}}"
-    return f"[{comma.join(_written(i, space) for i in tree)}]" if isinstance(tree, list) else tree
-
-
-Slots = list[tuple[list[Any], int]]
-"""Places that hold a value: a list and a position in it."""
-
-
-def _slots(tree: Any) -> Slots:
-    if isinstance(tree, Object):
-        return [slot for pair in tree.pairs for slot in [(pair, 1), *_slots(pair[1])]]
-    if isinstance(tree, list):
-        here: Slots = [(tree, position) for position in range(len(tree))]
-        return here + [slot for item in tree for slot in _slots(item)]
-    return []
-
-
-def _edit(tree: Any, rng: np.random.Generator) -> None:
-    """Change one place of a tree."""
-    slots = _slots(tree)
-    if not slots:
-        return
-    (place, at), (other, there) = (slots[i] for i in rng.integers(len(slots), size=2))
+def _edit(tokens: list[str], rng: np.random.Generator) -> None:
+    """Change one value or key of a notebook's JSON."""
+    here, there = _value(tokens, rng), _value(tokens, rng)
+    key, value = f'"{_one(KEYS, rng)}"', tokens[here]
     match rng.integers(7):
         case 0:
-            place[at], other[there] = copy.deepcopy(other[there]), copy.deepcopy(place[at])
+            tokens[here] = tokens[there]
         case 1:
-            place[at] = [place[at]]
+            tokens[here] = ["[", *value, "]"]
         case 2:
-            place[at] = Object([[_one(KEYS, rng), place[at]]])
-        case 3 if isinstance(place[at], Object):
-            place[at].pairs += [*copy.deepcopy(place[at].pairs[:2]), [_one(KEYS, rng), "1"]]
-        case 4 if isinstance(place[0], str) and at == 1:
-            place[0] = _one(KEYS, rng)
+            tokens[here] = ["{", key, ":", *value, "}"]
+        case 3 if value[:1] == ["{"]:
+            tokens[here] = ["{", key, ":", "1", ",", *value[1:]] if len(value) > 2 else value
+        case 4 if tokens[here.stop : here.stop + 1] == [":"]:
+            tokens[here] = [key]
         case 5 if rng.random() < 0.2:
-            place[at] = _one(BAD, rng)
+            tokens[here] = [_one(BAD, rng)]
         case _:
-            place[at] = _one(GOOD, rng)
+            tokens[here] = [_one(GOOD, rng)]
 
 
 def _one(choices: list[str], rng: np.random.Generator) -> str:
@@ -105,26 +87,28 @@ VALUES = [
 
 def edited(value: dict[str, Any], seed: int) -> Iterator[bytes]:
     """Give a notebook, then with a few changes, in many ways."""
-    yield json.dumps(value).encode()
+    text = json.dumps(value)
+    yield text.encode()
     rng = np.random.default_rng(seed)
     for _ in range(running.VARIANTS):
-        tree = _tree(value)
+        tokens = _TOKEN.findall(text)
         for _ in range(rng.integers(1, 6)):
-            _edit(tree, rng)
-        running.tried += 1
+            _edit(tokens, rng)
         codec = _one(["utf-8"] * 12 + ["utf-8-sig", "utf-16", "utf-32"], rng)
-        yield _written(tree, _one(SPACE, rng)).encode(codec, "surrogatepass")
+        yield _one(SPACE, rng).join(tokens).encode(codec, "surrogatepass")
 
 
 SCALARS = st.sampled_from(GOOD + BAD)
 JSON = st.recursive(
     SCALARS,
     lambda inner: (
-        st.lists(inner, max_size=4)
-        | st.lists(st.tuples(st.sampled_from(KEYS), inner).map(list), max_size=4).map(Object)
+        st.lists(inner, max_size=4).map(lambda items: f"[{','.join(items)}]")
+        | st.lists(st.tuples(st.sampled_from(KEYS), inner).map('"%s":%s'.__mod__), max_size=4).map(
+            lambda pairs: f"{{{','.join(pairs)}}}"
+        )
     ),
     max_leaves=15,
-).map(lambda tree: _written(tree, "").encode())
+).map(str.encode)
 HOSTILE = JSON | st.binary(max_size=40)
 VALID = st.sampled_from([json.dumps(value, indent=1).encode() for value in VALUES])
 TOKENS = [part.encode("utf-8", "surrogatepass") for part in [*GOOD, *BAD, *KEYS, ",", ":", "\\"]]

@@ -1,4 +1,4 @@
-"""Runs a property on many inputs, counts them, and ends one that hangs."""
+"""Runs a property on many inputs, and ends one that hangs."""
 
 from __future__ import annotations
 
@@ -19,8 +19,6 @@ HANG_SECONDS = 20
 SEEDS = st.integers(0, 2**32 - 1)
 VARIANTS = 40
 """Inputs made from one seed."""
-tried = 0
-"""Inputs since the test began."""
 
 
 class Hang(BaseException):
@@ -35,8 +33,6 @@ def fuzzed(
     def decorate(law: Callable[..., None]) -> Callable[..., None]:
         @functools.wraps(law)
         def once(*args: Any, **drawn: Any) -> None:
-            global tried
-            tried += 1
             with no_hang():
                 law(*args, **drawn)
 
