@@ -121,7 +121,7 @@ def _number(value: float) -> str:
 def exponents(sizes: Sequence[Size]) -> list[str]:
     """Return how steps and memory grow: lines `exponent NAME VALUE`."""
     # It brings matplotlib, which the processes of the sizes need not hold.
-    from robust_slam_course.plots.growth import fitted_exponent
+    from robust_slam_course.plots.sweeps import fitted_exponent
 
     poses = [size.poses for size in sizes]
     costs = {

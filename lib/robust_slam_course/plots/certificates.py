@@ -1,8 +1,4 @@
-"""Draw the parts of a certificate: eigenvalues, headings on a ring, gaps, and the staircase.
-
-Every function takes matplotlib axes and returns them. Zero, positive and negative values have
-different markers, so that colour is never the only sign.
-"""
+"""Draw the parts of a certificate: eigenvalues, headings on a ring, gaps, and the staircase."""
 
 from __future__ import annotations
 
@@ -34,15 +30,15 @@ def draw_spectrum(ax: Axes, eigenvalues: ArrayLike) -> Axes:
     values = np.sort(finite("eigenvalues", eigenvalues, (-1,)))[::-1]
     small = _NOUGHT * np.abs(values).max(initial=0.0)
     place = np.arange(1, values.size + 1)
-    for chosen, name, marker, color, face in (
-        (values > small, "above 0", "o", PALETTE["estimate"], PALETTE["estimate"]),
+    for chosen, name, marker, color, style in (
+        (values > small, "above 0", "o", PALETTE["estimate"], "full"),
         (np.abs(values) <= small, "at 0", "o", PALETTE["truth"], "none"),
-        (values < -small, "below 0", "X", PALETTE["outlier"], PALETTE["outlier"]),
+        (values < -small, "below 0", "X", PALETTE["outlier"], "full"),
     ):
         if np.any(chosen):
             label = f"{np.count_nonzero(chosen)} {name}"
             (dots,) = ax.plot(place[chosen], values[chosen], marker, color=color, label=label)
-            dots.set(markerfacecolor=face, linestyle="")
+            dots.set(fillstyle=style)
     ax.axhline(0.0, color=PALETTE["muted"], linestyle="-", linewidth=0.8, zorder=1.0)
     ax.xaxis.set_major_locator(MaxNLocator(nbins=5, integer=True))
     ax.set(xlabel="by size")
@@ -88,8 +84,8 @@ def draw_gaps(ax: Axes, noise: ArrayLike, gaps: ArrayLike, names: Sequence[str])
     across = finite("noise", noise, (-1,))
     up = finite("gaps", gaps, (across.size, len(names)))
     for look, name, line in zip(LOOKS[1:], names, up.T, strict=False):
-        ax.plot(across, line, color=look.color, linestyle=look.linestyle, marker=look.marker)
-        ax.lines[-1].set(label=name, markersize=5.0, linewidth=1.5)
+        (drawn,) = ax.plot(across, line, **look.line, label=name)
+        drawn.set(marker=look.marker, markersize=5.0, linewidth=1.5)
     return ax
 
 
@@ -108,7 +104,7 @@ def draw_climb(ax: Axes, levels: Sequence[ArrayLike], ranks: Sequence[int]) -> A
     for look, level, rank in zip(LOOKS[1:], levels, ranks, strict=False):
         costs: Array = finite("levels", level, (-1,))
         steps = np.arange(begin, begin + costs.size)
-        ax.plot(steps, costs, color=look.color, linestyle=look.linestyle)
+        ax.plot(steps, costs, **look.line)
         ax.plot(steps[-1], costs[-1], look.marker, color=look.color)
         side = "left" if costs.size == 1 else "right"
         text, end = f"rank {rank}: {abs(costs[-1]):.2f}", (steps[-1], costs[-1])

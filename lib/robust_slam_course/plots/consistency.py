@@ -1,19 +1,18 @@
-"""Draw the consistency graph with a clique, and ranges that miss a point.
-
-Every function takes matplotlib axes and returns them. A circle is an inlier, a cross an outlier; a
-member of the clique is filled, and joined to the others by thick lines.
-"""
+"""Draw which closures agree with which, as a ring and as a table, and ranges that miss a point."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 from numpy.typing import ArrayLike
-from robust_slam._arrays import Array, Mask, finite, mask
+from robust_slam._arrays import finite, mask
 from robust_slam.palette import MARKERS, PALETTE
+
+from robust_slam_course.plots import ring, with_gaps
 
 _NAMED = 1.19
 """How far from the middle the names stand; the vertices stand at 1."""
@@ -29,6 +28,9 @@ def draw_consistency(
 ) -> Axes:
     """Draw m closures in a ring, clockwise from the top, and a line for each consistent pair.
 
+    A circle is an inlier, a cross an outlier; a member of the clique is filled, and joined to the
+    others by thick lines.
+
     `adjacency` (m, m) is boolean and symmetric, its diagonal does not matter; `members` (k,) are
     the indices of the clique; the mask `is_outlier` (m,) marks the outliers.
 
@@ -42,14 +44,14 @@ def draw_consistency(
     if joined.shape != (m, m) or len(labels) != m:
         raise ValueError(f"adjacency: the shape is {joined.shape} with {len(labels)} names")
     inside = np.isin(np.arange(m), np.asarray(members))
-    turn = np.pi / 2.0 - 2.0 * np.pi * np.arange(m) / max(m, 1)
-    place = np.stack([np.cos(turn), np.sin(turn)], axis=1)
-    among = joined & inside & inside[:, None]
-    _draw_pairs(ax, place, joined & ~among, PALETTE["muted"], 0.9)
-    _draw_pairs(ax, place, among, PALETTE["estimate"], 2.0)
+    place, among = ring(m), joined & inside & inside[:, None]
+    for pairs, colour, width in ((joined & ~among, "muted", 0.9), (among, "estimate", 2.0)):
+        lines = with_gaps(place[np.argwhere(pairs)])
+        ax.plot(*lines, "-", color=PALETTE[colour], linewidth=width)
     for kind, chosen in (("inlier", ~outlying), ("outlier", outlying)):
-        _draw_vertices(ax, place[chosen & inside], kind, PALETTE[kind])
-        _draw_vertices(ax, place[chosen & ~inside], kind, "white")
+        look: dict[str, Any] = {"color": PALETTE[kind], "markersize": 11.0, "zorder": 5}
+        for shown, face in ((chosen & inside, PALETTE[kind]), (chosen & ~inside, "white")):
+            ax.plot(*place[shown].T, MARKERS[kind], markerfacecolor=face, **look)
     for label, (x, y) in zip(labels, _NAMED * place, strict=True):
         ax.text(x, y, label, ha="center", va="center")
     ax.set(xlim=(-1.3, 1.3), ylim=(-1.3, 1.3), aspect="equal")
@@ -77,20 +79,34 @@ def draw_ranges(ax: Axes, places: ArrayLike, ranges: ArrayLike, best: ArrayLike)
     return ax
 
 
-def _draw_pairs(ax: Axes, place: Array, joined: Mask, color: str, linewidth: float) -> None:
-    """Draw all pairs as one line with gaps."""
-    ends = place[np.argwhere(joined)]
-    gaps = np.full((len(ends), 1, 2), np.nan)
-    x, y = np.concatenate([ends, gaps], axis=1).reshape(-1, 2).T
-    ax.plot(x, y, "-", color=color, linewidth=linewidth)
+def draw_agreement(
+    ax: Axes, adjacency: ArrayLike, is_outlier: ArrayLike, members: ArrayLike
+) -> Axes:
+    """Draw a filled square where two closures are consistent, the inliers first.
 
+    `adjacency` (m, m) and the mask `is_outlier` (m,) are over the closures, `members` (k,) are
+    those of the clique, which get a ring on the diagonal. A line separates inliers from outliers.
 
-def _draw_vertices(ax: Axes, place: Array, kind: str, face: str) -> None:
-    ax.plot(
-        *place.T,
-        MARKERS[kind],
-        color=PALETTE[kind],
-        markerfacecolor=face,
-        markersize=11.0,
-        zorder=5,
-    )
+    Raises:
+        ValueError: the arrays do not fit each other.
+    """
+    m = np.size(is_outlier)
+    wrong = mask("is_outlier", is_outlier, m)
+    order = np.argsort(wrong, kind="stable")
+    agrees = finite("adjacency", adjacency, (m, m))[np.ix_(order, order)] > 0.0
+    row, column = np.nonzero(agrees & ~np.eye(m, dtype=bool))
+    size = (190.0 / m) ** 2
+    ax.scatter(column, row, s=size, marker="s", color=PALETTE["muted"], label="agree")
+    chosen = np.flatnonzero(np.isin(order, members))
+    rings = ax.scatter(chosen, chosen, s=size, facecolors="none", label="in the largest set")
+    rings.set(edgecolors=PALETTE["estimate"], linewidths=1.4)
+    border = m - np.count_nonzero(wrong) - 0.5
+    for line in (ax.axhline, ax.axvline):
+        line(border, color=PALETTE["outlier"], linestyle="--", linewidth=1.4)
+    ax.set(xlim=(-0.7, m - 0.3), ylim=(m - 0.3, -0.7), aspect="equal")
+    ax.grid(visible=False)
+    middles = [0.5 * (border - 0.5), 0.5 * (border + m - 0.5)]
+    ax.set_xticks(middles, ["inliers", "outliers"])
+    ax.set_yticks(middles, ["inliers", "outliers"], rotation=90, va="center")
+    ax.tick_params(length=0)
+    return ax

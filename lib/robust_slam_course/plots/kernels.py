@@ -1,7 +1,4 @@
-"""Draw kernels: cost, influence, curvature, their majorisers, and the density of the norm.
-
-Every function takes matplotlib axes and returns them; u is the whitened residual, without unit.
-"""
+"""Draw kernels: cost, influence, curvature, their majorisers, and the density of the norm."""
 
 from __future__ import annotations
 
@@ -33,9 +30,7 @@ def kernel_look(name: str) -> Look:
     return LOOKS[list(KERNELS).index(name) % len(LOOKS)]
 
 
-def draw_costs(
-    ax: Axes, kernels: Iterable[Kernel], u_max: float, mark: float | None = None
-) -> Axes:
+def draw_costs(ax: Axes, kernels: Iterable[Kernel], u_max: float, mark: float) -> Axes:
     """Draw ρ(u) of each kernel for 0 ≤ u ≤ `u_max`, with a marker at u = `mark`."""
     for kernel in kernels:
         _draw_curve(ax, kernel, kernel.rho, u_max, mark)
@@ -43,9 +38,7 @@ def draw_costs(
     return ax
 
 
-def draw_influences(
-    ax: Axes, kernels: Iterable[Kernel], u_max: float, mark: float | None = None
-) -> Axes:
+def draw_influences(ax: Axes, kernels: Iterable[Kernel], u_max: float, mark: float) -> Axes:
     """Draw ψ(u) of each kernel for 0 ≤ u ≤ `u_max`, with a marker at u = `mark`."""
     for kernel in kernels:
         _draw_curve(ax, kernel, kernel.psi, u_max, mark)
@@ -56,12 +49,7 @@ def draw_influences(
 def draw_curvatures(ax: Axes, kernels: Iterable[Kernel], u_max: float) -> Axes:
     """Draw ρ″(u) of each kernel for 0 ≤ u ≤ `u_max`, with a marker where convexity ends."""
     for kernel in kernels:
-        curve = _curvature(kernel)
-        _draw_curve(ax, kernel, curve, u_max, None)
-        if kernel.convex_until <= u_max:
-            end = np.array([kernel.convex_until])
-            look = kernel_look(kernel.name)
-            ax.plot(end, curve(end), look.marker, color=look.color, zorder=4)
+        _draw_curve(ax, kernel, _curvature(kernel), u_max, kernel.convex_until)
     ax.axhline(0.0, color=PALETTE["muted"], linewidth=0.8)
     ax.set(xlabel="whitened residual u", ylabel="curvature ρ″(u)")
     return ax
@@ -94,9 +82,8 @@ def draw_norm_densities(ax: Axes, dimensions: Iterable[int], probability: float)
         threshold = chi_square_threshold(probability, d)
         ax.plot(u, chi.pdf(u, d), line, color=PALETTE[colour], label=f"d = {d}")
         ax.axvline(threshold, 0.0, 0.93, linestyle=line, color=PALETTE[colour], linewidth=1.2)
-        ax.text(
-            threshold, 0.95, f"{threshold:.2f}", transform=ax.get_xaxis_transform(), ha="center"
-        )
+        text, across = f"{threshold:.2f}", ax.get_xaxis_transform()
+        ax.text(threshold, 0.95, text, transform=across, ha="center")
     ax.set(xlabel="norm u of an inlier's whitened residual", ylabel="density")
     return ax
 
@@ -104,32 +91,22 @@ def draw_norm_densities(ax: Axes, dimensions: Iterable[int], probability: float)
 def draw_drift(ax: Axes, outlier: ArrayLike, estimates: Mapping[str, ArrayLike]) -> Axes:
     """Draw estimates (kernel name -> (m,)) against the value of the one wrong reading (m,)."""
     for name, estimate in estimates.items():
-        look = kernel_look(name)
-        ax.plot(
-            np.asarray(outlier),
-            np.asarray(estimate),
-            color=look.color,
-            linestyle=look.linestyle,
-            label=KERNELS[name](1.0).label,
-        )
+        label = KERNELS[name](1.0).label
+        ax.plot(outlier, estimate, **kernel_look(name).line, label=label)
     ax.set(xlabel="place of the wrong reading", ylabel="estimate")
     return ax
 
 
 def _draw_curve(
-    ax: Axes,
-    kernel: Kernel,
-    curve: Callable[[Array], Array],
-    u_max: float,
-    mark: float | None,
+    ax: Axes, kernel: Kernel, curve: Callable[[Array], Array], u_max: float, mark: float
 ) -> None:
+    """Draw a curve of a kernel, and a marker on it if that is on the grid."""
     u = _grid(kernel.scale, u_max)
     look = kernel_look(kernel.name)
     values = _broken_at_jumps(curve(u), u)
-    ax.plot(u, values, color=look.color, linestyle=look.linestyle, label=kernel.label)
-    if mark is not None:
-        height = curve(np.array([mark]))
-        ax.plot([mark], height, look.marker, color=look.color, zorder=4)
+    ax.plot(u, values, **look.line, label=kernel.label)
+    if mark <= u_max:
+        ax.plot([mark], curve(np.array([mark])), look.marker, color=look.color, zorder=4)
 
 
 def _grid(scale: float, u_max: float) -> Array:

@@ -1,7 +1,4 @@
-"""Draw a scalar estimate: its readings and their weights, its cost, and how it converges.
-
-Every function takes matplotlib axes and returns them; readings and estimates share one unit.
-"""
+"""Draw a scalar estimate: its readings and their weights, its cost, and how it converges."""
 
 from __future__ import annotations
 
@@ -18,7 +15,8 @@ from robust_slam.palette import MARKERS, PALETTE
 
 from robust_slam_course.plots.kernels import kernel_look
 
-FULL_AREA = 100.0  # points², the area of a marker whose weight is 1
+_FULL_AREA = 100.0  # points², the area of a marker whose weight is 1
+_SPREAD = 0.7  # between the first and the last reading of a row, so that close ones stay apart
 
 
 def draw_weights(
@@ -27,36 +25,30 @@ def draw_weights(
     weights: ArrayLike,
     x: float,
     is_outlier: ArrayLike,
-    *,
     height: float = 0.0,
-    spread: float = 0.7,
 ) -> Axes:
     """Draw readings z (m,) as rings, each filled by its weight (m,), and a bar at x.
 
     The ring is the area of weight 1 and the disc inside it the weight; outliers, where the
-    mask (m,) is true, are crosses. Each reading has a level of its own within `spread`
-    around `height`, so that close readings stay apart.
+    mask (m,) is true, are crosses. Each reading has a level of its own around `height`.
     """
     z, weights = np.asarray(z, dtype=float), np.asarray(weights, dtype=float)
     outlier = np.asarray(is_outlier, dtype=bool)
-    levels = _levels(z.size, height, spread)
+    levels = _levels(z.size, height)
     for mask, name in ((~outlier, "inlier"), (outlier, "outlier")):
         at, colour, marker = (z[mask], levels[mask]), PALETTE[name], MARKERS[name]
-        ax.scatter(*at, s=FULL_AREA, marker=marker, facecolors="none", edgecolors=colour)
-        ax.scatter(*at, s=FULL_AREA * weights[mask], marker=marker, color=colour, linewidths=0)
-    half = 0.62 * spread
-    bar = [height - half, height + half]
+        ax.scatter(*at, s=_FULL_AREA, marker=marker, facecolors="none", edgecolors=colour)
+        ax.scatter(*at, s=_FULL_AREA * weights[mask], marker=marker, color=colour, linewidths=0)
+    bar = [height - 0.62 * _SPREAD, height + 0.62 * _SPREAD]
     ax.plot([x, x], bar, "-", color=PALETTE["estimate"], linewidth=2.5, zorder=0.9)
     return ax
 
 
-def label_weights(
-    ax: Axes, weights: ArrayLike, *, height: float = 0.0, spread: float = 0.7
-) -> Axes:
+def label_weights(ax: Axes, weights: ArrayLike) -> Axes:
     """Print each weight (m,) in the right margin, on the level that `draw_weights` gave it."""
     weights = np.asarray(weights, dtype=float)
     ax.text(1.02, 1.0, "weight", transform=ax.transAxes, va="bottom")
-    for weight, level in zip(weights, _levels(weights.size, height, spread), strict=True):
+    for weight, level in zip(weights, _levels(weights.size, 0.0), strict=True):
         ax.text(1.02, level, f"{weight:.4f}", transform=ax.get_yaxis_transform(), va="center")
     return ax
 
@@ -121,9 +113,9 @@ def draw_convergence(ax: Axes, errors: ArrayLike, rate: float) -> Axes:
     return ax
 
 
-def _levels(m: int, height: float, spread: float) -> Array:
+def _levels(m: int, height: float) -> Array:
     """Return m levels around the height, from the top down."""
-    return height + np.linspace(0.5, -0.5, m) * spread
+    return height + np.linspace(0.5, -0.5, m) * _SPREAD
 
 
 def _residuals(z: ArrayLike, sigma: float, x: ArrayLike) -> Array:

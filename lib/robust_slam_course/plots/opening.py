@@ -1,19 +1,13 @@
-"""The course's picture: a map without an outlier, with it, and with a robust kernel.
-
-Rerun it with ``python -m robust_slam_course.plots.opening OUT.svg``.
-"""
+"""Draw the course's picture: a map without an outlier, with it, and with a robust kernel."""
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
+from robust_slam._arrays import Array, Mask
 from robust_slam.drawing import draw_map, map_legend
 from robust_slam.estimators import kernels
 from robust_slam.estimators.reweighting import irls
@@ -21,11 +15,6 @@ from robust_slam.graphs.generate import manhattan
 from robust_slam.graphs.outliers import add_random_closures
 from robust_slam.graphs.pose_graph import PoseGraph
 from robust_slam.problems import PoseGraphProblem
-
-from robust_slam_course.canvas.still import to_svg
-from robust_slam_course.style import figure_style
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -38,7 +27,7 @@ class Town:
     """
 
     graph: PoseGraph
-    is_outlier: NDArray[np.bool_]
+    is_outlier: Mask
     truth: Array
     before: Array
     folded: Array
@@ -54,9 +43,7 @@ def town(seed: int = 2) -> Town:
     return three_maps(correct, graph, is_outlier, truth)
 
 
-def three_maps(
-    correct: PoseGraph, graph: PoseGraph, is_outlier: NDArray[np.bool_], truth: Array
-) -> Town:
+def three_maps(correct: PoseGraph, graph: PoseGraph, is_outlier: Mask, truth: Array) -> Town:
     """Return the maps of ``correct`` and of ``graph``, which has outliers too."""
     problem = PoseGraphProblem(graph)
     robust = irls(problem, kernels.cauchy(1.0), tol=1e-6, max_iterations=300)
@@ -86,19 +73,3 @@ def draw_opening(scene: Town) -> Figure:
         ax.set_title(title)
     figure.legend(handles=map_legend(), loc="outside lower center", ncols=2)
     return figure
-
-
-def main(arguments: Sequence[str]) -> None:
-    """Write the picture to the path that is given.
-
-    Raises:
-        SystemExit: there is not exactly one argument.
-    """
-    if len(arguments) != 1:
-        raise SystemExit("usage: python -m robust_slam_course.plots.opening OUT.svg")
-    with figure_style():
-        Path(arguments[0]).write_text(to_svg(draw_opening(town())) + "\n", encoding="utf-8")
-
-
-if __name__ == "__main__":
-    main(sys.argv[1:])

@@ -1,7 +1,4 @@
-"""Draw how hard measurements pull: on a line, and for residuals that grow without end.
-
-Every function takes matplotlib axes and returns them; a pull is ψ(u), without unit.
-"""
+"""Draw how hard measurements pull, ψ(u): on a line, and as residuals grow without end."""
 
 from __future__ import annotations
 
@@ -74,16 +71,8 @@ def draw_pull_ends(ax: Axes, kernels: Iterable[Kernel], decades: tuple[int, int]
     for kernel in kernels:
         pull: Array = kernel.psi(u)
         look, shown = kernel_look(kernel.name), pull > 0.0
-        every = (20, 80)  # a marker every two decades
-        ax.plot(
-            u[shown],
-            pull[shown],
-            color=look.color,
-            linestyle=look.linestyle,
-            marker=look.marker,
-            markevery=every,
-            label=kernel.label,
-        )
+        (line,) = ax.plot(u[shown], pull[shown], **look.line, label=kernel.label)
+        line.set(marker=look.marker, markevery=(20, 80))  # a marker every two decades
     ax.set(xscale="log", yscale="log", xlabel="whitened residual u", ylabel="pull ψ(u)")
     return ax
 

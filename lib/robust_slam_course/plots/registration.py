@@ -1,8 +1,4 @@
-"""Draw two scans of points in space, and the matches between them.
-
-Every function takes matplotlib axes and returns them. The first scan has dots and the second
-plus signs; right matches are solid lines, wrong ones dashed: so colour is never the only sign.
-"""
+"""Draw two scans of points in space, dots and plus signs, and the matches between them."""
 
 from __future__ import annotations
 
@@ -11,6 +7,8 @@ from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 from robust_slam._arrays import Array, finite, mask
 from robust_slam.palette import LINESTYLES, PALETTE
+
+from robust_slam_course.plots import with_gaps
 
 _TURN, _TILT = np.radians(-28.0), np.radians(24.0)
 """From where the scans are seen: around the vertical axis, and from above the horizon."""
@@ -41,9 +39,8 @@ def draw_scans(ax: Axes, first: ArrayLike, second: ArrayLike) -> Axes:
         ValueError: the points are not (k, 3) or not finite.
     """
     ax.plot(*seen(first).T, ".", color=PALETTE["estimate"], markersize=3.5, label="first scan")
-    ax.plot(
-        *seen(second).T, "+", color=PALETTE["truth"], markersize=4.5, mew=0.8, label="second scan"
-    )
+    (plus,) = ax.plot(*seen(second).T, "+", color=PALETTE["truth"], label="second scan")
+    plus.set(markersize=4.5, markeredgewidth=0.8)
     ax.set_aspect("equal")
     ax.set_axis_off()
     return ax
@@ -66,8 +63,7 @@ def draw_matches(ax: Axes, first: ArrayLike, second: ArrayLike, *, is_outlier: A
     ):
         if not np.any(chosen):
             continue
-        gaps = np.full((np.count_nonzero(chosen), 1, 2), np.nan)
-        x, y = np.concatenate([ends[chosen], gaps], axis=1).reshape(-1, 2).T
-        (line,) = ax.plot(x, y, color=PALETTE[kind], linestyle=LINESTYLES[kind], linewidth=width)
-        line.set(label=f"{name} ({np.count_nonzero(chosen)})", alpha=opacity)
+        (line,) = ax.plot(*with_gaps(ends[chosen]), color=PALETTE[kind], linewidth=width)
+        line.set(linestyle=LINESTYLES[kind], alpha=opacity)
+        line.set(label=f"{name} ({np.count_nonzero(chosen)})")
     return ax

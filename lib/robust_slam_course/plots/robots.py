@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
-from robust_slam._arrays import Array, mask
+from robust_slam._arrays import Mask, mask
 from robust_slam.graphs.pose_graph import PoseGraph
 from robust_slam.palette import PALETTE, LineStyle
 
+from robust_slam_course.plots import with_gaps
 from robust_slam_course.style import LOOKS
 
 _ROBOTS = LOOKS[1::2]  # none has the green of a trusted closure
@@ -39,26 +40,23 @@ def draw_robots(
         raise ValueError(f"labels: {robot.max() + 1} robots, but there are {len(_ROBOTS)} looks")
     for name in np.unique(robot):
         look, own = _ROBOTS[name], xy[robot == name]
-        style: dict[str, Any] = {"color": look.color, "marker": look.marker, "markersize": 4.5}
-        ax.plot(*own.T, linestyle="-", linewidth=1.6, **style, label=f"robot {chr(65 + name)}")
+        (way,) = ax.plot(*own.T, "-", color=look.color, label=f"robot {chr(65 + name)}")
+        way.set(marker=look.marker, markersize=4.5, linewidth=1.6)
     shared = robot[graph.edges[:, 0]] != robot[graph.edges[:, 1]]
     border = xy[np.unique(graph.edges[shared])]
     ring: dict[str, Any] = {"mfc": "none", "mec": PALETTE["truth"], "markersize": 9, "mew": 0.9}
     ax.plot(*border.T, "o", **ring, label="boundary pose")
     ends, w = xy[graph.edges[shared]], np.asarray(weights)[shared]
-    doubted = (w > 0.0) & (w < 1.0)
-    _draw_edges(ax, ends[w == 1.0], PALETTE["inlier"], "-", "trusted")
-    _draw_edges(ax, ends[doubted], PALETTE["inlier"], (0.0, (4.0, 2.0)), "in doubt")
-    _draw_edges(ax, ends[w == 0.0], PALETTE["muted"], (0.0, (1.0, 2.0)), "rejected")
+    lines: tuple[tuple[str, Mask, str, LineStyle], ...] = (
+        ("trusted", w == 1.0, "inlier", "-"),
+        ("in doubt", (w > 0.0) & (w < 1.0), "inlier", (0.0, (4.0, 2.0))),
+        ("rejected", w == 0.0, "muted", (0.0, (1.0, 2.0))),
+    )
+    for label, chosen, colour, line in lines:
+        (edges,) = ax.plot(*with_gaps(ends[chosen]), color=PALETTE[colour], linestyle=line)
+        edges.set(linewidth=1.1, zorder=1.5, label=f"{label} ({np.count_nonzero(chosen)})")
     wrong = ends[mask("is_outlier", is_outlier, len(graph.edges))[shared]].mean(axis=1)
     ax.plot(*wrong.T, "X", color=PALETTE["outlier"], label=f"wrong ({len(wrong)})")
     ax.set_aspect("equal", adjustable="box")
     ax.set_axis_off()
     return ax
-
-
-def _draw_edges(ax: Axes, ends: Array, color: str, line: LineStyle, name: str) -> None:
-    """Draw edges with the given ends (k, 2, 2) as one line with gaps."""
-    x, y = np.concatenate([ends, np.full((len(ends), 1, 2), np.nan)], axis=1).reshape(-1, 2).T
-    label = f"{name} ({len(ends)})"
-    ax.plot(x, y, color=color, linestyle=line, linewidth=1.1, zorder=1.5, label=label)

@@ -79,17 +79,9 @@ def draw_stages(ax: Axes) -> Axes:
 
 def _draw_box(ax: Axes, stage: Stage) -> None:
     x, y, width = _X[stage.place], -float(stage.row), _WIDTH[stage.place]
-    box = FancyBboxPatch(
-        (x - width / 2, y - _HEIGHT / 2),
-        width,
-        _HEIGHT,
-        boxstyle="round,pad=0,rounding_size=0.12",
-        facecolor="white",
-        edgecolor=PALETTE["truth"],
-        linewidth=0.9,
-        zorder=3,
-    )
-    ax.add_patch(box)
+    corner, style = (x - width / 2, y - _HEIGHT / 2), "round,pad=0,rounding_size=0.12"
+    box = ax.add_patch(FancyBboxPatch(corner, width, _HEIGHT, boxstyle=style, zorder=3))
+    box.set(facecolor="white", edgecolor=PALETTE["truth"], linewidth=0.9)
     ax.text(x, y - 0.02, f"{stage.name} · {stage.lessons}", ha="center", va="center", zorder=4)
 
 

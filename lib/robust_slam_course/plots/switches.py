@@ -1,7 +1,4 @@
-"""Draw what a switch costs, and the two modes of a max-mixture.
-
-Every function takes matplotlib axes and returns them; χ² is a squared whitened residual.
-"""
+"""Draw what a switch costs, and the two modes of a max-mixture."""
 
 from __future__ import annotations
 
@@ -22,8 +19,7 @@ def draw_switch_costs(ax: Axes, chi2: Sequence[float], lam: float) -> Axes:
     s = np.linspace(0.0, 1.0, 201)
     for value, look in zip(chi2, LOOKS, strict=False):
         cost = s**2 * value + lam * (1.0 - s) ** 2
-        label = f"χ² = {value:g}"
-        ax.plot(s, cost, color=look.color, linestyle=look.linestyle, label=label)
+        ax.plot(s, cost, **look.line, label=f"χ² = {value:g}")
         lowest = switch(value, lam), switched_cost(value, lam)
         ax.plot(*lowest, look.marker, color=look.color, zorder=5)
     ax.set(xlabel="switch s", ylabel="cost", xlim=(-0.02, 1.02))
@@ -38,10 +34,8 @@ def draw_modes(ax: Axes, rule: NullHypothesis, u_max: float) -> Axes:
     u = np.linspace(0.0, u_max, 301)
     inlier: Array = 0.5 * u**2
     outlier = inlier / rule.ratio**2 + rule.offset
-    lower = np.minimum(inlier, outlier)
-    ax.plot(
-        u, lower, "-", color=PALETTE["muted"], linewidth=7.0, alpha=0.35, label="lower of both"
-    )
+    (lower,) = ax.plot(u, np.minimum(inlier, outlier), "-", label="lower of both")
+    lower.set(color=PALETTE["muted"], linewidth=7.0, alpha=0.35)
     ax.plot(u, inlier, "-", color=PALETTE["inlier"], label="inlier mode")
     ax.plot(u, outlier, "--", color=PALETTE["outlier"], label="outlier mode")
     at = rule.switch_norm
