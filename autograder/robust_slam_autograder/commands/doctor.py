@@ -27,8 +27,7 @@ RESTRICTIONS = {
 def add(commands: Any) -> None:  # noqa: ANN401
     """Declare the command."""
     parser = commands.add_parser("doctor", help="say which sandboxes work on this machine")
-    places.add_submitted(parser, "where the submissions are")
-    places.add_out(parser)
+    places.add(parser, "--submitted", "--out")
     parser.set_defaults(run=run)
 
 

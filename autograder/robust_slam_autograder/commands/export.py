@@ -25,7 +25,7 @@ _PRIVATE = 0o600
 def add(commands: Any) -> None:  # noqa: ANN401
     """Declare the command."""
     parser = commands.add_parser("export", help="write marks for Canvas or Moodle")
-    parser.add_argument("names", nargs="*", metavar="NAME", help="assignments; all where none")
+    places.add(parser, "names", "--submitted", "--out", "--gradebook")
     parser.add_argument("--format", choices=["canvas", "moodle"], required=True)
     parser.add_argument(
         "--roster",
@@ -51,12 +51,9 @@ def add(commands: Any) -> None:  # noqa: ANN401
     parser.add_argument(
         "--late", type=Path, metavar="FILE", help="due times and what lateness costs, in TOML"
     )
-    places.add_submitted(parser, "for --late: where the submissions")
     parser.add_argument(
         "--missing-as-zero", action="store_true", help="0 for who is on the roster without work"
     )
-    places.add_out(parser)
-    places.add_gradebook(parser)
     parser.add_argument(
         "--to", type=Path, metavar="FILE", help="default: class/canvas.csv, class/moodle.csv"
     )

@@ -24,7 +24,7 @@ def add(commands: Any) -> None:  # noqa: ANN401
     """Declare the command."""
     parser = commands.add_parser("feedback", help="make a page per submission for its student")
     parser.add_argument("students", nargs="*", metavar="STUDENT", help="all where none")
-    places.add_out(parser)
+    places.add(parser, "--out", "--notice")
     parser.add_argument("--to", type=Path, default=layout.FEEDBACK, metavar="DIR")
     parser.add_argument(
         "--site",
@@ -33,7 +33,6 @@ def add(commands: Any) -> None:  # noqa: ANN401
         metavar="URL",
         help="the built book's address, or its path from a page; else chapters are named only",
     )
-    places.add_notice(parser, "as “marks may still change”")
     parser.set_defaults(run=run)
 
 

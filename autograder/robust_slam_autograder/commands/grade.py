@@ -42,8 +42,7 @@ def add(commands: Any) -> None:  # noqa: ANN401
     parser.add_argument("paths", nargs="+", type=Path, metavar="PATH")
     parser.add_argument("--assignment", metavar="NAME")
     parser.add_argument("--student", metavar="NAME")
-    places.add_out(parser)
-    places.add_gradebook(parser)
+    places.add(parser, "--out", "--gradebook")
     parser.add_argument("--seed", type=_seed, metavar="N", help="default: the batch's own, secret")
     add_how(parser)
     parser.add_argument(

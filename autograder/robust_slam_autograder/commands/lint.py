@@ -9,6 +9,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from robust_slam_autograder.commands import places
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.lint import RULES, Finding, lint
 from robust_slam_autograder.reading import assignment as assignments
@@ -17,7 +18,7 @@ from robust_slam_autograder.reading import assignment as assignments
 def add(commands: Any) -> None:  # noqa: ANN401
     """Declare the command."""
     parser = commands.add_parser("lint", help="look at the instructor's tests for weak ones")
-    parser.add_argument("names", nargs="*", metavar="NAME", help="assignments; all where none")
+    places.add(parser, "names")
     parser.add_argument(
         "--answers",
         type=Path,

@@ -1,11 +1,12 @@
-"""Where things are, as the commands' options say it, looked at before a command works."""
+"""Options that several commands have: where things are, looked at before a command works."""
 
 from __future__ import annotations
 
 import argparse
 import os
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from robust_slam_autograder import layout
 from robust_slam_autograder.errors import GraderFailure, WrongUse
@@ -15,39 +16,37 @@ if TYPE_CHECKING:
     from robust_slam_autograder.nbgrader.database import Location
 
 
-def add_out(parser: argparse.ArgumentParser) -> None:
-    """Declare the results' folder."""
-    parser.add_argument(
-        "--out", type=Path, default=layout.GRADED, metavar="DIR", help="the results' folder"
-    )
-
-
-def add_submitted(parser: argparse.ArgumentParser, what: str) -> None:
-    """Declare the submissions' folder, with what it is for."""
-    parser.add_argument(
-        "--submitted",
-        type=Path,
-        default=layout.SUBMITTED,
-        metavar="DIR",
-        help=f"{what} are, DIR/<student>/<assignment>/",
-    )
-
-
-def add_notice(parser: argparse.ArgumentParser, what: str) -> None:
-    """Declare a sentence of the instructor's, with what it is for."""
-    parser.add_argument(
-        "--notice", default="", metavar="TEXT", help=f"stands at the top of each page, {what}"
-    )
-
-
-def add_gradebook(parser: argparse.ArgumentParser) -> None:
-    """Declare the gradebook's address."""
-    parser.add_argument(
-        "--gradebook",
-        metavar="URL",
-        help=f"a shared gradebook, postgresql://HOST/NAME; default: ${DATABASE_VARIABLE}, "
+_OPTIONS: Mapping[str, Mapping[str, Any]] = {
+    "names": {"nargs": "*", "metavar": "NAME", "help": "assignments; all where none"},
+    "--out": {
+        "type": Path,
+        "default": layout.GRADED,
+        "metavar": "DIR",
+        "help": "the results' folder",
+    },
+    "--submitted": {
+        "type": Path,
+        "default": layout.SUBMITTED,
+        "metavar": "DIR",
+        "help": "where the submissions are, DIR/<student>/<assignment>/",
+    },
+    "--gradebook": {
+        "metavar": "URL",
+        "help": f"a shared gradebook, postgresql://HOST/NAME; default: ${DATABASE_VARIABLE}, "
         f"else {DATABASE_NAME} in --out",
-    )
+    },
+    "--notice": {
+        "default": "",
+        "metavar": "TEXT",
+        "help": "stands at the top of each page, as “marks may still change”",
+    },
+}
+
+
+def add(parser: argparse.ArgumentParser, *options: str) -> None:
+    """Declare some of the options that several commands have."""
+    for option in options:
+        parser.add_argument(option, **_OPTIONS[option])
 
 
 def gradebook(options: argparse.Namespace) -> Location:

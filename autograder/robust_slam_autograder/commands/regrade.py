@@ -25,9 +25,7 @@ def add(commands: Any) -> None:  # noqa: ANN401
     parser.add_argument(
         "--apply", action="store_true", help="put the new marks into results and gradebook"
     )
-    places.add_submitted(parser, "where the submissions")
-    places.add_out(parser)
-    places.add_gradebook(parser)
+    places.add(parser, "--submitted", "--out", "--gradebook")
     grade.add_how(parser)
     parser.add_argument(
         "--json",

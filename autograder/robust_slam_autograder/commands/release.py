@@ -6,11 +6,13 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from robust_slam_autograder.commands import places
+
 
 def add(commands: Any) -> None:  # noqa: ANN401
     """Declare the command."""
     parser = commands.add_parser("release", help="make the student release")
-    parser.add_argument("names", nargs="*", metavar="NAME", help="assignments; all where none")
+    places.add(parser, "names")
     parser.add_argument("--out", type=Path, default=Path("build/release"), metavar="DIR")
     parser.set_defaults(run=run)
 

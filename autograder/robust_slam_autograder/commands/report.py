@@ -26,7 +26,7 @@ def add(commands: Any) -> None:  # noqa: ANN401
     parser.add_argument(
         "assignments", nargs="*", metavar="ASSIGNMENT", help="pages of these; all where none"
     )
-    places.add_out(parser)
+    places.add(parser, "--out", "--notice")
     parser.add_argument("--to", type=Path, default=layout.REPORT, metavar="DIR")
     parser.add_argument(
         "--feedback",
@@ -38,7 +38,6 @@ def add(commands: Any) -> None:  # noqa: ANN401
     parser.add_argument(
         "--no-names", action="store_true", help="leave students and their own words out"
     )
-    places.add_notice(parser, "in place of the warning not to publish it")
     parser.set_defaults(run=run)
 
 
