@@ -74,35 +74,7 @@ def ate(estimate: ArrayLike, truth: ArrayLike) -> float:
     """
     estimate, truth, group = _maps(estimate, truth)
     error = group.translation(align(estimate, truth)) - group.translation(truth)
-    return _rms(error)
-
-
-def rpe(estimate: ArrayLike, truth: ArrayLike, delta: int = 1) -> tuple[float, float]:
-    """Return the relative pose error over ``delta`` steps: RMSE in m and RMSE in rad.
-
-    With the poses p of ``estimate`` and q of ``truth``, ``(n, 3)`` or ``(n, 3, 4)``, the
-    error of step k is E_k = (q_k⁻¹ ∘ q_{k+Δ})⁻¹ ∘ (p_k⁻¹ ∘ p_{k+Δ}), for every k from 0 to
-    n − Δ − 1, so the intervals overlap. The first number is the root of the mean square length
-    of its translation, the second that of its angle of rotation, in [0, π]. Both are
-    invariant to a rigid motion of either map.
-
-    Raises:
-        ValueError: the shapes differ, an entry is not finite, or ``delta`` is not from 1
-            to n − 1.
-
-    Source: Sturm et al. 2012, the relative pose error, there of the translation alone.
-    """
-    estimate, truth, group = _maps(estimate, truth)
-    if delta != int(delta) or not 1 <= delta < len(truth):
-        raise ValueError(
-            f"delta is {delta}, and there are {len(truth)} poses; give a whole number of at "
-            "least 1 and below that"
-        )
-    estimated, true = (
-        group.between(poses[: -int(delta)], poses[int(delta) :]) for poses in (estimate, truth)
-    )
-    error = group.between(true, estimated)
-    return _rms(group.translation(error)), _rms(group.log(error)[:, group.DIMENSION :])
+    return float(np.sqrt(np.mean(np.sum(error**2, axis=1))))
 
 
 def _maps(estimate: ArrayLike, truth: ArrayLike) -> tuple[Array, Array, Group]:
@@ -112,8 +84,3 @@ def _maps(estimate: ArrayLike, truth: ArrayLike) -> tuple[Array, Array, Group]:
     if len(true) == 0:
         raise ValueError("truth: there are no poses; give at least one")
     return estimated, true, group_of(true)
-
-
-def _rms(vectors: Array) -> float:
-    """Return the root of the mean square length of the rows."""
-    return float(np.sqrt(np.mean(np.sum(vectors**2, axis=1))))
