@@ -162,7 +162,7 @@ def returned(error: Exception, source: str, calls: Calls) -> Returned:
         source: the test cell.
         calls: the calls that it made.
     """
-    test = _failing_test(error, source, calls.label)
+    test = failing_test(error, source, calls.label)
     made = _last_evaluation(calls, test) if test else list(calls.made)
     found = _of_comparison(test, _Replay(calls, made)) if test else None
     if found is None and made and (test or not isinstance(error, AssertionError)):
@@ -182,7 +182,7 @@ def _of_comparison(test: ast.expr, replay: _Replay) -> Returned | None:
     return None
 
 
-def _failing_test(error: Exception, source: str, label: str) -> ast.expr | None:
+def failing_test(error: Exception, source: str, label: str) -> ast.expr | None:
     """Return the condition of the assert, or the call of a set-up's ``close``, that failed."""
     if not isinstance(error, AssertionError):
         return None

@@ -102,7 +102,7 @@ def look(
 
 def finish(
     whose: Whose,
-    before: Marked | None,
+    before: Marked,
     *,
     seed: int,
     sandbox: Sandbox,
@@ -112,7 +112,7 @@ def finish(
 
     Args:
         whose: the submission.
-        before: from ``look``; None where every case is judged by this pass alone.
+        before: from ``look``; a case that it does not have is judged by this pass alone.
         seed: as for ``grade``.
         sandbox: where student code runs.
         run: what runs the test cells.
@@ -121,13 +121,10 @@ def finish(
         GraderFailure: as ``grade``.
     """
     one = _Pass(whose, sandbox, run, seed)
-    seen = {} if before is None else _seen(whose.assignment, before.result)
-    if before is not None:
-        one.skip, one.seconds = frozenset(before.skip), before.seconds
-        one.faults = {key: case.ending for key, case in seen.items() if case.ending.is_fault}
+    seen = _seen(whose.assignment, before.result)
+    one.skip, one.seconds = frozenset(before.skip), before.seconds
+    one.faults = {key: case.ending for key, case in seen.items() if case.ending.is_fault}
     endings = {case.grade_id: step.ending for case, step in one.steps()}
-    if before is None:
-        return one.marked(seen, endings, "", 0)
     return one.marked(seen, endings, before.result.reason, before.result.seconds)
 
 
@@ -269,7 +266,8 @@ class _Pass:
 def _seen(assignment: Assignment, result: Result) -> Seen:
     """Find the cases of a visible pass by their grade ids."""
     found = {(e.name, case.name): case for e in result.exercises for case in e.cases}
-    return {case.grade_id: found[case.exercise, case.name] for case in assignment.cases}
+    keys = {case.grade_id: (case.exercise, case.name) for case in assignment.cases}
+    return {grade_id: found[key] for grade_id, key in keys.items() if key in found}
 
 
 def _exercise(name: str, whose: Whose, seen: Seen, hidden: Endings) -> ExerciseResult:

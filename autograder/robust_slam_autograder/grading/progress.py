@@ -15,37 +15,28 @@ SECONDS_BETWEEN_LINES = 10.0
 def shown(total: int) -> Iterator[Callable[[], None]]:
     """Show progress on standard error; yields the function to call after each submission."""
     if not sys.stderr.isatty():
-        yield Lines(total, sys.stderr).step
+        yield lines(total, sys.stderr)
         return
     from tqdm import tqdm  # of the extra `grading`
 
     with tqdm(total=total, unit="submission") as bar:
-
-        def step() -> None:
-            bar.update()
-
-        yield step
+        yield bar.update
 
 
-class Lines:
-    """A line such as ``120 of 500 graded`` every ten seconds at most.
+def lines(
+    total: int, file: TextIO, clock: Callable[[], float] = time.monotonic
+) -> Callable[[], None]:
+    """Return what writes a line such as ``120 of 500 graded`` every ten seconds at most.
 
     A batch that is quicker writes none: its table says it all.
     """
+    done, last = 0, clock()
 
-    def __init__(
-        self, total: int, file: TextIO, clock: Callable[[], float] = time.monotonic
-    ) -> None:
-        self._total = total
-        self._file = file
-        self._clock = clock
-        self._done = 0
-        self._last = clock()
+    def step() -> None:
+        nonlocal done, last
+        done, now = done + 1, clock()
+        if now - last >= SECONDS_BETWEEN_LINES:
+            last = now
+            print(f"{done} of {total} graded", file=file, flush=True)
 
-    def step(self) -> None:
-        """Count one more submission, and tell if the last line is long ago."""
-        self._done += 1
-        now = self._clock()
-        if now - self._last >= SECONDS_BETWEEN_LINES:
-            self._last = now
-            print(f"{self._done} of {self._total} graded", file=self._file, flush=True)
+    return step

@@ -6,11 +6,10 @@ It may quote the student's own exceptions, so it is for the visible pass alone.
 from __future__ import annotations
 
 import ast
-import traceback
 from dataclasses import dataclass, replace
 
 from robust_slam_autograder.executor.session import SessionFault, StudentError
-from robust_slam_autograder.grading.explain import HERE
+from robust_slam_autograder.grading.explain import HERE, failing_test
 from robust_slam_autograder.grading.results import Compared, Ending, Words
 from robust_slam_autograder.protocol.wire import WireError
 from robust_slam_autograder.reading.assignment import Case
@@ -97,7 +96,9 @@ def message(error: Exception, source: str, case: Case) -> Told:
             return _quoting("What your function returned cannot be checked", f": {why}.")
         return _raised("Your function raised ", error)
     if isinstance(error, AssertionError):
-        said = str(error) or f"This does not hold: {_failing_check(error, source, case)}"
+        test = failing_test(error, plain_python(source), label(case))
+        what = ast.unparse(test) if test else "a check of this case"
+        said = str(error) or f"This does not hold: {what}"
         return Told(clip(said), gist=clip(said.partition(f"\n{HERE}")[0]))
     return _raised("The check could not use what came back: ", error)
 
@@ -113,16 +114,6 @@ def _raised(begins: str, error: Exception) -> Told:
 
 def _quoting(gist: str, rest: str, raised: str = "") -> Told:
     return Told(clip(gist + rest), Words.STUDENT, clip(f"{gist}."), clip(raised))
-
-
-def _failing_check(error: BaseException, source: str, case: Case) -> str:
-    """Return the statement of a visible test that did not hold."""
-    frames = traceback.extract_tb(error.__traceback__)
-    lines = [frame.lineno for frame in frames if frame.filename == label(case)]
-    for node in ast.walk(ast.parse(plain_python(source))):
-        if isinstance(node, ast.Assert) and lines and node.lineno == lines[-1]:
-            return ast.unparse(node.test)
-    return "a check of this case"
 
 
 def clip(text: str, most: int = MAX_MESSAGE) -> str:

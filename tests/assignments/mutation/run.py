@@ -12,7 +12,8 @@ from pathlib import Path
 
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading import marking
-from robust_slam_autograder.grading.results import ExerciseResult, Result
+from robust_slam_autograder.grading.marked import Marked
+from robust_slam_autograder.grading.results import ExerciseResult, Result, without_grade
 from robust_slam_autograder.reading import assignment as assignment_module
 from robust_slam_autograder.reading import notebook, submission
 from robust_slam_autograder.reading.assignment import Assignment, Limits
@@ -121,6 +122,9 @@ def _grade(exercise: Exercise, mutant: Mutant, *, seed: int) -> Verdict:
     return Verdict(mutant, tuple(_lost(result)))
 
 
+_NOT_SEEN = Marked(without_grade("graded", "", student="", assignment="", max_score=0))
+
+
 def _result(exercise: Exercise, source: str, seed: int) -> Result:
     """Grade a submission with other text in one solution cell, hidden checks and all."""
     pieces = tuple(
@@ -130,7 +134,7 @@ def _result(exercise: Exercise, source: str, seed: int) -> Result:
     code = replace(exercise.reference, pieces=pieces)
     # The pass over whole cases alone: it has the visible checks too.
     whose = marking.Whose("mutant", exercise.assignment, code)
-    return marking.finish(whose, None, seed=seed, sandbox=BareFork()).result
+    return marking.finish(whose, _NOT_SEEN, seed=seed, sandbox=BareFork()).result
 
 
 def _limits(given: Limits, seconds: float) -> Limits:

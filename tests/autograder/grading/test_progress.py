@@ -26,9 +26,9 @@ def ticks(seconds: float) -> Iterator[float]:
 )
 def test_a_line_comes_when_the_last_is_long_ago(seconds: float, lines: list[str]) -> None:
     log, clock = io.StringIO(), ticks(seconds)
-    told = progress.Lines(7, log, lambda: next(clock))
+    step = progress.lines(7, log, lambda: next(clock))
     for _ in range(7):
-        told.step()
+        step()
     assert log.getvalue().splitlines() == lines
 
 
