@@ -24,28 +24,22 @@ LOGGER = logging.getLogger(__name__)
 
 SOURCES = Path(__file__).resolve().parents[1] / "python"
 """The scripts of the page and of the worker."""
+TABLES = "data"
+"""The folder beside the chapters with the tables that they read."""
 RUNTIME = "build/runtime"
 LOCK = "wheels/pyodide-lock.json"
 NEEDED = ("pyodide", "wheels", "editor.js", "editor-licences.txt")
 """What `make runtime` leaves for the pages."""
 LOADED = "robust-slam"
 """The package that the pages load, with all that it depends on."""
-CANNOT = "cannot_run_in_the_page"
-"""The key in a cell's metadata for the reason, a sentence that the page shows."""
-NOTE = "note_in_the_page"
-"""The key for a sentence on what differs in the page."""
-TABLES = "data"
-"""The folder beside the chapters with the tables that they read."""
-
-
-def runtime(app: Sphinx) -> Path:
-    """Return the folder that `make runtime` fills."""
-    return Path(app.srcdir) / RUNTIME
+SAID = {"cannot": "cannot_run_in_the_page", "note": "note_in_the_page"}
+"""Keys in a cell's metadata for sentences that the page shows: why the cell cannot run there, and
+what differs there."""
 
 
 def look_for_the_runtime(app: Sphinx, config: Config) -> None:
     """Note how much the engine loads: with another number all pages are written again."""
-    folder = runtime(app)
+    folder = Path(app.srcdir, RUNTIME)
     config.course_bytes = 0
     if all((folder / name).exists() for name in (*NEEDED, LOCK)):
         config.course_bytes = loaded_bytes(folder)
@@ -59,90 +53,81 @@ def look_for_the_runtime(app: Sphinx, config: Config) -> None:
 def loaded_bytes(folder: Path) -> int:
     """Return the size of the files that the engine fetches until the first cell can run."""
     packages = json.loads((folder / LOCK).read_text(encoding="utf-8"))["packages"]
-    names, todo = set(), [LOADED]
-    while todo:
-        name = todo.pop()
-        if name not in names:
-            names.add(name)
-            todo += packages[name]["depends"]
-    files = [folder / "pyodide" / packages[name]["file_name"] for name in names]
-    core = ("pyodide.asm.wasm", "python_stdlib.zip")
-    files += [folder / LOCK, *(folder / "pyodide" / name for name in core)]
-    return sum(path.stat().st_size for path in files)
+    names = [LOADED]
+    for name in names:  # it grows meanwhile
+        names += [each for each in packages[name]["depends"] if each not in names]
+    files = [packages[name]["file_name"] for name in names]
+    files += ["pyodide.asm.wasm", "python_stdlib.zip", f"../{LOCK}"]
+    return sum((folder / "pyodide" / name).stat().st_size for name in files)
+
+
+def code_cells(app: Sphinx, page: str) -> dict[int, dict[str, str]]:
+    """Return the code cells of a page by their numbers; only notebooks have some."""
+    path = Path(app.env.doc2path(page))
+    if not app.config.course_bytes or path.suffix != ".ipynb":
+        return {}
+    cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
+    return {
+        number: {"id": f"code-{cell['id']}", "code": "".join(cell["source"])}
+        | {name: cell["metadata"][key] for name, key in SAID.items() if key in cell["metadata"]}
+        for number, cell in enumerate(cells)
+        if cell["cell_type"] == "code"
+    }
 
 
 def name_the_cells(app: Sphinx, doctree: nodes.document, page: str) -> None:
     """Give each code cell on the page the id under which its code is found."""
-    if not app.config.course_bytes:
-        return
-    cells = code_cells(Path(app.env.doc2path(page)))
-    for container in doctree.findall(nodes.container):
-        if container.get("nb_element") == "cell_code":
-            container["ids"].append(cells[container["cell_index"]]["id"])
-
-
-def code_cells(path: Path) -> dict[int, dict[str, str]]:
-    """Return the code cells that a page shows by their numbers; only notebooks have some."""
-    if path.suffix != ".ipynb":
-        return {}
-    notebook = json.loads(path.read_text(encoding="utf-8"))
-    found = {}
-    for number, cell in enumerate(notebook["cells"]):
-        hidden = "remove-cell" in cell["metadata"].get("tags", ())
-        if cell["cell_type"] == "code" and not hidden:
-            found[number] = {"id": f"code-{cell['id']}", "code": "".join(cell["source"])}
-            for name, key in (("cannot", CANNOT), ("note", NOTE)):
-                if key in cell["metadata"]:
-                    found[number][name] = cell["metadata"][key]
-    return found
+    if cells := code_cells(app, page):
+        for container in doctree.findall(nodes.container):
+            if container.get("nb_element") == "cell_code":
+                container["ids"].append(cells[container["cell_index"]]["id"])
 
 
 def add_to_the_page(
     app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: nodes.document | None
 ) -> None:
     """Add the script and its style to a page with code, and write the code beside."""
-    size = app.config.course_bytes
-    cells = list(code_cells(Path(app.env.doc2path(page))).values()) if doctree and size else []
+    cells = list(code_cells(app, page).values()) if doctree else []
     if not cells:
         return
+    size = app.config.course_bytes
     name = f"cells/{Path(page).name}.json"
-    target = Path(app.outdir) / "python" / name
+    target = Path(app.outdir, "python", name)
     target.parent.mkdir(parents=True, exist_ok=True)
     target.write_text(json.dumps({"bytes": size, "cells": cells}), encoding="utf-8")
     cannot, notes = (
-        json.dumps({cell["id"]: cell[key] for cell in cells if key in cell})
-        for key in ("cannot", "note")
+        escape(json.dumps({cell["id"]: cell[key] for cell in cells if key in cell}))
+        for key in SAID
     )
     folder = context["pathto"]("python", 1)
     context["metatags"] += (
         f'\n<link rel="stylesheet" href="{folder}/run.css" />'
         f'\n<script defer src="{folder}/run.js" data-cells="{name}"'
-        f' data-megabytes="{round(size / 1e6)}" data-cannot="{escape(cannot)}"'
-        f' data-notes="{escape(notes)}"></script>'
+        f' data-megabytes="{round(size / 1e6)}" data-cannot="{cannot}"'
+        f' data-notes="{notes}"></script>'
     )
 
 
 def copy(app: Sphinx, exception: Exception | None) -> None:
     """Put scripts and runtime into the site; without the runtime take away what was there."""
-    target = Path(app.outdir) / "python"
+    target = Path(app.outdir, "python")
     if exception:
         return
     if not app.config.course_bytes:
         shutil.rmtree(target, ignore_errors=True)
         return
-    files = [path for path in SOURCES.iterdir() if path.is_file()]
     tables = sorted((SOURCES.parent / TABLES).glob("*.csv"))
-    found = [path.name for path in files if path.suffix == ".py"]
-    found += [f"{TABLES}/{path.name}" for path in tables]
-    (target / TABLES).mkdir(parents=True, exist_ok=True)
+    found = [
+        *(path.name for path in SOURCES.glob("*.py")),
+        *(f"{TABLES}/{p.name}" for p in tables),
+    ]
+    put_in_place(SOURCES.parent / TABLES, target / TABLES)
     (target / "files.json").write_text(json.dumps(sorted(found)), encoding="utf-8")
-    for path in tables:
-        shutil.copyfile(path, target / TABLES / path.name)
-    for path in files + [runtime(app) / name for name in NEEDED]:
-        if path.is_dir():
-            put_in_place(path, target / path.name)
-        else:
+    for path in (*SOURCES.iterdir(), *(Path(app.srcdir, RUNTIME, name) for name in NEEDED)):
+        if path.is_file():
             shutil.copyfile(path, target / path.name)
+        elif path.name in NEEDED:
+            put_in_place(path, target / path.name)
 
 
 def setup(app: Sphinx) -> dict[str, Any]:

@@ -21,7 +21,7 @@ from sphinx.application import Sphinx
 from sphinx.util import logging
 from sphinx.writers.html5 import HTML5Translator
 
-from .fonts import packaged
+from .look import packaged
 
 LOGGER = logging.getLogger(__name__)
 KATEX = ("sphinxcontrib", "katex.min.js")
@@ -47,10 +47,9 @@ def mathml(tex: str, display: bool) -> str:
         math-core cannot read it; the message says where.
     """
     converter = math_core.LatexToMathML(fancy_error=False)
+    plain = ROOM.sub(r"\\\\", tex.strip())
     try:
-        drawn = converter.convert_with_local_state(
-            ROOM.sub(r"\\\\", tex.strip()), displaystyle=display
-        )
+        drawn = converter.convert_with_local_state(plain, displaystyle=display)
     except math_core.LatexError as error:
         raise ValueError(f"{error} In the formula {tex!r}") from error
     # As an accent a brace would touch what is above it.
@@ -67,25 +66,26 @@ def shown(tex: str, display: bool, where: object) -> str:
         return html.escape(tex)
 
 
-def visit_inline(self: HTML5Translator, node: nodes.math) -> None:
-    """Write a formula of a line."""
-    self.body.append(self.starttag(node, "span", "", CLASS="math"))
-    self.body.append(f"{shown(node.astext(), False, node)}</span>")
+def visit(self: HTML5Translator, node: nodes.math | nodes.math_block) -> None:
+    """Write a formula, in a line or of its own."""
+    display = isinstance(node, nodes.math_block)
+    tag = "div" if display else "span"
+    self.body.append(self.starttag(node, tag, "", CLASS="math"))
+    self.body.append(f"{shown(node.astext(), display, node)}</{tag}>")
     raise nodes.SkipNode
 
 
-def visit_block(self: HTML5Translator, node: nodes.math_block) -> None:
-    """Write a formula of its own."""
-    self.body.append(self.starttag(node, "div", "", CLASS="math"))
-    self.body.append(f"{shown(node.astext(), True, node)}</div>")
-    raise nodes.SkipNode
-
-
-def prepare(app: Sphinx, doctree: nodes.document, page: str) -> None:
-    """Read the formulas in the HTML of cells."""
-    for raw in list(doctree.findall(nodes.raw)):
-        if 'class="math' in raw.astext():
-            raw.replace_self(nodes.raw("", in_html(raw.astext(), page), format="html"))
+def finish(
+    app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: nodes.document | None
+) -> None:
+    """Read the formulas in the HTML of cells; keep punctuation in the line of its formula."""
+    if "body" in context:
+        context["body"] = BESIDE.sub(
+            lambda part: (
+                f'<span class="rs-kept">{part[0]}</span>' if part[1] + part[3] else part[0]
+            ),
+            in_html(context["body"], page),
+        )
 
 
 def in_html(text: str, where: object) -> str:
@@ -98,19 +98,6 @@ def in_html(text: str, where: object) -> str:
     return IN_HTML.sub(replaced, text)
 
 
-def keep_punctuation(
-    app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: nodes.document | None
-) -> None:
-    """Keep punctuation in the line of the formula beside it."""
-    if "body" in context:
-        context["body"] = BESIDE.sub(
-            lambda part: (
-                f'<span class="rs-kept">{part[0]}</span>' if part[1] + part[3] else part[0]
-            ),
-            context["body"],
-        )
-
-
 def copy(app: Sphinx, exception: Exception | None) -> None:
     """Put KaTeX beside the pages, for cells that their readers run."""
     if exception is None and app.builder.format == "html":
@@ -119,8 +106,7 @@ def copy(app: Sphinx, exception: Exception | None) -> None:
 
 def setup(app: Sphinx) -> dict[str, Any]:
     """Connect the above to the build."""
-    app.add_html_math_renderer("mathml", (visit_inline, None), (visit_block, None))
-    app.connect("doctree-resolved", prepare)
-    app.connect("html-page-context", keep_punctuation)
+    app.add_html_math_renderer("mathml", (visit, None), (visit, None))
+    app.connect("html-page-context", finish)
     app.connect("build-finished", copy)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -16,7 +16,7 @@ from __future__ import annotations
 import hashlib
 import os
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -41,11 +41,9 @@ from sphinx.transforms import SphinxTransform
 FIGURE = '<div class="rs-figure"'
 """How a figure begins that the course's style draws while the book is built."""
 LITERAL = re.compile(r"(``.*?``)")
-
-Merge = Callable[[list[NotebookNode]], list[NotebookNode]]
-"""Makes one output of all that a cell prints."""
-RenderOutputs = Callable[[SphinxNbRenderer, SyntaxTreeNode, list[NotebookNode]], None]
-"""Puts the outputs of a cell on its page."""
+MERGE = render.coalesce_streams
+RENDER = SphinxNbRenderer._render_nb_cell_code_outputs
+"""What MyST-NB does with the outputs of a cell."""
 
 
 def execute(app: Sphinx, env: BuildEnvironment, pages: list[str]) -> None:
@@ -65,21 +63,16 @@ def execute(app: Sphinx, env: BuildEnvironment, pages: list[str]) -> None:
     )
 
 
-def follow_the_library(app: Sphinx, config: Config) -> None:
-    """Keep executed notebooks under a name that changes with all that they read."""
+def follow(app: Sphinx, config: Config) -> None:
+    """Note what the pages are made of: executed notebooks are kept under its name."""
     here = [name for name in datasets.SHOWN if datasets.is_here(name)]
     library = Path(app.srcdir, "lib").rglob("*.*")
     read = [path for path in library if path.suffix in {".py", ".js", ".css", ".csv"}]
-    config.course_library = _digest(
-        [*read, *Path(app.srcdir, "chapters/data").glob("*.csv")], here
-    )
+    read += Path(app.srcdir, "chapters/data").glob("*.csv")
+    config.course_library = _digest(read, here)
+    config.course_extensions = _digest(Path(app.srcdir, "chapters/_ext").glob("*.py"))
     cache = Path(app.outdir).parent / ".jupyter_cache" / config.course_library
     config.nb_execution_cache_path = str(cache)
-
-
-def follow_the_extensions(app: Sphinx, config: Config) -> None:
-    """Write all pages again when what finishes them changes."""
-    config.course_extensions = _digest(Path(app.srcdir, "chapters/_ext").glob("*.py"))
 
 
 def _digest(paths: Iterable[Path], more: object = None) -> str:
@@ -98,44 +91,36 @@ def forget_if_warned(app: Sphinx, exception: Exception | None) -> None:
         Path(app.doctreedir, "environment.pickle").unlink(missing_ok=True)
 
 
-def joining(merge: Merge) -> Merge:
-    """Join neighbouring pieces of what a cell printed before they are merged.
+def merged(outputs: list[NotebookNode]) -> list[NotebookNode]:
+    """Merge all that a cell printed, after neighbouring pieces are joined.
 
     A kernel sends what is printed five times a second, in the middle of a line too; myst-nb alone
     would begin a new line there, or leave one empty.
     """
-
-    def joined(outputs: list[NotebookNode]) -> list[NotebookNode]:
-        whole: list[NotebookNode] = []
-        for output in outputs:
-            is_stream = output.output_type == "stream"
-            if is_stream and whole and whole[-1].get("name") == output.name:
-                whole[-1].text += output.text
-            else:
-                whole.append(NotebookNode(output))
-        return merge(whole)
-
-    return joined
+    whole: list[NotebookNode] = []
+    for output in outputs:
+        is_stream = output.output_type == "stream"
+        if is_stream and whole and whole[-1].get("name") == output.name:
+            whole[-1].text += output.text
+        else:
+            whole.append(NotebookNode(output))
+    return MERGE(whole)
 
 
-def with_words_of_the_output(render_outputs: RenderOutputs) -> RenderOutputs:
-    """Let the metadata of a cell's outputs add to the captions in the cell's own metadata.
+def rendered(
+    renderer: SphinxNbRenderer, token: SyntaxTreeNode, outputs: list[NotebookNode]
+) -> None:
+    """Put the outputs of a cell on its page, with captions from their metadata too.
 
-    myst-nb knows only the cell's, which cannot follow what the cell computed. See
+    myst-nb knows only those in the cell's, which cannot follow what the cell computed. See
     ``robust_slam_course.plots.captions``.
     """
-
-    def rendered(
-        renderer: SphinxNbRenderer, token: SyntaxTreeNode, outputs: list[NotebookNode]
-    ) -> None:
-        words = dict(token.meta["metadata"].get("mystnb", {}))
-        for output in outputs:
-            for key, value in output.get("metadata", {}).get("mystnb", {}).items():
-                words[key] = words.get(key, {}) | value
-        token.meta["metadata"] = {**token.meta["metadata"], "mystnb": words}
-        render_outputs(renderer, token, outputs)
-
-    return rendered
+    words = dict(token.meta["metadata"].get("mystnb", {}))
+    for output in outputs:
+        for key, value in output.get("metadata", {}).get("mystnb", {}).items():
+            words[key] = words.get(key, {}) | value
+    token.meta["metadata"] = {**token.meta["metadata"], "mystnb": words}
+    RENDER(renderer, token, outputs)
 
 
 class InlineFigures(SphinxTransform):
@@ -184,18 +169,15 @@ def escape_bars(
 def setup(app: Sphinx) -> dict[str, Any]:
     """Connect the above to the build."""
     os.environ[figure_page.BUILD] = "1"  # tells the notebooks that their figures are for pages
-    render.coalesce_streams = joining(render.coalesce_streams)
-    SphinxNbRenderer._render_nb_cell_code_outputs = with_words_of_the_output(
-        SphinxNbRenderer._render_nb_cell_code_outputs
-    )
+    render.coalesce_streams = merged
+    SphinxNbRenderer._render_nb_cell_code_outputs = rendered
     app.add_config_value("course_library", "", "env")
     app.add_config_value("course_extensions", "", "html")
     app.add_transform(InlineFigures)
     app.add_directive("picture", Picture)
     app.setup_extension("sphinx.ext.autodoc")
     app.connect("autodoc-process-docstring", escape_bars)
-    app.connect("config-inited", follow_the_library)
-    app.connect("config-inited", follow_the_extensions)
+    app.connect("config-inited", follow)
     app.connect("env-before-read-docs", execute)
     app.connect("build-finished", forget_if_warned)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

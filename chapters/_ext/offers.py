@@ -13,11 +13,11 @@ from __future__ import annotations
 
 import os
 import posixpath
-import re
 import shutil
 from pathlib import Path
 from typing import Any
 
+from bs4 import BeautifulSoup
 from docutils import nodes
 from robust_slam_autograder.publishing import wheels
 from sphinx.application import Sphinx
@@ -134,22 +134,22 @@ class Sample(SphinxRole):
 
 def thumbnail(report: str) -> str:
     """Draw the heat map of a report's index small, a square for each student and exercise."""
-    table = report.partition('class="heat"')[2].partition("<tbody>")[2].partition("</tbody>")[0]
-    levels = [re.findall(r'<td class="(\w+)( first)?"', row) for row in table.split("<tr>")[1:]]
+    rows = BeautifulSoup(report, "html.parser").select("table.heat tbody tr")
     squares, width = [], 0
-    for n, row in enumerate(levels):
+    for n, row in enumerate(rows):
         x = -SQUARE // 2  # an assignment begins half a square after the one before
-        for level, first in row:
+        for cell in row.select("td[class]"):
+            level, *first = cell.get_attribute_list("class")
             x += SQUARE // 2 if first else 0
             place = f'x="{x}" y="{n * SQUARE}" width="{SQUARE - 1}" height="{SQUARE - 1}"'
             squares.append(f'<rect {place} style="fill:{COLOURS[level]}"/>')
             x += SQUARE
         width = max(width, x)
     words = (
-        f"The heat map of the sample class, small: {len(levels)} rows of students, a square for "
+        f"The heat map of the sample class, small: {len(rows)} rows of students, a square for "
         "each exercise, from blue for all points to orange for none."
     )
-    size = f'viewBox="0 0 {width} {SQUARE * len(levels)}" width="{2 * width}"'
+    size = f'viewBox="0 0 {width} {SQUARE * len(rows)}" width="{2 * width}"'
     return f'<p><svg role="img" aria-label="{words}" {size}>{"".join(squares)}</svg></p>'
 
 

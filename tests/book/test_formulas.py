@@ -12,7 +12,7 @@ import pytest
 from fontTools.ttLib import TTFont
 from playwright.sync_api import Browser, Page
 
-from chapters._ext import fonts, formulas
+from chapters._ext import formulas, look
 from tests.book.conftest import PAGES, Site
 from tests.chromium import page_in
 
@@ -37,7 +37,7 @@ def trees(site: Site, page: str) -> list[etree.Element]:
 
 @cache
 def held() -> set[str]:
-    carried = re.findall(r"base64,([^)]*)[)]", fonts.style_sheet())[-1]
+    carried = re.findall(r"base64,([^)]*)[)]", look.fonts())[-1]
     return set(map(chr, TTFont(io.BytesIO(base64.b64decode(carried))).getBestCmap()))
 
 
@@ -94,7 +94,7 @@ def test_formulas_in_the_html_of_cells_are_read() -> None:
 def test_punctuation_stays_with_a_formula_in_a_line(before: str, after: str, kept: str) -> None:
     formula = f'<span class="math">{formulas.mathml("x", False)}</span>'
     context = {"body": f"<p>{before}{formula}{after}</p>"}
-    formulas.keep_punctuation(None, "", "", context, None)  # type: ignore[arg-type]
+    formulas.finish(None, "", "", context, None)  # type: ignore[arg-type]
     found = re.findall(r'<span class="rs-kept">(.*?</span>.*?)</span>', context["body"])
     assert found == ([kept.format(formula)] if kept else [])
 

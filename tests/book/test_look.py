@@ -8,14 +8,13 @@ import io
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from types import SimpleNamespace
 from urllib.parse import urlsplit
 
 import pytest
 from fontTools.ttLib import TTFont
 from playwright.sync_api import Browser, Page
 
-from chapters._ext import fonts, look
+from chapters._ext import look
 from tests.book.conftest import CHAPTERS, PAGES, Site, place
 from tests.chromium import Visit, visiting
 
@@ -84,7 +83,7 @@ class TestVisit:
     ) -> None:
         page = visit[0].page
         page.evaluate("document.fonts.ready")
-        assert {fonts.SANS, fonts.SERIF} <= {name.strip('"') for name in page.evaluate(FAMILIES)}
+        assert {look.SANS, look.SERIF} <= {name.strip('"') for name in page.evaluate(FAMILIES)}
         assert page.evaluate(SHIFT) < 0.02
         assert visit[0].complaints == []
 
@@ -108,14 +107,14 @@ def test_from_the_disk_it_is_drawn_in_the_same_letters(site: Site, browser: Brow
     with visiting(browser, place(site, "", CHAPTERS[3], "file")) as visit:
         visit.page.evaluate("document.fonts.ready")
         loaded = {name.strip('"') for name in visit.page.evaluate(FAMILIES)}
-        assert {fonts.SANS, fonts.SERIF, fonts.MATH} <= loaded
+        assert {look.SANS, look.SERIF, look.MATH} <= loaded
 
 
 @pytest.mark.parametrize("name", [*PAGES, "search", "genindex"])
 def test_a_page_links_the_prepared_files(name: str, site: Site) -> None:
     html = (site.folder / f"{name}.html").read_text(encoding="utf-8")
     linked = set(re.findall(r'(?:href|src)="[^"]*_static/([^"?]+\.(?:css|js))', html))
-    assert linked - {"search.js"} == {look.STYLE, look.SCRIPT, *look.ALONE}
+    assert linked - {"search.js"} == {look.STYLE, look.SCRIPT, "documentation_options.js"}
 
 
 def test_the_style_has_the_icons_of_the_pages_alone(site: Site) -> None:
@@ -124,32 +123,13 @@ def test_the_style_has_the_icons_of_the_pages_alone(site: Site) -> None:
     (solid,) = re.findall(r"font-weight:900;src:url\(data:font/woff2;base64,([^)]*)\)", style)
     signs = TTFont(io.BytesIO(base64.b64decode(solid))).getBestCmap()
     assert 0xF185 in signs and len(signs) < 60
-
-
-def test_a_file_that_the_theme_adds_is_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
-    said: list[object] = []
-    monkeypatch.setattr(look.LOGGER, "warning", lambda *words, **_: said.append(words[1]))
-    sheet = SimpleNamespace(filename="_static/site.css", attributes={})
-    other = SimpleNamespace(filename="_static/new.js", attributes={})
-    context = {"css_files": [sheet], "script_files": [other]}
-    look.link(None, "page", "", context, None)  # type: ignore[arg-type]
-    assert said == ["_static/new.js"] and context["script_files"] == [other]
-    assert context["css_files"] == []
-
-
-def test_addresses_in_a_style_sheet_are_seen_from_the_joined_one(tmp_path: Path) -> None:
-    (tmp_path / "styles").mkdir()
-    path = tmp_path / "styles" / "theme.css"
-    path.write_text(
-        'a { background: url(b.png) } b { background: url("../a.svg"), url(data:x,y) }'
-    )
-    sheet = look.sheet(path, tmp_path)
-    assert "url(styles/b.png)" in sheet and "url(a.svg)" in sheet and "url(data:x,y)" in sheet
+    local = set(re.findall(r"url\(['\"]?(?!['\"]|data:|#)([^)'\"]+)", style))
+    assert not [path for path in local if not (site.folder / "_static" / path).is_file()]
 
 
 @pytest.fixture(scope="module")
 def carried() -> list[bytes]:
-    held = re.findall(r"base64,([^)]*)[)]", fonts.style_sheet())
+    held = re.findall(r"base64,([^)]*)[)]", look.fonts())
     return [base64.b64decode(font) for font in held]
 
 
@@ -157,7 +137,7 @@ class TestFonts:
     """The fonts that the style sheet carries."""
 
     def test_they_are_light(self, carried: list[bytes]) -> None:
-        assert len(carried) == len(fonts.FACES)
+        assert len(carried) == len(look.FACES)
         assert sum(map(len, carried[:-1])) <= 60_000 and len(carried[-1]) <= 60_000
 
     def test_they_have_their_licence_and_not_the_name_that_is_reserved(
@@ -171,12 +151,12 @@ class TestFonts:
     def test_they_are_made_again_when_what_they_are_made_of_changes(
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        monkeypatch.setattr(fonts, "KEPT", tmp_path)
+        monkeypatch.setattr(look, "KEPT", tmp_path)
         made: list[str] = []
-        monkeypatch.setattr(fonts, "rule", lambda face: made.append(face.family) or "")
-        fonts.style_sheet()
-        fonts.style_sheet()
-        assert len(made) == len(fonts.FACES)
-        monkeypatch.setattr(fonts, "MAKERS", ("pytest",))
-        fonts.style_sheet()
-        assert len(made) == 2 * len(fonts.FACES) and len(list(tmp_path.iterdir())) == 1
+        monkeypatch.setattr(look, "rule", lambda face: made.append(face.family) or "")
+        look.fonts()
+        look.fonts()
+        assert len(made) == len(look.FACES)
+        monkeypatch.setattr(look, "MAKERS", ("pytest",))
+        look.fonts()
+        assert len(made) == 2 * len(look.FACES) and len(list(tmp_path.iterdir())) == 1

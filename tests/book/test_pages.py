@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser
 
-from chapters._ext.fonts import TEXT
+from chapters._ext.look import TEXT
 from tests.book.conftest import PAGES, WAYS, Site, place
 from tests.chromium import Opener, Visit, visiting
 

@@ -177,8 +177,9 @@ def test_the_rest_of_a_chapter_prints_no_number_of_a_public_graph() -> None:
 def rendered(outputs: list[NotebookNode]) -> dict[str, object]:
     """The words of a figure that myst-nb is handed, from a cell that names it."""
     token = SimpleNamespace(meta={"metadata": {"mystnb": {"figure": {"name": "fig-a"}}}})
-    render = notebooks.with_words_of_the_output(lambda *_: None)
-    render(None, token, outputs)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(notebooks, "RENDER", lambda *_: None)
+        notebooks.rendered(None, token, outputs)
     return token.meta["metadata"]["mystnb"]
 
 

@@ -188,7 +188,7 @@ class TestExtension:
         for text in ("a = 1", "a = 2", "a = 1"):
             config = SimpleNamespace()
             path.write_text(text)
-            notebooks.follow_the_library(app, config)
+            notebooks.follow(app, config)
             caches.append((config.course_library, config.nb_execution_cache_path))
         assert caches[0] == caches[2] != caches[1]
 
@@ -199,7 +199,7 @@ class TestExtension:
         for here in ((), ("intel",), ("CSAIL",), ("CSAIL", "intel"), ()):
             monkeypatch.setattr(notebooks.datasets, "is_here", here.__contains__)
             config = SimpleNamespace()
-            notebooks.follow_the_library(app, config)
+            notebooks.follow(app, config)
             caches.append((config.course_library, config.nb_execution_cache_path))
         assert caches[0] == caches[-1]
         assert len(set(caches)) == 4
