@@ -27,32 +27,36 @@ LOCK_NAME = "requirements.lock"
 _PINNED = re.compile(r"^[A-Za-z0-9][\w.-]*==[^\\\n]*", re.MULTILINE)
 
 
-def write(course: Course, name: str, archive: Path) -> None:
+def write(course: Course, assignment: str, archive: Path) -> None:
     """Write the archive of an assignment, readable by its owner only.
 
     Args:
         course: says what to install.
-        name: the assignment.
+        assignment: its name.
         archive: the file to write; what was there is replaced.
 
     Raises:
         WrongUse: the course does not say what to install, or is in no repository.
     """
-    packages = course.packages(name)
+    packages = course.packages(assignment)
     if not packages:
         raise WrongUse(
             f"{course.tree / COURSE_NAME} has no [install.assignments]: it says what to install."
         )
-    entries = dict(_programs(packages))
-    entries[SEED_NAME] = f"{secrets.randbits(63)}\n".encode()
-    entries["constraints.txt"] = _constraints(course.root).encode()
-    entries |= _sources(course, name)
+    entries = {
+        **dict(_programs(packages)),
+        SEED_NAME: f"{secrets.randbits(63)}\n".encode(),
+        "constraints.txt": _constraints(course.root).encode(),
+        **_sources(course, assignment),
+    }
     part = durable.part_of(archive)
     part.unlink(missing_ok=True)
     part.touch(mode=0o600)
     with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as made:
-        for entry, data in entries.items():
-            _add(made, entry, data)
+        for name, data in entries.items():
+            entry = zipfile.ZipInfo(name)
+            entry.external_attr = (0o100755 if name in PROGRAMS else 0o100600) << 16
+            made.writestr(entry, data, zipfile.ZIP_DEFLATED)
     os.replace(part, archive)
 
 
@@ -99,11 +103,3 @@ def _sources(course: Course, name: str) -> dict[str, bytes]:
         if path.is_file():
             found[f"{TREE_NAME}/{name}/{path.name}"] = path
     return {place: path.read_bytes() for place, path in found.items()}
-
-
-def _add(made: zipfile.ZipFile, name: str, data: bytes) -> None:
-    entry = zipfile.ZipInfo(name)
-    entry.create_system = 3  # Unix, whose modes these are
-    entry.external_attr = (0o100755 if name in PROGRAMS else 0o100600) << 16
-    entry.compress_type = zipfile.ZIP_DEFLATED
-    made.writestr(entry, data)

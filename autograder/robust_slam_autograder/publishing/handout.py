@@ -22,7 +22,6 @@ INSTALL = (
 )
 """What a student types in an assignment's folder."""
 _IN = "   "
-_EPOCH = (1980, 1, 1, 0, 0, 0)
 _README = """\
 {title}
 
@@ -79,7 +78,8 @@ def write(folder: Path, course: Course, wheels: Mapping[str, Path], archive: Pat
         wheels: the course's packages that students install, by their names.
         archive: the file to write.
     """
-    texts = {path.relative_to(folder).as_posix(): path.read_bytes() for path in _files(folder)}
+    paths = [path for path in folder.rglob("*") if path.is_file()]
+    texts = {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
     texts.setdefault(README_NAME, readme(folder, course).encode())
     if wheels:
         texts.setdefault(REQUIREMENTS_NAME, requirements(folder.name, course, wheels).encode())
@@ -87,14 +87,9 @@ def write(folder: Path, course: Course, wheels: Mapping[str, Path], archive: Pat
     # Stored as they are: what a compressor gives depends on its version.
     with zipfile.ZipFile(archive, "w", zipfile.ZIP_STORED) as made:
         for name in sorted(texts):
-            entry = zipfile.ZipInfo(f"{folder.name}/{name}", _EPOCH)
-            entry.create_system = 3  # Unix, whose modes these are
+            entry = zipfile.ZipInfo(f"{folder.name}/{name}")  # of no time of its own
             entry.external_attr = 0o100644 << 16
             made.writestr(entry, texts[name])
-
-
-def _files(folder: Path) -> list[Path]:
-    return sorted(path for path in folder.rglob("*") if path.is_file())
 
 
 def requirements(name: str, course: Course, wheels: Mapping[str, Path]) -> str:

@@ -7,14 +7,15 @@ a solution or a hidden test, and no module that imports one which stays private.
 
 from __future__ import annotations
 
+import ast
 import json
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder.errors import GraderFailure, WrongUse
-from robust_slam_autograder.publishing import imports, secret_lines, staging
+from robust_slam_autograder.publishing import secret_lines, staging
 from robust_slam_autograder.publishing.course import COURSE_NAME, Course, Public, Repository, load
 from robust_slam_autograder.publishing.files import chosen, tracked
 from robust_slam_autograder.publishing.student_release import release
@@ -57,7 +58,7 @@ def publish(tree: Path, out: Path) -> list[str]:
         release(tree, [], made / public.assignments)
         _add_install_cells(made / public.book, course)
         _look_for_secrets(tree, made, _known(public))
-        imports.refuse_private(course.root, made)
+        _refuse_private_imports(course.root, made)
         written = sorted(p.relative_to(made).as_posix() for p in made.rglob("*") if p.is_file())
         staging.put(made, out.resolve())
     return written
@@ -145,3 +146,39 @@ def _look_for_secrets(tree: Path, made: Path, known: Callable[[str], set[str]]) 
             )
     if any(part.name == tree.name for part in made.iterdir()):
         raise GraderFailure(f"The public course would hold {tree.name}: nothing written.")
+
+
+def _refuse_private_imports(root: Path, made: Path) -> None:
+    """Refuse a copy in which a module imports a file of the course that was not copied."""
+    seen: set[tuple[str, ...]] = set()
+    for path in sorted(made.rglob("*.py")):
+        name = path.relative_to(made)
+        found = _imported(path.read_text(encoding="utf-8"), name.parent.parts)
+        for module in dict.fromkeys(module for module in found if module not in seen):
+            seen.add(module)
+            for file in _files_of(module):
+                if (root / file).is_file() and not (made / file).is_file():
+                    raise GraderFailure(
+                        f"{name} imports {file}, which stays private: leave both out in "
+                        f"{COURSE_NAME}, or none. Nothing written."
+                    )
+
+
+def _imported(source: str, package: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
+    """Yield the modules that a file of a package may import, each as the parts of its name."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            yield from (tuple(alias.name.split(".")) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            above = package[: len(package) - node.level + 1] if node.level else ()
+            module = (*above, *(node.module.split(".") if node.module else ()))
+            yield module
+            yield from ((*module, alias.name) for alias in node.names)
+
+
+def _files_of(module: tuple[str, ...]) -> Iterator[str]:
+    """Yield where a module and the packages that it is in would stand."""
+    for end in range(1, len(module) + 1):
+        path = "/".join(module[:end])
+        yield f"{path}/__init__.py"
+        yield f"{path}.py"

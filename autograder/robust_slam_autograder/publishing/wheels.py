@@ -34,7 +34,6 @@ for folder in folders:
 """pip would do the same with several processes for each package, and take six times as long."""
 _DIGITS = 10
 """Of the digest in a version: 40 bits tell all releases of a course apart."""
-_EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
 def build(course: Course, out: Path) -> dict[str, Path]:
@@ -56,7 +55,10 @@ def build(course: Course, out: Path) -> dict[str, Path]:
     packages = course.packages()
     if not packages:
         return {}
-    names = _files(course)
+    if course.public is not None:
+        names = chosen(course.public, tracked(course.root), course.tree / COURSE_NAME)
+    else:
+        names = _below(course.root, list(packages.values()))
     for folder in packages.values():
         if not any(name.startswith(f"{folder}/") for name in names):
             raise WrongUse(
@@ -99,31 +101,23 @@ def version(root: Path, folder: str) -> str:
 
 
 def _build_of(root: Path, names: Sequence[str], folders: Sequence[str], out: Path) -> None:
-    """Build copies of the folders with these files alone: a build sees and writes no more."""
+    """Build a wheel of each folder with its own build backend, which must be installed here.
+
+    Copies are built, with these files alone: a build sees and writes no more.
+    """
     with tempfile.TemporaryDirectory(prefix="wheels-") as temporary:
         for name in names:
             if name.startswith(tuple(f"{folder}/" for folder in folders)):
                 (Path(temporary) / name).parent.mkdir(parents=True, exist_ok=True)
                 shutil.copy2(root / name, Path(temporary) / name)
-        build_all([Path(temporary, folder) for folder in folders], out)
-
-
-def build_all(sources: Sequence[Path], out: Path) -> None:
-    """Build a wheel of each folder with its own build backend, which must be installed here.
-
-    Args:
-        sources: the folders, each with a ``pyproject.toml``.
-        out: an empty folder for the wheels, each at the version of its content.
-
-    Raises:
-        GraderFailure: one cannot be built.
-    """
-    # -P: a backend is never looked for in the folder itself.
-    command = [sys.executable, "-P", "-c", _BUILD, *map(os.path.abspath, (out, *sources))]
-    done = subprocess.run(command, capture_output=True, text=True)
+        places = [os.path.abspath(out), *(f"{temporary}/{folder}" for folder in folders)]
+        # -P: a backend is never looked for in the folder itself.
+        command = [sys.executable, "-P", "-c", _BUILD, *places]
+        done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode:
-        folders = ", ".join(source.name for source in sources)
-        raise GraderFailure(f"No wheels could be built of {folders}: {_reason(done.stderr)}")
+        said = [line.strip() for line in done.stderr.splitlines() if line.strip()]
+        why = said[-1] if said else "it gave no reason."
+        raise GraderFailure(f"No wheels could be built of {', '.join(folders)}: {why}")
     for wheel in list(out.glob("*.whl")):
         _name_content(wheel)
 
@@ -147,7 +141,7 @@ def _name_content(wheel: Path) -> None:
     files[record] = _record(files, record)
     with zipfile.ZipFile(wheel.with_name(f"{name}-{new}-{tags}"), "w") as archive:
         for path, data in files.items():
-            archive.writestr(zipfile.ZipInfo(path, _EPOCH), data, zipfile.ZIP_DEFLATED)
+            archive.writestr(zipfile.ZipInfo(path), data, zipfile.ZIP_DEFLATED)
     wheel.unlink()
 
 
@@ -168,12 +162,6 @@ def _record(files: Mapping[str, bytes], own: str) -> bytes:
     return "".join([*lines, f"{own},,\n"]).encode()
 
 
-def _files(course: Course) -> list[str]:
-    if course.public is not None:
-        return chosen(course.public, tracked(course.root), course.tree / COURSE_NAME)
-    return _below(course.root, list(course.packages().values()))
-
-
 def _below(root: Path, folders: Sequence[str]) -> list[str]:
     paths = [path for folder in folders for path in (root / folder).rglob("*") if path.is_file()]
     return [path.relative_to(root).as_posix() for path in paths]
@@ -181,8 +169,3 @@ def _below(root: Path, folders: Sequence[str]) -> list[str]:
 
 def _normal(name: str) -> str:
     return re.sub(r"[-_.]+", "_", name).lower()
-
-
-def _reason(said: str) -> str:
-    lines = [line.strip() for line in said.splitlines() if line.strip()]
-    return lines[-1] if lines else "it gave no reason."
