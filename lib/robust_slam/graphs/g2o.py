@@ -34,15 +34,13 @@ from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial.transform import Rotation
 
 from robust_slam._arrays import Array, Indices, Mask
 from robust_slam._files import write_lines
 from robust_slam.graphs import se3
 from robust_slam.graphs.definite import Repair, definite
-from robust_slam.graphs.pose_graph import PoseGraph, check_graph, check_poses
+from robust_slam.graphs.pose_graph import PoseGraph, check_graph, check_poses, connected_parts
 
 Indefinite: TypeAlias = Literal["raise"] | Repair
 Unknown: TypeAlias = Literal["raise", "skip"]
@@ -267,11 +265,10 @@ def _is_toro(tag: str) -> bool:
 
 def _rows(tag: str, lines: list[tuple[int, list[str]]]) -> _Rows:
     count = _IDS[tag]
-    try:
-        ids = [[_whole(field) for field in fields[1 : count + 1]] for _, fields in lines]
-        numbers = [[_real(field) for field in fields[count + 1 :]] for _, fields in lines]
-    except ValueError:
-        raise _misread(count, lines) from None
+    ids, numbers = [], []
+    for line, fields in lines:
+        ids.append([_whole(line, k, fields[k]) for k in range(1, count + 1)])
+        numbers.append([_real(line, k, fields[k]) for k in range(count + 1, len(fields))])
     rows = _Rows(
         np.array([line for line, _ in lines], dtype=np.intp),
         np.array(ids, dtype=np.intp).reshape(len(lines), count),
@@ -283,30 +280,26 @@ def _rows(tag: str, lines: list[tuple[int, list[str]]]) -> _Rows:
     return rows
 
 
-def _whole(field: str) -> int:
+def _whole(line: int, place: int, field: str) -> int:
     """Return an id of digits only: int() would also accept '+1' and '1_0'."""
-    if not (field.isascii() and field.isdigit()) or int(field) > _LARGEST_ID:
-        raise ValueError
+    digits = field.isascii() and field.isdigit() and len(field.lstrip("0")) < 20
+    if not digits or int(field) > _LARGEST_ID:
+        raise _misread(line, place, field, "a whole number from 0 to 2^63 - 1")
     return int(field)
 
 
-def _real(field: str) -> float:
+def _real(line: int, place: int, field: str) -> float:
     """Return a number: float() would also accept '1_0' and digits of other scripts."""
-    if "_" in field or not field.isascii():
-        raise ValueError
-    return float(field)
+    try:
+        if "_" not in field and field.isascii():
+            return float(field)
+    except ValueError:
+        pass
+    raise _misread(line, place, field, "a number")
 
 
-def _misread(count: int, lines: list[tuple[int, list[str]]]) -> _Fault:
-    """Return the fault of the first field that is not an id or not a number."""
-    for line, fields in lines:
-        for place, field in enumerate(fields[1:], start=1):
-            try:
-                _whole(field) if place <= count else _real(field)
-            except ValueError:
-                kind = "a whole number from 0 to 2^63 - 1" if place <= count else "a number"
-                return _Fault(line, f"field {place} is {field[:40]!r}; give {kind}")
-    raise AssertionError("every field was read")
+def _misread(line: int, place: int, field: str, wanted: str) -> _Fault:
+    return _Fault(line, f"field {place} is {field[:40]!r}; give {wanted}")
 
 
 def _first(rows: _Rows, wrong: Mask) -> int:
@@ -371,11 +364,7 @@ def _fixed(fix: _Rows, ascending: Indices) -> int:
 
 
 def _check_joined(ranks: Indices, ascending: Indices) -> None:
-    i, j = ranks.T
-    size = ascending.size
-    joined = coo_array((np.ones(i.size, dtype=np.int8), (i, j)), shape=(size, size))
-    _, label = connected_components(joined, directed=False)
-    loose = ascending[label != label[0]]
+    loose = ascending[connected_parts(ascending.size, ranks) > 0]
     if loose.size:
         named = ", ".join(str(name) for name in loose[:_NAMED])
         rest = f" and {loose.size - _NAMED} more" if loose.size > _NAMED else ""

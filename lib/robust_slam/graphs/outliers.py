@@ -21,7 +21,6 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial import cKDTree
 
 from robust_slam._arrays import Array, Indices, Mask
 from robust_slam.graphs.group import Group, group_of
@@ -30,9 +29,6 @@ from robust_slam.graphs.pose_graph import PoseGraph, check_poses, with_closures
 
 _ROUNDS = 50
 """The largest number of batches of pairs to draw."""
-
-_SHARE = 0.1
-"""A larger share of all pairs is compared with the number that exist before any is drawn."""
 
 _POOL = 10
 """Candidates per pair that the aliased group chooses the most similar segments from."""
@@ -70,12 +66,7 @@ def add_random_closures(
     >>> len(graph.edges), np.flatnonzero(is_outlier).tolist()
     (23, [20, 21, 22])
     """
-    rng = np.random.default_rng(rng)
-    known = _known(graph, poses)
-    least = _half_side(graph.group, known) if apart is None else float(apart)
-    _check_room(count, graph.group.translation(known), least)
-    edges, relative = _find("count", count, 1, _anywhere(graph.n, rng), _same(graph), known, least)
-    return _with_outliers(graph, edges, relative, rng)
+    return _without_motion(graph, "count", count, rng, 1, None, poses, apart)
 
 
 def add_local_closures(
@@ -100,12 +91,7 @@ def add_local_closures(
 
     Source: the local policy of Sünderhauf and Protzel 2012.
     """
-    rng = np.random.default_rng(rng)
-    known = _known(graph, poses)
-    least = _median_step(graph.group, known) if apart is None else float(apart)
-    draw = _nearby(graph.n, reach, rng)
-    edges, relative = _find("count", count, 1, draw, _same(graph), known, least)
-    return _with_outliers(graph, edges, relative, rng)
+    return _without_motion(graph, "count", count, rng, 1, reach, poses, apart)
 
 
 def add_grouped_closures(
@@ -134,13 +120,7 @@ def add_grouped_closures(
 
     Source: the random group and local group policies of Sünderhauf and Protzel 2012.
     """
-    rng = np.random.default_rng(rng)
-    known = _known(graph, poses)
-    default = _half_side if reach is None else _median_step
-    least = default(graph.group, known) if apart is None else float(apart)
-    draw = _anywhere(graph.n, rng) if reach is None else _nearby(graph.n, reach, rng)
-    edges, relative = _find("groups", groups, size, draw, _same(graph), known, least)
-    return _with_outliers(graph, edges, relative, rng)
+    return _without_motion(graph, "groups", groups, rng, size, reach, poses, apart)
 
 
 def add_aliased_closures(
@@ -222,6 +202,30 @@ def spoil_closures(
     return spoiled, is_outlier
 
 
+def _without_motion(
+    graph: PoseGraph,
+    name: str,
+    count: int,
+    rng: int | np.random.Generator,
+    size: int,
+    reach: int | None,
+    poses: ArrayLike | None,
+    apart: float | None,
+) -> tuple[PoseGraph, Mask]:
+    """Add ``count`` groups of ``size`` outliers that all measure the identity."""
+    rng = np.random.default_rng(rng)
+    known, group = _known(graph, poses), graph.group
+    default = _half_side if reach is None else _median_step
+    least = default(group, known) if apart is None else float(apart)
+    draw = _anywhere(graph.n, rng) if reach is None else _nearby(graph.n, reach, rng)
+
+    def identity(edges: Indices) -> Array:
+        return np.broadcast_to(group.identity(), (*edges.shape[:2], *group.POSE_SHAPE))
+
+    edges, relative = _find(name, count, size, draw, identity, known, least)
+    return _with_outliers(graph, edges, relative, rng)
+
+
 def _known(graph: PoseGraph, poses: ArrayLike | None) -> Array:
     return dead_reckoning(graph) if poses is None else check_poses("poses", poses, graph)
 
@@ -268,35 +272,11 @@ def _most_similar(draw: _Draw, relation: _Relation, size: int, group: Group, n: 
     return sorted_draw
 
 
-def _same(graph: PoseGraph) -> _Relation:
-    """Every outlier measures the identity."""
-    group = graph.group
-    return lambda edges: np.broadcast_to(group.identity(), (*edges.shape[:2], *group.POSE_SHAPE))
-
-
 def _segments(pairs: Indices, size: int, n: int) -> Indices:
     """Continue each pair as (i + k, j + k); return the segments ``(k, size, 2)`` that fit."""
     edges = pairs[:, None, :] + np.arange(size)[:, None]
     fits = (edges[:, -1, 1] < n) & (pairs[:, 1] > pairs[:, 0] + 1)
     return np.asarray(edges[fits])
-
-
-def _check_room(count: int, positions: Array, least: float) -> None:
-    """Refuse at once more pairs than there are; few of many are always tried."""
-    n = len(positions)
-    pairs = (n - 1) * (n - 2) // 2
-    if count <= _SHARE * pairs:
-        return
-    tree = cKDTree(positions)
-    within = np.nextafter(least, -np.inf)
-    near = (int(tree.count_neighbors(tree, within)) - n) // 2 if within >= 0.0 else 0
-    steps = np.linalg.norm(np.diff(positions, axis=0), axis=1)
-    there = pairs - near + int(np.sum(steps < least))
-    if count > there:
-        raise ValueError(
-            f"count is {count}, and only {there} pairs at least {least:.3g} m apart are there; "
-            "ask for fewer or lower apart"
-        )
 
 
 def _find(
