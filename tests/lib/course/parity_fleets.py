@@ -30,7 +30,7 @@ def fleet_cases(rng: np.random.Generator) -> Iterator[Case]:
                 "rounds": [
                     {
                         "poses": Angles(seen.poses), "weights": seen.weights, "mu": seen.mu,
-                        "messages": seen.messages, "numbers": seen.numbers,
+                        "numbers": seen.numbers,
                     }
                     for seen in outcome.rounds
                 ],

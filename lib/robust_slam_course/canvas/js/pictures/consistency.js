@@ -7,9 +7,7 @@ import { agreeingClosures } from "../solve/aliasing.js";
 import { pcm } from "../solve/consistency.js";
 import { irls } from "../solve/loop.js";
 import { alignPoses, ate } from "../solve/metrics.js";
-import {
-  CHI_99_SE2, deadReckoning, leastSquares, makeGraph, poseGraphProblem,
-} from "../solve/pose_graph.js";
+import { CHI_99_SE2, graphWithWrong, leastSquares, poseGraphProblem } from "../solve/pose_graph.js";
 
 /**
  * Closures on a map, correct ones and wrong ones that the reader moves; which of them agree, as
@@ -84,43 +82,24 @@ function cleanConsistency(state, data) {
   };
 }
 
-/** A pose graph of the odometry and of the closures that `use(k)` takes. */
-function graphOfClosures(data, wrong, use) {
-  const edges = [...data.edges, ...wrong.edges];
-  const measurements = [...data.measurements, ...wrong.measurements];
-  const trusted = [...data.trusted, ...wrong.edges.map(() => 0)];
-  const information = [...data.information, ...wrong.edges.flatMap(() => data.wrongInformation)];
-  const used = edges.flatMap((_, k) => (trusted[k] || use(k) ? [k] : []));
-  const rows = (values, width) => Float64Array.from(used.flatMap((k) => values.slice(width * k, width * (k + 1))));
-  return makeGraph({
-    poses: data.truth.length / 3, edges: used.map((k) => edges[k]),
-    measurements: rows(measurements, 3), information: rows(information, 9),
-    trusted: Uint8Array.from(used, (k) => trusted[k]),
-  });
-}
-
 function wrongClosures(state, truth) {
   if (state.agree) return agreeingClosures(truth, state.group, state.count);
   const edges = state.lone.slice(0, state.count);
-  return { edges, measurements: edges.flatMap(() => [0, 0, 0]) };
-}
-
-/** A problem on a graph, started at dead reckoning. */
-function problemOf(graph) {
-  return poseGraphProblem(graph, deadReckoning(graph), null, { tol: 1e-6, steps: 1 });
+  return { edges };
 }
 
 function solveConsistency(state, data) {
   const wrong = wrongClosures(state, data.truth);
-  const graph = graphOfClosures(data, wrong, () => true);
+  const graph = graphWithWrong(data, wrong);
   const agreement = pcm(graph, state.gamma);
-  const kept = leastSquares(problemOf(graphOfClosures(data, wrong, (k) => agreement.kept[k]))).poses;
-  const problem = problemOf(graph);
+  const agreed = [...agreement.kept.keys()].filter((k) => agreement.kept[k]);
+  const kept = leastSquares(poseGraphProblem(graphWithWrong(data, wrong, agreed))).poses;
+  const problem = poseGraphProblem(graph);
   // Switches that are always at their optimum are the kernel of Geman and McClure, λ = γ².
   const switched = irls(problem, "geman-mcclure", state.gamma, leastSquares(problem).poses, {
-    keepHistory: false, tol: 1e-3, maxIterations: 60,
+    tol: 1e-3, maxIterations: 60,
   });
-  const truth = Float64Array.from(data.truth);
+  const { truth } = data;
   const poses = alignPoses(state.map === "pcm" ? kept : switched.x, truth);
   const { closures, clique, adjacency, distances } = agreement;
   const switches = Array.from(closures, (edge) => Math.sqrt(switched.weights[edge]));

@@ -4,7 +4,7 @@ import { livePicture } from "../draw/picture.js";
 import { putStrip } from "../draw/strip.js";
 import { alignPoses } from "../solve/metrics.js";
 import {
-  CHI_99_SE2, deadReckoning, graphResidualNorms, leastSquares, makeGraph, poseGraphProblem,
+  CHI_99_SE2, graphResidualNorms, graphWithWrong, leastSquares, poseGraphProblem,
 } from "../solve/pose_graph.js";
 
 /**
@@ -80,23 +80,16 @@ function addJoin(state, result) {
 
 /** The edges of a map, without its correct closures if so chosen, and one for each join. */
 function joinedGraph(given, correct, joins, sigma) {
-  const used = given.trusted.flatMap((trusted, k) => (trusted || correct ? [k] : []));
-  const row = (values, width) => (k) => values.slice(width * k, width * (k + 1));
   const stiff = [1 / sigma ** 2, 1 / sigma ** 2, 1 / (given.turn * sigma) ** 2];
   const information = [stiff[0], 0, 0, 0, stiff[1], 0, 0, 0, stiff[2]];
-  return makeGraph({
-    poses: given.truth.length / 3,
-    edges: [...used.map((k) => given.edges[k]), ...joins],
-    measurements: Float64Array.from([...used.flatMap(row(given.measurements, 3)), ...joins.flatMap(() => [0, 0, 0])]),
-    information: Float64Array.from([...used.flatMap(row(given.information, 9)), ...joins.flatMap(() => information)]),
-    trusted: Uint8Array.from([...used.map((k) => given.trusted[k]), ...joins.map(() => 0)]),
-  });
+  const numbers = [...given.edges, ...joins].map((_, k) => k);
+  const taken = numbers.filter((k) => correct || given.trusted[k] !== 0);
+  return graphWithWrong(given, { edges: joins, information }, taken);
 }
 
 /** Least squares on `graph`, from dead reckoning: the poses and the norm of each residual. */
 function squaresOf(graph) {
-  const problem = poseGraphProblem(graph, deadReckoning(graph), null, { tol: 1e-6, steps: 1 });
-  const { poses } = leastSquares(problem);
+  const { poses } = leastSquares(poseGraphProblem(graph));
   return { poses, norms: graphResidualNorms(graph, poses) };
 }
 

@@ -44,7 +44,7 @@ function cleanKernels({ z, c }) {
 
 function solveKernels({ z, c }, { inliers }, drifts) {
   const problem = locationProblem([...inliers, z]);
-  const results = KERNEL_LOOKS.map(({ name }) => irls(problem, name, c, 0, { keepHistory: false }));
+  const results = KERNEL_LOOKS.map(({ name }) => irls(problem, name, c, 0));
   if (!drifts.has(c)) drifts.set(c, driftsOf(c, inliers));
   return {
     estimates: results.map(({ x }) => x),
@@ -59,7 +59,7 @@ function driftsOf(c, inliers) {
   const places = Array.from({ length: 8 * FARTHEST + 1 }, (_, k) => k / 8);
   return KERNEL_LOOKS.map(({ name }) => places.map((z) => {
     const problem = locationProblem([...inliers, z]);
-    return [z, irls(problem, name, c, 0, { tol: 1e-5, keepHistory: false }).x];
+    return [z, irls(problem, name, c, 0, { tol: 1e-5 }).x];
   }));
 }
 

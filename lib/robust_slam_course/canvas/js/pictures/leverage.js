@@ -52,7 +52,7 @@ function numbersWithin(values, first, range) {
 
 function solveLeverage({ kernel, p, y }, { sigma, kernels }) {
   const problem = lineProblem(p, y, sigma);
-  const options = { tol: 1e-9, maxIterations: 500, keepHistory: false };
+  const options = { tol: 1e-9, maxIterations: 500 };
   // Huber's cost is convex, so that every kernel starts from the same line.
   const start = irls(problem, "huber", kernels.huber, null, options).x;
   const line = irls(problem, kernel, kernels[kernel], start, options).x;

@@ -1,4 +1,5 @@
 import { KERNELS } from "../solve/kernels.js";
+import { minimaOf, sampledCost } from "../solve/landscapes.js";
 import { locationProblem } from "../solve/location.js";
 import { irls, STOP } from "../solve/loop.js";
 import { majoriser } from "../solve/majoriser.js";
@@ -69,26 +70,12 @@ function solveMajoriser({ kernel, start, outlier, sigma, step }, { inliers, c })
   const path = history.slice(0, stop === STOP.allRejected ? -1 : undefined).map(({ x }) => x);
   const shown = Math.min(step, path.length - 1);
   const cost = (x) => z.reduce((sum, reading) => sum + KERNELS[kernel].rho((x - reading) / sigma, c), 0);
-  const heights = Array.from({ length: 341 }, (_, k) => cost(AXIS_RANGE[0] + k / 40));
+  const heights = sampledCost(z, sigma, (u) => KERNELS[kernel].rho(u, c), AXIS_RANGE, 341);
   return {
     z, path, stop, cost, step: shown, at: path[shown],
     parabola: majoriser(z, sigma, kernel, c, path[shown]),
-    minima: countMinima(heights), top: 1.12 * Math.max(...heights),
+    minima: minimaOf(heights).length, top: 1.12 * Math.max(...heights),
   };
-}
-
-/** How often the values fall and then rise; a level stretch counts as one place. */
-function countMinima(values) {
-  let [count, falling] = [0, false];
-  for (let k = 1; k < values.length; k += 1) {
-    const rise = values[k] - values[k - 1];
-    if (rise < -1e-12) falling = true;
-    else if (rise > 1e-12) {
-      if (falling) count += 1;
-      falling = false;
-    }
-  }
-  return count;
 }
 
 function drawMajorisers(scene, view) {

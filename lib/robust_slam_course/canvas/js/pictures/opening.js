@@ -1,5 +1,5 @@
 import { gnc } from "../solve/graduation.js";
-import { CHI_99_SE2, deadReckoning, leastSquares, makeGraph, poseGraphProblem } from "../solve/pose_graph.js";
+import { CHI_99_SE2, graphWithWrong, leastSquares, poseGraphProblem } from "../solve/pose_graph.js";
 import { putLegend } from "../draw/legend.js";
 import { fitMap, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
 import { livePicture } from "../draw/picture.js";
@@ -46,22 +46,11 @@ function addWrongClosure(state, result) {
   return { wrong: [...state.wrong, [from, (from + Math.floor(count / 2) + 7 * k) % count]] };
 }
 
-/** The graph of the data with one more edge for each wrong closure: "these are one place". */
-function withWrongClosures(data, wrong) {
-  return makeGraph({
-    poses: data.truth.length / 3,
-    edges: [...data.edges, ...wrong],
-    measurements: Float64Array.from([...data.measurements, ...wrong.flatMap(() => [0, 0, 0])]),
-    information: Float64Array.from([...data.information, ...wrong.flatMap(() => data.wrongInformation)]),
-    trusted: Uint8Array.from([...data.trusted, ...wrong.map(() => 0)]),
-  });
-}
-
 function solveOpening(state, data) {
-  const graph = withWrongClosures(data, state.wrong);
-  const problem = poseGraphProblem(graph, deadReckoning(graph), null, { tol: 1e-6, steps: 1 });
+  const graph = graphWithWrong(data, { edges: state.wrong });
+  const problem = poseGraphProblem(graph);
   const result = state.robust
-    ? gnc(problem, CHI_99_SE2, "tls", problem.guess, { keepHistory: false })
+    ? gnc(problem, CHI_99_SE2, "tls", problem.guess)
     : leastSquares(problem);
   const poses = state.robust ? result.x : result.poses;
   const weights = state.robust ? result.weights : new Float64Array(graph.m).fill(1);

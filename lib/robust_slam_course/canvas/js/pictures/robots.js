@@ -3,7 +3,7 @@ import { putHandle } from "../draw/handle.js";
 import { livePicture } from "../draw/picture.js";
 import { pathThrough } from "../draw/scene.js";
 import { solveFleet } from "../solve/fleet.js";
-import { CHI_99_SE2, makeGraph } from "../solve/pose_graph.js";
+import { CHI_99_SE2, graphWithWrong } from "../solve/pose_graph.js";
 
 /**
  * Three robots that exchange boundary poses: one map of all, and what each of them knows. Robot C
@@ -71,16 +71,10 @@ function addWrongMeeting(state) {
  * of two closures, a robot takes its frame from the first.
  */
 function meetingGraph(data, correct, wrong) {
-  const left = new Set(data.withC.slice(correct));
-  const used = data.edges.map((_, k) => k).filter((k) => !left.has(k));
-  const row = (values, width) => (k) => values.slice(width * k, width * (k + 1));
-  return makeGraph({
-    poses: data.labels.length,
-    edges: [...wrong, ...used.map((k) => data.edges[k])],
-    measurements: [...wrong.flatMap(() => [0, 0, 0]), ...used.flatMap(row(data.measurements, 3))],
-    information: [...wrong.flatMap(() => data.wrongInformation), ...used.flatMap(row(data.information, 9))],
-    trusted: [...wrong.map(() => 0), ...used.map((k) => data.trusted[k])],
-  });
+  const left = data.withC.slice(correct);
+  const used = [...data.edges.keys()].filter((k) => !left.includes(k));
+  const first = wrong.map((_, k) => data.edges.length + k);
+  return graphWithWrong(data, { edges: wrong }, [...first, ...used]);
 }
 
 function solveRobots({ wrong, correct, round }, data, cache) {

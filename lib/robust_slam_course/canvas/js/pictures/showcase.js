@@ -7,7 +7,7 @@ import { KERNELS } from "../solve/kernels.js";
 import { irls } from "../solve/loop.js";
 import { alignPoses, ate } from "../solve/metrics.js";
 import {
-  CHI_99_SE2, deadReckoning, graphResidualNorms, leastSquares, makeGraph, poseGraphProblem,
+  CHI_99_SE2, graphResidualNorms, graphWithWrong, leastSquares, poseGraphProblem,
 } from "../solve/pose_graph.js";
 
 /**
@@ -75,28 +75,16 @@ function cleanShowcase(state, data) {
   return { wrong: [i, j], size, start: state.start === "odometry" ? "odometry" : "squares" };
 }
 
-function showcaseGraph(state, data) {
-  const wrong = agreeingClosures(data.truth, state.wrong, state.size);
-  return makeGraph({
-    poses: data.truth.length / 3,
-    edges: [...data.edges, ...wrong.edges],
-    measurements: Float64Array.from([...data.measurements, ...wrong.measurements]),
-    information: Float64Array.from([...data.information, ...wrong.edges.flatMap(() => data.wrongInformation)]),
-    trusted: Uint8Array.from([...data.trusted, ...wrong.edges.map(() => 0)]),
-  });
-}
-
 /** The three maps, each laid over the true path, with the norms and weights of the closures. */
 function solveShowcase(state, data) {
-  const graph = showcaseGraph(state, data);
-  const problem = poseGraphProblem(graph, deadReckoning(graph), null, { tol: 1e-6, steps: 1 });
+  const graph = graphWithWrong(data, agreeingClosures(data.truth, state.wrong, state.size));
+  const problem = poseGraphProblem(graph);
   const squares = leastSquares(problem).poses;
   const start = state.start === "squares" ? squares : problem.guess;
-  const options = { keepHistory: false, tol: 1e-3, maxIterations: 60 };
   // Switches that are always at their optimum are the kernel of Geman and McClure.
-  const switched = irls(problem, "geman-mcclure", CHI_99_SE2, start, options);
-  const graduated = gnc(problem, CHI_99_SE2, "tls", start, { keepHistory: false, tol: 1e-4 });
-  const truth = Float64Array.from(data.truth);
+  const switched = irls(problem, "geman-mcclure", CHI_99_SE2, start, { tol: 1e-3, maxIterations: 60 });
+  const graduated = gnc(problem, CHI_99_SE2, "tls", start, { tol: 1e-4 });
+  const { truth } = data;
   const first = data.trusted.reduce((sum, value) => sum + value, 0);
   const weights = [new Float64Array(graph.m).fill(1), switched.weights, graduated.weights];
   const answers = [squares, switched.x, graduated.x].map((poses, k) => ({

@@ -4,100 +4,82 @@
  * Source: as `robust_slam.descent`: Dennis and Schnabel 1983, section 10.2; Marquardt 1963;
  * Nielsen 1999 for the damping.
  */
-import {
-  assembleEquations,
-  evaluateEdges,
-  linearChange,
-  linearCostChange,
-  lineariseEdges,
-  solveEquations,
-} from "./normal_equations.js";
+import { costOfEdges, edgesAt, normalEquations, solveEquations } from "./normal_equations.js";
 import { costIncreases } from "./rounding.js";
-import { sineRatio, wrapAngle } from "./se2.js";
+import { poseOf, se2Compose, sineRatio, wrapAngle } from "./se2.js";
 
 const STEP_HALVINGS = 30;
 /** The largest number of steps: gross errors make Gauss–Newton slow. */
 export const DESCENT_LIMIT = 500;
 const FIRST_DAMPING = 1e-4;
 
-export function undampedDescent(equations, start, weights, tol, maxIterations) {
-  const { graph, scaled } = equations;
-  let poses = start;
-  let cost = evaluateEdges(equations, poses, weights);
+/**
+ * Return the end { poses, cost, step, converged } of Gauss–Newton from `start`, null where the
+ * equations are singular. A step that would increase the cost is halved until it does not.
+ */
+export function undampedDescent(graph, start, weights, tol, maxIterations) {
+  let here = pointOn(graph, start, weights);
   let size = Infinity;
   for (let iteration = 0; iteration < maxIterations; iteration++) {
-    lineariseEdges(equations);
-    assembleEquations(equations, graph.information, weights, scaled);
-    const step = solveEquations(equations);
-    if (step === null) return null;
-    size = largestOfStep(step);
-    if (stepIsSmall(step, poses, tol)) {
-      poses = retractPoses(poses, step);
-      return { poses, cost: evaluateEdges(equations, poses, weights), step: size, converged: true };
+    const solved = solveEquations(normalEquations(graph, here.edges, weights));
+    if (solved === null) return null;
+    size = largestOfStep(solved.step);
+    if (stepIsSmall(solved.step, here.poses, tol)) {
+      const { poses, cost } = pointOn(graph, retractPoses(here.poses, solved.step), weights);
+      return { poses, cost, step: size, converged: true };
     }
-    [poses, cost] = backtracked(equations, poses, cost, weights, step);
+    here = backtracked(graph, here, weights, solved.step);
   }
-  return { poses, cost, step: size, converged: false };
+  return { poses: here.poses, cost: here.cost, step: size, converged: false };
 }
 
 /** Take the longest of step, step/2, step/4, … that does not increase the cost. */
-function backtracked(equations, poses, cost, weights, step) {
+function backtracked(graph, here, weights, step) {
   for (let halvings = 0; halvings < STEP_HALVINGS; halvings++) {
-    const trial = retractPoses(poses, step, 0.5 ** halvings);
-    const trialCost = evaluateEdges(equations, trial, weights);
-    if (!costIncreases(trialCost, cost)) return [trial, trialCost];
+    const trial = pointOn(graph, retractPoses(here.poses, step, 0.5 ** halvings), weights);
+    if (!costIncreases(trial.cost, here.cost)) return trial;
   }
-  return [poses, evaluateEdges(equations, poses, weights)];
+  return here;
 }
 
-export function dampedDescent(equations, start, weights, tol, maxIterations) {
-  const { graph, scaled } = equations;
-  let poses = start;
-  let cost = evaluateEdges(equations, poses, weights);
-  let damping = FIRST_DAMPING;
-  let growth = 2;
-  let size = Infinity;
+/** Return the end of Levenberg–Marquardt, as `undampedDescent` returns its own. */
+export function dampedDescent(graph, start, weights, tol, maxIterations) {
+  let here = pointOn(graph, start, weights);
+  let equations = normalEquations(graph, here.edges, weights);
+  let [damping, growth, size] = [FIRST_DAMPING, 2, Infinity];
   for (let iteration = 0; iteration < maxIterations; iteration++) {
-    lineariseEdges(equations);
-    assembleEquations(equations, graph.information, weights, scaled);
-    const step = solveEquations(equations, damping);
-    if (step === null) return null;
-    linearChange(equations, step);
-    const predicted = -linearCostChange(equations, graph.information, weights, scaled);
-    size = largestOfStep(step);
-    const trial = retractPoses(poses, step);
-    const trialCost = evaluateEdges(equations, trial, weights);
-    if (costIncreases(trialCost, cost)) {
+    const solved = solveEquations(equations, damping);
+    if (solved === null) return null;
+    size = largestOfStep(solved.step);
+    const trial = pointOn(graph, retractPoses(here.poses, solved.step), weights);
+    if (costIncreases(trial.cost, here.cost)) {
       damping *= growth;
       growth *= 2;
-      evaluateEdges(equations, poses, weights);
       continue;
     }
-    const converged = stepIsSmall(step, poses, tol);
-    damping *= dampingFactor((cost - trialCost) / Math.max(predicted, Number.MIN_VALUE));
+    const converged = stepIsSmall(solved.step, here.poses, tol);
+    damping *= dampingFactor((here.cost - trial.cost) / Math.max(solved.decrease, Number.MIN_VALUE));
     growth = 2;
-    [poses, cost] = [trial, trialCost];
-    if (converged) return { poses, cost, step: size, converged: true };
+    here = trial;
+    if (converged) return { poses: here.poses, cost: here.cost, step: size, converged };
+    equations = normalEquations(graph, here.edges, weights);
   }
-  return { poses, cost, step: size, converged: false };
+  return { poses: here.poses, cost: here.cost, step: size, converged: false };
+}
+
+function pointOn(graph, poses, weights) {
+  const edges = edgesAt(graph, poses);
+  return { poses, edges, cost: costOfEdges(edges, weights) };
 }
 
 /** Return each pose ∘ Exp(scale · δ), with δ its three numbers of `step` (3n). */
-export function retractPoses(poses, step, scale = 1) {
+function retractPoses(poses, step, scale = 1) {
   const moved = new Float64Array(poses.length);
   for (let at = 0; at < poses.length; at += 3) {
-    const angle = scale * step[at + 2];
-    const x = scale * step[at];
-    const y = scale * step[at + 1];
+    const [x, y, angle] = [scale * step[at], scale * step[at + 1], scale * step[at + 2]];
     const a = sineRatio(angle);
     const b = Math.sin(angle / 2) * sineRatio(angle / 2);
-    const cosine = Math.cos(poses[at + 2]);
-    const sine = Math.sin(poses[at + 2]);
-    const forward = a * x - b * y;
-    const left = b * x + a * y;
-    moved[at] = poses[at] + cosine * forward - sine * left;
-    moved[at + 1] = poses[at + 1] + sine * forward + cosine * left;
-    moved[at + 2] = wrapAngle(poses[at + 2] + wrapAngle(angle));
+    moved.set(se2Compose(poseOf(poses, at / 3), [a * x - b * y, b * x + a * y, wrapAngle(angle)]), at);
   }
   return moved;
 }
@@ -106,7 +88,7 @@ export function retractPoses(poses, step, scale = 1) {
  * Tell whether a step moves positions by at most tol · (1 m + extent) and headings by tol; the
  * extent is the map's longest side. The rounding of coordinates is allowed on top.
  */
-export function stepIsSmall(step, poses, tol) {
+function stepIsSmall(step, poses, tol) {
   let moved = 0;
   let turned = 0;
   let farthest = 0;
@@ -128,7 +110,7 @@ export function stepIsSmall(step, poses, tol) {
 }
 
 /** Return the factor on the damping after an accepted step, from 1/3 to 2 (Nielsen 1999). */
-export function dampingFactor(gainRatio) {
+function dampingFactor(gainRatio) {
   const gain = Math.min(Math.max(gainRatio, 0), 1);
   return Math.max(1 / 3, 1 - (2 * gain - 1) ** 3);
 }

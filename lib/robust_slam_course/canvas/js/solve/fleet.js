@@ -8,23 +8,24 @@
  *
  * Source: as `robust_slam.fleet`: Tian et al. 2022, with the schedule of Yang et al. 2020.
  */
+import { congruentBlock, transposedBlock } from "./blocks.js";
 import { gncTlsRule } from "./graduation.js";
 import { STOP } from "./loop.js";
-import { graphResidualNorms, makeGraph, poseGraphProblem, spanningTree } from "./pose_graph.js";
-import { se2Adjoint, se2Between, se2Compose, se2Inverse, se2Log } from "./se2.js";
+import { deadReckoning, graphResidualNorms, makeGraph, poseGraphProblem } from "./pose_graph.js";
+import { poseOf, se2Adjoint, se2Between, se2Compose, se2Inverse, se2Log } from "./se2.js";
 
 /**
  * Run GNC-TLS with the scale `c` on a fleet; `labels` (n,) name the robot of each pose, from 0.
  *
- * A robot's own edges must join its poses, and shared edges must join all robots. Each μ lasts
+ * The odometry of a robot must join its poses, and shared edges must join all robots. Each μ lasts
  * `every` rounds; when each weight is 0 or 1, rounds follow until no pose moves by `tol` (m, rad).
- * Returns { rounds, stop }. A round is { poses (3n), weights (m,), mu, messages, numbers }: poses
- * in the frame of pose 0, and what was sent so far. Round 0 is the start, when the robots have
+ * Returns { rounds, stop }. A round is { poses (3n), weights (m,), mu, numbers }: poses in the
+ * frame of pose 0, and how many numbers were sent so far. Round 0 is the start, when the robots have
  * met.
  */
 export function solveFleet(graph, labels, c, options = {}) {
   const { factor = 1.4, every = 2, tol = 1e-6, maxRounds = 2000 } = options;
-  const [rule, fleet] = [gncTlsRule(c, { factor }), makeFleet(graph, labels)];
+  const [rule, fleet] = [gncTlsRule(c, factor), makeFleet(graph, labels)];
   meetFleet(fleet);
   recordRound(fleet, null);
   const worst = largestWord(fleet, fleet.robots.map((robot) => Math.max(0, ...judgedNorms(robot))));
@@ -41,10 +42,10 @@ export function solveFleet(graph, labels, c, options = {}) {
 function makeFleet(graph, labels) {
   const count = 1 + Math.max(...labels);
   const robots = Array.from({ length: count }, (_, name) => makeRobot(name, graph, labels));
-  return { graph, robots, first: robots[labels[0]], messages: 0, numbers: 0, rounds: [] };
+  return { graph, robots, first: robots[labels[0]], numbers: 0, rounds: [] };
 }
 
-/** Deliver messages { sender, receiver, poses, weights, word }; tell whether there were any. */
+/** Deliver messages { receiver, poses, weights, word }; tell whether there were any. */
 function carryMessages(fleet, messages) {
   for (const { receiver, poses = [], weights = [], word = null } of messages) {
     const robot = fleet.robots[receiver];
@@ -52,15 +53,14 @@ function carryMessages(fleet, messages) {
     for (const [edge, weight] of weights) robot.weights[robot.number.indexOf(edge)] = weight;
     fleet.numbers += 3 * poses.length + weights.length + (word === null ? 0 : 1);
   }
-  fleet.messages += messages.length;
   return messages.length > 0;
 }
 
 /** Return the largest of one number of each robot, after all robots exchanged theirs. */
 function largestWord(fleet, words) {
-  const others = (sender) => words.map((_, k) => k).filter((k) => k !== sender);
+  const receivers = [...words.keys()];
   carryMessages(fleet, words.flatMap((word, sender) => (
-    others(sender).map((receiver) => ({ sender, receiver, word })))));
+    receivers.filter((k) => k !== sender).map((receiver) => ({ receiver, word })))));
   return Math.max(...words);
 }
 
@@ -71,13 +71,11 @@ function meetFleet(fleet) {
   while (waiting.length > 0) {
     const votes = new Map(waiting.filter((robot) => robot.seen.size > 0)
       .map((robot) => [robot, frameVote(robot)]));
-    if (votes.size === 0) throw new Error("shared edges do not join all robots");
     largestWord(fleet, fleet.robots.map((robot) => -(votes.get(robot)?.apart ?? Infinity)));
-    let best = null;
-    for (const [robot, { apart }] of votes) {
-      if (best === null || apart < votes.get(best).apart) best = robot;
-    }
-    joinFleet(best, votes.get(best).frame);
+    const best = [...votes.keys()].reduce((one, other) => (
+      votes.get(other).apart < votes.get(one).apart ? other : one));
+    const { frame } = votes.get(best);
+    best.own.forEach((_, k) => best.poses.set(se2Compose(frame, ownPose(best, k)), 3 * k + 3));
     carryMessages(fleet, tellBoundary(best));
     waiting = waiting.filter((robot) => robot !== best);
   }
@@ -107,7 +105,7 @@ function finishFleet(fleet, stop, mu, tol, count) {
 }
 
 /** Record the poses and weights of all robots, which no robot knows. */
-function recordRound({ graph, robots, rounds, messages, numbers }, mu) {
+function recordRound({ graph, robots, rounds, numbers }, mu) {
   const poses = new Float64Array(3 * graph.n);
   const weights = new Float64Array(graph.m).fill(1);
   for (const robot of robots) {
@@ -118,7 +116,7 @@ function recordRound({ graph, robots, rounds, messages, numbers }, mu) {
   for (let at = 0; at < poses.length; at += 3) {
     poses.set(se2Between(frame, poses.subarray(at, at + 3)), at);
   }
-  rounds.push({ poses, weights, mu, messages, numbers });
+  rounds.push({ poses, weights, mu, numbers });
 }
 
 /**
@@ -150,67 +148,49 @@ function makeRobot(name, graph, labels) {
 
 /** Return a shared edge directed inwards: its ends, measurement z and information. */
 function sharedEdge(graph, k, begins) {
-  const z = graph.measurement.subarray(3 * k, 3 * k + 3);
-  const information = graph.information.subarray(9 * k, 9 * k + 9);
+  const [z, information] = [graph.measurements[k], graph.information[k]];
   const [outside, inside] = begins ? [graph.head[k], graph.tail[k]] : [graph.tail[k], graph.head[k]];
   if (!begins) return { outside, inside, z, information };
   // Log(z⁻¹ x_i⁻¹ x_j) is −Ad(z⁻¹) Log(z x_j⁻¹ x_i), so the whitened norm is unchanged.
   const back = se2Inverse(z);
-  return { outside, inside, z: back, information: congruence(se2Adjoint(back), information) };
+  const turned = congruentBlock(transposedBlock(se2Adjoint(back)), information);
+  return { outside, inside, z: back, information: turned };
 }
 
-/** Return AᵀΩA for 3 × 3 matrices by rows. */
-function congruence(A, omega) {
-  const out = new Float64Array(9);
-  for (let i = 0; i < 3; i++) {
-    for (let j = 0; j < 3; j++) {
-      for (let k = 0; k < 9; k++) out[3 * i + j] += A[3 * Math.floor(k / 3) + i] * omega[k] * A[3 * (k % 3) + j];
-    }
-  }
-  return out;
-}
-
+/** Return the problem of the robot's own poses, and start them at its dead reckoning. */
 function ownProblem(robot, graph, inner) {
   const ends = inner.map((k) => [graph.tail[k], graph.head[k]].map((pose) => robot.placeOf.get(pose)));
-  const parts = (values, width) => inner.flatMap((k) => [...values.subarray(width * k, width * (k + 1))]);
-  const measurements = parts(graph.measurement, 3);
-  const information = parts(graph.information, 9);
-  const alone = makeGraph({
-    poses: robot.own.length, edges: ends, measurements, information,
-    trusted: inner.map((k) => graph.isOdometry[k]),
-  });
-  robot.poses = Float64Array.from([0, 0, 0, ...spanningTree(alone)]);
-  const outer = robot.shared;
+  const [measurements, information] = [graph.measurements, graph.information]
+    .map((rows) => inner.map((k) => rows[k]));
+  const trusted = inner.map((k) => graph.isOdometry[k]);
+  const alone = makeGraph({ poses: robot.own.length, edges: ends, measurements, information, trusted });
+  robot.poses = Float64Array.from([0, 0, 0, ...deadReckoning(alone)]);
   const edges = [
     ...ends.map(([i, j]) => [i + 1, j + 1]),
-    ...outer.map(({ inside }) => [0, robot.placeOf.get(inside) + 1]),
+    ...robot.shared.map(({ inside }) => [0, robot.placeOf.get(inside) + 1]),
     [0, 1],
   ];
   const block = makeGraph({
     poses: robot.own.length + 1,
     edges,
-    measurements: [...measurements, ...outer.flatMap(({ z }) => [...z]), 0, 0, 0],
-    information: [...information, ...outer.flatMap((edge) => [...edge.information]), 1, 0, 0, 0, 1, 0, 0, 0, 1],
+    measurements: [...measurements, ...robot.shared.map(({ z }) => z), [0, 0, 0]],
+    information: [...information, ...robot.shared.map((edge) => edge.information), [1, 0, 0, 0, 1, 0, 0, 0, 1]],
     trusted: edges.map(() => 1),
   });
-  return poseGraphProblem(block, robot.poses, null, { steps: 1 });
+  return poseGraphProblem(block, { guess: robot.poses, tol: 1e-9 });
 }
 
 function ownPose(robot, k) {
-  return robot.poses.subarray(3 * k + 3, 3 * k + 6);
+  return poseOf(robot.poses, k + 1);
 }
 
 /** Place the shared measurements of the robot's problem in the common frame. */
 function placeBoundary(robot) {
-  const { measurement, inverseMeasurement } = robot.problem.graph;
-  const set = (k, value) => {
-    measurement.set(value, 3 * k);
-    inverseMeasurement.set(se2Inverse(value), 3 * k);
-  };
+  const { inverses } = robot.problem.graph;
   robot.shared.forEach(({ outside, z }, k) => {
-    set(robot.firstShared + k, se2Compose(robot.seen.get(outside), z));
+    inverses[robot.firstShared + k] = se2Inverse(se2Compose(robot.seen.get(outside), z));
   });
-  set(robot.number.length, ownPose(robot, 0));
+  inverses[robot.number.length] = se2Inverse(ownPose(robot, 0));
 }
 
 /** Return a message to each neighbour with the poses on this side of the boundary. */
@@ -218,8 +198,8 @@ function tellBoundary(robot) {
   return [...new Set(robot.neighbour)].sort((a, b) => a - b).map((receiver) => {
     const border = new Set(robot.shared.filter((_, k) => robot.neighbour[k] === receiver)
       .map(({ inside }) => inside));
-    const poses = [...border].map((pose) => [pose, ownPose(robot, robot.placeOf.get(pose)).slice()]);
-    return { sender: robot.name, receiver, poses };
+    const poses = [...border].map((pose) => [pose, ownPose(robot, robot.placeOf.get(pose))]);
+    return { receiver, poses };
   });
 }
 
@@ -248,10 +228,6 @@ function meanDistance(poses, others) {
   return sum / poses.length;
 }
 
-function joinFleet(robot, frame) {
-  robot.own.forEach((_, k) => ownPose(robot, k).set(se2Compose(frame, ownPose(robot, k))));
-}
-
 /** Return the whitened residual norms of the edges that this robot weighs. */
 function judgedNorms(robot) {
   placeBoundary(robot);
@@ -266,7 +242,7 @@ function improveRobot(robot, tol) {
   const better = robot.problem.solve(Float64Array.from([...robot.weights, Number(lone)]), robot.poses);
   let most = 0;
   for (let at = 3; at < better.length; at += 3) {
-    const moved = se2Log(se2Between(robot.poses.subarray(at, at + 3), better.subarray(at, at + 3)));
+    const moved = se2Log(se2Between(poseOf(robot.poses, at / 3), poseOf(better, at / 3)));
     most = Math.max(most, ...moved.map(Math.abs));
   }
   // Steps below tol are dropped, so neighbours keep exact boundary poses.
@@ -289,5 +265,5 @@ function weighEdges(robot, rule, mu) {
     const receiver = robot.neighbour[k - robot.firstShared];
     told.set(receiver, [...(told.get(receiver) ?? []), [edge, weight]]);
   });
-  return [...told].map(([receiver, weights]) => ({ sender: robot.name, receiver, weights }));
+  return [...told].map(([receiver, weights]) => ({ receiver, weights }));
 }

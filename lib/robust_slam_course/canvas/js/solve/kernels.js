@@ -8,105 +8,56 @@
  * Source: as `robust_slam.estimators.kernels` and `robust_slam.estimators.graduation`.
  */
 
-/** A ratio u/c whose square is still a float. */
-const LARGEST_RATIO = 1e100;
-
-/** The smallest normal float, so that 1/u is finite at u = 0. */
-const SMALLEST_NORMAL = 2.2250738585072014e-308;
-
 /** The squared kernel ρ = u²/2 of least squares; c has no effect. */
 const squaredKernel = {
   label: "squared",
-  influence: "unbounded",
   rho: (u, c) => 0.5 * u * u,
   psi: (u, c) => u,
   weight: (u, c) => 1,
-  convexUntil: (c) => Infinity,
 };
 
 /** Huber 1964: u²/2 up to |u| = c and c(|u| − c/2) beyond. */
 const huberKernel = {
   label: "Huber",
-  influence: "bounded",
   rho(u, c) {
     const size = Math.abs(u);
     return size <= c ? 0.5 * size * size : c * (size - 0.5 * c);
   },
   psi: (u, c) => Math.min(Math.max(u, -c), c),
   weight: (u, c) => c / Math.max(Math.abs(u), c),
-  convexUntil: (c) => Infinity,
 };
 
 /** Cauchy: ρ = (c²/2) ln(1 + u²/c²). */
 const cauchyKernel = {
   label: "Cauchy",
-  influence: "redescending",
-  rho(u, c) {
-    const size = Math.abs(u) / c;
-    // ln(1 + v²) = 2 ln v where v² is beyond all floats, and to rounding long before.
-    return c * c * (size < LARGEST_RATIO ? 0.5 * Math.log1p(size * size) : Math.log(size));
-  },
+  rho: (u, c) => 0.5 * c * c * Math.log1p((u / c) ** 2),
   psi: (u, c) => u / (1 + (u / c) ** 2),
   weight: (u, c) => 1 / (1 + (u / c) ** 2),
-  convexUntil: (c) => c,
 };
 
 /** Geman and McClure 1985: ρ = (u²/2)/(1 + u²/c²), bounded by c²/2. */
 const gemanMcClureKernel = {
   label: "Geman–McClure",
-  influence: "redescending",
-  rho(u, c) {
-    const size = Math.min(Math.abs(u) / c, LARGEST_RATIO);
-    return (0.5 * c * c * (size * size)) / (1 + size * size);
-  },
+  rho: (u, c) => (0.5 * u * u) / (1 + (u / c) ** 2),
   psi: (u, c) => gemanMcClureKernel.weight(u, c) * u,
   weight: (u, c) => 1 / (1 + (u / c) ** 2) ** 2,
-  convexUntil: (c) => c / Math.sqrt(3),
 };
 
 /** Truncated least squares: ρ = min(u², c²)/2. */
 const tlsKernel = {
   label: "TLS",
-  influence: "redescending",
   rho: (u, c) => 0.5 * Math.min(Math.abs(u), c) ** 2,
   psi: (u, c) => (Math.abs(u) <= c ? u : 0),
   weight: (u, c) => (Math.abs(u) <= c ? 1 : 0),
-  convexUntil: (c) => c,
 };
 
-/** The kernel whose weight is that of dynamic covariance scaling with Φ = c² (Agarwal 2013). */
-const dcsKernel = {
-  label: "DCS",
-  influence: "redescending",
-  rho(u, c) {
-    const square = (u / c) ** 2;
-    const beyond = Math.max(square, 1);
-    return c * c * (square <= 1 ? 0.5 * square : (1.5 - 0.5 / beyond) / (1 + 1 / beyond));
-  },
-  psi: (u, c) => dcsKernel.weight(u, c) * u,
-  weight: (u, c) => Math.min(1, 2 / (1 + (u / c) ** 2)) ** 2,
-  convexUntil: (c) => c,
-};
-
-/** Welsch: ρ = (c²/2)(1 − exp(−u²/c²)), bounded by c²/2. */
-const welschKernel = {
-  label: "Welsch",
-  influence: "redescending",
-  rho: (u, c) => -0.5 * c * c * Math.expm1(-((u / c) ** 2)),
-  psi: (u, c) => welschKernel.weight(u, c) * u,
-  weight: (u, c) => Math.exp(-((u / c) ** 2)),
-  convexUntil: (c) => c / Math.sqrt(2),
-};
-
-/** Every kernel by the name that the library gives it. */
+/** The kernels of the pictures by the names that the library gives them. */
 export const KERNELS = {
   squared: squaredKernel,
   huber: huberKernel,
   cauchy: cauchyKernel,
   "geman-mcclure": gemanMcClureKernel,
   tls: tlsKernel,
-  dcs: dcsKernel,
-  welsch: welschKernel,
 };
 
 /**
@@ -116,8 +67,7 @@ export const KERNELS = {
  * Source: Yang et al. 2020, equation (14).
  */
 export function tlsWeight(u, c, mu) {
-  const size = Math.max(Math.abs(u), SMALLEST_NORMAL);
-  const between = (c / size) * rootOfMuAndNext(mu) - mu;
+  const between = (c / Math.abs(u)) * rootOfMuAndNext(mu) - mu;
   return Math.min(Math.max(between, 0), 1);
 }
 

@@ -8,8 +8,8 @@
  *   initial()         the least-squares solution, all weights 1
  *   residualNorms(x)  the whitened residual norms (m,), at least 0
  *   solve(weights, x) the minimiser of Σ w u², started at x; null if it is not determined
- * A rule is an object with start, weights, next, cost and finished, as `irlsRule` below. Its
- * norms and weights are those of the untrusted measurements alone.
+ * A rule is an object with start, weight, rho, next and finished, as in `irls` below. The norms
+ * and weights that it is given are those of the untrusted measurements alone.
  *
  * Source: as `robust_slam.estimators.loop`: Black and Rangarajan 1996.
  */
@@ -33,40 +33,33 @@ const SETTLING_SOLVES = 500;
  *
  * A norm u has settled when its change, relative to 1 + u, is at most `tol`. Returns
  * { x, weights, cost, stop, history }; a step of the history is { x, weights, cost, mu }, and
- * step 0 is the start with weights 1. Without `keepHistory` only the last step is kept.
+ * step 0 is the start with weights 1.
  */
 export function reweight(problem, rule, x0 = null, options = {}) {
-  const { tol = 1e-12, maxIterations = 100, keepHistory = true } = options;
+  const { tol = 1e-12, maxIterations = 100 } = options;
   let x = x0 ?? problem.initial();
-  if (x === null) throw new Error("the measurements do not determine the solution");
-  const untrusted = untrustedPlaces(problem.trusted, problem.count);
-  const own = new Float64Array(untrusted.length);
   let norms = problem.residualNorms(x);
+  const ofUntrusted = (values) => values.filter((_, k) => !problem.trusted[k]);
   const ones = new Float64Array(problem.count).fill(1);
   const history = [{ x, weights: ones, cost: loopCost(problem, rule, norms), mu: null }];
-  const record = (step) => (keepHistory ? history.push(step) : (history[0] = step));
-
-  let state = rule.start(chosenNorms(norms, untrusted));
+  let state = rule.start(ofUntrusted(norms));
   if (typeof state === "string") return resultOf(history, state);
   for (let iteration = 0; iteration < maxIterations; iteration++) {
-    const weights = ones.slice();
-    untrusted.forEach((k, place) => {
-      own[place] = weights[k] = rule.weight(norms[k], state);
-    });
+    const weights = norms.map((u, k) => (problem.trusted[k] ? 1 : rule.weight(u, state)));
+    const own = ofUntrusted(weights);
     const solution = problem.solve(weights, x);
     if (solution === null) {
-      const cost = history[history.length - 1].cost;
-      record({ x, weights, cost, mu: state });
-      return resultOf(history, reasonWithoutSolution(own));
+      history.push({ x, weights, cost: history.at(-1).cost, mu: state });
+      const rejected = own.length > 0 && own.every((w) => w === 0);
+      return resultOf(history, rejected ? STOP.allRejected : STOP.underdetermined);
     }
     x = solution;
     const before = norms;
     norms = problem.residualNorms(x);
-    record({ x, weights, cost: loopCost(problem, rule, norms), mu: state });
-    const moved = movedNorms(before, norms);
-    const stop = rule.finished(own, state, moved.every((change) => change <= tol));
+    history.push({ x, weights, cost: loopCost(problem, rule, norms), mu: state });
+    const stop = rule.finished(own, state, haveSettled(before, norms, tol));
     if (stop !== null) return resultOf(history, stop);
-    state = rule.next(state, own, chosenNorms(moved, untrusted));
+    state = rule.next(state);
   }
   return resultOf(history, STOP.iterationLimit);
 }
@@ -75,41 +68,23 @@ export function reweight(problem, rule, x0 = null, options = {}) {
  * Return `result` with its last solve repeated until no norm changes by more than `tol`, or
  * until Σ w u² no longer falls. An exact solve leaves the result unchanged.
  */
-export function settle(problem, rule, result, tol, keepHistory = true) {
-  let x = result.x;
-  const first = problem.residualNorms(x);
-  let norms = first;
-  let stop = STOP.iterationLimit;
+export function settle(problem, rule, result, tol) {
+  const { weights, stop, history } = result;
+  const first = problem.residualNorms(result.x);
+  const finish = (x, norms, ending) => {
+    if (ending === stop && haveSettled(first, norms, tol)) return result;
+    const last = { x, weights, cost: loopCost(problem, rule, norms), mu: history.at(-1).mu };
+    return resultOf([...history, last], ending);
+  };
+  let [x, norms] = [result.x, first];
   for (let solve = 0; solve < SETTLING_SOLVES; solve++) {
-    x = problem.solve(result.weights, x);
+    x = problem.solve(weights, x);
     const before = norms;
     norms = problem.residualNorms(x);
-    let change = 0;
-    for (let k = 0; k < norms.length; k++) {
-      change += result.weights[k] * (norms[k] * norms[k] - before[k] * before[k]);
-    }
-    if (movedNorms(before, norms).every((moved) => moved <= tol) || change >= 0) {
-      stop = result.stop;
-      break;
-    }
+    const change = weights.reduce((sum, w, k) => sum + w * (norms[k] ** 2 - before[k] ** 2), 0);
+    if (haveSettled(before, norms, tol) || change >= 0) return finish(x, norms, stop);
   }
-  const unchanged = movedNorms(first, norms).every((moved) => moved <= tol);
-  if (stop === result.stop && unchanged) return result;
-  const mu = result.history[result.history.length - 1].mu;
-  const last = { x, weights: result.weights, cost: loopCost(problem, rule, norms), mu };
-  return resultOf(keepHistory ? [...result.history, last] : [last], stop);
-}
-
-/** Return the rule of iteratively reweighted least squares: the weight is ψ(u)/u. */
-export function irlsRule(kernelName, c) {
-  const kernel = KERNELS[kernelName];
-  return {
-    start: () => null,
-    weight: (u) => kernel.weight(u, c),
-    rho: (u) => kernel.rho(u, c),
-    next: () => null,
-    finished: (weights, state, settled) => (settled ? STOP.converged : null),
-  };
+  return finish(x, norms, STOP.iterationLimit);
 }
 
 /**
@@ -119,11 +94,19 @@ export function irlsRule(kernelName, c) {
  * on a pose graph give tol = 1e-6, as the library does.
  */
 export function irls(problem, kernelName, c, x0 = null, options = {}) {
-  return reweight(problem, irlsRule(kernelName, c), x0, options);
+  const kernel = KERNELS[kernelName];
+  const rule = {
+    start: () => null,
+    weight: (u) => kernel.weight(u, c),
+    rho: (u) => kernel.rho(u, c),
+    next: () => null,
+    finished: (weights, state, settled) => (settled ? STOP.converged : null),
+  };
+  return reweight(problem, rule, x0, options);
 }
 
 function resultOf(history, stop) {
-  const { x, weights, cost } = history[history.length - 1];
+  const { x, weights, cost } = history.at(-1);
   return { x, weights, cost, stop, history };
 }
 
@@ -137,21 +120,7 @@ function loopCost(problem, rule, norms) {
   return robust + 0.5 * trusted;
 }
 
-function untrustedPlaces(trusted, count) {
-  const places = [];
-  for (let k = 0; k < count; k++) if (!trusted[k]) places.push(k);
-  return places;
-}
-
-function chosenNorms(values, places) {
-  return Float64Array.from(places, (k) => values[k]);
-}
-
-function movedNorms(before, norms) {
-  return norms.map((u, k) => Math.abs(u - before[k]) / (1 + before[k]));
-}
-
-function reasonWithoutSolution(untrustedWeights) {
-  const rejected = untrustedWeights.length > 0 && !untrustedWeights.some((w) => w > 0);
-  return rejected ? STOP.allRejected : STOP.underdetermined;
+/** Tell whether no norm u changed by more than `tol`, relative to 1 + u. */
+function haveSettled(before, norms, tol) {
+  return norms.every((u, k) => Math.abs(u - before[k]) <= tol * (1 + before[k]));
 }

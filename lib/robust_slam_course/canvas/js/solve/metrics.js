@@ -5,7 +5,7 @@
  *
  * Source: as `robust_slam.graphs.metrics`: Umeyama 1991; Sturm et al. 2012.
  */
-import { se2Compose } from "./se2.js";
+import { poseOf, se2Compose } from "./se2.js";
 
 /**
  * Return the poses `estimate` moved by the rigid motion, without scale, that minimises the sum of
@@ -27,7 +27,7 @@ export function alignPoses(estimate, truth) {
   const motion = [to[0] - turned[0], to[1] - turned[1], angle];
   const aligned = new Float64Array(estimate.length);
   for (let at = 0; at < estimate.length; at += 3) {
-    aligned.set(se2Compose(motion, estimate.subarray(at, at + 3)), at);
+    aligned.set(se2Compose(motion, poseOf(estimate, at / 3)), at);
   }
   return aligned;
 }

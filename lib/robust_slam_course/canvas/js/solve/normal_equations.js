@@ -4,279 +4,105 @@
  * Source: as `robust_slam.descent.normal_equations`: Grisetti et al. 2010; Solà et al. 2018 for
  * the Jacobians.
  */
-import { halfCotangent, logCoefficient, wrapAngle } from "./se2.js";
+import { blockProduct, blockTimes, congruentBlock, quadraticForm, transposedBlock } from "./blocks.js";
+import {
+  halfCotangent, logCoefficient, poseOf, se2Adjoint, se2Between, se2Compose, se2Inverse, se2Log,
+} from "./se2.js";
 import { skylineFactor, skylinePattern, skylineSolve } from "./skyline.js";
 
 /**
- * Return the normal equations of a graph: its sparsity pattern, found once, and all the room
- * that a step needs, so that no step allocates more than its poses.
+ * Return the pattern of the equations: a row begins at the lowest pose, except pose 0, that an
+ * edge joins its own to.
  */
-export function normalEquations(graph) {
-  const { n, m } = graph;
-  const pattern = skylinePattern(firstColumns(graph));
-  return {
-    graph,
-    pattern,
-    hessian: new Float64Array(pattern.length),
-    gradient: new Float64Array(3 * n),
-    relative: new Float64Array(3 * m),
-    residuals: new Float64Array(3 * m),
-    scaled: new Float64Array(3 * m),
-    byHead: new Float64Array(9 * m),
-    transfer: new Float64Array(9 * m),
-    change: new Float64Array(3 * m),
-    room: Array.from({ length: 4 }, () => new Float64Array(9)),
-  };
-}
-
-/**
- * Fill relative poses, residuals r and w Ω r at `poses`, and return the cost ½ Σ w rᵀ Ω r.
- */
-export function evaluateEdges(equations, poses, weights) {
-  const { graph, relative, residuals, scaled } = equations;
-  fillResiduals(graph, poses, relative, residuals);
-  let sum = 0;
-  for (let k = 0; k < graph.m; k++) {
-    const at = 3 * k;
-    applyInformation(graph.information, residuals, k, weights[k], scaled);
-    sum +=
-      residuals[at] * scaled[at] +
-      residuals[at + 1] * scaled[at + 1] +
-      residuals[at + 2] * scaled[at + 2];
-  }
-  return 0.5 * sum;
-}
-
-/**
- * Fill the two factors of the Jacobians at the evaluated poses: J_j in `byHead`, and
- * −Ad(x_j⁻¹ ∘ x_i) in `transfer`, whose product J_j · transfer is J_i.
- */
-export function lineariseEdges({ graph, relative, residuals, byHead, transfer }) {
-  for (let k = 0; k < graph.m; k++) {
-    const at = 3 * k;
-    const entry = 9 * k;
-    const angle = residuals[at + 2];
-    const a = halfCotangent(angle);
-    const c = logCoefficient(angle);
-    byHead[entry] = byHead[entry + 4] = a;
-    byHead[entry + 1] = -angle / 2;
-    byHead[entry + 3] = angle / 2;
-    byHead[entry + 2] = c * residuals[at] + residuals[at + 1] / 2;
-    byHead[entry + 5] = c * residuals[at + 1] - residuals[at] / 2;
-    byHead[entry + 8] = 1;
-    // The inverse of the relative pose (x, y, θ) is (−cx − sy, sx − cy, −θ).
-    const cosine = Math.cos(relative[at + 2]);
-    const sine = Math.sin(relative[at + 2]);
-    transfer[entry] = transfer[entry + 4] = -cosine;
-    transfer[entry + 1] = -sine;
-    transfer[entry + 3] = sine;
-    transfer[entry + 2] = cosine * relative[at + 1] - sine * relative[at];
-    transfer[entry + 5] = -cosine * relative[at] - sine * relative[at + 1];
-    transfer[entry + 8] = -1;
-  }
-}
-
-/**
- * Sum Σ Jᵀ A J into `hessian` and Σ Jᵀ p into `gradient`.
- *
- * A is `information` (9m) times `weights` (m,), and p (3m) is `pulls`. Edges of weight 0 add
- * nothing.
- */
-export function assembleEquations(equations, information, weights, pulls) {
-  const { graph, pattern, hessian, gradient, byHead, transfer, room } = equations;
-  const [product, atHead, across, atTail] = room;
-  hessian.fill(0);
-  gradient.fill(0);
-  for (let k = 0; k < graph.m; k++) {
-    if (weights[k] === 0) continue;
-    const i = graph.tail[k];
-    const j = graph.head[k];
-    // With J_i = J_j T and G = J_jᵀ A J_j, the blocks of an edge are Tᵀ G T, Tᵀ G and G.
-    timesBlock(information, 9 * k, byHead, 9 * k, product, weights[k]);
-    transposedTimesBlock(byHead, 9 * k, product, 0, atHead);
-    transposedTimesBlock(transfer, 9 * k, atHead, 0, across);
-    timesBlock(across, 0, transfer, 9 * k, atTail, 1);
-    if (i > 0) addDiagonal(pattern, hessian, i, atTail);
-    if (j > 0) addDiagonal(pattern, hessian, j, atHead);
-    if (i > 0 && j > 0) addAcross(pattern, hessian, i, j, across);
-    addPull(gradient, byHead, transfer, pulls, k, i, j);
-  }
-}
-
-/**
- * Return the δ (3n) with (H + damping · diag H) δ = −gradient and δ = 0 at pose 0; null where
- * the matrix is singular to working precision. It destroys H.
- */
-export function solveEquations({ graph, pattern, hessian, gradient }, damping = 0) {
-  if (damping > 0) {
-    for (let r = 0; r < pattern.size; r++) hessian[pattern.start[r] + r] *= 1 + damping;
-  }
-  if (!skylineFactor(pattern, hessian)) return null;
-  const step = new Float64Array(3 * graph.n);
-  const free = step.subarray(3);
-  for (let r = 0; r < free.length; r++) free[r] = -gradient[r + 3];
-  skylineSolve(pattern, hessian, free);
-  return free.every(Number.isFinite) ? step : null;
-}
-
-/** Fill J δ (3m) in `change`: how a step δ (3n) changes the linearised residuals. */
-export function linearChange({ graph, byHead, transfer, change, room }, step) {
-  const moved = room[0];
-  for (let k = 0; k < graph.m; k++) {
-    const i = 3 * graph.tail[k];
-    const j = 3 * graph.head[k];
-    for (let row = 0; row < 3; row++) {
-      moved[row] = step[j + row] + blockRowTimes(transfer, 9 * k, row, step, i);
-    }
-    for (let row = 0; row < 3; row++) {
-      change[3 * k + row] = blockRowTimes(byHead, 9 * k, row, moved, 0);
-    }
-  }
-  return change;
-}
-
-/** Return the change of the linearised cost, Σ pᵀe + ½ eᵀAe; e is `change` and p `pulls`. */
-export function linearCostChange({ graph, change }, information, weights, pulls) {
-  let sum = 0;
-  for (let k = 0; k < graph.m; k++) {
-    const at = 3 * k;
-    sum += 0.5 * weights[k] * quadraticForm(information, change, k);
-    for (let row = at; row < at + 3; row++) sum += change[row] * pulls[row];
-  }
-  return sum;
-}
-
-export function fillResiduals(graph, poses, relative, residuals) {
-  const { tail, head, inverseMeasurement } = graph;
-  for (let k = 0; k < graph.m; k++) {
-    const at = 3 * k;
-    const i = 3 * tail[k];
-    const j = 3 * head[k];
-    const cosine = Math.cos(poses[i + 2]);
-    const sine = Math.sin(poses[i + 2]);
-    const dx = poses[j] - poses[i];
-    const dy = poses[j + 1] - poses[i + 1];
-    const x = (relative[at] = cosine * dx + sine * dy);
-    const y = (relative[at + 1] = cosine * dy - sine * dx);
-    relative[at + 2] = wrapAngle(poses[j + 2] - poses[i + 2]);
-    const turned = inverseMeasurement[at + 2];
-    const c = Math.cos(turned);
-    const s = Math.sin(turned);
-    const errorX = inverseMeasurement[at] + c * x - s * y;
-    const errorY = inverseMeasurement[at + 1] + s * x + c * y;
-    const angle = wrapAngle(turned + relative[at + 2]);
-    const a = halfCotangent(angle);
-    residuals[at] = a * errorX + (angle / 2) * errorY;
-    residuals[at + 1] = a * errorY - (angle / 2) * errorX;
-    residuals[at + 2] = angle;
-  }
-}
-
-/** Return rᵀ Ω r of edge k, for r in `vectors` (3m). */
-export function quadraticForm(information, vectors, k) {
-  let sum = 0;
-  for (let row = 0; row < 3; row++) {
-    sum += vectors[3 * k + row] * blockRowTimes(information, 9 * k, row, vectors, 3 * k);
-  }
-  return sum;
-}
-
-/** Return the first column of each row: the lowest pose, except pose 0, that an edge joins to. */
-function firstColumns({ n, m, tail, head }) {
-  const lowest = Int32Array.from({ length: n }, (_, pose) => pose);
-  for (let k = 0; k < m; k++) {
-    const low = Math.min(tail[k], head[k]);
-    const high = Math.max(tail[k], head[k]);
+export function equationsPattern(n, edges) {
+  const lowest = Array.from({ length: n }, (_, pose) => pose);
+  for (const ends of edges) {
+    const [low, high] = [Math.min(...ends), Math.max(...ends)];
     if (low > 0) lowest[high] = Math.min(lowest[high], low);
   }
-  const firstOf = (_, r) => 3 * (lowest[1 + Math.floor(r / 3)] - 1);
-  return Int32Array.from({ length: 3 * (n - 1) }, firstOf);
+  return skylinePattern(lowest.slice(1).flatMap((pose) => Array(3).fill(3 * (pose - 1))));
 }
 
-/** Fill w Ω r of edge k in `out`. */
-function applyInformation(information, r, k, weight, out) {
-  for (let row = 0; row < 3; row++) {
-    out[3 * k + row] = weight * blockRowTimes(information, 9 * k, row, r, 3 * k);
-  }
+/**
+ * Return each edge at `poses` (3n) as { relative, residual, square }: x_i⁻¹ ∘ x_j, the residual
+ * r = Log(z⁻¹ ∘ x_i⁻¹ ∘ x_j) in m and rad, and rᵀ Ω r.
+ */
+export function edgesAt({ tail, head, inverses, information }, poses) {
+  return inverses.map((inverse, k) => {
+    const relative = se2Between(poseOf(poses, tail[k]), poseOf(poses, head[k]));
+    const residual = se2Log(se2Compose(inverse, relative));
+    return { relative, residual, square: quadraticForm(information[k], residual) };
+  });
 }
 
-export function blockRowTimes(matrix, entry, row, vector, at) {
-  const begin = entry + 3 * row;
-  return (
-    matrix[begin] * vector[at] +
-    matrix[begin + 1] * vector[at + 1] +
-    matrix[begin + 2] * vector[at + 2]
-  );
+/** Return the cost ½ Σ w rᵀ Ω r of what `edgesAt` returns. */
+export function costOfEdges(edges, weights) {
+  return 0.5 * edges.reduce((sum, { square }, k) => sum + weights[k] * square, 0);
 }
 
-/** out = scale · A B for 3 × 3 matrices, A at `a` of `left` and B at `b` of `right`. */
-export function timesBlock(left, a, right, b, out, scale) {
-  for (let row = 0; row < 3; row++) {
-    const x = scale * left[a + 3 * row];
-    const y = scale * left[a + 3 * row + 1];
-    const z = scale * left[a + 3 * row + 2];
-    for (let column = 0; column < 3; column++) {
-      const at = b + column;
-      out[3 * row + column] = x * right[at] + y * right[at + 3] + z * right[at + 6];
+/** Return the normal equations { pattern, hessian, gradient } at what `edgesAt` returns. */
+export function normalEquations(graph, edges, weights) {
+  const { pattern } = graph;
+  const hessian = new Float64Array(pattern.length);
+  const gradient = new Float64Array(3 * graph.n);
+  edges.forEach(({ relative, residual }, k) => {
+    if (weights[k] === 0) return;
+    const [i, j] = [graph.tail[k], graph.head[k]];
+    const weighted = graph.information[k].map((entry) => weights[k] * entry);
+    const backHead = transposedBlock(headJacobian(residual));
+    // J_i = J_j T with T = −Ad(x_j⁻¹ ∘ x_i), so the blocks of an edge are Tᵀ G T, Tᵀ G and G.
+    const backTail = transposedBlock(se2Adjoint(se2Inverse(relative)).map((entry) => -entry));
+    const atHead = congruentBlock(backHead, weighted);
+    addPoseBlock(pattern, hessian, j, j, atHead);
+    addPoseBlock(pattern, hessian, i, j, blockProduct(backTail, atHead));
+    addPoseBlock(pattern, hessian, i, i, congruentBlock(backTail, atHead));
+    const pull = blockTimes(backHead, blockTimes(weighted, residual));
+    const pullBack = blockTimes(backTail, pull);
+    for (let row = 0; row < 3; row++) {
+      gradient[3 * j + row] += pull[row];
+      gradient[3 * i + row] += pullBack[row];
     }
-  }
+  });
+  return { pattern, hessian, gradient };
 }
 
-/** out = Aᵀ B for 3 × 3 matrices, A at `a` of `left` and B at `b` of `right`. */
-function transposedTimesBlock(left, a, right, b, out) {
-  for (let row = 0; row < 3; row++) {
-    const x = left[a + row];
-    const y = left[a + 3 + row];
-    const z = left[a + 6 + row];
-    for (let column = 0; column < 3; column++) {
-      const at = b + column;
-      out[3 * row + column] = x * right[at] + y * right[at + 3] + z * right[at + 6];
-    }
-  }
+/**
+ * Return { step, decrease }: the δ (3n) with (H + S) δ = −g and δ = 0 at pose 0, S being `damping`
+ * times the diagonal of H, and the decrease of the linearised cost, ½ δᵀ(S δ − g). It is null
+ * where the matrix is singular to working precision.
+ */
+export function solveEquations({ pattern, hessian, gradient }, damping = 0) {
+  const damped = hessian.slice();
+  const diagonal = Array.from(pattern.start, (start, r) => hessian[start + r]);
+  diagonal.forEach((entry, r) => { damped[pattern.start[r] + r] += damping * entry; });
+  if (!skylineFactor(pattern, damped)) return null;
+  const step = gradient.map((entry) => -entry).fill(0, 0, 3);
+  const free = step.subarray(3);
+  skylineSolve(pattern, damped, free);
+  if (!free.every(Number.isFinite)) return null;
+  const gain = (r) => free[r] * (damping * diagonal[r] * free[r] - gradient[r + 3]);
+  return { step, decrease: 0.5 * diagonal.reduce((sum, _, r) => sum + gain(r), 0) };
 }
 
-/** Add a block to the diagonal of pose p, its lower triangle. */
-function addDiagonal(pattern, hessian, p, block) {
-  const begin = 3 * (p - 1);
-  for (let row = 0; row < 3; row++) {
-    const at = pattern.start[begin + row] + begin;
-    for (let column = 0; column <= row; column++) hessian[at + column] += block[3 * row + column];
-  }
+/** Return ∂r/∂x_j, the inverse of the right Jacobian at r. */
+function headJacobian(residual) {
+  const [x, y, angle] = residual;
+  const a = halfCotangent(angle);
+  const c = logCoefficient(angle);
+  return [
+    a, -angle / 2, c * x + y / 2,
+    angle / 2, a, c * y - x / 2,
+    0, 0, 1,
+  ];
 }
 
-/** Add the block in the rows of i and the columns of j, or its transpose if i is above j. */
-function addAcross(pattern, hessian, i, j, block) {
-  const low = 3 * (Math.min(i, j) - 1);
-  const high = 3 * (Math.max(i, j) - 1);
-  for (let row = 0; row < 3; row++) {
-    const at = pattern.start[high + row] + low;
-    for (let column = 0; column < 3; column++) {
-      hessian[at + column] += i > j ? block[3 * row + column] : block[3 * column + row];
-    }
+/** Add a block in the rows of pose i and the columns of pose j to the lower triangle. */
+function addPoseBlock({ start }, hessian, i, j, block) {
+  if (i === 0 || j === 0) return;
+  for (let k = 0; k < 9; k++) {
+    const row = 3 * (i - 1) + Math.floor(k / 3);
+    const column = 3 * (j - 1) + (k % 3);
+    if (i === j && column > row) continue;
+    hessian[start[Math.max(row, column)] + Math.min(row, column)] += block[k];
   }
-}
-
-/** Add Jᵀ p of edge k to the gradient of its ends. */
-function addPull(gradient, byHead, transfer, pulls, k, i, j) {
-  const entry = 9 * k;
-  const x = blockColumnTimes(byHead, entry, 0, pulls, 3 * k);
-  const y = blockColumnTimes(byHead, entry, 1, pulls, 3 * k);
-  const z = blockColumnTimes(byHead, entry, 2, pulls, 3 * k);
-  gradient[3 * j] += x;
-  gradient[3 * j + 1] += y;
-  gradient[3 * j + 2] += z;
-  for (let column = 0; column < 3; column++) {
-    gradient[3 * i + column] +=
-      transfer[entry + column] * x +
-      transfer[entry + 3 + column] * y +
-      transfer[entry + 6 + column] * z;
-  }
-}
-
-function blockColumnTimes(matrix, entry, column, vector, at) {
-  return (
-    matrix[entry + column] * vector[at] +
-    matrix[entry + 3 + column] * vector[at + 1] +
-    matrix[entry + 6 + column] * vector[at + 2]
-  );
 }

@@ -1,5 +1,5 @@
 /**
- * A pose graph in the plane as arrays: residuals, cost, dead reckoning, and the problem for the
+ * A pose graph in the plane as arrays: residual norms, dead reckoning, and the problem for the
  * loop.
  *
  * Edge k = (i, j) measures z, pose j in the frame of pose i. Its residual is Log(z⁻¹ ∘ x_i⁻¹ ∘ x_j)
@@ -10,9 +10,8 @@
  * `robust_slam.problems`: Grisetti et al. 2010.
  */
 import { DESCENT_LIMIT, dampedDescent, undampedDescent } from "./descent.js";
-import { posesAlong, shortestForest } from "./forest.js";
-import { fillResiduals, normalEquations, quadraticForm } from "./normal_equations.js";
-import { se2Inverse } from "./se2.js";
+import { edgesAt, equationsPattern } from "./normal_equations.js";
+import { poseOf, se2Compose, se2Inverse } from "./se2.js";
 
 /** The norm that a whitened Gaussian residual of 3 dimensions does not exceed with 99 %. */
 export const CHI_99_SE2 = 3.368214175218727;
@@ -21,97 +20,80 @@ export const CHI_99_SE2 = 3.368214175218727;
  * Return a graph for the functions of this module.
  *
  * `poses` is the number of poses n; `edges` [[i, j], …] (m, 2); `measurements` (m, 3) in m, m and
- * rad; `information` (m, 3, 3), or one matrix for all edges; `trusted` a mask (m,) of the
- * odometry. Arrays may be nested or flat.
+ * rad; `information` (m, 3, 3); `trusted` a mask (m,) of the odometry, whose edges are in the order
+ * of the drive. Arrays may be nested or flat.
  */
 export function makeGraph({ poses, edges, measurements, information, trusted }) {
-  const m = edges.length;
-  const measurement = flatNumbers(measurements);
-  const inverseMeasurement = new Float64Array(3 * m);
-  for (let k = 0; k < m; k++) {
-    inverseMeasurement.set(se2Inverse(measurement.subarray(3 * k, 3 * k + 3)), 3 * k);
-  }
-  const given = flatNumbers(information);
-  const full = new Float64Array(9 * m);
-  for (let k = 0; k < full.length; k++) full[k] = given[k % given.length];
+  const rows = (values, width) => {
+    const flat = values.flat(2);
+    return edges.map((_, k) => flat.slice(width * k, width * (k + 1)));
+  };
+  const given = rows(measurements, 3);
   return {
     n: poses,
-    m,
-    tail: Int32Array.from(edges, (edge) => edge[0]),
-    head: Int32Array.from(edges, (edge) => edge[1]),
-    measurement,
-    inverseMeasurement,
-    information: full,
+    m: edges.length,
+    tail: edges.map(([i]) => i),
+    head: edges.map(([, j]) => j),
+    measurements: given,
+    inverses: given.map(se2Inverse),
+    information: rows(information, 9),
     isOdometry: Uint8Array.from(trusted, Number),
+    pattern: equationsPattern(poses, edges),
   };
 }
 
-/** Return the residuals Log(z⁻¹ ∘ x_i⁻¹ ∘ x_j) of all edges (3m) in m and rad, not whitened. */
-export function graphResiduals(graph, poses) {
-  const relative = new Float64Array(3 * graph.m);
-  const residuals = new Float64Array(3 * graph.m);
-  fillResiduals(graph, poses, relative, residuals);
-  return residuals;
+/**
+ * Return the graph of `data`, as `robust_slam_course.pictures.graphs.graph_data` gives it, with one
+ * more closure for each of `wrong`: { edges [[i, j], …], measurements (3 for each edge, by default
+ * "one place"), information (9, by default that of the data) }. Of all these edges it has those of the
+ * numbers `taken`, in their order, by default all.
+ */
+export function graphWithWrong(data, { edges, measurements, information }, taken = null) {
+  const all = [...data.edges, ...edges];
+  const numbers = taken ?? [...all.keys()];
+  const rows = (own, more, width) => {
+    const values = [...own, ...more];
+    return numbers.flatMap((k) => values.slice(width * k, width * (k + 1)));
+  };
+  return makeGraph({
+    poses: data.truth.length / 3,
+    edges: numbers.map((k) => all[k]),
+    measurements: rows(data.measurements, measurements ?? edges.flatMap(() => [0, 0, 0]), 3),
+    information: rows(data.information, edges.flatMap(() => information ?? data.wrongInformation), 9),
+    trusted: rows(data.trusted, edges.map(() => 0), 1),
+  });
 }
 
 /** Return the whitened residual norm of each edge (m,): the u of a kernel. */
 export function graphResidualNorms(graph, poses) {
-  const residuals = graphResiduals(graph, poses);
-  const norms = new Float64Array(graph.m);
-  for (let k = 0; k < graph.m; k++) {
-    norms[k] = Math.sqrt(Math.max(0, quadraticForm(graph.information, residuals, k)));
-  }
-  return norms;
+  return Float64Array.from(edgesAt(graph, poses), ({ square }) => Math.sqrt(Math.max(0, square)));
 }
 
-/** Return the poses from the odometry alone, pose 0 the identity; null where it has gaps. */
+/** Return the poses (3n) from the odometry alone, pose 0 the identity. */
 export function deadReckoning(graph) {
-  const forest = shortestForest(graph, (k) => (graph.isOdometry[k] ? 1 : Infinity), [0]);
-  return forest.order.length === graph.n ? posesAlong(graph, forest) : null;
-}
-
-/**
- * Return the poses along a spanning tree, pose 0 the identity.
- *
- * Of all paths it takes one with the fewest closures, of these one with the fewest edges: a
- * complete odometry gives dead reckoning.
- */
-export function spanningTree(graph) {
-  // A path has fewer than n edges, so closures of length n are minimised first.
-  const length = (k) => (graph.isOdometry[k] ? 1 : graph.n);
-  return posesAlong(graph, shortestForest(graph, length, [0]));
+  const poses = new Float64Array(3 * graph.n);
+  graph.measurements.forEach((z, k) => {
+    if (graph.isOdometry[k]) poses.set(se2Compose(poseOf(poses, graph.tail[k]), z), 3 * graph.head[k]);
+  });
+  return poses;
 }
 
 /**
  * Return the problem of a pose graph for the loop; its x are poses (3n).
  *
- * The unweighted solve starts at `guess`, by default the poses of `spanningTree`. `trusted` (m,)
- * are the edges whose weight stays 1, by default the odometry. Each solve takes at most `steps`
- * Gauss–Newton steps. For a live picture steps = 1 and tol = 1e-6, as the library takes them for
- * a graph.
+ * The unweighted solve starts at `guess`, by default the poses of `deadReckoning`. The odometry is
+ * trusted. Each solve takes at most `steps` Gauss–Newton steps.
  */
-export function poseGraphProblem(graph, guess = null, trusted = null, options = {}) {
-  const { tol = 1e-9, steps = 100 } = options;
-  const equations = normalEquations(graph);
+export function poseGraphProblem(graph, { guess = deadReckoning(graph), tol = 1e-6, steps = 1 } = {}) {
   const problem = {
     graph,
-    equations,
+    guess,
     tol,
     count: graph.m,
-    trusted: trusted === null ? graph.isOdometry : Uint8Array.from(trusted, Number),
-    guess: guess === null ? spanningTree(graph) : Float64Array.from(guess),
-    initial() {
-      const descent = leastSquares(problem);
-      if (descent === null) return null;
-      if (!descent.converged) throw new Error("the unweighted solve did not converge");
-      return descent.poses;
-    },
+    trusted: graph.isOdometry,
+    initial: () => leastSquares(problem).poses,
     residualNorms: (poses) => graphResidualNorms(graph, poses),
-    solve(weights, poses) {
-      if (!joinsAllPoses(graph, weights)) return null;
-      const descent = undampedDescent(equations, poses, weights, tol, steps);
-      return descent === null ? null : descent.poses;
-    },
+    solve: (weights, poses) => undampedDescent(graph, poses, weights, tol, steps)?.poses ?? null,
   };
   return problem;
 }
@@ -121,31 +103,6 @@ export function poseGraphProblem(graph, guess = null, trusted = null, options = 
  *
  * Gross errors can make Gauss–Newton very slow, so this is Levenberg–Marquardt.
  */
-export function leastSquares(problem) {
-  const weights = new Float64Array(problem.count).fill(1);
-  if (!joinsAllPoses(problem.graph, weights)) return null;
-  return dampedDescent(problem.equations, problem.guess, weights, problem.tol, DESCENT_LIMIT);
-}
-
-/** Tell whether the edges of positive weight connect every pose to pose 0. */
-export function joinsAllPoses(graph, weights) {
-  const parent = Int32Array.from({ length: graph.n }, (_, pose) => pose);
-  const root = (pose) => {
-    while (parent[pose] !== pose) pose = parent[pose] = parent[parent[pose]];
-    return pose;
-  };
-  let parts = graph.n;
-  for (let k = 0; k < graph.m; k++) {
-    if (!(weights[k] > 0)) continue;
-    const a = root(graph.tail[k]);
-    const b = root(graph.head[k]);
-    if (a === b) continue;
-    parent[a] = b;
-    parts--;
-  }
-  return parts === 1;
-}
-
-function flatNumbers(values) {
-  return Float64Array.from(Array.isArray(values) ? values.flat(2) : values);
+export function leastSquares({ graph, guess, tol }) {
+  return dampedDescent(graph, guess, new Float64Array(graph.m).fill(1), tol, DESCENT_LIMIT);
 }

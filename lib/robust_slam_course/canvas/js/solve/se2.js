@@ -75,3 +75,8 @@ export function se2Adjoint(p) {
   const sine = Math.sin(p[2]);
   return [cosine, -sine, p[1], sine, cosine, -p[0], 0, 0, 1];
 }
+
+/** Return pose k of `poses` (3n). */
+export function poseOf(poses, k) {
+  return [poses[3 * k], poses[3 * k + 1], poses[3 * k + 2]];
+}
