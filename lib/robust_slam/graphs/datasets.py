@@ -49,10 +49,6 @@ _OTHER_NAMES = {"M3500": "manhattan"}
 _DOWNLOAD = "python -m robust_slam.graphs.datasets"
 
 
-Downloader = Callable[..., None]
-"""Fetches one address into one file, as pooch calls it."""
-
-
 class DatasetMissing(FileNotFoundError):
     """A public graph is not on this machine."""
 
@@ -127,45 +123,28 @@ def find(name: str) -> Path:
     )
 
 
-def download(
-    names: Iterable[str] | None = None,
-    folder: str | os.PathLike[str] | None = None,
-    base_url: str = URL,
-) -> list[Path]:
-    """Download public graphs, by default all, and return the paths of their files.
+def download(names: Iterable[str] = NAMES, base_url: str = URL) -> list[Path]:
+    """Download public graphs to the user's cache, and return the paths of their files.
 
-    They are stored in ``folder``, by default the user's cache. A correct file that is already
-    there is not downloaded again. A progress bar is shown on the standard error.
+    A correct file that is already there is not downloaded again. A progress bar is shown on
+    the standard error.
 
     Raises:
         DownloadFailed: a file cannot be downloaded, or its checksum is wrong.
         ImportError: pooch or tqdm is missing; both come with the extra ``data``.
         ValueError: there is no public graph of that name.
     """
-    pooch = _needed("pooch")
     _needed("tqdm")
-    known = [_known(name) for name in (NAMES if names is None else names)]
-    target = Path(_cache(pooch) if folder is None else folder)
-    downloader = pooch.HTTPDownloader(progressbar=True)
-    return [_fetch(pooch, name, target, base_url, downloader) for name in known]
+    known = [_known(name) for name in names]
+    return [_fetch(name, base_url, progressbar=True) for name in known]
 
 
-def try_download(
-    names: Iterable[str] = SHOWN, base_url: str = URL, timeout: float = 5.0
-) -> list[Path]:
+def try_download(names: Iterable[str] = SHOWN, base_url: str = URL) -> list[Path]:
     """Download public graphs that are not on this machine, if that is possible.
 
-    They are stored in the user's cache. Nothing is shown, and the first failure of the
-    network ends the attempt without an error. Nothing is downloaded where the environment
-    variable ``CI`` is set.
-
-    Args:
-        names: the graphs to download.
-        base_url: the folder on the server.
-        timeout: how long to wait for the server, in s.
-
-    Returns:
-        The paths of the downloaded files.
+    They are stored in the user's cache, and the paths of their files are returned. Nothing is
+    shown, and the first failure of the network, or 5 s without an answer, ends the attempt
+    without an error. Nothing is downloaded where the environment variable ``CI`` is set.
 
     Raises:
         DatasetChanged: the checksum of a file is wrong.
@@ -173,15 +152,11 @@ def try_download(
         ValueError: there is no public graph of that name.
     """
     missing = [] if _in_ci() else [_known(name) for name in names if not is_here(name)]
-    if not missing:
-        return []
-    pooch = _needed("pooch")
-    pooch.get_logger().setLevel("ERROR")
-    downloader = pooch.HTTPDownloader(timeout=timeout)
     fetched: list[Path] = []
     with suppress(DownloadFailed):
         for name in missing:
-            fetched.append(_fetch(pooch, name, _cache(pooch), base_url, downloader))
+            _needed("pooch").get_logger().setLevel("ERROR")
+            fetched.append(_fetch(name, base_url, timeout=5.0))
     return fetched
 
 
@@ -229,13 +204,14 @@ def _checked(path: Path, sha256: str) -> Path:
     return path
 
 
-def _fetch(
-    pooch: ModuleType, name: str, folder: Path, base_url: str, downloader: Downloader
-) -> Path:
-    file = f"{name}.g2o"
-    known_hash = f"sha256:{SHA256[name]}"
+def _fetch(name: str, base_url: str, **options: float) -> Path:
+    """Return the path of a file in the cache; ``options`` are those of pooch's downloader."""
+    pooch, file, known_hash = _needed("pooch"), f"{name}.g2o", f"sha256:{SHA256[name]}"
+    downloader = pooch.HTTPDownloader(**options)
     try:
-        path = pooch.retrieve(base_url + file, known_hash, file, folder, downloader=downloader)
+        path = pooch.retrieve(
+            base_url + file, known_hash, file, _cache(pooch), downloader=downloader
+        )
     # Errors of the connection are OSErrors; a wrong hash is a ValueError.
     except (OSError, ValueError) as error:
         raise DownloadFailed(

@@ -15,20 +15,22 @@ accuracy of SLAM algorithms".
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from robust_slam._arrays import Array, Indices, Mask, positive
 from robust_slam.graphs import se2
-from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam.graphs.pose_graph import PoseGraph, connected_parts
 
 _CORRIDOR = 6.0
 """The length of a corridor between two crossings, in m."""
 _REACH = 1.0
 """The largest distance in m at which two scans are matched."""
+_STEP = 0.5
+"""The distance from pose to pose, in m."""
 _SPREAD = 30.0
 """How much larger a deviation can be along a corridor than across, and from edge to edge."""
+_AHEAD = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
+"""The four headings."""
 _CLOSURE = 3.0
 """How much larger the deviations of a closure are than those of an odometry edge."""
 
@@ -37,8 +39,6 @@ def building(
     n: int,
     rng: int | np.random.Generator,
     *,
-    step: float = 0.5,
-    side: int | None = None,
     gaps: int | None = None,
     closures: int | None = None,
     deviation: tuple[float, float] = (0.001, 0.003),
@@ -46,9 +46,9 @@ def building(
 ) -> tuple[PoseGraph, Array]:
     """Return a drive of ``n`` poses through the corridors of a building, and the true poses.
 
-    The true poses are ``(n, 3)``. The building has ``side`` by ``side`` rooms of 6 m with
-    corridors around them, by default about a room for every 150 poses, and the robot drives
-    ``step`` m from pose to pose and turns at random crossings. ``gaps`` of the odometry edges
+    The true poses are ``(n, 3)``. The building is a square of rooms of 6 m with corridors
+    around them, about a room for every 150 poses, and the robot drives 0.5 m from pose to pose
+    and turns at random crossings. ``gaps`` of the odometry edges
     are missing, by default n/500. The ``closures``, by default n/15, are drawn from all pairs of
     poses that are at most 1 m apart and not consecutive; those that join the sequences on
     both sides of a gap come first.
@@ -70,16 +70,13 @@ def building(
     gaps = n // 500 if gaps is None else gaps
     if n < 3 or not 0 <= gaps <= n - 2:
         raise ValueError(f"n is {n} and gaps {gaps}; give at least 3 poses and at most n - 2 gaps")
-    side = max(1, round(np.sqrt(n / 150.0))) if side is None else side
-    if side < 1:
-        raise ValueError(f"side is {side}; give at least 1 room")
-    truth = _drive(n, side, positive("step", step), rng)
+    truth = _drive(n, max(1, round(np.sqrt(n / 150.0))), rng)
     odometry = np.stack([np.arange(n - 1), np.arange(1, n)], axis=1)
     odometry = np.delete(odometry, rng.choice(n - 1, size=gaps, replace=False), axis=0)
     found = _closures(truth, odometry, n // 15 if closures is None else closures, rng)
     edges = np.concatenate([odometry, found])
     is_odometry = np.arange(len(edges)) < len(odometry)
-    root = _deviations(edges, is_odometry, truth, deviation, rng)
+    root = _deviations(is_odometry, deviation, rng)
     drawn = scale * (root @ rng.normal(size=(len(edges), 3, 1)))[..., 0]
     true = se2.between(truth[edges[:, 0]], truth[edges[:, 1]])
     whitening = np.linalg.inv(root)
@@ -88,30 +85,26 @@ def building(
     return PoseGraph(n, edges, se2.compose(true, se2.exp(drawn)), information, is_odometry), truth
 
 
-def _drive(n: int, side: int, step: float, rng: np.random.Generator) -> Array:
-    """Return ``n`` poses ``(n, 3)``, ``step`` m apart along the corridors."""
+def _drive(n: int, side: int, rng: np.random.Generator) -> Array:
+    """Return ``n`` poses ``(n, 3)`` along the corridors of ``side`` by ``side`` rooms."""
     length = _CORRIDOR * side
-    ahead = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
     poses, at, facing, left = np.zeros((n, 3)), np.zeros(2), 0, _CORRIDOR
     for k in range(1, n):
-        moving = step
+        moving = _STEP
         while moving >= left:
-            at, moving = (
-                np.round((at + left * ahead[facing]) / _CORRIDOR) * _CORRIDOR,
-                moving - left,
-            )
+            at = np.round((at + left * _AHEAD[facing]) / _CORRIDOR) * _CORRIDOR
+            moving -= left
             facing, left = _turned(at, facing, length, rng), _CORRIDOR
-        at, left = at + moving * ahead[facing], left - moving
+        at, left = at + moving * _AHEAD[facing], left - moving
         poses[k] = [*at, facing * np.pi / 2.0]
     return np.column_stack([poses[:, :2], se2.wrap(poses[:, 2])])
 
 
 def _turned(at: Array, facing: int, length: float, rng: np.random.Generator) -> int:
     """Return the heading after a crossing, in quarter turns; the robot stays inside."""
-    ahead = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
     for turn in [*rng.permutation([0, 1, 3]), 2]:
         heading = int(facing + turn) % 4
-        after = at + _CORRIDOR * ahead[heading]
+        after = at + _CORRIDOR * _AHEAD[heading]
         if np.all((after >= -1e-6) & (after <= length + 1e-6)):
             return heading
     return facing
@@ -123,9 +116,10 @@ def _closures(truth: Array, odometry: Indices, count: int, rng: np.random.Genera
     pairs = KDTree(truth[:, :2]).query_pairs(_REACH, output_type="ndarray")
     pairs = pairs[pairs[:, 1] > pairs[:, 0] + 1]
     pairs = rng.permutation(pairs[np.lexsort(pairs.T[::-1])])
-    sequence = _components(n, odometry)[1]
+    sequence = connected_parts(n, odometry)
     joins = _joining(sequence, pairs)
-    if _components(n, np.concatenate([odometry, pairs[joins]]))[0] > 1 or joins.sum() > count:
+    joined = connected_parts(n, np.concatenate([odometry, pairs[joins]]))
+    if np.any(joined > 0) or joins.sum() > count:
         raise ValueError(
             f"gaps: the closures do not join the {sequence.max() + 1} sequences; ask for fewer "
             "gaps, more closures or a smaller building"
@@ -135,12 +129,6 @@ def _closures(truth: Array, odometry: Indices, count: int, rng: np.random.Genera
     others = np.flatnonzero(~joins)[: count - int(joins.sum())]
     chosen = pairs[np.sort(np.concatenate([np.flatnonzero(joins), others]))]
     return np.asarray(chosen[np.lexsort(chosen.T[::-1])], dtype=np.intp)
-
-
-def _components(n: int, edges: Indices) -> tuple[int, Indices]:
-    joined = coo_array((np.ones(len(edges)), edges.T), shape=(n, n))
-    count, label = connected_components(joined, directed=False)
-    return int(count), np.asarray(label, dtype=np.intp)
 
 
 def _joining(sequence: Indices, pairs: Indices) -> Mask:
@@ -155,14 +143,10 @@ def _joining(sequence: Indices, pairs: Indices) -> Mask:
 
 
 def _deviations(
-    edges: Indices,
-    is_odometry: Mask,
-    truth: Array,
-    deviation: tuple[float, float],
-    rng: np.random.Generator,
+    is_odometry: Mask, deviation: tuple[float, float], rng: np.random.Generator
 ) -> Array:
     """Return a root ``(m, 3, 3)`` of each edge's covariance, in the frame of pose j."""
-    m = len(edges)
+    m = len(is_odometry)
     position, rotation = (positive("deviation", number) for number in deviation)
     across, longer, turned = _SPREAD ** rng.random((3, m))
     sigma = np.where(is_odometry, 1.0, _CLOSURE)[:, None] * np.column_stack(
@@ -173,5 +157,4 @@ def _deviations(
     root = np.zeros((m, 3, 3))
     root[:, :2, :2] = se2.rotation(np.column_stack([np.zeros((m, 2)), tilt]))
     root[:, 2, 2] = 1.0
-    covariance_root: Array = root * sigma[:, None, :]
-    return covariance_root
+    return np.asarray(root * sigma[:, None, :])

@@ -206,8 +206,7 @@ class TestTry:
         assert len(datasets.try_download(["intel"], server.url)) == fetched == len(server.asked)
 
     def test_the_command_never_fails(self, server, machine, monkeypatch, capfd):
-        defaults = (tuple(STAND_INS), server.url, 5.0)
-        monkeypatch.setattr(datasets.try_download, "__defaults__", defaults)
+        monkeypatch.setattr(datasets.try_download, "__defaults__", (STAND_INS, server.url))
         assert datasets.main(["--try"]) == 0
         assert contents(machine) == BOTH
         server.files.clear()
@@ -242,8 +241,7 @@ def test_a_failed_download_leaves_nothing_and_names_the_cause(server, machine, s
 
 
 def test_the_command_downloads_all_graphs_and_shows_progress(server, machine, monkeypatch, capsys):
-    monkeypatch.setattr(datasets, "NAMES", tuple(STAND_INS))
-    monkeypatch.setattr(datasets.download, "__defaults__", (None, None, server.url))
+    monkeypatch.setattr(datasets.download, "__defaults__", (STAND_INS, server.url))
     assert datasets.main() == 0
     printed = capsys.readouterr()
     assert f"2 public graphs are in {machine}" in printed.out
@@ -252,6 +250,6 @@ def test_the_command_downloads_all_graphs_and_shows_progress(server, machine, mo
 
 
 def test_the_command_prints_a_failure_and_fails(server, monkeypatch, capsys):
-    monkeypatch.setattr(datasets.download, "__defaults__", (["CSAIL"], None, server.url))
+    monkeypatch.setattr(datasets.download, "__defaults__", (["CSAIL"], server.url))
     assert datasets.main() == 1
     assert "CSAIL.g2o: 404" in capsys.readouterr().err

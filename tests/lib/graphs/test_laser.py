@@ -52,8 +52,6 @@ def test_bad_input_is_refused():
         building(300, rng, gaps=200)
     with pytest.raises(ValueError, match="closures is 10000"):
         building(300, rng, gaps=0, closures=10_000)
-    with pytest.raises(ValueError, match="side is 0"):
-        building(300, rng, side=0)
     with pytest.raises(ValueError, match="neighbours is 2"):
         sphere(100, rng, neighbours=2)
 
