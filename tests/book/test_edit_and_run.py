@@ -1,15 +1,13 @@
 """*Edit and run* in browsers: from the first click to the reader's own output, and back.
 
 Everything but this machine is out of reach. One visit does it all, step by step, since each
-start of Python takes seconds; ``-s`` shows how many.
+start of Python takes seconds.
 """
 
 from __future__ import annotations
 
 import functools
-import gzip
 import http.server
-import os
 import re
 import threading
 import time
@@ -24,7 +22,7 @@ from playwright.sync_api import Browser as Chromium
 from playwright.sync_api import Page, expect
 
 from tests.book.alone import leave_alone
-from tests.book.conftest import CHAPTERS, NOTEBOOKS, PAGES, Site
+from tests.book.conftest import CHAPTERS, NOTEBOOKS, Site
 from tests.book.test_accessible import complaints
 from tests.chromium import CHROMIUM, LIMIT_MILLISECONDS, Opener, QuietHandler, page_in
 from tests.conftest import leave_out
@@ -102,39 +100,6 @@ def served(site: Site) -> Iterator[tuple[str, Asked]]:
         yield address, asked
 
 
-def cpu_seconds() -> float:
-    """The processor's time of this process's descendants so far."""
-    parents, spent = {}, {}
-    for path in Path("/proc").glob("[0-9]*/stat"):
-        try:
-            fields = path.read_text().rpartition(")")[2].split()
-        except OSError:  # it has ended meanwhile
-            continue
-        pid = int(path.parent.name)
-        parents[pid], spent[pid] = int(fields[1]), int(fields[11]) + int(fields[12])
-    mine = {os.getpid()}
-    while more := {pid for pid, parent in parents.items() if parent in mine} - mine:
-        mine |= more
-    mine -= {os.getpid()}
-    return sum(spent[pid] for pid in mine) / os.sysconf("SC_CLK_TCK")
-
-
-class Timer:
-    """Prints how long the steps take; nothing is asserted on the clock."""
-
-    def __init__(self, browser: str) -> None:
-        self._browser = browser
-        self.begin()
-
-    def begin(self) -> None:
-        self._wall, self._cpu = time.perf_counter(), cpu_seconds()
-
-    def say(self, what: str) -> None:
-        cpu, wall = cpu_seconds() - self._cpu, time.perf_counter() - self._wall
-        print(f"\n{self._browser}: {what}: {cpu:.1f} s of CPU, {wall:.1f} s")
-        self.begin()
-
-
 @dataclass(frozen=True)
 class Cell:
     """A cell of the page, worked with by scripts, which all browsers take."""
@@ -208,14 +173,14 @@ def visit(
     request: pytest.FixtureRequest,
     served: tuple[str, Asked],
     tmp_path_factory: pytest.TempPathFactory,
-) -> Iterator[tuple[str, Browser]]:
+) -> Iterator[Browser]:
     """A chapter, open in a browser."""
     address = f"{served[0]}/{CHAPTER}.html"
     served[1].files.clear()
     if request.param == "firefox":
         with firefox(tmp_path_factory.mktemp("firefox")) as fox:
             fox.goto(address)
-            yield "firefox", fox
+            yield fox
         return
     kind, path = request.getfixturevalue("chromium")
     # With a profile the cache is on the disk. A route would turn it off.
@@ -225,16 +190,13 @@ def visit(
     page = running.pages[0]
     page.set_default_timeout(LIMIT_MILLISECONDS)
     page.goto(address)
-    yield "chromium", page
+    yield page
     running.close()
 
 
-def test_a_reader_runs_code_of_their_own(
-    visit: tuple[str, Browser], served: tuple[str, Asked]
-) -> None:
-    name, browser = visit
+def test_a_reader_runs_code_of_their_own(visit: Browser, served: tuple[str, Asked]) -> None:
+    browser = visit
     asked = served[1]
-    timer = Timer(name)
     browser.evaluate("document.fonts.ready.then(() => 0)")
     assert set(asked.of_python()) == BEFORE
 
@@ -242,19 +204,16 @@ def test_a_reader_runs_code_of_their_own(
     code, stored = cell.code(), cell.output()
     cell.press("Edit and run")
     assert cell.wait("Done|ended|Python") and cell.wait("Done|ended") == "Done."
-    timer.say("first click to first output, nothing in the cache")
     assert cell.output().split() == stored.split() != []
     assert not browser.evaluate(ASKS)
     assert cell.run("print('my own', 6 * 7)").strip() == "my own 42"
     assert browser.evaluate(ASKS), "what was written would be lost"
-    timer.say("the reader's own line")
     assert {status for all_ in asked.of_python().values() for status in all_} == {200}
 
     figure = of_kind(browser, "figure .rs-figure")
     caption = figure.ask("cell.querySelector('figcaption').textContent")
     figure.press("Edit and run")
     figure.wait("Done|ended")
-    timer.say("a figure, and the cells above it")
     assert figure.ask("cell.querySelector('figure .rs-figure .rs-wide').clientWidth") > 200
     assert len(figure.ask("cell.querySelector('figure .rs-figure').ariaLabel")) > 20
     told = figure.ask("cell.querySelector('figcaption').textContent")
@@ -281,9 +240,7 @@ def test_a_reader_runs_code_of_their_own(
     cell.press("Stop")
     assert cell.wait("Stopped").startswith("Stopped, and Python with it.")
     asked.files.clear()
-    timer.begin()
     assert cell.run("1 + 1").strip() == "2"
-    timer.say("a new start, from the cache")
     again = asked.of_python()
     large = [file for file in again if file.startswith(("pyodide/", "wheels/"))]
     assert all(set(again[file]) == {304} for file in large), again
@@ -296,8 +253,8 @@ def test_a_reader_runs_code_of_their_own(
 
 
 @pytest.mark.parametrize("visit", ["chromium"], indirect=True)
-def test_the_editor_is_used_by_keys_alone_and_open_to_all(visit: tuple[str, Page]) -> None:
-    page = visit[1]
+def test_the_editor_is_used_by_keys_alone_and_open_to_all(visit: Page) -> None:
+    page = visit
     cell = page.locator(".cell:has(.rs-run button):has(.output.stream)").first
     cell.get_by_role("button", name="Edit and run").focus()
     page.keyboard.press("Enter")
@@ -340,18 +297,3 @@ def test_every_shown_cell_has_a_button_or_says_why_not(
 def test_a_page_from_a_file_has_no_buttons(site: Site, open_page: Opener) -> None:
     visit = open_page((site.folder / f"{CHAPTER}.html").as_uri())
     assert visit.page.locator(".rs-run").count() == 0 and visit.complaints == []
-
-
-@pytest.mark.parametrize("page", PAGES)
-def test_before_the_click_a_page_is_heavier_by_less_than_10_kb(
-    page: str, site: Site, served: tuple[str, Asked]
-) -> None:
-    html = (site.folder / f"{page}.html").read_bytes()
-    bare = re.sub(rb' id="code-[^"]*"|\n<(link|script) [^>]*/python/run\.[^\n]*', b"", html)
-    assert (b"/python/" in html) == (page in NOTEBOOKS) and b"/python/" not in bare
-    more = len(gzip.compress(html)) - len(gzip.compress(bare))
-    if page in NOTEBOOKS:
-        more += sum(
-            len(gzip.compress((site.folder / "python" / name).read_bytes())) for name in BEFORE
-        )
-    assert more < 10_000

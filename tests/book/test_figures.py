@@ -35,7 +35,8 @@ READ = """() => [...document.querySelectorAll(".rs-figure")].map((figure) => {
                box: here(text.getBoundingClientRect()) };
     }),
     grounds: shown.map((svg) => getComputedStyle(svg).backgroundColor),
-    number: !!figure.closest("figure")?.querySelector("figcaption .caption-number"),
+    told: [".caption-number", ".caption-text"].every((part) => (
+      figure.closest("figure")?.querySelector(`figcaption ${part}`)?.textContent.trim())),
   };
 })"""
 
@@ -96,12 +97,14 @@ def touching(texts: list[Figure]) -> list[tuple[object, object]]:
 class TestFigures:
     """What holds for the figures of every page."""
 
-    def test_each_is_an_image_with_words_and_a_number(self, visit: Visit, read: Reader) -> None:
+    def test_each_is_an_image_with_words_a_number_and_a_caption(
+        self, visit: Visit, read: Reader
+    ) -> None:
         figures = read(WIDE)
         assert figures or not any(page in visit.page.url for page in CHAPTERS)
         for figure in figures:
             assert figure["role"] == "img" and len(str(figure["label"])) > 20
-            assert figure["number"], figure["label"]
+            assert figure["told"], figure["label"]
 
     @pytest.mark.parametrize(("width", "kind"), [(WIDE, "rs-wide"), (PHONE, "rs-narrow")])
     def test_there_is_room_for_what_is_drawn(self, read: Reader, width: int, kind: str) -> None:

@@ -6,7 +6,6 @@ from unittest.mock import MagicMock
 
 import pytest
 from bs4 import BeautifulSoup
-from playwright.sync_api import Page
 
 from chapters._ext import markup
 from tests.book.conftest import Site
@@ -83,30 +82,22 @@ def test_an_entry_of_the_bibliography_is_a_list_item_without_number(site: Site) 
     assert not [entry for entry in entries if entry.get_text().strip().startswith("[")]
 
 
-class TestOnAPhone:
-    @pytest.fixture
-    def page(self, site: Site, open_page: Opener) -> Page:
-        phone = {"width": 390, "height": 800}
-        return open_page((site.folder / "chapters/errata.html").as_uri(), viewport=phone).page
-
-    pytestmark = pytest.mark.browser
-
-    def test_a_row_is_a_card_as_wide_as_the_text(self, page: Page) -> None:
-        widths = "cards => cards.map(card => card.getBoundingClientRect().width)"
-        cells = page.locator(".rs-cards tbody td").evaluate_all(widths)
-        assert len(cells) > 100 and min(cells) > 300
-
-    def test_the_name_of_the_column_stands_above(self, page: Page) -> None:
-        above = "cell => getComputedStyle(cell, '::before').content"
-        assert page.locator(".rs-cards tbody td").first.evaluate(above) == '"Printed"'
-
-    def test_a_table_is_still_a_table_with_headers(self, page: Page) -> None:
-        table = page.get_by_role("table", name="What chapter 0 prints, and what is right")
-        assert table.get_by_role("columnheader").all_inner_texts() == [
-            "Printed", "Right", "Computation",
-        ]  # fmt: skip
-        assert table.get_by_role("row").count() > 5
-        assert complaints(page) == set()
+@pytest.mark.browser
+def test_on_a_phone_a_row_is_a_card_and_the_table_still_one_with_headers(
+    site: Site, open_page: Opener
+) -> None:
+    phone = {"width": 390, "height": 800}
+    page = open_page((site.folder / "chapters/errata.html").as_uri(), viewport=phone).page
+    widths = "cards => cards.map(card => card.getBoundingClientRect().width)"
+    cells = page.locator(".rs-cards tbody td").evaluate_all(widths)
+    assert len(cells) > 100 and min(cells) > 300
+    above = "cell => getComputedStyle(cell, '::before').content"
+    assert page.locator(".rs-cards tbody td").first.evaluate(above) == '"Printed"'
+    table = page.get_by_role("table", name="What chapter 0 prints, and what is right")
+    headers = table.get_by_role("columnheader").all_inner_texts()
+    assert headers == ["Printed", "Right", "Computation"]
+    assert table.get_by_role("row").count() > 5
+    assert complaints(page) == set()
 
 
 CITED = (

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -12,24 +13,36 @@ import pytest
 SOURCES = Path(__file__).parents[2] / "chapters" / "python"
 PROGRAM = """
 import json, sys
-sys.path.insert(0, sys.argv[1])
 import page_session
 page_session.prepare()
-cells = json.load(sys.stdin)
-print(json.dumps([json.loads(page_session.run(cell)) for cell in cells]))
+for line in sys.stdin:
+    results = [json.loads(page_session.run(cell)) for cell in json.loads(line)]
+    print(json.dumps(results), flush=True)
 """
 
+RUNNING: list[subprocess.Popen[str]] = []
 Result = dict[str, object]
 
 
-def run(*cells: str) -> list[Result]:
-    """Run cells one after the other in a process of their own, as a worker would."""
-    done = subprocess.run(
-        [sys.executable, "-c", PROGRAM, str(SOURCES)],
-        input=json.dumps(cells), capture_output=True, text=True, check=True,
+@pytest.fixture(scope="module", autouse=True)
+def worker() -> Iterator[None]:
+    """One process for all tests, as a page has one."""
+    with subprocess.Popen(
+        [sys.executable, "-c", PROGRAM], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
         env={"MPLBACKEND": "module://page_figures", "PYTHONPATH": str(SOURCES)},
-    )  # fmt: skip
-    results: list[Result] = json.loads(done.stdout)
+    ) as running:  # fmt: skip
+        RUNNING.append(running)
+        yield
+        RUNNING.pop()
+        running.communicate()
+
+
+def run(*cells: str) -> list[Result]:
+    """Run cells one after the other, as a worker would."""
+    stdin, stdout = RUNNING[0].stdin, RUNNING[0].stdout
+    assert stdin and stdout
+    print(json.dumps(cells), file=stdin, flush=True)
+    results: list[Result] = json.loads(stdout.readline())
     return results
 
 

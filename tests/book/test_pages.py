@@ -1,8 +1,7 @@
-"""The pages in Chromium without network, over http and from the disk: they work and are whole."""
+"""The pages in Chromium without network: they work, are whole, and no wider than a phone."""
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,7 +9,8 @@ import pytest
 from playwright.sync_api import Browser
 
 from chapters._ext.look import TEXT
-from tests.book.conftest import PAGES, WAYS, Site, place
+from tests.book.conftest import PAGES, Site, place
+from tests.book.test_accessible import OTHERS
 from tests.chromium import Opener, Visit, visiting
 
 pytestmark = pytest.mark.browser
@@ -25,21 +25,61 @@ SHOWN = """() => {
   }
   return [...signs].filter((sign) => sign.trim()).join("");
 }"""
+TOO_WIDE = """() => {
+  const over = (node) => node.getBoundingClientRect().right > innerWidth + 1;
+  const scrolls = (node) => getComputedStyle(node).overflowX !== "visible";
+  const boxed = (node) => node && (scrolls(node) || boxed(node.parentElement));
+  const found = [...document.querySelectorAll("article *")].filter(
+    (node) => over(node) && !boxed(node.parentElement));
+  const page = document.documentElement.scrollWidth > innerWidth;
+  return [...(page ? ["the page"] : []), ...found.map((node) => node.outerHTML.slice(0, 80))];
+}"""
+"""What stands beyond the right edge, outside of a box that scrolls by itself."""
+
+# The theme hides what sticks out of a formula in a line. Hidden formulas have no width.
+CUT_FORMULAS = """[...document.querySelectorAll(".math")].filter((math) => {
+  const drawn = math.querySelector("math").getBoundingClientRect().width;
+  return math.clientWidth && drawn > math.clientWidth + 1;
+}).map((math) => math.textContent)"""
+
+# Punctuation right behind a formula that stands further left than where the formula ends.
+LONELY_PUNCTUATION = """[...document.querySelectorAll("span.math")].filter((math) => {
+  const next = math.nextSibling;
+  if (next?.nodeType !== Node.TEXT_NODE || !/^[.,;:!?)]/.test(next.data)) return false;
+  const mark = document.createRange();
+  mark.setStart(next, 0);
+  mark.setEnd(next, 1);
+  const { left, width } = mark.getBoundingClientRect();
+  return width && left < math.getBoundingClientRect().right - 1;
+}).map((math) => math.parentElement.textContent)"""
+KNOBS_OUT = """[...document.querySelectorAll(".rs-picture :is(select, input, button)")].filter(
+  (knob) => knob.getBoundingClientRect().right
+    > knob.closest(".rs-picture").getBoundingClientRect().right).map((knob) => knob.outerHTML)"""
+IMAGES_OUT = """[...document.images].filter(
+  (image) => image.getBoundingClientRect().right > innerWidth).map((image) => image.outerHTML)"""
 FROM_OTHERS = set("✗∘ᵀ⁻⪰\u2060")
 """Rare signs that the packaged font does not have either, and one that is never drawn."""
 
 
-@pytest.fixture(scope="module", params=list(itertools.product(PAGES, WAYS)), ids="-".join)
+def opened(way: str, pages: list[str]) -> pytest.MarkDecorator:
+    """Open each of these pages once, while its tests run."""
+    return pytest.mark.parametrize(
+        "visit", [(page, way) for page in pages], indirect=True, ids=pages, scope="module"
+    )
+
+
+@pytest.fixture(scope="module")
 def visit(
     request: pytest.FixtureRequest, site: Site, address: str, browser: Browser
 ) -> Iterator[Visit]:
-    """A page of the contents, open while its tests run."""
-    with visiting(browser, place(site, address, *request.param)) as opened:
+    """A page, on a desk from a server and on a phone from the disk."""
+    options = {"viewport": {"width": 390, "height": 800}} if request.param[1] == "file" else {}
+    with visiting(browser, place(site, address, *request.param), **options) as opened:
         yield opened
 
 
-class TestPage:
-    """What holds for every page of the contents."""
+class Page:
+    """What holds for every page."""
 
     def test_nothing_fails_and_nothing_asks_for_the_network(self, visit: Visit) -> None:
         assert visit.complaints == []
@@ -55,6 +95,30 @@ class TestPage:
             ".map(i => i.outerHTML)"
         )
         assert visit.page.evaluate(broken) == []
+
+
+@opened("http", PAGES)
+class TestOnADesk(Page):
+    """Pages of the contents, from a server."""
+
+
+@opened("file", [*PAGES, *OTHERS])
+class TestOnAPhone(Page):
+    """Those and the pages that Sphinx adds, from the disk."""
+
+    def test_it_is_no_wider_than_the_window(self, visit: Visit) -> None:
+        page = visit.page
+        for script in (TOO_WIDE, IMAGES_OUT, KNOBS_OUT, CUT_FORMULAS, LONELY_PUNCTUATION):
+            assert page.evaluate(script) == []
+        page.set_viewport_size({"width": 320, "height": 800})
+        assert page.evaluate(TOO_WIDE) == []
+
+
+def test_what_is_too_wide_is_found(site: Site, open_page: Opener) -> None:
+    page = open_page((site.folder / "chapters" / "03-irls.html").as_uri()).page
+    page.set_viewport_size({"width": 390, "height": 800})
+    page.add_style_tag(content="article h1 { width: 500px }")
+    assert "the page" in page.evaluate(TOO_WIDE)
 
 
 def test_paper_is_white(site: Site, open_page: Opener) -> None:

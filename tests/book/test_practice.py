@@ -1,4 +1,4 @@
-"""The page *In practice*: its numbers, its calls, and the sections that it leads to."""
+"""The page *In practice*: its numbers and its calls."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import operator
 import re
 from importlib import import_module
 
-import nbformat
 import numpy as np
 import pytest
 import robust_slam as rs
@@ -22,7 +21,6 @@ from tests.book.prose import CHAPTERS, DECIMAL
 
 PAGE = (CHAPTERS / "practice.md").read_text(encoding="utf-8")
 THRESHOLDS = re.findall(r"^\| (\d), .+ \| ([\d.]+) \| ([\d.]+) \| ([\d.]+) \|$", PAGE, re.M)
-SECTIONS = sorted(set(re.findall(r"\]\(([\w-]*\.?\w*)#([^)]+)\)", PAGE)))
 CALLS = sorted(set(re.findall(r"\{py:(?:func|class)\}`[^<]+<robust_slam\.([\w.]+)>`", PAGE)))
 
 
@@ -77,23 +75,6 @@ def test_every_method_of_the_tree_is_linked() -> None:
     assert len(ends) == 9
     assert not [leaf for leaf in ends if "](" not in leaf]
     assert not [leaf for leaf in ends if "{py:func}" not in leaf and "#what-to-watch" not in leaf]
-
-
-def headings(name: str) -> set[str]:
-    """The headings of a page, as links name them."""
-    path = CHAPTERS / (name or "practice.md")
-    if path.suffix == ".ipynb":
-        cells = nbformat.read(path, as_version=4).cells
-        text = "\n".join(cell.source for cell in cells if cell.cell_type == "markdown")
-    else:
-        text = path.read_text(encoding="utf-8")
-    titles = re.findall(r"^#{1,3} (.+)$", text, re.M)
-    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
-
-
-@pytest.mark.parametrize(("name", "section"), SECTIONS)
-def test_a_link_leads_to_a_section(name: str, section: str) -> None:
-    assert section in headings(name)
 
 
 def test_the_calls_begin_where_the_page_says(graph: rs.PoseGraph) -> None:

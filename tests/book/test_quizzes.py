@@ -144,6 +144,9 @@ def test_choices_and_the_tick_last_until_they_are_forgotten(
     choose(asked[-1], "right")
     [titled] = ticks(page)
     assert titled.endswith("✓")
+    choose(asked[0], "wrong")
+    assert ticks(page) == []
+    choose(asked[0], "right")
     tick = page.get_by_role("img", name="quiz done")
     expect(tick).to_have_count(1)
 
@@ -164,15 +167,6 @@ def test_choices_and_the_tick_last_until_they_are_forgotten(
     page.goto(place(site, address, ONE, "http"))
     assert (chosen(page), ticks(page)) == (0, [])
     assert visit.complaints == visit.outside == []
-
-
-def test_a_wrong_answer_takes_the_tick_away(site: Site, open_page: Opener) -> None:
-    page = open_page((site.folder / f"{ONE}.html").as_uri()).page
-    for question in questions(page):
-        choose(question, "right")
-    assert len(ticks(page)) == 1
-    choose(questions(page)[0], "wrong")
-    assert ticks(page) == []
 
 
 def test_a_browser_that_keeps_nothing_still_answers(

@@ -49,21 +49,10 @@ def build(folder: Path) -> tuple[str, str]:
     return page.read_text(encoding="utf-8"), done.stderr
 
 
-def put(folder: Path) -> Path:
+def put(folder: Path) -> None:
     page = folder / SAMPLES_SOURCE / REPORT
-    page.parent.mkdir(parents=True)
+    page.parent.mkdir(parents=True, exist_ok=True)
     page.write_text(f"<!doctype html>\n<title>The report</title>\n{HEAT}", encoding="utf-8")
-    return page
-
-
-def test_where_they_are_made_the_page_leads_to_them(tmp_path: Path) -> None:
-    made = put(tmp_path)
-    html, warnings = build(tmp_path)
-    address = f"../{SAMPLES}/{REPORT}"
-    assert f'href="{address}">the report</a>' in html and warnings == ""
-    assert html.count("<rect ") == 6
-    target = (tmp_path / "out" / "chapters" / address).resolve()
-    assert target.read_bytes() == made.read_bytes()
 
 
 def test_a_small_heat_map_has_a_square_for_each_of_the_reports() -> None:
@@ -76,26 +65,29 @@ def test_a_small_heat_map_has_a_square_for_each_of_the_reports() -> None:
     assert "2 rows of students" in shown and 'viewBox="0 0 35 20"' in shown
 
 
-def test_elsewhere_nothing_is_said_of_them(tmp_path: Path) -> None:
-    html, warnings = build(tmp_path)
-    assert "Before." in html and "After." in html and "the report" not in html
-    assert warnings == "" and not (tmp_path / "out" / SAMPLES).exists()
+def test_where_they_are_made_the_page_leads_to_them_as_they_come_and_go(tmp_path: Path) -> None:
+    address = f"../{SAMPLES}/{REPORT}"
+    target = (tmp_path / "out" / "chapters" / address).resolve()
+    made = tmp_path / SAMPLES_SOURCE / REPORT
+    for is_there in (False, True, False):
+        if is_there:
+            put(tmp_path)
+        else:
+            made.unlink(missing_ok=True)
+        html, warnings = build(tmp_path)
+        assert "Before." in html and "After." in html and warnings == ""
+        assert (f'href="{address}">the report</a>' in html) == is_there
+        assert html.count("<rect ") == (6 if is_there else 0)
+        assert target.exists() == (tmp_path / "out" / SAMPLES).exists() == is_there
+        assert not is_there or target.read_bytes() == made.read_bytes()
 
 
-def test_the_next_build_sees_that_they_came_or_went(tmp_path: Path) -> None:
-    assert "the report" not in build(tmp_path)[0]
-    made = put(tmp_path)
-    assert "the report" in build(tmp_path)[0]
-    made.unlink()
-    assert "the report" not in build(tmp_path)[0]
-    assert not (tmp_path / "out" / SAMPLES).exists()
-
-
-@pytest.mark.parametrize("path", ["report/none.html", "report"])
 def test_a_page_that_is_not_there_is_a_warning(
-    tmp_path: Path, path: str, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     put(tmp_path)
-    monkeypatch.setitem(globals(), "TEXT", TEXT.replace(REPORT, path))
+    missing = "none <report/none.html>` {sample}`folder <report"
+    monkeypatch.setitem(globals(), "TEXT", TEXT.replace(f"the report <{REPORT}", missing))
     html, warnings = build(tmp_path)
-    assert f"no sample page {path}" in warnings and "<a " not in html.partition("Look at")[2][:20]
+    assert re.findall(r"no sample page (\S+)", warnings) == ["report/none.html", "report"]
+    assert "<a " not in html.partition("Look at")[2][:20]
