@@ -8,7 +8,6 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from robust_slam_autograder import sandbox
@@ -23,14 +22,6 @@ from robust_slam_autograder.reading.notebook import Cell
 from robust_slam_autograder.reports import terminal
 
 
-@dataclass(frozen=True)
-class Checked:
-    """What the visible tests found, and per exercise how many hidden cases there are."""
-
-    result: Result
-    hidden: Mapping[str, int] | None
-
-
 def check(notebook: str) -> None:
     """Run the visible tests of a saved notebook, and print what ``autograder check`` prints.
 
@@ -43,12 +34,15 @@ def check(notebook: str) -> None:
         print(f"autograder: {log_line(str(error))}", file=sys.stderr)
 
 
-def run(given: Path, release: Path | None = None) -> Checked:
+def run(given: Path, release: Path | None = None) -> tuple[Result, Mapping[str, int] | None]:
     """Run the visible tests of a notebook, and print a line for each exercise as it ends.
 
     Args:
         given: the notebook.
         release: a folder with releases to take the tests from, in place of the notebook's own.
+
+    Returns:
+        what they found, and per exercise how many hidden cases there are, where that is known.
 
     Raises:
         WrongUse: there is no such notebook or release, or it cannot be read.
@@ -76,7 +70,7 @@ def run(given: Path, release: Path | None = None) -> Checked:
     result = marking.look(mine, sandbox=wall, report=lines.write).result
     lines.write_rest(result)
     print(terminal.check_end(result, tests.hidden_cases))
-    return Checked(result, tests.hidden_cases)
+    return result, tests.hidden_cases
 
 
 class _Lines:

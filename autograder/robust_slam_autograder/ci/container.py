@@ -28,12 +28,7 @@ _PINNED = re.compile(r"^[A-Za-z0-9][\w.-]*==[^\\\n]*", re.MULTILINE)
 
 
 def write(course: Course, assignment: str, archive: Path) -> None:
-    """Write the archive of an assignment, readable by its owner only.
-
-    Args:
-        course: says what to install.
-        assignment: its name.
-        archive: the file to write; what was there is replaced.
+    """Write the archive of an assignment, readable by its owner only; it replaces another.
 
     Raises:
         WrongUse: the course does not say what to install, or is in no repository.

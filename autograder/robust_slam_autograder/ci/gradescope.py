@@ -40,8 +40,7 @@ LATER = (
 def main(root: Path) -> int:
     """Grade what is in ``root/submission``; exit status 1 where there is no result.
 
-    Args:
-        root: ``/autograder``, with the archive in ``source``.
+    The root is ``/autograder``, with the archive in ``source``.
     """
     target = root / "results" / "results.json"
     target.parent.mkdir(exist_ok=True)

@@ -65,12 +65,9 @@ WORKFLOWS = {
 
 
 def fill(name: str, course: Course, install: Sequence[str]) -> str:
-    """Return the text of a workflow file.
+    """Return the text of one of ``WORKFLOWS``.
 
-    Args:
-        name: of ``WORKFLOWS``.
-        course: says what students install, and which branch is published.
-        install: what students install instead, as pip takes it.
+    Students install what ``install`` names as pip takes it, else the course's packages.
 
     Raises:
         WrongUse: nothing says what students install, or it does not fit into such a file.

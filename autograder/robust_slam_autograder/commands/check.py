@@ -28,8 +28,8 @@ def run(options: argparse.Namespace) -> int:
     """Check it; exit status 1 where a test does not pass."""
     if options.markdown is not None:
         places.refuse_unwritable("--markdown", options.markdown)
-    checked = self_check.run(options.notebook, options.release)
+    result, hidden = self_check.run(options.notebook, options.release)
     if options.markdown is not None:
-        text = summary.check_as_markdown(checked.result, checked.hidden)
+        text = summary.check_as_markdown(result, hidden)
         options.markdown.write_text(text, encoding="utf-8")
-    return 0 if checked.result.score == checked.result.max_score else 1
+    return 0 if result.score == result.max_score else 1

@@ -76,12 +76,7 @@ def _exposure(options: argparse.Namespace) -> str:
 
 
 def remedy(name: str, problem: str) -> str:
-    """Say what to do about a back end that does not work.
-
-    Args:
-        name: the back end's.
-        problem: what it said.
-    """
+    """Say what to do about a back end that does not work, by what it said."""
     if platform.system() != "Linux":
         return "Grade on Linux: in a virtual machine, WSL, or your CI's Ubuntu runner."
     if name == "landlock":

@@ -30,16 +30,6 @@ class Claim:
     assignment: str
     path: Path
 
-    @property
-    def key(self) -> str:
-        """Name of the submission in the batch."""
-        return f"{self.student}/{self.assignment}"
-
-    @property
-    def is_in_layout(self) -> bool:
-        """Tell whether the path says both names, as ``<student>/<assignment>``."""
-        return (self.path.parent.name, self.path.name) == (self.student, self.assignment)
-
 
 @dataclass(frozen=True)
 class Stray:
@@ -67,11 +57,6 @@ class Places:
     folders: Collection[str] = ()
     strays: Collection[str] = ()
     own: Collection[str] = ()
-
-    def differs_in_capitals(self, student: str, others: Iterable[str]) -> bool:
-        """Tell whether a disk that ignores case would mix a student up with another."""
-        there = {*others, *(() if student in self.folders else self.folders)} - {student}
-        return student.casefold() in map(str.casefold, there)
 
 
 @dataclass(frozen=True)
@@ -199,33 +184,40 @@ class Reader:
         return {path.parent.parent for path in in_layout} | several | named
 
     def _apart(self, claims: Sequence[Claim]) -> tuple[list[Claim], list[Stray]]:
-        """Leave out students whose names differ from another's in capitals alone."""
+        """Leave out students whose names differ from another's in capitals alone.
+
+        Others are those who have results there, too: one who has some keeps the name.
+        """
         students = {claim.student for claim in claims}
-        alike = {one for one in students if self.places.differs_in_capitals(one, students)}
+        folders = set(self.places.folders)
         why = (
             "has a student whose name differs from another's in capitals alone, and a disk may "
             "not tell them apart: name one of them anew."
         )
-        strays = [Stray(claim.path, why) for claim in claims if claim.student in alike]
-        return [claim for claim in claims if claim.student not in alike], strays
+        kept, strays = [], []
+        for claim in claims:
+            others = students if claim.student in folders else students | folders
+            if claim.student.casefold() in map(str.casefold, others - {claim.student}):
+                strays.append(Stray(claim.path, why))
+            else:
+                kept.append(claim)
+        return kept, strays
 
     def _once(self, claims: Sequence[Claim]) -> tuple[list[Claim], list[Stray]]:
         """Keep one path a submission: the one in the layout, or none where that is in doubt."""
-        groups: dict[str, list[Claim]] = {}
+        groups: dict[tuple[str, str], list[Claim]] = {}
         for claim in claims:
-            groups.setdefault(claim.key, []).append(claim)
-        if self.student and any(len(group) > 1 for group in groups.values()):
-            raise WrongUse("A submission is handed in twice: --student NAME takes one path each.")
-        kept = [claim for group in groups.values() for claim in _first(group)]
+            groups.setdefault((claim.student, claim.assignment), []).append(claim)
+        kept: list[Claim] = []
+        for names, group in groups.items():
+            if len(group) > 1 and self.student:
+                raise WrongUse(
+                    "A submission is handed in twice: --student NAME takes one path each."
+                )
+            inside = [one for one in group if (one.path.parent.name, one.path.name) == names]
+            kept += group if len(group) == 1 else inside if len(inside) == 1 else ()
         why = "is a second submission of the same work: grade one of them."
         return kept, [Stray(claim.path, why) for claim in claims if claim not in kept]
-
-
-def _first(group: Sequence[Claim]) -> Sequence[Claim]:
-    if len(group) == 1:
-        return group
-    in_layout = [claim for claim in group if claim.is_in_layout]
-    return in_layout if len(in_layout) == 1 else ()
 
 
 def _is_systems(name: str) -> bool:

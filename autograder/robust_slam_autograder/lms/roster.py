@@ -40,11 +40,7 @@ class Roster:
     rows: tuple[Row, ...]
 
     def column(self, name: str, option: str) -> int:
-        """Return where a column stands.
-
-        Args:
-            name: its header, spaces around it aside.
-            option: who names it, as on the command line.
+        """Return where the column stands that an option names, spaces around its header aside.
 
         Raises:
             WrongUse: there is none, or there are two.
@@ -179,12 +175,7 @@ class Matching:
 
 
 def match(ledger: Ledger, students: Mapping[str, Row]) -> Matching:
-    """Find the line of each student, as their submissions' folders are named.
-
-    Args:
-        ledger: the marks.
-        students: the roster's lines, from ``by_key``.
-    """
+    """Find each student, as the submissions' folders are named, among lines from ``by_key``."""
     found: dict[int, list[str]] = {}
     strangers = []
     for student in ledger.students:

@@ -197,7 +197,7 @@ def exists(location: Location) -> bool:
         return False
     with explained(location, "read"):
         lost = TABLES - set(inspect(_engine(url_of(location))).get_table_names())
-    if lost and lost != TABLES:
+    if lost and lost != TABLES:  # nbgrader would make it anew, without what it held
         raise GraderFailure(
             f"The gradebook {shown(location)} has lost its table {min(lost)}: {_anew(file)}"
         )

@@ -18,12 +18,7 @@ _STEPS = "robust_slam_autograder.nbgrader.steps"
 
 
 def nbgrader_settings(root: str, tree: str = "solutions") -> Config:
-    """Return nbgrader's settings for a course whose sources are in ``<root>/<tree>``.
-
-    Args:
-        root: the course's folder.
-        tree: the instructor's source tree in it.
-    """
+    """Return nbgrader's settings for a course whose sources are in ``<root>/<tree>``."""
     config = Config()
     config.CourseDirectory.root = str(Path(root).resolve())
     config.CourseDirectory.source_directory = tree

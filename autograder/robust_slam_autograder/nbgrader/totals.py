@@ -40,9 +40,7 @@ class Totals:
 def read(location: Location, assignment: str) -> Totals:
     """Read an assignment's totals; an assignment that is not there has no students.
 
-    Args:
-        location: the gradebook, which must be there: nbgrader would make one.
-        assignment: its name.
+    The gradebook must be there: nbgrader would make one.
 
     Raises:
         GraderFailure: it is no gradebook.
@@ -80,11 +78,7 @@ def effects(
     """Return by student every total that would change, and who would then wait for a person.
 
     A cell that was deleted takes its marks along, from students too who are not graded again.
-
-    Args:
-        location: the gradebook; if it does not exist, all totals are new.
-        assignment: its name.
-        new: submissions with their results.
+    Where there is no gradebook all totals are new.
 
     Raises:
         GraderFailure: it is no gradebook.

@@ -12,12 +12,7 @@ STYLE = "report"
 
 
 def html(report: Report, notice: str = "") -> str:
-    """Return an assignment's page as one self-contained file.
-
-    Args:
-        report: what it shows.
-        notice: stands at its top in place of the warning not to publish it.
-    """
+    """Return an assignment's page; a notice stands in place of the warning not to publish it."""
     return documents.html("report", report=report, notice=notice, many=MANY)
 
 

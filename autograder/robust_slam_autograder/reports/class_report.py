@@ -124,16 +124,6 @@ class ExerciseStatistics:
 
 
 @dataclass(frozen=True)
-class Misunderstood:
-    """What many students were told by a check or its hint."""
-
-    exercise: str
-    hint: Hint
-    share: float
-    """Of the submissions."""
-
-
-@dataclass(frozen=True)
 class Named:
     """A submission that somebody should look at, or that took long."""
 
@@ -190,8 +180,11 @@ class Report:
     """None where nothing was graded."""
     exercises: tuple[ExerciseStatistics, ...]
     """Hardest first."""
-    misunderstood: tuple[Misunderstood, ...] | None
-    """What most students were told first; None where too few submissions speak for a class."""
+    misunderstood: tuple[tuple[str, Hint], ...] | None
+    """What many students were told by an exercise's check or its hint, most students first.
+
+    None where too few submissions speak for a class.
+    """
     time: Time | None
     attention: tuple[Kind, ...]
     """Submissions that somebody should look at, the most pressing first."""
@@ -324,14 +317,14 @@ def _case(outcomes: Sequence[CaseResult]) -> CaseStatistics:
     )
 
 
-def _misunderstood(exercises: Sequence[ExerciseStatistics]) -> tuple[Misunderstood, ...]:
+def _misunderstood(exercises: Sequence[ExerciseStatistics]) -> tuple[tuple[str, Hint], ...]:
     found = [
-        Misunderstood(exercise.name, hint, hint.students / exercise.students)
+        (exercise.name, hint)
         for exercise in exercises
         for hint in exercise.hints
         if hint.is_of_a_check and hint.students >= MANY * exercise.students
     ]
-    return tuple(sorted(found, key=lambda one: -one.share))
+    return tuple(sorted(found, key=lambda one: -one[1].students))
 
 
 def _time(results: Sequence[Result], source: Source) -> Time:

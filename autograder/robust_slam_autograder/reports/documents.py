@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 from robust_slam_autograder import layout
 from robust_slam_autograder.errors import WrongUse
-from robust_slam_autograder.markup import cell, code, one_line, prose
+from robust_slam_autograder.markup import cell, code, one_line, prose, visible
 
 if TYPE_CHECKING:
     from jinja2 import Environment, Template
@@ -27,12 +27,7 @@ _SHADE = re.compile("#[0-9a-fA-F]{6}")
 
 
 def html(name: str, *, style: str = "", **content: object) -> str:
-    """Fill in a template.
-
-    Args:
-        name: the template's, and its style's where ``style`` names no other.
-        style: name of the style that goes on where the shared one ends.
-        content: what the template shows.
+    """Fill in a template, with the shared style and its own, or the one that ``style`` names.
 
     Raises:
         WrongUse: the course's file of colours cannot be read.
@@ -60,7 +55,7 @@ def _templates() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    filters = (cell, code, duration, in_brackets, one_line, percent, prose)
+    filters = (cell, code, duration, in_brackets, one_line, percent, prose, visible)
     made.filters |= {each.__name__: each for each in filters}
     return made
 

@@ -16,9 +16,7 @@ from robust_slam_autograder.reports.terminal import aligned
 def late_table(columns: Sequence[Column], rules: Rules | None) -> str:
     """Return every mark before and after what lateness costs, with the time that it follows from.
 
-    Args:
-        columns: the marks.
-        rules: the late policy; None where nbgrader's own has taken something off.
+    Without rules it is nbgrader's own policy that has taken something off.
     """
     zone = UTC if rules is None or rules.timezone is None else rules.timezone
     rows = [("student", "assignment", "handed in", "says", "late", "before", "after")]
@@ -50,10 +48,7 @@ def span(late: timedelta) -> str:
 def remarks(matching: Matching, *, rules: Rules | None, zero: bool) -> Iterator[str]:
     """Yield one line for each kind of thing that an instructor must know of the file.
 
-    Args:
-        matching: the roster and the marks.
-        rules: the late policy, if there is one.
-        zero: whether students without a submission get 0.
+    With ``zero`` students without a submission get 0.
     """
     ledger = matching.ledger
     if matching.strangers:

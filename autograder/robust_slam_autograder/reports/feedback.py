@@ -139,10 +139,7 @@ def anchor(heading: str) -> str:
 def page(result: Result, config: Config, site: str) -> Page:
     """Make the content of a submission's page.
 
-    Args:
-        result: the submission's result.
-        config: what the assignment's ``autograder.toml`` says.
-        site: the built book's address, absolute or relative to the page; empty if unknown.
+    The site is the built book's address, absolute or relative to the page; empty if unknown.
     """
     exercises = tuple(
         _exercise(number, exercise, reading(config, exercise.name, site))
@@ -243,12 +240,7 @@ def _short(text: str) -> str:
 
 
 def _curves(yours: Sequence[float], expected: Sequence[float]) -> Curves | None:
-    """Draw numbers in a row beside those that were expected; None where their range is too large.
-
-    Args:
-        yours: as many as ``expected``, two or more, all finite.
-        expected: the other row.
-    """
+    """Draw two or more finite numbers beside as many expected; None where they range too far."""
     low, high = min(*yours, *expected), max(*yours, *expected)
     if not math.isfinite(high - low):
         return None

@@ -34,24 +34,81 @@ class Square:
     """The same in words."""
 
 
+class Group:
+    """One assignment: its columns, and the results by student.
+
+    The exercises are those of the usual tests, with their most points; ``shares`` are of each
+    one's points over all who have a mark, and ``median`` is of their shares of all points.
+    """
+
+    def __init__(self, source: Source) -> None:
+        self.title = source.title or visible(source.assignment)
+        self.page, self.links = source.page, source.links
+        self.results = {result.student: result for result in source.results}
+        found = versions.of(source.results)
+        usual = found[0].results if found else ()
+        first = usual[0].exercises if found else ()
+        self.exercises = tuple((each.name, tidy(each.max_score)) for each in first)
+        self.shares = tuple(_share([one.exercises[n] for one in usual]) for n in range(len(first)))
+        marks = [result.score / result.max_score for result in usual if result.max_score]
+        self.median = statistics.median(marks) if marks else None
+
+
 @dataclass(frozen=True)
 class Part:
-    """One assignment of one student, against the class."""
+    """One student in one assignment, against the class."""
 
-    title: str
-    page: str
-    """Address of the assignment's page from the student's; empty without one."""
-    feedback: str
-    """The same of the feedback."""
-    mark: str
-    remark: str
-    """Why there is no mark; empty where there is one."""
-    share: float | None
-    """Of the points; None where there is no mark."""
-    median: float | None
-    """Of the class, in the same unit."""
-    squares: tuple[tuple[str, Square], ...]
-    """The exercises by their names."""
+    group: Group
+    student: str
+
+    @property
+    def page(self) -> str:
+        """Return the address of the assignment's page from the student's; empty without one."""
+        return self.group.page and f"../{self.group.page}"
+
+    @property
+    def feedback(self) -> str:
+        """Return the address of the feedback from the student's page; empty without one."""
+        link = self.group.links.get(self.student, "")
+        return link and f"../{link}"
+
+    @property
+    def result(self) -> Result | None:
+        """Return the result; None where nothing was handed in."""
+        return self.group.results.get(self.student)
+
+    @property
+    def graded(self) -> Result | None:
+        """Return the result; None where there is no mark."""
+        result = self.result
+        return result if result is not None and result.status == "graded" else None
+
+    @property
+    def remark(self) -> str:
+        """Return why there is no mark; empty where there is one."""
+        if self.result is None:
+            return "not handed in"
+        return "" if self.graded else SAID.get(self.result.status, self.result.status)
+
+    @property
+    def share(self) -> float | None:
+        """Return the share of the points; None where there is no mark."""
+        return _share([self.graded] if self.graded else [])
+
+    @property
+    def squares(self) -> tuple[tuple[str, Square], ...]:
+        """Return the exercises by their names."""
+        done = {each.name: each for each in (self.result.exercises if self.result else ())}
+        return tuple(
+            (visible(name), self._square(done.get(name))) for name, _ in self.group.exercises
+        )
+
+    def _square(self, exercise: ExerciseResult | None) -> Square:
+        if exercise is None:
+            said = "graded by other tests" if self.graded else self.remark
+            return Square(ABSENT if self.graded or not self.result else REFUSED, "unmarked", said)
+        points, most = tidy(exercise.score), tidy(exercise.max_score)
+        return Square(str(points), _level(points, most), f"{points} of {most}")
 
 
 @dataclass(frozen=True)
@@ -61,9 +118,12 @@ class Row:
     student: str
     page: str
     """Where the student's page is from the index; empty without names."""
-    share: float | None
-    """Of the points of what has a mark."""
     parts: tuple[Part, ...]
+
+    @property
+    def share(self) -> float | None:
+        """Return the share of the points of what has a mark."""
+        return _share([part.graded for part in self.parts if part.graded])
 
     @property
     def address(self) -> str:
@@ -77,18 +137,6 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Group:
-    """The columns of one assignment."""
-
-    title: str
-    page: str
-    exercises: tuple[tuple[str, float], ...]
-    """Names, and most points."""
-    shares: tuple[float | None, ...]
-    """Of each exercise's points, over all who have a mark."""
-
-
-@dataclass(frozen=True)
 class HeatMap:
     """The whole table."""
 
@@ -98,85 +146,24 @@ class HeatMap:
 
 def heat_map(sources: Sequence[Source]) -> HeatMap:
     """Put a class's marks in some assignments side by side."""
-    tables = [_Table(source) for source in sources]
-    students = sorted({student for table in tables for student in table.results})
-    rows = [_row(student, tables) for student in students]
+    groups = tuple(Group(source) for source in sources)
+    rows = [
+        Row(
+            one_line(student),
+            f"students/{student}.html",
+            tuple(Part(group, student) for group in groups),
+        )
+        for student in sorted({student for group in groups for student in group.results})
+    ]
     if not all(source.names for source in sources):
         rows.sort(key=lambda row: (-1.0 if row.share is None else -row.share, repr(row.squares)))
         rows = [replace(row, student=str(n), page="") for n, row in enumerate(rows, start=1)]
-    return HeatMap(tuple(table.group for table in tables), tuple(rows))
+    return HeatMap(groups, tuple(rows))
 
 
-class _Table:
-    """One assignment's results by student; the exercises are those of the usual tests."""
-
-    def __init__(self, source: Source) -> None:
-        self.links = source.links
-        self.results = {result.student: result for result in source.results}
-        found = versions.of(source.results)
-        usual = found[0].results if found else ()
-        self.exercises = tuple((e.name, e.max_score) for e in usual[0].exercises) if found else ()
-        most = usual[0].max_score if found else 0
-        marks = [result.score / most for result in usual if most]
-        self.median = statistics.median(marks) if marks else None
-        self.group = Group(
-            title=source.title or visible(source.assignment),
-            page=source.page,
-            exercises=tuple((visible(name), tidy(points)) for name, points in self.exercises),
-            shares=tuple(_mean(usual, n) for n in range(len(self.exercises))),
-        )
-
-    def part(self, student: str) -> Part:
-        result = self.results.get(student)
-        graded = result if result is not None and result.status == "graded" else None
-        return Part(
-            title=self.group.title,
-            page=_from_above(self.group.page),
-            feedback=_from_above(self.links.get(student, "")),
-            mark=f"{tidy(graded.score)} of {tidy(graded.max_score)}" if graded else ABSENT,
-            remark="" if graded else _remark(result),
-            share=graded.score / graded.max_score if graded and graded.max_score else None,
-            median=self.median,
-            squares=tuple(self._squares(result)),
-        )
-
-    def _squares(self, result: Result | None) -> list[tuple[str, Square]]:
-        exercises = {} if result is None else {e.name: e for e in result.exercises}
-        found = [(visible(name), exercises.get(name)) for name, _ in self.exercises]
-        return [(name, _square(exercise, result)) for name, exercise in found]
-
-
-def _from_above(address: str) -> str:
-    """Return an address from the folder of the students' pages in place of the one above."""
-    return address and f"../{address}"
-
-
-def _mean(results: Sequence[Result], n: int) -> float | None:
-    mine = [result.exercises[n] for result in results]
-    most = sum(exercise.max_score for exercise in mine)
-    return sum(exercise.score for exercise in mine) / most if most else None
-
-
-def _row(student: str, tables: Sequence[_Table]) -> Row:
-    parts = tuple(table.part(student) for table in tables)
-    results = [table.results[student] for table in tables if student in table.results]
-    marks = [result for result in results if result.status == "graded"]
-    most = sum(result.max_score for result in marks)
-    share = sum(result.score for result in marks) / most if most else None
-    return Row(one_line(student), f"students/{student}.html", share, parts)
-
-
-def _remark(result: Result | None) -> str:
-    return "not handed in" if result is None else SAID.get(result.status, result.status)
-
-
-def _square(exercise: ExerciseResult | None, result: Result | None) -> Square:
-    if exercise is None:
-        graded = result is not None and result.status == "graded"
-        said = "graded by other tests" if graded else _remark(result)
-        return Square(ABSENT if graded or result is None else REFUSED, "unmarked", said)
-    points, most = tidy(exercise.score), tidy(exercise.max_score)
-    return Square(str(points), _level(points, most), f"{points} of {most}")
+def _share(results: Sequence[Result] | Sequence[ExerciseResult]) -> float | None:
+    most = sum(result.max_score for result in results)
+    return sum(result.score for result in results) / most if most else None
 
 
 def _level(points: float, most: float) -> Level:

@@ -115,12 +115,7 @@ class _Group:
 
 
 def collect(exercises: Iterable[ExerciseResult], reader: Reader) -> tuple[Hint, ...]:
-    """Count what was told.
-
-    Args:
-        exercises: one exercise's results, one per student.
-        reader: tells which texts belong together.
-    """
+    """Count what was told in one exercise, of whose results each student has one."""
     groups: dict[str, _Group] = {}
     key_of = functools.cache(reader.group)  # many students get few texts
     for exercise in exercises:

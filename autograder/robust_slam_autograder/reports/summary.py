@@ -18,12 +18,9 @@ SCHEMA = 1
 
 
 def as_json(marks: Sequence[Result], counts: Mapping[str, int], *, names: bool) -> str:
-    """Return the batch as JSON.
+    """Return the batch as JSON, with how many were graded, refused, failed, and kept from before.
 
-    Args:
-        marks: results.
-        counts: how many were graded, refused, failed, and kept from before.
-        names: whether students are named; else neither their order nor a file's name tells.
+    Without names neither the students' order nor a file's name tells who it is.
     """
     value = {
         "schema": SCHEMA,
@@ -62,7 +59,7 @@ def _reason(result: Result) -> str:
 
 
 def as_markdown(marks: Sequence[Result], counts: Mapping[str, int], *, names: bool) -> str:
-    """Return the batch as a Markdown table; arguments as in ``as_json``."""
+    """Return the batch as a Markdown table."""
     columns = ["student"] * names + ["assignment", "mark", "outcome"]
     rows = [_row(result, names=names) for result in _ordered(marks, names=names)]
     table = [columns, ["---"] * len(columns), *rows]

@@ -16,11 +16,7 @@ from robust_slam_autograder.markup import one_line
 
 
 def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return lines of a table whose columns are as wide as their widest cell.
-
-    Args:
-        rows: the head first; each with as many cells.
-    """
+    """Return a table's lines, the head first: columns are as wide as their widest cell."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return [
         "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
@@ -31,9 +27,7 @@ def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
 def marks_table(marks: Sequence[Result], *, names: bool = True) -> str:
     """Return a short table: one line per submission, with the reason where there is no plain mark.
 
-    Args:
-        marks: results.
-        names: whether students are named; reasons, which may hold a name, go with them.
+    Without names there are no reasons, which may hold one.
     """
     rows = [("student", "assignment", "mark", "")]
     rows += [
@@ -56,11 +50,9 @@ def _remark(result: Result, names: bool) -> str:
 
 
 def check_line(exercise: ExerciseResult, hidden: Mapping[str, int] | None) -> str:
-    """Say how an exercise of a student's own check went, with the first message.
+    """Say how the visible cases of an exercise went, with the first message.
 
-    Args:
-        exercise: its result, of the visible cases.
-        hidden: per exercise how many hidden cases there are; None where that is not known.
+    ``hidden`` tells how many hidden cases each exercise has; None where that is not known.
     """
     if exercise.status == "passed":
         left = None if hidden is None else hidden.get(exercise.name, 0)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from html.parser import HTMLParser
 from typing import Any
 
-from hypothesis import example, given
 from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.reading.assignment import Config
 from robust_slam_autograder.reports import class_pages, class_report, feedback, heat_map
@@ -16,7 +15,6 @@ from robust_slam_autograder.reports.heat_map import HeatMap
 
 from tests.autograder.reports import samples
 from tests.autograder.reports.samples import case, exercise, result
-from tests.autograder.test_markup import ANY_TEXT
 
 SITE = "https://example.org/course/"
 CONFIG = Config(
@@ -46,13 +44,6 @@ class Skeleton(HTMLParser):
         self.text += data
 
 
-def for_any_text(test: Callable[..., None]) -> Callable[..., None]:
-    """Run a test on each hostile text and on random ones."""
-    for text in samples.HOSTILE.values():
-        test = example(text=text)(test)
-    return given(text=ANY_TEXT)(test)
-
-
 def page(made: Result, config: Config = CONFIG, site: str = SITE) -> feedback.Page:
     return feedback.page(made, config, site)
 
@@ -63,14 +54,13 @@ def report(*results: Result, **fields: Any) -> Report:
     return class_report.report(source)
 
 
-def chart(*assignments: Sequence[Result], names: bool = True) -> HeatMap:
+def chart(*assignments: Sequence[Result]) -> HeatMap:
     """A class in several assignments; every student has a page."""
     sources = [
         Source(
             f"{n:02}-toy",
             "Twice & again",
             results,
-            names=names,
             page=f"{n:02}-toy.html",
             links={each.student: f"../feedback/{n}.html" for each in results[:2]},
         )
