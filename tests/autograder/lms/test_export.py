@@ -304,24 +304,3 @@ def test_a_gradebook_that_lags_behind_the_results_is_refused(course, export):
     results.write(course / "out", marked("ada", [4, 6, 5, 5]))
     status, _, err = export("canvas", CANVAS)
     assert status == 2 and "does not have ada/07-toy as it was graded last" in err
-
-
-def test_from_the_submission_to_the_file(tmp_path, autograder, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    toy.make_tree(tmp_path)
-    half = toy.answer(apply="def apply(f, x, times):\n    return x, []\n")
-    paths = []
-    for student, value, time in (
-        ("ada", toy.answer(), "2026-10-01 00:00:00 UTC"),
-        ("gone", half, A_DAY_LATE),
-    ):
-        paths.append(toy.hand_in(tmp_path / "class" / "submitted", student, value))
-        (paths[-1] / "timestamp.txt").write_text(time)
-    assert autograder("grade", *paths, "--unsandboxed", "--seed", 1)[0] == 0
-    (tmp_path / "roster.csv").write_text(CANVAS, encoding="utf-8")
-    (tmp_path / "late.toml").write_text(POLICY)
-    what = ("--format", "canvas", "--roster", "roster.csv", "--late", "late.toml")
-    assert autograder("export", *what, "--column", f"{toy.NAME}=The toy (881)")[0] == 0
-    text = (tmp_path / "class" / "canvas.csv").read_text(encoding="utf-8")
-    assert '"Lovelace, Ada",11,s1,ada,One,20\n' in text
-    assert "'=cmd(),13,s3,gone,Two and One,6\n" in text

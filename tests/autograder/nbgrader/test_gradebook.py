@@ -119,13 +119,6 @@ def test_what_a_person_entered_is_never_lost(database):
         assert course.rows(database, "comment")["ada"]["why"] == "Nearly."
 
 
-def test_free_text_comes_and_goes_with_the_instructors_notebook(database):
-    for tests in (toy.assignment(), with_text(), toy.assignment()):
-        gradebook.record(database, [tests], [marked("ada", FULL)])
-        more = {"why", "draw"} if tests == with_text() else set()
-        assert course.rows(database, "score")["ada"].keys() == {*NAMES, *more}
-
-
 def test_a_comment_is_the_exercises_message(database):
     mark = marked("ada", [4, 0, 5, 5])
     double = replace(mark.exercises[0], message="Look at \x1b[31mred.")

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from datetime import UTC, datetime
+from datetime import datetime
 from pathlib import Path
 
 import pytest
 from nbgrader.apps.api import NbGraderAPI
 from nbgrader.coursedir import CourseDirectory
-from robust_slam_autograder.lms import late
 from robust_slam_autograder.nbgrader import own_files
 from robust_slam_autograder.nbgrader.own_files import read_warily
 
@@ -45,23 +44,6 @@ def test_what_holds_no_time_is_read_as_none(api, folder, spoil):
     assert times(api, folder) == {None}
     spoil(folder / "timestamp.txt")
     assert times(api, folder) == {None}
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        *("2026-10-20 23:59:00.5 UTC", "2026-10-20 23:59:00 Europe/Berlin\n", "20261020T235900Z"),
-        *("2026-10-20 23:59:00 +0530", "2026-10-20 23:59", "2026-10-20 23:59:00 EST5EDT"),
-        *("20 October 2026", "Tuesday", "2026-10-20 23:59:00 Nowhere/Town", "10"),
-    ],
-)
-def test_nbgrader_and_the_late_policy_read_one_time(api, folder, text):
-    (folder / "timestamp.txt").write_text(text)
-    try:
-        at = late.handed_in(folder, "07-toy").at.astimezone(UTC).replace(tzinfo=None)
-    except late.Undated:
-        at = None
-    assert times(api, folder) == {at}
 
 
 def test_both_files_are_kept_where_they_are_plain(folder):

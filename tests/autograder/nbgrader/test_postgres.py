@@ -122,6 +122,15 @@ class TestTwoAtOnce:
         assert scores(place) == dict.fromkeys(students, 1) | dict.fromkeys(others, 20)
 
 
+def test_cells_go_with_the_marks_that_a_person_gave(place):
+    for known in (with_text(), toy.assignment(), with_text()):
+        gradebook.record(place, [known], [marked("ada", FULL)])
+        if known == with_text():
+            course_of.enter(place, "ada", "why", 2)
+    kept = course_of.rows(place, "manual_score")["ada"]
+    assert kept["why"] == 2 and set(kept) >= {"why", "draw", "double-random"}
+
+
 class TestPostgresIsStrict:
     """What SQLite takes as it comes."""
 
@@ -150,14 +159,6 @@ class TestPostgresIsStrict:
         gradebook.record(shared, [toy.assignment()], [mark])
         said = course_of.rows(shared, "comment")["ada"]["double"]
         assert said.startswith("a\\x00b \\udcff 😀 %s %(x)s ' long ") and len(said) > 250_000
-
-    def test_cells_go_with_the_marks_that_a_person_gave(self, shared):
-        for known in (with_text(), toy.assignment(), with_text()):
-            gradebook.record(shared, [known], [marked("ada", FULL)])
-            if known == with_text():
-                course_of.enter(shared, "ada", "why", 2)
-        kept = course_of.rows(shared, "manual_score")["ada"]
-        assert kept["why"] == 2 and set(kept) >= {"why", "draw", "double-random"}
 
     def test_nbgraders_own_upgrade_has_nothing_to_do(self, shared, server, monkeypatch):
         monkeypatch.setenv("PATH", f"{course_of.SCRIPTS}{os.pathsep}{os.environ['PATH']}")

@@ -58,12 +58,6 @@ def test_it_holds_what_is_listed_and_the_release(tree, out):
     assert not [data for data in world.files(out).values() if SECRET.encode() in data]
 
 
-def test_the_same_course_gives_the_same_bytes(tree, tmp_path):
-    for name in ("a", "b"):
-        publish(tree, tmp_path / name)
-    assert world.files(tmp_path / "a") == world.files(tmp_path / "b")
-
-
 def test_it_replaces_the_one_before_as_a_whole(tree, tmp_path, out):
     publish(tree, out)
     before = world.files(out)

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import functools
-import http.server
 import itertools
-import threading
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -14,7 +10,7 @@ from playwright.sync_api import Page, expect
 
 from tests.autograder.reports import pages
 from tests.book.test_accessible import violations
-from tests.chromium import Opener, QuietHandler
+from tests.chromium import Opener
 
 pytestmark = pytest.mark.browser
 
@@ -90,26 +86,6 @@ def test_a_page_that_would_not_do_is_found(folder, opened):
     assert visit.page.title() != "taken"
     assert any("Content Security Policy" in said for said in visit.complaints)
     assert [one["id"] for one in violations(visit.page)] == ["color-contrast"]
-
-
-@pytest.fixture(scope="module")
-def served(folder: Path) -> Iterator[str]:
-    handler = functools.partial(QuietHandler, directory=folder)
-    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
-        threading.Thread(target=server.serve_forever, daemon=True).start()
-        yield f"http://127.0.0.1:{server.server_port}"
-        server.shutdown()
-
-
-@pytest.mark.parametrize("way", ["http", "file"])
-def test_a_page_asks_for_itself_alone(folder, served, open_page, way):
-    address = f"{served if way == 'http' else folder.as_uri()}/every-status.html"
-    visit = open_page("about:blank")
-    asked: list[str] = []
-    visit.page.on("request", lambda request: asked.append(request.url))
-    visit.page.goto(address)
-    assert (asked, visit.complaints) == ([address], [])
-    assert "feedback for" in visit.page.title()
 
 
 @pytest.mark.parametrize("name", ["every-status", "many"])

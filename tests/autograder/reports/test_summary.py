@@ -12,8 +12,7 @@ from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.reports import summary
 
 from tests.autograder.reports import samples
-from tests.autograder.reports.pages import for_any_text
-from tests.autograder.test_markup import GITHUB
+from tests.autograder.test_markup import GITHUB, for_any_text
 
 Render = Callable[..., str]
 COUNTS = {"graded": 3, "refused": 1, "failed": 1, "kept": 0}
