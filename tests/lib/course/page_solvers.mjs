@@ -91,15 +91,15 @@ const SOLVERS = {
   aliases: ({ truth, ends, size }) => page.agreeingClosures(truth, ends, size),
   cliques: ({ adjacency, k }) => ({ members: page.maxClique(adjacency, k) }),
   pcm: ({ graph, gamma }) => page.pcm(page.makeGraph(graph), gamma),
-  headings: ({ n, edges, turns, kappa, R, rank }) => {
-    const Q = page.connectionMatrix(n, edges, turns, kappa);
-    return { Q, ...page.certify(Q, Float64Array.from(R), rank) };
+  headings: ({ n, edges, turns, R }) => {
+    const Q = page.connectionMatrix(n, edges, turns);
+    return { Q, ...page.certify(Q, Float64Array.from(R), 2) };
   },
-  climbs: ({ n, edges, turns, kappa, angles }) => {
-    const Q = page.connectionMatrix(n, edges, turns, kappa);
+  climbs: ({ n, edges, turns, angles }) => {
+    const Q = page.connectionMatrix(n, edges, turns);
     const levels = page.staircase(Q, page.headingsRow(angles));
-    const { r, history } = levels[levels.length - 1];
-    const headings = page.roundedHeadings(history[history.length - 1].R, r);
+    const { r, history } = levels.at(-1);
+    const headings = page.roundedHeadings(history.at(-1).R, r);
     return { levels, headings: Array.from(headings, (angle) => [0, 0, angle]) };
   },
 };

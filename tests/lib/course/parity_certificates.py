@@ -20,16 +20,15 @@ from tests.lib.course.parity_cases import Angles, Case
 def heading_cases(rng: np.random.Generator) -> Iterator[Case]:
     """Headings at random and on twisted rings: Q, S, its spectrum, the bound, the verdict."""
     for k in range(60):
-        n, edges, turns, kappa = _ring(rng, float(rng.choice([0.0, 0.2, 1.0])))
+        n, edges, turns = _ring(rng, float(rng.choice([0.0, 0.2, 1.0])))
         angles = _headings(rng, n, k)
         R = np.hstack(list(se2.rotation(np.outer(angles, [0.0, 0.0, 1.0]))))
-        Q = sdp.connection_matrix(n, edges, _rotations(turns), kappa)
-        graph = rotation_graph(n, edges, turns, kappa)
+        Q = sdp.connection_matrix(n, edges, _rotations(turns))
+        graph = rotation_graph(n, edges, turns)
         S, eigenvalues = sdp.dense_certificate(Q, R)
         proof = certificate(graph, np.outer(angles, [0.0, 0.0, 1.0]))
-        given = {"n": n, "edges": edges, "turns": turns, "kappa": kappa}
         yield Case(
-            given | {"R": R.ravel(), "rank": 2},
+            {"n": n, "edges": edges, "turns": turns, "R": R.ravel()},
             {"Q": Q, "S": S, "eigenvalues": eigenvalues, **_numbers(proof)},
         )
 
@@ -37,25 +36,22 @@ def heading_cases(rng: np.random.Generator) -> Iterator[Case]:
 def climb_cases(rng: np.random.Generator) -> Iterator[Case]:
     """The staircase from twisted rings with noise: cost, λ_min and bound at every rank."""
     for _ in range(30):
-        n, edges, turns, kappa = _ring(rng, float(rng.choice([0.05, 0.2])), least=7, chords=1)
-        problem = ChordalProblem.of(rotation_graph(n, edges, turns, kappa))
+        n, edges, turns = _ring(rng, float(rng.choice([0.05, 0.2])), least=7, chords=1)
+        problem = ChordalProblem.of(rotation_graph(n, edges, turns))
         twisted = 2.0 * np.pi * np.arange(n) / n
         flat = descend(problem, pose_blocks(np.outer(twisted, [0.0, 0.0, 1.0]))).last.blocks
         angles = np.arctan2(flat[:, 1, 0], flat[:, 0, 0])
-        graph = rotation_graph(n, edges, turns, kappa)
+        graph = rotation_graph(n, edges, turns)
         yield Case(
-            {"n": n, "edges": edges, "turns": turns, "kappa": kappa, "angles": angles},
+            {"n": n, "edges": edges, "turns": turns, "angles": angles},
             _staircase(graph, problem, angles),
         )
 
 
-def rotation_graph(n: int, edges: np.ndarray, turns: np.ndarray, kappa: np.ndarray) -> PoseGraph:
+def rotation_graph(n: int, edges: np.ndarray, turns: np.ndarray) -> PoseGraph:
     """A pose graph of headings alone: all measured positions are 0, and so are all positions."""
-    information = np.zeros((turns.size, 3, 3))
-    information[:] = np.eye(3)
-    information[:, 2, 2] = kappa
     z = np.outer(turns, [0.0, 0.0, 1.0])
-    return PoseGraph(n, edges, z, information, np.zeros(turns.size, bool))
+    return PoseGraph(n, edges, z, [np.eye(3)] * turns.size, np.zeros(turns.size, bool))
 
 
 def _numbers(proof: Certificate) -> dict[str, Any]:
@@ -87,13 +83,12 @@ def _staircase(graph: PoseGraph, problem: ChordalProblem, angles: np.ndarray) ->
 
 def _ring(
     rng: np.random.Generator, noise: float, least: int = 3, chords: int = 2
-) -> tuple[int, np.ndarray, np.ndarray, np.ndarray]:
-    """A ring of headings with chords: the number, the edges, the measured turns, precisions."""
+) -> tuple[int, np.ndarray, np.ndarray]:
+    """A ring of headings with chords: the number, the edges, the measured turns."""
     n = int(rng.integers(least, 13))
     across = [rng.permutation(n)[:2] for _ in range(int(rng.integers(0, chords + 1)))]
     edges = np.array([*([k, (k + 1) % n] for k in range(n)), *across])
-    turns = noise * rng.normal(size=len(edges))
-    return n, edges, turns, rng.uniform(0.5, 2.0, len(edges))
+    return n, edges, noise * rng.normal(size=len(edges))
 
 
 def _headings(rng: np.random.Generator, n: int, k: int) -> np.ndarray:

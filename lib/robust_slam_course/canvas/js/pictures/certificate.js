@@ -95,9 +95,9 @@ function inRadians(degrees) {
 /** All points from R (2, 2n) on: a descent in the plane, then one with each row that is added. */
 function climbFrames(Q, R) {
   const plane = descend(Q, R, 2);
-  const levels = staircase(Q, plane.R);
+  const levels = staircase(Q, plane.at(-1).R);
   return [
-    ...plane.history.map((point) => ({ ...point, r: 2 })),
+    ...plane.map((point) => ({ ...point, r: 2 })),
     ...levels.slice(1).flatMap(({ r, history }) => history.map((point) => ({ ...point, r }))),
   ];
 }

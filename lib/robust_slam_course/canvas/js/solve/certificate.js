@@ -2,7 +2,7 @@
  * The certificate of global optimality for rotations in the plane.
  *
  * Rotations are the blocks of R (r × 2n, by rows) side by side; r is 2 for headings, more on the
- * staircase. The cost Σ κ ‖R_j − R_i R̃‖²_F, without a ½, is tr(R Q Rᵀ). Let S = Q − Λ with Λ block diagonal,
+ * staircase. The cost Σ ‖R_j − R_i R̃‖²_F, without a ½, is tr(R Q Rᵀ). Let S = Q − Λ with Λ block diagonal,
  * Λ_i = sym(R_iᵀ (R Q)_i). If S Rᵀ = 0 and S ⪰ 0, no rotations cost less. With S + η I ⪰ 0 any
  * rotations cost at least tr Λ − 2 n η, whether R is stationary or not.
  *
@@ -12,14 +12,7 @@
  * "SE-Sync", Theorem 7 and equations (107) and (112).
  */
 import { symmetricEigen } from "./eigen.js";
-import { skylineFactor, skylinePattern } from "./skyline.js";
-
-/** The verdict of a certificate, in the words of the library. */
-export const VERDICT = {
-  certified: "certified",
-  notCertified: "not certified",
-  notStationary: "not stationary",
-};
+import { denseFactor } from "./skyline.js";
 
 /** The largest stationarity of rotations that count as stationary. */
 const STATIONARY = 1e-9;
@@ -32,19 +25,16 @@ const ROUNDING_SHIFT = 2e-11;
 const ROUNDING_GAP = 1e-9;
 
 /**
- * Return Q (2n, 2n) of the headings alone, with tr(R Q Rᵀ) = Σ κ ‖R_j − R_i R̃‖²_F.
+ * Return Q (2n, 2n) of the headings alone, with tr(R Q Rᵀ) = Σ ‖R_j − R_i R̃‖²_F.
  *
- * `edges` [[i, j], …] (m, 2); `turns` (m,) are the measured angles in rad; `kappa` a number or
- * (m,).
+ * `edges` [[i, j], …] (m, 2); `turns` (m,) are the measured angles in rad.
  */
-export function connectionMatrix(n, edges, turns, kappa = 1) {
+export function connectionMatrix(n, edges, turns) {
   const Q = new Float64Array(4 * n * n);
   edges.forEach(([i, j], k) => {
-    const precision = typeof kappa === "number" ? kappa : kappa[k];
-    const cosine = precision * Math.cos(turns[k]);
-    const sine = precision * Math.sin(turns[k]);
-    addBlock(Q, n, i, i, [precision, 0, 0, precision]);
-    addBlock(Q, n, j, j, [precision, 0, 0, precision]);
+    const [cosine, sine] = [Math.cos(turns[k]), Math.sin(turns[k])];
+    addBlock(Q, n, i, i, [1, 0, 0, 1]);
+    addBlock(Q, n, j, j, [1, 0, 0, 1]);
     addBlock(Q, n, i, j, [-cosine, sine, -sine, -cosine]);
     addBlock(Q, n, j, i, [-cosine, -sine, sine, -cosine]);
   });
@@ -66,11 +56,6 @@ export function headingsRow(angles) {
 /** Return tr(R Q Rᵀ) of R (r, 2n), which is a sum of squares and so at least 0. */
 export function quadraticCost(Q, R, r) {
   return Math.max(0, dotProduct(rowsTimes(R, r, Q), R));
-}
-
-/** Return S = Q − Λ (2n, 2n) at R (r, 2n). */
-export function certificateMatrix(Q, R, r) {
-  return lessMultipliers(Q, multipliersOf(Q, R, r));
 }
 
 /** Return the blocks Λ_i = sym(R_iᵀ (R Q)_i) (n, 2, 2) by rows. */
@@ -122,93 +107,67 @@ export function dotProduct(a, b) {
  * Σ_c ‖(R S)_c‖²/Q_cc over Σ_c Q_cc, as `robust_slam.certificates.tangent` has it.
  */
 export function headingsStationarity(Q, R, r) {
-  const width = R.length / r;
-  const gradient = rowsTimes(R, r, certificateMatrix(Q, R, r));
-  let squares = 0;
-  let scale = 0;
-  for (let c = 0; c < width; c++) {
-    const own = Q[c * width + c];
-    scale += own;
-    for (let row = 0; row < r; row++) squares += gradient[row * width + c] ** 2 / own;
-  }
-  return Math.sqrt(squares / scale);
+  const gradient = rowsTimes(R, r, lessMultipliers(Q, multipliersOf(Q, R, r)));
+  const diagonal = diagonalEntries(Q);
+  const squares = gradient.reduce((sum, entry, k) => sum + entry ** 2 / diagonal[k % diagonal.length], 0);
+  return Math.sqrt(squares / traceOf(Q));
 }
 
 /**
  * Return the certificate of R (r, 2n) for the headings alone, with Q from `connectionMatrix`.
  *
- * The result is { verdict, stationarity, lambdaMin, eta, cost, lowerBound, bound, direction, S,
+ * The result is { verdict, stationarity, lambdaMin, cost, lowerBound, bound, direction, S,
  * eigenvalues }. `lambdaMin` is 0 where it is 0 up to rounding; no rotations cost less than
  * `lowerBound`, and `bound` bounds the optimality gap. `direction` (2n,) is the unit eigenvector
- * of a negative `lambdaMin`, a descent direction at the next rank, null where there is none.
+ * of a negative `lambdaMin`, a descent direction at the next rank, null where there is none. As in
+ * `robust_slam.certificates.optimality.judge` the verdict follows from the bound that the Cholesky
+ * test proves, not from the test.
  */
-export function certify(Q, R, r = 2) {
+export function certify(Q, R, r) {
   const width = R.length / r;
-  const S = certificateMatrix(Q, R, r);
+  const S = lessMultipliers(Q, multipliersOf(Q, R, r));
   const cost = quadraticCost(Q, R, r);
-  const spectrum = symmetricEigen(S, width);
-  const proof = judgement({
-    S,
-    diagonal: Float64Array.from({ length: width }, (_, c) => Q[c * width + c]),
-    stationarity: headingsStationarity(Q, R, r),
-    cost,
-    multiplierTrace: cost,
-    spectrum: () => spectrum,
-  });
-  return { ...proof, S, eigenvalues: spectrum.values };
-}
-
-/**
- * Return the verdict and its numbers, as `robust_slam.certificates.optimality.judge` does: the
- * verdict follows from the bound that the Cholesky test proves, not from the test.
- */
-export function judgement({ S, diagonal, stationarity, cost, multiplierTrace, spectrum }) {
-  const width = diagonal.length;
-  const total = diagonal.reduce((sum, entry) => sum + entry, 0);
+  const stationarity = headingsStationarity(Q, R, r);
+  const { values: eigenvalues, vectors } = symmetricEigen(S, width);
+  const total = traceOf(Q);
   const share = Math.max(FIRST_SHIFT, Math.min(stationarity, ROUNDING_SHIFT / 2));
-  const passed = isDefinite(S, diagonal.map((entry) => share * entry));
-  let eta = (share * total) / width;
-  let [lambdaMin, direction] = [0, null];
-  if (!passed) {
-    const { values, vectors } = spectrum();
-    lambdaMin = values[0];
-    direction = vectors.slice(0, width);
-    eta = Math.max(eta, -lambdaMin) * (1 + 1e-10);
-  }
-  const lowerBound = multiplierTrace - width * eta;
+  const shifted = S.slice();
+  diagonalEntries(Q).forEach((entry, c) => { shifted[c * width + c] += share * entry; });
+  const passed = denseFactor(shifted, width) !== null;
+  const lambdaMin = passed ? 0 : eigenvalues[0];
+  const eta = Math.max((share * total) / width, -lambdaMin * (1 + 1e-10));
+  const lowerBound = cost - width * eta;
   const negligible = ROUNDING_GAP * cost + (passed ? ROUNDING_SHIFT * total : 0);
-  let verdict = VERDICT.notStationary;
-  if (stationarity <= STATIONARY) {
-    verdict = cost - lowerBound <= negligible ? VERDICT.certified : VERDICT.notCertified;
-  }
-  const bound = Math.max(0, cost - Math.max(0, lowerBound));
-  return { verdict, stationarity, lambdaMin, eta, cost, lowerBound, bound, direction };
+  const proved = cost - lowerBound <= negligible ? "certified" : "not certified";
+  return {
+    verdict: stationarity <= STATIONARY ? proved : "not stationary",
+    stationarity, lambdaMin, cost, lowerBound, S, eigenvalues,
+    bound: Math.max(0, cost - Math.max(0, lowerBound)),
+    direction: passed ? null : vectors.slice(0, width),
+  };
 }
 
-/** Tell whether A + diag(shift) is positive definite, for a symmetric A by rows. */
-function isDefinite(A, shift) {
-  const size = shift.length;
-  const pattern = skylinePattern(new Int32Array(size));
-  const values = new Float64Array(pattern.length);
-  for (let r = 0; r < size; r++) {
-    for (let c = 0; c <= r; c++) values[pattern.start[r] + c] = A[r * size + c];
-    values[pattern.start[r] + r] += shift[r];
-  }
-  return skylineFactor(pattern, values);
-}
-
-/** Return Q − Λ (2n, 2n) for blocks Λ (n, 2, 2). */
-export function lessMultipliers(Q, multipliers) {
+/** Return Q − share · Λ (2n, 2n) for blocks Λ (n, 2, 2). */
+export function lessMultipliers(Q, multipliers, share = 1) {
   const n = multipliers.length / 4;
   const S = Q.slice();
   for (let i = 0; i < n; i++) {
-    addBlock(S, n, i, i, multipliers.subarray(4 * i, 4 * i + 4).map((entry) => -entry));
+    addBlock(S, n, i, i, multipliers.subarray(4 * i, 4 * i + 4).map((entry) => -share * entry));
   }
   return S;
 }
 
+function diagonalEntries(Q) {
+  const size = Math.round(Math.sqrt(Q.length));
+  return Float64Array.from({ length: size }, (_, c) => Q[c * size + c]);
+}
+
+export function traceOf(Q) {
+  return diagonalEntries(Q).reduce((sum, entry) => sum + entry, 0);
+}
+
 /** Add a block (2, 2) to block (i, j) of a matrix (2n, 2n) by rows. */
-export function addBlock(matrix, n, i, j, block) {
+function addBlock(matrix, n, i, j, block) {
   const at = 4 * n * i + 2 * j;
   matrix[at] += block[0];
   matrix[at + 1] += block[1];

@@ -65,3 +65,16 @@ export function skylineSolve({ size, first, start }, values, right) {
     for (let c = first[r]; c < r; c++) right[c] -= values[row + c] * entry;
   }
 }
+
+/**
+ * Return the factor { pattern, values } of a full symmetric A (size, size) by rows; null if A is
+ * not positive definite.
+ */
+export function denseFactor(A, size) {
+  const pattern = skylinePattern(new Int32Array(size));
+  const values = new Float64Array(pattern.length);
+  for (let r = 0; r < size; r++) {
+    for (let c = 0; c <= r; c++) values[pattern.start[r] + c] = A[r * size + c];
+  }
+  return skylineFactor(pattern, values) ? { pattern, values } : null;
+}

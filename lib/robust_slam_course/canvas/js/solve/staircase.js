@@ -10,24 +10,12 @@
  * 2016; Absil, Baker and Gallivan 2007, Algorithms 1 and 2; Steihaug 1983.
  */
 import {
-  certify,
-  dotProduct,
-  headingsStationarity,
-  multipliersOf,
-  quadraticCost,
-  rowsTimes,
-  symmetricProducts,
+  certify, dotProduct, headingsStationarity, lessMultipliers, multipliersOf, quadraticCost, rowsTimes,
+  symmetricProducts, traceOf,
 } from "./certificate.js";
 import { symmetricEigen } from "./eigen.js";
 import { costIncreases } from "./rounding.js";
-import { skylineFactor, skylinePattern, skylineSolve } from "./skyline.js";
-
-/** Why a descent stopped, in the words of the library. */
-export const DESCENT_STOP = {
-  stationary: "stationary",
-  rounding: "rounding",
-  iterationLimit: "iteration limit",
-};
+import { denseFactor, skylineSolve } from "./skyline.js";
 
 const CLIMB_HALVINGS = 40;
 const INNER_LIMIT = 300;
@@ -50,46 +38,38 @@ const LEVELS = [1, 0.9, 0.5, 0];
  * The new row is a multiple of `direction` (2n,), for instance that of `certify`, halved until
  * the cost falls.
  */
-export function climb(Q, R, r, direction) {
+function climb(Q, R, r, direction) {
   const here = quadraticCost(Q, R, r);
-  const width = direction.length;
-  let longest = 0;
-  for (let c = 0; c < width; c += 2) {
-    longest = Math.max(longest, Math.hypot(direction[c], direction[c + 1]));
-  }
-  const level = new Float64Array((r + 1) * width);
-  level.set(R);
+  const lengths = direction.map((entry, c) => Math.hypot(entry, direction[c ^ 1]));
+  const longest = Math.max(...lengths);
   for (let halvings = 0; halvings < CLIMB_HALVINGS; halvings++) {
-    const moved = level.slice();
     const scale = 0.5 ** halvings / longest;
-    for (let c = 0; c < width; c++) moved[r * width + c] = scale * direction[c];
-    nearestStiefel(moved, r + 1);
+    const moved = nearestStiefel([...R, ...direction.map((entry) => scale * entry)], r + 1);
     if (quadraticCost(Q, moved, r + 1) < here) return moved;
   }
-  return level;
+  return Float64Array.from([...R, ...direction.map(() => 0)]);
 }
 
 /**
- * Return a minimum of tr(R Q Rᵀ) near R (r, 2n), as { R, cost, stationarity, stop, history }.
+ * Return the descent of tr(R Q Rᵀ) from R (r, 2n) to a minimum near it.
  *
- * Each point of the history is { R, cost, stationarity }, the start first, for a picture to play.
- * The cost never increases, and heading 0 stays.
+ * Each of its points is { R, cost, stationarity }, the start first, for a picture to play. The cost
+ * never increases, and heading 0 stays.
  */
 export function descend(Q, R, r, { tol = 1e-13, maxIterations = 200 } = {}) {
   const history = [pointAt(Q, R, r)];
   const state = { radius: null, level: 0 };
-  const ending = (stop) => ({ ...history[history.length - 1], stop, history });
   for (let iteration = 0; iteration < maxIterations; iteration++) {
-    const point = history[history.length - 1];
-    if (point.stationarity <= tol) return ending(DESCENT_STOP.stationary);
+    const point = history.at(-1);
+    if (point.stationarity <= tol) break;
     const { step, trial } = advance(Q, r, point, state);
-    if (trial === null) return ending(DESCENT_STOP.rounding);
+    if (trial === null) break;
     const flat = point.stationarity < FLAT && trial.stationarity > 0.5 * point.stationarity;
     // Near a saddle such a step is rounding along a direction of negative curvature.
     if (!(flat && trial.stationarity > point.stationarity)) history.push(trial);
-    if (!step.atEdge && flat) return ending(DESCENT_STOP.rounding);
+    if (!step.atEdge && flat) break;
   }
-  return ending(DESCENT_STOP.iterationLimit);
+  return history;
 }
 
 /**
@@ -101,13 +81,25 @@ export function descend(Q, R, r, { tol = 1e-13, maxIterations = 200 } = {}) {
 export function staircase(Q, R, maxClimbs = 5) {
   const levels = [{ r: 2, proof: certify(Q, R, 2), history: [pointAt(Q, R, 2)] }];
   for (let r = 2; r < 2 + maxClimbs; r++) {
-    const { proof, history } = levels[levels.length - 1];
+    const { proof, history } = levels.at(-1);
     if (proof.direction === null) break;
-    const higher = climb(Q, history[history.length - 1].R, r, proof.direction);
+    const direction = r === 2 ? steadyAtFirst(proof.direction) : proof.direction;
+    const higher = climb(Q, history.at(-1).R, r, direction);
     const descent = descend(Q, higher, r + 1);
-    levels.push({ r: r + 1, proof: certify(Q, descent.R, r + 1), history: descent.history });
+    levels.push({ r: r + 1, proof: certify(Q, descent.at(-1).R, r + 1), history: descent });
   }
   return levels;
+}
+
+/**
+ * Return an eigenvector at rank 2 with each block turned, which leaves it one, so that the arrow
+ * of heading 0 does not rise: of the many ways out a picture shows one.
+ */
+function steadyAtFirst(vector) {
+  const size = Math.hypot(vector[0], vector[1]);
+  if (size < 1e-9) return vector;
+  const [cosine, sine] = [-vector[1] / size, -vector[0] / size];
+  return vector.map((entry, c) => cosine * entry + (c % 2 ? sine : -sine) * vector[c ^ 1]);
 }
 
 /**
@@ -116,21 +108,10 @@ export function staircase(Q, R, maxClimbs = 5) {
  */
 export function roundedHeadings(R, r, first = 0) {
   const width = R.length / r;
-  const gram = new Float64Array(r * r);
-  for (let a = 0; a < r; a++) {
-    for (let b = 0; b < r; b++) {
-      const [one, other] = [a, b].map((row) => R.subarray(row * width, (row + 1) * width));
-      gram[a * r + b] = dotProduct(one, other);
-    }
-  }
-  const { vectors } = symmetricEigen(gram, r);
-  const [high, low] = [r - 1, r - 2].map((k) => {
-    const row = new Float64Array(width);
-    for (let a = 0; a < r; a++) {
-      addMultiple(row, vectors[k * r + a], R.subarray(a * width, (a + 1) * width));
-    }
-    return row;
-  });
+  const rows = Array.from({ length: r }, (_, row) => R.subarray(row * width, (row + 1) * width));
+  const gram = rows.flatMap((one) => rows.map((other) => dotProduct(one, other)));
+  const { vectors } = symmetricEigen(Float64Array.from(gram), r);
+  const [high, low] = [r - 1, r - 2].map((k) => combined(rows, vectors.subarray(k * r, (k + 1) * r)));
   let mirrored = 0;
   for (let c = 0; c < width; c += 2) {
     mirrored += high[c] * low[c + 1] < high[c + 1] * low[c] ? 2 : 0;
@@ -161,19 +142,13 @@ function advance(Q, r, point, state) {
   const noise = COST_NOISE * point.cost + negligible;
   for (;;) {
     const step = truncatedStep(model, point.stationarity, state.radius);
-    const trial = pointAt(Q, retractedRows(point.R, step.vectors, r), r);
+    const moved = combined([...model.basis, point.R], [...step.coordinates, 1]);
+    const trial = pointAt(Q, nearestStiefel(moved, r), r);
     const ratio = (point.cost - trial.cost + noise) / (step.decrease + noise);
     state.radius = nextRadius(state.radius, step, ratio);
     if (ratio > 0.05 && !costIncreases(trial.cost, point.cost, negligible)) return { step, trial };
     if (step.decrease <= noise) return { step, trial: null };
   }
-}
-
-function traceOf(Q) {
-  const size = Math.round(Math.sqrt(Q.length));
-  let sum = 0;
-  for (let c = 0; c < size; c++) sum += Q[c * size + c];
-  return sum;
 }
 
 function nextRadius(radius, step, ratio) {
@@ -183,36 +158,45 @@ function nextRadius(radius, step, ratio) {
 }
 
 /**
- * Return the model at R: half the gradient, half the Hessian as a map of tangent vectors, and the
- * inverse of Q − θ Λ on the tangent space, with the largest θ for which it is positive definite.
+ * Return the model at R in coordinates of the tangent `basis`: half the gradient, half the Hessian
+ * as a map, and the inverse of Q − θ Λ, with the largest θ for which it is positive definite.
  */
 function quadraticModel(Q, r, R, state) {
   const multipliers = multipliersOf(Q, R, r);
-  const hessian = (vectors) => {
-    const product = rowsTimes(vectors, r, Q);
-    subtractMultiples(product, vectors, multipliers, r);
-    return tangentPart(R, product, r);
-  };
   const basis = tangentBasis(R, r);
+  const restricted = (theta) => {
+    const images = basis.map((vector) => rowsTimes(vector, r, lessMultipliers(Q, multipliers, theta)));
+    return basis.map((one) => Float64Array.from(images, (image) => dotProduct(one, image)));
+  };
+  const [slope, curvature] = [rowsTimes(R, r, Q), restricted(1)];
   state.level = Math.max(0, state.level - 1);
   for (; ; state.level++) {
-    const inverse = restrictedInverse(Q, multipliers, LEVELS[state.level], basis, r);
-    if (inverse === null && state.level < LEVELS.length - 1) continue;
-    if (inverse === null) throw new Error("the measurements do not determine the headings");
-    return { gradient: tangentPart(R, rowsTimes(R, r, Q), r), hessian, inverse };
+    const matrix = Float64Array.from(restricted(LEVELS[state.level]).flatMap((row) => [...row]));
+    const factor = denseFactor(matrix, basis.length);
+    if (factor === null) continue;
+    return {
+      basis,
+      gradient: Float64Array.from(basis, (vector) => dotProduct(vector, slope)),
+      hessian: (vector) => Float64Array.from(curvature, (row) => dotProduct(row, vector)),
+      inverse(vector) {
+        const solved = vector.slice();
+        skylineSolve(factor.pattern, factor.values, solved);
+        return solved;
+      },
+    };
   }
 }
 
 /** Return a step of truncated conjugate gradients in the region (Steihaug 1983). */
 function truncatedStep({ gradient, hessian, inverse }, stationarity, radius) {
-  const vectors = new Float64Array(gradient.length);
+  const coordinates = new Float64Array(gradient.length);
   const change = new Float64Array(gradient.length);
   const residual = gradient.slice();
   let scaled = inverse(residual);
   let size = dotProduct(residual, scaled);
   const finished = (length, atEdge) => {
-    const decrease = -(2 * dotProduct(gradient, vectors) + dotProduct(change, vectors));
-    return { vectors, decrease, length, atEdge };
+    const decrease = -(2 * dotProduct(gradient, coordinates) + dotProduct(change, coordinates));
+    return { coordinates, decrease, length, atEdge };
   };
   if (size === 0) return finished(0, false);
   const goal = size * Math.min(FORCING, Math.sqrt(stationarity)) ** 2;
@@ -229,7 +213,7 @@ function truncatedStep({ gradient, hessian, inverse }, stationarity, radius) {
       const room = across * across + along * (radius * radius - square);
       length = (Math.sqrt(Math.max(room, 0)) - across) / along;
     }
-    addMultiple(vectors, length, direction);
+    addMultiple(coordinates, length, direction);
     addMultiple(change, length, curved);
     if (atEdge) return finished(radius, true);
     addMultiple(residual, length, curved);
@@ -248,51 +232,37 @@ function addMultiple(total, share, vector) {
   for (let k = 0; k < total.length; k++) total[k] += share * vector[k];
 }
 
-/** Take V_i Λ_i off each block of `product` (r, 2n). */
-function subtractMultiples(product, vectors, multipliers, r) {
-  const width = product.length / r;
-  for (let row = 0; row < product.length; row += width) {
-    for (let c = 0; c < width; c += 2) {
-      const [a, b] = [vectors[row + c], vectors[row + c + 1]];
-      product[row + c] -= a * multipliers[2 * c] + b * multipliers[2 * c + 2];
-      product[row + c + 1] -= a * multipliers[2 * c + 1] + b * multipliers[2 * c + 3];
-    }
-  }
-}
-
-/** Return the tangent vectors at R nearest to V: V_i − R_i sym(R_iᵀV_i), and 0 at heading 0. */
-function tangentPart(R, V, r) {
-  const width = R.length / r;
-  const part = V.slice();
-  subtractMultiples(part, R, symmetricProducts(R, V, r), r);
-  for (let row = 0; row < part.length; row += width) part[row] = part[row + 1] = 0;
-  return part;
+/** Return Σ share · vector. */
+function combined(vectors, shares) {
+  const total = new Float64Array(vectors[0].length);
+  vectors.forEach((vector, k) => addMultiple(total, shares[k], vector));
+  return total;
 }
 
 /**
- * Return the tangent basis of each heading but the first, as [i, block (r, 2)]: R_i times a
+ * Return the tangent basis of the headings but the first, vectors like R (r, 2n): R_i times a
  * quarter turn, and each direction orthogonal to R_i in either column.
  */
 function tangentBasis(R, r) {
   const width = R.length / r;
   const basis = [];
   for (let i = 1; i < width / 2; i++) {
-    const columns = [0, 1].map((column) =>
-      Float64Array.from({ length: r }, (_, row) => R[row * width + 2 * i + column]),
-    );
-    basis.push([i, blockOf(columns[1].map((entry) => -entry), columns[0])]);
-    const zero = new Float64Array(r);
+    const put = (...columns) => {
+      const vector = new Float64Array(R.length);
+      columns.forEach((column, c) => column.forEach((entry, row) => {
+        vector[row * width + 2 * i + c] = entry;
+      }));
+      basis.push(vector);
+    };
+    const columns = [0, 1].map((c) => (
+      Float64Array.from({ length: r }, (_, row) => R[row * width + 2 * i + c])));
+    put(columns[1].map((entry) => -entry), columns[0]);
     for (const beyond of complement(columns, r)) {
-      basis.push([i, blockOf(beyond, zero)], [i, blockOf(zero, beyond)]);
+      put(beyond);
+      put([], beyond);
     }
   }
   return basis;
-}
-
-function blockOf(first, second) {
-  return Float64Array.from({ length: 2 * first.length }, (_, k) =>
-    k % 2 === 0 ? first[k / 2] : second[(k - 1) / 2],
-  );
 }
 
 /** Return orthonormal vectors (r − 2) orthogonal to two orthonormal columns (r,). */
@@ -308,64 +278,9 @@ function complement(columns, r) {
   return found.slice(2);
 }
 
-/** Return the inverse of Q − θ Λ on the span of `basis`, null if it is not positive definite. */
-function restrictedInverse(Q, multipliers, theta, basis, r) {
-  const width = multipliers.length / 2;
-  const pattern = skylinePattern(new Int32Array(basis.length));
-  const values = new Float64Array(pattern.length);
-  basis.forEach(([i, one], row) => {
-    for (let column = 0; column <= row; column++) {
-      const [j, other] = basis[column];
-      const begin = 2 * i * width + 2 * j;
-      const block = [Q[begin], Q[begin + 1], Q[begin + width], Q[begin + width + 1]];
-      if (i === j) for (let k = 0; k < 4; k++) block[k] -= theta * multipliers[4 * i + k];
-      let sum = 0;
-      for (let k = 0; k < 2 * r; k += 2) {
-        sum += one[k] * (block[0] * other[k] + block[1] * other[k + 1]);
-        sum += one[k + 1] * (block[2] * other[k] + block[3] * other[k + 1]);
-      }
-      values[pattern.start[row] + column] = sum;
-    }
-  });
-  if (!skylineFactor(pattern, values)) return null;
-  return (vectors) => {
-    const coordinates = Float64Array.from(basis, ([i, block]) => overBlock(vectors, i, block, r));
-    skylineSolve(pattern, values, coordinates);
-    const solved = new Float64Array(vectors.length);
-    basis.forEach(([i, block], k) => {
-      for (let row = 0; row < r; row++) {
-        solved[row * width + 2 * i] += coordinates[k] * block[2 * row];
-        solved[row * width + 2 * i + 1] += coordinates[k] * block[2 * row + 1];
-      }
-    });
-    return solved;
-  };
-}
-
-function overBlock(vectors, i, block, r) {
-  const width = vectors.length / r;
-  let sum = 0;
-  for (let row = 0; row < r; row++) {
-    const at = row * width + 2 * i;
-    sum += vectors[at] * block[2 * row] + vectors[at + 1] * block[2 * row + 1];
-  }
-  return sum;
-}
-
-/** Return R moved by tangent vectors and retracted, with heading 0 unchanged to the last bit. */
-function retractedRows(R, vectors, r) {
-  const width = R.length / r;
-  const moved = R.map((entry, k) => entry + vectors[k]);
-  nearestStiefel(moved, r);
-  for (let row = 0; row < R.length; row += width) {
-    moved[row] = R[row];
-    moved[row + 1] = R[row + 1];
-  }
-  return moved;
-}
-
-/** Replace each block Y (r, 2) by the nearest one with orthonormal columns, Y (YᵀY)^(−½). */
-function nearestStiefel(R, r) {
+/** Return for each block Y (r, 2) the nearest one with orthonormal columns, Y (YᵀY)^(−½). */
+function nearestStiefel(blocks, r) {
+  const R = Float64Array.from(blocks);
   const width = R.length / r;
   const gram = symmetricProducts(R, R, r);
   for (let c = 0; c < width; c += 2) {
@@ -379,4 +294,5 @@ function nearestStiefel(R, r) {
       R[row + c + 1] = (y * (a + s) - x * b) / (s * t);
     }
   }
+  return R;
 }
