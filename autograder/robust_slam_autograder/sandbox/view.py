@@ -20,8 +20,8 @@ from robust_slam_autograder.student.imports import NOT_INSTALLED
 _SYSTEM_FILES = ("/etc/ld.so.cache", "/usr/share/zoneinfo", "/usr/lib/locale/C.utf8")
 _LOADED_LATER = ("libgcc_s.so.1",)
 """Libraries that the C library opens by itself when a thread ends."""
-_FAMILIES = ("libmkl",)
-"""Libraries that open others of their name when they run."""
+_OPENS_OTHERS = "libmkl"
+"""Libraries that open others of this name when they run."""
 _TRACED = re.compile(r"(/\S.*) \(0x[0-9a-f]+\)$")
 
 
@@ -103,25 +103,16 @@ def _libraries(found: packages.Packages) -> list[Path]:
     The system's own dynamic loader lists them; it loads everything and runs nothing.
     """
     plain = [*_standard_links(), *_links(found.libraries, found.sites)]
-    families = [
-        other
-        for path in plain
-        for family in _FAMILIES
-        if path.name.startswith(family)
-        for other in path.parent.glob(f"{family}*")
-    ]
-    return list(dict.fromkeys([*plain, *families]))
+    mkl = [path for path in plain if path.name.startswith(_OPENS_OTHERS)]
+    others = [other for path in mkl for other in path.parent.glob(f"{_OPENS_OTHERS}*")]
+    return list(dict.fromkeys([*plain, *others]))
 
 
 @cache
 def _standard_links() -> list[Path]:
     """Find the same for all packages."""
-    left_out = set(_standard_parts())
-    standard: list[Path] = []
-    for top, folders, names in os.walk(_standard_library()):
-        folders[:] = [name for name in folders if Path(top, name) not in left_out]
-        standard += [Path(top, name) for name in names if name.endswith(".so")]
-    return _links((path for path in standard if path not in left_out), ())
+    modules = set((_standard_library() / "lib-dynload").glob("*.so"))
+    return _links(sorted(modules.difference(_standard_parts())), ())
 
 
 def _links(modules: Iterable[Path], sites: Sequence[Path]) -> list[Path]:
