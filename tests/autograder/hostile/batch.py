@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
+import contextlib
 import json
 import os
 import re
@@ -12,7 +12,7 @@ import stat
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -45,33 +45,25 @@ SHARED = {
     "free-blocks": "how full the machine is",
 }
 """Words of attacks that reach what all sandboxes share, in which one could leave a message."""
-LARGE = 2**20
-"""Files above this size are known by size and time alone."""
 NEARBY = ("/tmp", "/var/tmp", "/dev/shm", "~", ".")
 """Folders beside the batch in which an attack's files would be found by its mark."""
 
 
 @dataclass(frozen=True)
 class Course:
-    """A folder with everything of one batch in it."""
+    """A folder with everything of one batch in it: ``submitted``, and what the grader makes."""
 
     root: Path
     target: Target
     mark: str
+    out: Path
+    """Where results and summaries go."""
+    pages: Path
+    """Where students' pages go."""
 
     def folder(self, entry: Entry) -> Path:
         """Where a submission lies."""
         return self.root / "submitted" / entry.name / self.target.name
-
-    @property
-    def out(self) -> Path:
-        """Where results and summaries go."""
-        return self.root / MADE[0]
-
-    @property
-    def pages(self) -> Path:
-        """Where students' pages go."""
-        return self.root / MADE[1]
 
 
 @dataclass(frozen=True)
@@ -97,28 +89,30 @@ def course_assignments() -> list[str]:
 
 
 def attack(name: str, wall: str) -> Report:
-    """Grade all submissions of one assignment, the toy or one of the course's, in one batch."""
+    """Grade all submissions of one assignment, the toy or one of the course's, in one batch.
+
+    Many of them only wait, for limits that are judged alone: so four run at once.
+    """
     with tempfile.TemporaryDirectory(prefix="attack-", ignore_cleanup_errors=True) as folder:
         tree, limits = ROOT / "solutions", LIMITS
         if name == toy.NAME:
             settings = f'packages = {json.dumps(DEFAULT_PACKAGES)}\nwithheld = ["xml.dom"]\n'
             tree, limits = toy.make_tree(Path(folder, "tree"), settings), SHORT
-        Path(folder, "course").mkdir()
-        course = make(Path(folder, "course"), tree, name, limits)
+        course = _make(Path(folder, "course"), tree, name, limits)
         entries = catalogue.entries()
-        write(course, entries)
-        return run(course, entries, wall=wall, seed=SEED)
+        for entry in entries:
+            place = Place(course.folder(entry), course.root, course.mark)
+            entry.write(course.target, place)
+        before = snapshot(course.root)
+        token = f"planted-token-{secrets.token_hex(8)}"
+        options = ["--jobs", "4", "--seed", str(SEED), "--sandbox", wall]
+        status, said = _grade(course, entries, options, os.environ | {TOKEN_VARIABLE: token})
+        changed = [f"{path} changed" for path in differences(before, snapshot(course.root))]
+        return _report(course, entries, status, said, token, changed)
 
 
-def make(root: Path, tree: Path, name: str, limits: str) -> Course:
-    """Lay out a course around one assignment of a tree, with these limits in its settings.
-
-    Args:
-        root: an empty folder.
-        tree: the source tree that the assignment is copied from.
-        name: the assignment.
-        limits: lines of the settings' ``[limits]``.
-    """
+def _make(root: Path, tree: Path, name: str, limits: str) -> Course:
+    """Lay out a course around one assignment of a tree, with these limits in its settings."""
     shutil.copytree(tree / name, root / "solutions" / name)
     settings = root / "solutions" / name / CONFIG_NAME
     allowed = json.dumps([*load_config(settings).packages, *ATTACKERS_PACKAGES])
@@ -130,62 +124,44 @@ def make(root: Path, tree: Path, name: str, limits: str) -> Course:
     (outside / "notes.txt").write_text("a neighbour's notes")
     for path in (outside, outside / "notes.txt"):
         path.chmod(0o777)
+    (root / "submitted").mkdir()
     target = load(root / "solutions", name, root / "release")
-    return Course(root, target, f"mk{secrets.token_hex(6)}")
+    return Course(root, target, f"mk{secrets.token_hex(6)}", *(root / folder for folder in MADE))
 
 
-def write(course: Course, entries: Sequence[Entry]) -> None:
-    """Write every submission."""
-    (course.root / "submitted").mkdir(exist_ok=True)
-    for entry in entries:
-        entry.write(course.target, Place(course.folder(entry), course.root, course.mark))
-
-
-def run(
+def _report(
     course: Course,
     entries: Sequence[Entry],
-    *,
-    wall: str,
-    seed: int,
-    jobs: int = 4,
+    status: int | None,
+    said: Sequence[str],
+    token: str,
+    changed: Sequence[str],
 ) -> Report:
-    """Grade the batch and look at what became of everything.
-
-    Args:
-        course: from ``make``; its submissions are written.
-        entries: those submissions.
-        wall: the back end.
-        seed: the batch's secret.
-        jobs: how many at once: many of them only wait, for limits that are judged alone.
-    """
-    before = snapshot(course.root)
-    token = f"planted-token-{secrets.token_hex(8)}"
-    options = ["--jobs", str(jobs), "--seed", str(seed), "--sandbox", wall]
-    status, said = _grade(course, entries, options, os.environ | {TOKEN_VARIABLE: token})
-    found = results(course, entries)
-    marks = {name: earned(value, course.target) for name, value in found.items()}
-    texts = leaks.secrets(course.target, seed) | {token: "the token"} | SHARED
-    changed = [f"{path} changed" for path in differences(before, snapshot(course.root))]
+    """Look at what became of everything."""
+    target, found = course.target, results(course, entries)
+    marks = {name: earned(value, target) for name, value in found.items()}
+    texts = leaks.secrets(target, SEED) | {token: "the token"} | SHARED
+    lost = [(entry, verdict.under_graded(entry, marks, target)) for entry in entries]
     return Report(
         submissions=len(entries),
-        inflated=_sentences(verdict.inflated(e, marks, course.target, BASELINES) for e in entries),
+        inflated=_sentences(verdict.inflated(e, marks, target, BASELINES) for e in entries),
         leaks=(
             *leaks.shown(course.out, said, texts),
             *leaks.shown(course.pages, (), texts | {SCRIPT: "a student's script"}),
         ),
-        harmed=(*_neighbours(entries, marks, course.target), *changed, *left_behind(course.mark)),
+        harmed=(
+            *_sentences(sentence for entry, sentence in lost if not entry.kind),
+            *changed,
+            *left_behind(course.mark),
+        ),
         stopped=tuple(_stops(status, said, entries, found)),
-        under_graded=_sentences(
-            verdict.under_graded(e, marks, course.target) for e in entries if e.kind
-        ),
-        spilled=_sentences(
-            verdict.spilled(e, marks, course.target, BASELINES[0]) for e in entries
-        ),
-        odd=_sentences(_oddity(e, found.get(e.name), course.target) for e in entries),
+        under_graded=_sentences(sentence for entry, sentence in lost if entry.kind),
+        spilled=_sentences(verdict.spilled(e, marks, target, BASELINES[0]) for e in entries),
+        odd=_sentences(_oddity(e, found.get(e.name), target) for e in entries),
     )
 
 
-def _sentences(said: Any) -> tuple[str, ...]:
+def _sentences(said: Iterable[str]) -> tuple[str, ...]:
     return tuple(sentence for sentence in said if sentence)
 
 
@@ -195,38 +171,35 @@ def _grade(
     options: Sequence[str],
     environment: Mapping[str, str],
 ) -> tuple[int | None, list[str]]:
-    """Grade everything, write the summaries and the pages; exit status and what was said."""
+    """Grade everything, write the summaries and the pages; exit status and what was said.
+
+    The status is None where a command did not end.
+    """
     grader = [sys.executable, "-m", "robust_slam_autograder.cli"]
     grader += ["--solutions", str(course.root / "solutions")]
     paths = [str(course.folder(entry)) for entry in entries]
-    summaries = ["--json", str(course.out / "marks.json")]
-    summaries += ["--markdown", str(course.out / "marks.md")]
     to = ["--out", str(course.out)]
-    status, said = _call(
-        [*grader, "grade", *paths, *to, *options, *summaries], environment, course.root
-    )
-    pages = [*grader, "feedback", *to, "--to", str(course.pages)]
-    its_status, more = _call(pages, environment, course.root)
-    return (its_status if status == 0 else status), [*said, *more]
-
-
-def _call(
-    command: Sequence[str], environment: Mapping[str, str], folder: Path
-) -> tuple[int | None, tuple[str, str]]:
-    """Exit status (None where it did not end) and what was said."""
-    try:
-        done = subprocess.run(
-            command,
-            env=environment,
-            cwd=folder,
-            capture_output=True,
-            timeout=BATCH_SECONDS,
-            stdin=subprocess.DEVNULL,
-        )
-    except subprocess.TimeoutExpired:
-        return None, ("", "")
-    out, err = (text.decode(errors="replace") for text in (done.stdout, done.stderr))
-    return done.returncode, (out, err)
+    summaries = ["--json", f"{course.out}/marks.json", "--markdown", f"{course.out}/marks.md"]
+    said: list[str] = []
+    for command in (
+        ["grade", *paths, *to, *options, *summaries],
+        ["feedback", *to, "--to", str(course.pages)],
+    ):
+        try:
+            done = subprocess.run(
+                [*grader, *command],
+                env=environment,
+                cwd=course.root,
+                capture_output=True,
+                timeout=BATCH_SECONDS,
+                stdin=subprocess.DEVNULL,
+            )
+        except subprocess.TimeoutExpired:
+            return None, said
+        said += [text.decode(errors="replace") for text in (done.stdout, done.stderr)]
+        if done.returncode:
+            return done.returncode, said
+    return 0, said
 
 
 def results(course: Course, entries: Sequence[Entry]) -> dict[str, dict[str, Any]]:
@@ -244,13 +217,6 @@ def earned(result: Mapping[str, Any], target: Target) -> dict[str, float]:
     ids = {(case.exercise, case.name): case.grade_id for case in target.assignment.cases}
     pairs = [(e["name"], case) for e in result["exercises"] for case in e["cases"]]
     return {ids[exercise, case["name"]]: case["earned"] for exercise, case in pairs}
-
-
-def _neighbours(
-    entries: Sequence[Entry], marks: Mapping[str, verdict.Marks], target: Target
-) -> tuple[str, ...]:
-    plain = [entry for entry in entries if not entry.kind]
-    return _sentences(verdict.under_graded(entry, marks, target) for entry in plain)
 
 
 def _stops(
@@ -293,13 +259,9 @@ def snapshot(root: Path) -> dict[str, tuple[object, ...]]:
 
 def _state(path: Path) -> tuple[object, ...]:
     facts = path.lstat()
-    content = ""
-    if stat.S_ISREG(facts.st_mode) and facts.st_size <= LARGE:
-        content = hashlib.sha256(path.read_bytes()).hexdigest()
-    elif stat.S_ISLNK(facts.st_mode):
-        content = os.readlink(path)
-    time = None if stat.S_ISDIR(facts.st_mode) else facts.st_mtime_ns
-    return facts.st_mode, facts.st_uid, facts.st_size if time else 0, time, content
+    # Nobody can set the time at which the kernel saw a file's content or mode change last.
+    changed = None if stat.S_ISDIR(facts.st_mode) else facts.st_ctime_ns
+    return facts.st_mode, facts.st_uid, facts.st_ino, changed
 
 
 def differences(
@@ -321,10 +283,7 @@ def left_behind(mark: str) -> list[str]:
 def _processes(mark: str) -> list[Path]:
     found = []
     for path in [*Path("/proc").glob("[0-9]*/cmdline"), *Path("/proc").glob("[0-9]*/comm")]:
-        try:
-            data = path.read_bytes()
-        except OSError:  # it has just ended
-            continue
-        if mark.encode() in data:
-            found.append(path)
+        with contextlib.suppress(OSError):  # it has just ended
+            if mark.encode() in path.read_bytes():
+                found.append(path)
     return found

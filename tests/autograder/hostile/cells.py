@@ -29,7 +29,7 @@ from tests.autograder.hostile.target import Notebook, Target
 Change = Callable[[Notebook, Target], object]
 FOLDER = Path(__file__).with_name("cells")
 WRONG = "<each>\ndef NAME(*args, **kwargs):\n    return spoil(RIGHT(*args, **kwargs))\n<end>\n"
-FLAGS = {"timeout", "died", "spills", "dangerous", "bare"}
+FLAGS = {"timeout", "died", "spills", "bare"}
 _EACH = re.compile(r"^<each>\n(.*?)(?:^<end>\n|\Z)", re.MULTILINE | re.DOTALL)
 _SECTION = re.compile(r"^--- (\w+)\n", re.MULTILINE)
 
@@ -159,7 +159,6 @@ def _entries(head: str, text: str) -> Iterator[Entry]:
         twin=twin,
         ends=next((flag for flag in ("timeout", "died") if flag in flags), ""),
         spills="spills" in flags,
-        dangerous="dangerous" in flags,
     )
     if twin:
         yield Entry(twin, "", "any", in_cell(sections["twin"], bare=bare))

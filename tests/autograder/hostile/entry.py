@@ -43,7 +43,7 @@ class Entry:
     name: str
     """Also its student."""
     kind: str
-    """One of ``kinds``; empty for a neighbour, a baseline or a twin."""
+    """As ``group: kind``; empty for a neighbour, a baseline or a twin."""
     bound: Bound
     write: Write
     twin: str | None = None
@@ -52,8 +52,6 @@ class Entry:
     """Status of the victim's exercise, where it matters: "timeout" or "died"."""
     spills: bool = False
     """Whether it may cost its own author marks in other exercises too."""
-    dangerous: bool = False
-    """Whether it harms the machine where no wall stands around it."""
 
 
 def hand_in(notebook: Notebook, target: Target, place: Place) -> None:

@@ -44,7 +44,8 @@ def secrets(target: Target, seed: int) -> dict[str, str]:
 
 def hidden_lines(target: Target) -> set[str]:
     """Telling lines of hidden tests that stand nowhere in the release; hints are no secret."""
-    shown = {line.strip() for cell in target.released["cells"] for line in _lines(cell["source"])}
+    texts = ["".join(cell["source"]) for cell in target.released["cells"]]
+    shown = {line.strip() for text in texts for line in text.split("\n")}
     hidden: set[str] = set()
     for case in target.assignment.cases:
         _, text = split_hidden(case.full, case.grade_id)
@@ -52,18 +53,8 @@ def hidden_lines(target: Target) -> set[str]:
     return {line for line in hidden - shown if len(line) >= TELLING_LENGTH}
 
 
-def _lines(source: str | list[str]) -> list[str]:
-    return "".join(source).split("\n")
-
-
-def recorded(target: Target, seed: int, *, one_generator: bool = False) -> list[Any]:
-    """What crosses when the right answers are graded: arguments and results of every call.
-
-    Args:
-        target: the assignment.
-        seed: the batch's.
-        one_generator: all cases draw from the set-up's generator, as nbgrader runs them.
-    """
+def recorded(target: Target, seed: int) -> list[Any]:
+    """What crosses when the right answers are graded: arguments and results of every call."""
     said: list[Any] = []
     module = types.ModuleType("recorded")
     names = module.__dict__
@@ -77,8 +68,7 @@ def recorded(target: Target, seed: int, *, one_generator: bool = False) -> list[
                 if callable(names[name]):
                     names[name] = _recording(names[name], said)
         for case in target.assignment.cases:
-            if not one_generator:
-                names["rng"] = case_generator(seed, case.grade_id)
+            names["rng"] = case_generator(seed, case.grade_id)
             _execute(case.full, names)
     return said
 
@@ -108,13 +98,8 @@ def numbers(value: Any) -> Iterator[str]:
     elif isinstance(value, np.ndarray):
         yield from numbers(value.ravel().tolist())
     elif isinstance(value, float | np.floating):
-        yield from _digits(float(value))
-
-
-def _digits(value: float) -> Iterator[str]:
-    found = _FIRST_DIGITS.match(repr(abs(value)))
-    if found:
-        yield found[0]
+        digits = _FIRST_DIGITS.match(repr(abs(float(value))))
+        yield from [digits[0]] if digits else []
 
 
 def shown(folder: Path, said: Iterable[str], texts: Mapping[str, str]) -> list[str]:

@@ -70,43 +70,33 @@ class Target:
         return [grade_id_of(cell) for cell in notebook["cells"]].index(self.victim)
 
 
-def load(tree: Path, name: str, releases: Path, victim: str | None = None) -> Target:
-    """Read an assignment from its source tree and from a folder of releases.
+def load(tree: Path, name: str, releases: Path) -> Target:
+    """Read an assignment from its source tree, and its release, which is made.
 
     Args:
         tree: the instructor's source tree.
         name: which assignment of it.
-        releases: folder of releases; this one's is made where it is missing.
-        victim: grade id of the solution cell to attack; else the first that suits.
+        releases: folder for the release.
     """
     path = assignments.notebook_path(tree / name)
-    released = releases / name / path.name
-    if not released.is_file():
-        student_release.release(tree, [name], releases)
+    student_release.release(tree, [name], releases)
     found = assignments.load(path)
     answers = {
-        grade_id_of(cell): clean("".join(cell["source"]))
-        for cell in read(path)["cells"]
+        grade_id_of(cell): _clean("".join(cell["source"]))
+        for cell in _read(path)["cells"]
         if grade_id_of(cell) in {solution.grade_id for solution in found.solutions}
     }
-    return Target(found, read(released), answers, victim or victims(found, answers)[0])
+    return Target(found, _read(releases / name / path.name), answers, _victim(found, answers))
 
 
-def victims(assignment: Assignment, answers: dict[str, str]) -> list[str]:
-    """Grade ids of solution cells whose hidden cases stand alone: nothing else reads their names.
-
-    Raises:
-        ValueError: there is none.
-    """
+def _victim(assignment: Assignment, answers: dict[str, str]) -> str:
+    """Grade id of a solution cell whose hidden cases stand alone: nothing else reads its names."""
     hidden = {assignment.owner(c.exercise) for c in assignment.cases if c.has_hidden}
-    found = [
+    return next(
         owner
         for owner, source in answers.items()
         if owner in hidden and functions_of(source) and not _is_read(owner, assignment, answers)
-    ]
-    if not found:
-        raise ValueError(f"{assignment.name} has no exercise that stands alone")
-    return found
+    )
 
 
 def _is_read(owner: str, assignment: Assignment, answers: dict[str, str]) -> bool:
@@ -121,14 +111,14 @@ def functions_of(source: str) -> tuple[str, ...]:
     return tuple(n.name for n in ast.parse(source).body if isinstance(n, ast.FunctionDef))
 
 
-def clean(source: str) -> str:
+def _clean(source: str) -> str:
     """An instructor's solution as a student would write it, without nbgrader's marks."""
     marks = ("### BEGIN SOLUTION", "### END SOLUTION")
     lines = source.split("\n")
     return "\n".join(line for line in lines if line.strip() not in marks).strip("\n") + "\n"
 
 
-def read(path: Path) -> Notebook:
+def _read(path: Path) -> Notebook:
     """A notebook's JSON."""
     value: Notebook = json.loads(path.read_text(encoding="utf-8"))
     return value
