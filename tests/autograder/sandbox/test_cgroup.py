@@ -115,7 +115,12 @@ def used(group: Group) -> int:
     return int(found[0].read_text())
 
 
-def test_a_group_counts_what_sockets_hold(group: Group) -> None:
+def limits_of(group: Group) -> list[Path]:
+    return [path for name in cgroup._MEMORY_LIMITS if (path := group.folder / name).exists()]
+
+
+def test_a_group_has_the_sandboxs_limit_and_counts_what_sockets_hold(group: Group) -> None:
+    assert [int(path.read_text()) for path in limits_of(group)] == [terms.MEMORY_BYTES]
     with fill(group, 200) as process:
         assert process.stdout.readline() == "full\n"
         assert used(group) > 200 * 200_000
@@ -123,16 +128,10 @@ def test_a_group_counts_what_sockets_hold(group: Group) -> None:
 
 
 def test_a_group_ends_what_holds_more(group: Group) -> None:
-    for name in cgroup._MEMORY_LIMITS:
-        if (group.folder / name).exists():
-            (group.folder / name).write_text(str(64 * 2**20))
+    for path in limits_of(group):
+        path.write_text(str(64 * 2**20))
     with fill(group, 400) as process:
         assert process.wait() == -signal.SIGKILL
-
-
-def test_a_group_has_the_sandboxs_limit(group: Group) -> None:
-    found = [path for name in cgroup._MEMORY_LIMITS if (path := group.folder / name).exists()]
-    assert [int(path.read_text()) for path in found] == [terms.MEMORY_BYTES]
 
 
 def groups_of(wall: Sandbox) -> set[str]:

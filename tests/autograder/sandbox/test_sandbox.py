@@ -47,9 +47,8 @@ def look():
         "arguments": sys.argv,
         "limits": {name: resource.getrlimit(getattr(resource, name))[1] for name in LIMITS},
     }
-    facts["readable"] = [path for path in PATHS if content(path)]
     facts["writable"] = [path for path in (*WRITABLE, os.environ["HOME"]) if write(path)]
-    return facts
+    return facts | {"reach": reach()}
 
 def rights():
     c = ctypes.CDLL(None)
@@ -174,29 +173,21 @@ SECRETS = (
 WRITABLE = ("/", "/usr", "/etc", "/dev", "/proc", "/tmp", "/dev/shm", str(ROOT), sys.prefix)
 
 
-def fresh(wall: Sandbox) -> Sandbox:
-    """The same back end, without the servers that it has started already."""
-    return Fork(namespaces=is_private(wall)) if isinstance(wall, Fork) else wall
-
-
 @pytest.fixture(scope="module")
-def facts(wall: Sandbox, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+def facts(wall: Sandbox) -> dict[str, Any]:
     """What one probe saw."""
-    planted = tmp_path_factory.mktemp("planted") / "secret.txt"
-    planted.write_text(TOKEN)
-    paths = [str(path) for path in (*SECRETS, planted, planted.parent)]
-    values = f"PATHS, WRITABLE = {paths!r}, {WRITABLE!r}"
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("COURSE_TOKEN", TOKEN)
         patch.setenv("ROBUST_SLAM_SEED", "31415926")
-        found: dict[str, Any] = run(wall, "look", PROBE, values)
+        found: dict[str, Any] = run(wall, "look", PROBE, f"WRITABLE = {WRITABLE!r}")
     return found
 
 
 @pytest.mark.sandbox
 class TestWhatIsSeen:
-    def test_no_secret_file_is_there(self, facts: dict[str, Any], wall: Sandbox) -> None:
-        assert facts["readable"] == []
+    def test_the_root_holds_no_more_than_is_needed(
+        self, facts: dict[str, Any], wall: Sandbox
+    ) -> None:
         assert facts["etc"] == (["ld.so.cache"] if is_private(wall) else [])
         known = {"dev", "etc", "lib", "lib64", "tmp", "usr"}
         way = {path.parts[1] for path in (ROOT, Path(sys.base_prefix), Path(sys.prefix))}
@@ -229,6 +220,29 @@ class TestWhatIsSeen:
         assert not (ROOT / "mark").exists()
 
 
+@pytest.mark.sandbox
+def test_what_is_out_of_reach(facts: dict[str, Any]) -> None:
+    found = dict(facts["reach"])
+    assert found.pop("subprocess").strip().isdecimal()
+    # Locks seem to succeed; see test_locks_are_none.
+    assert found.pop("a lock") == "None"
+    # Where a folder can be seen and not opened, and where there is none.
+    assert found.pop("survival") in ("PermissionError", "FileNotFoundError")
+    assert found.pop("a shell") in ("FileNotFoundError", "PermissionError")
+    # A user namespace does not know root; outside one, root is there and out of reach.
+    assert found.pop("become root") in ("PermissionError", "OSError")
+    refused = found.pop("refused")
+    assert {what for what, said in refused.items() if said != "PermissionError"} == set()
+    assert found == {
+        "another's memory": -1,
+        "watches": -1,
+        "namespace": -1,
+        "mount": -1,
+        "kill the parent": "PermissionError",
+        "raise a limit": "ValueError",
+    }
+
+
 EVERYTHING = """
 import os
 
@@ -236,11 +250,10 @@ def readable():
     found = []
     for path in (*GUESSES, *everywhere()):
         try:
-            with open(path, "rb") as file:
-                file.read(1)
+            os.listdir(path) if os.path.isdir(path) else open(path, "rb").read(1)
+            found.append(path)
         except OSError:
-            continue
-        found.append(path)
+            pass
     return found
 
 def everywhere():
@@ -281,9 +294,12 @@ def is_needed(path: str) -> bool:
 
 
 @pytest.mark.sandbox
-def test_every_file_that_can_be_read_is_one_that_is_needed(wall: Sandbox) -> None:
+def test_every_file_that_can_be_read_is_one_that_is_needed(wall: Sandbox, tmp_path: Path) -> None:
     """Of the whole disk; a course may lie anywhere, such as in /usr/src or /usr/local/share."""
-    found = run(wall, "readable", EVERYTHING, f"GUESSES = {guesses()!r}")
+    planted = tmp_path / "secret.txt"
+    planted.write_text(TOKEN)
+    paths = [*guesses(), *map(str, (*SECRETS, tmp_path, planted))]
+    found = run(wall, "readable", EVERYTHING, f"GUESSES = {paths!r}")
     assert str(STANDARD / "os.py") in found and len(found) > 100
     assert [path for path in found if not is_needed(path)] == []
 
@@ -308,29 +324,6 @@ def test_allowed_packages_can_be_imported(wall: Sandbox) -> None:
 
 
 @pytest.mark.sandbox
-def test_what_is_out_of_reach(wall: Sandbox) -> None:
-    found = run(wall, "reach", PROBE)
-    assert found.pop("subprocess").strip().isdecimal()
-    # Locks seem to succeed; see the next test.
-    assert found.pop("a lock") == "None"
-    # Where a folder can be seen and not opened, and where there is none.
-    assert found.pop("survival") in ("PermissionError", "FileNotFoundError")
-    assert found.pop("a shell") in ("FileNotFoundError", "PermissionError")
-    # A user namespace does not know root; outside one, root is there and out of reach.
-    assert found.pop("become root") in ("PermissionError", "OSError")
-    refused = found.pop("refused")
-    assert {what for what, said in refused.items() if said != "PermissionError"} == set()
-    assert found == {
-        "another's memory": -1,
-        "watches": -1,
-        "namespace": -1,
-        "mount": -1,
-        "kill the parent": "PermissionError",
-        "raise a limit": "ValueError",
-    }
-
-
-@pytest.mark.sandbox
 def test_what_is_limited(wall: Sandbox) -> None:
     if not is_private(wall):
         with pytest.raises(SessionFault):  # its keeper ends it
@@ -346,10 +339,13 @@ MANY = """
 import os
 
 def make():
+    return {folder: files_in(folder) for folder in FOLDERS}
+
+def files_in(folder):
     made = 0
     try:
         for n in range(200_000):
-            os.close(os.open(os.path.join(FOLDER, str(n)), os.O_CREAT | os.O_WRONLY))
+            os.close(os.open(os.path.join(folder, str(n)), os.O_CREAT | os.O_WRONLY))
             made += 1
     except OSError:
         pass
@@ -358,16 +354,14 @@ def make():
 
 
 @pytest.mark.sandbox
-@pytest.mark.parametrize("folder", ["/tmp", "/dev/shm"])
-def test_files_of_no_size_are_counted(wall: Sandbox, folder: str) -> None:
+def test_files_of_no_size_are_counted(wall: Sandbox) -> None:
     """Each takes some of the kernel's memory, which no process's size shows."""
-    where = repr(folder) if is_private(wall) else "os.environ['HOME']"
-    code = f"{MANY}\nFOLDER = {where}\n"
-    if wall is sandbox.BACK_ENDS["fork"]:
-        assert 0 < run(wall, "make", code) <= terms.SCRATCH_FILES
+    if is_private(wall):
+        made = run(wall, "make", f"{MANY}\nFOLDERS = ('/tmp', '/dev/shm')\n")
+        assert min(made.values()) > 0 and max(made.values()) <= terms.SCRATCH_FILES
         return
     with pytest.raises(SessionFault) as caught:  # its keeper ends it
-        run(wall, "make", code)
+        run(wall, "make", f"{MANY}\nFOLDERS = [os.environ['HOME']]\n")
     assert caught.value.kind == "died"
 
 
@@ -380,6 +374,18 @@ PACKAGE = {
 }
 TRICKS = """
 import importlib, importlib.machinery, importlib.util, os, sys
+import withheld_demo
+FOLDER = os.path.dirname(withheld_demo.__file__)
+
+def times():
+    return [os.lstat(os.path.join(FOLDER, name)).st_atime_ns for name in ("given.py", "link", "")]
+
+def moved():
+    before = times()
+    open(os.path.join(FOLDER, "given.py")).read()
+    os.readlink(os.path.join(FOLDER, "link"))
+    os.listdir(FOLDER)
+    return [now != then for now, then in zip(times(), before)]
 
 def read(path):
     try:
@@ -401,41 +407,66 @@ def from_file(path):
     return module
 
 def search():
-    import withheld_demo
-    folder = os.path.dirname(withheld_demo.__file__)
-    files = [os.path.join(top, name) for top, _, names in os.walk(folder) for name in names]
+    access_times = moved()
+    fonts = os.access("/tmp/fontlist-v1.json", os.R_OK)
+    files = [os.path.join(top, name) for top, _, names in os.walk(FOLDER) for name in names]
     sys.meta_path[:] = [importlib.machinery.PathFinder]
     sys.path_importer_cache.clear()
     names = ("given", "answers", "alias", "deep", "deep.inner")
     got = [answer(lambda: importlib.import_module("withheld_demo." + name)) for name in names]
-    got.append(answer(lambda: from_file(os.path.join(folder, "answers.py"))))
-    return {"files": [path for path in files if b"secret" in read(path)], "got": got}
+    got.append(answer(lambda: from_file(os.path.join(FOLDER, "answers.py"))))
+    seen = [path for path in files if b"secret" in read(path)]
+    return {"moved": access_times, "fonts": fonts, "files": seen, "got": got}
 """
 
 
-@pytest.mark.sandbox
-def test_a_withheld_module_is_not_even_a_file(
-    wall: Sandbox, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Neither its source nor its cached code is there, should a student clear the import hooks."""
-    package = tmp_path / "withheld_demo"
+@pytest.fixture(scope="module")
+def of_a_package(wall: Sandbox, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """What student code found of a package of which a part is withheld, and of a list of fonts."""
+    folder = tmp_path_factory.mktemp("packages")
+    package = folder / "withheld_demo"
     for name, text in PACKAGE.items():
         (package / name).parent.mkdir(exist_ok=True)
         (package / name).write_text(text)
     (package / "alias.py").symlink_to("answers.py")
+    (package / "link").symlink_to("given.py")
     compile_all = [sys.executable, "-m", "compileall", "-q", str(package)]
     assert os.spawnv(os.P_WAIT, sys.executable, compile_all) == 0
     assert list(package.glob("__pycache__/answers.*"))
-    for folder in (tmp_path, *tmp_path.parents[:2]):
-        folder.chmod(0o755)
-    monkeypatch.syspath_prepend(tmp_path)
+    (folder / "fontlist-v1.json").write_text("{}")
+    for path in (package / "link", package / "given.py", package):
+        os.utime(path, (0, 0), follow_symlinks=False)
+    for way in (folder, *folder.parents[:2]):
+        way.chmod(0o755)
     withheld = tuple(f"withheld_demo.{name}" for name in ("answers", "deep", "deep.inner"))
     allowed = (*DEFAULT_PACKAGES, "withheld_demo")
-    found = run(fresh(wall), "search", TRICKS, withheld=withheld, packages=allowed)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(folder)
+        patch.setenv("MPLCONFIGDIR", str(folder))
+        # The same back end, without the servers that it has started already.
+        fresh = Fork(namespaces=is_private(wall))
+        found: dict[str, Any] = run(fresh, "search", TRICKS, withheld=withheld, packages=allowed)
     for cached in (packages.find, view._visible):
         cached.cache_clear()  # the next back end's package lies elsewhere
-    assert found["files"] == []
-    assert found["got"][0] == "given" and "secret" not in found["got"]
+    return found
+
+
+@pytest.mark.sandbox
+def test_a_withheld_module_is_not_even_a_file(of_a_package: dict[str, Any]) -> None:
+    """Neither its source nor its cached code is there, should a student clear the import hooks."""
+    assert of_a_package["files"] == []
+    assert of_a_package["got"][0] == "given" and "secret" not in of_a_package["got"]
+
+
+@pytest.mark.sandbox
+def test_what_is_read_tells_nobody(of_a_package: dict[str, Any]) -> None:
+    """A file that was not read since it was made has an access time that the next one moves."""
+    assert of_a_package["moved"] == [False] * 3
+
+
+@pytest.mark.sandbox
+def test_matplotlib_finds_its_list_of_fonts(of_a_package: dict[str, Any], wall: Sandbox) -> None:
+    assert of_a_package["fonts"] is is_private(wall)
 
 
 @pytest.mark.sandbox
@@ -445,18 +476,6 @@ def test_a_whole_package_and_a_single_file_are_withheld_and_nothing_beside() -> 
     shown = [path for path, is_shown in files.rules if is_shown]
     assert site / "numpy" not in shown and site / f"{single}.py" not in shown
     assert site / "IPython" in shown and "no_such_module" not in str(files.rules)
-
-
-@pytest.mark.sandbox
-def test_matplotlib_finds_its_list_of_fonts(
-    wall: Sandbox, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    text = "import matplotlib.pyplot as plt\nimport os\nplt.plot([1])\nplt.savefig('a.png')\n"
-    text += "def listed():\n    return os.access('/tmp/fontlist-v1.json', os.R_OK)\n"
-    tmp_path.chmod(0o755)
-    (tmp_path / "fontlist-v1.json").write_text("{}")
-    monkeypatch.setenv("MPLCONFIGDIR", str(tmp_path))
-    assert run(fresh(wall), "listed", text) is is_private(wall)
 
 
 def test_without_a_wall_hidden_tests_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -481,43 +500,6 @@ def test_a_stopped_process_leaves_no_scratch_folder() -> None:
     running.stop()
     assert not Path(running.scratch.name).exists()
     assert running.process.returncode is not None
-
-
-READS = """
-import os, withheld_demo
-FOLDER = os.path.dirname(withheld_demo.__file__)
-
-def times():
-    return [os.lstat(os.path.join(FOLDER, name)).st_atime_ns for name in ("given.py", "link", "")]
-
-def moved():
-    before = times()
-    open(os.path.join(FOLDER, "given.py")).read()
-    os.readlink(os.path.join(FOLDER, "link"))
-    os.listdir(FOLDER)
-    return [now != then for now, then in zip(times(), before)]
-"""
-
-
-@pytest.mark.sandbox
-def test_what_is_read_tells_nobody(
-    wall: Sandbox, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A file that was not read since it was made has an access time that the next one moves."""
-    package = tmp_path / "withheld_demo"
-    package.mkdir()
-    (package / "__init__.py").write_text("")
-    (package / "given.py").write_text("ANSWER = 1")
-    (package / "link").symlink_to("given.py")
-    for path in (package / "link", package / "given.py", package):
-        os.utime(path, (0, 0), follow_symlinks=False)
-    for folder in (package, tmp_path, *tmp_path.parents[:2]):
-        folder.chmod(0o755)
-    monkeypatch.syspath_prepend(tmp_path)
-    allowed = (*DEFAULT_PACKAGES, "withheld_demo")
-    assert run(fresh(wall), "moved", READS, packages=allowed) == [False] * 3
-    for cached in (packages.find, view._visible):
-        cached.cache_clear()
 
 
 PLAIN_WORK = """
@@ -545,5 +527,4 @@ async def answer():
 
 @pytest.mark.sandbox
 def test_plain_work_goes_on(wall: Sandbox) -> None:
-    found = run(wall, "work", PLAIN_WORK, packages=(*DEFAULT_PACKAGES, "subprocess"))
-    assert found == [42, [0, 1, 4, 9, 16], "42\n", True]
+    assert run(wall, "work", PLAIN_WORK) == [42, [0, 1, 4, 9, 16], "42\n", True]

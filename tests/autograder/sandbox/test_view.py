@@ -14,6 +14,7 @@ from robust_slam_autograder.sandbox import packages, root_filesystem, view
 from robust_slam_autograder.sandbox.root_filesystem import DEVICES
 from robust_slam_autograder.student import imports
 
+from tests import as_user
 from tests.autograder.sandbox import interpreters
 
 SITE = Path(scipy.__file__).parents[1]
@@ -176,16 +177,12 @@ def look():
 """
 SCRIPT = f"""
 import sys
-from robust_slam_autograder.executor.budget import Meter
-from robust_slam_autograder.executor.session import Program, Session
-from robust_slam_autograder.reading.assignment import Limits, Piece
 from robust_slam_autograder.sandbox import BACK_ENDS
+sys.path.append({str(as_user.ROOT)!r})
+from tests.autograder.sessions import started
 
-program = Program((), [Piece("cell", {LOOK!r}, own=False)], ("look",), ())
-session = Session(BACK_ENDS[sys.argv[1]], program, Limits(60, 60), Meter().start(120))
-session.begin()
-print(session.errors or session.bindings()["look"]())
-session.close()
+with started({LOOK!r}, names=("look",), wall=BACK_ENDS[sys.argv[1]]) as session:
+    print(session.errors or session.bindings()["look"]())
 """
 
 
