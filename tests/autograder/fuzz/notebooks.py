@@ -43,7 +43,7 @@ def _value(tokens: list[str], rng: np.random.Generator) -> slice:
     values = (
         [n for n in starts if tokens[n + 1 : n + 2] != [":"]] if rng.random() < 0.9 else starts
     )
-    end = start = values[rng.integers(len(values))]
+    end = start = values[rng.integers(len(values))] if values else 0
     depth = 0
     while end < len(tokens):
         depth += (tokens[end] in "[{") - (tokens[end] in "]}")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import json
 import math
-import os
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -160,15 +159,3 @@ def test_a_number_of_many_digits_costs_nobody_a_mark() -> None:
     value = toy.answer()
     text = json.dumps(value).replace('"execution_count": null', f'"execution_count": {"9" * 6000}')
     assert notebook.parse(text.encode(), "a") == notebook.parse(json.dumps(value).encode(), "a")
-
-
-def test_a_damaged_file_is_read_as_its_bytes_are(tmp_path: Path) -> None:
-    path = tmp_path / "a.ipynb"
-    for data in (b"", b"\xff", b"{}", json.dumps(toy.answer()).encode()):
-        path.write_bytes(data)
-        before = os.listdir("/proc/self/fd")
-        try:
-            cells = notebook.read(path)
-        except Refused:
-            cells = ()
-        assert cells == parsed(data) and os.listdir("/proc/self/fd") == before

@@ -53,9 +53,3 @@ def test_long_lines_are_searched_once(name: str) -> None:
         with no_hang():
             assert not source.defines(text, NAMES)
             assert source.defines(f"{text}\nf = 1", NAMES)
-
-
-@pytest.mark.long
-def test_a_whole_notebook_of_line_ends_is_searched_once() -> None:
-    with no_hang():
-        assert not source.defines("double" + "\n" * 20_000_000, NAMES)
