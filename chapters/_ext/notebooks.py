@@ -30,8 +30,7 @@ from myst_nb.core import render
 from myst_nb.sphinx_ import SphinxNbRenderer
 from nbformat import NotebookNode
 from robust_slam.graphs import datasets
-from robust_slam_course import pictures
-from robust_slam_course.figures import page as figure_page
+from robust_slam_course import figures, pictures
 from robust_slam_course.style import figure_style
 from sphinx.application import Sphinx
 from sphinx.config import Config
@@ -168,7 +167,7 @@ def escape_bars(
 
 def setup(app: Sphinx) -> dict[str, Any]:
     """Connect the above to the build."""
-    os.environ[figure_page.BUILD] = "1"  # tells the notebooks that their figures are for pages
+    os.environ[figures.BUILD] = "1"  # tells the notebooks that their figures are for pages
     render.coalesce_streams = merged
     SphinxNbRenderer._render_nb_cell_code_outputs = rendered
     app.add_config_value("course_library", "", "env")

@@ -7,9 +7,8 @@ drawings stay apart on a page and the same drawing gives the same bytes.
 
 from __future__ import annotations
 
-import hashlib
 import re
-from collections.abc import Iterator
+from hashlib import sha256
 from itertools import groupby
 from xml.etree import ElementTree as ET
 
@@ -23,48 +22,40 @@ NEUTRALS = ("ground", "grid", "faint", "muted", "ink")
 PIXELS = 96.0 / 72.0
 """A page's pixels in a point."""
 
+_OF_A_FILE = re.compile(
+    r"^.*?(?=<svg)|<metadata>.*?</metadata>"
+    r"|<style.*?</style>"  # its rules would be the whole page's
+    r'| xmlns(:\w+)?="[^"]*"|xlink:|(?<=>)\s+(?=<)',
+    re.DOTALL,
+)
 _HEX = re.compile(r"#[0-9a-f]{6}\b")
 _NUMBER = re.compile(r"-?\d+\.\d+")
 # Of several names of one colour the first.
 _NAMES = {colour.light.lower(): name for name, colour in reversed(COLOURS.items())}
 _FONT = re.compile(r"font: (?P<before>.*?)(?P<size>[\d.]+px) ")
-_REFERENCE = re.compile(r"#([\w-]+)")
-_REFERRING = ("href", "clip-path")
+_NAME = re.compile(r' id="(?P<named>[^"]*)"|(?P<before>href="#|url\(#)(?P<meant>[\w-]+)')
 _PLACE = re.compile(r"translate\(([-\d.]+) ([-\d.]+)\)")
 _UPRIGHT = re.compile(r"^rotate\(-?0 .*\)$")
-_INITIAL = {"stroke-linejoin: round", "stroke-linecap: butt", "fill-opacity: 1", "opacity: 1"}
 _RAISED = str.maketrans("−-.0123456789", "⁻⁻·⁰¹²³⁴⁵⁶⁷⁸⁹")
 _LOWERED = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 
 
 def inline(svg: str, kind: str) -> str:
     """Return matplotlib's SVG as an element of a page, of the class `kind`."""
-    root = _without_namespaces(ET.fromstring(svg))
+    root = ET.fromstring(_OF_A_FILE.sub("", svg))
     for group in root.iter("g"):
         _centre_lines(group)
-    _strip(root)
     for element in root.iter():
         _restyle(element)
         _shorten_numbers(element)
     for text in root.iter("text"):
         _set_formula(text)
-    _rename(root)
     _, _, width, height = (float(number) for number in root.get("viewBox", "0 0 1 1").split())
     size = {"width": f"{width * PIXELS:.0f}", "height": f"{height * PIXELS:.0f}"}
     # What matplotlib gives no colour is black, and black is the page's ink.
     ink = {"style": f"fill:{_variable('#000000')}"}
     root.attrib = {"class": kind, "viewBox": f"0 0 {width:g} {height:g}", **size, **ink}
-    return ET.tostring(root, encoding="unicode")
-
-
-def _without_namespaces(root: ET.Element) -> ET.Element:
-    for element in root.iter():
-        element.tag = element.tag.rpartition("}")[2]
-        element.attrib = {key.rpartition("}")[2]: value for key, value in element.items()}
-        if element.tag not in {"text", "tspan"}:
-            element.text = None
-        element.tail = None
-    return root
+    return _renamed(ET.tostring(root, encoding="unicode"))
 
 
 def _centre_lines(group: ET.Element) -> None:
@@ -91,47 +82,12 @@ def _width(line: ET.Element) -> float:
     return text_to_path.get_text_width_height_descent(line.text or "", font, ismath=False)[0]
 
 
-def _references(root: ET.Element) -> set[str]:
-    """Return the names that elements of the drawing refer to."""
-    return {
-        name
-        for element in root.iter()
-        for key in _REFERRING
-        for name in _REFERENCE.findall(element.get(key, ""))
-    }
-
-
-def _strip(root: ET.Element) -> None:
-    """Take away what no one sees: metadata, rules for the whole page, groups of a single name."""
-    wanted = _references(root)
-    for element in root.iter():
-        if element.get("id") not in wanted:
-            element.attrib.pop("id", None)
-    _unwrap(root)
-
-
-def _unwrap(parent: ET.Element) -> None:
-    kept: list[ET.Element] = []
-    for child in parent:
-        _unwrap(child)
-        if child.tag in {"metadata", "style"} or _is_empty(child):
-            continue
-        kept += list(child) if child.tag == "g" and not child.attrib else [child]
-    parent[:] = kept
-
-
-def _is_empty(element: ET.Element) -> bool:
-    holds_nothing = element.tag in {"g", "defs"} and len(element) == 0
-    return holds_nothing or element.get("style") == "fill: none"
-
-
 def _restyle(element: ET.Element) -> None:
     """Shorten a style, and give it the page's font and colours."""
     style = element.attrib.pop("style", "")
     parts = [part for each in style.split("; ") if each for part in _without_family(each)]
-    kept = [part for part in parts if part not in _INITIAL]
-    if kept:
-        text = "; ".join(kept).replace(": ", ":").replace("; ", ";")
+    if parts:
+        text = ";".join(parts).replace(": ", ":")
         element.set("style", _HEX.sub(lambda found: _variable(found[0]), text))
 
 
@@ -159,20 +115,14 @@ def _neutral(colour: str) -> str | None:
 
 
 def _shorten_numbers(element: ET.Element) -> None:
-    """Keep two decimals, a hundredth of a point, and one in long paths."""
+    """Keep one decimal, a tenth of a point, and leave out what need not be there."""
     for key in ("d", "x", "y", "width", "height", "transform"):
-        value = element.get(key)
-        if value is not None and not value.startswith(("matrix", "scale")):
-            digits = 1 if len(value) > 400 else 2
-            element.set(key, _short(value.strip(), digits))
+        value = element.get(key, "")
+        if value and not value.startswith(("matrix", "scale")):
+            short = _NUMBER.sub(lambda found: f"{round(float(found[0]), 1):g}", value.strip())
+            element.set(key, re.sub(r"\s*([MLQCz])\s*", r"\1", short))
     if _UPRIGHT.match(element.get("transform", "")):
         del element.attrib["transform"]
-
-
-def _short(text: str, digits: int) -> str:
-    """Round the numbers of a path or a place, and leave out what need not be there."""
-    short = _NUMBER.sub(lambda found: f"{round(float(found[0]), digits):g}", text)
-    return re.sub(r"\s*([MLQCz])\s*", r"\1", short)
 
 
 def _set_formula(text: ET.Element) -> None:
@@ -205,18 +155,15 @@ def _size(span: ET.Element) -> float:
     return float(found[1]) if found else 0.0
 
 
-def _rename(root: ET.Element) -> None:
-    """Give short names that no other drawing has."""
-    digest = hashlib.sha256(ET.tostring(root)).hexdigest()[:6]
-    new = {name: f"f{digest}{k}" for k, name in enumerate(_named(root))}
-    for element in root.iter():
-        if "id" in element.attrib:
-            element.set("id", new[element.attrib["id"]])
-        for key in _REFERRING:
-            if key in element.attrib:
-                value = element.attrib[key]
-                element.set(key, _REFERENCE.sub(lambda found: f"#{new[found[1]]}", value))
+def _renamed(svg: str) -> str:
+    """Give short names that no other drawing has to what is meant somewhere, to the rest none."""
+    digest = sha256(svg.encode()).hexdigest()[:6]
+    meant = dict.fromkeys(found["meant"] for found in _NAME.finditer(svg) if found["meant"])
+    names = {name: f"f{digest}{k}" for k, name in enumerate(meant)}
 
+    def named(found: re.Match[str]) -> str:
+        if found["meant"]:
+            return f"{found['before']}{names[found['meant']]}"
+        return f' id="{names[found["named"]]}"' if found["named"] in names else ""
 
-def _named(root: ET.Element) -> Iterator[str]:
-    return (element.attrib["id"] for element in root.iter() if "id" in element.attrib)
+    return _NAME.sub(named, svg)
