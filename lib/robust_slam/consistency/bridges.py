@@ -16,7 +16,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import minimum_spanning_tree
 
-from robust_slam._arrays import Array, Indices
+from robust_slam._arrays import Indices
 from robust_slam.consistency.pairwise import PcmResult, total_distances
 from robust_slam.graphs.odometry import sessions
 from robust_slam.graphs.pose_graph import PoseGraph
@@ -53,7 +53,8 @@ def find_bridges(graph: PoseGraph, consistency: PcmResult) -> Bridges:
     pairs, label, count = np.unique(joined, axis=0, return_inverse=True, return_counts=True)
     chosen = _tree(pairs, count)
     samples = [_spread(closures[label == number]) for number in chosen]
-    totals = _totals(graph, np.concatenate(samples))
+    sampled = np.isin(np.arange(len(graph.edges)), np.concatenate(samples))
+    totals = total_distances(graph, sampled)
     edges = [sample[np.argmin(totals[sample])] for sample in samples]
     return Bridges(np.array(edges, dtype=np.intp), count[chosen])
 
@@ -71,11 +72,3 @@ def _tree(pairs: Indices, count: Indices) -> Indices:
 def _spread(closures: Indices) -> Indices:
     """Return at most ``_COMPARED`` of the ``closures``, evenly spread."""
     return closures[np.unique(np.linspace(0, closures.size - 1, _COMPARED).astype(np.intp))]
-
-
-def _totals(graph: PoseGraph, closures: Indices) -> Array:
-    """Return ``total_distances`` of the ``closures`` at their places among the edges."""
-    totals = np.zeros(len(graph.edges))
-    chosen = np.isin(np.arange(totals.size), closures)
-    totals[chosen] = total_distances(graph, chosen)
-    return totals

@@ -152,11 +152,12 @@ def pairwise_distances(graph: PoseGraph, closures: ArrayLike | None = None) -> A
     return distances
 
 
-def total_distances(graph: PoseGraph, closures: ArrayLike | None = None) -> Array:
-    """Return the sum of each closure's distances to all it can be compared with, ``(m,)``.
+def total_distances(graph: PoseGraph, closures: ArrayLike) -> Array:
+    """Return the sum ``(M,)`` of each closure's distances to all it can be compared with.
 
     ``closures`` is a mask ``(M,)`` as in ``pairwise_distances``; here the distances are not
-    stored. The smallest sum belongs to the closure in the middle of the others.
+    stored, and other edges have the sum 0. The smallest sum belongs to the closure in the
+    middle of the others.
 
     Raises:
         ValueError: the mask does not fit or marks odometry.
@@ -165,11 +166,11 @@ def total_distances(graph: PoseGraph, closures: ArrayLike | None = None) -> Arra
     """
     chosen = _chosen(graph, closures)
     world, session = _displacements(graph, chosen)
-    totals = np.zeros(chosen.size)
+    totals = np.zeros(len(graph.edges))
     for members in _groups(session):
         for p, q, distance in _pairs(graph, world, members):
-            np.add.at(totals, p, distance)
-            np.add.at(totals, q, distance)
+            np.add.at(totals, chosen[p], distance)
+            np.add.at(totals, chosen[q], distance)
     return totals
 
 

@@ -37,15 +37,12 @@ class Problem(Protocol[X]):
     @property
     def trusted(self) -> Mask:
         """The measurements ``(m,)`` whose weight is always 1, such as odometry."""
-        ...
 
     def initial(self) -> X:
         """Return the least-squares solution, with all weights 1."""
-        ...
 
     def residual_norms(self, x: X) -> Array:
         """Return the whitened residual norm of each measurement, ``(m,)``, at least 0."""
-        ...
 
     def solve(self, weights: Array, x: X) -> X:
         """Return the minimiser of Σ w u², starting from ``x`` if the solver is iterative.
@@ -53,7 +50,6 @@ class Problem(Protocol[X]):
         Raises:
             Underdetermined: the measurements with positive weight do not determine it.
         """
-        ...
 
 
 class Rule(Protocol[State]):
@@ -66,11 +62,9 @@ class Rule(Protocol[State]):
 
     def start(self, norms: Array) -> State | StopReason:
         """Return the first state, or the reason why there is nothing to do."""
-        ...
 
     def weights(self, norms: Array, state: State) -> Array:
         """Return one weight in [0, 1] for each residual norm."""
-        ...
 
     def next(self, state: State, weights: Array, moved: Array) -> State:
         """Return the state of the next step.
@@ -78,18 +72,15 @@ class Rule(Protocol[State]):
         ``weights`` ``(k,)`` are those of this step, and ``moved`` ``(k,)`` is the change of
         each residual norm u in this step, relative to 1 + u.
         """
-        ...
 
     def cost(self, norms: Array) -> float:
         """Return Σ ρ(u), the cost that the rule minimises."""
-        ...
 
     def finished(self, weights: Array, state: State, settled: bool) -> StopReason | None:
         """Return why to stop after a step that used ``weights`` and ``state``, or None.
 
         ``settled`` is True if this step changed no residual.
         """
-        ...
 
 
 class Stateless:

@@ -45,17 +45,13 @@ def definite(information: Array, repair: Repair) -> tuple[Array, Mask]:
     empty = np.any([spectrum[:, -1] <= 0.0 for spectrum in spectra], axis=0)
     repaired = np.broadcast_to(np.eye(information.shape[-1]), information.shape).copy()
     good = ~empty
-    scale = np.concatenate([np.repeat(s[good, -1:], s.shape[1], axis=1) for s in spectra], axis=1)
-    if repair == "nearest":
+    nearest, sizes = repair == "nearest", [d, information.shape[-1] - d]
+    scales = [s[good, -1] if nearest else _harmonic_means(s[good]) for s in spectra]
+    scale = np.repeat(np.stack(scales, axis=1), sizes, axis=1)
+    if nearest:
         repaired[good] = _nearest(information[good], np.sqrt(scale))
     else:
-        means = [_harmonic_means(spectrum[good]) for spectrum in spectra]
-        sizes = [spectrum.shape[1] for spectrum in spectra]
-        diagonal = np.concatenate(
-            [np.repeat(m[:, None], size, axis=1) for m, size in zip(means, sizes, strict=True)],
-            axis=1,
-        )
-        repaired[good] = diagonal[:, :, None] * np.eye(information.shape[-1])
+        repaired[good] = scale[:, :, None] * np.eye(information.shape[-1])
     return repaired, np.asarray(empty, dtype=np.bool_)
 
 

@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import depth_first_order, dijkstra
 
-from robust_slam._arrays import Array, Indices, Mask, finite, mask
-from robust_slam.graphs.pose_graph import PoseGraph, check_graph, connected_parts
+from robust_slam._arrays import Array, Indices, Mask
+from robust_slam.graphs.pose_graph import PoseGraph, connected_parts
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,17 +37,8 @@ def find_forest(graph: PoseGraph, used: Mask, length: Array, roots: Indices) -> 
     ``used`` ``(m,)`` is a mask; ``length`` ``(m,)`` holds whole numbers of at least 1;
     ``roots`` has one pose of each connected part. Ties are broken by the lowest edge index.
 
-    Raises:
-        TypeError: ``graph`` is not a pose graph.
-        ValueError: ``used`` or ``length`` does not fit the graph, or a root is not a pose.
-
     Source: Dijkstra 1959.
     """
-    used = mask("used", used, len(check_graph(graph).edges))
-    length = finite("length", length, used.shape)
-    roots = np.asarray(roots)
-    if roots.ndim != 1 or roots.dtype.kind != "i" or not np.all((roots >= 0) & (roots < graph.n)):
-        raise ValueError(f"roots: give poses from 0 to {graph.n - 1}")
     number = np.flatnonzero(used)
     ends = graph.edges[number]
     distance = _distances(graph.n, ends, length[number], roots)

@@ -21,18 +21,14 @@ from robust_slam.graphs.pose_graph import PoseGraph
 
 @dataclass(frozen=True)
 class Noise:
-    """Standard deviations of the measurements, in m and rad.
-
-    Two numbers are for each coordinate of the translation and of the rotation. Otherwise
-    there is one number for each coordinate of the tangent: 3 in SE(2), (forward, sideways,
-    rotation), and 6 in SE(3), translation first.
+    """Standard deviations of each coordinate of the translation and the rotation, in m and rad.
 
     ``scale`` multiplies the noise but not the information matrix; 0 gives exact
     measurements.
     """
 
-    odometry: tuple[float, ...] = (0.05, 0.02)
-    closure: tuple[float, ...] = (0.05, 0.02)
+    odometry: tuple[float, float] = (0.05, 0.02)
+    closure: tuple[float, float] = (0.05, 0.02)
     scale: float = 1.0
 
 
@@ -214,17 +210,11 @@ def _measured(
     )
 
 
-def _deviations(name: str, sigma: tuple[float, ...], group: Group) -> Array:
+def _deviations(name: str, sigma: tuple[float, float], group: Group) -> Array:
     """Return one number for each coordinate of the tangent, ``(D,)``."""
-    checked = finite(name, sigma, (-1,))
-    if len(checked) not in (2, group.DOF):
-        raise ValueError(
-            f"{name} is {sigma}; give 2 numbers, of translation and turn, or {group.DOF}"
-        )
+    checked = finite(name, sigma, (2,))
     if np.any(checked <= 0.0):
         raise ValueError(f"{name} is {sigma}; give numbers above 0 (scale=0 switches noise off)")
-    if len(checked) == group.DOF:
-        return checked
     return np.repeat(checked, [group.DIMENSION, group.DOF - group.DIMENSION])
 
 

@@ -27,47 +27,36 @@ class Group(Protocol):
 
     def identity(self) -> Array:
         """Return the identity pose."""
-        ...
 
     def compose(self, a: ArrayLike, b: ArrayLike) -> Array:
         """Return a ∘ b."""
-        ...
 
     def inverse(self, p: ArrayLike) -> Array:
         """Return p⁻¹."""
-        ...
 
     def between(self, a: ArrayLike, b: ArrayLike) -> Array:
         """Return a⁻¹ ∘ b."""
-        ...
 
     def exp(self, xi: ArrayLike) -> Array:
         """Return the pose of a tangent vector."""
-        ...
 
     def log(self, p: ArrayLike) -> Array:
         """Return the tangent vector of a pose."""
-        ...
 
     def adjoint(self, p: ArrayLike) -> Array:
         """Return Ad(p) ``(…, D, D)``, for which p ∘ Exp(δ) = Exp(Ad(p) δ) ∘ p."""
-        ...
 
     def inverse_right_jacobian(self, xi: ArrayLike) -> Array:
         """Return the Jacobian ``(…, D, D)`` of Log(Exp(xi) ∘ Exp(δ)) by δ at δ = 0."""
-        ...
 
     def rotation(self, p: ArrayLike) -> Array:
         """Return the rotation matrices ``(…, d, d)``."""
-        ...
 
     def translation(self, p: ArrayLike) -> Array:
         """Return the positions ``(…, d)`` in m."""
-        ...
 
     def from_parts(self, rotation: ArrayLike, translation: ArrayLike) -> Array:
         """Return the poses of rotation matrices ``(…, d, d)`` and positions ``(…, d)``."""
-        ...
 
 
 def group_of(poses: Array) -> Group:

@@ -21,27 +21,21 @@ from robust_slam._files import write_lines
 from robust_slam.graphs import se2
 
 
-def write_tum(
-    path: str | os.PathLike[str], poses: ArrayLike, times: ArrayLike | None = None
-) -> None:
+def write_tum(path: str | os.PathLike[str], poses: ArrayLike) -> None:
     """Write poses in TUM's format, as the tool evo reads it.
 
-    ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``; ``times`` ``(n,)``, in s, ascend and are by
-    default 0, 1, 2, …. The file is written at once or not at all.
+    ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``; their times are 0, 1, 2, … s. The file is
+    written at once or not at all.
 
     Raises:
         TypeError: ``poses`` are not numbers, for instance a graph.
-        ValueError: the shapes do not fit, an entry is not finite, or the times do not ascend.
+        ValueError: the shape does not fit, or an entry is not finite.
         OSError: the file cannot be written.
 
     Source: Sturm et al. 2012.
     """
     matrices = _in_space(poses)
-    n = len(matrices)
-    stamps = finite("times", np.arange(n) if times is None else times, (n,))
-    if np.any(np.diff(stamps) <= 0.0):
-        k = int(np.argmax(np.diff(stamps) <= 0.0)) + 1
-        raise ValueError(f"times: entry {k} is not above the one before; let them ascend")
+    stamps = np.arange(len(matrices), dtype=np.float64)
     quaternions = np.asarray(Rotation.from_matrix(matrices[:, :, :3]).as_quat(canonical=True))
     write_lines(path, _rows(np.column_stack([stamps, matrices[:, :, 3], quaternions])))
 
