@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from jinja2 import Environment, Template
 
 SHARED_STYLE = "page"
+MAX_SHOWN = 300
+"""Letters of a value; results hold fewer, unless characters that do not show are written out."""
 _SHADE = re.compile("#[0-9a-fA-F]{6}")
 
 
@@ -55,9 +57,15 @@ def _templates() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    filters = (cell, code, duration, in_brackets, one_line, percent, prose, visible)
+    filters = (cell, code, duration, in_brackets, one_line, percent, prose, short, visible)
     made.filters |= {each.__name__: each for each in filters}
     return made
+
+
+def short(text: str) -> str:
+    """Return a value of a student's as far as it fits beside another one."""
+    shown = visible(text)
+    return shown if len(shown) <= MAX_SHOWN else f"{shown[: MAX_SHOWN - 1]}…"
 
 
 def percent(share: float | None) -> str:

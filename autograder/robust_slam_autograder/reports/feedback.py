@@ -10,7 +10,7 @@ import math
 import re
 import unicodedata
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from urllib.parse import quote
 
 from robust_slam_autograder.grading.results import (
@@ -28,8 +28,6 @@ from robust_slam_autograder.reports import documents
 NOT_RUN = "✗ not run"
 CURVE = 90.0
 """Height of a picture of numbers, in pixels."""
-MAX_SHOWN = 300
-"""Letters of a value; results hold fewer, unless characters that do not show are written out."""
 
 
 @dataclass(frozen=True)
@@ -218,25 +216,9 @@ def _case(case: CaseResult, before: CaseResult) -> ShownCase:
         message=message,
         as_above=again and not not_run,
         sentence=visible(case.sentence) if compared else message,
-        values=_shortened(compared) if compared else None,
+        values=compared,
         curves=_curves(*compared.curves) if compared and compared.curves else None,
     )
-
-
-def _shortened(values: Compared) -> Compared:
-    return replace(
-        values,
-        what=_short(values.what),
-        yours=_short(values.yours),
-        relation=_short(values.relation),
-        expected=_short(values.expected),
-        remark=_short(values.remark),
-    )
-
-
-def _short(text: str) -> str:
-    shown = visible(text)
-    return shown if len(shown) <= MAX_SHOWN else f"{shown[: MAX_SHOWN - 1]}…"
 
 
 def _curves(yours: Sequence[float], expected: Sequence[float]) -> Curves | None:
