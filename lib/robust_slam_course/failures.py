@@ -21,8 +21,8 @@ from robust_slam.graphs import PoseGraph, add_random_closures, manhattan, pose_g
 from robust_slam.graphs.outliers import add_aliased_closures
 from robust_slam.problems import PoseGraphProblem
 
-Fault = Callable[[Array, Indices, PoseGraph, Array], None]
-"""Changes measurements ``(m, 3)`` in place, given its odometry, the graph and the true poses."""
+Fault = Callable[[Array, Indices], None]
+"""Changes measurements ``(m, 3)`` of the town in place, given which are its odometry."""
 
 
 class Outcome(NamedTuple):
@@ -56,40 +56,41 @@ def town(seed: int = 3, kind: str = "random", count: int = 6) -> tuple[PoseGraph
 
 def measured(change: Fault) -> tuple[PoseGraph, Mask]:
     """Return the town's graph after ``change`` worked on its measurements, and its outliers."""
-    graph, is_outlier, truth = town()
-    z, own = graph.measurement.copy(), np.flatnonzero(graph.is_odometry)
-    change(z, own, graph, truth)
+    graph, is_outlier, _ = town()
+    z = graph.measurement.copy()
+    change(z, np.flatnonzero(graph.is_odometry))
     return dataclasses.replace(graph, measurement=z), is_outlier
 
 
-def short_focal_length(z: Array, own: Indices, graph: PoseGraph, truth: Array) -> None:
+def short_focal_length(z: Array, own: Indices) -> None:
     """Measure every turn 5 % too large, as a focal length that is 5 % too short does."""
     z[~town()[1], 2] *= 1.05
 
 
-def noisier(z: Array, own: Indices, graph: PoseGraph, truth: Array, factor: float = 5.0) -> None:
+def noisier(z: Array, own: Indices, factor: float = 5.0) -> None:
     """Multiply the noise of the odometry, as slipping tracks do; the covariance is unchanged."""
+    graph, _, truth = town()
     true = se2.between(truth[graph.edges[own, 0]], truth[graph.edges[own, 1]])
     error = se2.log(se2.between(true, z[own]))
     z[own] = se2.compose(true, se2.exp(factor * error))
 
 
-def blur(z: Array, own: Indices, graph: PoseGraph, truth: Array) -> None:
+def blur(z: Array, own: Indices) -> None:
     """Multiply the noise only where the robot turns sharply."""
-    noisier(z, own[np.abs(z[own, 2]) > 0.5], graph, truth, factor=10.0)
+    noisier(z, own[np.abs(z[own, 2]) > 0.5], factor=10.0)
 
 
-def creep(z: Array, own: Indices, graph: PoseGraph, truth: Array) -> None:
+def creep(z: Array, own: Indices) -> None:
     """Shrink the scale by 1 % a step."""
     z[own, :2] *= 0.99 ** np.arange(own.size)[:, None]
 
 
-def bad_sample(z: Array, own: Indices, graph: PoseGraph, truth: Array) -> None:
+def bad_sample(z: Array, own: Indices) -> None:
     """Turn one step by 45° too much."""
     z[own[20], 2] += np.pi / 4
 
 
-def gyro_bias(z: Array, own: Indices, graph: PoseGraph, truth: Array) -> None:
+def gyro_bias(z: Array, own: Indices) -> None:
     """Turn every step by 0.04 rad too much."""
     z[own, 2] += 0.04
 

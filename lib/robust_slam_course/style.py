@@ -6,8 +6,7 @@ style sheet, for figures (`robust_slam_course.figures`), live pictures, quizzes 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -98,11 +97,9 @@ def site_colours() -> str:
     return f":root {{ {variables('light')} }}\n@media not print {{ {dark} }}\n"
 
 
-@contextmanager
-def figure_style() -> Iterator[None]:
+def figure_style() -> AbstractContextManager[None]:
     """Draw in the course's style inside a `with` block; the settings come back after it."""
-    with mpl.rc_context(STYLE):
-        yield
+    return mpl.rc_context(STYLE)
 
 
 def use_style() -> None:
