@@ -18,6 +18,8 @@ ROOT = Path(__file__).resolve().parents[1]
 ORDINARY = 59_990
 """A user id without a name, which owns nothing."""
 ASIDE = "/mnt"
+NEEDED = {Path(sys.base_prefix).resolve(), Path(sys.prefix).resolve(), ROOT}
+"""What others have to reach."""
 
 
 def may() -> bool:
@@ -34,23 +36,22 @@ def command(words: Sequence[str], uid: int) -> list[str]:
 
 def _open_view() -> list[str]:
     """Shell commands that put open folders, with what is needed in them, in closed ones' place."""
-    needed = {Path(sys.base_prefix).resolve(), Path(sys.prefix).resolve(), ROOT}
-    outer = sorted(path for path in needed if not needed.intersection(path.parents))
-    closed = {path: way for path in outer if (way := _closed(path))}
-    if not closed:
+    outer = sorted(path for path in NEEDED if not NEEDED.intersection(path.parents))
+    ways = {path: way for path in outer if (way := closed(path))}
+    if not ways:
         return []
-    aside = {path: f"{ASIDE}/{number}" for number, path in enumerate(closed)}
+    aside = {path: f"{ASIDE}/{number}" for number, path in enumerate(ways)}
     lines = ["mount --make-rprivate /", f"mount -t tmpfs tmpfs {ASIDE}"]
-    lines += [f"mkdir {aside[p]}; mount --rbind {shlex.quote(str(p))} {aside[p]}" for p in closed]
-    for way in sorted(set(closed.values())):
+    lines += [f"mkdir {aside[p]}; mount --rbind {shlex.quote(str(p))} {aside[p]}" for p in ways]
+    for way in sorted(set(ways.values())):
         lines.append(f"mount -t tmpfs -o mode=755 tmpfs {shlex.quote(str(way))}")
-    for path in closed:
+    for path in ways:
         place = shlex.quote(str(path))
         lines.append(f"mkdir -p {place}; mount --move {aside[path]} {place}")
     return lines
 
 
-def _closed(path: Path) -> Path | None:
+def closed(path: Path) -> Path | None:
     """The first folder on the way to a path that others may not enter."""
     ways = [way for way in reversed(path.parents) if not way.stat().st_mode & stat.S_IXOTH]
     return ways[0] if ways else None
