@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -26,23 +25,13 @@ def test_all_descendants_are_found() -> None:
     assert watch.descendants(process.pid) == []
 
 
-@dataclass
-class Using:
+def using(rss: int = 0, shared: int = 0, threads: int = 0, files: int = 0) -> SimpleNamespace:
     """A process as the watch sees it."""
-
-    rss: int = 0
-    shared: int = 0
-    threads: int = 0
-    files: int = 0
-
-    def memory_info(self) -> SimpleNamespace:
-        return SimpleNamespace(rss=self.rss, shared=self.shared)
-
-    def num_threads(self) -> int:
-        return self.threads
-
-    def num_fds(self) -> int:
-        return self.files
+    return SimpleNamespace(
+        memory_info=lambda: SimpleNamespace(rss=rss, shared=shared),
+        num_threads=lambda: threads,
+        num_fds=lambda: files,
+    )
 
 
 HALF = MEMORY_BYTES // 2
@@ -52,14 +41,13 @@ OPEN = MEMORY_BYTES // watch.SOCKET_BYTES
 @pytest.mark.parametrize(
     ("processes", "is_too_much"),
     [
-        ([Using(rss=HALF + 9, shared=9), Using(rss=HALF)], False),
-        ([Using(rss=HALF + 9, shared=9), Using(rss=HALF + 1)], True),
-        ([Using(files=OPEN - 1), Using(files=1)], False),
-        ([Using(files=OPEN), Using(files=1)], True),
-        ([Using(threads=PROCESSES), Using(threads=PROCESSES)], False),
-        ([Using(threads=PROCESSES), Using(threads=PROCESSES - 1), Using(threads=2)], True),
+        ([using(rss=HALF + 9, shared=9), using(rss=HALF)], False),
+        ([using(rss=HALF + 9, shared=9), using(rss=HALF + 1)], True),
+        ([using(files=OPEN - 1), using(files=1)], False),
+        ([using(files=OPEN), using(files=1)], True),
+        ([using(threads=PROCESSES), using(threads=PROCESSES)], False),
+        ([using(threads=PROCESSES), using(threads=PROCESSES - 1), using(threads=2)], True),
     ],
-    ids=lambda value: "" if isinstance(value, bool) else repr(value[-1]),
 )
 def test_memory_files_and_threads_of_all_processes_count(
     processes: list[Any], is_too_much: bool
