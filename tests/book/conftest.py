@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import functools
-import http.server
 import re
-import threading
 from collections.abc import Iterator
 
 import pytest
 import yaml
 
 from tests.book.built_site import ROOT, Site, built
-from tests.chromium import QuietHandler
+from tests.chromium import served
 
 TITLE = yaml.safe_load((ROOT / "_config.yml").read_text(encoding="utf-8"))["title"]
 TOC = yaml.safe_load((ROOT / "_toc.yml").read_text(encoding="utf-8"))
@@ -43,11 +40,8 @@ def site() -> Site:
 @pytest.fixture(scope="session")
 def address(site: Site) -> Iterator[str]:
     """The address of a server on this machine that serves the site."""
-    handler = functools.partial(QuietHandler, directory=site.folder)
-    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
-        threading.Thread(target=server.serve_forever, daemon=True).start()
-        yield f"http://127.0.0.1:{server.server_port}"
-        server.shutdown()
+    with served(site.folder) as found:
+        yield found
 
 
 def place(site: Site, address: str, page: str, way: str) -> str:

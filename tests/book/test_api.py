@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import doctest
 import re
-from pathlib import Path
 
 import pytest
 import robust_slam as rs
@@ -33,7 +32,3 @@ def test_every_folder_has_a_section_with_all_of_its_names(folder: str) -> None:
 def test_every_short_name_of_the_library_is_on_the_page() -> None:
     listed = set(re.findall(r"robust_slam\.([a-zA-Z_]+)", PAGE.read_text("utf-8")))
     assert {name for name in rs.__all__ if not name.startswith("_")} - listed <= MODULES
-
-
-def test_the_page_is_in_the_table_of_contents() -> None:
-    assert "chapters/api" in (Path(PAGE).parents[1] / "_toc.yml").read_text("utf-8")

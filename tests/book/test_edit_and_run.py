@@ -6,15 +6,10 @@ start of Python takes seconds.
 
 from __future__ import annotations
 
-import functools
-import http.server
 import re
-import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any, Protocol
 
 import pytest
@@ -24,7 +19,7 @@ from playwright.sync_api import Page, expect
 from tests.book.alone import leave_alone
 from tests.book.conftest import CHAPTERS, NOTEBOOKS, Site
 from tests.book.test_accessible import complaints
-from tests.chromium import CHROMIUM, LIMIT_MILLISECONDS, Opener, QuietHandler, page_in
+from tests.chromium import CHROMIUM, LIMIT_MILLISECONDS, Opener, QuietHandler, page_in, served
 from tests.conftest import leave_out
 from tests.firefox import firefox
 
@@ -68,9 +63,11 @@ class Asked:
         return found
 
 
-@contextmanager
-def serving(folder: Path) -> Iterator[tuple[str, Asked]]:
-    """Serve a folder on this machine, and note what is asked for."""
+@pytest.fixture(scope="module")
+def server(site: Site) -> Iterator[tuple[str, Asked]]:
+    """The address of the site, where it has the runtime, and what it is asked for."""
+    if not (site.folder / "python" / "pyodide").is_dir():
+        leave_out("the runtime is not there (make runtime); no cell can be run in a page")
     asked = Asked()
 
     class Noting(QuietHandler):
@@ -84,19 +81,7 @@ def serving(folder: Path) -> Iterator[tuple[str, Asked]]:
             except ConnectionError:
                 self.close_connection = True
 
-    handler = functools.partial(Noting, directory=folder)
-    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
-        threading.Thread(target=server.serve_forever, daemon=True).start()
-        yield f"http://127.0.0.1:{server.server_port}", asked
-        server.shutdown()
-
-
-@pytest.fixture(scope="module")
-def served(site: Site) -> Iterator[tuple[str, Asked]]:
-    """The site, where it has the runtime."""
-    if not (site.folder / "python" / "pyodide").is_dir():
-        leave_out("the runtime is not there (make runtime); no cell can be run in a page")
-    with serving(site.folder) as (address, asked):
+    with served(site.folder, Noting) as address:
         yield address, asked
 
 
@@ -171,12 +156,12 @@ def of_kind(browser: Browser, inside: str) -> Cell:
 )
 def visit(
     request: pytest.FixtureRequest,
-    served: tuple[str, Asked],
+    server: tuple[str, Asked],
     tmp_path_factory: pytest.TempPathFactory,
 ) -> Iterator[Browser]:
     """A chapter, open in a browser."""
-    address = f"{served[0]}/{CHAPTER}.html"
-    served[1].files.clear()
+    address = f"{server[0]}/{CHAPTER}.html"
+    server[1].files.clear()
     if request.param == "firefox":
         with firefox(tmp_path_factory.mktemp("firefox")) as fox:
             fox.goto(address)
@@ -194,9 +179,9 @@ def visit(
     running.close()
 
 
-def test_a_reader_runs_code_of_their_own(visit: Browser, served: tuple[str, Asked]) -> None:
+def test_a_reader_runs_code_of_their_own(visit: Browser, server: tuple[str, Asked]) -> None:
     browser = visit
-    asked = served[1]
+    asked = server[1]
     browser.evaluate("document.fonts.ready.then(() => 0)")
     assert set(asked.of_python()) == BEFORE
 
@@ -281,11 +266,11 @@ def test_the_editor_is_used_by_keys_alone_and_open_to_all(visit: Page) -> None:
 
 
 def test_every_shown_cell_has_a_button_or_says_why_not(
-    served: tuple[str, Asked], browser: Chromium
+    server: tuple[str, Asked], browser: Chromium
 ) -> None:
     with page_in(browser) as page:
         for name in NOTEBOOKS:
-            page.goto(f"{served[0]}/{name}.html", wait_until="domcontentloaded")
+            page.goto(f"{server[0]}/{name}.html", wait_until="domcontentloaded")
             bars = page.locator(".cell .cell_input > .rs-run")
             shown = page.locator(".cell .cell_input").count()
             assert shown >= (5 if name in CHAPTERS else 1)

@@ -18,8 +18,8 @@ from robust_slam_autograder import cli
 
 from tests.assignments import answers
 from tests.book.taking_hold import PICTURE, follows
-from tests.chromium import page_in, visiting
-from tests.runtime.made import RUNTIME, look_for_the_runtime, served
+from tests.chromium import page_in, served, visiting
+from tests.runtime.made import RUNTIME, look_for_the_runtime
 
 pytestmark = [pytest.mark.browser, pytest.mark.long]
 
