@@ -28,6 +28,7 @@ CODE = (
     "lib/**/*.py",
     "lib/robust_slam_course/canvas/js/**/*.js",
     "autograder/**/*.py",
+    "autograder/robust_slam_autograder/publishing/templates/*.txt",
     "autograder/robust_slam_autograder/reports/templates/*.html",
     "benchmarks/**/*.py",
     "chapters/_ext/*.py",

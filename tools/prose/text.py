@@ -152,6 +152,7 @@ READERS: dict[str, Callable[[Path, str], Iterable[Piece]]] = {
     ".py": of_python,
     ".js": of_script,
     ".html": of_template,
+    ".txt": of_template,
 }
 
 

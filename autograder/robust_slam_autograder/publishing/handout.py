@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -21,62 +20,12 @@ INSTALL = (
     f"pip install -r {REQUIREMENTS_NAME}",
 )
 """What a student types in an assignment's folder."""
-_IN = "   "
-_README = """\
-{title}
-
-The notebook says what to write.
-You need Python 3.11 or newer; on Windows, WSL.
-
-1. Install
-{install}
-2. Open
-   In the same folder:
-
-     jupyter lab {notebook}
-
-   Write your functions in the cells that say so. The cells below each of them
-   check your work: run them as often as you like.
-
-3. Check
-   In another terminal, after the second line of 1:
-
-     autograder check {notebook}
-
-   It runs the checks that you see, from top to bottom, and says for each
-   exercise what went wrong and why. The mark also counts hidden checks.
-
-4. Hand in
-   Save the notebook, {notebook}.
-{hand_in}
-   It need not be finished: every case that passes counts.
-"""
-_ENVIRONMENT = """\
-   In a terminal, in the folder of this file:
-
-     {}
-     {}
-     {}
-
-   It takes a minute or two. In every new terminal type the second line again,
-   in this folder.
-   All assignments share this environment: unpack the next one beside this one,
-   and type the second and the third line in its folder.
-"""
-_ASK = """\
-   What the notebook imports, JupyterLab and the grader (autograder): your
-   instructor says how. Then go to the folder of this file.
-"""
 
 
 def write(folder: Path, course: Course, wheels: Mapping[str, Path], archive: Path) -> None:
-    """Write the archive of a released assignment; the same release gives the same bytes.
+    """Write the archive of a released assignment, with the course's packages by their names.
 
-    Args:
-        folder: the release, named as the assignment.
-        course: what students install.
-        wheels: the course's packages that students install, by their names.
-        archive: the file to write.
+    The folder is named as the assignment. The same release gives the same bytes.
     """
     paths = [path for path in folder.rglob("*") if path.is_file()]
     texts = {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
@@ -93,7 +42,7 @@ def write(folder: Path, course: Course, wheels: Mapping[str, Path], archive: Pat
 
 
 def requirements(name: str, course: Course, wheels: Mapping[str, Path]) -> str:
-    """What pip installs for an assignment: the wheels beside it, and tools from the index."""
+    """Return what pip installs for an assignment: the wheels beside it, and the course's tools."""
     packages = course.packages(name)
     lines = [
         f"./{PACKAGES_NAME}/{wheels[name_of(package)].name}{package[len(name_of(package)) :]}"
@@ -103,12 +52,20 @@ def requirements(name: str, course: Course, wheels: Mapping[str, Path]) -> str:
 
 
 def readme(folder: Path, course: Course) -> str:
-    """What a student is to do with a released assignment."""
+    """Return what a student is to do with a released assignment."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined  # of the extra `grading`
+
     title = assignments.load_config(folder / assignments.CONFIG_NAME).title
-    heading = f"{folder.name}: {title}" if title else folder.name
-    return _README.format(
-        title=f"{heading}\n{'=' * len(heading)}",
+    templates = Environment(
+        loader=PackageLoader(__package__),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    return templates.get_template(README_NAME).render(
+        heading=f"{folder.name}: {title}" if title else folder.name,
         notebook=assignments.notebook_path(folder).name,
-        hand_in=textwrap.fill(course.hand_in, 79, initial_indent=_IN, subsequent_indent=_IN),
-        install=_ENVIRONMENT.format(*INSTALL) if course.install.assignments else _ASK,
+        install=INSTALL if course.install.assignments else (),
+        hand_in=" ".join(course.hand_in.split()),
     )

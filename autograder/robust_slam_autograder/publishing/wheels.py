@@ -37,16 +37,9 @@ _DIGITS = 10
 
 
 def build(course: Course, out: Path) -> dict[str, Path]:
-    """Build a wheel of each package of ``[install.assignments]``.
+    """Build a wheel of each package of ``[install.assignments]``, and return them by its name.
 
     The same files give the same bytes where the build backend does, as hatchling does.
-
-    Args:
-        course: names the packages and their folders.
-        out: where the wheels go.
-
-    Returns:
-        the wheels, by the package's name.
 
     Raises:
         WrongUse: a folder holds no file that the public may have.
@@ -71,12 +64,10 @@ def build(course: Course, out: Path) -> dict[str, Path]:
 
 
 def build_tracked(root: Path, folders: Sequence[str], out: Path) -> None:
-    """Build a wheel of each folder, of the files that git tracks; of all where there is no git.
+    """Build a wheel of each folder of a course, with a ``pyproject.toml``, into an empty folder.
 
-    Args:
-        root: the course.
-        folders: its packages' folders, each with a ``pyproject.toml``.
-        out: an empty folder for the wheels, each at the version of its content.
+    It is of the files that git tracks, or of all where there is no git, and at the version of
+    its content.
 
     Raises:
         GraderFailure: one cannot be built.
