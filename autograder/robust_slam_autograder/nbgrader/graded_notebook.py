@@ -25,70 +25,44 @@ KERNEL = {"display_name": "Python 3", "language": "python", "name": "python3"}
 
 
 def build(assignment: Assignment, cells: Sequence[Cell], result: Result) -> NotebookNode:
-    """Make the notebook.
+    """Make the notebook of a submission's cells; it has none where it could not be read."""
+    known = {cell.grade_id: cell for cell in assignment.marked}
+    given = marked_cells.given(assignment.marked)
+    outcomes = _outcomes(assignment, result)
 
-    Args:
-        assignment: the instructor's notebook.
-        cells: the submission's; none where it could not be read.
-        result: its result.
-    """
-    made = _Cells(assignment, result)
+    def marked(grade_id: str, source: str | None) -> NotebookNode:
+        """Make a cell under the instructor's metadata, with the student's text where it counts."""
+        cell = known[grade_id]
+        if source is None:
+            source = NOT_FOUND if cell.kind == "code" else NOT_FOUND.lstrip("# ")
+        made = marked_cells.node(cell, source if cell.solution else given[grade_id].source)
+        if grade_id in outcomes:
+            text = outcomes[grade_id]
+            made["outputs"] = [new_output("stream", name="stdout", text=text)]  # type: ignore[no-untyped-call]
+        return made
+
     owners = answers.owners(assignment, cells)
     shown: list[tuple[str | None, NotebookNode]] = []
     for number, cell in enumerate(cells):
         owner = owners.get(number)
         own = marked_cells.plain(cell.kind, cell.source)
-        shown.append((owner, made.marked(owner, cell.source) if owner else own))
-    before = None
-    for marked in assignment.marked:
-        grade_id = marked.grade_id or ""
+        shown.append((owner, marked(owner, cell.source) if owner else own))
+    place = 0  # of a cell that the submission lacks: behind the one that it follows in the release
+    for grade_id in (cell.grade_id or "" for cell in assignment.marked):
         if grade_id not in owners.values():
-            _insert_after(shown, before, (grade_id, made.marked(grade_id, None)))
-        before = grade_id
-    book = new_notebook(  # type: ignore[no-untyped-call]
+            shown.insert(place, (grade_id, marked(grade_id, None)))
+        place = [name for name, _ in shown].index(grade_id) + 1
+    book: NotebookNode = new_notebook(  # type: ignore[no-untyped-call]
         cells=[_heading(result), *(cell for _, cell in shown)], metadata={"kernelspec": KERNEL}
     )
     for number, cell in enumerate(book.cells):
         cell["id"] = f"cell-{number}"  # the same notebook for the same result
-    checked: NotebookNode = book
-    return checked
-
-
-def _insert_after(
-    shown: list[tuple[str | None, NotebookNode]],
-    before: str | None,
-    cell: tuple[str | None, NotebookNode],
-) -> None:
-    """Put a cell that the submission lacks behind the one that it follows in the release."""
-    names = [grade_id for grade_id, _ in shown]
-    shown.insert(0 if before is None else names.index(before) + 1, cell)
+    return book
 
 
 def _heading(result: Result) -> NotebookNode:
     note = f"\n\n{prose(result.reason)}" if result.reason else ""
     return marked_cells.plain("markdown", f"**{prose(verdict(result))}**{note}")
-
-
-class _Cells:
-    """Makes the marked cells of one submission."""
-
-    def __init__(self, assignment: Assignment, result: Result) -> None:
-        self._marked = {cell.grade_id: cell for cell in assignment.marked}
-        self._given = marked_cells.given(assignment.marked)
-        self._outcomes = _outcomes(assignment, result)
-
-    def marked(self, grade_id: str, source: str | None) -> NotebookNode:
-        """Make a cell under the instructor's metadata, with the student's text where it counts."""
-        cell = self._marked[grade_id]
-        missing = NOT_FOUND if cell.kind == "code" else NOT_FOUND.lstrip("# ")
-        text = missing if source is None else source
-        made = marked_cells.node(cell, text if cell.solution else self._given[grade_id].source)
-        if grade_id in self._outcomes:
-            output = new_output(  # type: ignore[no-untyped-call]
-                "stream", name="stdout", text=self._outcomes[grade_id]
-            )
-            made["outputs"] = [output]
-        return made
 
 
 def _outcomes(assignment: Assignment, result: Result) -> Mapping[str, str]:
