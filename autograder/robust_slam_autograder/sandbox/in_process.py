@@ -47,7 +47,8 @@ class Here:
         self._launch = launch
         self._modules = _Modules(launch.withheld)
         self._clean_up = contextlib.ExitStack()
-        self._clean_up.enter_context(_empty_folder())
+        folder = self._clean_up.enter_context(tempfile.TemporaryDirectory(prefix="autograder-"))
+        self._clean_up.enter_context(contextlib.chdir(folder))
         self._clean_up.enter_context(_hidden_figures())
 
     def connect(self, check: Check) -> End:
@@ -139,12 +140,6 @@ def _builtins(launch: Launch) -> types.ModuleType:
 
 def _no_input(*args: object) -> None:
     raise EOFError("EOF when reading a line")
-
-
-@contextlib.contextmanager
-def _empty_folder() -> Iterator[None]:
-    with tempfile.TemporaryDirectory(prefix="autograder-") as folder, contextlib.chdir(folder):
-        yield
 
 
 @contextlib.contextmanager
