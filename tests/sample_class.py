@@ -35,19 +35,16 @@ def write(release: Path, out: Path, assignments: Sequence[str] = ()) -> list[Pat
     Returns:
         the submissions' folders.
     """
-    folders = []
-    for assignment in assignments or answers.assignments():
-        for student, text in _texts(assignment, release).items():
-            path = out / student / assignment / f"{assignment}.ipynb"
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text, encoding="utf-8")
-            folders.append(path.parent)
-    return folders
+    return [
+        answers.hand_in(out, student, assignment, text)
+        for assignment in assignments or answers.assignments()
+        for student, text in _texts(assignment, release).items()
+    ]
 
 
 def half(assignment: str) -> list[str]:
     """The exercises of the student who stops halfway; a later one may call an earlier one."""
-    exercises = answers.solution_ids(answers.source_notebook(assignment))
+    exercises = list(answers.solutions(assignment))
     return exercises[: (len(exercises) + 1) // 2]
 
 
@@ -61,24 +58,19 @@ def misprints(assignment: str) -> dict[str, str]:
 
 
 def _texts(assignment: str, release: Path) -> dict[str, str]:
-    solved = answers.source_notebook(assignment)
-    released = answers.source_notebook(assignment, release)
-    done = {
-        cell["metadata"]["nbgrader"]["grade_id"]: "".join(cell["source"])
-        for cell in solved["cells"]
-        if cell["metadata"].get("nbgrader", {}).get("solution")
+    released, done = answers.source_notebook(assignment, release), answers.solutions(assignment)
+    given = {
+        "sample-solutions": done,
+        "sample-untouched": {},
+        "sample-half": {name: done[name] for name in half(assignment)},
+        "sample-misprints": done | misprints(assignment),
     }
-    finished = answers.with_answers(released, done)
-    return {
-        "sample-solutions": answers.text(finished),
-        "sample-untouched": answers.text(released),
-        "sample-half": answers.text(
-            answers.with_answers(released, {name: done[name] for name in half(assignment)})
-        ),
-        "sample-misprints": answers.text(answers.with_answers(finished, misprints(assignment))),
-        # What a half-written file looks like after a full disk.
-        "sample-broken": answers.text(finished)[:1000],
+    texts = {
+        student: answers.text(answers.with_answers(released, sources))
+        for student, sources in given.items()
     }
+    # What a half-written file looks like after a full disk.
+    return texts | {"sample-broken": texts["sample-solutions"][:1000]}
 
 
 def table(marks: Mapping[str, Any]) -> str:

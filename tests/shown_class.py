@@ -16,7 +16,6 @@ import io
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from robust_slam_autograder import cli
 
@@ -140,24 +139,22 @@ def write(release: Path, out: Path) -> list[Path]:
     Returns:
         the submissions' folders.
     """
-    _autograder("release", *TABLE, "--out", release)
+    autograder(answers.SOLUTIONS, "release", *TABLE, "--out", release)
     folders = []
     for assignment in TABLE:
         released = answers.source_notebook(assignment, release)
-        for student, sources in _sources(assignment, released).items():
+        for student, sources in _sources(assignment).items():
             text = answers.text(answers.with_answers(released, sources))
             is_broken = TABLE[assignment].get(student) == BROKEN
-            path = out / student / assignment / f"{assignment}.ipynb"
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text[:1000] if is_broken else text, encoding="utf-8")
-            folders.append(path.parent)
+            text = text[:1000] if is_broken else text
+            folders.append(answers.hand_in(out, student, assignment, text))
     return folders
 
 
-def _sources(assignment: str, released: Mapping[str, Any]) -> dict[str, Mapping[str, str]]:
+def _sources(assignment: str) -> dict[str, Mapping[str, str]]:
     """By student what stands in the cells of those who hand in."""
     known = {(one.exercise, one.name): one.source for one in answers.answers(assignment)}
-    exercises = answers.solution_ids(released)
+    exercises = answers.solutions(assignment)
     found: dict[str, Mapping[str, str]] = {
         student: {
             exercise: known[exercise, name]
@@ -179,19 +176,19 @@ def pages(graded: Path, out: Path) -> None:
         out: where ``report/`` and ``feedback/`` go.
     """
     where, feedback = ("--out", graded, "--notice", NOTICE), out / "feedback"
-    _autograder("feedback", *SHOWN, *where, "--to", feedback, "--site", SITE)
+    autograder(answers.SOLUTIONS, "feedback", *SHOWN, *where, "--to", feedback, "--site", SITE)
     # Of their other submissions, which are answers of the tests, there is no page.
     for student, assignment in SHOWN.items():
         for path in (feedback / student).iterdir():
             if path.name != f"{assignment}.html":
                 path.unlink()
-    _autograder("report", *where, "--to", out / "report", "--feedback", feedback)
+    autograder(answers.SOLUTIONS, "report", *where, "--to", out / "report", "--feedback", feedback)
 
 
-def _autograder(*arguments: object) -> None:
+def autograder(solutions: Path, *arguments: object) -> None:
     """Run a command of the grader, which says nothing on its way."""
     with contextlib.redirect_stdout(io.StringIO()):
-        status = cli.main(["--solutions", *map(str, (answers.SOLUTIONS, *arguments))])
+        status = cli.main(["--solutions", *map(str, (solutions, *arguments))])
     if status:
         raise SystemExit(status)
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
 import html
-import io
 import json
 import re
 from collections.abc import Iterator, Mapping
@@ -13,7 +11,6 @@ from typing import Any
 from urllib.parse import unquote, urlsplit
 
 import pytest
-from robust_slam_autograder import cli
 
 from chapters._ext.offers import thumbnail
 from tests import npm, shown_class
@@ -29,11 +26,6 @@ WHOLE_LINES = 16
 """Letters without spaces; shorter lines of code are alike by chance."""
 
 
-def autograder(*arguments: object) -> None:
-    with contextlib.redirect_stdout(io.StringIO()):
-        assert cli.main(list(map(str, arguments))) == 0
-
-
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The class's folder: submitted, graded by all tests, and pages."""
@@ -42,7 +34,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for solutions, out in ((answers.SOLUTIONS, "graded"), (folder / "release", "visible")):
         mine = [path for path in paths if out == "graded" or path.parent.name in SHOWN]
         where = ["--out", folder / out, "--seed", 0, "--unsandboxed"]
-        autograder("--solutions", solutions, "grade", *mine, *where)
+        shown_class.autograder(solutions, "grade", *mine, *where)
     shown_class.pages(folder / "graded", folder / "pages")
     return folder
 

@@ -39,12 +39,6 @@ def source_notebook(assignment: str, tree: Path = SOLUTIONS) -> dict[str, Any]:
     return notebook
 
 
-def solution_ids(notebook: Mapping[str, Any]) -> list[str]:
-    """Grade ids of a notebook's solution cells: the names of its exercises."""
-    fields = [cell["metadata"].get("nbgrader", {}) for cell in notebook["cells"]]
-    return [field["grade_id"] for field in fields if field.get("solution")]
-
-
 def with_answers(notebook: Mapping[str, Any], sources: Mapping[str, str]) -> dict[str, Any]:
     """Return the notebook with other text in the solution cells that ``sources`` names."""
     changed: dict[str, Any] = deepcopy(dict(notebook))
@@ -58,14 +52,26 @@ def with_answers(notebook: Mapping[str, Any], sources: Mapping[str, str]) -> dic
     return changed
 
 
-def solved(assignment: str, release: Path) -> dict[str, Any]:
-    """Return the notebook of a release with the instructor's answers typed in."""
-    done = {
+def solutions(assignment: str) -> dict[str, str]:
+    """Return the instructor's answers by exercise, in the notebook's order."""
+    return {
         cell["metadata"]["nbgrader"]["grade_id"]: "".join(cell["source"])
         for cell in source_notebook(assignment)["cells"]
         if cell["metadata"].get("nbgrader", {}).get("solution")
     }
-    return with_answers(source_notebook(assignment, release), done)
+
+
+def solved(assignment: str, release: Path) -> dict[str, Any]:
+    """Return the notebook of a release with the instructor's answers typed in."""
+    return with_answers(source_notebook(assignment, release), solutions(assignment))
+
+
+def hand_in(out: Path, student: str, assignment: str, file: str) -> Path:
+    """Write a submission's file, and return its folder, ``<out>/<student>/<assignment>``."""
+    folder = out / student / assignment
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / f"{assignment}.ipynb").write_text(file, encoding="utf-8")
+    return folder
 
 
 def text(notebook: Mapping[str, Any]) -> str:

@@ -7,7 +7,6 @@ import itertools
 
 import pytest
 from robust_slam_autograder.reading import assignment as assignment_module
-from robust_slam_autograder.reading.assignment import Assignment
 
 from tests.assignments import answers
 
@@ -15,37 +14,41 @@ NUMBERS = ("No", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight",
 NAMES = answers.assignments()
 
 
-def load(name: str) -> Assignment:
-    return assignment_module.load(answers.SOLUTIONS / name / f"{name}.ipynb")
+def cells(name: str) -> list[dict[str, object]]:
+    """Return the cells of an assignment, each with its text in one piece."""
+    found = answers.source_notebook(name)["cells"]
+    return [cell | {"source": "".join(cell["source"])} for cell in found]
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_first_and_the_last_cell_say_how_to_check(name: str) -> None:
-    first, *_, last = answers.source_notebook(name)["cells"]
+def test_the_first_and_the_last_cell_say_what_to_do(name: str) -> None:
+    assignment = assignment_module.load(answers.SOLUTIONS / name / f"{name}.ipynb")
+    first, *_, last = (cell["source"] for cell in cells(name))
     command = f"`autograder check {name}.ipynb`"
-    assert command in "".join(first["source"])
-    assert command in "".join(last["source"])
-    assert "hand in this one file" in "".join(last["source"])
+    assert command in first and command in last
+    assert "hand in this one file" in last
+    assert f"{NUMBERS[len(assignment.exercises)]} exercises, ten points each." in first
+    assert "The first one draws a picture of what your function does" in first
+    for exercise in assignment.exercises:
+        mine = [case.points for case in assignment.cases if case.exercise == exercise]
+        assert sum(mine) == 10, exercise
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_picture_of_an_exercise_comes_before_its_checks(name: str) -> None:
-    first, *cells = answers.source_notebook(name)["cells"]
-    fields = [(cell["id"], cell["metadata"].get("nbgrader", {})) for cell in cells]
-    for (_, solution), (below, _) in itertools.pairwise(fields):
-        if solution.get("solution"):
-            assert below == f"picture-{solution['grade_id']}"
-    assert "The first one draws a picture of what your function does" in "".join(first["source"])
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_the_first_cell_says_how_many_exercises_there_are(name: str) -> None:
-    first = "".join(answers.source_notebook(name)["cells"][0]["source"])
-    assert f"{NUMBERS[len(load(name).exercises)]} exercises, ten points each." in first
+def test_a_picture_that_replaces_no_students_function_comes_before_the_checks(name: str) -> None:
+    assignment = assignment_module.load(answers.SOLUTIONS / name / f"{name}.ipynb")
+    defined = {each for solution in assignment.solutions for each in solution.names}
+    for cell, below in itertools.pairwise(cells(name)):
+        field = cell["metadata"].get("nbgrader", {})
+        if field.get("solution"):
+            assert below["id"] == f"picture-{field['grade_id']}"
+            nodes = ast.walk(ast.parse(below["source"]))
+            imports = [node for node in nodes if isinstance(node, ast.Import | ast.ImportFrom)]
+            imported = {alias.asname or alias.name for node in imports for alias in node.names}
+            assert imported and not defined & imported, field["grade_id"]
 
 
 def test_every_set_up_compares_by_the_same_close() -> None:
-    sources = ["".join(answers.source_notebook(name)["cells"][1]["source"]) for name in NAMES]
-    nodes = [node for text in sources for node in ast.parse(text).body]
+    nodes = [node for name in NAMES for node in ast.parse(cells(name)[1]["source"]).body]
     found = [ast.unparse(node) for node in nodes if getattr(node, "name", "") == "close"]
     assert len(found) == len(NAMES) and len(set(found)) == 1
