@@ -1,4 +1,4 @@
-"""Draw a pose graph as a map, in the plane or in space seen from one side.
+"""Draw a pose graph as a map, in the plane or in space seen from above.
 
 The path is a thick line, a closure a thin one, a wrong closure dashed, the truth dotted, and a
 wrong decision has a marker at its middle: so colour is never the only sign.
@@ -75,24 +75,22 @@ def draw_map(
     kept: ArrayLike | None = None,
     weights: ArrayLike | None = None,
     truth: ArrayLike | None = None,
-    view: tuple[int, int] = (0, 1),
 ) -> Axes:
     """Draw a map: the path, its closures, and dotted where the robot really was.
 
-    ``poses`` and ``truth`` are ``(n, 3)`` or ``(n, 3, 4)``; in space the map shows the two
-    coordinates of ``view``: (0, 1) looks from above, (0, 2) from the side. The mask ``is_outlier``
-    ``(m,)`` marks the wrong edges; ``weights`` ``(m,)`` in [0, 1] fade the edges. With the mask
-    ``kept`` ``(m,)`` the map shows decisions, right and wrong ones, and ``legend_below(ax)``
-    names and counts them. Both directions have one scale, and the frame and the ticks go.
-    Without ``ax`` a new figure is made.
+    ``poses`` and ``truth`` are ``(n, 3)`` or ``(n, 3, 4)``, seen from above. The mask
+    ``is_outlier`` ``(m,)`` marks the wrong edges; ``weights`` ``(m,)`` in [0, 1] fade the edges.
+    With the mask ``kept`` ``(m,)`` the map shows decisions, right and wrong ones, and
+    ``legend_below(ax)`` names and counts them. Both directions have one scale, and the frame
+    and the ticks go. Without ``ax`` a new figure is made.
 
     Raises:
         TypeError: ``graph`` is not a pose graph.
         ValueError: an argument does not fit the graph.
     """
     # All is checked first: a figure that was made in vain would stay open.
-    xy = _seen("poses", poses, graph, view)
-    true_xy = None if truth is None else _seen("truth", truth, graph, view)
+    xy = _from_above("poses", poses, graph)
+    true_xy = None if truth is None else _from_above("truth", truth, graph)
     m = len(graph.edges)
     looks = edge_looks(m, graph.is_odometry, is_outlier, kept)
     opacity = _FAINTEST + (1.0 - _FAINTEST) * _rows("weights", _or(weights, 1.0, m), m)
@@ -137,13 +135,9 @@ def _rows(name: str, value: ArrayLike, count: int) -> Array:
     return array
 
 
-def _seen(name: str, poses: ArrayLike, graph: PoseGraph, view: tuple[int, int]) -> Array:
-    """Return the two coordinates (n, 2) of `view`, in m."""
-    checked = check_poses(name, poses, graph)
-    dimension = graph.group.DIMENSION
-    if len(view) != 2 or not all(axis in range(dimension) for axis in view):
-        raise ValueError(f"view: it is {view}; give two axes, each from 0 to {dimension - 1}")
-    return graph.group.translation(checked)[:, list(view)]
+def _from_above(name: str, poses: ArrayLike, graph: PoseGraph) -> Array:
+    """Return the first two coordinates ``(n, 2)`` of the positions, in m."""
+    return graph.group.translation(check_poses(name, poses, graph))[:, :2]
 
 
 def edge_looks(

@@ -46,15 +46,10 @@ def test_the_rejected_edges_are_written_with_the_ids_of_the_file(file, tmp_path)
     np.testing.assert_array_equal(np.loadtxt(out, dtype=int), graph.edges[rejected] + 500)
 
 
-@pytest.mark.parametrize("suffix", [".g2o", ".tum", ".kitti"])
-def test_it_writes_the_poses(file, tmp_path, suffix):
-    out = tmp_path / f"map{suffix}"
+def test_it_writes_the_poses(file, tmp_path):
+    out = tmp_path / "map.g2o"
     cli.main(["solve", str(file), "--quiet", "--out", str(out)])
-    answer = rs.solve(rs.load(file))
-    if suffix == ".g2o":
-        np.testing.assert_array_equal(read(out).poses, answer.poses)
-    else:
-        assert len(out.read_text().splitlines()) == 60
+    np.testing.assert_array_equal(read(out).poses, rs.solve(rs.load(file)).poses)
 
 
 @pytest.mark.parametrize("suffix", [".tum", ".kitti"])
@@ -174,12 +169,6 @@ def test_an_unknown_ending_is_refused_before_the_work(file, capsys):
     with pytest.raises(SystemExit):
         cli.main(["solve", str(file), "--out", "map.txt"])
     assert "end it with .g2o, .tum, .kitti" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(("given", "error"), [(3, TypeError), ("town.g2o", TypeError)])
-def test_solve_says_what_it_takes(given, error):
-    with pytest.raises(error, match="give a PoseGraph, for instance load"):
-        rs.solve(given)
 
 
 def test_an_unknown_kind_is_refused_before_the_work():

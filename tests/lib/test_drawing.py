@@ -143,19 +143,11 @@ def test_without_the_truth_closures_are_kept_or_rejected(ax) -> None:
     assert words == {"odometry", "kept", "rejected"}
 
 
-@pytest.mark.parametrize("view", [(0, 1), (0, 2), (1, 2)])
-def test_a_map_in_space_is_seen_from_a_side(ax, view: tuple[int, int]) -> None:
+def test_a_map_in_space_is_seen_from_above(ax) -> None:
     graph, truth = sphere(40, np.random.default_rng(6))
-    draw_map(graph, truth, ax, truth=truth, view=view)
-    odometry = ends_of(truth[:, list(view), 3], graph.edges[graph.is_odometry])
+    draw_map(graph, truth, ax, truth=truth)
+    odometry = ends_of(truth[:, :2, 3], graph.edges[graph.is_odometry])
     assert ends_drawn(ax, PALETTE["estimate"]) == odometry
-
-
-@pytest.mark.parametrize("view", [(0, 2), (0, -1), (0,), (0, 1, 1)])
-def test_a_view_that_the_graph_does_not_have_is_refused(ax, view: tuple[int, ...]) -> None:
-    graph, _, truth = town()
-    with pytest.raises(ValueError, match=r"view: it is .*; give two axes, each from 0 to 1"):
-        draw_map(graph, truth, ax, view=view)
 
 
 def test_any_number_of_weights_makes_few_lines_and_loses_no_edge(ax) -> None:
@@ -166,14 +158,6 @@ def test_any_number_of_weights_makes_few_lines_and_loses_no_edge(ax) -> None:
     assert len(ax.lines) <= 2 * 256 + 1
     drawn = ends_drawn(ax, PALETTE["estimate"]) | ends_drawn(ax, PALETTE["inlier"])
     assert drawn == ends_of(truth[:, :2], graph.edges)
-
-
-def test_beside_decisions_the_truth_is_named_and_looks_like_none_of_them(ax) -> None:
-    graph, wrong, truth, kept, _ = decisions()
-    draw_map(graph, truth, ax, is_outlier=wrong, kept=kept, truth=truth)
-    first, *_ = named(ax).items()
-    assert (first[0], first[1].get_linestyle()) == ("true path", ":")
-    assert len({str(line._unscaled_dash_pattern) for line in named(ax).values()}) == 5
 
 
 @pytest.mark.parametrize("name", ["poses", "truth", "weights", "is_outlier"])

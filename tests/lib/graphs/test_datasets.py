@@ -84,20 +84,6 @@ def contents(folder):
     return sorted(path.name for path in folder.iterdir()) if folder.exists() else []
 
 
-def test_every_graph_has_the_hash_of_a_file():
-    assert len(datasets.NAMES) == 9
-    assert all(len(bytes.fromhex(datasets.SHA256[name])) == 32 for name in datasets.NAMES)
-    assert len(set(datasets.SHA256.values())) == 9
-    assert set(datasets.SHOWN) <= set(datasets.NAMES)
-
-
-def test_the_address_names_one_commit_and_cannot_move():
-    assert datasets.URL.startswith("https://raw.githubusercontent.com/david-m-rosen/SE-Sync/")
-    commit = datasets.URL.split("/")[5]
-    assert len(bytes.fromhex(commit)) == 20
-    assert datasets.URL.endswith("/data/")
-
-
 def test_the_folder_of_the_variable_comes_before_the_cache(machine, folder):
     in_cache = put(machine, "intel")
     assert datasets.find("intel") == in_cache
