@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
+import pytest
 from playwright.sync_api import CDPSession, Locator, Page
 
 PICTURE = ".rs-picture[data-live]"
@@ -79,19 +80,30 @@ def by_keyboard(picture: Locator, key: str, toward: int) -> None:
             picture.page.keyboard.press(arrow)
 
 
-def follows(picture: Locator) -> bool:
-    """Tell whether the first handle, moved by keys, changes the picture and its words."""
+def follows(
+    picture: Locator,
+    key: str | None = None,
+    way: Callable[[Locator, str, int], None] = by_keyboard,
+) -> bool:
+    """Tell whether a handle, by default the first, changes drawing and words, to either side.
+
+    The page below the picture must not move.
+    """
+    reset(picture)
+    first = seen(picture)
     for toward in (1, -1):
-        before = seen(picture)
-        by_keyboard(picture, handles(picture)[0], toward)
-        if differ(before, seen(picture)):
+        reset(picture)
+        way(picture, key or handles(picture)[0], toward)
+        now = seen(picture)
+        assert_below_stays(first, now)
+        if first.drawing != now.drawing and first.caption != now.caption:
             return True
     return False
 
 
-def differ(before: Seen, after: Seen) -> bool:
-    """Tell whether both the drawing and the words have changed."""
-    return before.drawing != after.drawing and before.caption != after.caption
+def assert_below_stays(first: Seen, now: Seen) -> None:
+    """The page below a picture does not move."""
+    assert now.height == pytest.approx(first.height, abs=1.0)
 
 
 def by_mouse(picture: Locator, key: str, toward: int) -> None:

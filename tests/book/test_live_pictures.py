@@ -8,16 +8,16 @@ from dataclasses import dataclass
 from urllib.parse import quote
 
 import pytest
-from playwright.sync_api import Browser, Locator, Page, expect
+from playwright.sync_api import Browser, Locator, expect
 
 from tests.book.conftest import NOTEBOOKS, PAGES, ROOT, Site, place
 from tests.book.taking_hold import (
-    Seen,
+    assert_below_stays,
     by_keyboard,
     by_mouse,
     by_touch,
     controls,
-    differ,
+    follows,
     handles,
     move,
     pictures,
@@ -94,30 +94,10 @@ def test_each_handle_is_moved_by_pointer_and_by_keys(opened: tuple[Visit, Look])
     visit, look = opened
     for picture in pictures(visit.page):
         reset(picture)
-        first, keys = seen(picture), handles(picture)
-        for key in keys:
+        for key in handles(picture):
             for way in (look.drag, by_keyboard):
-                assert follows(picture, key, way, first), f"{key}: nothing follows {way.__name__}"
+                assert follows(picture, key, way), f"{key}: nothing follows {way.__name__}"
     assert visit.complaints == []
-
-
-def follows(
-    picture: Locator, key: str, way: Callable[[Locator, str, int], None], first: Seen
-) -> bool:
-    """Tell whether a handle moves the picture away from what it first shows, to either side."""
-    for toward in (1, -1):
-        reset(picture)
-        way(picture, key, toward)
-        now = seen(picture)
-        assert_below_stays(first, now)
-        if differ(first, now):
-            return True
-    return False
-
-
-def assert_below_stays(first: Seen, now: Seen) -> None:
-    """The page below a picture does not move."""
-    assert now.height == pytest.approx(first.height, abs=1.0)
 
 
 def test_each_handle_has_a_name_and_says_its_value(opened: tuple[Visit, Look]) -> None:
@@ -268,12 +248,7 @@ def states_between(at: str, browser: Browser, motion: str) -> int:
     with visiting(
         browser, at, viewport={"width": 1280, "height": 900}, reduced_motion=motion
     ) as visit:
-        return count_maps(visit.page)
-
-
-def count_maps(page: Page) -> int:
-    return int(
-        page.evaluate(
+        found = visit.page.evaluate(
             """async () => {
               const picture = document.querySelector('.rs-picture[data-live]');
               const drive = 'path.rs-drive.is-estimate';
@@ -287,4 +262,4 @@ def count_maps(page: Page) -> int:
               return seen.size;
             }"""
         )
-    )
+    return int(found)

@@ -1,14 +1,11 @@
 // Runs the solvers of the page on cases from standard input and prints what they return.
 //
 // Input: { folder, solvers: { name: [case, …] } }, output: { name: [answer, …] }. The folder is an
-// argument, so that a test can give a copy with a bug in it. Each case and answer is plain JSON;
-// numbers that JSON lacks travel as "Infinity", "-Infinity" and "NaN".
+// argument, so that a test can give a copy with a bug in it. Each case and answer is plain JSON.
 import { readFileSync, readdirSync } from "node:fs";
 import { pathToFileURL } from "node:url";
 
-const given = JSON.parse(readFileSync(0, "utf8"), (_, value) =>
-  value === "Infinity" || value === "-Infinity" || value === "NaN" ? Number(value) : value,
-);
+const given = JSON.parse(readFileSync(0, "utf8"));
 const page = {};
 for (const name of readdirSync(given.folder).filter((file) => file.endsWith(".js"))) {
   Object.assign(page, await import(pathToFileURL(`${given.folder}/${name}`)));
@@ -21,12 +18,12 @@ const PROBLEMS = {
     page.poseGraphProblem(page.makeGraph(graph), { guess: Float64Array.from(guess), ...options }),
 };
 
-const METHODS = {
-  irls: (problem, { kernel, c, x0, options }) =>
-    page.irls(problem, kernel, c, startOf(problem, x0), options),
-  gnc: (problem, { c, kind, x0, options }) =>
-    page.gnc(problem, c, kind, startOf(problem, x0), options),
-};
+function solvedBy(problem, { name, kernel, kind, c, x0, options }) {
+  const start = x0 === "guess" ? problem.guess : x0;
+  return name === "irls"
+    ? page.irls(problem, kernel, c, start, options)
+    : page.gnc(problem, c, kind, start, options);
+}
 
 const SOLVERS = {
   kernels: ({ kernel, c, u }) => {
@@ -39,8 +36,6 @@ const SOLVERS = {
     tlsWeight: u.map((value) => page.tlsWeight(value, c, mu)),
     gm: u.map((value) => page.gmSurrogate(value, c, mu)),
     gmWeight: u.map((value) => page.gmWeight(value, c, mu)),
-    first: u.map((value) => page.startMu(Math.abs(value), c, "tls")),
-    firstGm: u.map((value) => page.startMu(Math.abs(value), c, "gm")),
   }),
   majorisers: ({ z, sigma, kernel, c, at, x }) => {
     const { value, ...parabola } = page.majoriser(z, sigma, kernel, c, at);
@@ -48,7 +43,7 @@ const SOLVERS = {
   },
   leverages: ({ p }) => ({ leverages: page.lineLeverages(p) }),
   loop: ({ problem, method }) => {
-    const solved = METHODS[method.name](PROBLEMS[problem.kind](problem), method);
+    const solved = solvedBy(PROBLEMS[problem.kind](problem), method);
     const history = solved.history.map(({ weights, cost, mu, x }) => ({ weights, cost, mu, x }));
     return { ...solved, history };
   },
@@ -57,21 +52,6 @@ const SOLVERS = {
     const ends = page.locationEnds(z, sigma, kernel, c, starts, { tol: 1e-14, times });
     return { cost, minima: page.minimaOf(cost), ...ends };
   },
-  skyline: ({ first, values, right }) => {
-    const pattern = page.skylinePattern(first);
-    const factor = Float64Array.from(values);
-    const solved = Float64Array.from(right);
-    if (!page.skylineFactor(pattern, factor)) return { definite: false };
-    page.skylineSolve(pattern, factor, solved);
-    return { definite: true, solved };
-  },
-  se2: ({ a, b, xi }) => ({
-    compose: page.se2Compose(a, b),
-    between: page.se2Between(a, b),
-    inverse: page.se2Inverse(a),
-    log: page.se2Log(a),
-    adjoint: page.se2Adjoint(a),
-  }),
   graphs: ({ graph, poses }) => {
     const made = page.makeGraph(graph);
     return {
@@ -89,8 +69,12 @@ const SOLVERS = {
     ate: page.ate(Float64Array.from(estimate), truth),
   }),
   aliases: ({ truth, ends, size }) => page.agreeingClosures(truth, ends, size),
-  cliques: ({ adjacency, k }) => ({ members: page.maxClique(adjacency, k) }),
-  pcm: ({ graph, gamma }) => page.pcm(page.makeGraph(graph), gamma),
+  cliques: ({ adjacency, k }) => sizeOf(page.maxClique(adjacency, k), adjacency, k),
+  pcm: ({ graph, gamma }) => {
+    const { kept, closures, clique, ...found } = page.pcm(page.makeGraph(graph), gamma);
+    const keepsIt = closures.every((edge, place) => Boolean(kept[edge]) === clique.includes(place));
+    return { closures, ...found, keepsIt, ...sizeOf(clique, found.adjacency, closures.length) };
+  },
   headings: ({ n, edges, turns, R }) => {
     const Q = page.connectionMatrix(n, edges, turns);
     return { Q, ...page.certify(Q, Float64Array.from(R), 2) };
@@ -104,9 +88,10 @@ const SOLVERS = {
   },
 };
 
-function startOf(problem, x0) {
-  if (x0 === "guess") return problem.guess;
-  return Array.isArray(x0) ? Float64Array.from(x0) : (x0 ?? null);
+// Of several largest cliques the page may have another one than the library.
+function sizeOf(clique, adjacency, k) {
+  const joined = (v) => clique.every((other) => v === other || adjacency[v * k + other]);
+  return { size: clique.length, isClique: clique.every(joined) };
 }
 
 function answered(solver, one) {
@@ -121,9 +106,5 @@ const answers = {};
 for (const [solver, cases] of Object.entries(given.solvers)) {
   answers[solver] = cases.map((one) => answered(solver.split(":")[0], one));
 }
-const text = JSON.stringify(answers, (_, value) => {
-  if (ArrayBuffer.isView(value)) return Array.from(value);
-  if (typeof value === "number" && !Number.isFinite(value)) return String(value);
-  return value;
-});
-process.stdout.write(text);
+const plain = (_, value) => (ArrayBuffer.isView(value) ? Array.from(value) : value);
+process.stdout.write(JSON.stringify(answers, plain));

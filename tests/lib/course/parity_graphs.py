@@ -1,4 +1,4 @@
-"""Cases on pose graphs: residuals, descents and the loop."""
+"""Cases on pose graphs: residuals, descents, the loop, and fleets of robots."""
 
 from __future__ import annotations
 
@@ -10,15 +10,16 @@ import numpy as np
 from robust_slam.descent.damped import descend_damped
 from robust_slam.descent.normal_equations import NormalEquations
 from robust_slam.descent.undamped import descend_undamped
+from robust_slam.fleet import rounds
 from robust_slam.graphs import add_random_closures, circle, manhattan, se2
 from robust_slam.graphs import pose_graph as pg
 from robust_slam.graphs.generate import Noise
 from robust_slam.graphs.metrics import align, ate
 from robust_slam.graphs.odometry import dead_reckoning
-from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam.graphs.pose_graph import PoseGraph, select
 from robust_slam.problems import PoseGraphProblem
 
-from tests.lib.course.parity_cases import Angles, Case, loop_case
+from tests.lib.course.parity_cases import Angles, Case, loop_case, random_method
 from tests.lib.worlds import random_graph, shaken
 
 C99 = 3.368214175218727
@@ -96,13 +97,15 @@ def descent_cases(rng: np.random.Generator) -> Iterator[Case]:
 
 def loop_cases(rng: np.random.Generator) -> Iterator[Case]:
     """The loop on graphs of 2 to 100 poses."""
-    for k in range(260):
+    for k in range(160):
         graph, poses = _graph(rng, k)
-        trusted = graph.is_odometry if k % 10 < 8 else np.zeros(len(graph.edges), bool)
+        if k % 10 >= 8:
+            graph = _loose(graph)
         guess = None if k % 5 else shaken(se2, poses, 0.3, rng)
         options = {"tol": 1e-6, "steps": int(rng.choice([1, 1, 5, 100]))}
         limit = int(rng.choice([3, 100, 300, 300]))
-        yield graph_loop(graph, guess, trusted, options, _method(rng), limit)
+        method = random_method(rng, "guess", [C99, C99, 1.0, 10.0])
+        yield graph_loop(graph, guess, method, limit, **options)
     yield from special_loops(rng)
 
 
@@ -110,53 +113,72 @@ def special_loops(rng: np.random.Generator) -> Iterator[Case]:
     """All rejected, nothing to reject, no residuals, half turns, ties and heavy outliers."""
     exact = manhattan(12, rng, closures=4, noise=Noise(scale=0.0))[0]
     town, outlier = add_random_closures(manhattan(60, rng, closures=10)[0], 30, rng)
-    loose = np.zeros(len(town.edges), bool)
-    once = {"tol": 1e-6, "steps": 1}
     # A smaller c would compare it with residuals that are rounding alone.
-    for graph, trusted, c in (
-        (exact, exact.is_odometry, C99),
-        (town, loose, 0.1),
-        (town, loose, 1e6),
-        (town, town.is_odometry, 0.1),
-        (town, town.is_odometry, C99),
-        (_two(), np.zeros(7, bool), 2.0),
-        (_two(), np.zeros(7, bool), 0.01),
-        (_half_turns(), np.arange(5) < 4, C99),
+    for graph, c in (
+        (exact, C99),
+        (_loose(town), 0.1),
+        (_loose(town), 1e6),
+        (town, 0.1),
+        (town, C99),
+        (_two(), 2.0),
+        (_two(), 0.01),
+        (_half_turns(), C99),
     ):
         for name, kind in (("gnc", "tls"), ("gnc", "gm"), ("irls", "tls"), ("irls", "cauchy")):
             method = {"name": name, "c": c, "kind": kind, "kernel": kind, "x0": "guess"}
-            yield graph_loop(graph, None, trusted, once, method, 200)
+            yield graph_loop(graph, None, method, 200, tol=1e-6, steps=1)
     assert outlier.sum() == 30
 
 
+def fleet_cases(rng: np.random.Generator) -> Iterator[Case]:
+    """Two or three robots in a town, with wrong closures, and every round."""
+    for k in range(12):
+        count = 2 + k % 2
+        graph, labels = _fleet(rng, count, 8 + k)
+        options: dict[str, Any] = {"factor": 2.0, "every": 1 + k % 3, "maxRounds": 40}
+        outcome = rounds.solve(
+            graph, labels, C99, factor=2.0, every=1 + k % 3, max_rounds=40, tol=1e-6
+        )
+        yield Case(
+            {"graph": as_given(graph), "labels": labels, "c": C99, "options": options},
+            {
+                "stop": outcome.stop.value,
+                "rounds": [
+                    {
+                        "poses": Angles(seen.poses), "weights": seen.weights, "mu": seen.mu,
+                        "numbers": seen.numbers,
+                    }
+                    for seen in outcome.rounds
+                ],
+            },
+        )  # fmt: skip
+
+
+def _fleet(rng: np.random.Generator, count: int, each: int) -> tuple[PoseGraph, np.ndarray]:
+    """Return a town without odometry between the robots, all of them joined by closures."""
+    labels = np.arange(count * each) // each
+    while True:
+        graph, truth = manhattan(len(labels), rng, side=3, turn=0.3, closures=3 * count)
+        parted = np.ptp(labels[graph.edges], axis=1) > 0
+        met = set(map(tuple, labels[graph.edges[parted & ~graph.is_odometry]].tolist()))
+        if len(met) >= count - 1:
+            break
+    graph = select(graph, ~(graph.is_odometry & parted))
+    return add_random_closures(graph, count, rng, poses=truth)[0], labels
+
+
 def graph_loop(
-    graph: PoseGraph,
-    guess: np.ndarray | None,
-    trusted: np.ndarray,
-    options: dict[str, Any],
-    method: dict[str, Any],
-    limit: int,
+    graph: PoseGraph, guess: np.ndarray | None, method: dict[str, Any], limit: int, **options: Any
 ) -> Case:
     """The case of a method on a pose graph."""
-    problem = PoseGraphProblem(graph, guess, trusted, **options)
-    given = {
-        "kind": "graph",
-        "graph": as_given(graph) | {"trusted": trusted},
-        "guess": problem.guess.ravel(),
-        "options": options,
-    }
-    return loop_case(given, problem, method, limit, tol=1e-6)
+    problem = PoseGraphProblem(graph, guess, **options)
+    given = {"kind": "graph", "graph": as_given(graph), "guess": problem.guess.ravel()}
+    return loop_case(given | {"options": options}, problem, method, limit, tol=1e-6)
 
 
-def _method(rng: np.random.Generator) -> dict[str, Any]:
-    x0 = "guess" if rng.random() < 0.7 else None
-    c = float(rng.choice([C99, C99, 1.0, 10.0]))
-    name = str(rng.choice(["gnc", "gnc", "irls"]))
-    if name == "gnc":
-        kind = str(rng.choice(["tls", "tls", "gm"]))
-        return {"name": name, "c": c, "kind": kind, "x0": x0}
-    kernel = str(rng.choice(["huber", "cauchy", "geman-mcclure", "tls"]))
-    return {"name": name, "kernel": kernel, "c": c, "x0": x0}
+def _loose(graph: PoseGraph) -> PoseGraph:
+    """The graph without trusted edges."""
+    return replace(graph, is_odometry=np.zeros(len(graph.edges), bool))
 
 
 def _graph(rng: np.random.Generator, k: int) -> tuple[PoseGraph, np.ndarray]:

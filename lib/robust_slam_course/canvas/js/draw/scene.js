@@ -12,7 +12,7 @@ export function setAttributes(element, attributes) {
 }
 
 /** A new SVG element. */
-export function svgElement(name, attributes = {}, parent = null) {
+function svgElement(name, attributes = {}, parent = null) {
   const element = document.createElementNS(SVG_NAMESPACE, name);
   setAttributes(element, attributes);
   if (parent) parent.append(element);

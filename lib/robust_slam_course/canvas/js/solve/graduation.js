@@ -18,7 +18,7 @@ import { STOP, reweight, settle } from "./loop.js";
  *
  * Source: Yang et al. 2020, Remark 5.
  */
-export function startMu(uMax, c, kind = "tls") {
+function startMu(uMax, c, kind = "tls") {
   const ratio = 2 * (uMax / c) ** 2;
   if (kind === "gm") return ratio;
   return ratio <= 1 ? Infinity : 1 / (ratio - 1);

@@ -5,7 +5,7 @@
  * A problem is an object with
  *   count             the number of measurements, m
  *   trusted           a mask (m,) of the measurements whose weight stays 1
- *   initial()         the least-squares solution, all weights 1
+ *   initial()         the least-squares solution, all weights 1; not needed with a start
  *   residualNorms(x)  the whitened residual norms (m,), at least 0
  *   solve(weights, x) the minimiser of Σ w u², started at x; null if it is not determined
  * A rule is an object with start, weight, rho, next and finished, as in `irls` below. The norms

@@ -81,21 +81,19 @@ export function deadReckoning(graph) {
 /**
  * Return the problem of a pose graph for the loop; its x are poses (3n).
  *
- * The unweighted solve starts at `guess`, by default the poses of `deadReckoning`. The odometry is
- * trusted. Each solve takes at most `steps` Gauss–Newton steps.
+ * `guess` (3n) is where `leastSquares` starts, by default the poses of `deadReckoning`; give the loop
+ * a start. The odometry is trusted. Each solve takes at most `steps` Gauss–Newton steps.
  */
 export function poseGraphProblem(graph, { guess = deadReckoning(graph), tol = 1e-6, steps = 1 } = {}) {
-  const problem = {
+  return {
     graph,
     guess,
     tol,
     count: graph.m,
     trusted: graph.isOdometry,
-    initial: () => leastSquares(problem).poses,
     residualNorms: (poses) => graphResidualNorms(graph, poses),
     solve: (weights, poses) => undampedDescent(graph, poses, weights, tol, steps)?.poses ?? null,
   };
-  return problem;
 }
 
 /**

@@ -165,12 +165,14 @@ function quadraticModel(Q, r, R, state) {
   const multipliers = multipliersOf(Q, R, r);
   const basis = tangentBasis(R, r);
   const restricted = (theta) => {
-    const images = basis.map((vector) => rowsTimes(vector, r, lessMultipliers(Q, multipliers, theta)));
+    const matrix = lessMultipliers(Q, multipliers, theta);
+    const images = basis.map((vector) => rowsTimes(vector, r, matrix));
     return basis.map((one) => Float64Array.from(images, (image) => dotProduct(one, image)));
   };
   const [slope, curvature] = [rowsTimes(R, r, Q), restricted(1)];
   state.level = Math.max(0, state.level - 1);
-  for (; ; state.level++) {
+  // On a connected graph Q itself, the last level, is positive definite where heading 0 is fixed.
+  for (; state.level < LEVELS.length; state.level++) {
     const matrix = Float64Array.from(restricted(LEVELS[state.level]).flatMap((row) => [...row]));
     const factor = denseFactor(matrix, basis.length);
     if (factor === null) continue;
@@ -185,6 +187,7 @@ function quadraticModel(Q, r, R, state) {
       },
     };
   }
+  throw new Error("the measurements do not determine the headings");
 }
 
 /** Return a step of truncated conjugate gradients in the region (Steihaug 1983). */
