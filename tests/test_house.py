@@ -19,9 +19,6 @@ ASSIGNMENTS = sorted([*ROOT.glob("solutions/*/*.ipynb"), *ROOT.glob("assignments
 RELEASED = "assignments/"
 """What the public course holds of a release: zips with the course's packages."""
 NOTEBOOKS = [*sorted(ROOT.glob("chapters/*.ipynb")), *ASSIGNMENTS]
-TOP_LEVEL = {
-    "_config.yml", "_toc.yml", "README.md", "LICENSE", "chapters", "autograder", "tests", "lib",
-}  # fmt: skip
 
 
 def tracked(tmp_path: Path) -> list[str]:
@@ -46,10 +43,6 @@ def code_lines(function: ast.FunctionDef) -> int:
     if not body:
         return 1
     return 1 + (function.end_lineno or body[0].lineno) - body[0].lineno + 1
-
-
-def test_the_top_level_is_there() -> None:
-    assert not {name for name in TOP_LEVEL if not (ROOT / name).exists()}
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)

@@ -48,17 +48,10 @@ class Reference:
             seed: of the batch, as for the grader.
             functions: replace the reference's in the test cell, and nowhere else.
         """
-        self._execute(case.full, case, seed, functions)
-
-    def run_visible(self, case: Case, seed: int, functions: Functions | None = None) -> None:
-        """Run a case's visible checks alone; the arguments are those of ``run``."""
-        self._execute(case.visible, case, seed, functions)
-
-    def _execute(self, source: str, case: Case, seed: int, functions: Functions | None) -> None:
         names = {**self.names, **(functions or {})}
         names["rng"] = case_generator(seed, case.grade_id)
         with quiet():
-            exec(_compiled(source, case.grade_id), names)
+            exec(_compiled(case.full, case.grade_id), names)
 
 
 @cache

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import sqlite3
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -242,23 +241,6 @@ class TestSampleClass:
         assert found == marks.findall(follower.said["make grade"].text)
         assert len(found) == len(sample_class.STUDENTS) * len(answers.assignments())
         assert "reused" not in first
-
-    def test_the_gradebook_holds_the_same_marks(self, course: Path) -> None:
-        query = """
-            select student_id, assignment.name, sum(auto_score) from grade
-            join submitted_notebook on grade.notebook_id = submitted_notebook.id
-            join submitted_assignment on submitted_notebook.assignment_id = submitted_assignment.id
-            join assignment on submitted_assignment.assignment_id = assignment.id
-            group by student_id, assignment.name
-        """
-        graded = course / "build" / "sample" / "graded"
-        with sqlite3.connect(graded / "gradebook.db") as database:
-            found = {(student, name): score for student, name, score in database.execute(query)}
-        assert found == {
-            (path.parent.name, path.stem): json.loads(path.read_text("utf-8"))["score"]
-            for path in graded.glob("sample-*/*.json")
-        }
-        assert len(found) == len(sample_class.STUDENTS) * len(answers.assignments())
 
 
 def lost(value: dict[str, Any]) -> set[str]:
