@@ -34,7 +34,7 @@ def ticking(monkeypatch):
     monkeypatch.setattr("time.process_time", lambda: float(next(seconds)))
 
 
-@pytest.mark.parametrize("graph", [GRAPH, SPHERE, CLEAN], ids=["plane", "space", "clean"])
+@pytest.mark.parametrize("graph", [SPHERE, CLEAN], ids=["space", "clean"])
 def test_without_time_there_is_a_map_and_a_reason(graph):
     answer = rs.solve(graph, max_seconds=0.0)
     assert answer.stop is StopReason.TIME_LIMIT
@@ -46,7 +46,7 @@ def test_without_time_there_is_a_map_and_a_reason(graph):
     assert "The time limit ended the computation" in answer.summary()
 
 
-@pytest.mark.parametrize("seconds", [*range(11), 15, 20, 30, 45, 60, 90, 150, 300])
+@pytest.mark.parametrize("seconds", [0, 1, 2, 4, 7, 10, 15, 30, 60, 150, 300])
 def test_whenever_the_time_ends_there_is_a_map_with_a_reason(ticking, seconds):
     answer = rs.solve(GRAPH, max_seconds=seconds)
     certified = answer.certificate.verdict is Verdict.CERTIFIED

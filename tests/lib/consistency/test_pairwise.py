@@ -75,9 +75,8 @@ def distance(group, graph, p, q):
 
 
 @pytest.mark.parametrize("noise", [0.02, 0.5], ids=["inliers", "outliers"])
-@pytest.mark.parametrize("seed", range(2))
-def test_distances_are_those_of_the_definition(group, noise, seed):
-    graph = wandering(seed, group, n=9, closures=4, noise=noise)
+def test_distances_are_those_of_the_definition(group, noise):
+    graph = wandering(0, group, n=9, closures=4, noise=noise)
     distances = pairwise_distances(graph)
     closures = np.flatnonzero(~graph.is_odometry)
     graph = turned(graph, graph.edges[:, 0] > graph.edges[:, 1])  # in the direction of travel

@@ -268,7 +268,7 @@ def test_a_fix_line_is_written_only_where_it_is_needed(tmp_path):
     assert path.read_text().startswith("FIX 6\n")
 
 
-@pytest.mark.parametrize("name", datasets.NAMES)
+@pytest.mark.parametrize("name", ["CSAIL", "intel", "M3500", "smallGrid3D", "parking-garage"])
 def test_public_graphs_come_back_to_the_last_bit(tmp_path, name):
     found = public_graph(name, lambda name: g2o.read(datasets.find(name)))
     assert_same_bits(written_and_read(tmp_path, found), found)
