@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import glob
 import os
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -56,41 +55,30 @@ class SafeExporter(NotebookExporter):
 
     def __init__(self, **options: Any) -> None:  # noqa: ANN401
         super().__init__(**options)  # type: ignore[no-untyped-call]
-        # nbgrader makes its exporter when it has listed the submissions and read none of them.
-        with self._clear_errors():
-            self._wall = choose(self.sandbox or None, unsandboxed=self.unsandboxed)
-            self._tests = assignments.notebook_path(self._source_folder())
-            self._assignment = assignments.load(self._tests)
-            submitted = Path(self._course.root) / self._course.submitted_directory
-            folders = [self._source_folder(), submitted, self._results]
-            allowed.refuse_unsafe([self._assignment], folders, self._wall)
-            with batch.locked(self._results):
-                gradebook.declare(self._course.db_url, self._assignment)
-            self._converter.assignments = self._submissions()
+        self._course = self._converter.coursedir
+        self._results = Path(self._course.root) / self.results_directory
+        try:
+            self._prepare()
+        except AutograderError as error:
+            self.log.error("%s", error)
+            raise NbGraderException(str(error)) from error
 
     @property
     def _converter(self) -> Any:  # noqa: ANN401
         return self.parent
 
-    @property
-    def _course(self) -> Any:  # noqa: ANN401
-        return self._converter.coursedir
-
-    @property
-    def _results(self) -> Path:
-        return Path(self._course.root) / self.results_directory
-
-    @contextmanager
-    def _clear_errors(self) -> Iterator[None]:
-        try:
-            yield
-        except AutograderError as error:
-            self.log.error("%s", error)
-            raise NbGraderException(str(error)) from error
-
-    def _source_folder(self) -> Path:
+    def _prepare(self) -> None:
+        # nbgrader makes its exporter when it has listed the submissions and read none of them.
         course = self._course
-        return Path(course.format_path(course.source_directory, ".", course.assignment_id))
+        source = Path(course.format_path(course.source_directory, ".", course.assignment_id))
+        self._wall = choose(self.sandbox or None, unsandboxed=self.unsandboxed)
+        self._tests = assignments.notebook_path(source)
+        self._assignment = assignments.load(self._tests)
+        folders = [source, Path(course.root) / course.submitted_directory, self._results]
+        allowed.refuse_unsafe([self._assignment], folders, self._wall)
+        with batch.locked(self._results):
+            gradebook.declare(course.db_url, self._assignment)
+        self._converter.assignments = self._submissions()
 
     def _submissions(self) -> dict[str, list[str]]:
         """List each submission's folder with its notebook, be that missing or misnamed."""
@@ -118,12 +106,8 @@ class SafeExporter(NotebookExporter):
         student = resources["nbgrader"]["student"]
         if Path(filename).parent == self._folder(self._course.autograded_directory, student):
             return super().from_filename(filename, resources, **options)
-        job = Job(
-            student,
-            self._assignment,
-            self._tests,
-            self._folder(self._course.submitted_directory, student),
-        )
+        folder = self._folder(self._course.submitted_directory, student)
+        job = Job(student, self._assignment, self._tests, folder)
         job = replace(job, handed=tasks.read(job))  # all that follows is of the same bytes
         try:
             made = self._grade(job)
