@@ -22,16 +22,15 @@ def visible(text: str) -> str:
     width and halves of characters do not.
     """
     lines = text.replace("\r\n", "\n")
-    return "".join(_coded(letter) if _acts(letter) else letter for letter in lines)
+    return "".join(
+        letter.encode("unicode_escape").decode("ascii") if _acts(letter) else letter
+        for letter in lines
+    )
 
 
 def _acts(letter: str) -> bool:
     kind = unicodedata.category(letter)
     return letter not in _KEPT and (kind.startswith("C") or kind in _ACTING)
-
-
-def _coded(letter: str) -> str:
-    return letter.encode("unicode_escape").decode("ascii")
 
 
 def one_line(text: str) -> str:

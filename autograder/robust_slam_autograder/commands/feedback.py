@@ -14,7 +14,6 @@ from robust_slam_autograder.commands import places
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading import results
 from robust_slam_autograder.reading import assignment as assignments
-from robust_slam_autograder.reading.assignment import Config
 from robust_slam_autograder.reports import feedback
 
 _SCHEME = re.compile(r"[a-zA-Z][a-zA-Z0-9+.-]*:")
@@ -48,7 +47,9 @@ def run(options: argparse.Namespace) -> int:
     layout.refuse_unmoved(options.out)
     assignments.find_names(options.solutions)
     paths = _results(options.out, options.students)
-    config = cache(lambda name: _config(options.solutions, name))
+    config = cache(
+        lambda name: assignments.load_config(options.solutions / name / assignments.CONFIG_NAME)
+    )
     for path in paths:
         result = results.read_checked(path)
         page = feedback.page(result, config(result.assignment), options.site)
@@ -67,7 +68,3 @@ def _results(out: Path, students: Sequence[str]) -> list[Path]:
         if student not in known:
             raise WrongUse(f"{out} holds no result of {student}: grade that submission first.")
     return [path for path in paths if not students or path.parent.name in students]
-
-
-def _config(tree: Path, name: str) -> Config:
-    return assignments.load_config(tree / name / assignments.CONFIG_NAME)

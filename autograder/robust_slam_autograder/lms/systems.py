@@ -116,11 +116,6 @@ def _number(text: str) -> float | None:
         return None
 
 
-def moodle_students(roster: Roster) -> tuple[Row, ...]:
-    """Return the lines that are about students: all of them."""
-    return roster.rows
-
-
 def moodle_names(header: str) -> set[str]:
     """Return what a grade item of Moodle's may be called here, of ``Assignment: Title (Real)``."""
     kind = _MOODLE_KIND.search(header)
@@ -182,7 +177,9 @@ class System:
 
 SYSTEMS = {
     "canvas": System("Canvas", "SIS Login ID", canvas_students, canvas_names, canvas_table),
-    "moodle": System("Moodle", "Email address", moodle_students, moodle_names, moodle_table),
+    "moodle": System(
+        "Moodle", "Email address", lambda roster: roster.rows, moodle_names, moodle_table
+    ),
 }
 
 

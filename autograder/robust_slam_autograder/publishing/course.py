@@ -36,7 +36,7 @@ class Repository:
     branch: str = "main"
 
     def requirement(self, package: str, folder: str) -> str:
-        """What pip is asked for, to install a package from a folder of the repository."""
+        """Return what pip is asked for, to install a package from a folder of the repository."""
         return f"{package} @ git+{self.url}@{self.branch}#subdirectory={folder}"
 
 
@@ -86,14 +86,13 @@ class Course:
 
     @property
     def root(self) -> Path:
-        """The course's folder, in which the source tree is."""
+        """Return the course's folder, in which the source tree is."""
         return self.tree.resolve().parent
 
     def packages(self, assignment: str | None = None) -> dict[str, str]:
-        """The course's packages that an assignment needs, with extras, and the folder of each.
+        """Return what an assignment needs of the course's packages, with the folder of each.
 
-        Args:
-            assignment: its name; the packages for all assignments where it is None.
+        They carry extras. Without an assignment they are those for all.
         """
         also = self.install.also
         wanted = [each for name in also if assignment in (None, name) for each in also[name]]
@@ -107,7 +106,7 @@ class Course:
 
 
 def name_of(package: str) -> str:
-    """A package's name, without its extras."""
+    """Return a package's name, without its extras."""
     return package.partition("[")[0]
 
 
@@ -148,8 +147,8 @@ def _install(path: Path, table: dict[str, Any]) -> Install:
     also = table.get("also", {})
     check_table(path, also, dict.fromkeys(also, list))
     known = {name_of(package) for package in table.get("assignments", {})}
-    for package in (each for packages in also.values() for each in packages):
-        if not _is_package(package) or name_of(package) not in known:
+    for package in (str(each) for packages in also.values() for each in packages):
+        if not _PACKAGE.fullmatch(package) or name_of(package) not in known:
             raise WrongUse(
                 f"{path}: [install.also] takes extras of the packages of [install.assignments], "
                 f'as "package[extra]", not {package!r}.'
@@ -160,10 +159,6 @@ def _install(path: Path, table: dict[str, Any]) -> Install:
     table["tools"] = tools
     table["also"] = {name: tuple(packages) for name, packages in also.items()}
     return Install(**table)
-
-
-def _is_package(value: object) -> bool:
-    return isinstance(value, str) and _PACKAGE.fullmatch(value) is not None
 
 
 def _public(path: Path, table: dict[str, Any]) -> Public:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from robust_slam_autograder.grading.regrading import ExerciseChange, Regraded
+from robust_slam_autograder.grading.regrading import Regraded
 from robust_slam_autograder.grading.results import ExerciseResult, Result, tidy
 from robust_slam_autograder.markup import one_line, visible
 from robust_slam_autograder.nbgrader.totals import Effect
@@ -134,12 +134,11 @@ def _entry(one: Regraded) -> dict[str, Any]:
         "after": _mark(one.after),
         "change": tidy(one.after.score - one.before.score),
         "handed_in_anew": one.is_newer,
-        "exercises": [_exercise(change) for change in one.exercises],
+        "exercises": [
+            {"name": each.name, "before": _mark(each.before), "after": _mark(each.after)}
+            for each in one.exercises
+        ],
     }
-
-
-def _exercise(change: ExerciseChange) -> dict[str, Any]:
-    return {"name": change.name, "before": _mark(change.before), "after": _mark(change.after)}
 
 
 def _mark(one: ExerciseResult | Result | None) -> dict[str, Any] | None:

@@ -28,15 +28,15 @@ MAX_SHOWN = 300
 _SHADE = re.compile("#[0-9a-fA-F]{6}")
 
 
-def html(name: str, *, style: str = "", **content: object) -> str:
-    """Fill in a template, with the shared style and its own, or the one that ``style`` names.
+def html(name: str, **content: object) -> str:
+    """Fill in a template, with the shared style and that of the first word of its name.
 
     Raises:
         WrongUse: the course's file of colours cannot be read.
     """
     from markupsafe import Markup  # of the extra `grading`
 
-    rules = _colours(layout.COLOURS) + _style(SHARED_STYLE) + _style(style or name)
+    rules = _colours(layout.COLOURS) + _style(SHARED_STYLE) + _style(name.partition("-")[0])
     digest = base64.b64encode(hashlib.sha256(rules.encode()).digest()).decode()
     return template(f"{name}.html").render(**content, style=Markup(rules), style_digest=digest)
 
