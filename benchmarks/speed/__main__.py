@@ -14,7 +14,7 @@ from robust_slam.graphs.datasets import DatasetMissing
 from tqdm import tqdm
 
 from benchmarks.speed import descents, graduated, ways
-from benchmarks.speed.figure import Figure
+from benchmarks.speed.clock import Figure
 
 GRAPHS = ("CSAIL", "intel", "M3500", "city10000", "sphere2500", "torus3D", "parking-garage")
 SPOILED = ("intel", "M3500", "sphere2500")
@@ -38,14 +38,11 @@ def chosen(names: list[str], only: list[str]) -> list[str]:
     Raises:
         ValueError: nothing has one of these names.
     """
-    for wanted in only:
-        if not any(_is_below(name, wanted) for name in names):
+    below = {part: [name for name in names if f"{name}/".startswith(f"{part}/")] for part in only}
+    for wanted, found in below.items():
+        if not found:
             raise ValueError(f"there is no figure {wanted}; the figures are {', '.join(names)}")
-    return [name for name in names if not only or any(_is_below(name, part) for part in only)]
-
-
-def _is_below(name: str, part: str) -> bool:
-    return name == part or name.startswith(f"{part}/")
+    return [name for name in names if not only or any(name in found for found in below.values())]
 
 
 def main() -> int:
@@ -74,8 +71,7 @@ def line(name: str, found: Figure | str) -> str:
     """Return what is printed: for a ratio its remark, and below it the ratio on a line."""
     if isinstance(found, str):
         return f"{name} {found}"
-    ratios = " ".join(f"{ratio} {way}" for way, ratio in found.ratios.items())
-    return f"  {found.remark}\nratio {name} {ratios}"
+    return f"  {found.remark}\nratio {name} {found.ratios}"
 
 
 if __name__ == "__main__":

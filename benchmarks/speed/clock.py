@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import gc
-import multiprocessing
-import resource
-import signal
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from multiprocessing.connection import Connection
+from functools import partial
 from statistics import median
 from typing import Any
+
+from benchmarks.apart import Ended, apart
 
 RUNS = 5
 LONG = 20.0
@@ -46,6 +45,32 @@ class Spent:
     runs: int = 1
     stopped: bool = False
 
+    def __str__(self) -> str:
+        """Return the seconds for the reader, such as `41.2 ms` or `3.40 s (once)`."""
+        if self.stopped:
+            return f"stopped after {self.seconds:.0f} s"
+        short = self.seconds < 1.0
+        number = f"{1e3 * self.seconds:.1f} ms" if short else f"{self.seconds:.2f} s"
+        return number if self.runs > 1 else f"{number} (once)"
+
+
+@dataclass(frozen=True)
+class Figure:
+    """What the ``other`` side spent, ours by the name of each way, and a remark on both."""
+
+    other: Spent
+    ours: dict[str, Spent]
+    remark: str
+
+    @property
+    def ratios(self) -> str:
+        """Other ÷ ours of each way; a lower bound, `> VALUE`, where the other was stopped."""
+        bound = "> " if self.other.stopped else ""
+        return " ".join(
+            f"{bound}{self.other.seconds / spent.seconds:.2f} {way}"
+            for way, spent in self.ours.items()
+        )
+
 
 def spend(side: Side) -> Spent:
     """Run ``side`` here.
@@ -72,44 +97,29 @@ def spend_apart(side: Side) -> Spent:
     Raises:
         RuntimeError: it fails.
     """
-    context = multiprocessing.get_context("fork")
-    receiver, sender = context.Pipe(duplex=False)
-    process = context.Process(target=_report, args=(side, sender))
-    process.start()
-    sender.close()
     try:
-        spent: Spent | Exception | None = receiver.recv()
-    except EOFError:
-        spent = None
-    process.join()
-    if isinstance(spent, Spent):
-        return spent
-    if process.exitcode == -signal.SIGXCPU:
-        return Spent(float(LIMIT), None, stopped=True)
-    raise RuntimeError(f"{side.name} fails: {spent or f'exit status {process.exitcode}'}")
-
-
-def _report(side: Side, sender: Connection) -> None:
-    resource.setrlimit(resource.RLIMIT_CPU, (LIMIT, resource.RLIM_INFINITY))
-    try:
-        sender.send(spend(side))
-    except Exception as error:
-        sender.send(error)
+        return apart(partial(spend, side), LIMIT)
+    except Ended as ended:
+        if ended.over:
+            return Spent(float(LIMIT), None, stopped=True)
+        raise RuntimeError(f"{side.name} fails: {ended}") from None
+    except RuntimeError as error:
+        raise RuntimeError(f"{side.name} fails: {error}") from None
 
 
 def in_turns(
     sides: Sequence[Side], measure: Callable[[Side], Spent] = spend, runs: int = RUNS
-) -> list[Spent]:
-    """Return what each side takes: all run once, then all again, up to ``runs`` times.
+) -> dict[str, Spent]:
+    """Return what each side takes, by its name: all run once, then all again, ``runs`` times.
 
     A side that takes longer than ``LONG`` seconds is not run again.
     """
-    spent = [[measure(side)] for side in sides]
+    spent = {side.name: [measure(side)] for side in sides}
     for _ in range(runs - 1):
-        for side, own in zip(sides, spent, strict=True):
-            if own[0].seconds <= LONG:
-                own.append(measure(side))
-    return [
-        Spent(median(one.seconds for one in own), own[0].answer, len(own), own[0].stopped)
-        for own in spent
-    ]
+        for side in sides:
+            if spent[side.name][0].seconds <= LONG:
+                spent[side.name].append(measure(side))
+    return {
+        name: Spent(median(one.seconds for one in own), own[0].answer, len(own), own[0].stopped)
+        for name, own in spent.items()
+    }

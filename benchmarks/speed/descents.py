@@ -19,8 +19,7 @@ from robust_slam.graphs import PoseGraph, gtsam_graph, pose_graph
 from robust_slam.graphs.datasets import load
 from robust_slam.problems import PoseGraphProblem
 
-from benchmarks.speed.clock import Side, Spent, in_turns
-from benchmarks.speed.figure import Figure, named, told
+from benchmarks.speed.clock import Figure, Side, in_turns
 from benchmarks.speed.ways import our_sides
 
 ORDERINGS = ("COLAMD", "METIS")
@@ -40,18 +39,14 @@ def measure(name: str) -> Figure:
     guess = start.chordal(graph)
     steps = steps_needed(graph, guess)
     mine = _our_sides(graph, guess, steps)
-    theirs = [_gtsam_side(graph, guess, steps, ordering) for ordering in ORDERINGS]
-    spent = in_turns([*mine, *theirs])
-    ours, others = named(mine, spent[: len(mine)]), named(theirs, spent[len(mine) :])
-    _check_costs(name, {**ours, **others})
-    remark = f"{told(others)}, ours {told(ours)}; {steps} steps, cost {spent[0].answer:.6f}"
-    return Figure(min(others.values(), key=lambda spent: spent.seconds), ours, remark)
-
-
-def _check_costs(name: str, spent: dict[str, Spent]) -> None:
-    costs = {side: own.answer for side, own in spent.items()}
-    if max(costs.values()) - min(costs.values()) > AGREE * min(costs.values()):
-        raise RuntimeError(f"{name}: the final costs are {costs}")
+    spent = in_turns([*mine, *(_gtsam_side(graph, guess, steps, each) for each in ORDERINGS)])
+    costs = [each.answer for each in spent.values()]
+    if max(costs) - min(costs) > AGREE * min(costs):
+        raise RuntimeError(f"{name}: the final costs of {list(spent)} are {costs}")
+    ours = {side.name: spent.pop(side.name) for side in mine}
+    told = ", ".join(f"{side} {each}" for side, each in {**spent, **ours}.items())
+    other = min(spent.values(), key=lambda each: each.seconds)
+    return Figure(other, ours, f"{told}; {steps} steps, cost {costs[0]:.6f}")
 
 
 def steps_needed(graph: PoseGraph, guess: Array) -> int:

@@ -46,8 +46,7 @@ from robust_slam.graphs import (
 from robust_slam.graphs.datasets import load
 from robust_slam.problems import PoseGraphProblem
 
-from benchmarks.speed.clock import Side, Spent, in_turns, spend_apart
-from benchmarks.speed.figure import Figure, named, shown
+from benchmarks.speed.clock import Figure, Side, Spent, in_turns, spend_apart
 from benchmarks.speed.ways import our_sides
 
 SEED = 0
@@ -88,13 +87,10 @@ def spoiled(name: str, percent: int) -> World:
 def measure(name: str, percent: int) -> Figure:
     """Return the figure of one graph."""
     world = spoiled(name, percent)
-    sides = [*our_gnc(world), gtsam_gnc(world)]
-    *own, theirs = in_turns(sides, spend_apart)
-    remark = "; ".join(
-        f"{side.name} {shown(spent)}{_score(world, spent)}"
-        for side, spent in zip(sides, [*own, theirs], strict=True)
-    )
-    return Figure(theirs, named(sides[:-1], own), remark)
+    theirs = gtsam_gnc(world)
+    spent = in_turns([*our_gnc(world), theirs], spend_apart)
+    remark = "; ".join(f"{name} {own}{_score(world, own)}" for name, own in spent.items())
+    return Figure(spent.pop(theirs.name), spent, remark)
 
 
 def our_gnc(world: World) -> list[Side]:

@@ -1,7 +1,7 @@
-"""Our two ways to solve a pose graph: by numpy alone, and by the compiled kernels.
+"""Our two ways to solve a pose graph: by numpy alone, and by the compiled factorisation.
 
 The library chooses by the number of edges; here each way is measured on every graph. What it
-takes to load the kernels, once per process, stands in the figure ``kernels``.
+takes to load the compiled one, once per process, stands in the figure ``kernels``.
 """
 
 from __future__ import annotations
@@ -22,8 +22,7 @@ from robust_slam.graphs.generate import manhattan, sphere
 from benchmarks.speed.clock import Side
 
 EDGES = {"numpy": sys.maxsize, "compiled": 0}
-"""From how many edges on kernels are compiled, for each way."""
-
+"""From how many edges on the factorisation is the compiled one, for each way."""
 _FIRST_USE = """
 import time
 from benchmarks.speed import ways
@@ -37,7 +36,7 @@ def our_sides(run: Callable[[], Any], read: Callable[[Any], Any]) -> list[Side]:
     """Return a side for each way that there is: ``numpy``, and ``compiled`` with numba."""
     if not has_numba():
         return [Side("numpy", _by("numpy", run), read)]
-    _load_here()
+    load()
     return [Side(way, _by(way, run), read) for way in EDGES]
 
 
@@ -52,16 +51,12 @@ def _by(way: str, run: Callable[[], Any]) -> Callable[[], Any]:
     return chosen
 
 
+@cache
 def load() -> None:
     """Use every kernel once, on small graphs in the plane and in space."""
     for make in (manhattan, sphere):
         graph, _ = make(50, np.random.default_rng(0), closures=20)
         _by("compiled", lambda graph=graph: gauss_newton(graph, start.chordal(graph)))()
-
-
-@cache
-def _load_here() -> None:
-    load()
 
 
 def measure() -> str:
@@ -70,14 +65,12 @@ def measure() -> str:
         return "none: numba is not installed"
     with tempfile.TemporaryDirectory() as folder:
         environment = {**os.environ, "NUMBA_CACHE_DIR": folder}
-        first, later = (_first_use(environment) for _ in range(2))
+        command = [sys.executable, "-c", _FIRST_USE]
+        first, later = (
+            float(subprocess.run(command, env=environment, capture_output=True, check=True).stdout)
+            for _ in range(2)
+        )
     return (
         f"are loaded in {later:.2f} s once per process, and compiled in {first:.1f} s once per "
         f"machine; used from {LARGE:,} edges"
     )
-
-
-def _first_use(environment: dict[str, str]) -> float:
-    command = [sys.executable, "-c", _FIRST_USE]
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
-    return float(done.stdout)

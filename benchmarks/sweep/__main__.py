@@ -4,19 +4,12 @@ Runs that are in the journal are not done again: kill it at any time, and start 
 Afterwards, or with --write at any time, the table of what there is goes to --table.
 
     python -m benchmarks.sweep --jobs 2
-
-With --scheduler the workers of a Dask cluster do them, and this process alone writes. Start
-the scheduler and each worker in this folder: they want these packages too.
-
-    python -m dask scheduler --host 127.0.0.1 --port 8786
-    python -m dask worker tcp://127.0.0.1:8786 --nthreads 1 --nworkers 2
-    python -m benchmarks.sweep --scheduler tcp://127.0.0.1:8786
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from robust_slam.graphs.datasets import DatasetMissing, find
@@ -25,7 +18,7 @@ from tqdm import tqdm
 from benchmarks import methods
 from benchmarks.sweep import journal, summary
 from benchmarks.sweep.definition import PLANS, worlds
-from benchmarks.sweep.execute import Executor, Task, on_cluster, processes
+from benchmarks.sweep.run import Task, do
 
 ROOT = Path(__file__).parents[2]
 JOURNAL = ROOT / "build" / "sweep" / "journal.jsonl"
@@ -44,13 +37,11 @@ def missing(
     return [task for task in tasks if task[1]]
 
 
-def sweep(path: Path, tasks: list[Task], execute: Executor) -> None:
-    """Do the tasks, and note each run as it ends."""
+def sweep(path: Path, runs: Iterable[journal.Run], total: int) -> None:
+    """Note each of ``total`` runs as it ends."""
     tqdm.monitor_interval = 0  # no thread of its own: runs are forked from here
-    with tqdm(total=sum(len(names) for _, names in tasks), unit="run") as bar:
-        for run in execute(tasks):
-            journal.append(path, run)
-            bar.update()
+    for run in tqdm(runs, total=total, unit="run"):
+        journal.append(path, run)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -59,7 +50,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--jobs", type=int, default=1, help="processes (default 1)")
-    parser.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask cluster, to do them all")
     parser.add_argument("--journal", type=Path, default=JOURNAL)
     parser.add_argument("--table", type=Path, default=TABLE)
     parser.add_argument("--graphs", nargs="+", choices=PLANS, default=list(PLANS))
@@ -71,8 +61,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if not wanted.write:
         graphs = [graph for graph in wanted.graphs if _is_here(graph)]
         tasks = missing(journal.read(wanted.journal), graphs, wanted.methods)
-        execute = on_cluster(wanted.scheduler) if wanted.scheduler else processes(wanted.jobs)
-        sweep(wanted.journal, tasks, execute)
+        total = sum(len(names) for _, names in tasks)
+        sweep(wanted.journal, do(tasks, wanted.jobs), total)
     wanted.table.parent.mkdir(parents=True, exist_ok=True)
     wanted.table.write_text(summary.text(journal.read(wanted.journal).values()), encoding="utf-8")
     print(f"the table is in {wanted.table}")

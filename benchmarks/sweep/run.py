@@ -1,28 +1,46 @@
-"""Do the runs of one world, each in a process of its own with a limit on its CPU time.
-
-A limit in the process that works would not do: a solver in compiled code hears of nothing
-until it is done. A process is ended from outside, and takes no other with it.
-"""
+"""Do the runs of the worlds, each in a process of its own with a limit on its CPU time."""
 
 from __future__ import annotations
 
 import multiprocessing
-import resource
-import signal
 import time
 from collections.abc import Iterator, Sequence
-from multiprocessing.connection import Connection
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from functools import partial
 
 from robust_slam._arrays import Array, Mask
 from robust_slam.errors import NotConverged, Underdetermined
 from robust_slam.graphs import PoseGraph
 
 from benchmarks import methods
-from benchmarks.methods import Score
+from benchmarks.apart import Ended, apart
 from benchmarks.sweep.definition import CPU_LIMIT, World, make
 from benchmarks.sweep.journal import Run
 
-_FORK = multiprocessing.get_context("fork")
+Task = tuple[World, tuple[str, ...]]
+"""A world and the methods that are missing there."""
+
+
+def do(tasks: Sequence[Task], jobs: int = 1) -> Iterator[Run]:
+    """Yield the runs of the tasks as they end, here or in several processes.
+
+    Raises:
+        ValueError: ``jobs`` is below 1.
+    """
+    if jobs == 1:
+        for task in tasks:
+            yield from run_world(*task)
+        return
+    with ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn")) as pool:
+        try:
+            for done in as_completed([pool.submit(_all, task) for task in tasks]):
+                yield from done.result()
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+def _all(task: Task) -> list[Run]:
+    return list(run_world(*task))
 
 
 def run_world(world: World, names: Sequence[str], limit: int = CPU_LIMIT) -> Iterator[Run]:
@@ -34,46 +52,19 @@ def run_world(world: World, names: Sequence[str], limit: int = CPU_LIMIT) -> Ite
     """
     made = make(world)
     for name in names:
-        yield _guarded(world, name, made, limit)
+        try:
+            yield apart(partial(_run, world, name, made), limit)
+        except Ended as ended:
+            why = f"over {limit} s" if ended.over else str(ended)
+            yield Run(world, name, None, float(limit), why)
+        except RuntimeError as error:
+            raise RuntimeError(f"{name} in {world}: {error}") from None
 
 
-def _guarded(world: World, name: str, made: tuple[PoseGraph, Mask, Array], limit: int) -> Run:
-    receiver, sender = _FORK.Pipe(duplex=False)
-    process = _FORK.Process(target=_answer, args=(sender, world, name, made, limit))
-    process.start()
-    sender.close()
-    try:
-        run: Run = receiver.recv()
-    except EOFError:
-        process.join()
-        return Run(world, name, None, float(limit), _why(world, name, process.exitcode, limit))
-    process.join()
-    return run
-
-
-def _answer(
-    sender: Connection,
-    world: World,
-    name: str,
-    made: tuple[PoseGraph, Mask, Array],
-    limit: int,
-) -> None:
-    spoiled, is_outlier, reference = made
-    resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 5))
+def _run(world: World, name: str, made: tuple[PoseGraph, Mask, Array]) -> Run:
     began = time.process_time()
-    score: Score | None = None
-    failed = ""
     try:
-        score = methods.run(name, spoiled, is_outlier, reference, methods.STEPS)
+        score = methods.run(name, *made, methods.STEPS)
     except (NotConverged, Underdetermined) as error:
-        failed = type(error).__name__
-    seconds = time.process_time() - began if score is None else score.seconds
-    sender.send(Run(world, name, score, seconds, failed))
-
-
-def _why(world: World, name: str, exitcode: int | None, limit: int) -> str:
-    if exitcode == -signal.SIGXCPU:
-        return f"over {limit} s"
-    if exitcode is not None and exitcode < 0:
-        return signal.Signals(-exitcode).name
-    raise RuntimeError(f"{name} in {world}: see the error above")
+        return Run(world, name, None, time.process_time() - began, type(error).__name__)
+    return Run(world, name, score, score.seconds)

@@ -74,12 +74,3 @@ def test_a_spent_budget_leaves_the_map_as_it_is(
     assert count.solves == 7
     assert np.array_equal(result.x, result.history[7].x)
     assert not np.array_equal(result.x, result.history[6].x)
-
-
-def gradient(problem: PoseGraphProblem, poses: np.ndarray) -> float:
-    """The length of the gradient of the Geman-McClure cost."""
-    norms = problem.residual_norms(poses)
-    weights = np.where(problem.trusted, 1.0, kernels.geman_mcclure(C).weight(norms))
-    equations = problem._equations
-    _, slope = equations.system(equations.at(poses, weights), weights)
-    return float(np.linalg.norm(slope[1:]))

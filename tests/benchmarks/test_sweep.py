@@ -12,13 +12,12 @@ import numpy as np
 import pytest
 from robust_slam.errors import NotConverged
 from robust_slam.graphs import pose_graph
-from robust_slam_autograder.executor.dask_workers import Unfit
 from robust_slam_course.results import read_results
 
 from benchmarks import methods
 from benchmarks.methods import Score
 from benchmarks.sweep import __main__ as door
-from benchmarks.sweep import execute, journal, summary
+from benchmarks.sweep import journal, summary
 from benchmarks.sweep.definition import (
     GROUP,
     KINDS,
@@ -30,10 +29,8 @@ from benchmarks.sweep.definition import (
     make,
     worlds,
 )
-from benchmarks.sweep.execute import Task, here, on_cluster, processes
 from benchmarks.sweep.journal import Run
-from benchmarks.sweep.run import run_world
-from tests.autograder.machines import Machines
+from benchmarks.sweep.run import Task, do, run_world
 
 pytestmark = pytest.mark.long
 
@@ -124,12 +121,12 @@ class TestJournal:
                 yield run
 
         with pytest.raises(KeyboardInterrupt):
-            door.sweep(path, tasks, killed)
+            door.sweep(path, killed(tasks), total)
         done = journal.read(path)
         assert len(done) == 25
         left = door.missing(done, ["manhattan"], NAMES)
         assert sum(len(names) for _, names in left) == total - 25
-        door.sweep(path, left, pretended)
+        door.sweep(path, pretended(left), total - 25)
         assert len(path.read_text().splitlines()) == len(journal.read(path)) == total
         assert door.missing(journal.read(path), ["manhattan"], NAMES) == []
 
@@ -137,9 +134,7 @@ class TestJournal:
 class TestRuns:
     def test_two_processes_find_what_one_finds(self) -> None:
         tasks: list[Task] = [(world, ("DCS",)) for world in (WORLD, WORLD._replace(seed=1))]
-        alone, together = (
-            {run.key: run.score for run in do(tasks)} for do in (here, processes(2))
-        )
+        alone, together = ({run.key: run.score for run in do(tasks, jobs)} for jobs in (1, 2))
         assert alone.keys() == together.keys()
         for key, score in alone.items():
             assert together[key].ate == pytest.approx(score.ate, rel=1e-6)
@@ -173,26 +168,6 @@ class TestRuns:
         with pytest.raises(RuntimeError, match="broken in World"):
             list(run_world(WORLD, ["broken"]))
         assert "ZeroDivisionError" in capfd.readouterr().err
-
-    def test_a_cluster_finds_what_one_process_finds(self, tmp_path: Path) -> None:
-        tasks: list[Task] = [(world, ("DCS",)) for world in (WORLD, WORLD._replace(seed=1))]
-        machines = Machines(tmp_path)
-        try:
-            machines.worker("--no-nanny")
-            there = {run.key: run.score for run in on_cluster(machines.address)(tasks)}
-        finally:
-            machines.stop()
-        alone = {run.key: run.score for run in here(tasks)}
-        assert there.keys() == alone.keys()
-        for key, score in alone.items():
-            assert there[key].ate == pytest.approx(score.ate, rel=1e-6)
-
-    def test_a_worker_with_another_sweep_does_nothing(
-        self, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        code = execute._code()
-        monkeypatch.setitem(methods.PARAMETERS, "steps", methods.STEPS + 1)
-        assert isinstance(execute._on_worker(code, WORLD, ("DCS",)), Unfit)
 
 
 class TestTable:
