@@ -20,8 +20,7 @@ from robust_slam_autograder.protocol.channel import (
 from robust_slam_autograder.protocol.wire import Handle
 
 from tests.autograder.fuzz import frames
-from tests.autograder.fuzz.damage import variants
-from tests.autograder.fuzz.running import SEEDS, fuzzed
+from tests.autograder.fuzz.running import SEEDS, fuzzed, variants
 
 KNOWN = (ChannelClosed, DeadlineExceeded, RaisedThere)
 

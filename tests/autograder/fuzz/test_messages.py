@@ -13,9 +13,8 @@ from robust_slam_autograder.protocol import wire
 from robust_slam_autograder.protocol.wire import WireError
 
 from tests.autograder.fuzz import messages
-from tests.autograder.fuzz.damage import variants
 from tests.autograder.fuzz.messages import TUPLE, extension
-from tests.autograder.fuzz.running import SEEDS, calls, fuzzed, no_hang, peak_bytes
+from tests.autograder.fuzz.running import SEEDS, calls, fuzzed, no_hang, peak_bytes, variants
 from tests.autograder.fuzz.values import (
     PLAIN,
     STRANGE,

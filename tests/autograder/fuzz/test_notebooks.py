@@ -19,8 +19,7 @@ from robust_slam_autograder.reading.submission import OWN, collect
 
 from tests.autograder import toy
 from tests.autograder.fuzz import notebooks
-from tests.autograder.fuzz.damage import variants
-from tests.autograder.fuzz.running import SEEDS, calls, fuzzed, no_hang, peak_bytes
+from tests.autograder.fuzz.running import SEEDS, calls, fuzzed, no_hang, peak_bytes, variants
 from tests.autograder.fuzz.texts import SOURCES
 
 TESTS = toy.assignment()
