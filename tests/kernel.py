@@ -54,12 +54,7 @@ def working(back_end: str) -> Sandbox:
 
 def usable() -> list[str]:
     """The back ends that should work here, the preferred one first."""
-    return [name for name, wall in BACK_ENDS.items() if supports(name) or _works(wall)]
-
-
-@cache
-def _works(wall: Sandbox) -> bool:
-    return wall.problem() is None
+    return [name for name, wall in BACK_ENDS.items() if supports(name) or wall.problem() is None]
 
 
 def _namespaces() -> bool:

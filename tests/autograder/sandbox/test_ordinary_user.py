@@ -14,9 +14,6 @@ import pytest
 
 from tests import as_user
 
-WALLS = "tests/autograder/sandbox/test_sandbox.py"
-ATTACKS = "tests/autograder/hostile"
-
 
 def run_as_ordinary_user(*words: str) -> subprocess.CompletedProcess[str]:
     """Run tests as a user with a home and a temporary folder of its own."""
@@ -35,17 +32,16 @@ def run_as_ordinary_user(*words: str) -> subprocess.CompletedProcess[str]:
     return done
 
 
-@pytest.mark.sandbox
-def test_every_wall_stands() -> None:
-    if not as_user.may():
-        pytest.skip("this user is an ordinary one, and test_sandbox.py has run")
-    done = run_as_ordinary_user(WALLS)
+@pytest.mark.skipif(not as_user.may(), reason="this user is an ordinary one, and they have run")
+@pytest.mark.parametrize(
+    "words",
+    [
+        pytest.param(["tests/autograder/sandbox/test_sandbox.py"], marks=pytest.mark.sandbox),
+        pytest.param(["--soak", "tests/autograder/hostile"], marks=pytest.mark.soak),
+    ],
+    ids=["every wall stands", "no attack succeeds"],
+)
+def test_for_an_ordinary_user(words: list[str]) -> None:
+    done = run_as_ordinary_user(*words)
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-1000:]
     assert re.search(r"\d\d passed", done.stdout) and "skipped" not in done.stdout
-
-
-@pytest.mark.soak
-@pytest.mark.skipif(not as_user.may(), reason="only root may become another user")
-def test_attacks_on_an_ordinary_users_walls() -> None:
-    done = run_as_ordinary_user("--soak", ATTACKS)
-    assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-1000:]
