@@ -243,11 +243,9 @@ def _limits(launch: Launch, server: Server) -> dict[str, int]:
 
 def _own_threads() -> int:
     """Return all threads of the present user."""
-    found = 0
-    for process in psutil.process_iter():
-        with contextlib.suppress(psutil.Error):  # it may end meanwhile
-            found += process.num_threads() if process.uids().real == os.getuid() else 0
-    return found
+    found = (process.info for process in psutil.process_iter(["uids", "num_threads"]))
+    mine = (one for one in found if one["uids"] and one["uids"].real == os.getuid())
+    return sum(one["num_threads"] for one in mine)
 
 
 def _shut_the_door(uid: int | None, rules: int | None, *, shared_disk: bool) -> None:

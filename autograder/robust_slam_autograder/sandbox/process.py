@@ -51,7 +51,8 @@ class Piped:
     """An untrusted process with its pipes; back ends add how it is ended."""
 
     starter: int
-    """Process id of the one that started it: the only child's only child … of that one is it."""
+    """Process id of the one that started it, or is it: until student code runs, its last
+    descendant is the untrusted process."""
     reader: int
     """Where its messages are read from."""
     writer: int
@@ -69,7 +70,7 @@ class Piped:
         return self.last_words() or "it says nothing"
 
     def last_words(self) -> str:
-        """Say why it did not start; empty where nobody knows."""
+        """Say why it did not start; empty where that is not known."""
         raise NotImplementedError
 
     @cached_property
