@@ -124,22 +124,6 @@ def chordal_cost(graph: PoseGraph, poses: ArrayLike, weights: ArrayLike | None =
     return lifted_cost(ChordalProblem.of(graph, weights), blocks)
 
 
-def data_matrix(graph: PoseGraph, weights: ArrayLike | None = None) -> csc_array:
-    """Return M, sparse and symmetric, of (d + 1) n rows: the cost is tr(X M Xᵀ).
-
-    X is ``(d, (d + 1) n)`` as from ``lift``; ``weights`` ``(m,)`` multiply κ and τ and are
-    1 if None.
-
-    Raises:
-        ValueError: ``weights`` have the wrong shape, are not finite, or one is negative.
-        Underdetermined: the edges with positive weight do not connect all poses.
-
-    Source: Rosen et al. 2019, the data matrix of Problem 1, its columns ordered by pose.
-    """
-    problem = ChordalProblem.of(graph, weights)
-    return assemble(problem, problem.edge_blocks)
-
-
 def assemble(problem: ChordalProblem, blocks: Array) -> csc_array:
     """Return the sparse sum, of (d + 1) n rows, of blocks as in ``edge_blocks``.
 
@@ -179,81 +163,24 @@ def certificate_blocks(problem: ChordalProblem, blocks: Array) -> Array:
     return s
 
 
-def marginalised(matrix: csc_array, n: int, d: int) -> Array:
-    """Return the dense Q ``(d n, d n)`` of the rotations, translations eliminated.
-
-    ``matrix``, of (d + 1) n rows, is M, or M − Λ. With the map's translations
-    eliminated the cost is tr(R Q Rᵀ) with R = [R_0 R_1 …]. Meant for small graphs.
-
-    Raises:
-        ValueError: ``matrix`` has another shape.
-
-    Source: Rosen et al. 2019, Problem 4 and equation (24); a Schur complement with one
-    translation fixed at 0.
-    """
-    size = (d + 1) * n
-    if matrix.shape != (size, size):
-        raise ValueError(f"matrix: the shape is {matrix.shape}; give ({size}, {size})")
-    full = matrix.toarray()
-    rotations = np.arange(size) % (d + 1) < d
-    positions = np.flatnonzero(~rotations)[1:]
-    across = full[np.ix_(positions, rotations)]
-    own = full[np.ix_(rotations, rotations)]
-    reduced = own - across.T @ np.linalg.solve(full[np.ix_(positions, positions)], across)
-    return np.asarray(0.5 * (reduced + reduced.T))
-
-
 def pose_blocks(poses: Array) -> Array:
     """Return ``poses`` ``(n, 3)`` or ``(n, 3, 4)`` as blocks [R | t] ``(n, d, d + 1)``."""
     group = group_of(poses)
     return np.concatenate([group.rotation(poses), group.translation(poses)[..., None]], axis=-1)
 
 
-def lift(poses: ArrayLike) -> Array:
-    """Return X = [R_0 t_0 R_1 t_1 …] ``(d, (d + 1) n)`` of ``poses``.
-
-    ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``.
-
-    Raises:
-        ValueError: the shape is neither.
-    """
-    return as_matrix(pose_blocks(np.asarray(poses, dtype=np.float64)))
-
-
-def as_matrix(blocks: Array) -> Array:
-    """Return X ``(r, (d + 1) n)`` of ``blocks`` ``(n, r, d + 1)``."""
-    return np.swapaxes(blocks, 0, 1).reshape(blocks.shape[1], -1)
-
-
-def as_blocks(matrix: ArrayLike, n: int) -> Array:
-    """Return the blocks ``(n, r, d + 1)`` of X ``(r, (d + 1) n)``.
-
-    Raises:
-        ValueError: X is not a matrix of 3 n or 4 n columns.
-    """
-    x = np.asarray(matrix, dtype=np.float64)
-    if x.ndim != 2 or x.shape[1] not in (3 * n, 4 * n):
-        raise ValueError(f"matrix: the shape is {x.shape}; give (r, {3 * n}) or (r, {4 * n})")
-    return np.swapaxes(x.reshape(len(x), n, -1), 0, 1)
-
-
-def project(matrix: ArrayLike, n: int) -> Array:
-    """Return poses ``(n, 3)`` or ``(n, 3, 4)`` near X ``(r, (d + 1) n)`` of any rank r ≥ d.
+def project(blocks: Array) -> Array:
+    """Return poses ``(n, 3)`` or ``(n, 3, 4)`` near ``blocks`` ``(n, r, d + 1)``, r ≥ d.
 
     X is projected on its d dominant left singular vectors, and each block is replaced by the
     nearest rotation. A map is recovered up to a common rigid motion.
 
-    Raises:
-        ValueError: X is not a matrix of 3 n or 4 n columns and at least d rows.
-
     Source: Rosen et al. 2019, Algorithm 2, rounding by the singular value decomposition.
     """
-    blocks = as_blocks(matrix, n)
-    d = blocks.shape[-1] - 1
-    if blocks.shape[1] < d:
-        raise ValueError(f"matrix: it has {blocks.shape[1]} rows; give at least {d}")
-    dominant = np.linalg.svd(as_matrix(blocks[..., :d]), full_matrices=False)[0][:, :d]
-    flat = dominant.T @ blocks
+    n, r, width = blocks.shape
+    d = width - 1
+    rotations = np.swapaxes(blocks[..., :d], 0, 1).reshape(r, n * d)
+    flat = np.linalg.svd(rotations, full_matrices=False)[0][:, :d].T @ blocks
     if np.sum(np.linalg.det(flat[..., :d]) < 0.0) > n / 2:
         flat[:, -1] *= -1.0
     group: Group = se2 if d == 2 else se3

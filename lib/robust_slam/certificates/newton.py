@@ -28,14 +28,8 @@ from robust_slam._arrays import Array
 from robust_slam.certificates.chordal import ChordalProblem, pose_blocks
 from robust_slam.certificates.preconditioner import Operator, Systems
 from robust_slam.certificates.tangent import Point, half_gradient, retract_vectors
-from robust_slam.certificates.tangent import equations as equations
-from robust_slam.certificates.tangent import retract as retract
-from robust_slam.certificates.tangent import stationarity as stationarity
-from robust_slam.certificates.tangent import tangent_basis as tangent_basis
-from robust_slam.certificates.tangent import tangent_dimension as tangent_dimension
 from robust_slam.descent.step import NEGLIGIBLE_COST, check_limits, increases
 from robust_slam.errors import NotConverged
-from robust_slam.graphs.group import Group
 from robust_slam.graphs.pose_graph import PoseGraph, check_poses
 
 STEP_LIMIT = 200
@@ -112,35 +106,21 @@ def polish(
     """
     start = check_poses("poses", poses, graph)
     problem = ChordalProblem.of(graph, weights)
-    last = converged_point(descend(problem, pose_blocks(start), tol, max_iterations))
-    return poses_like(graph, last.blocks, start)
-
-
-def poses_like(graph: PoseGraph, blocks: Array, start: Array) -> Array:
-    """Return the poses of ``blocks`` ``(n, d, d + 1)``, with pose 0 exactly as in ``start``."""
-    poses = poses_of(graph.group, blocks)
-    poses[0] = start[0]
-    return poses
-
-
-def poses_of(group: Group, blocks: Array) -> Array:
-    """Return the poses ``(n, …)`` of ``blocks`` ``(n, d, d + 1)``, each [R | t]."""
-    return group.from_parts(blocks[..., :-1], blocks[..., -1])
-
-
-def converged_point(descent: Descent) -> Point:
-    """Return the last point of ``descent``.
-
-    Raises:
-        NotConverged: it did not converge.
-    """
+    descent = descend(problem, pose_blocks(start), tol, max_iterations)
     if not descent.converged:
         raise NotConverged(
             f"after {len(descent.history) - 1} steps the chordal cost is "
             f"{descent.last.cost:.6g} and the stationarity {descent.last.stationarity:.2g}; "
             "start from better poses, allow more steps or loosen tol"
         )
-    return descent.last
+    return poses_like(graph, descent.last.blocks, start)
+
+
+def poses_like(graph: PoseGraph, blocks: Array, start: Array) -> Array:
+    """Return the poses of ``blocks`` ``(n, d, d + 1)``, with pose 0 exactly as in ``start``."""
+    poses = graph.group.from_parts(blocks[..., :-1], blocks[..., -1])
+    poses[0] = start[0]
+    return poses
 
 
 def descend(

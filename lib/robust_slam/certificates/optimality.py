@@ -46,7 +46,8 @@ from robust_slam.certificates.chordal import (
     lifted_cost,
     pose_blocks,
 )
-from robust_slam.certificates.newton import Stop, descend, poses_like, stationarity
+from robust_slam.certificates.newton import Stop, descend, poses_like
+from robust_slam.certificates.tangent import stationarity
 from robust_slam.descent.sparse.pattern import (
     BlockPattern,
     PoseFactors,

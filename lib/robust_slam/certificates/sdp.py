@@ -63,7 +63,6 @@ def connection_matrix(
 
     ``edges`` ``(m, 2)`` holds i and j of each measurement, ``rotations`` ``(m, d, d)`` the
     rotation R̃ of j in the frame of i, ``kappa`` a scalar or ``(m,)`` its precision, at least 0.
-    For a pose graph with translations see ``chordal.marginalised``.
 
     Raises:
         ValueError: a shape is wrong, an entry is not finite, an index is out of range, a

@@ -21,7 +21,6 @@ from numpy.typing import ArrayLike
 from robust_slam._arrays import Array
 from robust_slam.certificates.chordal import (
     ChordalProblem,
-    as_matrix,
     lifted_cost,
     pose_blocks,
     project,
@@ -163,7 +162,7 @@ def rounded(graph: PoseGraph, blocks: Array, like: Array) -> Array:
 
     Source: Rosen et al. 2019, Algorithm 2.
     """
-    near = project(as_matrix(blocks), graph.n)
+    near = project(blocks)
     motion = graph.group.compose(like[0], graph.group.inverse(near[0]))
     poses = graph.group.compose(motion, near)
     poses[0] = like[0]

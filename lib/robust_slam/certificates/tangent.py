@@ -19,7 +19,6 @@ import numpy as np
 from robust_slam._arrays import Array
 from robust_slam.certificates.chordal import (
     ChordalProblem,
-    certificate_blocks,
     edge_gradients,
     lifted_cost,
 )
@@ -103,11 +102,6 @@ def tangent_basis(blocks: Array) -> Array:
     return basis
 
 
-def retract(blocks: Array, basis: Array, step: Array) -> Array:
-    """Return ``blocks`` moved by ``step`` ``(n, p)`` and retracted to the manifold."""
-    return retract_vectors(blocks, np.einsum("np,npcx->ncx", step, basis))
-
-
 def retract_vectors(blocks: Array, vectors: Array) -> Array:
     """Return ``blocks`` moved by tangent ``vectors`` and retracted, all ``(n, r, d + 1)``.
 
@@ -121,21 +115,6 @@ def retract_vectors(blocks: Array, vectors: Array) -> Array:
     fixed = ~np.any(vectors, axis=(1, 2))
     moved[fixed] = blocks[fixed]
     return np.asarray(moved)
-
-
-def equations(
-    problem: ChordalProblem, pattern: BlockPattern, point: Point, basis: Array
-) -> tuple[Array, Array, Array]:
-    """Return Hessian, gradient and the diagonal of the Hessian of Λ = 0.
-
-    ``basis`` ``(n, p, r, d + 1)`` is the tangent basis at the point. The Hessian comes as the
-    filled blocks of ``pattern``, without pose 0, the others as ``(n, p)``; all three are
-    half the derivatives.
-    """
-    hessian = restricted(problem, pattern, certificate_blocks(problem, point.blocks), basis)
-    gradient = np.einsum("npcx,ncx->np", basis, half_gradient(problem, point.blocks))
-    scale = np.einsum("npcx,nxy,npcy->np", basis, problem.pose_blocks, basis)
-    return hessian, gradient, scale
 
 
 def restricted(

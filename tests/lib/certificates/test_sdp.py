@@ -8,7 +8,7 @@ from functools import cache
 import cvxpy
 import numpy as np
 import pytest
-from robust_slam.certificates.chordal import chordal_cost, data_matrix, marginalised
+from robust_slam.certificates.chordal import chordal_cost
 from robust_slam.certificates.sdp import (
     SIZE_LIMIT,
     SdpFailed,
@@ -23,6 +23,7 @@ from robust_slam.certificates.sdp import (
 from robust_slam.descent.start import chordal
 from scipy.spatial.transform import Rotation
 
+from tests.lib.certificates.dense import data_matrix, marginalised
 from tests.lib.worlds import measured, refused, with_best_positions
 
 SIX = np.array([[0, 1], [1, 2], [2, 3], [3, 4], [4, 5], [5, 0], [0, 3], [1, 4]])
@@ -216,7 +217,7 @@ def test_a_pose_graph_is_solved_over_its_rotations_alone(group, seed):
     truth = group.exp(3.0 * sizes * rng.normal(size=(6, group.DOF)))
     error = 0.1 * sizes * rng.normal(size=(8, group.DOF))
     graph = measured(group, truth, SIX, error, np.diag(100.0 / sizes**2))
-    Q = marginalised(data_matrix(graph), 6, d)
+    Q = marginalised(data_matrix(graph), d)
     solution = solve_sdp(Q, d)
     R = round_solution(solution.Z, d)
     assert is_tight(solution.Z, Q, R)

@@ -10,6 +10,7 @@ from robust_slam.certificates.sdp import solve_sdp
 from robust_slam.certificates.staircase import rounded, solve_certified
 from robust_slam.graphs import se3
 
+from tests.lib.certificates.dense import data_matrix, marginalised
 from tests.lib.worlds import assert_same_poses, ring
 
 
@@ -50,7 +51,7 @@ def test_where_the_relaxation_is_not_tight_the_bound_is_closer_than_before():
 def test_its_lower_bound_is_the_value_of_the_semidefinite_relaxation(seed):
     graph, truth, _ = ring(se3, 10, seed, 0.8, reach=0.0)
     _, record = solve_certified(graph, truth)
-    q = chordal.marginalised(chordal.data_matrix(graph), graph.n, 3)
+    q = marginalised(data_matrix(graph), 3)
     assert record.lower_bound == pytest.approx(solve_sdp(q, 3).value, rel=1e-6)
 
 

@@ -1,0 +1,32 @@
+"""The chordal problem as dense matrices, which are the reference."""
+
+from __future__ import annotations
+
+import numpy as np
+from robust_slam.certificates.chordal import ChordalProblem, assemble, pose_blocks
+
+
+def as_row(blocks):
+    """X ``(r, (d + 1) n)`` of blocks ``(n, r, d + 1)``, side by side."""
+    return np.concatenate(list(blocks), axis=1)
+
+
+def lift(poses):
+    """X ``(d, (d + 1) n)`` of poses."""
+    return as_row(pose_blocks(poses))
+
+
+def data_matrix(graph, weights=None):
+    """M: the cost is tr(X M Xᵀ)."""
+    problem = ChordalProblem.of(graph, weights)
+    return assemble(problem, problem.edge_blocks).toarray()
+
+
+def marginalised(matrix, d):
+    """M, or M − Λ, over the rotations: a Schur complement with one translation fixed at 0."""
+    rotations = np.arange(len(matrix)) % (d + 1) < d
+    positions = np.flatnonzero(~rotations)[1:]
+    across = matrix[np.ix_(positions, rotations)]
+    inner = np.linalg.solve(matrix[np.ix_(positions, positions)], across)
+    reduced = matrix[np.ix_(rotations, rotations)] - across.T @ inner
+    return 0.5 * (reduced + reduced.T)
