@@ -28,7 +28,7 @@ from sphinx.application import Sphinx
 from sphinx.config import Config
 
 INDEX = "pagefind"
-NO_TEXT = ".headerlink, .prev-next-area, .rs-cited, .cell, .rs-forget, script, style, svg, button"
+NO_TEXT = ".headerlink, .prev-next-area, .cell, .rs-forget, script, style, svg, button"
 SECTION = re.compile(
     r'<section (?P<id>id="[^"]+")[^>]*>\s*(?:<span id="[^"]*"></span>)*<(?P<level>h\d)>'
 )

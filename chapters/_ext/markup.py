@@ -8,7 +8,6 @@ that the keyboard has reached, shows what is cited.
 from __future__ import annotations
 
 import re
-from itertools import count
 from typing import Any
 
 from bs4 import BeautifulSoup, Tag
@@ -20,12 +19,10 @@ COLUMNS, LETTERS = 3, 80
 WORD_JOINER = "\u2060"
 """Stands beside a formula that is a header: to axe-core a formula alone is an empty cell."""
 CITATION = re.compile(
-    r'<a (?P<link>class="reference internal" href="[^"]*references\.html#[^"]*") '
-    r'title="(?P<title>[^"]*)">(?P<words>.*?)</a>',
-    re.DOTALL,
+    r'<a (?=class="reference internal" href="[^"]*references\.html#[^"]*" title)'
 )
-ADDRESS = re.compile(r" (?:doi:|URL: )\S+$")
-"""It cannot be followed where it is shown; the page of references has it as a link."""
+TOOLTIP = r'<a data-bs-toggle="tooltip" '
+"""The theme shows the title of such a link by mouse and keyboard."""
 ROLES = {"thead": "rowgroup", "tbody": "rowgroup", "tr": "row", "td": "cell"}
 
 
@@ -37,19 +34,7 @@ def rewrite(
         body = re.sub(r"<table.*?</table>", _table, context["body"], flags=re.S)
         # The name that MyST-NB gives to a folded cell is not what is written on it.
         body = body.replace(' aria-label="Toggle hidden content"', "")
-        numbers = count(1)
-        body = CITATION.sub(lambda match: _citation(match, next(numbers)), body)
-        context["body"] = _bibliography(body)
-
-
-def _citation(match: re.Match[str], number: int) -> str:
-    """Put what is cited behind the link, which it describes; a title is for mice alone."""
-    cited, name = ADDRESS.sub("", match["title"]), f"cited-{number}"
-    return (
-        f'<span class="rs-citation"><a {match["link"]} aria-describedby="{name}">'
-        f'{match["words"]}</a><span class="rs-cited" role="tooltip" id="{name}">{cited}</span>'
-        "</span>"
-    )
+        context["body"] = _bibliography(CITATION.sub(TOOLTIP, body))
 
 
 def _bibliography(body: str) -> str:

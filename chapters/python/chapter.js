@@ -77,15 +77,12 @@ class Chapter {
   }
 
   #stop(cell) {
-    if (this.#busy === cell) engine.stop();
-    else this.#forget(cell);
-  }
-
-  /** Take a cell that waits out of the row. */
-  #forget(cell) {
-    if (!this.#waiting.delete(cell)) return;
-    cell.end();
-    cell.say("");
+    if (this.#busy === cell) {
+      engine.stop();
+    } else if (this.#waiting.delete(cell)) {
+      cell.end();
+      cell.say("");
+    }
   }
 
   async #start(cell) {

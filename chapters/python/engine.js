@@ -17,10 +17,12 @@ export function start(progress) {
   worker = new Worker(address, { type: "module" });
   worker.onmessage = ({ data }) => {
     if ("bytes" in data) asked?.progress?.(data.bytes);
-    else if ("failed" in data) fail(data.failed);
+    else if ("failed" in data) end(new Error(data.failed));
     else asked.resolve(data.done);
   };
-  worker.onerror = (event) => fail(event.message ?? "The files of Python could not be loaded.");
+  worker.onerror = ({ message }) => {
+    end(new Error(message ?? "The files of Python could not be loaded."));
+  };
   return answer(progress);
 }
 
@@ -37,11 +39,7 @@ function answer(progress) {
   return new Promise((resolve, reject) => { asked = { resolve, reject, progress }; });
 }
 
-/** After a failure inside Pyodide nothing runs any more: the next start is a new one. */
-function fail(message) {
-  end(new Error(message));
-}
-
+/** After a failure inside Pyodide, too, nothing runs any more: the next start is a new one. */
 function end(error) {
   worker?.terminate();
   worker = null;

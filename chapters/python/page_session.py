@@ -159,7 +159,8 @@ def readable(error: BaseException, cell: str) -> str:
     """Return the traceback, with the lines of cells and packages, and none of the page's own."""
     told = traceback.TracebackException.from_exception(error)
     for each in _chain(told):
-        each.stack[:] = filter(_is_readers, dropwhile(_is_before_cells, each.stack))
+        from_cells = dropwhile(lambda frame: not frame.filename.startswith(CELL), each.stack)
+        each.stack[:] = [frame for frame in from_cells if frame.filename != __file__]
         for frame in each.stack:
             assert frame.line is not None  # reads the line, before the file has another name
             frame.filename = _place(frame.filename, cell)
@@ -181,14 +182,6 @@ def _chain(told: traceback.TracebackException | None) -> Iterator[traceback.Trac
         yield told
         yield from _chain(told.__cause__)
         yield from _chain(told.__context__)
-
-
-def _is_before_cells(frame: traceback.FrameSummary) -> bool:
-    return not frame.filename.startswith(CELL)
-
-
-def _is_readers(frame: traceback.FrameSummary) -> bool:
-    return frame.filename != __file__
 
 
 def _place(path: str, cell: str) -> str:
