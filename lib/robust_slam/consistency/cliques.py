@@ -109,7 +109,7 @@ def max_clique(
     # clique and need no search.
     joins_all = joined.sum(axis=1) == len(joined) - 1
     inner = joined[np.ix_(~joins_all, ~joins_all)]
-    found, bound = _solve(inner, _first(inner, deadline), budget, deadline)
+    found, bound = _solve(inner, _greedy(inner), budget, deadline)
     held, free = np.flatnonzero(joins_all), np.flatnonzero(~joins_all)
     members = np.sort(np.concatenate([held, free[found]]))
     bound += held.size
@@ -128,12 +128,6 @@ def _checked(adjacency: ArrayLike) -> Mask:
         raise ValueError(f"adjacency: entries ({i}, {j}) and ({j}, {i}) differ; make it symmetric")
     np.fill_diagonal(joined, False)
     return joined
-
-
-def _first(joined: Mask, deadline: Deadline) -> Indices:
-    """Return a clique to begin with, improved where there is time."""
-    clique = _greedy(joined)
-    return clique if deadline.passed else _improved(joined, clique)
 
 
 def _solve(joined: Mask, best: Indices, budget: int, deadline: Deadline) -> tuple[Indices, int]:
@@ -184,30 +178,6 @@ def _greedy(joined: Mask) -> Indices:
         alive &= ~gone
         members.append(v)
     return np.array(members, dtype=np.intp)
-
-
-def _improved(joined: Mask, clique: Indices) -> Indices:
-    """Return ``clique``, enlarged while a vertex can be added or two can replace one.
-
-    Source: Andrade, Resende and Werneck 2012, on the complement.
-    """
-    while clique.size:
-        lacks = (~joined[:, clique]).sum(axis=1)
-        lacks[clique] = len(joined)
-        ready, nearly = np.flatnonzero(lacks == 0), np.flatnonzero(lacks == 1)
-        if ready.size:
-            clique = np.append(clique, ready[0])
-            continue
-        if not nearly.size:
-            return np.sort(clique)
-        # The one member that each of these is not joined to, and pairs with the same member.
-        lacked = clique[np.argmin(joined[np.ix_(nearly, clique)], axis=1)]
-        pairs = joined[np.ix_(nearly, nearly)] & (lacked[:, None] == lacked)
-        if not np.any(pairs):
-            break
-        a, b = np.argwhere(pairs)[0]
-        clique = np.append(clique[clique != lacked[a]], nearly[[a, b]])
-    return np.sort(clique)
 
 
 def _degeneracy(joined: Mask) -> tuple[Indices, Indices]:

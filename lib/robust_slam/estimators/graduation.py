@@ -9,15 +9,13 @@ the global minimum.
 All formulas have the ½ of this library, ρ ≈ u²/2 near 0. The papers leave it out; weights
 and μ are the same numbers.
 
-Some implementations differ from the paper. GTSAM takes the first μ from the residuals at
-the initial values of the user, includes known inliers in it, and starts every inner solve
-from those initial values again. Here μ comes from the least-squares solution, over the
+GTSAM takes the first μ from the residuals at the initial values of the user, includes known
+inliers in it, and starts every inner solve from those values again. Here μ comes from the
 untrusted measurements alone, and each solve starts from the last.
 
-The papers update μ by one constant factor. On the graph intel the last two thirds of these
-steps hardly change any residual. An *adaptive* rule takes two or three factors at once
-there (``strides``). Where the path of the solution is not smooth, as on M3500, that can end
-in a slightly worse minimum (``benchmarks/speed/graduated.py``).
+The papers update μ by one constant factor. Where steps hardly change any residual, an
+*adaptive* rule takes two or three at once (``strides``), which can end in a slightly worse
+minimum (``benchmarks/speed/graduated.py``).
 
 Source: Yang et al. 2020, "Graduated Non-Convexity for Robust Spatial Perception", (12),
 (14) and Remark 5; Black and Rangarajan 1996 for the outlier processes.
@@ -325,17 +323,13 @@ def gnc(
     dead reckoning, and ``tol`` is 1e-6 by default: see ``loop.prepare``.
 
     Without ``x0`` a problem starts from the unweighted solution, as in the paper. Consistent
-    outliers distort that solution and have small residuals there. On a pose graph with
-    trusted odometry, dead reckoning is the better start, ``x0=problem.guess``: the first
-    weights come from the residuals there, as in GTSAM, and on no graph of
-    ``chapters/data/robustness.csv`` do fewer runs succeed. It also helps where the
-    unweighted solve does not converge.
+    outliers distort that solution and have small residuals there, so on a pose graph with
+    trusted odometry dead reckoning, ``x0=problem.guess``, is the better start: on no graph of
+    ``chapters/data/robustness.csv`` do fewer runs succeed.
 
-    A pose graph may take a few steps for each μ (``PoseGraphProblem(graph, steps=5)``),
-    which is faster; the last solve is repeated until it converges in any case. One step is
-    allowed, but the poses then lag behind μ: on the graph CSAIL with 30 % of random
-    outliers this misjudges closures in some of ten runs. The best number depends on the
-    graph.
+    A pose graph may take a few steps for each μ (``PoseGraphProblem(graph, steps=5)``), which
+    is faster; the last solve is repeated until it converges in any case. With one step the
+    poses lag behind μ, which misjudges closures now and then.
 
     It stops with BINARY_WEIGHTS (TLS), CONVERGED (GM, after μ = 1), NOTHING_TO_REJECT,
     ALL_REJECTED, UNDERDETERMINED, TIME_LIMIT, or ITERATION_LIMIT, also when the last solve does

@@ -83,11 +83,6 @@ def _squared_ratio(u: ArrayLike, c: float) -> Array:
         return np.asarray((_real(u) / c) ** 2)
 
 
-def _bounded(v: Array) -> Array:
-    """Return v²/(1 + v²)."""
-    return np.asarray(v**2 / (1.0 + v**2))
-
-
 def squared(scale: float = 1.0) -> Kernel:
     """Return the squared kernel ρ = u²/2, that of least squares.
 
@@ -182,6 +177,11 @@ def geman_mcclure(c: float) -> Kernel:
     """
     c = positive("c", c)
 
+    def rho(u: ArrayLike) -> Array:
+        # Capped, ρ does not become ∞/∞; at the cap it equals c²/2 to rounding.
+        v = np.minimum(np.abs(_real(u)) / c, _LARGE)
+        return np.asarray(0.5 * c**2 * (v**2 / (1.0 + v**2)))
+
     def weight(u: ArrayLike) -> Array:
         with np.errstate(over="ignore"):
             return np.asarray(1.0 / (1.0 + _squared_ratio(u, c)) ** 2)
@@ -190,8 +190,7 @@ def geman_mcclure(c: float) -> Kernel:
         name="geman-mcclure",
         label="Geman–McClure",
         scale=c,
-        # Capped, ρ does not become ∞/∞; at the cap it equals c²/2 to rounding.
-        rho=lambda u: 0.5 * c**2 * _bounded(np.minimum(np.abs(_real(u)) / c, _LARGE)),
+        rho=rho,
         psi=lambda u: weight(u) * _real(u),
         weight=weight,
         convex_until=c / sqrt(3.0),
