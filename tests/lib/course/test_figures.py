@@ -54,27 +54,17 @@ def drawings(figure: Figure) -> tuple[ET.Element, ET.Element]:
     return wide, narrow
 
 
-def test_every_colour_is_one_of_the_page() -> None:
-    figure = panels()
+def test_every_colour_that_has_a_name_is_one_of_the_page() -> None:
+    figure = panels(1, 1)
     figure.axes[0].plot([0, 1], [1, 0], "ko", markerfacecolor="white")
     figure.axes[0].axvline(1, color="0.4")
+    figure.axes[0].plot([0, 1], color="#123456")
     html = page_html(figure)
-    assert BARE.findall(html) == []
+    assert {*BARE.findall(html)} == {"#123456"}
     assert set(re.findall(r"var\(--rs-(\w+)", html)) <= COLOURS.keys()
     known = [("estimate", PALETTE["estimate"]), ("ground", "#ffffff"), ("muted", "#666666")]
     for name, colour in known:
         assert f"var(--rs-{name},{colour})" in html
-
-
-def test_a_colour_without_a_name_stays() -> None:
-    figure, ax = plt.subplots()
-    ax.plot([0, 1], color="#123456")
-    assert "stroke:#123456" in page_html(figure)
-
-
-def test_what_matplotlib_leaves_black_is_ink() -> None:
-    for drawing in drawings(panels()):
-        assert drawing.get("style") == "fill:var(--rs-ink,#000000)"
 
 
 def test_letters_stay_letters_in_the_page_s_font() -> None:
@@ -119,8 +109,9 @@ def test_the_fonts_of_an_older_matplotlib_are_understood() -> None:
     assert text.get("style") == parts
 
 
-def test_there_is_no_ground_and_no_rule_for_the_whole_page() -> None:
+def test_there_is_no_ground_no_black_and_no_rule_for_the_whole_page() -> None:
     for drawing in drawings(panels(1, 1)):
+        assert drawing.get("style") == "fill:var(--rs-ink,#000000)"
         tags = {element.tag for element in drawing.iter()}
         assert tags <= {"svg", "g", "path", "use", "text", "defs", "clipPath", "rect"}
         ground = next(drawing.iter("path"))
@@ -135,7 +126,6 @@ def test_names_are_those_of_one_drawing() -> None:
     names = re.findall(r' id="([^"]+)"', html)
     assert len(names) == len(set(names)) > 4
     assert set(re.findall(r"#(f\w+)", html)) <= set(names)
-    assert page_html(panels()) == page_html(panels())
 
 
 def test_the_figure_stays_as_it_is_and_no_other_is_left_open() -> None:
@@ -176,7 +166,7 @@ class TestNarrow:
         *_, drawn, told = (ax.get_window_extent().height for ax in narrow.axes)
         assert told < 0.7 * drawn
 
-    @pytest.mark.parametrize("columns", [1, 2, 3])
+    @pytest.mark.parametrize("columns", [1, 3])
     def test_letters_are_large_enough_on_a_phone(self, columns: int) -> None:
         figure = panels(2, columns)
         for ax in figure.axes:
