@@ -7,8 +7,7 @@ from itertools import accumulate
 
 import numpy as np
 import pytest
-from robust_slam.descent.normal_equations import NormalEquations, weighted_edges
-from robust_slam.descent.step import Linearisation
+from robust_slam.descent.normal_equations import NormalEquations
 from robust_slam.graphs import add_random_closures, datasets, se2, se3
 from robust_slam.graphs.isotropic import precisions
 from robust_slam.graphs.pose_graph import PoseGraph, with_closures
@@ -175,8 +174,8 @@ def slopes(function, size, h=1e-6):
 def gradient(graph, poses, weights=None):
     """The gradient of the cost that Gauss–Newton takes, ``(n − 1, DOF)``."""
     weights = np.ones(len(graph.edges)) if weights is None else weights
-    edges = weighted_edges(graph, Linearisation.at(graph, poses, weights), weights)
-    return NormalEquations(graph).assemble(*edges)[1][1:]
+    equations = NormalEquations(graph)
+    return equations.system(equations.at(poses, weights))[1][1:]
 
 
 def cost_never_rises(result, tolerance=1e-10):

@@ -17,7 +17,6 @@ from robust_slam.descent.normal_equations import NormalEquations
 from robust_slam.descent.step import (
     STEP_LIMIT,
     Descent,
-    Linearisation,
     check_limits,
     damping_factor,
     increases,
@@ -78,9 +77,9 @@ def descend_damped(
     current = equations.at(poses, weights)
     damping, growth, size = _FIRST_DAMPING, 2.0, np.inf
     for _ in range(max_iterations):
-        step, predicted = _damped_step(equations, current, weights, damping)
+        step, predicted = equations.damped_step(*equations.system(current), damping)
         size = float(np.abs(step).max())
-        trial = equations.at(equations.retract(current.poses, step), weights)
+        trial = equations.moved(current, step)
         if not increases(trial.cost, current.cost):
             converged = is_small(step, current.poses, tol)
             gain_ratio = (current.cost - trial.cost) / max(predicted, np.finfo(float).tiny)
@@ -91,18 +90,3 @@ def descend_damped(
         else:
             damping, growth = damping * growth, 2.0 * growth
     return Descent(current.poses, current.cost, size, converged=False)
-
-
-def _damped_step(
-    equations: NormalEquations, current: Linearisation, weights: Array, damping: float
-) -> tuple[Array, float]:
-    """Return a damped step δ and the decrease of the linearised cost, ½ δᵀ (S δ − g).
-
-    S is the damping times the diagonal of H, and (H + S) δ = −g.
-
-    Source: Nielsen 1999, the denominator of the gain ratio.
-    """
-    hessian, gradient = equations.system(current, weights)
-    shift = damping * equations.pattern.diagonal(hessian)
-    step = equations.minimise(hessian, gradient, shift)
-    return step, 0.5 * float(np.sum(step * (shift * step - gradient)))

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array
-from robust_slam.descent.normal_equations import NormalEquations, weighted_edges
+from robust_slam.descent.normal_equations import NormalEquations
 from robust_slam.errors import Underdetermined
 from robust_slam.graphs.pose_graph import PoseGraph, check_poses, check_weights
 
@@ -47,7 +47,7 @@ def covariance(
     x, w = check_poses("poses", poses, graph), check_weights(weights, graph)
     chosen = _chosen(k, graph.n)
     equations, w = NormalEquations(graph).restricted(w)
-    hessian, _ = equations.assemble(*weighted_edges(equations.graph, equations.at(x, w), w))
+    hessian, _ = equations.system(equations.at(x, w))
     factors = equations.pattern.factorise(hessian)
     if factors is None:
         raise Underdetermined(

@@ -24,26 +24,11 @@ STEP_LIMIT = 500
 
 
 @dataclass(frozen=True, eq=False)
-class Linearisation:
-    """Relative poses, residuals r, w Ω r and the cost ½ Σ w rᵀ Ω r at given poses.
-
-    ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``, ``weights`` ``(m,)``. The rest is computed when
-    it is first used.
-    """
+class Residuals:
+    """The residuals of ``graph`` at ``poses`` ``(n, …)``, each part when it is first used."""
 
     graph: PoseGraph
     poses: Array
-    weights: Array
-
-    @classmethod
-    def at(cls, graph: PoseGraph, poses: Array, weights: Array) -> Linearisation:
-        """Return the linearisation of ``graph`` at ``poses`` with ``weights`` ``(m,)``."""
-        return Linearisation(graph, poses, weights)
-
-    @cached_property
-    def cost(self) -> float:
-        """The cost ½ Σ w rᵀ Ω r."""
-        return 0.5 * float(np.sum(self.residuals * self.weighted_residuals))
 
     @cached_property
     def relative(self) -> Array:
@@ -51,15 +36,43 @@ class Linearisation:
         return pose_graph.relative_poses(self.graph, self.poses)
 
     @cached_property
-    def residuals(self) -> Array:
+    def r(self) -> Array:
         """The residuals r ``(m, D)``, not whitened."""
         return pose_graph.residuals_of(self.graph, self.relative)
 
     @cached_property
+    def applied(self) -> Array:
+        """The products Ω r ``(m, D)``."""
+        return pose_graph.apply_information(self.graph, self.r)
+
+    @cached_property
+    def norms(self) -> Array:
+        """The whitened residual norms u ``(m,)``."""
+        squared = np.sum(self.r * self.applied, axis=1)
+        return np.asarray(np.sqrt(np.maximum(squared, 0.0)))
+
+
+@dataclass(frozen=True, eq=False)
+class Linearisation:
+    """Weighted least squares at given poses: ``residuals``, and their ``weights`` ``(m,)``."""
+
+    residuals: Residuals
+    weights: Array
+
+    @property
+    def poses(self) -> Array:
+        """The poses, ``(n, 3)`` or ``(n, 3, 4)``."""
+        return self.residuals.poses
+
+    @cached_property
+    def cost(self) -> float:
+        """The cost ½ Σ w rᵀ Ω r."""
+        return 0.5 * float(np.sum(self.residuals.r * self.weighted_residuals))
+
+    @cached_property
     def weighted_residuals(self) -> Array:
         """The w Ω r ``(m, D)``."""
-        applied = pose_graph.apply_information(self.graph, self.residuals)
-        return np.asarray(self.weights[:, None] * applied)
+        return np.asarray(self.weights[:, None] * self.residuals.applied)
 
 
 @dataclass(frozen=True, eq=False)

@@ -77,22 +77,20 @@ def descend_undamped(
     equations, weights = equations.restricted(weights)
     current, size = equations.at(poses, weights), np.inf
     for _ in range(max_iterations):
-        step = equations.step(current, weights)
+        step = equations.step(current)
         size = float(np.abs(step).max())
         if is_small(step, current.poses, tol):
-            last = equations.at(equations.retract(current.poses, step), weights)
+            last = equations.moved(current, step)
             return Descent(last.poses, last.cost, size, converged=True)
-        trial = _backtrack(equations, current, weights, step)
+        trial = _backtrack(equations, current, step)
         if trial is current:
-            there = _hidden_by_rounding(equations, current, weights, step)
+            there = _hidden_by_rounding(equations, current, step)
             return Descent(current.poses, current.cost, size, converged=there)
         current = trial
     return Descent(current.poses, current.cost, size, converged=False)
 
 
-def _hidden_by_rounding(
-    equations: NormalEquations, current: Linearisation, weights: Array, step: Array
-) -> bool:
+def _hidden_by_rounding(equations: NormalEquations, current: Linearisation, step: Array) -> bool:
     """Tell whether a step changes the cost by no more than the rounding of the coordinates.
 
     With coordinates p, each residual is off by about ε |p|, and so the cost ½ ‖u‖² by at most
@@ -100,21 +98,16 @@ def _hidden_by_rounding(
     """
     position = current.poses[..., :2] if current.poses.ndim == 2 else current.poses[..., 3]
     off = np.finfo(float).eps * np.abs(position).max()
-    total = np.sum(weights * np.trace(equations.graph.information, axis1=1, axis2=2))
-    cost = current.cost
-    moved = equations.at(equations.retract(current.poses, step), weights)
-    return bool(abs(moved.cost - cost) <= np.sqrt(2.0 * cost * total) * off)
+    trace = np.trace(equations.graph.information, axis1=1, axis2=2)
+    total = np.sum(current.weights * trace)
+    change = abs(equations.moved(current, step).cost - current.cost)
+    return bool(change <= np.sqrt(2.0 * current.cost * total) * off)
 
 
-def _backtrack(
-    equations: NormalEquations, current: Linearisation, weights: Array, step: Array
-) -> Linearisation:
+def _backtrack(equations: NormalEquations, current: Linearisation, step: Array) -> Linearisation:
     """Take the longest of step, step/2, step/4, … that does not increase the cost."""
-    # First, since compiled equations keep the residual norms of the last poses alone.
-    cost = current.cost
     for halvings in range(_HALVINGS):
-        poses = equations.retract(current.poses, step * 0.5**halvings)
-        trial = equations.at(poses, weights)
-        if not increases(trial.cost, cost):
+        trial = equations.moved(current, step * 0.5**halvings)
+        if not increases(trial.cost, current.cost):
             return trial
     return current

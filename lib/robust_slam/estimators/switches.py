@@ -24,11 +24,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, Mask, finite, positive
-from robust_slam.descent.normal_equations import (
-    NormalEquations,
-    linear_change,
-    linear_cost_change,
-)
+from robust_slam.descent.normal_equations import NormalEquations, linear_change
 from robust_slam.descent.step import (
     check_limits,
     damping_factor,
@@ -283,11 +279,11 @@ class _Switched:
         shrunk = graph.information - inverse[:, None, None] * v[:, :, None] * v[:, None, :]
         weighted = (s**2 - s * slope * inverse)[:, None] * v
         reduced = s[:, None, None] ** 2 * shrunk
-        step = self.equations.solve(jacobian, reduced, weighted, damping)
+        system = self.equations.assemble(jacobian, reduced, weighted)
+        step, decrease = self.equations.damped_step(*system, damping)
         change = linear_change(jacobian, graph, step)
         switch_step = -inverse * (slope + s * np.sum(v * change, axis=1))
-        predicted = 0.5 * float(np.sum(inverse * slope**2))
-        predicted -= linear_cost_change(change, reduced, weighted)
+        predicted = 0.5 * float(np.sum(inverse * slope**2)) + decrease
         return step, switch_step, max(predicted, np.finfo(float).tiny)
 
 
