@@ -176,7 +176,7 @@ def _information(value: ArrayLike, m: int, dof: int) -> Array:
 
 
 def _check_connected(n: int, edges: Indices) -> None:
-    loose = _unreached(n, edges)
+    loose = np.flatnonzero(connected_parts(n, edges) > 0)
     if loose.size:
         raise ValueError(
             f"edges: pose {loose[0]} is not joined to pose 0 ({loose.size} poses are not); "
@@ -190,12 +190,8 @@ def unreached(graph: PoseGraph, used: ArrayLike) -> Indices:
     Raises:
         ValueError: ``used`` is not a boolean mask ``(m,)``.
     """
-    return _unreached(graph.n, graph.edges[mask("used", used, len(graph.edges))])
-
-
-def _unreached(n: int, edges: Indices) -> Indices:
-    loose: Indices = np.flatnonzero(connected_parts(n, edges) > 0)
-    return loose
+    edges = graph.edges[mask("used", used, len(graph.edges))]
+    return np.flatnonzero(connected_parts(graph.n, edges) > 0)
 
 
 def connected_parts(n: int, edges: Indices) -> Indices:
@@ -294,11 +290,7 @@ def residuals_of(graph: PoseGraph, relative: Array) -> Array:
 
 def squared_norms(graph: PoseGraph, poses: Array) -> Array:
     """Return the squared whitened residual rᵀ Ω r of each edge, ``(m,)``, without a unit."""
-    return mahalanobis_squared(graph, residuals(graph, poses))
-
-
-def mahalanobis_squared(graph: PoseGraph, r: Array) -> Array:
-    """Return rᵀ Ω r ``(m,)``, without a unit, for residuals ``r`` ``(m, D)`` in m and rad."""
+    r = residuals(graph, poses)
     return np.asarray(np.maximum(np.sum(r * apply_information(graph, r), axis=1), 0.0))
 
 
