@@ -115,9 +115,6 @@ def test_gnc_finds_a_rotation_among_outliers():
 @refused(
     ({"a": np.eye(2)}, "a: the shape"),
     ({"b": np.eye(3)[:2]}, "b: the shape"),
-    ({"b": np.full((3, 3), np.nan)}, "b: the entry"),
-    ({"sigma": -1.0}, "sigma: entry 0"),
-    ({"trusted": [True]}, "trusted: the shape"),
 )
 def test_a_bad_rotation_problem_is_refused_by_name(wrong, message):
     with pytest.raises(ValueError, match=message):
@@ -147,11 +144,6 @@ def test_small_weights_do_not_lose_an_unknown():
     np.testing.assert_allclose(x, [0.0, 1.0, 2.0], rtol=1e-5)
 
 
-def test_a_pose_that_nothing_holds_is_an_error():
-    with pytest.raises(Underdetermined, match="1 of 2 unknowns"):
-        chain(3, [0, 1], [1, 2], [1.0, 1.0]).solve(np.array([1.0, 0.0]), np.zeros(3))
-
-
 def test_without_an_anchor_the_line_is_underdetermined():
     free = chapter_0()
     with pytest.raises(Underdetermined, match="2 of 3 unknowns"):
@@ -165,7 +157,6 @@ def test_without_an_anchor_the_line_is_underdetermined():
     ({"i": [0], "j": [1, 2]}, "i: give 2 whole numbers"),
     ({"i": [0.0, 1.0], "j": [1, 2]}, "i: give 2 whole numbers"),
     ({"i": [0, 1], "j": [1, 2], "anchor": 3}, "anchor is 3"),
-    ({"i": [0, 1], "j": [1, 2], "sigma": 0.0}, "sigma: entry 0"),
 )
 def test_a_bad_chain_is_refused_by_name(wrong, message):
     with pytest.raises(ValueError, match=message):

@@ -211,7 +211,7 @@ def test_sizes_far_from_1_make_no_nan(kind, size):
     assert np.isfinite(gnc(LocationProblem([0.0, 0.1, 0.2, 1e9]), 1.0, kind).x)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("steps", [1, 5, 100])
 def test_on_a_pose_graph_every_outlier_is_rejected(seed, steps):
     graph, is_outlier, *_ = with_outliers(manhattan, 80, seed, 15, closures=40)

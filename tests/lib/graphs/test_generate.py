@@ -7,6 +7,7 @@ import pytest
 from robust_slam.graphs import dead_reckoning, pose_graph, se2, se3
 from robust_slam.graphs.generate import Noise, circle, manhattan, sphere
 from robust_slam.graphs.group import group_of
+from robust_slam.graphs.laser import building
 
 from tests.lib.worlds import assert_same_poses
 
@@ -22,8 +23,9 @@ def places(poses):
     return group_of(poses).translation(poses)
 
 
+@pytest.mark.parametrize("make", [circle, manhattan, sphere, building])
 def test_the_same_seed_gives_the_same_graph_and_another_seed_another(make):
-    first, again, other = (make(30, np.random.default_rng(seed))[0] for seed in (1, 1, 2))
+    first, again, other = (make(60, np.random.default_rng(seed))[0] for seed in (1, 1, 2))
     for name in ("edges", "measurement", "information", "is_odometry"):
         np.testing.assert_array_equal(getattr(first, name), getattr(again, name))
     assert not np.array_equal(first.measurement, other.measurement)
