@@ -15,7 +15,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
-from robust_slam._arrays import Array
+from robust_slam._arrays import Array, Mask
+from robust_slam.graphs import generate, outliers
 from robust_slam.graphs.pose_graph import PoseGraph
 from robust_slam.palette import PALETTE
 
@@ -105,6 +106,14 @@ def as_dict(graph: PoseGraph) -> dict[str, Any]:
     """Return the graph as assignments have it, its arrays copied."""
     names = ("edges", "measurement", "information", "is_odometry")
     return {"n": graph.n} | {name: np.array(getattr(graph, name)) for name in names}
+
+
+def town(count: int) -> tuple[PoseGraph, Mask, Array]:
+    """Return a walk through a town, the mask of its ``count`` outliers, and the true poses."""
+    rng = np.random.default_rng(2)
+    graph, truth = generate.manhattan(60, rng, side=6, closures=20)
+    graph, is_outlier = outliers.add_random_closures(graph, count, rng, poses=truth)
+    return graph, is_outlier, truth
 
 
 def draw_truth(

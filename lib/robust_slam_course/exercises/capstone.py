@@ -27,7 +27,7 @@ from robust_slam.palette import PALETTE
 from robust_slam.problems import PoseGraphProblem
 from scipy.stats import chi2
 
-from robust_slam_course.exercises import as_dict, draw_truth, picture
+from robust_slam_course.exercises import as_dict, draw_truth, picture, town
 
 Graph = Mapping[str, Any]
 Tools = Mapping[str, Callable[..., Any]]
@@ -77,7 +77,7 @@ def make_graph(
 @picture("Where closures say that the robot came back to", height=5.2)
 def spoil(ax: Axes, student: Callable[[Graph, float, int], tuple[Graph, ArrayLike]]) -> None:
     """Draw where closures of a town say that their second pose is, before and after."""
-    clean, truth = generate.manhattan(60, np.random.default_rng(2), side=6, closures=20)
+    clean, _, truth = town(0)
     made, marked = student(as_dict(clean), 0.3, 1)
     graph = PoseGraph(**made)
     spoiled = mask("mask", marked, len(graph.edges))
@@ -115,9 +115,7 @@ def judge(axes: Sequence[Axes], student: Callable[[Graph, Array], str]) -> None:
 @picture(height=5.6)
 def pipeline(ax: Axes, student: Pipeline) -> None:
     """Draw what the student's pipeline keeps of a town with ten outliers."""
-    rng = np.random.default_rng(2)
-    graph, truth = generate.manhattan(60, rng, side=6, closures=20)
-    graph, is_outlier = outliers.add_random_closures(graph, 10, rng, poses=truth)
+    graph, is_outlier, _ = town(10)
     _draw_decisions(ax, graph, student, is_outlier)
 
 

@@ -14,13 +14,13 @@ from numpy.typing import ArrayLike
 from robust_slam import descent as solver
 from robust_slam._arrays import Array, Mask, finite
 from robust_slam.drawing import draw_map, legend_below
-from robust_slam.graphs import generate, metrics, outliers, pose_graph, se2
+from robust_slam.graphs import metrics, pose_graph, se2
 from robust_slam.graphs.odometry import spanning_tree
 from robust_slam.graphs.pose_graph import PoseGraph
 from robust_slam.palette import PALETTE
 from robust_slam.problems import PoseGraphProblem
 
-from robust_slam_course.exercises import Settings, as_dict, draw_beside, draw_truth, picture
+from robust_slam_course.exercises import Settings, as_dict, draw_beside, draw_truth, picture, town
 
 Graph = Mapping[str, Any]
 Solve = Callable[..., tuple[Array, Array]]
@@ -51,7 +51,7 @@ def between(ax: Axes, student: Callable[[Array, Array], ArrayLike]) -> None:
 )
 def residuals(ax: Axes, student: Callable[[Array, Graph], ArrayLike]) -> None:
     """Draw the whitened norm of every edge of the least-squares map with one outlier."""
-    graph, is_outlier, _ = _town(1)
+    graph, is_outlier, _ = town(1)
     poses = PoseGraphProblem(graph).initial()
     yours = finite("residuals", student(poses, as_dict(graph)), (len(graph.edges), 3))
     norms = np.sqrt(np.einsum("ka,kab,kb->k", yours, graph.information, yours))
@@ -91,7 +91,7 @@ def jacobians(
 @picture("The closures pull the way back into its streets", "x (m)", "y (m)", height=4.4)
 def gauss_newton(ax: Axes, student: Callable[[Graph, Array, Array, float], ArrayLike]) -> None:
     """Draw dead reckoning through a town, and the map of least cost beside the student's."""
-    graph, _, _ = _town(0)
+    graph, _, _ = town(0)
     first, ones = spanning_tree(graph), np.ones(len(graph.edges))
     truth = solver.gauss_newton(graph, first)
     yours = finite("poses", student(as_dict(graph), first.copy(), ones, 1e-9), (graph.n, 3))
@@ -107,7 +107,7 @@ def robust_solve(
     ax: Axes, student: Callable[[Graph, float, Solve], tuple[Any, ArrayLike]]
 ) -> None:
     """Draw the map with ten outliers, with the closures that the student kept."""
-    graph, is_outlier, truth = _town(10)
+    graph, is_outlier, truth = town(10)
     poses, weights = student(as_dict(graph), _C, _solve)
     kept: Mask = finite("weights", weights, (len(graph.edges),)) > 0.5
     draw_map(graph, poses, ax, truth=truth, kept=kept, is_outlier=is_outlier)
@@ -119,7 +119,7 @@ def precision_recall(
     axes: Sequence[Axes], student: Callable[[Mask, Mask], tuple[float, float]]
 ) -> None:
     """Draw precision and recall of closures that are kept up to a threshold on their norm."""
-    graph, is_outlier, truth = _town(10)
+    graph, is_outlier, truth = town(10)
     loops = ~graph.is_odometry
     u, true = pose_graph.residual_norms(graph, truth)[loops], ~is_outlier[loops]
     u[~true] = np.random.default_rng(3).uniform(1.5, 12.0, int(np.sum(~true)))
@@ -143,14 +143,6 @@ def ate(ax: Axes, student: Callable[[Array, Array], float]) -> None:
     yours = [float(student(one, square.copy())) for one in drives]
     draw_beside(ax, drift, [metrics.ate(one, square) for one in drives], yours)
     ax.legend()
-
-
-def _town(count: int) -> tuple[PoseGraph, Mask, Array]:
-    """Return a walk through a town, the mask of its outliers, and the true poses."""
-    rng = np.random.default_rng(2)
-    graph, truth = generate.manhattan(60, rng, side=6, closures=20)
-    graph, is_outlier = outliers.add_random_closures(graph, count, rng, poses=truth)
-    return graph, is_outlier, truth
 
 
 def _solve(graph: Graph, weights: ArrayLike, poses: ArrayLike | None) -> tuple[Array, Array]:
