@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from robust_slam.descent.normal_equations import NormalEquations
 from robust_slam.graphs import add_random_closures, datasets, se2, se3
-from robust_slam.graphs.isotropic import precisions
 from robust_slam.graphs.pose_graph import PoseGraph, with_closures
 from robust_slam.problems import chain
 
@@ -110,17 +109,6 @@ def chain_with_closures(group, seed, n=12, closures=10, noise=0.0, odometry=True
     entries = np.repeat([place, turn], [group.DIMENSION, group.DOF - group.DIMENSION], axis=0)
     graph = measured(group, poses, edges, error, entries.T[:, None] * np.eye(group.DOF))
     return poses, replace(graph, is_odometry=graph.is_odometry & odometry)
-
-
-def with_best_positions(graph, turn):
-    """The poses of least chordal cost with these rotations and pose 0 at 0, all dense."""
-    i, j = graph.edges.T
-    root = np.sqrt(precisions(graph)[1])[:, None]
-    rows = root * (np.eye(graph.n)[j] - np.eye(graph.n)[i])
-    steps = root * (turn[i] @ graph.translation[..., None])[..., 0]
-    place = np.zeros((graph.n, graph.group.DIMENSION))
-    place[1:] = np.linalg.lstsq(rows[:, 1:], steps, rcond=None)[0]
-    return graph.group.from_parts(turn, place)
 
 
 def curving_walk(group, seed, n=16, closures=8, outliers=3):

@@ -6,14 +6,9 @@ import numpy as np
 from robust_slam.certificates.chordal import ChordalProblem, assemble, pose_blocks
 
 
-def as_row(blocks):
-    """X ``(r, (d + 1) n)`` of blocks ``(n, r, d + 1)``, side by side."""
-    return np.concatenate(list(blocks), axis=1)
-
-
 def lift(poses):
-    """X ``(d, (d + 1) n)`` of poses."""
-    return as_row(pose_blocks(poses))
+    """X = [R_0 t_0 R_1 t_1 …] ``(d, (d + 1) n)`` of poses."""
+    return np.concatenate(list(pose_blocks(poses)), axis=1)
 
 
 def data_matrix(graph, weights=None):

@@ -10,8 +10,8 @@ from robust_slam.errors import Underdetermined
 from robust_slam.graphs import PoseGraph, pose_graph, se3
 from robust_slam.graphs.isotropic import precisions
 
-from tests.lib.certificates.dense import as_row, data_matrix, lift, marginalised
-from tests.lib.worlds import random_graph, refused, with_best_positions
+from tests.lib.certificates.dense import data_matrix, lift
+from tests.lib.worlds import random_graph, refused
 
 
 def summed_cost(graph, poses, weights):
@@ -78,28 +78,6 @@ def test_an_edge_of_weight_0_drops_out(group):
     assert len(ChordalProblem.of(graph, kept.astype(float)).edges) == len(rest.edges)
     with pytest.raises(Underdetermined, match="poses are loose"):
         ChordalProblem.of(graph, np.zeros(len(kept)))
-
-
-def test_half_the_gradient_of_the_cost_is_x_times_m(group, seed):
-    poses, graph = random_graph(seed, group)
-    problem = ChordalProblem.of(graph)
-    blocks = chordal.pose_blocks(poses)
-    pulls = np.zeros_like(blocks)
-    np.add.at(pulls, graph.edges, chordal.edge_gradients(problem, blocks))
-    product = lift(poses) @ data_matrix(graph)
-    np.testing.assert_allclose(as_row(pulls), product, atol=1e-10)
-
-
-def test_marginalised_is_the_cost_with_the_best_positions(group, seed):
-    poses, graph = random_graph(seed, group)
-    d = group.DIMENSION
-    q = marginalised(data_matrix(graph), d)
-    turn = group.rotation(poses)
-    least = chordal.chordal_cost(graph, with_best_positions(graph, turn))
-    stacked = np.concatenate(list(turn), axis=1)
-    np.testing.assert_array_equal(q, q.T)
-    assert q.shape == (d * graph.n, d * graph.n)
-    assert np.trace(stacked @ q @ stacked.T) == pytest.approx(least, rel=1e-10)
 
 
 @pytest.mark.parametrize("extra", [0, 1, 3])

@@ -11,7 +11,7 @@ from robust_slam.certificates.chordal import ChordalProblem
 from robust_slam.certificates.newton import descend, polish
 from robust_slam.certificates.tangent import stationarity
 from robust_slam.descent.undamped import gauss_newton
-from robust_slam.errors import NotConverged, Underdetermined
+from robust_slam.errors import NotConverged
 from robust_slam.graphs import se2
 
 from tests.lib.worlds import (
@@ -77,10 +77,8 @@ def test_bad_input_is_refused_by_name(wrong, message):
         polish(**({"graph": graph, "poses": truth} | wrong))
 
 
-def test_loose_poses_and_too_few_steps_are_errors(group):
+def test_too_few_steps_are_an_error(group):
     graph, truth = loops(group, 8)
-    with pytest.raises(Underdetermined, match="poses are loose"):
-        polish(graph, truth, np.zeros(len(graph.edges)))
     far = shaken(group, truth, 1.0, np.random.default_rng(0))
     with pytest.raises(NotConverged, match=r"after 1 steps .* start from better poses"):
         polish(graph, far, max_iterations=1)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from robust_slam.certificates import Verdict, certificate, certify, chordal
 from robust_slam.certificates.chordal import ChordalProblem, chordal_cost
 from robust_slam.certificates.newton import polish
-from robust_slam.errors import Underdetermined
 from robust_slam.graphs import se2, se3
 from robust_slam.graphs.pose_graph import PoseGraph
 
@@ -146,7 +147,44 @@ def test_bad_input_is_refused_by_name(wrong, message):
         certificate(**({"graph": graph, "poses": truth} | wrong))
 
 
-def test_loose_poses_have_no_certificate(group):
-    graph, truth, _ = ring(group, 5, 4, 0.1)
-    with pytest.raises(Underdetermined, match="poses are loose"):
-        certificate(graph, truth, np.zeros(5))
+def twisted_ring(group, n, kappa=1.0):
+    """A ring of ``n`` exact measurements, closed with ``kappa``, and its map twisted once."""
+    graph = turning_cycle(group, n, 0.0)
+    information = graph.information.copy()
+    information[0] *= kappa
+    turn = np.zeros((n, group.DOF))
+    turn[:, -1] = 2.0 * np.pi * np.arange(n) / n
+    return replace(graph, information=information), group.exp(turn)
+
+
+@pytest.mark.parametrize("eta", [None, 1e-300, 1e-15, 1e-9, 1e-3, 0.3, 10.0, 1e6, 1e300])
+def test_no_eta_certifies_a_ring_that_is_twisted_once(group, eta):
+    record = certificate(*twisted_ring(group, 12), eta=eta)
+    # The optimum costs 0, so the gap is the cost.
+    assert record.verdict is Verdict.NOT_CERTIFIED
+    assert record.cost > 1.0
+    assert record.bound == pytest.approx(record.cost, rel=1e-12) or record.bound > record.cost
+
+
+def test_a_single_heavy_edge_does_not_hide_a_twist_behind_rounding(group):
+    # A shift of 1e-12 of the *mean* of M would exceed all other entries.
+    graph, twisted = twisted_ring(group, 12, kappa=1e14)
+    twisted[1] = twisted[0]
+    record = certify(graph, twisted)[1]
+    assert record.cost > 1.0
+    assert record.verdict is Verdict.NOT_CERTIFIED
+
+
+@pytest.mark.parametrize("eta", [None, 1e-12, 1e-11])
+def test_an_optimal_map_is_certified_with_any_shift_at_rounding_level(group, eta):
+    still = np.stack([group.identity()] * 12)
+    assert certificate(turning_cycle(group, 12, 0.0), still, eta=eta).verdict is Verdict.CERTIFIED
+
+
+def test_a_larger_shift_proves_less(group):
+    graph, truth, _ = ring(group, 8, 0, 0.1)
+    poses, record = certify(graph, truth)
+    wide = certificate(graph, poses, eta=1e-3)
+    assert record.verdict is Verdict.CERTIFIED
+    assert wide.verdict is Verdict.NOT_CERTIFIED
+    assert record.cost - wide.lower_bound == pytest.approx(8e-3 * group.DIMENSION, rel=1e-6)

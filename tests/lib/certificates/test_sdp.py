@@ -8,7 +8,6 @@ from functools import cache
 import cvxpy
 import numpy as np
 import pytest
-from robust_slam.certificates.chordal import chordal_cost
 from robust_slam.certificates.sdp import (
     SIZE_LIMIT,
     SdpFailed,
@@ -20,11 +19,9 @@ from robust_slam.certificates.sdp import (
     solve_sdp,
     suboptimality,
 )
-from robust_slam.descent.start import chordal
 from scipy.spatial.transform import Rotation
 
-from tests.lib.certificates.dense import data_matrix, marginalised
-from tests.lib.worlds import measured, refused, with_best_positions
+from tests.lib.worlds import refused
 
 SIX = np.array([[0, 1], [1, 2], [2, 3], [3, 4], [4, 5], [5, 0], [0, 3], [1, 4]])
 
@@ -206,25 +203,6 @@ def test_the_unit_of_the_precisions_does_not_matter(d):
         assert solution.value == pytest.approx(kappa * reference.value, rel=1e-6)
         assert solution.rank == d
         assert is_tight(solution.Z, scaled, round_solution(solution.Z, d))
-
-
-def test_a_pose_graph_is_solved_over_its_rotations_alone(group, seed):
-    rng = np.random.default_rng(seed)
-    d, sizes = (
-        group.DIMENSION,
-        np.repeat([1.0, 0.5], [group.DIMENSION, group.DOF - group.DIMENSION]),
-    )
-    truth = group.exp(3.0 * sizes * rng.normal(size=(6, group.DOF)))
-    error = 0.1 * sizes * rng.normal(size=(8, group.DOF))
-    graph = measured(group, truth, SIX, error, np.diag(100.0 / sizes**2))
-    Q = marginalised(data_matrix(graph), d)
-    solution = solve_sdp(Q, d)
-    R = round_solution(solution.Z, d)
-    assert is_tight(solution.Z, Q, R)
-    assert dense_certificate(Q, R)[1][0] > -1e-6 * np.linalg.norm(Q, 2)
-    poses = with_best_positions(graph, blocks(R))
-    assert chordal_cost(graph, poses) == pytest.approx(solution.value, rel=1e-6)
-    assert chordal_cost(graph, chordal(graph)) > solution.value
 
 
 def test_a_solver_that_ends_without_an_optimum_is_reported(monkeypatch):
