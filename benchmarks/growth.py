@@ -11,13 +11,11 @@ chordal start, the pattern known; the set-up, which finds it, and that start sta
 from __future__ import annotations
 
 import argparse
-import json
+import multiprocessing
 import os
-import subprocess
-import sys
 import time
-from collections.abc import Sequence
-from dataclasses import asdict, astuple, dataclass, fields
+from collections.abc import Iterator, Sequence
+from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 from statistics import median
 
@@ -89,17 +87,10 @@ def _largest_memory() -> float:
     return int(kilobytes) * 1024 / 1e6
 
 
-def measure_apart(poses: int) -> Size:
-    """Return what a map costs, measured in a process of its own.
-
-    Raises:
-        RuntimeError: the process fails.
-    """
-    command = [sys.executable, "-m", "benchmarks.growth", "--size", str(poses)]
-    done = subprocess.run(command, capture_output=True, text=True)
-    if done.returncode != 0:
-        raise RuntimeError(f"{poses} poses: {done.stderr[-2000:]}")
-    return Size(**json.loads(done.stdout))
+def measured(sizes: Sequence[int]) -> Iterator[Size]:
+    """Yield what each map costs, measured in a process of its own."""
+    with multiprocessing.get_context("spawn").Pool(1, maxtasksperchild=1) as pool:
+        yield from pool.imap(measure, sizes)
 
 
 def table(sizes: Sequence[Size]) -> str:
@@ -136,19 +127,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--size", type=int, help="measure this size here, and print it as JSON")
     parser.add_argument("--out", type=Path, help="write the table to this file")
     wanted = parser.parse_args()
-    if wanted.size is not None:
-        print(json.dumps(asdict(measure(wanted.size))))
-        return
     sizes = []
-    for poses in tqdm(SIZES, unit="size"):
-        sizes.append(measure_apart(poses))
-        last = sizes[-1]
+    for size in tqdm(measured(SIZES), total=len(SIZES), unit="size"):
+        sizes.append(size)
         tqdm.write(
-            f"growth/{poses} start {last.start:.3g} s, set-up {last.setup:.3g} s, "
-            f"step {last.step:.3g} s, memory {last.memory:.0f} MB"
+            f"growth/{size.poses} start {size.start:.3g} s, set-up {size.setup:.3g} s, "
+            f"step {size.step:.3g} s, memory {size.memory:.0f} MB"
         )
     for line in exponents(sizes):
         print(line)

@@ -19,8 +19,9 @@ def test_a_written_table_reads_back(tmp_path: Path) -> None:
     assert np.loadtxt(path, delimiter=",")[1].tolist() == [10, 11, 0.5, 0.25, 0.125, 90, 70]
 
 
+@pytest.mark.long
 def test_a_small_map_costs_time_and_memory() -> None:
-    size = growth.measure_apart(200)
+    (size,) = growth.measured([200])
     assert (size.poses, size.closures) == (200, 200)
     assert 0.0 < size.step < 1.0
     assert size.base <= size.memory < 1000.0
