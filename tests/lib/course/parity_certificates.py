@@ -22,8 +22,8 @@ def heading_cases(rng: np.random.Generator) -> Iterator[Case]:
     for k in range(60):
         n, edges, turns = _ring(rng, float(rng.choice([0.0, 0.2, 1.0])))
         angles = _headings(rng, n, k)
-        R = np.hstack(list(se2.rotation(np.outer(angles, [0.0, 0.0, 1.0]))))
-        Q = sdp.connection_matrix(n, edges, _rotations(turns))
+        R, measured = (se2.rotation(np.outer(one, [0.0, 0.0, 1.0])) for one in (angles, turns))
+        R, Q = np.hstack(list(R)), sdp.connection_matrix(n, edges, measured)
         graph = rotation_graph(n, edges, turns)
         S, eigenvalues = sdp.dense_certificate(Q, R)
         proof = certificate(graph, np.outer(angles, [0.0, 0.0, 1.0]))
@@ -99,7 +99,3 @@ def _headings(rng: np.random.Generator, n: int, k: int) -> np.ndarray:
     if k % 4 == 2:
         return np.pi * rng.integers(0, 2, n)  # antipodal
     return rng.uniform(-np.pi, np.pi, n)
-
-
-def _rotations(turns: np.ndarray) -> np.ndarray:
-    return se2.rotation(np.outer(turns, [0.0, 0.0, 1.0]))

@@ -43,13 +43,14 @@ def graph_cases(rng: np.random.Generator) -> Iterator[Case]:
         if k % 5 == 4:
             poses = poses.copy()
             poses[1:, 2] = rng.choice([np.pi, 0.0, -np.pi], size=graph.n - 1)
-        complete = graph.odometry_joins_all
         yield Case(
             {"graph": as_given(graph), "poses": poses.ravel()},
             {
                 "residuals": Angles(pg.residuals(graph, poses)),
                 "norms": pg.residual_norms(graph, poses),
-                "deadReckoning": Angles(dead_reckoning(graph)) if complete else None,
+                "deadReckoning": Angles(dead_reckoning(graph))
+                if graph.odometry_joins_all
+                else None,
             },
         )
 
@@ -63,10 +64,7 @@ def metric_cases(rng: np.random.Generator) -> Iterator[Case]:
         estimate = se2.compose(motion, se2.compose(truth, 0.2 * rng.normal(size=(n, 3))))
         yield Case(
             {"estimate": estimate.ravel(), "truth": truth.ravel()},
-            {
-                "aligned": Angles(align(estimate, truth)),
-                "ate": ate(estimate, truth),
-            },
+            {"aligned": Angles(align(estimate, truth)), "ate": ate(estimate, truth)},
         )
 
 
@@ -112,7 +110,7 @@ def loop_cases(rng: np.random.Generator) -> Iterator[Case]:
 def special_loops(rng: np.random.Generator) -> Iterator[Case]:
     """All rejected, nothing to reject, no residuals, half turns, ties and heavy outliers."""
     exact = manhattan(12, rng, closures=4, noise=Noise(scale=0.0))[0]
-    town, outlier = add_random_closures(manhattan(60, rng, closures=10)[0], 30, rng)
+    town, _ = add_random_closures(manhattan(60, rng, closures=10)[0], 30, rng)
     # A smaller c would compare it with residuals that are rounding alone.
     for graph, c in (
         (exact, C99),
@@ -127,7 +125,6 @@ def special_loops(rng: np.random.Generator) -> Iterator[Case]:
         for name, kind in (("gnc", "tls"), ("gnc", "gm"), ("irls", "tls"), ("irls", "cauchy")):
             method = {"name": name, "c": c, "kind": kind, "kernel": kind, "x0": "guess"}
             yield graph_loop(graph, None, method, 200, tol=1e-6, steps=1)
-    assert outlier.sum() == 30
 
 
 def fleet_cases(rng: np.random.Generator) -> Iterator[Case]:
@@ -135,10 +132,9 @@ def fleet_cases(rng: np.random.Generator) -> Iterator[Case]:
     for k in range(12):
         count = 2 + k % 2
         graph, labels = _fleet(rng, count, 8 + k)
-        options: dict[str, Any] = {"factor": 2.0, "every": 1 + k % 3, "maxRounds": 40}
-        outcome = rounds.solve(
-            graph, labels, C99, factor=2.0, every=1 + k % 3, max_rounds=40, tol=1e-6
-        )
+        options: dict[str, Any] = {"factor": 2.0, "every": 1 + k % 3, "tol": 1e-6}
+        outcome = rounds.solve(graph, labels, C99, max_rounds=40, **options)
+        options["maxRounds"] = 40
         yield Case(
             {"graph": as_given(graph), "labels": labels, "c": C99, "options": options},
             {

@@ -2,9 +2,9 @@
  * The certificate of global optimality for rotations in the plane.
  *
  * Rotations are the blocks of R (r × 2n, by rows) side by side; r is 2 for headings, more on the
- * staircase. The cost Σ ‖R_j − R_i R̃‖²_F, without a ½, is tr(R Q Rᵀ). Let S = Q − Λ with Λ block diagonal,
- * Λ_i = sym(R_iᵀ (R Q)_i). If S Rᵀ = 0 and S ⪰ 0, no rotations cost less. With S + η I ⪰ 0 any
- * rotations cost at least tr Λ − 2 n η, whether R is stationary or not.
+ * staircase. The cost Σ ‖R_j − R_i R̃‖²_F, without a ½, is tr(R Q Rᵀ). Let S = Q − Λ with Λ block
+ * diagonal, Λ_i = sym(R_iᵀ (R Q)_i). If S Rᵀ = 0 and S ⪰ 0, no rotations cost less. With
+ * S + η I ⪰ 0 any rotations cost at least tr Λ − 2 n η, whether R is stationary or not.
  *
  * It is about the cost of the edges that are kept, and says nothing about outliers.
  *
@@ -109,8 +109,8 @@ export function dotProduct(a, b) {
 export function headingsStationarity(Q, R, r) {
   const gradient = rowsTimes(R, r, lessMultipliers(Q, multipliersOf(Q, R, r)));
   const diagonal = diagonalEntries(Q);
-  const squares = gradient.reduce((sum, entry, k) => sum + entry ** 2 / diagonal[k % diagonal.length], 0);
-  return Math.sqrt(squares / traceOf(Q));
+  const share = (entry, k) => entry ** 2 / diagonal[k % diagonal.length];
+  return Math.sqrt(gradient.map(share).reduce((sum, one) => sum + one, 0) / traceOf(Q));
 }
 
 /**

@@ -20,9 +20,9 @@ import { poseOf, se2Adjoint, se2Between, se2Compose, se2Inverse, se2Log } from "
  * Return the closures that are kept: the largest pairwise consistent set.
  *
  * `gamma` is the largest distance of a consistent pair, for instance CHI_99_SE2. The result is
- * { kept, closures, clique, adjacency, distances }: a mask (m,) of edges, the k closures as numbers
- * of edges, the places of the kept ones among them, and by rows the masks (k, k) of consistent
- * pairs and their distances.
+ * { kept, closures, clique, adjacency, distances }: a mask (m,) of edges, the k closures as
+ * numbers of edges, the places of the kept ones among them, and by rows the mask (k, k) of
+ * consistent pairs and their distances.
  */
 export function pcm(graph, gamma) {
   const closures = [...graph.isOdometry.keys()].filter((edge) => !graph.isOdometry[edge]);
@@ -43,7 +43,8 @@ function pairwiseDistances(graph, closures) {
   const displaced = closures.map((edge) => displacement(graph, poses, edge));
   for (let p = 0; p < k; p++) {
     for (let q = p + 1; q < k; q++) {
-      distances[p * k + q] = distances[q * k + p] = cycleDistance(sums, displaced[p], displaced[q]);
+      const distance = cycleDistance(sums, displaced[p], displaced[q]);
+      distances[p * k + q] = distances[q * k + p] = distance;
     }
   }
   return distances;
@@ -105,7 +106,8 @@ function odometryCovariances(graph, poses) {
   const sums = [Array(9).fill(0)];
   graph.isOdometry.forEach((isOdometry, k) => {
     if (!isOdometry) return;
-    const own = congruentBlock(se2Adjoint(poseOf(poses, graph.head[k])), inverseBlock(graph.information[k]));
+    const adjoint = se2Adjoint(poseOf(poses, graph.head[k]));
+    const own = congruentBlock(adjoint, inverseBlock(graph.information[k]));
     sums[graph.head[k]] = summedBlocks(sums[graph.tail[k]], own);
   });
   return sums;

@@ -58,7 +58,8 @@ export function dampedDescent(graph, start, weights, tol, maxIterations) {
       continue;
     }
     const converged = stepIsSmall(solved.step, here.poses, tol);
-    damping *= dampingFactor((here.cost - trial.cost) / Math.max(solved.decrease, Number.MIN_VALUE));
+    const predicted = Math.max(solved.decrease, Number.MIN_VALUE);
+    damping *= dampingFactor((here.cost - trial.cost) / predicted);
     growth = 2;
     here = trial;
     if (converged) return { poses: here.poses, cost: here.cost, step: size, converged };
@@ -79,7 +80,8 @@ function retractPoses(poses, step, scale = 1) {
     const [x, y, angle] = [scale * step[at], scale * step[at + 1], scale * step[at + 2]];
     const a = sineRatio(angle);
     const b = Math.sin(angle / 2) * sineRatio(angle / 2);
-    moved.set(se2Compose(poseOf(poses, at / 3), [a * x - b * y, b * x + a * y, wrapAngle(angle)]), at);
+    const motion = [a * x - b * y, b * x + a * y, wrapAngle(angle)];
+    moved.set(se2Compose(poseOf(poses, at / 3), motion), at);
   }
   return moved;
 }

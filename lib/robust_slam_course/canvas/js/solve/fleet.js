@@ -163,7 +163,8 @@ function ownProblem(robot, graph, inner) {
   const [measurements, information] = [graph.measurements, graph.information]
     .map((rows) => inner.map((k) => rows[k]));
   const trusted = inner.map((k) => graph.isOdometry[k]);
-  const alone = makeGraph({ poses: robot.own.length, edges: ends, measurements, information, trusted });
+  const parts = { measurements, information, trusted };
+  const alone = makeGraph({ poses: robot.own.length, edges: ends, ...parts });
   robot.poses = Float64Array.from([0, 0, 0, ...deadReckoning(alone)]);
   const edges = [
     ...ends.map(([i, j]) => [i + 1, j + 1]),
@@ -174,7 +175,9 @@ function ownProblem(robot, graph, inner) {
     poses: robot.own.length + 1,
     edges,
     measurements: [...measurements, ...robot.shared.map(({ z }) => z), [0, 0, 0]],
-    information: [...information, ...robot.shared.map((edge) => edge.information), [1, 0, 0, 0, 1, 0, 0, 0, 1]],
+    information: [
+      ...information, ...robot.shared.map((edge) => edge.information), [1, 0, 0, 0, 1, 0, 0, 0, 1],
+    ],
     trusted: edges.map(() => 1),
   });
   return poseGraphProblem(block, { guess: robot.poses, tol: 1e-9 });

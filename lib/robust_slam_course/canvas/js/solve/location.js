@@ -37,8 +37,8 @@ export function lineProblem(p, y, sigma) {
       const rounding = 1e-28 * weights.reduce((sum, w, k) => sum + w * p[k] ** 2, 0);
       if (!(spread > rounding)) return null;
       const height = weightedMean(weights, y);
-      const slope = weights.reduce((sum, w, k) => sum + w * places[k] * (y[k] - height), 0) / spread;
-      return [height - slope * middle, slope];
+      const tilt = weights.reduce((sum, w, k) => sum + w * places[k] * (y[k] - height), 0);
+      return [height - (tilt / spread) * middle, tilt / spread];
     },
   };
   return problem;

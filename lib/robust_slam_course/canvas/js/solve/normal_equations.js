@@ -4,7 +4,9 @@
  * Source: as `robust_slam.descent.normal_equations`: Grisetti et al. 2010; Solà et al. 2018 for
  * the Jacobians.
  */
-import { blockProduct, blockTimes, congruentBlock, quadraticForm, transposedBlock } from "./blocks.js";
+import {
+  blockProduct, blockTimes, congruentBlock, quadraticForm, transposedBlock,
+} from "./blocks.js";
 import {
   halfCotangent, logCoefficient, poseOf, se2Adjoint, se2Between, se2Compose, se2Inverse, se2Log,
 } from "./se2.js";

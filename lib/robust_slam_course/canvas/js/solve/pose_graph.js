@@ -20,8 +20,8 @@ export const CHI_99_SE2 = 3.368214175218727;
  * Return a graph for the functions of this module.
  *
  * `poses` is the number of poses n; `edges` [[i, j], …] (m, 2); `measurements` (m, 3) in m, m and
- * rad; `information` (m, 3, 3); `trusted` a mask (m,) of the odometry, whose edges are in the order
- * of the drive. Arrays may be nested or flat.
+ * rad; `information` (m, 3, 3); `trusted` a mask (m,) of the odometry, whose edges are in the
+ * order of the drive. Arrays may be nested or flat.
  */
 export function makeGraph({ poses, edges, measurements, information, trusted }) {
   const rows = (values, width) => {
@@ -43,14 +43,15 @@ export function makeGraph({ poses, edges, measurements, information, trusted }) 
 }
 
 /**
- * Return the graph of `data`, as `robust_slam_course.pictures.graphs.graph_data` gives it, with one
- * more closure for each of `wrong`: { edges [[i, j], …], measurements (3 for each edge, by default
- * "one place"), information (9, by default that of the data) }. Of all these edges it has those of the
- * numbers `taken`, in their order, by default all.
+ * Return the graph of `data`, as `robust_slam_course.pictures.graphs.graph_data` gives it, with
+ * one more closure for each of `wrong`: { edges [[i, j], …], measurements (3 for each edge, by
+ * default "one place"), information (9, by default that of the data) }. Of all these edges it has those of
+ * the numbers `taken`, in their order, by default all.
  */
 export function graphWithWrong(data, { edges, measurements, information }, taken = null) {
   const all = [...data.edges, ...edges];
   const numbers = taken ?? [...all.keys()];
+  const precision = information ?? data.wrongInformation;
   const rows = (own, more, width) => {
     const values = [...own, ...more];
     return numbers.flatMap((k) => values.slice(width * k, width * (k + 1)));
@@ -59,7 +60,7 @@ export function graphWithWrong(data, { edges, measurements, information }, taken
     poses: data.truth.length / 3,
     edges: numbers.map((k) => all[k]),
     measurements: rows(data.measurements, measurements ?? edges.flatMap(() => [0, 0, 0]), 3),
-    information: rows(data.information, edges.flatMap(() => information ?? data.wrongInformation), 9),
+    information: rows(data.information, edges.flatMap(() => precision), 9),
     trusted: rows(data.trusted, edges.map(() => 0), 1),
   });
 }
@@ -73,7 +74,8 @@ export function graphResidualNorms(graph, poses) {
 export function deadReckoning(graph) {
   const poses = new Float64Array(3 * graph.n);
   graph.measurements.forEach((z, k) => {
-    if (graph.isOdometry[k]) poses.set(se2Compose(poseOf(poses, graph.tail[k]), z), 3 * graph.head[k]);
+    if (!graph.isOdometry[k]) return;
+    poses.set(se2Compose(poseOf(poses, graph.tail[k]), z), 3 * graph.head[k]);
   });
   return poses;
 }
@@ -81,10 +83,11 @@ export function deadReckoning(graph) {
 /**
  * Return the problem of a pose graph for the loop; its x are poses (3n).
  *
- * `guess` (3n) is where `leastSquares` starts, by default the poses of `deadReckoning`; give the loop
- * a start. The odometry is trusted. Each solve takes at most `steps` Gauss–Newton steps.
+ * `guess` (3n) is where `leastSquares` starts, by default the poses of `deadReckoning`; give the
+ * loop a start. The odometry is trusted. Each solve takes at most `steps` Gauss–Newton steps.
  */
-export function poseGraphProblem(graph, { guess = deadReckoning(graph), tol = 1e-6, steps = 1 } = {}) {
+export function poseGraphProblem(graph, options = {}) {
+  const { guess = deadReckoning(graph), tol = 1e-6, steps = 1 } = options;
   return {
     graph,
     guess,

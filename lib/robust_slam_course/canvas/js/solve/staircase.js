@@ -10,8 +10,8 @@
  * 2016; Absil, Baker and Gallivan 2007, Algorithms 1 and 2; Steihaug 1983.
  */
 import {
-  certify, dotProduct, headingsStationarity, lessMultipliers, multipliersOf, quadraticCost, rowsTimes,
-  symmetricProducts, traceOf,
+  certify, dotProduct, headingsStationarity, lessMultipliers, multipliersOf, quadraticCost,
+  rowsTimes, symmetricProducts, traceOf,
 } from "./certificate.js";
 import { symmetricEigen } from "./eigen.js";
 import { costIncreases } from "./rounding.js";
@@ -53,8 +53,8 @@ function climb(Q, R, r, direction) {
 /**
  * Return the descent of tr(R Q Rᵀ) from R (r, 2n) to a minimum near it.
  *
- * Each of its points is { R, cost, stationarity }, the start first, for a picture to play. The cost
- * never increases, and heading 0 stays.
+ * Each of its points is { R, cost, stationarity }, the start first, for a picture to play. The
+ * cost never increases, and heading 0 stays.
  */
 export function descend(Q, R, r, { tol = 1e-13, maxIterations = 200 } = {}) {
   const history = [pointAt(Q, R, r)];
@@ -111,7 +111,8 @@ export function roundedHeadings(R, r, first = 0) {
   const rows = Array.from({ length: r }, (_, row) => R.subarray(row * width, (row + 1) * width));
   const gram = rows.flatMap((one) => rows.map((other) => dotProduct(one, other)));
   const { vectors } = symmetricEigen(Float64Array.from(gram), r);
-  const [high, low] = [r - 1, r - 2].map((k) => combined(rows, vectors.subarray(k * r, (k + 1) * r)));
+  const [high, low] = [r - 1, r - 2].map((k) => (
+    combined(rows, vectors.subarray(k * r, (k + 1) * r))));
   let mirrored = 0;
   for (let c = 0; c < width; c += 2) {
     mirrored += high[c] * low[c + 1] < high[c + 1] * low[c] ? 2 : 0;
