@@ -350,7 +350,7 @@ class TestPublicCourse:
         for private in ("solutions", ".git", "tests/assignments", "instructor.mk", "build"):
             assert private not in names
         tests = {path for path in names if path.startswith("tests/") and path.endswith(".py")}
-        telling = ("tests.assignments", "sample_class", "shown_class", "test_secrets")
+        telling = ("tests.assignments", "sample_class", "shown_class", "tests.test_secrets")
         assert not [
             name for name in tests if any(word in (public / name).read_text() for word in telling)
         ]
