@@ -47,7 +47,7 @@ def opening(poses: int = 60) -> Picture:
         caption="Three maps of one drive: least squares without the wrong closure follows the true"
         " path, with it the map folds, and a robust kernel brings the path back.",
         state={"robust": False, "wrong": wrong},
-        data={**graph_data(graph, truth), "wrongInformation": information.ravel().tolist()},
+        data=graph_data(graph, truth),
         still=draw_opening(_three_maps(graph, truth, wrong, information)),
     )
 
@@ -117,7 +117,6 @@ def showcase() -> Picture:
     """Return three estimators side by side on a map with wrong closures that the reader moves."""
     rng = np.random.default_rng(6)
     graph, truth = manhattan(60, rng, side=6, turn=0.35, closures=10)
-    information = graph.information[~graph.is_odometry][0]
     wrong = [42, 9]
     return Picture(
         name="showcase",
@@ -131,7 +130,7 @@ def showcase() -> Picture:
         caption="One drive with one wrong closure (dashed), over the dotted true path: least"
         " squares distorts the map, switchable constraints and GNC do not.",
         state={"wrong": wrong, "size": 1, "start": "squares"},
-        data={**graph_data(graph, truth, 4), "wrongInformation": information.ravel().tolist()},
+        data=graph_data(graph, truth, 4),
         still=_three_estimators(graph, truth, wrong),
     )
 
@@ -167,7 +166,6 @@ def consistency() -> Picture:
     graph, truth = manhattan(48, rng, side=4, turn=0.35, closures=8)
     misled, is_outlier = add_aliased_closures(graph, 1, 1, size=9, poses=truth, apart=1.5)
     lone, group = _LONE, misled.edges[-9].tolist()
-    information = graph.information[~graph.is_odometry][0]
     chosen = {"lone": lone, "group": group}
     return Picture(
         name="consistency",
@@ -183,11 +181,7 @@ def consistency() -> Picture:
         caption="On the left, the map by PCM and least squares over the dotted true path. On the"
         " right, the closures, joined where two agree: the nine outliers are the largest set.",
         state={"count": 9, "agree": True, "gamma": 3.37, "map": "pcm", **chosen, "chosen": 0},
-        data={
-            **graph_data(graph, truth, 4),
-            **chosen,
-            "wrongInformation": information.ravel().tolist(),
-        },
+        data={**graph_data(graph, truth, 4), **chosen},
         still=_agreement(misled, is_outlier, truth),
     )
 

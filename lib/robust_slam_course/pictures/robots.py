@@ -49,7 +49,6 @@ def robots() -> Picture:
             "labels": labels.tolist(),
             "withC": with_c.tolist(),
             "wrong": _MEETING,
-            "wrongInformation": information.ravel().tolist(),
         },
         still=_robots_still(spoiled, labels, run[-1]),
     )
