@@ -93,7 +93,7 @@ def draw_map(
     true_xy = None if truth is None else _from_above("truth", truth, graph)
     m = len(graph.edges)
     looks = edge_looks(m, graph.is_odometry, is_outlier, kept)
-    opacity = _FAINTEST + (1.0 - _FAINTEST) * _rows("weights", _or(weights, 1.0, m), m)
+    opacity = _FAINTEST + (1.0 - _FAINTEST) * _rows("weights", weights, m, 1.0)
     ax = plt.subplots()[1] if ax is None else ax
     if true_xy is not None:
         ax.plot(*true_xy.T, **_TRUTH.style(), label=None if kept is None else _TRUTH.label)
@@ -124,12 +124,8 @@ def decision_legend() -> list[Line2D]:
     return [Line2D([], [], **look.style(), marker=look.middle, label=look.label) for look in looks]
 
 
-def _or(value: ArrayLike | None, default: float, m: int) -> ArrayLike:
-    return np.full(m, default) if value is None else value
-
-
-def _rows(name: str, value: ArrayLike, count: int) -> Array:
-    array = np.asarray(value, dtype=np.float64)
+def _rows(name: str, value: ArrayLike | None, count: int, default: float = 0.0) -> Array:
+    array = np.asarray(np.full(count, default) if value is None else value, dtype=np.float64)
     if array.ndim == 0 or len(array) != count:
         raise ValueError(f"{name}: the shape is {array.shape}; give {count} rows")
     return array
@@ -153,7 +149,7 @@ def edge_looks(
     Raises:
         ValueError: a mask does not have one row for each edge.
     """
-    wrong = _rows("is_outlier", _or(is_outlier, 0.0, m), m) > 0.0
+    wrong = _rows("is_outlier", is_outlier, m) > 0.0
     steps = _rows("is_odometry", is_odometry, m) > 0.0
     if kept is None:
         return [

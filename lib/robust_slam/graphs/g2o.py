@@ -97,12 +97,15 @@ _SPACE = _Layout("VERTEX_SE3:QUAT", "EDGE_SE3:QUAT", 7, 6)
 _FIX = "FIX"
 _IDS = {_PLANE.vertex: 1, _PLANE.edge: 2, _SPACE.vertex: 1, _SPACE.edge: 2, _FIX: 1}
 _PARAMETERS = "PARAMS_"
-_TORO = {
-    "2": "VERTEX2 becomes VERTEX_SE2, EDGE2 becomes EDGE_SE2, and its information "
+_TORO = dict.fromkeys(
+    ("VERTEX2", "EDGE2"),
+    "VERTEX2 becomes VERTEX_SE2, EDGE2 becomes EDGE_SE2, and its information "
     "I11 I12 I22 I33 I13 I23 becomes I11 I12 I13 I22 I23 I33",
-    "3": "VERTEX3 and EDGE3 become VERTEX_SE3:QUAT and EDGE_SE3:QUAT, with quaternions in "
+) | dict.fromkeys(
+    ("VERTEX3", "EDGE3"),
+    "VERTEX3 and EDGE3 become VERTEX_SE3:QUAT and EDGE_SE3:QUAT, with quaternions in "
     "place of roll, pitch and yaw",
-}
+)
 _FIELDS = {_PLANE.vertex: 5, _PLANE.edge: 12, _SPACE.vertex: 9, _SPACE.edge: 31, _FIX: 2}
 
 
@@ -187,7 +190,7 @@ def _decoded(content: bytes) -> str:
 
 def _parsed(text: str, indefinite: Indefinite, unknown: Unknown) -> G2o:
     tagged, skipped = _by_tag(text, unknown)
-    foreign = [tag for tag in skipped if _is_toro(tag)]
+    foreign = [tag for tag in skipped if tag in _TORO]
     if foreign and not (tagged[_PLANE.edge] or tagged[_SPACE.edge]):
         raise _Fault(0, _malformed([foreign[0]]))
     rows = {tag: _rows(tag, lines) for tag, lines in tagged.items()}
@@ -251,16 +254,12 @@ def _malformed(fields: list[str]) -> str:
     tag = fields[0]
     if tag in _FIELDS:
         return f"{tag} has {len(fields) - 1} fields behind it; give {_FIELDS[tag] - 1}"
-    if _is_toro(tag):
-        return f"the tag {tag!r} is of TORO's format; convert the file: {_TORO[tag[-1]]}"
+    if tag in _TORO:
+        return f"the tag {tag!r} is of TORO's format; convert the file: {_TORO[tag]}"
     return (
         f"the tag {tag[:40]!r} is unknown; use {', '.join(_FIELDS)}, or leave such lines out "
         'with unknown="skip"'
     )
-
-
-def _is_toro(tag: str) -> bool:
-    return tag in ("VERTEX2", "EDGE2", "VERTEX3", "EDGE3")
 
 
 def _rows(tag: str, lines: list[tuple[int, list[str]]]) -> _Rows:
