@@ -41,9 +41,8 @@ def test_bad_input_is_refused():
     rng = np.random.default_rng(0)
     with pytest.raises(ValueError, match="gaps 299"):
         building(300, rng, gaps=299)
-    for closures in (None, 10_000):
-        with pytest.raises(ValueError, match="the closures do not join"):
-            building(300, rng, gaps=200, closures=closures)
+    with pytest.raises(ValueError, match="the closures do not join"):
+        building(300, rng, gaps=200)
     with pytest.raises(ValueError, match="closures is 10000"):
         building(300, rng, gaps=0, closures=10_000)
     with pytest.raises(ValueError, match="neighbours is 2"):
