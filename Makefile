@@ -43,7 +43,7 @@ PARTS := build/.parts$(shell $(find-parts))
 # forty parsers of addresses with them, for two seconds, and nothing here checks such an address.
 PIN := uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
 	--no-header --no-emit-package rfc3987-syntax --no-emit-package lark
-BENCHES := speed growth
+BENCHES := speed growth any_graph
 
 help: ## say what there is
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-16s %s\n", $$1, $$2}' $(MAKEFILE_LIST)

@@ -12,7 +12,6 @@ SHOWN := build/shown
 SHOWN_PAGES := $(SHOWN)/.pages
 # How both are graded here: empty, or --unsandboxed. `make course` asks anew.
 SANDBOX := build/.sandbox
-BENCHES += grading
 PUBLISHED := build/soak/public
 
 course: ## set up, make the release, build the book, grade the sample class

@@ -93,7 +93,7 @@ class Stateless:
         """Return None, whatever the weights ``(k,)``."""
 
     def finished(self, weights: Array, state: None, settled: bool) -> StopReason | None:
-        """Return CONVERGED when no residual changed in the step."""
+        """Return CONVERGED when no residual changed in the step with the weights ``(k,)``."""
         return StopReason.CONVERGED if settled else None
 
 
