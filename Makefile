@@ -30,6 +30,7 @@ READY := $(VENV)/.ready
 # Packages for development as well: the tests', the linters' and what benchmarks compare with.
 READY_DEV := $(VENV)/.ready-dev
 BOOK := build/.book
+FONTS := build/fonts/fonts.css
 # What `make runtime` collects, for Python in the page; without it the site has no Run buttons.
 RUNTIME := build/runtime/.ready
 JUPYTERLITE := build/jupyterlite/.ready
@@ -86,11 +87,15 @@ ZIPS := $(wildcard assignments/*.zip build/release/*.zip)
 SAMPLES := $(wildcard build/shown/pages/report/*.html build/shown/pages/feedback/*/*.html)
 
 $(BOOK): $(call files,chapters lib) _config.yml _toc.yml $(READY) $(PARTS) $(ZIPS) $(SAMPLES) \
-		$(wildcard $(RUNTIME))
+		$(wildcard $(RUNTIME)) $(FONTS)
 	@$(BIN)/python -m robust_slam.graphs.datasets --try
 	@$(QUIETLY) book $(BIN)/jupyter-book build . --path-output build -W -n --keep-going
 	@rm -rf build/html && cp -R build/_build/html build/html
 	@rm -f build/.parts* && touch build/.parts$$($(find-parts)) $@
+
+$(FONTS): tools/fonts.py $(READY)
+	@rm -rf $(@D)
+	@$(BIN)/python -m tools.fonts
 
 runtime: $(RUNTIME) ## collect Python for the pages, 75 MB; the next `make book` takes it
 

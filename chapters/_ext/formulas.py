@@ -11,7 +11,7 @@ from __future__ import annotations
 import functools
 import html
 import re
-import shutil
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -21,10 +21,8 @@ from sphinx.application import Sphinx
 from sphinx.util import logging
 from sphinx.writers.html5 import HTML5Translator
 
-from .look import packaged
-
 LOGGER = logging.getLogger(__name__)
-KATEX = ("sphinxcontrib", "katex.min.js")
+KATEX = "katex.min.js"
 IN_HTML = re.compile(
     r'(?P<place><(?:span|div) class="math)[^"]*">\s*\\[(\[](?P<tex>.*?)\\[)\]]', re.S
 )
@@ -101,7 +99,8 @@ def in_html(text: str, where: object) -> str:
 def copy(app: Sphinx, exception: Exception | None) -> None:
     """Put KaTeX beside the pages, for cells that their readers run."""
     if exception is None and app.builder.format == "html":
-        shutil.copyfile(packaged(*KATEX), Path(app.outdir, "_static", KATEX[1]))
+        script = files("sphinxcontrib").joinpath(KATEX).read_bytes()
+        Path(app.outdir, "_static", KATEX).write_bytes(script)
 
 
 def setup(app: Sphinx) -> dict[str, Any]:

@@ -12,9 +12,10 @@ import pytest
 from fontTools.ttLib import TTFont
 from playwright.sync_api import Browser, Page
 
-from chapters._ext import formulas, look
+from chapters._ext import formulas
 from tests.book.conftest import PAGES, Site
 from tests.chromium import page_in
+from tools import fonts
 
 MATHML = re.compile(r"<math\b.*?</math>", re.DOTALL)
 CHILDREN = {"msub": 2, "msup": 2, "mfrac": 2, "munder": 2, "mover": 2, "msubsup": 3}
@@ -37,7 +38,9 @@ def trees(site: Site, page: str) -> list[etree.Element]:
 
 @cache
 def held() -> set[str]:
-    carried = re.findall(r"base64,([^)]*)[)]", look.fonts())[-1]
+    carried = re.findall(
+        r"base64,([^)]*)[)]", (fonts.MADE / fonts.STYLE).read_text(encoding="utf-8")
+    )[-1]
     return set(map(chr, TTFont(io.BytesIO(base64.b64decode(carried))).getBestCmap()))
 
 

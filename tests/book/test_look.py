@@ -17,6 +17,7 @@ from playwright.sync_api import Browser, Page
 from chapters._ext import look
 from tests.book.conftest import CHAPTERS, PAGES, Site, place
 from tests.chromium import Visit, visiting
+from tools import fonts
 
 REQUESTS = 15
 KILOBYTES = 400
@@ -83,7 +84,7 @@ class TestVisit:
     ) -> None:
         page = visit[0].page
         page.evaluate("document.fonts.ready")
-        assert {look.SANS, look.SERIF} <= {name.strip('"') for name in page.evaluate(FAMILIES)}
+        assert {fonts.SANS, fonts.SERIF} <= {name.strip('"') for name in page.evaluate(FAMILIES)}
         assert page.evaluate(SHIFT) < 0.02
         assert visit[0].complaints == []
 
@@ -107,7 +108,7 @@ def test_from_the_disk_it_is_drawn_in_the_same_letters(site: Site, browser: Brow
     with visiting(browser, place(site, "", CHAPTERS[3], "file")) as visit:
         visit.page.evaluate("document.fonts.ready")
         loaded = {name.strip('"') for name in visit.page.evaluate(FAMILIES)}
-        assert {look.SANS, look.SERIF, look.MATH} <= loaded
+        assert {fonts.SANS, fonts.SERIF, fonts.MATH} <= loaded
 
 
 @pytest.mark.parametrize("name", [*PAGES, "search", "genindex"])
@@ -129,7 +130,7 @@ def test_the_style_has_the_icons_of_the_pages_alone(site: Site) -> None:
 
 @pytest.fixture(scope="module")
 def carried() -> list[bytes]:
-    held = re.findall(r"base64,([^)]*)[)]", look.fonts())
+    held = re.findall(r"base64,([^)]*)[)]", (fonts.MADE / fonts.STYLE).read_text(encoding="utf-8"))
     return [base64.b64decode(font) for font in held]
 
 
@@ -137,7 +138,7 @@ class TestFonts:
     """The fonts that the style sheet carries."""
 
     def test_they_are_light(self, carried: list[bytes]) -> None:
-        assert len(carried) == len(look.FACES)
+        assert len(carried) == len(fonts.FACES)
         assert sum(map(len, carried[:-1])) <= 60_000 and len(carried[-1]) <= 60_000
 
     def test_they_have_their_licence_and_not_the_name_that_is_reserved(
@@ -147,16 +148,3 @@ class TestFonts:
             names = TTFont(io.BytesIO(font))["name"]
             assert "Open Font License" in names.getDebugName(13)
             assert "Source" not in names.getDebugName(1)
-
-    def test_they_are_made_again_when_what_they_are_made_of_changes(
-        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        monkeypatch.setattr(look, "KEPT", tmp_path)
-        made: list[str] = []
-        monkeypatch.setattr(look, "rule", lambda face: made.append(face.family) or "")
-        look.fonts()
-        look.fonts()
-        assert len(made) == len(look.FACES)
-        monkeypatch.setattr(look, "MAKERS", ("pytest",))
-        look.fonts()
-        assert len(made) == 2 * len(look.FACES) and len(list(tmp_path.iterdir())) == 1

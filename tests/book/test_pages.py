@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser
 
-from chapters._ext.look import TEXT
 from tests.book.conftest import PAGES, Site, place
 from tests.book.test_accessible import OTHERS
 from tests.chromium import Opener, Visit, visiting
+from tools import fonts
 
 pytestmark = pytest.mark.browser
 
@@ -86,7 +86,7 @@ class Page:
         assert visit.outside == []
 
     def test_the_text_needs_no_other_font(self, visit: Visit) -> None:
-        signs = {sign for sign in visit.page.evaluate(SHOWN) if ord(sign) not in TEXT}
+        signs = {sign for sign in visit.page.evaluate(SHOWN) if ord(sign) not in fonts.TEXT}
         assert signs <= FROM_OTHERS
 
     def test_every_picture_is_there_and_has_words(self, visit: Visit) -> None:
