@@ -285,7 +285,7 @@ class PoseGraphProblem:
 
     def residual_norms(self, x: Array) -> Array:
         """Return the whitened residual norm of every edge, ``(m,)``."""
-        return self._equations.residuals(np.asarray(x)).norms
+        return self._equations.residual_norms(np.asarray(x))
 
     def solve(self, weights: Array, x: Array) -> Array:
         """Return the poses that Gauss–Newton reaches from ``x``.

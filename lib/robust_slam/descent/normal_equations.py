@@ -5,15 +5,22 @@ Source: Grisetti et al. 2010, the linearised system and its sparse blocks.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from robust_slam._arrays import Array, Mask
 from robust_slam.descent.sparse.choice import use_compiled
-from robust_slam.descent.sparse.pattern import find_pattern, sum_by_pose
+from robust_slam.descent.sparse.pattern import BlockPattern, find_pattern, sum_by_pose
 from robust_slam.descent.step import Linearisation, Residuals, retract
 from robust_slam.errors import Underdetermined
 from robust_slam.graphs import pose_graph
 from robust_slam.graphs.pose_graph import PoseGraph
+
+if TYPE_CHECKING:
+    from robust_slam.descent.sparse.edges import CompiledEdges
 
 _FULL_SHARE = 0.9
 """With a smaller share of edges of positive weight, a pattern of these alone is quicker."""
@@ -22,14 +29,14 @@ _FULL_SHARE = 0.9
 class NormalEquations:
     """The linear step of a graph; the sparsity pattern is found at construction.
 
-    The factorisation is ``compiled``, or as ``use_compiled`` says if None. Results agree up to
-    rounding.
+    It is ``compiled``, or as ``use_compiled`` says if None. Results agree up to rounding.
     """
 
     def __init__(self, graph: PoseGraph, compiled: bool | None = None) -> None:
         self.graph = graph
         self.compiled = use_compiled(len(graph.edges)) if compiled is None else compiled
         self.pattern = find_pattern(graph.n, graph.edges, graph.group.DOF, compiled=self.compiled)
+        self._edges = _compiled_edges(graph, self.pattern) if self.compiled else None
         self._restricted: tuple[Mask, NormalEquations] | None = None
         self._last: Residuals | None = None
 
@@ -42,13 +49,25 @@ class NormalEquations:
             self._last = Residuals(self.graph, poses.copy())
         return self._last
 
+    def residual_norms(self, poses: Array) -> Array:
+        """Return the whitened residual norm of each edge, ``(m,)``."""
+        if self._edges is None:
+            return self.residuals(poses).norms
+        return np.sqrt(self._edges.squared_norms(poses))
+
     def at(self, poses: Array, weights: Array) -> Linearisation:
         """Return the linearisation at ``poses``, each edge with its weight ``(m,)``."""
-        return Linearisation(self.residuals(poses), weights)
+        if self._edges is None:
+            return Linearisation(self.residuals(poses), weights)
+        return _CompiledLinearisation(Residuals(self.graph, poses), weights, self._edges)
 
     def moved(self, linearisation: Linearisation, step: Array) -> Linearisation:
         """Return it at each pose ∘ Exp(δ), with δ its row of ``step`` ``(n, D)``."""
-        return self.at(retract(self.graph, linearisation.poses, step), linearisation.weights)
+        if self._edges is None:
+            poses = retract(self.graph, linearisation.poses, step)
+        else:
+            poses = self._edges.retract(linearisation.poses, step)
+        return self.at(poses, linearisation.weights)
 
     def restricted(self, weights: Array) -> tuple[NormalEquations, Array]:
         """Return equations over the edges of positive weight, and the weights of these edges.
@@ -108,6 +127,8 @@ class NormalEquations:
 
     def system(self, linearisation: Linearisation) -> tuple[Array, Array]:
         """Return H = Σ w Jᵀ Ω J as the blocks of the pattern, and Σ w Jᵀ Ω r ``(n, D)``."""
+        if self._edges is not None:
+            return self._edges.assemble(linearisation.poses, linearisation.weights)
         residuals = linearisation.residuals
         jacobian = pose_graph.linearise(self.graph, residuals.relative, residuals.r)
         information = linearisation.weights[:, None, None] * self.graph.information
@@ -133,6 +154,24 @@ class NormalEquations:
         np.matmul(transposed[1], gradients[1], out=gradients[0])
         gradient = sum_by_pose(self.graph.n, self.graph.edges, gradients[..., 0])
         return self.pattern.sum(pieces), gradient
+
+
+@dataclass(frozen=True, eq=False)
+class _CompiledLinearisation(Linearisation):
+    """A linearisation whose cost is computed by compiled code."""
+
+    edges: CompiledEdges
+
+    @cached_property
+    def cost(self) -> float:
+        """The cost ½ Σ w rᵀ Ω r."""
+        return 0.5 * float(self.weights @ self.edges.squared_norms(self.poses))
+
+
+def _compiled_edges(graph: PoseGraph, pattern: BlockPattern) -> CompiledEdges:
+    from robust_slam.descent.sparse.edges import CompiledEdges
+
+    return CompiledEdges(graph, pattern)
 
 
 def _covers(mask: Mask, used: Mask) -> bool:

@@ -1,4 +1,4 @@
-"""Which graphs are factorised by compiled code.
+"""Which graphs are solved by compiled code.
 
 It needs numba (``pip install robust-slam[fast]``). Loading numba and it takes about
 a second, so smaller graphs are solved without. The choice depends on the size of a graph
@@ -14,13 +14,13 @@ from functools import cache
 from importlib.util import find_spec
 
 COMPILED_FROM = "ROBUST_SLAM_COMPILED_FROM"
-"""The environment variable with the number of edges from which the factorisation is compiled."""
+"""The environment variable with the number of edges from which compiled code is taken."""
 LARGE = 9000
 """That number by default. From there on one `solve` is quicker, with the loading included."""
 
 
 def use_compiled(edges: int) -> bool:
-    """Tell whether a graph with so many ``edges`` is factorised by compiled code.
+    """Tell whether a graph with so many ``edges`` is solved by compiled code.
 
     Raises:
         ValueError: the environment variable is not a whole number.

@@ -32,7 +32,7 @@ _COLUMNS, _ROWS = 24, 96
 """Columns of a panel, and rows of an update, that are computed at once."""
 _PLAIN = 16000
 """Multiplications up to which plain loops are faster than ``np.dot``."""
-_ROUNDING = {"contract", "reassoc"}
+ROUNDING = {"contract", "reassoc"}
 """Sums may be reordered and fused with products, which changes results by rounding alone."""
 
 
@@ -177,7 +177,7 @@ def _stack_size(plan: Plan) -> int:
     return largest
 
 
-@njit(cache=True, error_model="numpy", fastmath=_ROUNDING)
+@njit(cache=True, error_model="numpy", fastmath=ROUNDING)
 def _factorise(plan: Plan, blocks: Array, panels: Array, stack: Array, x: Array) -> bool:
     """Fill ``panels`` with the factor; return whether the matrix is positive definite.
 
@@ -271,7 +271,7 @@ def _eliminate(panel: Array, update: Array) -> bool:
     return True
 
 
-@njit(cache=True, error_model="numpy", fastmath=_ROUNDING)
+@njit(cache=True, error_model="numpy", fastmath=ROUNDING)
 def _subtract(target: Array, factor: Array) -> None:
     """Subtract F[:, :b]ᵀ F from the ``target`` ``(b, c)``, with the ``factor`` F ``(p, c)``."""
     b = len(target)
@@ -283,7 +283,7 @@ def _subtract(target: Array, factor: Array) -> None:
         _subtract_from_row(target[j, j:], factor[:, j:])
 
 
-@njit(cache=True, error_model="numpy", fastmath=_ROUNDING)
+@njit(cache=True, error_model="numpy", fastmath=ROUNDING)
 def _eliminate_few(panel: Array) -> bool:
     for j in range(len(panel)):
         row = panel[j, j:]
@@ -296,7 +296,7 @@ def _eliminate_few(panel: Array) -> bool:
     return True
 
 
-@njit(cache=True, error_model="numpy", fastmath=_ROUNDING)
+@njit(cache=True, error_model="numpy", fastmath=ROUNDING)
 def _subtract_from_row(row: Array, factor: Array) -> None:
     """Subtract F[:, 0]ᵀ F, three rows of F at once: so the row is read and written less often."""
     size, p = row.size, 0
@@ -334,7 +334,7 @@ def _forward_substitute(plan: Plan, panels: Array, x: Array) -> None:
         _forward(plan, f, panels[plan.panel[f] : plan.panel[f + 1]], x, work)
 
 
-@njit(cache=True, error_model="numpy", fastmath=_ROUNDING)
+@njit(cache=True, error_model="numpy", fastmath=ROUNDING)
 def _forward(plan: Plan, f: int, panel: Array, x: Array, work: Array) -> None:
     """Eliminate the columns of a front from the right-hand sides ``x`` ``(c, unknowns)``."""
     for one in x:
@@ -348,7 +348,7 @@ def _forward(plan: Plan, f: int, panel: Array, x: Array, work: Array) -> None:
         _scatter(plan, f, one, work, k)
 
 
-@njit(cache=True, error_model="numpy", fastmath=_ROUNDING)
+@njit(cache=True, error_model="numpy", fastmath=ROUNDING)
 def _back_substitute(plan: Plan, panels: Array, x: Array) -> None:
     """Replace the y in ``x`` ``(c, unknowns)`` by the solution of Lᵀ x = y."""
     work = np.empty(x.shape[1])
