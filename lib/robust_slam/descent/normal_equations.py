@@ -63,11 +63,7 @@ class NormalEquations:
 
     def moved(self, linearisation: Linearisation, step: Array) -> Linearisation:
         """Return it at each pose ∘ Exp(δ), with δ its row of ``step`` ``(n, D)``."""
-        if self._edges is None:
-            poses = retract(self.graph, linearisation.poses, step)
-        else:
-            poses = self._edges.retract(linearisation.poses, step)
-        return self.at(poses, linearisation.weights)
+        return self.at(retract(self.graph, linearisation.poses, step), linearisation.weights)
 
     def restricted(self, weights: Array) -> tuple[NormalEquations, Array]:
         """Return equations over the edges of positive weight, and the weights of these edges.

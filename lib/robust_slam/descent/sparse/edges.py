@@ -45,12 +45,6 @@ class CompiledEdges:
             self._last = own, np.asarray(function(*self._given, own))
         return self._last[1]
 
-    def retract(self, poses: Array, step: Array) -> Array:
-        """Return each pose ∘ Exp(δ), with δ its row of ``step`` ``(n, D)``."""
-        function = _retract_plane if poses.ndim == 2 else _retract_space
-        moved = _own("step", step, (len(poses), self._pattern.block))
-        return np.asarray(function(_own("poses", poses, self._shape), moved))
-
     def assemble(self, poses: Array, weights: Array) -> tuple[Array, Array]:
         """Return Σ w Jᵀ Ω J as the blocks of the pattern, and Σ w Jᵀ Ω r ``(n, D)``."""
         function = _assemble_plane if poses.ndim == 2 else _assemble_space
@@ -119,12 +113,9 @@ def _assemble_plane(
         _inverse_right_jacobian_plane(r, jacobian)
         _transfer_plane(relative, transfer)
         _pieces(3, weights[k], information[k], r, jacobian, transfer, work, pair)
-        _add(3, onto[0, k], work[0], False, blocks)
-        _add(3, onto[1, k], work[1], False, blocks)
-        _add(3, onto[2, k], work[2], flipped[k], blocks)
-        for a in range(3):
-            gradient[i, a] += pair[0, a]
-            gradient[j, a] += pair[1, a]
+        _add_all(3, onto[:, k], flipped[k], work, blocks)
+        gradient[i] += pair[0]
+        gradient[j] += pair[1]
 
 
 @njit(cache=True, error_model="numpy", fastmath=ROUNDING)
@@ -148,12 +139,9 @@ def _assemble_space(
         _inverse_right_jacobian_space(r, jacobian)
         _transfer_space(relative, transfer)
         _pieces(6, weights[k], information[k], r, jacobian, transfer, work, pair)
-        _add(6, onto[0, k], work[0], False, blocks)
-        _add(6, onto[1, k], work[1], False, blocks)
-        _add(6, onto[2, k], work[2], flipped[k], blocks)
-        for a in range(6):
-            gradient[i, a] += pair[0, a]
-            gradient[j, a] += pair[1, a]
+        _add_all(6, onto[:, k], flipped[k], work, blocks)
+        gradient[i] += pair[0]
+        gradient[j] += pair[1]
 
 
 @njit(cache=True, inline="always")
@@ -210,12 +198,15 @@ def _product_transposed(size: int, left: Array, right: Array, out: Array) -> Non
 
 
 @njit(cache=True, inline="always")
-def _add(size: int, at: int, piece: Array, transposed: bool, blocks: Array) -> None:
-    if at < 0:
-        return
-    for a in range(size):
-        for b in range(size):
-            blocks[at, a, b] += piece[b, a] if transposed else piece[a, b]
+def _add_all(size: int, onto: Indices, flipped: bool, pieces: Array, blocks: Array) -> None:
+    for piece in range(3):
+        if onto[piece] >= 0:
+            for a in range(size):
+                for b in range(size):
+                    turned = flipped and piece == 2
+                    blocks[onto[piece], a, b] += (
+                        pieces[piece, b, a] if turned else pieces[piece, a, b]
+                    )
 
 
 @njit(cache=True)
@@ -263,22 +254,6 @@ def _transfer_plane(relative: Array, transfer: Array) -> None:
     transfer[0, 0], transfer[0, 1], transfer[0, 2] = -c, -s, c * y - s * x
     transfer[1, 0], transfer[1, 1], transfer[1, 2] = s, -c, -c * x - s * y
     transfer[2, 2] = -1.0
-
-
-@njit(cache=True, error_model="numpy", fastmath=ROUNDING)
-def _retract_plane(poses: Array, step: Array) -> Array:
-    moved = np.empty_like(poses)
-    for k in range(len(poses)):
-        angle, x, y = step[k, 2], step[k, 0], step[k, 1]
-        half = angle / 2.0
-        sinc = 1.0 if half == 0.0 else np.sin(half) / half
-        a, b = sinc * np.cos(half), sinc * np.sin(half)
-        x, y = a * x - b * y, b * x + a * y
-        c, s = np.cos(poses[k, 2]), np.sin(poses[k, 2])
-        moved[k, 0] = poses[k, 0] + c * x - s * y
-        moved[k, 1] = poses[k, 1] + s * x + c * y
-        moved[k, 2] = _wrap(poses[k, 2] + _wrap(angle))
-    return moved
 
 
 @njit(cache=True, error_model="numpy", fastmath=ROUNDING)
@@ -406,45 +381,3 @@ def _transfer_space(relative: Array, transfer: Array) -> None:
             w * x - u * z,
             u * y - v * x,
         )
-
-
-@njit(cache=True, error_model="numpy", fastmath=ROUNDING)
-def _retract_space(poses: Array, step: Array) -> Array:
-    moved, other = np.empty_like(poses), np.empty((3, 4))
-    for k in range(len(poses)):
-        _exp_space(step[k], other)
-        for a in range(3):
-            for b in range(4):
-                total = poses[k, a, 3] if b == 3 else 0.0
-                for c in range(3):
-                    total += poses[k, a, c] * other[c, b]
-                moved[k, a, b] = total
-    return moved
-
-
-@njit(cache=True, error_model="numpy", fastmath=ROUNDING)
-def _exp_space(xi: Array, p: Array) -> None:
-    u, v, w, x, y, z = xi
-    square = x * x + y * y + z * z
-    angle = np.sqrt(square)
-    half = angle / 2.0
-    sinc_half = 1.0 if half == 0.0 else np.sin(half) / half
-    sinc, first = sinc_half * np.cos(half), 0.5 * sinc_half * sinc_half
-    if angle < _SMALL_SPACE:
-        t = square
-        second = 1 / 6 + t * (-1 / 120 + t * (1 / 5040 + t * (-1 / 362880 + t / 39916800)))
-    else:
-        second = (angle - np.sin(angle)) / angle**3
-    a, b, c = y * w - z * v, z * u - x * w, x * v - y * u
-    p[0, 3] = u + first * a + second * (y * c - z * b)
-    p[1, 3] = v + first * b + second * (z * a - x * c)
-    p[2, 3] = w + first * c + second * (x * b - y * a)
-    # R = cos θ I + sin θ/θ [φ] + (1 − cos θ)/θ² φ φᵀ
-    for i in range(3):
-        for j in range(3):
-            p[i, j] = first * xi[3 + i] * xi[3 + j]
-        p[i, i] += 1.0 - first * square
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        p[j, k] -= sinc * xi[3 + i]
-        p[k, j] += sinc * xi[3 + i]

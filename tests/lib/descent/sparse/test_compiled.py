@@ -78,15 +78,6 @@ def test_they_agree_for_every_angle_of_a_residual(both, group, seed, angle):
     assert_same_edges(both, graph, poses, np.ones(12), 1e-9 if angle > 3.0 else 1e-12)
 
 
-@pytest.mark.parametrize("size", [0.0, 1e-9, 0.1, 2.0])
-def test_poses_are_moved_as_numpy_does(both, group, seed, size):
-    poses, graph = random_graph(seed, group)
-    step = size * np.random.default_rng(seed).normal(size=(graph.n, group.DOF))
-    ones = np.ones(len(graph.edges))
-    by_numpy, compiled = (each.moved(each.at(poses, ones), step).poses for each in both(graph))
-    np.testing.assert_allclose(compiled, by_numpy, rtol=0.0, atol=1e-12 * np.abs(by_numpy).max())
-
-
 def test_norms_are_those_of_the_poses_given_also_when_they_changed_in_place(both, group):
     poses, graph = random_graph(0, group)
     by_numpy, compiled = both(graph)
