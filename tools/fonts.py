@@ -1,7 +1,7 @@
 """The fonts of the pages: cut down to what is drawn, and ready to be carried in a style sheet.
 
-``make book`` runs it first, as ``python -m tools.fonts``; it writes build/fonts. Source Sans is for
-text, Source Serif for headings, STIX for formulas, and the Font Awesome of the theme for icons.
+``make book`` runs it first, as ``python -m tools.fonts``; it writes build/fonts. Source Sans is
+for text, Source Serif for headings, STIX for formulas, and the theme's Font Awesome for icons.
 Browsers refuse fonts of another folder over file://, and text that begins in another font would
 move when its own comes late, so ``chapters/_ext/look.py`` puts them into the style sheet
 itself. The licence of Source Sans and Source Serif reserves their name for the whole fonts, so the

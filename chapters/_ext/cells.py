@@ -27,11 +27,10 @@ SOURCES = Path(__file__).resolve().parents[1] / "python"
 TABLES = "data"
 """The folder beside the chapters with the tables that they read."""
 RUNTIME = "build/runtime"
-LOCK = "wheels/pyodide-lock.json"
 NEEDED = ("pyodide", "wheels", "editor.js", "editor-licences.txt")
 """What `make runtime` leaves for the pages."""
-LOADED = "robust-slam"
-"""The package that the pages load, with all that it depends on."""
+BYTES = "bytes"
+"""The file there with the number of bytes that the engine fetches until the first cell can run."""
 SAID = {"cannot": "cannot_run_in_the_page", "note": "note_in_the_page"}
 """Keys in a cell's metadata for sentences that the page shows: why the cell cannot run there, and
 what differs there."""
@@ -40,25 +39,10 @@ what differs there."""
 def look_for_the_runtime(app: Sphinx, config: Config) -> None:
     """Note how much the engine loads: with another number all pages are written again."""
     folder = Path(app.srcdir, RUNTIME)
-    config.course_bytes = 0
-    if all((folder / name).exists() for name in (*NEEDED, LOCK)):
-        config.course_bytes = loaded_bytes(folder)
-    else:
-        LOGGER.info(
-            "%s is not there or not complete: cells cannot be run in the pages (make runtime).",
-            RUNTIME,
-        )
-
-
-def loaded_bytes(folder: Path) -> int:
-    """Return the size of the files that the engine fetches until the first cell can run."""
-    packages = json.loads((folder / LOCK).read_text(encoding="utf-8"))["packages"]
-    names = [LOADED]
-    for name in names:  # it grows meanwhile
-        names += [each for each in packages[name]["depends"] if each not in names]
-    files = [packages[name]["file_name"] for name in names]
-    files += ["pyodide.asm.wasm", "python_stdlib.zip", f"../{LOCK}"]
-    return sum((folder / "pyodide" / name).stat().st_size for name in files)
+    is_whole = all((folder / name).exists() for name in (*NEEDED, BYTES))
+    config.course_bytes = int((folder / BYTES).read_text()) if is_whole else 0
+    if not is_whole:
+        LOGGER.info("%s is not complete: no page can run its cells (make runtime).", RUNTIME)
 
 
 def code_cells(app: Sphinx, page: str) -> dict[int, dict[str, str]]:

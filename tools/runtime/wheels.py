@@ -23,7 +23,7 @@ from robust_slam_autograder.publishing.wheels import build_tracked
 from tools.runtime.pyodide import RuntimeUnavailable
 
 _PACKED = (".py", ".pyi", ".typed", ".js", ".css", ".json")
-LOCK = "pyodide-lock.json"
+LOCK, BYTES = "pyodide-lock.json", "bytes"
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ PACKAGES = (
 def build(root: Path, out: Path, pyodide: Path) -> None:
     """Put the wheels of ``PACKAGES`` into ``out``, with Pyodide's list, to which they are added.
 
-    With this list an import alone loads them.
+    With this list an import alone loads them. How much a page loads is written beside ``out``.
 
     Args:
         root: the course's folder.
@@ -99,6 +99,17 @@ def build(root: Path, out: Path, pyodide: Path) -> None:
                 path, each.name, address, each.imports, each.depends
             )
     (out / LOCK).write_text(json.dumps(lock), encoding="utf-8")
+    (out.parent / BYTES).write_text(str(loaded_bytes(lock["packages"], pyodide)))
+
+
+def loaded_bytes(packages: dict[str, Any], pyodide: Path) -> int:
+    """Return the size of the files that a page fetches until its first cell can run."""
+    names = ["robust-slam"]
+    for name in names:  # it grows meanwhile
+        names += [each for each in packages[name]["depends"] if each not in names]
+    files = [packages[name]["file_name"] for name in names]
+    files += ["pyodide.asm.wasm", "python_stdlib.zip", f"../wheels/{LOCK}"]
+    return sum((pyodide / name).stat().st_size for name in files)
 
 
 def version(out: Path) -> str:
