@@ -19,6 +19,7 @@ from typing import Any
 
 from bs4 import BeautifulSoup
 from docutils import nodes
+from jinja2 import Environment, FileSystemLoader
 from robust_slam_autograder.publishing import wheels
 from sphinx.application import Sphinx
 from sphinx.config import Config
@@ -35,16 +36,7 @@ LOCK = "pyodide-lock.json"
 SAMPLES, SAMPLES_SOURCE = "samples", "build/shown/pages"
 """Where the sample pages are on the site, and where they are made."""
 REPORT = "report/index.html"
-
-COLOURS = {
-    "all": "var(--rs-estimate)",
-    "most": "color-mix(in srgb, var(--rs-estimate) 50%, var(--rs-ground))",
-    "some": "color-mix(in srgb, var(--rs-outlier) 50%, var(--rs-ground))",
-    "zero": "var(--rs-outlier)",
-    "unmarked": "var(--rs-faint)",
-}
-"""Of the levels of points in the report's heat map; they show on light and on dark."""
-SQUARE = 10
+TEMPLATES = Environment(loader=FileSystemLoader(Path(__file__).parents[1] / "_templates"))
 
 
 def zips(app: Sphinx) -> dict[str, Path]:
@@ -135,22 +127,8 @@ class Sample(SphinxRole):
 def thumbnail(report: str) -> str:
     """Draw the heat map of a report's index small, a square for each student and exercise."""
     rows = BeautifulSoup(report, "html.parser").select("table.heat tbody tr")
-    squares, width = [], 0
-    for n, row in enumerate(rows):
-        x = -SQUARE // 2  # an assignment begins half a square after the one before
-        for cell in row.select("td[class]"):
-            level, *first = cell.get_attribute_list("class")
-            x += SQUARE // 2 if first else 0
-            place = f'x="{x}" y="{n * SQUARE}" width="{SQUARE - 1}" height="{SQUARE - 1}"'
-            squares.append(f'<rect {place} style="fill:{COLOURS[level]}"/>')
-            x += SQUARE
-        width = max(width, x)
-    words = (
-        f"The heat map of the sample class, small: {len(rows)} rows of students, a square for "
-        "each exercise, from blue for all points to orange for none."
-    )
-    size = f'viewBox="0 0 {width} {SQUARE * len(rows)}" width="{2 * width}"'
-    return f'<p><svg role="img" aria-label="{words}" {size}>{"".join(squares)}</svg></p>'
+    cells = [[cell["class"] for cell in row.select("td[class]")] for row in rows]
+    return TEMPLATES.get_template("heat.svg").render(rows=cells)
 
 
 def copy(app: Sphinx, exception: Exception | None) -> None:

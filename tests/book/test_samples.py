@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from chapters._ext.offers import COLOURS, REPORT, SAMPLES, SAMPLES_SOURCE, thumbnail
+from chapters._ext.offers import REPORT, SAMPLES, SAMPLES_SOURCE, thumbnail
 
 ROOT = Path(__file__).parents[2]
 SETTINGS = {
@@ -57,11 +57,13 @@ def put(folder: Path) -> None:
 
 def test_a_small_heat_map_has_a_square_for_each_of_the_reports() -> None:
     shown = thumbnail(HEAT)
-    squares = re.findall(r'<rect x="(\d+)" y="(\d+)" [^>]*style="fill:([^"]+)"/>', shown)
+    squares = re.findall(r'<rect x="(\d+)" y="(\d+)" [^>]*class="(\w+)"/>', shown)
     levels = ["all", "zero", "some", "unmarked", "most", "all"]
     places = [(x, y) for y in (0, 10) for x in (0, 10, 25)]
     assert [(int(x), int(y)) for x, y, _ in squares] == places
-    assert [colour for *_, colour in squares] == [COLOURS[level] for level in levels]
+    assert [level for *_, level in squares] == levels
+    style = (ROOT / "chapters" / "assets" / "site.css").read_text(encoding="utf-8")
+    assert all(f".rs-heat .{level} {{" in style for level in levels)
     assert "2 rows of students" in shown and 'viewBox="0 0 35 20"' in shown
 
 
