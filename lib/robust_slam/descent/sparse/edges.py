@@ -40,19 +40,17 @@ class CompiledEdges:
         solve asks for those of the same poses three times.
         """
         if self._last is None or not np.array_equal(self._last[0], poses):
-            function = _norms_plane if poses.ndim == 2 else _norms_space
             own = _own("poses", poses, self._shape)
-            self._last = own, np.asarray(function(*self._given, own))
+            self._last = own, np.asarray(_norms(*self._given, own))
         return self._last[1]
 
     def assemble(self, poses: Array, weights: Array) -> tuple[Array, Array]:
         """Return Σ w Jᵀ Ω J as the blocks of the pattern, and Σ w Jᵀ Ω r ``(n, D)``."""
-        function = _assemble_plane if poses.ndim == 2 else _assemble_space
         pattern = self._pattern
         blocks = np.zeros((pattern.row.size, pattern.block, pattern.block))
         gradient = np.zeros((pattern.n, pattern.block))
         at = _own("poses", poses, self._shape), _own("weights", weights, pattern.flipped.shape)
-        function(*self._given, *at, pattern.targets, pattern.flipped, blocks, gradient)
+        _assemble(*self._given, *at, pattern.targets, pattern.flipped, blocks, gradient)
         return blocks, gradient
 
 
@@ -65,22 +63,33 @@ def _own(name: str, values: Array, shape: tuple[int, ...]) -> Array:
 
 
 @njit(cache=True, error_model="numpy", fastmath=ROUNDING)
-def _norms_plane(edges: Indices, inverse: Array, information: Array, poses: Array) -> Array:
-    norms, relative, r = np.empty(len(edges)), np.empty(3), np.empty(3)
+def _norms(edges: Indices, inverse: Array, information: Array, poses: Array) -> Array:
+    norms, r = np.empty(len(edges)), np.empty(information.shape[1])
+    relative, error = np.empty_like(poses[0]), np.empty_like(poses[0])
     for k in range(len(edges)):
-        _residual_plane(poses[edges[k, 0]], poses[edges[k, 1]], inverse[k], relative, r)
+        _residual(poses[edges[k, 0]], poses[edges[k, 1]], inverse[k], relative, error, r)
         norms[k] = _mahalanobis_squared(information[k], r)
     return norms
 
 
 @njit(cache=True, error_model="numpy", fastmath=ROUNDING)
-def _norms_space(edges: Indices, inverse: Array, information: Array, poses: Array) -> Array:
-    norms, relative, r = np.empty(len(edges)), np.empty((3, 4)), np.empty(6)
-    error = np.empty((3, 4))
-    for k in range(len(edges)):
-        _residual_space(poses[edges[k, 0]], poses[edges[k, 1]], inverse[k], relative, error, r)
-        norms[k] = _mahalanobis_squared(information[k], r)
-    return norms
+def _residual(p: Array, q: Array, inverse: Array, relative: Array, error: Array, r: Array) -> None:
+    # Where a function is compiled, ndim is a constant, and the other branch is left out.
+    if p.ndim == 1:
+        _residual_plane(p, q, inverse, relative, r)
+    else:
+        _residual_space(p, q, inverse, relative, error, r)
+
+
+@njit(cache=True, error_model="numpy", fastmath=ROUNDING)
+def _factors(relative: Array, r: Array, jacobian: Array, transfer: Array) -> None:
+    """Write the two factors of ``pose_graph.linearise``."""
+    if relative.ndim == 1:
+        _inverse_right_jacobian_plane(r, jacobian)
+        _transfer_plane(relative, transfer)
+    else:
+        _inverse_right_jacobian_space(r, jacobian)
+        _transfer_space(relative, transfer)
 
 
 @njit(cache=True, error_model="numpy", fastmath=ROUNDING)
@@ -93,7 +102,7 @@ def _mahalanobis_squared(information: Array, r: Array) -> float:
 
 
 @njit(cache=True, error_model="numpy", fastmath=ROUNDING)
-def _assemble_plane(
+def _assemble(
     edges: Indices,
     inverse: Array,
     information: Array,
@@ -104,42 +113,16 @@ def _assemble_plane(
     blocks: Array,
     gradient: Array,
 ) -> None:
-    relative, r = np.empty(3), np.empty(3)
-    jacobian, transfer, work = np.zeros((3, 3)), np.zeros((3, 3)), np.empty((3, 3, 3))
-    pair = np.empty((2, 3))
+    size = 3 if poses.ndim == 2 else 6  # known where it is compiled, so that loops are unrolled
+    relative, error, r = np.empty_like(poses[0]), np.empty_like(poses[0]), np.empty(size)
+    jacobian, transfer = np.zeros((size, size)), np.zeros((size, size))
+    work, pair = np.empty((3, size, size)), np.empty((2, size))
     for k in range(len(edges)):
         i, j = edges[k]
-        _residual_plane(poses[i], poses[j], inverse[k], relative, r)
-        _inverse_right_jacobian_plane(r, jacobian)
-        _transfer_plane(relative, transfer)
-        _pieces(3, weights[k], information[k], r, jacobian, transfer, work, pair)
-        _add_all(3, onto[:, k], flipped[k], work, blocks)
-        gradient[i] += pair[0]
-        gradient[j] += pair[1]
-
-
-@njit(cache=True, error_model="numpy", fastmath=ROUNDING)
-def _assemble_space(
-    edges: Indices,
-    inverse: Array,
-    information: Array,
-    poses: Array,
-    weights: Array,
-    onto: Indices,
-    flipped: Mask,
-    blocks: Array,
-    gradient: Array,
-) -> None:
-    relative, error, r = np.empty((3, 4)), np.empty((3, 4)), np.empty(6)
-    jacobian, transfer, work = np.zeros((6, 6)), np.zeros((6, 6)), np.empty((3, 6, 6))
-    pair = np.empty((2, 6))
-    for k in range(len(edges)):
-        i, j = edges[k]
-        _residual_space(poses[i], poses[j], inverse[k], relative, error, r)
-        _inverse_right_jacobian_space(r, jacobian)
-        _transfer_space(relative, transfer)
-        _pieces(6, weights[k], information[k], r, jacobian, transfer, work, pair)
-        _add_all(6, onto[:, k], flipped[k], work, blocks)
+        _residual(poses[i], poses[j], inverse[k], relative, error, r)
+        _factors(relative, r, jacobian, transfer)
+        _pieces(size, weights[k], information[k], r, jacobian, transfer, work, pair)
+        _add_all(size, onto[:, k], flipped[k], work, blocks)
         gradient[i] += pair[0]
         gradient[j] += pair[1]
 
