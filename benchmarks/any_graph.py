@@ -1,11 +1,9 @@
 """`solve` on graphs of every kind: CPU seconds, memory and verdict of each, in its own process.
 
-Run `python -m benchmarks.any_graph [NAME…]`; without names all. The first five are generated:
+Run `python -m benchmarks.any_graph [NAME…]`; without names all. The first four are generated:
 
 - `building`: 15,000 poses in one building, badly conditioned, with gaps in the odometry
 - `sphere`: 2,200 poses and 8,649 edges, deviation of a rotation 0.3 rad
-- `indefinite`: `sphere` with 0.1 rad, as a file in which the information matrices of a third of
-  the edges are indefinite, read with `indefinite="nearest"`
 - `sessions`: 2,000 poses in five sessions that closures alone join
 - `large`: 100,000 poses in a town, 30,000 closures
 
@@ -17,15 +15,13 @@ from __future__ import annotations
 import resource
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
 import robust_slam as rs
-from robust_slam.graphs import Noise, add_random_closures, g2o, manhattan, sphere
+from robust_slam.graphs import Noise, add_random_closures, manhattan, sphere
 from robust_slam.graphs.datasets import NAMES
 from robust_slam.graphs.laser import building
 from robust_slam.graphs.pose_graph import PoseGraph, select
@@ -41,34 +37,9 @@ def _building() -> World:
     return building(15_000, SEED)
 
 
-def _sphere(rotation: float = 0.3) -> World:
-    noise = Noise(odometry=(0.1, rotation), closure=(0.1, rotation))
+def _sphere() -> World:
+    noise = Noise(odometry=(0.1, 0.3), closure=(0.1, 0.3))
     return sphere(2200, SEED, around=50, neighbours=3, noise=noise)
-
-
-def _indefinite() -> World:
-    graph, truth = _sphere(0.1)
-    information = graph.information.copy()
-    # The signs of some correlations in such files are wrong: the diagonal stays as it was.
-    information[::3, 3, 4] = information[::3, 4, 3] = 2.0 * information[::3, 3, 3]
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "indefinite.g2o"
-        g2o.write(path, graph)
-        _replace_information(path, information)
-        return rs.load(path, indefinite="nearest"), truth
-
-
-def _replace_information(path: Path, information: np.ndarray) -> None:
-    """Put other matrices into a file, which `write` would refuse to write."""
-    upper = np.triu_indices(6)
-    edges = iter(information)
-    lines = []
-    for line in path.read_text(encoding="utf-8").splitlines():
-        if line.startswith("EDGE"):
-            words = line.split()
-            line = " ".join([*words[:-21], *map(repr, next(edges)[upper].tolist())])
-        lines.append(line)
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def _sessions() -> World:
@@ -84,7 +55,6 @@ def _large() -> World:
 GENERATED: dict[str, Callable[[], World]] = {
     "building": _building,
     "sphere": _sphere,
-    "indefinite": _indefinite,
     "sessions": _sessions,
     "large": _large,
 }
