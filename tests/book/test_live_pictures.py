@@ -58,8 +58,9 @@ class Look:
         }  # fmt: skip
 
     @property
-    def drag(self) -> Callable[[Locator, str, int], None]:
-        return by_touch if self.width < 500 else by_mouse
+    def ways(self) -> tuple[Callable[[Locator, str, int], None], ...]:
+        """How a handle is moved: on a phone by touch, at the desk by mouse and by keys."""
+        return (by_touch,) if self.width < 500 else (by_mouse, by_keyboard)
 
 
 DESK, PHONE = Look("http", "light", 1280), Look("file", "dark", 390)
@@ -90,12 +91,12 @@ def test_it_is_among_the_first_two_screens_and_nothing_complains(
     assert visit.complaints == visit.outside == []
 
 
-def test_each_handle_is_moved_by_pointer_and_by_keys(opened: tuple[Visit, Look]) -> None:
+def test_each_handle_is_moved_in_every_way(opened: tuple[Visit, Look]) -> None:
     visit, look = opened
     for picture in pictures(visit.page):
         reset(picture)
         for key in handles(picture):
-            for way in (look.drag, by_keyboard):
+            for way in look.ways:
                 assert follows(picture, key, way), f"{key}: nothing follows {way.__name__}"
     assert visit.complaints == []
 
@@ -153,6 +154,9 @@ def test_letters_are_large_enough_and_nothing_is_cut_off(opened: tuple[Visit, Lo
     assert wide <= 0
 
 
+@pytest.mark.parametrize(
+    "opened", [(page, DESK) for page in WITH_PICTURES], indirect=True, ids=WITH_PICTURES
+)
 def test_a_link_brings_the_state_back(
     opened: tuple[Visit, Look], site: Site, address: str, browser: Browser
 ) -> None:
