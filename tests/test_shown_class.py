@@ -90,7 +90,7 @@ def test_every_link_leads_to_a_page_or_a_chapter_of_the_site(pages: Mapping[str,
 
 def test_the_page_teach_leads_to_pages_that_are_there(pages: Mapping[str, str]) -> None:
     source = (answers.ROOT / "chapters" / "teach.md").read_text("utf-8")
-    linked = re.findall(r"\{sample\}`[^`]+ <([^`>]+)>`", source)
+    linked = re.findall(r"\]\(\.\./samples/([^)]+)\)", source)
     assert len(linked) == 4 and set(linked) <= set(pages)
 
 

@@ -23,7 +23,7 @@ from jinja2 import Environment, FileSystemLoader
 from robust_slam_autograder.publishing import wheels
 from sphinx.application import Sphinx
 from sphinx.config import Config
-from sphinx.util.docutils import SphinxDirective, SphinxRole
+from sphinx.util.docutils import SphinxDirective
 from sphinx.util.fileutil import copy_asset
 
 ZIPS = "assignments"
@@ -111,19 +111,6 @@ class Samples(SphinxDirective):
         return [nodes.raw("", picture, format="html"), *self.parse_content_to_nodes()]
 
 
-class Sample(SphinxRole):
-    """Links its text to a sample page: ``the text <path below the folder>``."""
-
-    def run(self) -> tuple[list[nodes.Node], list[nodes.system_message]]:
-        """Return the link; a page that is not there is a warning of the build."""
-        text, _, path = self.text.rstrip(">").partition(" <")
-        if not Path(self.env.srcdir, SAMPLES_SOURCE, path).is_file():
-            return [], [self.inliner.reporter.warning(f"no sample page {path}", line=self.lineno)]
-        target = self.env.app.builder.get_target_uri(self.env.docname)
-        address = posixpath.relpath(f"{SAMPLES}/{path}", posixpath.dirname(target))
-        return [nodes.reference("", text, refuri=address, internal=True)], []
-
-
 def thumbnail(report: str) -> str:
     """Draw the heat map of a report's index small, a square for each student and exercise."""
     rows = BeautifulSoup(report, "html.parser").select("table.heat tbody tr")
@@ -152,7 +139,6 @@ def setup(app: Sphinx) -> dict[str, Any]:
     """Connect the above to the build."""
     app.add_config_value("course_assignments", [], "html")
     app.add_directive("samples", Samples)
-    app.add_role("sample", Sample())
     app.connect("config-inited", name_the_version)
     app.connect("config-inited", look_for_the_lab)
     app.connect("doctree-resolved", link)
