@@ -39,7 +39,8 @@ from sphinx.transforms import SphinxTransform
 
 FIGURE = '<div class="rs-figure"'
 """How a figure begins that the course's style draws while the book is built."""
-LITERAL = re.compile(r"(``.*?``)")
+BAR = re.compile(r"(?m)^\s*(?:>>>|\.\.\.).*|``.*?``|(\|)")
+"""A bar of a docstring, or an example and code, in which bars stay."""
 MERGE = render.coalesce_streams
 RENDER = SphinxNbRenderer._render_nb_cell_code_outputs
 """What MyST-NB does with the outputs of a cell."""
@@ -158,11 +159,8 @@ def escape_bars(
     app: Sphinx, what: str, name: str, obj: object, options: object, lines: list[str]
 ) -> None:
     """Escape the bars of a docstring's ``lines``, in place: they would mark a substitution."""
-    for number, line in enumerate(lines):
-        if not line.lstrip().startswith((">>>", "...")):
-            parts = LITERAL.split(line)
-            parts[::2] = [part.replace("|", r"\|") for part in parts[::2]]
-            lines[number] = "".join(parts)
+    escaped = BAR.sub(lambda part: r"\|" if part[1] else part[0], "\n".join(lines))
+    lines[:] = escaped.split("\n")
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
