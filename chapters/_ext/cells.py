@@ -100,11 +100,8 @@ def copy(app: Sphinx, exception: Exception | None) -> None:
     if not app.config.course_bytes:
         shutil.rmtree(target, ignore_errors=True)
         return
-    tables = sorted((SOURCES.parent / TABLES).glob("*.csv"))
-    found = [
-        *(path.name for path in SOURCES.glob("*.py")),
-        *(f"{TABLES}/{p.name}" for p in tables),
-    ]
+    found = [path.name for path in SOURCES.glob("*.py")]
+    found += [f"{TABLES}/{path.name}" for path in (SOURCES.parent / TABLES).glob("*.csv")]
     put_in_place(SOURCES.parent / TABLES, target / TABLES)
     (target / "files.json").write_text(json.dumps(sorted(found)), encoding="utf-8")
     for path in (*SOURCES.iterdir(), *(Path(app.srcdir, RUNTIME, name) for name in NEEDED)):

@@ -22,6 +22,7 @@ from xml.etree.ElementTree import Element
 
 from docutils import nodes
 from pagefind.index import IndexConfig, PagefindIndex
+from robust_slam_autograder.publishing import wheels
 from robust_slam_course.plots import opening
 from robust_slam_course.style import figure_style
 from sphinx.application import Sphinx
@@ -35,14 +36,18 @@ SECTION = re.compile(
 """Pagefind takes the addresses of sections from the headings, Sphinx writes them before these."""
 FORMULA = re.compile(r"<math\b.*?</math>", re.DOTALL)
 PICTURE = "_static/preview.png"
-SIZE = (10.0, 5.25)  # inches at 120 dots each: 1200 x 630 pixels, what most previews show
-DOTS = 120
+SIZE, DOTS = (10.0, 5.25), 120  # in inches: 1200 x 630 pixels, what most previews show
 
 
 def name_the_course(app: Sphinx, config: Config) -> None:
-    """Give the sidebar and the pages the name, the title in _config.yml."""
-    config.html_theme_options["logo"]["text"] = escape(config.html_title)
-    config.myst_substitutions |= {"course": escape(config.html_title)}
+    """Give sidebar and pages the name, the title in _config.yml, and their foot the version."""
+    options, name = config.html_theme_options, escape(config.html_title)
+    options["logo"]["text"] = name
+    config.myst_substitutions |= {"course": name}
+    # That of the library, as students install it: with another one all pages are written again.
+    if "{version}" in (foot := options.get("extra_footer", "")):
+        version = wheels.version(Path(app.srcdir), "lib")
+        options["extra_footer"] = foot.replace("{version}", version)
 
 
 def find_the_address(app: Sphinx, config: Config) -> None:

@@ -23,6 +23,7 @@ CITATION = re.compile(
 )
 TOOLTIP = r'<a data-bs-toggle="tooltip" '
 """The theme shows the title of such a link by mouse and keyboard."""
+ENTRY = re.compile(r'role="doc-biblioentry">\s*<span class="label">.*?</span></span>')
 ROLES = {"thead": "rowgroup", "tbody": "rowgroup", "tr": "row", "td": "cell"}
 
 
@@ -34,13 +35,8 @@ def rewrite(
         body = re.sub(r"<table.*?</table>", _table, context["body"], flags=re.S)
         # The name that MyST-NB gives to a folded cell is not what is written on it.
         body = body.replace(' aria-label="Toggle hidden content"', "")
-        context["body"] = _bibliography(CITATION.sub(TOOLTIP, body))
-
-
-def _bibliography(body: str) -> str:
-    """Make each entry an item of the list, without its number, by which no page cites it."""
-    body = body.replace('role="doc-biblioentry"', 'role="listitem"')
-    return re.sub(r'(role="listitem">)\s*<span class="label">.*?</span></span>', r"\1", body)
+        # An entry is an item of the list, without its number, by which no page cites it.
+        context["body"] = ENTRY.sub(r'role="listitem">', CITATION.sub(TOOLTIP, body))
 
 
 def _table(match: re.Match[str]) -> str:

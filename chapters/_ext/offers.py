@@ -6,12 +6,10 @@
 - Behind the name a link opens the assignment in the JupyterLab that ``make runtime`` makes.
 - The instructor's course writes sample pages of the grader to build/shown/pages before it builds
   the book. Elsewhere there are none, and what a page says of them is left out.
-- The foot of each page names the version of the library, as students install it.
 """
 
 from __future__ import annotations
 
-import os
 import posixpath
 import shutil
 from pathlib import Path
@@ -20,15 +18,13 @@ from typing import Any
 from bs4 import BeautifulSoup
 from docutils import nodes
 from jinja2 import Environment, FileSystemLoader
-from robust_slam_autograder.publishing import wheels
 from sphinx.application import Sphinx
 from sphinx.config import Config
 from sphinx.util.docutils import SphinxDirective
 from sphinx.util.fileutil import copy_asset
 
-ZIPS = "assignments"
-"""Where the zips are on the site."""
-RELEASED = "build/release"
+ZIPS, RELEASED = "assignments", "build/release"
+"""Where the zips are on the site and in the public course, and where they are made."""
 LAB, LAB_SOURCE = "lab", "build/runtime/lab"
 """Where JupyterLab is on the site, and where it is made."""
 LOCK = "pyodide-lock.json"
@@ -43,14 +39,6 @@ def zips(app: Sphinx) -> dict[str, Path]:
     """Return the course's zips by their names."""
     folders = [Path(app.srcdir, name) for name in (RELEASED, ZIPS)]
     return {path.name: path for folder in folders for path in sorted(folder.glob("*.zip"))}
-
-
-def name_the_version(app: Sphinx, config: Config) -> None:
-    """Write the version into the foot of the pages: with another one all are written again."""
-    options = config.html_theme_options
-    if "{version}" in (foot := options.get("extra_footer", "")):
-        version = wheels.version(Path(app.srcdir), "lib")
-        options["extra_footer"] = foot.replace("{version}", version)
 
 
 def look_for_the_lab(app: Sphinx, config: Config) -> None:
@@ -82,17 +70,9 @@ def link(app: Sphinx, doctree: nodes.document, page: str) -> None:
 
 
 def put_in_place(source: Path, target: Path) -> None:
-    """Put a folder at a place of the site, as hard links where the file system has them."""
-
-    def link_or_copy(source: str, target: str) -> str:
-        try:
-            os.link(source, target)
-        except OSError:
-            shutil.copyfile(source, target)
-        return target
-
+    """Put a folder at a place of the site, instead of what was there."""
     shutil.rmtree(target, ignore_errors=True)
-    shutil.copytree(source, target, copy_function=link_or_copy)
+    shutil.copytree(source, target)
 
 
 class Samples(SphinxDirective):
@@ -139,7 +119,6 @@ def setup(app: Sphinx) -> dict[str, Any]:
     """Connect the above to the build."""
     app.add_config_value("course_assignments", [], "html")
     app.add_directive("samples", Samples)
-    app.connect("config-inited", name_the_version)
     app.connect("config-inited", look_for_the_lab)
     app.connect("doctree-resolved", link)
     app.connect("build-finished", copy)
