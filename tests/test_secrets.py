@@ -278,6 +278,8 @@ class TestPlantedCanaries:
             toc = json.dumps({"format": "jb-book", "root": "chapters/index", "chapters": files})
         (planted / "settings.yml").write_text(yaml.safe_dump(settings), encoding="utf-8")
         (planted / "pages.yml").write_text(toc, encoding="utf-8")
+        # As its own make book does before.
+        subprocess.run([sys.executable, "-m", "tools.fonts"], cwd=planted, check=True)
         book = Path(sys.executable).with_name("jupyter-book")
         command = [book, "build", ".", "--config", "settings.yml", "--toc", "pages.yml"]
         command += ["--path-output", f"built-{whole}", *(["-W", "-n", "--keep-going"] * whole)]

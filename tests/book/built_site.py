@@ -10,6 +10,8 @@ import sys
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from tools import fonts
+
 ROOT = Path(__file__).parents[2]
 
 
@@ -54,6 +56,8 @@ def _read(kept: Path, run: str | None) -> Said | None:
 
 
 def _build() -> Said:
+    if not (fonts.MADE / fonts.STYLE).is_file():  # `make book` has made them
+        fonts.main()
     book = Path(sys.executable).with_name("jupyter-book")
     command = [book, "build", ".", "--path-output", "build", "-W", "-n", "--keep-going"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
