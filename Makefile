@@ -121,7 +121,7 @@ bench: setup-dev ## both sides in one run: our estimators and GTSAM's, and the l
 sweep: setup-dev ## every method, kind of outlier and rate, on many graphs; continues where it stopped
 	$(BIN)/python -m benchmarks.sweep --jobs $(or $(JOBS),1)
 
-quick: setup-dev ## what takes a minute: style, types, and the tests that start no process
+quick: setup-dev $(FONTS) ## what takes a minute: style, types, and the tests that start no process
 	@$(MAKE) check
 	$(BIN)/pytest -q --quick -n $(or $(JOBS),logical) --dist loadfile
 
