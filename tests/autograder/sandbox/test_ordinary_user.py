@@ -32,7 +32,7 @@ def run_as_ordinary_user(*words: str) -> subprocess.CompletedProcess[str]:
     return done
 
 
-@pytest.mark.skipif(not as_user.may(), reason="this user is an ordinary one, and they have run")
+@pytest.mark.skipif(not as_user.may(), reason="an ordinary user runs these tests anyway")
 @pytest.mark.parametrize(
     "words",
     [
