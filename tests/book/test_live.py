@@ -20,6 +20,9 @@ from tests.chromium import Opener
 pytestmark = pytest.mark.browser
 
 CHAPTER = ROOT / "chapters" / "02-four-costs.ipynb"
+QUIZ = """from robust_slam_course.quiz import Option, Question, Quiz
+quiz = Quiz([Question("Which?", [Option("one", "Yes.", correct=True), Option("two", "No.")])])
+quiz"""
 SHOWN = "shown = pictures.opening().widget()\nshown"
 
 
@@ -43,17 +46,19 @@ def exporting(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[],
 
 
 def notebook_of_all(path: Path) -> list[str]:
-    """Write a notebook that shows each picture; return their names."""
+    """Write a notebook that shows each picture, and a quiz twice; return the pictures' names."""
     names = sorted(set(course.__all__))
     shown = [f"pictures.{name}()" for name in names]
-    sources = ["from robust_slam_course import pictures", *shown, SHOWN]
+    sources = ["from robust_slam_course import pictures", *shown, SHOWN, QUIZ, "quiz"]
     cells = [nbformat.v4.new_code_cell(source) for source in sources]
     kernel = {"kernelspec": {"name": "python3", "display_name": "Python 3"}}
     nbformat.write(nbformat.v4.new_notebook(cells=cells, metadata=kernel), path)
     return names
 
 
-def test_with_a_kernel_each_picture_follows_the_hand(browser: Browser, tmp_path: Path) -> None:
+def test_with_a_kernel_pictures_follow_the_hand_and_each_quiz_its_own(
+    browser: Browser, tmp_path: Path
+) -> None:
     path = tmp_path / "pictures.ipynb"
     names = notebook_of_all(path)
     variables = jupyterlab.environment(tmp_path / "home")
@@ -68,6 +73,13 @@ def test_with_a_kernel_each_picture_follows_the_hand(browser: Browser, tmp_path:
             picture = notebook.cells.nth(number).locator(PICTURE)
             expect(picture).to_have_count(1)
             assert follows(picture), f"{name}: nothing follows in JupyterLab"
+        first, second = (notebook.cells.nth(len(names) + number) for number in (2, 3))
+        first.locator("input").first.check()
+        second.locator("input").first.press("Space")
+        page.keyboard.press("ArrowDown")
+        expect(first.locator("p:visible")).to_have_text("✓ Right. Yes.")
+        expect(second.locator("p:visible")).to_have_text("✗ Not quite. No.")
+        expect(second.locator("input").nth(1)).to_be_focused()
         assert not page.locator(".jp-OutputArea-output[data-mime-type*=stderr]").count()
 
 
