@@ -86,7 +86,7 @@ class TestVisit:
         page.evaluate("document.fonts.ready")
         assert {fonts.SANS, fonts.SERIF} <= {name.strip('"') for name in page.evaluate(FAMILIES)}
         assert page.evaluate(SHIFT) < 0.02
-        assert visit[0].complaints == []
+        assert visit[0].complaints == visit[0].outside == []
 
     def test_code_and_what_it_prints_stand_in_columns(
         self, visit: tuple[Visit, list[str]]

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser
 
-from tests.book.conftest import PAGES, Site, place
+from tests.book.conftest import CHAPTERS, PAGES, Site, place
 from tests.book.test_accessible import OTHERS
 from tests.chromium import Opener, Visit, visiting
 from tools import fonts
@@ -97,9 +97,9 @@ class Page:
         assert visit.page.evaluate(broken) == []
 
 
-@opened("http", PAGES)
+@opened("http", [page for page in PAGES if page not in CHAPTERS][::4])
 class TestOnADesk(Page):
-    """Pages of the contents, from a server."""
+    """Some from a server; the chapters are looked at from there, too, by other tests."""
 
 
 @opened("file", [*PAGES, *OTHERS])
