@@ -18,6 +18,9 @@ WORDS_OF_BUTTONS = "rules: {'label-content-name-mismatch': {enabled: true}}"
 """What a button is called holds what is written on it: a rule that axe-core leaves out."""
 COLOURS = "runOnly: ['color-contrast', 'link-in-text-block']"
 """What axe-core looks for in the dark: only the colours differ."""
+LOOKS: list[str] = []
+"""The looks of the texts of all pages so far, in both themes."""
+Looks = list[str] | None
 DARK = "document.documentElement.dataset.theme = 'dark'"
 EACH_LOOK_ONCE = """(known) => {
   const looks = new Map(known.map((look, place) => [look, place]));
@@ -78,13 +81,8 @@ STILL = "Promise.allSettled(document.getAnimations().map(a => a.finished)).then(
 """Resolves when nothing fades or moves any more."""
 
 
-def violations(
-    page: Page, options: str = "", seen: list[str] | None = None
-) -> list[dict[str, object]]:
-    """What axe-core says against a page, but not against looks that were seen.
-
-    Of what is well it keeps no record, which is slow.
-    """
+def violations(page: Page, options: str = "", seen: Looks = None) -> list[dict[str, object]]:
+    """What axe-core says against looks not seen yet; of what is well it keeps no record."""
     seen = [] if seen is None else seen
     if not page.evaluate("'axe' in window"):
         page.evaluate(files("axe_playwright_python").joinpath("axe.min.js").read_text("utf-8"))
@@ -97,7 +95,7 @@ def violations(
 
 
 def complaints(
-    page: Page, options: str = WORDS_OF_BUTTONS, seen: list[str] | None = None
+    page: Page, options: str = WORDS_OF_BUTTONS, seen: Looks = None
 ) -> set[tuple[str, str]]:
     """The rule and the place of each violation, however small, but in looks that were seen."""
     return {
@@ -107,23 +105,17 @@ def complaints(
     }
 
 
-@pytest.fixture(scope="module")
-def looks() -> list[str]:
-    """The looks of the texts of all pages so far, in both themes."""
-    return []
-
-
 @pytest.mark.parametrize("name", [*PAGES, *OTHERS])
-def test_a_page_is_open_to_all(name: str, site: Site, open_page: Opener, looks: list[str]) -> None:
+def test_a_page_is_open_to_all(name: str, site: Site, open_page: Opener) -> None:
     calm = {"color_scheme": "light", "reduced_motion": "reduce"}  # nothing fades
     page = open_page((site.folder / f"{name}.html").as_uri(), **calm).page
     page.evaluate(STILL)
-    page.evaluate(EACH_LOOK_ONCE, looks)
+    page.evaluate(EACH_LOOK_ONCE, LOOKS)
     page.evaluate(DRAWN_AS_ONE)
-    assert complaints(page, seen=looks) == set()
+    assert complaints(page, seen=LOOKS) == set()
     page.evaluate(DARK)
     page.evaluate(STILL)
-    assert complaints(page, COLOURS, looks) == set()
+    assert complaints(page, COLOURS, LOOKS) == set()
 
 
 def test_a_faint_colour_is_seen_in_the_dark_too(site: Site, open_page: Opener) -> None:
