@@ -35,10 +35,10 @@ ANSWERS = {
     "alien": "def double(x):\n    return object()\n",
     "vandal": "import shutil\nshutil.rmtree('/tmp', ignore_errors=True)\n" + toy.DOUBLE,
 }
-SHARES = dict.fromkeys(ANSWERS, 1) | {"right": 8, "guess": 4}
+SHARES = dict.fromkeys(ANSWERS, 1) | {"right": 4, "guess": 2}
 SCORES = dict.fromkeys(ANSWERS, 10) | {"right": 20, "guess": 14, "child": 20, "vandal": 20}
 SCORES |= dict.fromkeys(("empty", "half", "binary", "nothing", "link"), 0)
-SUBMISSIONS = 24
+SUBMISSIONS = 18
 FILES = {"empty": b"", "half": b'{"nbformat": 4, "cells": [', "binary": bytes(range(256))}
 
 
@@ -118,7 +118,7 @@ def test_a_batch_that_is_killed_ends_as_one_that_is_not(
     def kill_when(when: Callable[[], bool]) -> None:
         kill(start(course, out, temporary, wall_name), when, mark)
 
-    for count in (2, 9, 18):
+    for count in (2, 13):
         kill_when(lambda count=count: len(list(out.glob(f"*/{toy.NAME}.json"))) >= count)
         found = results(out)
         assert found and all(found[student] == results(whole)[student] for student in found)

@@ -15,22 +15,18 @@ from tests.autograder import toy
 
 pytestmark = pytest.mark.long
 
-SUBMISSIONS = 48
-LARGE_EVERY, LARGE_BYTES = 3, 8_000_000
-"""Kept in memory, these notebooks would take 128 MB: more than what is allowed to grow."""
+SUBMISSIONS, LARGE_BYTES = 18, 8_000_000
+"""Kept in memory, these notebooks would take 144 MB: more than what is allowed to grow."""
 MOST, GROWTH = 300 * 2**20, 80 * 2**20
 
 
 def make_class(root: Path) -> list[Path]:
-    """Write the assignment and its submissions, some of them large, and give their folders."""
+    """Write the assignment and its submissions, all of them large, and give their folders."""
     toy.make_tree(root)
     large = toy.answer(toy.DOUBLE, toy.APPLY, toy.cell("x = 1"))
     text = {"output_type": "stream", "name": "stdout", "text": "x" * LARGE_BYTES}
     large["cells"][-1]["outputs"] = [text]
-    return [
-        toy.hand_in(root / "submitted", f"{n:05}", toy.answer() if n % LARGE_EVERY else large)
-        for n in range(SUBMISSIONS)
-    ]
+    return [toy.hand_in(root / "submitted", f"{n:05}", large) for n in range(SUBMISSIONS)]
 
 
 def sizes(root: Path, folders: list[Path], wall: str) -> Iterator[int]:
