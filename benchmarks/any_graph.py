@@ -84,7 +84,7 @@ def run(name: str) -> str:
     return f"{size}{spent}  {_outcome(answer, is_outlier)}"
 
 
-def _outcome(answer: rs.pipeline.Answer, is_outlier: np.ndarray) -> str:
+def _outcome(answer: rs.solver.Answer, is_outlier: np.ndarray) -> str:
     """Return the verdict, and how many closures were kept."""
     closures = ~answer.graph.is_odometry
     kept = f"{int(np.sum(answer.kept & closures)):,} of {int(closures.sum()):,} closures kept"

@@ -17,7 +17,7 @@ The folders follow the course:
 - ``certificates``: whether a map is globally optimal, and the way out of a local minimum
 - ``fleet``: GNC by several robots, each with its own part of the graph
 - ``problems``: what the loop can solve: a location, a linear problem, a rotation, a pose graph
-- ``pipeline``: PCM, GNC and the certificate in one function
+- ``solver``: several starts, the noise, the best map and its certificate in one function
 - ``drawing``: a map in one line; ``palette``: its colours
 - ``progress``: how long computations show where they are
 - ``cli``: the command ``robust-slam``

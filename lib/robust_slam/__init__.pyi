@@ -6,14 +6,14 @@ from . import drawing as drawing
 from . import estimators as estimators
 from . import fleet as fleet
 from . import graphs as graphs
-from . import pipeline as pipeline
 from . import problems as problems
 from . import progress as progress
+from . import solver as solver
 from .descent.marginals import covariance as covariance
 from .drawing import draw_map as draw_map
 from .graphs.files import load as load
 from .graphs.g2o import read as read
 from .graphs.pose_graph import PoseGraph as PoseGraph
-from .pipeline import solve as solve
+from .solver import solve as solve
 
 __version__: str

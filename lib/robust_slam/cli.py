@@ -19,14 +19,14 @@ from robust_slam._words import counted
 from robust_slam.certificates.optimality import MAX_SECONDS, Verdict
 from robust_slam.errors import NotConverged
 from robust_slam.graphs import files, g2o, trajectories
-from robust_slam.pipeline import Answer, solve
+from robust_slam.solver import Answer, Support, solve
 
 _WRITERS: dict[str, Callable[[Path, g2o.G2o, Answer], None]] = {
     ".g2o": lambda path, file, answer: g2o.write(path, answer.graph, answer.poses, file.names),
     ".tum": lambda path, file, answer: trajectories.write_tum(path, _by_id(file, answer)),
     ".kitti": lambda path, file, answer: trajectories.write_kitti(path, _by_id(file, answer)),
 }
-_CLOSED, _INTERRUPTED, _REFUSED, _NO_CERTIFICATE = 141, 130, 2, 1
+_CLOSED, _INTERRUPTED, _REFUSED, _DOUBTFUL = 141, 130, 2, 1
 _HERE = {
     'unknown="skip"': "--unknown skip",
     'indefinite="nearest" or "isotropic"': "--indefinite nearest or --indefinite isotropic",
@@ -36,7 +36,7 @@ _LOG = logging.getLogger(__name__)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; return 0 for a certified map, 1 for another one, 2 for an error.
+    """Run the command; return 0 for an optimal map with support, 1 for another, 2 for an error.
 
     An interrupt from the keyboard returns 130, a closed pipe 141.
     """
@@ -72,7 +72,8 @@ def _parser() -> argparse.ArgumentParser:
         "solve",
         help="find the map of a g2o file, its outliers and its certificate",
         description="Find the map of a g2o file, its outliers and its certificate. The exit "
-        "code is 0 if the map is certified, 1 if not, 2 if something is wrong with the input.",
+        "code is 0 if the map is optimal for the kept closures and these have unique support, 1 "
+        "if not, 2 if something is wrong with the input.",
     )
     command.add_argument(
         "file", metavar="FILE", help="a pose graph, FILE.g2o, or the name of a public graph"
@@ -162,7 +163,8 @@ def _solve(options: argparse.Namespace) -> int:
     _print_edges("trusted", answer.bridges.edges, file)
     _print_edges("rejected", answer.rejected, file)
     _write(options, file, answer)
-    return 0 if answer.certificate.verdict is Verdict.CERTIFIED else _NO_CERTIFICATE
+    optimal = answer.certificate.verdict is Verdict.CERTIFIED
+    return 0 if optimal and answer.support is Support.UNIQUE else _DOUBTFUL
 
 
 def _check_target(option: str, target: Path | None, source: Path) -> None:

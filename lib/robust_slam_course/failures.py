@@ -12,7 +12,6 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from robust_slam import pipeline
 from robust_slam._arrays import Array, Indices, Mask
 from robust_slam.certificates import Verdict, certify
 from robust_slam.descent import start
@@ -20,6 +19,8 @@ from robust_slam.estimators import chi_square_threshold, gnc
 from robust_slam.graphs import PoseGraph, add_random_closures, manhattan, pose_graph, se2
 from robust_slam.graphs.outliers import add_aliased_closures
 from robust_slam.problems import PoseGraphProblem
+
+from robust_slam_course import pipeline
 
 Fault = Callable[[Array, Indices], None]
 """Changes measurements ``(m, 3)`` of the town in place, given which are its odometry."""

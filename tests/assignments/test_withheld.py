@@ -21,7 +21,7 @@ ANSWERS = {
     "06": ["estimators.switches", "consistency.cliques", "consistency.pairwise"],
     "07": ["certificates.sdp"],
     "08": ["graphs.metrics", "graphs.se2", "descent", "estimators.graduation"],
-    "09": ["graphs.generate", "graphs.outliers", "certificates.optimality", "pipeline"],
+    "09": ["graphs.generate", "graphs.outliers", "certificates.optimality", "solver"],
 }
 """Modules of robust_slam with a function that gives a solution's values by itself.
 

@@ -11,7 +11,7 @@ import robust_slam as rs
 from tests.book import prose
 
 PAGE = prose.CHAPTERS / "api.md"
-MODULES = {"cli", "drawing", "pipeline", "progress"}
+MODULES = {"cli", "drawing", "progress", "solver"}
 FOLDERS = ("estimators", "graphs", "descent", "consistency", "certificates", "fleet")
 
 

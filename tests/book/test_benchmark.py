@@ -106,6 +106,12 @@ def test_the_start_table_counts_the_good_maps(results: Results, page) -> None:
             assert runs == sum(plan.seeds for plan in PLANS.values()) * 25
 
 
+def test_the_librarys_solver_comes_closest_to_knowing_the_outliers(results: Results) -> None:
+    best = sorted(methods.METHODS, key=lambda name: results.good(method=name), reverse=True)
+    assert best[:2] == [methods.ORACLE, "rs.solve"]
+    assert "`rs.solve` comes closest to knowing the outliers" in CHAPTER.text
+
+
 def test_the_first_table_states_all_parameters(results: Results) -> None:
     assert "{results.conditions()}" in CHAPTER.cells["grid-table"]
     told = results.conditions()

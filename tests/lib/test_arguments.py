@@ -130,7 +130,6 @@ def test_a_used_problem_can_be_pickled_and_used_again(make):
         lambda graph: joint_switchable(graph, 10.0),
         switchable,
         dcs,
-        rs.solve,
     ],
 )
 def test_every_robust_solve_returns_the_same_kind_of_result(solve):

@@ -137,7 +137,7 @@ def test_it_draws_the_map(file, tmp_path):
 def test_progress_is_shown_unless_it_is_quiet(file, capsys):
     cli.main(["solve", str(file)])
     said = capsys.readouterr().err
-    assert "PCM compares closures" in said and "the certificate is computed" in said
+    assert "DCS with 1 of the claimed deviations" in said and "the certificate is computed" in said
     cli.main(["solve", str(file), "--quiet"])
     assert capsys.readouterr().err == ""
 
@@ -159,7 +159,7 @@ def test_wrong_input_is_one_line_and_code_2(file, capsys, monkeypatch, arguments
     monkeypatch.chdir(file.parent)
     (file.parent / "bad.g2o").write_text("HELLO\n")
     (file.parent / "weak.g2o").write_text("EDGE_SE2 0 1 1 0 0 1 0 0 1 0 -1\n")
-    monkeypatch.setattr("robust_slam.pipeline.classification.pcm", None)
+    monkeypatch.setattr("robust_slam.solver.Search", None)
     assert cli.main(["solve", *arguments, "--quiet"]) == 2
     said = capsys.readouterr().err.splitlines()
     assert len(said) == 1 and words in said[0]
@@ -169,8 +169,3 @@ def test_an_unknown_ending_is_refused_before_the_work(file, capsys):
     with pytest.raises(SystemExit):
         cli.main(["solve", str(file), "--out", "map.txt"])
     assert "end it with .g2o, .tum, .kitti" in capsys.readouterr().err
-
-
-def test_an_unknown_kind_is_refused_before_the_work():
-    with pytest.raises(ValueError, match="kind is 'cauchy'"):
-        rs.solve(manhattan(10, 0)[0], kind="cauchy")

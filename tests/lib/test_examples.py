@@ -28,7 +28,7 @@ CENTRAL = {
     "consistency.pairwise": {"pcm"},
     "consistency.cliques": {"max_clique"},
     "certificates.optimality": {"certify"},
-    "pipeline": {"solve"},
+    "solver": {"solve"},
     "fleet.rounds": {"solve"},
 }
 """The functions and classes of each module that must have an example."""

@@ -9,7 +9,6 @@ from math import comb, cos, degrees, e, exp, log, pi, radians, sqrt
 from types import SimpleNamespace
 
 import numpy as np
-from robust_slam import pipeline
 from robust_slam.certificates.optimality import certificate, certify
 from robust_slam.consistency.cliques import max_clique
 from robust_slam.consistency.pairwise import pcm
@@ -24,6 +23,7 @@ from robust_slam.graphs import pose_graph, se3
 from robust_slam.graphs.metrics import ate
 from robust_slam.graphs.odometry import dead_reckoning, spanning_tree
 from robust_slam.problems import LinearProblem, LocationProblem, PoseGraphProblem, chain
+from robust_slam_course import pipeline
 from robust_slam_course.failures import FAULTS, measured
 from robust_slam_course.plots import opening
 from robust_slam_course.results import read_results

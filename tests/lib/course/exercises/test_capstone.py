@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from robust_slam import pipeline as library
 from robust_slam.certificates import certify
 from robust_slam.consistency import pairwise
 from robust_slam.graphs import generate, outliers, pose_graph
+from robust_slam_course import pipeline as library
 from robust_slam_course.exercises import capstone
 
 from tests.assignments import reference

@@ -1,0 +1,131 @@
+"""The whole back-end in one function: maps from several starts, the best of them, its certificate.
+
+No robust method is best on all graphs, and the deviations that a file claims are often wrong.
+``candidates`` therefore descends from odometry in several ways and at several scales of the noise,
+``noise`` finds the scale that each map shows, and ``evidence`` chooses among the maps. The
+certificate tells whether the map is optimal for the closures that were kept, and ``support``
+whether the measurements single these out.
+
+Source: the SLAM Handbook 2026, chapter 3, for the parts; their combination is derived here.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robust_slam._arrays import Array, Mask
+from robust_slam._deadline import Deadline
+from robust_slam.certificates.optimality import (
+    MAX_SECONDS,
+    Certificate,
+    Verdict,
+    certify,
+    unproven,
+)
+from robust_slam.certificates.staircase import solve_certified
+from robust_slam.consistency.bridges import Bridges, find_bridges
+from robust_slam.consistency.pairwise import pcm
+from robust_slam.descent import start
+from robust_slam.estimators.thresholds import chi_square_threshold
+from robust_slam.graphs.odometry import spanning_tree
+from robust_slam.graphs.pose_graph import PoseGraph, check_graph, select
+from robust_slam.progress import Progress, stages
+from robust_slam.solver.answer import Answer as Answer
+from robust_slam.solver.candidates import Candidate, Search
+from robust_slam.solver.noise import rescaled
+from robust_slam.solver.support import Support as Support
+from robust_slam.solver.support import judge_support
+
+
+def solve(
+    graph: PoseGraph,
+    probability: float = 0.99,
+    *,
+    find_noise: bool = True,
+    progress: bool | Progress = False,
+    max_seconds: float = MAX_SECONDS,
+) -> Answer:
+    """Return the map of ``graph`` without its outliers, its certificate and its support.
+
+    The odometry is trusted. Where it has gaps, it leaves several sessions: a tree of closures
+    that agree with most others joins them, and these are trusted too (``Answer.bridges``). An
+    inlier passes each test with ``probability``. ``progress`` shows a bar, or is a function that
+    is told each stage; stages are logged in any case.
+
+    DCS, Geman–McClure and GNC descend from odometry, over all closures, and Geman–McClure over
+    those that PCM finds consistent as well. Truncated least squares then decides about all
+    closures, and the map of the largest evidence is returned. Where most closures agree on the
+    first map and no other is near it, that one is returned at once.
+
+    The deviations that the file claims are a first guess only: those of odometry and closures,
+    positions and rotations, are found from the kept edges (``Answer.noise``), and used for
+    thresholds, weights and the certificate. With ``find_noise`` False the claims hold.
+
+    After ``max_seconds`` of CPU time the best map so far is returned, with TIME_LIMIT as
+    ``Answer.stop`` or as the ``stop`` of the certificate. Each stage takes at least one step.
+
+    Raises:
+        TypeError: ``graph`` is not a pose graph.
+        ValueError: ``probability`` is not inside (0, 1), or ``max_seconds`` is negative.
+
+    Source: Geman and McClure 1985, Agarwal et al. 2013, Yang et al. 2020 and Mangelson et al.
+    2018 for the descents, Rosen et al. 2019 for the certificate.
+
+    >>> import numpy as np
+    >>> from robust_slam.graphs import add_random_closures, manhattan
+    >>> rng = np.random.default_rng(0)
+    >>> graph, is_outlier = add_random_closures(manhattan(60, rng, closures=15)[0], 8, rng)
+    >>> answer = solve(graph)
+    >>> answer.certificate.verdict.value, int(np.sum(answer.kept & is_outlier))
+    ('certified', 0)
+    """
+    check_graph(graph)
+    threshold = chi_square_threshold(probability, graph.group.DOF)
+    deadline = Deadline.after(max_seconds)
+    with stages(progress) as tell:
+        bridges, trusted = _trusted(graph, threshold, tell, deadline)
+        x0 = spanning_tree(graph, trusted.astype(np.float64))
+        search = Search(graph, x0, trusted, threshold, find_noise, tell, deadline)
+        candidates = search.candidates()
+        best = max(candidates, key=lambda one: one.evidence)
+        tell("a rival is looked for")
+        judgement = judge_support(search, best)
+        best = search.refined(best)
+        tell("the certificate is computed")
+        poses, certificate = _certified(rescaled(graph, best.found), best, deadline)
+    return Answer(
+        graph=graph,
+        poses=poses,
+        best=best,
+        candidates=tuple(candidates),
+        bridges=bridges,
+        threshold=threshold,
+        certificate=certificate,
+        support=judgement.support,
+        rival=judgement.rival,
+    )
+
+
+def _trusted(
+    graph: PoseGraph, threshold: float, tell: Progress, deadline: Deadline
+) -> tuple[Bridges, Mask]:
+    """Return the bridges between sessions, and the edges ``(m,)`` that are trusted."""
+    if graph.odometry_joins_all:
+        none = np.zeros(0, dtype=np.intp)
+        return Bridges(none, none), graph.is_odometry
+    tell("PCM compares closures, for those that join sessions")
+    bridges = find_bridges(graph, pcm(graph, threshold, max_seconds=deadline.left))
+    return bridges, graph.is_odometry | np.isin(np.arange(len(graph.edges)), bridges.edges)
+
+
+def _certified(graph: PoseGraph, best: Candidate, deadline: Deadline) -> tuple[Array, Certificate]:
+    """Return a minimum of the chordal cost of the kept edges, and its certificate."""
+    inliers = select(graph, best.kept)
+    if deadline.passed:
+        return best.poses, unproven(inliers, best.poses)
+    direct = certify(inliers, best.poses, max_seconds=deadline.left)
+    if direct[1].verdict is Verdict.CERTIFIED or deadline.passed:
+        return direct
+    # That may be a local minimum. Without outliers the chordal start is close to the optimum.
+    climbed = solve_certified(inliers, start.chordal(inliers), max_seconds=deadline.left)
+    return min(climbed, direct, key=lambda solution: solution[1].cost)

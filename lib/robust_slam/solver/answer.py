@@ -1,0 +1,200 @@
+"""What ``solve`` returns: a map, the edges it kept, and how far it can be trusted.
+
+Source: Huber 1981, "Robust Statistics", chapter 1, for the breakdown point of one half.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robust_slam._arrays import Array, Indices, Mask
+from robust_slam._words import counted
+from robust_slam.certificates.newton import Stop
+from robust_slam.certificates.optimality import Certificate, Verdict
+from robust_slam.consistency.bridges import Bridges
+from robust_slam.estimators.result import StopReason
+from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam.solver.candidates import Candidate
+from robust_slam.solver.noise import noise_words, rescaled
+from robust_slam.solver.support import Support
+
+_NAMED = 5
+"""The largest number of closures in a note."""
+_BREAKDOWN = 0.5
+"""The share of outliers from which on they may agree on a map that the inliers do not have."""
+_AS_CLAIMED = (0.5, 2.0)
+"""Noise between these shares of the claimed deviations needs no remark."""
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Answer:
+    """A map, the edges that were kept, and how far it can be trusted.
+
+    ``poses``, ``(n, 3)`` or ``(n, 3, 4)``, are a minimum of the chordal cost of the ``kept``
+    edges, with the noise that was found, and ``certificate`` tells whether it is global. Whether
+    the measurements single out the kept closures is their ``support``; ``rival`` ``(m,)`` marks
+    the edges of a map of comparable evidence where it is AMBIGUOUS, and is None otherwise.
+    ``candidates`` are all maps that were compared, and ``best`` the one of the largest evidence.
+    ``bridges`` are closures that were trusted to join sessions. A closure was kept if its
+    residual, whitened with ``best.tested``, is at most ``threshold``.
+    """
+
+    graph: PoseGraph
+    poses: Array
+    best: Candidate
+    candidates: tuple[Candidate, ...]
+    bridges: Bridges
+    threshold: float
+    certificate: Certificate
+    support: Support
+    rival: Mask | None
+
+    @property
+    def kept(self) -> Mask:
+        """The edges ``(m,)`` that were kept, odometry among them."""
+        return self.best.kept
+
+    @property
+    def weights(self) -> Array:
+        """The weight of each edge, ``(m,)``, 0 or 1."""
+        return self.kept.astype(np.float64)
+
+    @property
+    def noise(self) -> Array:
+        """The deviations of the kept edges, in units of those that they claim, ``(4,)``.
+
+        They are those of odometry's positions and rotations, and of closures' positions and
+        rotations; 1 where too few closures are kept to tell.
+        """
+        return self.best.found
+
+    @property
+    def precise(self) -> PoseGraph:
+        """The graph with the noise that was found in place of the claims.
+
+        Covariances come from it: ``covariance(answer.precise, answer.poses, k, answer.weights)``.
+        """
+        return rescaled(self.graph, self.noise)
+
+    @property
+    def cost(self) -> float:
+        """The chordal cost of the kept edges of ``precise``, which the certificate is about.
+
+        It takes one precision for the position of an edge and one for its rotation. For a
+        minimum with the whole information matrices continue with
+        ``gauss_newton(select(answer.precise, answer.kept), answer.poses)``.
+        """
+        return self.certificate.cost
+
+    @property
+    def stop(self) -> StopReason:
+        """Why the last descent of the map stopped, or TIME_LIMIT if the time did not suffice."""
+        return self.best.stop
+
+    @property
+    def rejected(self) -> Indices:
+        """The edges that were not kept, ascending."""
+        return np.flatnonzero(~self.kept)
+
+    def __repr__(self) -> str:
+        kept = f"{int(self.kept.sum()):,} of {self.kept.size:,} edges kept"
+        return f"<Answer: {self.poses.shape[0]:,} poses, {kept}, {self.verdict}>"
+
+    @property
+    def verdict(self) -> str:
+        """Whether the map is optimal for the kept closures, and their support, in words."""
+        proven = self.certificate.verdict is Verdict.CERTIFIED
+        optimal = "optimal" if proven else "not proven optimal"
+        return f"{optimal} for the kept closures, support {self.support.value}"
+
+    def summary(self, names: ArrayLike | None = None) -> str:
+        """Return what was found, a line each, and the ``notes``.
+
+        ``names`` ``(n,)`` are the ids of the poses in their file, such as ``read(path).names``,
+        by default their numbers in the graph.
+        """
+        closures = ~self.graph.is_odometry
+        kept, total = int(np.sum(self.kept & closures)), int(closures.sum())
+        proof = self.certificate
+        rows = [
+            ("read", f"{counted(self.kept.size, 'edge')}, {counted(total, 'closure')} among them"),
+            ("tried", f"{counted(len(self.candidates), 'map')}, the best from {self.best.name}"),
+            ("noise", noise_words(self.noise)),
+            ("kept", f"{kept:,} of {counted(total, 'closure')}"),
+            ("map", f"{counted(len(self.poses), 'pose')}, chordal cost {self.cost:.6g}"),
+            ("optimum", f"{self.verdict}; the gap is at most {proof.bound:.3g}{_end(proof)}"),
+        ]
+        return "\n".join([*(f"{name:<8} {text}" for name, text in rows), *self.notes(names)])
+
+    def notes(self, names: ArrayLike | None = None) -> list[str]:
+        """Return a sentence for each thing that limits what the map can be trusted with.
+
+        ``names`` are those of ``summary``.
+        """
+        return [
+            *self._support_notes(names),
+            *self._session_notes(names),
+            *self._share_notes(),
+            *self._time_notes(),
+        ]
+
+    def _support_notes(self, names: ArrayLike | None) -> list[str]:
+        if self.support is Support.WEAK:
+            return [
+                "Odometry alone explains the measurements about as well as this map: look for "
+                "more closures, or for odometry that slipped."
+            ]
+        if self.rival is None:
+            return []
+        edges = np.flatnonzero(self.rival & ~self.kept)
+        return [
+            f"{counted(edges.size, 'rejected closure')} would give another map of comparable "
+            f"evidence: {self._named(edges, names)}. Only other measurements can tell which is "
+            "right."
+        ]
+
+    def _session_notes(self, names: ArrayLike | None) -> list[str]:
+        edges, support = self.bridges.edges, self.bridges.support
+        if not edges.size:
+            return []
+        lines = [f"The odometry leaves {edges.size + 1:,} sessions, joined by trusted closures."]
+        alone = edges[support == 1]
+        if alone.size:
+            named = self._named(alone, names)
+            lines.append(f"Nothing confirms {alone.size:,} of these closures: {named}.")
+        return lines
+
+    def _named(self, edges: Indices, names: ArrayLike | None) -> str:
+        ids = np.arange(self.graph.n) if names is None else np.asarray(names)
+        shown = [f"{i}-{j}" for i, j in ids[self.graph.edges[edges[:_NAMED]]]]
+        return ", ".join([*shown, "…"] if edges.size > _NAMED else shown)
+
+    def _share_notes(self) -> list[str]:
+        lines, closures = [], int(np.sum(~self.graph.is_odometry))
+        low, high = _AS_CLAIMED
+        if self.noise.min() < low or self.noise.max() > high:
+            lines.append(
+                "The noise differs from the claims of the file; weights, thresholds and the "
+                "certificate use the noise that was found."
+            )
+        if self.rejected.size > _BREAKDOWN * closures:
+            lines.append(
+                f"{self.rejected.size:,} of {counted(closures, 'closure')} were rejected. Beyond "
+                "one half outliers may agree on a wrong map."
+            )
+        return lines
+
+    def _time_notes(self) -> list[str]:
+        if self.stop is StopReason.TIME_LIMIT or self.certificate.stop is Stop.TIME_LIMIT:
+            return ["The time limit ended the computation: the map is the best one until then."]
+        return []
+
+
+def _end(proof: Certificate) -> str:
+    """Return why the search for a certificate stopped without one."""
+    if proof.verdict is Verdict.CERTIFIED or proof.stop is None:
+        return ""
+    return f"; the search stopped: {proof.stop.value}"

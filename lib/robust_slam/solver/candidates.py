@@ -1,0 +1,309 @@
+"""Maps that may be right: several descents from odometry, each settled with its own noise.
+
+No descent is best on all graphs. A few of them, which fail in different worlds, give candidates,
+and the evidence decides among them. Each candidate is settled in turns: truncated least squares
+decides about all closures, and the kept edges tell their noise, with which it decides again.
+
+Source: Geman and McClure 1985, Agarwal et al. 2013 (DCS), Yang et al. 2020 (GNC) and Mangelson et
+al. 2018 (PCM) for the descents; that they are candidates is derived here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from robust_slam._arrays import Array, Mask
+from robust_slam._deadline import Deadline
+from robust_slam.consistency.pairwise import pcm
+from robust_slam.descent import start
+from robust_slam.errors import Underdetermined
+from robust_slam.estimators import kernels
+from robust_slam.estimators.graduation import gnc
+from robust_slam.estimators.result import StopReason
+from robust_slam.estimators.reweighting import irls
+from robust_slam.estimators.thresholds import chi_square_threshold
+from robust_slam.graphs.odometry import accumulated_rotation
+from robust_slam.graphs.pose_graph import PoseGraph, residual_norms, select, unreached
+from robust_slam.problems import PoseGraphProblem
+from robust_slam.progress import Progress
+from robust_slam.solver.evidence import evidence, outlier_entropy
+from robust_slam.solver.noise import Found, find_noise, rescaled
+
+TOL = 1e-3
+"""A descent is at rest when no residual norm u changes by more than this, relative to 1 + u."""
+_STEPS = 200
+_SCALES = (1.0, 1 / 4, 1 / 16)
+"""What the deviations may be beside those that are claimed: first guesses."""
+_MUCH_LESS = 0.5
+"""The smallest of these is tried only where all maps show less noise than this."""
+_WIDER = (3.0, 9.0, 27.0)
+"""Further guesses, tried while hardly any closure is kept."""
+_FEW = (5, 0.05)
+"""Hardly any closures: fewer than so many and than this share."""
+_HIGH, _LOW, _MARGIN = 1.15, 0.7, 3.0
+"""Deviations are raised above the first, and lowered to the margin if that is below the second."""
+_CUT, _WIDEN = 0.05, 1.3
+"""Where more than this share of closures is near, those of closures are raised by the second."""
+_ROUNDS = 8
+_SETTLED = 0.1
+"""Noise is settled when no factor changes by more, relative to itself."""
+_LOST = np.pi
+"""The deviation (rad) of a rotation along the odometry from which on it may be any."""
+_TRIMS = 2
+"""So many times the closures that fit worst are left out of the chordal map."""
+_WORST = 3.0
+"""A closure fits too badly if its residual is so many times the median."""
+_RIVALS = 3
+"""Fewer rejected closures are no rival."""
+_NEAR = 3.0
+"""A closure within so many thresholds is near: another descent might keep it."""
+_AS_CLAIMED = 1.5
+"""Noise within this factor of the claimed one is as claimed."""
+_MANY = 1000
+"""So many closures tell their noise whatever they claim."""
+_RARE = 1.0 - 1e-5
+"""An inlier has a larger residual with one minus this probability, if the noise is Gaussian."""
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A map, the closures that it keeps, and how much the measurements support it.
+
+    ``kept`` ``(m,)`` are edges within the threshold with deviations that are ``tested`` ``(4,)``
+    times the claimed ones, ``found`` is the noise of the kept edges relative to the claims, and
+    ``evidence`` is relative to odometry alone, in nats, with the deviations that were found.
+    """
+
+    name: str
+    poses: Array
+    kept: Mask
+    tested: Array
+    found: Array
+    evidence: float
+    near: int
+    misfits: int
+    stop: StopReason
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """What all candidates have in common: the graph, its start, its thresholds, and the time."""
+
+    graph: PoseGraph
+    x0: Array
+    trusted: Mask
+    threshold: float
+    learns: bool
+    tell: Progress
+    deadline: Deadline
+    entropy: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "entropy", outlier_entropy(self.graph))
+
+    def candidates(self) -> list[Candidate]:
+        """Return the candidates, at least one."""
+        lost = accumulated_rotation(self.graph, self.trusted) > _LOST
+        found = [*self._settled("DCS", np.ones(4))]
+        if found and self._clear(found[0], lost):
+            return found
+        for scale in _SCALES if self.learns else _SCALES[:1]:
+            if scale < _SCALES[1] and max(one.found.max() for one in found) > _MUCH_LESS:
+                break
+            found.extend(self._settled("GM", np.full(4, scale)))
+        for scale in _WIDER if self.learns else ():
+            if max(self._closures(one) for one in found) >= max(_FEW[0], _FEW[1] * self._count):
+                break
+            found.extend(self._settled("GM", np.full(4, scale)))
+        best = max(found, key=lambda one: one.evidence)
+        again = () if np.all(best.tested == 1.0) else ("DCS",)
+        for name in (*again, "GNC", "PCM"):
+            found.extend(self._settled(name, best.tested))
+        if lost:
+            found.extend(self._settled("chordal", np.ones(4)))
+        return found
+
+    def refined(self, best: Candidate) -> Candidate:
+        """Return ``best`` with poses and noise that belong to each other.
+
+        The noise was found at poses of other weights, so both are computed in turns.
+        """
+        if not self.learns or np.array_equal(best.found, np.ones(4)):
+            return best
+        kept, poses, found = best.kept, best.poses, best.found
+        for _ in range(_ROUNDS):
+            if self.deadline.passed:
+                break
+            graph = rescaled(self.graph, found)
+            poses = self._problem(graph).solve(kept.astype(np.float64), poses)
+            again = find_noise(graph, poses, kept)
+            found = found * again.factors
+            if np.all(np.abs(again.factors - 1.0) <= _SETTLED):
+                break
+        return replace(best, poses=poses, found=found)
+
+    def rival(self, left: Mask, best: Candidate) -> Candidate | None:
+        """Return the map of the closures that are ``left`` ``(m,)`` beside ``best``, if any."""
+        closures = left & ~self.trusted
+        if self.deadline.passed or np.sum(closures) < _RIVALS:
+            return None
+        part = select(self.graph, left)
+        alone = replace(self, graph=part, trusted=self.trusted[left], learns=False)
+        object.__setattr__(alone, "entropy", self.entropy)
+        found = alone._settled("DCS", best.found)
+        return next(found, None)
+
+    @property
+    def _count(self) -> int:
+        return int(np.sum(~self.trusted))
+
+    def _closures(self, one: Candidate) -> int:
+        return int(np.sum(one.kept & ~self.trusted))
+
+    def _clear(self, one: Candidate, lost: bool) -> bool:
+        """Tell whether most closures agree, with the noise they claim, and no other is near.
+
+        Many closures may have another noise: outliers hide in deviations that are claimed too
+        large, but then some do not fit the noise of the others. Where odometry has ``lost`` its
+        rotation, few closures are not trusted to have found it.
+        """
+        kept = self._closures(one)
+        most = one.evidence > 0.0 and 2 * kept > self._count and one.near <= 0.01 * kept
+        claimed = bool(np.all(np.abs(np.log(one.found)) < np.log(_AS_CLAIMED)))
+        return most and one.misfits == 0 and ((claimed and not lost) or kept >= _MANY)
+
+    def _settled(self, name: str, scale: Array) -> Iterator[Candidate]:
+        """Yield the candidate of a descent with deviations ``scale`` ``(4,)`` times the claims."""
+        if self.deadline.passed and name != "DCS":
+            return
+        self.tell(f"{name} with {scale.max():.2g} of the claimed deviations")
+        graph = rescaled(self.graph, scale)
+        try:
+            poses = _DESCENTS[name](self._problem(graph), self.threshold, self.deadline.left)
+            yield self._settle(name, poses, scale)
+        except Underdetermined:
+            return
+
+    def _problem(self, graph: PoseGraph) -> PoseGraphProblem:
+        return Sparing(graph, self.x0, self.trusted, steps=1)
+
+    def _settle(self, name: str, poses: Array, tested: Array) -> Candidate:
+        """Return the best of the rounds of truncated least squares and noise."""
+        best: Candidate | None = None
+        kernel = kernels.tls(self.threshold)
+        for _ in range(_ROUNDS):
+            problem = self._problem(rescaled(self.graph, tested))
+            result = irls(
+                problem, kernel, poses, tol=TOL, max_iterations=60, max_seconds=self.deadline.left
+            )
+            poses = result.x
+            norms = problem.residual_norms(poses)
+            kept = self.trusted | (norms <= self.threshold)
+            found = find_noise(problem.graph, poses, kept) if self.learns else _CLAIMED
+            own = tested * found.factors if found.enough else np.ones(4)
+            near = int(np.sum(~kept & (norms < _NEAR * self.threshold)))
+            precise = rescaled(self.graph, own)
+            support = evidence(precise, poses, kept, self.entropy)
+            rare = chi_square_threshold(_RARE, self.graph.group.DOF)
+            misfits = int(np.sum(kept & ~self.trusted & (residual_norms(precise, poses) > rare)))
+            one = Candidate(name, poses, kept, tested, own, support, near, misfits, result.stop)
+            if best is not None and one.evidence <= best.evidence:
+                break
+            best = one
+            change = _change(found, near, int(np.sum(kept & ~self.trusted)))
+            if np.all(change == 1.0) or self.deadline.passed:
+                break
+            tested = tested * change
+        assert best is not None
+        return best
+
+
+_CLAIMED = Found(np.ones(4), np.zeros(4))
+
+
+def _change(found: Found, near: int, kept: int) -> Array:
+    """Return the factors ``(4,)`` by which the tested deviations change.
+
+    Many closures just outside the threshold are inliers that were cut off: the others then show
+    less noise than there is.
+    """
+    if not found.enough:
+        return np.ones(4)
+    h = found.factors
+    change = np.where(h > _HIGH, h, np.where(_MARGIN * h < _LOW, _MARGIN * h, 1.0))
+    if near > _CUT * kept:
+        change[2:] = np.maximum(change[2:], _WIDEN)
+    return change
+
+
+def _dcs(problem: PoseGraphProblem, c: float, seconds: float) -> Array:
+    return irls(
+        problem, kernels.dcs(c), problem.guess, tol=TOL, max_iterations=_STEPS, max_seconds=seconds
+    ).x
+
+
+def _geman_mcclure(problem: PoseGraphProblem, c: float, seconds: float) -> Array:
+    kernel = kernels.geman_mcclure(c)
+    return irls(
+        problem, kernel, problem.guess, tol=TOL, max_iterations=_STEPS, max_seconds=seconds
+    ).x
+
+
+def _graduated(problem: PoseGraphProblem, c: float, seconds: float) -> Array:
+    return gnc(problem, c, "tls", problem.guess, tol=TOL, max_seconds=seconds).x
+
+
+def _consistent(problem: PoseGraphProblem, c: float, seconds: float) -> Array:
+    used = pcm(problem.graph, c, max_seconds=seconds).kept | problem.trusted
+    part = select(problem.graph, used)
+    fewer = Sparing(part, problem.guess, problem.trusted[used], steps=1)
+    return _geman_mcclure(fewer, c, seconds)
+
+
+def _from_chordal(problem: PoseGraphProblem, c: float, seconds: float) -> Array:
+    """Descend by GNC from a chordal map without the closures that fit it worst."""
+    used = pcm(problem.graph, c, max_seconds=seconds).kept | problem.trusted
+    consistent = select(problem.graph, used)
+
+    def truncated(poses: Array) -> float:
+        return float(np.sum(np.minimum(residual_norms(consistent, poses), c) ** 2))
+
+    x0 = min((problem.guess, *_trimmed(consistent)), key=truncated)
+    fewer = Sparing(consistent, x0, problem.trusted[used], steps=1)
+    return gnc(fewer, c, "tls", x0, tol=TOL, max_seconds=seconds).x
+
+
+def _trimmed(graph: PoseGraph) -> Iterator[Array]:
+    """Yield chordal maps, each without the closures that fit the one before worst."""
+    used = np.ones(len(graph.edges), dtype=np.bool_)
+    for _ in range(_TRIMS + 1):
+        poses = start.chordal(select(graph, used))
+        yield poses
+        norms = residual_norms(graph, poses)
+        before = used
+        used = graph.is_odometry | (norms <= _WORST * np.median(norms[~graph.is_odometry]))
+        if np.array_equal(used, before) or unreached(graph, used).size:
+            return
+
+
+_DESCENTS: dict[str, Callable[[PoseGraphProblem, float, float], Array]] = {
+    "DCS": _dcs,
+    "GM": _geman_mcclure,
+    "GNC": _graduated,
+    "PCM": _consistent,
+    "chordal": _from_chordal,
+}
+"""From odometry, with the threshold and the seconds that are left."""
+
+
+class Sparing(PoseGraphProblem):
+    """A problem that leaves out edges that weigh next to nothing, for the fill-in they cause."""
+
+    least = 1e-6
+
+    def solve(self, weights: Array, x: Array) -> Array:
+        """Return the poses of the next step, without edges whose weight is below ``least``."""
+        return super().solve(np.where(weights < self.least, 0.0, weights), x)

@@ -1,0 +1,79 @@
+"""Which of two maps the measurements support more: the evidence of a set of kept closures.
+
+The evidence of a map is the probability of all measurements if its closures are inliers, over
+all poses, and the others are outliers. Outliers measure what closures measure, a Gaussian with
+the mean and the spread of all of them. So a closure is worth keeping if the map predicts it
+better than this.
+
+Source: Laplace 1774, as in MacKay 2003, chapter 28, for the integral over the poses; the density
+of an outlier is derived here.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from robust_slam._arrays import Array, Mask
+from robust_slam.descent.normal_equations import NormalEquations
+from robust_slam.graphs.pose_graph import PoseGraph, residual_norms, select
+
+_NEARBY = 1 / 3
+"""A wrong closure is off by about this share of a step of the odometry at least …"""
+_TURNED = 0.1
+"""… and by about so many radians; else it would not be wrong."""
+_FEW = 5
+_ISOTROPIC = 1e-9
+"""The mean of unit vectors is taken to be at least so long."""
+_TINY = 1e-12
+
+
+def outlier_entropy(graph: PoseGraph) -> float:
+    """Return the entropy of what the closures of ``graph`` measure, in nats.
+
+    It is that of a Gaussian in position and rotation, at most that of a uniform rotation. Of a
+    few closures alone the spread is not known: then positions spread around 0, and rotations are
+    uniform.
+    """
+    closures, d = ~graph.is_odometry, graph.group.DIMENSION
+    translation, rotation = graph.translation[closures], graph.rotation[closures]
+    steps = np.linalg.norm(graph.translation[graph.is_odometry], axis=1)
+    nearby = (_NEARBY * float(np.median(steps)) if steps.size else 1.0) ** 2
+    anything = float(np.log(2 * np.pi if d == 2 else 8 * np.pi**2))
+    if len(translation) < _FEW:
+        square = translation.T @ translation / max(1, len(translation))
+        return _gaussian(square, nearby) + anything
+    if d == 2:
+        angle = np.arctan2(rotation[:, 1, 0], rotation[:, 0, 0])
+        length = max(abs(np.exp(1j * angle).mean()), _ISOTROPIC)
+        turned = np.array([[-2.0 * np.log(length)]])
+    else:
+        turned = np.cov(Rotation.from_matrix(rotation).as_rotvec().T)
+    return _gaussian(np.cov(translation.T), nearby) + min(anything, _gaussian(turned, _TURNED**2))
+
+
+def _gaussian(covariance: Array, added: float) -> float:
+    """Return the entropy of a Gaussian with ``covariance`` ``(d, d)`` and ``added`` on top."""
+    d = len(covariance)
+    spread = covariance + max(added, _TINY) * np.eye(d)
+    return 0.5 * float(d * np.log(2.0 * np.pi * np.e) + np.linalg.slogdet(spread)[1])
+
+
+def evidence(graph: PoseGraph, poses: Array, kept: Mask, entropy: float) -> float:
+    """Return the log-evidence that the ``kept`` edges ``(m,)`` are the inliers.
+
+    It is relative to odometry alone, with the same deviations: 0 where no closure is kept and
+    ``poses`` are dead reckoning. ``poses`` are a minimum, and ``entropy`` is that of outliers.
+    """
+    squares = float(np.sum(residual_norms(graph, poses)[kept] ** 2))
+    precision = float(np.sum(np.linalg.slogdet(graph.information[kept])[1]))
+    closures = int(np.sum(kept & ~graph.is_odometry))
+    constant = closures * (entropy - 0.5 * graph.group.DOF * np.log(2.0 * np.pi))
+    return float(constant + 0.5 * (precision - squares - _log_determinant(graph, poses, kept)))
+
+
+def _log_determinant(graph: PoseGraph, poses: Array, kept: Mask) -> float:
+    equations = NormalEquations(select(graph, kept))
+    hessian, _ = equations.system(equations.at(poses, np.ones(int(kept.sum()))))
+    factors = equations.pattern.factorise(hessian)
+    return -np.inf if factors is None else float(np.sum(np.log(factors.pivots[1:])))

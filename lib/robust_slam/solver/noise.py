@@ -1,0 +1,126 @@
+"""The noise that a map shows: how large the deviations are beside those that edges claim.
+
+A file may claim deviations that are far too large or too small, and of rotations other than of
+positions. Four factors describe this: of the positions and the rotations of odometry, and of
+those of closures. Each is found from the kept edges as the root of their squared residuals over
+their redundancy, which is the share of a measurement that the others check.
+
+Source: Helmert 1907 and Förstner 1979 for variance components; Hutchinson 1990 for the traces
+from random signs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from robust_slam._arrays import Array, Mask
+from robust_slam.descent.normal_equations import NormalEquations, linear_change
+from robust_slam.graphs.pose_graph import PoseGraph, linearise, select
+
+_PROBES = 24
+"""Random signs for a trace; the redundancy is then right to a few percent."""
+_ENOUGH = 20.0
+"""With a smaller redundancy a kind of edge takes the factor of its counterpart."""
+_LEAST = 30.0
+"""With a smaller redundancy in all, nothing is found."""
+_SMALLEST = 1e-3
+"""No factor is taken to be below this."""
+_NAMES = (
+    "odometry's positions",
+    "odometry's rotations",
+    "closures' positions",
+    "closures' rotations",
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """The factors ``(4,)`` on the claimed deviations, and their redundancy ``(4,)``.
+
+    Both are in the order of positions and rotations of odometry, then of closures. Factors are
+    1 where the redundancy does not suffice in all.
+    """
+
+    factors: Array
+    redundancy: Array
+
+    @property
+    def enough(self) -> bool:
+        """Whether the kept edges check each other enough to tell their noise."""
+        return float(self.redundancy.sum()) >= _LEAST
+
+
+def rescaled(graph: PoseGraph, factors: Array) -> PoseGraph:
+    """Return ``graph`` with deviations that are its own times the ``factors`` ``(4,)``."""
+    if np.all(factors == 1.0):
+        return graph
+    each = 1.0 / np.array([factors[2:], factors[:2]])[graph.is_odometry.astype(int)]
+    by_entry = each[:, _kinds(graph)]
+    information = graph.information * by_entry[:, :, None] * by_entry[:, None, :]
+    return replace(graph, information=information)
+
+
+def find_noise(graph: PoseGraph, poses: Array, kept: Mask) -> Found:
+    """Return the noise of the ``kept`` edges ``(m,)`` at their minimum ``poses``.
+
+    Source: Förstner 1979, the estimate Σu²/r with r the redundancy of a group.
+    """
+    part = select(graph, kept)
+    equations = NormalEquations(part)
+    here = equations.at(poses, np.ones(len(part.edges)))
+    jacobian = linearise(part, here.residuals.relative, here.residuals.r)
+    root = np.swapaxes(np.linalg.cholesky(part.information), 1, 2)
+    whitened = (root @ here.residuals.r[..., None])[..., 0]
+    factors = equations.pattern.factorise(equations.system(here)[0])
+    if factors is None:
+        return Found(np.ones(4), np.zeros(4))
+    kind = _kinds(part) + 2 * (~part.is_odometry)[:, None]
+    squares = np.bincount(kind.ravel(), (whitened**2).ravel(), 4)
+    hat: Array = np.zeros(4)
+    signs = np.random.default_rng(0).choice([-1.0, 1.0], (_PROBES, *whitened.shape))
+    right = np.stack([_pulled(part, jacobian, root, sign) for sign in signs], axis=-1)
+    for sign, step in zip(signs, np.moveaxis(factors.solve(right), -1, 0), strict=True):
+        back = (root @ linear_change(jacobian, part, step)[..., None])[..., 0]
+        hat += np.bincount(kind.ravel(), (sign * back).ravel(), 4) / _PROBES
+    counts = np.bincount(kind.ravel(), minlength=4).astype(np.float64)
+    redundancy = np.maximum(counts - hat, 0.0)
+    return Found(_factors(np.asarray(squares, dtype=np.float64), redundancy), redundancy)
+
+
+def _kinds(graph: PoseGraph) -> np.ndarray[tuple[int, ...], np.dtype[np.intp]]:
+    """Return for each entry of a residual ``(D,)`` whether it is a rotation: 0 or 1."""
+    return (np.arange(graph.group.DOF) >= graph.group.DIMENSION).astype(np.intp)
+
+
+def _pulled(graph: PoseGraph, jacobian: Array, root: Array, whitened: Array) -> Array:
+    """Return Jᵀ Lᵀ ``whitened`` ``(n, D)``, with Ω = L Lᵀ and ``root`` Lᵀ."""
+    by_j, transfer = (np.swapaxes(each, 1, 2) for each in jacobian)
+    at_j = by_j @ (np.swapaxes(root, 1, 2) @ whitened[..., None])
+    total = np.zeros((graph.n, graph.group.DOF))
+    np.add.at(total, graph.edges[:, 1], at_j[..., 0])
+    np.add.at(total, graph.edges[:, 0], (transfer @ at_j)[..., 0])
+    return total
+
+
+def _factors(squares: Array, redundancy: Array) -> Array:
+    """Return √(squares/redundancy), of few redundancy that of both kinds or of all."""
+    if redundancy.sum() < _LEAST:
+        return np.ones(4)
+    factors = np.empty(4)
+    for pair in ([0, 2], [1, 3]):
+        own = redundancy[pair].sum()
+        ratio = squares[pair].sum() / own if own >= _ENOUGH else squares.sum() / redundancy.sum()
+        for group in pair:
+            enough = redundancy[group] >= _ENOUGH
+            factors[group] = squares[group] / redundancy[group] if enough else ratio
+    return np.maximum(np.sqrt(factors), _SMALLEST)
+
+
+def noise_words(factors: Array) -> str:
+    """Return the factors in words, such as "odometry's positions 0.3, …"."""
+    if np.ptp(factors) < 1e-9:
+        return f"{factors[0]:.2g} of the claimed deviations"
+    each = ", ".join(f"{name} {factor:.2g}" for name, factor in zip(_NAMES, factors, strict=True))
+    return f"{each} of the claimed deviations"

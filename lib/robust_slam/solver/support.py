@@ -1,0 +1,61 @@
+"""How far the measurements support a map, beyond that it is optimal for the closures it keeps.
+
+A certificate is about the kept closures alone. Whether these are the inliers is another question,
+and three answers are possible: the measurements single out the map, they allow a rival as well,
+or they hardly tell it from odometry.
+
+Source: MacKay 2003, chapter 28, for the comparison by evidence; the rival is derived here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from robust_slam._arrays import Mask
+from robust_slam.solver.candidates import Candidate, Search
+
+
+class Support(Enum):
+    """What singles out a map.
+
+    - UNIQUE: no other set of closures gives a map of comparable evidence.
+    - AMBIGUOUS: the rejected closures, solved alone, give a map of comparable evidence.
+    - WEAK: odometry alone explains the measurements about as well, or no closure is kept.
+    """
+
+    UNIQUE = "unique"
+    AMBIGUOUS = "ambiguous"
+    WEAK = "weak"
+
+
+_COMPARABLE = 0.1
+"""A rival is comparable if its evidence is at least this share of the map's."""
+_DECISIVE = 20.0
+"""Less evidence (nats) than this is weak, because many sets of closures were tried."""
+
+
+@dataclass(frozen=True, eq=False)
+class Judgement:
+    """The support of a map, and the edges ``(m,)`` that its rival keeps, or None."""
+
+    support: Support
+    rival: Mask | None
+
+
+def judge_support(search: Search, best: Candidate) -> Judgement:
+    """Return the support of the map ``best`` of a ``search``."""
+    closures = ~search.trusted
+    if not np.any(closures):
+        return Judgement(Support.UNIQUE, None)
+    if best.evidence < _DECISIVE or not np.any(best.kept & closures):
+        return Judgement(Support.WEAK, None)
+    left = search.trusted | ~best.kept
+    rival = search.rival(left, best)
+    if rival is None or rival.evidence < _COMPARABLE * best.evidence:
+        return Judgement(Support.UNIQUE, None)
+    kept = np.zeros(left.size, dtype=np.bool_)
+    kept[left] = rival.kept
+    return Judgement(Support.AMBIGUOUS, kept)

@@ -1,0 +1,187 @@
+"""The whole back-end finds the outliers and the noise, and tells how far its map is supported."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from robust_slam.certificates.optimality import Verdict
+from robust_slam.descent import gauss_newton, start
+from robust_slam.estimators.thresholds import chi_square_threshold
+from robust_slam.graphs import (
+    Noise,
+    PoseGraph,
+    add_random_closures,
+    ate,
+    circle,
+    dead_reckoning,
+    manhattan,
+    precision_recall,
+    sphere,
+)
+from robust_slam.graphs.odometry import accumulated_rotation
+from robust_slam.graphs.outliers import add_grouped_closures
+from robust_slam.graphs.pose_graph import jacobians, residual_norms, select
+from robust_slam.solver import Support, solve
+from robust_slam.solver.evidence import evidence, outlier_entropy
+from robust_slam.solver.noise import find_noise, rescaled
+
+from tests.lib.worlds import with_outliers
+
+
+@pytest.mark.parametrize(
+    ("make", "n", "options", "count"),
+    [
+        (circle, 60, {"laps": 2, "closures": 20}, 6),
+        (manhattan, 100, {"closures": 40}, 13),
+        (sphere, 80, {}, 23),
+    ],
+    ids=["circle", "manhattan", "sphere"],
+)
+def test_the_outliers_are_found_and_the_map_is_the_one_without_them(make, n, options, count, seed):
+    graph, is_outlier, truth, clean = with_outliers(make, n, seed, count, **options)
+    answer = solve(graph)
+    doubted = ~graph.is_odometry
+    precision, recall = precision_recall(answer.kept[doubted], ~is_outlier[doubted])
+    assert precision == 1.0
+    assert recall > 0.9
+    assert answer.certificate.verdict is Verdict.CERTIFIED
+    assert answer.support is Support.UNIQUE
+    assert "optimal for the kept closures, support unique" in repr(answer)
+    best = gauss_newton(clean, start.chordal(clean))
+    assert ate(answer.poses, truth) < ate(best, truth) + 0.05
+
+
+def test_a_closure_is_kept_if_its_residual_passes_with_the_deviations_that_were_tested(seed):
+    graph, *_ = with_outliers(manhattan, 100, seed, 20, closures=40)
+    answer = solve(graph)
+    norms = residual_norms(rescaled(graph, answer.best.tested), answer.best.poses)
+    np.testing.assert_array_equal(answer.kept, graph.is_odometry | (norms <= answer.threshold))
+    np.testing.assert_array_equal(answer.weights, answer.kept)
+    np.testing.assert_array_equal(answer.rejected, np.flatnonzero(~answer.kept))
+    assert answer.threshold == chi_square_threshold(0.99, 3)
+
+
+def test_closures_that_contradict_most_others_are_kept_where_they_fit_the_map():
+    """In this town the odometry is off, and every fourth inlier contradicts the others."""
+    clean, truth = manhattan(300, 0, closures=100)
+    for add, count in ((add_random_closures, 100), (add_grouped_closures, 10)):
+        graph, is_outlier = add(clean, count, 1, poses=truth)
+        answer = solve(graph)
+        assert np.sum(~graph.is_odometry & ~is_outlier & ~answer.kept) <= 2
+        assert not np.any(answer.kept & is_outlier)
+        assert answer.certificate.verdict is Verdict.CERTIFIED
+
+
+def test_a_single_outlier_bends_no_odometry():
+    graph, is_outlier, *_ = with_outliers(manhattan, 60, 9, 1, closures=0)
+    answer = solve(graph)
+    assert np.array_equal(answer.kept, ~is_outlier)
+    assert answer.support is Support.WEAK
+    assert "Odometry alone explains" in answer.summary()
+
+
+@pytest.mark.long
+def test_where_odometry_loses_its_rotation_outliers_do_not_bend_the_map() -> None:
+    noise = Noise(odometry=(0.05, 0.15), closure=(0.05, 0.15))
+    clean, truth = sphere(800, 0, around=20, noise=noise)
+    graph, is_outlier = add_random_closures(clean, 160, 0, poses=truth)
+    assert accumulated_rotation(graph, graph.is_odometry) > np.pi
+    answer = solve(graph)
+    assert not np.any(answer.kept & is_outlier)
+    assert answer.rejected.size - 160 < 0.1 * np.sum(~clean.is_odometry)
+    assert answer.certificate.verdict is Verdict.CERTIFIED
+
+
+def misclaimed(graph, factors):
+    """The graph whose claimed deviations are ``factors`` of the true ones."""
+    return rescaled(graph, np.asarray(factors, dtype=float))
+
+
+@pytest.mark.parametrize(
+    "factors",
+    [(0.1,) * 4, (1 / 3,) * 4, (3,) * 4, (10,) * 4, (60,) * 4, (1, 10, 1, 10), (3, 3, 1, 1)],
+    ids=str,
+)
+def test_claims_that_are_wrong_are_found_and_change_neither_outliers_nor_map(factors):
+    graph, is_outlier, truth, clean = with_outliers(manhattan, 100, 0, 20, closures=200)
+    answer = solve(misclaimed(graph, factors))
+    assert not np.any(answer.kept & is_outlier)
+    assert np.sum(~answer.kept & ~is_outlier) <= 0.03 * 200
+    np.testing.assert_allclose(answer.noise * factors, 1.0, rtol=0.35)
+    assert ate(answer.poses, truth) < ate(gauss_newton(clean, truth), truth) + 0.02
+    if max(factors) > 3 or min(factors) < 1 / 3:
+        assert "differs from the claims" in answer.summary()
+    kept = solve(misclaimed(graph, factors), find_noise=False)
+    np.testing.assert_array_equal(kept.noise, np.ones(4))
+
+
+def test_noise_is_that_of_the_draws():
+    deviations = Noise(odometry=(0.05, 0.02), closure=(0.2, 0.01))
+    graph, truth = manhattan(300, 3, closures=300, noise=deviations)
+    found = find_noise(graph, gauss_newton(graph, truth), np.ones(len(graph.edges), dtype=bool))
+    np.testing.assert_allclose(found.factors, 1.0, rtol=0.15)
+    assert found.redundancy.sum() == pytest.approx(3 * (len(graph.edges) - graph.n + 1), rel=0.05)
+    tree = select(graph, graph.is_odometry)
+    alone = find_noise(tree, dead_reckoning(tree), tree.is_odometry)
+    assert not alone.enough and np.array_equal(alone.factors, np.ones(4))
+
+
+def test_evidence_is_the_integral_over_all_poses():
+    graph, _ = manhattan(20, 1, closures=3)
+    poses, kept = gauss_newton(graph, dead_reckoning(graph)), np.ones(len(graph.edges), dtype=bool)
+    by_i, by_j = jacobians(graph, poses)
+    rows = np.zeros((len(graph.edges), 3, graph.n, 3))
+    for k, (i, j) in enumerate(graph.edges):
+        rows[k, :, i], rows[k, :, j] = by_i[k], by_j[k]
+    root = np.swapaxes(np.linalg.cholesky(graph.information), 1, 2)
+    jacobian = np.einsum("kab,kbnc->kanc", root, rows)[:, :, 1:].reshape(3 * len(kept), -1)
+    squares = np.sum(residual_norms(graph, poses) ** 2)
+    logs = (
+        np.linalg.slogdet(graph.information)[1].sum() - np.linalg.slogdet(jacobian.T @ jacobian)[1]
+    )
+    closures = np.sum(~graph.is_odometry)
+    entropy = outlier_entropy(graph)
+    expected = closures * (entropy - 1.5 * np.log(2 * np.pi)) + 0.5 * (logs - squares)
+    assert evidence(graph, poses, kept, entropy) == pytest.approx(expected)
+    assert evidence(graph, dead_reckoning(graph), graph.is_odometry, entropy) == pytest.approx(0.0)
+
+
+def test_a_rival_of_comparable_evidence_is_named():
+    """A straight drive comes back to its start, and two groups disagree on which side."""
+    n, each = 30, 5
+    odometry = [[i, i + 1] for i in range(n - 1)]
+    ends = [[k, n - 1 - k] for k in range(each)] * 2
+    steps = [[1.0, 0.0, 0.0]] * (n - 1)
+    sides = [[n - 1.0 - 2 * k, side, 0.0] for side in (2.0, -2.1) for k in range(each)]
+    graph = PoseGraph(
+        n,
+        odometry + ends,
+        steps + sides,
+        [np.diag([100.0, 100.0, 400.0])] * (n - 1 + 2 * each),
+        [True] * (n - 1) + [False] * 2 * each,
+    )
+    answer = solve(graph)
+    assert answer.support is Support.AMBIGUOUS
+    assert np.all(answer.rival[graph.is_odometry])
+    groups = [np.flatnonzero(mask[n - 1 :]).tolist() for mask in (answer.kept, answer.rival)]
+    assert groups == [[0, 1, 2, 3, 4], [5, 6, 7, 8, 9]]
+    assert "5 rejected closures would give another map" in answer.summary()
+
+
+def test_more_rejected_than_kept_is_told():
+    graph, *_ = with_outliers(manhattan, 100, 0, 60, closures=40)
+    assert "of 100 closures were rejected" in solve(graph).summary()
+    graph, *_ = with_outliers(manhattan, 100, 0, 10, closures=40)
+    assert "were rejected" not in solve(graph).summary()
+
+
+def test_units_do_not_matter():
+    graph, *_ = with_outliers(manhattan, 60, 2, 8, closures=20)
+    millimetres = graph.measurement * [1000.0, 1000.0, 1.0]
+    scale = np.array([1e-3, 1e-3, 1.0])
+    small = replace(
+        graph, measurement=millimetres, information=graph.information * np.outer(scale, scale)
+    )
+    np.testing.assert_array_equal(solve(small).kept, solve(graph).kept)
