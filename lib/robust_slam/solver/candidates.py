@@ -305,5 +305,8 @@ class Sparing(PoseGraphProblem):
     least = 1e-6
 
     def solve(self, weights: Array, x: Array) -> Array:
-        """Return the poses of the next step, without edges whose weight is below ``least``."""
+        """Return the poses ``(n, …)`` of the next step from ``x``, with ``weights`` ``(m,)``.
+
+        Edges that weigh less than ``least`` are left out.
+        """
         return super().solve(np.where(weights < self.least, 0.0, weights), x)

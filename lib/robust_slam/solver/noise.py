@@ -119,7 +119,7 @@ def _factors(squares: Array, redundancy: Array) -> Array:
 
 
 def noise_words(factors: Array) -> str:
-    """Return the factors in words, such as "odometry's positions 0.3, …"."""
+    """Return the ``factors`` ``(4,)`` in words, such as "odometry's positions 0.3, …"."""
     if np.ptp(factors) < 1e-9:
         return f"{factors[0]:.2g} of the claimed deviations"
     each = ", ".join(f"{name} {factor:.2g}" for name, factor in zip(_NAMES, factors, strict=True))
