@@ -31,7 +31,8 @@ from robust_slam.graphs.odometry import spanning_tree
 from robust_slam.graphs.pose_graph import PoseGraph, check_graph, select
 from robust_slam.progress import Progress, stages
 from robust_slam.solver.answer import Answer as Answer
-from robust_slam.solver.candidates import Candidate, Search
+from robust_slam.solver.candidates import Candidate, Search, evidence_of
+from robust_slam.solver.evidence import outlier_entropy
 from robust_slam.solver.noise import rescaled
 from robust_slam.solver.support import Support as Support
 from robust_slam.solver.support import judge_support
@@ -55,7 +56,8 @@ def solve(
     DCS, Geman–McClure and GNC descend from odometry, over all closures, and Geman–McClure over
     those that PCM finds consistent as well. Truncated least squares then decides about all
     closures, and the map of the largest evidence is returned. Where most closures agree on the
-    first map and no other is near it, that one is returned at once.
+    first map and no other is near it, or where DCS and Geman–McClure agree with much evidence, the
+    others are left out.
 
     The deviations that the file claims are a first guess only: those of odometry and closures,
     positions and rotations, are found from the kept edges (``Answer.noise``), and used for
@@ -85,9 +87,10 @@ def solve(
     with stages(progress) as tell:
         bridges, trusted = _trusted(graph, threshold, tell, deadline)
         x0 = spanning_tree(graph, trusted.astype(np.float64))
-        search = Search(graph, x0, trusted, threshold, find_noise, tell, deadline)
+        entropy = outlier_entropy(graph)
+        search = Search(graph, x0, trusted, threshold, find_noise, tell, deadline, entropy)
         candidates = search.candidates()
-        best = max(candidates, key=lambda one: one.evidence)
+        best = max(candidates, key=evidence_of)
         tell("a rival is looked for")
         judgement = judge_support(search, best)
         best = search.refined(best)

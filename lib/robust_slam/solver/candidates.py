@@ -11,7 +11,8 @@ al. 2018 (PCM) for the descents; that they are candidates is derived here.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from contextlib import suppress
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -29,7 +30,7 @@ from robust_slam.graphs.odometry import accumulated_rotation
 from robust_slam.graphs.pose_graph import PoseGraph, residual_norms, select, unreached
 from robust_slam.problems import PoseGraphProblem
 from robust_slam.progress import Progress
-from robust_slam.solver.evidence import evidence, outlier_entropy
+from robust_slam.solver.evidence import evidence
 from robust_slam.solver.noise import Found, find_noise, rescaled
 
 TOL = 1e-3
@@ -64,6 +65,9 @@ _AS_CLAIMED = 1.5
 """Noise within this factor of the claimed one is as claimed."""
 _MANY = 1000
 """So many closures tell their noise whatever they claim."""
+_MUCH = 100.0
+"""Two descents that agree with so much evidence (nats) need no third."""
+_CLAIMED = Found(np.ones(4), np.zeros(4))
 _RARE = 1.0 - 1e-5
 """An inlier has a larger residual with one minus this probability, if the noise is Gaussian."""
 
@@ -73,8 +77,10 @@ class Candidate:
     """A map, the closures that it keeps, and how much the measurements support it.
 
     ``kept`` ``(m,)`` are edges within the threshold with deviations that are ``tested`` ``(4,)``
-    times the claimed ones, ``found`` is the noise of the kept edges relative to the claims, and
-    ``evidence`` is relative to odometry alone, in nats, with the deviations that were found.
+    times the claimed ones, ``found`` ``(4,)`` is the noise of the kept edges relative to the
+    claims, and ``evidence`` is relative to odometry alone, in nats, with the deviations that were
+    found. ``near`` counts the rejected closures within a few thresholds, and ``misfits`` the kept
+    ones that are too far from the map for the noise of the others.
     """
 
     name: str
@@ -90,7 +96,13 @@ class Candidate:
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """What all candidates have in common: the graph, its start, its thresholds, and the time."""
+    """What all candidates have in common.
+
+    They descend from the poses ``x0`` ``(n, …)`` with the ``trusted`` edges ``(m,)``, and keep a
+    closure up to the ``threshold``. With ``learns`` they find their noise, else the claims hold.
+    ``entropy`` is that of ``outlier_entropy``. ``tell`` is told each descent, and after the
+    ``deadline`` no other begins.
+    """
 
     graph: PoseGraph
     x0: Array
@@ -99,31 +111,34 @@ class Search:
     learns: bool
     tell: Progress
     deadline: Deadline
-    entropy: float = field(init=False)
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "entropy", outlier_entropy(self.graph))
+    entropy: float
 
     def candidates(self) -> list[Candidate]:
-        """Return the candidates, at least one."""
-        lost = accumulated_rotation(self.graph, self.trusted) > _LOST
-        found = [*self._settled("DCS", np.ones(4))]
-        if found and self._clear(found[0], lost):
+        """Return the candidates, at least one.
+
+        Raises:
+            Underdetermined: the trusted edges do not determine the map to working precision.
+        """
+        found = [self._settled("DCS", np.ones(4))]
+        if self._clear(found[0]):
             return found
         for scale in _SCALES if self.learns else _SCALES[:1]:
             if scale < _SCALES[1] and max(one.found.max() for one in found) > _MUCH_LESS:
                 break
-            found.extend(self._settled("GM", np.full(4, scale)))
+            found.extend(self._tried("GM", np.full(4, scale)))
         for scale in _WIDER if self.learns else ():
-            if max(self._closures(one) for one in found) >= max(_FEW[0], _FEW[1] * self._count):
+            if max(map(self._closures, found)) >= max(_FEW[0], _FEW[1] * self._count):
                 break
-            found.extend(self._settled("GM", np.full(4, scale)))
-        best = max(found, key=lambda one: one.evidence)
-        again = () if np.all(best.tested == 1.0) else ("DCS",)
-        for name in (*again, "GNC", "PCM"):
-            found.extend(self._settled(name, best.tested))
-        if lost:
-            found.extend(self._settled("chordal", np.ones(4)))
+            found.extend(self._tried("GM", np.full(4, scale)))
+        best = max(found, key=evidence_of)
+        if not np.all(best.tested == 1.0):
+            found.extend(self._tried("DCS", best.tested))
+        if _agree(found):
+            return found
+        for name in ("GNC", "PCM"):
+            found.extend(self._tried(name, best.tested))
+        if self._lost(max(found, key=evidence_of)):
+            found.extend(self._tried("chordal", np.ones(4)))
         return found
 
     def refined(self, best: Candidate) -> Candidate:
@@ -145,16 +160,17 @@ class Search:
                 break
         return replace(best, poses=poses, found=found)
 
-    def rival(self, left: Mask, best: Candidate) -> Candidate | None:
-        """Return the map of the closures that are ``left`` ``(m,)`` beside ``best``, if any."""
-        closures = left & ~self.trusted
-        if self.deadline.passed or np.sum(closures) < _RIVALS:
+    def rival(self, best: Candidate) -> Candidate | None:
+        """Return the map of the closures that ``best`` rejects, with its noise, if there are any.
+
+        Its arrays are about the edges that are trusted or rejected.
+        """
+        left = self.trusted | ~best.kept
+        if self.deadline.passed or np.sum(left & ~self.trusted) < _RIVALS:
             return None
-        part = select(self.graph, left)
-        alone = replace(self, graph=part, trusted=self.trusted[left], learns=False)
-        object.__setattr__(alone, "entropy", self.entropy)
-        found = alone._settled("DCS", best.found)
-        return next(found, None)
+        graph = rescaled(select(self.graph, left), best.found)
+        alone = replace(self, graph=graph, trusted=self.trusted[left], learns=False)
+        return next(alone._tried("DCS", np.ones(4)), None)
 
     @property
     def _count(self) -> int:
@@ -163,29 +179,35 @@ class Search:
     def _closures(self, one: Candidate) -> int:
         return int(np.sum(one.kept & ~self.trusted))
 
-    def _clear(self, one: Candidate, lost: bool) -> bool:
+    def _clear(self, one: Candidate) -> bool:
         """Tell whether most closures agree, with the noise they claim, and no other is near.
 
         Many closures may have another noise: outliers hide in deviations that are claimed too
-        large, but then some do not fit the noise of the others. Where odometry has ``lost`` its
+        large, but then some do not fit the noise of the others. Where odometry has lost its
         rotation, few closures are not trusted to have found it.
         """
         kept = self._closures(one)
-        most = one.evidence > 0.0 and 2 * kept > self._count and one.near <= 0.01 * kept
+        if one.evidence <= 0.0 or 2 * kept <= self._count or one.near > 0.01 * kept:
+            return False
         claimed = bool(np.all(np.abs(np.log(one.found)) < np.log(_AS_CLAIMED)))
-        return most and one.misfits == 0 and ((claimed and not lost) or kept >= _MANY)
+        return one.misfits == 0 and (kept >= _MANY or (claimed and not self._lost(one)))
 
-    def _settled(self, name: str, scale: Array) -> Iterator[Candidate]:
-        """Yield the candidate of a descent with deviations ``scale`` ``(4,)`` times the claims."""
-        if self.deadline.passed and name != "DCS":
-            return
+    def _lost(self, one: Candidate) -> bool:
+        """Tell whether odometry with the noise of a map has lost its rotation at some pose."""
+        return accumulated_rotation(rescaled(self.graph, one.found), self.trusted) > _LOST
+
+    def _tried(self, name: str, scale: Array) -> Iterator[Candidate]:
+        """Yield ``_settled``, or nothing where no time is left or the map is not determined."""
+        if not self.deadline.passed:
+            with suppress(Underdetermined):
+                yield self._settled(name, scale)
+
+    def _settled(self, name: str, scale: Array) -> Candidate:
+        """Return the candidate of a descent with ``scale`` ``(4,)`` of the claimed deviations."""
         self.tell(f"{name} with {scale.max():.2g} of the claimed deviations")
-        graph = rescaled(self.graph, scale)
-        try:
-            poses = _DESCENTS[name](self._problem(graph), self.threshold, self.deadline.left)
-            yield self._settle(name, poses, scale)
-        except Underdetermined:
-            return
+        problem = self._problem(rescaled(self.graph, scale))
+        poses = _DESCENTS[name](problem, self.threshold, self.deadline.left)
+        return self._settle(name, poses, scale)
 
     def _problem(self, graph: PoseGraph) -> PoseGraphProblem:
         return Sparing(graph, self.x0, self.trusted, steps=1)
@@ -221,7 +243,16 @@ class Search:
         return best
 
 
-_CLAIMED = Found(np.ones(4), np.zeros(4))
+def evidence_of(one: Candidate) -> float:
+    """Return the evidence of a candidate, in nats."""
+    return one.evidence
+
+
+def _agree(found: list[Candidate]) -> bool:
+    """Tell whether DCS and Geman–McClure keep the same closures, with much evidence."""
+    best = max(found, key=evidence_of)
+    names = {one.name for one in found if np.array_equal(one.kept, best.kept)}
+    return best.evidence > _MUCH and names == {"DCS", "GM"}
 
 
 def _change(found: Found, near: int, kept: int) -> Array:

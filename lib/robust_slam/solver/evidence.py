@@ -73,7 +73,8 @@ def evidence(graph: PoseGraph, poses: Array, kept: Mask, entropy: float) -> floa
 
 
 def _log_determinant(graph: PoseGraph, poses: Array, kept: Mask) -> float:
+    """Return log det H of the ``kept`` edges, or infinity: such a map has no evidence."""
     equations = NormalEquations(select(graph, kept))
     hessian, _ = equations.system(equations.at(poses, np.ones(int(kept.sum()))))
     factors = equations.pattern.factorise(hessian)
-    return -np.inf if factors is None else float(np.sum(np.log(factors.pivots[1:])))
+    return np.inf if factors is None else float(np.sum(np.log(factors.pivots[1:])))

@@ -17,6 +17,7 @@ import numpy as np
 
 from robust_slam._arrays import Array, Mask
 from robust_slam.descent.normal_equations import NormalEquations, linear_change
+from robust_slam.descent.sparse.pattern import sum_by_pose
 from robust_slam.graphs.pose_graph import PoseGraph, linearise, select
 
 _PROBES = 24
@@ -80,8 +81,8 @@ def find_noise(graph: PoseGraph, poses: Array, kept: Mask) -> Found:
     squares = np.bincount(kind.ravel(), (whitened**2).ravel(), 4)
     hat: Array = np.zeros(4)
     signs = np.random.default_rng(0).choice([-1.0, 1.0], (_PROBES, *whitened.shape))
-    right = np.stack([_pulled(part, jacobian, root, sign) for sign in signs], axis=-1)
-    for sign, step in zip(signs, np.moveaxis(factors.solve(right), -1, 0), strict=True):
+    steps = factors.solve(_pulled(part, jacobian, root, signs))
+    for sign, step in zip(signs, np.moveaxis(steps, -1, 0), strict=True):
         back = (root @ linear_change(jacobian, part, step)[..., None])[..., 0]
         hat += np.bincount(kind.ravel(), (sign * back).ravel(), 4) / _PROBES
     counts = np.bincount(kind.ravel(), minlength=4).astype(np.float64)
@@ -95,13 +96,10 @@ def _kinds(graph: PoseGraph) -> np.ndarray[tuple[int, ...], np.dtype[np.intp]]:
 
 
 def _pulled(graph: PoseGraph, jacobian: Array, root: Array, whitened: Array) -> Array:
-    """Return Jᵀ Lᵀ ``whitened`` ``(n, D)``, with Ω = L Lᵀ and ``root`` Lᵀ."""
+    """Return Jᵀ Lᵀ w ``(n, D, p)`` for w ``(p, m, D)``, with Ω = L Lᵀ and ``root`` Lᵀ."""
     by_j, transfer = (np.swapaxes(each, 1, 2) for each in jacobian)
-    at_j = by_j @ (np.swapaxes(root, 1, 2) @ whitened[..., None])
-    total = np.zeros((graph.n, graph.group.DOF))
-    np.add.at(total, graph.edges[:, 1], at_j[..., 0])
-    np.add.at(total, graph.edges[:, 0], (transfer @ at_j)[..., 0])
-    return total
+    at_j = by_j @ (np.swapaxes(root, 1, 2) @ np.moveaxis(whitened, 0, -1))
+    return sum_by_pose(graph.n, graph.edges, np.stack([transfer @ at_j, at_j]))
 
 
 def _factors(squares: Array, redundancy: Array) -> Array:

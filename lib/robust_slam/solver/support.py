@@ -52,10 +52,9 @@ def judge_support(search: Search, best: Candidate) -> Judgement:
         return Judgement(Support.UNIQUE, None)
     if best.evidence < _DECISIVE or not np.any(best.kept & closures):
         return Judgement(Support.WEAK, None)
-    left = search.trusted | ~best.kept
-    rival = search.rival(left, best)
+    rival = search.rival(best)
     if rival is None or rival.evidence < _COMPARABLE * best.evidence:
         return Judgement(Support.UNIQUE, None)
-    kept = np.zeros(left.size, dtype=np.bool_)
-    kept[left] = rival.kept
+    kept = np.zeros(best.kept.size, dtype=np.bool_)
+    kept[search.trusted | ~best.kept] = rival.kept
     return Judgement(Support.AMBIGUOUS, kept)
