@@ -93,7 +93,7 @@ def _outcome(answer: rs.solver.Answer, is_outlier: np.ndarray) -> str:
     proof = answer.certificate
     stop = f" ({proof.stop.value})" if proof.stop and proof.verdict.value != "certified" else ""
     gap = f"gap at most {proof.bound:.2g} of {proof.cost:.6g}"
-    return f"{proof.verdict.value}{stop}, {gap}; {kept}"
+    return f"{answer.verdict}{stop}, {gap}; {kept}"
 
 
 def names() -> list[str]:

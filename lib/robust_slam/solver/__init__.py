@@ -37,6 +37,9 @@ from robust_slam.solver.noise import rescaled
 from robust_slam.solver.support import Support as Support
 from robust_slam.solver.support import judge_support
 
+_SEARCH = 0.7
+"""This share of the time at most is spent before the certificate."""
+
 
 def solve(
     graph: PoseGraph,
@@ -88,7 +91,8 @@ def solve(
         bridges, trusted = _trusted(graph, threshold, tell, deadline)
         x0 = spanning_tree(graph, trusted.astype(np.float64))
         entropy = outlier_entropy(graph)
-        search = Search(graph, x0, trusted, threshold, find_noise, tell, deadline, entropy)
+        until = Deadline.after(_SEARCH * deadline.left)
+        search = Search(graph, x0, trusted, threshold, find_noise, tell, until, entropy)
         candidates = search.candidates()
         best = max(candidates, key=evidence_of)
         tell("a rival is looked for")

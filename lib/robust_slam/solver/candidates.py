@@ -22,7 +22,7 @@ from robust_slam.consistency.pairwise import pcm
 from robust_slam.descent import start
 from robust_slam.errors import Underdetermined
 from robust_slam.estimators import kernels
-from robust_slam.estimators.graduation import gnc
+from robust_slam.estimators.graduation import gnc, start_mu
 from robust_slam.estimators.result import StopReason
 from robust_slam.estimators.reweighting import irls
 from robust_slam.estimators.thresholds import chi_square_threshold
@@ -61,6 +61,10 @@ _RIVALS = 3
 """Fewer rejected closures are no rival."""
 _NEAR = 3.0
 """A closure within so many thresholds is near: another descent might keep it."""
+_SOME = 0.02
+"""Fewer rejected closures near a map than this share of the kept ones leave it as it is."""
+_REACH = 5.0
+"""A rejected closure may return if its residual is at most so many thresholds."""
 _AS_CLAIMED = 1.5
 """Noise within this factor of the claimed one is as claimed."""
 _MANY = 1000
@@ -119,7 +123,9 @@ class Search:
         Raises:
             Underdetermined: the trusted edges do not determine the map to working precision.
         """
-        found = [self._settled("DCS", np.ones(4))]
+        # Where closures join sessions, odometry alone leads nowhere: PCM looks at pairs first.
+        joined = bool(np.any(self.trusted & ~self.graph.is_odometry))
+        found = [self._settled("PCM, GNC" if joined else "DCS", np.ones(4))]
         if self._clear(found[0]):
             return found
         for scale in _SCALES if self.learns else _SCALES[:1]:
@@ -131,14 +137,14 @@ class Search:
                 break
             found.extend(self._tried("GM", np.full(4, scale)))
         best = max(found, key=evidence_of)
-        if not np.all(best.tested == 1.0):
+        if joined or not np.all(best.tested == 1.0):
             found.extend(self._tried("DCS", best.tested))
         if _agree(found):
             return found
-        for name in ("GNC", "PCM"):
+        for name in ("GNC", "PCM, GM"):
             found.extend(self._tried(name, best.tested))
-        if self._lost(max(found, key=evidence_of)):
-            found.extend(self._tried("chordal", np.ones(4)))
+        if self._lost(max(found, key=evidence_of)) and not joined:
+            found.extend(self._tried("PCM, GNC", np.ones(4)))
         return found
 
     def refined(self, best: Candidate) -> Candidate:
@@ -187,7 +193,7 @@ class Search:
         rotation, few closures are not trusted to have found it.
         """
         kept = self._closures(one)
-        if one.evidence <= 0.0 or 2 * kept <= self._count or one.near > 0.01 * kept:
+        if one.evidence <= 0.0 or 2 * kept <= self._count or one.near > _SOME * kept:
             return False
         claimed = bool(np.all(np.abs(np.log(one.found)) < np.log(_AS_CLAIMED)))
         return one.misfits == 0 and (kept >= _MANY or (claimed and not self._lost(one)))
@@ -294,8 +300,12 @@ def _consistent(problem: PoseGraphProblem, c: float, seconds: float) -> Array:
     return _geman_mcclure(fewer, c, seconds)
 
 
-def _from_chordal(problem: PoseGraphProblem, c: float, seconds: float) -> Array:
-    """Descend by GNC from a chordal map without the closures that fit it worst."""
+def _graduated_consistent(problem: PoseGraphProblem, c: float, seconds: float) -> Array:
+    """Descend by GNC over what PCM keeps, from odometry or from a chordal map of it.
+
+    Where odometry has lost its rotation, a chordal map without the closures that fit it worst may
+    be closer; then the one of lower TLS cost is taken.
+    """
     used = pcm(problem.graph, c, max_seconds=seconds).kept | problem.trusted
     consistent = select(problem.graph, used)
 
@@ -304,7 +314,26 @@ def _from_chordal(problem: PoseGraphProblem, c: float, seconds: float) -> Array:
 
     x0 = min((problem.guess, *_trimmed(consistent)), key=truncated)
     fewer = Sparing(consistent, x0, problem.trusted[used], steps=1)
-    return gnc(fewer, c, "tls", x0, tol=TOL, max_seconds=seconds).x
+    poses = gnc(fewer, c, "tls", x0, tol=TOL, max_seconds=seconds).x
+    return _readmitted(problem, poses, c, seconds)
+
+
+def _readmitted(problem: PoseGraphProblem, poses: Array, c: float, seconds: float) -> Array:
+    """Return the poses that GNC reaches from ``poses`` over all closures near them.
+
+    Inliers that were rejected pull on the map only when they return, so at first closures
+    count up to ``_REACH`` thresholds.
+
+    Source: Yang et al. 2020 for the surrogate and, Remark 5, its first μ; its use to take
+    closures back is derived here.
+    """
+    norms = problem.residual_norms(poses)
+    near = ~problem.trusted & (norms > c) & (norms < _REACH * c)
+    if not np.any(near):
+        return poses
+    # Weights are above 0 up to _REACH thresholds, or to √2 of the largest norm if less.
+    mu = max(1.0 / (_REACH**2 - 1.0), start_mu(float(np.max(norms[near])), c))
+    return gnc(problem, c, x0=poses, mu0=mu, tol=TOL, max_seconds=seconds).x
 
 
 def _trimmed(graph: PoseGraph) -> Iterator[Array]:
@@ -324,8 +353,8 @@ _DESCENTS: dict[str, Callable[[PoseGraphProblem, float, float], Array]] = {
     "DCS": _dcs,
     "GM": _geman_mcclure,
     "GNC": _graduated,
-    "PCM": _consistent,
-    "chordal": _from_chordal,
+    "PCM, GM": _consistent,
+    "PCM, GNC": _graduated_consistent,
 }
 """From odometry, with the threshold and the seconds that are left."""
 
