@@ -18,6 +18,7 @@ from robust_slam.estimators.result import StopReason
 from robust_slam.estimators.reweighting import irls
 from robust_slam.graphs.generate import manhattan, sphere
 from robust_slam.graphs.outliers import add_random_closures
+from robust_slam.solver import Support
 
 from tests.lib.worlds import refused
 
@@ -43,6 +44,7 @@ def test_without_time_there_is_a_map_and_a_reason(graph):
     assert np.all(np.isfinite(answer.poses))
     assert np.all(answer.kept[graph.is_odometry])
     assert "The time limit ended the computation" in answer.summary()
+    assert answer.support is Support.WEAK and "Odometry alone" not in answer.summary()
 
 
 @pytest.mark.parametrize("seconds", [0, 1, 2, 4, 7, 10, 15, 30, 60, 150, 300])
@@ -51,6 +53,7 @@ def test_whenever_the_time_ends_there_is_a_map_with_a_reason(ticking, seconds):
     certified = answer.certificate.verdict is Verdict.CERTIFIED
     stopped = {answer.stop, answer.certificate.stop} & {StopReason.TIME_LIMIT, Stop.TIME_LIMIT}
     assert certified or stopped
+    assert answer.stop is not StopReason.TIME_LIMIT or answer.support is Support.WEAK
     assert certified or seconds < 300
     assert not certified or seconds > 10
     assert np.all(np.isfinite(answer.poses))

@@ -11,6 +11,8 @@ Source: the SLAM Handbook 2026, chapter 3, for the parts; their combination is d
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from robust_slam._arrays import Array, Mask
@@ -26,6 +28,7 @@ from robust_slam.certificates.staircase import solve_certified
 from robust_slam.consistency.bridges import Bridges, find_bridges
 from robust_slam.consistency.pairwise import pcm
 from robust_slam.descent import start
+from robust_slam.estimators.result import StopReason
 from robust_slam.estimators.thresholds import chi_square_threshold
 from robust_slam.graphs.odometry import spanning_tree
 from robust_slam.graphs.pose_graph import PoseGraph, check_graph, select
@@ -34,8 +37,8 @@ from robust_slam.solver.answer import Answer as Answer
 from robust_slam.solver.candidates import Candidate, Search, evidence_of
 from robust_slam.solver.evidence import outlier_entropy
 from robust_slam.solver.noise import rescaled
+from robust_slam.solver.support import Judgement, judge_support
 from robust_slam.solver.support import Support as Support
-from robust_slam.solver.support import judge_support
 
 _SEARCH = 0.7
 """This share of the time at most is spent before the certificate."""
@@ -97,6 +100,9 @@ def solve(
         best = max(candidates, key=evidence_of)
         tell("a rival is looked for")
         judgement = judge_support(search, best)
+        if until.passed:
+            judgement = Judgement(Support.WEAK, None)
+            best = replace(best, stop=StopReason.TIME_LIMIT)
         best = search.refined(best)
         tell("the certificate is computed")
         poses, certificate = _certified(rescaled(graph, best.found), best, deadline)

@@ -142,7 +142,7 @@ class Answer:
         ]
 
     def _support_notes(self, names: ArrayLike | None) -> list[str]:
-        if self.support is Support.WEAK:
+        if self.support is Support.WEAK and self.stop is not StopReason.TIME_LIMIT:
             return [
                 "Odometry alone explains the measurements about as well as this map: look for "
                 "more closures, or for odometry that slipped."

@@ -172,7 +172,7 @@ class Search:
         Its arrays are about the edges that are trusted or rejected.
         """
         left = self.trusted | ~best.kept
-        if self.deadline.passed or np.sum(left & ~self.trusted) < _RIVALS:
+        if np.sum(left & ~self.trusted) < _RIVALS:
             return None
         graph = rescaled(select(self.graph, left), best.found)
         alone = replace(self, graph=graph, trusted=self.trusted[left], learns=False)

@@ -23,7 +23,8 @@ class Support(Enum):
 
     - UNIQUE: no other set of closures gives a map of comparable evidence.
     - AMBIGUOUS: the rejected closures, solved alone, give a map of comparable evidence.
-    - WEAK: odometry alone explains the measurements about as well, or no closure is kept.
+    - WEAK: odometry alone explains the measurements about as well, or no closure is kept, or the
+      time did not suffice to look for a rival.
     """
 
     UNIQUE = "unique"
