@@ -49,6 +49,7 @@ def solve(
     probability: float = 0.99,
     *,
     find_noise: bool = True,
+    quick: bool = False,
     progress: bool | Progress = False,
     max_seconds: float = MAX_SECONDS,
 ) -> Answer:
@@ -63,7 +64,7 @@ def solve(
     those that PCM finds consistent as well. Truncated least squares then decides about all
     closures, and the map of the largest evidence is returned. Where most closures agree on the
     first map and no other is near it, or where DCS and Geman–McClure agree with much evidence, the
-    others are left out.
+    others are left out. With ``quick`` True only the first descent is made.
 
     The deviations that the file claims are a first guess only: those of odometry and closures,
     positions and rotations, are found from the kept edges (``Answer.noise``), and used for
@@ -95,7 +96,7 @@ def solve(
         x0 = spanning_tree(graph, trusted.astype(np.float64))
         entropy = outlier_entropy(graph)
         until = Deadline.after(_SEARCH * deadline.left)
-        search = Search(graph, x0, trusted, threshold, find_noise, tell, until, entropy)
+        search = Search(graph, x0, trusted, threshold, find_noise, quick, tell, until, entropy)
         candidates = search.candidates()
         best = max(candidates, key=evidence_of)
         tell("a rival is looked for")

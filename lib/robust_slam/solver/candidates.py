@@ -103,7 +103,8 @@ class Search:
     """What all candidates have in common.
 
     They descend from the poses ``x0`` ``(n, …)`` with the ``trusted`` edges ``(m,)``, and keep a
-    closure up to the ``threshold``. With ``learns`` they find their noise, else the claims hold.
+    closure up to the ``threshold``. With ``learns`` they find their noise, else the claims hold,
+    and with ``quick`` there is one candidate alone.
     ``entropy`` is that of ``outlier_entropy``. ``tell`` is told each descent, and after the
     ``deadline`` no other begins.
     """
@@ -113,6 +114,7 @@ class Search:
     trusted: Mask
     threshold: float
     learns: bool
+    quick: bool
     tell: Progress
     deadline: Deadline
     entropy: float
@@ -126,7 +128,7 @@ class Search:
         # Where closures join sessions, odometry alone leads nowhere: PCM looks at pairs first.
         joined = bool(np.any(self.trusted & ~self.graph.is_odometry))
         found = [self._settled("PCM, GNC" if joined else "DCS", np.ones(4))]
-        if self._clear(found[0]):
+        if self.quick or self._clear(found[0]):
             return found
         for scale in _SCALES if self.learns else _SCALES[:1]:
             if scale < _SCALES[1] and max(one.found.max() for one in found) > _MUCH_LESS:
