@@ -166,13 +166,30 @@ def _information(value: ArrayLike, m: int, dof: int) -> Array:
     asymmetric = skew > 1e-9 * size
     if np.any(asymmetric):
         raise ValueError(f"information: edge {int(np.argmax(asymmetric))} is not symmetric")
-    indefinite = ~(np.linalg.eigvalsh(information)[:, 0] > 0.0)
+    spectrum = np.linalg.eigvalsh(information)
+    indefinite = ~(spectrum[:, 0] > 0.0)
     if np.any(indefinite):
         raise ValueError(
             f"information: edge {int(np.argmax(indefinite))} is not positive definite; give the "
             "inverse of a covariance"
         )
+    beyond = out_of_range(spectrum)
+    if np.any(beyond):
+        raise ValueError(
+            f"information: edge {int(np.argmax(beyond))} is outside 1e-60 to 1e60; give metres "
+            "and radians"
+        )
     return information
+
+
+def out_of_range(spectrum: Array) -> Mask:
+    """Return which matrices have an eigenvalue beyond 1e60, or above 0 but below 1e-60.
+
+    ``spectrum`` ``(k, D)`` holds the eigenvalues of each, ascending. Determinants of such
+    matrices do not fit double precision.
+    """
+    smallest, largest = spectrum[:, 0], spectrum[:, -1]
+    return np.asarray((largest > 1e60) | ((smallest > 0.0) & (smallest < 1e-60)))
 
 
 def _check_connected(n: int, edges: Indices) -> None:
