@@ -11,11 +11,13 @@ Source: Grisetti et al. 2010, "A tutorial on graph-based SLAM", with the full lo
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
@@ -25,7 +27,7 @@ from robust_slam.errors import Underdetermined
 from robust_slam.graphs import se2
 from robust_slam.graphs.group import Group, group_of
 
-_ROWS = ("edges", "measurement", "information", "is_odometry")
+ROWS = ("edges", "measurement", "information", "is_odometry")
 """The arrays that have a row for each edge."""
 _ORTHOGONALITY = 1e-6
 """The largest accepted entry of |R Rᵀ − I|; rounding stays far below."""
@@ -59,18 +61,11 @@ class PoseGraph:
     is_odometry: Mask
 
     def __post_init__(self) -> None:
-        edges = _edges(self.edges, self.n)
-        m = len(edges)
         group = group_of(np.asarray(self.measurement))
-        checked = {
-            "edges": edges,
-            "measurement": _poses("measurement", self.measurement, group, m),
-            "information": _information(self.information, m, group.DOF),
-            "is_odometry": mask("is_odometry", self.is_odometry, m),
-        }
+        checked = checked_rows(self.n, group, {name: getattr(self, name) for name in ROWS})
         for name, value in checked.items():
             object.__setattr__(self, name, value)
-        _check_connected(self.n, edges)
+        _check_connected(self.n, self.edges)
 
     def __repr__(self) -> str:
         closures = int(np.sum(~self.is_odometry))
@@ -120,6 +115,38 @@ class PoseGraph:
     def translation(self) -> Array:
         """The translations ``(m, d)`` of the measurements, in m."""
         return self.group.translation(self.measurement)
+
+
+def checked_rows(n: int, group: Group, rows: Mapping[str, ArrayLike]) -> dict[str, NDArray[Any]]:
+    """Return the arrays of ``PoseGraph``, which have a row for each edge, checked and read-only.
+
+    ``rows`` holds them by their names. Whether the edges connect the ``n`` poses is not checked.
+
+    Raises:
+        ValueError: as ``PoseGraph``.
+    """
+    edges = _edges(rows["edges"], n)
+    m = len(edges)
+    return {
+        "edges": edges,
+        "measurement": _poses("measurement", rows["measurement"], group, m),
+        "information": _information(rows["information"], m, group.DOF),
+        "is_odometry": mask("is_odometry", rows["is_odometry"], m),
+    }
+
+
+def from_checked(n: int, rows: Mapping[str, NDArray[Any]]) -> PoseGraph:
+    """Return the graph of ``n`` poses whose ``rows`` by name ``checked_rows`` has seen.
+
+    The edges connect all poses; nothing is checked again and nothing is copied.
+    """
+    graph = object.__new__(PoseGraph)
+    object.__setattr__(graph, "n", n)
+    for name in ROWS:
+        value = rows[name]
+        value.flags.writeable = False
+        object.__setattr__(graph, name, value)
+    return graph
 
 
 def _poses(name: str, value: ArrayLike, group: Group, count: int) -> Array:
@@ -363,14 +390,7 @@ def select(graph: PoseGraph, used: ArrayLike) -> PoseGraph:
     """
     chosen = mask("used", used, len(graph.edges))
     _check_connected(graph.n, graph.edges[chosen])
-    # Its rows were checked when the whole graph was made.
-    part = object.__new__(PoseGraph)
-    object.__setattr__(part, "n", graph.n)
-    for name in _ROWS:
-        rows = getattr(graph, name)[chosen]
-        rows.flags.writeable = False
-        object.__setattr__(part, name, rows)
-    return part
+    return from_checked(graph.n, {name: getattr(graph, name)[chosen] for name in ROWS})
 
 
 def with_closures(
