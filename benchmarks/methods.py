@@ -2,7 +2,7 @@
 
 All trust the odometry, take one Gauss–Newton step for each set of weights, and have the same
 number of linear solves. Closures count as kept when their whitened residual at a method's map
-is within the 99 % threshold: the same test for all.
+is within the 99 % threshold, with deviations that are true: the same test for all.
 
 To enter a method, write a function (problem, threshold, start) -> poses under ``@method`` with
 its name. ``python -m benchmarks.sweep`` then runs it, and it alone, on every graph.
@@ -15,18 +15,22 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 from robust_slam._arrays import Array, Mask
+from robust_slam.certificates import Verdict
+from robust_slam.consistency import pcm
+from robust_slam.descent import covariance
 from robust_slam.descent.damped import descend_damped
 from robust_slam.descent.normal_equations import NormalEquations
-from robust_slam.errors import NotConverged
+from robust_slam.errors import NotConverged, Underdetermined
 from robust_slam.estimators import chi_square_threshold, gnc, irls, kernels, max_mixture
 from robust_slam.estimators.switches import joint_switchable
 from robust_slam.graphs import PoseGraph, ate, gtsam_graph, pose_graph, precision_recall
 from robust_slam.graphs.forest import find_forest, poses_along
 from robust_slam.problems import PoseGraphProblem
-from robust_slam.solver import solve
+from robust_slam.solver import Answer, Support, solve
 from robust_slam_course import pipeline
 
 try:
@@ -52,6 +56,12 @@ CAUCHY = {1: 2.385, 3: 2.666, 6: 2.862}
 """Cauchy's constant by the dimension of a residual: 95 % efficiency on the norm."""
 MIXTURE = (0.7, 1e4)
 """Max-mixture: the probability of an inlier, and how much wider an outlier spreads."""
+MATCHED = 100.0
+"""Max-mixture whose mode changes at c: how much wider an outlier spreads."""
+RTABMAP = 3.0
+"""RTAB-Map: an error of so many deviations, of any edge, undoes the newest closures."""
+KIMERA = 5.0
+"""Kimera-RPGO: the threshold of a pair of closures, on the norm."""
 PARAMETERS = {
     "probability": PROBABILITY,
     "steps": STEPS,
@@ -62,11 +72,46 @@ PARAMETERS = {
     "cauchy": CAUCHY,
     "lambda, phi": "c^2",
     "mixture": MIXTURE,
+    "matched mixture": MATCHED,
+    "RTAB-Map": RTABMAP,
+    "Kimera-RPGO": KIMERA,
 }
 """What the results depend on besides the code."""
 
-Descent = Callable[[PoseGraphProblem, float, Array], Array]
-Method = Callable[[PoseGraphProblem, float], Array]
+
+class Found(NamedTuple):
+    """What a method that judges itself returns: a map, and what it says about it.
+
+    ``graph`` has the deviations that the method found, ``kept`` ``(m,)`` marks the edges it
+    used, ``certified`` tells whether it calls the map optimal, and ``flagged`` whether it warns.
+    """
+
+    poses: Array
+    graph: PoseGraph
+    kept: Mask
+    certified: bool
+    flagged: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Made:
+    """A world that methods answer for.
+
+    ``graph`` is what a method gets, ``is_outlier`` ``(m,)`` marks its wrong closures, and
+    ``reference`` are the poses to come to: the truth, or with ``is_truth`` False the optimum
+    without outliers. ``honest`` is the graph with deviations that are true of every inlier and
+    every odometry edge.
+    """
+
+    graph: PoseGraph
+    is_outlier: Mask
+    reference: Array
+    honest: PoseGraph
+    is_truth: bool
+
+
+Descent = Callable[[PoseGraphProblem, float, Array], "Array | Found"]
+Method = Callable[[PoseGraphProblem, float], "Array | Found"]
 
 
 def _least_squares(problem: PoseGraphProblem) -> Array:
@@ -88,7 +133,11 @@ STARTS: dict[str, Callable[[PoseGraphProblem], Array]] = {
 }
 METHODS: dict[str, Method] = {}
 ORACLE = "correct edges alone"
-"""What a method could do that knew the outliers: where this map is bad, no map is good."""
+"""What a method could do that knew the outliers."""
+SOLVER, GNC = "rs.solve", "GNC-TLS from odometry"
+"""The method that others are paired with, and the one whose CPU time is the unit."""
+FIRST: list[str] = []
+"""The methods that begin at the odometry, or at a start of their own."""
 GTSAM: list[str] = []
 """The methods that need the package gtsam."""
 
@@ -98,7 +147,12 @@ class Score:
     """What one run of one method was worth.
 
     ``ate`` is in metres, ``seconds`` are of CPU time, and ``solves`` counts linear solves for
-    the poses; it is None for a method whose solves are not the library's.
+    the poses; it is None for a method whose solves are not the library's. ``outliers`` are
+    those of the ``wrong`` closures that were kept. ``nees`` is the squared error of the last
+    pose in units of the covariance that the method's edges give it, for each degree of freedom,
+    and None where the truth is not known. ``assured`` tells whether the method calls its map
+    optimal and does not warn, ``flagged`` whether it warns; both are None for a method that
+    says nothing.
     """
 
     precision: float
@@ -106,6 +160,11 @@ class Score:
     ate: float
     seconds: float
     solves: int | None
+    outliers: int = 0
+    wrong: int = 0
+    nees: float | None = None
+    assured: bool | None = None
+    flagged: bool | None = None
 
 
 def method(name: str, starts: Sequence[str] = ()) -> Callable[[Descent], Descent]:
@@ -118,6 +177,7 @@ def method(name: str, starts: Sequence[str] = ()) -> Callable[[Descent], Descent
     def enter(descend: Descent) -> Descent:
         for start in starts:
             METHODS[f"{name} from {start}"] = partial(_from, start, descend)
+        FIRST.append(f"{name} from odometry" if starts else name)
         if not starts:
             METHODS[name] = partial(_from, "odometry", descend)
         return descend
@@ -125,7 +185,7 @@ def method(name: str, starts: Sequence[str] = ()) -> Callable[[Descent], Descent
     return enter
 
 
-def _from(start: str, descend: Descent, problem: PoseGraphProblem, c: float) -> Array:
+def _from(start: str, descend: Descent, problem: PoseGraphProblem, c: float) -> Array | Found:
     return descend(problem, c, STARTS[start](problem))
 
 
@@ -196,25 +256,91 @@ def mixture(problem: PoseGraphProblem, c: float, x0: Array) -> Array:
     return max_mixture(problem, *MIXTURE, x0=x0, tol=TOL, max_iterations=SOLVES).x
 
 
+@method("max-mixture, matched")
+def matched_mixture(problem: PoseGraphProblem, c: float, x0: Array) -> Array:
+    """Choose the probability of an inlier such that the mode changes at c, as for the others."""
+    offset = 0.5 * c**2 * (1.0 - MATCHED**-2)
+    odds = np.exp(offset - problem.graph.group.DOF * np.log(MATCHED))
+    probability = float(odds / (1.0 + odds))
+    return max_mixture(problem, probability, MATCHED, x0=x0, tol=TOL, max_iterations=SOLVES).x
+
+
+@method("DCS, then TLS")
+def dcs_tls(problem: PoseGraphProblem, c: float, x0: Array) -> Array:
+    """Let truncated least squares decide from where DCS comes to rest."""
+    return irls_tls(problem, c, dcs(problem, c, x0))
+
+
+@method("RTAB-Map's rule")
+def rtabmap(problem: PoseGraphProblem, c: float, x0: Array) -> Array:
+    """Add closure after closure, and undo it if an error of any edge exceeds three deviations.
+
+    Source: RTAB-Map's parameter RGBD/OptimizeMaxError, by its documentation.
+    """
+    graph, used, poses = problem.graph, problem.graph.is_odometry.copy(), x0
+    deviations = 1.0 / np.sqrt(np.diagonal(graph.information, axis1=1, axis2=2))
+    closures = np.flatnonzero(~graph.is_odometry)
+    equations = NormalEquations(graph)
+    for k in closures[np.argsort(graph.edges[closures].max(axis=1), kind="stable")]:
+        used[k] = True
+        tried = descend_damped(equations, poses, used.astype(float), START_TOL, _EACH).poses
+        worst = np.abs(pose_graph.residuals(graph, tried)) / deviations
+        if worst[used].max() > RTABMAP:
+            used[k] = False
+        else:
+            poses = tried
+    return poses
+
+
+_EACH = 3
+"""Solves after each closure of RTAB-Map's rule, which has a map close by."""
+
+
+@method("Kimera-RPGO")
+def kimera(problem: PoseGraphProblem, c: float, x0: Array) -> Array:
+    """Keep a largest set of closures that agree in pairs, then solve by least squares.
+
+    Source: the default of its parameter lc_threshold. Its set is found by a heuristic, and here
+    exactly; it also tests each closure against the odometry, with twice the threshold.
+    """
+    kept = pcm(problem.graph, KIMERA).kept
+    return _least_squares(PoseGraphProblem(pose_graph.select(problem.graph, kept), x0))
+
+
 @method("PCM + GNC-TLS")
-def pcm_gnc(problem: PoseGraphProblem, c: float, x0: Array) -> Array:
+def pcm_gnc(problem: PoseGraphProblem, c: float, x0: Array) -> Found:
     """Run the pipeline of chapter 8, certificate included; it begins at dead reckoning."""
-    return pipeline.solve(problem.graph, PROBABILITY).poses
+    solved = pipeline.solve(problem.graph, PROBABILITY)
+    certified = solved.certificate.verdict is Verdict.CERTIFIED
+    return Found(solved.poses, problem.graph, solved.kept, certified, flagged=False)
 
 
-@method("rs.solve")
-def whole(problem: PoseGraphProblem, c: float, x0: Array) -> Array:
+@method(SOLVER)
+def whole(problem: PoseGraphProblem, c: float, x0: Array) -> Found:
     """Run the library's back-end: several starts, the noise that is found, and a certificate."""
-    return solve(problem.graph, PROBABILITY).poses
+    return _judged(solve(problem.graph, PROBABILITY))
 
 
-def _gtsam(loss: str, problem: PoseGraphProblem, c: float, x0: Array) -> Array:
+@method("rs.solve, quick")
+def quick(problem: PoseGraphProblem, c: float, x0: Array) -> Found:
+    """Run the library's back-end with its first start alone."""
+    return _judged(solve(problem.graph, PROBABILITY, quick=True))
+
+
+def _judged(answer: Answer) -> Found:
+    certified = answer.certificate.verdict is Verdict.CERTIFIED
+    flagged = answer.support is not Support.UNIQUE
+    return Found(answer.poses, answer.precise, answer.kept, certified, flagged)
+
+
+def _gtsam(loss: str, scheduler: str, problem: PoseGraphProblem, c: float, x0: Array) -> Array:
     """Run GTSAM's optimiser with its defaults, the odometry and the prior known inliers."""
     factors, values = gtsam_graph.to_gtsam(problem.graph, x0)
     prior = len(problem.graph.edges)
     known = [*np.flatnonzero(problem.trusted).tolist(), prior]
     parameters = gtsam.GncGaussNewtonParams(gtsam.GaussNewtonParams())
     parameters.setLossType(getattr(gtsam.GncLossType, loss))
+    parameters.setScheduler(getattr(gtsam.GncScheduler, scheduler))
     parameters.setKnownInliers(known)
     optimiser = gtsam.GncGaussNewtonOptimizer(factors, values, parameters)
     try:
@@ -223,9 +349,10 @@ def _gtsam(loss: str, problem: PoseGraphProblem, c: float, x0: Array) -> Array:
         raise NotConverged(str(error)) from None
 
 
-for _loss in ("TLS", "GM"):
-    GTSAM.append(f"GTSAM's GNC-{_loss}")
-    method(GTSAM[-1])(partial(_gtsam, _loss))
+for _loss, _scheduler in (("TLS", "Linear"), ("GM", "Linear"), ("TLS", "SuperLinear")):
+    _suffix = "" if _scheduler == "Linear" else f", {_scheduler}"
+    GTSAM.append(f"GTSAM's GNC-{_loss}{_suffix}")
+    method(GTSAM[-1])(partial(_gtsam, _loss, _scheduler))
 
 
 def available() -> list[str]:
@@ -233,27 +360,64 @@ def available() -> list[str]:
     return [name for name in METHODS if name not in GTSAM or gtsam is not None]
 
 
-def run(name: str, spoiled: PoseGraph, is_outlier: Mask, reference: Array, steps: int) -> Score:
+def run(name: str, world: Made, steps: int = STEPS) -> Score:
     """Return the score of one method on one spoiled graph.
-
-    ``is_outlier`` ``(m,)`` marks the wrong closures; ``reference`` are the poses to come to.
 
     Raises:
         NotConverged: the method did not come to rest.
         Underdetermined: its weights left a pose loose.
     """
+    spoiled = world.graph
     c = chi_square_threshold(PROBABILITY, spoiled.group.DOF)
     with counted() as count:
-        given = pose_graph.select(spoiled, ~is_outlier) if name == ORACLE else spoiled
-        problem = Budgeted(given, count, steps)
+        correct = pose_graph.select(world.honest, ~world.is_outlier)
+        problem = Budgeted(correct if name == ORACLE else spoiled, count, steps)
         began = time.process_time()
-        poses = METHODS[name](problem, c)
+        found = METHODS[name](problem, c)
         seconds = time.process_time() - began
-    kept = pose_graph.residual_norms(spoiled, poses) <= c
+        solves = None if name in GTSAM else count.solves
+    poses = found.poses if isinstance(found, Found) else found
+    kept = pose_graph.residual_norms(world.honest, poses) <= c
     closures = ~spoiled.is_odometry
-    precision, recall = precision_recall(kept[closures], ~is_outlier[closures])
-    solves = None if name in GTSAM else count.solves
-    return Score(precision, recall, ate(poses, reference), seconds, solves)
+    precision, recall = precision_recall(kept[closures], ~world.is_outlier[closures])
+    certain = _judgement(found, problem.graph, c)
+    return Score(
+        precision,
+        recall,
+        ate(poses, world.reference),
+        seconds,
+        solves,
+        outliers=int(np.sum(kept & closures & world.is_outlier)),
+        wrong=int(world.is_outlier.sum()),
+        nees=last_nees(certain, world.reference[-1]) if world.is_truth else None,
+        assured=found.certified and not found.flagged if isinstance(found, Found) else None,
+        flagged=found.flagged if isinstance(found, Found) else None,
+    )
+
+
+def _judgement(found: Array | Found, graph: PoseGraph, c: float) -> Found:
+    """Return what a method found; one that returns poses alone keeps closures up to ``c``."""
+    if isinstance(found, Found):
+        return found
+    kept = graph.is_odometry | (pose_graph.residual_norms(graph, found) <= c)
+    return Found(found, graph, kept, certified=False, flagged=False)
+
+
+def last_nees(found: Found, truth: Array) -> float | None:
+    """Return the NEES of the last pose, whose ``truth`` is ``(3,)`` or ``(3, 4)``, for each dof.
+
+    It is None where the kept edges do not determine the map.
+
+    Source: Bar-Shalom, Li and Kirubarajan 2001, section 5.4.
+    """
+    group, last = found.graph.group, len(found.poses) - 1
+    anchored = group.between(found.poses[0], found.poses[last])
+    error = group.log(group.between(anchored[None], truth[None]))[0]
+    try:
+        spread = covariance(found.graph, found.poses, last, found.kept.astype(np.float64))
+    except Underdetermined:
+        return None
+    return float(error @ np.linalg.solve(spread, error)) / group.DOF
 
 
 @dataclass

@@ -1,7 +1,8 @@
 """Which methods hold, on which graphs, under which outliers, up to which rate?
 
 Runs that are in the journal are not done again: kill it at any time, and start it again.
-Afterwards, or with --write at any time, the table of what there is goes to --table.
+Afterwards, or with --write at any time, the tables of what there is go to --table, for tier A,
+and to --tiers-table, for all tiers.
 
     python -m benchmarks.sweep --jobs 2
 """
@@ -17,24 +18,28 @@ from tqdm import tqdm
 
 from benchmarks import methods
 from benchmarks.sweep import journal, summary
-from benchmarks.sweep.definition import PLANS, worlds
+from benchmarks.sweep.definition import GRAPHS, LARGE, PLANS, TIERS, entered, worlds
 from benchmarks.sweep.run import Task, do
 
 ROOT = Path(__file__).parents[2]
 JOURNAL = ROOT / "build" / "sweep" / "journal.jsonl"
 TABLE = ROOT / "chapters" / "data" / "robustness.csv"
+TIERS_TABLE = TABLE.with_name("tiers.csv")
 
 
 def missing(
-    done: dict[journal.Key, journal.Run], graphs: Sequence[str], names: Sequence[str]
+    done: dict[journal.Key, journal.Run],
+    graphs: Sequence[str],
+    names: Sequence[str],
+    tiers: Sequence[str] = ("A",),
 ) -> list[Task]:
     """Return what is left to do with these methods on these graphs, a task for each world."""
-    tasks = [
-        (world, tuple(name for name in names if (world, name) not in done))
-        for world in worlds()
-        if world.graph in graphs
-    ]
-    return [task for task in tasks if task[1]]
+    tasks = []
+    for world in worlds(tiers):
+        left = [name for name in entered(world) if name in names and (world, name) not in done]
+        if left and world.graph in graphs:
+            tasks.append((world, tuple(left)))
+    return tasks
 
 
 def sweep(path: Path, runs: Iterable[journal.Run], total: int) -> None:
@@ -52,7 +57,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--jobs", type=int, default=1, help="processes (default 1)")
     parser.add_argument("--journal", type=Path, default=JOURNAL)
     parser.add_argument("--table", type=Path, default=TABLE)
-    parser.add_argument("--graphs", nargs="+", choices=PLANS, default=list(PLANS))
+    parser.add_argument("--tiers-table", type=Path, default=TIERS_TABLE)
+    parser.add_argument("--tiers", nargs="+", choices=TIERS, default=list(TIERS))
+    parser.add_argument("--graphs", nargs="+", choices=GRAPHS, default=GRAPHS)
     parser.add_argument(
         "--methods", nargs="+", choices=methods.available(), default=methods.available()
     )
@@ -60,16 +67,18 @@ def main(arguments: Sequence[str] | None = None) -> None:
     wanted = parser.parse_args(arguments)
     if not wanted.write:
         graphs = [graph for graph in wanted.graphs if _is_here(graph)]
-        tasks = missing(journal.read(wanted.journal), graphs, wanted.methods)
+        tasks = missing(journal.read(wanted.journal), graphs, wanted.methods, wanted.tiers)
         total = sum(len(names) for _, names in tasks)
         sweep(wanted.journal, do(tasks, wanted.jobs), total)
-    wanted.table.parent.mkdir(parents=True, exist_ok=True)
-    wanted.table.write_text(summary.text(journal.read(wanted.journal).values()), encoding="utf-8")
-    print(f"the table is in {wanted.table}")
+    runs = journal.read(wanted.journal).values()
+    for path, table in ((wanted.table, summary.text), (wanted.tiers_table, summary.tiers)):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(table(runs), encoding="utf-8")
+        print(f"a table is in {path}")
 
 
 def _is_here(graph: str) -> bool:
-    if PLANS[graph].poses is not None:
+    if graph not in (*LARGE, *(name for name, plan in PLANS.items() if plan.poses is None)):
         return True
     try:
         find(graph)

@@ -8,12 +8,11 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from functools import partial
 
-from robust_slam._arrays import Array, Mask
 from robust_slam.errors import NotConverged, Underdetermined
-from robust_slam.graphs import PoseGraph
 
 from benchmarks import methods
 from benchmarks.apart import Ended, apart
+from benchmarks.methods import Made
 from benchmarks.sweep.definition import CPU_LIMIT, World, make
 from benchmarks.sweep.journal import Run
 
@@ -61,10 +60,10 @@ def run_world(world: World, names: Sequence[str], limit: int = CPU_LIMIT) -> Ite
             raise RuntimeError(f"{name} in {world}: {error}") from None
 
 
-def _run(world: World, name: str, made: tuple[PoseGraph, Mask, Array]) -> Run:
+def _run(world: World, name: str, made: Made) -> Run:
     began = time.process_time()
     try:
-        score = methods.run(name, *made, methods.STEPS)
+        score = methods.run(name, made)
     except (NotConverged, Underdetermined) as error:
         return Run(world, name, None, time.process_time() - began, type(error).__name__)
     return Run(world, name, score, score.seconds)

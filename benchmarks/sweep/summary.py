@@ -1,8 +1,11 @@
-"""The table of a sweep: a row for each graph, kind of outliers, rate and method.
+"""The two tables of a sweep: tier A world by world, and all tiers in sums.
 
 Precision, recall and ATE are over the runs that ended with a map; ``failed`` counts the others,
 and they are never among the ``good``. The median of CPU seconds is over all runs. Solves are
 linear solves for the poses, and empty for methods that are not the library's.
+
+A map is good if its ATE is at most ``TIMES`` that of the map of the correct edges alone, or at
+most ``SURE`` where that is less: what a world allows differs from world to world.
 """
 
 from __future__ import annotations
@@ -10,38 +13,110 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections.abc import Iterable, Sequence
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from statistics import fmean, median
 
 from robust_slam.estimators import chi_square_threshold
+from scipy.stats import binomtest
 
-from benchmarks.methods import METHODS, PARAMETERS, PROBABILITY, START_TOL
-from benchmarks.sweep.definition import CPU_LIMIT, GROUP, KINDS, LOST, PLANS, Plan, digest, worlds
-from benchmarks.sweep.journal import Run
+from benchmarks.methods import GNC, METHODS, ORACLE, PARAMETERS, PROBABILITY, SOLVER, START_TOL
+from benchmarks.sweep.definition import (
+    CPU_LIMIT,
+    GROUP,
+    KINDS,
+    LOST,
+    PLANS,
+    TIERS,
+    Plan,
+    World,
+    digest,
+    entered,
+    worlds,
+)
+from benchmarks.sweep.journal import Key, Run
 
 COMMAND = "make sweep"
+TIMES, SURE = 2.0, 0.1
+"""A map may be so many times worse than that of the correct edges alone, and so many m."""
 COLUMNS = (
     *("graph", "kind", "percent", "method", "runs", "failed", "good"),
     *("precision", "recall", "ate_median", "ate_worst", "cpu_median", "solves_median"),
 )
+TIER_COLUMNS = (
+    *("tier", "part", "method", "runs", "failed", "good", "low", "high", "near", "won", "lost"),
+    *("outliers_kept", "outliers", "recall", "ate_median", "nees", "cpu", "cpu_ratio"),
+    *("assured_wrong", "flagged", "flagged_good"),
+)
 
 
 def text(runs: Iterable[Run]) -> str:
-    """Return the table as CSV; lines ``# name: JSON`` before it say how it was made."""
-    groups: dict[tuple[str, ...], list[Run]] = {}
+    """Return the table of tier A as CSV, a row for each graph, kind, rate and method.
+
+    Lines ``# name: JSON`` before it say how it was made. A map of this table is good if its ATE
+    is at most ``LOST``.
+    """
+    runs = [run for run in runs if run.world.tier == "A"]
+    groups = _grouped(runs, _place)
+    rows = ([*place, *_values(groups[place])] for place in sorted(groups, key=_order))
+    return _table(_header(runs, "A"), COLUMNS, rows)
+
+
+def tiers(runs: Iterable[Run]) -> str:
+    """Return the table of all tiers as CSV, a row for each tier, part and method.
+
+    The part of C and D is what was changed, of E the percent of outliers, of F the graph.
+    ``low`` and ``high`` are the 95 % interval of Wilson for the share of good maps, ``near``
+    counts maps within ``LOST``, ``won`` and ``lost`` the worlds where this method alone, or
+    ``rs.solve`` alone, has a good map. ``nees`` is the mean of good maps, ``cpu`` the sum in
+    seconds and ``cpu_ratio`` its ratio to GNC-TLS in the same worlds. ``assured_wrong`` are
+    wrong maps that the method calls optimal without a warning.
+    """
     runs = list(runs)
+    done = {run.key: run for run in runs}
+    groups = _grouped(runs, lambda run: (run.world.tier, _part(run.world), run.method))
+    order = sorted(groups, key=lambda place: (place[0], list(METHODS).index(place[2])))
+    rows = ([*place, *_sums(groups[place], done)] for place in order)
+    header = {**_header(runs), "good": [TIMES, SURE], "near": LOST}
+    return _table(header, TIER_COLUMNS, rows)
+
+
+def is_good(run: Run, done: Mapping[Key, Run]) -> bool:
+    """Tell whether the map of a run is good beside that of the correct edges alone."""
+    known = done.get((run.world, ORACLE))
+    if run.score is None or known is None or known.score is None:
+        return False
+    return run.score.ate <= max(SURE, TIMES * known.score.ate)
+
+
+def _grouped(
+    runs: Iterable[Run], place: Callable[[Run], tuple[str, ...]]
+) -> dict[tuple[str, ...], list[Run]]:
+    groups: dict[tuple[str, ...], list[Run]] = defaultdict(list)
     for run in runs:
-        groups.setdefault(_place(run), []).append(run)
+        groups[place(run)].append(run)
+    return groups
+
+
+def _table(
+    header: Mapping[str, object], columns: Sequence[str], rows: Iterable[Sequence[object]]
+) -> str:
     out = io.StringIO()
-    out.writelines(f"# {name}: {json.dumps(value)}\n" for name, value in _header(runs).items())
+    out.writelines(f"# {name}: {json.dumps(value)}\n" for name, value in header.items())
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    writer.writerows([*place, *_values(groups[place])] for place in sorted(groups, key=_order))
+    writer.writerow(columns)
+    writer.writerows(rows)
     return out.getvalue()
 
 
 def _place(run: Run) -> tuple[str, ...]:
     return run.world.graph, run.world.kind, str(run.world.percent), run.method
+
+
+def _part(world: World) -> str:
+    if world.tier == "E":
+        return f"{world.percent} %"
+    return world.graph if world.tier == "F" else world.change
 
 
 def _order(place: tuple[str, ...]) -> tuple[int, ...]:
@@ -50,9 +125,9 @@ def _order(place: tuple[str, ...]) -> tuple[int, ...]:
     return *ranks, list(METHODS).index(method)
 
 
-def _header(runs: Sequence[Run]) -> dict[str, object]:
+def _header(runs: Sequence[Run], tiers: Iterable[str] = TIERS) -> dict[str, object]:
     """Return what the results depend on: everything that is not in a column."""
-    wanted = len(METHODS) * sum(1 for _ in worlds())
+    wanted = sum(len(entered(world)) for world in worlds(tiers))
     thresholds = {dof: chi_square_threshold(PROBABILITY, dof) for dof in (3, 6)}
     return {
         "version": digest(),
@@ -83,6 +158,44 @@ def _values(runs: list[Run]) -> list[object]:
     solves = [one.solves for one in scores if one.solves is not None]
     middle = _short(median(solves), 0) if solves else ""
     return [*counts, *map(_short, (*means, median(errors), max(errors))), seconds, middle]
+
+
+def _sums(runs: list[Run], done: Mapping[Key, Run]) -> list[object]:
+    good = {run.world for run in runs if is_good(run, done)}
+    scores = {run.world: run.score for run in runs if run.score is not None}
+    ours = _of(SOLVER, runs, done)
+    theirs = {run.world for run in ours if is_good(run, done)}
+    met = {run.world for run in ours}
+    interval = binomtest(len(good), len(runs)).proportion_ci(method="wilson")
+    each = scores.values()
+    nees = [one.nees for world, one in scores.items() if world in good and one.nees is not None]
+    cpu = sum(run.seconds for run in runs)
+    base = sum(run.seconds for run in _of(GNC, runs, done))
+    judged = {world: one for world, one in scores.items() if one.flagged is not None}
+    own = [
+        sum(bool(one.assured) for world, one in judged.items() if world not in good),
+        sum(bool(one.flagged) for one in judged.values()),
+        sum(bool(one.flagged) for world, one in judged.items() if world in good),
+    ]
+    return [
+        *(len(runs), len(runs) - len(scores), len(good)),
+        *(_short(interval.low), _short(interval.high), sum(one.ate <= LOST for one in each)),
+        *(len((good & met) - theirs), len(theirs & {run.world for run in runs} - good)),
+        *(sum(one.outliers for one in each), sum(one.wrong for one in each)),
+        _mean([one.recall for one in each]),
+        _short(median(one.ate for one in each)) if scores else "",
+        *(_mean(nees), _short(cpu, 1), _short(cpu / base, 2) if base else ""),
+        *(own if judged else ["", "", ""]),
+    ]
+
+
+def _of(method: str, runs: list[Run], done: Mapping[Key, Run]) -> list[Run]:
+    found = (done.get((run.world, method)) for run in runs)
+    return [run for run in found if run is not None]
+
+
+def _mean(values: Sequence[float]) -> str:
+    return _short(fmean(values)) if values else ""
 
 
 def _short(value: float, digits: int = 3) -> str:

@@ -1,0 +1,48 @@
+"""Seeds that nobody knows while a version is written: only their hash is committed.
+
+`python -m benchmarks.sweep.seal` draws new ones into ``build/sweep/sealed.txt``, which git
+ignores, and prints the hash for ``HASH``. Once the version is scored, the file is committed as
+``opened.txt`` beside this module, so that everybody can check the hash and run the same worlds.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import secrets
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+SEALED = ROOT / "build" / "sweep" / "sealed.txt"
+OPENED = Path(__file__).with_name("opened.txt")
+HASH = "b58a052798c56b4453d150946f364942bd1e8fe379a96047855ddba81a18f17d"
+COUNT = 5
+_SALT = 16
+"""So many random bytes make the hash tell nothing about the seeds."""
+
+
+def seeds() -> tuple[int, ...]:
+    """Return the sealed seeds, none where they are not on this machine.
+
+    Raises:
+        ValueError: the file is not the one that the hash is of.
+    """
+    for path in (OPENED, SEALED):
+        if path.exists():
+            text = path.read_text(encoding="utf-8")
+            if hashlib.sha256(text.encode()).hexdigest() != HASH:
+                raise ValueError(f"{path}: its SHA-256 is not HASH in {__file__}; seal new seeds")
+            return tuple(int(word) for word in text.split()[1:])
+    return ()
+
+
+def main() -> None:
+    """Draw new seeds and print their hash."""
+    numbers = [str(secrets.randbelow(2**31)) for _ in range(COUNT)]
+    text = "\n".join([secrets.token_hex(_SALT), *numbers, ""])
+    SEALED.parent.mkdir(parents=True, exist_ok=True)
+    SEALED.write_text(text, encoding="utf-8")
+    print(f'HASH = "{hashlib.sha256(text.encode()).hexdigest()}"  # remove opened.txt')
+
+
+if __name__ == "__main__":
+    main()
