@@ -1,9 +1,12 @@
-"""What every test of the library may ask for: both groups, and three seeds."""
+"""What every test of the library may ask for: both groups, three seeds, and GTSAM."""
 
 from __future__ import annotations
 
+import importlib.util
+
 import pytest
 
+from tests.conftest import leave_out
 from tests.lib.worlds import GROUPS
 
 
@@ -17,3 +20,13 @@ def group(request: pytest.FixtureRequest):
 def seed(request: pytest.FixtureRequest) -> int:
     """Another seed each time; a test that needs more of them is parametrised itself."""
     return request.param
+
+
+@pytest.fixture(name="gtsam")
+def gtsam_itself():
+    """The package gtsam, which has wheels for some machines alone."""
+    if importlib.util.find_spec("gtsam") is None:
+        leave_out("gtsam is not installed; nothing is compared with it")
+    import gtsam
+
+    return gtsam

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import sys
 
 import numpy as np
@@ -10,18 +9,7 @@ import pytest
 from robust_slam.descent import gauss_newton, start
 from robust_slam.graphs import gtsam_graph, pose_graph, se2
 
-from tests.conftest import leave_out
 from tests.lib.worlds import GROUPS, assert_same_poses, public_graph, random_graph
-
-
-@pytest.fixture(name="gtsam")
-def gtsam_itself():
-    """The package gtsam, which has wheels for some machines alone."""
-    if importlib.util.find_spec("gtsam") is None:
-        leave_out("gtsam is not installed; nothing is compared with it")
-    import gtsam
-
-    return gtsam
 
 
 def minimum(gtsam, graph, poses):
