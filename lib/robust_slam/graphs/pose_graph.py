@@ -209,14 +209,14 @@ def _information(value: ArrayLike, m: int, dof: int) -> Array:
     return information
 
 
-def out_of_range(spectrum: Array) -> Mask:
-    """Return which matrices have an eigenvalue beyond 1e60, or above 0 but below 1e-60.
+def out_of_range(spectrum: NDArray[np.floating], limit: float = 1e60) -> Mask:
+    """Return which matrices have an eigenvalue beyond ``limit``, or above 0 but below 1 / limit.
 
-    ``spectrum`` ``(k, D)`` holds the eigenvalues of each, ascending. Determinants of such
-    matrices do not fit double precision.
+    ``spectrum`` ``(k, D)`` holds the eigenvalues of each, ascending. Beyond 1e60 their
+    determinants do not fit double precision.
     """
     smallest, largest = spectrum[:, 0], spectrum[:, -1]
-    return np.asarray((largest > 1e60) | ((smallest > 0.0) & (smallest < 1e-60)))
+    return np.asarray((largest > limit) | ((smallest > 0.0) & (smallest < 1.0 / limit)))
 
 
 def _check_connected(n: int, edges: Indices) -> None:
