@@ -95,7 +95,7 @@ def descent_cases(rng: np.random.Generator) -> Iterator[Case]:
 
 def loop_cases(rng: np.random.Generator) -> Iterator[Case]:
     """The loop on graphs of 2 to 100 poses."""
-    for k in range(160):
+    for k in range(80):
         graph, poses = _graph(rng, k)
         if k % 10 >= 8:
             graph = _loose(graph)
@@ -129,7 +129,7 @@ def special_loops(rng: np.random.Generator) -> Iterator[Case]:
 
 def fleet_cases(rng: np.random.Generator) -> Iterator[Case]:
     """Two or three robots in a town, with wrong closures, and every round."""
-    for k in range(12):
+    for k in range(6):
         count = 2 + k % 2
         graph, labels = _fleet(rng, count, 8 + k)
         options: dict[str, Any] = {"factor": 2.0, "every": 1 + k % 3, "tol": 1e-6}
