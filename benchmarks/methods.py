@@ -83,14 +83,15 @@ class Found(NamedTuple):
     """What a method that judges itself returns: a map, and what it says about it.
 
     ``graph`` has the deviations that the method found, ``kept`` ``(m,)`` marks the edges it
-    used, ``certified`` tells whether it calls the map optimal, and ``flagged`` whether it warns.
+    used, ``certified`` tells whether it calls the map optimal, None if it never does, and
+    ``flagged`` whether it warns.
     """
 
     poses: Array
     graph: PoseGraph
     kept: Mask
-    certified: bool
-    flagged: bool
+    certified: bool | None = None
+    flagged: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -318,16 +319,16 @@ def pcm_gnc(problem: PoseGraphProblem, c: float, x0: Array) -> Found:
 @method(SOLVER)
 def whole(problem: PoseGraphProblem, c: float, x0: Array) -> Found:
     """Run the library's back-end: several starts, the noise that is found, and a certificate."""
-    return _judged(solve(problem.graph, PROBABILITY))
+    return _told(solve(problem.graph, PROBABILITY))
 
 
 @method("rs.solve, quick")
 def quick(problem: PoseGraphProblem, c: float, x0: Array) -> Found:
     """Run the library's back-end with its first start alone."""
-    return _judged(solve(problem.graph, PROBABILITY, quick=True))
+    return _told(solve(problem.graph, PROBABILITY, quick=True))
 
 
-def _judged(answer: Answer) -> Found:
+def _told(answer: Answer) -> Found:
     certified = answer.certificate.verdict is Verdict.CERTIFIED
     flagged = answer.support is not Support.UNIQUE
     return Found(answer.poses, answer.precise, answer.kept, certified, flagged)
@@ -367,40 +368,44 @@ def run(name: str, world: Made, steps: int = STEPS) -> Score:
         NotConverged: the method did not come to rest.
         Underdetermined: its weights left a pose loose.
     """
-    spoiled = world.graph
-    c = chi_square_threshold(PROBABILITY, spoiled.group.DOF)
+    c = chi_square_threshold(PROBABILITY, world.graph.group.DOF)
     with counted() as count:
         correct = pose_graph.select(world.honest, ~world.is_outlier)
-        problem = Budgeted(correct if name == ORACLE else spoiled, count, steps)
+        problem = Budgeted(correct if name == ORACLE else world.graph, count, steps)
         began = time.process_time()
         found = METHODS[name](problem, c)
         seconds = time.process_time() - began
         solves = None if name in GTSAM else count.solves
-    poses = found.poses if isinstance(found, Found) else found
-    kept = pose_graph.residual_norms(world.honest, poses) <= c
-    closures = ~spoiled.is_odometry
+    return score(world, judged(found, problem.graph, c), seconds, solves)
+
+
+def score(world: Made, found: Found, seconds: float, solves: int | None = None) -> Score:
+    """Return what a map is worth that took ``seconds`` of CPU time and ``solves``."""
+    c = chi_square_threshold(PROBABILITY, world.graph.group.DOF)
+    kept = pose_graph.residual_norms(world.honest, found.poses) <= c
+    closures = ~world.graph.is_odometry
     precision, recall = precision_recall(kept[closures], ~world.is_outlier[closures])
-    certain = _judgement(found, problem.graph, c)
+    judges = found.certified is not None
     return Score(
         precision,
         recall,
-        ate(poses, world.reference),
+        ate(found.poses, world.reference),
         seconds,
         solves,
         outliers=int(np.sum(kept & closures & world.is_outlier)),
         wrong=int(world.is_outlier.sum()),
-        nees=last_nees(certain, world.reference[-1]) if world.is_truth else None,
-        assured=found.certified and not found.flagged if isinstance(found, Found) else None,
-        flagged=found.flagged if isinstance(found, Found) else None,
+        nees=last_nees(found, world.reference[-1]) if world.is_truth else None,
+        assured=bool(found.certified and not found.flagged) if judges else None,
+        flagged=found.flagged if judges else None,
     )
 
 
-def _judgement(found: Array | Found, graph: PoseGraph, c: float) -> Found:
+def judged(found: Array | Found, graph: PoseGraph, c: float) -> Found:
     """Return what a method found; one that returns poses alone keeps closures up to ``c``."""
     if isinstance(found, Found):
         return found
     kept = graph.is_odometry | (pose_graph.residual_norms(graph, found) <= c)
-    return Found(found, graph, kept, certified=False, flagged=False)
+    return Found(found, graph, kept)
 
 
 def last_nees(found: Found, truth: Array) -> float | None:

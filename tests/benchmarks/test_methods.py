@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from robust_slam.estimators import chi_square_threshold, gnc, irls, kernels
-from robust_slam.graphs.pose_graph import PoseGraph
 from robust_slam.problems import PoseGraphProblem
 
 from benchmarks import methods
-from benchmarks.methods import METHODS, ORACLE, STARTS, Budgeted, counted
+from benchmarks.methods import METHODS, ORACLE, STARTS, Budgeted, Made, counted
 from benchmarks.sweep.definition import World, make
 
 C = chi_square_threshold(0.99, 3)
@@ -18,18 +17,18 @@ HARD = World("manhattan", "random", 50, 0)
 
 
 @pytest.fixture(scope="module")
-def easy() -> tuple[PoseGraph, np.ndarray, np.ndarray]:
+def easy() -> Made:
     return make(EASY)
 
 
 @pytest.fixture(scope="module")
 def problem() -> PoseGraphProblem:
-    return PoseGraphProblem(make(HARD)[0], steps=1)
+    return PoseGraphProblem(make(HARD).graph, steps=1)
 
 
 @pytest.mark.parametrize("name", methods.available())
 def test_each_method_scores_an_easy_world_within_its_budget(name: str, easy) -> None:
-    score = methods.run(name, *easy, methods.STEPS)
+    score = methods.run(name, easy)
     assert np.isfinite(score.ate)
     assert 0 < score.ate < 10
     assert 0 <= score.recall <= 1
@@ -46,10 +45,9 @@ def test_the_grid_crosses_every_start_with_graduation() -> None:
 
 
 def test_the_oracle_solves_without_the_outliers(easy) -> None:
-    graph, is_outlier, reference = easy
-    best = methods.run(ORACLE, graph, is_outlier, reference, methods.STEPS)
+    best = methods.run(ORACLE, easy)
     assert (best.precision, best.recall) == (1.0, 1.0)
-    assert best.ate < methods.run("least squares", *easy, methods.STEPS).ate
+    assert best.ate < methods.run("least squares", easy).ate
 
 
 def test_a_new_method_is_one_decorated_function(monkeypatch: pytest.MonkeyPatch, easy) -> None:
@@ -61,7 +59,7 @@ def test_a_new_method_is_one_decorated_function(monkeypatch: pytest.MonkeyPatch,
 
     entered = [name for name in methods.available() if name not in METHODS]
     assert entered == ["Welsch from odometry", "Welsch from least squares"]
-    assert methods.run(entered[0], *easy, methods.STEPS).ate < 0.5
+    assert methods.run(entered[0], easy).ate < 0.5
 
 
 def test_a_spent_budget_leaves_the_map_as_it_is(

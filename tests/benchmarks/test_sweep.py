@@ -4,26 +4,32 @@ from __future__ import annotations
 
 import csv
 import json
+import subprocess
 import time
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from robust_slam.errors import NotConverged
 from robust_slam.graphs import pose_graph
+from robust_slam.graphs.g2o import write
 from robust_slam_course.results import read_results
 
 from benchmarks import methods
 from benchmarks.methods import Score
 from benchmarks.sweep import __main__ as door
-from benchmarks.sweep import journal, summary
+from benchmarks.sweep import entry, journal, seal, summary
+from benchmarks.sweep.changes import CHANGES, FACTORS, NOISY, SLIPS
 from benchmarks.sweep.definition import (
+    ALIASED,
     GROUP,
     KINDS,
     LOST,
     PERCENTS,
     PLANS,
+    TIERS,
     World,
     digest,
     make,
@@ -56,33 +62,124 @@ class TestWorlds:
     @pytest.mark.parametrize("graph", GENERATED)
     def test_the_rate_is_of_all_closures(self, graph: str, kind: str) -> None:
         for percent in PERCENTS:
-            spoiled, is_outlier, _ = make(World(graph, kind, percent, 0))
-            assert np.mean(is_outlier[~spoiled.is_odometry]) == pytest.approx(
+            made = make(World(graph, kind, percent, 0))
+            assert np.mean(made.is_outlier[~made.graph.is_odometry]) == pytest.approx(
                 percent / 100, abs=0.0125
             )
 
     @pytest.mark.parametrize("graph", GENERATED)
     def test_spoiled_closures_replace_correct_ones(self, graph: str) -> None:
         few, many = (make(World(graph, "spoiled", percent, 0)) for percent in (10, 90))
-        for spoiled, is_outlier, _ in (few, many):
-            closures = ~spoiled.is_odometry
+        for made in (few, many):
+            closures = ~made.graph.is_odometry
             assert np.sum(closures) == PLANS[graph].closures
-            assert not np.any(is_outlier & ~closures)
-        assert np.array_equal(few[0].edges, many[0].edges)
-        untouched = ~few[1] & ~many[1]
-        assert np.array_equal(few[0].measurement[untouched], many[0].measurement[untouched])
-        wrong = many[1]
-        norms = pose_graph.residual_norms(many[0], many[2])
+            assert not np.any(made.is_outlier & ~closures)
+        assert np.array_equal(few.graph.edges, many.graph.edges)
+        untouched = ~few.is_outlier & ~many.is_outlier
+        before, after = (made.graph.measurement[untouched] for made in (few, many))
+        assert np.array_equal(before, after)
+        wrong = many.is_outlier
+        norms = pose_graph.residual_norms(many.graph, many.reference)
         assert np.median(norms[wrong]) > 20 * np.median(norms[~wrong])
 
     @pytest.mark.parametrize("graph", GENERATED)
     def test_kinds_and_rates_share_the_graph_of_a_seed(self, graph: str) -> None:
         places = (("local", 10, 3), ("group", 90, 3), ("local", 10, 4))
         made = [make(World(graph, *place)) for place in places]
-        few, many, other = (spoiled.measurement[~is_outlier] for spoiled, is_outlier, _ in made)
-        assert np.array_equal(made[0][2], made[1][2])
+        few, many, other = (one.graph.measurement[~one.is_outlier] for one in made)
+        assert np.array_equal(made[0].reference, made[1].reference)
         assert np.array_equal(few, many)
         assert not np.array_equal(few, other)
+
+
+class TestTiers:
+    def test_sealed_worlds_are_those_of_a_with_seeds_that_the_hash_is_of(self) -> None:
+        seeds = seal.seeds()
+        assert len(set(seeds)) == seal.COUNT
+        tuned, sealed = list(worlds("A")), list(worlds("B"))
+        assert [one._replace(tier="A", seed=seeds.index(one.seed)) for one in sealed] == tuned
+
+    def test_other_seeds_than_the_sealed_ones_are_refused(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr(seal, "OPENED", tmp_path / "opened.txt")
+        monkeypatch.setattr(seal, "SEALED", tmp_path / "sealed.txt")
+        assert list(worlds("B")) == []
+        (tmp_path / "sealed.txt").write_text("salt\n1\n2\n")
+        with pytest.raises(ValueError, match="SHA-256 is not HASH"):
+            seal.seeds()
+
+    @pytest.mark.parametrize("change", CHANGES["C"])
+    def test_a_wrong_claim_leaves_the_measurements(self, change: str) -> None:
+        plain, wrong = (make(WORLD._replace(change=one)) for one in ("", change))
+        assert np.array_equal(plain.graph.measurement, wrong.graph.measurement)
+        assert np.array_equal(plain.graph.information, wrong.honest.information)
+        kind, _, factor = change.partition(" ")
+        ratio = np.diagonal(
+            plain.graph.information / np.maximum(wrong.graph.information, 1e-9), 0, 1, 2
+        )
+        claimed = np.ones_like(ratio)
+        rows = plain.graph.is_odometry if kind == "odometry" else slice(None)
+        claimed[rows, 2 if kind == "rotations" else 0 :] = FACTORS[factor] ** 2
+        assert np.allclose(ratio, claimed)
+
+    def test_slips_and_noisy_steps_are_odometry_that_honest_deviations_explain(self) -> None:
+        for change, share in (("slips", SLIPS), ("noisy steps", round(NOISY * 199))):
+            made = make(WORLD._replace(change=change))
+            moved = np.any(made.graph.information != made.honest.information, axis=(1, 2))
+            assert np.sum(moved) == share
+            assert np.all(made.graph.is_odometry[moved])
+            claimed, true = (
+                pose_graph.residual_norms(graph, made.reference)[moved]
+                for graph in (made.graph, made.honest)
+            )
+            assert np.median(claimed) > 2 * np.sqrt(3) > np.median(true)
+
+    def test_one_group_is_half_to_twice_the_inliers(self) -> None:
+        for percent, size in ALIASED.items():
+            made = make(World("manhattan", "aliased", percent, 0, "E"))
+            closures = ~made.graph.is_odometry
+            assert int(made.is_outlier.sum()) == size
+            assert np.mean(made.is_outlier[closures]) == pytest.approx(percent / 100, abs=0.01)
+
+    def test_a_place_recogniser_errs_where_corners_look_alike(self) -> None:
+        few, many = (make(World("town", "recognised", percent, 0, "F")) for percent in (10, 50))
+        assert 0 < 3 * few.is_outlier.sum() < many.is_outlier.sum()
+        for made in (few, many):
+            norms = pose_graph.residual_norms(made.graph, made.reference)
+            right = ~made.is_outlier & ~made.graph.is_odometry
+            assert np.median(norms[made.is_outlier]) > 10
+            assert np.mean(norms[right] ** 2) == pytest.approx(3, rel=0.2)
+
+
+class TestEntry:
+    def test_an_awk_script_enters_as_dead_reckoning(self, tmp_path: Path) -> None:
+        places = [("manhattan", "random", 10, 0), ("sphere", "local", 50, 1)]
+        chosen = [World(*place) for place in places]
+        entry.write_worlds(tmp_path / "worlds", chosen)
+        script = Path(door.__file__).parents[1] / "entries" / "dead_reckoning.awk"
+        for world in chosen:
+            name = entry.name_of(world)
+            source, path = tmp_path / "worlds" / f"{name}.g2o", tmp_path / f"{name}.tum"
+            with path.open("w") as file:
+                subprocess.run(["awk", "-f", script, source], stdout=file, check=True)
+        (tmp_path / "seconds.csv").write_text(f"{entry.name_of(chosen[0])},0.5\n")
+        runs = list(entry.score_maps(tmp_path, "awk", [*chosen, WORLD._replace(seed=4)]))
+        assert [run.failed for run in runs] == ["", "", "no map"]
+        assert runs[0].seconds == 0.5
+        for run in runs[:2]:
+            known = methods.run("dead reckoning", make(run.world))
+            assert run.score.ate == pytest.approx(known.ate, rel=1e-6)
+
+    def test_a_g2o_map_is_read_and_a_short_one_refused(self, tmp_path: Path) -> None:
+        made = make(WORLD)
+        path = tmp_path / f"{entry.name_of(WORLD)}.g2o"
+        write(path, made.graph, made.reference)
+        (run,) = entry.score_maps(tmp_path, "truth", [WORLD])
+        assert run.score.ate == pytest.approx(0, abs=1e-9)
+        path.write_text("VERTEX_SE2 0 0 0 0\n")
+        with pytest.raises(ValueError, match="1 poses are there; the world has 200"):
+            list(entry.score_maps(tmp_path, "short", [WORLD]))
 
 
 class TestJournal:
@@ -170,6 +267,51 @@ class TestRuns:
         assert "ZeroDivisionError" in capfd.readouterr().err
 
 
+class TestTierTable:
+    def test_a_row_compares_a_method_with_the_library_and_the_correct_edges(self) -> None:
+        def run(method: str, seed: int, ate: float, **more: object) -> Run:
+            place = WORLD._replace(seed=seed, tier="B")
+            return Run(place, method, replace(SCORE, ate=ate, **more), 2.0)
+
+        runs = [run(methods.ORACLE, seed, 0.15) for seed in range(3)]
+        runs += [run(methods.GNC, seed, ate) for seed, ate in enumerate((0.25, 5.0, 0.35))]
+        told = [(0.2, True, False), (0.2, False, True), (0.39, True, False)]
+        runs += [
+            run(methods.SOLVER, seed, ate, assured=assured, flagged=flagged)
+            for seed, (ate, assured, flagged) in enumerate(told)
+        ]
+        found = {row["method"]: row for row in rows(summary.tiers(runs))}
+        theirs, ours = found[methods.GNC], found[methods.SOLVER]
+        assert [theirs[key] for key in ("good", "close", "won", "lost")] == ["2", "1", "0", "1"]
+        assert [ours[key] for key in ("good", "close", "cpu_ratio")] == ["3", "2", "1"]
+        told_columns = ("assured_wrong", "flagged", "flagged_close")
+        assert [ours[key] for key in told_columns] == ["1", "1", "1"]
+        assert [theirs[key] for key in told_columns] == ["", "", ""]
+
+    def test_the_committed_table_is_of_this_sweep(self) -> None:
+        committed = read_results(door.TIERS_TABLE)
+        assert committed.header["version"] == digest()
+        assert committed.names("tier") == list(TIERS)
+        for tier in TIERS:
+            for method in (methods.ORACLE, methods.SOLVER, methods.GNC):
+                runs = sum(int(r["runs"]) for r in committed.where(tier=tier, method=method))
+                assert runs == sum(1 for _ in worlds(tier)), (tier, method)
+
+    def test_the_gates_of_the_solver_hold(self) -> None:
+        committed = read_results(door.TIERS_TABLE)
+
+        def total(column: str, tiers: str, method: str = methods.SOLVER) -> float:
+            found = (committed.where(tier=tier, method=method) for tier in tiers)
+            return sum(float(row[column] or 0) for each in found for row in each)
+
+        assert total("good", "A") >= 388
+        for tier, share in (("A", 0.99), ("B", 0.99), ("C", 0.9)):
+            assert total("close", tier) >= share * total("close", tier, methods.ORACLE)
+        assert total("assured_wrong", "ABCDE") <= 0.01 * total("runs", "ABCDE")
+        assert total("flagged_close", "ABCDE") <= 0.02 * total("close", "ABCDE")
+        assert total("cpu", "A") <= 5 * total("cpu", "A", methods.GNC)
+
+
 class TestTable:
     def test_a_row_says_what_came_of_its_runs(self) -> None:
         far = Run(WORLD._replace(seed=1), "DCS", Score(1.0, 0.75, 2.0, 4.0, 31), 4.0)
@@ -187,7 +329,7 @@ class TestTable:
     def test_the_committed_table_is_of_this_sweep_and_small(self) -> None:
         committed = read_results(door.TABLE)
         runs = sum(int(row["runs"]) for row in committed.rows)
-        wanted = sum(1 for _ in worlds()) * len(methods.METHODS)
+        wanted = sum(1 for _ in worlds("A")) * len(methods.METHODS)
         assert committed.header["version"] == digest()
         assert committed.header["runs"] == f"{runs} of {wanted}"
         assert runs == wanted
