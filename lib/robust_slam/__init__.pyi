@@ -12,8 +12,8 @@ from . import solver as solver
 from .descent.marginals import covariance as covariance
 from .drawing import draw_map as draw_map
 from .graphs.files import load as load
-from .graphs.g2o import read as read
 from .graphs.pose_graph import PoseGraph as PoseGraph
+from .graphs.reading import read as read
 from .solver import solve as solve
 
 __version__: str

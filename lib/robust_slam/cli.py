@@ -1,4 +1,4 @@
-"""The command ``robust-slam``: a map from a g2o file, without its outliers."""
+"""The command ``robust-slam``: a map from a file of a pose graph, without its outliers."""
 
 from __future__ import annotations
 
@@ -13,23 +13,27 @@ from pathlib import Path
 import numpy as np
 
 import robust_slam as rs
-from robust_slam._arrays import Array, Indices
+from robust_slam._arrays import Indices
 from robust_slam._files import write_lines
 from robust_slam._words import counted
 from robust_slam.certificates.optimality import MAX_SECONDS, Verdict
 from robust_slam.errors import NotConverged
-from robust_slam.graphs import files, g2o, trajectories
+from robust_slam.graphs import files, g2o
+from robust_slam.graphs.graph_file import GraphFile
+from robust_slam.graphs.reading import read
+from robust_slam.graphs.trajectories import write_kitti, write_tum
 from robust_slam.solver import Answer, Support, solve
 
-_WRITERS: dict[str, Callable[[Path, g2o.G2o, Answer], None]] = {
-    ".g2o": lambda path, file, answer: g2o.write(path, answer.graph, answer.poses, file.names),
-    ".tum": lambda path, file, answer: trajectories.write_tum(path, _by_id(file, answer)),
-    ".kitti": lambda path, file, answer: trajectories.write_kitti(path, _by_id(file, answer)),
+_WRITERS: dict[str, Callable[[Path, GraphFile, Answer], None]] = {
+    ".g2o": lambda path, file, answer: g2o.write(path, answer.graph, answer.poses, file.ids),
+    ".tum": lambda path, file, answer: write_tum(path, file.by_id(answer.poses)),
+    ".kitti": lambda path, file, answer: write_kitti(path, file.by_id(answer.poses)),
 }
 _CLOSED, _INTERRUPTED, _REFUSED, _DOUBTFUL = 141, 130, 2, 1
 _HERE = {
     'unknown="skip"': "--unknown skip",
     'indefinite="nearest" or "isotropic"': "--indefinite nearest or --indefinite isotropic",
+    "odometry=(0.05, 0.01) in m and rad": "--odometry 0.05 0.01 in m and rad",
 }
 """Remedies of the library in the syntax of the command."""
 _LOG = logging.getLogger(__name__)
@@ -70,13 +74,26 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     command = commands.add_parser(
         "solve",
-        help="find the map of a g2o file, its outliers and its certificate",
-        description="Find the map of a g2o file, its outliers and its certificate. The exit "
+        help="find the map of a pose graph, its outliers and its certificate",
+        description="Find the map of a pose graph, its outliers and its certificate. The exit "
         "code is 0 if the map is optimal for the kept closures and these have unique support, 1 "
         "if not, 2 if something is wrong with the input.",
     )
     command.add_argument(
-        "file", metavar="FILE", help="a pose graph, FILE.g2o, or the name of a public graph"
+        "file",
+        metavar="FILE",
+        help="a graph of g2o, TORO or PyFactorGraph, a trajectory of TUM or KITTI, or the name of "
+        "a public graph",
+    )
+    command.add_argument(
+        "--closures", type=Path, metavar="FILE", help="loop closures of a trajectory, lines of g2o"
+    )
+    command.add_argument(
+        "--odometry",
+        type=float,
+        nargs=2,
+        metavar=("M", "RAD"),
+        help="the standard deviations of a step of a trajectory",
     )
     command.add_argument(
         "--out",
@@ -134,11 +151,12 @@ def _output(text: str) -> Path:
     return path
 
 
-def _edge(text: str) -> tuple[int, int]:
-    try:
-        i, j = map(int, text.split("-"))
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text}: give two ids, such as 39-1000") from None
+def _edge(text: str) -> tuple[str, str]:
+    i, _, j = text.partition("-")
+    if not (i.isalnum() and j.isalnum()):
+        raise argparse.ArgumentTypeError(
+            f"{text}: give two ids, such as 39-1000; a file of closures is for --closures"
+        )
     return i, j
 
 
@@ -147,12 +165,7 @@ def _solve(options: argparse.Namespace) -> int:
     for name in ("out", "plot", "rejected"):
         _check_target(f"--{name}", getattr(options, name), path)
     file = _read(path, options)
-    print(file.graph.summary())
-    if file.repaired.size:
-        matrices = counted(file.repaired.size, "information matrix", "information matrices")
-        print(f"{'replaced':<10} {matrices}")
-    for tag, count in file.skipped.items():
-        print(f"{'skipped':<10} {counted(count, 'line')} {tag}")
+    print(file.summary())
     answer = solve(
         file.graph,
         options.probability,
@@ -177,12 +190,19 @@ def _check_target(option: str, target: Path | None, source: Path) -> None:
         raise ValueError(f"{option} {target}: this is the input; give another name")
 
 
-def _read(path: Path, options: argparse.Namespace) -> g2o.G2o:
+def _read(path: Path, options: argparse.Namespace) -> GraphFile:
     """Return the file, with the edges of ``--closure`` as closures."""
-    file = g2o.read(path, indefinite=options.indefinite, unknown=options.unknown)
+    file = read(
+        path,
+        indefinite=options.indefinite,
+        unknown=options.unknown,
+        odometry=None if options.odometry is None else tuple(options.odometry),
+        closures=options.closures,
+    )
     ends, odometry = file.names[file.graph.edges], file.graph.is_odometry.copy()
+    words = np.sort(ends.astype(np.str_), axis=1)
     for edge in options.closure:
-        named = odometry & np.all(np.sort(ends, axis=1) == sorted(edge), axis=1)
+        named = odometry & np.all(words == sorted(edge), axis=1)
         if not np.any(named):
             i, j = edge
             raise ValueError(f"--closure {i}-{j}: no odometry joins these ids; drop the option")
@@ -194,14 +214,14 @@ def _read(path: Path, options: argparse.Namespace) -> g2o.G2o:
     return file
 
 
-def _print_edges(word: str, edges: Indices, file: g2o.G2o) -> None:
+def _print_edges(word: str, edges: Indices, file: GraphFile) -> None:
     if edges.size:
         named = ", ".join(f"{i}-{j}" for i, j in file.names[file.graph.edges[edges[:10]]])
         more = ", …" if edges.size > 10 else ""
         print(f"{word:<8} {counted(edges.size, 'closure')}: {named}{more}")
 
 
-def _write(options: argparse.Namespace, file: g2o.G2o, answer: Answer) -> None:
+def _write(options: argparse.Namespace, file: GraphFile, answer: Answer) -> None:
     if options.out is not None:
         _WRITERS[options.out.suffix](options.out, file, answer)
         print(f"{'poses':<8} {options.out}")
@@ -212,11 +232,6 @@ def _write(options: argparse.Namespace, file: g2o.G2o, answer: Answer) -> None:
         ids = file.names[file.graph.edges[answer.rejected]]
         write_lines(options.rejected, (f"{i} {j}\n" for i, j in ids))
         print(f"{'edges':<8} {options.rejected}")
-
-
-def _by_id(file: g2o.G2o, answer: Answer) -> Array:
-    """Return the poses by ascending id: where a vertex is fixed, the graph has it first."""
-    return np.asarray(answer.poses[np.argsort(file.names)])
 
 
 def _plot(path: Path, answer: Answer) -> None:

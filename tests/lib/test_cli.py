@@ -11,10 +11,11 @@ import pytest
 import robust_slam as rs
 from robust_slam import cli
 from robust_slam.graphs import datasets
-from robust_slam.graphs.g2o import read, write
+from robust_slam.graphs.g2o import write
 from robust_slam.graphs.generate import manhattan
 from robust_slam.graphs.outliers import add_random_closures
 from robust_slam.graphs.pose_graph import select
+from robust_slam.graphs.reading import read
 
 
 @pytest.fixture

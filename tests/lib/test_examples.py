@@ -19,7 +19,7 @@ CENTRAL = {
     "estimators.mixtures": {"max_mixture"},
     "graphs.pose_graph": {"PoseGraph"},
     "graphs.generate": {"circle", "manhattan"},
-    "graphs.g2o": {"read"},
+    "graphs.reading": {"read"},
     "graphs.odometry": {"dead_reckoning", "spanning_tree"},
     "graphs.outliers": {"add_random_closures"},
     "graphs.metrics": {"ate", "precision_recall"},

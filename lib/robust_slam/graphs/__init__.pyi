@@ -1,10 +1,12 @@
-from .g2o import G2oError as G2oError
 from .generate import Noise as Noise
 from .generate import circle as circle
 from .generate import manhattan as manhattan
 from .generate import sphere as sphere
+from .graph_file import GraphFile as GraphFile
+from .graph_file import GraphFileError as GraphFileError
 from .laser import building as building
 from .metrics import ate as ate
+from .metrics import nees as nees
 from .metrics import precision_recall as precision_recall
 from .odometry import dead_reckoning as dead_reckoning
 from .odometry import sessions as sessions

@@ -19,8 +19,8 @@ from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
-from robust_slam.graphs import g2o
 from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam.graphs.reading import read
 
 URL = (
     "https://raw.githubusercontent.com/david-m-rosen/SE-Sync/"
@@ -69,7 +69,7 @@ def load(name: str) -> PoseGraph:
         DatasetChanged: its checksum is wrong.
         ValueError: there is no public graph of that name.
     """
-    return g2o.read(find(name)).graph
+    return read(find(name)).graph
 
 
 def is_here(name: str) -> bool:

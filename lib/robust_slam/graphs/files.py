@@ -6,10 +6,12 @@ import logging
 import os
 from pathlib import Path
 
-from robust_slam._words import counted
-from robust_slam.graphs import datasets, g2o
-from robust_slam.graphs.g2o import Indefinite, Unknown
+from robust_slam.graphs import datasets
+from robust_slam.graphs.graph_file import GraphFile
+from robust_slam.graphs.lines import Unknown
 from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam.graphs.reading import read
+from robust_slam.graphs.tagged import Indefinite
 
 _LOG = logging.getLogger(__name__)
 
@@ -19,32 +21,29 @@ def load(
     *,
     indefinite: Indefinite = "raise",
     unknown: Unknown = "raise",
+    odometry: tuple[float, float] | None = None,
+    closures: str | os.PathLike[str] | None = None,
 ) -> PoseGraph:
-    """Return the graph of a g2o file, or a public graph by its name.
+    """Return the graph of a file in any format that ``read`` knows, or a public graph.
 
     ``source`` is a path, or one of ``datasets.NAMES`` where no such file exists. The other
     arguments are those of ``read``, which also returns the file's poses and ids. What was
-    replaced or skipped is logged as a warning, and so is odometry across a gap in the ids.
+    replaced, skipped or assumed is logged as a warning, and so is odometry across a gap in the
+    ids.
 
     Raises:
         FileNotFoundError: there is neither such a file nor a public graph of that name.
         DatasetMissing: the public graph is not on this machine.
         DatasetChanged: its checksum is wrong.
-        G2oError: as ``read``.
+        GraphFileError, ValueError: as ``read``.
         OSError: the file cannot be read.
     """
     path = find(source)
-    content = g2o.read(path, indefinite=indefinite, unknown=unknown)
-    if content.repaired.size:
-        _LOG.warning(
-            "%s: %d of %s not positive definite and replaced (%s)",
-            path,
-            content.repaired.size,
-            counted(len(content.graph.edges), "information matrix", "information matrices"),
-            indefinite,
-        )
-    for tag, count in content.skipped.items():
-        _LOG.warning("%s: skipped %s with the tag %s", path, counted(count, "line"), tag)
+    content = read(
+        path, indefinite=indefinite, unknown=unknown, odometry=odometry, closures=closures
+    )
+    for words in content.remarks():
+        _LOG.warning("%s: %s", path, words)
     if content.leaps.size:
         remedy = (
             "mark it in a copy of graph.is_odometry as False (entry "
@@ -54,7 +53,7 @@ def load(
     return content.graph
 
 
-def leap_words(content: g2o.G2o, remedy: str) -> str:
+def leap_words(content: GraphFile, remedy: str) -> str:
     """Return a sentence about the odometry that crosses a gap in the ids; there is some."""
     first, *others = content.leaps
     i, j = content.names[content.graph.edges[first]]
@@ -83,5 +82,5 @@ def find(source: str | os.PathLike[str]) -> Path:
     except ValueError as error:
         raise FileNotFoundError(
             f"{name}: there is no such file, nor a public graph of that name; give the path of "
-            f"a g2o file or one of {', '.join(datasets.NAMES)}"
+            f"a file or one of {', '.join(datasets.NAMES)}"
         ) from error

@@ -4,7 +4,8 @@ Every function returns the graph with the outliers and a mask ``(m,)`` of them o
 edges; odometry is never changed. An outlier has the noise and the information of an inlier,
 and its error is large: before the noise it puts pose j at least ``apart`` (m) from its
 position in ``poses``. ``poses`` ``(n, 3)`` in SE(2) or ``(n, 3, 4)`` in SE(3) are by
-default dead reckoning; give the true poses where they are known.
+default dead reckoning, and beyond a gap in the odometry the poses of ``spanning_tree``; give the
+true poses where they are known.
 
 From easy to hard: single random outliers are rarely consistent with other edges. A group
 repeats one outlier along the path, and local outliers join poses that are a few steps apart.
@@ -24,7 +25,7 @@ from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, Indices, Mask
 from robust_slam.graphs.group import Group, group_of
-from robust_slam.graphs.odometry import dead_reckoning
+from robust_slam.graphs.odometry import spanning_tree
 from robust_slam.graphs.pose_graph import PoseGraph, check_poses, with_closures
 
 _ROUNDS = 50
@@ -227,7 +228,7 @@ def _without_motion(
 
 
 def _known(graph: PoseGraph, poses: ArrayLike | None) -> Array:
-    return dead_reckoning(graph) if poses is None else check_poses("poses", poses, graph)
+    return spanning_tree(graph) if poses is None else check_poses("poses", poses, graph)
 
 
 def _half_side(group: Group, known: Array) -> float:

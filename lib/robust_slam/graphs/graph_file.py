@@ -1,0 +1,77 @@
+"""What a file of a pose graph holds: the graph, its ids, and what was not used of the file."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robust_slam._arrays import Array, Indices
+from robust_slam._words import counted
+from robust_slam.graphs.pose_graph import PoseGraph
+
+_UNTESTED = "no edge is a loop closure, so the map is the odometry alone, and nothing tests it"
+Names: TypeAlias = NDArray[Any]
+"""Ids as a file writes them: whole numbers, or words such as A7."""
+
+
+class GraphFileError(ValueError):
+    """A file is invalid; the message is ``file:line: problem; remedy``."""
+
+
+@dataclass(frozen=True, eq=False)
+class GraphFile:
+    """The content of a file.
+
+    ``poses`` are its vertices, ``(n, 3)`` or ``(n, 3, 4)``, in the order of the graph, or
+    None if it has none. ``ids`` ``(n,)`` are whole numbers for poses 0 to n − 1, and ``names``
+    ``(n,)`` the same ids as the file writes them. ``repaired`` ``(k,)`` are the edges whose
+    information matrix was replaced, ``skipped`` maps each skipped tag to its number of lines,
+    and ``notes`` are sentences about how the file was understood.
+    """
+
+    graph: PoseGraph
+    poses: Array | None
+    ids: Indices
+    names: Names
+    repaired: Indices = dataclasses.field(default_factory=lambda: np.empty(0, dtype=np.intp))
+    skipped: dict[str, int] = dataclasses.field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    @property
+    def leaps(self) -> Indices:
+        """The odometry, ascending, between ids further apart than neighbouring ids mostly are."""
+        usual = np.median(np.diff(np.sort(self.ids)))
+        apart = np.abs(np.diff(self.ids[self.graph.edges], axis=1)[:, 0])
+        leaps: Indices = np.flatnonzero(self.graph.is_odometry & (apart > usual))
+        return leaps
+
+    def by_id(self, poses: Array) -> Array:
+        """Return ``poses`` ``(n, …)`` by ascending id; the graph has a fixed vertex first."""
+        return np.asarray(poses[np.argsort(self.ids)])
+
+    def remarks(self) -> list[str]:
+        """Return a sentence for each thing that was replaced, skipped, assumed, or is missing."""
+        replaced = (
+            f"{self.repaired.size:,} of "
+            f"{counted(len(self.graph.edges), 'information matrix', 'information matrices')} "
+            "not positive definite and replaced"
+        )
+        return [
+            *([replaced] if self.repaired.size else []),
+            *(
+                f"skipped {counted(count, 'line')} with the tag {tag}"
+                for tag, count in self.skipped.items()
+            ),
+            *self.notes,
+            *([_UNTESTED] if np.all(self.graph.is_odometry) else []),
+        ]
+
+    def summary(self) -> str:
+        """Return the table of the graph's ``summary``, and a line for each of the ``remarks``."""
+        return "\n".join(
+            [self.graph.summary(), *(f"{'note':<10} {words}" for words in self.remarks())]
+        )

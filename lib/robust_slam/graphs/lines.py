@@ -1,0 +1,192 @@
+"""Lines of text as arrays: a tag such as ``EDGE_SE2``, then ids, then numbers.
+
+Blank lines and comments, which start with ``#``, are passed over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from robust_slam._arrays import Array, Indices, Mask
+
+Unknown: TypeAlias = Literal["raise", "skip"]
+ReadId: TypeAlias = Callable[[str], int | None]
+"""Return the whole number of an id, or None where the field is not one."""
+
+LARGEST_ID = np.iinfo(np.int64).max
+LARGEST = 1e30
+"""Beyond it (m or rad) a residual cannot be squared and weighed in double precision."""
+
+
+class Fault(Exception):
+    """Something wrong in a line, before the file's name is known; line 0 is the whole file."""
+
+    def __init__(self, line: int, message: str) -> None:
+        super().__init__(f"{line}: {message}" if line else f" {message}")
+
+
+@dataclass(frozen=True)
+class Tag:
+    """What stands behind a tag: time stamps, which are not used, then ids, then numbers.
+
+    A line with ``many`` ids counts as a line for each of them.
+    """
+
+    ids: int
+    numbers: int
+    stamps: int = 0
+    many: bool = False
+
+    @property
+    def fields(self) -> int:
+        """The number of fields behind the tag."""
+        return self.stamps + self.ids + self.numbers
+
+
+Line: TypeAlias = tuple[int, list[str]]
+"""The number of a line in its file, and its fields."""
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """The lines of one tag: their numbers in the file, ids ``(k, i)``, and numbers ``(k, p)``."""
+
+    line: Indices
+    ids: Indices
+    numbers: Array
+
+    def __len__(self) -> int:
+        return self.line.size
+
+    def fault(self, wrong: Mask, message: str) -> Fault:
+        """Return the fault of the first line that the mask ``wrong`` ``(k,)`` marks."""
+        return Fault(int(self.line[np.argmax(wrong)]), message)
+
+
+def decoded(content: bytes) -> str:
+    """Return the text of a file; only comments may hold bytes that are not UTF-8.
+
+    Raises:
+        Fault: another line is not UTF-8.
+    """
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = content.decode("utf-8-sig", errors="surrogateescape")
+    for line, row in enumerate(text.split("\n"), start=1):
+        # Bytes that are not UTF-8 have become surrogates; in a comment they do no harm.
+        if not row.partition("#")[0].isascii():
+            raise Fault(line, "the bytes are not UTF-8 text; save the file as plain text")
+    return text
+
+
+def lines_of(text: str) -> Iterator[Line]:
+    """Yield the lines that hold anything but a comment."""
+    for line, content in enumerate(text.split("\n"), start=1):
+        fields = content.partition("#")[0].split()
+        if fields:
+            yield line, fields
+
+
+def by_tag(
+    text: str, tags: Mapping[str, Tag], passed: Sequence[str], unknown: Unknown
+) -> tuple[dict[str, list[Line]], dict[str, int]]:
+    """Return the lines of each of the ``tags``, and the number of lines of each skipped tag.
+
+    Tags that begin with one of the words ``passed`` are skipped whatever ``unknown`` says.
+
+    Raises:
+        Fault: a line has the wrong number of fields, or an unknown tag.
+    """
+    found: dict[str, list[Line]] = {tag: [] for tag in tags}
+    skipped: dict[str, int] = {}
+    for line, fields in lines_of(text):
+        name, behind = fields[0], len(fields) - 1
+        tag = tags.get(name)
+        if tag is None:
+            if unknown == "raise" and not name.startswith(tuple(passed)):
+                raise Fault(
+                    line,
+                    f"the tag {name[:40]!r} is unknown; use {', '.join(tags)}, or leave such "
+                    'lines out with unknown="skip"',
+                )
+            skipped[name] = skipped.get(name, 0) + 1
+        elif tag.many and behind > tag.fields:
+            found[name] += [(line, [name, field]) for field in fields[1:]]
+        elif behind != tag.fields:
+            raise Fault(line, f"{name} has {behind} fields behind it; give {tag.fields}")
+        else:
+            found[name].append((line, fields))
+    return found, skipped
+
+
+def rows_of(lines: Iterable[Line], tag: Tag, read_id: ReadId, ids_are: str) -> Rows:
+    """Return the lines of one tag as arrays; ``ids_are`` says in a message what an id is.
+
+    Raises:
+        Fault: a field is not what it has to be, or a number not finite.
+    """
+    number, ids, numbers = [], [], []
+    first, last = 1 + tag.stamps, 1 + tag.stamps + tag.ids
+    for line, fields in lines:
+        number.append(line)
+        for k in range(1, first):
+            _real(line, k, fields[k])
+        ids.append([_id(line, k, fields[k], read_id, ids_are) for k in range(first, last)])
+        numbers.append([_real(line, k, fields[k]) for k in range(last, 1 + tag.fields)])
+    rows = Rows(
+        np.array(number, dtype=np.intp),
+        np.array(ids, dtype=np.intp).reshape(len(ids), tag.ids),
+        np.array(numbers, dtype=np.float64).reshape(len(ids), tag.numbers),
+    )
+    infinite = ~np.all(np.isfinite(rows.numbers), axis=1)
+    if np.any(infinite):
+        raise rows.fault(infinite, "a number is not finite; remove NaN and infinity")
+    return rows
+
+
+def check_near(rows: Rows, numbers: Array) -> None:
+    """Refuse positions and angles ``(k, p)`` of lines that no map can hold.
+
+    Raises:
+        Fault: a number is beyond 1e30.
+    """
+    far = np.any(np.abs(numbers) > LARGEST, axis=1)
+    if np.any(far):
+        raise rows.fault(far, f"a number is beyond {LARGEST:g}; give metres and radians")
+
+
+def whole(field: str) -> int | None:
+    """Return an id of digits only: int() would also accept '+1' and '1_0'."""
+    digits = field.isascii() and field.isdigit() and len(field.lstrip("0")) < 20
+    return int(field) if digits and int(field) <= LARGEST_ID else None
+
+
+def is_real(field: str) -> bool:
+    """Tell whether a field is a number: float() would also accept '1_0' and other digits."""
+    try:
+        float(field)
+    except ValueError:
+        return False
+    return "_" not in field and field.isascii()
+
+
+def _id(line: int, place: int, field: str, read_id: ReadId, ids_are: str) -> int:
+    found = read_id(field)
+    if found is None:
+        raise _misread(line, place, field, ids_are)
+    return found
+
+
+def _real(line: int, place: int, field: str) -> float:
+    if not is_real(field):
+        raise _misread(line, place, field, "a number")
+    return float(field)
+
+
+def _misread(line: int, place: int, field: str, wanted: str) -> Fault:
+    return Fault(line, f"field {place} is {field[:40]!r}; give {wanted}")

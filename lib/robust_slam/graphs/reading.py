@@ -1,0 +1,173 @@
+"""A file of a pose graph in any format that the library knows, told by its content."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import get_args
+
+from robust_slam.graphs import drives
+from robust_slam.graphs.definite import Repair
+from robust_slam.graphs.g2o import G2O
+from robust_slam.graphs.graph_file import GraphFile, GraphFileError
+from robust_slam.graphs.lines import Fault, Unknown, decoded, is_real, lines_of
+from robust_slam.graphs.pyfg import PYFG, read_id
+from robust_slam.graphs.tagged import Edges, Format, Indefinite, edges_alone, graph_of
+from robust_slam.graphs.toro import TORO
+
+_PLAYED = (
+    "it holds what sensors said, and no pose graph: let a SLAM system play it and export its "
+    "graph as g2o, or take its odometry with `evo_traj {} TOPIC --save_as_tum` and give closures "
+    "beside it"
+)
+_ROS_2 = _PLAYED.format("bag2 FOLDER")
+_MAGIC = {
+    b"#ROSBAG V": ("a ROS 1 bag", _PLAYED.format("bag FILE")),
+    b"SQLite format 3\0": ("an SQLite database, such as a ROS 2 bag", _ROS_2),
+    b"\x89MCAP0\r\n": ("an MCAP log, such as a ROS 2 bag", _ROS_2),
+    b"\x1f\x8b": ("packed with gzip", "unpack it first"),
+    b"PK\x03\x04": ("a zip file", "unpack it first"),
+    b"BZh": ("packed with bzip2", "unpack it first"),
+    b"\xfd7zXZ\0": ("packed with xz", "unpack it first"),
+}
+"""The first bytes of files that people have in place of a pose graph: what it is, and a remedy."""
+
+
+_UNTOLD = (
+    "a trajectory does not tell how exact it is; give the standard deviations of a step, such as "
+    "odometry=(0.05, 0.01) in m and rad"
+)
+
+
+def read(
+    path: str | os.PathLike[str],
+    *,
+    indefinite: Indefinite = "raise",
+    unknown: Unknown = "raise",
+    odometry: tuple[float, float] | None = None,
+    closures: str | os.PathLike[str] | None = None,
+) -> GraphFile:
+    """Return the graph of a file, its initial poses and its ids.
+
+    The format is told by the content: g2o, TORO (``VERTEX2``, ``EDGE2``, ``VERTEX3``, ``EDGE3``),
+    PyFactorGraph, or a trajectory of TUM or KITTI. The modules ``g2o``, ``toro``, ``pyfg`` and
+    ``drives`` of ``robust_slam.graphs`` say how each is understood.
+
+    Ids may come in any order and with gaps. Pose 0 of the graph is the vertex that a FIX
+    line names, else that of the smallest id; the others follow by ascending id. Edges keep
+    the order of the file.
+
+    These formats do not say which edges are odometry. Here it is, for each pair of ids that
+    are neighbours in ascending order, the first edge from the lower to the higher one, or
+    if there is none, the first edge back. To change this, use
+    ``dataclasses.replace(graph, is_odometry=…)``.
+
+    A trajectory is odometry, a step between consecutive poses. Its standard deviations
+    ``odometry`` (m, rad), of each coordinate of a step, have to be given. ``closures`` is a
+    file of loop closures for it, lines ``EDGE_SE3:QUAT i j …`` or ``EDGE_SE2 i j …`` of g2o, or
+    TORO's, each with its information; i and j count the poses of the trajectory from 0.
+
+    ``indefinite`` tells what becomes of information matrices that are not positive definite:
+    they are refused ("raise") or replaced as in ``definite``, by the "nearest" one or by an
+    "isotropic" one. Lines with an ``unknown`` tag, such as landmarks and priors, are refused,
+    because a map without them is another map, or left out ("skip"), and FIX lines of their
+    vertices with them. What was replaced, left out or assumed is in the ``remarks`` and the
+    ``summary`` of the result.
+
+    Raises:
+        GraphFileError: the file is a robot's log or packed; a line is malformed, a tag unknown,
+            a number not finite or beyond 1e30, an id not what it has to be, a vertex given
+            twice or missing, a quaternion zero, an information matrix not positive definite;
+            an edge joins a vertex to itself; SE(2) and SE(3) are mixed; several vertices are
+            fixed; there are no edges, or they do not connect all vertices; a trajectory comes
+            without ``odometry``; or the file, apart from comments, is not UTF-8.
+        ValueError: ``indefinite`` or ``unknown`` is not one of the words above, a deviation is
+            not above 0, or ``odometry`` or ``closures`` comes with a graph that has its own.
+        OSError: the file cannot be read.
+
+    >>> import tempfile
+    >>> path = Path(tempfile.mkdtemp()) / "two.g2o"
+    >>> _ = path.write_text("EDGE_SE2 7 9 1 0 0 4 0 0 4 0 9")
+    >>> read(path).graph.n, read(path).names.tolist()
+    (2, [7, 9])
+    """
+    _check_word("indefinite", indefinite, ("raise", *get_args(Repair)))
+    _check_word("unknown", unknown, get_args(Unknown))
+    with _named(path):
+        text = _text(path)
+        form = _format(text)
+        if form is not None:
+            _check_alone(odometry, closures)
+            return graph_of(text, form, indefinite, unknown)
+        poses = drives.poses_of(text)
+        if odometry is None:
+            raise Fault(0, _UNTOLD)
+    if closures is None:
+        return drives.graph_of(poses, odometry, None)
+    with _named(closures):
+        edges = _closures(_text(closures), indefinite, unknown)
+        drives.check_ends(edges, len(poses))
+    return drives.graph_of(poses, odometry, edges)
+
+
+def _text(path: str | os.PathLike[str]) -> str:
+    """Return the text of a file, unless its first bytes are those of another kind of file."""
+    if Path(path).is_dir():
+        raise Fault(0, f"a folder is no file; if it is a ROS 2 bag, {_ROS_2}")
+    content = Path(path).read_bytes()
+    for magic, (kind, remedy) in _MAGIC.items():
+        if content.startswith(magic):
+            raise Fault(0, f"this is {kind}; {remedy}")
+    return decoded(content)
+
+
+def _format(text: str) -> Format | None:
+    """Return the format of a text; None is a trajectory, whose lines have no tags."""
+    for k, (_, fields) in enumerate(lines_of(text)):
+        if k == 0 and is_real(fields[0]):
+            return None
+        # The tags of .pyfg are those of g2o; a time and an id with a letter follow them.
+        if fields[0] in PYFG.tags and any(read_id(field) is not None for field in fields[2:3]):
+            return PYFG
+        for form in (TORO, G2O):
+            if fields[0] in form.tags:
+                return form
+    return G2O
+
+
+def _check_alone(
+    odometry: tuple[float, float] | None, closures: str | os.PathLike[str] | None
+) -> None:
+    for name, value in (("odometry", odometry), ("closures", closures)):
+        if value is not None:
+            raise ValueError(
+                f"{name}: it is for a trajectory, and the file is a graph with edges of its own; "
+                "leave it out"
+            )
+
+
+def _closures(text: str, indefinite: Indefinite, unknown: Unknown) -> Edges:
+    form = _format(text)
+    if form is None or form is PYFG:
+        raise Fault(
+            0,
+            "these are no closures; give lines EDGE_SE3:QUAT i j x y z qx qy qz qw and 21 "
+            "numbers of information, or EDGE_SE2",
+        )
+    return edges_alone(text, form, indefinite, unknown)
+
+
+@contextmanager
+def _named(path: str | os.PathLike[str]) -> Iterator[None]:
+    """Name the file in front of what is wrong in it."""
+    try:
+        yield
+    except Fault as fault:
+        raise GraphFileError(f"{os.fspath(path)}:{fault}") from None
+
+
+def _check_word(name: str, value: str, words: Sequence[str]) -> None:
+    if value not in words:
+        raise ValueError(f"{name} is {value!r}; give one of {', '.join(map(repr, words))}")

@@ -1,0 +1,372 @@
+"""A pose graph from lines with tags; what a format's tags and numbers mean is an argument.
+
+The formats g2o, TORO and PyFactorGraph write the same things: vertices with their poses, and
+edges with a relative pose and half of a symmetric matrix. A ``Format`` says how each of them
+writes it, and everything that a graph needs is checked here, once.
+
+Source: Kümmerle et al. 2011, "g2o: a general framework for graph optimization", for what such
+a file holds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from robust_slam._arrays import Array, Indices, Mask
+from robust_slam.graphs.definite import Repair, definite
+from robust_slam.graphs.graph_file import GraphFile, Names
+from robust_slam.graphs.lines import (
+    LARGEST,
+    Fault,
+    ReadId,
+    Rows,
+    Tag,
+    Unknown,
+    by_tag,
+    check_near,
+    rows_of,
+    whole,
+)
+from robust_slam.graphs.pose_graph import PoseGraph, connected_parts, out_of_range
+
+Indefinite: TypeAlias = Literal["raise"] | Repair
+Matrices: TypeAlias = Callable[[Array, int], tuple[Array, tuple[str, ...]]]
+"""Return the symmetric matrices ``(k, D, D)`` of their halves, and sentences about them."""
+
+_UNEVEN = 1e12
+"""Information that differs by this factor, a million in deviations, is hardly meant."""
+_NAMED = 5
+"""The largest number of vertex ids in a message."""
+
+
+def row_by_row(numbers: Array, dof: int) -> tuple[Array, tuple[str, ...]]:
+    """Return matrices ``(k, D, D)`` from their upper triangles, each row by row."""
+    return symmetric(numbers, *np.triu_indices(dof)), ()
+
+
+def symmetric(numbers: Array, rows: Indices, columns: Indices) -> Array:
+    """Return symmetric matrices ``(k, D, D)`` with ``numbers`` ``(k, t)`` at these places."""
+    dof = int(rows.max()) + 1
+    matrices = np.empty((len(numbers), dof, dof))
+    matrices[:, rows, columns] = numbers
+    matrices[:, columns, rows] = numbers
+    return matrices
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """How a format writes one group: its tags, the numbers of a pose, the size of a matrix.
+
+    ``poses`` returns the poses ``(k, 3)`` or ``(k, 3, 4)`` of rows, whose first ``pose``
+    numbers they are, and ``matrices`` the matrices of the numbers behind these: information
+    or, where ``covariance`` says so, its inverse.
+    """
+
+    vertex: str
+    edge: str
+    pose: int
+    dof: int
+    poses: Callable[[Rows], Array]
+    matrices: Matrices = row_by_row
+    covariance: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Format:
+    """A format of tagged lines: the ``plane``, the ``space``, and what else has a meaning.
+
+    ``stamps`` is the number of time stamps ahead of the ids, ``fix`` the tag of the lines that
+    name pose 0. Tags that begin with one of the words ``passed`` hold no measurement.
+    ``read_id`` makes a whole number of an id, ``names`` the ids again, and ``robots`` tells
+    whose they are: odometry joins poses of one robot.
+    """
+
+    plane: Layout
+    space: Layout
+    stamps: int = 0
+    fix: str | None = None
+    passed: tuple[str, ...] = ()
+    read_id: ReadId = whole
+    ids_are: str = "a whole number from 0 to 2^63 - 1"
+    names: Callable[[Indices], Names] = field(default=lambda ids: ids)
+    robots: Callable[[Indices], Indices] = field(default=np.zeros_like)
+
+    @property
+    def tags(self) -> Mapping[str, Tag]:
+        """What stands behind each tag that has a meaning."""
+        found = {}
+        for layout in (self.plane, self.space):
+            half = layout.dof * (layout.dof + 1) // 2
+            found[layout.vertex] = Tag(1, layout.pose, self.stamps)
+            found[layout.edge] = Tag(2, layout.pose + half, self.stamps)
+        return found if self.fix is None else found | {self.fix: Tag(1, 0, many=True)}
+
+
+@dataclass(frozen=True, eq=False)
+class Edges:
+    """Relative poses as a file gives them: their ids in ``rows``, and arrays as of a graph.
+
+    ``repaired``, ``skipped`` and ``notes`` are those of ``GraphFile``.
+    """
+
+    rows: Rows
+    measurement: Array
+    information: Array
+    repaired: Indices
+    skipped: dict[str, int]
+    notes: tuple[str, ...]
+
+
+def graph_of(text: str, form: Format, indefinite: Indefinite, unknown: Unknown) -> GraphFile:
+    """Return the graph of a text in one of the formats; ``read`` tells the rules.
+
+    Raises:
+        Fault: the text is no graph.
+    """
+    rows, skipped = _rows(text, form, unknown)
+    layout = _layout(rows, form)
+    vertices, edges = rows[layout.vertex], rows[layout.edge]
+    ascending = _ascending_ids(vertices, edges, form)
+    first = 0
+    if form.fix is not None:
+        fix = rows[form.fix]
+        if not all(tag.startswith(form.passed) for tag in skipped):
+            fix = _of_poses(fix, form.fix, ascending, skipped)
+        first = _fixed(fix, ascending)
+    ranks = np.searchsorted(ascending, edges.ids)
+    _check_joined(ranks, ascending, form)
+    found = _edges(edges, layout, form, indefinite, skipped)
+    # Pose 0 is the fixed vertex; the poses before it in ascending order move up by one.
+    number = np.arange(ascending.size) + (np.arange(ascending.size) < first)
+    number[first] = 0
+    order = np.argsort(number)
+    graph = PoseGraph(
+        n=ascending.size,
+        edges=number[ranks],
+        measurement=found.measurement,
+        information=found.information,
+        is_odometry=_steps(ranks, form.robots(ascending)),
+    )
+    ids = ascending[order]
+    ids.flags.writeable = False
+    guess = _guess(vertices, layout, order)
+    return GraphFile(graph, guess, ids, form.names(ids), found.repaired, skipped, found.notes)
+
+
+def edges_alone(text: str, form: Format, indefinite: Indefinite, unknown: Unknown) -> Edges:
+    """Return the edges of a text that need not be a whole graph.
+
+    Raises:
+        Fault: a line is wrong, or there is no edge.
+    """
+    rows, skipped = _rows(text, form, unknown)
+    layout = _layout(rows, form)
+    edges = rows[layout.edge]
+    _check_not_looped(edges, form)
+    return _edges(edges, layout, form, indefinite, skipped)
+
+
+def _edges(
+    rows: Rows, layout: Layout, form: Format, indefinite: Indefinite, skipped: dict[str, int]
+) -> Edges:
+    check_near(rows, rows.numbers[:, :3])
+    given, notes = layout.matrices(rows.numbers[:, layout.pose :], layout.dof)
+    information, repaired = _information(rows, given, layout.covariance, indefinite)
+    notes = (*notes, *_repeated(rows, form), *_uneven(rows, information, form))
+    return Edges(rows, layout.poses(rows), information, repaired, skipped, notes)
+
+
+def _repeated(rows: Rows, form: Format) -> tuple[str, ...]:
+    """Return a sentence about lines that say what an earlier line says, if there are any."""
+    _, pair, count = np.unique(rows.ids, axis=0, return_inverse=True, return_counts=True)
+    several = np.flatnonzero(count[pair.ravel()] > 1)
+    said = np.concatenate([rows.ids[several], rows.numbers[several]], axis=1)
+    _, first = np.unique(said, axis=0, return_index=True)
+    again = np.delete(several, first)
+    if not again.size:
+        return ()
+    i, j = form.names(rows.ids[again[0]])
+    others = f" (so do {again.size - 1:,} more)" if again.size > 1 else ""
+    return (
+        f"line {rows.line[again[0]]} gives edge {i}-{j} once more with the same numbers{others}; "
+        "each counts as a measurement of its own: drop copies",
+    )
+
+
+def _uneven(rows: Rows, information: Array, form: Format) -> tuple[str, ...]:
+    """Return a sentence about an edge whose information is far from that of the others."""
+    d = 2 if information.shape[-1] == 3 else 3
+    diagonal = np.diagonal(information, axis1=1, axis2=2)
+    kinds = np.stack([diagonal[:, :d].sum(axis=1), diagonal[:, d:].sum(axis=1)])
+    ratio = kinds / np.median(kinds, axis=1, keepdims=True)
+    far = np.max(np.maximum(ratio, 1.0 / ratio), axis=0)
+    worst = int(np.argmax(far))
+    if far[worst] < _UNEVEN:
+        return ()
+    i, j = form.names(rows.ids[worst])
+    return (
+        f"line {rows.line[worst]}: the deviations of edge {i}-{j} are a factor of "
+        f"{np.sqrt(far[worst]):.1g} from those of other edges; give what its sensor can do",
+    )
+
+
+def _rows(text: str, form: Format, unknown: Unknown) -> tuple[dict[str, Rows], dict[str, int]]:
+    tags = form.tags
+    tagged, skipped = by_tag(text, tags, form.passed, unknown)
+    rows = {
+        name: rows_of(lines, tags[name], form.read_id, form.ids_are)
+        for name, lines in tagged.items()
+    }
+    return rows, skipped
+
+
+def _layout(rows: Mapping[str, Rows], form: Format) -> Layout:
+    """Return the layout that every line follows."""
+    plane, space = (
+        np.concatenate([rows[layout.vertex].line, rows[layout.edge].line])
+        for layout in (form.plane, form.space)
+    )
+    if plane.size and space.size:
+        first = max(int(plane.min()), int(space.min()))
+        raise Fault(first, "SE(2) and SE(3) are mixed; put them into files of their own")
+    layout = form.space if space.size else form.plane
+    if not len(rows[layout.edge]):
+        raise Fault(0, f"no edge is there; add lines {form.plane.edge} or {form.space.edge}")
+    return layout
+
+
+def _check_not_looped(edges: Rows, form: Format) -> None:
+    looped = edges.ids[:, 0] == edges.ids[:, 1]
+    if np.any(looped):
+        name = form.names(edges.ids[np.argmax(looped), :1])[0]
+        raise edges.fault(looped, f"the edge joins vertex {name} to itself; drop it")
+
+
+def _ascending_ids(vertices: Rows, edges: Rows, form: Format) -> Indices:
+    """Return the ids in ascending order, after checks of vertices and edges."""
+    _check_not_looped(edges, form)
+    if not len(vertices):
+        return np.unique(edges.ids)
+    ascending, first = np.unique(vertices.ids[:, 0], return_index=True)
+    again = ~np.isin(np.arange(len(vertices)), first)
+    if np.any(again):
+        name = form.names(vertices.ids[np.argmax(again)])[0]
+        raise vertices.fault(again, f"vertex {name} is given twice; drop one line")
+    missing = ~np.isin(edges.ids, ascending)
+    if np.any(missing):
+        name = form.names(edges.ids[missing][:1])[0]
+        raise edges.fault(
+            np.any(missing, axis=1), f"vertex {name} is missing; add its line or drop the edge"
+        )
+    return ascending
+
+
+def _of_poses(fix: Rows, tag: str, ascending: Indices, skipped: dict[str, int]) -> Rows:
+    """Return the FIX lines of poses; those of skipped vertices count as skipped."""
+    known = np.isin(fix.ids[:, 0], ascending)
+    if not np.all(known):
+        skipped[tag] = int(np.sum(~known))
+    return Rows(fix.line[known], fix.ids[known], fix.numbers[known])
+
+
+def _fixed(fix: Rows, ascending: Indices) -> int:
+    """Return the index in ``ascending`` of the vertex that is pose 0."""
+    if not len(fix):
+        return 0
+    held = int(fix.ids[0, 0])
+    other = fix.ids[:, 0] != held
+    if np.any(other):
+        raise fix.fault(
+            other,
+            f"vertex {fix.ids[np.argmax(other), 0]} is fixed beside vertex {held}; "
+            "the library holds one pose: drop all FIX lines but one",
+        )
+    place = int(np.searchsorted(ascending, held))
+    if place == ascending.size or ascending[place] != held:
+        raise Fault(int(fix.line[0]), f"vertex {held} is missing; fix one that is there")
+    return place
+
+
+def _check_joined(ranks: Indices, ascending: Indices, form: Format) -> None:
+    loose = ascending[connected_parts(ascending.size, ranks) > 0]
+    if loose.size:
+        named = ", ".join(str(name) for name in form.names(loose[:_NAMED]))
+        rest = f" and {loose.size - _NAMED} more" if loose.size > _NAMED else ""
+        raise Fault(
+            0,
+            f"no path of edges joins vertex {form.names(ascending[:1])[0]} to {named}{rest}; "
+            "add an edge or drop these vertices",
+        )
+
+
+def _steps(ranks: Indices, robots: Indices) -> Mask:
+    """Return the mask ``(m,)`` of odometry; the rule is in ``read``."""
+    i, j = ranks.T
+    near = np.flatnonzero((np.abs(j - i) == 1) & (robots[i] == robots[j]))
+    order = near[np.lexsort((near, j[near] < i[near], ranks[near].min(axis=1)))]
+    _, first = np.unique(ranks[order].min(axis=1), return_index=True)
+    odometry = np.zeros(i.size, dtype=np.bool_)
+    odometry[order[first]] = True
+    return odometry
+
+
+def _information(
+    rows: Rows, given: Array, covariance: bool, indefinite: Indefinite
+) -> tuple[Array, Indices]:
+    """Return the information matrices and the edges whose matrix was replaced."""
+    kind, wanted = (
+        ("covariance", "a covariance")
+        if covariance
+        else (
+            "information",
+            "an inverse covariance",
+        )
+    )
+    spectrum: Array = np.asarray(np.linalg.eigvalsh(given))
+    beyond = out_of_range(spectrum, LARGEST)
+    if np.any(beyond):
+        raise rows.fault(
+            beyond,
+            f"the {kind} matrix has an eigenvalue outside 1e-30 to 1e30; give metres and radians",
+        )
+    weak = ~(spectrum[:, 0] > 0.0)
+    if covariance:
+        inverse = np.linalg.eigvalsh(_inverse(given[~weak]))
+        weak[~weak] = ~(inverse[:, 0] > 0.0)
+    if np.any(weak) and indefinite == "raise":
+        raise rows.fault(
+            weak,
+            f"the {kind} matrix is not positive definite ({int(weak.sum())} of {weak.size} "
+            f"are not); give the upper triangle of {wanted}, or read with "
+            'indefinite="nearest" or "isotropic"',
+        )
+    if indefinite != "raise":
+        given[weak], empty = definite(given[weak], indefinite)
+        if np.any(empty):
+            raise rows.fault(
+                np.isin(np.arange(weak.size), np.flatnonzero(weak)[empty]),
+                f"the {kind} matrix has no positive eigenvalue in position or in rotation; "
+                "drop the edge",
+            )
+    return _inverse(given) if covariance else given, np.flatnonzero(weak)
+
+
+def _inverse(matrices: Array) -> Array:
+    """Return the inverses of positive definite matrices, symmetric to the last bit."""
+    values, vectors = np.linalg.eigh(matrices)
+    root = vectors / np.sqrt(values)[:, None, :]
+    return np.asarray(root @ np.swapaxes(root, 1, 2))
+
+
+def _guess(vertices: Rows, layout: Layout, order: Indices) -> Array | None:
+    if not len(vertices):
+        return None
+    check_near(vertices, vertices.numbers[:, :3])
+    ascending = np.argsort(vertices.ids[:, 0])
+    poses = layout.poses(vertices)[ascending[order]]
+    poses.flags.writeable = False
+    return poses
