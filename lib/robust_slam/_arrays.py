@@ -75,3 +75,17 @@ def mask(name: str, value: ArrayLike | None, m: int) -> Mask:
     flags = array.astype(np.bool_)
     flags.flags.writeable = False
     return flags
+
+
+def pose_numbers(name: str, value: ArrayLike, n: int) -> Indices:
+    """Return numbers of poses ``(…)`` as indices.
+
+    Raises:
+        ValueError: an entry is not a whole number from 0 to ``n`` − 1.
+    """
+    numbers = np.asarray(value)
+    if numbers.size and not np.issubdtype(numbers.dtype, np.integer):
+        raise ValueError(f"{name}: the entries are {numbers.dtype}; give numbers of poses")
+    if np.any((numbers < 0) | (numbers >= n)):
+        raise ValueError(f"{name} is {numbers.tolist()}; poses are 0 to {n - 1}")
+    return numbers.astype(np.intp)

@@ -1,18 +1,20 @@
-"""How certain a map is: the marginal covariance of single poses.
+"""How certain a map is: the marginal covariance of single poses, and of several jointly.
 
 At a minimum with the Hessian H of the cost, the covariance of all poses is H⁻¹ to first
-order, and the marginal covariance of pose k is its block at k. One factorisation of H gives
-any of these blocks.
+order. The marginal covariance of pose k is its block at k, and the joint covariance of several
+poses has their blocks and those between them. One factorisation of H gives any of these.
 
 Source: Kaess and Dellaert 2009, "Covariance recovery from a square root information matrix".
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_slam._arrays import Array
+from robust_slam._arrays import Array, Indices, pose_numbers
 from robust_slam.descent.normal_equations import NormalEquations
 from robust_slam.errors import Underdetermined
 from robust_slam.graphs.pose_graph import PoseGraph, check_poses, check_weights
@@ -44,8 +46,58 @@ def covariance(
            [0., 3., 1.],
            [0., 1., 2.]])
     """
+    chosen = pose_numbers("k", k, graph.n)
+    size = graph.group.DOF
+    blocks = np.empty((chosen.size, size, size))
+    for part, solved in _columns(graph, poses, weights, chosen.ravel()):
+        blocks[part] = solved[chosen.ravel()[part], :, np.arange(solved.shape[2])]
+    return np.asarray(_symmetric(blocks).reshape(*chosen.shape, size, size))
+
+
+def joint_covariance(
+    graph: PoseGraph, poses: ArrayLike, k: ArrayLike, weights: ArrayLike | None = None
+) -> Array:
+    """Return the joint covariance of the poses ``k`` ``(p,)``, ``(pD, pD)``.
+
+    The blocks are in the order of ``k``: on the diagonal those of ``covariance``, elsewhere the
+    cross-covariances. ``poses``, ``weights``, coordinates and units are those of ``covariance``.
+    The relative pose a⁻¹ ∘ b of two poses is often far more certain than either. Its covariance
+    is J Σ Jᵀ, with Σ that of (a, b) and J = [−Ad(b⁻¹ ∘ a), 1].
+
+    Raises:
+        ValueError: ``poses`` or ``weights`` do not fit the graph, or ``k`` is not a list of
+            poses.
+        Underdetermined: the edges with positive weight do not determine the map.
+
+    Source: Kaess and Dellaert 2009; Solà et al. 2018 for J.
+
+    >>> graph = PoseGraph(3, [[0, 1], [1, 2]], [[1, 0, 0]] * 2, [np.eye(3)] * 2, [True, True])
+    >>> poses = np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0]])
+    >>> joint = joint_covariance(graph, poses, [1, 2])
+    >>> joint[:3, 3:].round(3)  # of poses 1 and 2
+    array([[1., 0., 0.],
+           [0., 1., 0.],
+           [0., 1., 1.]])
+    >>> group = graph.group
+    >>> J = np.hstack([-group.adjoint(group.between(poses[2], poses[1])), np.eye(3)])
+    >>> bool(np.allclose(J @ joint @ J.T, np.eye(3)))  # the noise of the edge between them
+    True
+    """
+    chosen = pose_numbers("k", k, graph.n)
+    if chosen.ndim != 1:
+        raise ValueError(f"k: the shape is {chosen.shape}; give a list of poses, such as [3, 8]")
+    size = graph.group.DOF
+    joint = np.empty((chosen.size, size, chosen.size, size))
+    for part, solved in _columns(graph, poses, weights, chosen):
+        joint[:, :, part] = solved[chosen]
+    return _symmetric(joint.reshape(chosen.size * size, chosen.size * size))
+
+
+def _columns(
+    graph: PoseGraph, poses: ArrayLike, weights: ArrayLike | None, chosen: Indices
+) -> Iterator[tuple[slice, Array]]:
+    """Yield slices of the poses ``chosen`` ``(p,)``, and their columns ``(n, D, c, D)`` of H⁻¹."""
     x, w = check_poses("poses", poses, graph), check_weights(weights, graph)
-    chosen = _chosen(k, graph.n)
     equations, w = NormalEquations(graph).restricted(w)
     hessian, _ = equations.system(equations.at(x, w))
     factors = equations.pattern.factorise(hessian)
@@ -55,21 +107,12 @@ def covariance(
             "nothing beside the others; give such edges weight 0 or trust more edges"
         )
     size = graph.group.DOF
-    blocks = np.empty((chosen.size, size, size))
     for first in range(0, chosen.size, _COLUMNS // size):
-        part = chosen.ravel()[first : first + _COLUMNS // size]
+        part = chosen[first : first + _COLUMNS // size]
         right = np.zeros((graph.n, size, part.size, size))
         right[part, :, np.arange(part.size)] = np.eye(size)
-        solved = factors.solve(right)
-        blocks[first : first + part.size] = solved[part, :, np.arange(part.size)]
-    blocks = 0.5 * (blocks + np.swapaxes(blocks, 1, 2))
-    return np.asarray(blocks.reshape(*chosen.shape, size, size))
+        yield slice(first, first + part.size), factors.solve(right)
 
 
-def _chosen(k: ArrayLike, n: int) -> np.ndarray[tuple[int, ...], np.dtype[np.intp]]:
-    chosen = np.asarray(k)
-    if chosen.size and not np.issubdtype(chosen.dtype, np.integer):
-        raise ValueError(f"k: the entries are {chosen.dtype}; give numbers of poses")
-    if np.any((chosen < 0) | (chosen >= n)):
-        raise ValueError(f"k is {chosen.tolist()}; poses are 0 to {n - 1}")
-    return chosen.astype(np.intp)
+def _symmetric(matrices: Array) -> Array:
+    return np.asarray(0.5 * (matrices + np.swapaxes(matrices, -2, -1)))

@@ -1,4 +1,4 @@
-"""Errors of maps, and precision and recall of the kept closures.
+"""Errors of maps, also beside their covariance, and precision and recall of kept closures.
 
 Maps are poses ``(n, 3)`` in SE(2) or ``(n, 3, 4)`` in SE(3).
 """
@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_slam._arrays import Array, finite, mask
+from robust_slam._arrays import Array, finite, mask, pose_numbers
 from robust_slam.graphs.group import Group, group_of
 
 
@@ -75,6 +75,44 @@ def ate(estimate: ArrayLike, truth: ArrayLike) -> float:
     estimate, truth, group = _maps(estimate, truth)
     error = group.translation(align(estimate, truth)) - group.translation(truth)
     return float(np.sqrt(np.mean(np.sum(error**2, axis=1))))
+
+
+def nees(estimate: ArrayLike, truth: ArrayLike, k: ArrayLike, covariance: ArrayLike) -> Array:
+    """Return the normalised estimation error squared eᵀ Σ⁻¹ e of poses ``k`` ``(…)``, ``(…)``.
+
+    ``estimate`` and ``truth`` are whole maps ``(n, 3)`` or ``(n, 3, 4)``, and ``covariance``
+    ``(…, D, D)`` is that of ``robust_slam.covariance`` at the same ``k``. The error has the
+    coordinates of that covariance: e = Log(x̂⁻¹ ∘ x), with both poses in the frame of their
+    pose 0. Differences of coordinates, x − x̂, have other ones, and their numbers are too large.
+
+    Where the covariance is right, the number has nearly a χ² distribution with D degrees of
+    freedom, 3 in the plane and 6 in space: its mean is D, and the mean over N independent maps is
+    within 1.96 √(2D/N) of D in 95 % of all cases. The poses of one map are not independent.
+
+    Raises:
+        ValueError: the shapes differ, an entry is not finite, ``k`` is not a pose, or a
+            covariance is not positive definite, as that of pose 0.
+
+    Source: Bar-Shalom, Li and Kirubarajan 2001, section 5.4, the test of consistency; Solà et al.
+    2018 for the coordinates.
+
+    >>> truth = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+    >>> float(nees(truth + [[0, 0, 0], [0.2, 0, 0]], truth, 1, 0.01 * np.eye(3)).round(6))
+    4.0
+    """
+    estimate, truth, group = _maps(estimate, truth)
+    chosen = pose_numbers("k", k, len(truth))
+    sigma = finite("covariance", covariance, (*chosen.shape, group.DOF, group.DOF))
+    definite = np.linalg.eigvalsh(sigma)[..., 0] > 0.0
+    if not np.all(definite):
+        pose = chosen[~definite].ravel()[0]
+        raise ValueError(
+            f"covariance: that of pose {pose} is not positive definite; pose 0 is held and has "
+            "none, so leave it out, and take the others from robust_slam.covariance"
+        )
+    here, there = (group.between(poses[0], poses[chosen]) for poses in (estimate, truth))
+    error = group.log(group.between(here, there))
+    return np.asarray(np.sum(error * np.linalg.solve(sigma, error[..., None])[..., 0], axis=-1))
 
 
 def _maps(estimate: ArrayLike, truth: ArrayLike) -> tuple[Array, Array, Group]:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from robust_slam.graphs import se3
-from robust_slam.graphs.metrics import align, ate, precision_recall
+from robust_slam.graphs import se2, se3
+from robust_slam.graphs.metrics import align, ate, nees, precision_recall
 
 from tests.conftest import leave_out
 from tests.lib.worlds import assert_same_poses, random_poses, refused
@@ -150,3 +150,27 @@ def test_the_absolute_error_is_that_of_evo(evo, group, seed):
 def test_bad_input_is_refused_by_name(estimate, truth, told):
     with pytest.raises(ValueError, match=told):
         ate(estimate, truth)
+
+
+@pytest.mark.parametrize("group", [se2, se3])
+def test_nees_is_the_whitened_error_in_the_frame_of_pose_0(group):
+    rng = np.random.default_rng(0)
+    estimate, error = trajectory(1, group), rng.normal(size=(15, group.DOF))
+    error[0] = 0.0
+    root = np.eye(group.DOF) + 0.2 * rng.normal(size=(15, group.DOF, group.DOF))
+    shaken = group.compose(estimate, group.exp(0.3 * (root @ error[..., None])[..., 0]))
+    truth = group.compose(motion(group, 2), shaken)
+    k = np.array([[3, 14], [7, 1]])
+    covariance = 0.09 * root[k] @ np.swapaxes(root[k], -1, -2)
+    expected = np.sum(error[k] ** 2, axis=-1)
+    np.testing.assert_allclose(nees(estimate, truth, k, covariance), expected, rtol=1e-8)
+
+
+def test_nees_names_what_does_not_fit():
+    truth = trajectory(1, se2)
+    with pytest.raises(ValueError, match="covariance: that of pose 0 is not positive definite"):
+        nees(truth, truth, [4, 0], [np.eye(3), np.zeros((3, 3))])
+    with pytest.raises(ValueError, match="k is 15; poses are 0 to 14"):
+        nees(truth, truth, 15, np.eye(3))
+    with pytest.raises(ValueError, match=r"covariance: the shape is \(3, 3\); give \(2, 3, 3\)"):
+        nees(truth, truth, [1, 2], np.eye(3))
