@@ -17,7 +17,7 @@ FOLDERS = ("estimators", "graphs", "descent", "consistency", "certificates", "fl
 
 def test_the_twins_in_gtsam_give_the_same_results() -> None:
     blocks = re.findall(r"^```python\n(>>>.*?)^```$", PAGE.read_text("utf-8"), re.M | re.S)
-    assert len(blocks) == 4
+    assert len(blocks) == 5
     test = doctest.DocTestParser().get_doctest("\n".join(blocks), {}, PAGE.name, str(PAGE), 0)
     result = doctest.DocTestRunner().run(test)
     assert result.failed == 0 and result.attempted > 20

@@ -33,6 +33,7 @@ def covariance(
     covariance is that of a perturbation on the right, x ∘ Exp(δ), in the order (position,
     rotation), in m² and rad². It is relative to pose 0, whose own covariance is 0. It holds
     to first order, and for the kept edges alone: a wrong closure makes a map look certain.
+    Where the truth is known, ``robust_slam.graphs.nees`` tells whether errors are that large.
 
     Raises:
         ValueError: ``poses`` or ``weights`` do not fit the graph, or ``k`` is not a pose.
