@@ -276,7 +276,7 @@ def dcs_tls(problem: PoseGraphProblem, c: float, x0: Array) -> Array:
 def rtabmap(problem: PoseGraphProblem, c: float, x0: Array) -> Array:
     """Add closure after closure, and undo it if an error of any edge exceeds three deviations.
 
-    Source: RTAB-Map's parameter RGBD/OptimizeMaxError, by its documentation.
+    Source: RTAB-Map's parameter for the largest error of a graph, by its documentation.
     """
     graph, used, poses = problem.graph, problem.graph.is_odometry.copy(), x0
     deviations = 1.0 / np.sqrt(np.diagonal(graph.information, axis1=1, axis2=2))

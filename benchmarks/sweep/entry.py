@@ -52,7 +52,7 @@ def write_worlds(folder: Path, chosen: Sequence[World]) -> None:
 
 
 def score_maps(folder: Path, name: str, chosen: Sequence[World]) -> Iterator[Run]:
-    """Yield the run of each of the ``chosen`` worlds whose map lies in ``folder``, under a name.
+    """Yield the run of each of the ``chosen`` worlds whose map is in ``folder``, under a name.
 
     Raises:
         ValueError: a map has another number of poses, or is not a map.

@@ -4,7 +4,7 @@ The outliers are not drawn: they are what a bag of words takes for the same plac
 shows words of a vocabulary; some crossings share the style of others, and so most of their
 words. At each pose the robot sees a part of the words of its crossing, and takes the most similar
 earlier view for the same place if it is similar enough. It then measures its pose beside the
-corner that it believes to see, so matches of one pair of corners agree with each other.
+corner that it takes for the one it sees, so matches of one pair of corners agree with each other.
 
 Source: Cummins and Newman 2008 for places as words that are seen with some probability and for
 perceptual aliasing; the town is derived here.

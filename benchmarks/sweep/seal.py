@@ -1,4 +1,4 @@
-"""Seeds that nobody knows while a version is written: only their hash is committed.
+"""Seeds that are unknown while a version is written: only their hash is committed.
 
 `python -m benchmarks.sweep.seal` draws new ones into ``build/sweep/sealed.txt``, which git
 ignores, and prints the hash for ``HASH``. Once the version is scored, the file is committed as
