@@ -86,14 +86,14 @@ PROMISES = {
         makes=("build/release/03-irls.zip", "build/release/03-irls/03-irls.ipynb")
     ),
     ".venv/bin/autograder lint --strict --answers tests/assignments": Promise(
-        says=("0 errors, 0 warnings in 10 assignments",)
+        says=("0 errors, 0 warnings in 5 assignments",)
     ),
     "mkdir -p class && cp -Rp build/sample/. class/": Promise(
         makes=("class/submitted/sample-half/02-four-costs/02-four-costs.ipynb",)
     ),
     ".venv/bin/autograder doctor": Promise(says=("✓ works",)),
     "make grade": Promise(
-        says=("40 graded, 10 refused, 0 failed, 50 of them unchanged and reused",),
+        says=("20 graded, 5 refused, 0 failed, 25 of them unchanged and reused",),
         makes=("class/graded/sample-half/02-four-costs.json", "class/graded/.run.json"),
     ),
     ".venv/bin/dask scheduler --host 127.0.0.1 --port 8786 &": Promise(),
@@ -103,9 +103,9 @@ PROMISES = {
         says=("4 graded, 1 refused, 0 failed. ",), makes=("build/trial/sample-half/03-irls.json",)
     ),
     "kill %1 %2": Promise(),
-    "make feedback": Promise(says=("50 submissions of 5 students",), makes=(f"class/{FEEDBACK}",)),
+    "make feedback": Promise(says=("25 submissions of 5 students",), makes=(f"class/{FEEDBACK}",)),
     "make report": Promise(
-        says=("report on 10 of 10 assignments",),
+        says=("report on 5 of 5 assignments",),
         makes=("class/report/index.html", "class/report/02-four-costs.html"),
     ),
     ".venv/bin/autograder report --no-names --to class/report-no-names": Promise(
@@ -214,7 +214,7 @@ class TestSampleClass:
         paths = {name: graded / name / f"{assignment}.json" for name in sample_class.STUDENTS}
         return {name: json.loads(path.read_text("utf-8")) for name, path in paths.items()}
 
-    @pytest.mark.parametrize("assignment", answers.assignments())
+    @pytest.mark.parametrize("assignment", clone.ASSIGNMENTS)
     def test_each_student_gets_the_marks_of_what_they_did(
         self, results: dict[str, dict[str, Any]], assignment: str
     ) -> None:
@@ -239,7 +239,7 @@ class TestSampleClass:
         marks = re.compile(r"(?m)^sample-\S+ .*$")
         found = marks.findall(first)
         assert found == marks.findall(follower.said["make grade"].text)
-        assert len(found) == len(sample_class.STUDENTS) * len(answers.assignments())
+        assert len(found) == len(sample_class.STUDENTS) * len(clone.ASSIGNMENTS)
         assert "reused" not in first
 
 
