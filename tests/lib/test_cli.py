@@ -16,6 +16,7 @@ from robust_slam.graphs.generate import manhattan
 from robust_slam.graphs.outliers import add_random_closures
 from robust_slam.graphs.pose_graph import select
 from robust_slam.graphs.reading import read
+from robust_slam.graphs.trajectories import write_tum
 
 
 @pytest.fixture
@@ -80,6 +81,50 @@ def test_odometry_across_a_gap_is_told_and_can_be_a_closure(
     assert re.search(said or "^$", caplog.text + told.err)
     joined = "sessions   2" in told.out and "trusted  1 closure: " in told.out
     assert code == 2 or joined == bool(arguments)
+
+
+def test_lines_of_toro_that_are_not_used_are_in_the_output(tmp_path, capsys):
+    path = tmp_path / "loop.graph"
+    path.write_text(
+        "EDGE2 0 1 1 0 0 9 0 9 9 0 0\nEDGE2 1 2 1 0 0 9 0 9 9 0 0\n"
+        "EDGE2 0 2 2 0 0 9 0 9 9 0 0\nEQUIV 2 0\nBR 0 5 0.1 2 0.1 0.1\n"
+    )
+    assert cli.main(["solve", str(path), "--quiet", "--unknown", "skip"]) in (0, 1)
+    said = capsys.readouterr().out
+    assert "skipped 1 line with the tag EQUIV" in said and "skipped 1 line with the tag BR" in said
+
+
+def test_ids_with_letters_are_named_so_and_come_back_as_keys(tmp_path, capsys):
+    path, out, edges = (tmp_path / name for name in ("town.pyfg", "map.g2o", "rejected.txt"))
+    graph, _ = manhattan(60, 0, closures=20)
+    spoiled, is_outlier = add_random_closures(graph, 6, 0)
+    half = " ".join(map(repr, np.linalg.inv(graph.information[0])[np.triu_indices(3)].tolist()))
+    path.write_text(
+        "".join(
+            f"EDGE_SE2 0.5 K{i} K{j} {x} {y} {angle} {half}\n"
+            for (i, j), (x, y, angle) in zip(spoiled.edges, spoiled.measurement, strict=True)
+        )
+    )
+    written = ["--out", str(out), "--rejected", str(edges)]
+    cli.main(["solve", str(path), "--quiet", "--closure", "K1-K0", *written])
+    i, j = spoiled.edges[np.argmax(is_outlier)]
+    assert f"K{i} K{j}\n" in edges.read_text()
+    assert f"rejected {len(edges.read_text().splitlines())} closures: K" in capsys.readouterr().out
+    np.testing.assert_array_equal(read(out).ids, (ord("K") << 56) + np.arange(60))
+
+
+def test_a_drive_and_its_closures_are_a_graph(tmp_path, capsys):
+    drive, closures, out = (tmp_path / name for name in ("drive.txt", "loops.g2o", "map.kitti"))
+    graph, truth = manhattan(60, 0, closures=20)
+    write_tum(drive, truth)
+    write(closures, graph)
+    closures.write_text("".join(closures.read_text().splitlines(keepends=True)[59:]))
+    given = ["--closures", str(closures), "--odometry", "0.05", "0.02", "--out", str(out)]
+    assert cli.main(["solve", str(drive), "--quiet", *given]) == 0
+    assert "closures   20, each within about 0.05 m" in capsys.readouterr().out
+    np.testing.assert_allclose(np.loadtxt(out)[:, [3, 7]], truth[:, :2], atol=0.3)
+    assert cli.main(["solve", str(drive), "--quiet"]) == 2
+    assert "such as --odometry 0.05 0.01 in m and rad" in capsys.readouterr().err
 
 
 def test_a_public_graph_is_found_by_its_name(file, capsys, monkeypatch):

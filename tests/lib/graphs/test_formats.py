@@ -1,0 +1,370 @@
+"""Every format is told by its content, and its numbers mean what its own program means."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+
+import numpy as np
+import pytest
+import robust_slam as rs
+from robust_slam.graphs import g2o
+from robust_slam.graphs.generate import manhattan, sphere
+from robust_slam.graphs.graph_file import GraphFileError
+from robust_slam.graphs.pose_graph import relative_poses
+from robust_slam.graphs.trajectories import write_kitti, write_tum
+from scipy.spatial.transform import Rotation
+
+from tests.lib.worlds import assert_same_poses
+
+ROTATION_FIRST = [3, 4, 5, 0, 1, 2]
+TRIANGLE = np.arange(1.0, 22.0)
+TRIANGLE[[0, 6, 11, 15, 18, 20]] += 100.0
+HALF = " ".join(map(repr, TRIANGLE.tolist()))
+TORO_PLANE = """\
+VERTEX2 3 1 2 0.25
+VERTEX2 4 5 6 0.5
+EDGE2 3 4 0.1 0.2 0.3 11 1 12 13 2 3
+EDGE2 4 3 0.1 0.2 -3.0 11 1 12 13 2 3
+"""
+TORO_SPACE = f"""\
+VERTEX3 3 1 2 3 0.1 -0.2 3.0
+VERTEX3 4 5 6 7 0 0 0
+EDGE3 3 4 0.1 0.2 0.3 0.4 -1.5 2.6 {HALF}
+EDGE3 4 3 1 2 3 -3 0.5 -2 {HALF}
+"""
+PYFG_PLANE = """\
+VERTEX_SE2 0.5 B2 1 2 0.25
+VERTEX_SE2 0.1 A10 0 0 0
+VERTEX_SE2 0.1 A9 0 0 0
+EDGE_SE2 1.5 A9 A10 0.1 0.2 0.3 0.04 0.001 0.002 0.09 0.003 0.01
+EDGE_SE2 2.5 A10 B2 1 2 0.3 0.04 0 0 0.09 0 0.01
+"""
+
+
+def put(folder, content, name="graph.txt"):
+    path = folder / name
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return path
+
+
+def read(folder, content, **options):
+    return rs.read(put(folder, content), **options)
+
+
+def test_the_plane_of_toro_has_its_own_order_of_the_matrix(tmp_path):
+    found = read(tmp_path, TORO_PLANE)
+    assert found.ids.tolist() == found.names.tolist() == [3, 4]
+    np.testing.assert_array_equal(found.poses, [[1, 2, 0.25], [5, 6, 0.5]])
+    np.testing.assert_array_equal(found.graph.edges, [[0, 1], [1, 0]])
+    np.testing.assert_array_equal(found.graph.measurement[0], [0.1, 0.2, 0.3])
+    np.testing.assert_array_equal(found.graph.information[0], [[11, 1, 2], [1, 12, 3], [2, 3, 13]])
+
+
+def test_the_angles_of_toro_turn_about_x_then_y_then_z(tmp_path):
+    found = read(tmp_path, TORO_SPACE)
+    turned = Rotation.from_euler("ZYX", [2.6, -1.5, 0.4]).as_matrix()
+    np.testing.assert_allclose(found.graph.rotation[0], turned, atol=1e-14)
+    np.testing.assert_array_equal(found.graph.translation[0], [0.1, 0.2, 0.3])
+    np.testing.assert_array_equal(found.graph.information[0][0], [101, 2, 3, 4, 5, 6])
+    turned = Rotation.from_euler("ZYX", [3.0, -0.2, 0.1]).as_matrix()
+    np.testing.assert_allclose(found.poses[0][:, :3], turned, atol=1e-14)
+
+
+def test_toro_lines_in_the_order_of_g2o_are_read_so_and_said_to_be(tmp_path):
+    found = read(tmp_path, "EDGE2 0 1 1 0 0 4 1 0 5 0 9\nEDGE2 1 2 1 0 0 4 0 0 5 0 9\n")
+    np.testing.assert_array_equal(found.graph.information[0], [[4, 1, 0], [1, 5, 0], [0, 0, 9]])
+    assert "EDGE2 lines are read row by row, as in g2o" in found.summary()
+    with pytest.raises(
+        GraphFileError, match=r"graph.txt:2: the information matrix is not positive"
+    ):
+        read(tmp_path, "EDGE2 0 1 1 0 0 4 0 5 9 0 0\nEDGE2 1 2 1 0 0 4 0 0 5 0 9\n")
+
+
+@pytest.mark.parametrize("text", [TORO_PLANE, TORO_SPACE], ids=["plane", "space"])
+def test_gtsam_reads_the_same_from_toro(tmp_path, gtsam, text):
+    assert_as_gtsam(gtsam, put(tmp_path, text), toro=True)
+
+
+def assert_as_gtsam(gtsam, path, *, toro, **options):
+    """Compare each relative pose, information matrix and vertex with those of GTSAM's reader."""
+    found = rs.read(path, **options)
+    graph, plane = found.graph, found.graph.group.DIMENSION == 2
+    if plane:
+        layout = gtsam.NoiseFormat.NoiseFormatTORO if toro else gtsam.NoiseFormat.NoiseFormatG2O
+        factors, values = gtsam.load2D(str(path), None, 0, False, True, layout)
+    else:
+        factors, values = gtsam.load3D(str(path))
+    between = gtsam.BetweenFactorPose2 if plane else gtsam.BetweenFactorPose3
+    theirs = [factors.at(k) for k in range(factors.size())]
+    theirs = [factor for factor in theirs if isinstance(factor, between)]
+    assert [factor.keys() for factor in theirs] == found.ids[graph.edges].tolist()
+    measured = np.array([matrix_of(factor.measured()) for factor in theirs])
+    np.testing.assert_allclose(graph.group.translation(graph.measurement), measured[..., -1])
+    np.testing.assert_allclose(graph.rotation, measured[..., :-1], atol=1e-9)
+    # Of EDGE3 GTSAM keeps the order of the file, which has the position first, like ours.
+    order = slice(None) if plane or toro else ROTATION_FIRST
+    information = [factor.noiseModel().R().T @ factor.noiseModel().R() for factor in theirs]
+    ours = graph.information[:, order][:, :, order]
+    np.testing.assert_allclose(information, ours, rtol=1e-9, atol=1e-9)
+    if found.poses is not None:
+        at = values.atPose2 if plane else values.atPose3
+        given = np.array([matrix_of(at(key)) for key in found.ids.tolist()])
+        np.testing.assert_allclose(graph.group.translation(found.poses), given[..., -1])
+        np.testing.assert_allclose(graph.group.rotation(found.poses), given[..., :-1], atol=1e-9)
+
+
+def matrix_of(pose):
+    return pose.matrix()[:-1]
+
+
+IN_GTSAM = {
+    "pose2example.txt": (11, 12, 2),
+    "noisyToyGraph.txt": (4, 5, 2),
+    "toyExample.g2o": (5, 6, 2),
+    "pose3example-grid.txt": (27, 44, 18),
+    "pose3example-offdiagonal.txt": (2, 1, 0),
+    "Klaus3.g2o": (3, 3, 1),
+    "w100.graph": (100, 300, 201),
+    "example.graph": (95, 94, 0),
+    "sphere2500.txt": (2500, 4949, 2450),
+    "known_landmark_localization_20.g2o": (20, 19, 0),
+}
+"""Files of GTSAM's wheel: their poses, edges and closures."""
+
+
+@pytest.mark.parametrize("name", IN_GTSAM)
+def test_files_of_gtsam_are_read_as_gtsam_reads_them(gtsam, name):
+    path = Path(gtsam.__file__).parent / "Data" / name
+    graph = rs.read(path, unknown="skip").graph
+    assert (graph.n, len(graph.edges), int(np.sum(~graph.is_odometry))) == IN_GTSAM[name]
+    toro = any(tag in path.read_text() for tag in ("EDGE2", "EDGE3"))
+    assert_as_gtsam(gtsam, path, toro=toro, unknown="skip")
+
+
+@pytest.mark.parametrize(
+    ("name", "size", "skipped", "noted"),
+    [
+        ("goats_15.pyfg", (473, 472), {"VERTEX_XY": 3, "EDGE_RANGE": 786}, "no edge is a loop"),
+        ("goats_16.pyfg", (201, 200), {"VERTEX_XY": 4, "EDGE_RANGE": 572}, "no edge is a loop"),
+        ("victoriaPark_reduced_1k.g2o", (1000, 999), {"LANDMARK2": 606}, "no edge is a loop"),
+        ("w100_30.g2o", (30, 59), {}, "read row by row"),
+    ],
+)
+def test_what_is_not_used_of_files_of_gtsam_is_said(gtsam, name, size, skipped, noted):
+    found = rs.read(Path(gtsam.__file__).parent / "Data" / name, unknown="skip")
+    assert (found.graph.n, len(found.graph.edges)) == size
+    assert found.skipped == skipped
+    for tag, count in skipped.items():
+        assert f"skipped {count} lines with the tag {tag}" in found.summary()
+    assert noted in found.summary()
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("T1_city10000_04.txt", "1: EDGE2 has 8 fields behind it; give 11"),
+        ("sphere_smallnoise.graph", "2201: EDGE3 has 8 fields behind it; give 29"),
+        ("victoria_park.txt", "1: the tag 'ODOMETRY' is unknown"),
+        ("example_with_vertices.g2o", "9: the tag 'VERTEX_TRACKXYZ' is unknown"),
+        ("VO_camera_poses_large.txt", "1: 17 numbers are no pose of a trajectory; give 8"),
+    ],
+)
+def test_files_of_gtsam_that_are_no_such_graphs_are_refused_by_line(gtsam, name, message):
+    path = Path(gtsam.__file__).parent / "Data" / name
+    with pytest.raises(GraphFileError) as caught:
+        rs.read(path)
+    assert str(caught.value).startswith(f"{path}:{message}")
+
+
+def test_pyfg_gives_covariances_and_ids_with_the_letter_of_a_robot(tmp_path):
+    found = read(tmp_path, PYFG_PLANE)
+    assert found.names.tolist() == ["A9", "A10", "B2"]
+    assert found.ids.tolist() == [(65 << 56) + 9, (65 << 56) + 10, (66 << 56) + 2]
+    np.testing.assert_array_equal(found.poses[2], [1, 2, 0.25])
+    covariance = np.array([[0.04, 0.001, 0.002], [0.001, 0.09, 0.003], [0.002, 0.003, 0.01]])
+    np.testing.assert_allclose(found.graph.information[0] @ covariance, np.eye(3), atol=1e-13)
+    # What joins two robots is no odometry, whatever their numbers.
+    assert found.graph.is_odometry.tolist() == [True, False]
+
+
+def test_pyfg_in_space_is_that_of_g2o_with_a_time_and_the_inverse(tmp_path):
+    half = "1 0 0 0 0 0 2 0 0 0 0 3 0 0 0 4 0 0 5 0 6"
+    line = f"EDGE_SE3:QUAT 7.5 A0 A1 1 2 3 0 0 0.6 0.8 {half}\n"
+    graph = read(tmp_path, line).graph
+    diagonal = 1.0 / np.arange(1.0, 7.0)
+    np.testing.assert_allclose(graph.information[0], np.diag(diagonal), atol=1e-15)
+    np.testing.assert_array_equal(graph.translation[0], [1, 2, 3])
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (PYFG_PLANE.replace("A9 A10", "A9 10"), "4: field 3 is '10'; give a letter and a number"),
+        (PYFG_PLANE.replace("1.5 A9", "now A9"), "4: field 1 is 'now'; give a number"),
+        (PYFG_PLANE.replace("0 0 0.09", "0 0 0"), "5: the covariance matrix is not positive def"),
+        (
+            PYFG_PLANE.replace("0.04 0 0 0.09", "1 1 0 1.0000000000000002"),
+            "5: the covariance matrix is not positive definite",
+        ),
+        (PYFG_PLANE.replace("A10 B2 1", "A10 A10 1"), "5: the edge joins vertex A10 to itself"),
+        (PYFG_PLANE.replace("A10 B2 1", "A10 B3 1"), "5: vertex B3 is missing; add its line"),
+        (
+            PYFG_PLANE[: PYFG_PLANE.index("EDGE_SE2 2.5")],
+            " no path of edges joins vertex A9 to",
+        ),
+        (TORO_PLANE.replace("13 2 3\n", "13 2\n", 1), "3: EDGE2 has 10 fields behind it; give 11"),
+    ],
+)
+def test_what_is_wrong_is_named_by_the_ids_of_the_file(tmp_path, text, message):
+    path = put(tmp_path, text)
+    with pytest.raises(GraphFileError) as caught:
+        rs.read(path)
+    assert str(caught.value).startswith(f"{path}:{message}")
+
+
+@pytest.mark.parametrize("text", [TORO_SPACE, TORO_PLANE, PYFG_PLANE], ids=["3D", "2D", "pyfg"])
+def test_a_graph_of_another_format_is_the_same_when_written_as_g2o(tmp_path, text):
+    found = read(tmp_path, text)
+    g2o.write(tmp_path / "as.g2o", found.graph, found.poses, found.ids)
+    again = rs.read(tmp_path / "as.g2o")
+    for name in ("edges", "measurement", "information"):
+        np.testing.assert_array_equal(getattr(again.graph, name), getattr(found.graph, name))
+    np.testing.assert_array_equal(again.ids, found.ids)
+    np.testing.assert_array_equal(again.poses, found.poses)
+
+
+TRUTHS = {"plane": manhattan(30, 0)[1], "space": sphere(30, 0)[1]}
+WRITERS = {"tum": write_tum, "kitti": write_kitti}
+
+
+@pytest.mark.parametrize("form", WRITERS)
+def test_a_trajectory_is_odometry_with_the_given_deviations(tmp_path, form):
+    poses = TRUTHS["space"]
+    path = tmp_path / "drive.txt"
+    WRITERS[form](path, poses)
+    found = rs.read(path, odometry=(0.05, 0.01))
+    assert_same_poses(found.graph.group, found.poses, poses, atol=1e-12)
+    assert np.all(found.graph.is_odometry) and len(found.graph.edges) == 29
+    steps = relative_poses(found.graph, poses)
+    assert_same_poses(found.graph.group, found.graph.measurement, steps, atol=1e-12)
+    expected = np.diag([0.05] * 3 + [0.01] * 3) ** 2
+    np.testing.assert_allclose(found.graph.information[7] @ expected, np.eye(6), atol=1e-12)
+    assert "no edge is a loop closure" in found.summary()
+
+
+@pytest.mark.parametrize("form", WRITERS)
+@pytest.mark.parametrize("kind", TRUTHS)
+def test_closures_of_another_file_make_it_a_graph(tmp_path, form, kind):
+    poses = TRUTHS[kind]
+    path, closures = tmp_path / "drive.txt", tmp_path / "closures.g2o"
+    WRITERS[form](path, poses)
+    pose, half = ("1 2 0.5", "4 0 0 5 0 6")
+    if kind == "space":
+        pose, half = ("1 2 3 0 0 0 1", HALF)
+    tag = "EDGE_SE2" if kind == "plane" else "EDGE_SE3:QUAT"
+    closures.write_text(f"{tag} 29 3 {pose} {half}\n{tag} 2 3 {pose} {half}\n")
+    found = rs.read(path, odometry=(0.05, 0.01), closures=closures)
+    graph = found.graph
+    assert graph.edges.shape == (31, 2) and graph.measurement.ndim == poses.ndim
+    assert_same_poses(graph.group, found.poses, poses, atol=1e-12)
+    assert graph.edges[-2:].tolist() == [[29, 3], [2, 3]]
+    # A closure is one even between neighbours, because the odometry has a file of its own.
+    assert np.flatnonzero(~graph.is_odometry).tolist() == [29, 30]
+    np.testing.assert_array_equal(graph.translation[-1][:2], [1, 2])
+    assert graph.information[-1][0, 0] == (4 if kind == "plane" else 101)
+    assert rs.load(path, odometry=(0.05, 0.01), closures=closures).n == 30
+
+
+TUM = "0.5 0 0 0 0 0 0 1\n1.5 1 0 0 0 0 0 1\n2.5 1 1 0 0 0 1 1\n"
+KITTI = "1 0 0 0 0 1 0 0 0 0 1 0\n0 -1 0 1 1 0 0 2 0 0 1 0\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (TUM.replace("1.5", "0.5"), "2: the time does not ascend; sort the lines"),
+        (TUM.replace("0 0 1 1", "0 0 0 0"), "3: the quaternion is 0"),
+        (TUM + "3.5 1 1 1\n", "4: the line has 4 numbers, the first one 8"),
+        (TUM.replace("1.5 1", "1.5 nan"), "2: a number is not finite"),
+        (TUM.replace("1.5 1", "1.5 1e200"), "2: a number is beyond 1e+30; give metres"),
+        (TUM.replace("1.5 1", "1.5 x"), "2: field 2 is 'x'; give a number"),
+        (TUM.splitlines()[0], " one pose is no trajectory; give at least two"),
+        ("# t x y\n1 2 3\n", "2: 3 numbers are no pose of a trajectory; give 8, as TUM does"),
+        (KITTI.replace("0 -1 0 1", "0 -2 0 1"), "2: the left part of [R | t] is not a rotation"),
+        (KITTI.replace("0 -1 0 1", "0 1 0 1"), "2: the left part of [R | t] is not a rotation"),
+    ],
+)
+def test_what_is_wrong_in_a_trajectory_is_named_by_line(tmp_path, text, message):
+    path = put(tmp_path, text)
+    with pytest.raises(GraphFileError) as caught:
+        rs.read(path, odometry=(0.1, 0.1))
+    assert str(caught.value).startswith(f"{path}:{message}")
+
+
+SPACE_EDGE = f"EDGE_SE3:QUAT 0 2 1 1 0 0 0 0 1 {HALF}\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (SPACE_EDGE.replace("0 2", "0 3", 1), ":1: pose 3 is missing: the trajectory has 0 to 2"),
+        (SPACE_EDGE.replace("0 2", "2 2", 1), ":1: the edge joins vertex 2 to itself"),
+        (SPACE_EDGE.replace("101.0", "-1"), ":1: the information matrix is not positive"),
+        ("0 2 1 1 0 0 0 1\n", ": these are no closures; give lines EDGE_SE3:QUAT"),
+        ("", ": no edge is there; add lines EDGE_SE2 or EDGE_SE3:QUAT"),
+    ],
+)
+def test_what_is_wrong_in_the_closures_is_named_by_their_file(tmp_path, text, message):
+    closures = put(tmp_path, text, "closures.g2o")
+    with pytest.raises(GraphFileError) as caught:
+        read(tmp_path, TUM, odometry=(0.1, 0.1), closures=closures)
+    assert str(caught.value).startswith(f"{closures}{message}")
+
+
+def test_closures_are_a_part_of_what_is_said_about_the_file(tmp_path, caplog):
+    text = SPACE_EDGE + SPACE_EDGE + SPACE_EDGE.replace("101.0", "0", 1) + "VERTEX_TRACKXYZ 0\n"
+    options = {"odometry": (0.1, 0.1), "indefinite": "nearest", "unknown": "skip"}
+    closures = put(tmp_path, text, "closures.g2o")
+    found = read(tmp_path, TUM, closures=closures, **options)
+    assert found.repaired.tolist() == [4]
+    assert found.skipped == {"VERTEX_TRACKXYZ": 1}
+    assert "line 2 gives edge 0-2 once more with the same numbers" in found.summary()
+    with caplog.at_level(logging.WARNING):
+        rs.load(tmp_path / "graph.txt", closures=closures, **options)
+    assert all(words in caplog.text for words in found.remarks())
+
+
+def test_what_a_trajectory_needs_is_asked_for_and_what_it_cannot_use_refused(tmp_path):
+    path = put(tmp_path, TUM)
+    with pytest.raises(GraphFileError, match=r"graph.txt: a traj.*odometry=\(0.05, 0.01\) in m"):
+        rs.read(path)
+    with pytest.raises(ValueError, match=r"odometry is 0.0; give a finite number above 0"):
+        rs.read(path, odometry=(0.1, 0.0))
+    bent = put(tmp_path, TUM.replace("1.5 1 0 0", "1.5 1 0 0.1"))
+    plane = put(tmp_path, "EDGE_SE2 0 2 1 1 0 1 0 0 1 0 1\n", "closures.g2o")
+    with pytest.raises(ValueError, match="closures: they are in the plane, and pose 1 of the tra"):
+        rs.read(bent, odometry=(0.1, 0.1), closures=plane)
+    for option in ({"odometry": (0.1, 0.1)}, {"closures": path}):
+        with pytest.raises(ValueError, match=f"{next(iter(option))}: it is for a trajectory"):
+            rs.read(plane, **option)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"#ROSBAG V2.0\n\x00\x01", "this is a ROS 1 bag; .*evo_traj bag FILE TOPIC --save_as"),
+        (b"SQLite format 3\x00\x10", "this is an SQLite database, such as a ROS 2 bag; it holds"),
+        (b"\x89MCAP0\r\n\x01", "this is an MCAP log, .*export its graph as g2o, or take its odom"),
+        (b"\x1f\x8b\x08\x00", "this is packed with gzip; unpack it first"),
+        (b"PK\x03\x04", "this is a zip file; unpack it first"),
+    ],
+)
+def test_a_log_of_a_robot_is_named_with_the_remedy_whatever_its_suffix(tmp_path, content, message):
+    with pytest.raises(GraphFileError, match=rf"graph.g2o: {message}"):
+        rs.load(put(tmp_path, content, "graph.g2o"))
+
+
+def test_a_folder_is_named_as_what_it_may_be(tmp_path):
+    with pytest.raises(GraphFileError, match="a folder is no file; if it is a ROS 2 bag, it"):
+        rs.load(tmp_path)
