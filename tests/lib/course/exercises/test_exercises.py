@@ -57,16 +57,21 @@ def picture(assignment: str, name: str, *students: Callable[..., Any]) -> Figure
     return figure
 
 
+@cache
+def right(assignment: str, name: str) -> Figure:
+    """A picture of the reference, drawn once."""
+    return picture(assignment, name, *arguments(assignment, name))
+
+
 @pytest.mark.parametrize(("assignment", "name"), ALL)
 def test_the_reference_is_drawn_as_it_was(assignment: str, name: str) -> None:
-    figure = picture(assignment, name, *arguments(assignment, name))
-    drawn.check(figure, name, DRAWN, ROUGH.get(name, 1e-5))
+    drawn.check(right(assignment, name), name, DRAWN, ROUGH.get(name, 1e-5))
 
 
 def test_the_reference_lies_on_the_truth_wherever_that_is_a_curve() -> None:
     pairs = 0
     for assignment, name in ALL:
-        for ax in picture(assignment, name, *arguments(assignment, name)).axes:
+        for ax in right(assignment, name).axes:
             for truth, yours in pairwise(line for line in ax.lines if len(line.get_xdata()) > 1):
                 if truth.get_linewidth() == 6 != yours.get_linewidth():
                     x, y = yours.get_xydata().T
