@@ -17,13 +17,19 @@ from playwright.sync_api import Browser as Chromium
 from playwright.sync_api import Page, expect
 
 from tests.book.alone import leave_alone
-from tests.book.conftest import CHAPTERS, NOTEBOOKS, Site
+from tests.book.conftest import CHAPTERS, NOTEBOOKS, ROOT, Site
 from tests.book.test_accessible import complaints
 from tests.chromium import CHROMIUM, LIMIT_MILLISECONDS, Opener, QuietHandler, page_in, served
 from tests.conftest import leave_out
 from tests.firefox import firefox
 
 CHAPTER = NOTEBOOKS[1]
+CANNOT = "cannot_run_in_the_page"
+ONE_OF_A_KIND = {
+    (page in CHAPTERS, CANNOT in (ROOT / f"{page}.ipynb").read_text("utf-8")): page
+    for page in NOTEBOOKS
+}.values()
+"""A chapter and an appendix, with and without cells that cannot run in the page."""
 ALONE = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
 BEFORE = {"run.js", "run.css"}
 """What a page may load before the click."""
@@ -269,7 +275,7 @@ def test_every_shown_cell_has_a_button_or_says_why_not(
     server: tuple[str, Asked], browser: Chromium
 ) -> None:
     with page_in(browser) as page:
-        for name in NOTEBOOKS:
+        for name in ONE_OF_A_KIND:
             page.goto(f"{server[0]}/{name}.html", wait_until="domcontentloaded")
             bars = page.locator(".cell .cell_input > .rs-run")
             shown = page.locator(".cell .cell_input").count()
