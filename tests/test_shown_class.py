@@ -202,6 +202,7 @@ def test_the_pages_are_valid(made: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.browser
+@pytest.mark.long
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize(
     "name",

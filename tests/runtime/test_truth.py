@@ -21,7 +21,7 @@ from robust_slam_autograder.publishing.student_release import release
 from tests.assignments import answers
 from tests.runtime.made import RUNTIME, needs_runtime
 
-pytestmark = needs_runtime
+pytestmark = [needs_runtime, pytest.mark.long]
 
 NAMES = answers.assignments()
 QUICK = ("03-irls", "06-switches-and-consistency")

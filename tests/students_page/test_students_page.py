@@ -112,6 +112,7 @@ def test_the_page_lists_every_assignment() -> None:
     assert listed == answers.assignments()
 
 
+@pytest.mark.long
 def test_who_types_the_lines_has_a_check(tmp_path: Path, zips: Path, shell: Terminal) -> None:
     type_in(shell, *INSTALL)
     lend_packages(tmp_path / "home" / ".venv")
