@@ -52,7 +52,10 @@ REFUSED = {
     "an edge to itself": (WALK + edge(3, 3, 0), ":7: the edge joins vertex 3 to itself; drop it"),
     "vertices alone": ("VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1 0 0\n", ": no edge is there; add lin"),
     "an empty file": ("", ": no edge is there; add lines EDGE_SE2"),
-    "landmarks": (WALK + "EDGE_SE2_XY 0 9 1 1 1 0 1\n", ":7: the tag 'EDGE_SE2_XY' is unknown; "),
+    "landmarks": (
+        WALK + "EDGE_SE2_XY 0 9 1 1 1 0 1\n",
+        ":7: the tag 'EDGE_SE2_XY' is unknown; .*; rs.factors.read_factors reads landmarks",
+    ),
     "a bag": ("#ROSBAG V2.0\n", ": this is a ROS 1 bag; "),
 }
 """What is refused: the text of a file, and what stands behind the file's name."""

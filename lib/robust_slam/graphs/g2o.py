@@ -34,7 +34,13 @@ from robust_slam.graphs.tagged import Format, Layout
 
 PLANE = Layout("VERTEX_SE2", "EDGE_SE2", 3, 3, lambda rows: rows.numbers[:, :3])
 SPACE = Layout("VERTEX_SE3:QUAT", "EDGE_SE3:QUAT", 7, 6, quaternions.poses_of)
-G2O = Format(PLANE, SPACE, fix="FIX", passed=("PARAMS_",))
+G2O = Format(
+    PLANE,
+    SPACE,
+    fix="FIX",
+    passed=("PARAMS_",),
+    elsewhere="; rs.factors.read_factors reads landmarks and priors",
+)
 """What the lines of a g2o file mean."""
 
 

@@ -93,11 +93,16 @@ def lines_of(text: str) -> Iterator[Line]:
 
 
 def by_tag(
-    text: str, tags: Mapping[str, Tag], passed: Sequence[str], unknown: Unknown
+    text: str,
+    tags: Mapping[str, Tag],
+    passed: Sequence[str],
+    unknown: Unknown,
+    elsewhere: str = "",
 ) -> tuple[dict[str, list[Line]], dict[str, int]]:
     """Return the lines of each of the ``tags``, and the number of lines of each skipped tag.
 
     Tags that begin with one of the words ``passed`` are skipped whatever ``unknown`` says.
+    ``elsewhere`` ends the message about a tag that is unknown.
 
     Raises:
         Fault: a line has the wrong number of fields, or an unknown tag.
@@ -112,7 +117,7 @@ def by_tag(
                 raise Fault(
                     line,
                     f"the tag {name[:40]!r} is unknown; use {', '.join(tags)}, or leave such "
-                    'lines out with unknown="skip"',
+                    f'lines out with unknown="skip"{elsewhere}',
                 )
             skipped[name] = skipped.get(name, 0) + 1
         elif tag.many and behind > tag.fields:

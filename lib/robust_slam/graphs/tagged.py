@@ -80,7 +80,8 @@ class Format:
     """A format of tagged lines: the ``plane``, the ``space``, and what else has a meaning.
 
     ``stamps`` is the number of time stamps ahead of the ids, ``fix`` the tag of the lines that
-    name pose 0. Tags that begin with one of the words ``passed`` hold no measurement.
+    name pose 0. Tags that begin with one of the words ``passed`` hold no measurement, and
+    ``elsewhere`` says where unknown ones may be read.
     ``read_id`` makes a whole number of an id, ``names`` the ids again, and ``robots`` tells
     whose they are: odometry joins poses of one robot.
     """
@@ -90,6 +91,7 @@ class Format:
     stamps: int = 0
     fix: str | None = None
     passed: tuple[str, ...] = ()
+    elsewhere: str = ""
     read_id: ReadId = whole
     ids_are: str = "a whole number from 0 to 2^63 - 1"
     names: Callable[[Indices], Names] = field(default=lambda ids: ids)
@@ -216,7 +218,7 @@ def _uneven(rows: Rows, information: Array, form: Format) -> tuple[str, ...]:
 
 def _rows(text: str, form: Format, unknown: Unknown) -> tuple[dict[str, Rows], dict[str, int]]:
     tags = form.tags
-    tagged, skipped = by_tag(text, tags, form.passed, unknown)
+    tagged, skipped = by_tag(text, tags, form.passed, unknown, form.elsewhere)
     rows = {
         name: rows_of(lines, tags[name], form.read_id, form.ids_are)
         for name, lines in tagged.items()
