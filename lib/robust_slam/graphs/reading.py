@@ -73,8 +73,8 @@ def read(
     they are refused ("raise") or replaced as in ``definite``, by the "nearest" one or by an
     "isotropic" one. Lines with an ``unknown`` tag, such as landmarks and priors, are refused,
     because a map without them is another map, or left out ("skip"), and FIX lines of their
-    vertices with them; ``read_factors`` uses those of g2o. What was replaced, left out or assumed is in the ``remarks`` and the
-    ``summary`` of the result.
+    vertices with them; ``read_factors`` uses those of g2o. What was replaced, left out or
+    assumed is in the ``remarks`` and the ``summary`` of the result.
 
     Raises:
         GraphFileError: the file is a robot's log or packed; a line is malformed, a tag unknown,
