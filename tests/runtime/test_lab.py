@@ -254,6 +254,7 @@ class Site:
 
 @pytest.fixture
 def site(tmp_path: Path) -> Iterator[Site]:
+    """A site without Python, which would start with each page."""
     look_for_the_runtime()
     lab = tmp_path / "lab"
     lab.mkdir()
@@ -264,9 +265,6 @@ def site(tmp_path: Path) -> Iterator[Site]:
             shutil.copyfile(path, lab / path.name)
         else:
             (lab / path.name).symlink_to(path)
-    (tmp_path / "python").mkdir()
-    for name in ("pyodide", "wheels"):
-        (tmp_path / "python" / name).symlink_to(RUNTIME / name)
     with served(tmp_path) as url:
         yield Site(lab, f"{url}/lab/lab/index.html?path={NAME}.ipynb")
 
