@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 import pytest
 from playwright.sync_api import Browser
 
+from tests.book.alone import leave_alone
 from tests.book.conftest import CHAPTERS, NOTEBOOKS, Site
 from tests.chromium import Visit, visiting
 
@@ -47,9 +48,10 @@ Reader = Callable[..., list[Figure]]
 
 @pytest.fixture(scope="module", params=NOTEBOOKS)
 def visit(request: pytest.FixtureRequest, site: Site, browser: Browser) -> Iterator[Visit]:
-    """A page with cells; open while its tests run."""
+    """A page with cells, of its text the figures alone; open while its tests run."""
     url = (site.folder / f"{request.param}.html").as_uri()
     with visiting(browser, url, color_scheme="light") as opened:
+        leave_alone(opened.page, ".rs-figure")
         yield opened
 
 
