@@ -108,11 +108,11 @@ def by_tag(
         Fault: a line has the wrong number of fields, or an unknown tag.
     """
     found: dict[str, list[Line]] = {tag: [] for tag in tags}
+    width = {name: tag.fields for name, tag in tags.items()}
     skipped: dict[str, int] = {}
     for line, fields in lines_of(text):
         name, behind = fields[0], len(fields) - 1
-        tag = tags.get(name)
-        if tag is None:
+        if name not in tags:
             if unknown == "raise" and not name.startswith(tuple(passed)):
                 raise Fault(
                     line,
@@ -120,12 +120,12 @@ def by_tag(
                     f'lines out with unknown="skip"{elsewhere}',
                 )
             skipped[name] = skipped.get(name, 0) + 1
-        elif tag.many and behind > tag.fields:
-            found[name] += [(line, [name, field]) for field in fields[1:]]
-        elif behind != tag.fields:
-            raise Fault(line, f"{name} has {behind} fields behind it; give {tag.fields}")
-        else:
+        elif behind == width[name]:
             found[name].append((line, fields))
+        elif tags[name].many and behind > width[name]:
+            found[name] += [(line, [name, field]) for field in fields[1:]]
+        else:
+            raise Fault(line, f"{name} has {behind} fields behind it; give {width[name]}")
     return found, skipped
 
 
@@ -136,13 +136,13 @@ def rows_of(lines: Iterable[Line], tag: Tag, read_id: ReadId, ids_are: str) -> R
         Fault: a field is not what it has to be, or a number not finite.
     """
     number, ids, numbers = [], [], []
-    first, last = 1 + tag.stamps, 1 + tag.stamps + tag.ids
+    first, last, end = 1 + tag.stamps, 1 + tag.stamps + tag.ids, 1 + tag.fields
     for line, fields in lines:
         number.append(line)
         for k in range(1, first):
             _real(line, k, fields[k])
         ids.append([_id(line, k, fields[k], read_id, ids_are) for k in range(first, last)])
-        numbers.append([_real(line, k, fields[k]) for k in range(last, 1 + tag.fields)])
+        numbers.append([_real(line, k, fields[k]) for k in range(last, end)])
     rows = Rows(
         np.array(number, dtype=np.intp),
         np.array(ids, dtype=np.intp).reshape(len(ids), tag.ids),
@@ -172,12 +172,16 @@ def whole(field: str) -> int | None:
 
 
 def is_real(field: str) -> bool:
-    """Tell whether a field is a number: float() would also accept '1_0' and other digits."""
+    """Tell whether a field is a number."""
+    return _number(field) is not None
+
+
+def _number(field: str) -> float | None:
+    """Return a number: float() would also accept '1_0' and digits of other scripts."""
     try:
-        float(field)
+        return float(field) if "_" not in field and field.isascii() else None
     except ValueError:
-        return False
-    return "_" not in field and field.isascii()
+        return None
 
 
 def _id(line: int, place: int, field: str, read_id: ReadId, ids_are: str) -> int:
@@ -188,9 +192,10 @@ def _id(line: int, place: int, field: str, read_id: ReadId, ids_are: str) -> int
 
 
 def _real(line: int, place: int, field: str) -> float:
-    if not is_real(field):
+    number = _number(field)
+    if number is None:
         raise _misread(line, place, field, "a number")
-    return float(field)
+    return number
 
 
 def _misread(line: int, place: int, field: str, wanted: str) -> Fault:
