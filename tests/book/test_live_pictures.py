@@ -10,6 +10,7 @@ from urllib.parse import quote
 import pytest
 from playwright.sync_api import Browser, Locator, expect
 
+from tests.book.alone import leave_alone
 from tests.book.conftest import NOTEBOOKS, PAGES, ROOT, Site, place
 from tests.book.taking_hold import (
     assert_below_stays,
@@ -83,21 +84,26 @@ DESKS, PHONES = (
 def opened(
     request: pytest.FixtureRequest, site: Site, address: str, browser: Browser
 ) -> Iterator[tuple[Visit, Look]]:
-    """A page, open while its tests run."""
+    """A page, open while its tests run: once it is seen to be well, its pictures alone."""
     page, look = request.param
     with visiting(browser, place(site, address, page, look.way), **look.options) as visit:
         visit.page.wait_for_load_state("load")
+        assert_well(visit, look)
+        leave_alone(visit.page, ".rs-picture")
         yield visit, look
 
 
-def test_it_is_among_the_first_two_screens_and_nothing_complains(
-    opened: tuple[Visit, Look],
-) -> None:
-    visit, look = opened
+def assert_well(visit: Visit, look: Look) -> None:
+    """A picture is among the first two screens, the page is not too wide, nothing complains."""
     first = pictures(visit.page)[0]
     top = first.evaluate("picture => picture.getBoundingClientRect().top + window.scrollY")
     assert top < 2 * 900, f"{look.width} px: the first picture begins {top:.0f} px down the page"
+    assert too_wide(visit) <= 0
     assert visit.complaints == visit.outside == []
+
+
+def too_wide(visit: Visit) -> int:
+    return int(visit.page.evaluate("document.documentElement.scrollWidth - window.innerWidth"))
 
 
 def test_each_handle_is_moved_in_every_way(opened: tuple[Visit, Look]) -> None:
@@ -146,8 +152,7 @@ def test_each_control_changes_the_picture_and_reset_brings_it_back(
 
 
 def test_letters_are_large_enough_and_nothing_is_cut_off(opened: tuple[Visit, Look]) -> None:
-    page = opened[0].page
-    for picture in pictures(page):
+    for picture in pictures(opened[0].page):
         sizes = picture.locator("svg text").evaluate_all(
             "texts => texts.map((text) => parseFloat(getComputedStyle(text).fontSize))"
         )
@@ -162,8 +167,7 @@ def test_letters_are_large_enough_and_nothing_is_cut_off(opened: tuple[Visit, Lo
             }"""
         )
         assert outside == []
-    wide = page.evaluate("document.documentElement.scrollWidth - window.innerWidth")
-    assert wide <= 0
+    assert too_wide(opened[0]) <= 0
 
 
 @DESKS
