@@ -27,7 +27,7 @@ from robust_slam.descent.normal_equations import NormalEquations
 from robust_slam.errors import NotConverged, Underdetermined
 from robust_slam.estimators import chi_square_threshold, gnc, irls, kernels, max_mixture
 from robust_slam.estimators.switches import joint_switchable
-from robust_slam.graphs import PoseGraph, ate, gtsam_graph, pose_graph, precision_recall
+from robust_slam.graphs import PoseGraph, ate, gtsam_graph, nees, pose_graph, precision_recall
 from robust_slam.graphs.forest import find_forest, poses_along
 from robust_slam.problems import PoseGraphProblem
 from robust_slam.solver import Answer, Support, solve
@@ -394,7 +394,7 @@ def score(world: Made, found: Found, seconds: float, solves: int | None = None) 
         solves,
         outliers=int(np.sum(kept & closures & world.is_outlier)),
         wrong=int(world.is_outlier.sum()),
-        nees=last_nees(found, world.reference[-1]) if world.is_truth else None,
+        nees=last_nees(found, world.reference) if world.is_truth else None,
         assured=bool(found.certified and not found.flagged) if judges else None,
         flagged=found.flagged if judges else None,
     )
@@ -409,20 +409,18 @@ def judged(found: Array | Found, graph: PoseGraph, c: float) -> Found:
 
 
 def last_nees(found: Found, truth: Array) -> float | None:
-    """Return the NEES of the last pose, whose ``truth`` is ``(3,)`` or ``(3, 4)``, for each dof.
+    """Return the NEES of the last pose for each degree of freedom, with the whole map ``truth``.
 
     It is None where the kept edges do not determine the map.
 
     Source: Bar-Shalom, Li and Kirubarajan 2001, section 5.4.
     """
-    group, last = found.graph.group, len(found.poses) - 1
-    anchored = group.between(found.poses[0], found.poses[last])
-    error = group.log(group.between(anchored[None], truth[None]))[0]
+    last = len(truth) - 1
     try:
         spread = covariance(found.graph, found.poses, last, found.kept.astype(np.float64))
     except Underdetermined:
         return None
-    return float(error @ np.linalg.solve(spread, error)) / group.DOF
+    return float(nees(found.poses, truth, last, spread)) / found.graph.group.DOF
 
 
 @dataclass
