@@ -118,23 +118,11 @@ def _pack(value: object, export: Export) -> bytes:
 
 def _as_known(item: object, export: Export) -> object:
     """Say how MessagePack shall write what it does not know itself."""
-    if isinstance(item, str):  # before arrays: numpy's own string is both
-        return str.__str__(item)  # its text, which an enumeration tells otherwise
-    if isinstance(item, np.ndarray | np.generic):
+    if isinstance(item, np.ndarray | np.generic) and not isinstance(item, str):
         return _pack_array(item)
-    if isinstance(item, tuple):
-        return [msgpack.ExtType(_TUPLE, b""), *item]
-    if isinstance(item, complex):
-        return msgpack.ExtType(_COMPLEX, msgpack.packb([item.real, item.imag]))
-    # strict_types sends subclasses here; they cross as what they extend.
-    if isinstance(item, int):
-        return _pack_integer(int(item))
-    if isinstance(item, float):
-        return float(item)
-    if isinstance(item, list):
-        return list(item)
-    if isinstance(item, dict):
-        return dict(item)
+    for base, plain in _BASES:
+        if isinstance(item, base):
+            return plain(item)
     if callable(item):
         handle = export(item)
         return msgpack.ExtType(_HANDLE, msgpack.packb([handle.owner, handle.key]))
@@ -145,6 +133,7 @@ def _as_known(item: object, export: Export) -> object:
 
 
 def _pack_integer(value: int) -> object:
+    value = int.__int__(value)
     if -(2**63) <= value < 2**64:
         return value
     size = value.bit_length() // 8 + 1
@@ -153,8 +142,26 @@ def _pack_integer(value: int) -> object:
     return msgpack.ExtType(_INTEGER, value.to_bytes(size, "little", signed=True))
 
 
+def _pack_complex(value: complex) -> object:
+    value = complex.__pos__(value)
+    return msgpack.ExtType(_COMPLEX, msgpack.packb([value.real, value.imag]))
+
+
+# strict_types sends subclasses here, which cross as what they extend. The methods are those of the
+# base: an enumeration of words tells another text than its own, a list may iterate over others.
+_BASES: tuple[tuple[type, Callable[[Any], object]], ...] = (
+    (str, str.__str__),
+    (tuple, lambda item: [msgpack.ExtType(_TUPLE, b""), *tuple.__getitem__(item, slice(None))]),
+    (complex, _pack_complex),
+    (int, _pack_integer),
+    (float, float.__float__),
+    (list, lambda item: list.__getitem__(item, slice(None))),
+    (dict, lambda item: dict(dict.items(item))),
+)
+
+
 def _pack_array(item: np.ndarray[Any, Any] | np.generic) -> object:
-    array = np.asarray(item)
+    array = np.asarray(np.generic.__array__(item) if isinstance(item, np.generic) else item)
     if array.nbytes > MAX_MESSAGE:
         raise WireError(f"an array of {array.nbytes} bytes is larger than {MAX_MESSAGE}")
     if array.dtype.kind == "U":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import enum
 import struct
 from typing import Any
 
@@ -69,11 +70,42 @@ def test_subclasses_cross_as_what_they_extend() -> None:
         def __array_ufunc__(self, *args: object, **kwargs: object) -> bool:
             return True
 
-    assert type(crossed(Lying(2.5))) is float
     assert crossed([Lying(2.5)]) != [3.0]
     assert type(crossed(np.arange(3).view(Quiet))) is np.ndarray
     assert crossed(np.array([["a"], ["b"]])) == [["a"], ["b"]]
     assert type(crossed(np.longdouble(1))) is np.float64
+
+
+class Word(enum.StrEnum):
+    __str__ = enum.Enum.__str__
+    YES = "certified"
+
+
+def other(*args: object) -> Any:
+    """What a method of a subclass answers: nothing of what the value holds."""
+    return iter([9])
+
+
+METHODS = ("__int__", "__float__", "__index__", "__iter__", "__getitem__", "__len__", "real")
+METHODS += ("keys", "items", "copy", "__complex__", "__pos__", "__array__", "__str__")
+
+
+@pytest.mark.parametrize(
+    "value", ["a", 3, 2**70, 0.5, 1 + 2j, (1, 2), [1, 2], {"a": 1}, np.float64(0.5), np.int64(3)]
+)
+def test_a_subclass_crosses_as_its_base_sees_it(value: Any) -> None:
+    base = type(value)
+    told = type("Told", (base,), dict.fromkeys(METHODS, other))(value)
+    got = crossed([told])[0]
+    assert type(got) is base and got == value
+
+
+def test_a_word_of_an_enumeration_crosses_as_its_text() -> None:
+    assert str(Word.YES) == "Word.YES"
+    assert crossed([Word.YES, {Word.YES: (Word.YES,)}]) == [
+        "certified",
+        {"certified": ("certified",)},
+    ]
 
 
 def test_arrays_are_copies_that_can_be_written_to() -> None:
