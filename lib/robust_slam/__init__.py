@@ -15,6 +15,7 @@ The folders follow the course:
 - ``descent``: first poses, then Gauss-Newton or Levenberg-Marquardt from there
 - ``consistency``: loop closures that agree in pairs, and the largest set of them
 - ``certificates``: whether a map is globally optimal, and the way out of a local minimum
+- ``factors``: priors, GPS, landmarks and ranges beside relative poses
 - ``fleet``: GNC by several robots, each with its own part of the graph
 - ``problems``: what the loop can solve: a location, a linear problem, a rotation, a pose graph
 - ``solver``: several starts, the noise, the best map and its certificate in one function
@@ -32,7 +33,7 @@ from importlib.metadata import PackageNotFoundError, version
 import lazy_loader
 
 _load, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
-_FOLDERS = ("estimators", "graphs", "descent", "consistency", "certificates", "fleet")
+_FOLDERS = ("estimators", "graphs", "descent", "consistency", "certificates", "factors", "fleet")
 
 
 def __getattr__(name: str) -> object:

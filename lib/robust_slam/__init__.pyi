@@ -4,6 +4,7 @@ from . import consistency as consistency
 from . import descent as descent
 from . import drawing as drawing
 from . import estimators as estimators
+from . import factors as factors
 from . import fleet as fleet
 from . import graphs as graphs
 from . import problems as problems

@@ -1,0 +1,8 @@
+"""Factors beyond relative poses: priors, GPS, landmarks and ranges, and a robust solve of them.
+
+Names load their module when they are first used.
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
