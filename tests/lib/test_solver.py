@@ -25,7 +25,7 @@ from robust_slam.graphs.outliers import add_grouped_closures
 from robust_slam.graphs.pose_graph import jacobians, residual_norms, select
 from robust_slam.solver import Support, solve
 from robust_slam.solver.evidence import evidence, outlier_entropy
-from robust_slam.solver.noise import find_noise, rescaled
+from robust_slam.solver.noise import Found, find_noise, rescaled
 
 from tests.lib.worlds import with_outliers
 
@@ -135,6 +135,25 @@ def test_noise_is_that_of_the_draws():
     tree = select(graph, graph.is_odometry)
     alone = find_noise(tree, dead_reckoning(tree), tree.is_odometry)
     assert not alone.enough and np.array_equal(alone.factors, np.ones(4))
+
+
+def test_the_noise_of_an_answer_is_settled_also_where_kinds_of_few_edges_share_a_factor(seed):
+    graph, poses = manhattan(60, seed, closures=15)
+    every, scale = np.ones(len(graph.edges), dtype=bool), np.ones(4)
+    for _ in range(4):
+        scaled = rescaled(graph, scale)
+        poses = gauss_newton(scaled, poses)
+        found = find_noise(scaled, poses, every, scale)
+        expected, scale = scale * found.expected, scale * found.factors
+    np.testing.assert_allclose(found.factors, 1.0, atol=1e-3)
+    np.testing.assert_array_equal(scale[:2], scale[2:])
+    np.testing.assert_allclose(solve(graph).noise, expected, rtol=0.005)
+
+
+def test_the_expected_variance_is_that_of_its_redundancy():
+    found = Found(np.array([1.0, 2.0, 1.0, 3.0]), np.array([22.0, 18.0, 8.0, 42.0]))
+    shares = np.array([22 / 20, 60 / 58, 30 / 28, 42 / 40])
+    np.testing.assert_allclose(found.expected, found.factors * np.sqrt(shares))
 
 
 def test_evidence_is_the_integral_over_all_poses():

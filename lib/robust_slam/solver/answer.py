@@ -67,7 +67,8 @@ class Answer:
         """The deviations of the kept edges, in units of those that they claim, ``(4,)``.
 
         They are those of odometry's positions and rotations, and of closures' positions and
-        rotations; 1 where too few closures are kept to tell.
+        rotations: the roots of the expected variances, and 1 where too few closures are kept to
+        tell.
         """
         return self.best.found
 

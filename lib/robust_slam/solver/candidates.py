@@ -152,21 +152,22 @@ class Search:
     def refined(self, best: Candidate) -> Candidate:
         """Return ``best`` with poses and noise that belong to each other.
 
-        The noise was found at poses of other weights, so both are computed in turns.
+        The noise was found at poses of other weights, so both are computed in turns. In the end
+        it is that of the expected variances.
         """
         if not self.learns or np.array_equal(best.found, np.ones(4)):
             return best
-        kept, poses, found = best.kept, best.poses, best.found
+        kept, poses, found, expected = best.kept, best.poses, best.found, best.found
         for _ in range(_ROUNDS):
             if self.deadline.passed:
                 break
             graph = rescaled(self.graph, found)
             poses = self._problem(graph).solve(kept.astype(np.float64), poses)
-            again = find_noise(graph, poses, kept)
-            found = found * again.factors
+            again = find_noise(graph, poses, kept, found)
+            found, expected = found * again.factors, found * again.expected
             if np.all(np.abs(again.factors - 1.0) <= _SETTLED):
                 break
-        return replace(best, poses=poses, found=found)
+        return replace(best, poses=poses, found=expected)
 
     def rival(self, best: Candidate) -> Candidate | None:
         """Return the map of the closures that ``best`` rejects, with its noise, if there are any.

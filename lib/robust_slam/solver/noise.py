@@ -5,8 +5,8 @@ positions. Four factors describe this: of the positions and the rotations of odo
 those of closures. Each is found from the kept edges as the root of their squared residuals over
 their redundancy, which is the share of a measurement that the others check.
 
-Source: Helmert 1907 and Förstner 1979 for variance components; Hutchinson 1990 for the traces
-from random signs.
+Source: Helmert 1907 and Förstner 1979 for variance components; Box and Tiao 1973 for what is
+expected of them; Hutchinson 1990 for the traces from random signs.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, Mask
 from robust_slam.descent.normal_equations import NormalEquations, linear_change
@@ -52,6 +53,21 @@ class Found:
         """Whether the kept edges check each other enough to tell their noise."""
         return float(self.redundancy.sum()) >= _LEAST
 
+    @property
+    def expected(self) -> Array:
+        """The factors ``(4,)`` of the expected variances, which are a little larger.
+
+        Σu² over the variance has a χ² distribution with r degrees of freedom, r the redundancy.
+        The variance given Σu² is then expected to be Σu²/(r − 2). With Σu²/r the covariance of a
+        map would be too small by as much, which is a tenth where r is 20.
+
+        Source: Box and Tiao 1973, section 2.3, the posterior of a variance.
+        """
+        if not self.enough:
+            return self.factors
+        told = _pools(self.redundancy) @ self.redundancy
+        return self.factors * np.sqrt(told / (told - 2.0))
+
 
 def rescaled(graph: PoseGraph, factors: Array) -> PoseGraph:
     """Return ``graph`` with deviations that are its own times the ``factors`` ``(4,)``."""
@@ -63,8 +79,13 @@ def rescaled(graph: PoseGraph, factors: Array) -> PoseGraph:
     return replace(graph, information=information)
 
 
-def find_noise(graph: PoseGraph, poses: Array, kept: Mask) -> Found:
+def find_noise(
+    graph: PoseGraph, poses: Array, kept: Mask, scale: ArrayLike = (1.0, 1.0, 1.0, 1.0)
+) -> Found:
     """Return the noise of the ``kept`` edges ``(m,)`` at their minimum ``poses``.
+
+    Kinds of few redundancy share a factor on the claimed deviations. Those of ``graph`` are
+    ``scale`` ``(4,)`` times the claimed ones.
 
     Source: Förstner 1979, the estimate Σu²/r with r the redundancy of a group.
     """
@@ -87,7 +108,10 @@ def find_noise(graph: PoseGraph, poses: Array, kept: Mask) -> Found:
         hat += np.bincount(kind.ravel(), (sign * back).ravel(), 4) / _PROBES
     counts = np.bincount(kind.ravel(), minlength=4).astype(np.float64)
     redundancy = np.maximum(counts - hat, 0.0)
-    return Found(_factors(np.asarray(squares, dtype=np.float64), redundancy), redundancy)
+    if redundancy.sum() < _LEAST:
+        return Found(np.ones(4), redundancy)
+    claimed = np.asarray(squares * np.square(scale), dtype=np.float64)
+    return Found(_factors(claimed, redundancy) / np.asarray(scale), redundancy)
 
 
 def _kinds(graph: PoseGraph) -> np.ndarray[tuple[int, ...], np.dtype[np.intp]]:
@@ -104,16 +128,19 @@ def _pulled(graph: PoseGraph, jacobian: Array, root: Array, whitened: Array) -> 
 
 def _factors(squares: Array, redundancy: Array) -> Array:
     """Return √(squares/redundancy), of few redundancy that of both kinds or of all."""
-    if redundancy.sum() < _LEAST:
-        return np.ones(4)
-    factors = np.empty(4)
+    pools = _pools(redundancy)
+    return np.maximum(np.sqrt((pools @ squares) / (pools @ redundancy)), _SMALLEST)
+
+
+def _pools(redundancy: Array) -> Mask:
+    """Return for each factor ``(4, 4)`` which kinds tell it: its own, both alike, or all."""
+    pools = np.eye(4, dtype=np.bool_)
     for pair in ([0, 2], [1, 3]):
-        own = redundancy[pair].sum()
-        ratio = squares[pair].sum() / own if own >= _ENOUGH else squares.sum() / redundancy.sum()
-        for group in pair:
-            enough = redundancy[group] >= _ENOUGH
-            factors[group] = squares[group] / redundancy[group] if enough else ratio
-    return np.maximum(np.sqrt(factors), _SMALLEST)
+        wider = pair if redundancy[pair].sum() >= _ENOUGH else slice(None)
+        for kind in pair:
+            if redundancy[kind] < _ENOUGH:
+                pools[kind, wider] = True
+    return pools
 
 
 def noise_words(factors: Array) -> str:
