@@ -5,7 +5,7 @@ SHELL := /bin/bash
 .SHELLFLAGS := -o pipefail -ec
 MAKEFLAGS += --no-print-directory
 .DEFAULT_GOAL := help
-.PHONY: help quick test setup setup-dev system-packages lab book runtime data bench sweep format check lock clean
+.PHONY: help quick quick-tests test setup setup-dev system-packages lab book runtime data bench sweep format check lock clean
 
 PYTHON ?= python3
 VENV := .venv
@@ -122,7 +122,9 @@ sweep: setup-dev ## every method, kind of outlier and rate, on many graphs; cont
 	$(BIN)/python -m benchmarks.sweep --jobs $(or $(JOBS),1)
 
 quick: setup-dev $(FONTS) ## what takes a minute: style, types, and the tests that start no process
-	@$(MAKE) check
+	@$(MAKE) -j 2 check quick-tests
+
+quick-tests: setup-dev $(FONTS)
 	$(BIN)/pytest -q --quick -n $(or $(JOBS),logical) --dist loadfile
 
 test: ## set up and pass all tests; STRICT=1 fails where one would be left out
