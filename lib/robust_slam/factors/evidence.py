@@ -23,17 +23,17 @@ _LEAST = 1e-3
 """The spread of what is measured is at least this (m); it matters for a few equal numbers."""
 
 
-def evidence(equations: FactorEquations, x: Array, kept: Mask, trusted: Mask) -> float:
+def evidence(equations: FactorEquations, x: Array, kept: Mask) -> float:
     """Return the log-evidence (nats) that the ``kept`` factors ``(m,)`` are the right ones.
 
-    It is relative to all others being outliers, up to a constant of the graph. The map x
-    ``(n + l, …)`` is a minimum, and ``trusted`` ``(m,)`` factors are right in any case.
+    It is relative to all factors being outliers, up to a constant of the graph. The map x
+    ``(n + l, …)`` is a minimum.
     """
     graph = equations.graph
     gains = [_entropy(graph, block) + _whitening(block) for block in graph.blocks]
     gain = np.concatenate(gains) - 0.5 * np.log(2.0 * np.pi) * graph.dimensions
     squares = float(np.sum(equations.norms(x)[kept] ** 2))
-    gained = float(np.sum(gain[kept & ~trusted]))
+    gained = float(np.sum(gain[kept]))
     return (
         gained - 0.5 * (squares + _log_determinant(equations, x, kept)) - _anywhere(graph, x, kept)
     )

@@ -137,8 +137,8 @@ def solve_factors(
         if ends and deadline.passed:
             break
         x = _truncated(quick, descent(quick, quick.guess, deadline.left), deadline.left).x
-        kept = quick.residual_norms(x) <= quick.threshold
-        ends[name] = x, evidence(equations, x, kept | quick.trusted, quick.trusted)
+        kept = quick.trusted | (quick.residual_norms(x) <= quick.threshold)
+        ends[name] = x, evidence(equations, x, kept)
     best = max(ends.values(), key=lambda end: end[1])[0]
     last = FactorGraphProblem(whole, best, trusted, limits, tol=_LAST)
     result = _truncated(last, best, deadline.left)

@@ -41,7 +41,9 @@ def everything(group, seed, error=1.0, n=6):
         ),
         positions=Factors(fixed, at[fixed] + off(4, d), roots(4, d, rng)),
         points=Factors(seen, point + off(len(seen), d), roots(len(seen), d, rng)),
-        ranges=Factors(far, distance + 0.3 * off(len(far)), rng.uniform(1.0, 9.0, len(far))),
+        ranges=Factors(
+            far, np.abs(distance + 0.3 * off(len(far))), rng.uniform(1.0, 9.0, len(far))
+        ),
     )
     return graph, x
 

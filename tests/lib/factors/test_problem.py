@@ -17,13 +17,14 @@ from robust_slam.estimators import (
 )
 from robust_slam.estimators.switches import dcs
 from robust_slam.factors import FactorGraph, FactorGraphProblem, Factors, park
-from robust_slam.factors.equations import FactorEquations
+from robust_slam.factors.equations import FactorEquations, descend
 from robust_slam.factors.problem import thresholds_of
+from robust_slam.graphs import se3
 from robust_slam.graphs.pose_graph import residual_norms
 from robust_slam.problems import PoseGraphProblem
 
 from tests.lib.factors.made import Twin, error, everything
-from tests.lib.worlds import assert_same_poses, curving_walk, refused
+from tests.lib.worlds import assert_same_poses, curving_walk, refused, shaken
 
 
 def least_squares_of(gtsam, twin, x):
@@ -197,6 +198,14 @@ def test_poses_that_no_factor_joins_are_an_error_that_says_so():
     weights = np.zeros(len(graph.ends))
     with pytest.raises(Underdetermined, match=r"joins pose 1 to pose 0 \(49 poses are loose\)"):
         problem.solve(weights, problem.guess)
+
+
+def test_a_small_step_is_no_rest_where_it_was_damped():
+    graph, x = everything(se3, 27)
+    start = shaken(se3, x, 1.5, np.random.default_rng(27))
+    start[graph.n :, :, :3] = np.eye(3)
+    ones = np.ones(len(graph.ends))
+    assert descend(FactorEquations(graph), start, ones, 1e-2, 300).cost < 300.0
 
 
 def test_a_descent_that_does_not_end_says_what_to_do(monkeypatch):
