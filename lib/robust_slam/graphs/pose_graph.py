@@ -210,13 +210,14 @@ def _information(value: ArrayLike, m: int, dof: int) -> Array:
 
 
 def out_of_range(spectrum: NDArray[np.floating], limit: float = 1e60) -> Mask:
-    """Return which matrices have an eigenvalue beyond ``limit``, or above 0 but below 1 / limit.
+    """Return which matrices have an eigenvalue beyond ±``limit``, or in (0, 1 / limit).
 
     ``spectrum`` ``(k, D)`` holds the eigenvalues of each, ascending. Beyond 1e60 their
     determinants do not fit double precision.
     """
     smallest, largest = spectrum[:, 0], spectrum[:, -1]
-    return np.asarray((largest > limit) | ((smallest > 0.0) & (smallest < 1.0 / limit)))
+    size = np.maximum(largest, -smallest)
+    return np.asarray((size > limit) | ((smallest > 0.0) & (smallest < 1.0 / limit)))
 
 
 def _check_connected(n: int, edges: Indices) -> None:
