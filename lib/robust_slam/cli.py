@@ -26,7 +26,7 @@ from robust_slam.solver import Answer, Support, solve
 
 _WRITERS: dict[str, Callable[[Path, GraphFile, Answer], None]] = {
     ".g2o": lambda path, file, answer: g2o.write(path, answer.graph, answer.poses, file.ids),
-    ".tum": lambda path, file, answer: write_tum(path, file.by_id(answer.poses)),
+    ".tum": lambda path, file, answer: write_tum(path, file.by_id(answer.poses), file.times),
     ".kitti": lambda path, file, answer: write_kitti(path, file.by_id(answer.poses)),
 }
 _CLOSED, _INTERRUPTED, _REFUSED, _DOUBTFUL = 141, 130, 2, 1

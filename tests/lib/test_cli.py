@@ -127,6 +127,14 @@ def test_a_drive_and_its_closures_are_a_graph(tmp_path, capsys):
     assert "such as --odometry 0.05 0.01 in m and rad" in capsys.readouterr().err
 
 
+def test_the_map_of_a_drive_has_its_times(tmp_path):
+    drive, out = tmp_path / "drive.tum", tmp_path / "map.tum"
+    times = 1e9 + 0.1 * np.arange(30)
+    write_tum(drive, manhattan(30, 0)[1], times)
+    cli.main(["solve", str(drive), "--quiet", "--odometry", "0.1", "0.1", "--out", str(out)])
+    np.testing.assert_array_equal(np.loadtxt(out)[:, 0], times)
+
+
 def test_a_public_graph_is_found_by_its_name(file, capsys, monkeypatch):
     monkeypatch.setattr(datasets, "find", {"intel": file}.__getitem__)
     assert cli.main(["solve", "intel", "--quiet"]) == 0

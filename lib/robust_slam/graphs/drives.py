@@ -26,8 +26,8 @@ _ROUNDED = 1e-3
 """Files round; a pose deviates by less (m or rad) from a rotation, or from the plane."""
 
 
-def poses_of(text: str) -> Array:
-    """Return the poses ``(n, 3, 4)`` of a trajectory.
+def poses_of(text: str) -> tuple[Array, Array | None]:
+    """Return the poses ``(n, 3, 4)`` of a trajectory, and their times ``(n,)`` (s) if it has some.
 
     Raises:
         Fault: a line has neither 8 nor 12 numbers, or another count than the first line; a
@@ -49,7 +49,7 @@ def poses_of(text: str) -> Array:
         raise Fault(0, "one pose is no trajectory; give at least two")
     # The rows of tagged lines begin with a tag.
     rows = rows_of(((n, ["", *fields]) for n, fields in lines), Tag(0, columns), whole, "")
-    return _tum(rows) if columns == _TUM else _kitti(rows)
+    return (_tum(rows), rows.numbers[:, 0]) if columns == _TUM else (_kitti(rows), None)
 
 
 def _tum(rows: Rows) -> Array:
@@ -87,11 +87,17 @@ def check_ends(closures: Edges, n: int) -> None:
         )
 
 
-def graph_of(poses: Array, odometry: tuple[float, float], closures: Edges | None) -> GraphFile:
+def graph_of(
+    poses: Array,
+    times: Array | None,
+    odometry: tuple[float, float],
+    closures: Edges | None,
+) -> GraphFile:
     """Return the graph of a drive ``(n, 3, 4)``: a step between consecutive poses, and closures.
 
-    ``odometry`` are the standard deviations (m, rad) of each coordinate of a step. The graph
-    is in SE(2) if the closures are, and the drive stays within 1 mm and 1 mrad of its plane.
+    ``odometry`` are the standard deviations (m, rad) of each coordinate of a step, and ``times``
+    ``(n,)`` (s) are kept. The graph is in SE(2) if the closures are, and the drive stays within
+    1 mm and 1 mrad of its plane.
 
     Raises:
         ValueError: a deviation is not above 0, or the drive leaves the plane of the closures.
@@ -111,10 +117,10 @@ def graph_of(poses: Array, odometry: tuple[float, float], closures: Edges | None
     )
     ids = np.arange(graph.n)
     if closures is None:
-        return GraphFile(graph, poses, ids, ids)
+        return GraphFile(graph, poses, ids, ids, times=times)
     graph = with_closures(graph, closures.rows.ids, closures.measurement, closures.information)
     repaired = closures.repaired + len(first)
-    return GraphFile(graph, poses, ids, ids, repaired, closures.skipped, closures.notes)
+    return GraphFile(graph, poses, ids, ids, repaired, closures.skipped, closures.notes, times)
 
 
 def _in_plane(poses: Array) -> Array:

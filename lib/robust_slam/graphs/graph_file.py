@@ -30,7 +30,8 @@ class GraphFile:
     None if it has none. ``ids`` ``(n,)`` are whole numbers for poses 0 to n − 1, and ``names``
     ``(n,)`` the same ids as the file writes them. ``repaired`` ``(k,)`` are the edges whose
     information matrix was replaced, ``skipped`` maps each skipped tag to its number of lines,
-    and ``notes`` are sentences about how the file was understood.
+    and ``notes`` are sentences about how the file was understood. ``times`` ``(n,)`` (s) are
+    those of a trajectory in TUM's format.
     """
 
     graph: PoseGraph
@@ -40,6 +41,7 @@ class GraphFile:
     repaired: Indices = dataclasses.field(default_factory=lambda: np.empty(0, dtype=np.intp))
     skipped: dict[str, int] = dataclasses.field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    times: Array | None = None
 
     @property
     def leaps(self) -> Indices:

@@ -101,15 +101,15 @@ def read(
         if form is not None:
             _check_alone(odometry, closures)
             return graph_of(text, form, indefinite, unknown)
-        poses = drives.poses_of(text)
+        poses, times = drives.poses_of(text)
         if odometry is None:
             raise Fault(0, _UNTOLD)
     if closures is None:
-        return drives.graph_of(poses, odometry, None)
+        return drives.graph_of(poses, times, odometry, None)
     with _named(closures):
         edges = _closures(_text(closures), indefinite, unknown)
         drives.check_ends(edges, len(poses))
-    return drives.graph_of(poses, odometry, edges)
+    return drives.graph_of(poses, times, odometry, edges)
 
 
 def _text(path: str | os.PathLike[str]) -> str:

@@ -37,6 +37,8 @@ Indefinite: TypeAlias = Literal["raise"] | Repair
 Matrices: TypeAlias = Callable[[Array, int], tuple[Array, tuple[str, ...]]]
 """Return the symmetric matrices ``(k, D, D)`` of their halves, and sentences about them."""
 
+_SINGULAR = 1e-14
+"""The smallest eigenvalue of a matrix with a diagonal of 1 that rounding does not make."""
 _UNEVEN = 1e12
 """Information that differs by this factor, a million in deviations, is hardly meant."""
 _NAMED = 5
@@ -320,14 +322,7 @@ def _information(
     rows: Rows, given: Array, covariance: bool, indefinite: Indefinite
 ) -> tuple[Array, Indices]:
     """Return the information matrices and the edges whose matrix was replaced."""
-    kind, wanted = (
-        ("covariance", "a covariance")
-        if covariance
-        else (
-            "information",
-            "an inverse covariance",
-        )
-    )
+    kind = "covariance" if covariance else "information"
     spectrum: Array = np.asarray(np.linalg.eigvalsh(given))
     beyond = out_of_range(spectrum, LARGEST)
     if np.any(beyond):
@@ -335,33 +330,59 @@ def _information(
             beyond,
             f"the {kind} matrix has an eigenvalue outside 1e-30 to 1e30; give metres and radians",
         )
-    weak = ~(spectrum[:, 0] > 0.0)
-    if covariance:
-        inverse = np.linalg.eigvalsh(_inverse(given[~weak]))
-        weak[~weak] = ~(inverse[:, 0] > 0.0)
+    weak = _weak(given, spectrum, covariance)
     if np.any(weak) and indefinite == "raise":
         raise rows.fault(
             weak,
             f"the {kind} matrix is not positive definite ({int(weak.sum())} of {weak.size} "
-            f"are not); give the upper triangle of {wanted}, or read with "
+            f"are not); give the upper triangle of {'a' if covariance else 'an inverse'} "
+            "covariance, or read with "
             'indefinite="nearest" or "isotropic"',
         )
     if indefinite != "raise":
         given[weak], empty = definite(given[weak], indefinite)
-        if np.any(empty):
+        spectrum = np.asarray(np.linalg.eigvalsh(given))
+        hopeless = _weak(given, spectrum, covariance) | out_of_range(spectrum, LARGEST)
+        hopeless[weak] |= empty
+        if np.any(hopeless):
             raise rows.fault(
-                np.isin(np.arange(weak.size), np.flatnonzero(weak)[empty]),
-                f"the {kind} matrix has no positive eigenvalue in position or in rotation; "
-                "drop the edge",
+                hopeless,
+                f"the {kind} matrix has no positive eigenvalue in position or in rotation, or "
+                "entries that differ too much; drop the edge",
             )
     return _inverse(given) if covariance else given, np.flatnonzero(weak)
 
 
+def _weak(matrices: Array, spectrum: Array, covariance: bool) -> Mask:
+    """Return which matrices are not positive definite in double precision.
+
+    ``spectrum`` ``(k, D)`` holds their eigenvalues. Of a covariance the inverse has to be
+    positive definite, too.
+    """
+    diagonal = np.diagonal(matrices, axis1=1, axis2=2)
+    weak: Mask = ~(spectrum[:, 0] > 0.0) | np.any(diagonal <= 0.0, axis=1)
+    # With a diagonal of 1 the smallest eigenvalue is no smaller than this quotient.
+    doubtful = ~weak & (spectrum[:, 0] < _SINGULAR * spectrum[:, -1])
+    scaled, _ = _scaled(matrices[doubtful])
+    weak[doubtful] = np.linalg.eigvalsh(scaled)[:, 0] < _SINGULAR
+    if covariance:
+        weak[~weak] = ~(np.linalg.eigvalsh(_inverse(matrices[~weak]))[:, 0] > 0.0)
+    return weak
+
+
+def _scaled(matrices: Array) -> tuple[Array, Array]:
+    """Return matrices with a diagonal of 1, and what divided them, ``(k, D, D)`` each."""
+    root = np.sqrt(np.diagonal(matrices, axis1=1, axis2=2))
+    unit = root[:, :, None] * root[:, None, :]
+    return matrices / unit, unit
+
+
 def _inverse(matrices: Array) -> Array:
     """Return the inverses of positive definite matrices, symmetric to the last bit."""
-    values, vectors = np.linalg.eigh(matrices)
+    scaled, unit = _scaled(matrices)
+    values, vectors = np.linalg.eigh(scaled)
     root = vectors / np.sqrt(values)[:, None, :]
-    return np.asarray(root @ np.swapaxes(root, 1, 2))
+    return np.asarray(root @ np.swapaxes(root, 1, 2) / unit)
 
 
 def _guess(vertices: Rows, layout: Layout, order: Indices) -> Array | None:

@@ -21,11 +21,13 @@ from robust_slam._files import write_lines
 from robust_slam.graphs import se2
 
 
-def write_tum(path: str | os.PathLike[str], poses: ArrayLike) -> None:
+def write_tum(
+    path: str | os.PathLike[str], poses: ArrayLike, times: ArrayLike | None = None
+) -> None:
     """Write poses in TUM's format, as the tool evo reads it.
 
-    ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``; their times are 0, 1, 2, … s. The file is
-    written at once or not at all.
+    ``poses`` are ``(n, 3)`` or ``(n, 3, 4)``; their ``times`` ``(n,)`` (s) are by default 0, 1,
+    2, …. The file is written at once or not at all.
 
     Raises:
         TypeError: ``poses`` are not numbers, for instance a graph.
@@ -35,7 +37,8 @@ def write_tum(path: str | os.PathLike[str], poses: ArrayLike) -> None:
     Source: Sturm et al. 2012.
     """
     matrices = _in_space(poses)
-    stamps = np.arange(len(matrices), dtype=np.float64)
+    given = np.arange(len(matrices)) if times is None else times
+    stamps = finite("times", given, (len(matrices),))
     quaternions = np.asarray(Rotation.from_matrix(matrices[:, :, :3]).as_quat(canonical=True))
     write_lines(path, _rows(np.column_stack([stamps, matrices[:, :, 3], quaternions])))
 

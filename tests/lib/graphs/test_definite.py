@@ -102,11 +102,12 @@ def test_load_logs_what_was_replaced(file, caplog):
     assert "17 of 51 information matrices" in caplog.text
 
 
-def test_hopeless_matrices_are_refused_by_line(tmp_path):
+@pytest.mark.parametrize("half", ["1 0 0 1 0 -1", "1 0 1 1 0 1e-40"])
+def test_hopeless_matrices_are_refused_by_line(tmp_path, half):
     path = tmp_path / "two.g2o"
-    path.write_text("EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\nEDGE_SE2 1 2 1 0 0 1 0 0 1 0 -1\n")
-    with pytest.raises(GraphFileError, match=r"two.g2o:2: .*no positive eigenvalue"):
-        read(path, indefinite="isotropic")
+    path.write_text(f"EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\nEDGE_SE2 1 2 1 0 0 {half}\n")
+    with pytest.raises(GraphFileError, match=r"two.g2o:2: .*no positive eigenvalue .*too much"):
+        read(path, indefinite="nearest")
 
 
 LANDMARKS = """PARAMS_SE2OFFSET 0 0 0 0

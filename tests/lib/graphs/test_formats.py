@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import robust_slam as rs
+from hypothesis import given
+from hypothesis import strategies as st
 from robust_slam.graphs import g2o
 from robust_slam.graphs.generate import manhattan, sphere
 from robust_slam.graphs.graph_file import GraphFileError
@@ -15,6 +17,7 @@ from robust_slam.graphs.pose_graph import relative_poses
 from robust_slam.graphs.trajectories import write_kitti, write_tum
 from scipy.spatial.transform import Rotation
 
+from tests.lib.graphs.test_g2o import FUZZ, WORDS
 from tests.lib.worlds import assert_same_poses
 
 ROTATION_FIRST = [3, 4, 5, 0, 1, 2]
@@ -368,3 +371,27 @@ def test_a_log_of_a_robot_is_named_with_the_remedy_whatever_its_suffix(tmp_path,
 def test_a_folder_is_named_as_what_it_may_be(tmp_path):
     with pytest.raises(GraphFileError, match="a folder is no file; if it is a ROS 2 bag, it"):
         rs.load(tmp_path)
+
+
+@FUZZ
+@given(
+    data=st.data(),
+    text=st.sampled_from([TORO_PLANE, TORO_SPACE, PYFG_PLANE, TUM, KITTI]),
+    indefinite=st.sampled_from(["raise", "nearest", "isotropic"]),
+)
+def test_a_mutated_file_of_any_format_is_a_graph_or_the_one_error(
+    tmp_path_factory, data, text, indefinite
+):
+    fields = text.replace("\n", " \n ").split(" ")
+    for _ in range(data.draw(st.integers(0, 3))):
+        fields[data.draw(st.integers(0, len(fields) - 1))] = data.draw(WORDS)
+    path = put(tmp_path_factory.getbasetemp(), " ".join(fields))
+    drive = {"odometry": (0.1, 0.1)} if text in (TUM, KITTI) else {}
+    try:
+        found = rs.read(path, indefinite=indefinite, **drive)
+    except GraphFileError as error:
+        assert str(error).startswith(f"{path}:")
+    except ValueError as error:
+        assert drive and str(error).startswith("odometry: it is for a trajectory")
+    else:
+        assert found.graph.n == found.ids.size == found.names.size == len(set(found.names))
