@@ -37,6 +37,7 @@ from robust_slam.solver.answer import Answer as Answer
 from robust_slam.solver.candidates import Candidate, Search, evidence_of
 from robust_slam.solver.evidence import outlier_entropy
 from robust_slam.solver.noise import rescaled
+from robust_slam.solver.slips import find_slips
 from robust_slam.solver.support import Judgement, judge_support
 from robust_slam.solver.support import Support as Support
 
@@ -55,7 +56,9 @@ def solve(
 ) -> Answer:
     """Return the map of ``graph`` without its outliers, its certificate and its support.
 
-    The odometry is trusted. Where it has gaps, it leaves several sessions: a tree of closures
+    The odometry is trusted, except for steps that slipped (``Answer.slips``): they measured what
+    other steps did not, or many closures contradict them, and without them the map has much more
+    evidence. Where the odometry has gaps, it leaves several sessions: a tree of closures
     that agree with most others joins them, and these are trusted too (``Answer.bridges``). An
     inlier passes each test with ``probability``. ``progress`` shows a bar, or is a function that
     is told each stage; stages are logged in any case.
@@ -96,9 +99,16 @@ def solve(
         x0 = spanning_tree(graph, trusted.astype(np.float64))
         entropy = outlier_entropy(graph)
         until = Deadline.after(_SEARCH * deadline.left)
-        search = Search(graph, x0, trusted, threshold, find_noise, quick, tell, until, entropy)
+        none = np.zeros(len(graph.edges), dtype=np.bool_)
+        search = Search(
+            graph, x0, trusted, threshold, find_noise, quick, tell, until, entropy, none
+        )
         candidates = search.candidates()
         best = max(candidates, key=evidence_of)
+        if not quick:
+            tell("slips of the odometry are looked for")
+            search, best = find_slips(search, best)
+            candidates.extend([best] if np.any(search.slips) else [])
         tell("a rival is looked for")
         judgement = judge_support(search, best)
         if until.passed:

@@ -97,8 +97,13 @@ class Answer:
 
     @property
     def rejected(self) -> Indices:
-        """The edges that were not kept, ascending."""
+        """The edges that were not kept, ascending, slips among them."""
         return np.flatnonzero(~self.kept)
+
+    @property
+    def slips(self) -> Indices:
+        """The steps of the odometry that slipped and were given up, ascending."""
+        return np.flatnonzero(~self.kept & self.graph.is_odometry)
 
     def __repr__(self) -> str:
         kept = f"{int(self.kept.sum()):,} of {self.kept.size:,} edges kept"
@@ -137,13 +142,15 @@ class Answer:
         """
         return [
             *self._support_notes(names),
+            *self._slip_notes(names),
             *self._session_notes(names),
             *self._share_notes(),
             *self._time_notes(),
         ]
 
     def _support_notes(self, names: ArrayLike | None) -> list[str]:
-        if self.support is Support.WEAK and self.stop is not StopReason.TIME_LIMIT:
+        late = self.stop is StopReason.TIME_LIMIT
+        if self.support is Support.WEAK and not late and not self.slips.size:
             return [
                 "Odometry alone explains the measurements about as well as this map: look for "
                 "more closures, or for odometry that slipped."
@@ -155,6 +162,15 @@ class Answer:
             f"{counted(edges.size, 'rejected closure')} would give another map of comparable "
             f"evidence: {self._named(edges, names)}. Only other measurements can tell which is "
             "right."
+        ]
+
+    def _slip_notes(self, names: ArrayLike | None) -> list[str]:
+        if not self.slips.size:
+            return []
+        return [
+            f"The odometry slipped at {counted(self.slips.size, 'step')}: "
+            f"{self._named(self.slips, names)}. There closures alone join the map, and where "
+            "exactly it slipped is not certain."
         ]
 
     def _session_notes(self, names: ArrayLike | None) -> list[str]:
@@ -181,9 +197,10 @@ class Answer:
                 "The noise differs from the claims of the file; weights, thresholds and the "
                 "certificate use the noise that was found."
             )
-        if self.rejected.size > _BREAKDOWN * closures:
+        rejected = self.rejected.size - self.slips.size
+        if rejected > _BREAKDOWN * closures:
             lines.append(
-                f"{self.rejected.size:,} of {counted(closures, 'closure')} were rejected. Beyond "
+                f"{rejected:,} of {counted(closures, 'closure')} were rejected. Beyond "
                 "one half outliers may agree on a wrong map."
             )
         return lines

@@ -71,6 +71,8 @@ _MANY = 1000
 """So many closures tell their noise whatever they claim."""
 _MUCH = 100.0
 """Two descents that agree with so much evidence (nats) need no third."""
+_LOOSE = 1e-8
+"""The share of its information that a slipped step keeps."""
 _CLAIMED = Found(np.ones(4), np.zeros(4))
 _RARE = 1.0 - 1e-5
 """An inlier has a larger residual with one minus this probability, if the noise is Gaussian."""
@@ -105,7 +107,8 @@ class Search:
     They descend from the poses ``x0`` ``(n, …)`` with the ``trusted`` edges ``(m,)``, and keep a
     closure up to the ``threshold``. With ``learns`` they find their noise, else the claims hold,
     and with ``quick`` there is one candidate alone.
-    ``entropy`` is that of ``outlier_entropy``. ``tell`` is told each descent, and after the
+    ``entropy`` is that of ``outlier_entropy``, and ``slips`` ``(m,)`` are steps of the odometry
+    that are given up. ``tell`` is told each descent, and after the
     ``deadline`` no other begins.
     """
 
@@ -118,6 +121,7 @@ class Search:
     tell: Progress
     deadline: Deadline
     entropy: float
+    slips: Mask
 
     def candidates(self) -> list[Candidate]:
         """Return the candidates, at least one.
@@ -162,7 +166,7 @@ class Search:
             if self.deadline.passed:
                 break
             graph = rescaled(self.graph, found)
-            poses = self._problem(graph).solve(kept.astype(np.float64), poses)
+            poses = self.problem(graph).solve(kept.astype(np.float64), poses)
             again = find_noise(graph, poses, kept, found)
             found, expected = found * again.factors, found * again.expected
             if np.all(np.abs(again.factors - 1.0) <= _SETTLED):
@@ -178,7 +182,8 @@ class Search:
         if np.sum(left & ~self.trusted) < _RIVALS:
             return None
         graph = rescaled(select(self.graph, left), best.found)
-        alone = replace(self, graph=graph, trusted=self.trusted[left], learns=False)
+        none = np.zeros(int(left.sum()), dtype=np.bool_)
+        alone = replace(self, graph=graph, trusted=self.trusted[left], learns=False, slips=none)
         return next(alone._tried("DCS", np.ones(4)), None)
 
     @property
@@ -214,28 +219,29 @@ class Search:
     def _settled(self, name: str, scale: Array) -> Candidate:
         """Return the candidate of a descent with ``scale`` ``(4,)`` of the claimed deviations."""
         self.tell(f"{name} with {scale.max():.2g} of the claimed deviations")
-        problem = self._problem(rescaled(self.graph, scale))
+        problem = self.problem(rescaled(self.graph, scale))
         poses = _DESCENTS[name](problem, self.threshold, self.deadline.left)
-        return self._settle(name, poses, scale)
+        return self.settle(name, poses, scale)
 
-    def _problem(self, graph: PoseGraph) -> PoseGraphProblem:
-        return Sparing(graph, self.x0, self.trusted, steps=1)
+    def problem(self, graph: PoseGraph) -> PoseGraphProblem:
+        """Return the problem of ``graph``, where slips hold parts together and no more."""
+        return Sparing(_loosened(graph, self.slips), self.x0, self.trusted, steps=1)
 
-    def _settle(self, name: str, poses: Array, tested: Array) -> Candidate:
+    def settle(self, name: str, poses: Array, tested: Array) -> Candidate:
         """Return the best of the rounds of truncated least squares and noise."""
         best: Candidate | None = None
         kernel = kernels.tls(self.threshold)
         for _ in range(_ROUNDS):
-            problem = self._problem(rescaled(self.graph, tested))
+            problem = self.problem(rescaled(self.graph, tested))
             result = irls(
                 problem, kernel, poses, tol=TOL, max_iterations=60, max_seconds=self.deadline.left
             )
             poses = result.x
             norms = problem.residual_norms(poses)
-            kept = self.trusted | (norms <= self.threshold)
+            kept = (self.trusted & ~self.slips) | (~self.trusted & (norms <= self.threshold))
             found = find_noise(problem.graph, poses, kept) if self.learns else _CLAIMED
             own = tested * found.factors if found.enough else np.ones(4)
-            near = int(np.sum(~kept & (norms < _NEAR * self.threshold)))
+            near = int(np.sum(~kept & ~self.trusted & (norms < _NEAR * self.threshold)))
             precise = rescaled(self.graph, own)
             support = evidence(precise, poses, kept, self.entropy)
             rare = chi_square_threshold(_RARE, self.graph.group.DOF)
@@ -250,6 +256,15 @@ class Search:
             tested = tested * change
         assert best is not None
         return best
+
+
+def _loosened(graph: PoseGraph, slips: Mask) -> PoseGraph:
+    """Return ``graph`` with edges in ``slips`` ``(m,)`` that hold its parts together, no more."""
+    if not np.any(slips):
+        return graph
+    information = graph.information.copy()
+    information[slips] *= _LOOSE
+    return replace(graph, information=information)
 
 
 def evidence_of(one: Candidate) -> float:

@@ -63,11 +63,13 @@ def evidence(graph: PoseGraph, poses: Array, kept: Mask, entropy: float) -> floa
     """Return the log-evidence that the ``kept`` edges ``(m,)`` are the inliers.
 
     It is relative to odometry alone, with the same deviations: 0 where no closure is kept and
-    ``poses`` are dead reckoning. ``poses`` are a minimum, and ``entropy`` is that of outliers.
+    ``poses`` are dead reckoning. An edge of the odometry that is not kept is an outlier too.
+    ``poses`` are a minimum, and ``entropy`` is that of outliers.
     """
     squares = float(np.sum(residual_norms(graph, poses)[kept] ** 2))
     precision = float(np.sum(np.linalg.slogdet(graph.information[kept])[1]))
-    closures = int(np.sum(kept & ~graph.is_odometry))
+    odometry = graph.is_odometry
+    closures = int(np.sum(kept & ~odometry)) - int(np.sum(~kept & odometry))
     constant = closures * (entropy - 0.5 * graph.group.DOF * np.log(2.0 * np.pi))
     return float(constant + 0.5 * (precision - squares - _log_determinant(graph, poses, kept)))
 

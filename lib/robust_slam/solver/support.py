@@ -23,8 +23,8 @@ class Support(Enum):
 
     - UNIQUE: no other set of closures gives a map of comparable evidence.
     - AMBIGUOUS: the rejected closures, solved alone, give a map of comparable evidence.
-    - WEAK: odometry alone explains the measurements about as well, or no closure is kept, or the
-      time did not suffice to look for a rival.
+    - WEAK: odometry alone explains the measurements about as well, or it slipped, or no closure is
+      kept, or the time did not suffice to look for a rival.
     """
 
     UNIQUE = "unique"
@@ -57,7 +57,7 @@ def judge_support(search: Search, best: Candidate) -> Judgement:
     closures = ~search.trusted
     if not np.any(closures):
         return Judgement(Support.UNIQUE, None)
-    if best.evidence < _DECISIVE or not np.any(best.kept & closures):
+    if np.any(search.slips) or best.evidence < _DECISIVE or not np.any(best.kept & closures):
         return Judgement(Support.WEAK, None)
     rival = search.rival(best)
     if rival is None or rival.evidence < _COMPARABLE * best.evidence:
