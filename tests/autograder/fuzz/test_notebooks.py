@@ -129,28 +129,29 @@ def filled(part: bytes, size: int, head: bytes, tail: bytes) -> bytes:
 
 SOURCE_HEAD = b'{"cell_type":"code","source":"'
 HEAVY = {
-    "empty lists": filled(b"[],", LARGE, b"", b"0"),
-    "small dicts": filled(b'{"":0},', LARGE, b"", b"0"),
-    "short texts": filled('"\u0101",'.encode(), LARGE, b"", b"0"),
-    "open lists": filled(b"[", LARGE, b"", b""),
-    "as many dicts as may be": filled(b'{"":[]},', 8 * 330_000, b"", b"0"),
-    "as many lists as may be": filled(b"[0],", 4 * 499_000, b"", b"0"),
-    "one text": filled(b"x", LARGE, SOURCE_HEAD, b'"}'),
-    "one text of escapes": filled(b"\\u0041", LARGE, SOURCE_HEAD, b'"}'),
-    "one text of line ends": filled(b"\\r", LARGE, SOURCE_HEAD, b'"}'),
-    "one text with a wide letter": filled(b"x", LARGE, SOURCE_HEAD + "😀".encode(), b'"}'),
-    "one text of half letters": filled(b"\\ud800", LARGE, SOURCE_HEAD, b'"}'),
-    "one number": filled(b"9", LARGE, b"", b""),
-    "one long fraction": filled(b"1", LARGE, b"1.", b""),
-    "spaces": filled(b" ", LARGE, b"", b""),
-    "backslashes": filled(b"\\", LARGE, SOURCE_HEAD, b'"}'),
+    "empty lists": (b"[],", LARGE, b"", b"0"),
+    "small dicts": (b'{"":0},', LARGE, b"", b"0"),
+    "short texts": ('"\u0101",'.encode(), LARGE, b"", b"0"),
+    "open lists": (b"[", LARGE, b"", b""),
+    "as many dicts as may be": (b'{"":[]},', 8 * 330_000, b"", b"0"),
+    "as many lists as may be": (b"[0],", 4 * 499_000, b"", b"0"),
+    "one text": (b"x", LARGE, SOURCE_HEAD, b'"}'),
+    "one text of escapes": (b"\\u0041", LARGE, SOURCE_HEAD, b'"}'),
+    "one text of line ends": (b"\\r", LARGE, SOURCE_HEAD, b'"}'),
+    "one text with a wide letter": (b"x", LARGE, SOURCE_HEAD + "😀".encode(), b'"}'),
+    "one text of half letters": (b"\\ud800", LARGE, SOURCE_HEAD, b'"}'),
+    "one number": (b"9", LARGE, b"", b""),
+    "one long fraction": (b"1", LARGE, b"1.", b""),
+    "spaces": (b" ", LARGE, b"", b""),
+    "backslashes": (b"\\", LARGE, SOURCE_HEAD, b'"}'),
 }
 
 
 @pytest.mark.parametrize("name", HEAVY)
 def test_the_heaviest_notebooks_take_little_memory(name: str) -> None:
+    data = filled(*HEAVY[name])
     with no_hang():
-        peak = peak_bytes(lambda: check_cells(parsed(HEAVY[name])))
+        peak = peak_bytes(lambda: check_cells(parsed(data)))
     assert peak <= 300 * 2**20
 
 
