@@ -22,7 +22,10 @@ from robust_slam._words import counted
 from robust_slam.factors.models import POINT, RANGE, RELATIVE, Model
 from robust_slam.graphs.group import Group
 from robust_slam.graphs.pose_graph import PoseGraph, check_graph, check_poses
+from robust_slam.graphs.rotations import nearest_rotations
 
+_ORTHOGONALITY = 1e-6
+"""A rotation matrix is off by at most this in an entry; rounding stays far below."""
 FRAME = -1
 """The frame of the map among the ends of a factor."""
 
@@ -177,21 +180,30 @@ _KINDS = ("priors", "positions", "points", "ranges")
 
 
 def _block(graph: FactorGraph, name: str, given: Factors) -> Block:
-    group, d = graph.group, graph.group.DIMENSION
-    unary = name in ("priors", "positions")
-    ends = _ends(f"{name}.nodes", given.nodes, graph, unary)
-    k = len(ends)
+    group = graph.group
+    ends = _ends(f"{name}.nodes", given.nodes, graph, unary=name in ("priors", "positions"))
+    model = {"priors": RELATIVE, "ranges": RANGE}.get(name, POINT)
+    size = {"priors": group.DOF, "ranges": 1}.get(name, group.DIMENSION)
+    measurement = _measurement(group, name, given, len(ends))
+    return Block(name, model, ends, measurement, _information(name, given, len(ends), size))
+
+
+def _measurement(group: Group, name: str, given: Factors, k: int) -> Array:
     told = f"{name}.measurement"
     if name == "priors":
         poses = finite(told, given.measurement, (k, *group.POSE_SHAPE))
-        return Block(name, RELATIVE, ends, poses, _information(name, given, k, group.DOF))
+        rotation = group.rotation(poses)
+        gap = np.abs(rotation - nearest_rotations(rotation)).max(axis=(1, 2), initial=0.0)
+        if np.any(gap > _ORTHOGONALITY):
+            wrong = int(np.argmax(gap > _ORTHOGONALITY))
+            raise ValueError(f"{told}: the left part of entry {wrong} is not a rotation matrix")
+        return poses
     if name == "ranges":
-        distance = finite(told, given.measurement, (k,))[:, None]
+        distance = finite(told, given.measurement, (k,))
         if np.any(distance < 0.0):
             raise ValueError(f"{told}: entry {int(np.argmax(distance < 0.0))} is negative")
-        return Block(name, RANGE, ends, distance, _information(name, given, k, 1))
-    measured = finite(told, given.measurement, (k, d))
-    return Block(name, POINT, ends, measured, _information(name, given, k, d))
+        return distance[:, None]
+    return finite(told, given.measurement, (k, group.DIMENSION))
 
 
 def _ends(name: str, value: ArrayLike, graph: FactorGraph, unary: bool) -> Indices:

@@ -67,13 +67,15 @@ class FactorFile:
 
     ``x`` is the map ``(n + l, …)``, or None if the file does not give the vertices of all poses
     and landmarks. ``ids`` ``(n + l,)`` are those of the file, of poses and then of landmarks.
-    ``skipped`` maps each skipped tag to its number of lines.
+    ``skipped`` maps each skipped tag to its number of lines, and ``notes`` are sentences about how
+    the edges were understood, as in ``GraphFile``.
     """
 
     graph: FactorGraph
     x: Array | None
     ids: Indices
     skipped: dict[str, int]
+    notes: tuple[str, ...]
 
 
 def read_factors(path: str | os.PathLike[str], *, unknown: Unknown = "raise") -> FactorFile:
@@ -123,7 +125,8 @@ def _parsed(text: str, unknown: Unknown) -> FactorFile:
         positions=_positions(rows[layout.positions], poses, sensors),
         points=_points(rows[layout.points], ids, poses, sensors),
     )
-    return FactorFile(graph, _map(poses, rows[layout.landmark], landmarks), ids, skipped)
+    x = _map(poses, rows[layout.landmark], landmarks)
+    return FactorFile(graph, x, ids, skipped, poses.notes)
 
 
 def _check_fixed(rows: Mapping[str, Rows], layout: _Layout, poses: GraphFile) -> None:

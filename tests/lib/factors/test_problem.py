@@ -185,6 +185,8 @@ def test_ranges_alone_place_a_landmark_although_some_are_wrong(group):
         ranges=Factors(ends, distance, 100.0),
     )
     problem = FactorGraphProblem(alone, steps=1)
+    off = alone.positions_of(problem.guess)[0] - group.translation(beacon)
+    assert np.linalg.norm(off) < 1.0 < np.linalg.norm(place[0] - group.translation(beacon))
     found = gnc(problem, x0=problem.guess)
     np.testing.assert_allclose(
         alone.positions_of(found.x)[0], group.translation(beacon), atol=1e-6
@@ -247,6 +249,13 @@ PAIR = np.array([[0, 50], [1, 50]])
 def test_a_bad_factor_is_refused_by_kind_and_number(wrong, message):
     with pytest.raises(ValueError, match=message):
         replace(DRIVE, **wrong)
+
+
+def test_a_prior_that_mirrors_is_refused():
+    graph, _ = everything(se3, 0)
+    mirror = Factors([0], np.diag([1.0, 1.0, -1.0, 0.0])[None, :3], np.eye(6))
+    with pytest.raises(ValueError, match=r"priors.measurement: .* 0 is not a rotation matrix"):
+        replace(graph, priors=mirror)
 
 
 @refused(

@@ -128,6 +128,12 @@ def test_unknown_lines_are_skipped_on_demand_and_counted(tmp_path):
     assert file.skipped == {"EDGE_BEARING_SE2_XY": 1} and file.graph.landmarks == 2
 
 
+def test_an_edge_that_is_given_twice_is_noted(tmp_path):
+    edge = PLANE.splitlines()[4]
+    notes = read(tmp_path, f"{PLANE}{edge}\n").notes
+    assert len(notes) == 1 and notes[0].startswith("line 10 gives edge 3-5 once more")
+
+
 def test_without_vertices_the_landmarks_are_those_of_the_edges(tmp_path):
     lines = [line for line in PLANE.splitlines() if not line.startswith("VERTEX")]
     file = read(tmp_path, "\n".join(lines))
