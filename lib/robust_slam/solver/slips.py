@@ -53,6 +53,8 @@ _TRIED = 3
 """So many groups of closures, and so many unlike steps, are tried for each slip."""
 _LARGEST = 20_000_000
 """With more pairs of a pose and a closure, only steps that are unlike others are looked at."""
+_MANY, _SOME = 500, 0.02
+"""Of so many closures so small a share is rejected only where no step has slipped."""
 _STEPS, _AT_REST = 10, 1e-2
 
 
@@ -128,7 +130,9 @@ class _Start:
 
 def find_slips(search: Search, best: Candidate) -> tuple[Search, Candidate]:
     """Return the search without the steps that slipped, and its map, or both as they were."""
-    if not np.any(best.kept | search.trusted) or np.sum(~search.trusted) < min(_PLACES.values()):
+    closures = ~search.trusted
+    count, rejected = int(np.sum(closures)), int(np.sum(closures & ~best.kept))
+    if count < min(_PLACES.values()) or (count >= _MANY and rejected <= _SOME * count):
         return search, best
     drive = _Drive.of(search)
     found = _fewer(drive, *_grown(drive, search, best))
