@@ -120,7 +120,19 @@ def graph_of(
         return GraphFile(graph, poses, ids, ids, times=times)
     graph = with_closures(graph, closures.rows.ids, closures.measurement, closures.information)
     repaired = closures.repaired + len(first)
-    return GraphFile(graph, poses, ids, ids, repaired, closures.skipped, closures.notes, times)
+    notes = (*closures.notes, *_steps_again(closures))
+    return GraphFile(graph, poses, ids, ids, repaired, closures.skipped, notes, times)
+
+
+def _steps_again(closures: Edges) -> tuple[str, ...]:
+    """Return a sentence about closures between consecutive poses, if there are any."""
+    near = np.flatnonzero(np.abs(np.diff(closures.rows.ids, axis=1)[:, 0]) == 1)
+    if not near.size:
+        return ()
+    return (
+        f"{near.size:,} of the closures join consecutive poses (first line "
+        f"{closures.rows.line[near[0]]}), as the odometry does; drop those that are its steps",
+    )
 
 
 def _in_plane(poses: Array) -> Array:

@@ -274,6 +274,7 @@ def test_closures_of_another_file_make_it_a_graph(tmp_path, form, kind):
     assert graph.edges[-2:].tolist() == [[29, 3], [2, 3]]
     # A closure is one even between neighbours, because the odometry has a file of its own.
     assert np.flatnonzero(~graph.is_odometry).tolist() == [29, 30]
+    assert "1 of the closures join consecutive poses (first line 2)" in found.summary()
     np.testing.assert_array_equal(graph.translation[-1][:2], [1, 2])
     assert graph.information[-1][0, 0] == (4 if kind == "plane" else 101)
     assert rs.load(path, odometry=(0.05, 0.01), closures=closures).n == 30
