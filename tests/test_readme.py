@@ -55,6 +55,7 @@ def test_the_tour_rejects_every_outlier_and_ends_certified(tour: str, seed: int)
     assert answer.certificate.verdict is Verdict.CERTIFIED
 
 
+@pytest.mark.long
 def test_small_outliers_are_rejected_with_the_noise_that_is_found_alone(tour: str) -> None:
     local = tour.replace("add_random_closures", "add_local_closures")
     for code, kept in ((local, 0), (local.replace("(spoiled)", "(spoiled, find_noise=False)"), 4)):
