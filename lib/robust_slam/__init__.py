@@ -19,6 +19,7 @@ The folders follow the course:
 - ``fleet``: GNC by several robots, each with its own part of the graph
 - ``problems``: what the loop can solve: a location, a linear problem, a rotation, a pose graph
 - ``solver``: several starts, the noise, the best map and its certificate in one function
+- ``incremental``: a map that grows, one closure at a time
 - ``drawing``: a map in one line; ``palette``: its colours
 - ``progress``: how long computations show where they are
 - ``cli``: the command ``robust-slam``

@@ -12,7 +12,16 @@ from tests.book import prose
 
 PAGE = prose.CHAPTERS / "api.md"
 MODULES = {"cli", "drawing", "progress", "solver"}
-FOLDERS = ("estimators", "graphs", "descent", "consistency", "certificates", "factors", "fleet")
+FOLDERS = (
+    "estimators",
+    "graphs",
+    "descent",
+    "consistency",
+    "certificates",
+    "factors",
+    "fleet",
+    "incremental",
+)
 
 
 def test_the_twins_in_gtsam_give_the_same_results() -> None:

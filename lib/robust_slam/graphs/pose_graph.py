@@ -138,7 +138,7 @@ def checked_rows(n: int, group: Group, rows: Mapping[str, ArrayLike]) -> dict[st
 def from_checked(n: int, rows: Mapping[str, NDArray[Any]]) -> PoseGraph:
     """Return the graph of ``n`` poses whose ``rows`` by name ``checked_rows`` has seen.
 
-    The edges connect all poses; nothing is checked again and nothing is copied.
+    Nothing is checked again, nor whether they connect all poses, and nothing is copied.
     """
     graph = object.__new__(PoseGraph)
     object.__setattr__(graph, "n", n)
@@ -391,7 +391,12 @@ def select(graph: PoseGraph, used: ArrayLike) -> PoseGraph:
     """
     chosen = mask("used", used, len(graph.edges))
     _check_connected(graph.n, graph.edges[chosen])
-    return from_checked(graph.n, {name: getattr(graph, name)[chosen] for name in ROWS})
+    return rows_of(graph, chosen)
+
+
+def rows_of(graph: PoseGraph, used: Mask) -> PoseGraph:
+    """Return the edges that ``used`` ``(m,)`` marks, which need not connect all poses."""
+    return from_checked(graph.n, {name: getattr(graph, name)[used] for name in ROWS})
 
 
 def with_closures(

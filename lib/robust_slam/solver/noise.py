@@ -73,10 +73,14 @@ def rescaled(graph: PoseGraph, factors: Array) -> PoseGraph:
     """Return ``graph`` with deviations that are its own times the ``factors`` ``(4,)``."""
     if np.all(factors == 1.0):
         return graph
+    return replace(graph, information=rescaled_information(graph, factors))
+
+
+def rescaled_information(graph: PoseGraph, factors: Array) -> Array:
+    """Return the information ``(m, D, D)`` of ``rescaled``."""
     each = 1.0 / np.array([factors[2:], factors[:2]])[graph.is_odometry.astype(int)]
     by_entry = each[:, _kinds(graph)]
-    information = graph.information * by_entry[:, :, None] * by_entry[:, None, :]
-    return replace(graph, information=information)
+    return np.asarray(graph.information * by_entry[:, :, None] * by_entry[:, None, :])
 
 
 def find_noise(

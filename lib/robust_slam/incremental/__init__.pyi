@@ -1,0 +1,1 @@
+from .growing_map import GrowingMap as GrowingMap
