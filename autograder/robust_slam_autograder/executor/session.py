@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import builtins
 import contextlib
 import functools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 from robust_slam_autograder.errors import GraderFailure
 from robust_slam_autograder.executor import handed_over
@@ -16,6 +15,7 @@ from robust_slam_autograder.protocol.channel import (
     Conversation,
     DeadlineExceeded,
     RaisedThere,
+    alike,
 )
 from robust_slam_autograder.protocol.channel import Fault as ChannelFault
 from robust_slam_autograder.protocol.wire import Handle, WireError
@@ -29,7 +29,6 @@ Kind = Literal["timeout", "died"]
 
 PRELOAD = ("matplotlib.pyplot", "IPython.core.inputtransformer2")
 """Modules that many a student's own cell imports, or that reading it takes."""
-_ENDS_OF_LOOPS = ("StopIteration", "StopAsyncIteration")
 
 
 class SessionFault(ChannelFault):
@@ -45,6 +44,8 @@ class StudentError(Exception):
 
     line: int | None = None
     """Line in the student's cell, where known."""
+    functions: tuple[str, ...] = ()
+    """The function that was called and the one that raised, where known."""
 
     def __str__(self) -> str:  # KeyError's own would quote the message once more
         return str(self.args[0]) if self.args else ""
@@ -313,18 +314,7 @@ def shows_answers(error: Exception, names: Sequence[str]) -> bool:
 
 
 def student_error(raised: RaisedThere) -> StudentError:
-    """Make an exception that tests can catch by the builtin class that the student raised.
-
-    Only classes below Exception count, so that nothing a student raises ends the grader; and
-    none that ends a loop over ``map`` or ``zip`` as if it had seen all.
-    """
-    known = (getattr(builtins, name, None) for name in raised.types if name not in _ENDS_OF_LOOPS)
-    bases = [found for found in known if isinstance(found, type) and issubclass(found, Exception)]
-    name = raised.types[0] if raised.types and raised.types[0].isidentifier() else "Exception"
-    for base in [*bases, Exception]:
-        # Some builtins want other arguments than a message: then the next class has to do.
-        with contextlib.suppress(TypeError):
-            error: StudentError = type(name, (StudentError, base), {})(raised.message)
-            error.line = raised.line
-            return error
-    return StudentError(raised.message)
+    """Make an exception that tests can catch by the builtin class that the student raised."""
+    error = cast("StudentError", alike(raised, StudentError))
+    error.line, error.functions = raised.line, raised.functions
+    return error

@@ -6,13 +6,14 @@ pipe. A case earns its points only when this side reached the end of its cell.
 
 from __future__ import annotations
 
+import ast
 import contextlib
 import hashlib
 import os
 import signal
 import types
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -31,7 +32,13 @@ from robust_slam_autograder.grading.results import Ending
 from robust_slam_autograder.grading.wording import FAULT_SENTENCES, Told
 from robust_slam_autograder.protocol.notebook import Notebook
 from robust_slam_autograder.reading.assignment import Assignment, Case, Piece
-from robust_slam_autograder.reading.source import compiled, names_read, plain_python
+from robust_slam_autograder.reading.source import (
+    compiled,
+    names_read,
+    plain_python,
+    tree_of,
+    used_names,
+)
 
 SEED_VARIABLE = "ROBUST_SLAM_SEED"
 ALARM_GRACE = 0.5
@@ -54,9 +61,14 @@ class Cases:
     seed: int
     calls: explain.Calls | None = None
     """Calls of the student's functions, recorded in the visible pass alone."""
+    stopped: dict[str, str] = field(default_factory=dict)
+    """By exercise that was not run, a function that its code depends on, and that ran too long."""
 
     def run(self, faults: Endings) -> Iterator[_Event]:
         """Run the cases in order; after a fault the rest of its exercise is lost.
+
+        So is, in the visible pass, a later exercise whose code calls a function that ran longer
+        than it may: it would do so there again.
 
         Args:
             faults: cases that are known to hang or die.
@@ -76,7 +88,22 @@ class Cases:
             ending, error = self._run_case(case, tests[case.grade_id], namespace, known)
             if ending.is_fault:
                 lost[case.exercise] = ending
+                if ending is Ending.TIMEOUT and self.calls is not None:
+                    lost |= self._stop_callers(case, lost)
             yield case, ending, error
+
+    def _stop_callers(self, hung: Case, lost: Endings) -> Endings:
+        """Return the exercises that are stopped, because their code calls what has hung."""
+        first = self.assignment.owner(hung.exercise)
+        slow = {name: name for name, cell in self._owners().items() if cell == first}
+        for exercise in self.assignment.exercises:
+            owner = self.assignment.owner(exercise)
+            called = slow.keys() & _names_called(self._cells().get(owner, ""))
+            if called and owner != first and exercise not in lost:
+                self.stopped[exercise] = slow[min(called)]
+                mine = (name for name, cell in self._owners().items() if cell == owner)
+                slow |= dict.fromkeys(mine, self.stopped[exercise])
+        return dict.fromkeys(self.stopped, Ending.TIMEOUT)
 
     def explain(self, case: Case, ending: Ending, error: Exception | None) -> Told:
         """Say to the student how a case ended in the visible pass.
@@ -98,6 +125,8 @@ class Cases:
     def _explained(self, case: Case, ending: Ending, error: Exception | None) -> Told:
         errors, owner = self.session.errors, self.assignment.owner
         cell_error = errors.get(owner(case.exercise))
+        if ending.is_fault and case.exercise in self.stopped:
+            return wording.own(wording.STOPPED.format(self.stopped[case.exercise]))
         if error is None or isinstance(cell_error, SessionFault):
             return wording.own(FAULT_SENTENCES[ending]) if ending.is_fault else Told()
         if isinstance(error, NameError) and self.session.lacks_own_cells:
@@ -106,7 +135,7 @@ class Cases:
             cell_error = errors.get(owner(error.name or ""), cell_error)
             told = wording.undefined(error, cell_error)
             return told.further(self._cause(case, cell_error))
-        told = wording.message(error, self.sources[case.grade_id], case)
+        told = wording.message(error, self.sources[case.grade_id], case, self._owners())
         if cause := self._cause(case, error):
             return told.further(cause)
         returned = self._returned(case, error)
@@ -130,8 +159,15 @@ class Cases:
         if not isinstance(error, StudentError) or isinstance(error, NotImplementedError):
             return ""
         owner = self.assignment.owner(case.exercise)
-        cells = {piece.label: piece.source for piece in self.session.program.pieces}
-        return causes.of(error, cells.get(owner, ""), self.assignment.config.causes)
+        cell = self._cells().get(wording.elsewhere(error, self._owners()) or owner, "")
+        return causes.of(error, cell, self.assignment.config.causes)
+
+    def _cells(self) -> dict[str, str]:
+        return {piece.label: piece.source for piece in self.session.program.pieces}
+
+    def _owners(self) -> dict[str, str]:
+        """Return the cell that each function belongs to."""
+        return {name: one.grade_id for one in self.assignment.solutions for name in one.names}
 
     def _compiled(self) -> dict[str, types.CodeType]:
         found = {}
@@ -211,6 +247,13 @@ class Cases:
         if isinstance(cell_error, SessionFault):
             return Ending(cell_error.kind)
         return Ending.FAILED
+
+
+def _names_called(source: str) -> set[str]:
+    """Return the names that a student's cell reads from its module."""
+    tree = tree_of(plain_python(source))
+    read = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
+    return read & used_names(*tree.body)
 
 
 def case_generator(seed: int, grade_id: str) -> np.random.Generator:

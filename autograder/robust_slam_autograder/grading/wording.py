@@ -6,6 +6,7 @@ It may quote the student's own exceptions, so it is for the visible pass alone.
 from __future__ import annotations
 
 import ast
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from robust_slam_autograder.executor.session import SessionFault, StudentError
@@ -21,6 +22,7 @@ MAX_EXPLAINED = 1_200
 UNEXPLAINED = "A check of this case did not pass."
 NOT_WRITTEN = "Not written yet: the function still raises NotImplementedError."
 LEFT_OUT = "A cell of your own ran longer than it may, or ended the process, and is left out"
+STOPPED = "Not run: your code depends on {}, which ran longer than it may: begin there."
 NO_HINT = "A hidden check of this case did not pass."
 _NOT_RUN = "; the rest of this exercise was not run."
 FAULT_SENTENCES = {
@@ -80,21 +82,22 @@ def undefined(error: NameError, cell_error: StudentError | SessionFault | None) 
     return own(f"{error.name} is not defined in your notebook, or is nothing that can be checked.")
 
 
-def message(error: Exception, source: str, case: Case) -> Told:
+def message(error: Exception, source: str, case: Case, owners: Mapping[str, str]) -> Told:
     """Say what happened, from the exception that ended a visible test.
 
     Args:
         error: raised by the test or by the student's function.
         source: the test's.
         case: the test.
+        owners: by each function that students are asked for, the cell that it belongs to.
     """
     if isinstance(error, NotImplementedError) and isinstance(error, StudentError):
-        return own(NOT_WRITTEN)
+        return own(_not_written(error, owners))
     if isinstance(error, StudentError):
         if type(error).__name__ == WireError.__name__:
             why = str(error).rstrip(".")
             return _quoting("What your function returned cannot be checked", f": {why}.")
-        return _raised("Your function raised ", error)
+        return _raised("Your function raised ", error, elsewhere(error, owners))
     if isinstance(error, AssertionError):
         test = failing_test(error, plain_python(source), label(case))
         what = ast.unparse(test) if test else "a check of this case"
@@ -103,12 +106,29 @@ def message(error: Exception, source: str, case: Case) -> Told:
     return _raised("The check could not use what came back: ", error)
 
 
-def _raised(begins: str, error: Exception) -> Told:
+def _not_written(error: StudentError, owners: Mapping[str, str]) -> str:
+    called, raiser = _ends(error)
+    if called == raiser or not owners.keys() >= {called, raiser}:
+        return NOT_WRITTEN
+    return f"{called} calls {raiser}, which is not written yet: it raises NotImplementedError."
+
+
+def elsewhere(error: StudentError, owners: Mapping[str, str]) -> str:
+    """Return the cell of another exercise, where an exception rose there; else empty."""
+    called, raiser = (owners.get(name, "") for name in _ends(error))
+    return raiser if called and called != raiser else ""
+
+
+def _ends(error: StudentError) -> tuple[str, str]:
+    return (error.functions or ("",))[0], (error.functions or ("",))[-1]
+
+
+def _raised(begins: str, error: Exception, cell: str = "") -> Told:
     """Quote an exception behind the beginning of a sentence."""
     name = type(error).__name__
     rest = f": {error}".rstrip(" :.")
     line = error.line if isinstance(error, StudentError) else 0
-    where = f" (line {line} of your cell)" if line else ""
+    where = f" (line {line} of your cell{f' for {cell}' if cell else ''})" if line else ""
     return _quoting(f"{begins}{name}", f"{rest}{where}.", name)
 
 

@@ -7,6 +7,8 @@ it was handed). The trusted side adds deadlines; it never trusts what it reads.
 
 from __future__ import annotations
 
+import builtins
+import contextlib
 import math
 import os
 import select
@@ -26,6 +28,7 @@ MAX_TEXT = 1_000
 MAX_LINE = 1_000_000
 _PAGE = 65_536
 _LENGTH = struct.Struct(">I")
+_ENDS_OF_LOOPS = ("StopIteration", "StopAsyncIteration")
 
 Check = Callable[[Callable[..., Any], list[Any], dict[str, Any]], None]
 
@@ -46,17 +49,43 @@ class RaisedThere(Exception):
     """The called function raised: carries the names of its exception's classes, and where."""
 
     def __init__(self, error: Mapping[str, Any]) -> None:
-        types, message, line = error.get("types"), error.get("message"), error.get("line")
-        names = types[:20] if isinstance(types, list) else []
-        # Only texts: to print 30 million numbers would take minutes.
-        self.types = tuple(_text(name) for name in names)
+        message, line = error.get("message"), error.get("line")
+        self.types = _texts(error.get("types"))
         self.message = _text(message)
+        self.functions = _texts(error.get("functions"))
         self.line = line if type(line) is int and 0 < line <= MAX_LINE else None
         super().__init__(self.message)
 
 
 def _text(told: object) -> str:
+    # Only texts: to print 30 million numbers would take minutes.
     return told[:MAX_TEXT] if isinstance(told, str) else f"({type(told).__name__})"
+
+
+def _texts(told: object) -> tuple[str, ...]:
+    return tuple(map(_text, told[:20])) if isinstance(told, list) else ()
+
+
+def alike(raised: RaisedThere, *own: type[Exception]) -> Exception:
+    """Make an exception that is caught by the builtin class that was raised on the other side.
+
+    Only classes below Exception count, so that nothing raised there ends this side; and none
+    that ends a loop over ``map`` or ``zip`` as if it had seen all.
+
+    Args:
+        raised: what was told of it.
+        own: classes that it has besides.
+    """
+    known = (getattr(builtins, name, None) for name in raised.types if name not in _ENDS_OF_LOOPS)
+    bases = [found for found in known if isinstance(found, type) and issubclass(found, Exception)]
+    name = raised.types[0] if raised.types and raised.types[0].isidentifier() else "Exception"
+    for base in bases:
+        # Some builtins want other arguments than a message: then the next class has to do.
+        with contextlib.suppress(TypeError):
+            error: Exception = type(name, (*own, base), {})(raised.message)
+            return error
+    last: Exception = type(name, own or (Exception,), {})(raised.message)
+    return last
 
 
 class Remote:
@@ -68,7 +97,11 @@ class Remote:
 
     def __call__(self, *args: object, **kwargs: object) -> Any:  # noqa: ANN401
         """Call it across the pipe; arguments and result are copies."""
-        return self._channel.invoke(self._handle, args, kwargs)
+        try:
+            return self._channel.invoke(self._handle, args, kwargs)
+        except RaisedThere as raised:
+            error = alike(raised)
+        raise error
 
 
 class Conversation(ABC):
@@ -312,7 +345,7 @@ def describe_error(error: BaseException) -> dict[str, Any]:
         message = ""
     message = message.encode("utf-8", "replace").decode()[:MAX_TEXT]
     names = [cls.__name__ for cls in type(error).__mro__ if issubclass(cls, BaseException)]
-    return {"types": names[:20], "message": message, "line": None}
+    return {"types": names[:20], "message": message, "line": None, "functions": []}
 
 
 def _is_message(message: object) -> bool:

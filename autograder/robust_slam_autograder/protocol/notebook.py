@@ -125,7 +125,10 @@ class Notebook:
         return self.names[name](*args, **kwargs)
 
     def describe(self, error: BaseException) -> dict[str, Any]:
-        """Tell an exception's classes, its message and the line of the student's cell."""
+        """Tell an exception's classes and message, and the line of the student's cell.
+
+        The functions are the one that was called, and the one that raised.
+        """
         from robust_slam_autograder.protocol.channel import describe_error
 
         told = describe_error(error)
@@ -133,9 +136,11 @@ class Notebook:
             told["message"], told["line"] = str(error.msg), error.lineno
             return told
         labels = {cell.label for cell in self._cells.values()}
-        trace = error.__traceback__
+        trace, names = error.__traceback__, []
         while trace is not None:
-            if trace.tb_frame.f_code.co_filename in labels:
+            code = trace.tb_frame.f_code
+            if code.co_filename in labels:
                 told["line"] = trace.tb_lineno
+                names.append(code.co_name)
             trace = trace.tb_next
-        return told
+        return told | {"functions": [*names[:1], *names[-1:]]}

@@ -195,6 +195,47 @@ def test_what_a_busy_machine_may_be_to_blame_for_is_doubtful(
     assert marking.look(whose, sandbox=Unsandboxed()).doubtful == is_doubtful
 
 
+CALLER = "def apply(f, x, times):\n    return double(f(x)), [{}]\n"
+
+
+def test_who_calls_what_is_not_written_is_told_so() -> None:
+    unwritten = toy.graded(
+        toy.answer("def double(x):\n    raise NotImplementedError\n", CALLER.format(""))
+    )
+    assert exercise(unwritten).message == wording.NOT_WRITTEN
+    said = "apply calls double, which is not written yet: it raises NotImplementedError."
+    assert exercise(unwritten, "apply").message == said
+
+
+def test_the_cell_in_which_an_exception_rose_is_named() -> None:
+    """Another exercise's line is no line of this one, and causes are looked for where it is."""
+    raising = "def double(x):\n    rows = [1]\n    return rows[0.0]\n"
+    told = exercise(toy.graded(toy.answer(raising, CALLER.format(""))), "apply").message
+    assert "(line 3 of your cell for double)" in told and "np.asarray(rows)" in told
+
+
+def test_an_exception_of_a_function_of_the_test_has_its_own_name_and_class() -> None:
+    test = "def half(x):\n    raise ZeroDivisionError('no half')\nassert double(half) == 1\n"
+    tests = toy.assignment(double_random=test)
+    told = case(grade("def double(x):\n    return 6 if x == 3 else x(3)\n", tests), "random")
+    assert told.message.startswith("Your function raised ZeroDivisionError: no half (line 2")
+    catches = "    try:\n        return x(3)\n    except ZeroDivisionError:\n        return 1\n"
+    result = grade(f"def double(x):\n    if x == 3: return 6\n{catches}", tests)
+    assert case(result, "random").passed
+
+
+@pytest.mark.parametrize("depends", [True, False])
+def test_what_depends_on_a_function_that_hung_is_stopped(depends: bool) -> None:
+    """It would hang there again; one that only has a variable of that name is run."""
+    caller = CALLER.format("") if depends else toy.APPLY.replace("history", "double")
+    value = toy.answer("def double(x):\n    while True: pass\n", caller)
+    result = toy.graded(value, limited(call_seconds=0.3, cell_seconds=5, notebook_seconds=20))
+    found = exercise(result, "apply")
+    assert found.status == ("timeout" if depends else "passed")
+    said = "Not run: your code depends on double, which ran longer than it may: begin there."
+    assert (found.message == said) is depends
+
+
 def test_a_submission_has_its_time_and_no_more() -> None:
     tests = limited(call_seconds=20, cell_seconds=20, notebook_seconds=0.5)
     result = grade("def double(x):\n    while True: pass\n", tests)
