@@ -93,6 +93,8 @@ LARGE_PERCENTS = (10, 50)
 TOWN = Plan(None, 5, 300, Noise((0.05, 0.05)))
 """The town of the place recogniser, which chooses the closures itself."""
 GENERATORS = {"manhattan": manhattan, "sphere": sphere}
+GENERATED = (*GENERATORS, "town")
+"""Graphs whose truth is known."""
 GRAPHS = [*PLANS, "town", *LARGE]
 
 
@@ -189,7 +191,7 @@ def make(world: World) -> Made:
     correct, reference = _without_outliers(world, of_graph)
     spoiled, is_outlier = _with_outliers(correct, world, reference, of_outliers)
     graph, honest = changed(spoiled, world.change, of_change)
-    return Made(graph, is_outlier, reference, honest, world.graph in GENERATORS)
+    return Made(graph, is_outlier, reference, honest, world.graph in GENERATED)
 
 
 def _plan(world: World) -> Plan:

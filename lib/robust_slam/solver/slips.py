@@ -48,7 +48,7 @@ _PLACES = {True: 2, False: 3}
 _TIED = 1.0
 """Of maps whose evidence is so close, the one of the step that is most unlike others is taken."""
 _APART = 4
-"""Closures are at one place if their ends are no more poses than this apart."""
+"""Two closures are beside each other if both their ends are at most so many poses apart."""
 _TRIED = 3
 """So many groups of closures, and so many unlike steps, are tried for each slip."""
 _LARGEST = 20_000_000
@@ -56,6 +56,8 @@ _LARGEST = 20_000_000
 _MANY, _SOME = 500, 0.02
 """Of so many closures so small a share is rejected only where no step has slipped."""
 _STEPS, _AT_REST = 10, 1e-2
+_WITHIN = 1.5
+"""More closures than before must be within so many thresholds, or none returns to pay a slip."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,12 +97,12 @@ class _Drive:
 
     def places(self, edges: Indices) -> int:
         """Return at how many places the ``edges`` ``(k, 2)`` are."""
+        if len(edges) == 0:
+            return 0
+        # A run of closures, each beside the next, is one place however long it is.
         ends = np.sort(self.number[edges], axis=1)
-        chosen: list[Indices] = []
-        for row in ends[np.argsort(ends[:, 0], kind="stable")]:
-            if all(np.abs(row - other).max() > _APART for other in chosen):
-                chosen.append(row)
-        return len(chosen)
+        beside = KDTree(ends).query_pairs(_APART, p=np.inf, output_type="ndarray")
+        return int(connected_parts(len(ends), beside).max()) + 1
 
 
 def _unlike(graph: PoseGraph, edge: Indices) -> Array:
@@ -209,6 +211,9 @@ def _freed(
         moved = np.abs(problem.residual_norms(poses) - before)[start.weights > 0.0]
         if moved.max() < _AT_REST:
             break
+    near = ~search.trusted & (problem.residual_norms(poses) <= _WITHIN * search.threshold)
+    if near.sum() <= np.sum(best.kept & ~search.trusted):
+        return
     for one in _settled(trial, poses, best.tested):
         ends = search.graph.edges[one.kept & ~search.trusted]
         at, to = (drive.behind(np.array([start.step]), end)[0] for end in ends.T)
