@@ -52,3 +52,17 @@ def test_every_set_up_compares_by_the_same_close() -> None:
     nodes = [node for name in NAMES for node in ast.parse(cells(name)[1]["source"]).body]
     found = [ast.unparse(node) for node in nodes if getattr(node, "name", "") == "close"]
     assert len(found) == len(NAMES) and len(set(found)) == 1
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_visible_check_hides_a_value_behind_a_difference(name: str) -> None:
+    """`abs(x - 1) is 0.65` does not tell the student what x is; `close` shows it."""
+    assignment = assignment_module.load(answers.SOLUTIONS / name / f"{name}.ipynb")
+    for case in assignment.cases:
+        tests = [
+            node.test for node in ast.walk(ast.parse(case.visible)) if isinstance(node, ast.Assert)
+        ]
+        calls = [node for test in tests for node in ast.walk(test) if isinstance(node, ast.Call)]
+        sizes = [node for node in calls if ast.unparse(node.func).endswith(("abs", "norm"))]
+        hidden = [node for node in sizes if isinstance(node.args[0], ast.BinOp)]
+        assert not [ast.unparse(node) for node in hidden if isinstance(node.args[0].op, ast.Sub)]
