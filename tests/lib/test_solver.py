@@ -214,3 +214,14 @@ def test_units_do_not_matter():
         graph, measurement=millimetres, information=graph.information * np.outer(scale, scale)
     )
     np.testing.assert_array_equal(solve(small).kept, solve(graph).kept)
+
+
+def test_exact_measurements_leave_the_noise_within_what_arrays_hold() -> None:
+    steps, skips = ([[k, k + size] for k in range(30 - size)] for size in (1, 2))
+    measured = [[1.0, 0.0, 0.0]] * len(steps) + [[2.0, 0.0, 0.0]] * len(skips)
+    is_odometry = [True] * len(steps) + [False] * len(skips)
+    edges = np.array(steps + skips)
+    graph = PoseGraph(30, edges, measured, [np.eye(3)] * len(edges), is_odometry)
+    answer = solve(graph)
+    assert np.all(answer.kept)
+    assert np.all(answer.noise >= 1e-3)

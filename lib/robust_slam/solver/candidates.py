@@ -31,7 +31,7 @@ from robust_slam.graphs.pose_graph import PoseGraph, residual_norms, select, unr
 from robust_slam.problems import PoseGraphProblem
 from robust_slam.progress import Progress
 from robust_slam.solver.evidence import evidence
-from robust_slam.solver.noise import Found, find_noise, rescaled
+from robust_slam.solver.noise import SMALLEST, Found, find_noise, rescaled
 
 TOL = 1e-3
 """A descent is at rest when no residual norm u changes by more than this, relative to 1 + u."""
@@ -168,7 +168,8 @@ class Search:
             graph = rescaled(self.graph, found)
             poses = self.problem(graph).solve(kept.astype(np.float64), poses)
             again = find_noise(graph, poses, kept, found)
-            found, expected = found * again.factors, found * again.expected
+            expected = np.maximum(found * again.expected, SMALLEST)
+            found = np.maximum(found * again.factors, SMALLEST)
             if np.all(np.abs(again.factors - 1.0) <= _SETTLED):
                 break
         return replace(best, poses=poses, found=expected)
@@ -240,7 +241,7 @@ class Search:
             norms = problem.residual_norms(poses)
             kept = (self.trusted & ~self.slips) | (~self.trusted & (norms <= self.threshold))
             found = find_noise(problem.graph, poses, kept) if self.learns else _CLAIMED
-            own = tested * found.factors if found.enough else np.ones(4)
+            own = np.maximum(tested * found.factors, SMALLEST) if found.enough else np.ones(4)
             near = int(np.sum(~kept & ~self.trusted & (norms < _NEAR * self.threshold)))
             precise = rescaled(self.graph, own)
             support = evidence(precise, poses, kept, self.entropy)
@@ -253,7 +254,7 @@ class Search:
             change = _change(found, near, int(np.sum(kept & ~self.trusted)))
             if np.all(change == 1.0) or self.deadline.passed:
                 break
-            tested = tested * change
+            tested = np.maximum(tested * change, SMALLEST)
         assert best is not None
         return best
 

@@ -27,7 +27,7 @@ _ENOUGH = 20.0
 """With a smaller redundancy a kind of edge takes the factor of its counterpart."""
 _LEAST = 30.0
 """With a smaller redundancy in all, nothing is found."""
-_SMALLEST = 1e-3
+SMALLEST = 1e-3
 """No factor is taken to be below this."""
 _NAMES = (
     "odometry's positions",
@@ -133,7 +133,7 @@ def _pulled(graph: PoseGraph, jacobian: Array, root: Array, whitened: Array) -> 
 def _factors(squares: Array, redundancy: Array) -> Array:
     """Return √(squares/redundancy), of few redundancy that of both kinds or of all."""
     pools = _pools(redundancy)
-    return np.maximum(np.sqrt((pools @ squares) / (pools @ redundancy)), _SMALLEST)
+    return np.maximum(np.sqrt((pools @ squares) / (pools @ redundancy)), SMALLEST)
 
 
 def _pools(redundancy: Array) -> Mask:
