@@ -48,7 +48,8 @@ def test_the_other_numbers_are_right() -> None:
     scalar = chi_square_threshold(0.99, 1)
     assert f"{100 * chi2.sf(scalar**2, 6):.1f}" == "35.6"
     assert efficiency.efficiency(kernels.cauchy(2.666), 3) == pytest.approx(0.95, abs=1e-4)
-    known = {"0.95", "0.99", "0.999", "35.6", "2.666"}
+    assert "odometry=(0.05, 0.01)" in PAGE
+    known = {"0.95", "0.99", "0.999", "35.6", "2.666", "0.05", "0.01"}
     assert set(DECIMAL.findall(PAGE)) == known | {c for row in THRESHOLDS for c in row[1:]}
 
 
