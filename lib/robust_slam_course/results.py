@@ -63,7 +63,10 @@ class Results:
             f"Cauchy: {given['cauchy']['3']} and {given['cauchy']['6']}, for 95 % efficiency. "
             f"Switches: $\\lambda = c^2$, and IRLS-GM from odometry is their closed form. "
             f"DCS: $\\Phi = c^2$. Max-mixture: inlier probability {chance}, outliers "
-            f"{width:g} times as wide. Odometry is trusted. "
+            f"{width:g} times as wide; matched, its mode changes at $c$, and outliers are "
+            f"{given['matched mixture']:g} times as wide. RTAB-Map's rule undoes a closure after "
+            f"an error of {given['RTAB-Map']:g} deviations. Kimera-RPGO: {given['Kimera-RPGO']:g} "
+            "for pairs. Odometry is trusted. "
             "GTSAM runs with its defaults and the odometry as known inliers. Where no start "
             "is named, it is the odometry."
         )
