@@ -1,6 +1,6 @@
 """Lists each hint with the wrong answers that get it, to read whether it is true of each.
 
-    python -m tests.assignments.hints [NAME…]
+python -m tests.assignments.hints [NAME…]
 """
 
 from __future__ import annotations
