@@ -53,7 +53,7 @@ def _gaussian(points: Array) -> float:
     """Return the entropy of a Gaussian with the spread of the points ``(k, d)``."""
     d = points.shape[1]
     spread = np.cov(points.T, ddof=0).reshape(d, d) + _LEAST**2 * np.eye(d)
-    return 0.5 * float(d * np.log(2.0 * np.pi * np.e) + np.linalg.slogdet(spread)[1])
+    return 0.5 * float(d * (1.0 + np.log(2.0 * np.pi)) + np.linalg.slogdet(spread)[1])
 
 
 def _whitening(block: Block) -> Array:
