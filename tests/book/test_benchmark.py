@@ -70,6 +70,10 @@ def test_the_protocol_is_that_of_the_sweep() -> None:
     kinds = text.partition("**Outliers**")[2]
     assert re.findall(r"- \*(\w+)\*:", kinds) == list(KINDS)
     assert f"at most {LOST} m" in text
+    tiers = CHAPTER.cells["tiers"]
+    assert (summary.TIMES, summary.SURE) == (2, 0.1)
+    assert "at most twice that of the map of the correct edges alone, or 0.1 m" in tiers
+    assert f"whose reference moves with the weights, {LOST} m" in tiers
     assert f"after {CPU_LIMIT} s of CPU time" in text
     assert GROUP == 5
     assert "five in a row that follow from one error" in text
