@@ -89,8 +89,6 @@ _CHANGES = {
          "executor/test_handed_over.py::test_what_the_author_did_not_provide_for_is_refused"),
     ],
     "executor/session.py": [
-        (" if name not in _ENDS_OF_LOOPS)", ")",
-         f"{SESSION}nothing_that_a_student_raises_empties_a_loop"),
         ("if self.fault or channel is not self._channel:", "if self.fault:",
          f"{SESSION}a_function_that_a_function_returned_has_the_same_deadline"),
         ("not self._channel.is_quiet()", "False",
@@ -109,6 +107,8 @@ _CHANGES = {
         ("if len(body) > MAX_PAIR_BYTES:", "if False:", f"{WIRE}hand_written_bytes_are_refused"),
     ],
     "protocol/channel.py": [
+        (" if name not in _ENDS_OF_LOOPS)", ")",
+         f"{SESSION}nothing_that_a_student_raises_empties_a_loop"),
         ("if not isinstance(kind, str) or type(number) is not int:", "if False:",
          "protocol/test_channel.py::test_a_message_of_another_shape_ends_the_conversation"),
     ],
