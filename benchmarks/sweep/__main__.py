@@ -18,7 +18,7 @@ from tqdm import tqdm
 
 from benchmarks import methods
 from benchmarks.sweep import journal, summary
-from benchmarks.sweep.definition import GRAPHS, LARGE, PLANS, TIERS, entered, worlds
+from benchmarks.sweep.definition import GENERATED, GRAPHS, TIERS, entered, worlds
 from benchmarks.sweep.run import Task, do
 
 ROOT = Path(__file__).parents[2]
@@ -78,7 +78,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def _is_here(graph: str) -> bool:
-    if graph not in (*LARGE, *(name for name, plan in PLANS.items() if plan.poses is None)):
+    if graph in GENERATED:
         return True
     try:
         find(graph)
