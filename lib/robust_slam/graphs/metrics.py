@@ -82,8 +82,9 @@ def nees(estimate: ArrayLike, truth: ArrayLike, k: ArrayLike, covariance: ArrayL
 
     ``estimate`` and ``truth`` are whole maps ``(n, 3)`` or ``(n, 3, 4)``, and ``covariance``
     ``(…, D, D)`` is that of ``robust_slam.covariance`` at the same ``k``. The error has the
-    coordinates of that covariance: e = Log(x̂⁻¹ ∘ x), with both poses in the frame of their
-    pose 0. Differences of coordinates, x − x̂, have other ones, and their numbers are too large.
+    coordinates of that covariance: e = Log(x⁻¹ ∘ y), where x is the estimated pose and y the true
+    one, both in the frame of their pose 0. The difference of coordinates y − x has other ones,
+    and its numbers are too large.
 
     Where the covariance is right, the number has nearly a χ² distribution with D degrees of
     freedom, 3 in the plane and 6 in space: its mean is D, and the mean over N independent maps is
