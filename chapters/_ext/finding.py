@@ -124,7 +124,7 @@ def index(app: Sphinx, exception: Exception | None) -> None:
                 await search.add_html_file(content=page, source_path=address)
 
     asyncio.run(write())
-    for pattern in ("*-ui.*", "*-highlight.js"):  # for which the site has its own
+    for pattern in ("*-ui.*", "*-highlight.js", "*-worker.js"):  # which the site does not use
         for path in made.glob(pattern):
             path.unlink()
 

@@ -49,6 +49,8 @@ async function showResults() {
   const more = make("button", { type: "button", className: "btn btn-outline-secondary", hidden: true }, "Show more");
   place.replaceChildren(status, list, more);
   const pagefind = await import(new URL("../pagefind/pagefind.js", place.dataset.script));
+  // A worker that does not answer would leave the reader waiting, and so few pages need none.
+  await pagefind.options({ noWorker: true });
   const { results } = await pagefind.search(query);
   const count = `${results.length} ${results.length === 1 ? "page has" : "pages have"}`;
   status.textContent = results.length ? `${count} “${query}”.` : NOTHING;
