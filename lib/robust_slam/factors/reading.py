@@ -25,8 +25,9 @@ from robust_slam.graphs import se3
 from robust_slam.graphs.g2o import G2O
 from robust_slam.graphs.graph_file import GraphFile, GraphFileError
 from robust_slam.graphs.lines import Fault, Rows, Tag, Unknown, by_tag, decoded, rows_of, whole
+from robust_slam.graphs.matrices import row_by_row
 from robust_slam.graphs.quaternions import poses_of
-from robust_slam.graphs.tagged import graph_of, row_by_row
+from robust_slam.graphs.tagged import graph_of
 
 _SENSOR = "PARAMS_SE3OFFSET"
 

@@ -9,9 +9,9 @@ from pathlib import Path
 from robust_slam.graphs import datasets
 from robust_slam.graphs.graph_file import GraphFile
 from robust_slam.graphs.lines import Unknown
+from robust_slam.graphs.matrices import Indefinite
 from robust_slam.graphs.pose_graph import PoseGraph
 from robust_slam.graphs.reading import read
-from robust_slam.graphs.tagged import Indefinite
 
 _LOG = logging.getLogger(__name__)
 

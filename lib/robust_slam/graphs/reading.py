@@ -13,8 +13,9 @@ from robust_slam.graphs.definite import Repair
 from robust_slam.graphs.g2o import G2O
 from robust_slam.graphs.graph_file import GraphFile, GraphFileError
 from robust_slam.graphs.lines import Fault, Unknown, decoded, is_real, lines_of
+from robust_slam.graphs.matrices import Indefinite
 from robust_slam.graphs.pyfg import PYFG, read_id
-from robust_slam.graphs.tagged import Edges, Format, Indefinite, edges_alone, graph_of
+from robust_slam.graphs.tagged import Edges, Format, edges_alone, graph_of
 from robust_slam.graphs.toro import TORO
 
 _PLAYED = (

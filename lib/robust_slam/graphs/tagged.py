@@ -12,15 +12,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Literal, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
 from robust_slam._arrays import Array, Indices, Mask
-from robust_slam.graphs.definite import Repair, definite
 from robust_slam.graphs.graph_file import GraphFile, Names
 from robust_slam.graphs.lines import (
-    LARGEST,
     Fault,
     ReadId,
     Rows,
@@ -31,32 +29,14 @@ from robust_slam.graphs.lines import (
     rows_of,
     whole,
 )
-from robust_slam.graphs.pose_graph import PoseGraph, connected_parts, out_of_range
+from robust_slam.graphs.matrices import Indefinite, information_of, row_by_row, uneven
+from robust_slam.graphs.pose_graph import PoseGraph, connected_parts
 
-Indefinite: TypeAlias = Literal["raise"] | Repair
 Matrices: TypeAlias = Callable[[Array, int], tuple[Array, tuple[str, ...]]]
 """Return the symmetric matrices ``(k, D, D)`` of their halves, and sentences about them."""
 
-_SINGULAR = 1e-14
-"""The smallest eigenvalue of a matrix with a diagonal of 1 that rounding does not make."""
-_UNEVEN = 1e12
-"""Information that differs by this factor, a million in deviations, is hardly meant."""
 _NAMED = 5
 """The largest number of vertex ids in a message."""
-
-
-def row_by_row(numbers: Array, dof: int) -> tuple[Array, tuple[str, ...]]:
-    """Return matrices ``(k, D, D)`` from their upper triangles, each row by row."""
-    return symmetric(numbers, *np.triu_indices(dof)), ()
-
-
-def symmetric(numbers: Array, rows: Indices, columns: Indices) -> Array:
-    """Return symmetric matrices ``(k, D, D)`` with ``numbers`` ``(k, t)`` at these places."""
-    dof = int(rows.max()) + 1
-    matrices = np.empty((len(numbers), dof, dof))
-    matrices[:, rows, columns] = numbers
-    matrices[:, columns, rows] = numbers
-    return matrices
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,8 +159,8 @@ def _edges(
 ) -> Edges:
     check_near(rows, rows.numbers[:, :3])
     given, notes = layout.matrices(rows.numbers[:, layout.pose :], layout.dof)
-    information, repaired = _information(rows, given, layout.covariance, indefinite)
-    notes = (*notes, *_repeated(rows, form), *_uneven(rows, information, form))
+    information, repaired = information_of(rows, given, layout.covariance, indefinite)
+    notes = (*notes, *_repeated(rows, form), *uneven(rows, information, form.names))
     return Edges(rows, layout.poses(rows), information, repaired, skipped, notes)
 
 
@@ -198,23 +178,6 @@ def _repeated(rows: Rows, form: Format) -> tuple[str, ...]:
     return (
         f"line {rows.line[again[0]]} gives edge {i}-{j} once more with the same numbers{others}; "
         "each counts as a measurement of its own: drop copies",
-    )
-
-
-def _uneven(rows: Rows, information: Array, form: Format) -> tuple[str, ...]:
-    """Return a sentence about an edge whose information is far from that of the others."""
-    d = 2 if information.shape[-1] == 3 else 3
-    diagonal = np.diagonal(information, axis1=1, axis2=2)
-    kinds = np.stack([diagonal[:, :d].sum(axis=1), diagonal[:, d:].sum(axis=1)])
-    ratio = kinds / np.median(kinds, axis=1, keepdims=True)
-    far = np.max(np.maximum(ratio, 1.0 / ratio), axis=0)
-    worst = int(np.argmax(far))
-    if far[worst] < _UNEVEN:
-        return ()
-    i, j = form.names(rows.ids[worst])
-    return (
-        f"line {rows.line[worst]}: the deviations of edge {i}-{j} are a factor of "
-        f"{np.sqrt(far[worst]):.1g} from those of other edges; give what its sensor can do",
     )
 
 
@@ -316,73 +279,6 @@ def _steps(ranks: Indices, robots: Indices) -> Mask:
     odometry = np.zeros(i.size, dtype=np.bool_)
     odometry[order[first]] = True
     return odometry
-
-
-def _information(
-    rows: Rows, given: Array, covariance: bool, indefinite: Indefinite
-) -> tuple[Array, Indices]:
-    """Return the information matrices and the edges whose matrix was replaced."""
-    kind = "covariance" if covariance else "information"
-    spectrum: Array = np.asarray(np.linalg.eigvalsh(given))
-    beyond = out_of_range(spectrum, LARGEST)
-    if np.any(beyond):
-        raise rows.fault(
-            beyond,
-            f"the {kind} matrix has an eigenvalue outside 1e-30 to 1e30; give metres and radians",
-        )
-    weak = _weak(given, spectrum, covariance)
-    if np.any(weak) and indefinite == "raise":
-        raise rows.fault(
-            weak,
-            f"the {kind} matrix is not positive definite ({int(weak.sum())} of {weak.size} "
-            f"are not); give the upper triangle of {'a' if covariance else 'an inverse'} "
-            "covariance, or read with "
-            'indefinite="nearest" or "isotropic"',
-        )
-    if indefinite != "raise":
-        given[weak], empty = definite(given[weak], indefinite)
-        spectrum = np.asarray(np.linalg.eigvalsh(given))
-        hopeless = _weak(given, spectrum, covariance) | out_of_range(spectrum, LARGEST)
-        hopeless[weak] |= empty
-        if np.any(hopeless):
-            raise rows.fault(
-                hopeless,
-                f"the {kind} matrix has no positive eigenvalue in position or in rotation, or "
-                "entries that differ too much; drop the edge",
-            )
-    return _inverse(given) if covariance else given, np.flatnonzero(weak)
-
-
-def _weak(matrices: Array, spectrum: Array, covariance: bool) -> Mask:
-    """Return which matrices are not positive definite in double precision.
-
-    ``spectrum`` ``(k, D)`` holds their eigenvalues. Of a covariance the inverse has to be
-    positive definite, too.
-    """
-    diagonal = np.diagonal(matrices, axis1=1, axis2=2)
-    weak: Mask = ~(spectrum[:, 0] > 0.0) | np.any(diagonal <= 0.0, axis=1)
-    # With a diagonal of 1 the smallest eigenvalue is no smaller than this quotient.
-    doubtful = ~weak & (spectrum[:, 0] < _SINGULAR * spectrum[:, -1])
-    scaled, _ = _scaled(matrices[doubtful])
-    weak[doubtful] = np.linalg.eigvalsh(scaled)[:, 0] < _SINGULAR
-    if covariance:
-        weak[~weak] = ~(np.linalg.eigvalsh(_inverse(matrices[~weak]))[:, 0] > 0.0)
-    return weak
-
-
-def _scaled(matrices: Array) -> tuple[Array, Array]:
-    """Return matrices with a diagonal of 1, and what divided them, ``(k, D, D)`` each."""
-    root = np.sqrt(np.diagonal(matrices, axis1=1, axis2=2))
-    unit = root[:, :, None] * root[:, None, :]
-    return matrices / unit, unit
-
-
-def _inverse(matrices: Array) -> Array:
-    """Return the inverses of positive definite matrices, symmetric to the last bit."""
-    scaled, unit = _scaled(matrices)
-    values, vectors = np.linalg.eigh(scaled)
-    root = vectors / np.sqrt(values)[:, None, :]
-    return np.asarray(root @ np.swapaxes(root, 1, 2) / unit)
 
 
 def _guess(vertices: Rows, layout: Layout, order: Indices) -> Array | None:

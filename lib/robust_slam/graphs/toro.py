@@ -26,7 +26,8 @@ from scipy.spatial.transform import Rotation
 from robust_slam._arrays import Array
 from robust_slam.graphs import quaternions, se3
 from robust_slam.graphs.lines import Rows
-from robust_slam.graphs.tagged import Format, Layout, row_by_row, symmetric
+from robust_slam.graphs.matrices import row_by_row, symmetric
+from robust_slam.graphs.tagged import Format, Layout
 
 _ROWS, _COLUMNS = np.array([0, 0, 1, 2, 0, 1]), np.array([0, 1, 1, 2, 2, 2])
 
