@@ -45,7 +45,7 @@ def opening(poses: int = 60) -> Picture:
             " GNC keep?",
         ],
         caption="Three maps of one drive: least squares without the wrong closure follows the true"
-        " path, with it the map folds, and a robust kernel brings the path back.",
+        " path, with it nearly the whole map folds, and a robust kernel brings the path back.",
         state={"robust": False, "wrong": wrong},
         data=graph_data(graph, truth),
         still=draw_opening(_three_maps(graph, truth, wrong, information)),
@@ -77,8 +77,9 @@ def cycles() -> Picture:
             "choose the pentagon and take its correct closure away. Find a wrong closure that"
             " leaves two edges without a residual.",
         ],
-        caption="A town drawn by least squares with one wrong closure (dashed). It pulls the top"
-        " right corner of the town on to the bottom street; dotted is the path that was driven.",
+        caption="A town drawn by least squares with one wrong closure (dashed), over the dotted"
+        " true path. It pulls the top right corner of the town on to the bottom street, and bends"
+        " all other edges but four at either end of the drive.",
         state={"place": "town", "correct": True, "sigma": 0.05, **joins},
         data={
             name: {**graph_data(graph, poses), "turn": turn}
