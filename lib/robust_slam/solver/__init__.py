@@ -109,12 +109,12 @@ def solve(
             tell("slips of the odometry are looked for")
             search, best = find_slips(search, best)
             candidates.extend([best] if np.any(search.slips) else [])
+        best = search.refined(best)
         tell("a rival is looked for")
         judgement = judge_support(search, best)
         if until.passed:
-            judgement = Judgement(Support.WEAK, None)
+            judgement = Judgement(Support.WEAK)
             best = replace(best, stop=StopReason.TIME_LIMIT)
-        best = search.refined(best)
         tell("the certificate is computed")
         poses, certificate = _certified(rescaled(graph, best.found), best, deadline)
     return Answer(
@@ -127,6 +127,7 @@ def solve(
         certificate=certificate,
         support=judgement.support,
         rival=judgement.rival,
+        misfit=judgement.misfit,
     )
 
 

@@ -18,6 +18,7 @@ from robust_slam.consistency.bridges import Bridges
 from robust_slam.estimators.result import StopReason
 from robust_slam.graphs.pose_graph import PoseGraph
 from robust_slam.solver.candidates import Candidate
+from robust_slam.solver.misfit import Misfit
 from robust_slam.solver.noise import noise_words, rescaled
 from robust_slam.solver.support import Support
 
@@ -37,6 +38,7 @@ class Answer:
     edges, with the noise that was found, and ``certificate`` tells whether it is global. Whether
     the measurements single out the kept closures is their ``support``; ``rival`` ``(m,)`` marks
     the edges of a map of comparable evidence where it is AMBIGUOUS, and is None otherwise.
+    ``misfit`` is what neither noise nor outliers explain; then the support is WEAK.
     ``candidates`` are all maps that were compared, and ``best`` the one of the largest evidence.
     ``bridges`` are closures that were trusted to join sessions. A closure was kept if its
     residual, whitened with ``best.tested``, is at most ``threshold``.
@@ -51,6 +53,7 @@ class Answer:
     certificate: Certificate
     support: Support
     rival: Mask | None
+    misfit: Misfit
 
     @property
     def kept(self) -> Mask:
@@ -142,6 +145,7 @@ class Answer:
         """
         return [
             *self._support_notes(names),
+            *self._misfit_notes(names),
             *self._slip_notes(names),
             *self._session_notes(names),
             *self._share_notes(),
@@ -150,7 +154,7 @@ class Answer:
 
     def _support_notes(self, names: ArrayLike | None) -> list[str]:
         late = self.stop is StopReason.TIME_LIMIT
-        if self.support is Support.WEAK and not late and not self.slips.size:
+        if self.support is Support.WEAK and not (late or self.misfit or self.slips.size):
             return [
                 "Odometry alone explains the measurements about as well as this map: look for "
                 "more closures, or for odometry that slipped."
@@ -163,6 +167,23 @@ class Answer:
             f"evidence: {self._named(edges, names)}. Only other measurements can tell which is "
             "right."
         ]
+
+    def _misfit_notes(self, names: ArrayLike | None) -> list[str]:
+        step, closures = self.misfit.step, self.misfit.closures
+        lines = []
+        if step is not None:
+            named = self._named(np.array([step]), names)
+            lines.append(
+                f"The odometry at {named} is off by more than its noise explains: it may have "
+                "slipped there or nearby, which bends the map."
+            )
+        if closures.size:
+            lines.append(
+                f"{counted(closures.size, 'rejected closure')} are closer to the map than "
+                f"outliers would be: {self._named(closures, names)}. They may be right, and the "
+                "map wrong."
+            )
+        return lines
 
     def _slip_notes(self, names: ArrayLike | None) -> list[str]:
         if not self.slips.size:

@@ -17,9 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, Mask
-from robust_slam.descent.normal_equations import NormalEquations, linear_change
-from robust_slam.descent.sparse.pattern import sum_by_pose
-from robust_slam.graphs.pose_graph import PoseGraph, linearise, select
+from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam.solver.fitted import Fitted
 
 _PROBES = 24
 """Random signs for a trace; the redundancy is then right to a few percent."""
@@ -93,22 +92,14 @@ def find_noise(
 
     Source: Förstner 1979, the estimate Σu²/r with r the redundancy of a group.
     """
-    part = select(graph, kept)
-    equations = NormalEquations(part)
-    here = equations.at(poses, np.ones(len(part.edges)))
-    jacobian = linearise(part, here.residuals.relative, here.residuals.r)
-    root = np.swapaxes(np.linalg.cholesky(part.information), 1, 2)
-    whitened = (root @ here.residuals.r[..., None])[..., 0]
-    factors = equations.pattern.factorise(equations.system(here)[0])
-    if factors is None:
+    fit = Fitted.of(graph, poses, kept)
+    if fit is None:
         return Found(np.ones(4), np.zeros(4))
-    kind = _kinds(part) + 2 * (~part.is_odometry)[:, None]
-    squares = np.bincount(kind.ravel(), (whitened**2).ravel(), 4)
-    hat: Array = np.zeros(4)
-    signs = np.random.default_rng(0).choice([-1.0, 1.0], (_PROBES, *whitened.shape))
-    steps = factors.solve(_pulled(part, jacobian, root, signs))
-    for sign, step in zip(signs, np.moveaxis(steps, -1, 0), strict=True):
-        back = (root @ linear_change(jacobian, part, step)[..., None])[..., 0]
+    kind = _kinds(graph) + 2 * (~fit.graph.is_odometry)[:, None]
+    squares = np.bincount(kind.ravel(), (fit.residuals**2).ravel(), 4)
+    signs = np.random.default_rng(0).choice([-1.0, 1.0], (_PROBES, *fit.residuals.shape))
+    hat = np.zeros(4)
+    for sign, back in zip(signs, fit.taken_up(signs), strict=True):
         hat += np.bincount(kind.ravel(), (sign * back).ravel(), 4) / _PROBES
     counts = np.bincount(kind.ravel(), minlength=4).astype(np.float64)
     redundancy = np.maximum(counts - hat, 0.0)
@@ -121,13 +112,6 @@ def find_noise(
 def _kinds(graph: PoseGraph) -> np.ndarray[tuple[int, ...], np.dtype[np.intp]]:
     """Return for each entry of a residual ``(D,)`` whether it is a rotation: 0 or 1."""
     return (np.arange(graph.group.DOF) >= graph.group.DIMENSION).astype(np.intp)
-
-
-def _pulled(graph: PoseGraph, jacobian: Array, root: Array, whitened: Array) -> Array:
-    """Return Jᵀ Lᵀ w ``(n, D, p)`` for w ``(p, m, D)``, with Ω = L Lᵀ and ``root`` Lᵀ."""
-    by_j, transfer = (np.swapaxes(each, 1, 2) for each in jacobian)
-    at_j = by_j @ (np.swapaxes(root, 1, 2) @ np.moveaxis(whitened, 0, -1))
-    return sum_by_pose(graph.n, graph.edges, np.stack([transfer @ at_j, at_j]))
 
 
 def _factors(squares: Array, redundancy: Array) -> Array:

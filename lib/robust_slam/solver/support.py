@@ -16,6 +16,8 @@ import numpy as np
 
 from robust_slam._arrays import Mask
 from robust_slam.solver.candidates import Candidate, Search
+from robust_slam.solver.misfit import NOTHING, Misfit, find_misfit
+from robust_slam.solver.noise import rescaled
 
 
 class Support(Enum):
@@ -23,8 +25,9 @@ class Support(Enum):
 
     - UNIQUE: no other set of closures gives a map of comparable evidence.
     - AMBIGUOUS: the rejected closures, solved alone, give a map of comparable evidence.
-    - WEAK: odometry alone explains the measurements about as well, or it slipped, or no closure is
-      kept, or the time did not suffice to look for a rival.
+    - WEAK: odometry alone explains the measurements about as well, or it slipped, or noise does
+      not explain what the map leaves, or no closure is kept, or the time did not suffice to look
+      for a rival.
     """
 
     UNIQUE = "unique"
@@ -46,22 +49,27 @@ In the same worlds all good maps but one have more.
 
 @dataclass(frozen=True, eq=False)
 class Judgement:
-    """The support of a map, and the edges ``(m,)`` that its rival keeps, or None."""
+    """The support of a map, the edges ``(m,)`` that its rival keeps or None, and what misfits."""
 
     support: Support
-    rival: Mask | None
+    rival: Mask | None = None
+    misfit: Misfit = NOTHING
 
 
 def judge_support(search: Search, best: Candidate) -> Judgement:
-    """Return the support of the map ``best`` of a ``search``."""
+    """Return the support of the map ``best`` of a ``search``, which is refined."""
     closures = ~search.trusted
     if not np.any(closures):
-        return Judgement(Support.UNIQUE, None)
+        return Judgement(Support.UNIQUE)
     if np.any(search.slips) or best.evidence < _DECISIVE or not np.any(best.kept & closures):
-        return Judgement(Support.WEAK, None)
+        return Judgement(Support.WEAK)
     rival = search.rival(best)
-    if rival is None or rival.evidence < _COMPARABLE * best.evidence:
-        return Judgement(Support.UNIQUE, None)
-    kept = np.zeros(best.kept.size, dtype=np.bool_)
-    kept[search.trusted | ~best.kept] = rival.kept
-    return Judgement(Support.AMBIGUOUS, kept)
+    if rival is not None and rival.evidence >= _COMPARABLE * best.evidence:
+        kept = np.zeros(best.kept.size, dtype=np.bool_)
+        kept[search.trusted | ~best.kept] = rival.kept
+        return Judgement(Support.AMBIGUOUS, kept)
+    if search.deadline.passed:
+        return Judgement(Support.WEAK)
+    precise = rescaled(search.graph, best.found)
+    misfit = find_misfit(precise, best.poses, best.kept, search.trusted, search.threshold)
+    return Judgement(Support.WEAK if misfit else Support.UNIQUE, misfit=misfit)

@@ -1,0 +1,81 @@
+"""What neither noise nor outliers explain makes the support of a map weak, and is told."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from robust_slam.descent import gauss_newton
+from robust_slam.graphs import manhattan, sphere
+from robust_slam.graphs.pose_graph import jacobians
+from robust_slam.solver import Support, solve
+from robust_slam.solver.fitted import Fitted
+from robust_slam.solver.misfit import find_misfit
+
+
+def moved(graph, edges, sizes, rng):
+    """The graph whose ``edges`` measure what is off by so many deviations in each direction."""
+    root = np.linalg.cholesky(np.linalg.inv(graph.information[edges]))
+    signs = rng.choice([-1.0, 1.0], (len(edges), graph.group.DOF))
+    error = (root @ (np.asarray(sizes)[:, None] * signs)[..., None])[..., 0]
+    measurement = graph.measurement.copy()
+    measurement[edges] = graph.group.compose(measurement[edges], graph.group.exp(error))
+    return replace(graph, measurement=measurement)
+
+
+@pytest.mark.parametrize("make", [manhattan, sphere])
+def test_poses_take_up_what_the_normal_equations_say(make):
+    graph, truth = make(12, 0, closures=6)
+    fit = Fitted.of(graph, truth, np.ones(len(graph.edges), dtype=bool))
+    d, m = graph.group.DOF, len(graph.edges)
+    rows = np.zeros((m, d, graph.n, d))
+    for pose, block in zip(graph.edges.T, jacobians(graph, truth), strict=True):
+        rows[np.arange(m), :, pose] += fit.root @ block
+    jacobian = rows[:, :, 1:].reshape(m * d, -1)
+    noise = np.random.default_rng(1).normal(size=(3, m, d))
+    taken = (jacobian @ np.linalg.pinv(jacobian) @ noise.reshape(3, -1).T).T
+    np.testing.assert_allclose(fit.taken_up(noise), taken.reshape(noise.shape), atol=1e-9)
+
+
+@pytest.mark.parametrize("make", [manhattan, sphere])
+def test_a_step_that_is_off_is_named_and_noise_is_not(make, seed):
+    graph, truth = make(100, seed, closures=45)
+    every = np.ones(len(graph.edges), dtype=bool)
+
+    def misfit(graph):
+        return find_misfit(graph, gauss_newton(graph, truth), every, graph.is_odometry, 3.0)
+
+    assert not misfit(graph)
+    found = misfit(moved(graph, [50], [12.0], np.random.default_rng(seed)))
+    assert abs(found.step - 50) <= 3
+    assert not found.closures.size
+
+
+def test_rejected_closures_are_too_many_where_outliers_would_not_come_close(seed):
+    rng = np.random.default_rng(seed)
+    graph, truth = manhattan(100, rng, closures=60)
+    closures = np.flatnonzero(~graph.is_odometry)
+    kept = graph.is_odometry | (np.arange(len(graph.edges)) < closures[40])
+
+    def close(sizes):
+        wrong = moved(graph, closures[40:], sizes, rng)
+        return find_misfit(wrong, truth, kept, graph.is_odometry, 3.4).closures
+
+    np.testing.assert_array_equal(close(rng.uniform(4.0, 15.0, 20)), closures[40:])
+    assert not close(rng.uniform(4.0, 190.0, 20)).size
+
+
+def test_a_map_that_noise_does_not_explain_has_weak_support_and_says_why():
+    """A tenth of the odometry has five times the noise that it claims."""
+    rng = np.random.default_rng(6)
+    graph, _ = sphere(80, rng, closures=45)
+    steps = rng.choice(79, 8, replace=False)
+    answer = solve(moved(graph, steps, 5.0 * np.abs(rng.normal(size=8)), rng))
+    assert answer.misfit.step in steps
+    assert not np.any(answer.kept[answer.misfit.closures])
+    assert answer.support is Support.WEAK
+    why = "\n".join(answer.notes())
+    assert "is off by more than its noise explains" in why
+    assert "are closer to the map than outliers would be" in why
+    assert "Odometry alone" not in why
