@@ -51,6 +51,15 @@ def test_the_topics_of_robust_slam_lead_to_their_chapters() -> None:
         assert re.search(rf"^\| .*{topic}.*<br>.* \| \[\d\]\(\d\d-", rows, re.M), topic
 
 
+def test_l11_noisy_headings_let_odometry_drift_as_printed() -> None:
+    assert "this is 12 m after 100 steps and 92 m after 400" in PAGE
+    rng = np.random.default_rng(11)
+    for n, printed in ((100, 12), (400, 92)):
+        assert round(0.02 * n**1.5 / 3**0.5) == printed
+        headings = np.cumsum(rng.normal(0.0, 0.02, (2000, n)), axis=1)
+        assert np.std(np.sin(headings).sum(axis=1)) == pytest.approx(printed, rel=0.08)
+
+
 def test_l14_the_kernels_as_printed() -> None:
     u, k, c = np.linspace(1.1, 9, 80), 1.0, 2.0
     table = [  # beyond Huber's threshold
