@@ -23,6 +23,7 @@ from robust_slam.graphs.graph_file import GraphFile
 from robust_slam.graphs.reading import read
 from robust_slam.graphs.trajectories import write_kitti, write_tum
 from robust_slam.solver import Answer, Support, solve
+from robust_slam.solver.readings import better_reading, swapped_closures
 
 _WRITERS: dict[str, Callable[[Path, GraphFile, Answer], None]] = {
     ".g2o": lambda path, file, answer: g2o.write(path, answer.graph, answer.poses, file.ids),
@@ -40,7 +41,7 @@ _LOG = logging.getLogger(__name__)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; return 0 for an optimal map with support, 1 for another, 2 for an error.
+    """Run the command; return 0 for a map to be trusted, 1 for another, 2 for an error.
 
     An interrupt from the keyboard returns 130, a closed pipe 141.
     """
@@ -76,8 +77,8 @@ def _parser() -> argparse.ArgumentParser:
         "solve",
         help="find the map of a pose graph, its outliers and its certificate",
         description="Find the map of a pose graph, its outliers and its certificate. The exit "
-        "code is 0 if the map is optimal for the kept closures and these have unique support, 1 "
-        "if not, 2 if something is wrong with the input.",
+        "code is 0 if the map is optimal for the kept closures, these have unique support, and "
+        "nothing in the file looks wrong; 1 if not, 2 if the file cannot be read.",
     )
     command.add_argument(
         "file",
@@ -140,6 +141,12 @@ def _parser() -> argparse.ArgumentParser:
         metavar="S",
         help=f"end after about so many seconds of CPU time with the best map ({MAX_SECONDS:g})",
     )
+    command.add_argument(
+        "--readings",
+        action="store_true",
+        help="ask as well whether fewer closures are rejected with i and j of edges swapped, or "
+        "with rotations of the other sense",
+    )
     command.add_argument("--quiet", action="store_true", help="show no progress")
     return parser
 
@@ -175,9 +182,13 @@ def _solve(options: argparse.Namespace) -> int:
     print(f"\n{answer.summary(file.names)}")
     _print_edges("trusted", answer.bridges.edges, file)
     _print_edges("rejected", answer.rejected, file)
+    _print_edges("swapped", swapped_closures(answer), file, " with i and j swapped they fit")
+    if options.readings:
+        _print_reading(answer, options)
     _write(options, file, answer)
     optimal = answer.certificate.verdict is Verdict.CERTIFIED
-    return 0 if optimal and answer.support is Support.UNIQUE else _DOUBTFUL
+    trusted = optimal and answer.support is Support.UNIQUE and not file.doubts
+    return 0 if trusted else _DOUBTFUL
 
 
 def _check_target(option: str, target: Path | None, source: Path) -> None:
@@ -214,11 +225,25 @@ def _read(path: Path, options: argparse.Namespace) -> GraphFile:
     return file
 
 
-def _print_edges(word: str, edges: Indices, file: GraphFile) -> None:
+def _print_reading(answer: Answer, options: argparse.Namespace) -> None:
+    better = better_reading(answer, progress=not options.quiet, max_seconds=options.max_seconds)
+    if better is None:
+        print(f"{'reading':<8} no other one rejects half as many closures")
+        return
+    given, theirs = (counted(each.rejected.size, "edge") for each in (answer, better.answer))
+    print(
+        f"{'reading':<8} {better.words} {theirs} would be rejected in place of {given}: "
+        "if the file was meant so, write it so"
+    )
+
+
+def _print_edges(word: str, edges: Indices, file: GraphFile, behind: str = "") -> None:
     if edges.size:
         named = ", ".join(f"{i}-{j}" for i, j in file.names[file.graph.edges[edges[:10]]])
         more = ", …" if edges.size > 10 else ""
-        print(f"{word:<8} {counted(edges.size, 'closure')}: {named}{more}")
+        print(
+            f"{word:<8} {counted(edges.size, 'closure')}: {named}{more}{behind and f';{behind}'}"
+        )
 
 
 def _write(options: argparse.Namespace, file: GraphFile, answer: Answer) -> None:

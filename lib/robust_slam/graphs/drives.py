@@ -19,6 +19,7 @@ from robust_slam.graphs.group import group_of
 from robust_slam.graphs.lines import Fault, Rows, Tag, check_near, lines_of, rows_of, whole
 from robust_slam.graphs.pose_graph import PoseGraph, with_closures
 from robust_slam.graphs.rotations import nearest_rotations
+from robust_slam.graphs.symptoms import symptoms
 from robust_slam.graphs.tagged import Edges
 
 _TUM, _KITTI = 8, 12
@@ -117,11 +118,23 @@ def graph_of(
     )
     ids = np.arange(graph.n)
     if closures is None:
-        return GraphFile(graph, poses, ids, ids, times=times)
+        return GraphFile(graph, poses, ids, ids, times=times, doubts=_doubts(graph, poses))
     graph = with_closures(graph, closures.rows.ids, closures.measurement, closures.information)
     repaired = closures.repaired + len(first)
     notes = (*closures.notes, *_steps_again(closures))
-    return GraphFile(graph, poses, ids, ids, repaired, closures.skipped, notes, times)
+    doubts = _doubts(graph, poses)
+    return GraphFile(graph, poses, ids, ids, repaired, closures.skipped, notes, times, doubts)
+
+
+def _doubts(graph: PoseGraph, poses: Array) -> tuple[str, ...]:
+    """Return what the drive was hardly meant to hold."""
+    # No rotation, with w first, is half a circle about x with w last.
+    half = group_of(poses).DOF == 6 and np.trace(poses[0, :, :3]) < _ROUNDED - 1.0
+    upside_down = (
+        "the first pose is turned by half a circle; if its quaternion begins with w, write "
+        "qx qy qz qw",
+    )
+    return (*(upside_down if half else ()), *symptoms(graph, np.arange(graph.n)))
 
 
 def _steps_again(closures: Edges) -> tuple[str, ...]:

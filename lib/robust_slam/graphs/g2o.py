@@ -32,7 +32,7 @@ from robust_slam.graphs.lines import LARGEST_ID
 from robust_slam.graphs.pose_graph import PoseGraph, check_graph, check_poses
 from robust_slam.graphs.tagged import Format, Layout
 
-PLANE = Layout("VERTEX_SE2", "EDGE_SE2", 3, 3, lambda rows: rows.numbers[:, :3])
+PLANE = Layout("VERTEX_SE2", "EDGE_SE2", 3, 3, lambda rows: rows.numbers[:, :3], angles=(2,))
 SPACE = Layout("VERTEX_SE3:QUAT", "EDGE_SE3:QUAT", 7, 6, quaternions.poses_of)
 G2O = Format(
     PLANE,

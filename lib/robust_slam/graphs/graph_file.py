@@ -30,8 +30,9 @@ class GraphFile:
     None if it has none. ``ids`` ``(n,)`` are whole numbers for poses 0 to n − 1, and ``names``
     ``(n,)`` the same ids as the file writes them. ``repaired`` ``(k,)`` are the edges whose
     information matrix was replaced, ``skipped`` maps each skipped tag to its number of lines,
-    and ``notes`` are sentences about how the file was understood. ``times`` ``(n,)`` (s) are
-    those of a trajectory in TUM's format.
+    ``notes`` are sentences about how the file was understood, and ``doubts`` about what it was
+    hardly meant to hold, such as degrees. ``times`` ``(n,)`` (s) are those of a trajectory in
+    TUM's format.
     """
 
     graph: PoseGraph
@@ -42,6 +43,7 @@ class GraphFile:
     skipped: dict[str, int] = dataclasses.field(default_factory=dict)
     notes: tuple[str, ...] = ()
     times: Array | None = None
+    doubts: tuple[str, ...] = ()
 
     @property
     def leaps(self) -> Indices:
@@ -56,7 +58,7 @@ class GraphFile:
         return np.asarray(poses[np.argsort(self.ids)])
 
     def remarks(self) -> list[str]:
-        """Return a sentence for each thing that was replaced, skipped, assumed, or is missing."""
+        """Return a sentence for each thing that was replaced, skipped, assumed, or looks wrong."""
         replaced = (
             f"{self.repaired.size:,} of "
             f"{counted(len(self.graph.edges), 'information matrix', 'information matrices')} "
@@ -69,6 +71,7 @@ class GraphFile:
                 for tag, count in self.skipped.items()
             ),
             *self.notes,
+            *self.doubts,
             *([_UNTESTED] if np.all(self.graph.is_odometry) else []),
         ]
 

@@ -42,7 +42,15 @@ def _names(ids: Indices) -> Names:
 
 
 PYFG = Format(
-    Layout("VERTEX_SE2", "EDGE_SE2", 3, 3, lambda rows: rows.numbers[:, :3], covariance=True),
+    Layout(
+        "VERTEX_SE2",
+        "EDGE_SE2",
+        3,
+        3,
+        lambda rows: rows.numbers[:, :3],
+        covariance=True,
+        angles=(2,),
+    ),
     Layout("VERTEX_SE3:QUAT", "EDGE_SE3:QUAT", 7, 6, quaternions.poses_of, covariance=True),
     stamps=1,
     read_id=read_id,

@@ -31,6 +31,7 @@ from robust_slam.graphs.lines import (
 )
 from robust_slam.graphs.matrices import Indefinite, information_of, row_by_row, uneven
 from robust_slam.graphs.pose_graph import PoseGraph, connected_parts
+from robust_slam.graphs.symptoms import symptoms
 
 Matrices: TypeAlias = Callable[[Array, int], tuple[Array, tuple[str, ...]]]
 """Return the symmetric matrices ``(k, D, D)`` of their halves, and sentences about them."""
@@ -45,7 +46,7 @@ class Layout:
 
     ``poses`` returns the poses ``(k, 3)`` or ``(k, 3, 4)`` of rows, whose first ``pose``
     numbers they are, and ``matrices`` the matrices of the numbers behind these: information
-    or, where ``covariance`` says so, its inverse.
+    or, where ``covariance`` says so, its inverse. The numbers at ``angles`` are angles (rad).
     """
 
     vertex: str
@@ -55,6 +56,7 @@ class Layout:
     poses: Callable[[Rows], Array]
     matrices: Matrices = row_by_row
     covariance: bool = False
+    angles: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,8 +139,18 @@ def graph_of(text: str, form: Format, indefinite: Indefinite, unknown: Unknown) 
     )
     ids = ascending[order]
     ids.flags.writeable = False
-    guess = _guess(vertices, layout, order)
-    return GraphFile(graph, guess, ids, form.names(ids), found.repaired, skipped, found.notes)
+    names = form.names(ids)
+    doubts = (*_in_degrees(edges, layout, form), *symptoms(graph, names))
+    return GraphFile(
+        graph,
+        _guess(vertices, layout, order),
+        ids,
+        names,
+        found.repaired,
+        skipped,
+        found.notes,
+        doubts=doubts,
+    )
 
 
 def edges_alone(text: str, form: Format, indefinite: Indefinite, unknown: Unknown) -> Edges:
@@ -162,6 +174,21 @@ def _edges(
     information, repaired = information_of(rows, given, layout.covariance, indefinite)
     notes = (*notes, *_repeated(rows, form), *uneven(rows, information, form.names))
     return Edges(rows, layout.poses(rows), information, repaired, skipped, notes)
+
+
+def _in_degrees(rows: Rows, layout: Layout, form: Format) -> tuple[str, ...]:
+    """Return a sentence about edges that turn by more than a circle, if there are any."""
+    turns = np.abs(rows.numbers[:, list(layout.angles)])
+    far = np.flatnonzero(np.any(turns > 2.0 * np.pi, axis=1))
+    if not far.size:
+        return ()
+    i, j = form.names(rows.ids[far[0]])
+    others = f" (so do {far.size - 1:,} more)" if far.size > 1 else ""
+    return (
+        f"line {rows.line[far[0]]}: edge {i}-{j} turns by {turns[far[0]].max():.4g} rad, more "
+        f"than a circle{others}; if these are degrees, multiply them by π/180, and the "
+        "information of the rotations by (180/π)²",
+    )
 
 
 def _repeated(rows: Rows, form: Format) -> tuple[str, ...]:

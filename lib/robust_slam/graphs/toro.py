@@ -57,8 +57,8 @@ def _all_definite(matrices: Array) -> bool:
 
 
 TORO = Format(
-    Layout("VERTEX2", "EDGE2", 3, 3, lambda rows: rows.numbers[:, :3], _matrices),
-    Layout("VERTEX3", "EDGE3", 6, 6, _poses_of),
+    Layout("VERTEX2", "EDGE2", 3, 3, lambda rows: rows.numbers[:, :3], _matrices, angles=(2,)),
+    Layout("VERTEX3", "EDGE3", 6, 6, _poses_of, angles=(3, 4, 5)),
     passed=("EQUIV",),
 )
 """What the lines of a TORO file mean."""
