@@ -103,13 +103,19 @@ def _parser() -> argparse.ArgumentParser:
         help="write the poses: .g2o with all edges, .tum or .kitti in the order of the ids",
     )
     command.add_argument(
+        "--clean",
+        type=Path,
+        metavar="FILE.g2o",
+        help="write the kept edges alone, with the noise that was found, and the poses",
+    )
+    command.add_argument(
         "--plot", type=Path, metavar="FILE", help="draw the map: .svg, .png or .pdf"
     )
     command.add_argument(
         "--rejected",
         type=Path,
         metavar="FILE",
-        help="write the rejected edges, the two ids of each in a line",
+        help="write the rejected edges, in a line the two ids and the whitened residual of each",
     )
     command.add_argument(
         "--closure",
@@ -169,7 +175,7 @@ def _edge(text: str) -> tuple[str, str]:
 
 def _solve(options: argparse.Namespace) -> int:
     path = files.find(options.file)
-    for name in ("out", "plot", "rejected"):
+    for name in ("out", "clean", "plot", "rejected"):
         _check_target(f"--{name}", getattr(options, name), path)
     file = _read(path, options)
     print(file.summary())
@@ -250,12 +256,16 @@ def _write(options: argparse.Namespace, file: GraphFile, answer: Answer) -> None
     if options.out is not None:
         _WRITERS[options.out.suffix](options.out, file, answer)
         print(f"{'poses':<8} {options.out}")
+    if options.clean is not None:
+        g2o.write(options.clean, answer.clean, answer.poses, file.ids)
+        print(f"{'clean':<8} {options.clean}")
     if options.plot is not None:
         _plot(options.plot, answer)
         print(f"{'plot':<8} {options.plot}")
     if options.rejected is not None:
-        ids = file.names[file.graph.edges[answer.rejected]]
-        write_lines(options.rejected, (f"{i} {j}\n" for i, j in ids))
+        ids, sizes = file.names[file.graph.edges], answer.residuals
+        lines = (f"{ids[k, 0]} {ids[k, 1]} {sizes[k]:.4g}\n" for k in answer.rejected)
+        write_lines(options.rejected, lines)
         print(f"{'edges':<8} {options.rejected}")
 
 

@@ -43,9 +43,21 @@ def test_the_rejected_edges_are_written_with_the_ids_of_the_file(file, tmp_path)
     write(file, graph, names=np.arange(60) + 500)
     out = tmp_path / "rejected.txt"
     cli.main(["solve", str(file), "--quiet", "--rejected", str(out)])
-    rejected = rs.solve(graph).rejected
-    assert rejected.size >= 6
-    np.testing.assert_array_equal(np.loadtxt(out, dtype=int), graph.edges[rejected] + 500)
+    answer = rs.solve(graph)
+    assert answer.rejected.size >= 6
+    said = np.loadtxt(out)
+    np.testing.assert_array_equal(said[:, :2], graph.edges[answer.rejected] + 500)
+    np.testing.assert_allclose(said[:, 2], answer.residuals[answer.rejected], rtol=1e-3)
+    assert said[:, 2].min() > answer.threshold
+
+
+def test_the_clean_graph_has_the_kept_edges_and_the_noise_that_was_found(file, tmp_path):
+    cli.main(["solve", str(file), "--quiet", "--clean", str(tmp_path / "clean.g2o")])
+    answer, clean = rs.solve(rs.load(file)), read(tmp_path / "clean.g2o")
+    np.testing.assert_array_equal(clean.graph.edges, answer.graph.edges[answer.kept])
+    expected = answer.precise.information[answer.kept]
+    np.testing.assert_allclose(clean.graph.information, expected, rtol=1e-12)
+    np.testing.assert_allclose(clean.poses, answer.poses, atol=1e-12)
 
 
 def test_it_writes_the_poses(file, tmp_path):
@@ -108,7 +120,7 @@ def test_ids_with_letters_are_named_so_and_come_back_as_keys(tmp_path, capsys):
     written = ["--out", str(out), "--rejected", str(edges)]
     cli.main(["solve", str(path), "--quiet", "--closure", "K1-K0", *written])
     i, j = spoiled.edges[np.argmax(is_outlier)]
-    assert f"K{i} K{j}\n" in edges.read_text()
+    assert f"K{i} K{j} " in edges.read_text()
     assert f"rejected {len(edges.read_text().splitlines())} closures: K" in capsys.readouterr().out
     np.testing.assert_array_equal(read(out).ids, (ord("K") << 56) + np.arange(60))
 

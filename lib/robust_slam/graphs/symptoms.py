@@ -11,6 +11,7 @@ import numpy as np
 
 from robust_slam._arrays import Array, Indices
 from robust_slam._words import counted
+from robust_slam.graphs.graph_file import Names
 from robust_slam.graphs.pose_graph import PoseGraph
 
 _BLIND = np.pi / np.sqrt(3.0)
@@ -25,7 +26,7 @@ _FEW = 8
 """The smallest number of steps that tell what is usual."""
 
 
-def symptoms(graph: PoseGraph, names: Array) -> tuple[str, ...]:
+def symptoms(graph: PoseGraph, names: Names) -> tuple[str, ...]:
     """Return a sentence for each sign that the ``graph`` is not what its file was meant to hold.
 
     ``names`` ``(n,)`` are the ids of the poses. The signs are matrices that look like covariances,
@@ -63,7 +64,7 @@ def _covariances(graph: PoseGraph) -> tuple[str, ...]:
     )
 
 
-def _strange_steps(graph: PoseGraph, names: Array) -> tuple[str, ...]:
+def _strange_steps(graph: PoseGraph, names: Names) -> tuple[str, ...]:
     odometry = np.flatnonzero(graph.is_odometry)
     if odometry.size < _FEW:
         return ()
@@ -79,7 +80,7 @@ def _strange_steps(graph: PoseGraph, names: Array) -> tuple[str, ...]:
     return ()
 
 
-def _steps_back(graph: PoseGraph, names: Array) -> tuple[str, ...]:
+def _steps_back(graph: PoseGraph, names: Names) -> tuple[str, ...]:
     """Return a sentence where a few steps alone lead from the later to the earlier pose."""
     odometry = np.flatnonzero(graph.is_odometry)
     back = odometry[graph.edges[odometry, 0] > graph.edges[odometry, 1]]
@@ -109,7 +110,7 @@ def _unlike(graph: PoseGraph, odometry: Indices) -> Indices:
     return found if np.sum(alike) > 0.95 * odometry.size else found[:0]
 
 
-def _closure_words(graph: PoseGraph, names: Array, edges: Indices, why: str) -> str:
+def _closure_words(graph: PoseGraph, names: Names, edges: Indices, why: str) -> str:
     i, j = names[graph.edges[edges[0]]]
     more = f", and {counted(edges.size - 1, 'other')} like it," if edges.size > 1 else ""
     return (

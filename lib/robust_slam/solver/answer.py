@@ -16,7 +16,7 @@ from robust_slam.certificates.newton import Stop
 from robust_slam.certificates.optimality import Certificate, Verdict
 from robust_slam.consistency.bridges import Bridges
 from robust_slam.estimators.result import StopReason
-from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam.graphs.pose_graph import PoseGraph, residual_norms, select
 from robust_slam.solver.candidates import Candidate
 from robust_slam.solver.misfit import Misfit
 from robust_slam.solver.noise import noise_words, rescaled
@@ -84,12 +84,22 @@ class Answer:
         return rescaled(self.graph, self.noise)
 
     @property
+    def clean(self) -> PoseGraph:
+        """The kept edges alone, with the noise that was found: what another program should get."""
+        return select(self.precise, self.kept)
+
+    @property
+    def residuals(self) -> Array:
+        """The norm of each edge's residual at ``poses``, ``(m,)``, whitened as in ``precise``."""
+        return residual_norms(self.precise, self.poses)
+
+    @property
     def cost(self) -> float:
         """The chordal cost of the kept edges of ``precise``, which the certificate is about.
 
         It takes one precision for the position of an edge and one for its rotation. For a
         minimum with the whole information matrices continue with
-        ``gauss_newton(select(answer.precise, answer.kept), answer.poses)``.
+        ``gauss_newton(answer.clean, answer.poses)``.
         """
         return self.certificate.cost
 
