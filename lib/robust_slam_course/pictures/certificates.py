@@ -25,15 +25,15 @@ def certificate() -> Picture:
         title="Is there a better map?",
         tries=[
             "five headings were measured to be equal, but each is 72° ahead of the one before."
-            " Turn any one of them: can the cost fall?",
+            " Can the cost fall when you turn any one of them?",
             "press Play to climb. Which cost is reached with a third row, and which with a"
             " fourth?",
             "choose equal headings and increase the measured turn. At which α does λ_min fall"
             " below 0?",
         ],
-        caption="A ring of five headings, twisted once: its cost is"
-        f" {np.trace(R @ Q @ R.T):.2f}, and equal headings cost 0. The certificate S has"
-        f" eigenvalues below 0, the smallest {lowest}: not certified.",
+        caption="A ring of five headings, twisted once, costs"
+        f" {np.trace(R @ Q @ R.T):.2f}, whereas equal headings cost 0. Since the certificate S has"
+        f" eigenvalues below 0, the smallest of them {lowest}, the ring is not certified.",
         state={"ring": "five", "degrees": _TWISTED, "alpha": 0, "step": 0},
         data={},
         still=_certificate_still(eigenvalues),

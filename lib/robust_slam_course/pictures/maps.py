@@ -173,14 +173,15 @@ def consistency() -> Picture:
         title="Who agrees with whom",
         tries=[
             "nine outliers (squares) agree with each other, against eight inliers (circles). How"
-            " many outliers must you take away before PCM keeps the inliers?",
-            "drag an end of the nine over the map. Where do the switches find the inliers, though"
-            " PCM does not?",
-            "let them disagree, and drag one until it agrees with an inlier. Then raise the"
-            " threshold.",
+            " many of the outliers must you take away before PCM keeps the inliers?",
+            "drag an end of the nine over the map. Where do the switches find the inliers,"
+            " although PCM does not?",
+            "let the outliers disagree, and drag one of them until it agrees with an inlier. What"
+            " happens when you then raise the threshold?",
         ],
-        caption="On the left, the map by PCM and least squares over the dotted true path. On the"
-        " right, the closures, joined where two agree: the nine outliers are the largest set.",
+        caption="On the left is the map by PCM and least squares, over the dotted true path. On"
+        " the right are the closures, joined where two agree, and the nine outliers are the"
+        " largest set.",
         state={"count": 9, "agree": True, "gamma": 3.37, "map": "pcm", **chosen, "chosen": 0},
         data={**graph_data(graph, truth, 4), **chosen},
         still=_agreement(misled, is_outlier, truth),

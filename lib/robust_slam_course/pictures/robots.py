@@ -33,8 +33,9 @@ def robots() -> Picture:
         name="robots",
         title="Three robots agree on one map",
         tries=[
-            "robot C shares one closure with the others, and it is wrong: its map is 5 m off. How"
-            " many correct closures does C need until the wrong one is rejected?",
+            "robot C shares a single closure with the others, and because it is wrong, the map of"
+            " C is 5 m off. How many correct closures does C need until the wrong one is"
+            " rejected?",
             "give C exactly one correct closure. Which of the two is rejected, and could a robot"
             " know better?",
             "give C all eight, go to round 0 and play. When is the wrong closure rejected? Add"
