@@ -23,6 +23,15 @@ COLOURS = Path("lib/robust_slam/colours.toml")
 """The course's colours, of its pages and its reports; elsewhere reports have their own."""
 
 
+def shown_beside(graded: Path) -> Path | None:
+    """Return where formgrader looks for what the results in a folder are about.
+
+    nbgrader keeps its graded notebooks beside the results, ``class/autograded`` beside
+    ``class/graded``. Results in a folder of another name belong to no class: None.
+    """
+    return graded.parent / AUTOGRADED.name if graded.name == GRADED.name else None
+
+
 def refuse_unmoved(graded: Path, root: Path = Path()) -> None:
     """Refuse to begin new results while those of the old layout have not been moved.
 

@@ -49,7 +49,7 @@ def test_every_command_names_the_move_and_goes_on_after_it(
     assert not (course / "class").exists()
     (text,) = told
     (move,) = re.findall(r"mkdir -p .+? class/(?=\.)", text)
-    assert move == "mkdir -p class && mv build/graded build/submitted class/"
+    assert move == "mkdir -p class && mv build/graded build/submitted build/autograded class/"
     subprocess.run(["sh", "-ec", move], cwd=course, check=True)
     assert (course / "class" / "graded" / "ada" / f"{toy.NAME}.json").read_bytes() == marks
     assert cli.main(COMMANDS["grade"]) == 0

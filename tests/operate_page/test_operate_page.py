@@ -108,6 +108,10 @@ PROMISES = {
         says=("report on 5 of 5 assignments",),
         makes=("class/report/index.html", "class/report/02-four-costs.html"),
     ),
+    ".venv/bin/autograder mark sample-half 02-four-costs threshold +2 \\\n"
+    '    --reason "The idea is right, and one sign is wrong."': Promise(
+        says=("0 by the tests, +2 by hand: 2 of 10 points",)
+    ),
     ".venv/bin/autograder report --no-names --to class/report-no-names": Promise(
         makes=("class/report-no-names/index.html",)
     ),

@@ -23,7 +23,7 @@ def add(commands: Any) -> None:  # noqa: ANN401
     """Declare the command."""
     parser = commands.add_parser("feedback", help="make a page per submission for its student")
     parser.add_argument("students", nargs="*", metavar="STUDENT", help="all where none")
-    places.add(parser, "--out", "--notice")
+    places.add(parser, "--out", "--gradebook", "--notice")
     parser.add_argument("--to", type=Path, default=layout.FEEDBACK, metavar="DIR")
     parser.add_argument(
         "--site",
@@ -50,9 +50,11 @@ def run(options: argparse.Namespace) -> int:
     config = cache(
         lambda name: assignments.load_config(options.solutions / name / assignments.CONFIG_NAME)
     )
+    marks = places.by_hand(options)
     for path in paths:
         result = results.read_checked(path)
-        page = feedback.page(result, config(result.assignment), options.site)
+        entries = marks(result.assignment).of(result.student)
+        page = feedback.page(result, config(result.assignment), options.site, entries)
         folder = options.to / path.parent.name
         places.write_page(folder / f"{path.stem}.html", feedback.html(page, options.notice))
         places.write_page(folder / f"{path.stem}.md", feedback.markdown(page))

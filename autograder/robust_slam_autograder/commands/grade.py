@@ -115,7 +115,7 @@ def run(options: argparse.Namespace) -> int:
                 graders=found,
             )
         marks = [item.load() for item in graded]
-        recording.record_new(gradebook, journal, jobs, marks)
+        recording.record_new(gradebook, journal, jobs, marks, wall)
     _tell(graded, marks, gradebook, options)
     return 1 if any(item.status == "failed" for item in graded) else 0
 

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import argparse
+import functools
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from robust_slam_autograder import layout
 from robust_slam_autograder.errors import GraderFailure, WrongUse
+from robust_slam_autograder.grading.by_hand import Entered
+from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.submission import DATABASE_NAME, DATABASE_VARIABLE
 
 if TYPE_CHECKING:
@@ -74,6 +77,28 @@ def gradebook(options: argparse.Namespace) -> Location:
     except GraderFailure as error:
         raise WrongUse(str(error)) from error
     return named
+
+
+def by_hand(options: argparse.Namespace) -> Callable[[str], Entered]:
+    """Return what tells by assignment which marks people entered in the gradebook.
+
+    Of an assignment that the source tree does not have any more nothing is told.
+
+    Raises:
+        WrongUse: the gradebook cannot be reached.
+    """
+    from robust_slam_autograder.nbgrader import by_hand as marks  # it takes its time to import
+
+    location = gradebook(options)
+
+    @functools.cache
+    def entered(name: str) -> Entered:
+        folder = options.solutions / name
+        if not folder.is_dir():
+            return Entered()
+        return marks.read(location, assignments.load(assignments.notebook_path(folder)))
+
+    return entered
 
 
 def refuse_unwritable(option: str, path: Path, *, made: Path | None = None) -> None:

@@ -61,7 +61,7 @@ def run(options: argparse.Namespace) -> int:
         if options.apply:
             regrading.apply(trial, journal)
             jobs, standing = regrading.standing(plan.jobs, journal)
-            recording.record_new(gradebook, journal, jobs, standing)
+            recording.record_new(gradebook, journal, jobs, standing, wall)
             regrading.clear(journal)
     _tell(found, options)
     return 1 if found.failed else 0

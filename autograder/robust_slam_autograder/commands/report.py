@@ -13,6 +13,7 @@ from robust_slam_autograder import layout
 from robust_slam_autograder.commands import places
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading import results
+from robust_slam_autograder.grading.by_hand import Entered
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reports import class_pages, class_report, heat_map
 from robust_slam_autograder.reports.class_report import Source
@@ -26,7 +27,7 @@ def add(commands: Any) -> None:  # noqa: ANN401
     parser.add_argument(
         "assignments", nargs="*", metavar="ASSIGNMENT", help="pages of these; all where none"
     )
-    places.add(parser, "--out", "--notice")
+    places.add(parser, "--out", "--gradebook", "--notice")
     parser.add_argument("--to", type=Path, default=layout.REPORT, metavar="DIR")
     parser.add_argument(
         "--feedback",
@@ -46,7 +47,10 @@ def run(options: argparse.Namespace) -> int:
     layout.refuse_unmoved(options.out)
     found = _results(options.out, options.assignments)
     students = frozenset(path.parent.name for paths in found.values() for path in paths)
-    sources = [_source(name, paths, students, options) for name, paths in found.items()]
+    marks = places.by_hand(options)
+    sources = [
+        _source(name, paths, students, marks(name), options) for name, paths in found.items()
+    ]
     reports = [class_report.report(source) for source in sources]
     for source, report in zip(sources, reports, strict=True):
         if _is_wanted(source.assignment, options):
@@ -81,7 +85,11 @@ def _results(out: Path, wanted: Sequence[str]) -> dict[str, list[Path]]:
 
 
 def _source(
-    name: str, paths: Sequence[Path], students: frozenset[str], options: argparse.Namespace
+    name: str,
+    paths: Sequence[Path],
+    students: frozenset[str],
+    marks: Entered,
+    options: argparse.Namespace,
 ) -> Source:
     config = assignments.load_config(options.solutions / name / assignments.CONFIG_NAME)
     names, page = not options.no_names, options.to / f"{name}.html"
@@ -94,6 +102,7 @@ def _source(
         assignment=name,
         title=config.title,
         results=[results.read_checked(path) for path in paths],
+        by_hand=marks,
         names=names,
         page=quote(page.name) if is_there else "",
         links={

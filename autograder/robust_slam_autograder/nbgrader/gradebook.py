@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import warnings
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from datetime import datetime
 from typing import Any
 
 from nbgrader.api import (
@@ -44,7 +45,8 @@ def record(
     """Write results into a gradebook, making assignments and students that are new to it.
 
     What a person entered (scores, extra credit, comments) stays. As in nbgrader, a cell that
-    has a manual score is put up for review. Several programs may record at once.
+    has a manual score is put up for review; so is extra credit of an exercise whose points by
+    the tests change. Several programs may record at once.
 
     Args:
         location: the gradebook, created if it does not exist.
@@ -62,7 +64,7 @@ def record(
     with opened(location) as gradebook:
         for first in range(0, len(marks), TOGETHER):
             some = marks[first : first + TOGETHER]
-            with _one_transaction(gradebook):
+            with one_transaction(gradebook):
                 # Another grader may have other tests: what these marks are for is said with them.
                 for name in dict.fromkeys(result.assignment for result in some):
                     _declare(gradebook, known[name])
@@ -79,8 +81,21 @@ def declare(location: Location, assignment: Assignment) -> None:
         GraderFailure: it is no gradebook, or cannot be written.
     """
     database.make(location)
-    with opened(location) as gradebook, _one_transaction(gradebook):
+    with opened(location) as gradebook, one_transaction(gradebook):
         _declare(gradebook, assignment)
+
+
+def stamp(location: Location, times: Mapping[tuple[str, str], datetime | None]) -> None:
+    """Note when submissions were handed in, by assignment and student: UTC without a zone.
+
+    Formgrader lists a submission as graded where this is what its ``timestamp.txt`` says.
+
+    Raises:
+        GraderFailure: it is no gradebook, or cannot be written.
+    """
+    with opened(location) as gradebook, one_transaction(gradebook):
+        for (assignment, student), time in times.items():
+            gradebook.find_submission(assignment, student).timestamp = time
 
 
 @contextlib.contextmanager
@@ -100,7 +115,7 @@ def opened(location: Location) -> Iterator[Gradebook]:
 
 
 @contextlib.contextmanager
-def _one_transaction(gradebook: Gradebook) -> Iterator[None]:
+def one_transaction(gradebook: Gradebook) -> Iterator[None]:
     """Write alone, and all or nothing: nbgrader's own commits, one for each row, end nothing."""
     with gradebook.engine.connect() as connection, connection.begin():
         connection.execute(text(database.LOCKS[gradebook.engine.dialect.name]))
@@ -167,9 +182,14 @@ def _record_one(gradebook: Gradebook, assignment: Assignment, result: Result) ->
     gradebook.update_or_create_student(result.student)
     notebook = _submitted(gradebook, assignment, result.student)
     scores = _scores(assignment, result, unanswered)
+    owner = {case.grade_id: case.exercise for case in assignment.cases}
+    moved = {owner.get(row.name) for row in notebook.grades if row.auto_score != scores[row.name]}
     for row in notebook.grades:
         row.auto_score = scores[row.name]
-        row.needs_manual_grade = row.auto_score is None or row.manual_score is not None
+        waits = row.auto_score is None or row.manual_score is not None
+        # Points that were added to others than these: somebody should look at them again.
+        again = row.needs_manual_grade or owner.get(row.name) in moved
+        row.needs_manual_grade = waits or bool(row.extra_credit and again)
     comments = _comments(assignment, result, unanswered)
     for row in notebook.comments:
         row.auto_comment = comments.get(row.name)

@@ -33,6 +33,18 @@ def plain(folder: Path) -> dict[str, bytes]:
     return {name: data for name, data in found.items() if data is not None}
 
 
+def time_of(folder: Path) -> datetime | None:
+    """Return when a submission says that it was handed in, in UTC and without a zone.
+
+    None where it does not, or says what is no time.
+    """
+    try:
+        stated = timestamp.read(folder)
+    except Refused:
+        return None
+    return None if stated is None else stated.replace(tzinfo=None)
+
+
 def _read(path: Path) -> bytes | None:
     try:
         data = notebook.read_bytes(path)

@@ -12,6 +12,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
+from robust_slam_autograder.grading.by_hand import Entered, with_marks
 from robust_slam_autograder.grading.results import CaseResult, ExerciseResult, Result, Status, tidy
 from robust_slam_autograder.markup import one_line, visible
 from robust_slam_autograder.reports import versions
@@ -190,6 +191,8 @@ class Report:
     """Submissions that somebody should look at, the most pressing first."""
     others: tuple[OtherVersion, ...]
     """What was graded by other tests than most, and is in ``attention`` alone."""
+    by_hand: tuple[tuple[Named, str, str], ...]
+    """What people entered: whose it is with the reason, the exercise, and the points."""
 
 
 @dataclass(frozen=True)
@@ -199,7 +202,8 @@ class Source:
     Attributes:
         assignment: its name.
         title: its title; empty where it has none.
-        results: one per student.
+        results: one per student, as the tests found it.
+        by_hand: what people entered in the gradebook; its points count here too.
         names: whether students may be named.
         page: address of its page from the index; empty without one.
         links: by student, the address of the feedback page from there, where there is one.
@@ -213,6 +217,12 @@ class Source:
     page: str = ""
     links: Mapping[str, str] = field(default_factory=dict)
     students: frozenset[str] = frozenset()
+    by_hand: Entered = field(default_factory=Entered)
+
+    @property
+    def marks(self) -> list[Result]:
+        """Return the results with the points that count."""
+        return [with_marks(one, self.by_hand.of(one.student)) for one in self.results]
 
     def named(self, result: Result, reason: str = "") -> Named:
         """Return a submission with its student's name."""
@@ -222,7 +232,7 @@ class Source:
 
 def report(source: Source) -> Report:
     """Make the report of an assignment."""
-    found = versions.of(source.results)
+    found = versions.of(source.marks)
     shown = found[0].results if found else ()
     exercises = _exercises(shown, source)
     marks = _marks(shown) if shown else None
@@ -242,7 +252,17 @@ def report(source: Source) -> Report:
         time=_time(shown, source) if shown else None,
         attention=tuple(_attention(source, found)),
         others=tuple(OtherVersion(len(one.results), one.differences) for one in found[1:]),
+        by_hand=tuple(_by_hand(source)),
     )
+
+
+def _by_hand(source: Source) -> Iterator[tuple[Named, str, str]]:
+    """Yield what people entered: whose it is with the reason, the exercise, and the points."""
+    for result in sorted(source.results, key=lambda one: one.student):
+        for entry in source.by_hand.of(result.student):
+            said = f"{entry.points} of {entry.max_score}" if entry.max_score else ""
+            points = "waits" if entry.waits else said or f"{entry.points:+}"
+            yield source.named(result, visible(entry.words)), visible(entry.name), points
 
 
 def _marks(results: Sequence[Result]) -> Marks:
@@ -372,7 +392,7 @@ def _attention(source: Source, found: Sequence[Version]) -> Iterator[Kind]:
         "Ran into a limit": _stopped,
         "No points": _nothing,
     }
-    left = list(source.results)
+    left = source.marks
     for name, reason in reasons.items():
         mine = [result for result in left if reason(result)]
         left = [result for result in left if not reason(result)]

@@ -9,10 +9,11 @@ from __future__ import annotations
 import math
 import re
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from urllib.parse import quote
 
+from robust_slam_autograder.grading.by_hand import Entries, Entry, with_marks
 from robust_slam_autograder.grading.results import (
     CaseResult,
     Compared,
@@ -71,6 +72,17 @@ class ShownCase:
 
 
 @dataclass(frozen=True)
+class ShownMark:
+    """What a person gave or took, or has still to mark."""
+
+    name: str
+    anchor: str
+    """Of the exercise that it is about; empty where no exercise is shown."""
+    points: str
+    words: str
+
+
+@dataclass(frozen=True)
 class ShownExercise:
     """One exercise on the page."""
 
@@ -104,6 +116,13 @@ class Page:
     """The first exercise that lost points."""
     next: str
     exercises: tuple[ShownExercise, ...]
+    by_hand: tuple[ShownMark, ...]
+    """What a person said of it; it is in the points already."""
+
+    @property
+    def share(self) -> float:
+        """Return the share of the points; more than all of them, by hand, is all."""
+        return min(max(self.score / self.max_score, 0), 1) if self.max_score else 0
 
 
 def html(page: Page, notice: str = "") -> str:
@@ -134,11 +153,16 @@ def anchor(heading: str) -> str:
     return re.sub(r"^[-0-9]+|-+$", "", re.sub(r"[^a-z0-9]+", "-", plain))
 
 
-def page(result: Result, config: Config, site: str) -> Page:
+def page(result: Result, config: Config, site: str, entries: Entries = ()) -> Page:
     """Make the content of a submission's page.
 
-    The site is the built book's address, absolute or relative to the page; empty if unknown.
+    Args:
+        result: what the tests found.
+        config: the assignment's.
+        site: the built book's address, absolute or relative to the page; empty if unknown.
+        entries: what people entered in the gradebook; its points count on the page too.
     """
+    result = with_marks(result, entries)
     exercises = tuple(
         _exercise(number, exercise, reading(config, exercise.name, site))
         for number, exercise in enumerate(result.exercises, start=1)
@@ -156,7 +180,24 @@ def page(result: Result, config: Config, site: str) -> Page:
         start=start,
         next=_next(result, start),
         exercises=exercises,
+        by_hand=tuple(_by_hand(result, entries)),
     )
+
+
+def _by_hand(result: Result, entries: Entries) -> Iterator[ShownMark]:
+    names = [exercise.name for exercise in result.exercises]
+    for entry in entries if result.status != "failed" else ():
+        at = f"exercise-{names.index(entry.name) + 1}" if entry.name in names else ""
+        yield ShownMark(visible(entry.name), at, _given(entry), visible(entry.words))
+
+
+def _given(entry: Entry) -> str:
+    if entry.waits:
+        return "not marked yet"
+    if entry.max_score:
+        return _points(entry.points, entry.max_score)
+    points = f"{entry.points:+} {'point' if abs(entry.points) == 1 else 'points'}"
+    return points if entry.points else ""
 
 
 def _note(result: Result) -> str:

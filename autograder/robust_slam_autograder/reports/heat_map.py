@@ -44,14 +44,15 @@ class Group:
     def __init__(self, source: Source) -> None:
         self.title = source.title or visible(source.assignment)
         self.page, self.links = source.page, source.links
-        self.results = {result.student: result for result in source.results}
-        found = versions.of(source.results)
+        marks = source.marks
+        self.results = {result.student: result for result in marks}
+        found = versions.of(marks)
         usual = found[0].results if found else ()
         first = usual[0].exercises if found else ()
         self.exercises = tuple((each.name, tidy(each.max_score)) for each in first)
         self.shares = tuple(_share([one.exercises[n] for one in usual]) for n in range(len(first)))
-        marks = [result.score / result.max_score for result in usual if result.max_score]
-        self.median = statistics.median(marks) if marks else None
+        shares = [result.score / result.max_score for result in usual if result.max_score]
+        self.median = statistics.median(shares) if shares else None
 
 
 @dataclass(frozen=True)

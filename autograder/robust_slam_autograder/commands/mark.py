@@ -1,0 +1,68 @@
+"""``autograder mark``: points that an instructor adds or takes by hand, with the reason."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from typing import Any
+
+from robust_slam_autograder import layout
+from robust_slam_autograder.commands import places
+from robust_slam_autograder.grading.results import tidy
+from robust_slam_autograder.markup import one_line
+from robust_slam_autograder.reading import assignment as assignments
+
+
+def add(commands: Any) -> None:  # noqa: ANN401
+    """Declare the command."""
+    parser = commands.add_parser("mark", help="add or take points by hand, with the reason")
+    parser.add_argument("student", metavar="STUDENT")
+    parser.add_argument("assignment", metavar="ASSIGNMENT")
+    parser.add_argument("exercise", metavar="EXERCISE")
+    parser.add_argument(
+        "points",
+        type=_points,
+        metavar="POINTS",
+        help="beside those of the tests, as +2 or -1, in place of an earlier mark by hand; "
+        "0 takes that back",
+    )
+    parser.add_argument(
+        "--reason", default="", metavar="TEXT", help="one sentence, which the student reads"
+    )
+    places.add(parser, "--out", "--gradebook")
+    parser.set_defaults(run=run)
+
+
+def _points(text: str) -> float:
+    try:
+        points = float(text)
+    except ValueError:
+        points = math.nan
+    if not math.isfinite(points):
+        raise argparse.ArgumentTypeError(f"points are a number, as +2 or -1, not {text!r}")
+    return tidy(points)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Enter the points in the gradebook."""
+    layout.refuse_unmoved(options.out)
+    from robust_slam_autograder.nbgrader import by_hand  # the student's install lacks nbgrader
+
+    (name,) = assignments.chosen(options.solutions, [options.assignment])
+    change = by_hand.enter(
+        places.gradebook(options),
+        assignments.load(assignments.notebook_path(options.solutions / name)),
+        student=options.student,
+        exercise=options.exercise,
+        points=options.points,
+        reason=options.reason,
+    )
+    now = tidy(change.by_tests + change.after)
+    replaced = f", in place of {tidy(change.before):+}" if change.before else ""
+    print(
+        f"{one_line(options.student)}/{name}, {options.exercise}: {tidy(change.by_tests)} by the "
+        f"tests, {change.after:+} by hand{replaced}: {now} of {tidy(change.max_score)} points. "
+        f"The assignment has {change.total} of {change.total_max}. "
+        "`autograder feedback` and `report` bring the pages up to date."
+    )
+    return 0
