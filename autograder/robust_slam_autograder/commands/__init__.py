@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from robust_slam_autograder.commands import (
     check,
+    collect,
     doctor,
     export,
     feedback,
@@ -24,6 +25,7 @@ from robust_slam_autograder.commands import (
 COMMANDS = (
     release,
     check,
+    collect,
     grade,
     regrade,
     mark,

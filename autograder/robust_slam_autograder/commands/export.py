@@ -25,21 +25,7 @@ _PRIVATE = 0o600
 def add(commands: Any) -> None:  # noqa: ANN401
     """Declare the command."""
     parser = commands.add_parser("export", help="write marks for Canvas or Moodle")
-    places.add(parser, "names", "--submitted", "--out", "--gradebook")
-    parser.add_argument("--format", choices=["canvas", "moodle"], required=True)
-    parser.add_argument(
-        "--roster",
-        type=Path,
-        required=True,
-        metavar="FILE",
-        help="the gradebook's CSV, as the system exports it",
-    )
-    parser.add_argument(
-        "--match",
-        metavar="COLUMN",
-        help="the roster's column that holds the names of the submissions' folders; "
-        "default: SIS Login ID (canvas), Email address (moodle)",
-    )
+    places.add(parser, "names", "--submitted", "--out", "--gradebook", *places.ROSTER)
     parser.add_argument(
         "--column",
         type=_pair,
@@ -78,9 +64,8 @@ def run(options: argparse.Namespace) -> int:
     from robust_slam_autograder.lms import late, marks, roster, systems
 
     system = systems.SYSTEMS[options.format]
-    people = roster.read(options.roster)
-    match = people.column(options.match or system.match, "--match")
-    students = roster.by_key(people, system.students(people), match)
+    people, lines, match = places.roster(options)
+    students = roster.by_key(people, lines, match)
     rules = None if options.late is None else late.load(options.late)
     ledger = marks.read(
         options.solutions,

@@ -16,6 +16,7 @@ from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.submission import DATABASE_NAME, DATABASE_VARIABLE
 
 if TYPE_CHECKING:
+    from robust_slam_autograder.lms.roster import Roster, Row
     from robust_slam_autograder.nbgrader.database import Location
 
 
@@ -38,12 +39,28 @@ _OPTIONS: Mapping[str, Mapping[str, Any]] = {
         "help": f"a shared gradebook, postgresql://HOST/NAME; default: ${DATABASE_VARIABLE}, "
         f"else {DATABASE_NAME} in --out",
     },
+    "--format": {"choices": ["canvas", "moodle"], "required": True},
+    "--roster": {
+        "type": Path,
+        "required": True,
+        "metavar": "FILE",
+        "help": "the gradebook's CSV, as the system exports it",
+    },
+    "--match": {
+        "metavar": "COLUMN",
+        "help": "the roster's column that holds the names of the submissions' folders; "
+        "default: SIS Login ID (canvas), Email address (moodle)",
+    },
     "--notice": {
         "default": "",
         "metavar": "TEXT",
         "help": "stands at the top of each page, as “marks may still change”",
     },
 }
+
+
+ROSTER = ("--format", "--roster", "--match")
+"""Options that say who is who."""
 
 
 def add(parser: argparse.ArgumentParser, *options: str) -> None:
@@ -77,6 +94,23 @@ def gradebook(options: argparse.Namespace) -> Location:
     except GraderFailure as error:
         raise WrongUse(str(error)) from error
     return named
+
+
+def roster(options: argparse.Namespace) -> tuple[Roster, tuple[Row, ...], int]:
+    """Return the roster, the lines of its students, and the column that names their folders.
+
+    Raises:
+        WrongUse: it cannot be read, or there is no such column, or no student.
+    """
+    from robust_slam_autograder.lms import roster as rosters
+    from robust_slam_autograder.lms import systems
+
+    system = systems.SYSTEMS[options.format]
+    people = rosters.read(options.roster)
+    students = system.students(people)
+    if not students:
+        raise WrongUse(f"{options.roster} has no student: export the gradebook again.")
+    return people, students, people.column(options.match or system.match, "--match")
 
 
 def by_hand(options: argparse.Namespace) -> Callable[[str], Entered]:

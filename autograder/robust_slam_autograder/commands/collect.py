@@ -1,0 +1,130 @@
+"""``autograder collect``: the zip that Canvas or Moodle hands out becomes a class's folders."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from robust_slam_autograder.commands import places
+from robust_slam_autograder.errors import WrongUse
+from robust_slam_autograder.grading import durable
+from robust_slam_autograder.markup import log_line, one_line
+from robust_slam_autograder.reading import assignment as assignments
+from robust_slam_autograder.reading import timestamp
+
+if TYPE_CHECKING:
+    from robust_slam_autograder.lms.downloads import Archive, LeftOut, Notebook
+
+
+def add(commands: Any) -> None:  # noqa: ANN401
+    """Declare the command."""
+    parser = commands.add_parser(
+        "collect", help="take in the zip of submissions of Canvas or Moodle"
+    )
+    parser.add_argument("zip", type=Path, metavar="ZIP", help="as the system hands it out")
+    places.add(parser, *places.ROSTER, "--submitted")
+    parser.add_argument(
+        "--assignment",
+        metavar="NAME",
+        help="what a notebook belongs to whose own name does not say it",
+    )
+    parser.add_argument(
+        "--replace",
+        action="store_true",
+        help="put a notebook in the place of another one that was handed in before",
+    )
+    parser.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Write the folders; exit status 1 where something was left out."""
+    from robust_slam_autograder.lms import downloads, roster  # nbgrader takes a second to import
+
+    system = downloads.SYSTEMS[options.format]
+    names = assignments.find_names(options.solutions)
+    if options.assignment is not None:
+        assignments.chosen(options.solutions, [options.assignment])
+    stems = {assignments.notebook_path(options.solutions / name).stem: name for name in names}
+    people, students, match = places.roster(options)
+    reader = downloads.Reader(
+        system,
+        downloads.owners(system, people, students),
+        match,
+        stems | {name: name for name in names},
+        options.assignment,
+    )
+    archive = downloads.Archive(options.zip)
+    found, left = reader.read(archive)
+    if not archive.infos:
+        raise WrongUse(f"{options.zip} is empty: download it again.")
+    written = [_put(one, archive, options) for one in found]
+    left += [
+        downloads.LeftOut(one.entry, why) for one, why in zip(found, written, strict=True) if why
+    ]
+    taken = [one for one, why in zip(found, written, strict=True) if not why]
+    listed = {roster.key(row.cells[match]) for row in students} - {""}
+    _tell(taken, left, listed, options)
+    return 1 if left else 0
+
+
+def _put(one: Notebook, archive: Archive, options: argparse.Namespace) -> str:
+    """Write a notebook where it belongs; return why not, where something else is there."""
+    folder = options.submitted / one.student / one.assignment
+    notebook = assignments.notebook_path(options.solutions / one.assignment)
+    path = folder / notebook.name
+    try:
+        data = archive.read(one.entry)
+    except ValueError as error:
+        return str(error)
+    for above in (options.submitted / one.student, folder, path):
+        if above.is_symlink():
+            return f"would be written through a link, {log_line(str(above))}: remove it"
+    others = sorted(p.name for p in folder.glob("*.ipynb")) if folder.is_dir() else []
+    if path.name in others and path.read_bytes() == data:
+        return ""
+    if others and not options.replace:
+        return f"differs from what {log_line(str(folder))} holds already: add --replace"
+    if others not in ([], [path.name]):
+        return f"cannot replace {', '.join(map(log_line, others))} in {log_line(str(folder))}"
+    _write(path, data, one)
+    return ""
+
+
+def _write(path: Path, data: bytes, one: Notebook) -> None:
+    part = durable.part_of(path)
+    with durable.explained(path, part):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        part.write_bytes(data)
+        at = one.at.timestamp()  # as unzip does: the zip's times are of this machine's clock
+        os.utime(part, (at, at))
+        # It is about what was handed in before.
+        (path.parent / timestamp.NAME).unlink(missing_ok=True)
+        os.replace(part, path)
+
+
+def _tell(
+    taken: Sequence[Notebook],
+    left: Sequence[LeftOut],
+    listed: set[str],
+    options: argparse.Namespace,
+) -> None:
+    for one in left:
+        print(f"left out: {log_line(one.entry)} {one_line(one.why)}", file=sys.stderr)
+    for name in dict.fromkeys(one.assignment for one in taken):
+        mine = [one for one in taken if one.assignment == name]
+        late = sorted(one.student for one in mine if one.late)
+        if late:
+            print(f"late, says the system: {len(late)} of {name} ({_listed(late)})")
+        absent = sorted(listed - {one.student for one in mine})
+        if absent:
+            print(f"no notebook of {name}: {len(absent)} ({_listed(absent)})")
+    people = len({one.student for one in taken})
+    print(f"{len(taken)} notebooks of {people} students are in {options.submitted}.")
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(map(one_line, names))

@@ -1,0 +1,189 @@
+"""``autograder collect``: each notebook of a zip is in its student's folder, or is told."""
+
+from __future__ import annotations
+
+import json
+import stat
+import zipfile
+from pathlib import Path
+
+import pytest
+from robust_slam_autograder.lms import downloads
+
+from tests.autograder import toy
+from tests.autograder.conftest import Run
+
+CANVAS = """\
+Student,ID,SIS User ID,SIS Login ID,Section
+    Points Possible,,,,
+"Smith, John",12345,s1,jsmith,A
+"Lovelace, Ada",67,s2,ada@example.edu,A
+"Twin, Al",8,s3,al,B
+"""
+MOODLE = """\
+First name,Last name,Email address
+Jane,Smith,jane@example.edu
+Zoë,"O'Neill  Jr",zoe
+Al,Twin,al1
+Al,Twin,al2
+"""
+ONE = json.dumps(toy.answer())
+OTHER = json.dumps(toy.answer("def double(x):\n    return x\n"))
+FILE = f"{toy.NAME}.ipynb"
+
+
+def zipped(path: Path, **files: str) -> Path:
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as file:
+        for name, text in files.items():
+            file.writestr(zipfile.ZipInfo(name, (2026, 10, 20, 12, 30, 2)), text)
+    return path
+
+
+@pytest.fixture
+def collect(tmp_path: Path, autograder: Run, monkeypatch: pytest.MonkeyPatch) -> Run:
+    """Collect files, with a system's roster: exit status, output, errors."""
+    monkeypatch.chdir(tmp_path)
+    toy.make_tree(tmp_path)
+
+    def command(system: str, files: dict[str, str], *arguments: object, **roster: str):
+        made = zipped(tmp_path / "all.zip", **files)
+        usual = CANVAS if system == "canvas" else MOODLE
+        (tmp_path / "roster.csv").write_text(roster.get("roster", usual), encoding="utf-8")
+        where = ("--format", system, "--roster", "roster.csv", "--submitted", "in")
+        return autograder("collect", made, *where, *arguments)
+
+    return command
+
+
+def written(folder: Path) -> dict[str, str]:
+    there = sorted((folder / "in").rglob("*")) if (folder / "in").exists() else []
+    return {str(p.relative_to(folder / "in")): p.read_text() for p in there if p.is_file()}
+
+
+def test_what_canvas_hands_out_becomes_a_classs_folders(tmp_path, collect):
+    files = {
+        f"smithjohn_12345_678_{FILE}": ONE,
+        f"lovelaceada_LATE_67_679_{toy.NAME}-1.ipynb": OTHER,
+    }
+    status, out, err = collect("canvas", files)
+    assert (status, err) == (0, "")
+    assert written(tmp_path) == {
+        f"jsmith/{toy.NAME}/{FILE}": ONE,
+        f"ada@example.edu/{toy.NAME}/{FILE}": OTHER,
+    }
+    assert f"late, says the system: 1 of {toy.NAME} (ada@example.edu)" in out
+    assert f"no notebook of {toy.NAME}: 1 (al)" in out and "2 notebooks of 2 students" in out
+    (path,) = (tmp_path / "in" / "jsmith").rglob("*.ipynb")
+    assert path.stat().st_mtime % 60 == 2, "the zip's time, for the late policy"
+    assert collect("canvas", files)[0] == 0, "the same again changes nothing"
+
+
+def test_what_moodle_hands_out_becomes_a_classs_folders(tmp_path, collect):
+    files = {
+        f"Jane Smith_901_assignsubmission_file_/{FILE}": ONE,
+        f"Zoe\u0308 O'Neill Jr_902_assignsubmission_file_{toy.NAME} (1).ipynb": OTHER,
+        f"Al Twin_903_assignsubmission_file_/{FILE}": ONE,
+    }
+    status, _, err = collect("moodle", files)
+    assert status == 1 and "may be of several people: lines 4 and 5 of the roster" in err
+    assert written(tmp_path) == {
+        f"jane@example.edu/{toy.NAME}/{FILE}": ONE,
+        f"zoe/{toy.NAME}/{FILE}": OTHER,
+    }
+    head, *lines = MOODLE.splitlines()
+    numbered = [f"Participant {n},{line}" for n, line in enumerate(lines, start=901)]
+    roster = "\n".join([f"Identifier,{head}", *numbered])
+    assert collect("moodle", files, roster=roster)[0] == 0
+    assert f"al1/{toy.NAME}/{FILE}" in written(tmp_path)
+
+
+LEFT_OUT = {
+    f"smithjohn_99_678_{FILE}": "is of no one on the roster",
+    "smithjohn_12345_678_notes.pdf": "is no notebook",
+    FILE: "has not the name that this system gives",
+    "smithjohn_12345_678_homework.ipynb": "does not say its assignment: add --assignment",
+    f"twin_8_12345_67_{FILE}": "may be of several people on the roster",
+    f"a/b/smithjohn_99_1_\x1b[31m{FILE}": "left out: a/b/smithjohn_99_1_\\x1b[31m",
+}
+
+
+@pytest.mark.parametrize(("name", "why"), LEFT_OUT.items(), ids=range(len(LEFT_OUT)))
+def test_what_is_in_doubt_is_told_and_never_guessed(tmp_path, collect, name, why):
+    status, out, err = collect("canvas", {name: ONE})
+    assert status == 1 and why in err and "0 notebooks of 0 students" in out
+    assert written(tmp_path) == {}
+
+
+def test_of_two_files_of_one_student_neither_is_taken_and_the_others_are(tmp_path, collect):
+    names = [f"smithjohn_12345_{n}_{FILE}" for n in (1, 2)]
+    files = dict.fromkeys([*names, f"twinal_8_3_{FILE}"], ONE)
+    status, _, err = collect("canvas", files)
+    assert status == 1 and err.count(f"is one of several notebooks of jsmith for {toy.NAME}") == 2
+    assert set(written(tmp_path)) == {f"al/{toy.NAME}/{FILE}"}
+
+
+def test_a_notebook_of_another_name_is_taken_for_the_assignment_that_is_named(tmp_path, collect):
+    name = "smithjohn_12345_678_homework.ipynb"
+    assert collect("canvas", {name: ONE}, "--assignment", toy.NAME)[0] == 0
+    assert set(written(tmp_path)) == {f"jsmith/{toy.NAME}/{FILE}"}
+
+
+def test_nothing_is_overwritten_unless_it_is_asked_for(tmp_path, collect):
+    name = f"smithjohn_12345_678_{FILE}"
+    collect("canvas", {name: ONE})
+    (stamp := tmp_path / "in" / "jsmith" / toy.NAME / "timestamp.txt").write_text("2026-10-20")
+    status, _, err = collect("canvas", {name: OTHER})
+    assert status == 1 and f"differs from what in/jsmith/{toy.NAME} holds already" in err
+    assert written(tmp_path)[f"jsmith/{toy.NAME}/{FILE}"] == ONE and stamp.exists()
+    assert collect("canvas", {name: OTHER}, "--replace")[0] == 0
+    assert written(tmp_path) == {f"jsmith/{toy.NAME}/{FILE}": OTHER}
+
+
+def test_a_link_in_the_way_is_not_followed(tmp_path, collect):
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "jsmith").symlink_to(tmp_path / "elsewhere")
+    status, _, err = collect("canvas", {f"smithjohn_12345_678_{FILE}": ONE})
+    assert status == 1 and "through a link" in err and not any((tmp_path / "elsewhere").iterdir())
+
+
+@pytest.mark.parametrize(
+    "name", [f"../{FILE}", f"/{FILE}", f"a/../../{FILE}", f"C:/{FILE}", f"..\\{FILE}"]
+)
+def test_a_path_that_leads_out_of_the_zip_refuses_all_of_it(tmp_path, collect, name):
+    status, _, err = collect("canvas", {f"smithjohn_12345_678_{FILE}": ONE, name: ONE})
+    assert status == 2 and "leads out of it" in err and written(tmp_path) == {}
+
+
+def test_links_bombs_and_what_is_no_zip_are_refused(tmp_path, collect, autograder, monkeypatch):
+    good = f"smithjohn_12345_678_{FILE}"
+    monkeypatch.setattr(downloads, "MAX_BYTES", 1000)
+    status, _, err = collect("canvas", {good: "0" * 10**6})
+    assert status == 1 and f"{good} is larger than" in err
+    monkeypatch.setattr(downloads, "MAX_TOTAL_BYTES", 10**6 - 1)
+    assert "when it is unpacked" in collect("canvas", {good: "0" * 10**6})[2]
+    link = zipfile.ZipInfo(good)
+    link.external_attr = (stat.S_IFLNK | 0o777) << 16
+    where = ("--format", "canvas", "--roster", "roster.csv", "--submitted", "in")
+    with zipfile.ZipFile("link.zip", "w") as file:
+        file.writestr(link, "/etc/passwd")
+    assert "holds a link" in autograder("collect", "link.zip", *where)[2]
+    Path("no.zip").write_text("no")
+    for name, words in {"no.zip": "no.zip is no zip", "gone.zip": "cannot be read"}.items():
+        status, _, err = autograder("collect", name, *where)
+        assert status == 2 and words in err
+    assert written(tmp_path) == {}
+
+
+@pytest.mark.parametrize(
+    ("roster", "arguments", "words"),
+    [
+        (CANVAS.splitlines()[0], [], "a header and students are wanted"),
+        ("\n".join(CANVAS.splitlines()[:2]), [], "roster.csv has no student"),
+        (CANVAS, ["--match", "Login"], "there is no column 'Login' for --match"),
+        (CANVAS, ["--assignment", "08"], "has no assignment 08; it has 07-toy"),
+    ],
+)
+def test_wrong_use_writes_nothing(tmp_path, collect, roster, arguments, words):
+    status, out, err = collect("canvas", {f"s_8_1_{FILE}": ONE}, *arguments, roster=roster)
+    assert (status, out) == (2, "") and words in err and written(tmp_path) == {}
