@@ -37,6 +37,11 @@ class Bridges:
     edges: Indices
     support: Indices
 
+    @property
+    def unconfirmed(self) -> Indices:
+        """The bridges that no other closure confirms, ascending as in ``edges``."""
+        return self.edges[self.support == 1]
+
 
 def find_bridges(graph: PoseGraph, consistency: PcmResult) -> Bridges:
     """Return the bridges between the sessions of ``graph``, from the closures that PCM kept.

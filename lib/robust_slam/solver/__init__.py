@@ -113,8 +113,9 @@ def solve(
         tell("a rival is looked for")
         judgement = judge_support(search, best)
         if until.passed:
-            judgement = Judgement(Support.WEAK)
             best = replace(best, stop=StopReason.TIME_LIMIT)
+        if until.passed or bridges.unconfirmed.size:
+            judgement = replace(judgement, support=Support.WEAK, rival=None)
         tell("the certificate is computed")
         poses, certificate = _certified(rescaled(graph, best.found), best, deadline)
     return Answer(

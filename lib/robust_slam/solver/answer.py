@@ -164,7 +164,10 @@ class Answer:
 
     def _support_notes(self, names: ArrayLike | None) -> list[str]:
         late = self.stop is StopReason.TIME_LIMIT
-        if self.support is Support.WEAK and not (late or self.misfit or self.slips.size):
+        told = late or self.misfit or self.slips.size or self.bridges.unconfirmed.size
+        if np.all(self.graph.is_odometry):
+            return ["There is no closure: the map is the odometry alone, and nothing tests it."]
+        if self.support is Support.WEAK and not told:
             return [
                 "Odometry alone explains the measurements about as well as this map: look for "
                 "more closures, or for odometry that slipped."
@@ -205,11 +208,10 @@ class Answer:
         ]
 
     def _session_notes(self, names: ArrayLike | None) -> list[str]:
-        edges, support = self.bridges.edges, self.bridges.support
+        edges, alone = self.bridges.edges, self.bridges.unconfirmed
         if not edges.size:
             return []
         lines = [f"The odometry leaves {edges.size + 1:,} sessions, joined by trusted closures."]
-        alone = edges[support == 1]
         if alone.size:
             named = self._named(alone, names)
             lines.append(f"Nothing confirms {alone.size:,} of these closures: {named}.")

@@ -26,8 +26,8 @@ class Support(Enum):
     - UNIQUE: no other set of closures gives a map of comparable evidence.
     - AMBIGUOUS: the rejected closures, solved alone, give a map of comparable evidence.
     - WEAK: odometry alone explains the measurements about as well, or it slipped, or noise does
-      not explain what the map leaves, or no closure is kept, or the time did not suffice to look
-      for a rival.
+      not explain what the map leaves, or no closure is kept, or one that nothing confirms joins
+      sessions, or the time did not suffice to look for a rival.
     """
 
     UNIQUE = "unique"
@@ -58,10 +58,8 @@ class Judgement:
 
 def judge_support(search: Search, best: Candidate) -> Judgement:
     """Return the support of the map ``best`` of a ``search``, which is refined."""
-    closures = ~search.trusted
-    if not np.any(closures):
-        return Judgement(Support.UNIQUE)
-    if np.any(search.slips) or best.evidence < _DECISIVE or not np.any(best.kept & closures):
+    slipped = np.any(search.slips)
+    if slipped or best.evidence < _DECISIVE or not np.any(best.kept & ~search.trusted):
         return Judgement(Support.WEAK)
     rival = search.rival(best)
     if rival is not None and rival.evidence >= _COMPARABLE * best.evidence:
