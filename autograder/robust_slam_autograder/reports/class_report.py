@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 
 from robust_slam_autograder.grading.by_hand import Entered, with_marks
 from robust_slam_autograder.grading.results import CaseResult, ExerciseResult, Result, Status, tidy
+from robust_slam_autograder.grading.wording import NOT_WRITTEN
 from robust_slam_autograder.markup import one_line, visible
 from robust_slam_autograder.reports import versions
 from robust_slam_autograder.reports.hints import Hint, Reader, collect
@@ -108,6 +109,8 @@ class ExerciseStatistics:
     none: int
     missing: int
     """The four numbers of students: all of the points, some, none, and no answer at all."""
+    untouched: int
+    """Of those without points, whose function is as it was released."""
     timeouts: int
     deaths: int
     cases: tuple[CaseStatistics, ...]
@@ -117,6 +120,16 @@ class ExerciseStatistics:
     def limits(self) -> int:
         """Return how many students ran into a limit here."""
         return self.timeouts + self.deaths
+
+    @property
+    def unwritten(self) -> int:
+        """Return how many students wrote nothing: no cell, or the one that was released."""
+        return self.missing + self.untouched
+
+    @property
+    def missed(self) -> int:
+        """Return how many students wrote something and have no points for it."""
+        return self.none - self.untouched
 
     @property
     def remarks(self) -> Counter[str]:
@@ -186,6 +199,10 @@ class Report:
 
     None where too few submissions speak for a class.
     """
+    unwritten: tuple[tuple[str, int], ...]
+    missed: tuple[tuple[str, int], ...]
+    """Exercises that many students did not write, or wrote without any points, with how many;
+    none where too few submissions speak for a class."""
     time: Time | None
     attention: tuple[Kind, ...]
     """Submissions that somebody should look at, the most pressing first."""
@@ -236,6 +253,7 @@ def report(source: Source) -> Report:
     shown = found[0].results if found else ()
     exercises = _exercises(shown, source)
     marks = _marks(shown) if shown else None
+    spoken_for = exercises if marks and marks.has_quartiles else ()
     status = Counter(result.status for result in source.results)
     return Report(
         assignment=visible(source.assignment),
@@ -248,7 +266,9 @@ def report(source: Source) -> Report:
         failed=status["failed"],
         marks=marks,
         exercises=exercises,
-        misunderstood=_misunderstood(exercises) if marks and marks.has_quartiles else None,
+        misunderstood=_misunderstood(exercises) if spoken_for else None,
+        unwritten=_many(spoken_for, "unwritten"),
+        missed=_many(spoken_for, "missed"),
         time=_time(shown, source) if shown else None,
         attention=tuple(_attention(source, found)),
         others=tuple(OtherVersion(len(one.results), one.differences) for one in found[1:]),
@@ -319,11 +339,24 @@ def _exercise(mine: Sequence[ExerciseResult], reader: Reader) -> ExerciseStatist
         partly=partly,
         none=len(mine) - status["passed"] - partly - status["missing"],
         missing=status["missing"],
+        untouched=sum(map(_is_untouched, mine)),
         timeouts=status["timeout"],
         deaths=status["died"],
         cases=tuple(map(_case, zip(*(e.cases for e in mine), strict=True))),
         hints=collect(mine, reader),
     )
+
+
+def _is_untouched(exercise: ExerciseResult) -> bool:
+    passed = any(case.passed for case in exercise.cases)
+    return exercise.status == "failed" and exercise.message == NOT_WRITTEN and not passed
+
+
+def _many(exercises: Sequence[ExerciseStatistics], what: str) -> tuple[tuple[str, int], ...]:
+    """Return by exercise of how many students something is true, where they are many."""
+    counts = [(each.name, int(getattr(each, what)), each.students) for each in exercises]
+    found = [(name, number) for name, number, students in counts if number >= MANY * students]
+    return tuple(sorted(found, key=lambda one: -one[1]))
 
 
 def _case(outcomes: Sequence[CaseResult]) -> CaseStatistics:

@@ -8,13 +8,14 @@ from dataclasses import replace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from robust_slam_autograder.grading.results import ExerciseResult
-from robust_slam_autograder.reports import hints
+from robust_slam_autograder.grading.results import ExerciseResult, Result, Words
+from robust_slam_autograder.grading.wording import NOT_WRITTEN
+from robust_slam_autograder.reports import class_pages, hints
 from robust_slam_autograder.reports.class_report import BROKEN, EASY, Report
 from robust_slam_autograder.reports.hints import Hint, Reader
 
 from tests.autograder import toy
-from tests.autograder.reports import samples
+from tests.autograder.reports import pages, samples
 from tests.autograder.reports.pages import report
 from tests.autograder.reports.samples import case, exercise, result
 
@@ -283,3 +284,30 @@ def test_without_names_nothing_tells_who_it_was():
     assert not [name for name in ("ada", "ben", "cleo", "dora", "lovelace") if name in shown]
     assert [kind.students for kind in made.attention] == [1, 1, 1, 1]
     assert made.time.longest > 0
+
+
+def test_what_many_did_not_write_and_what_everybody_missed_is_said():
+    """Three of five had no points in four exercises, and the page said "Nothing"."""
+    wrong = [samples.raised("first", f"E{n}: x") for n in range(5)]
+    stub = case("first", NOT_WRITTEN, words=Words.GRADER)
+    gone = exercise("gone", "missing", case("first", "gone is not defined."))
+
+    def one(n: int) -> Result:
+        written = exercise("gone", *(("failed", stub) if n else ("passed", case("first"))))
+        return result(
+            gone if n == 3 else written,
+            exercise("late", "failed", stub if n < 2 else case("first", f"Text {n}.")),
+            exercise("wrong", "failed", wrong[n]),
+            exercise("half", "partial", case("first"), case("next", f"Half {n}.")),
+            student=f"s{n}",
+        )
+
+    made = report(*map(one, range(5)))
+    assert made.misunderstood == ()
+    assert made.unwritten == (("gone", 4), ("late", 2))
+    assert made.missed == (("wrong", 5), ("late", 3))
+    text = " ".join(pages.Skeleton(class_pages.html(made)).text.split())
+    assert "No one check or hint was told to as many." in text
+    assert "wrong: 5 of 5 students, everybody" in text and "Nothing:" not in text
+    few = report(*map(one, range(3)))
+    assert few.unwritten == few.missed == ()
