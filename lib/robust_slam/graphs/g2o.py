@@ -101,7 +101,8 @@ def _numbers(poses: Array, layout: Layout) -> Array:
     """Return the numbers ``(k, 3)`` or ``(k, 7)`` of poses in the format."""
     if layout is PLANE:
         return poses
-    quaternion = np.asarray(Rotation.from_matrix(se3.rotation(poses)).as_quat())
+    # A copy, since SciPy 1.14 takes no array that is only to be read.
+    quaternion = np.asarray(Rotation.from_matrix(se3.rotation(poses).copy()).as_quat())
     return np.concatenate([se3.translation(poses), quaternions.on_grid(quaternion)], axis=1)
 
 

@@ -176,7 +176,8 @@ def _rotation_vectors(matrix: Array) -> Array:
     phi = 0.5 * quotient[:, None] * skew
     # Near an angle of π R is nearly symmetric, and R − Rᵀ suffers from cancellation.
     far = cosine < _FAR
-    phi[far] = Rotation.from_matrix(flat[far]).as_rotvec()
+    if np.any(far):  # SciPy 1.14 takes no empty stack
+        phi[far] = Rotation.from_matrix(flat[far]).as_rotvec()
     return np.asarray(phi.reshape(matrix.shape[:-1]))
 
 

@@ -39,7 +39,9 @@ def write_tum(
     matrices = _in_space(poses)
     given = np.arange(len(matrices)) if times is None else times
     stamps = finite("times", given, (len(matrices),))
-    quaternions = np.asarray(Rotation.from_matrix(matrices[:, :, :3]).as_quat(canonical=True))
+    # A copy, since SciPy 1.14 takes no array that is only to be read.
+    turns = Rotation.from_matrix(matrices[:, :, :3].copy())
+    quaternions = np.asarray(turns.as_quat(canonical=True))
     write_lines(path, _rows(np.column_stack([stamps, matrices[:, :, 3], quaternions])))
 
 

@@ -38,7 +38,7 @@ from robust_slam.solver.candidates import Candidate, Search, evidence_of
 from robust_slam.solver.evidence import outlier_entropy
 from robust_slam.solver.noise import rescaled
 from robust_slam.solver.slips import find_slips
-from robust_slam.solver.support import Judgement, judge_support
+from robust_slam.solver.support import judge_support
 from robust_slam.solver.support import Support as Support
 
 _SEARCH = 0.7

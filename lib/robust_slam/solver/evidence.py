@@ -48,7 +48,7 @@ def outlier_entropy(graph: PoseGraph) -> float:
         length = max(abs(np.exp(1j * angle).mean()), _ISOTROPIC)
         turned = np.array([[-2.0 * np.log(length)]])
     else:
-        turned = np.cov(Rotation.from_matrix(rotation).as_rotvec().T)
+        turned = np.cov(Rotation.from_matrix(rotation.copy()).as_rotvec().T)
     return _gaussian(np.cov(translation.T), nearby) + min(anything, _gaussian(turned, _TURNED**2))
 
 
