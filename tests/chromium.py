@@ -15,7 +15,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, BrowserType, Page, Route, expect, sync_playwright
+from playwright.sync_api import (
+    Browser,
+    BrowserContext,
+    BrowserType,
+    Page,
+    Route,
+    expect,
+    sync_playwright,
+)
 
 from tests.conftest import leave_out
 
@@ -28,9 +36,42 @@ CHROMIUM = (
     "--no-first-run",
 )
 
-LIMIT_MILLISECONDS = 300_000
-"""How long any test waits for a page: much longer than a busy machine takes."""
-expect.set_options(timeout=LIMIT_MILLISECONDS)
+
+@dataclass
+class Patience:
+    """How long tests of this process wait for a page."""
+
+    milliseconds: float = 300_000
+    """Much longer than a busy machine takes."""
+    when_lost: float = 20_000
+    """Once a test has waited in vain: what broke one page may have broken all."""
+    contexts: list[BrowserContext] = field(default_factory=list)
+    """In which pages are open."""
+
+    @contextmanager
+    def applied(self, context: BrowserContext) -> Iterator[None]:
+        """Let pages in this context be waited for so long."""
+        context.set_default_timeout(self.milliseconds)
+        self.contexts.append(context)
+        yield
+        self.contexts.remove(context)
+
+    def lose(self) -> None:
+        """From here on wait little."""
+        self.milliseconds = min(self.milliseconds, self.when_lost)
+        expect.set_options(timeout=self.milliseconds)
+        for context in self.contexts:
+            context.set_default_timeout(self.milliseconds)
+
+
+PATIENCE = Patience()
+expect.set_options(timeout=PATIENCE.milliseconds)
+
+
+def pytest_runtest_makereport(call: pytest.CallInfo[object]) -> None:
+    """Lose patience where a test failed and took as long as it may wait."""
+    if call.excinfo is not None and call.duration * 1000 >= PATIENCE.milliseconds:
+        PATIENCE.lose()
 
 
 class QuietHandler(http.server.SimpleHTTPRequestHandler):
@@ -86,8 +127,7 @@ Opener = Callable[..., Visit]
 @contextmanager
 def page_in(browser: Browser, **options: object) -> Iterator[Page]:
     """Give a page in a context of its own, and close it in the end."""
-    with browser.new_context(**options) as context:
-        context.set_default_timeout(LIMIT_MILLISECONDS)
+    with browser.new_context(**options) as context, PATIENCE.applied(context):
         yield context.new_page()
 
 

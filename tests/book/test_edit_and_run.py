@@ -19,7 +19,7 @@ from playwright.sync_api import Page, expect
 from tests.book.alone import leave_alone
 from tests.book.conftest import CHAPTERS, NOTEBOOKS, ROOT, Site
 from tests.book.test_accessible import complaints
-from tests.chromium import CHROMIUM, LIMIT_MILLISECONDS, Opener, QuietHandler, page_in, served
+from tests.chromium import CHROMIUM, PATIENCE, Opener, QuietHandler, page_in, served
 from tests.conftest import leave_out
 from tests.firefox import firefox
 
@@ -112,7 +112,7 @@ class Cell:
 
     def wait(self, words: str) -> str:
         """Wait until the cell says something of this, and return what it says."""
-        until = time.monotonic() + LIMIT_MILLISECONDS / 1000
+        until = time.monotonic() + PATIENCE.milliseconds / 1000
         while not re.search(words, said := self.status()):
             assert time.monotonic() < until, said
             time.sleep(0.1)
@@ -178,10 +178,10 @@ def visit(
     running = kind.launch_persistent_context(
         tmp_path_factory.mktemp("chromium"), executable_path=path, args=[*CHROMIUM, ALONE]
     )
-    page = running.pages[0]
-    page.set_default_timeout(LIMIT_MILLISECONDS)
-    page.goto(address)
-    yield page
+    with PATIENCE.applied(running):
+        page = running.pages[0]
+        page.goto(address)
+        yield page
     running.close()
 
 
