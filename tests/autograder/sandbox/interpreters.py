@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import site
 import subprocess
 import sys
 from collections.abc import Callable
@@ -30,26 +31,26 @@ def with_packages_inside(folder: Path) -> Path:
         (prefix / name).mkdir(parents=True)
     for path in (base / "lib").glob("libpython*"):
         _link(path, prefix / "lib" / path.name)
-    left_out = shutil.ignore_patterns("site-packages", "config-*", *NOT_INSTALLED)
+    left_out = shutil.ignore_patterns("*-packages", "config-*", *NOT_INSTALLED)
     library = prefix / "lib" / version
     shutil.copytree(base / "lib" / version, library, ignore=left_out, copy_function=_link)
     python = prefix / "bin" / "python3"
     _link(Path(os.path.realpath(sys.executable)), python)
     for name in NOT_INSTALLED[:2]:
         (library / name).mkdir()
-    fill(library / "site-packages")
+    fill(Path(site.getsitepackages([str(prefix)])[-1]))  # Debian's has another name
     return python
 
 
-def fill(site: Path) -> None:
+def fill(folder: Path) -> None:
     """Install the default packages, and another one, by links to the files of ours."""
-    site.mkdir(exist_ok=True)
+    folder.mkdir(exist_ok=True)
     found = packages.find((*DEFAULT_PACKAGES, PSUTIL, "networkx"))
     for path in found.paths:
         if path.is_dir():
-            shutil.copytree(path, site / path.name, copy_function=_link)
+            shutil.copytree(path, folder / path.name, copy_function=_link)
         else:
-            _link(path, site / path.name)
+            _link(path, folder / path.name)
 
 
 def _link(source: os.PathLike[str] | str, place: os.PathLike[str] | str) -> None:

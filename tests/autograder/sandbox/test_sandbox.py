@@ -247,8 +247,11 @@ def readable():
     found = []
     for path in (*GUESSES, *everywhere()):
         try:
-            os.listdir(path) if os.path.isdir(path) else open(path, "rb").read(1)
-            found.append(path)
+            if os.path.isdir(path):
+                found += [os.path.join(path, name) for name in os.listdir(path)]
+            else:
+                open(path, "rb").read(1)
+                found.append(path)
         except OSError:
             pass
     return found

@@ -167,8 +167,13 @@ def look():
     site = os.path.dirname(os.path.dirname(numpy.__file__))
     others = [os.path.join(site, name, "__init__.py") for name in ("networkx", "psutil/tests")]
     zone = str(zoneinfo.ZoneInfo("Europe/Zurich"))
-    seen = [path for path in others if os.path.exists(path)]
-    return [sys.prefix, importlib.metadata.version("numpy"), zone, seen]
+    return [sys.prefix, importlib.metadata.version("numpy"), zone, [*filter(opens, others)]]
+
+def opens(path):
+    try:
+        return bool(open(path))
+    except OSError:
+        return False
 """
 SCRIPT = f"""
 import sys
