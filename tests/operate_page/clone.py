@@ -16,6 +16,8 @@ from tests.book.built_site import built
 ASSIGNMENTS = ("00-one-lie", "01-m-estimators", "02-four-costs", "03-irls", "07-certificates")
 """Those that the page names and the site shows, and one with packages of its own: half of all."""
 _MADE = (Path("build", "_build", ".jupyter_cache"), Path("build", "fonts"))
+_BUILDER = f"#!/bin/sh\nmkdir -p build/_build && cp -R {ROOT}/build/_build/html build/_build/\n"
+"""In place of the book's builder: copies the book that these tests have built."""
 
 
 def make(folder: Path) -> None:
@@ -35,16 +37,29 @@ def lend_environment(folder: Path) -> None:
     own = folder / ".venv"
     own.mkdir()
     for path in Path(sys.prefix).iterdir():
-        if path.name != ".ready":
+        if path.name not in (".ready", "bin"):
             (own / path.name).symlink_to(path)
+    (own / "bin").mkdir()
+    for path in Path(sys.prefix, "bin").iterdir():
+        (own / "bin" / path.name).symlink_to(path)
     (own / ".ready").touch()
 
 
-def lend_parts_of_the_book(folder: Path) -> None:
-    """Build the book here, and copy its executed notebooks and its fonts: none is made twice."""
+def lend_book(folder: Path, *, pages: bool) -> None:
+    """Build the book here, and lend its executed notebooks and its fonts: none is made twice.
+
+    Args:
+        folder: the clone, with an environment.
+        pages: lend its pages too, by a builder that copies them.
+    """
     built()
     for part in _MADE:
         shutil.copytree(ROOT / part, folder / part)
+    if pages:
+        builder = folder / ".venv" / "bin" / "jupyter-book"
+        builder.unlink()
+        builder.write_text(_BUILDER)
+        builder.chmod(0o755)
 
 
 def environment(home: Path) -> dict[str, str]:

@@ -141,14 +141,19 @@ SCHEDULER_PORT = "8786"
 
 
 class Reader:
-    """Who follows the page, and is never sent back."""
+    """Who follows the page, and is never sent back.
 
-    def __init__(self, folder: Path) -> None:
+    Args:
+        folder: where the reader's clone and home lie.
+        with_book: whether the clone is lent the book's pages; else it builds them.
+    """
+
+    def __init__(self, folder: Path, *, with_book: bool) -> None:
         self.course = folder / "course"
         self.course.mkdir()
         clone.make(self.course)
         clone.lend_environment(self.course)
-        clone.lend_parts_of_the_book(self.course)
+        clone.lend_book(self.course, pages=with_book)
         home = folder / "home"
         home.mkdir()
         self.terminal = Terminal(self.course, clone.environment(home), folder / "terminal.log")
@@ -180,9 +185,14 @@ class Reader:
 
 
 @pytest.fixture(scope="module")
-def follower(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Reader]:
+def follower(
+    tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest
+) -> Iterator[Reader]:
+    """With ``--soak`` the reader's `make course` builds the book, as `make test` has done."""
     kernel.working(next(iter(kernel.usable() or BACK_ENDS)))
-    someone = Reader(tmp_path_factory.mktemp("instructor"))
+    someone = Reader(
+        tmp_path_factory.mktemp("instructor"), with_book=not request.config.getoption("--soak")
+    )
     yield someone
     someone.terminal.close()
 
