@@ -13,14 +13,18 @@ from robust_slam_autograder.errors import WrongUse
 from tests.autograder import toy
 
 SEED = 5
-COMMANDS = {
-    "grade": ["grade", f"submitted/ada/{toy.NAME}", "--unsandboxed"],
-    "regrade": ["regrade", toy.NAME, "--submitted", "submitted", "--unsandboxed"],
-    "feedback": ["feedback"],
-    "report": ["report"],
-    "export": ["export", "--format", "canvas", "--roster", "roster.csv"],
-}
 ROSTER = "Student,ID,SIS Login ID,Section\nAda,1,ada,A\n"
+
+
+def commands() -> dict[str, list[str]]:
+    """The commands that read or write results, by name."""
+    return {
+        "grade": ["grade", f"submitted/ada/{toy.NAME}", *toy.quickly()],
+        "regrade": ["regrade", toy.NAME, "--submitted", "submitted", *toy.quickly()],
+        "feedback": ["feedback"],
+        "report": ["report"],
+        "export": ["export", "--format", "canvas", "--roster", "roster.csv"],
+    }
 
 
 @pytest.fixture
@@ -39,10 +43,10 @@ def test_every_command_names_the_move_and_goes_on_after_it(
     toy.hand_in(course / "submitted", "ada", toy.answer())
     (course / "roster.csv").write_text(ROSTER)
     before = ["--out", "build/graded", "--seed", str(SEED)]
-    assert cli.main([*COMMANDS["grade"], *before]) == 0
+    assert cli.main([*commands()["grade"], *before]) == 0
     marks = (course / "build" / "graded" / "ada" / f"{toy.NAME}.json").read_bytes()
     told = set()
-    for name, command in COMMANDS.items():
+    for name, command in commands().items():
         capsys.readouterr()
         assert cli.main(command) == 2, name
         told.add(capsys.readouterr().err)
@@ -52,7 +56,7 @@ def test_every_command_names_the_move_and_goes_on_after_it(
     assert move == "mkdir -p class && mv build/graded build/submitted build/autograded class/"
     subprocess.run(["sh", "-ec", move], cwd=course, check=True)
     assert (course / "class" / "graded" / "ada" / f"{toy.NAME}.json").read_bytes() == marks
-    assert cli.main(COMMANDS["grade"]) == 0
+    assert cli.main(commands()["grade"]) == 0
     assert "1 of them unchanged and reused" in capsys.readouterr().out
     layout.refuse_unmoved(layout.GRADED, course)
 

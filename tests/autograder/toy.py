@@ -11,7 +11,9 @@ from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.reading import notebook as notebook_module
 from robust_slam_autograder.reading.assignment import Assignment, Config, from_cells
 from robust_slam_autograder.reading.submission import Submission, collect
-from robust_slam_autograder.sandbox import Launch, Running, Sandbox, Unsandboxed
+from robust_slam_autograder.sandbox import Launch, Running, Sandbox
+
+from tests import kernel
 
 NAME = "07-toy"
 CANARY = "CANARY-TEST-TEXT"
@@ -212,14 +214,20 @@ def graded(
     seed: int = 3,
     wall: Sandbox | None = None,
 ) -> Result:
-    """What a submission earns, by default without a sandbox."""
+    """What a submission earns, by default behind the quickest wall."""
     tests = tests or assignment()
     code = submission(value, tests)
-    return marking.grade(tests, code, student="a", seed=seed, sandbox=wall or Unsandboxed())
+    return marking.grade(tests, code, student="a", seed=seed, sandbox=wall or kernel.quickest())
+
+
+def quickly() -> list[str]:
+    """The option of a command that grades behind the quickest wall."""
+    wall = kernel.quickest()
+    return ["--unsandboxed"] if wall.name == "none" else ["--sandbox", wall.name]
 
 
 def checked(value: dict[str, Any], tests: Assignment | None = None, **options: Any) -> Result:
     """What a student's own check says of a submission."""
     tests = tests or assignment()
     whose = marking.Whose("", tests, submission(value, tests))
-    return marking.look(whose, sandbox=Unsandboxed(), **options).result
+    return marking.look(whose, sandbox=kernel.quickest(), **options).result

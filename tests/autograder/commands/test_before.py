@@ -45,14 +45,14 @@ def test_results_of_before_have_their_pages(old, autograder, command):
 def test_a_gradebook_of_before_goes_on(old, autograder):
     """It holds no note of which results it has, as one that nbgrader itself has made."""
     where = ("grade", *sorted((old / "submitted").glob("*/*")), "--out", old / "out")
-    assert autograder(*where, "--unsandboxed")[0] == 0
+    assert autograder(*where, *toy.quickly())[0] == 0
     book = old / "out" / DATABASE_NAME
     course_of.enter(book, "ada", "double-random", 1)
     with contextlib.closing(sqlite3.connect(book)) as opened:
         opened.execute("DROP TABLE autograder_recorded")
         opened.execute("UPDATE grade SET auto_score = 0")
         opened.commit()
-    assert autograder(*where, "--unsandboxed")[0] == 0
+    assert autograder(*where, *toy.quickly())[0] == 0
     marks = course_of.rows(book, "score")
     assert sum(marks["bob"].values()) == toy.MOST and sum(marks["ada"].values()) == toy.MOST - 5
     assert toy.result(old / "out", "ada")["schema"] == results.SCHEMA
@@ -66,7 +66,7 @@ def test_a_notebook_of_an_older_release_is_graded_and_checked(course, autograder
     release(course / "solutions", [], course / "release")
     own = course / "submitted" / "ada" / toy.NAME / f"{toy.NAME}.ipynb"
     assert "close" not in own.read_text("utf-8")
-    where = ("--out", course / "out", "--unsandboxed", "--seed", 1)
+    where = ("--out", course / "out", *toy.quickly(), "--seed", 1)
     assert autograder("grade", own.parent, *where)[0] == 0
     assert toy.result(course / "out", "ada")["score"] == toy.MOST
     for options in ((), ("--release", course / "release")):

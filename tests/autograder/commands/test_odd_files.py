@@ -179,7 +179,7 @@ def test_the_documented_command_grades_everyone_else(course, run):
     summary = course / "out" / "marks.json"
     for _ in range(2):
         status, out, err = run(
-            *("grade", *everything(course), "--unsandboxed", "--seed", 1, "--json", summary)
+            *("grade", *everything(course), *toy.quickly(), "--seed", 1, "--json", summary)
         )
         assert status == 0 and "6 graded, 1 refused, 0 failed" in out
         assert err.count("left out: ") == len(HOSTILE) + len(PLACES)
@@ -187,14 +187,14 @@ def test_the_documented_command_grades_everyone_else(course, run):
     for student in ("ada", "bob", "zo\u00eb", "zoe\u0308"):
         assert toy.result(course / "out", student)["score"] == toy.MOST
     assert not (course / "out" / "alice").exists() and summary.is_file()
-    err = run("grade", *everything(course), "--unsandboxed", "--no-names")[2]
+    err = run("grade", *everything(course), *toy.quickly(), "--no-names")[2]
     # The summary of before is now a file that is in its student's way.
     assert err.count("left out: path ") == len(HOSTILE) + len(PLACES) + 1
     assert not [word for word in ("bob", "alice", "error", str(course)) if word in err]
     for command in (
         ("feedback", "--to", course / "feedback"),
         ("report", "--to", course / "report"),
-        ("regrade", toy.NAME, "--submitted", course / "submitted", "--unsandboxed"),
+        ("regrade", toy.NAME, "--submitted", course / "submitted", *toy.quickly()),
     ):
         status, out, err = run(*command)
         assert status == 0 and is_harmless(out + err), command
@@ -227,7 +227,7 @@ def test_names_of_files_beside_the_results_are_no_students(course, run, monkeypa
         toy.hand_in(course / "submitted", name, toy.answer())
     out = course / "out"
     status, said, _ = run(
-        *("grade", *everything(course), "--unsandboxed", "--json", out / "new.json"),
+        *("grade", *everything(course), *toy.quickly(), "--json", out / "new.json"),
         *("--markdown", out / "new.md", "--gradebook", f"sqlite:///{out / 'book.sqlite'}"),
     )
     assert status == 0 and f"2 graded, {len(names)} refused" in said
@@ -238,24 +238,24 @@ def test_a_stray_file_among_the_results_is_named_and_harms_nobody(course, run, m
     monkeypatch.setattr(recording, "record_new", lambda *arguments: None)
     (course / "out").mkdir()
     (course / "out" / "ada").touch()
-    status, said, err = run("grade", *everything(course), "--unsandboxed")
+    status, said, err = run("grade", *everything(course), *toy.quickly())
     assert status == 0 and "1 graded, 0 refused" in said
     assert f"ada/{toy.NAME} has no place for its result" in err and "move that file away" in err
     (course / "out" / "ada").unlink()
-    assert "2 graded, 0 refused" in run("grade", *everything(course), "--unsandboxed")[1]
+    assert "2 graded, 0 refused" in run("grade", *everything(course), *toy.quickly())[1]
 
 
 def test_names_that_differ_in_capitals_alone_are_left_out(course, run, monkeypatch):
     monkeypatch.setattr(recording, "record_new", lambda *arguments: None)
     both = [toy.hand_in(course / "submitted", name, toy.answer()) for name in ("ADA", "Bob")]
     bob = course / "submitted" / "bob" / toy.NAME
-    status, said, err = run("grade", *everything(course), "--unsandboxed")
+    status, said, err = run("grade", *everything(course), *toy.quickly())
     assert status == 2 and "differs from another's in capitals alone" in err
     shutil.rmtree(both[1].parent)
-    status, said, err = run("grade", *everything(course), "--unsandboxed")
+    status, said, err = run("grade", *everything(course), *toy.quickly())
     assert status == 0 and "1 graded, 0 refused" in said and err.count("in capitals alone") == 2
     # Who was graded before keeps the name.
     bob.parent.rename(course / "submitted" / "BOB")
-    status, said, err = run("grade", course / "submitted" / "BOB" / toy.NAME, "--unsandboxed")
+    status, said, err = run("grade", course / "submitted" / "BOB" / toy.NAME, *toy.quickly())
     assert status == 2 and "name one of them anew" in err
     assert [path.name for path in (course / "out").iterdir() if path.is_dir()] == ["bob"]

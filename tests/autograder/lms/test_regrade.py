@@ -30,8 +30,18 @@ from tests.autograder.reports import samples
 TRIPLE = "def double(x):\n    return 3 * np.asarray(x)\n"
 EMPTY = "def apply(f, x, times):\n    raise NotImplementedError\n"
 STRICT = "assert double(3) == 7, 'wrong'\n"
-AT_ONCE = ("--unsandboxed", "--jobs", "1")
-AGAIN = ("regrade", toy.NAME, "--submitted", "submitted", "--out", "out", *AT_ONCE)
+
+
+def grade(*more: str) -> list[str]:
+    """The command that grades the course."""
+    paths = map(str, sorted(Path("submitted").glob("*/*")))
+    return ["grade", *paths, "--out", "out", "--jobs", "1", *toy.quickly(), *more]
+
+
+def again() -> list[str]:
+    """The command that looks what grading once more would change."""
+    to = ["--submitted", "submitted", "--out", "out"]
+    return ["regrade", toy.NAME, *to, "--jobs", "1", *toy.quickly()]
 
 
 @pytest.fixture(scope="module")
@@ -47,11 +57,10 @@ def looked(tmp_path_factory: pytest.TempPathFactory) -> Path:
         toy.hand_in(folder / "submitted", student, value)
     with pytest.MonkeyPatch.context() as patched:
         patched.chdir(folder)
-        paths = map(str, sorted(Path("submitted").glob("*/*")))
-        assert cli.main(["grade", *paths, "--out", "out", *AT_ONCE, "--seed", "5"]) == 0
+        assert cli.main(grade("--seed", "5")) == 0
         toy.make_tree(folder)
         before = digests(folder)
-        assert cli.main(list(AGAIN)) == 0
+        assert cli.main(again()) == 0
         assert digests(folder) == before
     return folder
 
@@ -65,7 +74,7 @@ def course(looked: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pat
 
 @pytest.fixture
 def regrade(course: Path, autograder: Run) -> Run:
-    return lambda *arguments: autograder(*AGAIN, *arguments)
+    return lambda *arguments: autograder(*again(), *arguments)
 
 
 def digests(course: Path) -> dict[str, str]:
@@ -145,8 +154,7 @@ def test_apply_changes_results_and_gradebook_as_shown(course, regrade, autograde
     assert not (course / "out" / regrading.FOLDER_NAME).exists()
     again = changes(regrade)
     assert again["counts"]["kept"] == 3 and again["changes"] == again["gradebook"] == []
-    paths = sorted((course / "submitted").glob("*/*"))
-    assert "3 of them unchanged" in autograder("grade", *paths, "--out", "out", *AT_ONCE)[1]
+    assert "3 of them unchanged" in autograder(*grade())[1]
 
 
 def spy(seen: list[tasks.Job], jobs: Iterable[tasks.Job]) -> Generator[Any, None, None]:

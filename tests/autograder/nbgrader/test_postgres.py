@@ -179,7 +179,7 @@ def run(course: Path, autograder: Run) -> Run:
 
 def grade(run: Run, course: Path, *arguments: object) -> str:
     paths = sorted((course / "submitted").glob("*/*"))
-    status, out, err = run("grade", *paths, "--unsandboxed", "--jobs", 1, *arguments)
+    status, out, err = run("grade", *paths, *toy.quickly(), "--jobs", 1, *arguments)
     assert status == 0, err
     return out
 
@@ -213,7 +213,7 @@ class TestCommands:
         grade(run, course)
         changed = toy.source_notebook(double_by_hand="assert double(3) == 7\n")
         toy.make_tree(course, value=changed)
-        again = ("regrade", toy.NAME, "--submitted", course / "submitted", "--unsandboxed")
+        again = ("regrade", toy.NAME, "--submitted", course / "submitted", *toy.quickly())
         status, out, _ = run(*again)
         assert status == 0 and "gradebook would change: ada 20 → 16" in out
         assert scores(shared) == {"ada": 20, "bob": 20, "eve": 10}
@@ -251,7 +251,7 @@ class TestMistakes:
 
     @pytest.fixture
     def grade_ada(self, course: Path, run: Run) -> Run:
-        paths = (course / "submitted" / "ada" / toy.NAME, "--unsandboxed")
+        paths = (course / "submitted" / "ada" / toy.NAME, *toy.quickly())
         return lambda *arguments: run("grade", *paths, *arguments)
 
     @pytest.mark.parametrize(
