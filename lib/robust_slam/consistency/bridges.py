@@ -40,7 +40,8 @@ class Bridges:
     @property
     def unconfirmed(self) -> Indices:
         """The bridges that no other closure confirms, ascending as in ``edges``."""
-        return self.edges[self.support == 1]
+        alone: Indices = self.edges[self.support == 1]
+        return alone
 
 
 def find_bridges(graph: PoseGraph, consistency: PcmResult) -> Bridges:

@@ -38,8 +38,8 @@ from robust_slam.solver.candidates import Candidate, Search, evidence_of
 from robust_slam.solver.evidence import outlier_entropy
 from robust_slam.solver.noise import rescaled
 from robust_slam.solver.slips import find_slips
-from robust_slam.solver.support import judge_support
 from robust_slam.solver.support import Support as Support
+from robust_slam.solver.support import judge_support
 
 _SEARCH = 0.7
 """This share of the time at most is spent before the certificate."""
