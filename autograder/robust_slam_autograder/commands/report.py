@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -14,6 +15,8 @@ from robust_slam_autograder.commands import places
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading import results
 from robust_slam_autograder.grading.by_hand import Entered
+from robust_slam_autograder.lms import marking
+from robust_slam_autograder.lms.marking import Marking
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reports import class_pages, class_report, heat_map
 from robust_slam_autograder.reports.class_report import Source
@@ -37,6 +40,12 @@ def add(commands: Any) -> None:  # noqa: ANN401
         help="the students' pages; names link to those that are there",
     )
     parser.add_argument(
+        "--marking",
+        type=Path,
+        metavar="FILE",
+        help=f"who marks whom, and students' questions; default: {marking.NAME} beside --out",
+    )
+    parser.add_argument(
         "--no-names", action="store_true", help="leave students and their own words out"
     )
     parser.set_defaults(run=run)
@@ -48,8 +57,13 @@ def run(options: argparse.Namespace) -> int:
     found = _results(options.out, options.assignments)
     students = frozenset(path.parent.name for paths in found.values() for path in paths)
     marks = places.by_hand(options)
+    shared = _marking(found, options)
     sources = [
         _source(name, paths, students, marks(name), options) for name, paths in found.items()
+    ]
+    sources = [
+        replace(one, markers=shared.markers, questions=shared.questions.get(one.assignment, ()))
+        for one in sources
     ]
     reports = [class_report.report(source) for source in sources]
     for source, report in zip(sources, reports, strict=True):
@@ -82,6 +96,15 @@ def _results(out: Path, wanted: Sequence[str]) -> dict[str, list[Path]]:
         if name not in found:
             raise WrongUse(f"{out} holds no result of {name}; there are {', '.join(found)}.")
     return found
+
+
+def _marking(found: dict[str, list[Path]], options: argparse.Namespace) -> Marking:
+    """Read who marks whom; a class without such a file has no markers and no questions."""
+    path = options.marking or options.out.parent / marking.NAME
+    if options.marking is None and not path.exists():
+        return Marking()
+    handed_in = {name: [each.parent.name for each in paths] for name, paths in found.items()}
+    return marking.load(path, handed_in)
 
 
 def _source(

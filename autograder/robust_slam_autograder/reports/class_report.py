@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 from robust_slam_autograder.grading.by_hand import Entered, with_marks
 from robust_slam_autograder.grading.results import CaseResult, ExerciseResult, Result, Status, tidy
 from robust_slam_autograder.grading.wording import NOT_WRITTEN
+from robust_slam_autograder.lms.marking import Question
 from robust_slam_autograder.markup import one_line, visible
 from robust_slam_autograder.reports import versions
 from robust_slam_autograder.reports.hints import Hint, Reader, collect
@@ -160,6 +161,17 @@ class Time:
 
 
 @dataclass(frozen=True)
+class Asked:
+    """A student's question about a mark."""
+
+    student: Named
+    """With the question, in place of a reason."""
+    answer: str
+    marker: str
+    """Who marks this student; empty where that is not said."""
+
+
+@dataclass(frozen=True)
 class Kind:
     """Submissions that somebody should look at for the same reason."""
 
@@ -210,6 +222,15 @@ class Report:
     """What was graded by other tests than most, and is in ``attention`` alone."""
     by_hand: tuple[tuple[Named, str, str], ...]
     """What people entered: whose it is with the reason, the exercise, and the points."""
+    markers: tuple[tuple[str, tuple[Named, ...]], ...]
+    """Who marks, and whose work, with its points; empty without names."""
+    questions: tuple[Asked, ...]
+    """Open ones first."""
+
+    @property
+    def open_questions(self) -> int:
+        """Return how many questions have no answer yet."""
+        return sum(not one.answer for one in self.questions)
 
 
 @dataclass(frozen=True)
@@ -225,6 +246,8 @@ class Source:
         page: address of its page from the index; empty without one.
         links: by student, the address of the feedback page from there, where there is one.
         students: everybody whose name must not be shown without names.
+        markers: by student who marks, where several do.
+        questions: what students ask about their marks here.
     """
 
     assignment: str
@@ -235,6 +258,8 @@ class Source:
     links: Mapping[str, str] = field(default_factory=dict)
     students: frozenset[str] = frozenset()
     by_hand: Entered = field(default_factory=Entered)
+    markers: Mapping[str, str] = field(default_factory=dict)
+    questions: Sequence[Question] = ()
 
     @property
     def marks(self) -> list[Result]:
@@ -273,7 +298,28 @@ def report(source: Source) -> Report:
         attention=tuple(_attention(source, found)),
         others=tuple(OtherVersion(len(one.results), one.differences) for one in found[1:]),
         by_hand=tuple(_by_hand(source)),
+        markers=tuple(_markers(source)) if source.names else (),
+        questions=tuple(_questions(source)),
     )
+
+
+def _markers(source: Source) -> Iterator[tuple[str, tuple[Named, ...]]]:
+    """Yield who marks, with whose work: of this assignment alone."""
+    mine: dict[str, list[Named]] = {}
+    for result in sorted(source.marks, key=lambda one: one.student):
+        marker = source.markers.get(result.student)
+        if marker is not None:
+            said = _points(result) if result.status == "graded" else result.status
+            mine.setdefault(marker, []).append(source.named(result, said))
+    yield from ((one_line(marker), tuple(mine[marker])) for marker in sorted(mine))
+
+
+def _questions(source: Source) -> Iterator[Asked]:
+    results = {result.student: result for result in source.results}
+    for one in sorted(source.questions, key=lambda one: bool(one.answer)):
+        marker = one_line(source.markers.get(one.student, ""))
+        asker = source.named(results[one.student], visible(one.text))
+        yield Asked(asker, visible(one.answer), marker)
 
 
 def _by_hand(source: Source) -> Iterator[tuple[Named, str, str]]:

@@ -14,6 +14,7 @@ from robust_slam_autograder.grading import results
 from tests.autograder import toy
 from tests.autograder.conftest import Run
 from tests.autograder.reports import samples
+from tests.autograder.reports.pages import Skeleton
 
 STUDENTS = ("ada lovelace", "ben:#1?", "cleo")
 OTHER = "08-other"
@@ -162,4 +163,58 @@ def test_a_file_that_is_no_result_is_named(graded, run):
     path.write_text(path.read_text()[:1])
     status, _, err = run()
     assert status == 2 and f"{toy.NAME}.json is no result file" in err
+    assert not (graded / "report").exists()
+
+
+MARKING = f"""\
+markers = ["Ines", "<b>Omar"]
+
+[takes]
+cleo = "Ines"
+
+[questions.{toy.NAME}]
+"ada lovelace" = "apply: <i>why</i> none?"
+cleo = "double: twice?"
+
+[answers.{toy.NAME}]
+cleo = "Looked at again: it stays."
+"""
+
+
+def test_who_marks_whom_and_what_is_asked_is_on_the_page_and_open_ones_on_the_index(graded, run):
+    (graded / "marking.toml").write_text(MARKING)
+    assert run()[0] == 0
+    found = {name: " ".join(Skeleton(text).text.split()) for name, text in pages(graded).items()}
+    page = found[f"{toy.NAME}.html"]
+    assert "Questions about marks: 1 open" in page and "apply: <i>why</i> none?" in page
+    assert page.index("apply: <i>why") < page.index("Looked at again: it stays.")
+    # Ada, Ben and Dora in turn, and Cleo as the file says.
+    mark = "20 of 55 points"
+    assert f"Ines: 3 StudentMark ada lovelace{mark} cleo{mark} dorarefused" in page
+    assert f"<b>Omar: 1 StudentMark ben:#1?{mark}" in page
+    assert "1 open question" in found["index.html"]
+    assert "Questions" not in found[f"{OTHER}.html"]
+    assert run("--no-names")[0] == 0
+    shown = pages(graded)[f"{toy.NAME}.html"]
+    assert "1 open" in shown and not re.search("Ines|Omar|why|Looked at", shown)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('cleo = "Ines"', 'cloe = "Ines"', "takes names cloe, and no student of that name"),
+        ('cleo = "Ines"', 'cleo = "Inse"', "cleo is given to 'Inse'; the markers are Ines, <b>"),
+        ("[questions.07-toy]", "[questions.08]", "questions names 08, and no assignment"),
+        ('cleo = "double: twice?"', "", "answers.07-toy answers cleo, who asks nothing there"),
+        ('cleo = "double: twice?"', 'cleo = " "', "questions.07-toy.cleo is a sentence in quotes"),
+        ('"Ines", ', "3, ", "markers is a list of names"),
+        ("[takes]", "[take]", "unknown key 'take'"),
+        ("[takes]", "[takes", "cannot be read as TOML"),
+    ],
+)
+def test_a_file_of_markers_that_cannot_be_meant_is_refused(graded, run, old, new, words):
+    assert old in MARKING
+    (graded / "marking.toml").write_text(MARKING.replace(old, new))
+    status, out, err = run()
+    assert (status, out) == (2, "") and words in err and "marking.toml" in err
     assert not (graded / "report").exists()
