@@ -134,8 +134,10 @@ def pairwise_distances(graph: PoseGraph, closures: ArrayLike | None = None) -> A
     ``closures`` is a mask ``(M,)`` of the edges to compare, by default all that are not
     odometry; row p is the p-th of them. For p < q the cycle begins with z_p: where the edges
     are in another order, its error is the inverse one, and as Σ is of first order the
-    distance differs a little. For a pair of inliers the square is χ² with 3 degrees of freedom
-    in SE(2) and 6 in SE(3), to first order. The matrix is symmetric with a zero diagonal, and
+    distance differs a little. For a pair of inliers whose loops overlap in time the square is χ²
+    with 3 degrees of freedom in SE(2) and 6 in SE(3), to first order. Where one loop ends before
+    the other begins, the odometry in between is in both parts of the cycle, so that it is counted
+    twice and the distance is smaller. The matrix is symmetric with a zero diagonal, and
     0 too where two closures join different sessions.
 
     Raises:
