@@ -18,6 +18,8 @@ AUTOGRADED = CLASS / "autograded"
 FEEDBACK = CLASS / "feedback"
 REPORT = CLASS / "report"
 GRADESCOPE = CLASS / "gradescope"
+MISCONCEPTIONS = Path("build/misconceptions")
+"""How answers can be wrong; it can be made again."""
 
 COLOURS = Path("lib/robust_slam/colours.toml")
 """The course's colours, of its pages and its reports; elsewhere reports have their own."""

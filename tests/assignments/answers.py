@@ -1,6 +1,6 @@
 """Answers as students would type them, and submissions made of them.
 
-``robust_slam_autograder.lint.answers`` says how the files ``<assignment>/<exercise>.toml``
+``robust_slam_autograder.reading.labelled`` says how the files ``<assignment>/<exercise>.toml``
 are written.
 """
 
@@ -12,7 +12,7 @@ from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
-from robust_slam_autograder.lint.answers import Answer, read
+from robust_slam_autograder.reading.labelled import Answer, read
 
 from tests.assignments.mutation import equivalents
 

@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 from robust_slam_autograder.grading import marking, wording
 from robust_slam_autograder.grading.results import ExerciseResult
-from robust_slam_autograder.lint.answers import Answer
 from robust_slam_autograder.publishing.student_release import release
 from robust_slam_autograder.reading import assignment as assignment_module
 from robust_slam_autograder.reading import notebook, submission
 from robust_slam_autograder.reading.assignment import Assignment
+from robust_slam_autograder.reading.labelled import Answer
 from robust_slam_autograder.reading.source import imported_modules
 from robust_slam_autograder.sandbox import Sandbox, choose
 

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 from robust_slam_autograder.errors import WrongUse
+from robust_slam_autograder.misconceptions.mutators import Mutant, mutants
 
 from tests.assignments import answers
 from tests.assignments.mutation import __main__ as command
 from tests.assignments.mutation import equivalents, run
-from tests.assignments.mutation.mutators import Mutant, mutants
 from tests.assignments.mutation.report import Report
 from tests.assignments.mutation.run import Verdict
 from tests.assignments.planted import NAME, plant

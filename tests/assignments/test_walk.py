@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 from playwright.sync_api import Browser
-from robust_slam_autograder.lint.answers import Answer
 from robust_slam_autograder.publishing.student_release import release
+from robust_slam_autograder.reading.labelled import Answer
 
 from tests import jupyterlab
 from tests.assignments import answers

@@ -6,7 +6,8 @@ import json
 from pathlib import Path
 from typing import Any
 
-from robust_slam_autograder.grading import cases, marking
+from robust_slam_autograder.executor import seeds
+from robust_slam_autograder.grading import marking
 from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.reading import notebook as notebook_module
 from robust_slam_autograder.reading.assignment import Assignment, Config, from_cells
@@ -184,7 +185,7 @@ def result(out: Path, student: str) -> dict[str, Any]:
 
 def hidden_inputs(seed: int) -> list[str]:
     """What the hidden tests draw from a batch's seed, as texts to look for."""
-    x = cases.case_generator(seed, "double-random").normal(size=5)
+    x = seeds.case_generator(seed, "double-random").normal(size=5)
     return [repr(float(value))[:10] for value in x]
 
 

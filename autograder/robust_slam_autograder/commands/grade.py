@@ -21,6 +21,7 @@ from robust_slam_autograder.executor.dask_workers import connected
 from robust_slam_autograder.grading import allowed, batch, durable, progress, remote
 from robust_slam_autograder.grading.batch import Graded, Graders
 from robust_slam_autograder.grading.journal import open_journal
+from robust_slam_autograder.grading.naming import Namer
 from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.grading.tasks import Job
 from robust_slam_autograder.markup import log_line
@@ -42,7 +43,7 @@ def add(commands: Any) -> None:  # noqa: ANN401
     parser.add_argument("paths", nargs="+", type=Path, metavar="PATH")
     parser.add_argument("--assignment", metavar="NAME")
     parser.add_argument("--student", metavar="NAME")
-    places.add(parser, "--out", "--gradebook")
+    places.add(parser, "--out", "--gradebook", "--misconceptions")
     parser.add_argument("--seed", type=_seed, metavar="N", help="default: the batch's own, secret")
     add_how(parser)
     parser.add_argument(
@@ -113,6 +114,7 @@ def run(options: argparse.Namespace) -> int:
                 workers=at_once,
                 report=lambda graded: step(),
                 graders=found,
+                naming=Namer(options.misconceptions, journal.seed),
             )
         marks = [item.load() for item in graded]
         recording.record_new(gradebook, journal, jobs, marks, wall)
@@ -126,7 +128,8 @@ def refuse_unsafe(jobs: Sequence[Job], options: argparse.Namespace, wall: Sandbo
     Raises:
         WrongUse: it could, or a package that an assignment allows is not installed.
     """
-    folders = [options.solutions, options.out, *map(_folder_of_students, jobs)]
+    kept = [options.misconceptions] if options.misconceptions.is_dir() else []
+    folders = [options.solutions, options.out, *kept, *map(_folder_of_students, jobs)]
     allowed.refuse_unsafe([job.assignment for job in jobs], folders, wall)
 
 

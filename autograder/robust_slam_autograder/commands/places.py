@@ -34,6 +34,12 @@ _OPTIONS: Mapping[str, Mapping[str, Any]] = {
         "metavar": "DIR",
         "help": "where the submissions are, DIR/<student>/<assignment>/",
     },
+    "--misconceptions": {
+        "type": Path,
+        "default": layout.MISCONCEPTIONS,
+        "metavar": "DIR",
+        "help": "what autograder misconceptions has written, to name what was misunderstood",
+    },
     "--gradebook": {
         "metavar": "URL",
         "help": f"a shared gradebook, postgresql://HOST/NAME; default: ${DATABASE_VARIABLE}, "

@@ -11,6 +11,7 @@ from robust_slam_autograder import layout, sandbox
 from robust_slam_autograder.commands import grade, places
 from robust_slam_autograder.grading import batch, progress, regrading
 from robust_slam_autograder.grading.journal import Journal, open_journal
+from robust_slam_autograder.grading.naming import Namer
 from robust_slam_autograder.grading.regrading import Plan, Trial
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ def add(commands: Any) -> None:  # noqa: ANN401
     parser.add_argument(
         "--apply", action="store_true", help="put the new marks into results and gradebook"
     )
-    places.add(parser, "--submitted", "--out", "--gradebook")
+    places.add(parser, "--submitted", "--out", "--gradebook", "--misconceptions")
     grade.add_how(parser)
     parser.add_argument(
         "--json",
@@ -55,7 +56,13 @@ def run(options: argparse.Namespace) -> int:
         stale = regrading.outdated(plan.jobs, journal, wall)
         with progress.shown(len(stale)) as step:
             trial = regrading.attempt(
-                stale, journal, wall=wall, workers=at_once, report=step, graders=graders
+                stale,
+                journal,
+                wall=wall,
+                workers=at_once,
+                report=step,
+                graders=graders,
+                naming=Namer(options.misconceptions, journal.seed),
             )
         found = _compare(plan, trial, journal, gradebook, options)
         if options.apply:

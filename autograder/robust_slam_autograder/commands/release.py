@@ -14,6 +14,7 @@ def add(commands: Any) -> None:  # noqa: ANN401
     parser = commands.add_parser("release", help="make the student release")
     places.add(parser, "names")
     parser.add_argument("--out", type=Path, default=Path("build/release"), metavar="DIR")
+    places.add(parser, "--misconceptions")
     parser.set_defaults(run=run)
 
 
@@ -21,6 +22,8 @@ def run(options: argparse.Namespace) -> int:
     """Make it."""
     from robust_slam_autograder.publishing.student_release import release
 
-    for path in release(options.solutions, options.names, options.out):
+    for path in release(
+        options.solutions, options.names, options.out, misconceptions=options.misconceptions
+    ):
         print(f"released {path} ({path.parent}.zip)")
     return 0

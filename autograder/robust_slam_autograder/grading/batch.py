@@ -24,6 +24,7 @@ from robust_slam_autograder.grading import marking, results
 from robust_slam_autograder.grading.journal import Journal
 from robust_slam_autograder.grading.marked import Marked
 from robust_slam_autograder.grading.marking import Step, Whose
+from robust_slam_autograder.grading.naming import Naming
 from robust_slam_autograder.grading.results import Result, Status
 from robust_slam_autograder.grading.tasks import Fingerprints, Job, Task
 from robust_slam_autograder.grading.waiting import Waiting
@@ -115,6 +116,7 @@ def grade(
     workers: int,
     report: Callable[[Graded], None],
     graders: Graders = processes,
+    naming: Naming | None = None,
 ) -> list[Graded]:
     """Grade submissions, writing each result as it comes.
 
@@ -126,6 +128,7 @@ def grade(
         workers: how many submissions at once.
         report: called after each submission.
         graders: who grades; by default processes of this machine.
+        naming: who says what wrong answers look like; None where nobody does.
 
     Returns:
         what became of each submission, in the order of ``jobs``.
@@ -151,7 +154,8 @@ def grade(
         return graders(tasks, terms, at_once)
 
     with closing(_grade_all(due, prints, kept, run_pass, at_once)) as graded:
-        for task, result in graded:
+        for task, marked in graded:
+            result = naming(task.job, marked) if naming else marked.result
             run.forget(task.job.key)
             path = results.write(out, result)
             if result.status != "failed":
@@ -183,7 +187,7 @@ def _grade_all(
     waiting: Waiting,
     run_pass: _RunPass,
     at_once: int,
-) -> Generator[tuple[Task, Result], None, None]:
+) -> Generator[tuple[Task, Marked], None, None]:
     """Grade submissions in two rounds: all visible passes first, and only then hidden ones.
 
     Every text that a student sees is made in the first round. So nothing that a hidden pass
@@ -200,12 +204,11 @@ def _grade_all(
 
     for task, marked in _round(unseen(), waiting, run_pass, at_once):
         if marked.is_whole:
-            yield task, marked.result
+            yield task, marked
         else:
             waiting.put(replace(task, seen=marked))
             seen.append(task.job)
-    for task, marked in _round(map(waiting.get, seen), waiting, run_pass, at_once):
-        yield task, marked.result
+    yield from _round(map(waiting.get, seen), waiting, run_pass, at_once)
 
 
 def _round(

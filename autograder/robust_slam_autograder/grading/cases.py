@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import ast
 import contextlib
-import hashlib
 import os
 import signal
 import types
@@ -16,10 +15,9 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-
 from robust_slam_autograder.errors import GraderFailure
 from robust_slam_autograder.executor import guarded, memory
+from robust_slam_autograder.executor.seeds import case_generator
 from robust_slam_autograder.executor.session import (
     Session,
     SessionFault,
@@ -30,6 +28,9 @@ from robust_slam_autograder.grading import causes, explain, wording
 from robust_slam_autograder.grading.explain import Returned
 from robust_slam_autograder.grading.results import Ending
 from robust_slam_autograder.grading.wording import FAULT_SENTENCES, Told
+from robust_slam_autograder.misconceptions import shapes
+from robust_slam_autograder.misconceptions.prints import Trace
+from robust_slam_autograder.misconceptions.shapes import Digests
 from robust_slam_autograder.protocol.notebook import Notebook
 from robust_slam_autograder.reading.assignment import Assignment, Case, Piece
 from robust_slam_autograder.reading.source import (
@@ -40,7 +41,6 @@ from robust_slam_autograder.reading.source import (
     used_names,
 )
 
-SEED_VARIABLE = "ROBUST_SLAM_SEED"
 ALARM_GRACE = 0.5
 """The pipe's own deadline comes first; the alarm is for tests that compute on this side."""
 KERNEL_GRACE = 1.0
@@ -49,6 +49,15 @@ Endings = Mapping[str, Ending]
 """By grade id."""
 _Event = tuple[Case, Ending, Exception | None]
 """A case, how it ended, and what it raised, which may hold a student's words."""
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What a case that failed saw of the student's functions, as digests."""
+
+    digests: Digests
+    told: bool
+    """Whether a value ended it, and not an exception."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +70,10 @@ class Cases:
     seed: int
     calls: explain.Calls | None = None
     """Calls of the student's functions, recorded in the visible pass alone."""
+    trace: Trace = field(default_factory=Trace)
+    """What the student's functions returned in the case that runs."""
+    seen: dict[str, Seen] = field(default_factory=dict)
+    """By grade id, of cases that failed by what was returned."""
     stopped: dict[str, str] = field(default_factory=dict)
     """By exercise that was not run, a function that its code depends on, and that ran too long."""
 
@@ -194,6 +207,7 @@ class Cases:
                 notebook.run(number)
         self.session.begin()
         bindings = self.session.bindings()
+        bindings = self.trace.watched(bindings)
         notebook.names.update(self.calls.watched(bindings) if self.calls else bindings)
         return notebook.names
 
@@ -224,6 +238,7 @@ class Cases:
         namespace["rng"] = case_generator(self.seed, case.grade_id)
         if self.calls is not None:
             self.calls.begin(wording.label(case), namespace)
+        self.trace.begin()
         before = dict(namespace)
         try:
             with self._bounded():
@@ -235,11 +250,20 @@ class Cases:
                 namespace.clear()  # what the test gathered is not to cost the cases that follow
                 namespace.update(before)
             ending = known or self._ending(case, error)
+            if ending is Ending.FAILED:
+                self._note(case)
             return ending, None if known else error
         if known or session.fault is None:
             return known or Ending.PASSED, None
         # A test may have swallowed the fault with a bare except.
         return Ending(session.fault.kind), None
+
+    def _note(self, case: Case) -> None:
+        """Note what a case that failed saw, as far as it can be compared."""
+        salt = shapes.salt_of(self.assignment.name, self.seed, whole=self.calls is None)
+        with contextlib.suppress(Exception, SessionFault), self._bounded():
+            found = shapes.of_trace(self.trace, salt)
+            self.seen[case.grade_id] = Seen(found, not self.trace.raised)
 
     def _ending(self, case: Case, error: Exception) -> Ending:
         """Say how a case ended whose test raised."""
@@ -254,25 +278,6 @@ def _names_called(source: str) -> set[str]:
     tree = tree_of(plain_python(source))
     read = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
     return read & used_names(*tree.body)
-
-
-def case_generator(seed: int, grade_id: str) -> np.random.Generator:
-    """Make the generator that a case finds as ``rng``: it follows from seed and grade id alone."""
-    digest = hashlib.sha256(grade_id.encode()).digest()
-    return np.random.default_rng([seed, int.from_bytes(digest[:8], "big")])
-
-
-@contextlib.contextmanager
-def environment(seed: int) -> Iterator[None]:
-    """Hand the seed to the set-up cell, which plain nbgrader runs without one."""
-    before = os.environ.get(SEED_VARIABLE)
-    os.environ[SEED_VARIABLE] = str(seed)
-    try:
-        yield
-    finally:
-        os.environ.pop(SEED_VARIABLE)
-        if before is not None:
-            os.environ[SEED_VARIABLE] = before
 
 
 @contextlib.contextmanager

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
 
 from robust_slam_autograder.grading import results
 from robust_slam_autograder.grading.results import Result
+from robust_slam_autograder.misconceptions.shapes import Shape
 
 
 @dataclass(frozen=True)
@@ -21,6 +23,10 @@ class Marked:
     """How much of the whole submission's limit is used up."""
     skip: tuple[int, ...] = ()
     """Cells of the student's that hung or died, by their number in the program."""
+    shapes: Mapping[str, Shape] = field(default_factory=dict)
+    """By exercise, what its failed cases saw, where a label may fit."""
+    whole: bool = False
+    """Whether hidden regions ran."""
 
     @property
     def is_whole(self) -> bool:
@@ -43,10 +49,15 @@ def from_text(text: str) -> Marked:
     try:
         value = json.loads(text)
         result, skip = results.from_text(value["result"]), tuple(value["skip"])
-        doubtful, seconds = value["doubtful"], value["seconds"]
-    except (RecursionError, KeyError, TypeError) as error:
+        doubtful, seconds, whole = value["doubtful"], value["seconds"], value["whole"]
+        shapes = {name: Shape(**shape) for name, shape in value["shapes"].items()}
+    except (RecursionError, KeyError, TypeError, AttributeError) as error:
         raise ValueError("no pass of a grader wrote it") from error
-    right = type(doubtful) is bool and type(seconds) in (int, float) and math.isfinite(seconds)
+    right = (
+        type(doubtful) is type(whole) is bool
+        and type(seconds) in (int, float)
+        and math.isfinite(seconds)
+    )
     if not right or not all(type(number) is int for number in skip):
         raise ValueError("no pass of a grader wrote it")
-    return Marked(result, doubtful, seconds, skip)
+    return Marked(result, doubtful, seconds, skip, shapes, whole)

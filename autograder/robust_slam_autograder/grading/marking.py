@@ -13,13 +13,13 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from robust_slam_autograder.executor import guarded
+from robust_slam_autograder.executor import guarded, seeds
 from robust_slam_autograder.executor.budget import Deadline, Meter
 from robust_slam_autograder.executor.guarded import Overrun
 from robust_slam_autograder.executor.session import Program, Session
 from robust_slam_autograder.grading import cases as passes
 from robust_slam_autograder.grading import explain, wording
-from robust_slam_autograder.grading.cases import Cases, Endings
+from robust_slam_autograder.grading.cases import Cases, Endings, Seen
 from robust_slam_autograder.grading.marked import Marked
 from robust_slam_autograder.grading.results import (
     CaseResult,
@@ -30,6 +30,7 @@ from robust_slam_autograder.grading.results import (
     tidy,
 )
 from robust_slam_autograder.grading.wording import FAULT_SENTENCES, NO_HINT, Told
+from robust_slam_autograder.misconceptions.shapes import Shape
 from robust_slam_autograder.reading.assignment import Assignment, Case
 from robust_slam_autograder.reading.submission import Submission
 from robust_slam_autograder.sandbox import Sandbox
@@ -39,7 +40,7 @@ PUBLIC_SEED = 0
 
 Report = Callable[[ExerciseResult], None]
 """Called with each exercise as it ends."""
-Seen = Mapping[str, CaseResult]
+Shown = Mapping[str, CaseResult]
 """By grade id how a case went in the visible pass."""
 
 
@@ -137,6 +138,8 @@ class Step:
     told: Told
     skip: frozenset[int]
     seconds: float
+    seen: Seen | None = None
+    """What the case saw, where it failed by that."""
 
 
 @dataclass
@@ -145,6 +148,7 @@ class _Pass:
 
     Attributes:
         faults: cases that are known to hang or die.
+        shapes: by exercise, what its failed cases saw.
         skip: cells of the student's that hung or died: they are left out.
         seconds: how much of the submission's limit is used up.
     """
@@ -157,6 +161,7 @@ class _Pass:
     faults: Endings = field(default_factory=dict)
     skip: frozenset[int] = frozenset()
     seconds: float = 0.0
+    shapes: dict[str, Shape] = field(default_factory=dict)
     _doubtful: bool = False
     _overran: bool = False
     _start: float = field(default_factory=time.monotonic)
@@ -184,6 +189,7 @@ class _Pass:
                     known[case.grade_id] = Ending.TIMEOUT
                     told = wording.own(FAULT_SENTENCES[Ending.TIMEOUT])
                     step = Step(case.grade_id, Ending.TIMEOUT, told, self.skip, self.seconds)
+                    self.shapes.setdefault(case.exercise, Shape()).add(case.grade_id, {})
                     yield case, step
 
     def _run_cases(self, known: Endings) -> Iterator[Step]:
@@ -196,14 +202,15 @@ class _Pass:
         }
         calls = explain.Calls() if self.is_visible else None
         lost: dict[str, Told] = {}
-        with self._session(total) as session, passes.environment(self.seed), passes.silence():
+        with self._session(total) as session, seeds.environment(self.seed), passes.silence():
             cases = Cases(self.whose.assignment, session, texts, self.seed, calls)
             for case, ending, error in cases.run(faults):
                 told = cases.explain(case, ending, error) if self.is_visible else Told()
                 if ending.is_fault:
                     told = lost.setdefault(case.exercise, told)
                 skip = frozenset(session.skip)
-                yield Step(case.grade_id, ending, told, skip, used + total.used())
+                seen = cases.seen.get(case.grade_id)
+                yield Step(case.grade_id, ending, told, skip, used + total.used(), seen)
 
     def _note(self, case: Case, step: Step) -> None:
         """Note where a case ended by a limit that a busy machine may be to blame for."""
@@ -212,6 +219,10 @@ class _Pass:
         lost = {key.rpartition("-")[0] for key in self.faults}
         self._doubtful |= own or (step.ending.is_fault and case.exercise not in lost)
         self.skip, self.seconds = step.skip, step.seconds
+        if step.ending is not Ending.PASSED:
+            shape = self.shapes.setdefault(case.exercise, Shape())
+            found = step.seen or Seen({}, told=False)
+            shape.add(case.grade_id, found.digests, told=found.told)
 
     def _ended(self, case: Case, known: Endings) -> list[Case]:
         """Find the cases that end with one that the kernel has ended.
@@ -225,7 +236,7 @@ class _Pass:
             return [case]
         return [one for one in self.whose.assignment.cases if one.grade_id not in known]
 
-    def marked(self, seen: Seen, hidden: Endings, reason: str, seconds: float) -> Marked:
+    def marked(self, seen: Shown, hidden: Endings, reason: str, seconds: float) -> Marked:
         """Put the result together; ``seconds`` are those of the passes before."""
         whose = self.whose
         names = whose.assignment.exercises
@@ -242,7 +253,10 @@ class _Pass:
             exercises=exercises,
         )
         doubtful = self._doubtful and not self._overran
-        return Marked(result, doubtful, round(self.seconds, 3), tuple(sorted(self.skip)))
+        skip = tuple(sorted(self.skip))
+        shapes = {name: one for name, one in self.shapes.items() if one.is_known}
+        whole = not self.is_visible
+        return Marked(result, doubtful, round(self.seconds, 3), skip, shapes, whole=whole)
 
     @contextlib.contextmanager
     def _session(self, total: Deadline) -> Iterator[Session]:
@@ -263,14 +277,14 @@ class _Pass:
             session.close()
 
 
-def _seen(assignment: Assignment, result: Result) -> Seen:
+def _seen(assignment: Assignment, result: Result) -> Shown:
     """Find the cases of a visible pass by their grade ids."""
     found = {(e.name, case.name): case for e in result.exercises for case in e.cases}
     keys = {case.grade_id: (case.exercise, case.name) for case in assignment.cases}
     return {grade_id: found[key] for grade_id, key in keys.items() if key in found}
 
 
-def _exercise(name: str, whose: Whose, seen: Seen, hidden: Endings) -> ExerciseResult:
+def _exercise(name: str, whose: Whose, seen: Shown, hidden: Endings) -> ExerciseResult:
     assignment = whose.assignment
     cases = [case for case in assignment.cases if case.exercise == name]
     results = tuple(_finished(case, seen.get(case.grade_id), hidden) for case in cases)
@@ -291,7 +305,7 @@ def _exercise(name: str, whose: Whose, seen: Seen, hidden: Endings) -> ExerciseR
     )
 
 
-def _fault(cases: Sequence[Case], seen: Seen, hidden: Endings) -> tuple[Ending | None, str]:
+def _fault(cases: Sequence[Case], seen: Shown, hidden: Endings) -> tuple[Ending | None, str]:
     """Find the first fault of an exercise, and what to say of it."""
     for shown in (seen[case.grade_id] for case in cases if case.grade_id in seen):
         if shown.ending.is_fault:

@@ -16,6 +16,7 @@ from robust_slam_autograder.errors import Refused, WrongUse
 from robust_slam_autograder.grading import batch, results, tasks
 from robust_slam_autograder.grading.batch import Graded, Graders
 from robust_slam_autograder.grading.journal import RUN_NAME, Journal, open_journal
+from robust_slam_autograder.grading.naming import Naming
 from robust_slam_autograder.grading.results import ExerciseResult, Result
 from robust_slam_autograder.grading.tasks import Job
 from robust_slam_autograder.reading import assignment as assignments
@@ -133,6 +134,7 @@ def attempt(
     workers: int,
     report: Callable[[], None],
     graders: Graders,
+    naming: Naming | None = None,
 ) -> Trial:
     """Grade submissions again with the batch's own seed, beside the results that there are.
 
@@ -143,6 +145,7 @@ def attempt(
         workers: how many submissions at once.
         report: called after each.
         graders: who grades, as for ``batch.grade``.
+        naming: who says what wrong answers look like, as there.
 
     Raises:
         GraderFailure: a result cannot be written.
@@ -158,6 +161,7 @@ def attempt(
         workers=workers,
         report=lambda done: report(),
         graders=graders,
+        naming=naming,
     )
     return Trial(tuple(jobs), tuple(graded), own)
 

@@ -110,6 +110,10 @@ class ExerciseResult:
     status: ExerciseStatus
     message: str
     cases: tuple[CaseResult, ...]
+    misconception: str = ""
+    """What a wrong answer looks like, to go on after "It looks as if"; empty where unknown."""
+    pattern: str = ""
+    """What wrong answers have in common that return the same; for the instructor alone."""
 
 
 @dataclass(frozen=True)

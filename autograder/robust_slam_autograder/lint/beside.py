@@ -7,9 +7,9 @@ import importlib.util
 from collections.abc import Iterator
 from itertools import pairwise
 
-from robust_slam_autograder.lint import answers
 from robust_slam_autograder.lint.rule import rule
 from robust_slam_autograder.lint.subject import Found, Subject, parsed
+from robust_slam_autograder.reading import labelled
 from robust_slam_autograder.reading.assignment import CONFIG_NAME, Config
 from robust_slam_autograder.reading.source import imported_modules
 from robust_slam_autograder.student.imports import refusal, withheld_sentence
@@ -87,7 +87,7 @@ def _no_mutant(subject: Subject) -> Iterator[Found]:
     for cell in subject.solutions:
         path = folder / f"{cell.grade_id}.toml"
         try:
-            found = answers.read(path) if path.is_file() else []
+            found = labelled.read(path) if path.is_file() else []
         except ValueError as error:
             yield Found(cell.grade_id or "", 1, f"The answers cannot be read: {error}.")
             continue

@@ -15,6 +15,9 @@ from nbgrader.coursedir import CourseDirectory
 from nbgrader.preprocessors import SaveCells
 
 from robust_slam_autograder.errors import GraderFailure, WrongUse
+from robust_slam_autograder.grading.marking import PUBLIC_SEED
+from robust_slam_autograder.misconceptions import known, survey, tables
+from robust_slam_autograder.misconceptions.survey import Setting
 from robust_slam_autograder.nbgrader.settings import nbgrader_settings
 from robust_slam_autograder.publishing import course as courses
 from robust_slam_autograder.publishing import handout, secret_lines, staging, wheels
@@ -22,13 +25,17 @@ from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading import notebook
 
 
-def release(tree: Path, names: Sequence[str], out: Path) -> list[Path]:
+def release(
+    tree: Path, names: Sequence[str], out: Path, *, misconceptions: Path | None = None
+) -> list[Path]:
     """Make the release of assignments: stubs for solutions, no hidden tests, locked cells.
 
     Args:
         tree: the instructor's source tree.
         names: which assignments; all of the tree where empty.
         out: the releases' folder; ``<out>/<name>/`` and ``<out>/<name>.zip`` are replaced.
+        misconceptions: what ``autograder misconceptions`` has written; of the visible cases the
+            release has it too.
 
     Returns:
         the released notebooks, each with its archive beside its folder.
@@ -49,6 +56,8 @@ def release(tree: Path, names: Sequence[str], out: Path) -> list[Path]:
         for name, source in zip(names, sources, strict=True):
             _run_nbgrader(tree, name, part)
             _count_hidden(source, part / name)
+            if misconceptions is not None:
+                _label(source, part / name, misconceptions)
             _inspect(source, part / name)
             handout.write(part / name, course, packages, part / f"{name}.zip")
         for name in names:
@@ -84,6 +93,22 @@ def _count_hidden(source: Path, made: Path) -> None:
     text = path.read_text(encoding="utf-8").rstrip() + "\n\n" if path.is_file() else ""
     path.write_text(
         "\n".join([f"{text}[hidden] # cases that you do not see", *lines, ""]), "utf-8"
+    )
+
+
+def _label(source: Path, made: Path, misconceptions: Path) -> None:
+    """Let the student's own check name what a wrong answer to a visible case looks like.
+
+    What runs are the released cells, so nothing that only hidden cases know can be in it.
+    """
+    found = known.read(misconceptions, source.parent.name, source)
+    if found is None:
+        return
+    assignment = assignments.load(source)
+    setting = Setting(source, assignment, PUBLIC_SEED, whole=False)
+    tables.write(
+        made / tables.FILE,
+        {name: survey.table(setting, name, some) for name, some in found.exercises.items()},
     )
 
 

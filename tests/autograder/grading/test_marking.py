@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from robust_slam_autograder.grading import cases, marking, wording
+from robust_slam_autograder.executor import seeds
+from robust_slam_autograder.grading import marking, wording
 from robust_slam_autograder.grading.results import CaseResult, ExerciseResult, Result
 from robust_slam_autograder.reading.assignment import Assignment, Config, Limits
 from robust_slam_autograder.sandbox import Unsandboxed
@@ -97,9 +98,9 @@ def test_an_exercise_that_earned_points_is_not_missing() -> None:
 
 
 def test_the_same_seed_gives_the_same_inputs_and_another_seed_others() -> None:
-    draws = [cases.case_generator(seed, "a-b").normal() for seed in (1, 1, 2)]
+    draws = [seeds.case_generator(seed, "a-b").normal() for seed in (1, 1, 2)]
     assert draws[0] == draws[1] != draws[2]
-    assert cases.case_generator(1, "a-c").normal() != draws[0]
+    assert seeds.case_generator(1, "a-c").normal() != draws[0]
 
 
 def test_visible_checks_draw_from_the_public_seed() -> None:
@@ -108,7 +109,7 @@ def test_visible_checks_draw_from_the_public_seed() -> None:
     tell = "def double(x):\n    if isinstance(x, float): raise ValueError(repr(x))\n    return 6\n"
     shown = {case(grade(tell, tests, seed), "random").message for seed in (1, 2)}
     assert len(shown) == 1
-    assert repr(float(cases.case_generator(0, "double-random").normal())) in shown.pop()
+    assert repr(float(seeds.case_generator(0, "double-random").normal())) in shown.pop()
 
 
 def test_hidden_inputs_are_drawn_from_the_batchs_seed() -> None:
@@ -116,7 +117,7 @@ def test_hidden_inputs_are_drawn_from_the_batchs_seed() -> None:
         "assert double(1.0) == 2.0\n### BEGIN HIDDEN TESTS\n# hint: Double it.\n"
         "x = rng.normal()\nassert double(x) == 2 * x\n### END HIDDEN TESTS\n"
     )
-    drawn = float(cases.case_generator(8, "double-random").normal())
+    drawn = float(seeds.case_generator(8, "double-random").normal())
     wrong_there = f"def double(x):\n    return 0.0 if x == {drawn!r} else 2 * x\n"
     tests = toy.assignment(double_random=cell)
     earned = [case(grade(wrong_there, tests, seed), "random").earned for seed in (8, 9)]
@@ -265,9 +266,9 @@ def test_check_runs_the_visible_tests_alone() -> None:
 
 
 def test_the_environment_is_left_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(cases.SEED_VARIABLE, "before")
+    monkeypatch.setenv(seeds.SEED_VARIABLE, "before")
     grade()
-    assert os.environ[cases.SEED_VARIABLE] == "before"
+    assert os.environ[seeds.SEED_VARIABLE] == "before"
 
 
 def test_asserts_count_under_an_optimising_interpreter() -> None:

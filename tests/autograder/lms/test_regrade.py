@@ -12,9 +12,9 @@ from typing import Any
 
 import pytest
 from robust_slam_autograder import cli
+from robust_slam_autograder.executor import seeds
 from robust_slam_autograder.grading import (
     batch,
-    cases,
     journal,
     regrading,
     results,
@@ -177,7 +177,7 @@ def test_what_a_look_has_graded_is_not_graded_twice(course, regrade, monkeypatch
 
 
 def test_the_inputs_are_the_batchs_own(course, regrade):
-    drawn = cases.case_generator(5, "double-random").random()
+    drawn = seeds.case_generator(5, "double-random").random()
     random = f"### BEGIN HIDDEN TESTS\nassert rng.random() == {drawn!r}\n### END HIDDEN TESTS\n"
     toy.make_tree(course, value=toy.source_notebook(double_by_hand=STRICT, double_random=random))
     (bob,) = changes(regrade)["changes"]

@@ -32,6 +32,15 @@ _OF_WRONG = frozenset({"misconception", "caught_by", "stopped_by"})
 _TEXTS = frozenset({"code", "from"})
 
 
+_EQUIVALENTS = "equivalents.toml"
+"""Mutants that were judged, and no answers."""
+
+
+def is_of_answers(path: Path) -> bool:
+    """Tell whether a file beside others holds answers."""
+    return path.name != _EQUIVALENTS
+
+
 @dataclass(frozen=True)
 class Answer:
     """One answer to one exercise."""
@@ -47,6 +56,11 @@ class Answer:
     """Grade id of the case that a wrong answer fails."""
     is_visible: bool = False
     """Whether a visible check stops it, not only a hidden one."""
+
+    @property
+    def label(self) -> str:
+        """Return its misconception as what goes on after "It looks as if"."""
+        return f"your function {self.story[:1].lower()}{self.story[1:].rstrip('.')}"
 
     @property
     def is_right(self) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from robust_slam_autograder.lint.answers import Answer, read, replaced
+from robust_slam_autograder.reading.labelled import Answer, read, replaced
 
 RIGHT = """
 [right_sum]

@@ -1,15 +1,19 @@
 """The mutants of one solution cell: its text with one small change in a solution region.
 
 Changes are made in the tree and put back as text at their place, so that a diff shows the change
-alone. Text in raised errors is left alone: no case may depend on it.
+alone. Text in raised errors is left alone: no case may depend on it. Each change is an instance
+of a slip that a student might make, and ``slips`` has the sentence for it.
 """
 
 from __future__ import annotations
 
 import ast
 import difflib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+
+from robust_slam_autograder.misconceptions.site import Site
+from robust_slam_autograder.misconceptions.slips import Slip, slip_of
 
 BEGIN, END = "### BEGIN SOLUTION", "### END SOLUTION"
 
@@ -87,6 +91,12 @@ class Mutant:
     """The lines that were changed, as they were, without their indentation."""
     becomes: str
     """The same lines as they are."""
+    slip: Slip
+    """What a student would have done wrong who had written it."""
+
+
+Variants = Callable[[Site], Iterator[ast.AST]]
+"""What may stand in the place of a node."""
 
 
 def mutants(exercise: str, source: str) -> list[Mutant]:
@@ -98,33 +108,31 @@ def mutants(exercise: str, source: str) -> list[Mutant]:
     regions = list(_regions(source))
     if not regions:
         raise ValueError(f"{exercise}: no line reads {BEGIN}")
+    return list(changed(exercise, source, regions, variants))
+
+
+def changed(
+    exercise: str, source: str, regions: Sequence[tuple[int, int]], variants: Variants
+) -> Iterator[Mutant]:
+    """Yield a cell with one change between the lines of a region, no two texts alike."""
     tree = ast.parse(source)
-    found: dict[str, Mutant] = {}
+    seen = {source}
     for site in _sites(tree):
         if not any(first < site.node.lineno < last for first, last in regions):
             continue
-        for variant in _variants(site):
+        for variant in variants(site):
             text = _with(source, tree, site, variant)
-            if text is not None and text not in found and text != source:
+            if text is not None and text not in seen:
+                seen.add(text)
                 function = _function_at(tree, site.node.lineno)
-                found[text] = Mutant(exercise, function, text, *_changed_lines(source, text))
-    return list(found.values())
+                slip = slip_of(site, variant, _arguments(function))
+                name = function.name if function else ""
+                yield Mutant(exercise, name, text, *_changed_lines(source, text), slip)
 
 
-@dataclass(frozen=True)
-class _Site:
-    """A node that may be changed, and where its parent holds it."""
-
-    parent: ast.AST
-    field: str
-    index: int | None
-    node: ast.expr | ast.stmt
-
-    def put(self, node: ast.AST) -> None:
-        if self.index is None:
-            setattr(self.parent, self.field, node)
-        else:
-            getattr(self.parent, self.field)[self.index] = node
+def _arguments(function: ast.FunctionDef | None) -> frozenset[str]:
+    parts = function.args if function else None
+    return frozenset(one.arg for one in [*parts.args, *parts.kwonlyargs]) if parts else frozenset()
 
 
 def _regions(source: str) -> Iterator[tuple[int, int]]:
@@ -137,17 +145,17 @@ def _regions(source: str) -> Iterator[tuple[int, int]]:
             yield first, number
 
 
-def _sites(parent: ast.AST) -> Iterator[_Site]:
+def _sites(parent: ast.AST) -> Iterator[Site]:
     for field, value in ast.iter_fields(parent):
         parts = list(enumerate(value)) if isinstance(value, list) else [(None, value)]
         for index, node in parts:
             if isinstance(node, ast.expr | ast.stmt):
-                yield _Site(parent, field, index, node)
+                yield Site(parent, field, index, node)
             if isinstance(node, ast.AST) and not isinstance(node, ast.Raise | ast.JoinedStr):
                 yield from _sites(node)
 
 
-def _variants(site: _Site) -> Iterator[ast.AST]:
+def variants(site: Site) -> Iterator[ast.AST]:
     """What may stand in a node's place."""
     node = site.node
     if isinstance(node, ast.stmt):
@@ -234,7 +242,7 @@ def _of_call(node: ast.Call) -> Iterator[ast.AST]:
                 yield ast.Call(node.func, [*args[:n], other, *args[n + 1 :]], keywords)
 
 
-def _of_place(site: _Site) -> Iterator[ast.AST]:
+def _of_place(site: Site) -> Iterator[ast.AST]:
     """Changes that depend on where an expression stands."""
     parent, node = site.parent, site.node
     if not isinstance(node, ast.expr):
@@ -273,7 +281,7 @@ def _off_by_one(node: ast.expr) -> Iterator[ast.expr]:
         yield ast.BinOp(node, ast.Sub(), ast.Constant(1))
 
 
-def _with(source: str, tree: ast.Module, site: _Site, variant: ast.AST) -> str | None:
+def _with(source: str, tree: ast.Module, site: Site, variant: ast.AST) -> str | None:
     """The cell with the variant in the site's place; None where it cannot be written there."""
     text = ast.unparse(ast.fix_missing_locations(variant))
     site.put(variant)
@@ -300,9 +308,9 @@ def _replaced(source: str, node: ast.expr | ast.stmt, text: str) -> str:
     return (before + text.encode() + after).decode()
 
 
-def _function_at(tree: ast.Module, line: int) -> str:
+def _function_at(tree: ast.Module, line: int) -> ast.FunctionDef | None:
     functions = [node for node in tree.body if isinstance(node, ast.FunctionDef)]
-    return next((f.name for f in functions if f.lineno <= line <= (f.end_lineno or 0)), "")
+    return next((f for f in functions if f.lineno <= line <= (f.end_lineno or 0)), None)
 
 
 def _changed_lines(before: str, after: str) -> tuple[str, str]:

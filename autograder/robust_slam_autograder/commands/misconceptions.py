@@ -1,0 +1,78 @@
+"""``autograder misconceptions``: find out how answers can be wrong, so that grading names it."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from robust_slam_autograder import layout
+from robust_slam_autograder.commands import places
+from robust_slam_autograder.errors import WrongUse
+from robust_slam_autograder.misconceptions import known, survey
+from robust_slam_autograder.misconceptions.candidates import Candidate
+from robust_slam_autograder.misconceptions.known import Known
+from robust_slam_autograder.misconceptions.survey import Setting
+from robust_slam_autograder.reading import assignment as assignments
+from robust_slam_autograder.reading import labelled
+from robust_slam_autograder.reading.labelled import Answer
+
+SEED = 1
+"""Of the hidden inputs on which ways to be wrong are told apart; any will do."""
+
+
+def add(commands: Any) -> None:  # noqa: ANN401
+    """Declare the command."""
+    parser = commands.add_parser(
+        "misconceptions",
+        help="find out how answers can be wrong, to name it",
+    )
+    places.add(parser, "names")
+    parser.add_argument(
+        "--answers",
+        type=Path,
+        metavar="DIR",
+        help="answers with their misconceptions, DIR/<assignment>/<exercise>.toml",
+    )
+    parser.add_argument("--to", type=Path, default=layout.MISCONCEPTIONS, metavar="DIR")
+    parser.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Find out; an assignment whose tests and answers have not changed keeps its file."""
+    if options.answers is not None and not options.answers.is_dir():
+        raise WrongUse(f"There is no folder {options.answers}: --answers DIR names it.")
+    for name in assignments.chosen(options.solutions, options.names):
+        tests = assignments.notebook_path(options.solutions / name)
+        answers = _answers(options.answers, name)
+        before = known.read(options.to, name, tests)
+        if before is not None and before.answers == known.digest_of_answers(answers):
+            print(f"{name}: unchanged")
+            continue
+        assignment = assignments.load(tests)
+        setting = Setting(tests, assignment, SEED, whole=True)
+        found: dict[str, Sequence[Candidate]] = {}
+        for exercise in assignment.exercises:
+            found[exercise] = _survey(setting, exercise, answers)
+            print(f"{name}, {exercise}: {len(found[exercise])} ways to be wrong", flush=True)
+        digests = known.digest(tests), known.digest_of_answers(answers)
+        known.write(options.to, name, Known(*digests, found))
+    return 0
+
+
+def _survey(setting: Setting, exercise: str, answers: Sequence[Answer]) -> Sequence[Candidate]:
+    try:
+        return survey.survey(setting, exercise, answers)
+    except ValueError as error:
+        raise WrongUse(f"{setting.path}: {error}: fix that first.") from error
+
+
+def _answers(folder: Path | None, name: str) -> list[Answer]:
+    """Return an assignment's answers, right and wrong; none without a folder."""
+    files = sorted((folder / name).glob("*.toml")) if folder is not None else []
+    try:
+        files = [path for path in files if labelled.is_of_answers(path)]
+        return [one for path in files for one in labelled.read(path)]
+    except ValueError as error:
+        raise WrongUse(str(error)) from error

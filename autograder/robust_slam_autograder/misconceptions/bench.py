@@ -1,0 +1,177 @@
+"""Runs an exercise's test cells on functions of the instructor's, in this process.
+
+Nothing here is a sandbox: what runs is the instructor's solution, changes of it, and answers
+that the instructor wrote down as wrong.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import sys
+import types
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from robust_slam_autograder.executor.seeds import case_generator, environment
+from robust_slam_autograder.misconceptions import facts, shapes
+from robust_slam_autograder.misconceptions.facts import Fact
+from robust_slam_autograder.misconceptions.prints import Trace
+from robust_slam_autograder.misconceptions.shapes import WHOLE, Shape
+from robust_slam_autograder.misconceptions.tables import Right
+from robust_slam_autograder.reading import notebook, submission
+from robust_slam_autograder.reading.assignment import Assignment, Case
+from robust_slam_autograder.reading.source import plain_python
+
+Names = dict[str, Any]
+
+
+@dataclass
+class Bench:
+    """An assignment, with its test cells and what they see after the solutions ran."""
+
+    assignment: Assignment
+    sources: Mapping[str, str]
+    """By grade id, the test cell."""
+    seed: int
+    salt: str
+    names: Names
+    cells: Mapping[str, str]
+    """By grade id, the instructor's solution."""
+    codes: dict[str, types.CodeType] = field(default_factory=dict)
+    _facts: dict[str, dict[str, Fact]] = field(default_factory=dict)
+
+    def functions(self, exercise: str) -> dict[str, Callable[..., Any]]:
+        """Return the instructor's functions that an exercise asks for."""
+        owner = self.assignment.owner(exercise)
+        (mine,) = [one for one in self.assignment.solutions if one.grade_id == owner]
+        return {name: self.names[name] for name in mine.names if callable(self.names.get(name))}
+
+    def facts(self, exercise: str) -> dict[str, Fact]:
+        """Return by their sentences the facts of an exercise's functions."""
+        if exercise not in self._facts:
+            found = facts.facts(self.functions(exercise))
+            self._facts[exercise] = {one.sentence: one for one in found}
+        return self._facts[exercise]
+
+    def with_cell(self, exercise: str, source: str) -> Names:
+        """Return what test cells see with other text in an exercise's solution cell.
+
+        Raises:
+            Exception: what the cell raises.
+        """
+        names = dict(self.names)
+        with quiet():
+            exec(_compiled(source, exercise), names)
+        return names
+
+    def shape(
+        self, exercise: str, names: Names, right: Right, *, with_aspects: bool = False
+    ) -> Shape:
+        """Run the cases of an exercise, and note how those end that fail.
+
+        A case whose values are those of the solution up to where it failed says nothing.
+        """
+        shape = Shape()
+        with quiet(), environment(self.seed):
+            for case in self._cases(exercise):
+                trace = Trace()
+                if not self._passes(case, names, trace):
+                    found = shapes.of_trace(trace, self.salt, with_aspects=with_aspects)
+                    heads = right[case.grade_id].get(WHOLE, frozenset())
+                    if heads & set(found.get(WHOLE, ())):
+                        found = {}
+                    shape.add(case.grade_id, found, told=not trace.raised)
+                if shape.lost:
+                    break
+        return shape
+
+    def right(self, exercise: str) -> Right:
+        """Return what the solution returns, call by call.
+
+        Raises:
+            ValueError: the solution itself loses a case.
+        """
+        found = {}
+        with quiet(), environment(self.seed):
+            for case in self._cases(exercise):
+                trace = Trace()
+                if not self._passes(case, self.names, trace):
+                    raise ValueError(f"the solution itself loses {case.grade_id}")
+                found[case.grade_id] = shapes.of_beginnings(trace, self.salt)
+        return found
+
+    def _cases(self, exercise: str) -> list[Case]:
+        return [case for case in self.assignment.cases if case.exercise == exercise]
+
+    def _passes(self, case: Case, names: Names, trace: Trace) -> bool:
+        if case.grade_id not in self.codes:
+            self.codes[case.grade_id] = _compiled(self.sources[case.grade_id], case.grade_id)
+        asked = {name: names[name] for name in self.assignment.names if name in names}
+        seen = {**names, **trace.watched(_apart(asked))}
+        seen["rng"] = case_generator(self.seed, case.grade_id)
+        try:
+            exec(self.codes[case.grade_id], seen)
+        except Exception:  # a test fails by raising, whatever it raises
+            return False
+        return True
+
+
+def bench(path: Path, assignment: Assignment, *, seed: int, whole: bool, salt: str) -> Bench:
+    """Run the instructor's notebook.
+
+    Args:
+        path: the instructor's notebook.
+        assignment: the same, read.
+        seed: of the hidden inputs.
+        whole: whether test cells run with their hidden regions.
+        salt: of the digests.
+    """
+    code = submission.collect(notebook.read(path), assignment)
+    module = types.ModuleType(f"solutions_{abs(hash(str(path)))}")
+    sys.modules[module.__name__] = module  # dataclasses look their module up by name
+    with quiet(), environment(seed):
+        for piece in (*assignment.setup, *code.pieces):
+            if not piece.own:
+                exec(_compiled(piece.source, piece.label), module.__dict__)
+    sources = {one.grade_id: one.full if whole else one.visible for one in assignment.cases}
+    cells = {piece.label: piece.source for piece in code.pieces if not piece.own}
+    return Bench(assignment, sources, seed, salt, module.__dict__, cells)
+
+
+def _apart(names: Names) -> Names:
+    """Return functions that get copies of their arguments, as across a pipe."""
+
+    def apart(function: Callable[..., Any]) -> Callable[..., Any]:
+        return lambda *args, **kwargs: function(*_copied(args), **_copied(kwargs))
+
+    return {name: apart(one) if callable(one) else one for name, one in names.items()}
+
+
+def _copied(value: Any) -> Any:  # noqa: ANN401
+    if isinstance(value, np.ndarray):
+        return value.copy()
+    if isinstance(value, tuple):
+        return tuple(map(_copied, value))
+    if isinstance(value, list):
+        return list(map(_copied, value))
+    if isinstance(value, dict):
+        return {key: _copied(item) for key, item in value.items()}
+    return value
+
+
+@contextlib.contextmanager
+def quiet() -> Iterator[None]:
+    """Suppress warnings and what the code prints."""
+    with warnings.catch_warnings(), contextlib.redirect_stdout(io.StringIO()):
+        warnings.simplefilter("ignore")
+        yield
+
+
+def _compiled(source: str, label: str) -> types.CodeType:
+    return compile(plain_python(source), f"<{label}>", "exec", dont_inherit=True, optimize=0)

@@ -1,0 +1,81 @@
+"""What a wrong answer may be: one that was written down, a mutant, or a fact of the values.
+
+Where several fit, the first kind counts: an author's sentence names the misconception, a fact
+says what the values are, and a mutant says what was changed.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+
+from robust_slam_autograder.misconceptions import slips, wider
+from robust_slam_autograder.misconceptions.bench import Bench, Names
+from robust_slam_autograder.misconceptions.slips import Slip
+from robust_slam_autograder.reading.labelled import Answer
+
+WRITTEN, FACT, OF_SOLUTION, OF_ANSWER = range(4)
+"""Where a candidate comes from; the first that fits counts."""
+MOST_RIGHT = 2
+"""Right answers of which mutants are made."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One way to be wrong."""
+
+    origin: int
+    sentence: str
+    """What goes on after "It looks as if"."""
+    source: str = ""
+    """Text of the solution cell; empty for a fact."""
+    slip: Slip | None = field(default=None, compare=False)
+
+    def names(self, bench: Bench, exercise: str) -> Names:
+        """Return what test cells see where this is the answer.
+
+        Raises:
+            Exception: what the cell raises.
+        """
+        if self.source:
+            return bench.with_cell(exercise, self.source)
+        found = bench.facts(exercise)[self.sentence]
+        return {**bench.names, **found.functions}
+
+
+def candidates(bench: Bench, exercise: str, answers: Sequence[Answer]) -> Iterator[Candidate]:
+    """Yield the ways to be wrong in an exercise, of which there are answers, right and wrong."""
+    cell = bench.assignment.owner(exercise)
+    mine = [one for one in answers if one.exercise == exercise]
+    for answer in mine:
+        if not answer.is_right:
+            yield Candidate(WRITTEN, answer.label, answer.source)
+    for sentence in bench.facts(exercise):
+        yield Candidate(FACT, sentence)
+    seen: set[str] = set()
+    right = [one.source for one in mine if one.is_right][:MOST_RIGHT]
+    for source in (bench.cells[cell], *right):
+        origin = OF_ANSWER if seen else OF_SOLUTION
+        for mutant in wider.mutants(cell, source):
+            if mutant.source not in seen:
+                seen.add(mutant.source)
+                yield Candidate(origin, mutant.slip.sentence, mutant.source, mutant.slip)
+
+
+def chosen(alike: Iterable[Candidate]) -> Candidate | None:
+    """Return the one that names all candidates which cannot be told apart; None where none does.
+
+    Two sentences of authors say different things: then there is no name. Two slips have the one
+    that is declared for both of them, if one is. Of facts each is true.
+    """
+    by_origin = defaultdict(list)
+    for one in alike:
+        by_origin[one.origin].append(one)
+    first = by_origin[min(by_origin)]
+    if first[0].origin == FACT:
+        return first[0]
+    if first[0].origin == WRITTEN:
+        return first[0] if len({one.sentence for one in first}) == 1 else None
+    sentence = slips.common([one.slip for one in first if one.slip])
+    return replace(first[0], sentence=sentence) if sentence else None

@@ -1,0 +1,268 @@
+"""Slips that can be read off the values: the right function, with other arguments or results.
+
+Each is tried on the instructor's own solution: what it returns for the square of an argument, or
+twice what it returns. A student's values that are the same say so, whatever the code is.
+"""
+
+from __future__ import annotations
+
+import inspect
+import itertools
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+Function = Callable[..., Any]
+Change = Callable[[Any], Any]
+
+
+@dataclass(frozen=True)
+class Fact:
+    """The right function, changed."""
+
+    sentence: str
+    """What goes on after "It looks as if"."""
+    functions: Mapping[str, Function]
+    """By name, those that are changed."""
+
+
+def _float(value: Any) -> Any:  # noqa: ANN401
+    if isinstance(value, bool | np.bool_ | str) or value is None or callable(value):
+        raise TypeError("no number")
+    array = np.asarray(value)
+    if array.dtype.kind not in "iuf":
+        raise TypeError("no numbers")
+    return array.astype(float)
+
+
+def _like(before: Any, after: Any) -> Any:  # noqa: ANN401
+    """Return a value as integers again where it was, and still is: they may be indices."""
+    whole = np.asarray(before).dtype.kind in "iu" and np.all(np.mod(after, 1) == 0)
+    after = np.asarray(after).astype(int) if whole else after
+    return after if np.ndim(after) else np.asarray(after).item()
+
+
+_ARGUMENT: Mapping[str, Change] = {
+    "{} were squared before it is used": np.square,
+    "the square root of {} were taken, or a square of it is missing": lambda x: np.sqrt(np.abs(x)),
+    "the sign of {} were dropped": np.abs,
+    "{} had the other sign": np.negative,
+    "one over {} stood in its place": lambda x: 1 / x,
+    "{} were doubled": lambda x: 2 * x,
+    "{} were halved": lambda x: x / 2,
+    "{} were 1 everywhere, or left out": np.ones_like,
+    "{} were 0, or ignored": np.zeros_like,
+    "{} were in degrees": np.rad2deg,
+    "{} were taken for degrees": np.deg2rad,
+    "the fractions of {} were cut off": np.trunc,
+    "the mean of {} stood for each of its entries": lambda x: np.full_like(x, np.mean(x)),
+    "the first entry of {} stood for each of its entries": lambda x: np.full_like(x, x.flat[0]),
+    "the last entry of {} stood for each of its entries": lambda x: np.full_like(x, x.flat[-1]),
+    "the largest entry of {} stood for each of its entries": lambda x: np.full_like(x, np.max(x)),
+    "the entries of {} were in another order": lambda x: x[::-1] if x.ndim else x,
+    "{} were sorted": lambda x: np.sort(x, axis=0) if x.ndim else x,
+    "each row of {} were sorted": lambda x: np.sort(x, axis=-1) if x.ndim >= 2 else x,
+    "the columns of {} were in the reverse order": lambda x: x[..., ::-1] if x.ndim >= 2 else x,
+    "{} were transposed": lambda x: np.swapaxes(x, -1, -2) if x.ndim >= 2 else x,
+}
+"""Sentences with an argument in the place of the braces."""
+
+_RESULT: Mapping[str, Change] = {
+    "{} is twice what it should be": lambda y: 2 * y,
+    "{} is half of what it should be": lambda y: y / 2,
+    "{} is four times what it should be": lambda y: 4 * y,
+    "{} is a quarter of what it should be": lambda y: y / 4,
+    "{} is the square of what it should be": np.square,
+    "{} is the square root of what it should be": lambda y: np.sqrt(np.abs(y)),
+    "{} has the wrong sign": np.negative,
+    "{} is one over what it should be": lambda y: 1 / y,
+    "{} is 1 minus what it should be": lambda y: 1 - y,
+    "{} has lost its sign": np.abs,
+    "{} is kept between 0 and 1": lambda y: np.clip(y, 0, 1),
+    "{} is stopped at 0": lambda y: np.maximum(y, 0),
+    "{} has small numbers set to 0": lambda y: np.where(np.abs(y) < 0.1, 0.0, y),
+    "{} has numbers below 0.01 set to 0": lambda y: np.where(np.abs(y) < 0.01, 0.0, y),
+    "{} is never below a tenth": lambda y: np.maximum(y, 0.1),
+    "{} is never above 1": lambda y: np.minimum(y, 1.0),
+    "{} is 1 or 0, and nothing between": lambda y: np.where(y < 0.5, 0.0, 1.0),
+    "{} is transposed": lambda y: np.swapaxes(y, -1, -2) if y.ndim >= 2 else y,
+    "{} is the inverse of what it should be": lambda y: np.linalg.inv(y),
+    "{} is in degrees": np.rad2deg,
+    "{} is divided by its sum": lambda y: y / np.sum(y),
+    "{} is divided by its largest entry": lambda y: y / np.max(np.abs(y)),
+    "{} is scaled to length 1": lambda y: y / np.linalg.norm(y),
+    "{} has its fractions cut off": np.trunc,
+    "{} is rounded": np.round,
+    "{} is one long row, whatever the shape of what came in": np.ravel,
+    "{} is a sum where the entries belong": np.sum,
+    "{} is a mean where the entries belong": np.mean,
+    "{} is in the reverse order": lambda y: y[::-1] if y.ndim else y,
+    "{} is sorted": lambda y: np.sort(y, axis=0) if y.ndim else y,
+    "{} is 0 everywhere": np.zeros_like,
+    "{} is 1 everywhere": np.ones_like,
+    "{} is 1 too large": lambda y: y + 1,
+    "{} is 1 too small": lambda y: y - 1,
+    "{} is NaN everywhere": lambda y: np.full_like(y, np.nan),
+    "{} is the logarithm of what it should be": lambda y: np.log(np.abs(y)),
+    "{} is the exponential of what it should be": np.exp,
+}
+
+_SCALED: Mapping[str, Callable[[Any, Any], Any]] = {
+    "is multiplied by {} once too often": lambda y, x: y * x,
+    "is divided by {} once too often": lambda y, x: y / x,
+    "is multiplied by the square of {} once too often": lambda y, x: y * x**2,
+    "is divided by the square of {} once too often": lambda y, x: y / x**2,
+}
+_CONSTANTS = (1e-9, 1e-6, 1e-3, 0.1, 0.5, 2.0, 3.0, 10.0, 100.0)
+"""What may stand for a number that is handed in."""
+_FROM_OTHER: Mapping[str, Change] = {
+    "the mean of {1} stood for {0}": np.mean,
+    "the median of {1} stood for {0}": np.median,
+    "the first entry of {1} stood for {0}": lambda x: x.flat[0],
+    "the smallest entry of {1} stood for {0}": np.min,
+    "the largest entry of {1} stood for {0}": np.max,
+}
+_WHERE: Mapping[str, Callable[[Any], Any]] = {
+    "is NaN where {} is 0": lambda y: np.nan,
+    "is 0 where {} is 0": lambda y: 0.0,
+    "is 1 where {} is 0": lambda y: 1.0,
+}
+_LEFT: Mapping[str, Callable[[Any], Any]] = {
+    "has the wrong sign where {} is negative": np.negative,
+    "is 0 where {} is negative": np.zeros_like,
+    "is 1 where {} is negative": np.ones_like,
+    "is positive where {} is negative": np.abs,
+    "is negative where {} is negative": lambda y: -np.abs(y),
+}
+
+
+def facts(functions: Mapping[str, Function]) -> Iterator[Fact]:
+    """Yield what can be read off the values of an exercise's functions."""
+    for name, function in functions.items():
+        result = "what comes back" if len(functions) == 1 else f"what `{name}` returns"
+        try:
+            names = list(inspect.signature(function).parameters)
+        except (TypeError, ValueError):
+            continue
+        for sentence, change in _RESULT.items():
+            yield Fact(sentence.format(result), {name: _with_result(function, change)})
+            for n, part in enumerate(("the first part", "the second part")):
+                told = sentence.format(f"{part} of {result}")
+                yield Fact(told, {name: _with_part(function, change, n)})
+        for n, argument in enumerate(names):
+            for sentence, change in _ARGUMENT.items():
+                changed = _with_argument(function, names, n, change)
+                yield Fact(sentence.format(f"`{argument}`"), {name: changed})
+            for sentence, scale in _SCALED.items():
+                told = f"{result} {sentence.format(f'`{argument}`')}"
+                yield Fact(told, {name: _scaled(function, names, n, scale)})
+            for constant in _CONSTANTS:
+                told = f"`{argument}` were ignored, and {constant:g} taken in its place"
+                yield Fact(told, {name: _with_argument(function, names, n, _always(constant))})
+            told = f"{result} has its fractions cut off where `{argument}` holds integers"
+            yield Fact(told, {name: _whole(function, names, n)})
+            for sentence, change in _WHERE.items():
+                told = f"{result} {sentence.format(f'`{argument}`')}"
+                yield Fact(told, {name: _where(function, names, n, change, np.equal)})
+            for sentence, change in _LEFT.items():
+                told = f"{result} {sentence.format(f'`{argument}`')}"
+                yield Fact(told, {name: _where(function, names, n, change, np.less)})
+        for n, m in itertools.permutations(range(len(names)), 2):
+            for sentence, change in _FROM_OTHER.items():
+                told = sentence.format(f"`{names[n]}`", f"`{names[m]}`")
+                yield Fact(told, {name: _from_other(function, names, n, m, change)})
+        for n, m in itertools.combinations(range(len(names)), 2):
+            told = f"`{names[n]}` and `{names[m]}` were confused"
+            yield Fact(told, {name: _swapped(function, names, n, m)})
+
+
+def _bound(names: list[str], args: tuple[Any, ...], kwargs: Mapping[str, Any]) -> list[Any]:
+    return [*args, *(kwargs[name] for name in names[len(args) :] if name in kwargs)]
+
+
+def _with_argument(function: Function, names: list[str], n: int, change: Change) -> Function:
+    def changed(*args: Any, **kwargs: Any) -> Any:  # noqa: ANN401
+        values = _bound(names, args, kwargs)
+        values[n] = _like(values[n], change(_float(values[n])))
+        return function(*values)
+
+    return changed
+
+
+def _always(constant: float) -> Change:
+    def change(value: Any) -> float:  # noqa: ANN401
+        if np.ndim(value):
+            raise TypeError("no number")
+        return constant
+
+    return change
+
+
+def _from_other(function: Function, names: list[str], n: int, m: int, change: Change) -> Function:
+    def changed(*args: Any, **kwargs: Any) -> Any:  # noqa: ANN401
+        values = _bound(names, args, kwargs)
+        if np.ndim(_float(values[n])) or not np.ndim(_float(values[m])):
+            raise TypeError("no number and its row")
+        values[n] = float(change(_float(values[m])))
+        return function(*values)
+
+    return changed
+
+
+def _whole(function: Function, names: list[str], n: int) -> Function:
+    def changed(*args: Any, **kwargs: Any) -> Any:  # noqa: ANN401
+        value = _float(function(*args, **kwargs))
+        holds = np.asarray(_bound(names, args, kwargs)[n]).dtype.kind in "iu"
+        return np.trunc(value) if holds else value
+
+    return changed
+
+
+def _swapped(function: Function, names: list[str], n: int, m: int) -> Function:
+    def changed(*args: Any, **kwargs: Any) -> Any:  # noqa: ANN401
+        values = _bound(names, args, kwargs)
+        values[n], values[m] = values[m], values[n]
+        return function(*values)
+
+    return changed
+
+
+def _with_result(function: Function, change: Change) -> Function:
+    return lambda *args, **kwargs: change(_float(function(*args, **kwargs)))
+
+
+def _with_part(function: Function, change: Change, n: int) -> Function:
+    def changed(*args: Any, **kwargs: Any) -> Any:  # noqa: ANN401
+        parts = function(*args, **kwargs)
+        if not isinstance(parts, tuple):
+            raise TypeError("no tuple")
+        return (*parts[:n], change(_float(parts[n])), *parts[n + 1 :])
+
+    return changed
+
+
+def _scaled(
+    function: Function, names: list[str], n: int, scale: Callable[[Any, Any], Any]
+) -> Function:
+    def changed(*args: Any, **kwargs: Any) -> Any:  # noqa: ANN401
+        argument = _float(_bound(names, args, kwargs)[n])
+        return scale(_float(function(*args, **kwargs)), argument)
+
+    return changed
+
+
+def _where(
+    function: Function,
+    names: list[str],
+    n: int,
+    change: Change,
+    compare: Any,  # noqa: ANN401
+) -> Function:
+    def changed(*args: Any, **kwargs: Any) -> Any:  # noqa: ANN401
+        argument = _float(_bound(names, args, kwargs)[n])
+        value = _float(function(*args, **kwargs))
+        return np.where(compare(argument, 0), change(value), value)
+
+    return changed

@@ -1,0 +1,94 @@
+"""How the failed cases of an exercise ended, as digests by which a label may be found."""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from robust_slam_autograder.misconceptions import aspects
+from robust_slam_autograder.misconceptions.prints import Called, Part, Trace, digests
+
+MOST_KEYS = 64
+"""Of one exercise: with more numbers beside the edge of a cell than give so many, none fits."""
+MOST_SEEN = 60
+"""Calls of one test cell, of which aspects are taken."""
+WHOLE = ""
+"""The aspect that leaves all."""
+
+Digests = dict[str, tuple[str, ...]]
+"""By aspect, the digest of what a test cell saw, and those of neighbouring cells."""
+
+
+@dataclass
+class Shape:
+    """What the failed cases of an exercise saw.
+
+    Attributes:
+        failed: by grade id; a case that passed is not there.
+        told: whether a value ended one of them, and not an exception.
+        lost: whether one of them cannot be compared.
+    """
+
+    failed: dict[str, Digests] = field(default_factory=dict)
+    told: bool = False
+    lost: bool = False
+
+    def add(self, grade_id: str, found: Digests, *, told: bool = False) -> None:
+        """Note a case that failed; without digests it hung, died, or cannot be compared."""
+        self.failed[grade_id] = found
+        self.lost |= WHOLE not in found
+        self.told |= told
+
+    @property
+    def is_known(self) -> bool:
+        """Tell whether a label may fit."""
+        return self.told and not self.lost
+
+    def keys(self) -> tuple[str, ...]:
+        """Return the key of all that came back, and then those of its neighbours."""
+        if not self.is_known:
+            return ()
+        names = sorted(self.failed)
+        ways = itertools.product(*(self.failed[name][WHOLE] for name in names))
+        found = list(itertools.islice(ways, MOST_KEYS + 1))
+        return tuple(_key(names, one) for one in found) if len(found) <= MOST_KEYS else ()
+
+
+def _key(names: Sequence[str], found: Sequence[str]) -> str:
+    text = " ".join(f"{name}={one}" for name, one in zip(names, found, strict=True))
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def salt_of(assignment: str, seed: int, *, whole: bool) -> str:
+    """Return what makes the digests of one setting tell nothing of those of another.
+
+    Args:
+        assignment: its name.
+        seed: of the inputs.
+        whole: whether hidden regions ran too.
+    """
+    return f"{assignment} {seed} {whole}"
+
+
+def of_trace(trace: Trace, salt: str, *, with_aspects: bool = True) -> Digests:
+    """Return the digests of what a test cell saw; none where it cannot be compared."""
+    return {} if trace.broken or not trace.calls else _of(trace.calls, salt, with_aspects)
+
+
+def _of(calls: Sequence[Called], salt: str, with_aspects: bool) -> Digests:
+    parts: Iterator[Part] = (part for one in calls for part in ((one.name, None), *one.parts))
+    found = {WHOLE: digests(parts, salt)}
+    if with_aspects and len(calls) <= MOST_SEEN:
+        found |= aspects.seen(calls, salt)
+    return found
+
+
+def of_beginnings(trace: Trace, salt: str) -> Mapping[str, frozenset[str]]:
+    """Return by aspect the digests after each call of a test cell."""
+    found: dict[str, set[str]] = {}
+    for number in range(1, len(trace.calls) + 1):
+        for aspect, some in _of(trace.calls[:number], salt, number <= MOST_SEEN).items():
+            found.setdefault(aspect, set()).update(some)
+    return {aspect: frozenset(some) for aspect, some in found.items()}

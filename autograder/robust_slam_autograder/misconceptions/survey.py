@@ -1,0 +1,182 @@
+"""Finds out once which ways to be wrong can be told apart, and under which keys.
+
+Candidates run in a child process: a mutant may loop for ever, and then it is no candidate.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import signal
+import time
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from robust_slam_autograder.executor import guarded
+from robust_slam_autograder.executor.guarded import Overrun
+from robust_slam_autograder.misconceptions import bench as benches
+from robust_slam_autograder.misconceptions.bench import Bench
+from robust_slam_autograder.misconceptions.candidates import Candidate, candidates, chosen
+from robust_slam_autograder.misconceptions.shapes import Shape, salt_of
+from robust_slam_autograder.misconceptions.tables import Right, Table, arguments_of, sealed
+from robust_slam_autograder.reading.assignment import Assignment
+from robust_slam_autograder.reading.labelled import Answer
+
+SHORTEST = 0.05
+"""Seconds of processor time that a candidate may always take."""
+TIMES_LONGER = 5.0
+"""How much longer than the solution it may take."""
+MOST = 120.0
+"""Of all candidates of one exercise: the likelier ones come first, and the others are left out."""
+BACKSTOP = 10.0
+"""Then the kernel ends the process: it computes in C, where nothing interrupts it."""
+
+Choice = Callable[[Bench], Iterable[Candidate]]
+Run = guarded.Run[tuple[int, Candidate, Shape]]
+
+
+@dataclass(frozen=True)
+class Setting:
+    """Under which circumstances candidates run; its fields are those of ``bench``."""
+
+    path: Path
+    assignment: Assignment
+    seed: int
+    whole: bool
+
+    def bench(self) -> Bench:
+        """Run the instructor's notebook."""
+        salt = salt_of(self.assignment.name, self.seed, whole=self.whole)
+        return benches.bench(
+            self.path, self.assignment, seed=self.seed, whole=self.whole, salt=salt
+        )
+
+
+def shapes_of(
+    setting: Setting,
+    exercise: str,
+    choice: Choice,
+    *,
+    with_aspects: bool = False,
+    run: Run = guarded.guarded,
+) -> Iterator[tuple[Candidate, Shape]]:
+    """Run candidates on an exercise's cases, and yield those that a label may fit.
+
+    Args:
+        setting: the test cells and their seed.
+        exercise: its name.
+        choice: which candidates, always in the same order.
+        with_aspects: whether these are wanted too.
+        run: what runs them.
+
+    Raises:
+        ValueError: the solution itself loses a case.
+    """
+    start, is_over = 0, False
+    while not is_over:
+        work = functools.partial(_measured, setting, exercise, choice, start, with_aspects)
+        try:
+            for number, candidate, shape in run(work):
+                start = number + 1
+                if shape.is_known:
+                    yield candidate, shape
+            is_over = True
+        except Overrun:
+            start += 1
+
+
+def _measured(
+    setting: Setting, exercise: str, choice: Choice, start: int, with_aspects: bool
+) -> Iterator[tuple[int, Candidate, Shape]]:
+    bench = setting.bench()
+    right = bench.right(exercise)
+    began = time.process_time()
+    bench.shape(exercise, bench.names, right)
+    seconds = max(SHORTEST, TIMES_LONGER * (time.process_time() - began))
+    started = time.process_time()
+    for number, candidate in enumerate(choice(bench)):
+        if time.process_time() - started > MOST:
+            return
+        if number >= start:
+            shape = Shape(lost=True)
+            # A candidate that passes, raises or takes too long is none.
+            with (
+                guarded.at_most(BACKSTOP * seconds),
+                contextlib.suppress(Exception, _Late, SystemExit),
+                benches.quiet(),
+                _soon(seconds),
+            ):
+                names = candidate.names(bench, exercise)
+                shape = bench.shape(exercise, names, right, with_aspects=with_aspects)
+            yield number, candidate, shape
+
+
+class _Late(BaseException):
+    """Time is up. Not an Exception: neither a test nor a mutant may swallow it."""
+
+
+@contextlib.contextmanager
+def _soon(seconds: float) -> Iterator[None]:
+    def late(signum: int, frame: object) -> None:
+        raise _Late
+
+    before = signal.signal(signal.SIGVTALRM, late)
+    signal.setitimer(signal.ITIMER_VIRTUAL, seconds, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
+        signal.signal(signal.SIGVTALRM, before)
+
+
+def survey(setting: Setting, exercise: str, answers: Sequence[Answer]) -> list[Candidate]:
+    """Return one candidate for each way to be wrong that has a name."""
+    choice = functools.partial(candidates, exercise=exercise, answers=answers)
+    return named(
+        (candidate, shape.keys()) for candidate, shape in shapes_of(setting, exercise, choice)
+    )
+
+
+def named(measured: Iterable[tuple[Candidate, tuple[str, ...]]]) -> list[Candidate]:
+    """Put candidates that cannot be told apart together, and return those that have a name."""
+    return [one for group in _alike(measured).values() if (one := chosen(group)) is not None]
+
+
+def labels(measured: Iterable[tuple[Candidate, tuple[str, ...]]]) -> dict[str, str]:
+    """Return by key the sentence of candidates that cannot be told apart; empty without one."""
+    named = {key: chosen(group) for key, group in _alike(measured).items()}
+    return {key: one.sentence if one is not None else "" for key, one in named.items()}
+
+
+def _alike(
+    measured: Iterable[tuple[Candidate, tuple[str, ...]]],
+) -> Mapping[str, list[Candidate]]:
+    alike: dict[str, list[Candidate]] = defaultdict(list)
+    for candidate, keys in measured:
+        if keys:
+            alike[next((key for key in keys if key in alike), keys[0])].append(candidate)
+    return alike
+
+
+def table(setting: Setting, exercise: str, known: Sequence[Candidate]) -> Table:
+    """Return what an exercise's wrong answers come to in a setting.
+
+    Raises:
+        ValueError: the solution itself loses a case.
+    """
+    labels: dict[str, str] = {}
+    for candidate, shape in shapes_of(setting, exercise, lambda bench: known):
+        for key in shape.keys()[:1]:
+            if labels.setdefault(key, candidate.sentence) != candidate.sentence:
+                labels[key] = ""
+    run: guarded.Run[tuple[Right, tuple[str, ...]]] = guarded.guarded
+    ((right, arguments),) = run(functools.partial(_right, setting, exercise))
+    return Table(sealed(labels), right, arguments)
+
+
+def _right(setting: Setting, exercise: str) -> Iterator[tuple[Right, tuple[str, ...]]]:
+    bench = setting.bench()
+    first = next(iter(bench.functions(exercise).values()), None)
+    yield bench.right(exercise), arguments_of(first)

@@ -1,0 +1,108 @@
+"""By which digests the wrong answers to an exercise have which label.
+
+A label can be read by those alone whose answer has its key, so a table may go to students: it
+tells nobody what could be wrong, but only what is.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from robust_slam_autograder.misconceptions import aspects
+from robust_slam_autograder.misconceptions.shapes import Shape
+
+FILE = "misconceptions.json"
+"""In a release, the tables of its visible cases."""
+Right = Mapping[str, Mapping[str, frozenset[str]]]
+"""By grade id and aspect, digests of what the solution had returned after each call."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """What is known of one exercise in one setting."""
+
+    labels: Mapping[str, str]
+    """By half of the key, the label, which the key opens; empty where that is not one thing."""
+    right: Right
+    arguments: tuple[str, ...]
+    """Of the exercise's first function."""
+
+    def sentence(self, shape: Shape) -> str:
+        """Say what a wrong answer looks like; empty where nothing fits, or more than one thing."""
+        keys = shape.keys()
+        said = {
+            _opened(self.labels[_place(key)], key) for key in keys if _place(key) in self.labels
+        }
+        if said:
+            return said.pop() if len(said) == 1 else ""
+        return next(self._aspects(shape), "") if keys else ""
+
+    def _aspects(self, shape: Shape) -> Iterator[str]:
+        for name in aspects.names(len(self.arguments)):
+            none: frozenset[str] = frozenset()
+            if all(
+                self.right.get(grade_id, {}).get(name, none) & set(found.get(name, ()))
+                for grade_id, found in shape.failed.items()
+            ):
+                yield aspects.sentence(name, self.arguments)
+
+    def as_data(self) -> dict[str, Any]:
+        """Return it as plain data."""
+        right = {
+            grade_id: {aspect: sorted(some) for aspect, some in found.items()}
+            for grade_id, found in self.right.items()
+        }
+        return {"labels": self.labels, "right": right, "arguments": self.arguments}
+
+
+def sealed(labels: Mapping[str, str]) -> dict[str, str]:
+    """Return sentences by half of their keys, each so that the whole key opens it."""
+    return {_place(key): _changed(text.encode(), key).hex() for key, text in labels.items()}
+
+
+def _opened(text: str, key: str) -> str:
+    return _changed(bytes.fromhex(text), key).decode(errors="replace")
+
+
+def _place(key: str) -> str:
+    return key[: len(key) // 2]
+
+
+def _changed(data: bytes, key: str) -> bytes:
+    stream = hashlib.shake_256(f"label {key}".encode()).digest(len(data))
+    return bytes(one ^ other for one, other in zip(data, stream, strict=True))
+
+
+def write(path: Path, tables: Mapping[str, Table]) -> None:
+    """Write the tables of an assignment's exercises."""
+    data = {name: table.as_data() for name, table in tables.items()}
+    path.write_text(json.dumps(data, separators=(",", ":"), sort_keys=True) + "\n", "utf-8")
+
+
+def read(path: Path) -> dict[str, Table]:
+    """Read what ``write`` has written; none where there is no such file, or another one."""
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+        return {name: _table(table) for name, table in data.items()}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        return {}
+
+
+def _table(data: Mapping[str, Any]) -> Table:
+    right = {
+        str(grade_id): {str(aspect): frozenset(map(str, some)) for aspect, some in found.items()}
+        for grade_id, found in data["right"].items()
+    }
+    labels = {str(place): str(text) for place, text in data["labels"].items()}
+    return Table(labels, right, tuple(map(str, data["arguments"])))
+
+
+def arguments_of(function: object) -> tuple[str, ...]:
+    """Return the names of a function's arguments, as far as it tells them."""
+    code = getattr(function, "__code__", None)
+    return tuple(code.co_varnames[: code.co_argcount]) if code else ()

@@ -1,0 +1,135 @@
+"""Wrong answers are named by what they return; what is not sure has no name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from robust_slam_autograder.misconceptions import shapes, survey, tables
+from robust_slam_autograder.misconceptions.candidates import WRITTEN, Candidate
+from robust_slam_autograder.misconceptions.prints import MAX_CALLS, Trace
+from robust_slam_autograder.misconceptions.survey import Setting
+from robust_slam_autograder.reading import assignment as assignments
+from robust_slam_autograder.reading.labelled import Answer
+
+from tests.autograder import toy
+
+
+def digests(*values: object) -> tuple[str, ...]:
+    trace = Trace()
+    for value in values:
+        trace.add("f", (), value)
+    return shapes.of_trace(trace, "salt").get(shapes.WHOLE, ())
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ([1.0, 2.0], np.array([1, 2])),
+        (np.float32(0.5), 0.5 + 1e-12),
+        ((1e300, np.nan, np.inf), [1e300, np.nan, np.inf]),
+        ({"a": 1, "b": (2.5, None)}, {"b": [2.5, None], "a": 1.0}),
+    ],
+)
+def test_the_same_values_have_a_digest_in_common(one: object, other: object) -> None:
+    assert set(digests(one)) & set(digests(other))
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ([1.0, 2.0], [2.0, 1.0]),
+        (0.5, 0.5001),
+        (np.nan, np.inf),
+        (np.inf, -np.inf),
+        (True, 1.0),
+        ([1.0, 2.0], [[1.0, 2.0]]),
+        ("yes", "no"),
+        ((1.0, 2.0), (1.0, "2.0")),
+    ],
+)
+def test_other_values_have_none(one: object, other: object) -> None:
+    assert not set(digests(one)) & set(digests(other))
+
+
+class Odd:
+    def __array__(self, dtype: object = None, copy: object = None) -> object:
+        raise RuntimeError("no")
+
+
+@pytest.mark.parametrize(
+    "value",
+    [Odd(), object(), b"bytes", np.array(["a"]), np.zeros(300_000), [{}] * 9_000, {1: Odd()}],
+    ids=lambda value: type(value).__name__,
+)
+def test_what_cannot_be_compared_has_no_digest(value: object) -> None:
+    assert digests(value) == ()
+
+
+def test_nested_and_many_values_come_to_an_end() -> None:
+    deep: list[object] = []
+    for _ in range(500):
+        deep = [deep]
+    assert digests(deep) == ()
+    assert digests(*range(MAX_CALLS + 1)) == ()
+
+
+@pytest.fixture(scope="module")
+def setting(tmp_path_factory: pytest.TempPathFactory) -> Setting:
+    tree = toy.make_tree(tmp_path_factory.mktemp("tree"))
+    path = tree / toy.NAME / f"{toy.NAME}.ipynb"
+    return Setting(path, assignments.load(path), 7, whole=True)
+
+
+def wrong(name: str, source: str, story: str) -> Answer:
+    return Answer("double", f"wrong_{name}", source, story, caught_by="double-random")
+
+
+def said(setting: Setting, source: str, *answers: Answer) -> str:
+    """What the engine says of a cell, knowing some answers."""
+    known = survey.survey(setting, "double", answers)
+    table = survey.table(setting, "double", known)
+    typed = [Candidate(WRITTEN, "", source)]
+    found = survey.shapes_of(setting, "double", lambda bench: typed, with_aspects=True)
+    return next((table.sentence(shape) for _, shape in found), "")
+
+
+FOURFOLD = "def double(x):\n    return 4 * np.asarray(x)"
+
+
+def test_an_author_s_label_comes_before_a_rule(setting: Setting) -> None:
+    other = "def double(x):\n    return np.add(x, x) * 2"
+    assert said(setting, FOURFOLD) == "what comes back is twice what it should be"
+    label = said(setting, FOURFOLD, wrong("four", other, "Doubles it twice."))
+    assert label == "your function doubles it twice"
+
+
+def test_two_labels_for_the_same_values_are_none(setting: Setting) -> None:
+    one, two = (wrong(name, FOURFOLD, f"{name}s it.") for name in ("Square", "Multiplie"))
+    assert said(setting, FOURFOLD, one, two) == ""
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "def double(x):\n    return 2 * np.asarray(x)",
+        "def double(x):\n    return x + 0.1234",
+        "def double(x):\n    raise ValueError('no')",
+        "def double(x):\n    while True:\n        pass",
+        "def double(x):\n    return None",
+    ],
+    ids=["right", "unknown", "raises", "hangs", "nothing"],
+)
+def test_what_is_right_or_unknown_has_no_name(setting: Setting, source: str) -> None:
+    assert said(setting, source) == ""
+
+
+def test_a_table_holds_no_label_that_could_be_read(setting: Setting, tmp_path: Path) -> None:
+    known = survey.survey(setting, "double", [wrong("four", FOURFOLD, "Squares it.")])
+    path = tmp_path / tables.FILE
+    tables.write(path, {"double": survey.table(setting, "double", known)})
+    assert "quare" not in path.read_text()
+    assert tables.read(path)["double"].labels
+    path.write_text('{"double": {"labels": 3}}')
+    assert tables.read(path) == {}
