@@ -128,7 +128,7 @@ def grade(
         workers: how many submissions at once.
         report: called after each submission.
         graders: who grades; by default processes of this machine.
-        naming: who says what wrong answers look like; None where nobody does.
+        naming: who says what wrong answers look like; None where no one does.
 
     Returns:
         what became of each submission, in the order of ``jobs``.

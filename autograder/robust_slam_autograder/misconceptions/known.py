@@ -38,7 +38,7 @@ def digest_of_answers(answers: Sequence[Answer]) -> str:
 
 
 def write(folder: Path, name: str, known: Known) -> Path:
-    """Write an assignment's file, which holds solutions with a slip: nobody else may read it.
+    """Write an assignment's file, which holds solutions with a slip: no one else may read it.
 
     Raises:
         GraderFailure: it cannot be written.

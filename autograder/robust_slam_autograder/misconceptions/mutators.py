@@ -62,7 +62,7 @@ SYMMETRIC = {"clip", "hypot", "isclose", "allclose", "max", "maximum", "min", "m
 ZEROS = {"np.zeros", "np.zeros_like"}
 """What gives the same with a minus before it."""
 STRICT = "strict"
-"""zip's argument, which only refuses what nobody hands in."""
+"""zip's argument, which only refuses what no one hands in."""
 FAR = 1000.0
 """One more or one less is no change to a number of this size that is no count."""
 KEPT = (

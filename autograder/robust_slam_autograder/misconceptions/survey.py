@@ -101,7 +101,7 @@ def _measured(
             return
         if number >= start:
             shape = Shape(lost=True)
-            # A candidate that passes, raises or takes too long is none.
+            # One that passes, raises or takes too long is not a candidate.
             with (
                 guarded.at_most(BACKSTOP * seconds),
                 contextlib.suppress(Exception, _Late, SystemExit),

@@ -1,7 +1,7 @@
 """By which digests the wrong answers to an exercise have which label.
 
 A label can be read by those alone whose answer has its key, so a table may go to students: it
-tells nobody what could be wrong, but only what is.
+tells no one what could be wrong, but only what is.
 """
 
 from __future__ import annotations
