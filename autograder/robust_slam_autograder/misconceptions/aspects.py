@@ -83,13 +83,14 @@ def _unit(numbers: np.ndarray) -> np.ndarray:
     if numbers.size < FEWEST_ALIKE or not np.ptp(numbers):
         raise ValueError("too few")  # a factor or a shift of few numbers says nothing
     size = float(np.linalg.norm(numbers) * np.sign(numbers.flat[np.argmax(np.abs(numbers))]))
-    return np.divide(numbers, size)
+    return np.asarray(np.divide(numbers, size))
 
 
 def _shifted(numbers: np.ndarray) -> np.ndarray:
     if numbers.size < FEWEST_ALIKE:
         raise ValueError("too few")
-    return np.subtract(numbers, numbers[:1] if numbers.ndim > 1 else numbers.flat[0])
+    first = numbers[:1] if numbers.ndim > 1 else numbers.flat[0]
+    return np.asarray(np.subtract(numbers, first))
 
 
 def _off_diagonal(numbers: np.ndarray) -> np.ndarray:
