@@ -33,7 +33,9 @@ class Site:
 
 
 def built(run: str | None = os.environ.get("PYTEST_XDIST_TESTRUNUID")) -> Site:
-    """Build the book in this folder; pages that are up to date are reused, which Sphinx decides.
+    """Build the book in this folder, unless `make book` has, and nothing has changed since.
+
+    Pages that are up to date are reused, which Sphinx decides.
 
     Args:
         run: names all processes of one run of the tests. The first of them builds, the others
@@ -43,7 +45,7 @@ def built(run: str | None = os.environ.get("PYTEST_XDIST_TESTRUNUID")) -> Site:
     kept = ROOT / "build" / ".book.tested"
     with (ROOT / "build" / ".book.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        said = _read(kept, run) or _build()
+        said = _read(kept, run) or _made() or _build()
         kept.write_text(json.dumps({"run": run, **asdict(said)}), encoding="utf-8")
     return Site(ROOT / "build" / "_build" / "html", said.log, said.status)
 
@@ -53,6 +55,15 @@ def _read(kept: Path, run: str | None) -> Said | None:
         return None
     found = json.loads(kept.read_text(encoding="utf-8"))
     return Said(found["log"], found["status"]) if found["run"] == run else None
+
+
+def _made() -> Said | None:
+    log = ROOT / "build" / "log" / "book.log"
+    # Apart from the make that runs these tests.
+    environment = {name: value for name, value in os.environ.items() if "MAKE" not in name}
+    asked = ["make", "--question", "build/.book"]
+    done = subprocess.run(asked, cwd=ROOT, env=environment, capture_output=True, check=False)
+    return Said(log.read_text("utf-8"), 0) if done.returncode == 0 and log.is_file() else None
 
 
 def _build() -> Said:
