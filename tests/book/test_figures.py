@@ -1,4 +1,4 @@
-"""The figures in the pages: letters that can be read on a phone, colours of the page, no cards."""
+"""Notebooks on a phone, and their figures: large letters, colours of the page, no cards."""
 
 from __future__ import annotations
 
@@ -9,13 +9,14 @@ from collections.abc import Callable, Iterator
 import pytest
 from playwright.sync_api import Browser
 
+from tests.book import test_pages
 from tests.book.alone import leave_alone
 from tests.book.conftest import CHAPTERS, NOTEBOOKS, Site
 from tests.chromium import Visit, visiting
 
 pytestmark = pytest.mark.browser
 
-WIDE, PHONE = 1280, 390
+WIDE, PHONE = 1280, test_pages.PHONE["width"]
 SMALLEST = 11.0
 """Pixels that a letter stands high on a phone."""
 
@@ -48,17 +49,20 @@ Reader = Callable[..., list[Figure]]
 
 @pytest.fixture(scope="module", params=NOTEBOOKS)
 def visit(request: pytest.FixtureRequest, site: Site, browser: Browser) -> Iterator[Visit]:
-    """A page with cells, of its text the figures alone; open while its tests run."""
+    """A page with cells, on a phone; open while its tests run."""
     url = (site.folder / f"{request.param}.html").as_uri()
-    with visiting(browser, url, color_scheme="light") as opened:
-        leave_alone(opened.page, ".rs-figure")
+    with visiting(browser, url, color_scheme="light", viewport=test_pages.PHONE) as opened:
         yield opened
 
 
 @pytest.fixture(scope="module")
 def read(visit: Visit) -> Reader:
-    """A function that reads the figures of the page on a screen of a width; it keeps them."""
+    """A function that reads the figures of the page on a screen of a width; it keeps them.
+
+    From here on the page holds nothing else.
+    """
     page = visit.page
+    leave_alone(page, ".rs-figure")
 
     @functools.cache
     def figures(width: int, theme: str = "light", media: str = "screen") -> list[Figure]:
@@ -94,6 +98,10 @@ def touching(texts: list[Figure]) -> list[tuple[object, object]]:
             if min(right, r2) - max(left, l2) > 1 and min(bottom, b2) - max(top, t2) > 4:
                 found.append((other["said"], text["said"]))
     return found
+
+
+class TestPage(test_pages.OnAPhone):
+    """What holds for every page, before the figures are left alone on it."""
 
 
 class TestFigures:

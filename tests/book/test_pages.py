@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser
+from playwright.sync_api import Browser, ViewportSize
 
-from tests.book.conftest import CHAPTERS, PAGES, Site, place
+from tests.book.conftest import CHAPTERS, NOTEBOOKS, PAGES, Site, place
 from tests.book.test_accessible import OTHERS
 from tests.chromium import Opener, Visit, visiting
 from tools import fonts
@@ -61,6 +61,9 @@ FROM_OTHERS = set("✗∘ᵀ⁻⪰\u2060")
 """Rare signs that the packaged font does not have either, and one that is never drawn."""
 
 
+PHONE: ViewportSize = {"width": 390, "height": 800}
+
+
 def opened(way: str, pages: list[str]) -> pytest.MarkDecorator:
     """Open each of these pages once, while its tests run."""
     return pytest.mark.parametrize(
@@ -73,7 +76,7 @@ def visit(
     request: pytest.FixtureRequest, site: Site, address: str, browser: Browser
 ) -> Iterator[Visit]:
     """A page, on a desk from a server and on a phone from the disk."""
-    options = {"viewport": {"width": 390, "height": 800}} if request.param[1] == "file" else {}
+    options = {"viewport": PHONE} if request.param[1] == "file" else {}
     with visiting(browser, place(site, address, *request.param), **options) as opened:
         yield opened
 
@@ -102,9 +105,8 @@ class TestOnADesk(Page):
     """Some from a server; the chapters are looked at from there, too, by other tests."""
 
 
-@opened("file", [*PAGES, *OTHERS])
-class TestOnAPhone(Page):
-    """Those and the pages that Sphinx adds, from the disk."""
+class OnAPhone(Page):
+    """What holds for every page on a phone, from the disk."""
 
     def test_it_is_no_wider_than_the_window(self, visit: Visit) -> None:
         page = visit.page
@@ -114,6 +116,11 @@ class TestOnAPhone(Page):
         for width in (320, 640, 768, 1024, 1152):
             page.set_viewport_size({"width": width, "height": 800})
             assert page.evaluate(TOO_WIDE) == []
+
+
+@opened("file", [*(page for page in PAGES if page not in NOTEBOOKS), *OTHERS])
+class TestOnAPhone(OnAPhone):
+    """Those and the pages that Sphinx adds; the notebooks are opened with their figures."""
 
 
 def test_what_is_too_wide_is_found(site: Site, open_page: Opener) -> None:
