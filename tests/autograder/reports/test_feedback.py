@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import itertools
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from docutils.nodes import make_id
+from robust_slam_autograder import cli
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading import results
 from robust_slam_autograder.markup import visible
@@ -272,19 +274,29 @@ def markdown_shape(text: str) -> list[str]:
 
 
 class TestCommand:
-    @pytest.fixture
-    def graded(self, tmp_path: Path, autograder: Run, monkeypatch: pytest.MonkeyPatch) -> Path:
+    @pytest.fixture(scope="class")
+    def once(self, tmp_path_factory: pytest.TempPathFactory) -> Path:
         """A folder with a source tree and results of three students, one of them hostile."""
-        monkeypatch.setattr(
-            "robust_slam_autograder.nbgrader.recording.record_new", lambda *_: None
+        folder = tmp_path_factory.mktemp("once")
+        tree = toy.make_tree(
+            folder, 'title = "Twice"\nchapter = "07-toy"\nwithheld = ["xml.dom"]\n'
         )
-        toy.make_tree(tmp_path, 'title = "Twice"\nchapter = "07-toy"\nwithheld = ["xml.dom"]\n')
         abs_only = toy.answer("def double(x):\n    return 2 * abs(np.asarray(x))\n")
         answers = {"ada": toy.answer(), "ben": abs_only, "<b>cleo": toy.answer(TELLS)}
-        paths = [toy.hand_in(tmp_path / "in", name, value) for name, value in answers.items()]
-        where = ("--out", tmp_path / "graded", *toy.quickly(), "--seed", SEED)
-        assert autograder("grade", *where, *paths)[0] == 0
-        return tmp_path
+        paths = [toy.hand_in(folder / "in", name, value) for name, value in answers.items()]
+        where = ["--out", folder / "graded", *toy.quickly(), "--seed", SEED]
+        command = ["--solutions", tree, "grade", *where, *paths]
+        with pytest.MonkeyPatch.context() as patched:
+            patched.setattr(
+                "robust_slam_autograder.nbgrader.recording.record_new", lambda *_: None
+            )
+            assert cli.main([*map(str, command)]) == 0
+        return folder
+
+    @pytest.fixture
+    def graded(self, once: Path, tmp_path: Path) -> Path:
+        """A copy of the test's own."""
+        return Path(shutil.copytree(once, tmp_path, dirs_exist_ok=True))
 
     @pytest.fixture
     def run(self, graded: Path, autograder: Run) -> Run:
