@@ -109,16 +109,23 @@ def test_wrong_answers_lose_where_they_say(
             assert not stopped, f"{answer.name} is stopped by a visible check"
 
 
+@pytest.fixture(scope="module")
+def released(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """All assignments as students get them."""
+    folder = tmp_path_factory.mktemp("released")
+    release(answers.SOLUTIONS, [], folder)
+    return folder
+
+
 @pytest.mark.sandbox
 @pytest.mark.parametrize("name", answers.assignments())
 def test_a_release_scores_nothing_and_the_solutions_all(
-    name: str, tmp_path: Path, wall_name: str
+    name: str, released: Path, wall_name: str
 ) -> None:
-    release(answers.SOLUTIONS, [name], tmp_path)
     most = sum(case.points for case in load(name).cases)
     for made, score in (
-        (answers.source_notebook(name, tmp_path), 0),
-        (answers.solved(name, tmp_path), most),
+        (answers.source_notebook(name, released), 0),
+        (answers.solved(name, released), most),
     ):
         cells = notebook.parse(answers.text(made).encode(), "answers.ipynb")
         code = submission.collect(cells, load(name))
