@@ -20,6 +20,7 @@ sys.modules.setdefault("rfc3987_syntax", None)  # type: ignore[arg-type]
 DISTRIBUTION = "robust-slam-autograder"
 GRADING = (
     "alembic",
+    "copydetect",
     "jinja2",
     "markupsafe",
     "nbgrader",

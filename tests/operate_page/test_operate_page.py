@@ -112,6 +112,9 @@ PROMISES = {
     '    --reason "The idea is right, and one sign is wrong."': Promise(
         says=("0 by the tests, +2 by hand: 2 of 10 points",)
     ),
+    ".venv/bin/autograder report 02-four-costs --similar": Promise(
+        says=("report on 1 of 5 assignments",)
+    ),
     ".venv/bin/autograder report --no-names --to class/report-no-names": Promise(
         makes=("class/report-no-names/index.html",)
     ),

@@ -12,14 +12,17 @@ from urllib.parse import quote
 
 from robust_slam_autograder import layout
 from robust_slam_autograder.commands import places
-from robust_slam_autograder.errors import WrongUse
-from robust_slam_autograder.grading import results
+from robust_slam_autograder.errors import Refused, WrongUse
+from robust_slam_autograder.grading import results, tasks
 from robust_slam_autograder.grading.by_hand import Entered
+from robust_slam_autograder.grading.tasks import Job
 from robust_slam_autograder.lms import marking
 from robust_slam_autograder.lms.marking import Marking
 from robust_slam_autograder.reading import assignment as assignments
-from robust_slam_autograder.reports import class_pages, class_report, heat_map
+from robust_slam_autograder.reading import submission
+from robust_slam_autograder.reports import class_pages, class_report, heat_map, similar
 from robust_slam_autograder.reports.class_report import Source
+from robust_slam_autograder.reports.similar import Alike
 
 INDEX = "index.html"
 
@@ -45,6 +48,12 @@ def add(commands: Any) -> None:  # noqa: ANN401
         metavar="FILE",
         help=f"who marks whom, and students' questions; default: {marking.NAME} beside --out",
     )
+    places.add(parser, "--submitted")
+    parser.add_argument(
+        "--similar",
+        action="store_true",
+        help="show answers of two students that are nearly one text, side by side",
+    )
     parser.add_argument(
         "--no-names", action="store_true", help="leave students and their own words out"
     )
@@ -54,6 +63,8 @@ def add(commands: Any) -> None:  # noqa: ANN401
 def run(options: argparse.Namespace) -> int:
     """Write the pages; of assignments that are not named, the index alone is made anew."""
     layout.refuse_unmoved(options.out)
+    if options.similar and options.no_names:
+        raise WrongUse("--similar shows whose texts are alike: it does not go with --no-names.")
     found = _results(options.out, options.assignments)
     students = frozenset(path.parent.name for paths in found.values() for path in paths)
     marks = places.by_hand(options)
@@ -65,6 +76,8 @@ def run(options: argparse.Namespace) -> int:
         replace(one, markers=shared.markers, questions=shared.questions.get(one.assignment, ()))
         for one in sources
     ]
+    if options.similar:
+        sources = [replace(one, alike=_alike(one, options)) for one in sources]
     reports = [class_report.report(source) for source in sources]
     for source, report in zip(sources, reports, strict=True):
         if _is_wanted(source.assignment, options):
@@ -105,6 +118,47 @@ def _marking(found: dict[str, list[Path]], options: argparse.Namespace) -> Marki
         return Marking()
     handed_in = {name: [each.parent.name for each in paths] for name, paths in found.items()}
     return marking.load(path, handed_in)
+
+
+def _alike(source: Source, options: argparse.Namespace) -> Alike | None:
+    """Compare the answers that are in the submissions' folder now; None where none is wanted.
+
+    Raises:
+        WrongUse: the assignment or its submissions are not there.
+    """
+    if not _is_wanted(source.assignment, options):
+        return None
+    from robust_slam_autograder.nbgrader import marked_cells  # it takes its time to import
+
+    name = source.assignment
+    assignments.chosen(options.solutions, [name])
+    tests = assignments.notebook_path(options.solutions / name)
+    assignment = assignments.load(tests)
+    given = marked_cells.given(assignment.marked)
+    cells = [solution.grade_id for solution in assignment.solutions]
+    answers: dict[str, dict[str, str]] = {cell: {} for cell in cells}
+    there = False
+    for result in source.results:
+        path = options.submitted / result.student / name
+        there = there or path.is_dir()
+        for cell, text in _texts(Job(result.student, assignment, tests, path)).items():
+            answers[cell][result.student] = text
+    if not there:
+        raise WrongUse(f"{options.submitted} has no submission of {name}: say --submitted DIR.")
+    return similar.find(answers, {cell: given[cell].source for cell in cells})
+
+
+def _texts(job: Job) -> dict[str, str]:
+    """Return by solution cell what a student wrote; nothing where the notebook is unreadable."""
+    try:
+        found = submission.collect(tasks.read(job).cells(), job.assignment)
+    except Refused:
+        return {}
+    texts: dict[str, list[str]] = {}
+    for piece in found.pieces:
+        if piece.label != submission.OWN:
+            texts.setdefault(piece.label, []).append(piece.source)
+    return {cell: "\n".join(sources) for cell, sources in texts.items()}
 
 
 def _source(

@@ -19,6 +19,7 @@ from robust_slam_autograder.lms.marking import Question
 from robust_slam_autograder.markup import one_line, visible
 from robust_slam_autograder.reports import versions
 from robust_slam_autograder.reports.hints import Hint, Reader, collect
+from robust_slam_autograder.reports.similar import Alike, Pair
 from robust_slam_autograder.reports.versions import Version
 
 MOST_BINS = 12
@@ -226,6 +227,10 @@ class Report:
     """Who marks, and whose work, with its points; empty without names."""
     questions: tuple[Asked, ...]
     """Open ones first."""
+    alike: tuple[tuple[Pair, tuple[Named, Named]], ...] | None
+    """Answers that are nearly one text, and whose; None where that was not looked for."""
+    common: tuple[tuple[str, int], ...]
+    """Exercises that many wrote in one way, with how many."""
 
     @property
     def open_questions(self) -> int:
@@ -248,6 +253,7 @@ class Source:
         students: everybody whose name must not be shown without names.
         markers: by student who marks, where several do.
         questions: what students ask about their marks here.
+        alike: answers that are nearly one text; None where that was not looked for.
     """
 
     assignment: str
@@ -260,6 +266,7 @@ class Source:
     by_hand: Entered = field(default_factory=Entered)
     markers: Mapping[str, str] = field(default_factory=dict)
     questions: Sequence[Question] = ()
+    alike: Alike | None = None
 
     @property
     def marks(self) -> list[Result]:
@@ -300,7 +307,16 @@ def report(source: Source) -> Report:
         by_hand=tuple(_by_hand(source)),
         markers=tuple(_markers(source)) if source.names else (),
         questions=tuple(_questions(source)),
+        alike=None if source.alike is None else tuple(_alike(source, source.alike)),
+        common=source.alike.common if source.alike else (),
     )
+
+
+def _alike(source: Source, alike: Alike) -> Iterator[tuple[Pair, tuple[Named, Named]]]:
+    results = {result.student: result for result in source.marks}
+    for pair in alike.pairs:
+        first, second = (results[student] for student in pair.students)
+        yield pair, (source.named(first, _points(first)), source.named(second, _points(second)))
 
 
 def _markers(source: Source) -> Iterator[tuple[str, tuple[Named, ...]]]:
