@@ -1,4 +1,8 @@
-"""Information matrices from the numbers of a file: whole, and fit to be used."""
+"""Information matrices from the numbers of a file: whole, and fit to be used.
+
+Source: Kümmerle et al. 2011, "g2o: a general framework for graph optimization", for the half that
+a file holds; the tests of it are derived here.
+"""
 
 from __future__ import annotations
 

@@ -3,6 +3,8 @@
 No line of such a file is wrong by itself: a covariance in the place of the information is as
 good a matrix, and a closure between two drives whose ids are neighbours looks like odometry. What
 gives them away are magnitudes that no sensor and no drive has.
+
+Source: derived here.
 """
 
 from __future__ import annotations
@@ -42,7 +44,7 @@ def symptoms(graph: PoseGraph, names: Names) -> tuple[str, ...]:
 
 
 def deviations(graph: PoseGraph) -> tuple[Array, Array]:
-    """Return what the edges claim for a coordinate of the position (m) and an axis (rad), (m,)."""
+    """Return what edges claim for a coordinate (m) and an axis (rad), ``(m,)`` each."""
     d = graph.translation.shape[1]
     variances = np.diagonal(np.linalg.inv(graph.information), axis1=1, axis2=2)
     return np.sqrt(variances[:, :d].mean(axis=1)), np.sqrt(variances[:, d:].mean(axis=1))

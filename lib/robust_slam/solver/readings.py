@@ -3,6 +3,8 @@
 Programs disagree about the direction of an edge and the sense of a rotation, and a graph that is
 read in the wrong way is still a graph: its closures merely contradict each other. So each other
 way is tried, and named if it keeps closures that the given one rejects.
+
+Source: derived here.
 """
 
 from __future__ import annotations
@@ -66,7 +68,7 @@ def better_reading(
 
 
 def swapped_closures(answer: Answer) -> Indices:
-    """Return the rejected closures, ascending, that fit the map with i and j swapped.
+    """Return the rejected closures ``(k,)``, ascending, that fit the map with i and j swapped.
 
     They pass the test that the kept ones passed, ``Answer.threshold``.
     """
