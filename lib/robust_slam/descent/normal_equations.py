@@ -27,18 +27,27 @@ _FULL_SHARE = 0.9
 
 
 class NormalEquations:
-    """The linear step of a graph; the sparsity pattern is found at construction.
+    """The linear step of a graph; the sparsity pattern is found when it is first needed.
 
-    It is ``compiled``, or as ``use_compiled`` says if None. Results agree up to rounding.
+    Often it never is, because only the ``restricted`` equations are solved. It is ``compiled``,
+    or as ``use_compiled`` says if None. Results agree up to rounding.
     """
 
     def __init__(self, graph: PoseGraph, compiled: bool | None = None) -> None:
         self.graph = graph
         self.compiled = use_compiled(len(graph.edges)) if compiled is None else compiled
-        self.pattern = find_pattern(graph.n, graph.edges, graph.group.DOF, compiled=self.compiled)
-        self._edges = _compiled_edges(graph, self.pattern) if self.compiled else None
         self._restricted: tuple[Mask, NormalEquations] | None = None
         self._last: Residuals | None = None
+
+    @cached_property
+    def pattern(self) -> BlockPattern:
+        """The sparsity pattern of all edges, with what factorises."""
+        graph = self.graph
+        return find_pattern(graph.n, graph.edges, graph.group.DOF, compiled=self.compiled)
+
+    @cached_property
+    def _edges(self) -> CompiledEdges | None:
+        return _compiled_edges(self.graph, self.pattern) if self.compiled else None
 
     def residuals(self, poses: Array) -> Residuals:
         """Return the residuals at ``poses``, ``(n, 3)`` or ``(n, 3, 4)``.

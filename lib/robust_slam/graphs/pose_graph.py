@@ -245,6 +245,11 @@ def connected_parts(n: int, edges: Indices) -> Indices:
     Parts are numbered from 0 in the order of their smallest poses; ``edges`` are ``(m, 2)``.
     """
     i, j = edges.T
+    # Most graphs join each pose to the next one, and this is quickly seen.
+    follows = np.zeros(n, dtype=np.bool_)
+    follows[np.maximum(i, j)[np.abs(i - j) == 1]] = True
+    if np.all(follows[1:]):
+        return np.zeros(n, dtype=np.intp)
     adjacency = csr_array((np.ones(i.size), (i, j)), shape=(n, n))
     _, label = connected_components(adjacency, directed=False)
     _, first, inverse = np.unique(label, return_index=True, return_inverse=True)

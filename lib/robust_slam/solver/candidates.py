@@ -31,7 +31,8 @@ from robust_slam.graphs.pose_graph import PoseGraph, residual_norms, select, unr
 from robust_slam.problems import PoseGraphProblem
 from robust_slam.progress import Progress
 from robust_slam.solver.evidence import evidence
-from robust_slam.solver.noise import SMALLEST, Found, find_noise, rescaled
+from robust_slam.solver.fitted import Fitted
+from robust_slam.solver.noise import SMALLEST, Found, find_noise, noise_of, rescaled
 
 TOL = 1e-3
 """A descent is at rest when no residual norm u changes by more than this, relative to 1 + u."""
@@ -240,11 +241,12 @@ class Search:
             poses = result.x
             norms = problem.residual_norms(poses)
             kept = (self.trusted & ~self.slips) | (~self.trusted & (norms <= self.threshold))
-            found = find_noise(problem.graph, poses, kept) if self.learns else _CLAIMED
+            fit = Fitted.of(problem.graph, poses, kept)
+            found = noise_of(fit) if self.learns else _CLAIMED
             own = np.maximum(tested * found.factors, SMALLEST) if found.enough else np.ones(4)
             near = int(np.sum(~kept & ~self.trusted & (norms < _NEAR * self.threshold)))
             precise = rescaled(self.graph, own)
-            support = evidence(precise, poses, kept, self.entropy)
+            support = evidence(precise, poses, kept, self.entropy, fit)
             rare = chi_square_threshold(_RARE, self.graph.group.DOF)
             misfits = int(np.sum(kept & ~self.trusted & (residual_norms(precise, poses) > rare)))
             one = Candidate(name, poses, kept, tested, own, support, near, misfits, result.stop)

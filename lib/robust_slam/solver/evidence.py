@@ -15,8 +15,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robust_slam._arrays import Array, Mask
-from robust_slam.descent.normal_equations import NormalEquations
-from robust_slam.graphs.pose_graph import PoseGraph, residual_norms, select
+from robust_slam.graphs.pose_graph import PoseGraph, residual_norms
+from robust_slam.solver.fitted import Fitted
 
 _NEARBY = 1 / 3
 """A wrong closure is off by about this share of a step of the odometry at least …"""
@@ -59,24 +59,21 @@ def _gaussian(covariance: Array, added: float) -> float:
     return 0.5 * float(d * np.log(2.0 * np.pi * np.e) + np.linalg.slogdet(spread)[1])
 
 
-def evidence(graph: PoseGraph, poses: Array, kept: Mask, entropy: float) -> float:
+def evidence(
+    graph: PoseGraph, poses: Array, kept: Mask, entropy: float, fit: Fitted | None = None
+) -> float:
     """Return the log-evidence that the ``kept`` edges ``(m,)`` are the inliers.
 
     It is relative to odometry alone, with the same deviations: 0 where no closure is kept and
     ``poses`` are dead reckoning. An edge of the odometry that is not kept is an outlier too.
-    ``poses`` are a minimum, and ``entropy`` is that of outliers.
+    ``poses`` are a minimum, and ``entropy`` is that of outliers. A ``fit`` of the kept edges at
+    these poses, with whatever deviations, is used again. A map that is not determined has none.
     """
     squares = float(np.sum(residual_norms(graph, poses)[kept] ** 2))
     precision = float(np.sum(np.linalg.slogdet(graph.information[kept])[1]))
     odometry = graph.is_odometry
     closures = int(np.sum(kept & ~odometry)) - int(np.sum(~kept & odometry))
     constant = closures * (entropy - 0.5 * graph.group.DOF * np.log(2.0 * np.pi))
-    return float(constant + 0.5 * (precision - squares - _log_determinant(graph, poses, kept)))
-
-
-def _log_determinant(graph: PoseGraph, poses: Array, kept: Mask) -> float:
-    """Return log det H of the ``kept`` edges, or infinity: such a map has no evidence."""
-    equations = NormalEquations(select(graph, kept))
-    hessian, _ = equations.system(equations.at(poses, np.ones(int(kept.sum()))))
-    factors = equations.pattern.factorise(hessian)
-    return np.inf if factors is None else float(np.sum(np.log(factors.pivots[1:])))
+    fit = Fitted.of(graph, poses, kept) if fit is None else fit
+    spread = fit.log_determinant(graph.information[kept])
+    return float(constant + 0.5 * (precision - squares - spread))

@@ -14,46 +14,59 @@ from dataclasses import dataclass
 import numpy as np
 
 from robust_slam._arrays import Array, Mask
-from robust_slam.descent.normal_equations import NormalEquations, linear_change
+from robust_slam.descent.normal_equations import NormalEquations
 from robust_slam.descent.sparse.pattern import PoseFactors, sum_by_pose
 from robust_slam.graphs.pose_graph import PoseGraph, linearise, select
 
 
 @dataclass(frozen=True, eq=False)
 class Fitted:
-    """The linearised fit of the edges of ``graph``, all of which count.
+    """The linearised fit of all edges of ``equations``, with the two factors of J, ``jacobian``.
 
     ``residuals`` ``(m, D)`` are whitened, with ``root`` ``(m, D, D)``, which is Lᵀ where Ω = L Lᵀ.
     """
 
-    graph: PoseGraph
+    equations: NormalEquations
     residuals: Array
     jacobian: Array
     root: Array
-    factors: PoseFactors
 
     @classmethod
-    def of(cls, graph: PoseGraph, poses: Array, kept: Mask) -> Fitted | None:
-        """Return the fit of the ``kept`` edges ``(m,)`` at ``poses``, None if not determined."""
+    def of(cls, graph: PoseGraph, poses: Array, kept: Mask) -> Fitted:
+        """Return the fit of the ``kept`` edges ``(m,)`` at ``poses``."""
         part = select(graph, kept)
         equations = NormalEquations(part)
-        here = equations.at(poses, np.ones(len(part.edges)))
-        factors = equations.pattern.factorise(equations.system(here)[0])
+        here = equations.residuals(poses)
+        root = np.swapaxes(np.linalg.cholesky(part.information), 1, 2)
+        whitened = (root @ here.r[..., None])[..., 0]
+        return cls(equations, whitened, linearise(part, here.relative, here.r), root)
+
+    @property
+    def graph(self) -> PoseGraph:
+        """The graph of these edges alone."""
+        return self.equations.graph
+
+    def taken_up(self, whitened: Array) -> Array | None:
+        """Return what the poses take up of ``whitened`` noise ``(p, m, D)``, of that shape.
+
+        It is None where the edges do not determine the poses to working precision.
+        """
+        factors = self._factors(self.graph.information)
         if factors is None:
             return None
-        root = np.swapaxes(np.linalg.cholesky(part.information), 1, 2)
-        jacobian = linearise(part, here.residuals.relative, here.residuals.r)
-        whitened = (root @ here.residuals.r[..., None])[..., 0]
-        return cls(part, whitened, jacobian, root, factors)
+        at_i, at_j = factors.solve(self._pulled(whitened))[self.graph.edges.T]
+        by_j, transfer = self.jacobian
+        return np.asarray(np.moveaxis(self.root @ (by_j @ (transfer @ at_i + at_j)), -1, 0))
 
-    def taken_up(self, whitened: Array) -> Array:
-        """Return what the poses take up of ``whitened`` noise ``(p, m, D)``, of that shape."""
-        steps = self.factors.solve(self._pulled(whitened))
-        changes = [
-            self.root @ linear_change(self.jacobian, self.graph, step)[..., None]
-            for step in np.moveaxis(steps, -1, 0)
-        ]
-        return np.stack(changes)[..., 0]
+    def log_determinant(self, information: Array) -> float:
+        """Return log det JᵀJ with another ``information`` ``(m, D, D)``, or infinity."""
+        factors = self._factors(information)
+        return np.inf if factors is None else float(np.sum(np.log(factors.pivots[1:])))
+
+    def _factors(self, information: Array) -> PoseFactors | None:
+        nothing = np.zeros_like(self.residuals)
+        hessian, _ = self.equations.assemble(self.jacobian, information, nothing)
+        return self.equations.pattern.factorise(hessian)
 
     def _pulled(self, whitened: Array) -> Array:
         """Return Jᵀ Lᵀ w ``(n, D, p)`` for w ``(p, m, D)``."""

@@ -66,11 +66,12 @@ def find_misfit(
 def _slipped(graph: PoseGraph, poses: Array, kept: Mask) -> int | None:
     """Return the step that is off by most beside what noise leaves of it, or None."""
     fit, count = Fitted.of(graph, poses, kept), int(np.sum(kept & graph.is_odometry))
-    if fit is None or not count:
+    noise = np.random.default_rng(0).normal(size=(_DRAWS, *fit.residuals.shape))
+    whole = np.concatenate([fit.residuals[None], noise])
+    taken = fit.taken_up(whole)
+    if taken is None or not count:
         return None
-    left = fit.residuals - fit.taken_up(fit.residuals[None])[0]
-    noise = np.random.default_rng(0).normal(size=(_DRAWS, *left.shape))
-    drawn = noise - fit.taken_up(noise)
+    left, drawn = (whole - taken)[0], (whole - taken)[1:]
     rough = np.einsum("pka,pkb->kab", drawn, drawn) / _DRAWS
     squares = np.where(fit.graph.is_odometry, _relative(left, rough), 0.0)
     worst = np.argsort(-squares, kind="stable")[:_WORST]
@@ -86,8 +87,9 @@ def _covariances(fit: Fitted, edges: Indices) -> Array:
     d = fit.graph.group.DOF
     units = np.zeros((edges.size, d, *fit.residuals.shape))
     units[np.arange(edges.size)[:, None], np.arange(d), edges[:, None], np.arange(d)] = 1.0
-    taken = fit.taken_up(units.reshape(-1, *fit.residuals.shape)).reshape(units.shape)
-    return np.eye(d) - taken[np.arange(edges.size), :, edges]
+    taken = fit.taken_up(units.reshape(-1, *fit.residuals.shape))
+    assert taken is not None  # the same edges determined the poses before
+    return np.eye(d) - taken.reshape(units.shape)[np.arange(edges.size), :, edges]
 
 
 def _relative(left: Array, covariance: Array) -> Array:

@@ -11,13 +11,13 @@ expected of them; Hutchinson 1990 for the traces from random signs.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array, Mask
-from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam.graphs.pose_graph import ROWS, PoseGraph, from_checked
 from robust_slam.solver.fitted import Fitted
 
 _PROBES = 24
@@ -72,7 +72,8 @@ def rescaled(graph: PoseGraph, factors: Array) -> PoseGraph:
     """Return ``graph`` with deviations that are its own times the ``factors`` ``(4,)``."""
     if np.all(factors == 1.0):
         return graph
-    return replace(graph, information=rescaled_information(graph, factors))
+    rows = {name: getattr(graph, name) for name in ROWS}
+    return from_checked(graph.n, rows | {"information": rescaled_information(graph, factors)})
 
 
 def rescaled_information(graph: PoseGraph, factors: Array) -> Array:
@@ -92,15 +93,18 @@ def find_noise(
 
     Source: Förstner 1979, the estimate Σu²/r with r the redundancy of a group.
     """
-    fit = Fitted.of(graph, poses, kept)
-    if fit is None:
-        return Found(np.ones(4), np.zeros(4))
-    kind = _kinds(graph) + 2 * (~fit.graph.is_odometry)[:, None]
+    return noise_of(Fitted.of(graph, poses, kept), scale)
+
+
+def noise_of(fit: Fitted, scale: ArrayLike = (1.0, 1.0, 1.0, 1.0)) -> Found:
+    """Return ``find_noise`` of a fit at its minimum."""
+    kind = _kinds(fit.graph) + 2 * (~fit.graph.is_odometry)[:, None]
     squares = np.bincount(kind.ravel(), (fit.residuals**2).ravel(), 4)
     signs = np.random.default_rng(0).choice([-1.0, 1.0], (_PROBES, *fit.residuals.shape))
-    hat = np.zeros(4)
-    for sign, back in zip(signs, fit.taken_up(signs), strict=True):
-        hat += np.bincount(kind.ravel(), (sign * back).ravel(), 4) / _PROBES
+    taken = fit.taken_up(signs)
+    if taken is None:
+        return Found(np.ones(4), np.zeros(4))
+    hat = np.bincount(kind.ravel(), np.mean(signs * taken, axis=0).ravel(), 4)
     counts = np.bincount(kind.ravel(), minlength=4).astype(np.float64)
     redundancy = np.maximum(counts - hat, 0.0)
     if redundancy.sum() < _LEAST:
