@@ -176,7 +176,7 @@ def test_the_grid_and_the_ranking_of_chapter_08_come_from_the_file(
         cells = " | ".join("{} of {}".format(*each) for each in found)
         assert f"| {start} | {cells} |" in names["text"]
     ((figure, caption),) = shown
-    assert results.conditions() in caption
+    assert "benchmark.ipynb#start-and-graduation" in caption
     share = results.share(graph="manhattan", method="GNC-TLS from odometry")
     (cell,) = (text for text in figure.axes[0].texts if text.get_position() == (3.5, 0.5))
     assert cell.get_text() == f"{100 * share:.0f}"
