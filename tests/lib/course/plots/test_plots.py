@@ -23,6 +23,7 @@ from robust_slam_course.plots import (
     certificates,
     chain,
     consistency,
+    corners,
     landscapes,
     location,
     opening,
@@ -100,6 +101,7 @@ CASES: dict[str, Draw] = {
     "climb": lambda ax: certificates.draw_climb(
         ax, [[9.0], [9.0, 5.0, 4.0], [4.0, -1e-17]], ranks=(2, 3, 4)
     ),
+    "corner": lambda ax: corners.draw_corner(ax, corners.View(0.5, -0.06), "tree"),
     "chain": lambda ax: chain.draw_chain(
         ax, [0, 1, 2], **LINK, is_outlier=OUTLIER, labels=["says 1", "", "says 2"]
     ),
