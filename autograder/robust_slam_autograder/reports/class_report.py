@@ -19,7 +19,7 @@ from robust_slam_autograder.lms.marking import Question
 from robust_slam_autograder.markup import one_line, visible
 from robust_slam_autograder.reports import versions
 from robust_slam_autograder.reports.hints import Hint, Reader, collect
-from robust_slam_autograder.reports.similar import Alike, Pair
+from robust_slam_autograder.reports.similar import Alike, Two
 from robust_slam_autograder.reports.versions import Version
 
 MOST_BINS = 12
@@ -227,7 +227,7 @@ class Report:
     """Who marks, and whose work, with its points; empty without names."""
     questions: tuple[Asked, ...]
     """Open ones first."""
-    alike: tuple[tuple[Pair, tuple[Named, Named]], ...] | None
+    alike: tuple[tuple[Two, tuple[Named, Named]], ...] | None
     """Answers that are nearly one text, and whose; None where that was not looked for."""
     common: tuple[tuple[str, int], ...]
     """Exercises that many wrote in one way, with how many."""
@@ -312,11 +312,11 @@ def report(source: Source) -> Report:
     )
 
 
-def _alike(source: Source, alike: Alike) -> Iterator[tuple[Pair, tuple[Named, Named]]]:
+def _alike(source: Source, alike: Alike) -> Iterator[tuple[Two, tuple[Named, Named]]]:
     results = {result.student: result for result in source.marks}
-    for pair in alike.pairs:
-        first, second = (results[student] for student in pair.students)
-        yield pair, (source.named(first, _points(first)), source.named(second, _points(second)))
+    for two in alike.two:
+        first, second = (results[student] for student in two.students)
+        yield two, (source.named(first, _points(first)), source.named(second, _points(second)))
 
 
 def _markers(source: Source) -> Iterator[tuple[str, tuple[Named, ...]]]:

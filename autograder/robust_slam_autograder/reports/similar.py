@@ -42,11 +42,20 @@ class Pair:
 
 
 @dataclass(frozen=True)
+class Two:
+    """Two students, and their answers that are alike."""
+
+    students: tuple[str, str]
+    pairs: tuple[Pair, ...]
+    """In the order of the notebook."""
+
+
+@dataclass(frozen=True)
 class Alike:
     """What is to be read side by side in one assignment."""
 
-    pairs: tuple[Pair, ...]
-    """Most alike first."""
+    two: tuple[Two, ...]
+    """Those with most exercises first, and of these who is most alike."""
     common: tuple[tuple[str, int], ...]
     """Exercises that many wrote in one way, with how many: no pair of theirs is shown."""
 
@@ -68,7 +77,12 @@ def find(answers: Mapping[str, Mapping[str, str]], released: Mapping[str, str]) 
                 common.append((visible(exercise), len(group)))
             else:
                 pairs += [pair for pair in found if pair.students[0] in group]
-    return Alike(tuple(sorted(pairs, key=lambda pair: -pair.share)), tuple(common))
+    by_students: dict[tuple[str, str], list[Pair]] = {}
+    for pair in pairs:
+        by_students.setdefault(pair.students, []).append(pair)
+    two = [Two(students, tuple(theirs)) for students, theirs in by_students.items()]
+    two.sort(key=lambda one: (-len(one.pairs), -sum(pair.share for pair in one.pairs)))
+    return Alike(tuple(two), tuple(common))
 
 
 def _pairs(exercise: str, texts: Mapping[str, str], released: str) -> Iterator[Pair]:

@@ -7,11 +7,15 @@ from dataclasses import replace
 from html.parser import HTMLParser
 from typing import Any
 
+from robust_slam_autograder.grading.by_hand import Entered, Entries, Entry
 from robust_slam_autograder.grading.results import Result
+from robust_slam_autograder.lms.marking import Question
+from robust_slam_autograder.markup import visible
 from robust_slam_autograder.reading.assignment import Config
 from robust_slam_autograder.reports import class_pages, class_report, feedback, heat_map
 from robust_slam_autograder.reports.class_report import Report, Source
 from robust_slam_autograder.reports.heat_map import HeatMap
+from robust_slam_autograder.reports.similar import Alike, Pair, Two
 
 from tests.autograder.reports import samples
 from tests.autograder.reports.samples import case, exercise, result
@@ -44,8 +48,10 @@ class Skeleton(HTMLParser):
         self.text += data
 
 
-def page(made: Result, config: Config = CONFIG, site: str = SITE) -> feedback.Page:
-    return feedback.page(made, config, site)
+def page(
+    made: Result, config: Config = CONFIG, site: str = SITE, entries: Entries = ()
+) -> feedback.Page:
+    return feedback.page(made, config, site, entries)
 
 
 def report(*results: Result, **fields: Any) -> Report:
@@ -98,7 +104,22 @@ def hostile(text: str) -> Report:
     """A class whose students wrote this wherever they may."""
     said = samples.told(text)
     others = (samples.refused(text, student=f"b{text}"), replace(said, student=f"a{text}"))
-    return report(*others, links={f"b{text}": "b.html"})
+    return report(*others, links={f"b{text}": "b.html"}, **by_people(text, f"b{text}", f"a{text}"))
+
+
+def by_people(text: str, *students: str) -> dict[str, Any]:
+    """Fields of a source that hold a text wherever people may write one."""
+    entries = Entry("double", 2, text), Entry(text, 1.5, text, 3), Entry("why", 0, "", 3, True)
+    seen = visible(text)  # as ``similar.find`` gives it
+    pairs = tuple(Pair(seen, students, share, (seen, seen)) for share in (1.0, 0.8))
+    return {
+        "by_hand": Entered(dict.fromkeys(students, entries)),
+        "markers": dict.fromkeys(students, f"M {text}"),
+        "questions": [
+            Question(one, text, said) for one, said in zip(students, ("", text), strict=True)
+        ],
+        "alike": Alike((Two(students, pairs),), ((seen, 7),)),
+    }
 
 
 def of_students() -> dict[str, str]:
@@ -117,13 +138,21 @@ def of_students() -> dict[str, str]:
         ),
         "told": samples.told("A MESSAGE"),
     }
-    return {name: feedback.html(page(made)) for name, made in pages.items()}
+    entries = {
+        name: by_people(text, "x", "y")["by_hand"].of("x")
+        for name, text in {"hostile": "\n".join(texts), "refused": "Well tried."}.items()
+    }
+    return {
+        name: feedback.html(page(made, entries=entries.get(name, ())))
+        for name, made in pages.items()
+    }
 
 
 def of_classes() -> dict[str, str]:
     links = {each.student: "../feedback/x/07-toy.html" for each in MANY}
     reports = {
         "many": report(*MANY, links=links, page="many.html"),
+        "by-people": report(*MANY, **by_people("Two of my signs", "student 1", "student 2")),
         "no-names": report(*MANY, names=False),
         "one": report(result(samples.PASSED), page="one.html"),
         "nothing": report(samples.refused("No.")),

@@ -17,6 +17,7 @@ pytestmark = pytest.mark.browser
 OF_STUDENTS = ("every-status", "passed", "refused", "hostile")
 OF_CLASSES = (
     "many",
+    "by-people",
     "no-names",
     "one",
     "nothing",
@@ -28,8 +29,8 @@ OF_CLASSES = (
 VISITS = [
     *itertools.product(OF_STUDENTS, ("light", "dark")),
     *itertools.product(OF_CLASSES, ("light",)),
-    # What the instructor's other pages show is in these three.
-    *itertools.product(("many", "index", "student"), ("dark",)),
+    # What the instructor's other pages show is in these.
+    *itertools.product(("many", "by-people", "index", "student"), ("dark",)),
 ]
 OPEN_ALL = "document.querySelectorAll('details').forEach(one => { one.open = true })"
 WIDTH = "document.documentElement.scrollWidth"

@@ -51,9 +51,20 @@ def found(**texts: str) -> similar.Alike:
 
 
 def test_a_copy_under_other_names_and_comments_is_found_and_work_of_ones_own_is_not():
-    (pair,) = found(ada=ANSWER, bob=COPIED, cleo=OWN).pairs
-    assert (pair.students, pair.texts) == (("ada", "bob"), (ANSWER, COPIED))
+    (two,) = found(ada=ANSWER, bob=COPIED, cleo=OWN).two
+    (pair,) = two.pairs
+    assert (two.students, pair.texts) == (("ada", "bob"), (ANSWER, COPIED))
     assert pair.share > 0.9
+
+
+def test_who_has_most_exercises_in_common_comes_first():
+    texts = {"ada": ANSWER, "bob": COPIED, "cleo": COPIED}
+    made = similar.find({"a": texts, "b": {"bob": ANSWER, "cleo": COPIED, "dan": OWN}}, {})
+    assert [(two.students, len(two.pairs)) for two in made.two] == [
+        (("bob", "cleo"), 2),
+        (("ada", "bob"), 1),
+        (("ada", "cleo"), 1),
+    ]
 
 
 @pytest.mark.parametrize("text", [RELEASED, "", "def (:", "x" * 30_000, "\x00\ud800'''"])
