@@ -31,8 +31,9 @@ def graduation() -> Picture:
             "drag the point to noisier odometry. What becomes of the methods that start at least"
             " squares? And with 75 % of outliers?",
         ],
-        caption=f"Noise {data['noises'][0]:g} rad a step, the true σ is claimed. 50 % of the"
-        f" closures are random outliers. Good maps of {data['runs']}: {_best(data, 'random 50')}.",
+        caption=f"The odometry has {data['noises'][0]:g} rad of noise a step and claims its true"
+        f" σ, and 50 % of the closures are random outliers. Of {data['runs']} maps,"
+        f" {_best(data, 'random 50')}.",
         state={"kind": "random", "percent": "50", "noise": 0, "claim": _CLAIM},
         data=data,
         still=_counts_still(data, "random 50"),
@@ -47,7 +48,7 @@ def _best(data: dict[str, Any], kind: str) -> str:
         names = [
             method for method, count in zip(_METHODS, here, strict=True) if count == max(here)
         ]
-        told.append(f"from {start} {', '.join(names[:-1])} and {names[-1]} have {max(here)}")
+        told.append(f"from {start} {', '.join(names[:-1])} and {names[-1]} find {max(here)}")
     return "; ".join(told)
 
 

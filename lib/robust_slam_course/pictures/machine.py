@@ -37,8 +37,7 @@ def machine() -> Picture:
     """
     data = _outcomes()
     whole = data["outcomes"]["nothing"]
-    inliers, outliers = whole["told"]
-    passed, left, kept = ("{} and {}".format(*whole[key]) for key in ("passed", "left", "kept"))
+    (right, wrong), (kept, misled) = whole["told"], whole["kept"]
     return Picture(
         name="machine",
         title="Let one stage fail",
@@ -49,9 +48,8 @@ def machine() -> Picture:
             " reports something now?",
             "find the two failures whose map is not certified. What do they have in common?",
         ],
-        caption=f"{_FAULTS['nothing']} Of {inliers} inliers and {outliers} outliers PCM keeps"
-        f" {passed}, GNC {left}, the map {kept}. The map is {whole['off']:.2f} m off and"
-        " certified.",
+        caption=f"{_FAULTS['nothing']} The map keeps {kept} of {right} inliers and {misled} of"
+        f" {wrong} outliers, is {whole['off']:.2f} m off the true path, and is certified.",
         state={"broken": "nothing"},
         data=data,
         still=_machine_still(data, "nothing"),

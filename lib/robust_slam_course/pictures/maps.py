@@ -128,8 +128,8 @@ def showcase() -> Picture:
             "let nine wrong closures agree, and drag the diamond to where the drive begins: do"
             " the switches and GNC follow them? Then start from odometry.",
         ],
-        caption="One drive with one wrong closure (dashed), over the dotted true path: least"
-        " squares distorts the map, switchable constraints and GNC do not.",
+        caption="One drive with one wrong closure (dashed), over the dotted true path. Least"
+        " squares distorts the map, whereas switchable constraints and GNC do not.",
         state={"wrong": wrong, "size": 1, "start": "squares"},
         data=graph_data(graph, truth, 4),
         still=_three_estimators(graph, truth, wrong),
