@@ -75,7 +75,7 @@ def measured(name: str, exercise: str, seed: int) -> Measured:
         exercise=f"{name[:2]}/{exercise}",
         wrong=[one for one in mine if not one.is_right],
         shapes=shapes,
-        ways=[(one, shape.keys()) for one, shape in found],
+        ways=[(one, shape.keys()) for one, shape in found if survey.counts(one, shape)],
         rest=survey.table(setting, exercise, []),
         wronged=[one.name for one in mine if one.is_right and one.source in shapes],
     )

@@ -29,6 +29,8 @@ STARTED = (
 )
 """Packages that the kernel starts with. Whatever it lacks it would look for elsewhere."""
 CONFIG = "autograder.toml"
+LABELS = "misconceptions.json"
+"""What a release has for the student's own check; the second only where it was made."""
 README = """\
 # Assignments in the browser
 
@@ -125,7 +127,9 @@ def _copy_assignments(root: Path, files: Path, version: str) -> dict[str, str]:
     releases = {}
     for folder in sorted(folders[0].glob("*/")):
         (files / folder.name).mkdir(parents=True)
-        shutil.copyfile(folder / CONFIG, files / folder.name / CONFIG)
+        for name in (CONFIG, LABELS):
+            if (folder / name).is_file():
+                shutil.copyfile(folder / name, files / folder.name / name)
         # Beside the folder: a download's name would hold the folder's.
         notebook = f"{folder.name}.ipynb"
         data = (folder / notebook).read_bytes()

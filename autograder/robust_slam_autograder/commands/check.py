@@ -21,6 +21,13 @@ def add(commands: Any) -> None:  # noqa: ANN401
     parser.add_argument(
         "--markdown", type=Path, metavar="FILE", help="also write what passed, as Markdown"
     )
+    parser.add_argument(
+        "--hints",
+        type=int,
+        default=0,
+        choices=range(4),
+        help="how many hints for what does not pass: where to look, what to compute, the idea",
+    )
     parser.set_defaults(run=run)
 
 
@@ -28,7 +35,7 @@ def run(options: argparse.Namespace) -> int:
     """Check it; exit status 1 where a test does not pass."""
     if options.markdown is not None:
         places.refuse_unwritable("--markdown", options.markdown)
-    result, hidden = self_check.run(options.notebook, options.release)
+    result, hidden = self_check.run(options.notebook, options.release, options.hints)
     if options.markdown is not None:
         text = summary.check_as_markdown(result, hidden)
         options.markdown.write_text(text, encoding="utf-8")

@@ -18,10 +18,12 @@ from robust_slam_autograder.grading.by_hand import Entered
 from robust_slam_autograder.grading.tasks import Job
 from robust_slam_autograder.lms import marking
 from robust_slam_autograder.lms.marking import Marking
+from robust_slam_autograder.markup import visible
 from robust_slam_autograder.reading import assignment as assignments
-from robust_slam_autograder.reading import submission
+from robust_slam_autograder.reading import notebook, submission
 from robust_slam_autograder.reports import class_pages, class_report, heat_map, similar
 from robust_slam_autograder.reports.class_report import Source
+from robust_slam_autograder.reports.misunderstood import Code
 from robust_slam_autograder.reports.similar import Alike
 
 INDEX = "index.html"
@@ -33,7 +35,7 @@ def add(commands: Any) -> None:  # noqa: ANN401
     parser.add_argument(
         "assignments", nargs="*", metavar="ASSIGNMENT", help="pages of these; all where none"
     )
-    places.add(parser, "--out", "--gradebook", "--notice")
+    places.add(parser, "--out", "--submitted", "--gradebook", "--notice")
     parser.add_argument("--to", type=Path, default=layout.REPORT, metavar="DIR")
     parser.add_argument(
         "--feedback",
@@ -188,4 +190,21 @@ def _source(
             if names and path.is_file()
         },
         students=students,
+        code=_code(options.submitted, name) if names else lambda student, exercise: "",
     )
+
+
+def _code(submitted: Path, assignment: str) -> Code:
+    """Return how to find a student's text for an exercise in what was handed in."""
+
+    def code(student: str, exercise: str) -> str:
+        folder = submitted / student / assignment
+        try:
+            path, _ = submission.notebook_in(folder, assignment)
+            cells = notebook.read(path)
+        except (Refused, OSError):
+            return ""
+        found = [cell.source for cell in cells if cell.grade_id == exercise]
+        return visible(found[-1]) if found else ""
+
+    return code

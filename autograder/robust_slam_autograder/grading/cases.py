@@ -58,6 +58,8 @@ class Seen:
     digests: Digests
     told: bool
     """Whether a value ended it, and not an exception."""
+    real: bool = False
+    """Whether it ended at numbers that are not whole."""
 
 
 @dataclass(frozen=True)
@@ -260,10 +262,10 @@ class Cases:
 
     def _note(self, case: Case) -> None:
         """Note what a case that failed saw, as far as it can be compared."""
-        salt = shapes.salt_of(self.assignment.name, self.seed, whole=self.calls is None)
+        salt = shapes.salt_of(self.seed, whole=self.calls is None)
         with contextlib.suppress(Exception, SessionFault), self._bounded():
             found = shapes.of_trace(self.trace, salt)
-            self.seen[case.grade_id] = Seen(found, not self.trace.raised)
+            self.seen[case.grade_id] = Seen(found, not self.trace.raised, self.trace.is_real)
 
     def _ending(self, case: Case, error: Exception) -> Ending:
         """Say how a case ended whose test raised."""

@@ -11,7 +11,7 @@ import contextlib
 import functools
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from robust_slam_autograder.executor import guarded, seeds
 from robust_slam_autograder.executor.budget import Deadline, Meter
@@ -40,6 +40,8 @@ PUBLIC_SEED = 0
 
 Report = Callable[[ExerciseResult], None]
 """Called with each exercise as it ends."""
+Label = Callable[[str, Shape], str]
+"""Says what the failed cases of an exercise look like; empty where that is not known."""
 Shown = Mapping[str, CaseResult]
 """By grade id how a case went in the visible pass."""
 
@@ -79,6 +81,7 @@ def look(
     sandbox: Sandbox,
     run: guarded.Run[Step] = guarded.plain,
     report: Report | None = None,
+    label: Label | None = None,
 ) -> Marked:
     """Run what students can see, and explain what fails.
 
@@ -87,6 +90,7 @@ def look(
         sandbox: where student code runs.
         run: what runs the test cells.
         report: called with each exercise as it ends.
+        label: says what an exercise looks like that is reported.
 
     Raises:
         GraderFailure: as ``grade``.
@@ -97,7 +101,11 @@ def look(
     for case, step in one.steps():
         seen[case.grade_id] = _case(case, step.ending, step.told)
         if report is not None and last[case.exercise] == case.grade_id:
-            report(_exercise(case.exercise, whose, seen, {}))
+            ended = _exercise(case.exercise, whose, seen, {})
+            shape = one.shapes.get(case.exercise)
+            if label is not None and shape is not None and shape.is_known:
+                ended = replace(ended, misconception=label(case.exercise, shape))
+            report(ended)
     return one.marked(seen, {}, " ".join(whose.submission.notes), 0)
 
 
@@ -222,7 +230,7 @@ class _Pass:
         if step.ending is not Ending.PASSED:
             shape = self.shapes.setdefault(case.exercise, Shape())
             found = step.seen or Seen({}, told=False)
-            shape.add(case.grade_id, found.digests, told=found.told)
+            shape.add(case.grade_id, found.digests, told=found.told, real=found.real)
 
     def _ended(self, case: Case, known: Endings) -> list[Case]:
         """Find the cases that end with one that the kernel has ended.

@@ -94,8 +94,9 @@ def _shifted(numbers: np.ndarray) -> np.ndarray:
 
 
 def _off_diagonal(numbers: np.ndarray) -> np.ndarray:
-    if numbers.ndim != 2 or numbers.shape[0] != numbers.shape[1] or numbers.shape[0] < 2:
-        raise ValueError("no matrix")
+    is_square = numbers.ndim == 2 and numbers.shape[0] == numbers.shape[1] >= 2
+    if not is_square or not np.allclose(numbers, numbers.T):
+        raise ValueError("no symmetric matrix")
     return numbers[~np.eye(len(numbers), dtype=bool)]
 
 

@@ -86,7 +86,7 @@ class Bench:
                     heads = right[case.grade_id].get(WHOLE, frozenset())
                     if heads & set(found.get(WHOLE, ())):
                         found = {}
-                    shape.add(case.grade_id, found, told=not trace.raised)
+                    shape.add(case.grade_id, found, told=not trace.raised, real=trace.is_real)
                 if shape.lost:
                     break
         return shape

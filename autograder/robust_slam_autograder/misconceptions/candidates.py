@@ -1,7 +1,7 @@
 """What a wrong answer may be: one that was written down, a mutant, or a fact of the values.
 
-Where several fit, the first kind counts: an author's sentence names the misconception, a fact
-says what the values are, and a mutant says what was changed.
+Where several fit, the first kind counts: an author's sentence names the misconception, a mutant
+says what was changed, and a fact says what the values are.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from robust_slam_autograder.misconceptions.bench import Bench, Names
 from robust_slam_autograder.misconceptions.slips import Slip
 from robust_slam_autograder.reading.labelled import Answer
 
-WRITTEN, FACT, OF_SOLUTION, OF_ANSWER = range(4)
-"""Where a candidate comes from; the first that fits counts."""
+WRITTEN, OF_SOLUTION, OF_ANSWER, FACT = range(4)
+"""Where a candidate comes from; the first that fits and says something counts."""
 MOST_RIGHT = 2
 """Right answers of which mutants are made."""
 
@@ -72,10 +72,10 @@ def chosen(alike: Iterable[Candidate]) -> Candidate | None:
     by_origin = defaultdict(list)
     for one in alike:
         by_origin[one.origin].append(one)
-    first = by_origin[min(by_origin)]
-    if first[0].origin == FACT:
-        return first[0]
-    if first[0].origin == WRITTEN:
-        return first[0] if len({one.sentence for one in first}) == 1 else None
-    sentence = slips.common([one.slip for one in first if one.slip])
-    return replace(first[0], sentence=sentence) if sentence else None
+    if written := by_origin[WRITTEN]:
+        return written[0] if len({one.sentence for one in written}) == 1 else None
+    mutants = by_origin[OF_SOLUTION] or by_origin[OF_ANSWER]
+    sentence = slips.common([one.slip for one in mutants if one.slip])
+    if sentence and (not by_origin[FACT] or sentence not in slips.GENERAL):
+        return replace(mutants[0], sentence=sentence)
+    return next(iter(by_origin[FACT]), None)

@@ -50,8 +50,6 @@ _ARGUMENT: Mapping[str, Change] = {
     "the sign of {} were dropped": np.abs,
     "{} had the other sign": np.negative,
     "one over {} stood in its place": lambda x: 1 / x,
-    "{} were doubled": lambda x: 2 * x,
-    "{} were halved": lambda x: x / 2,
     "{} were 1 everywhere, or left out": np.ones_like,
     "{} were 0, or ignored": np.zeros_like,
     "{} were in degrees": np.rad2deg,
@@ -115,6 +113,8 @@ _SCALED: Mapping[str, Callable[[Any, Any], Any]] = {
     "is multiplied by the square of {} once too often": lambda y, x: y * x**2,
     "is divided by the square of {} once too often": lambda y, x: y / x**2,
 }
+LIMITS = frozenset({"tol", "rtol", "atol", "seed"})
+"""Arguments of which a function takes nothing but how far it goes."""
 _CONSTANTS = (1e-9, 1e-6, 1e-3, 0.1, 0.5, 2.0, 3.0, 10.0, 100.0)
 """What may stand for a number that is handed in."""
 _FROM_OTHER: Mapping[str, Change] = {
@@ -152,7 +152,7 @@ def facts(functions: Mapping[str, Function]) -> Iterator[Fact]:
                 told = sentence.format(f"{part} of {result}")
                 yield Fact(told, {name: _with_part(function, change, n)})
         for n, argument in enumerate(names):
-            for sentence, change in _ARGUMENT.items():
+            for sentence, change in ({} if argument in LIMITS else _ARGUMENT).items():
                 changed = _with_argument(function, names, n, change)
                 yield Fact(sentence.format(f"`{argument}`"), {name: changed})
             for sentence, scale in _SCALED.items():

@@ -67,6 +67,13 @@ class Trace:
     broken: bool = False
     raised: bool = False
 
+    @property
+    def is_real(self) -> bool:
+        """Tell whether the last call returned a number that is not whole."""
+        last = self.calls[-1].parts if self.calls else ()
+        numbers = [one[np.isfinite(one)] for _, one in last if one is not None]
+        return any(bool(np.any(one != np.round(one))) for one in numbers)
+
     def begin(self) -> None:
         """Forget the calls of the cell before."""
         self.calls, self.numbers, self.broken, self.raised = [], 0, False, False

@@ -34,9 +34,14 @@ class Shape:
     failed: dict[str, Digests] = field(default_factory=dict)
     told: bool = False
     lost: bool = False
+    real: bool = False
+    """Whether one of them ended at numbers that are not whole, and so hardly by chance alike."""
 
-    def add(self, grade_id: str, found: Digests, *, told: bool = False) -> None:
+    def add(
+        self, grade_id: str, found: Digests, *, told: bool = False, real: bool = False
+    ) -> None:
         """Note a case that failed; without digests it hung, died, or cannot be compared."""
+        self.real |= real
         self.failed[grade_id] = found
         self.lost |= WHOLE not in found
         self.told |= told
@@ -61,15 +66,14 @@ def _key(names: Sequence[str], found: Sequence[str]) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def salt_of(assignment: str, seed: int, *, whole: bool) -> str:
+def salt_of(seed: int, *, whole: bool) -> str:
     """Return what makes the digests of one setting tell nothing of those of another.
 
     Args:
-        assignment: its name.
         seed: of the inputs.
         whole: whether hidden regions ran too.
     """
-    return f"{assignment} {seed} {whole}"
+    return f"{seed} {whole}"
 
 
 def of_trace(trace: Trace, salt: str, *, with_aspects: bool = True) -> Digests:

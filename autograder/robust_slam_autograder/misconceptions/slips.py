@@ -118,6 +118,10 @@ FAMILIES: Mapping[str, frozenset[str]] = {
     ),
 }
 """Sentences that are true of several kinds, where these cannot be told apart."""
+GENERAL = frozenset(
+    {*FAMILIES, *map(SENTENCES.get, ("constant", "exponent", "option", "step lost"))}
+)
+"""Sentences that say less than a fact of the values does."""
 
 _PAIRS = {name: kind for kind in SENTENCES if len(parts := kind.split()) == 2 for name in parts}
 _PAIRS |= {

@@ -18,7 +18,7 @@ from robust_slam_autograder.executor import guarded
 from robust_slam_autograder.executor.guarded import Overrun
 from robust_slam_autograder.misconceptions import bench as benches
 from robust_slam_autograder.misconceptions.bench import Bench
-from robust_slam_autograder.misconceptions.candidates import Candidate, candidates, chosen
+from robust_slam_autograder.misconceptions.candidates import WRITTEN, Candidate, candidates, chosen
 from robust_slam_autograder.misconceptions.shapes import Shape, salt_of
 from robust_slam_autograder.misconceptions.tables import Right, Table, arguments_of, sealed
 from robust_slam_autograder.reading.assignment import Assignment
@@ -48,7 +48,7 @@ class Setting:
 
     def bench(self) -> Bench:
         """Run the instructor's notebook."""
-        salt = salt_of(self.assignment.name, self.seed, whole=self.whole)
+        salt = salt_of(self.seed, whole=self.whole)
         return benches.bench(
             self.path, self.assignment, seed=self.seed, whole=self.whole, salt=salt
         )
@@ -135,8 +135,15 @@ def survey(setting: Setting, exercise: str, answers: Sequence[Answer]) -> list[C
     """Return one candidate for each way to be wrong that has a name."""
     choice = functools.partial(candidates, exercise=exercise, answers=answers)
     return named(
-        (candidate, shape.keys()) for candidate, shape in shapes_of(setting, exercise, choice)
+        (candidate, shape.keys())
+        for candidate, shape in shapes_of(setting, exercise, choice)
+        if counts(candidate, shape)
     )
+
+
+def counts(candidate: Candidate, shape: Shape) -> bool:
+    """Tell whether a candidate may name: of a few whole numbers a rule says nothing sure."""
+    return candidate.origin == WRITTEN or shape.real
 
 
 def named(measured: Iterable[tuple[Candidate, tuple[str, ...]]]) -> list[Candidate]:

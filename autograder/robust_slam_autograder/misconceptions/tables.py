@@ -40,7 +40,7 @@ class Table:
         }
         if said:
             return said.pop() if len(said) == 1 else ""
-        return next(self._aspects(shape), "") if keys else ""
+        return next(self._aspects(shape), "") if keys and shape.real else ""
 
     def _aspects(self, shape: Shape) -> Iterator[str]:
         for name in aspects.names(len(self.arguments)):

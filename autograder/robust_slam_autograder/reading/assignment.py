@@ -39,6 +39,7 @@ _KEYS = {
     "packages": list,
     "withheld": list,
     "limits": dict,
+    "hints": dict,
     "causes": dict,
     "hidden": dict,
 }
@@ -68,6 +69,8 @@ class Config:
     """Name of the chapter that the assignment belongs to."""
     sections: Mapping[str, str] = field(default_factory=dict)
     """Per exercise the chapter's heading to read again, as it stands there."""
+    hints: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    """Per exercise hints for anyone who fails it, each telling more than the one before."""
     packages: tuple[str, ...] = DEFAULT_PACKAGES
     """What student code may import beside the standard library."""
     withheld: tuple[str, ...] = ()
@@ -77,6 +80,13 @@ class Config:
     """By a text that a student's exception holds, what is most often behind it."""
     hidden: Mapping[str, int] | None = None
     """In a release: per exercise how many of its cases hold checks that students do not see."""
+
+    def place(self, exercise: str) -> str:
+        """Say where an exercise's matter stands; empty for an assignment without a chapter."""
+        heading = self.sections.get(exercise, "")
+        if not self.chapter:
+            return ""
+        return f"chapter {self.chapter}" + (f", “{heading}”" if heading else "")
 
 
 @dataclass(frozen=True)
@@ -230,9 +240,10 @@ def load(path: Path) -> Assignment:
     config = load_config(path.parent / CONFIG_NAME)
     name = path.resolve().parent.name
     assignment = from_cells(cells, name=name, notebook=path.stem, config=config)
-    for exercise in set(config.sections) - set(assignment.exercises):
-        known = ", ".join(assignment.exercises)
-        raise WrongUse(f"{name}: [sections] names {exercise!r}; the exercises are {known}.")
+    known = ", ".join(assignment.exercises)
+    for table, names in (("sections", config.sections), ("hints", config.hints)):
+        for exercise in set(names) - set(assignment.exercises):
+            raise WrongUse(f"{name}: [{table}] names {exercise!r}; the exercises are {known}.")
     return assignment
 
 
@@ -347,6 +358,10 @@ def load_config(path: Path) -> Config:
     check_table(path, table, _KEYS)
     sections = table.get("sections", {})
     check_table(path, sections, dict.fromkeys(sections, str))
+    hints = table.pop("hints", {})
+    check_table(path, hints, dict.fromkeys(hints, list))
+    if not all(isinstance(hint, str) for some in hints.values() for hint in some):
+        raise WrongUse(f"{path}: [hints] has for each exercise a list of sentences.")
     for key, kind in (("causes", str), ("hidden", int)):
         check_table(path, table.get(key, {}), dict.fromkeys(table.get(key, {}), kind))
     limits = table.pop("limits", {})
@@ -362,7 +377,11 @@ def load_config(path: Path) -> Config:
             f'{path}: packages must be a list of names as they are imported, such as ["numpy"].'
         )
     return Config(
-        **table, packages=tuple(packages), withheld=tuple(withheld), limits=Limits(**limits)
+        **table,
+        hints={name: tuple(some) for name, some in hints.items()},
+        packages=tuple(packages),
+        withheld=tuple(withheld),
+        limits=Limits(**limits),
     )
 
 

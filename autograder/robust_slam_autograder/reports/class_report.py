@@ -11,6 +11,7 @@ import statistics
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 from robust_slam_autograder.grading.by_hand import Entered, with_marks
 from robust_slam_autograder.grading.results import CaseResult, ExerciseResult, Result, Status, tidy
@@ -19,6 +20,14 @@ from robust_slam_autograder.lms.marking import Question
 from robust_slam_autograder.markup import one_line, visible
 from robust_slam_autograder.reports import versions
 from robust_slam_autograder.reports.hints import Hint, Reader, collect
+from robust_slam_autograder.reports.misunderstood import (
+    Code,
+    Misconception,
+    Unlabelled,
+    discrimination,
+    misconceptions,
+    unlabelled,
+)
 from robust_slam_autograder.reports.similar import Alike, Two
 from robust_slam_autograder.reports.versions import Version
 
@@ -29,7 +38,12 @@ MANY = 0.4
 FEWEST = 2
 """From this many students on, what all of them have in common says something of a test."""
 
+NEARLY = 0.95
+"""From this share on, or this share of failures, a case tells little about most."""
 EASY = "everybody passes: too easy?"
+NEARLY_EASY = "nearly everybody passes"
+NEARLY_BROKEN = "nearly no one passes"
+WEAK = "who passes it does no better elsewhere"
 BROKEN = "no one passes: is the test right?"
 
 
@@ -84,6 +98,8 @@ class CaseStatistics:
     points: float
     passed: int
     students: int
+    discrimination: float | None = None
+    """Correlation of passing it with all other points; None where too few students say."""
 
     @property
     def share(self) -> float:
@@ -93,9 +109,14 @@ class CaseStatistics:
     @property
     def remark(self) -> str:
         """Return what should make an instructor look at the test; empty for most."""
-        if self.students < FEWEST or 0 < self.passed < self.students:
+        if self.students < FEWEST:
             return ""
-        return EASY if self.passed else BROKEN
+        if self.passed in (0, self.students):
+            return EASY if self.passed else BROKEN
+        if max(self.share, 1 - self.share) >= NEARLY:
+            return NEARLY_EASY if self.share >= NEARLY else NEARLY_BROKEN
+        is_weak = self.discrimination is not None and self.discrimination <= 0
+        return WEAK if is_weak else ""
 
 
 @dataclass(frozen=True)
@@ -216,6 +237,10 @@ class Report:
     missed: tuple[tuple[str, int], ...]
     """Exercises that many students did not write, or wrote without any points, with how many;
     none where too few submissions speak for a class."""
+    misconceptions: tuple[tuple[Misconception, tuple[Named, ...]], ...]
+    """What wrong answers look like, and whose they are; without names no one is there."""
+    unlabelled: tuple[tuple[Unlabelled, tuple[Named, ...]], ...]
+    """Wrong answers that return the same, and that no label fits."""
     time: Time | None
     attention: tuple[Kind, ...]
     """Submissions that somebody should look at, the most pressing first."""
@@ -254,6 +279,7 @@ class Source:
         markers: by student who marks, where several do.
         questions: what students ask about their marks here.
         alike: answers that are nearly one text; None where that was not looked for.
+        code: a student's text for an exercise, where it may be shown.
     """
 
     assignment: str
@@ -267,6 +293,7 @@ class Source:
     markers: Mapping[str, str] = field(default_factory=dict)
     questions: Sequence[Question] = ()
     alike: Alike | None = None
+    code: Code = lambda student, exercise: ""
 
     @property
     def marks(self) -> list[Result]:
@@ -301,6 +328,8 @@ def report(source: Source) -> Report:
         misunderstood=_misunderstood(exercises) if spoken_for else None,
         unwritten=_many(spoken_for, "unwritten"),
         missed=_many(spoken_for, "missed"),
+        misconceptions=tuple(_without_names(source, misconceptions(shown, source.named))),
+        unlabelled=tuple(_without_names(source, unlabelled(shown, source.named, source.code))),
         time=_time(shown, source) if shown else None,
         attention=tuple(_attention(source, found)),
         others=tuple(OtherVersion(len(one.results), one.differences) for one in found[1:]),
@@ -317,6 +346,15 @@ def _alike(source: Source, alike: Alike) -> Iterator[tuple[Two, tuple[Named, Nam
     for two in alike.two:
         first, second = (results[student] for student in two.students)
         yield two, (source.named(first, _points(first)), source.named(second, _points(second)))
+
+
+T = TypeVar("T")
+
+
+def _without_names(
+    source: Source, found: Sequence[tuple[T, tuple[Named, ...]]]
+) -> Iterator[tuple[T, tuple[Named, ...]]]:
+    yield from ((one, who if source.names else ()) for one, who in found)
 
 
 def _markers(source: Source) -> Iterator[tuple[str, tuple[Named, ...]]]:
@@ -382,14 +420,17 @@ def _bins(scores: Sequence[float], most: float, *, whole: bool) -> tuple[Bin, ..
 
 def _exercises(results: Sequence[Result], source: Source) -> tuple[ExerciseStatistics, ...]:
     reader = Reader(source.names, source.students)
+    whole = [result.score for result in results]
     exercises = [
-        _exercise([result.exercises[n] for result in results], reader)
+        _exercise([result.exercises[n] for result in results], reader, whole)
         for n in range(len(results[0].exercises) if results else 0)
     ]
     return tuple(sorted(exercises, key=lambda e: 2.0 if e.share is None else e.share))
 
 
-def _exercise(mine: Sequence[ExerciseResult], reader: Reader) -> ExerciseStatistics:
+def _exercise(
+    mine: Sequence[ExerciseResult], reader: Reader, whole: Sequence[float]
+) -> ExerciseStatistics:
     most = sum(exercise.max_score for exercise in mine)
     status = Counter(exercise.status for exercise in mine)
     partly = sum(e.score > 0 for e in mine if e.status not in ("passed", "missing"))
@@ -404,7 +445,10 @@ def _exercise(mine: Sequence[ExerciseResult], reader: Reader) -> ExerciseStatist
         untouched=sum(map(_is_untouched, mine)),
         timeouts=status["timeout"],
         deaths=status["died"],
-        cases=tuple(map(_case, zip(*(e.cases for e in mine), strict=True))),
+        cases=tuple(
+            _case(outcomes, discrimination(mine, which, whole))
+            for which, outcomes in enumerate(zip(*(e.cases for e in mine), strict=True))
+        ),
         hints=collect(mine, reader),
     )
 
@@ -421,7 +465,7 @@ def _many(exercises: Sequence[ExerciseStatistics], what: str) -> tuple[tuple[str
     return tuple(sorted(found, key=lambda one: -one[1]))
 
 
-def _case(outcomes: Sequence[CaseResult]) -> CaseStatistics:
+def _case(outcomes: Sequence[CaseResult], discriminates: float | None) -> CaseStatistics:
     first = outcomes[0]
     return CaseStatistics(
         name=visible(first.name),
@@ -429,6 +473,7 @@ def _case(outcomes: Sequence[CaseResult]) -> CaseStatistics:
         points=first.points,
         passed=sum(outcome.passed for outcome in outcomes),
         students=len(outcomes),
+        discrimination=discriminates,
     )
 
 

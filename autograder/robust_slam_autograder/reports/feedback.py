@@ -95,6 +95,10 @@ class ShownExercise:
     advice: str
     message: str
     """What no case says already."""
+    misconception: str
+    """What it looks like, as a sentence; empty where that is not known."""
+    hints: tuple[str, ...]
+    """Each tells more than the one before."""
     reading: Reading | None
     cases: tuple[ShownCase, ...]
 
@@ -140,7 +144,7 @@ def reading(config: Config, exercise: str, site: str) -> Reading | None:
     if not config.chapter:
         return None
     heading = config.sections.get(exercise, "")
-    text = f"chapter {config.chapter}" + (f", “{heading}”" if heading else "")
+    text = config.place(exercise)
     if not site:
         return Reading(text, "")
     address = f"{site.rstrip('/')}/chapters/{quote(config.chapter)}.html"
@@ -164,7 +168,12 @@ def page(result: Result, config: Config, site: str, entries: Entries = ()) -> Pa
     """
     result = with_marks(result, entries)
     exercises = tuple(
-        _exercise(number, exercise, reading(config, exercise.name, site))
+        _exercise(
+            number,
+            exercise,
+            reading(config, exercise.name, site),
+            config.hints.get(exercise.name, ()),
+        )
         for number, exercise in enumerate(result.exercises, start=1)
     )
     start = next((exercise for exercise in exercises if not exercise.passed), None)
@@ -215,7 +224,9 @@ def _next(result: Result, start: ShownExercise | None) -> str:
     return "Run autograder check on your notebook before you hand it in."
 
 
-def _exercise(number: int, exercise: ExerciseResult, reading: Reading | None) -> ShownExercise:
+def _exercise(
+    number: int, exercise: ExerciseResult, reading: Reading | None, hints: tuple[str, ...]
+) -> ShownExercise:
     told = {case.message for case in exercise.cases}
     passed = exercise.status == "passed"
     return ShownExercise(
@@ -227,6 +238,8 @@ def _exercise(number: int, exercise: ExerciseResult, reading: Reading | None) ->
         meaning=meaning(exercise),
         advice=ADVICE[exercise.status],
         message="" if exercise.message in told else visible(exercise.message),
+        misconception="" if passed else visible(exercise.misconception),
+        hints=() if passed else hints,
         reading=None if passed else reading,
         cases=_cases(exercise),
     )

@@ -49,10 +49,19 @@ def _remark(result: Result, names: bool) -> str:
     return "nothing passed" if not result.score else f"lost marks in {', '.join(lost)}"
 
 
-def check_line(exercise: ExerciseResult, hidden: Mapping[str, int] | None) -> str:
+def check_line(
+    exercise: ExerciseResult,
+    hidden: Mapping[str, int] | None,
+    place: str = "",
+    hints: Sequence[str] = (),
+) -> str:
     """Say how the visible cases of an exercise went, with the first message.
 
-    ``hidden`` tells how many hidden cases each exercise has; None where that is not known.
+    Args:
+        exercise: how it ended.
+        hidden: how many hidden cases each exercise has; None where that is not known.
+        place: where its matter stands in the book.
+        hints: to be told where it did not pass.
     """
     if exercise.status == "passed":
         left = None if hidden is None else hidden.get(exercise.name, 0)
@@ -62,6 +71,10 @@ def check_line(exercise: ExerciseResult, hidden: Mapping[str, int] | None) -> st
     lines = [f"✗ {exercise.status:<8} {exercise.name}{where}: {one_line(first)}"]
     if exercise.status in ("timeout", "died"):
         lines[0] += f" {ADVICE[exercise.status]}"
+    if exercise.misconception:
+        more.append(f"It looks as if {exercise.misconception}.")
+        more += [f"Read again: {place}."] if place else []
+    more += [f"Hint {number}: {hint}" for number, hint in enumerate(hints, start=1)]
     return "\n".join([*lines, *(f"    {one_line(line)}" for line in more)])
 
 

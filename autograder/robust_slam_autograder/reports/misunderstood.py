@@ -1,0 +1,95 @@
+"""What a class's wrong answers look like: one label and who has it, or no label and one answer."""
+
+from __future__ import annotations
+
+import statistics
+from collections import defaultdict
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TypeVar
+
+from robust_slam_autograder.grading.results import ExerciseResult, Result
+
+FEWEST_ALIKE = 2
+"""Students who return the same, from whom on an answer without a label is worth a look."""
+FEWEST_CORRELATED = 10
+"""Students from whom on it is said how well a case tells good submissions from weak ones."""
+
+N = TypeVar("N")
+Code = Callable[[str, str], str]
+"""A student's text for an exercise; empty where it is not known."""
+
+
+@dataclass(frozen=True)
+class Misconception:
+    """One label."""
+
+    exercise: str
+    sentence: str
+    """Goes on after "It looks as if"."""
+    students: int
+    of: int
+
+
+@dataclass(frozen=True)
+class Unlabelled:
+    """Wrong answers that return the same, and that no label fits."""
+
+    exercise: str
+    students: int
+    code: str
+    """One of them; empty where it is not known."""
+
+
+def misconceptions(
+    results: Sequence[Result], named: Callable[[Result], N]
+) -> list[tuple[Misconception, tuple[N, ...]]]:
+    """Return the labels of a class, the commonest first, each with those who have it."""
+    groups: dict[tuple[str, str], list[Result]] = defaultdict(list)
+    for result in results:
+        for exercise in result.exercises:
+            if exercise.misconception:
+                groups[exercise.name, exercise.misconception].append(result)
+    found = [
+        (Misconception(*key, len(mine), len(results)), tuple(map(named, mine)))
+        for key, mine in groups.items()
+    ]
+    return sorted(found, key=lambda one: -one[0].students)
+
+
+def unlabelled(
+    results: Sequence[Result], named: Callable[[Result], N], code: Code
+) -> list[tuple[Unlabelled, tuple[N, ...]]]:
+    """Return groups of wrong answers without a label, the largest first, each with its members."""
+    groups: dict[tuple[str, str], list[Result]] = defaultdict(list)
+    for result in results:
+        for exercise in result.exercises:
+            if exercise.pattern and not exercise.misconception:
+                groups[exercise.name, exercise.pattern].append(result)
+    found = [
+        (Unlabelled(name, len(mine), code(mine[0].student, name)), tuple(map(named, mine)))
+        for (name, _), mine in groups.items()
+        if len(mine) >= FEWEST_ALIKE
+    ]
+    return sorted(found, key=lambda one: -one[0].students)
+
+
+def discrimination(
+    mine: Sequence[ExerciseResult], which: int, whole: Sequence[float]
+) -> float | None:
+    """Return how well a case tells good submissions from weak ones, from -1 to 1.
+
+    It is the point-biserial correlation of passing the case with all other points; None where
+    too few students say something, or all of them the same.
+
+    Args:
+        mine: the exercise of each submission.
+        which: the case.
+        whole: the points of each submission.
+    """
+    passed = [float(exercise.cases[which].passed) for exercise in mine]
+    earned = [exercise.cases[which].earned for exercise in mine]
+    rest = [score - own for score, own in zip(whole, earned, strict=True)]
+    if len(mine) < FEWEST_CORRELATED or len(set(passed)) < 2 or len(set(rest)) < 2:
+        return None
+    return statistics.correlation(passed, rest)
