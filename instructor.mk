@@ -1,6 +1,6 @@
 # The instructor's doors: they need solutions/, and the public course goes without them.
 
-.PHONY: course release grade grade-sample feedback report public mutants soak refuse-unmoved
+.PHONY: course release grade grade-sample feedback report public misconceptions mutants soak refuse-unmoved
 
 SUBMITTED ?= class/submitted
 RELEASED := build/.release
@@ -53,6 +53,9 @@ $(HANDED_IN): $(call files,solutions tests/assignments) tests/sample_class.py $(
 grade: setup ## grade SUBMITTED (default class/submitted): <student>/<assignment>/
 	@shopt -s nullglob; stray=($(SUBMITTED)/*.ipynb); shopt -u nullglob; \
 	$(BIN)/autograder grade $(SUBMITTED)/*/* "$${stray[@]}"
+
+misconceptions: setup ## find out how answers can be wrong, for the grader to name it
+	$(BIN)/autograder misconceptions --answers tests/assignments
 
 feedback: setup ## write a page for each submission, class/feedback
 	$(BIN)/autograder feedback --site ../../../build/html

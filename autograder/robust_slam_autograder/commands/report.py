@@ -35,7 +35,7 @@ def add(commands: Any) -> None:  # noqa: ANN401
     parser.add_argument(
         "assignments", nargs="*", metavar="ASSIGNMENT", help="pages of these; all where none"
     )
-    places.add(parser, "--out", "--submitted", "--gradebook", "--notice")
+    places.add(parser, "--out", "--gradebook", "--notice")
     parser.add_argument("--to", type=Path, default=layout.REPORT, metavar="DIR")
     parser.add_argument(
         "--feedback",

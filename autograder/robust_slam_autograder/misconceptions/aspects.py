@@ -67,7 +67,8 @@ def _where(which: int, compare: Callable[[np.ndarray], np.ndarray]) -> View:
             if numbers is not None and numbers.shape != argument.shape:
                 return None
             left.append((kind, None if numbers is None else numbers[compare(argument)]))
-        return left
+        # Of a pose's three entries none stands for the same entry of an answer.
+        return left if np.sum(compare(argument)) >= FEWEST_ALIKE else None
 
     return view
 

@@ -115,7 +115,8 @@ _SCALED: Mapping[str, Callable[[Any, Any], Any]] = {
 }
 LIMITS = frozenset({"tol", "rtol", "atol", "seed"})
 """Arguments of which a function takes nothing but how far it goes."""
-_CONSTANTS = (1e-9, 1e-6, 1e-3, 0.1, 0.5, 2.0, 3.0, 10.0, 100.0)
+SMALL = (1e-9, 1e-6, 1e-3)
+_CONSTANTS = (*SMALL, 0.1, 0.5, 2.0, 3.0, 10.0, 100.0)
 """What may stand for a number that is handed in."""
 _FROM_OTHER: Mapping[str, Change] = {
     "the mean of {1} stood for {0}": np.mean,
@@ -158,7 +159,7 @@ def facts(functions: Mapping[str, Function]) -> Iterator[Fact]:
             for sentence, scale in _SCALED.items():
                 told = f"{result} {sentence.format(f'`{argument}`')}"
                 yield Fact(told, {name: _scaled(function, names, n, scale)})
-            for constant in _CONSTANTS:
+            for constant in SMALL if argument in LIMITS else _CONSTANTS:
                 told = f"`{argument}` were ignored, and {constant:g} taken in its place"
                 yield Fact(told, {name: _with_argument(function, names, n, _always(constant))})
             told = f"{result} has its fractions cut off where `{argument}` holds integers"

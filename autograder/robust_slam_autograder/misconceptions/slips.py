@@ -118,9 +118,8 @@ FAMILIES: Mapping[str, frozenset[str]] = {
     ),
 }
 """Sentences that are true of several kinds, where these cannot be told apart."""
-GENERAL = frozenset(
-    {*FAMILIES, *map(SENTENCES.get, ("constant", "exponent", "option", "step lost"))}
-)
+_LESS = ("constant", "exponent", "negated", "option", "quotient", "step lost", "zeros ones")
+GENERAL = frozenset({*FAMILIES, *(SENTENCES[kind] for kind in _LESS)})
 """Sentences that say less than a fact of the values does."""
 
 _PAIRS = {name: kind for kind in SENTENCES if len(parts := kind.split()) == 2 for name in parts}
@@ -190,7 +189,7 @@ def slip_of(site: Site, variant: ast.AST, arguments: frozenset[str]) -> Slip:
     kind, part = _kind(site, node, variant)
     names = {one.id for one in ast.walk(part) if isinstance(one, ast.Name)}
     place = tuple(sorted(names & arguments)) if "{}" in SENTENCES[kind] else ()
-    return Slip(kind, place if len(place) <= 2 else ())
+    return Slip(kind, place if len(place) == 1 else ())
 
 
 def _kind(site: Site, node: ast.AST, variant: ast.AST) -> tuple[str, ast.AST]:

@@ -17,6 +17,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from robust_slam_autograder import layout
+from robust_slam_autograder.misconceptions import known, survey
+from robust_slam_autograder.misconceptions.known import Known
+from robust_slam_autograder.misconceptions.survey import Setting
+from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.assignment import CONFIG_NAME, load_config
 from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES
 
@@ -103,12 +108,23 @@ def attack(name: str, wall: str) -> Report:
         for entry in entries:
             place = Place(course.folder(entry), course.root, course.mark)
             entry.write(course.target, place)
+        if name == toy.NAME:
+            _label(course)
         before = snapshot(course.root)
         token = f"planted-token-{secrets.token_hex(8)}"
         options = ["--jobs", "4", "--seed", str(SEED), "--sandbox", wall]
         status, said = _grade(course, entries, options, os.environ | {TOKEN_VARIABLE: token})
         changed = [f"{path} changed" for path in differences(before, snapshot(course.root))]
         return _report(course, entries, status, said, token, changed)
+
+
+def _label(course: Course) -> None:
+    """Find out how answers can be wrong: labels must tell nothing of hidden inputs either."""
+    tests = course.root / "solutions" / toy.NAME / f"{toy.NAME}.ipynb"
+    setting = Setting(tests, assignments.load(tests), SEED + 1, whole=True)
+    found = {name: survey.survey(setting, name, []) for name in setting.assignment.exercises}
+    folder = course.root / layout.MISCONCEPTIONS
+    known.write(folder, toy.NAME, Known(known.digest(tests), "", found))
 
 
 def _make(root: Path, tree: Path, name: str, limits: str) -> Course:
