@@ -47,7 +47,7 @@ def _show(page: str) -> None:
         from IPython.display import HTML, display
 
         if get_ipython() is not None:
-            display(HTML(page))
+            display(HTML(page))  # type: ignore[no-untyped-call]
 
 
 def run(
