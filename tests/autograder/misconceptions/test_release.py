@@ -1,0 +1,56 @@
+"""A release names wrong answers to its visible cases, and knows nothing of hidden ones."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from robust_slam_autograder import self_check
+from robust_slam_autograder.misconceptions import known, survey, tables
+from robust_slam_autograder.misconceptions.known import Known
+from robust_slam_autograder.misconceptions.survey import Setting
+from robust_slam_autograder.publishing.student_release import release
+from robust_slam_autograder.reading import assignment as assignments
+
+from tests.assignments import answers
+from tests.autograder import toy
+
+VISIBLE = "assert np.allclose(double([0.25, 3]), [0.5, 6])\n"
+HIDDEN = "### BEGIN HIDDEN TESTS\nx = rng.{}(size=5)\nassert np.allclose(double(x), x + x)\n"
+HALVED = "import numpy as np\n\ndef double(x):\n    return np.asarray(x) / 2\n"
+
+
+def labelled(folder: Path, hidden: str) -> Path:
+    """A release with labels, of a tree with that hidden test."""
+    text = f"{VISIBLE}{HIDDEN.format(hidden)}### END HIDDEN TESTS\n"
+    tree = toy.make_tree(folder, value=toy.source_notebook(double_random=text))
+    tests = tree / toy.NAME / f"{toy.NAME}.ipynb"
+    setting = Setting(tests, assignments.load(tests), 3, whole=True)
+    found = {"double": survey.survey(setting, "double", [])}
+    assert found["double"]
+    known.write(folder / "known", toy.NAME, Known(known.digest(tests), "", found))
+    (path,) = release(tree, [], folder / "release", misconceptions=folder / "known")
+    return path
+
+
+def test_hidden_cases_leave_no_trace_in_it(tmp_path: Path) -> None:
+    one, other = (labelled(tmp_path / name, name) for name in ("normal", "exponential"))
+    files = [(path.parent / tables.FILE).read_bytes() for path in (one, other)]
+    assert files[0] == files[1] and tables.read(one.parent / tables.FILE)["double"].labels
+
+
+def test_check_says_what_it_looks_like_and_hints_when_asked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = labelled(tmp_path, "normal")
+    config = path.with_name(assignments.CONFIG_NAME)
+    hints = 'chapter = "07-toy"\n[hints]\ndouble = ["Look here.", "Compute that.", "The idea."]\n'
+    config.write_text(hints + config.read_text(), encoding="utf-8")
+    made = answers.with_answers(
+        answers.source_notebook(toy.NAME, path.parents[1]), {"double": HALVED}
+    )
+    answers.write(path, made)
+    self_check.run(path, hints=2)
+    said = capsys.readouterr().out
+    assert "It looks as if" in said and "Read again: chapter 07-toy" in said
+    assert "Compute that." in said and "The idea." not in said
