@@ -20,6 +20,7 @@ from robust_slam_autograder.grading import (
     results,
     tasks,
 )
+from robust_slam_autograder.grading.marked import Marked
 from robust_slam_autograder.reading.submission import DATABASE_NAME
 
 from tests.autograder import toy
@@ -224,9 +225,9 @@ def test_where_the_grader_fails_the_mark_stays(course, regrade, monkeypatch):
     # Student code runs in other processes, which a patch does not reach: their answers do.
     every = batch._grade_all
 
-    def fails(*arguments: Any) -> Iterator[tuple[tasks.Task, results.Result]]:
-        for task, result in every(*arguments):
-            yield task, samples.failed("why") if task.job.student == "ada" else result
+    def fails(*arguments: Any) -> Iterator[tuple[tasks.Task, Marked]]:
+        for task, marked in every(*arguments):
+            yield task, Marked(samples.failed("why")) if task.job.student == "ada" else marked
 
     monkeypatch.setattr(batch, "_grade_all", fails)
     status, out, _ = regrade("--apply")
