@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import itertools
+import re
 
 import pytest
 from robust_slam_autograder.reading import assignment as assignment_module
@@ -66,3 +67,11 @@ def test_no_visible_check_hides_a_value_behind_a_difference(name: str) -> None:
         sizes = [node for node in calls if ast.unparse(node.func).endswith(("abs", "norm"))]
         hidden = [node for node in sizes if isinstance(node.args[0], ast.BinOp)]
         assert not [ast.unparse(node) for node in hidden if isinstance(node.args[0].op, ast.Sub)]
+
+
+@pytest.mark.parametrize("name", answers.assignments())
+def test_a_misconception_goes_on_after_it_looks_as_if_your_function(name: str) -> None:
+    wrong = [one for one in answers.answers(name) if not one.is_right]
+    first = re.compile(r"(Never [a-z]+s|[A-Z][a-z]+s) ")
+    assert [one.story for one in wrong if not first.match(one.story)] == []
+    assert [one.story for one in wrong if not one.story.endswith(".")] == []
