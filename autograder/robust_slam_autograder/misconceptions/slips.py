@@ -169,6 +169,8 @@ class Slip:
 
 def common(slips: Collection[Slip]) -> str:
     """Return the sentence that is true of all; empty where there is none that says anything."""
+    if not slips:
+        return ""
     if len(set(slips)) == 1 or len({one.kind for one in slips}) == 1:
         first = next(iter(slips))
         shared = first if len(set(slips)) == 1 else Slip(first.kind)
