@@ -13,7 +13,7 @@ from robust_slam.certificates.optimality import certificate, certify
 from robust_slam.consistency.cliques import max_clique
 from robust_slam.consistency.pairwise import pcm
 from robust_slam.descent import start as start_poses
-from robust_slam.estimators import kernels
+from robust_slam.estimators import NullHypothesis, kernels
 from robust_slam.estimators.graduation import gnc, start_mu, tls_surrogate
 from robust_slam.estimators.reweighting import irls
 from robust_slam.estimators.thresholds import chi_square_threshold
