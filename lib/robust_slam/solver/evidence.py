@@ -56,7 +56,7 @@ def _gaussian(covariance: Array, added: float) -> float:
     """Return the entropy of a Gaussian with ``covariance`` ``(d, d)`` and ``added`` on top."""
     d = len(covariance)
     spread = covariance + max(added, _TINY) * np.eye(d)
-    return 0.5 * float(d * np.log(2.0 * np.pi * np.e) + np.linalg.slogdet(spread)[1])
+    return 0.5 * float(d * (1.0 + np.log(2.0 * np.pi)) + np.linalg.slogdet(spread)[1])
 
 
 def evidence(
