@@ -67,7 +67,8 @@ def solve(
     those that PCM finds consistent as well. Truncated least squares then decides about all
     closures, and the map of the largest evidence is returned. Where most closures agree on the
     first map and no other is near it, or where DCS and Geman–McClure agree with much evidence, the
-    others are left out. With ``quick`` True only the first descent is made.
+    others are left out. Where noise does not explain the map, one is tried in which odometry has
+    more. With ``quick`` True only the first descent is made.
 
     The deviations that the file claims are a first guess only: those of odometry and closures,
     positions and rotations, are found from the kept edges (``Answer.noise``), and used for
@@ -112,6 +113,10 @@ def solve(
         best = search.refined(best)
         tell("a rival is looked for")
         judgement = judge_support(search, best)
+        if judgement.misfit and not quick:
+            for other in search.wider(best):
+                best, judgement = other, judge_support(search, other)
+                candidates.append(other)
         if until.passed:
             best = replace(best, stop=StopReason.TIME_LIMIT)
         if until.passed or bridges.unconfirmed.size:

@@ -97,7 +97,7 @@ def find_noise(
 
 
 def noise_of(fit: Fitted, scale: ArrayLike = (1.0, 1.0, 1.0, 1.0)) -> Found:
-    """Return ``find_noise`` of a fit at its minimum."""
+    """Return ``find_noise`` of a fit at its minimum, with its ``scale`` ``(4,)``."""
     kind = _kinds(fit.graph) + 2 * (~fit.graph.is_odometry)[:, None]
     squares = np.bincount(kind.ravel(), (fit.residuals**2).ravel(), 4)
     signs = np.random.default_rng(0).choice([-1.0, 1.0], (_PROBES, *fit.residuals.shape))
