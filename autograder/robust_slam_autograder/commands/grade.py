@@ -25,6 +25,7 @@ from robust_slam_autograder.grading.naming import Namer
 from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.grading.tasks import Job
 from robust_slam_autograder.markup import log_line
+from robust_slam_autograder.misconceptions import known
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading import submission
 from robust_slam_autograder.reading.assignment import Assignment
@@ -99,6 +100,7 @@ def run(options: argparse.Namespace) -> int:
     gradebook = places.gradebook(options)
     jobs = _find_jobs(options, gradebook)
     _warn_of_look_alikes(jobs, names=not options.no_names)
+    _warn_of_old_labels(jobs, options.misconceptions)
     wall = sandbox.choose(options.sandbox, unsandboxed=options.unsandboxed)
     refuse_unsafe(jobs, options, wall)
     with graders(options) as (found, at_once), batch.locked(options.out):
@@ -120,6 +122,18 @@ def run(options: argparse.Namespace) -> int:
         recording.record_new(gradebook, journal, jobs, marks, wall)
     _tell(graded, marks, gradebook, options)
     return 1 if any(item.status == "failed" for item in graded) else 0
+
+
+def _warn_of_old_labels(jobs: Sequence[Job], folder: Path) -> None:
+    """Say where labels were made for other tests, and none are given."""
+    for name, tests in sorted({(job.assignment.name, job.tests) for job in jobs}):
+        there = (folder / f"{name}.json").is_file()
+        if there and known.read(folder, name, tests) is None:
+            print(
+                f"note: {name} has other tests than when its misconceptions were looked for: "
+                "run autograder misconceptions again to have wrong answers named.",
+                file=sys.stderr,
+            )
 
 
 def refuse_unsafe(jobs: Sequence[Job], options: argparse.Namespace, wall: Sandbox) -> None:
