@@ -13,7 +13,10 @@ from tests.chromium import served
 
 TITLE = yaml.safe_load((ROOT / "_config.yml").read_text(encoding="utf-8"))["title"]
 TOC = yaml.safe_load((ROOT / "_toc.yml").read_text(encoding="utf-8"))
-PAGES = [TOC["root"], *(page["file"] for part in TOC["parts"] for page in part["chapters"])]
+LISTED = [page for part in TOC["parts"] for page in part["chapters"]]
+BELOW = [page["file"] for above in LISTED for page in above.get("sections", ())]
+"""The pages that are not in the menu."""
+PAGES = [TOC["root"], *(page["file"] for page in LISTED), *BELOW]
 NOTEBOOKS = [page for page in PAGES if (ROOT / f"{page}.ipynb").exists()]
 CHAPTERS = [page for page in NOTEBOOKS if re.match(r"chapters/\d\d-", page)]
 """The notebooks with a number; the others are appendices, without a quiz."""

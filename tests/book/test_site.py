@@ -17,7 +17,7 @@ from robust_slam_autograder.publishing import wheels
 
 from chapters._ext import notebooks
 from tests.book.built_site import ROOT
-from tests.book.conftest import PAGES, TITLE, Site
+from tests.book.conftest import BELOW, PAGES, TITLE, Site
 
 
 class Reader(HTMLParser):
@@ -92,6 +92,15 @@ def test_the_foot_of_a_page_names_licences_source_and_version(
     assert "Text and figures: CC BY 4.0. Code: BSD-3-Clause." in foot
     assert "which names MIT 16.485 (VNAV) lectures 29–30 by Luca Carlone as its source." in foot
     assert f"It is not affiliated with either. Version {version}." in foot
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_the_errata_are_at_the_foot_of_a_page_and_not_in_its_menu(page: str, site: Site) -> None:
+    html = (site.folder / f"{page}.html").read_text(encoding="utf-8")
+    (menu,) = re.findall(r'<nav class="bd-links.*?</nav>', html, re.S)
+    assert "teach.html" in menu or page == "chapters/teach"
+    assert BELOW == ["chapters/errata"] and "errata.html" not in menu
+    assert page in BELOW or 'href="errata.html">its errata<' in html
 
 
 def test_the_chapters_are_the_whole_site(site: Site) -> None:
