@@ -19,7 +19,7 @@ BELOW = [page["file"] for above in LISTED for page in above.get("sections", ())]
 PAGES = [TOC["root"], *(page["file"] for page in LISTED), *BELOW]
 NOTEBOOKS = [page for page in PAGES if (ROOT / f"{page}.ipynb").exists()]
 CHAPTERS = [page for page in NOTEBOOKS if re.match(r"chapters/\d\d-", page)]
-"""The notebooks with a number; the others are appendices, without a quiz."""
+"""The notebooks with a number; the others are appendices."""
 WAYS = ("http", "file")
 
 
