@@ -23,6 +23,7 @@ from traitlets import Bool, Enum, Unicode
 from robust_slam_autograder import layout
 from robust_slam_autograder.errors import AutograderError, GraderFailure, Refused
 from robust_slam_autograder.grading import allowed, batch, journal, tasks
+from robust_slam_autograder.grading.naming import Namer
 from robust_slam_autograder.grading.tasks import Job
 from robust_slam_autograder.nbgrader import gradebook, graded_notebook, own_files
 from robust_slam_autograder.reading import assignment as assignments
@@ -57,6 +58,7 @@ class SafeExporter(NotebookExporter):
         super().__init__(**options)  # type: ignore[no-untyped-call]
         self._course = self._converter.coursedir
         self._results = Path(self._course.root) / self.results_directory
+        self._naming: Namer | None = None
         try:
             self._prepare()
         except AutograderError as error:
@@ -75,6 +77,8 @@ class SafeExporter(NotebookExporter):
         self._tests = assignments.notebook_path(source)
         self._assignment = assignments.load(self._tests)
         folders = [source, Path(course.root) / course.submitted_directory, self._results]
+        labels = Path(course.root) / layout.MISCONCEPTIONS
+        folders += [labels] if labels.is_dir() else []
         allowed.refuse_unsafe([self._assignment], folders, self._wall)
         with batch.locked(self._results):
             gradebook.declare(course.db_url, self._assignment)
@@ -136,6 +140,7 @@ class SafeExporter(NotebookExporter):
                 wall=self._wall,
                 workers=1,
                 report=lambda done: None,
+                naming=self._namer(run.seed),
             )
             result = graded.load()
             if result.status == "failed":
@@ -147,6 +152,12 @@ class SafeExporter(NotebookExporter):
         with suppress(Refused):
             cells = tasks.read(job).cells()
         return graded_notebook.build(job.assignment, cells, result)
+
+    def _namer(self, seed: int) -> Namer:
+        """Return what labels wrong answers, one for all submissions of the batch."""
+        if self._naming is None:
+            self._naming = Namer(Path(self._course.root) / layout.MISCONCEPTIONS, seed)
+        return self._naming
 
     def _folder(self, step: str, student: str) -> Path:
         return Path(self._course.format_path(step, student, self._assignment.name))
