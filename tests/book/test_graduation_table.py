@@ -76,4 +76,16 @@ def test_the_best_method_from_odometry_depends_on_sigma() -> None:
     assert best[8.0] == "IRLS-TLS"
 
 
+def test_the_first_question_of_the_picture_is_answered_in_numbers() -> None:
+    """What chapter 9 says of half of the closures, noise of 0.05 rad and the true σ."""
+    asked = {"kind": "consistent", "percent": "50", "noise": "0.05", "claim": "1.0"}
+    (row,) = (row for row in ROWS if asked.items() <= row.items())
+    found = {
+        name: [int(row[f"{name} from {start}"]) for start in ("odometry", "least squares")]
+        for name in METHODS
+    }
+    assert (found["GNC-TLS"], found["IRLS-GM"]) == ([10, 2], [8, 3])
+    assert (found["IRLS-TLS"][0], found["GNC-GM"][0]) == (0, 2)
+
+
 METHODS = tuple(graduation.METHODS)
