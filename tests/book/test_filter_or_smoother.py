@@ -53,8 +53,9 @@ def fixture_run() -> dict[str, Any]:
 
 def error(run: dict[str, Any]) -> float:
     solver, truth = run["solver"], run["truth"]
-    seen = [solver.calculateEstimatePose2(k) for k in range(len(truth))]
-    return float(run["ate"](np.array([[pose.x(), pose.y(), pose.theta()] for pose in seen]), truth)
+    seen = (solver.calculateEstimatePose2(k) for k in range(len(truth)))
+    poses = np.array([[pose.x(), pose.y(), pose.theta()] for pose in seen])
+    return float(run["ate"](poses, truth))
 
 
 def test_isam2_gives_a_closure_back_when_it_has_linearised_again(run: dict[str, Any]) -> None:
