@@ -190,10 +190,13 @@ def test_cells_run_and_say_what_is_wrong(done: dict[str, Any]) -> None:
 def test_check_says_what_the_command_says(
     done: dict[str, Any], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for shown, file in (("check wrong", "wrong file"), ("check right", "file")):
+    hints = ["total_cost", "Where to look", "What to compute by hand", "The idea"]
+    for shown, file, folded in (("check wrong", "wrong file", hints), ("check right", "file", [])):
         lines = done[shown].strip().split("\n")
+        said = commanded(done[file], capsys)
         assert lines[0] == f"Checking {NAME}.ipynb: the visible cases in it."
-        assert lines[1:] == commanded(done[file], capsys)
+        assert lines[1 : len(said) + 1] == said
+        assert list(filter(None, lines[len(said) + 1 :])) == folded
     assert "✗ partial  total_cost" in done["check wrong"]
     assert "All visible cases passed" in done["check right"]
 
