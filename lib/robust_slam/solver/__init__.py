@@ -41,6 +41,8 @@ from robust_slam.solver.slips import find_slips
 from robust_slam.solver.support import Support as Support
 from robust_slam.solver.support import judge_support
 
+_DOUBTFUL = 0.01
+"""A map that chance explains with less than this probability is not taken without a look."""
 _SEARCH = 0.7
 """This share of the time at most is spent before the certificate."""
 
@@ -112,11 +114,11 @@ def solve(
             candidates.extend([best] if np.any(search.slips) else [])
         best = search.refined(best)
         tell("a rival is looked for")
-        judgement = judge_support(search, best)
-        if judgement.misfit and not quick:
-            for other in search.wider(best):
-                best, judgement = other, judge_support(search, other)
-                candidates.append(other)
+        judgement = judge_support(search, best, _DOUBTFUL)
+        if judgement.misfit:
+            for other in () if quick else search.wider(best):
+                candidates.append(best := other)
+            judgement = judge_support(search, best)
         if until.passed:
             best = replace(best, stop=StopReason.TIME_LIMIT)
         if until.passed or bridges.unconfirmed.size:

@@ -28,11 +28,6 @@ _NOTHING = 1e-4
 """The variance, of noise of variance 1, below which nothing is left of a step."""
 _CLOSE = 10.0
 """Closures within so many thresholds are close, and counted beside those within its square."""
-_CHANCE = 0.01
-"""What chance explains with less than this probability is a misfit.
-
-In the 400 worlds of the benchmark's tier A all good maps but one have more than 0.04.
-"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,20 +45,21 @@ NOTHING = Misfit(None, np.zeros(0, dtype=np.intp))
 
 
 def find_misfit(
-    graph: PoseGraph, poses: Array, kept: Mask, trusted: Mask, threshold: float
+    graph: PoseGraph, poses: Array, kept: Mask, trusted: Mask, threshold: float, level: float
 ) -> Misfit:
-    """Return what does not fit the map ``poses`` of the ``kept`` edges ``(m,)``.
+    """Return what chance explains with less than the probability ``level``.
 
-    The deviations of ``graph`` are those that the map shows, and ``poses`` its minimum with them.
-    Closures that are not ``trusted`` ``(m,)`` were kept up to the ``threshold``.
+    The map are the ``poses`` of the ``kept`` edges ``(m,)``, a minimum with the deviations of
+    ``graph``, which are those that it shows. Closures that are not ``trusted`` ``(m,)`` were kept
+    up to the ``threshold``.
 
     Source: Baarda 1968 for steps; derived here for closures.
     """
     norms = residual_norms(graph, poses) / threshold
-    return Misfit(_slipped(graph, poses, kept), _close(norms, ~kept & ~trusted))
+    return Misfit(_slipped(graph, poses, kept, level), _close(norms, ~kept & ~trusted, level))
 
 
-def _slipped(graph: PoseGraph, poses: Array, kept: Mask) -> int | None:
+def _slipped(graph: PoseGraph, poses: Array, kept: Mask, level: float) -> int | None:
     """Return the step that is off by most beside what noise leaves of it, or None."""
     fit, count = Fitted.of(graph, poses, kept), int(np.sum(kept & graph.is_odometry))
     noise = np.random.default_rng(0).normal(size=(_DRAWS, *fit.residuals.shape))
@@ -77,7 +73,7 @@ def _slipped(graph: PoseGraph, poses: Array, kept: Mask) -> int | None:
     worst = np.argsort(-squares, kind="stable")[:_WORST]
     chance = chdtrc(graph.group.DOF, _relative(left[worst], _covariances(fit, worst)))
     first = int(np.argmin(chance))
-    if chance[first] * count >= _CHANCE:
+    if chance[first] * count >= level:
         return None
     return int(np.flatnonzero(kept)[worst[first]])
 
@@ -98,7 +94,7 @@ def _relative(left: Array, covariance: Array) -> Array:
     return np.asarray(np.sum(left * np.linalg.solve(spread, left[..., None])[..., 0], axis=1))
 
 
-def _close(norms: Array, rejected: Mask) -> Indices:
+def _close(norms: Array, rejected: Mask, level: float) -> Indices:
     """Return the ``rejected`` closures that are close, where they are too many for chance.
 
     ``norms`` ``(m,)`` are in units of the threshold. The number of outliers up to a norm grows
@@ -107,4 +103,4 @@ def _close(norms: Array, rejected: Mask) -> Indices:
     close = np.flatnonzero(rejected & (norms <= _CLOSE))
     within = int(np.sum(rejected & (norms <= _CLOSE**2)))
     chance = bdtrc(close.size - 1, within, 1.0 / _CLOSE) if close.size else 1.0
-    return close if chance < _CHANCE else close[:0]
+    return close if chance < level else close[:0]

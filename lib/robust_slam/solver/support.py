@@ -47,6 +47,13 @@ In the same worlds all good maps but one have more.
 """
 
 
+_LEVEL = 1e-3
+"""The probability below which chance does not explain what a map leaves.
+
+In the same worlds all good maps but one have more than 0.04.
+"""
+
+
 @dataclass(frozen=True, eq=False)
 class Judgement:
     """The support of a map, the edges ``(m,)`` that its rival keeps or None, and what misfits."""
@@ -56,8 +63,11 @@ class Judgement:
     misfit: Misfit = NOTHING
 
 
-def judge_support(search: Search, best: Candidate) -> Judgement:
-    """Return the support of the map ``best`` of a ``search``, which is refined."""
+def judge_support(search: Search, best: Candidate, level: float = _LEVEL) -> Judgement:
+    """Return the support of the map ``best`` of a ``search``, which is refined.
+
+    What chance explains with less than the probability ``level`` is a misfit.
+    """
     slipped = np.any(search.slips)
     if slipped or best.evidence < _DECISIVE or not np.any(best.kept & ~search.trusted):
         return Judgement(Support.WEAK)
@@ -68,6 +78,9 @@ def judge_support(search: Search, best: Candidate) -> Judgement:
         return Judgement(Support.AMBIGUOUS, kept)
     if search.deadline.passed:
         return Judgement(Support.WEAK)
+    if search.learns and np.all(best.found == 1.0):
+        # Noise that was not found explains nothing, and is no reason for doubt.
+        return Judgement(Support.UNIQUE)
     precise = rescaled(search.graph, best.found)
-    misfit = find_misfit(precise, best.poses, best.kept, search.trusted, search.threshold)
+    misfit = find_misfit(precise, best.poses, best.kept, search.trusted, search.threshold, level)
     return Judgement(Support.WEAK if misfit else Support.UNIQUE, misfit=misfit)
