@@ -1,7 +1,8 @@
 /** One cell of the page: its editor, its buttons and its output. */
 import { openEditor } from "./editor.js";
+import { element } from "./element.js";
 import { drawFormulas } from "./formulas.js";
-import { element, outputs } from "./output.js";
+import { outputs } from "./output.js";
 
 const HINT = "Shift+Enter runs. Escape, then Tab, leaves the editor.";
 

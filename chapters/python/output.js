@@ -1,15 +1,8 @@
 /** What a run gave, as elements of the page. */
 import { marked } from "./editor.js";
+import { element } from "./element.js";
 
 const DRAWN = ".rs-figure";
-
-/** An element with attributes and children. */
-export function element(name, attributes = {}, ...children) {
-  const made = document.createElement(name);
-  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
-  made.append(...children);
-  return made;
-}
 
 /**
  * Elements for a result of the engine. A figure takes the place of the stored one, with its

@@ -3,9 +3,11 @@ const HOME = "/home/pyodide";
 /**
  * Python with the course's library. `load` is Pyodide's `loadPyodide`, `at` the address of the
  * folder with `pyodide/`, `wheels/` and these modules; `read(name)` gives the text of a file
- * beside this one. `files.json` names those that Python finds in its home. Returns `run(code)`.
+ * beside this one. `files.json` names those that Python finds in its home; `first` are the modules
+ * to import while the reader waits. Returns `run(code)`, and `ask(asked, tell)`, which puts `files`
+ * there, asks `module` a `question` with what is `given`, and has `tell(words)` told what it does.
  */
-export async function startPython(load, at, read) {
+export async function startPython(load, at, read, first) {
   const python = await load({
     indexURL: `${at}pyodide/`,
     lockFileURL: `${at}wheels/pyodide-lock.json`,
@@ -19,7 +21,12 @@ export async function startPython(load, at, read) {
   }
   const session = python.pyimport("page_session");
   session.prepare();
-  // What nearly every chapter imports, so that the wait is over when the first cell runs.
-  python.runPython("import matplotlib.pyplot, robust_slam.problems");
-  return (code) => JSON.parse(session.run(code));
+  python.runPython(`import ${first}`);
+  return {
+    run: (code) => JSON.parse(session.run(code)),
+    ask: ({ module, question, given, files }, tell) => {
+      for (const [name, bytes] of Object.entries(files)) python.FS.writeFile(`${HOME}/${name}`, bytes);
+      return JSON.parse(python.pyimport(module).ask(question, JSON.stringify(given), tell));
+    },
+  };
 }

@@ -29,7 +29,7 @@ async function count(body) {
 
 const here = new URL(".", import.meta.url).href;
 const read = async (name) => (await fetch(here + name)).text();
-const started = startPython(loadPyodide, here, read);
+const started = startPython(loadPyodide, here, read, self.name);
 started.then(
   () => self.postMessage({ done: true }),
   (error) => self.postMessage({ failed: told(error) }),
@@ -43,9 +43,10 @@ function told(error) {
 }
 
 self.onmessage = async ({ data }) => {
-  const run = await started;
+  const { run, ask } = await started;
+  const tell = (words) => self.postMessage({ words });
   try {
-    self.postMessage({ done: run(data.code) });
+    self.postMessage({ done: "code" in data ? run(data.code) : ask(data, tell) });
   } catch (error) {
     self.postMessage({ failed: told(error) });
   }

@@ -13,7 +13,8 @@ const { startPython } = await import(at("python.js"));
 
 const text = (path) => readFile(path, "utf8");
 const { cells } = JSON.parse(await text(list));
-const run = await startPython(loadPyodide, `${folder}/`, (name) => text(`${folder}/${name}`));
+const read = (name) => text(`${folder}/${name}`);
+const { run } = await startPython(loadPyodide, `${folder}/`, read, "matplotlib.pyplot");
 const results = [];
 for (const { id, code, cannot } of cells) {
   const before = process.cpuUsage();
