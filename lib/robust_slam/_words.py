@@ -10,3 +10,12 @@ def counted(count: int, noun: str, plural: str | None = None) -> str:
     ('1 edge', '1,200 edges', '0 matrices')
     """
     return f"{count:,} {noun if count == 1 else plural or noun + 's'}"
+
+
+def so_do(count: int) -> str:
+    """Return the words for ``count`` more things of the kind that a sentence names, or none.
+
+    >>> so_do(0), so_do(1200)
+    ('', ' (so do 1,200 more)')
+    """
+    return f" (so do {count:,} more)" if count else ""

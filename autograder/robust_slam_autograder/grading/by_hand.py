@@ -35,12 +35,12 @@ class Entered:
     """All that people entered in one assignment."""
 
     students: Mapping[str, Entries] = field(default_factory=dict)
-    nobody: Entries = ()
+    blank: Entries = ()
     """What stands for a student whom the gradebook does not have: what waits for a person."""
 
     def of(self, student: str) -> Entries:
         """Return one student's, in the order of the notebook."""
-        return self.students.get(student, self.nobody)
+        return self.students.get(student, self.blank)
 
 
 def with_marks(result: Result, entries: Entries) -> Result:

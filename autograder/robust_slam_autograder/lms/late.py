@@ -7,7 +7,6 @@ begun; that is 20 % of 20 points, 4 off. A mark of 15 becomes 11, and none falls
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
@@ -17,7 +16,7 @@ from zoneinfo import ZoneInfo
 
 from robust_slam_autograder.errors import Refused, WrongUse
 from robust_slam_autograder.reading import submission, timestamp
-from robust_slam_autograder.reading.assignment import check_table
+from robust_slam_autograder.reading.table import check_table, read_table
 
 NONE = "none"
 """A due time that never comes."""
@@ -96,13 +95,7 @@ def load(path: Path) -> Rules:
     Raises:
         WrongUse: names the file and the key that is missing, unknown or no time.
     """
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise WrongUse(f"{path} cannot be read: {error.strerror}.") from error
-    except ValueError as error:
-        raise WrongUse(f"{path} cannot be read as TOML: {error}") from error
-    check_table(path, table, _KEYS)
+    table = read_table(path, _KEYS)
     extensions = table.get("extensions", {})
     check_table(path, extensions, dict.fromkeys(extensions, dict))
     if "policy" not in table or "due" not in table:

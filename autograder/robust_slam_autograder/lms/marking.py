@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import itertools
-import tomllib
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder.errors import WrongUse
-from robust_slam_autograder.reading.assignment import check_table
+from robust_slam_autograder.reading.table import check_table, read_table
 
 NAME = "marking.toml"
 _KEYS = {"markers": list, "takes": dict, "questions": dict, "answers": dict}
@@ -51,7 +50,7 @@ def load(path: Path, handed_in: Mapping[str, Collection[str]]) -> Marking:
         WrongUse: names the file and the key that is unknown, of a wrong type, or about a
             marker, a student or an assignment that there is not.
     """
-    table = _table(path)
+    table = read_table(path, _KEYS)
     markers = table.get("markers", [])
     if not all(isinstance(name, str) and name.strip() for name in markers):
         raise WrongUse(f'{path}: markers is a list of names, as ["Ines", "Omar"].')
@@ -65,17 +64,6 @@ def load(path: Path, handed_in: Mapping[str, Collection[str]]) -> Marking:
     others = [name for name in students if name not in takes]
     dealt = zip(others, itertools.cycle(markers), strict=False)
     return Marking(takes | dict(dealt), _questions(path, table, handed_in))
-
-
-def _table(path: Path) -> dict[str, Any]:
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise WrongUse(f"{path} cannot be read: {error.strerror}.") from error
-    except ValueError as error:
-        raise WrongUse(f"{path} cannot be read as TOML: {error}") from error
-    check_table(path, table, _KEYS)
-    return table
 
 
 def _questions(

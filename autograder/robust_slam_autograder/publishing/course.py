@@ -8,14 +8,13 @@ the book's launch buttons find it too.
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder.errors import WrongUse
-from robust_slam_autograder.reading.assignment import check_table
+from robust_slam_autograder.reading.table import check_table, read_table
 
 COURSE_NAME = "course.toml"
 BOOK_NAME = "_config.yml"
@@ -126,11 +125,7 @@ def load(tree: Path) -> Course:
     repository, how = _repository(root / BOOK_NAME), hand_in(root)
     if not path.is_file():
         return Course(tree, repository, hand_in=how)
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise WrongUse(f"{path} is not valid TOML: {error}.") from error
-    check_table(path, table, {"install": dict, "public": dict})
+    table = read_table(path, {"install": dict, "public": dict})
     install = _install(path, table.get("install", {}))
     public = _public(path, table["public"]) if "public" in table else None
     return Course(tree, repository, install, public, how)

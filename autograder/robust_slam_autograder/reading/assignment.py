@@ -7,12 +7,10 @@ with an optional ``autograder.toml`` beside the notebook.
 from __future__ import annotations
 
 import re
-import tomllib
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 from robust_slam_autograder.errors import Refused, WrongUse
 from robust_slam_autograder.reading import notebook
@@ -24,6 +22,7 @@ from robust_slam_autograder.reading.source import (
     imports,
     plain_python,
 )
+from robust_slam_autograder.reading.table import check_table, read_table
 
 CONFIG_NAME = "autograder.toml"
 BEGIN_HIDDEN = "BEGIN HIDDEN TESTS"
@@ -351,11 +350,7 @@ def load_config(path: Path) -> Config:
     """
     if not path.is_file():
         return Config()
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise WrongUse(f"{path} is not valid TOML: {error}.") from error
-    check_table(path, table, _KEYS)
+    table = read_table(path, _KEYS)
     sections = table.get("sections", {})
     check_table(path, sections, dict.fromkeys(sections, str))
     hints = table.pop("hints", {})
@@ -383,16 +378,3 @@ def load_config(path: Path) -> Config:
         withheld=tuple(withheld),
         limits=Limits(**limits),
     )
-
-
-def check_table(path: Path, table: dict[str, Any], types: dict[str, Any]) -> None:
-    """Refuse keys of a TOML file that are unknown, or whose values have a wrong type.
-
-    Raises:
-        WrongUse: names the file and the key.
-    """
-    for key, value in table.items():
-        if key not in types:
-            raise WrongUse(f"{path}: unknown key {key!r}; known are {', '.join(types)}.")
-        if not isinstance(value, types[key]) or isinstance(value, bool):
-            raise WrongUse(f"{path}: {key} has a value of the wrong type ({value!r}).")

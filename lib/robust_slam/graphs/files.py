@@ -6,6 +6,7 @@ import logging
 import os
 from pathlib import Path
 
+from robust_slam._words import so_do
 from robust_slam.graphs import datasets
 from robust_slam.graphs.graph_file import GraphFile
 from robust_slam.graphs.lines import Unknown
@@ -57,10 +58,9 @@ def leap_words(content: GraphFile, remedy: str) -> str:
     """Return a sentence about the odometry that crosses a gap in the ids; there is some."""
     first, *others = content.leaps
     i, j = content.names[content.graph.edges[first]]
-    more = f" (so do {len(others):,} more)" if others else ""
     return (
-        f"edge {i}-{j} crosses a gap in the ids{more} and counts as odometry, which is trusted; "
-        f"if it is a loop closure, {remedy}"
+        f"edge {i}-{j} crosses a gap in the ids{so_do(len(others))} and counts as "
+        f"odometry, which is trusted; if it is a loop closure, {remedy}"
     )
 
 

@@ -17,6 +17,7 @@ from typing import TypeAlias
 import numpy as np
 
 from robust_slam._arrays import Array, Indices, Mask
+from robust_slam._words import so_do
 from robust_slam.graphs.graph_file import GraphFile, Names
 from robust_slam.graphs.lines import (
     Fault,
@@ -183,11 +184,10 @@ def _in_degrees(rows: Rows, layout: Layout, form: Format) -> tuple[str, ...]:
     if not far.size:
         return ()
     i, j = form.names(rows.ids[far[0]])
-    others = f" (so do {far.size - 1:,} more)" if far.size > 1 else ""
     return (
         f"line {rows.line[far[0]]}: edge {i}-{j} turns by {turns[far[0]].max():.4g} rad, more "
-        f"than a circle{others}; if these are degrees, multiply them by π/180, and the "
-        "information of the rotations by (180/π)²",
+        f"than a circle{so_do(far.size - 1)}; if these are degrees, multiply them by π/180, and "
+        "the information of the rotations by (180/π)²",
     )
 
 
@@ -201,10 +201,9 @@ def _repeated(rows: Rows, form: Format) -> tuple[str, ...]:
     if not again.size:
         return ()
     i, j = form.names(rows.ids[again[0]])
-    others = f" (so do {again.size - 1:,} more)" if again.size > 1 else ""
     return (
-        f"line {rows.line[again[0]]} gives edge {i}-{j} once more with the same numbers{others}; "
-        "each counts as a measurement of its own: drop copies",
+        f"line {rows.line[again[0]]} gives edge {i}-{j} once more with the same numbers"
+        f"{so_do(again.size - 1)}; each counts as a measurement of its own: drop copies",
     )
 
 

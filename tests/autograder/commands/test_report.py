@@ -209,7 +209,7 @@ def test_who_marks_whom_and_what_is_asked_is_on_the_page_and_open_ones_on_the_in
         ('cleo = "double: twice?"', 'cleo = " "', "questions.07-toy.cleo is a sentence in quotes"),
         ('"Ines", ', "3, ", "markers is a list of names"),
         ("[takes]", "[take]", "unknown key 'take'"),
-        ("[takes]", "[takes", "cannot be read as TOML"),
+        ("[takes]", "[takes", "is not valid TOML"),
     ],
 )
 def test_a_file_of_markers_that_cannot_be_meant_is_refused(graded, run, old, new, words):

@@ -89,7 +89,7 @@ def test_due_times_are_the_zones_and_extensions_the_students(tmp_path):
         ("grace_minutes = 15", "grace = 15", "unknown key 'grace'"),
         ("[policy]", "[policies]", "unknown key 'policies'"),
         ("[extensions.07-toy]", "[extensions]", "value of the wrong type"),
-        ("[due]", "[due", "cannot be read as TOML"),
+        ("[due]", "[due", "is not valid TOML"),
     ],
 )
 def test_what_is_unclear_is_refused_by_name(tmp_path, old, new, words):
