@@ -107,10 +107,10 @@ def read(given: Given, tell: Tell) -> dict[str, Any]:
 
 def edges_named(file: GraphFile, words: str) -> list[int]:
     """Return the odometry between pairs of ids such as ``39-1000, 7-8``."""
-    ends = np.sort(file.names[file.graph.edges].astype(np.str_), axis=1)
     found: list[int] = []
     for pair in re.split(r"[,;\s]+", words.strip()) if words.strip() else []:
-        named = file.graph.is_odometry & np.all(ends == sorted(pair.split("-", 1)), axis=1)
+        i, _, j = pair.partition("-")
+        named = file.steps_between(i, j)
         if not np.any(named):
             raise ValueError(f"{pair}: no odometry joins these ids; give two as in 39-1000")
         found += np.flatnonzero(named).tolist()

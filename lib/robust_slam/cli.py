@@ -216,17 +216,15 @@ def _read(path: Path, options: argparse.Namespace) -> GraphFile:
         odometry=None if options.odometry is None else tuple(options.odometry),
         closures=options.closures,
     )
-    ends, odometry = file.names[file.graph.edges], file.graph.is_odometry.copy()
-    words = np.sort(ends.astype(np.str_), axis=1)
-    for edge in options.closure:
-        named = odometry & np.all(words == sorted(edge), axis=1)
+    odometry = file.graph.is_odometry.copy()
+    for i, j in options.closure:
+        named = file.steps_between(i, j)
         if not np.any(named):
-            i, j = edge
             raise ValueError(f"--closure {i}-{j}: no odometry joins these ids; drop the option")
         odometry &= ~named
     file = dataclasses.replace(file, graph=dataclasses.replace(file.graph, is_odometry=odometry))
     if file.leaps.size:
-        i, j = ends[file.leaps[0]]
+        i, j = file.names[file.graph.edges[file.leaps[0]]]
         _LOG.warning("%s: %s", path, files.leap_words(file, f"add --closure {i}-{j}"))
     return file
 

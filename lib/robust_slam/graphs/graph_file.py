@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from robust_slam._arrays import Array, Indices
+from robust_slam._arrays import Array, Indices, Mask
 from robust_slam._words import counted
 from robust_slam.graphs.pose_graph import PoseGraph
 
@@ -52,6 +52,12 @@ class GraphFile:
         apart = np.abs(np.diff(self.ids[self.graph.edges], axis=1)[:, 0])
         leaps: Indices = np.flatnonzero(self.graph.is_odometry & (apart > usual))
         return leaps
+
+    def steps_between(self, i: str, j: str) -> Mask:
+        """Return the odometry ``(m,)`` between two ids of the file, in either order."""
+        ends = np.sort(self.names[self.graph.edges].astype(np.str_), axis=1)
+        found: Mask = self.graph.is_odometry & np.all(ends == sorted((i, j)), axis=1)
+        return found
 
     def by_id(self, poses: Array) -> Array:
         """Return ``poses`` ``(n, …)`` by ascending id; the graph has a fixed vertex first."""
