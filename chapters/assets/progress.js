@@ -1,10 +1,11 @@
-// Remembers in the browser what was chosen in the quizzes, and which assignments were opened and
-// downloaded; ticks say so in the sidebar and at the assignments' links. Without this script, or
-// where the browser keeps nothing, quizzes and links work.
+// Remembers in the browser what was chosen in quizzes and predictions, and which assignments were
+// opened and downloaded; ticks say so in the sidebar and at the assignments' links. Without this
+// script, or where the browser keeps nothing, all of them work.
 (() => {
   const KEY = "robust-slam-progress";
   const page = DOCUMENTATION_OPTIONS.pagename;
-  const forms = [...document.querySelectorAll(".rs-quiz form")];
+  const forms = [...document.querySelectorAll("form[data-question]")];
+  const quiz = forms.filter((form) => form.closest(".rs-quiz"));
   const links = [...document.querySelectorAll("article a[href]")]
     .map((link) => ({link, ...assignmentOf(link)}))
     .filter(({name}) => name);
@@ -40,14 +41,15 @@
   }
 
   function isRight(form) {
-    return Boolean(form.querySelector(".rs-option:has(:checked) .rs-right"));
+    return Boolean(form.querySelector(".rs-option:has(:checked) .rs-correct"));
   }
 
   function rememberAnswers() {
-    const entries = forms.map((form) => [form.dataset.question, form.elements.choice.value]);
+    const chosen = (form) => form.querySelector(":checked")?.value;
+    const entries = forms.map((form) => [form.dataset.question, chosen(form)]);
     const choices = Object.fromEntries(entries.filter(([, letter]) => letter));
     const kept = read();
-    kept.quizzes[page] = {choices, done: forms.every(isRight)};
+    kept.quizzes[page] = {choices, done: quiz.length > 0 && quiz.every(isRight)};
     write(kept);
     mark();
   }
@@ -62,7 +64,7 @@
   function restore() {
     const choices = read().quizzes[page]?.choices ?? {};
     for (const form of forms) {
-      for (const input of form.elements.choice) {
+      for (const input of form.querySelectorAll("input")) {
         input.checked = choices[form.dataset.question] === input.value;
       }
     }
@@ -123,7 +125,11 @@
 
   if (!write(read())) return;
   offerToForget();
-  for (const form of forms) form.addEventListener("change", rememberAnswers);
+  for (const form of forms) {
+    form.addEventListener("change", rememberAnswers);
+    // The event comes before the boxes are empty.
+    form.addEventListener("reset", () => setTimeout(rememberAnswers));
+  }
   for (const {link, name, done} of links) {
     // A middle click opens a link too, and is no click.
     for (const kind of ["click", "auxclick"]) {

@@ -4,6 +4,8 @@ A question is a group of radio buttons. Choosing one shows, at that option, whet
 why. This is the style sheet's work: it needs no script, and a screen reader announces the answer.
 A letter names each option, for a class that speaks of it and for readers who cannot read a formula
 aloud. Text is plain, with $math$, *emphasis* and `code`.
+
+A picture asks one such question at its head, a prediction, which folds when it is answered.
 """
 
 from __future__ import annotations
@@ -17,6 +19,8 @@ from string import ascii_uppercase
 
 from robust_slam_course.style import variables
 
+# JupyterLab leaves the keys to an element that carries this attribute.
+_KEYS = 'data-lm-suppress-shortcuts="true"'
 _MARKED = re.compile(r"\$(?P<math>[^$]+)\$|`(?P<code>[^`]+)`|\*(?P<em>[^*]+)\*")
 
 _STYLE = (
@@ -47,7 +51,7 @@ _STYLE = (
   display: none; margin: 0 0 0.5rem; padding-left: 0.75rem;
   border-left: 4px solid var(--rs-outlier);
 }
-.rs-quiz [role="status"] p.rs-right { border-left-color: var(--rs-inlier); }
+.rs-quiz [role="status"] p.rs-correct { border-left-color: var(--rs-inlier); }
 .rs-quiz label:has(:checked) + [role="status"] p { display: block; }
 @media print {
   .rs-quiz fieldset { break-inside: avoid; }
@@ -138,14 +142,56 @@ def _key(question: Question) -> str:
 
 
 def _option(letter: str, option: Option) -> str:
-    verdict, kind = ("✓ Right.", "rs-right") if option.correct else ("✗ Not quite.", "rs-wrong")
-    # JupyterLab leaves the keys to an element that carries this attribute.
-    keys = 'data-lm-suppress-shortcuts="true"'
+    verdict, kind = (
+        ("✓ Right.", "rs-correct") if option.correct else ("✗ Not quite.", "rs-incorrect")
+    )
     return (
-        f'<div class="rs-option"><label><input type="radio" name="choice" {keys} value="{letter}">'
+        '<div class="rs-option"><label>'
+        f'<input type="radio" name="choice" {_KEYS} value="{letter}">'
         f" <span><b>{letter}</b> {_inline(option.text)}</span></label>"
         f'<div role="status"><p class="{kind}"><strong>{verdict}</strong> '
         f"{_inline(option.answer)}</p></div></div>"
+    )
+
+
+def prediction(question: Question) -> str:
+    """Return a question with one right answer as a row of buttons that folds to the answer.
+
+    The answer of an option goes on after "because", as in "You chose 3; it is 7, because …".
+    It needs no script, only ``canvas/prediction.css``. The buttons are check boxes, each of
+    which Tab reaches: arrow keys between radio buttons would answer while the reader looks.
+
+    Raises:
+        ValueError: there are more than four options, or several are right.
+    """
+    if len(question.options) > 4 or sum(option.correct for option in question.options) > 1:
+        raise ValueError(f"options: {question.prompt!r} needs two to four, of which one is right.")
+    (right,) = (option for option in question.options if option.correct)
+    letters = dict(zip(ascii_uppercase, question.options, strict=False))
+    buttons = [_button(letter, option.text) for letter, option in letters.items()]
+    answers = [
+        _revealed(letter, f"You chose <b>{_inline(option.text)}</b>; it", right, option)
+        for letter, option in letters.items()
+    ]
+    return (
+        f'<form class="rs-predict" method="dialog" data-question="{_key(question)}"><fieldset>'
+        f"<legend><strong>Predict:</strong> {_inline(question.prompt)}</legend>"
+        f'<div class="rs-choices">{"".join(buttons)}{_button("-", "Skip")}</div>'
+        f'<div role="status">{"".join(answers)}{_revealed("-", "It", right, right)}</div>'
+        "</fieldset></form>"
+    )
+
+
+def _button(letter: str, text: str) -> str:
+    box = f'<input type="checkbox" name="choice" {_KEYS} value="{letter}">'
+    return f"<label>{box}<span>{_inline(text)}</span></label>"
+
+
+def _revealed(letter: str, opening: str, right: Option, chosen: Option) -> str:
+    mark = "" if letter == "-" else "✓ " if chosen.correct else "✗ "
+    return (
+        f'<p data-choice="{letter}">{mark}{opening} is <b>{_inline(right.text)}</b>, because'
+        f' {_inline(chosen.answer)} <button type="reset" {_KEYS}>Ask again</button></p>'
     )
 
 

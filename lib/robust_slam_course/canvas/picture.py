@@ -24,6 +24,7 @@ from matplotlib.figure import Figure
 from robust_slam_course.canvas import notebook
 from robust_slam_course.canvas.bundle import bundle
 from robust_slam_course.canvas.still import Still, check_words, to_svg
+from robust_slam_course.quiz import Question, prediction
 from robust_slam_course.style import variables
 
 if TYPE_CHECKING:
@@ -33,9 +34,9 @@ _DARK = (
     'html[data-theme="dark"] .rs-picture, [data-jp-theme-light="false"] .rs-picture,'
     ' .vscode-dark .rs-picture, html[theme="dark"] .rs-picture'
 )
-STYLE = f".rs-picture {{ {variables('light')} }}\n{_DARK} {{ {variables('dark')} }}\n" + (
-    files(__package__) / "picture.css"
-).read_text(encoding="utf-8")
+STYLE = f".rs-picture {{ {variables('light')} }}\n{_DARK} {{ {variables('dark')} }}\n" + "".join(
+    (files(__package__) / f"{name}.css").read_text("utf-8") for name in ("picture", "prediction")
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,16 +44,18 @@ class Picture:
     """A picture that the reader takes hold of.
 
     ``name`` is that of its script, ``js/pictures/<name>.js``. ``state`` is what the reader
-    changes, ``data`` what stays, both of JSON's values. ``tries`` are things to try, a
-    prediction first; ``still`` shows the first state and ``caption`` says what it shows.
+    changes, ``data`` what stays, both of JSON's values. ``question`` is the reader's prediction,
+    see ``quiz.prediction``, and ``tries`` are things to try; ``still`` shows the first state and
+    ``caption`` says what it shows.
 
     Raises:
-        ValueError: a text is empty, or there are no things to try.
+        ValueError: a text is empty, there are no things to try, or as ``quiz.prediction``.
         TypeError: ``still`` is no figure, or ``state`` and ``data`` are not of JSON's values.
     """
 
     name: str
     title: str
+    question: Question
     tries: Sequence[str]
     caption: str
     state: Mapping[str, Any]
@@ -63,7 +66,7 @@ class Picture:
         check_words("title", self.title)
         check_words("caption", self.caption)
         if not self.tries:
-            raise ValueError("tries: empty; give a prediction to make and a thing to try.")
+            raise ValueError("tries: empty; give a thing to try.")
         for text in self.tries:
             check_words("tries", text)
         if not isinstance(self.still, Figure):
@@ -72,8 +75,10 @@ class Picture:
         plt.close(self.still)
         _block(self._traits())
 
-    def _traits(self) -> dict[str, Any]:
-        texts = {"title": self.title, "tries": list(self.tries)}
+    def _traits(self, *, on_page: bool = False) -> dict[str, Any]:
+        texts: dict[str, Any] = {"title": self.title, "tries": list(self.tries)}
+        if not on_page:
+            texts["question"] = prediction(self.question)
         return {
             "name": self.name, "texts": texts, "state": self.state, "data": self.data,
         }  # fmt: skip
@@ -81,19 +86,18 @@ class Picture:
     def static_html(self) -> str:
         """Return the picture as HTML that needs nothing else."""
         still = Still(to_svg(self.still))
-        predict, *tries = (
-            f'<p class="rs-ask"><strong>{"Try" if k else "Predict"}: </strong>{escape(text)}</p>'
-            for k, text in enumerate(self.tries)
+        tries = (
+            f'<p class="rs-ask"><strong>Try: </strong>{escape(text)}</p>' for text in self.tries
         )
         width, height = still.size
         return (
             f'<div class="rs-picture" role="group" aria-label="{escape(self.title)}"'
             f' data-picture="{escape(self.name)}"><style>{STYLE}</style>'
-            f'<p class="rs-title">{escape(self.title)}</p>{predict}'
+            f'<p class="rs-title">{escape(self.title)}</p>{prediction(self.question)}'
             f'<figure><img src="{escape(still.source)}" alt="{escape(self.caption)}"'
             f' width="{width}" height="{height}">'
             f"<figcaption>{escape(self.caption)}</figcaption></figure>{''.join(tries)}"
-            f'<script type="application/json">{_block(self._traits())}</script></div>'
+            f'<script type="application/json">{_block(self._traits(on_page=True))}</script></div>'
             f"<script>{_loader(self.name)}</script>"
         )
 

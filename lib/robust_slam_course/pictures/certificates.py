@@ -10,6 +10,7 @@ from robust_slam.graphs import se2
 from robust_slam_course.canvas.picture import Picture
 from robust_slam_course.pictures.graphs import Array
 from robust_slam_course.plots.certificates import draw_ring, draw_spectrum
+from robust_slam_course.quiz import Option, Question
 from robust_slam_course.style import figure_style
 
 _TWISTED = [0, 72, 144, -144, -72]
@@ -23,9 +24,28 @@ def certificate() -> Picture:
     return Picture(
         name="certificate",
         title="Is there a better map?",
+        question=Question(
+            "All five headings were measured to be equal. Which turn of the arrows lowers the"
+            " cost?",
+            [
+                Option(
+                    "a small one",
+                    "each arrow is pulled equally from both sides, so that a small turn of any"
+                    " raises the cost.",
+                ),
+                Option(
+                    "small ones of several",
+                    "between headings that differ by less than 90° every small change costs more.",
+                ),
+                Option(
+                    "only a large one",
+                    "the ring is a local minimum: every small turn, of one arrow or several,"
+                    " raises the cost.",
+                    correct=True,
+                ),
+            ],
+        ),
         tries=[
-            "five headings were measured to be equal, but each is 72° ahead of the one before."
-            " Can the cost fall when you turn any one of them?",
             "press Play to climb. Which cost is reached with a third row, and which with a"
             " fourth?",
             "choose equal headings and increase the measured turn. At which α does λ_min fall"

@@ -11,6 +11,7 @@ from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 
 from robust_slam_course.canvas.picture import Picture
+from robust_slam_course.quiz import Option, Question
 
 _STARTS = ("odometry", "least squares")
 _CLAIM = 2  # the place of the true σ among those that are claimed
@@ -23,9 +24,29 @@ def graduation() -> Picture:
     return Picture(
         name="graduation",
         title="The start, or graduation?",
+        question=Question(
+            "Half of the closures are consistent outliers, at 0.05 rad of noise a step. What"
+            " saves more maps?",
+            [
+                Option(
+                    "odometry as start",
+                    "over the four methods odometry finds 20 maps and least squares 7; GNC finds"
+                    " 16, IRLS 11.",
+                    correct=True,
+                ),
+                Option(
+                    "GNC, not IRLS",
+                    "GNC finds 16 maps and IRLS 11, but the start at odometry 20 and that at"
+                    " least squares 7.",
+                ),
+                Option(
+                    "both alike",
+                    "the start decides over 13 maps, 20 against 7, and graduation over 5, 16"
+                    " against 11.",
+                ),
+            ],
+        ),
         tries=[
-            "let half of the closures be consistent outliers, with 0.05 rad of noise a step. What"
-            " saves more maps: to start at odometry, or to graduate, GNC in place of IRLS?",
             "drag the point up and down. Which method fails first when the claimed σ is too small,"
             " and which one is best when it is eight times too large?",
             "drag the point to noisier odometry. What becomes of the methods that start at least"

@@ -11,6 +11,7 @@ from robust_slam.problems import LocationProblem
 
 from robust_slam_course.canvas.picture import Picture
 from robust_slam_course.plots.kernels import draw_costs, draw_drift, draw_influences
+from robust_slam_course.quiz import Option, Question
 
 
 def kernels() -> Picture:
@@ -23,9 +24,33 @@ def kernels() -> Picture:
     return Picture(
         name="kernels",
         title="One reading and four kernels",
+        question=Question(
+            "The threshold c doubles from 2.5 to 5. Which of the four estimates moves most?",
+            [
+                Option(
+                    "squared",
+                    "the square has no threshold and stays, whereas Huber’s pull on a distant"
+                    " reading is c itself.",
+                ),
+                Option(
+                    "Huber",
+                    "the pull that it allows a distant reading is c itself, and 0.312 becomes"
+                    " 0.625.",
+                    correct=True,
+                ),
+                Option(
+                    "Cauchy",
+                    "it allows a distant reading a pull of c; Cauchy’s estimate moves by 0.19,"
+                    " Huber’s by 0.31.",
+                ),
+                Option(
+                    "TLS",
+                    "TLS rejects a reading at 8 in either case, whereas the pull that Huber"
+                    " allows is c itself.",
+                ),
+            ],
+        ),
         tries=[
-            "the threshold c is 2.5 and doubles. Which of the four estimates moves most, and which"
-            " stay where they are?",
             "begin with the reading at 0 and move it outwards. Where does Cauchy pull hardest, and"
             " where does TLS reject it? Compare both with c.",
             "bring the reading to 4 and change c: with a larger one TLS keeps the reading again."

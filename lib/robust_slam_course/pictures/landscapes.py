@@ -16,6 +16,7 @@ from robust_slam_course.canvas.picture import Picture
 from robust_slam_course.pictures.graphs import Array
 from robust_slam_course.plots.annealing import draw_stage
 from robust_slam_course.plots.location import draw_descent, draw_landscape
+from robust_slam_course.quiz import Option, Question
 from robust_slam_course.style import figure_style
 
 _FOUR = [-0.2, 0.1, 0.4, 10.0]
@@ -29,9 +30,28 @@ def annealing() -> Picture:
     return Picture(
         name="annealing",
         title="GNC sharpens the cost",
+        question=Question(
+            "GNC ends at 0, where four of the seven are. Where must the reading at 24 go so that"
+            " it ends at 6?",
+            [
+                Option(
+                    "6",
+                    "three at 6 are fewer than four at 0. At 30 it draws the mean, where the run"
+                    " begins, to 6.",
+                ),
+                Option(
+                    "12",
+                    "at 12 the mean, where the run begins, is 3.43; at 30 it is 6, and two"
+                    " readings hold it there.",
+                ),
+                Option(
+                    "30",
+                    "then the run begins at a mean of 6, and the two readings there hold it.",
+                    correct=True,
+                ),
+            ],
+        ),
         tries=[
-            "four of seven readings are 0, and GNC ends there. Where must the reading at 24 go,"
-            " so that GNC ends at 6 and rejects the four?",
             "play the run, then increase the factor of μ and drag the same reading again. How"
             " much easier is it to make GNC fail?",
             "choose Geman–McClure. In which direction does μ move, and when does the second"
@@ -55,9 +75,26 @@ def basins() -> Picture:
     return Picture(
         name="basins",
         title="Where a descent ends",
+        question=Question(
+            "From 8 this run ends at 10. Where does it end when σ is three times as large?",
+            [
+                Option(
+                    "10",
+                    "so it is up to 2σ, but now the zeros are within cσ = 9 of the start, too.",
+                ),
+                Option(
+                    "0",
+                    "all 21 readings are now within cσ = 9 of 8, and from their mean, 0.48, the"
+                    " one at 10 is not.",
+                    correct=True,
+                ),
+                Option(
+                    "0.48, the mean",
+                    "the mean is only the first step: from there 10 is 9.52 away, beyond cσ = 9.",
+                ),
+            ],
+        ),
         tries=[
-            "twenty readings are 0 and one is 10. IRLS with TLS starts at 8 and ends at 10. Where"
-            " does it end if σ is doubled? And if it is three times as large?",
             "choose Cauchy and one reading against one. At which c do the two minima become one?",
             "choose TLS with c = 1 and drag the start between the readings. Which way does the"
             " descent go?",

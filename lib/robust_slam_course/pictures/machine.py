@@ -13,6 +13,7 @@ from robust_slam.palette import PALETTE
 
 from robust_slam_course.canvas.picture import Picture
 from robust_slam_course.plots.stages import DOWN, STAGES, draw_stages
+from robust_slam_course.quiz import Option, Question
 
 _FAULTS = {
     "nothing": "No stage fails.",
@@ -41,9 +42,31 @@ def machine() -> Picture:
     return Picture(
         name="machine",
         title="Let one stage fail",
+        question=Question(
+            "The gyroscope of “Odometry (VIO)” has a bias. Which later stage reports it?",
+            [
+                Option(
+                    "PCM",
+                    "it takes 9 of the 12 inliers for outliers, and rejects them without a word.",
+                ),
+                Option(
+                    "the solver",
+                    "it rejects the inliers that PCM has left, and returns a map that is 2.97 m"
+                    " off.",
+                ),
+                Option(
+                    "the certificate",
+                    "it asks only whether a better map for the kept edges exists, and none does.",
+                ),
+                Option(
+                    "none",
+                    "PCM and the solver reject inliers without a word, and the map of the rest is"
+                    " certified.",
+                    correct=True,
+                ),
+            ],
+        ),
         tries=[
-            "let “Odometry (VIO)” fail: its gyroscope has a bias. Which later stage reports it,"
-            " the consistency test, the solver or the certificate?",
             "then let “Place recognition” fail, with 24 outliers that agree. Which stage"
             " reports something now?",
             "find the two failures whose map is not certified. What do they have in common?",

@@ -19,6 +19,7 @@ from robust_slam_course.canvas.picture import Picture
 from robust_slam_course.pictures.graphs import Array, graph_data
 from robust_slam_course.plots.consistency import draw_consistency
 from robust_slam_course.plots.opening import Town, draw_opening, three_maps
+from robust_slam_course.quiz import Option, Question
 from robust_slam_course.style import figure_style
 
 # No two of these ends stand at one crossing of the town, so that each can be taken hold of.
@@ -38,9 +39,27 @@ def opening(poses: int = 60) -> Picture:
     return Picture(
         name="opening",
         title="One wrong loop closure folds the map",
+        question=Question(
+            "How much of the map does one wrong closure (dashed) bend?",
+            [
+                Option(
+                    "its two ends",
+                    "least squares spreads the error over all edges that share a loop with it, 64"
+                    " of the other 69.",
+                ),
+                Option(
+                    "the path between them",
+                    "correct closures pass the error on to 64 of the other 69 edges.",
+                ),
+                Option(
+                    "nearly all of it",
+                    "correct closures tie the streets together, so 64 of the other 69 edges share"
+                    " a loop with it.",
+                    correct=True,
+                ),
+            ],
+        ),
         tries=[
-            "the dashed closure claims that its two ends are one place. Drag an end: which part of"
-            " the map moves most?",
             "reject outliers, and drag again. Then add more wrong closures: how many of them does"
             " GNC keep?",
         ],
@@ -69,9 +88,33 @@ def cycles() -> Picture:
     return Picture(
         name="cycles",
         title="A wrong closure bends the cycles that it closes",
+        question=Question(
+            "Take the correct closures away. How many of the 99 odometry edges does the wrong one"
+            " still bend?",
+            [
+                Option(
+                    "0",
+                    "the 33 steps between its ends close a loop with it, and this loop does not"
+                    " fit.",
+                ),
+                Option(
+                    "33",
+                    "only the 33 steps between its ends close a loop with it.",
+                    correct=True,
+                ),
+                Option(
+                    "66",
+                    "66 steps are outside its ends, where nothing contradicts it; the 33 between"
+                    " close a loop.",
+                ),
+                Option(
+                    "99",
+                    "nothing contradicts it outside its ends; only the 33 steps between them"
+                    " close a loop.",
+                ),
+            ],
+        ),
         tries=[
-            "blue edges agree with the map, thick orange ones do not. Which edges are blue again"
-            " when you take the correct closures away?",
             "drag an end of the dashed closure, and make its σ small: which edges look worse than"
             " the wrong one?",
             "choose the pentagon and take its correct closure away. Find a wrong closure that"
@@ -122,9 +165,29 @@ def showcase() -> Picture:
     return Picture(
         name="showcase",
         title="One wrong closure, three estimators",
+        question=Question(
+            "Let nine wrong closures agree, against ten correct ones. Do switches and GNC keep"
+            " the nine?",
+            [
+                Option(
+                    "never",
+                    "ten outvote nine only where votes count. With the diamond at pose 3, both"
+                    " keep all nine from least squares.",
+                ),
+                Option(
+                    "from some starts",
+                    "with the diamond at pose 3, both keep all nine from least squares, and none"
+                    " from odometry.",
+                    correct=True,
+                ),
+                Option(
+                    "from every start",
+                    "from odometry both keep none: what fits depends on the map at which a solver"
+                    " begins.",
+                ),
+            ],
+        ),
         tries=[
-            "least squares follows the dashed closure. Will you find a place for its ends where"
-            " the switches or GNC follow it, too?",
             "let nine wrong closures agree, and drag the diamond to where the drive begins: do"
             " the switches and GNC follow them? Then start from odometry.",
         ],
@@ -171,9 +234,28 @@ def consistency() -> Picture:
     return Picture(
         name="consistency",
         title="Who agrees with whom",
+        question=Question(
+            "Nine outliers agree, and so do eight inliers. How many must go before PCM is sure to"
+            " keep the inliers?",
+            [
+                Option(
+                    "none",
+                    "PCM only counts: nine that agree outvote eight, whichever of them are right.",
+                ),
+                Option(
+                    "one",
+                    "with eight against eight both sets are largest, and it is arbitrary which"
+                    " one is found.",
+                ),
+                Option(
+                    "two",
+                    "PCM counts: eight against eight is undecided, and eight outvote seven.",
+                    correct=True,
+                ),
+                Option("all nine", "a majority is enough: eight that agree outvote seven."),
+            ],
+        ),
         tries=[
-            "nine outliers (squares) agree with each other, against eight inliers (circles). How"
-            " many of the outliers must you take away before PCM keeps the inliers?",
             "drag an end of the nine over the map. Where do the switches find the inliers,"
             " although PCM does not?",
             "let the outliers disagree, and drag one of them until it agrees with an inlier. What"

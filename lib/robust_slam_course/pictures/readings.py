@@ -13,6 +13,7 @@ from robust_slam_course.canvas.picture import Picture
 from robust_slam_course.pictures.graphs import Array
 from robust_slam_course.plots.location import draw_landscape
 from robust_slam_course.plots.pulls import draw_line_fit, draw_pulls
+from robust_slam_course.quiz import Option, Question
 
 _WALL = (1.0, 0.25)  # the wall of chapter 1 is 1 m + 0.25 m a place away
 _WALL_NOISE = [0.1, -0.2, 0.15, 0.05, -0.15, 0.2, -0.1, 0.1, 0.0, -0.1]
@@ -33,10 +34,28 @@ def leverage() -> Picture:
     return Picture(
         name="leverage",
         title="Ten readings pull on a line",
+        question=Question(
+            "Under Cauchy’s kernel, how far above the wall does the reading of the door pull"
+            " hardest?",
+            [
+                Option(
+                    "about ½ m",
+                    "u/(1+u²/c²) is largest at u = c, which is 0.48 m above the fit.",
+                    correct=True,
+                ),
+                Option(
+                    "3 m, where it is",
+                    "beyond u = c, 0.48 m above the fit, the pull falls again; at 3 m it is less"
+                    " than a third.",
+                ),
+                Option(
+                    "the same from ½ m on",
+                    "that is Huber’s pull, which stays constant, whereas Cauchy’s falls beyond u"
+                    " = c.",
+                ),
+            ],
+        ),
         tries=[
-            "the reading at place 8 is 3 m too high, and the fit is tilted. Under Cauchy’s kernel"
-            " far readings pull less. Does this one pull hardest where it is, or nearer to the"
-            " wall?",
             "choose Cauchy and lower the reading until its bar is longest. Then choose TLS and"
             " find the height at which it rejects the reading.",
             "leverage: choose Huber and move the reading to place 16, at a height of 6 m. Does"
@@ -73,10 +92,28 @@ def majoriser() -> Picture:
     return Picture(
         name="majoriser",
         title="Each step goes to the lowest point of a parabola",
+        question=Question(
+            "The steps begin at 7, next to the outlier at 5. Where do they end?",
+            [
+                Option(
+                    "near 5",
+                    "a step does not search nearby: the first goes past 5 to 3.75, where the"
+                    " parabola is lowest.",
+                ),
+                Option(
+                    "near 0",
+                    "the four inliers draw the first step past 5, to 3.75, and from there the"
+                    " cost falls towards 0.",
+                    correct=True,
+                ),
+                Option(
+                    "near 1, the mean",
+                    "the outlier has lost nearly all its weight by then, whereas the mean counts"
+                    " it fully.",
+                ),
+            ],
+        ),
         tries=[
-            "the dashed parabola touches the cost at the start, 7, and each step goes to its"
-            " lowest point. The nearest minimum is at the outlier, near 5. Do the steps end"
-            " there?",
             "move the start. Which of the starts between 0 and 7 end at the outlier? Compare 4.0"
             " with 4.2.",
             "go to the last step and raise σ until the cost has one local minimum. Then choose"

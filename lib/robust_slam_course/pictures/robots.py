@@ -13,6 +13,7 @@ from robust_slam.graphs.pose_graph import PoseGraph, select, with_closures
 from robust_slam_course.canvas.picture import Picture
 from robust_slam_course.pictures.graphs import Array, graph_data
 from robust_slam_course.plots.robots import draw_robots
+from robust_slam_course.quiz import Option, Question
 
 _EACH = 20  # poses of a robot
 _MEETING = [[52, 12]]
@@ -32,10 +33,28 @@ def robots() -> Picture:
     return Picture(
         name="robots",
         title="Three robots agree on one map",
+        question=Question(
+            "C shares one closure with the others, a wrong one. How many correct ones are enough"
+            " to expose it?",
+            [
+                Option(
+                    "none",
+                    "as long as it is alone nothing contradicts it, and its residual is 0.",
+                ),
+                Option(
+                    "one",
+                    "one against one is undecided, and the robots keep the wrong one, from which"
+                    " C took its frame.",
+                ),
+                Option(
+                    "two",
+                    "two that are correct agree, whereas one against one is undecided.",
+                    correct=True,
+                ),
+                Option("all eight", "the first two already agree against it."),
+            ],
+        ),
         tries=[
-            "robot C shares a single closure with the others, and because it is wrong, the map of"
-            " C is 5 m off. How many correct closures does C need until the wrong one is"
-            " rejected?",
             "give C exactly one correct closure. Which of the two is rejected, and could a robot"
             " know better?",
             "give C all eight, go to round 0 and play. When is the wrong closure rejected? Add"

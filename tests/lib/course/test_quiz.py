@@ -18,8 +18,8 @@ def test_every_option_has_its_own_answer_that_says_whether_it_is_right() -> None
     pattern = label + r'<div role="status"><p class="(.*?)">(.*?)</p>'
     options = re.findall(pattern, html)
     assert [option[:3] for option in options] == [
-        ("A", "<b>A</b> Huber", "rs-right"),
-        ("B", "<b>B</b> TLS", "rs-wrong"),
+        ("A", "<b>A</b> Huber", "rs-correct"),
+        ("B", "<b>B</b> TLS", "rs-incorrect"),
     ]
     assert options[0][3].startswith("<strong>✓ Right.</strong> Its pull is")
     assert options[1][3].startswith("<strong>✗ Not quite.</strong> It lets go at")

@@ -1,6 +1,7 @@
 import { htmlElement, makeControl } from "./controls.js";
 import { Glide } from "./glide.js";
 import { stateFromHash, stateToHash } from "./link.js";
+import { predictionOf } from "./prediction.js";
 import { KEYS_STAY, Scene, setAttributes } from "./scene.js";
 
 const REST = 700; // ms without a change after which the caption is spoken
@@ -8,7 +9,7 @@ const NEAR = 0.004; // what is left of a movement, in the picture's units, when 
 
 /**
  * Run a live picture inside `el`. `model` follows anywidget's convention: `get("name")`,
- * `get("texts")` {title, label, tries}, `get("state")` and `get("data")`; `set` and
+ * `get("texts")` {title, question, tries}, `get("state")` and `get("data")`; `set` and
  * `save_changes` hand the state back to Python. `spec` says what is particular:
  * - `controls`: see `makeControl`
  * - `clean(state, data)`: the nearest state that is possible; a link may hold any
@@ -117,8 +118,8 @@ const LINK = "Link to this state";
 /** The picture's frame: what to try, controls, stage, caption, buttons. */
 function frame(el, texts, spec, change, calm) {
   const controls = (spec.controls ?? []).map((control) => makeControl(control, change, calm));
-  const [predict, ...tries] = texts.tries.map((text, k) => htmlElement(
-    "p", { class: "rs-ask" }, htmlElement("strong", {}, k ? "Try: " : "Predict: "), text,
+  const tries = texts.tries.map((text) => htmlElement(
+    "p", { class: "rs-ask" }, htmlElement("strong", {}, "Try: "), text,
   ));
   const parts = {
     controls,
@@ -133,7 +134,7 @@ function frame(el, texts, spec, change, calm) {
   el.setAttribute("aria-label", texts.title);
   el.replaceChildren(
     htmlElement("p", { class: "rs-title" }, texts.title),
-    predict,
+    predictionOf(el, texts.question),
     htmlElement("div", { class: "rs-controls" }, ...controls.map(({ element }) => element)),
     parts.stage,
     parts.caption,
