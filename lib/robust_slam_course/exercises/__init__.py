@@ -1,4 +1,4 @@
-"""Pictures for the assignments: what a student's function does, beside the truth.
+"""Pictures for the assignments: what a student's function does, next to the truth.
 
 One module per assignment, one function per exercise. Each takes a student's functions, of the
 same names, and draws what they give dashed or as markers over the truth, which is broad and grey
