@@ -22,7 +22,9 @@ MISCONCEPTIONS = Path("build/misconceptions")
 """How answers can be wrong; it can be made again."""
 
 COLOURS = Path("lib/robust_slam/colours.toml")
-"""The course's colours, of its pages and its reports; elsewhere reports have their own."""
+FONTS = Path("build/fonts/fonts.css")
+LOGO = Path("chapters/assets/favicon.svg")
+"""The course's colours, fonts and sign, of its pages and its reports; elsewhere there are none."""
 
 
 def shown_beside(graded: Path) -> Path | None:

@@ -197,7 +197,7 @@ def test_check_says_what_the_command_says(
         assert lines[0] == f"Checking {NAME}.ipynb: the visible cases in it."
         assert lines[1 : len(said) + 1] == said
         assert list(filter(None, lines[len(said) + 1 :])) == folded
-    assert "✗ partial  total_cost" in done["check wrong"]
+    assert "◐ partial  total_cost" in done["check wrong"]
     assert "All visible cases passed" in done["check right"]
 
 

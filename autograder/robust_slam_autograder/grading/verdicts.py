@@ -34,9 +34,12 @@ ADVICE: Mapping[ExerciseStatus, str] = {
 }
 
 
+SIGNS: Mapping[ExerciseStatus, str] = {"passed": "✓", "partial": "◐"}
+
+
 def sign(status: ExerciseStatus) -> str:
-    """Return a status with its sign: ✓ for "passed" alone."""
-    return f"{'✓' if status == 'passed' else '✗'} {status}"
+    """Return a status with its sign: ✓ for "passed" alone, ◐ for what is right in part."""
+    return f"{SIGNS.get(status, '✗')} {status}"
 
 
 def meaning(exercise: ExerciseResult) -> str:

@@ -1,7 +1,8 @@
 """Files from the templates: self-contained HTML, and Markdown.
 
-A page asks for nothing: no script, no font, no picture from elsewhere, and its policy
-forbids it. What other people wrote is escaped: in HTML always, in Markdown by the filters.
+A page asks for nothing: it has no script, no font or picture from elsewhere, and its policy
+forbids them. It carries the course's fonts and sign where those are there. What other people
+wrote is escaped: in HTML always, in Markdown by the filters.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ SHARED_STYLE = "page"
 MAX_SHOWN = 300
 """Letters of a value; results hold fewer, unless characters that do not show are written out."""
 _SHADE = re.compile("#[0-9a-fA-F]{6}")
+_FACE = re.compile(r"@font-face \{[^}]*font-family: (?P<family>\"[^\"]*\");[^}]*\}")
 
 
 def html(name: str, **content: object) -> str:
@@ -36,9 +38,12 @@ def html(name: str, **content: object) -> str:
     """
     from markupsafe import Markup  # of the extra `grading`
 
-    rules = _colours(layout.COLOURS) + _style(SHARED_STYLE) + _style(name.partition("-")[0])
+    shared = _style(SHARED_STYLE)
+    rules = _fonts(layout.FONTS, shared) + _colours(layout.COLOURS) + shared
+    rules += _style(name.partition("-")[0])
     digest = base64.b64encode(hashlib.sha256(rules.encode()).digest()).decode()
-    return template(f"{name}.html").render(**content, style=Markup(rules), style_digest=digest)
+    content |= {"style": Markup(rules), "style_digest": digest, "logo": _logo(layout.LOGO)}
+    return template(f"{name}.html").render(**content)
 
 
 def template(file: str) -> Template:
@@ -98,6 +103,23 @@ def in_brackets(address: str) -> str:
 @functools.cache
 def _style(name: str) -> str:
     return resources.files(__package__).joinpath("templates", f"{name}.css").read_text("utf-8")
+
+
+def _fonts(path: Path, style: str) -> str:
+    """Return the upright fonts that a style sheet carries and ``style`` names."""
+    if not path.is_file():
+        return ""
+    faces = _FACE.finditer(path.read_text("utf-8"))
+    return "\n".join(
+        face[0] for face in faces if face["family"] in style and "italic" not in face[0]
+    )
+
+
+def _logo(path: Path) -> str:
+    """Return a picture as an address that holds it; empty where there is none."""
+    if not path.is_file():
+        return ""
+    return f"data:image/svg+xml;base64,{base64.b64encode(path.read_bytes()).decode()}"
 
 
 def _colours(path: Path) -> str:

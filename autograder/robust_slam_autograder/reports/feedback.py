@@ -21,7 +21,7 @@ from robust_slam_autograder.grading.results import (
     ExerciseResult,
     Result,
 )
-from robust_slam_autograder.grading.verdicts import ADVICE, meaning, sign, verdict
+from robust_slam_autograder.grading.verdicts import ADVICE, SIGNS, meaning, sign, verdict
 from robust_slam_autograder.markup import visible
 from robust_slam_autograder.reading.assignment import Config
 from robust_slam_autograder.reports import documents
@@ -89,6 +89,8 @@ class ShownExercise:
     name: str
     anchor: str
     outcome: str
+    kind: str
+    """Its style: "passed", "partial" or "lost"."""
     passed: bool
     points: str
     meaning: str
@@ -233,6 +235,7 @@ def _exercise(
         name=visible(exercise.name),
         anchor=f"exercise-{number}",
         outcome=sign(exercise.status),
+        kind=exercise.status if exercise.status in SIGNS else "lost",
         passed=passed,
         points=_points(exercise.score, exercise.max_score),
         meaning=meaning(exercise),

@@ -1,4 +1,4 @@
-"""Results as text for a terminal: ✓ and ✗, always with a word."""
+"""Results as text for a terminal: ✓, ◐ and ✗, always with a word."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from robust_slam_autograder.grading.verdicts import (
     failed_cases,
     has_hidden,
     remaining,
+    sign,
 )
 from robust_slam_autograder.markup import one_line
 
@@ -68,7 +69,7 @@ def check_line(
         return f"✓ passed   {exercise.name} (visible cases; {remaining(left)})"
     where = f" ({', '.join(failed)})" if (failed := failed_cases(exercise)) else ""
     first, *more = exercise.message.split("\n")
-    lines = [f"✗ {exercise.status:<8} {exercise.name}{where}: {one_line(first)}"]
+    lines = [f"{sign(exercise.status):<10} {exercise.name}{where}: {one_line(first)}"]
     if exercise.status in ("timeout", "died"):
         lines[0] += f" {ADVICE[exercise.status]}"
     if exercise.misconception:

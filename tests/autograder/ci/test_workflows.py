@@ -201,7 +201,7 @@ def test_a_push_is_checked_in_a_fresh_clone(init, tmp_path, released, machine):
     done = machine.run(steps["Check"])
     summary = machine.summary.read_text("utf-8")
     assert done.returncode == 1
-    assert "✗ partial `double`" in summary and "# broken\n\nNot checked" in summary
+    assert "◐ partial `double`" in summary and "# broken\n\nNot checked" in summary
     (machine.clone / "broken.ipynb").unlink()
     shutil.rmtree(machine.clone / toy.NAME)
     done = machine.run(steps["Check"])

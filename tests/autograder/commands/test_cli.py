@@ -280,7 +280,7 @@ class TestCheck:
         del without_tests["cells"][2]
         assert check(without_tests)[0] == 2
         status, out, _ = check(without_tests, "--release", course / "release")
-        assert status == 1 and "✗ partial  double (by-hand)" in out
+        assert status == 1 and "◐ partial  double (by-hand)" in out
         assert "✓ passed   apply (visible cases; 1 hidden case remains)" in out
         other = toy.write(course / "other.ipynb", without_tests)
         status, _, err = autograder("check", other, "--release", course / "release")

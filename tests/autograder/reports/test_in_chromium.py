@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from playwright.sync_api import Page, expect
+from robust_slam_autograder import layout
 
 from tests.autograder.reports import pages
 from tests.book.test_accessible import violations
@@ -64,7 +65,8 @@ def test_a_page_asks_for_nothing_fits_and_is_read_by_all(opened, name, scheme):
     page.evaluate(OPEN_ALL)
     assert (visit.complaints, visit.outside) == ([], [])
     assert page.evaluate("performance.getEntriesByType('resource').length") == 0
-    assert page.evaluate("document.scripts.length + document.images.length") == 0
+    assert page.evaluate("document.scripts.length") == 0
+    assert page.locator("img:not([src^='data:'])").count() == 0
     assert page.locator("header").count() == page.locator("main").count() == 1
     assert page.locator("th:not([scope])").count() == 0
     ids = page.evaluate(IDS)
@@ -75,6 +77,30 @@ def test_a_page_asks_for_nothing_fits_and_is_read_by_all(opened, name, scheme):
         if name in OF_CLASSES:
             assert page.evaluate(TOO_WIDE) == []
     assert violations(page) == []
+
+
+def test_partial_has_a_sign_and_a_colour_of_its_own(opened):
+    page = opened("every-status").page
+    looks = {
+        kind: page.locator(f"td.{kind}").first.evaluate(
+            "one => [one.textContent[0], getComputedStyle(one).color].join()"
+        )
+        for kind in ("passed", "partial", "lost")
+    }
+    assert len(set(looks.values())) == 3
+    assert [look[0] for look in looks.values()] == ["✓", "◐", "✗"]
+
+
+def test_a_page_carries_the_fonts_and_the_sign_that_are_there(tmp_path, monkeypatch, opened):
+    face = '@font-face {\n  font-family: "%s";\n  src: url(data:font/woff2;base64,AA);\n}\n'
+    (tmp_path / "fonts.css").write_text(face % "Course Sans" + face % "STIX Two Math")
+    (tmp_path / "sign.svg").write_text('<svg xmlns="http://www.w3.org/2000/svg"/>')
+    monkeypatch.setattr(layout, "FONTS", tmp_path / "fonts.css")
+    monkeypatch.setattr(layout, "LOGO", tmp_path / "sign.svg")
+    (tmp_path / "page.html").write_text(pages.of_students()["passed"], encoding="utf-8")
+    page = opened(tmp_path / "page").page
+    assert page.evaluate("[...document.fonts].map(face => face.family)") == ["Course Sans"]
+    assert page.locator("header img.logo").evaluate("one => one.complete")
 
 
 def test_a_page_that_would_not_do_is_found(folder, opened):

@@ -106,7 +106,7 @@ def test_a_check_of_ones_own_shows_messages_and_promises_no_mark():
         "Note: `A cell was copied.`",
         "",
     ]
-    assert "- ✓ passed `double`\n- ✗ partial `apply` (`twice`): `Add the ½.`\n" in text
+    assert "- ✓ passed `double`\n- ◐ partial `apply` (`twice`): `Add the ½.`\n" in text
     assert "point" not in text and "10" not in text
     passed = summary.check_as_markdown(samples.result(samples.PASSED), None)
     assert "All visible cases passed; hidden cases remain when it is graded." in passed

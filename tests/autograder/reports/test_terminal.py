@@ -44,7 +44,7 @@ def test_a_check_names_each_exercise_and_what_it_lost():
     lines = [terminal.check_line(each, hidden) for each in (PASSED, PARTLY, FAILED, HUNG)]
     assert lines == [
         "✓ passed   one (visible cases; 1 hidden case remains)",
-        "✗ partial  two (b, c): Add the ½.",
+        "◐ partial  two (b, c): Add the ½.",
         "✗ failed   three (a): Add the ½.",
         "✗ timeout  four: Your code ran longer than it may. Call your function with a small"
         " input. Look for a loop that never ends, and for a step that is repeated more often than"
