@@ -133,7 +133,7 @@ def test_each_picture_is_small_and_has_its_words(name: str) -> None:
         html = shown.static_html()
     assert shown.name == name
     assert len(gzip.compress(html.encode())) < MOST_BYTES
-    assert len(shown.question.prompt) < 110, "two lines of the card"
+    assert len(shown.question.prompt) < 85, "two lines of a phone"
     assert len(shown.caption) > 40
 
 

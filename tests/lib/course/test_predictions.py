@@ -1,0 +1,230 @@
+"""Each prediction's right answer, and the numbers of its reasons, as the library computes them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from robust_slam.certificates import sdp
+from robust_slam.consistency import pcm
+from robust_slam.estimators import chi_square_threshold, gnc, irls, switchable
+from robust_slam.estimators.kernels import KERNELS
+from robust_slam.fleet import rounds
+from robust_slam.graphs import dead_reckoning, pose_graph, se2
+from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam.problems import LinearProblem, LocationProblem, PoseGraphProblem
+from robust_slam_course import pictures
+
+C = chi_square_threshold(0.99, 3)
+Array = np.ndarray[Any, Any]
+Told = tuple[str, list[str]]
+"""The right option's text, and phrases of the answers."""
+
+
+def graph_of(data: dict[str, Any]) -> PoseGraph:
+    """The graph that a picture gives to its script."""
+    shape = (len(data["edges"]), 3, 3)
+    return PoseGraph(
+        len(data["truth"]) // 3,
+        np.array(data["edges"]),
+        np.reshape(data["measurements"], (-1, 3)),
+        np.reshape(data["information"], shape),
+        np.array(data["trusted"], bool),
+    )
+
+
+def joined(graph: PoseGraph, data: dict[str, Any], joins: Any, measured: Any = None) -> PoseGraph:
+    """The graph with wrong closures, by default of two places that are one."""
+    information = np.tile(np.reshape(data["wrongInformation"], (1, 3, 3)), (len(joins), 1, 1))
+    measured = np.zeros((len(joins), 3)) if measured is None else measured
+    return pose_graph.with_closures(graph, joins, measured, information)
+
+
+def agreeing(data: dict[str, Any], i: int, j: int, size: int) -> tuple[Any, Array]:
+    """Wrong closures that follow from taking pose j for pose i."""
+    truth = np.reshape(data["truth"], (-1, 3))
+    moved = se2.compose(truth[i], se2.inverse(truth[j]))
+    joins = [[i + k, j + k] for k in range(size)]
+    measured = [se2.between(truth[a], se2.compose(moved, truth[b])) for a, b in joins]
+    return joins, np.array(measured)
+
+
+def bent(graph: PoseGraph, spoiled: PoseGraph) -> Array:
+    """Which edges change their residuals when the closures that come last join in."""
+    norms = [
+        pose_graph.residual_norms(each, PoseGraphProblem(each).initial())[: len(graph.edges)]
+        for each in (graph, spoiled)
+    ]
+    return np.abs(norms[1] - norms[0]) > 0.005
+
+
+def location(z: list[float], kernel: str, c: float, x0: float, sigma: float = 1.0) -> list[float]:
+    """The estimates of a descent."""
+    run = irls(LocationProblem(z, sigma), KERNELS[kernel](c), x0, tol=1e-4).history
+    return [float(step.x) for step in run]
+
+
+def opening(data: Any, state: Any) -> Told:
+    graph = graph_of(data)
+    moved = bent(graph, joined(graph, data, state["wrong"]))
+    right = "nearly all" if moved.mean() > 0.9 else "the path between"
+    return right, [f"{moved.sum()} of the other {moved.size} edges"]
+
+
+def cycles(data: Any, state: Any) -> Told:
+    town, ends = data["town"], state["town"]
+    driven = pose_graph.select(graph_of(town), graph_of(town).is_odometry)
+    moved = bent(driven, joined(driven, town, ends))
+    assert moved.size == 99
+    return f"{moved.sum()}", [f"{(~moved).sum()} steps are outside", f"the {moved.sum()} steps"]
+
+
+def leverage(data: Any, state: Any) -> Told:
+    place, c = state["held"], data["kernels"]["cauchy"]
+    p, y = np.array(state["p"]), np.array(state["y"])
+    wall = data["truth"][0] + data["truth"][1] * place
+    pulls = []
+    for high in np.linspace(0, 3, 61):
+        y[place] = wall + high
+        problem = LinearProblem(np.column_stack([np.ones(p.size), p]), y, data["sigma"])
+        huber = irls(problem, KERNELS["huber"](data["kernels"]["huber"])).x
+        line = irls(problem, KERNELS["cauchy"](c), huber).x
+        pulls.append(float(KERNELS["cauchy"](c).psi(-problem.residuals(line)[place])))
+    hardest = np.linspace(0, 3, 61)[np.argmax(pulls)]
+    right = "about ½ m" if abs(hardest - 0.5) < 0.1 else f"{hardest} m"
+    third = "less than a third" if pulls[-1] < max(pulls) / 3 else "more than a third"
+    return right, [f"{c * data['sigma']:.2f} m above the fit", third]
+
+
+def kernels(data: Any, state: Any) -> Told:
+    z = [*data["inliers"], state["z"]]
+    at = {
+        name: [location(z, kernel, c, 0.0)[-1] for c in (2.5, 5.0)]
+        for name, kernel in zip(("squared", "Huber", "Cauchy", "TLS"), KERNELS, strict=False)
+    }
+    moved = {name: abs(b - a) for name, (a, b) in at.items()}
+    said = f"moves by {moved['Cauchy']:.2f}, Huber’s by {moved['Huber']:.2f}"
+    return max(moved, key=moved.__getitem__), [
+        said,
+        f"{at['Huber'][0]:.3g}",
+        f"{at['Huber'][1]:.3g}",
+    ]
+
+
+def majoriser(data: Any, state: Any) -> Told:
+    z = [*data["inliers"], state["outlier"]]
+    path = location(z, state["kernel"], data["c"], state["start"], state["sigma"])
+    right = "near 0" if abs(path[-1]) < 0.1 else "near 5"
+    assert round(float(np.mean(z))) == 1
+    return right, [f"past {state['outlier']:g} to {path[1]:.2f}"]
+
+
+def basins(data: Any, state: Any) -> Told:
+    z, start = [*[0.0] * 20, 10.0], state["start"]
+    once, twice, thrice = (location(z, "tls", state["c"], start, k) for k in (1.0, 2.0, 3.0))
+    assert once[-1] == twice[-1] == 10.0
+    mean = f"{thrice[1]:.2f}"
+    away = f"from there 10 is {10 - thrice[1]:.2f} away, beyond cσ = {3 * state['c']:g}"
+    return f"{thrice[-1]:g}", [f"their mean, {mean}", away]
+
+
+def annealing(data: Any, state: Any) -> Told:
+    tried = {}
+    for place in (6.0, 12.0, 30.0):
+        z = [*state["z"][:-1], place]
+        tried[place] = gnc(LocationProblem(z), state["c"], factor=state["factor"]).x
+    (right,) = (place for place, x in tried.items() if abs(x - 6.0) < 0.1)
+    means = {place: np.mean([*state["z"][:-1], place]) for place in tried}
+    said = (
+        f"at 12 the mean, where the run begins, is {means[12.0]:.2f}; at 30 it is {means[30.0]:g}"
+    )
+    return f"{right:g}", [said]
+
+
+def consistency(data: Any, state: Any) -> Told:
+    kept = []
+    for size in (9, 8, 7):
+        spoiled = joined(graph_of(data), data, *agreeing(data, *state["group"], size))
+        largest = pcm(spoiled, C).adjacency
+        inliers = len(largest) - size
+        assert largest[:inliers, :inliers].all() and largest[inliers:, inliers:].all()
+        assert not largest[:inliers, inliers:].any()
+        kept.append(inliers > size)
+    return ("none", "one", "two")[kept.index(True)], []
+
+
+def certificate(data: Any, state: Any) -> Told:
+    edges = np.array([[k, (k + 1) % 5] for k in range(5)])
+    Q = sdp.connection_matrix(5, edges, np.broadcast_to(np.eye(2), (5, 2, 2)))
+
+    def cost(turns: Any) -> float:
+        R = np.hstack([se2.rotation([0, 0, t]) for t in np.radians(state["degrees"]) + turns])
+        return float(np.trace(R @ Q @ R.T))
+
+    small = 0.2 * np.random.default_rng(0).standard_normal((200, 5))
+    lower = [cost(turns) < cost(0.0) for turns in [*small, *(0.2 * np.eye(5))]]
+    return "only a large one" if not any(lower) and cost(0.0) > 0 else "a small one", []
+
+
+def showcase(data: Any, state: Any) -> Told:
+    graph = joined(graph_of(data), data, *agreeing(data, state["wrong"][0], 3, 9))
+    problem = PoseGraphProblem(graph)
+    kept = {}
+    for start, x0 in (("squares", problem.initial()), ("odometry", dead_reckoning(graph))):
+        # A switch of one half has the weight 0.25, from which on the picture draws it as used.
+        runs = switchable(problem, C**2, x0, max_iterations=300), gnc(problem, C, x0=x0)
+        kept[start] = [int(np.sum(run.weights[-9:] >= 0.25)) for run in runs]
+    assert kept == {"squares": [9, 9], "odometry": [0, 0]}
+    return "from some starts", [
+        "pose 3, both keep all nine from least squares, none from odometry"
+    ]
+
+
+def machine(data: Any, state: Any) -> Told:
+    told = data["outcomes"]["odometry"]
+    assert told["certified"] and told["kept"][0] == 0
+    said = f"{told['told'][0] - told['passed'][0]} of the {told['told'][0]} inliers"
+    return "none", [said, f"{told['off']:.2f} m off"]
+
+
+def graduation(data: Any, state: Any) -> Told:
+    counts = np.array(data["good"]["consistent 50"])[:, :, 2, data["noises"].index(0.05)]
+    odometry, squares = counts.sum(axis=1)
+    graduated, plain = counts[:, [1, 3]].sum(), counts[:, [0, 2]].sum()
+    right = "the start" if odometry - squares > graduated - plain else "graduation"
+    found = (
+        f"find {odometry} maps, from least squares {squares}; GNC finds {graduated}, IRLS {plain}"
+    )
+    return right, [found, f"over {odometry - squares} maps", f"over {graduated - plain} ("]
+
+
+def robots(data: Any, state: Any) -> Told:
+    rejected = []
+    for count in range(3):
+        whole = graph_of_fleet(data, state["wrong"], count)
+        run = rounds.solve(whole, data["labels"], C, max_rounds=60, tol=1e-3).rounds
+        rejected.append(run[-1].weights[0] == 0)
+    return ("none", "one", "two")[rejected.index(True)], []
+
+
+def graph_of_fleet(data: Any, wrong: Any, correct: int) -> PoseGraph:
+    """The graph of the robots with the wrong closures first, as the script has them."""
+    left = data["withC"][correct:]
+    whole = joined(graph_of(data), data, wrong)
+    used = [k for k in range(len(data["edges"])) if k not in left]
+    order = [*range(len(data["edges"]), len(whole.edges)), *used]
+    return PoseGraph(
+        whole.n, whole.edges[order], whole.measurement[order], whole.information[order],
+        whole.is_odometry[order],
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("name", sorted(pictures.__all__))
+def test_the_right_answer_and_its_reasons_are_what_the_library_computes(name: str) -> None:
+    shown = getattr(pictures, name)()
+    right, phrases = globals()[name](dict(shown.data), dict(shown.state))
+    options = shown.question.options
+    assert [option.text for option in options if option.correct] == [right]
+    answers = "\n".join(option.answer for option in options)
+    assert not [phrase for phrase in phrases if phrase not in answers], answers
