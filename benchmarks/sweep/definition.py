@@ -38,12 +38,12 @@ from robust_slam.graphs import (
 )
 from robust_slam.graphs.outliers import add_aliased_closures, add_grouped_closures
 from robust_slam.graphs.pose_graph import select
+from robust_slam_course.recogniser import recognised
 
 from benchmarks import methods
 from benchmarks.methods import Made
 from benchmarks.sweep import seal
 from benchmarks.sweep.changes import CHANGES, changed
-from benchmarks.sweep.recogniser import recognised
 
 VERSION = 3
 """Raise it when other code in this file gives the same world other measurements."""
@@ -186,7 +186,8 @@ def make(world: World) -> Made:
     of_graph, of_outliers, of_change = np.random.default_rng(world.seed).spawn(3)
     if world.graph == "town":
         assert TOWN.poses is not None
-        graph, is_outlier, reference = recognised(TOWN.poses, world.percent, TOWN.noise, of_graph)
+        town = recognised(TOWN.poses, world.percent, TOWN.noise, of_graph)
+        graph, is_outlier, reference, _ = town
         return Made(graph, is_outlier, reference, graph, is_truth=True)
     correct, reference = _without_outliers(world, of_graph)
     spoiled, is_outlier = _with_outliers(correct, world, reference, of_outliers)

@@ -12,6 +12,8 @@ perceptual aliasing; the town is derived here.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from robust_slam._arrays import Array, Indices, Mask
 from robust_slam.graphs import Noise, PoseGraph, manhattan, se2
@@ -29,17 +31,29 @@ APART = 10
 """A view is compared with those at least so many steps earlier."""
 
 
-def recognised(
-    poses: int, percent: int, noise: Noise, rng: np.random.Generator
-) -> tuple[PoseGraph, Mask, Array]:
-    """Return a town, the mask ``(m,)`` of its false matches, and the true poses ``(poses, 3)``.
+class Recognised(NamedTuple):
+    """A town whose closures a place recogniser chose.
 
-    ``percent`` of the crossings look like others.
+    ``is_false`` ``(m,)`` masks its false matches, ``truth`` ``(n, 3)`` has the true poses, and
+    ``scores`` ``(k,)`` the similarity of the two views of each closure, in the order of the graph.
     """
+
+    graph: PoseGraph
+    is_false: Mask
+    truth: Array
+    scores: Array
+
+
+def recognised(
+    poses: int, percent: int, noise: Noise, rng: int | np.random.Generator
+) -> Recognised:
+    """Return a town of so many ``poses``, of whose crossings ``percent`` look like others."""
+    rng = np.random.default_rng(rng)
     drive, truth = manhattan(poses, rng, closures=0, noise=noise)
     drive = select(drive, drive.is_odometry)
     crossing = np.unique(truth[:, :2].round().astype(int), axis=0, return_inverse=True)[1].ravel()
-    pairs = _matched(_views(crossing, percent, rng))
+    views = _views(crossing, percent, rng)
+    pairs = _matched(views)
     relative = np.zeros((len(pairs), 3))
     relative[:, 2] = se2.wrap(truth[pairs[:, 1], 2] - truth[pairs[:, 0], 2])
     sigma = np.repeat(noise.closure, [2, 1])
@@ -47,7 +61,9 @@ def recognised(
     information = np.broadcast_to(np.diag(sigma**-2.0), (len(pairs), 3, 3))
     graph = with_closures(drive, pairs, measurement, information)
     is_false = crossing[pairs[:, 0]] != crossing[pairs[:, 1]]
-    return graph, np.concatenate([np.zeros(len(drive.edges), dtype=bool), is_false]), truth
+    scores = np.einsum("ka,ka->k", *views[pairs.T])
+    is_false = np.concatenate([np.zeros(len(drive.edges), dtype=bool), is_false])
+    return Recognised(graph, is_false, truth, scores)
 
 
 def _views(crossing: Indices, percent: int, rng: np.random.Generator) -> Array:
