@@ -53,13 +53,17 @@ _Event = tuple[Case, Ending, Exception | None]
 
 @dataclass(frozen=True)
 class Seen:
-    """What a case that failed saw of the student's functions, as digests."""
+    """What a case saw of the student's functions: digests where it failed, and traits."""
 
     digests: Digests
     told: bool
     """Whether a value ended it, and not an exception."""
     real: bool = False
     """Whether it ended at numbers that are not whole."""
+    end: tuple[str, ...] = ()
+    """The traits of its last call."""
+    passed: Mapping[str, int] = field(default_factory=dict)
+    """Of a case that passed, by trait how many calls have it."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +79,7 @@ class Cases:
     trace: Trace = field(default_factory=Trace)
     """What the student's functions returned in the case that runs."""
     seen: dict[str, Seen] = field(default_factory=dict)
-    """By grade id, of cases that failed by what was returned."""
+    """By grade id, of cases that passed, or failed by what was returned."""
     stopped: dict[str, str] = field(default_factory=dict)
     """By exercise that was not run, a function that its code depends on, and that ran too long."""
 
@@ -256,16 +260,22 @@ class Cases:
                 self._note(case)
             return ending, None if known else error
         if known or session.fault is None:
+            if not known:
+                self._note(case, passed=True)
             return known or Ending.PASSED, None
         # A test may have swallowed the fault with a bare except.
         return Ending(session.fault.kind), None
 
-    def _note(self, case: Case) -> None:
-        """Note what a case that failed saw, as far as it can be compared."""
-        salt = shapes.salt_of(self.seed, whole=self.calls is None)
+    def _note(self, case: Case, *, passed: bool = False) -> None:
+        """Note what a case saw, as far as it can be compared."""
+        trace, salt = self.trace, shapes.salt_of(self.seed, whole=self.calls is None)
         with contextlib.suppress(Exception, SessionFault), self._bounded():
-            found = shapes.of_trace(self.trace, salt)
-            self.seen[case.grade_id] = Seen(found, not self.trace.raised, self.trace.is_real)
+            if passed:
+                seen = Seen({}, told=False, passed=shapes.passed_by(trace))
+            else:
+                end, found = tuple(shapes.end_of(trace)), shapes.of_trace(trace, salt)
+                seen = Seen(found, not trace.raised, trace.is_real, end)
+            self.seen[case.grade_id] = seen
 
     def _ending(self, case: Case, error: Exception) -> Ending:
         """Say how a case ended whose test raised."""

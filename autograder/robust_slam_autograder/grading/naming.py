@@ -48,11 +48,11 @@ class Namer:
     def _exercise(self, job: Job, marked: Marked, exercise: ExerciseResult) -> ExerciseResult:
         shape = marked.shapes.get(exercise.name)
         keys = shape.keys() if shape is not None else ()
-        if shape is None or not keys or exercise.status not in ("partial", "failed"):
+        if shape is None or exercise.status not in ("partial", "failed"):
             return exercise
         table = self._table(job, exercise.name, marked.whole)
         said = table.sentence(shape) if table is not None else ""
-        return replace(exercise, misconception=said, pattern=_pattern(keys[0]))
+        return replace(exercise, misconception=said, pattern=_pattern(keys[0]) if keys else "")
 
     def _table(self, job: Job, exercise: str, whole: bool) -> Table | None:
         key = (job.tests, exercise, whole)

@@ -18,6 +18,7 @@ FEWEST = 1
 """Numbers, neither 0 nor 1, that must be left."""
 FEWEST_ALIKE = 3
 """Numbers that must be right up to what they have in common."""
+FEWEST_SHIFTED = 2
 MOST_ARGUMENTS = 4
 
 
@@ -88,7 +89,7 @@ def _unit(numbers: np.ndarray) -> np.ndarray:
 
 
 def _shifted(numbers: np.ndarray) -> np.ndarray:
-    if numbers.size < FEWEST_ALIKE:
+    if numbers.size < FEWEST_SHIFTED:
         raise ValueError("too few")
     first = numbers[:1] if numbers.ndim > 1 else numbers.flat[0]
     return np.asarray(np.subtract(numbers, first))

@@ -17,7 +17,7 @@ from robust_slam_autograder.reading.labelled import Answer
 
 WRITTEN, OF_SOLUTION, OF_ANSWER, FACT = range(4)
 """Where a candidate comes from; the first that fits and says something counts."""
-MOST_RIGHT = 2
+MOST_RIGHT = 4
 """Right answers of which mutants are made."""
 
 
@@ -30,6 +30,10 @@ class Candidate:
     """What goes on after "It looks as if"."""
     source: str = ""
     """Text of the solution cell; empty for a fact."""
+    fact: str = ""
+    """The sentence of a fact, which its label need not be."""
+    about: str = field(default="", compare=False)
+    """The argument that a fact is about, where it is not about what comes back."""
     slip: Slip | None = field(default=None, compare=False)
 
     def names(self, bench: Bench, exercise: str) -> Names:
@@ -40,7 +44,7 @@ class Candidate:
         """
         if self.source:
             return bench.with_cell(exercise, self.source)
-        found = bench.facts(exercise)[self.sentence]
+        found = bench.facts(exercise)[self.fact]
         return {**bench.names, **found.functions}
 
 
@@ -51,8 +55,8 @@ def candidates(bench: Bench, exercise: str, answers: Sequence[Answer]) -> Iterat
     for answer in mine:
         if not answer.is_right:
             yield Candidate(WRITTEN, answer.label, answer.source)
-    for sentence in bench.facts(exercise):
-        yield Candidate(FACT, sentence)
+    for sentence, fact in bench.facts(exercise).items():
+        yield Candidate(FACT, sentence, fact=sentence, about=fact.argument)
     seen: set[str] = set()
     right = [one.source for one in mine if one.is_right][:MOST_RIGHT]
     for source in (bench.cells[cell], *right):
@@ -60,14 +64,15 @@ def candidates(bench: Bench, exercise: str, answers: Sequence[Answer]) -> Iterat
         for mutant in wider.mutants(cell, source):
             if mutant.source not in seen:
                 seen.add(mutant.source)
-                yield Candidate(origin, mutant.slip.sentence, mutant.source, mutant.slip)
+                yield Candidate(origin, mutant.slip.sentence, mutant.source, slip=mutant.slip)
 
 
 def chosen(alike: Iterable[Candidate]) -> Candidate | None:
     """Return the one that names all candidates which cannot be told apart; None where none does.
 
     Two sentences of authors say different things: then there is no name. Two slips have the one
-    that is declared for both of them, if one is. Of facts each is true.
+    that is declared for both of them, if one is. Of what comes back each fact is true; of what
+    was done to an argument only one can be, so several say no more than which argument it is.
     """
     by_origin = defaultdict(list)
     for one in alike:
@@ -78,4 +83,14 @@ def chosen(alike: Iterable[Candidate]) -> Candidate | None:
     sentence = slips.common([one.slip for one in mutants if one.slip])
     if sentence and (not by_origin[FACT] or sentence not in slips.GENERAL):
         return replace(mutants[0], sentence=sentence)
-    return next(iter(by_origin[FACT]), None)
+    return _of_facts(by_origin[FACT])
+
+
+def _of_facts(facts: Sequence[Candidate]) -> Candidate | None:
+    for one in facts:
+        if not one.about:
+            return one
+    if len({one.about for one in facts}) != 1:
+        return None
+    told = facts[0].sentence if len(facts) == 1 else f"`{facts[0].about}` is not used as it should"
+    return replace(facts[0], sentence=told)

@@ -26,6 +26,8 @@ class Fact:
     """What goes on after "It looks as if"."""
     functions: Mapping[str, Function]
     """By name, those that are changed."""
+    argument: str = ""
+    """What it is about, where it is not about what comes back."""
 
 
 def _float(value: Any) -> Any:  # noqa: ANN401
@@ -155,13 +157,14 @@ def facts(functions: Mapping[str, Function]) -> Iterator[Fact]:
         for n, argument in enumerate(names):
             for sentence, change in ({} if argument in LIMITS else _ARGUMENT).items():
                 changed = _with_argument(function, names, n, change)
-                yield Fact(sentence.format(f"`{argument}`"), {name: changed})
+                yield Fact(sentence.format(f"`{argument}`"), {name: changed}, argument)
             for sentence, scale in _SCALED.items():
                 told = f"{result} {sentence.format(f'`{argument}`')}"
                 yield Fact(told, {name: _scaled(function, names, n, scale)})
             for constant in SMALL if argument in LIMITS else _CONSTANTS:
                 told = f"`{argument}` were ignored, and {constant:g} taken in its place"
-                yield Fact(told, {name: _with_argument(function, names, n, _always(constant))})
+                changed = _with_argument(function, names, n, _always(constant))
+                yield Fact(told, {name: changed}, argument)
             told = f"{result} has its fractions cut off where `{argument}` holds integers"
             yield Fact(told, {name: _whole(function, names, n)})
             for sentence, change in _WHERE.items():
@@ -171,12 +174,12 @@ def facts(functions: Mapping[str, Function]) -> Iterator[Fact]:
                 told = f"{result} {sentence.format(f'`{argument}`')}"
                 yield Fact(told, {name: _where(function, names, n, change, np.less)})
         for n, m in itertools.permutations(range(len(names)), 2):
-            for sentence, change in _FROM_OTHER.items():
+            for sentence, change in ({} if names[n] in LIMITS else _FROM_OTHER).items():
                 told = sentence.format(f"`{names[n]}`", f"`{names[m]}`")
-                yield Fact(told, {name: _from_other(function, names, n, m, change)})
+                yield Fact(told, {name: _from_other(function, names, n, m, change)}, names[n])
         for n, m in itertools.combinations(range(len(names)), 2):
             told = f"`{names[n]}` and `{names[m]}` were confused"
-            yield Fact(told, {name: _swapped(function, names, n, m)})
+            yield Fact(told, {name: _swapped(function, names, n, m)}, f"{names[n]} {names[m]}")
 
 
 def _bound(names: list[str], args: tuple[Any, ...], kwargs: Mapping[str, Any]) -> list[Any]:
@@ -231,7 +234,13 @@ def _swapped(function: Function, names: list[str], n: int, m: int) -> Function:
 
 
 def _with_result(function: Function, change: Change) -> Function:
-    return lambda *args, **kwargs: change(_float(function(*args, **kwargs)))
+    def changed(*args: Any, **kwargs: Any) -> Any:  # noqa: ANN401
+        found = function(*args, **kwargs)
+        if isinstance(found, tuple):
+            return tuple(change(_float(part)) for part in found)
+        return change(_float(found))
+
+    return changed
 
 
 def _with_part(function: Function, change: Change, n: int) -> Function:

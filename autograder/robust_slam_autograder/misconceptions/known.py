@@ -13,6 +13,8 @@ from robust_slam_autograder.misconceptions.candidates import Candidate
 from robust_slam_autograder.reading.labelled import Answer
 
 _PRIVATE = 0o600
+_OWN = ("slip", "about")
+"""What the survey alone needs to know of a candidate."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +48,7 @@ def write(folder: Path, name: str, known: Known) -> Path:
     path = folder / f"{name}.json"
     exercises = {
         exercise: [
-            {key: value for key, value in asdict(one).items() if key != "slip"} for one in found
+            {key: value for key, value in asdict(one).items() if key not in _OWN} for one in found
         ]
         for exercise, found in known.exercises.items()
     }

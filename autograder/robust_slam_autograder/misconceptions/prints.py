@@ -32,6 +32,7 @@ _SOFT = 100.0
 """Numbers count by their logarithm above one over this, and by themselves below."""
 _NAN, _INF = 40.25, 60.5
 _SUMS = 2
+_NONE: Mapping[str, Any] = {}
 
 Part = tuple[str, np.ndarray | None]
 """The kind of a part of a value, and its numbers where it has some."""
@@ -49,6 +50,8 @@ class Called:
     args: tuple[Any, ...]
     parts: tuple[Part, ...]
     """Of what it returned."""
+    options: tuple[tuple[str, Any], ...] = ()
+    """Arguments that were handed in by name."""
 
 
 @dataclass
@@ -90,16 +93,18 @@ class Trace:
             try:
                 value = function(*args, **kwargs)
             except Exception as error:
-                self.add(name, args, f"! {type(error).__name__}")
+                self.add(name, args, f"! {type(error).__name__}", kwargs)
                 self.raised = True
                 raise
-            self.add(name, args, value)
+            self.add(name, args, value, kwargs)
             return value
 
         student_function.__name__ = student_function.__qualname__ = name
         return student_function
 
-    def add(self, name: str, args: tuple[Any, ...], value: object) -> None:
+    def add(
+        self, name: str, args: tuple[Any, ...], value: object, options: Mapping[str, Any] = _NONE
+    ) -> None:
         """Note what a function returned; whatever it is, nothing is raised."""
         self.raised = value is None
         if self.broken:
@@ -107,7 +112,7 @@ class Trace:
         try:
             parts = tuple(itertools.islice(parts_of(value), MAX_PARTS + 1))
             self.numbers += sum(0 if one is None else one.size for _, one in parts)
-            self.calls.append(Called(name, args, parts))
+            self.calls.append(Called(name, args, parts, tuple(options.items())))
             self.broken = (
                 len(parts) > MAX_PARTS or self.numbers > MAX_NUMBERS or len(self.calls) > MAX_CALLS
             )

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from robust_slam_autograder.misconceptions import aspects
+from robust_slam_autograder.misconceptions import aspects, traits
 from robust_slam_autograder.misconceptions.prints import Called, Part, Trace, digests
 
 MOST_KEYS = 64
@@ -36,20 +37,41 @@ class Shape:
     lost: bool = False
     real: bool = False
     """Whether one of them ended at numbers that are not whole, and so hardly by chance alike."""
+    ends: dict[str, list[str]] = field(default_factory=dict)
+    """By grade id the traits of the call at which a case failed; none where it hung or died."""
+    passed: dict[str, int] = field(default_factory=dict)
+    """By trait, how many calls of the cases that passed have it."""
 
     def add(
-        self, grade_id: str, found: Digests, *, told: bool = False, real: bool = False
+        self,
+        grade_id: str,
+        found: Digests,
+        *,
+        told: bool = False,
+        real: bool = False,
+        end: Iterable[str] = (),
     ) -> None:
         """Note a case that failed; without digests it hung, died, or cannot be compared."""
         self.real |= real
+        self.ends[grade_id] = sorted(end)
         self.failed[grade_id] = found
         self.lost |= WHOLE not in found
         self.told |= told
+
+    def accept(self, passed: Mapping[str, int]) -> None:
+        """Note a case that passed, by the traits of its calls."""
+        for trait, times in passed.items():
+            self.passed[trait] = self.passed.get(trait, 0) + times
 
     @property
     def is_known(self) -> bool:
         """Tell whether a label may fit."""
         return self.told and not self.lost
+
+    @property
+    def has_ends(self) -> bool:
+        """Tell whether it is known at which call each of its cases failed."""
+        return bool(self.ends) and all(self.ends.values())
 
     def keys(self) -> tuple[str, ...]:
         """Return the key of all that came back, and then those of its neighbours."""
@@ -87,6 +109,16 @@ def _of(calls: Sequence[Called], salt: str, with_aspects: bool) -> Digests:
     if with_aspects and len(calls) <= MOST_SEEN:
         found |= aspects.seen(calls, salt)
     return found
+
+
+def end_of(trace: Trace) -> frozenset[str]:
+    """Return the traits of a test cell's last call."""
+    return traits.of_call(trace.calls[-1]) if trace.calls else frozenset()
+
+
+def passed_by(trace: Trace) -> Mapping[str, int]:
+    """Return by trait how many calls of a test cell have it."""
+    return Counter(trait for call in trace.calls for trait in traits.of_call(call))
 
 
 def of_beginnings(trace: Trace, salt: str) -> Mapping[str, frozenset[str]]:

@@ -66,6 +66,8 @@ SENTENCES: Mapping[str, str] = {
     "min max": "the smallest stands where the largest belongs, or the other way round",
     "any all": "“any” stands where “all” belongs, or the other way round",
     "sum mean": "a sum stands where a mean belongs, or the other way round",
+    "largest for sum": "the largest stands where a sum belongs",
+    "sum before square": "a sum is squared where squares belong added up",
     "sin cos": "a sine stands where a cosine belongs, or the other way round",
     "floor ceil": "a number is rounded the wrong way",
     "zeros ones": "an array begins with zeros where it should begin with ones, or the reverse",
@@ -284,6 +286,10 @@ def _of_operator(node: ast.BinOp, variant: ast.AST) -> tuple[str, ast.AST]:
 
 def _of_call(node: ast.Call, variant: ast.AST) -> str:
     name = _name(node)
+    if name == "sum" and isinstance(variant, ast.BinOp):
+        return "sum before square"
+    if name == "sum" and isinstance(variant, ast.Call) and _name(variant) == "max":
+        return "largest for sum"
     if isinstance(variant, ast.Call) and variant.func is node.func:
         left_out = {one.arg for one in node.keywords} - {one.arg for one in variant.keywords}
         if left_out:

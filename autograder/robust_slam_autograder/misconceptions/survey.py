@@ -28,6 +28,8 @@ SHORTEST = 0.05
 """Seconds of processor time that a candidate may always take."""
 TIMES_LONGER = 5.0
 """How much longer than the solution it may take."""
+WRITTEN_LONGER = 20.0
+"""How much longer again an answer may take that was written down: an end is in sight."""
 MOST = 120.0
 """Of all candidates of one exercise: the likelier ones come first, and the others are left out."""
 BACKSTOP = 10.0
@@ -80,7 +82,7 @@ def shapes_of(
         try:
             for number, candidate, shape in run(work):
                 start = number + 1
-                if shape.is_known:
+                if shape.is_known or (with_aspects and shape.has_ends):
                     yield candidate, shape
             is_over = True
         except Overrun:
@@ -103,10 +105,10 @@ def _measured(
             shape = Shape(lost=True)
             # One that passes, raises or takes too long is not a candidate.
             with (
-                guarded.at_most(BACKSTOP * seconds),
+                guarded.at_most(BACKSTOP * WRITTEN_LONGER * seconds),
                 contextlib.suppress(Exception, _Late, SystemExit),
                 benches.quiet(),
-                _soon(seconds),
+                _soon(seconds * (WRITTEN_LONGER if candidate.origin == WRITTEN else 1.0)),
             ):
                 names = candidate.names(bench, exercise)
                 shape = bench.shape(exercise, names, right, with_aspects=with_aspects)
@@ -142,8 +144,8 @@ def survey(setting: Setting, exercise: str, answers: Sequence[Answer]) -> list[C
 
 
 def counts(candidate: Candidate, shape: Shape) -> bool:
-    """Tell whether a candidate may name: of a few whole numbers a rule says nothing sure."""
-    return candidate.origin == WRITTEN or shape.real
+    """Tell whether a candidate may name: of a case's whole numbers a rule says nothing sure."""
+    return candidate.origin == WRITTEN or shape.real or len(shape.failed) > 1
 
 
 def named(measured: Iterable[tuple[Candidate, tuple[str, ...]]]) -> list[Candidate]:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from robust_slam_autograder.misconceptions import aspects
+from robust_slam_autograder.misconceptions import aspects, traits
 from robust_slam_autograder.misconceptions.shapes import Shape
 
 FILE = "misconceptions.json"
@@ -38,9 +38,12 @@ class Table:
         said = {
             _opened(self.labels[_place(key)], key) for key in keys if _place(key) in self.labels
         }
-        if said:
-            return said.pop() if len(said) == 1 else ""
-        return next(self._aspects(shape), "") if keys and shape.real else ""
+        if len(said) == 1 and "" not in said:
+            return said.pop()
+        seen = next(self._aspects(shape), "") if keys and shape.real else ""
+        if seen or not shape.has_ends:
+            return seen
+        return traits.told(shape.ends.values(), shape.passed, self.arguments)
 
     def _aspects(self, shape: Shape) -> Iterator[str]:
         for name in aspects.names(len(self.arguments)):

@@ -121,6 +121,10 @@ def _of_call(node: ast.Call) -> Iterator[ast.AST]:
     elif name == "square" and len(args) == 1:
         yield _call("abs", args[0])
         yield ast.BinOp(args[0], ast.Mult(), ast.Constant(2))
+    elif name == "sum":
+        yield ast.Call(_function("np.max"), args, node.keywords)
+        if args and isinstance(args[0], ast.BinOp) and isinstance(args[0].op, ast.Pow):
+            yield _square(ast.Call(node.func, [args[0].left, *args[1:]], node.keywords))
     elif name in ("mean", "average"):
         yield _call("np.median", *args[:1])
     elif name == "inv" and len(args) == 1:
@@ -132,5 +136,8 @@ def _square(node: ast.expr) -> ast.expr:
 
 
 def _call(name: str, *args: ast.expr) -> ast.expr:
-    function = ast.parse(name, mode="eval").body
-    return ast.Call(function, list(args), [])
+    return ast.Call(_function(name), list(args), [])
+
+
+def _function(name: str) -> ast.expr:
+    return ast.parse(name, mode="eval").body

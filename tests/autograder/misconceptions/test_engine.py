@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
 import pytest
-from robust_slam_autograder.misconceptions import shapes, survey, tables
-from robust_slam_autograder.misconceptions.candidates import WRITTEN, Candidate
-from robust_slam_autograder.misconceptions.prints import MAX_CALLS, Trace
+from robust_slam_autograder.misconceptions import shapes, survey, tables, traits
+from robust_slam_autograder.misconceptions.candidates import FACT, WRITTEN, Candidate, chosen
+from robust_slam_autograder.misconceptions.prints import MAX_CALLS, Called, Trace
 from robust_slam_autograder.misconceptions.survey import Setting
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.labelled import Answer
@@ -133,3 +134,38 @@ def test_a_table_holds_no_label_that_could_be_read(setting: Setting, tmp_path: P
     assert tables.read(path)["double"].labels
     path.write_text('{"double": {"labels": 3}}')
     assert tables.read(path) == {}
+
+
+def traits_of(*args: object, **options: object) -> frozenset[str]:
+    return traits.of_call(Called("f", args, (), tuple(options.items())))
+
+
+@pytest.mark.parametrize(
+    ("end", "passed", "told"),
+    [
+        (traits_of([1, 2]), [traits_of(np.array([0.5, 1.5]))] * 4, "`x` holds integers"),
+        (traits_of(0.5, 2.0), [traits_of(0.5, 1.0)] * 4, "`c` is not 1"),
+        (traits_of(0.5, kind="gm"), [traits_of(0.5, kind="tls")] * 4, "`kind` is “gm”"),
+        (traits_of([1, 2]), [traits_of(np.array([0.5]))] * 3, ""),
+        (traits_of([1, 2]), [traits_of([3, 4])] * 4, ""),
+        (traits_of([1, 2], -0.5), [traits_of(np.array([0.5]), 0.5)] * 4, ""),
+    ],
+    ids=["integers", "number", "option", "too few", "passed as well", "two arguments"],
+)
+def test_where_it_goes_wrong_is_told_where_nothing_else_is_particular(
+    end: frozenset[str], passed: list[frozenset[str]], told: str
+) -> None:
+    counts = Counter(one for some in passed for one in some)
+    said = traits.told([end], counts, ("x", "c"))
+    assert said == (f"all is right but where {told}" if told else "")
+
+
+def test_of_what_was_done_to_an_argument_several_facts_say_only_which_it_is() -> None:
+    zero, one = (Candidate(FACT, f"`x` were {n}", fact=str(n), about="x") for n in (0, 1))
+    other = Candidate(FACT, "`c` were 1", about="c")
+    told = [chosen(some) for some in ([zero], [zero, one], [zero, other])]
+    assert [one.sentence if one else "" for one in told] == [
+        "`x` were 0",
+        "`x` is not used as it should",
+        "",
+    ]

@@ -1,0 +1,123 @@
+"""What is particular to what came in where an answer goes wrong, and only there.
+
+No value is compared. A trait of a call, such as that an argument holds integers, says where the
+slip is if each failed case ended at a call that has it, and no case that was passed has such a
+call. What came in is the test's own, so student code cannot change it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+
+from robust_slam_autograder.misconceptions.prints import Called
+
+FEWEST_PASSED = 4
+"""Calls that were accepted, without which nothing can be said of the others."""
+MOST_ARGUMENTS = 6
+MANY, LARGE = 20, 10.0
+"""Entries of a long row, and a number that is large."""
+MOST_AT_ONCE = 2
+"""Traits of one argument that are named together; more of them say nothing."""
+
+_SENTENCES: Mapping[str, str] = {
+    "integers": "{} holds integers",
+    "alone": "{} is a number alone",
+    "table": "{} has more than one dimension",
+    "list": "{} is a list",
+    "zero": "{} is 0",
+    "negative": "{} is negative",
+    "not 1": "{} is not 1",
+    "below 1": "{} is between 0 and 1",
+    "large": "{} is large",
+    "many": "{} has many entries",
+    "single": "{} has one entry",
+    "unequal": "the entries of {} differ",
+    "given": "{} is given",
+    "none true": "no entry of {} is true",
+}
+_LESS: Mapping[str, frozenset[str]] = {
+    "not 1": frozenset({"below 1", "zero", "negative", "large"}),
+    "integers": frozenset({"list", "zero"}),
+    "table": frozenset({"list"}),
+}
+"""By trait those of the same argument that need not be named beside it."""
+
+
+def of_call(call: Called) -> frozenset[str]:
+    """Return the traits of what came in; each ends in the argument's number, or in its name."""
+    given = dict(enumerate(call.args[:MOST_ARGUMENTS])) | dict(call.options)
+    found = {f"of {call.name}"}
+    for place, value in given.items():
+        found |= {f"{kind} {place}" for kind in _kinds(value)}
+        if isinstance(place, str) and value is not None:
+            found.add(f"given {place}")
+    return frozenset(found)
+
+
+def _kinds(value: object) -> Iterable[str]:
+    if isinstance(value, str):
+        return {f"text:{value}"} if value.isidentifier() else ()
+    if callable(value) or value is None or isinstance(value, dict):
+        return ()
+    try:
+        array = np.asarray(value)
+    except ValueError:  # rows of different lengths
+        return ()
+    if array.dtype.kind == "b":
+        return () if array.any() else ("none true",)
+    if array.dtype.kind not in "iuf":
+        return ()
+    is_one = array.ndim == 0
+    kinds = {
+        "integers": array.dtype.kind in "iu" and array.size > 0,
+        "alone": is_one,
+        "table": array.ndim >= 2,
+        "list": isinstance(value, list | tuple),
+        "zero": bool(np.any(array == 0)),
+        "negative": bool(np.any(array < 0)),
+        "not 1": is_one and array != 1,
+        "below 1": is_one and 0 < array < 1,
+        "large": bool(np.any(np.abs(array) > LARGE)),
+        "many": not is_one and len(array) > MANY,
+        "single": not is_one and array.size == 1,
+        "unequal": array.ndim == 1 and array.size > 1 and bool(np.ptp(array)),
+    }
+    return [kind for kind, holds in kinds.items() if holds]
+
+
+def told(
+    ends: Iterable[Iterable[str]], passed: Mapping[str, int], arguments: Sequence[str]
+) -> str:
+    """Return what goes on after "It looks as if"; empty where no trait says where it goes wrong.
+
+    Args:
+        ends: of each failed case, the traits of its last call.
+        passed: by trait, how many calls of passed cases have it.
+        arguments: the names of the function's arguments.
+    """
+    shared = frozenset.intersection(*map(frozenset, ends))
+    (function,) = [one for one in shared if one.startswith("of ")] or [""]
+    if passed.get(function, 0) < FEWEST_PASSED:
+        others = sum(times for one, times in passed.items() if one.startswith("of "))
+        is_other = function and not passed.get(function) and others >= FEWEST_PASSED
+        return f"all is right but what `{function[3:]}` returns" if is_other else ""
+    only = {one for one in shared if not passed.get(one)}
+    for one in list(only):
+        kind, _, place = one.rpartition(" ")
+        only -= {f"{less} {place}" for less in _LESS.get(kind, ())}
+    places = {one.rpartition(" ")[2] for one in only}
+    if len(places) != 1 or len(only) > MOST_AT_ONCE:
+        return ""
+    return "all is right but where " + " and ".join(_said(one, arguments) for one in sorted(only))
+
+
+def _said(trait: str, arguments: Sequence[str]) -> str:
+    kind, _, place = trait.rpartition(" ")
+    name = f"`{place}`"
+    if place.isdigit():
+        name = f"`{arguments[int(place)]}`" if int(place) < len(arguments) else "an argument"
+    if kind.startswith("text:"):
+        return f"{name} is “{kind.removeprefix('text:')}”"
+    return _SENTENCES[kind].format(name)
