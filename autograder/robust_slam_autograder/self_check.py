@@ -86,7 +86,7 @@ def run(
     print(f"Checking {given}: the visible cases {whose}.")
     code = submission.collect(cells, tests)
     lines = _Lines(tests, hints)
-    mine = marking.Whose("", tests, code)
+    mine = marking.Whose("", tests, code, town=None)
     wall = sandbox.choose(unsandboxed=True)
 
     def label(exercise: str, shape: Shape) -> str:

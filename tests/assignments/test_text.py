@@ -50,7 +50,8 @@ def test_a_picture_that_replaces_no_students_function_comes_before_the_checks(na
 
 
 def test_every_set_up_compares_by_the_same_close() -> None:
-    nodes = [node for name in NAMES for node in ast.parse(cells(name)[1]["source"]).body]
+    setups = [one for name in NAMES for one in cells(name) if one["id"] == "setup"]
+    nodes = [node for one in setups for node in ast.parse(one["source"]).body]
     found = [ast.unparse(node) for node in nodes if getattr(node, "name", "") == "close"]
     assert len(found) == len(NAMES) and len(set(found)) == 1
 

@@ -21,11 +21,13 @@ from robust_slam_autograder.commands import (
     regrade,
     release,
     report,
+    towns,
 )
 
 COMMANDS = (
     release,
     check,
+    towns,
     collect,
     misconceptions,
     grade,

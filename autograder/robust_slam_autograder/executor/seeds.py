@@ -1,15 +1,20 @@
-"""What test cells draw from: it follows from the batch's seed and the case alone."""
+"""What test cells draw from: the batch's seed and the case, and the number of a student's data."""
 
 from __future__ import annotations
 
 import contextlib
 import hashlib
 import os
+import unicodedata
 from collections.abc import Iterator
 
 import numpy as np
 
 SEED_VARIABLE = "ROBUST_SLAM_SEED"
+TOWN_VARIABLE = "ROBUST_SLAM_TOWN"
+SHARED_TOWN = 0
+"""The number of the data that everybody has who was not given a number."""
+TOWNS = 10**6
 
 
 def case_generator(seed: int, grade_id: str) -> np.random.Generator:
@@ -18,14 +23,28 @@ def case_generator(seed: int, grade_id: str) -> np.random.Generator:
     return np.random.default_rng([seed, int.from_bytes(digest[:8], "big")])
 
 
+def town_of(secret: str, student: str) -> int:
+    """Return the number of a student's data, which tells nothing of the secret."""
+    name = unicodedata.normalize("NFC", student.strip())
+    digest = hashlib.blake2b(name.encode(errors="surrogateescape"), key=bytes.fromhex(secret))
+    return 1 + int.from_bytes(digest.digest(), "big") % (TOWNS - 1)
+
+
 @contextlib.contextmanager
-def environment(seed: int) -> Iterator[None]:
-    """Hand the seed to the set-up cell, which plain nbgrader runs without one."""
-    before = os.environ.get(SEED_VARIABLE)
-    os.environ[SEED_VARIABLE] = str(seed)
+def environment(seed: int, town: int | None = SHARED_TOWN) -> Iterator[None]:
+    """Hand both numbers to the set-up cell, which plain nbgrader runs without them.
+
+    Args:
+        seed: of ``rng``.
+        town: of the student's data; None leaves the number that stands in the notebook.
+    """
+    given = {SEED_VARIABLE: str(seed), TOWN_VARIABLE: "" if town is None else str(town)}
+    before = {name: os.environ.get(name) for name in given}
+    os.environ.update(given)
     try:
         yield
     finally:
-        os.environ.pop(SEED_VARIABLE)
-        if before is not None:
-            os.environ[SEED_VARIABLE] = before
+        for name, value in before.items():
+            os.environ.pop(name)
+            if value is not None:
+                os.environ[name] = value

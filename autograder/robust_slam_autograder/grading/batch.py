@@ -136,7 +136,7 @@ def grade(
     Raises:
         GraderFailure: a result cannot be written; those before it are kept.
     """
-    prints = Fingerprints(run.seed, wall)
+    prints = Fingerprints(run.seed, wall, run.town)
     done: dict[str, Graded] = {}
     due = []
     for job in jobs:
@@ -276,7 +276,7 @@ def grade_task(
     try:
         cells = handed.cells()
         code = submission.with_notes(submission.collect(cells, job.assignment), handed.notes)
-        whose = Whose(job.student, job.assignment, code)
+        whose = Whose(job.student, job.assignment, code, task.town)
         if task.seen is None:
             marked = marking.look(whose, sandbox=wall, run=run)
         else:

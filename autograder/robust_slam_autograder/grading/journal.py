@@ -1,8 +1,9 @@
 """What a batch remembers: its seed, and which submissions are done.
 
-``.run.json`` holds the seed. ``.run.log`` beside it gets a line for each submission
-that has its result; a line that a kill cut short counts for nothing. Both are for their
-owner's eyes only. Whose marks the gradebook has stands in the gradebook: there may be another.
+``.run.json`` holds the seed, and the secret of students' own data where they have any.
+``.run.log`` beside it gets a line for each submission that has its result; a line that a kill cut
+short counts for nothing. Both are for their owner's eyes only. Whose marks the gradebook has
+stands in the gradebook: there may be another.
 """
 
 from __future__ import annotations
@@ -13,11 +14,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from robust_slam_autograder.errors import WrongUse
+from robust_slam_autograder.executor import seeds
 from robust_slam_autograder.grading import durable
 
 RUN_NAME = ".run.json"
 LOG_NAME = ".run.log"
 _PRIVATE = 0o600
+_KEY_BYTES = 32
 
 
 @dataclass
@@ -28,11 +31,29 @@ class Journal:
         out: the results' folder.
         seed: the batch's secret.
         graded: of those that have a result file.
+        towns: the secret from which students' numbers follow, in hexadecimal digits; empty where
+            all have the same data.
     """
 
     out: Path
     seed: int
     graded: dict[str, str] = field(default_factory=dict)
+    towns: str = ""
+
+    def town(self, student: str) -> int:
+        """Return the number of a student's data."""
+        return seeds.town_of(self.towns, student) if self.towns else seeds.SHARED_TOWN
+
+    def give_towns(self) -> None:
+        """Give students data of their own from now on, where they have none yet."""
+        if not self.towns:
+            self.towns = secrets.token_hex(_KEY_BYTES)
+            self.keep()
+
+    def keep(self) -> None:
+        """Write the batch's secrets down."""
+        text = json.dumps({"seed": self.seed, "towns": self.towns})
+        durable.write(self.out / RUN_NAME, f"{text}\n", mode=_PRIVATE)
 
     def remember(self, key: str, fingerprint: str) -> None:
         """Note that a submission has its result file."""
@@ -69,23 +90,26 @@ def open_journal(out: Path, seed: int | None) -> Journal:
         GraderFailure: the folder cannot be written.
     """
     path = out / RUN_NAME
-    kept = _kept_seed(path)
+    kept, towns = _kept(path)
     if kept is None or seed not in (None, kept):
-        journal = Journal(out, secrets.randbits(63) if seed is None else seed)
-        durable.write(path, json.dumps({"seed": journal.seed}) + "\n", mode=_PRIVATE)
+        journal = Journal(out, secrets.randbits(63) if seed is None else seed, towns=towns)
+        journal.keep()
     else:
-        journal = Journal(out, kept)
+        journal = Journal(out, kept, towns=towns)
         _read_log(out / LOG_NAME, journal)
     journal.tidy()
     return journal
 
 
-def _kept_seed(path: Path) -> int | None:
+def _kept(path: Path) -> tuple[int | None, str]:
     if not path.is_file():
-        return None
+        return None, ""
     try:
-        return int(json.loads(path.read_text(encoding="utf-8"))["seed"])
-    except (OSError, ValueError, KeyError, TypeError) as error:
+        data = json.loads(path.read_text(encoding="utf-8"))
+        towns = data.get("towns", "")
+        bytes.fromhex(towns)
+        return int(data["seed"]), towns
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise WrongUse(f"{path} cannot be read: delete it to begin a new batch.") from error
 
 

@@ -11,6 +11,7 @@ import contextlib
 import functools
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 
 from robust_slam_autograder.executor import guarded, seeds
@@ -53,6 +54,8 @@ class Whose:
     student: str
     assignment: Assignment
     submission: Submission
+    town: int | None = seeds.SHARED_TOWN
+    """The number of the student's data; None where the notebook's own counts."""
 
 
 def grade(
@@ -103,7 +106,7 @@ def look(
         if report is not None and last[case.exercise] == case.grade_id:
             ended = _exercise(case.exercise, whose, seen, {})
             shape = one.shapes.get(case.exercise)
-            if label is not None and shape is not None and shape.is_known:
+            if label is not None and shape is not None and shape.failed:
                 ended = replace(ended, misconception=label(case.exercise, shape))
             report(ended)
     return one.marked(seen, {}, " ".join(whose.submission.notes), 0)
@@ -210,7 +213,7 @@ class _Pass:
         }
         calls = explain.Calls() if self.is_visible else None
         lost: dict[str, Told] = {}
-        with self._session(total) as session, seeds.environment(self.seed), passes.silence():
+        with self._session(total) as session, self._environment(), passes.silence():
             cases = Cases(self.whose.assignment, session, texts, self.seed, calls)
             for case, ending, error in cases.run(faults):
                 told = cases.explain(case, ending, error) if self.is_visible else Told()
@@ -220,6 +223,9 @@ class _Pass:
                 seen = cases.seen.get(case.grade_id)
                 yield Step(case.grade_id, ending, told, skip, used + total.used(), seen)
 
+    def _environment(self) -> AbstractContextManager[None]:
+        return seeds.environment(self.seed, self.whose.town)
+
     def _note(self, case: Case, step: Step) -> None:
         """Note where a case ended by a limit that a busy machine may be to blame for."""
         pieces, first = self.whose.submission.pieces, len(self.whose.assignment.setup)
@@ -227,10 +233,16 @@ class _Pass:
         lost = {key.rpartition("-")[0] for key in self.faults}
         self._doubtful |= own or (step.ending.is_fault and case.exercise not in lost)
         self.skip, self.seconds = step.skip, step.seconds
-        if step.ending is not Ending.PASSED:
-            shape = self.shapes.setdefault(case.exercise, Shape())
-            found = step.seen or Seen({}, told=False)
-            shape.add(case.grade_id, found.digests, told=found.told, real=found.real)
+        if case.has_town:
+            return
+        shape = self.shapes.setdefault(case.exercise, Shape())
+        found = step.seen or Seen({}, told=False)
+        if step.ending is Ending.PASSED:
+            shape.accept(found.passed)
+        else:
+            shape.add(
+                case.grade_id, found.digests, told=found.told, real=found.real, end=found.end
+            )
 
     def _ended(self, case: Case, known: Endings) -> list[Case]:
         """Find the cases that end with one that the kernel has ended.
@@ -262,7 +274,7 @@ class _Pass:
         )
         doubtful = self._doubtful and not self._overran
         skip = tuple(sorted(self.skip))
-        shapes = {name: one for name, one in self.shapes.items() if one.is_known}
+        shapes = {name: one for name, one in self.shapes.items() if one.failed}
         whole = not self.is_visible
         return Marked(result, doubtful, round(self.seconds, 3), skip, shapes, whole=whole)
 

@@ -108,7 +108,7 @@ def plan(tree: Path, name: str, *, out: Path, submitted: Path) -> Plan:
 
 def outdated(jobs: Sequence[Job], journal: Journal, wall: Sandbox) -> list[Job]:
     """Return submissions whose result does not follow from today's tests, text and grader."""
-    fingerprint = tasks.Fingerprints(journal.seed, wall).of
+    fingerprint = tasks.Fingerprints(journal.seed, wall, journal.town).of
     return [job for job in jobs if journal.graded.get(job.key) != fingerprint(job)]
 
 

@@ -5,11 +5,13 @@ from __future__ import annotations
 import functools
 import hashlib
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import robust_slam_autograder
 from robust_slam_autograder.errors import Refused
+from robust_slam_autograder.executor.seeds import SHARED_TOWN
 from robust_slam_autograder.grading.marked import Marked
 from robust_slam_autograder.reading import notebook, submission
 from robust_slam_autograder.reading.assignment import CONFIG_NAME, Assignment
@@ -68,13 +70,18 @@ class Task:
     fingerprint: str
     seen: Marked | None = None
     """What its visible pass came to; None before that."""
+    town: int = SHARED_TOWN
+    """The number of the student's data."""
 
 
 class Fingerprints:
     """Digests of all that a submission's result depends on."""
 
-    def __init__(self, seed: int, wall: Sandbox) -> None:
+    def __init__(
+        self, seed: int, wall: Sandbox, town: Callable[[str], int] = lambda student: SHARED_TOWN
+    ) -> None:
         self._common = f"{seed} {wall.name} {code_digest()}"
+        self._town = town
         self._tests: dict[Path, bytes] = {}
 
     def of(self, job: Job) -> str:
@@ -84,13 +91,14 @@ class Fingerprints:
     def task(self, job: Job) -> Task:
         """Read a submission, and take the digest of what was read."""
         handed = read(job)
-        return Task(job, handed, self._digest(job, handed))
+        town = self._town(job.student)
+        return Task(job, handed, self._digest(job, handed, town), town=town)
 
-    def _digest(self, job: Job, handed: Handed) -> str:
+    def _digest(self, job: Job, handed: Handed, town: int) -> str:
         if job.tests not in self._tests:
             self._tests[job.tests] = self._digest_of_tests(job.tests)
         digest = hashlib.sha256(self._tests[job.tests])
-        digest.update(handed.refusal.encode())
+        digest.update(f"{town} {handed.refusal}".encode())
         digest.update(handed.name.encode(errors="surrogateescape") + handed.data)
         return digest.hexdigest()
 

@@ -36,6 +36,7 @@ class Waiting:
             "fingerprint": task.fingerprint,
             "handed": {**asdict(task.handed), "data": data},
             "seen": None if task.seen is None else marked.as_text(task.seen),
+            "town": task.town,
         }
         durable.write(self._path(task.job), json.dumps(value), mode=_PRIVATE)
 
@@ -51,9 +52,8 @@ class Waiting:
             handed = value["handed"]
             data, notes = base64.b64decode(handed["data"]), tuple(handed["notes"])
             seen = None if value["seen"] is None else marked.from_text(value["seen"])
-            return Task(
-                job, Handed(**{**handed, "data": data, "notes": notes}), value["fingerprint"], seen
-            )
+            kept = Handed(**{**handed, "data": data, "notes": notes})
+            return Task(job, kept, value["fingerprint"], seen, value["town"])
         except (KeyError, TypeError, RecursionError) as error:
             raise ValueError(f"{self._path(job)} keeps no submission") from error
 

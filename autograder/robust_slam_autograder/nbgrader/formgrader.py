@@ -42,7 +42,7 @@ def show(
         for job, _ in graded.values()
     }
     gradebook.stamp(location, times)
-    prints = tasks.Fingerprints(journal.seed, wall)
+    prints = tasks.Fingerprints(journal.seed, wall, journal.town)
     for path, (job, result) in graded.items():
         task = prints.task(job)
         if task.fingerprint != journal.graded.get(job.key):

@@ -27,6 +27,8 @@ from robust_slam_autograder.reading.table import check_table, read_table
 CONFIG_NAME = "autograder.toml"
 BEGIN_HIDDEN = "BEGIN HIDDEN TESTS"
 END_HIDDEN = "END HIDDEN TESTS"
+TOWN = "TOWN"
+"""In test cells, the number from which a student's own data are drawn."""
 MAX_NAME = 128
 """Characters of a name in nbgrader's gradebook; PostgreSQL takes no more."""
 _HINT = re.compile(r"\s*#\s*hint:\s*(.+)")
@@ -107,6 +109,11 @@ class Case:
     def has_hidden(self) -> bool:
         """Return whether the case holds checks that the student does not see."""
         return self.visible != self.full
+
+    @property
+    def has_town(self) -> bool:
+        """Return whether it uses the student's own data: then no label is looked for."""
+        return re.search(rf"\b{TOWN}\b", self.full) is not None
 
 
 @dataclass(frozen=True)

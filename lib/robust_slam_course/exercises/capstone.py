@@ -113,9 +113,11 @@ def judge(axes: Sequence[Axes], student: Callable[[Graph, Array], str]) -> None:
 
 
 @picture(height=5.6)
-def pipeline(ax: Axes, student: Pipeline) -> None:
-    """Draw what the student's pipeline keeps of a town with ten outliers."""
-    graph, is_outlier, _ = town(10)
+def pipeline(
+    ax: Axes, student: Pipeline, made: tuple[PoseGraph, Mask, Array] | None = None
+) -> None:
+    """Draw what the student's pipeline keeps of a town with outliers, ten if none is given."""
+    graph, is_outlier, _ = made or town(10)
     _draw_decisions(ax, graph, student, is_outlier)
 
 

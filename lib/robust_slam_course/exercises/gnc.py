@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike
+from robust_slam._arrays import Array
 from robust_slam.estimators import graduation as library
 from robust_slam.palette import MARKERS, PALETTE
 from robust_slam.problems import LocationProblem
@@ -69,17 +70,17 @@ def mu_schedule(ax: Axes, schedule: Callable[[float, float, int, str], ArrayLike
 
 
 @picture(
-    "The outlier loses its weight first, and x follows the four",
+    "The outlier loses its weight first, and x follows the others",
     height=4.8, nrows=2, ncols=2, sharex="col", sharey="row",
 )  # fmt: skip
-def gnc(panels: Panels, loop: Loop) -> None:
-    """Draw the weights and x of both kinds on the lesson's readings, solve by solve."""
+def gnc(panels: Panels, loop: Loop, z: Array = Z) -> None:
+    """Draw the weights and x of both kinds on readings whose last is wrong, solve by solve."""
     for kind, (top, bottom) in zip(_KINDS, panels.T, strict=True):
-        run = library.gnc(LocationProblem(Z, 0.3), 2.0, kind).history[1:]
-        _, _, history = loop(Z.copy(), 0.3, 2.0, 1.4, kind)
+        run = library.gnc(LocationProblem(z, 0.3), 2.0, kind).history[1:]
+        _, _, history = loop(z.copy(), 0.3, 2.0, 1.4, kind)
         solves = np.arange(1, len(run) + 1)
         yours = np.asarray(history["weights"], dtype=float)
-        for k, name in enumerate(["inlier"] * 4 + ["outlier"]):
+        for k, name in enumerate(["inlier"] * (len(z) - 1) + ["outlier"]):
             truth = [step.weights[k] for step in run]
             look = {"color": PALETTE[name], "marker": MARKERS[name], "markersize": 4.0}
             draw_beside(top, solves, truth, yours[:, k], **look)

@@ -88,10 +88,14 @@ def jacobians(
     axes[0].legend(axes[0].lines[:2], ["the truth", "your slope"], loc="upper right")
 
 
-@picture("The closures pull the way back into its streets", "x (m)", "y (m)", height=4.4)
-def gauss_newton(ax: Axes, student: Callable[[Graph, Array, Array, float], ArrayLike]) -> None:
-    """Draw dead reckoning through a town, and the map of least cost beside the student's."""
-    graph, _, _ = town(0)
+@picture("The closures pull the way back", "x (m)", "y (m)", height=4.4)
+def gauss_newton(
+    ax: Axes,
+    student: Callable[[Graph, Array, Array, float], ArrayLike],
+    graph: PoseGraph | None = None,
+) -> None:
+    """Draw dead reckoning, in a town if no graph is given, and the map of least cost."""
+    graph = town(0)[0] if graph is None else graph
     first, ones = spanning_tree(graph), np.ones(len(graph.edges))
     truth = solver.gauss_newton(graph, first)
     yours = finite("poses", student(as_dict(graph), first.copy(), ones, 1e-9), (graph.n, 3))
@@ -102,12 +106,14 @@ def gauss_newton(ax: Axes, student: Callable[[Graph, Array, Array, float], Array
     ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
-@picture("Ten outliers: no outlier should be kept", height=5.2)
+@picture("No outlier should be kept", height=5.2)
 def robust_solve(
-    ax: Axes, student: Callable[[Graph, float, Solve], tuple[Any, ArrayLike]]
+    ax: Axes,
+    student: Callable[[Graph, float, Solve], tuple[Any, ArrayLike]],
+    made: tuple[PoseGraph, Mask, Array] | None = None,
 ) -> None:
-    """Draw the map with ten outliers, with the closures that the student kept."""
-    graph, is_outlier, truth = town(10)
+    """Draw the map with outliers, ten if none are given, with the closures that were kept."""
+    graph, is_outlier, truth = made or town(10)
     poses, weights = student(as_dict(graph), _C, _solve)
     kept: Mask = finite("weights", weights, (len(graph.edges),)) > 0.5
     draw_map(graph, poses, ax, truth=truth, kept=kept, is_outlier=is_outlier)

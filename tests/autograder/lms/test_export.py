@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from nbgrader.api import Gradebook
 from robust_slam_autograder.grading import results
+from robust_slam_autograder.grading.journal import open_journal
 from robust_slam_autograder.grading.results import Result
 from robust_slam_autograder.nbgrader import gradebook
 from robust_slam_autograder.reading.submission import DATABASE_NAME
@@ -104,6 +105,16 @@ def test_canvas_gets_its_own_columns_and_points(course, export):
     ]
     assert err == "no submission of 07-toy, left as the roster has it: 1 (gone)\n"
     assert (course / "marks.csv").stat().st_mode & 0o777 == 0o600
+
+
+def test_students_get_numbers_that_grading_uses(course, export, autograder):
+    what = ("--format", "canvas", "--roster", "roster.csv", "--out", "out", "--to", "marks.csv")
+    export("canvas", CANVAS)
+    assert autograder("towns", *what)[0] == 0
+    first, journal = rows(course), open_journal(course / "out", None)
+    assert first[0][-1] == "Town"
+    assert [row[-1] for row in first[2:5]] == [str(journal.town(n)) for n in ("ada", ZOE, "gone")]
+    assert autograder("towns", *what)[0] == 0 and rows(course) == first
 
 
 def test_moodle_gets_who_and_the_grade(course, export):

@@ -1,0 +1,63 @@
+"""``autograder towns``: a number for each student, from which their own data are drawn."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from robust_slam_autograder import layout
+from robust_slam_autograder.commands import places
+from robust_slam_autograder.errors import WrongUse
+from robust_slam_autograder.executor import seeds
+from robust_slam_autograder.grading import batch, durable
+from robust_slam_autograder.grading.journal import open_journal
+
+if TYPE_CHECKING:
+    from robust_slam_autograder.lms.marks import Column
+    from robust_slam_autograder.lms.roster import Row
+
+_PRIVATE = 0o600
+
+
+def add(commands: Any) -> None:  # noqa: ANN401
+    """Declare the command."""
+    parser = commands.add_parser("towns", help="give each student a number for data of their own")
+    places.add(parser, "--out", *places.ROSTER)
+    parser.add_argument(
+        "--to", type=Path, metavar="FILE", help="default: class/towns-canvas.csv, or -moodle.csv"
+    )
+    parser.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Write the numbers as a column to import; from now on grading uses them."""
+    layout.refuse_unmoved(options.out)
+    to = options.to or layout.CLASS / f"towns-{options.format}.csv"
+    places.refuse_unwritable("--to", to, made=layout.CLASS)
+    if to.exists() and options.roster.exists() and to.samefile(options.roster):
+        raise WrongUse(f"--to {to} is the roster itself: name another file.")
+    # nbgrader takes a second to import
+    from robust_slam_autograder.lms import marks, roster, systems
+
+    system = systems.SYSTEMS[options.format]
+    people, lines, match = places.roster(options)
+    students = roster.by_key(people, lines, match)
+    with batch.locked(options.out):
+        journal = open_journal(options.out, None)
+        journal.give_towns()
+
+    def cell(row: Row, column: Column) -> str | None:
+        name = roster.key(row.cells[match])
+        return str(journal.town(name)) if name in students else None
+
+    column = marks.Column("Town", "", seeds.TOWNS, {}, {})
+    place = systems.find(system, people, column)
+    found = {} if place is None else {column.name: place}
+    values = systems.Values(match, [column], found, cell)
+    durable.write(to, systems.as_csv(system.table(people, values)), mode=_PRIVATE)
+    print(
+        f"{len(students)} students have numbers, by {people.header[match]}, and what is graded "
+        f"from now on uses them. To import into {system.title}: {to}"
+    )
+    return 0
