@@ -88,7 +88,7 @@ def test_every_question_has_a_name_one_right_option_and_answers(name: str, site:
     found = BeautifulSoup(html, "html.parser").select(".rs-quiz fieldset")
     assert len(found) > 1
     for question in found:
-        assert question.legend.get_text().strip() and len(question.select(".rs-right")) == 1
+        assert question.legend.get_text().strip() and len(question.select(".rs-correct")) == 1
         answers = [option.p.get_text().strip() for option in question.select(".rs-option")]
         assert len(answers) > 1 and all(map(VERDICT.match, answers))
 
@@ -149,7 +149,7 @@ def test_choices_and_the_tick_last_until_they_are_forgotten(
     expect(tick).to_have_count(1)
 
     page.reload()
-    assert chosen(page) == page.locator(".rs-quiz .rs-right:visible").count() == len(asked)
+    assert chosen(page) == page.locator(".rs-quiz .rs-correct:visible").count() == len(asked)
     assert ticks(page) == [titled]
 
     page.goto(place(site, address, OTHER, "http"))
@@ -157,7 +157,7 @@ def test_choices_and_the_tick_last_until_they_are_forgotten(
     assert ticks(page) == [titled]
     choose(questions(page)[0], "wrong")
     page.reload()
-    assert page.locator(".rs-quiz .rs-wrong:visible").count() == chosen(page) == 1
+    assert page.locator(".rs-quiz .rs-incorrect:visible").count() == chosen(page) == 1
 
     page.get_by_role("button", name="Forget my progress").click()
     assert (chosen(page), ticks(page), page.evaluate(KEPT)) == (0, [], None)
@@ -165,6 +165,24 @@ def test_choices_and_the_tick_last_until_they_are_forgotten(
     page.goto(place(site, address, ONE, "http"))
     assert (chosen(page), ticks(page)) == (0, [])
     assert visit.complaints == visit.outside == []
+
+
+def test_a_prediction_is_remembered_and_is_no_part_of_the_quiz(
+    address: str, site: Site, open_page: Opener
+) -> None:
+    visit = open_page(place(site, address, OTHER, "http"), viewport={"width": 1280, "height": 900})
+    page = visit.page
+    prediction = page.locator(".rs-predict").first
+    answer = prediction.locator("p:visible")
+    prediction.locator("label").first.click()
+    page.reload()
+    expect(answer).to_contain_text("You chose")
+    for question in questions(page):
+        choose(question, "right")
+    assert len(ticks(page)) == 1
+    answer.get_by_role("button").click()
+    page.reload()
+    expect(answer).to_have_count(0)
 
 
 def test_a_browser_that_keeps_nothing_still_answers(

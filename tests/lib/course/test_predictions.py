@@ -1,4 +1,4 @@
-"""Each prediction's right answer, and the numbers of its reasons, as the library computes them."""
+"""Predictions: what the library computes of their answers, and how a reader gives one."""
 
 from __future__ import annotations
 
@@ -15,6 +15,8 @@ from robust_slam.graphs import dead_reckoning, pose_graph, se2
 from robust_slam.graphs.pose_graph import PoseGraph
 from robust_slam.problems import LinearProblem, LocationProblem, PoseGraphProblem
 from robust_slam_course import pictures
+
+from tests.chromium import Opener
 
 C = chi_square_threshold(0.99, 3)
 Array = np.ndarray[Any, Any]
@@ -228,3 +230,72 @@ def test_the_right_answer_and_its_reasons_are_what_the_library_computes(name: st
     assert [option.text for option in options if option.correct] == [right]
     answers = "\n".join(option.answer for option in options)
     assert not [phrase for phrase in phrases if phrase not in answers], answers
+
+
+@pytest.fixture(scope="module")
+def card(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """The address of a page with one picture."""
+    path = tmp_path_factory.mktemp("card") / "page.html"
+    html = pictures.basins().static_html()
+    path.write_text(f'<!doctype html><meta charset="utf-8">{html}', "utf-8")
+    return path.as_uri()
+
+
+SEEN = """form => [...form.querySelectorAll("label, legend, p")].filter((part) =>
+  part.checkVisibility({visibilityProperty: true, opacityProperty: true}))
+  .map((part) => part.innerText)"""
+"""The texts of a prediction that can be seen."""
+PROMPT = "Predict: From 8 this run ends at 10. Where does it end when σ is three times as large?"
+ASKED = [PROMPT, "10", "0", "0.48, the mean", "Skip"]
+TRUTH = (
+    "t is 0, because all 21 readings are now within cσ = 9 of 8, and from their mean, 0.48, the"
+)
+
+
+@pytest.mark.browser
+@pytest.mark.parametrize("scripts", [True, False])
+@pytest.mark.parametrize("width", [390, 1280])
+def test_each_answer_repeats_the_choice_and_moves_nothing(
+    scripts: bool, width: int, card: str, open_page: Opener
+) -> None:
+    viewport = {"width": width, "height": 800}
+    page = open_page(card, java_script_enabled=scripts, viewport=viewport).page
+    form, picture = page.locator(".rs-predict"), page.locator(".rs-picture")
+    before = picture.bounding_box()
+    assert form.evaluate(SEEN) == ASKED
+    for place, chosen in enumerate(ASKED[1:]):
+        form.locator("label").nth(place).click()
+        [prompt, answer] = form.evaluate(SEEN)
+        opening = "It is 0" if chosen == "Skip" else f"You chose {chosen}; it is 0, because"
+        assert prompt == PROMPT and opening in answer
+        assert picture.bounding_box() == before
+        form.get_by_role("button").click()
+        assert form.evaluate(SEEN) == ASKED
+
+
+@pytest.mark.browser
+def test_it_is_answered_and_asked_again_by_keyboard(card: str, open_page: Opener) -> None:
+    page = open_page(card).page
+    form = page.locator(".rs-predict")
+    for key in ("Tab", "Tab", "Space"):
+        page.keyboard.press(key)
+    assert f"✓ You chose 0; i{TRUTH}" in form.evaluate(SEEN)[1]
+    page.keyboard.press("Enter")
+    assert page.url == card and len(form.evaluate(SEEN)) == 2
+    page.keyboard.press("Space")
+    assert form.evaluate(SEEN) == ASKED
+
+
+@pytest.mark.browser
+def test_paper_shows_the_question_and_its_answer_whatever_was_chosen(
+    card: str, open_page: Opener
+) -> None:
+    page = open_page(card).page
+    form = page.locator(".rs-predict")
+    page.emulate_media(media="print")
+    printed = form.evaluate(SEEN)
+    assert printed[:-1] == ASKED[:-1] and printed[-1].startswith(f"I{TRUTH}")
+    page.emulate_media(media="screen")
+    form.locator("label").nth(2).click()
+    page.emulate_media(media="print")
+    assert form.evaluate(SEEN) == printed
