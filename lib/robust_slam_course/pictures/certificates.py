@@ -25,8 +25,7 @@ def certificate() -> Picture:
         name="certificate",
         title="Is there a better map?",
         question=Question(
-            "All five headings were measured to be equal. Which turn of the arrows lowers the"
-            " cost?",
+            "All headings were measured equal. Which turn of the arrows lowers the cost?",
             [
                 Option(
                     "a small one",
@@ -34,7 +33,7 @@ def certificate() -> Picture:
                     " raises the cost.",
                 ),
                 Option(
-                    "small ones of several",
+                    "several small ones",
                     "between headings that differ by less than 90° every small change costs more.",
                 ),
                 Option(

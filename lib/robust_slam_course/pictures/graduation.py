@@ -25,24 +25,23 @@ def graduation() -> Picture:
         name="graduation",
         title="The start, or graduation?",
         question=Question(
-            "Half of the closures are consistent outliers, at 0.05 rad of noise a step. What"
-            " saves more maps?",
+            "What saves more maps from 50 % of consistent outliers, at 0.05 rad a step?",
             [
                 Option(
-                    "odometry as start",
-                    "over the four methods odometry finds 20 maps and least squares 7; GNC finds"
-                    " 16, IRLS 11.",
+                    "the start",
+                    "from odometry the methods find 20 maps, from least squares 7; GNC finds 16,"
+                    " IRLS 11.",
                     correct=True,
                 ),
                 Option(
-                    "GNC, not IRLS",
-                    "GNC finds 16 maps and IRLS 11, but the start at odometry 20 and that at"
-                    " least squares 7.",
+                    "graduation",
+                    "GNC finds 16 maps and IRLS 11, but all from odometry find 20, from least"
+                    " squares 7.",
                 ),
                 Option(
                     "both alike",
-                    "the start decides over 13 maps, 20 against 7, and graduation over 5, 16"
-                    " against 11.",
+                    "the start decides over 13 maps (20 against 7), graduation over 5 (16 against"
+                    " 11).",
                 ),
             ],
         ),

@@ -31,8 +31,7 @@ def annealing() -> Picture:
         name="annealing",
         title="GNC sharpens the cost",
         question=Question(
-            "GNC ends at 0, where four of the seven are. Where must the reading at 24 go so that"
-            " it ends at 6?",
+            "Where must the reading at 24 go, so that GNC ends at 6 and not at 0?",
             [
                 Option(
                     "6",
@@ -80,7 +79,7 @@ def basins() -> Picture:
             [
                 Option(
                     "10",
-                    "so it is up to 2σ, but now the zeros are within cσ = 9 of the start, too.",
+                    "the zeros are now within cσ = 9 of the start, too; with 2σ they are not.",
                 ),
                 Option(
                     "0",

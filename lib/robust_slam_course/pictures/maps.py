@@ -48,11 +48,11 @@ def opening(poses: int = 60) -> Picture:
                     " of the other 69.",
                 ),
                 Option(
-                    "the path between them",
+                    "the path between",
                     "correct closures pass the error on to 64 of the other 69 edges.",
                 ),
                 Option(
-                    "nearly all of it",
+                    "nearly all",
                     "correct closures tie the streets together, so 64 of the other 69 edges share"
                     " a loop with it.",
                     correct=True,
@@ -89,8 +89,7 @@ def cycles() -> Picture:
         name="cycles",
         title="A wrong closure bends the cycles that it closes",
         question=Question(
-            "Take the correct closures away. How many of the 99 odometry edges does the wrong one"
-            " still bend?",
+            "Without the correct closures, how many of the 99 odometry edges are still bent?",
             [
                 Option(
                     "0",
@@ -166,24 +165,23 @@ def showcase() -> Picture:
         name="showcase",
         title="One wrong closure, three estimators",
         question=Question(
-            "Let nine wrong closures agree, against ten correct ones. Do switches and GNC keep"
-            " the nine?",
+            "Do switches and GNC keep nine wrong closures that agree, against ten correct ones?",
             [
                 Option(
                     "never",
-                    "ten outvote nine only where votes count. With the diamond at pose 3, both"
-                    " keep all nine from least squares.",
+                    "this is no vote: with the diamond at pose 3, both keep all nine from least"
+                    " squares.",
                 ),
                 Option(
                     "from some starts",
-                    "with the diamond at pose 3, both keep all nine from least squares, and none"
-                    " from odometry.",
+                    "with the diamond at pose 3, both keep all nine from least squares, none from"
+                    " odometry.",
                     correct=True,
                 ),
                 Option(
-                    "from every start",
-                    "from odometry both keep none: what fits depends on the map at which a solver"
-                    " begins.",
+                    "always",
+                    "from odometry both keep none: what fits depends on the map at which they"
+                    " begin.",
                 ),
             ],
         ),
@@ -235,8 +233,7 @@ def consistency() -> Picture:
         name="consistency",
         title="Who agrees with whom",
         question=Question(
-            "Nine outliers agree, and so do eight inliers. How many must go before PCM is sure to"
-            " keep the inliers?",
+            "How many of the nine outliers must go before PCM is sure to keep the eight inliers?",
             [
                 Option(
                     "none",

@@ -35,8 +35,7 @@ def leverage() -> Picture:
         name="leverage",
         title="Ten readings pull on a line",
         question=Question(
-            "Under Cauchy’s kernel, how far above the wall does the reading of the door pull"
-            " hardest?",
+            "Under Cauchy’s kernel, how far above the wall does a reading pull hardest?",
             [
                 Option(
                     "about ½ m",
@@ -44,14 +43,13 @@ def leverage() -> Picture:
                     correct=True,
                 ),
                 Option(
-                    "3 m, where it is",
+                    "3 m",
                     "beyond u = c, 0.48 m above the fit, the pull falls again; at 3 m it is less"
                     " than a third.",
                 ),
                 Option(
-                    "the same from ½ m on",
-                    "that is Huber’s pull, which stays constant, whereas Cauchy’s falls beyond u"
-                    " = c.",
+                    "any from ½ m on",
+                    "that is Huber’s pull, which stays constant; Cauchy’s falls beyond u = c.",
                 ),
             ],
         ),

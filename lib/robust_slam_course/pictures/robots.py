@@ -34,8 +34,7 @@ def robots() -> Picture:
         name="robots",
         title="Three robots agree on one map",
         question=Question(
-            "C shares one closure with the others, a wrong one. How many correct ones are enough"
-            " to expose it?",
+            "How many correct closures of C are enough to expose its wrong one?",
             [
                 Option(
                     "none",
@@ -43,8 +42,8 @@ def robots() -> Picture:
                 ),
                 Option(
                     "one",
-                    "one against one is undecided, and the robots keep the wrong one, from which"
-                    " C took its frame.",
+                    "one against one is undecided; here the wrong one stays, from which C took"
+                    " its frame.",
                 ),
                 Option(
                     "two",
