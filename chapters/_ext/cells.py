@@ -78,7 +78,7 @@ def add_to_the_page(
     name = f"cells/{Path(page).name}.json"
     target = Path(app.outdir, "python", name)
     target.parent.mkdir(parents=True, exist_ok=True)
-    target.write_text(json.dumps({"bytes": size, "cells": cells}), encoding="utf-8")
+    target.write_text(json.dumps({"cells": cells}), encoding="utf-8")
     cannot, notes = (
         escape(json.dumps({cell["id"]: cell[key] for cell in cells if key in cell}))
         for key in SAID
@@ -109,6 +109,9 @@ def copy(app: Sphinx, exception: Exception | None) -> None:
             shutil.copyfile(path, target / path.name)
         elif path.name in NEEDED:
             put_in_place(path, target / path.name)
+    # Of what is compiled, as it stands among the wheels, Pyodide's own is of no use.
+    for path in (target / "wheels").iterdir():
+        (target / "pyodide" / path.name).unlink(missing_ok=True)
 
 
 def setup(app: Sphinx) -> dict[str, Any]:

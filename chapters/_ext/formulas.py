@@ -29,6 +29,8 @@ IN_HTML = re.compile(
 """A formula in the output of a cell."""
 ROOM = re.compile(r"\\\\\s*\[[^]]*\]")
 """A new line with more room above it, which math-core would print."""
+LARGE_BASE = re.compile(r"(<msu(?:b|p|bsup)>)(<mo minsize[^>]*>[^<]*</mo>)")
+"""A large bracket with a power or an index."""
 BESIDE = re.compile(
     r'([(“‘]*)(<span class="math"[^>]*><math.*?</math></span>)([.,;:!?)”’]*)', re.S
 )
@@ -52,6 +54,8 @@ def mathml(tex: str, display: bool) -> str:
         raise ValueError(f"{error} In the formula {tex!r}") from error
     # As an accent a brace would touch what is above it.
     drawn = drawn.replace('<munder accentunder="true">', "<munder>")
+    # Chromium gives a bracket its size in a row, and not as the base of a power.
+    drawn = LARGE_BASE.sub(r"\1<mrow>\2</mrow>", drawn)
     return drawn.replace("&ApplyFunction;", "\u2061")
 
 

@@ -44,6 +44,7 @@ SCRIPTS = (
     "togglebutton.js",
     "print.js",
     "progress.js",
+    "search.js",
     "scripts/bootstrap.js",
     "scripts/pydata-sphinx-theme.js",
 )

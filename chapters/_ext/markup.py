@@ -49,8 +49,8 @@ def _table(match: re.Match[str]) -> str:
             header.name = "td"
         else:
             header["scope"] = "col"
-        if header.select(".math"):
-            header.append(WORD_JOINER)
+        for formula in header.select(".math")[-1:]:
+            formula.insert_after(WORD_JOINER)  # behind its paragraph it would be a second line
     rows = [row.find_all(["td", "th"]) for row in table.find_all("tr")]
     lengths = [max(len(_words(cell)) for cell in column) for column in zip(*rows, strict=True)]
     formulas = table.thead.select("math, .math")  # a label is plain text

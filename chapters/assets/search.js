@@ -1,87 +1,121 @@
 /**
- * Results of a search, section by section, with the words of the text around what was found.
+ * Results of a search, section by section, with the words of the text around what was found: on
+ * the page of results, and in the dialog of Ctrl+K while one types.
  *
  * Pagefind loads the parts of its index that a query needs. Browsers refuse that for a page that
- * is opened from the disk, where Sphinx's own search, one file, takes its place.
+ * is opened from the disk, where Sphinx's own search, one file, takes its place on the page of
+ * results, and the dialog leads there.
  */
+(() => {
+  const AT_ONCE = 5; // pages; each is a file of some kilobytes
+  const SECTIONS = 3;
+  const PAUSE = 150; // milliseconds without a key
 
-const AT_ONCE = 5; // pages; each is a file of some kilobytes
-const SECTIONS = 3;
+  const here = document.currentScript.src;
+  const isFile = location.protocol === "file:";
+  const query = new URLSearchParams(location.search).get("q")?.trim() ?? "";
 
-const query = new URLSearchParams(location.search).get("q")?.trim() ?? "";
-const place = document.querySelector("#search-results");
+  const nothing = (words) => `No page has “${words}”. Try fewer or other words.`;
 
-const NOTHING = `No page has “${query}”. Try fewer or other words.`;
-
-/** Whether a word begins as one of the query does: Pagefind also offers what shares one letter. */
-function hasTheQuery({ excerpt }) {
-  const marked = [...excerpt.matchAll(/<mark>([^<]*)<\/mark>/g)].map(([, word]) => word.toLowerCase());
-  const begins = query.toLowerCase().split(/\s+/).map((word) => word.slice(0, 3));
-  return marked.some((word) => begins.some((begin) => word.includes(begin)));
-}
-
-function make(name, attributes = {}, ...children) {
-  const made = Object.assign(document.createElement(name), attributes);
-  made.append(...children);
-  return made;
-}
-
-/** A link and the text around what was found there, whose words Pagefind has marked. */
-function found({ title, url, excerpt }) {
-  const text = make("p", { className: "context" });
-  text.innerHTML = excerpt;
-  return [make("a", { href: url }, title), text];
-}
-
-function pageFound({ url, meta, excerpt, sub_results: sections }) {
-  const own = sections.filter((section) => section.url.includes("#")).slice(0, SECTIONS);
-  const item = make("li", {}, ...found({ title: meta.title, url, excerpt }));
-  if (own.length) {
-    item.lastChild.remove();
-    item.append(make("ul", {}, ...own.map((section) => make("li", {}, ...found(section)))));
+  /** Whether a word begins as one of the query does: Pagefind also offers what shares one letter. */
+  function hasWord(words, { excerpt }) {
+    const marked = [...excerpt.matchAll(/<mark>([^<]*)<\/mark>/g)].map(([, word]) => word.toLowerCase());
+    const begins = words.toLowerCase().split(/\s+/).map((word) => word.slice(0, 3));
+    return marked.some((word) => begins.some((begin) => word.includes(begin)));
   }
-  return item;
-}
 
-async function showResults() {
-  const status = make("p", { role: "status" }, "Searching …");
-  const list = make("ul", { className: "search" });
-  const more = make("button", { type: "button", className: "btn btn-outline-secondary", hidden: true }, "Show more");
-  place.replaceChildren(status, list, more);
-  const pagefind = await import(new URL("../pagefind/pagefind.js", place.dataset.script));
-  // A worker that does not answer would leave the reader waiting, and so few pages need none.
-  await pagefind.options({ noWorker: true });
-  const { results } = await pagefind.search(query);
-  const count = `${results.length} ${results.length === 1 ? "page has" : "pages have"}`;
-  status.textContent = results.length ? `${count} “${query}”.` : NOTHING;
-  async function show() {
-    const next = results.splice(0, AT_ONCE);
-    const pages = await Promise.all(next.map((result) => result.data()));
-    if (!list.children.length && !pages.some(hasTheQuery)) {
-      status.textContent = NOTHING;
-      return null;
+  function make(name, attributes = {}, ...children) {
+    const made = Object.assign(document.createElement(name), attributes);
+    made.append(...children);
+    return made;
+  }
+
+  /** A link and the text around what was found there, whose words Pagefind has marked. */
+  function found({ title, url, excerpt }) {
+    const text = make("p", { className: "context" });
+    text.innerHTML = excerpt;
+    return [make("a", { href: url }, title), text];
+  }
+
+  function pageFound({ url, meta, excerpt, sub_results: sections }) {
+    const own = sections.filter((section) => section.url.includes("#")).slice(0, SECTIONS);
+    const item = make("li", {}, ...found({ title: meta.title, url, excerpt }));
+    if (own.length) {
+      item.lastChild.remove();
+      item.append(make("ul", {}, ...own.map((section) => make("li", {}, ...found(section)))));
     }
-    const items = pages.map(pageFound);
-    list.append(...items);
-    more.hidden = !results.length;
-    return items[0];
+    return item;
   }
-  more.addEventListener("click", async () => (await show())?.querySelector("a").focus());
-  await show();
-}
 
-function loadInOrder(names) {
-  for (const src of names) document.head.append(make("script", { src, async: false }));
-}
+  async function load() {
+    const pagefind = await import(new URL("../pagefind/pagefind.js", here));
+    // A worker that does not answer would leave the reader waiting, and so few pages need none.
+    await pagefind.options({ noWorker: true });
+    return pagefind;
+  }
 
-const here = document.currentScript.src;
-place.dataset.script = here;
-place.parentElement.querySelector("form.bd-search input").value = query;
-if (location.protocol === "file:") {
-  // It would fetch excerpts of pages, which browsers refuse.
-  DOCUMENTATION_OPTIONS.SHOW_SEARCH_SUMMARY = false;
-  const files = ["language_data.js", "searchtools.js", "../searchindex.js"];
-  loadInOrder(files.map((name) => new URL(name, here).href));
-} else if (query) {
-  showResults();
-}
+  async function showResults(place) {
+    const status = make("p", { role: "status" }, "Searching …");
+    const list = make("ul", { className: "search" });
+    const more = make("button", { type: "button", className: "btn btn-outline-secondary", hidden: true }, "Show more");
+    place.replaceChildren(status, list, more);
+    const { results } = await (await load()).search(query);
+    const count = `${results.length} ${results.length === 1 ? "page has" : "pages have"}`;
+    status.textContent = results.length ? `${count} “${query}”.` : nothing(query);
+    async function show() {
+      const next = results.splice(0, AT_ONCE);
+      const pages = await Promise.all(next.map((result) => result.data()));
+      if (!list.children.length && !pages.some((page) => hasWord(query, page))) {
+        status.textContent = nothing(query);
+        return null;
+      }
+      const items = pages.map(pageFound);
+      list.append(...items);
+      more.hidden = !results.length;
+      return items[0];
+    }
+    more.addEventListener("click", async () => (await show())?.querySelector("a").focus());
+    await show();
+  }
+
+  /** Lists in the dialog what is found, at each pause of the typing. */
+  function showWhileTyping(dialog) {
+    const input = dialog.querySelector("input[name=q]");
+    const status = make("p", { role: "status" });
+    const list = make("ul", { className: "search" });
+    dialog.append(make("div", { className: "rs-found" }, status, list));
+    let last = "";
+    input.addEventListener("input", async () => {
+      const words = last = input.value.trim();
+      const { debouncedSearch } = await load();
+      const search = words ? await debouncedSearch(words, {}, PAUSE) : { results: [] };
+      if (!search) return; // more was typed meanwhile
+      const pages = await Promise.all(search.results.slice(0, AT_ONCE).map((result) => result.data()));
+      if (words !== last) return;
+      const own = pages.filter((page) => hasWord(words, page));
+      status.textContent = words && !own.length ? nothing(words) : "";
+      list.replaceChildren(...own.map(pageFound));
+    });
+    // A result on this very page leads out of the dialog, too.
+    list.addEventListener("click", ({ target }) => target.closest("a") && dialog.close());
+  }
+
+  function loadInOrder(names) {
+    for (const src of names) document.head.append(make("script", { src, async: false }));
+  }
+
+  const place = document.querySelector("#search-results");
+  const dialog = document.querySelector("#pst-search-dialog");
+  if (place) {
+    place.parentElement.querySelector("form.bd-search input").value = query;
+    if (isFile) {
+      // It would fetch excerpts of pages, which browsers refuse.
+      DOCUMENTATION_OPTIONS.SHOW_SEARCH_SUMMARY = false;
+      const files = ["language_data.js", "searchtools.js", "../searchindex.js"];
+      loadInOrder(files.map((name) => new URL(name, here).href));
+    } else if (query) {
+      showResults(place);
+    }
+  }
+  if (dialog && !isFile) showWhileTyping(dialog);
+})();

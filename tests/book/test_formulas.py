@@ -111,6 +111,19 @@ def page(browser: Browser, site: Site) -> Page:
 
 
 @pytest.mark.browser
+@pytest.mark.parametrize("name", ["chapters/03-irls", "chapters/04-non-convexity"])
+def test_a_bracket_with_a_power_is_as_tall_as_its_partner(
+    name: str, page: Page, site: Site
+) -> None:
+    page.goto((site.folder / f"{name}.html").as_uri())
+    heights = page.locator("math:has(:is(msup, msub, msubsup) mo[minsize])").evaluate_all(
+        """formulas => formulas.map(formula => [...formula.querySelectorAll("mo[minsize]")].map(
+        bracket => bracket.getBoundingClientRect().height))"""
+    )
+    assert heights and all(max(own) < 1.05 * min(own) for own in heights)
+
+
+@pytest.mark.browser
 def test_formulas_need_no_script_and_have_the_font_of_the_book(page: Page) -> None:
     root = page.locator("msqrt").first.bounding_box()
     inner = page.locator("msqrt > *").first.bounding_box()

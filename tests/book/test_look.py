@@ -115,7 +115,7 @@ def test_from_the_disk_it_is_drawn_in_the_same_letters(site: Site, browser: Brow
 def test_a_page_links_the_prepared_files(name: str, site: Site) -> None:
     html = (site.folder / f"{name}.html").read_text(encoding="utf-8")
     linked = set(re.findall(r'(?:href|src)="[^"]*_static/([^"?]+\.(?:css|js))', html))
-    assert linked - {"search.js"} == {look.STYLE, look.SCRIPT, "documentation_options.js"}
+    assert linked == {look.STYLE, look.SCRIPT, "documentation_options.js"}
 
 
 def test_the_style_has_the_icons_of_the_pages_alone(site: Site) -> None:

@@ -9,7 +9,7 @@ from bs4 import BeautifulSoup
 from playwright.sync_api import expect
 
 from chapters._ext import markup
-from tests.book.conftest import Site
+from tests.book.conftest import NOTEBOOKS, Site
 from tests.book.test_accessible import complaints
 from tests.chromium import Opener
 
@@ -81,6 +81,38 @@ def test_an_entry_of_the_bibliography_is_a_list_item_without_number(site: Site) 
     assert len(entries) > 50
     assert all(entry["role"] == "listitem" and entry["id"] for entry in entries)
     assert not [entry for entry in entries if entry.get_text().strip().startswith("[")]
+
+
+@pytest.mark.browser
+def test_a_head_cell_with_a_formula_is_one_line(site: Site, open_page: Opener) -> None:
+    page = open_page((site.folder / "chapters/cheat-sheet.html").as_uri()).page
+    head = page.locator("thead tr").filter(has=page.locator("math")).first
+    assert head.evaluate("row => row.getBoundingClientRect().height") < 50
+
+
+@pytest.mark.parametrize("name", NOTEBOOKS)
+def test_folded_code_stands_below_what_it_makes_and_is_named(name: str, site: Site) -> None:
+    soup = BeautifulSoup((site.folder / f"{name}.html").read_text("utf-8"), "html.parser")
+    for cell in soup.select(".cell.tag_hide-input"):
+        (folded,) = cell.select(":scope > details")
+        assert folded.find_next_sibling() is None
+        said = {title.get_text() for title in folded.select(".admonition-title")}
+        numbers = [number.get_text().strip() for number in cell.select(".caption-number")]
+        if numbers:
+            assert said == {f"Code for {' and '.join(numbers)}"}
+        else:
+            assert len(said) == 1 and next(iter(said)).startswith("Code")
+
+
+@pytest.mark.browser
+def test_a_picture_is_reached_before_its_code(site: Site, open_page: Opener) -> None:
+    page = open_page((site.folder / "chapters/05-gnc.html").as_uri()).page
+    cell = page.locator(".cell:has(.rs-picture)").first
+    order = cell.evaluate(
+        """cell => [...cell.querySelectorAll(".rs-picture [tabindex='0'], summary")].map(
+        node => node.getBoundingClientRect().top)"""
+    )
+    assert len(order) > 1 and order[-1] == max(order)
 
 
 @pytest.mark.browser

@@ -47,6 +47,18 @@ class TestOverTheNetwork:
         page.wait_for_url("**/chapters/**")
         assert page.locator(f"[id='{anchor.partition('#')[2]}']").is_visible()
 
+    def test_results_are_listed_while_one_types(self, address: str, open_page: Opener) -> None:
+        page = open_page(f"{address}/chapters/05-gnc.html").page
+        page.keyboard.press("Control+k")
+        page.keyboard.type("leverage", delay=20)
+        results = page.locator("#pst-search-dialog .rs-found > ul > li")
+        results.first.wait_for()
+        assert "leverage" in results.locator("mark").first.inner_text().lower()
+        page.keyboard.press("Tab")
+        assert page.evaluate("document.activeElement.closest('.rs-found') !== null")
+        page.keyboard.press("Enter")
+        page.wait_for_url(lambda url: not url.endswith("05-gnc.html"))
+
     def test_more_results_are_shown_on_demand(self, address: str, open_page: Opener) -> None:
         page = open_page(f"{address}/search.html?q=outlier").page
         results = page.locator("#search-results > ul > li")
