@@ -69,6 +69,11 @@ def reset(picture: Locator) -> None:
     picture.evaluate(_RESET)
 
 
+def unfold(picture: Locator) -> None:
+    """Open what is folded away below a picture."""
+    picture.locator("details").evaluate("more => { more.open = true; }")
+
+
 def by_keyboard(picture: Locator, key: str, toward: int) -> None:
     """Move a handle three steps with the arrow keys, to the right and up or back.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from urllib.parse import quote
 
 import pytest
@@ -26,6 +27,7 @@ from tests.book.taking_hold import (
     reset,
     seen,
     swipe,
+    unfold,
     words,
 )
 from tests.chromium import Visit, visiting
@@ -35,6 +37,19 @@ pytestmark = pytest.mark.browser
 STATES = """() => [...document.querySelectorAll(".rs-picture script[type='application/json']")]
   .map((script) => JSON.parse(script.textContent)).map(({name, state}) => [name, state])"""
 """The names and first states of a page's pictures."""
+FOLDED = """async (picture) => {
+  const box = (part) => picture.querySelector(part).getBoundingClientRect();
+  const more = picture.querySelector("details");
+  more.open = false;
+  const texts = [...picture.querySelectorAll("svg text")];
+  const found = [picture.getBoundingClientRect().height,
+    box(".rs-caption").bottom - box(".rs-controls [data-control]").top,
+    Math.min(...texts.map((text) => parseFloat(getComputedStyle(text).fontSize)))];
+  more.open = true;
+  return found;
+}"""
+"""The height of a folded picture, from its first control to the end of its words, its letters."""
+EXTREMES = Path(__file__).with_name("one_screen.js").read_text(encoding="utf-8")
 WITH_PICTURES = [
     PAGES[0],
     *(page for page in NOTEBOOKS if "pictures." in (ROOT / f"{page}.ipynb").read_text("utf-8")),
@@ -91,6 +106,8 @@ def opened(
         visit.page.wait_for_load_state("load")
         assert_well(visit, look)
         leave_alone(visit.page, ".rs-picture")
+        for picture in pictures(visit.page):
+            unfold(picture)
         yield visit, look
 
 
@@ -152,23 +169,21 @@ def test_each_control_changes_the_picture_and_reset_brings_it_back(
         assert seen(picture) == first, "the button did not bring the first state back"
 
 
-def test_letters_are_large_enough_and_nothing_is_cut_off(opened: tuple[Visit, Look]) -> None:
+def test_a_picture_fits_one_screen(opened: tuple[Visit, Look]) -> None:
+    """Folded, it is no taller than a window, and its control is beside its words."""
+    visit, look = opened
+    for picture in pictures(visit.page):
+        height, apart, letters = picture.evaluate(FOLDED)
+        assert height <= (700 if look.width < 500 else 640)
+        assert apart <= 200
+        assert letters >= 14
+    assert too_wide(visit) <= 0
+
+
+def test_nothing_leaves_its_panel_or_covers_a_label(opened: tuple[Visit, Look]) -> None:
+    """In the first state, at both ends of each control, and with a handle in each corner."""
     for picture in pictures(opened[0].page):
-        sizes = picture.locator("svg text").evaluate_all(
-            "texts => texts.map((text) => parseFloat(getComputedStyle(text).fontSize))"
-        )
-        assert sizes and min(sizes) >= 11
-        outside = picture.evaluate(
-            """picture => {
-              const frame = picture.getBoundingClientRect();
-              return [...picture.querySelectorAll('svg text')].filter((text) => {
-                const box = text.getBoundingClientRect();
-                return box.left < frame.left || box.right > frame.right;
-              }).map((text) => text.textContent);
-            }"""
-        )
-        assert outside == []
-    assert too_wide(opened[0]) <= 0
+        assert picture.evaluate(EXTREMES) == []
 
 
 @DESKS
@@ -230,9 +245,18 @@ class TestTown:
         with visiting(browser, at, **DESK.options) as visit:
             picture = pictures(visit.page)[0]
             moved = move_a_handle(picture)
+            unfold(picture)
             picture.locator("[data-control=link]").click()
             with visiting(browser, visit.page.url, **DESK.options) as again:
-                assert seen(pictures(again.page)[0]) == moved
+                assert seen(pictures(again.page)[0])[:2] == moved[:2]
+
+    def test_a_link_to_a_folded_setting_unfolds_it(self, site: Site, browser: Browser) -> None:
+        address = place(site, "", "chapters/00-one-lie", "file")
+        for state, shown in (({"sigma": 1}, True), ({"correct": False}, False)):
+            with visiting(browser, f"{address}#cycles={quote(json.dumps(state))}") as visit:
+                assert (
+                    pictures(visit.page)[0].locator("details").evaluate("it => it.open") == shown
+                )
 
     def test_a_map_glides_but_not_where_motion_is_unwelcome(
         self, at: str, browser: Browser

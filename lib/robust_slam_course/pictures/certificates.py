@@ -47,8 +47,8 @@ def certificate() -> Picture:
         tries=[
             "press Play to climb. Which cost is reached with a third row, and which with a"
             " fourth?",
-            "choose equal headings and increase the measured turn. At which α does λ_min fall"
-            " below 0?",
+            "choose equal headings and increase the measured turn. At which α does an"
+            " eigenvalue fall below 0?",
         ],
         caption="A ring of five headings, twisted once, costs"
         f" {np.trace(R @ Q @ R.T):.2f}, whereas equal headings cost 0. Since the certificate S has"

@@ -54,7 +54,14 @@ def graduation() -> Picture:
         caption=f"The odometry has {data['noises'][0]:g} rad of noise a step and claims its true"
         f" σ, and 50 % of the closures are random outliers. Of {data['runs']} maps,"
         f" {_best(data, 'random 50')}.",
-        state={"kind": "random", "percent": "50", "noise": 0, "claim": _CLAIM},
+        state={
+            "start": _STARTS[0],
+            "kernel": "TLS",
+            "kind": "random",
+            "percent": "50",
+            "noise": 0,
+            "claim": _CLAIM,
+        },
         data=data,
         still=_counts_still(data, "random 50"),
     )

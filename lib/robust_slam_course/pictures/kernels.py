@@ -59,7 +59,7 @@ def kernels() -> Picture:
         caption=f"The reading at {reading:.1f} pulls with {pulls[0]:.2f} (squared), {pulls[1]:.2f}"
         f" (Huber) and {pulls[2]:.2f} (Cauchy, at most {c / 2:.2f}); TLS rejects it."
         f" Estimates: {', '.join(f'{abs(x):.2f}' for x in estimates)}.",
-        state={"z": reading, "c": c},
+        state={"z": reading, "c": c, "curve": "psi"},
         data={"inliers": inliers},
         still=_kernels_still(inliers, reading, four),
     )

@@ -25,7 +25,7 @@ _SEVEN = [0.0, 0.0, 0.0, 0.0, 6.0, 6.0, 24.0]
 
 def annealing() -> Picture:
     """Return GNC on seven readings whose cost, weights and path follow the reader's hand."""
-    c, factor, step = 2.0, 1.4, 3
+    c, factor, step = 2.0, 1.4, 3  # the step that the still picture shows
     run = gnc(LocationProblem(_SEVEN), c, factor=factor).history
     return Picture(
         name="annealing",
@@ -53,14 +53,15 @@ def annealing() -> Picture:
         tries=[
             "play the run, then increase the factor of μ and drag the same reading again. How"
             " much easier is it to make GNC fail?",
-            "choose Geman–McClure. In which direction does μ move, and when does the second"
-            " minimum appear?",
+            "choose Geman–McClure, and show the path of the estimate. In which direction does μ"
+            " move, and when does the second minimum appear?",
         ],
-        caption=f"Seven readings, 0 four times, 6 twice, and 24. In solve {step} the cost is still"
-        f" mild, and the estimate moves from {run[step - 1].x:.2f} to {run[step].x:.2f}. The run"
-        f" ends at {abs(run[-1].x):.2f}.",
+        caption="Seven readings, 0 four times, 6 twice, and 24. The run begins at the mean,"
+        f" {run[0].x:.2f}, and ends at {abs(run[-1].x):.2f}. The cost is that of solve {step},"
+        " which is still mild.",
         state={
-            "start": "seven", "z": _SEVEN, "kind": "tls", "c": c, "factor": factor, "step": step,
+            "view": "cost", "start": "seven", "z": _SEVEN, "kind": "tls", "c": c, "factor": factor,
+            "step": 0,
         },
         data={"starts": {"four": _FOUR, "seven": _SEVEN}},
         still=_annealing_still(c, run[step - 1 : step + 1]),
@@ -94,7 +95,8 @@ def basins() -> Picture:
             ],
         ),
         tries=[
-            "choose Cauchy and one reading against one. At which c do the two minima become one?",
+            "choose Cauchy and one reading against one, and show all starts. At which c do the two"
+            " minima become one?",
             "choose TLS with c = 1 and drag the start between the readings. Which way does the"
             " descent go?",
         ],
@@ -103,7 +105,7 @@ def basins() -> Picture:
         " readings is kept; the lowest cost is at 0.",
         state={
             "readings": "crowd", "z": [0.0, 10.0], "kernel": "tls", "c": kernel.scale,
-            "sigma": 1.0, "start": start,
+            "sigma": 1.0, "start": start, "view": "cost",
         },
         data={"z": [0.0, 10.0], "times": {"crowd": [20, 1], "pair": [1, 1]}},
         still=_basins_still(crowd, kernel, run.history),

@@ -29,6 +29,9 @@ _LONE = [
 ]  # fmt: skip
 
 
+_AGREEING = 9  # wrong closures (i, j), (i + 1, j + 1), … that follow from one displacement
+
+
 def opening(poses: int = 60) -> Picture:
     """Return the opening map: a town of so many poses, its closures, and a wrong one to move."""
     size = {"side": round(poses**0.5), "closures": poses // 6}
@@ -163,7 +166,7 @@ def showcase() -> Picture:
     wrong = [42, 9]
     return Picture(
         name="showcase",
-        title="One wrong closure, three estimators",
+        title="Nine wrong closures, three estimators",
         question=Question(
             "Do switches and GNC keep nine wrong closures that agree, against ten correct ones?",
             [
@@ -186,12 +189,14 @@ def showcase() -> Picture:
             ],
         ),
         tries=[
-            "let nine wrong closures agree, and drag the diamond to where the drive begins: do"
-            " the switches and GNC follow them? Then start from odometry.",
+            "drag the diamond to where the drive begins: do the switches and GNC follow the nine"
+            " wrong closures? Then start from odometry.",
+            "leave a single wrong closure. Will you find a place for its ends where the switches"
+            " or GNC follow it?",
         ],
-        caption="One drive with one wrong closure (dashed), over the dotted true path. Least"
-        " squares distorts the map, whereas switchable constraints and GNC do not.",
-        state={"wrong": wrong, "size": 1, "start": "squares"},
+        caption="One drive with nine wrong closures that agree (dashed), over the dotted true"
+        " path. Least squares and switchable constraints fold the map, and GNC does not.",
+        state={"wrong": wrong, "size": _AGREEING, "start": "squares"},
         data=graph_data(graph, truth, 4),
         still=_three_estimators(graph, truth, wrong),
     )
@@ -199,8 +204,11 @@ def showcase() -> Picture:
 
 def _three_estimators(correct: PoseGraph, truth: Array, wrong: list[int]) -> Figure:
     """Return the maps of least squares, switchable constraints and GNC side by side."""
-    information = correct.information[~correct.is_odometry][:1]
-    graph = with_closures(correct, [wrong], np.zeros((1, 3)), information)
+    information = correct.information[~correct.is_odometry][:1].repeat(_AGREEING, axis=0)
+    i, j = edges = np.array(wrong)[:, None] + np.arange(_AGREEING)
+    displacement = se2.compose(truth[i[:1]], se2.inverse(truth[j[:1]]))
+    measured = se2.between(truth[i], se2.compose(displacement, truth[j]))
+    graph = with_closures(correct, edges.T, measured, information)
     is_outlier = np.arange(len(graph.edges)) >= len(correct.edges)
     problem = PoseGraphProblem(graph, steps=1, tol=1e-6)
     c = chi_square_threshold(0.99, 3)
@@ -261,7 +269,15 @@ def consistency() -> Picture:
         caption="On the left is the map by PCM and least squares, over the dotted true path. On"
         " the right are the closures, joined where two agree, and the nine outliers are the"
         " largest set.",
-        state={"count": 9, "agree": True, "gamma": 3.37, "map": "pcm", **chosen, "chosen": 0},
+        state={
+            "count": 9,
+            "agree": True,
+            "gamma": 3.37,
+            "map": "pcm",
+            "beside": "ring",
+            **chosen,
+            "chosen": 0,
+        },
         data={**graph_data(graph, truth, 4), **chosen},
         still=_agreement(misled, is_outlier, truth),
     )

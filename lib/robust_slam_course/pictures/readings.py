@@ -54,15 +54,18 @@ def leverage() -> Picture:
             ],
         ),
         tries=[
-            "choose Cauchy and lower the reading until its bar is longest. Then choose TLS and"
-            " find the height at which it rejects the reading.",
+            "choose Cauchy and lower the reading until it pulls hardest. Then choose TLS and find"
+            " the height at which it rejects the reading.",
             "leverage: choose Huber and move the reading to place 16, at a height of 6 m. Does"
             " any kernel reject it there?",
         ],
         caption=f"Least squares: reading {_DOOR} is {pull:.1f}σ above the fit and pulls up with"
         f" {pull:.1f} (no limit). At place {_DOOR} the fit is {high:.2f} m too high. The reading’s"
         f" leverage is {leverage:.2f}.",
-        state={"kernel": "squared", "held": _DOOR, "p": p.tolist(), "y": y.round(3).tolist()},
+        state={
+            "kernel": "squared", "beside": "curve", "held": _DOOR,
+            "p": p.tolist(), "y": y.round(3).tolist(),
+        },
         data={
             "p": p.tolist(), "y": y.round(3).tolist(), "truth": _WALL, "sigma": _WALL_SIGMA,
             "kernels": scales,

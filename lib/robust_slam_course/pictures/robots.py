@@ -27,8 +27,8 @@ def robots() -> Picture:
     information = graph.information[~graph.is_odometry][0]
     spoiled = _meeting(graph, with_c, information)
     c = chi_square_threshold(0.99, 3)
-    run = rounds.solve(spoiled, labels, c, max_rounds=60, tol=1e-3).rounds
-    far = np.linalg.norm((run[-1].poses - truth)[:, :2], axis=1)
+    first = rounds.solve(spoiled, labels, c, max_rounds=60, tol=1e-3).rounds[0]
+    far = np.linalg.norm((first.poses - truth)[:, :2], axis=1)
     off_b, off_c = (far[labels == robot].mean() for robot in (1, 2))
     return Picture(
         name="robots",
@@ -56,20 +56,20 @@ def robots() -> Picture:
         tries=[
             "give C exactly one correct closure. Which of the two is rejected, and could a robot"
             " know better?",
-            "give C all eight, go to round 0 and play. When is the wrong closure rejected? Add"
+            "give C all eight, and play. When is the wrong closure rejected? Add"
             " another, and drag its ends.",
         ],
-        caption=f"Round {len(run) - 1} of {len(run) - 1}. Rejected of C’s closures: 0 of 1 wrong."
+        caption="The robots have just met. Rejected of C’s closures: 0 of 1 wrong."
         " Its residual is 0: nothing contradicts it."
         f" B is {off_b:.2f} m off, C {off_c:.2f} m.",
-        state={"wrong": _MEETING, "correct": 0, "round": 999},
+        state={"wrong": _MEETING, "correct": 0, "round": 0, "views": False},
         data={
             **graph_data(graph, truth, 3),
             "labels": labels.tolist(),
             "withC": with_c.tolist(),
             "wrong": _MEETING,
         },
-        still=_robots_still(spoiled, labels, run[-1]),
+        still=_robots_still(spoiled, labels, first),
     )
 
 
@@ -89,12 +89,12 @@ def _meeting(graph: PoseGraph, with_c: np.ndarray, wrong: Array) -> PoseGraph:
     return select(joined, ~np.isin(np.arange(len(joined.edges)), with_c))
 
 
-def _robots_still(spoiled: PoseGraph, labels: np.ndarray, last: rounds.Round) -> Figure:
+def _robots_still(spoiled: PoseGraph, labels: np.ndarray, shown: rounds.Round) -> Figure:
     """Return a round of the robots' exchange."""
     is_outlier = np.arange(len(spoiled.edges)) == len(spoiled.edges) - 1
     figure, ax = plt.subplots(figsize=(5.0, 4.4), layout="constrained")
-    draw_robots(ax, spoiled, last.poses, labels, last.weights, is_outlier=is_outlier)
-    for name, pose in zip("ABC", last.poses[::_EACH], strict=True):
+    draw_robots(ax, spoiled, shown.poses, labels, shown.weights, is_outlier=is_outlier)
+    for name, pose in zip("ABC", shown.poses[::_EACH], strict=True):
         ax.annotate(f"robot {name}", pose[:2], (6, 6), textcoords="offset points")
     plt.close(figure)
     return figure

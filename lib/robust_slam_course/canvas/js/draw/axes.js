@@ -23,7 +23,7 @@ export function numberText(value, digits = 3) {
  * `{domain: [low, high], label, ticks?, text?}`, `text` from a tick to words. Returns the maps between data and pixels.
  */
 export function putAxes(scene, layer, key, box, across, up) {
-  const [left, bottom, top, right] = [46, 40, 10, 8];
+  const [left, bottom, top, right] = [up.label ? 50 : 34, across.label ? 42 : 22, 8, 8];
   const inner = {
     x: box.x + left, y: box.y + top,
     width: box.width - left - right, height: box.height - top - bottom,
@@ -38,21 +38,21 @@ export function putAxes(scene, layer, key, box, across, up) {
     fromY: (pixel) => up.domain[0] + ((inner.y + inner.height - pixel) / inner.height) * spanY,
   };
   const floor = inner.y + inner.height;
-  for (const value of across.ticks ?? roundTicks(...across.domain, inner.width / 70)) {
+  for (const value of across.ticks ?? roundTicks(...across.domain, inner.width / 80)) {
     const x = maps.toX(value);
     scene.put(layer, `${key}-x-${value}`, "path", { class: "rs-grid", d: `M${x} ${inner.y}V${floor}` });
-    const place = { class: "rs-tick", x, y: floor + 16, "text-anchor": "middle" };
+    const place = { class: "rs-tick", x, y: floor + 17, "text-anchor": "middle" };
     scene.put(layer, `${key}-xt-${value}`, "text", place, (across.text ?? numberText)(value));
   }
   for (const value of up.ticks ?? roundTicks(...up.domain, inner.height / 45)) {
     const y = maps.toY(value);
     scene.put(layer, `${key}-y-${value}`, "path", { class: "rs-grid", d: `M${inner.x} ${y}h${inner.width}` });
-    const place = { class: "rs-tick", x: inner.x - 6, y: y + 4, "text-anchor": "end" };
+    const place = { class: "rs-tick", x: inner.x - 6, y: y + 5, "text-anchor": "end" };
     scene.put(layer, `${key}-yt-${value}`, "text", place, (up.text ?? numberText)(value));
   }
-  const middle = { x: inner.x + inner.width / 2, y: floor + 34, "text-anchor": "middle" };
+  const middle = { x: inner.x + inner.width / 2, y: floor + 36, "text-anchor": "middle" };
   if (across.label) scene.put(layer, `${key}-xl`, "text", { class: "rs-label", ...middle }, across.label);
-  const [x, y] = [box.x + 12, inner.y + inner.height / 2];
+  const [x, y] = [box.x + 13, inner.y + inner.height / 2];
   const turned = { x, y, "text-anchor": "middle", transform: `rotate(-90 ${x} ${y})` };
   if (up.label) scene.put(layer, `${key}-yl`, "text", { class: "rs-label", ...turned }, up.label);
   return maps;

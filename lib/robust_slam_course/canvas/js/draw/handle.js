@@ -60,6 +60,7 @@ function listen(element, scene) {
   element.take = (at, pointer) => {
     // The handle keeps its distance to the finger, so that taking it moves nothing.
     grip = [element.options.x - at[0], element.options.y - at[1]];
+    scene.held = true;
     element.setPointerCapture(pointer);
     element.focus({ preventScroll: true });
   };
@@ -69,7 +70,11 @@ function listen(element, scene) {
     element.options.drag(at[0] + grip[0], at[1] + grip[1]);
   });
   for (const name of ["pointerup", "pointercancel", "lostpointercapture"]) {
-    element.addEventListener(name, () => { grip = null; });
+    element.addEventListener(name, () => {
+      grip = null;
+      scene.held = false;
+      scene.released();
+    });
   }
   element.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
@@ -92,6 +97,8 @@ function nearestHandle(scene, [x, y]) {
 
 /** Where a pointer is, in the scene's pixels. */
 function scenePoint(scene, event) {
-  const box = scene.root.getBoundingClientRect();
-  return [event.clientX - box.left, event.clientY - box.top];
+  // Slides are scaled as a whole, which boxes on the screen do not tell.
+  const toScene = scene.root.getScreenCTM().inverse();
+  const { x, y } = new DOMPoint(event.clientX, event.clientY).matrixTransform(toScene);
+  return [x, y];
 }

@@ -4,10 +4,10 @@
  * apart, in their order, within `low` and `high` (pixels).
  */
 export function putEndLabels(scene, layer, key, x, labels, low, high) {
-  const places = apart(labels.map(({ y }) => y), 14, low, high);
+  const places = apart(labels.map(({ y }) => y), 16, low, high);
   labels.forEach(({ text, colour }, k) => {
     const style = `fill: var(--rs-${colour})`;
-    scene.put(layer, `${key}-${k}`, "text", { class: "rs-label", x, y: places[k] + 4, style }, text);
+    scene.put(layer, `${key}-${k}`, "text", { class: "rs-label", x, y: places[k] + 5, style }, text);
   });
 }
 
@@ -24,4 +24,14 @@ function apart(ys, gap, low, high) {
     ceiling = places[k] - gap;
   }
   return places;
+}
+
+/**
+ * The first of the places `[[x, y], …]` (pixels) that is `far` from all in `taken`, or the one
+ * that is farthest from them.
+ */
+export function freePlace(places, taken, far = 24) {
+  const room = ([x, y]) => Math.min(Infinity, ...taken.map(([u, v]) => Math.hypot(u - x, v - y)));
+  return places.find((place) => room(place) >= far)
+    ?? places.reduce((best, place) => (room(place) > room(best) ? place : best));
 }

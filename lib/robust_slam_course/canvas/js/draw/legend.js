@@ -3,7 +3,7 @@
  * `entries` is `[[look, text], …]` with the class of each line. Returns its height.
  */
 export function putLegend(scene, layer, key, x, y, width, entries) {
-  const [sample, gap, letter, row] = [26, 18, 6.6, 18];
+  const [sample, gap, letter, row] = [24, 14, 7.2, 20];
   let [left, top] = [x, y];
   entries.forEach(([look, text], k) => {
     const space = sample + 6 + letter * text.length;
@@ -11,7 +11,7 @@ export function putLegend(scene, layer, key, x, y, width, entries) {
     scene.put(layer, `${key}-line-${k}`, "path", {
       class: `rs-line ${look}`, d: `M${left} ${top + 8}h${sample}`,
     });
-    scene.put(layer, `${key}-text-${k}`, "text", { x: left + sample + 6, y: top + 12 }, text);
+    scene.put(layer, `${key}-text-${k}`, "text", { x: left + sample + 6, y: top + 13 }, text);
     left += space + gap;
   });
   return top + row - y;

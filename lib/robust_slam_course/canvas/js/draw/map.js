@@ -28,6 +28,34 @@ export function fitMap(box, poses, margin = 26) {
   };
 }
 
+const ZOOM = 1.15; // from one size of a map to the next
+
+/**
+ * As `fitMap` of `truth`, but smaller by as many steps as `poses` need to stay in the box. While
+ * a handle is held the map named `key` keeps its size, so that what is held stays at the hand.
+ */
+export function fitAround(scene, key, box, truth, poses, margin = 24) {
+  const kept = scene.fits.get(key);
+  if (scene.held && kept) return kept;
+  const plain = fitMap(box, truth, margin);
+  const [x0, y0] = [box.x + box.width / 2, box.y + box.height / 2];
+  let far = 1;
+  for (let k = 0; k < poses.length; k += 3) {
+    far = Math.max(far, Math.abs(plain.toX(poses[k]) - x0) / (box.width / 2 - 5));
+    far = Math.max(far, Math.abs(plain.toY(poses[k + 1]) - y0) / (box.height / 2 - 5));
+  }
+  const zoom = ZOOM ** Math.ceil(Math.log(far) / Math.log(ZOOM) - 1e-6);
+  const fit = {
+    scale: plain.scale / zoom,
+    toX: (x) => x0 + (plain.toX(x) - x0) / zoom,
+    toY: (y) => y0 + (plain.toY(y) - y0) / zoom,
+    fromX: (pixel) => plain.fromX(x0 + (pixel - x0) * zoom),
+    fromY: (pixel) => plain.fromY(y0 + (pixel - y0) * zoom),
+  };
+  scene.fits.set(key, fit);
+  return fit;
+}
+
 /** Pixels of pose `k`. */
 export function posePixels(map, poses, k) {
   return [map.toX(poses[3 * k]), map.toY(poses[3 * k + 1])];
@@ -44,7 +72,7 @@ export function putDrive(scene, layer, key, map, poses, look) {
 /** An edge between poses `i` and `j`; `width` in pixels, `look` a class of the style sheet. */
 export function putEdge(scene, layer, key, map, poses, [i, j], look, width = 2) {
   const d = pathThrough([posePixels(map, poses, i), posePixels(map, poses, j)]);
-  scene.put(layer, key, "path", { class: `rs-edge ${look}`, d, "stroke-width": width });
+  scene.put(layer, key, "path", { class: `rs-edge ${look}`, d, "stroke-width": width, "data-part": key });
 }
 
 /** The pose nearest to a point in metres; those for which `allowed(k)` is false are left out. */

@@ -1,8 +1,10 @@
 import { htmlElement, makeControl } from "./controls.js";
 import { Glide } from "./glide.js";
+import { lightTwins, linkText, linkWords } from "./lighting.js";
 import { stateFromHash, stateToHash } from "./link.js";
 import { predictionOf } from "./prediction.js";
 import { KEYS_STAY, Scene, setAttributes } from "./scene.js";
+import { stageHeight } from "./stage.js";
 
 const REST = 700; // ms without a change after which the caption is spoken
 const NEAR = 0.004; // what is left of a movement, in the picture's units, when it has arrived
@@ -12,10 +14,12 @@ const NEAR = 0.004; // what is left of a movement, in the picture's units, when 
  * `get("texts")` {title, question, tries}, `get("state")` and `get("data")`; `set` and
  * `save_changes` hand the state back to Python. `spec` says what is particular:
  * - `controls`: see `makeControl`
+ * - `main`: names (or labels, of buttons) of the controls that stand below the drawing; the others
+ *   are folded away, unless a link brings one of them in another state
  * - `clean(state, data)`: the nearest state that is possible; a link may hold any
  * - `solve(state, data)`: all that follows from a state
  * - `moving(result)`: the numbers that glide from one result to the next (may be absent)
- * - `height(width)`: of the drawing, in pixels
+ * - `height(width)`: of the drawing, in pixels (`stageHeight` where absent)
  * - `layers`: names from back to front; "handles" holds what can be taken hold of
  * - `draw(scene, view)`: one pass; `view` has state, result, shown (the gliding numbers),
  *   width, height, data, and change(partial)
@@ -28,10 +32,11 @@ export function livePicture({ model, el }, spec) {
   const linked = () => stateFromHash(name, window.location.hash, first);
   let state = spec.clean(linked() ?? first, data);
   let result = spec.solve(state, data);
-  let [asked, stale, spoken] = [0, false, 0];
+  let [asked, stale, spoken, rested] = [0, false, 0, null];
   const glide = new Glide();
   const parts = frame(el, texts, spec, change, calm);
   const scene = new Scene(parts.stage, texts.title);
+  scene.released = ask;
   const view = { data, change, picture: el };
 
   function change(partial) {
@@ -62,7 +67,8 @@ export function livePicture({ model, el }, spec) {
 
   function draw() {
     const width = Math.max(280, parts.stage.clientWidth);
-    Object.assign(view, { state, result, shown: glide.shown, width, height: spec.height(width) });
+    const height = (spec.height ?? stageHeight)(width);
+    Object.assign(view, { state, result, shown: glide.shown, width, height });
     scene.begin(view.width, view.height, [...spec.layers, "handles"]);
     spec.draw(scene, view);
     scene.end();
@@ -72,10 +78,12 @@ export function livePicture({ model, el }, spec) {
 
   function tell(text) {
     if (parts.caption.textContent === text) return;
-    parts.caption.textContent = text;
+    rested ??= text;
+    parts.caption.replaceChildren(...wordsOf(text, rested));
+    linkWords(el, parts.caption);
     // A screen reader hears the caption once the hand rests, not at every pixel.
     clearTimeout(spoken);
-    spoken = setTimeout(() => { parts.spoken.textContent = text; }, REST);
+    spoken = setTimeout(() => { rested = parts.spoken.textContent = text; }, REST);
   }
 
   function handBack() {
@@ -90,7 +98,16 @@ export function livePicture({ model, el }, spec) {
     setTimeout(() => { parts.link.textContent = LINK; }, 2500);
     await navigator.clipboard?.writeText(window.location.href).catch(() => {});
   });
-  const follow = () => { if (linked()) change(linked()); };
+  const unfold = () => {
+    const given = linked();
+    const other = (name) => JSON.stringify(given[name]) !== JSON.stringify(first[name]);
+    if (given && parts.folded.some(other)) parts.more.open = true;
+  };
+  const follow = () => {
+    if (!linked()) return;
+    unfold();
+    change(linked());
+  };
   window.addEventListener("hashchange", follow);
   const resized = new ResizeObserver(ask);
   resized.observe(parts.stage);
@@ -98,12 +115,15 @@ export function livePicture({ model, el }, spec) {
     const given = model.get("state");
     if (JSON.stringify(given) !== JSON.stringify(state)) change(given);
   });
+  unfold();
   glide.aim(spec.moving ? spec.moving(result) : [], true);
   draw();
   parts.spoken.textContent = "";
   clearTimeout(spoken);
   if (linked()) el.scrollIntoView({ block: "center" });
   for (const control of el.querySelectorAll("[data-control]")) setAttributes(control, KEYS_STAY);
+  lightTwins(el, parts.stage);
+  linkText(el);
   el.dataset.live = "";
   return () => {
     window.removeEventListener("hashchange", follow);
@@ -115,9 +135,20 @@ export function livePicture({ model, el }, spec) {
 
 const LINK = "Link to this state";
 
-/** The picture's frame: what to try, controls, stage, caption, buttons. */
+/** The words of a readout; figures that the text before had not are strong. */
+function wordsOf(text, before) {
+  const bare = (word) => word.replace(/[.,:;)]+$/, "");
+  const known = new Set(before.split(/\s+/).map(bare));
+  const isNew = (word) => /\d/.test(word) && !known.has(bare(word));
+  return text.split(/(\s+)/).map((word) => (isNew(word) ? htmlElement("strong", {}, word) : word));
+}
+
+/** The picture's frame: question, stage, main controls, readout; all else is folded. */
 function frame(el, texts, spec, change, calm) {
   const controls = (spec.controls ?? []).map((control) => makeControl(control, change, calm));
+  const row = (wanted) => htmlElement("div", { class: "rs-controls" }, ...controls
+    .filter((_, k) => wanted(spec.controls[k])).map(({ element }) => element));
+  const isMain = ({ name, label }) => spec.main.includes(name ?? label);
   const tries = texts.tries.map((text) => htmlElement(
     "p", { class: "rs-ask" }, htmlElement("strong", {}, "Try: "), text,
   ));
@@ -128,19 +159,18 @@ function frame(el, texts, spec, change, calm) {
     spoken: htmlElement("p", { class: "rs-spoken", "aria-live": "polite" }),
     reset: htmlElement("button", { type: "button", "data-control": "reset" }, "Reset"),
     link: htmlElement("button", { type: "button", "data-control": "link" }, LINK),
+    folded: (spec.controls ?? []).filter((each) => each.name && !isMain(each)).map(({ name }) => name),
   };
+  parts.more = htmlElement(
+    "details", { class: "rs-more" }, htmlElement("summary", {}, "More to try"),
+    row((each) => !isMain(each)), ...tries,
+    htmlElement("div", { class: "rs-buttons" }, parts.reset, parts.link),
+  );
   el.classList.add("rs-picture");
   el.setAttribute("role", "group");
   el.setAttribute("aria-label", texts.title);
   el.replaceChildren(
-    htmlElement("p", { class: "rs-title" }, texts.title),
-    predictionOf(el, texts.question),
-    htmlElement("div", { class: "rs-controls" }, ...controls.map(({ element }) => element)),
-    parts.stage,
-    parts.caption,
-    parts.spoken,
-    ...tries,
-    htmlElement("div", { class: "rs-buttons" }, parts.reset, parts.link),
+    predictionOf(el, texts.question), parts.stage, row(isMain), parts.caption, parts.spoken, parts.more,
   );
   return parts;
 }

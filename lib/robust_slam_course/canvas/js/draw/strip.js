@@ -1,28 +1,30 @@
 import { numberText } from "./axes.js";
+import { sideBySide } from "./stage.js";
 
-const [LEFT, TOP, BOTTOM, RIGHT, APART, WIDEST] = [46, 18, 36, 4, 14, 34];
+const [LEFT, TOP, BOTTOM, RIGHT, APART, WIDEST] = [46, 22, 40, 4, 14, 34];
+const [LINE, LETTER] = [15, 8.5]; // pixels of a row of names, and of a letter
 
 /**
  * A strip of bars over a logarithmic or, with `axis.linear`, a linear axis, in the box `{x, y, width, height}` (pixels). Each of
  * `groups` is `{name, share, bars}`: the share of the width that it takes, and its bars
- * `{value, look?, style?, name?, text?}`, with `text` above a bar and `name` below it. `axis` is
+ * `{value, look?, style?, name?, text?, part?}`, with `text` above a bar and `name` below it;
+ * `part` is the key of the edge that it measures. `axis` is
  * `{domain: [low, high], ticks, label, line?: {value, text}, linear?}`. A value at or below `low` has no
  * bar. Returns `toY` from a value to pixels.
  */
 export function putStrip(scene, layer, key, box, groups, axis) {
-  const inner = {
-    x: box.x + LEFT, y: box.y + TOP,
-    width: box.width - LEFT - RIGHT, height: box.height - TOP - BOTTOM,
-  };
+  const inner = { x: box.x + LEFT, y: box.y + TOP, width: box.width - LEFT - RIGHT };
+  const parts = sideBySide(inner, groups.map(({ share }) => share), APART);
+  // Names that are wider than their bars take turns in two rows.
+  const rows = groups.some(({ bars }, k) => bars.some(
+    ({ name = "" }) => LETTER * name.length > parts[k].width / bars.length,
+  )) ? 2 : 1;
+  inner.height = box.height - TOP - BOTTOM - LINE * (rows - 1);
   const toY = stripScale(inner, axis);
   putStripAxis(scene, layer, key, inner, toY, axis);
-  const room = inner.width - APART * (groups.length - 1);
-  const whole = groups.reduce((sum, group) => sum + group.share, 0);
-  let x = inner.x;
-  groups.forEach((group, number) => {
-    const width = (room * group.share) / whole;
-    putGroup(scene, layer, `${key}-${number}`, { ...inner, x, width }, toY, group);
-    x += width + APART;
+  groups.forEach((group, k) => {
+    const part = { ...parts[k], y: inner.y, height: inner.height };
+    putGroup(scene, layer, `${key}-${k}`, part, toY, group, rows);
   });
   return toY;
 }
@@ -40,7 +42,7 @@ function putStripAxis(scene, layer, key, inner, toY, { ticks, label, line }) {
   for (const value of ticks) {
     const y = toY(value);
     scene.put(layer, `${key}-y-${value}`, "path", { class: "rs-grid", d: `M${inner.x} ${y}h${inner.width}` });
-    const place = { class: "rs-tick", x: inner.x - 6, y: y + 4, "text-anchor": "end" };
+    const place = { class: "rs-tick", x: inner.x - 6, y: y + 5, "text-anchor": "end" };
     scene.put(layer, `${key}-yt-${value}`, "text", place, numberText(value));
   }
   const title = { class: "rs-label", x: inner.x - LEFT + 2, y: inner.y - 7 };
@@ -54,7 +56,7 @@ function putStripAxis(scene, layer, key, inner, toY, { ticks, label, line }) {
   scene.put(layer, `${key}-line-text`, "text", place, line.text);
 }
 
-function putGroup(scene, layer, key, inner, toY, { name, bars }) {
+function putGroup(scene, layer, key, inner, toY, { name, bars }, rows) {
   const floor = inner.y + inner.height;
   const slot = Math.min(WIDEST, inner.width / Math.max(bars.length, 1));
   const first = inner.x + 0.5 * (inner.width - slot * bars.length);
@@ -64,15 +66,15 @@ function putGroup(scene, layer, key, inner, toY, { name, bars }) {
     const tall = floor - toY(bar.value);
     if (tall > 0.5) {
       scene.put(layer, `${key}-${number}`, "path", {
-        class: bar.look ?? "is-muted", d: `M${x.toFixed(1)} ${floor}v${(-tall).toFixed(1)}`,
+        class: bar.look ?? "is-muted", "data-part": bar.part, d: `M${x.toFixed(1)} ${floor}v${(-tall).toFixed(1)}`,
         "stroke-width": ((slot > 8 ? 0.6 : 0.8) * slot).toFixed(1),
         style: `${bar.style ?? ""};stroke-linecap:butt;stroke-dasharray:none`,
       });
     }
     const place = { class: "rs-tick", x, "text-anchor": "middle" };
     if (bar.text) scene.put(layer, `${key}-${number}-u`, "text", { ...place, y: toY(bar.value) - 4 }, bar.text);
-    if (bar.name) scene.put(layer, `${key}-${number}-n`, "text", { ...place, y: floor + 14 }, bar.name);
+    if (bar.name) scene.put(layer, `${key}-${number}-n`, "text", { ...place, y: floor + LINE * (1 + (number % rows)) }, bar.name);
   });
-  const below = { class: "rs-label", x: inner.x + 0.5 * inner.width, y: floor + (named ? 30 : 16), "text-anchor": "middle" };
+  const below = { class: "rs-label", x: inner.x + 0.5 * inner.width, y: floor + 3 + LINE * (named ? rows + 1 : 1), "text-anchor": "middle" };
   scene.put(layer, `${key}-name`, "text", below, name);
 }

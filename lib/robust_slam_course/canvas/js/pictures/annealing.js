@@ -13,6 +13,7 @@ export function render(context) {
   return livePicture(context, {
     layers: ["grid", "back", "lines", "marks"],
     controls: [
+      { kind: "choice", name: "view", label: "Show", options: [["cost", "the cost"], ["path", "the path of the estimate"]] },
       { kind: "choice", name: "kind", label: "Cost", options: [["tls", "TLS"], ["gm", "Geman–McClure"]] },
       { kind: "choice", name: "start", label: "Readings", options: [["seven", "seven"], ["four", "four"]] },
       {
@@ -25,10 +26,10 @@ export function render(context) {
         text: (factor) => factor.toFixed(2),
       },
     ],
+    main: ["step"],
     clean: cleanAnnealing,
     solve: solveAnnealing,
     moving: (result) => [...result.cost, result.x, ...result.weights],
-    height: (width) => annealingPanels(width).height,
     draw: drawAnnealing,
     caption: annealingCaption,
   });
@@ -54,7 +55,8 @@ function cleanAnnealing(state, data) {
   const last = gnc(locationProblem(z), c, kind, null, { factor }).history.length - 1;
   // A reader who is at the last step stays there when a reading makes the run longer.
   const step = boundedNumber(state.step, [0, LAST_STEP], 0, 0);
-  return { start, z, kind, c, factor, step: step >= last ? LAST_STEP : step };
+  const view = state.view === "path" ? "path" : "cost";
+  return { view, start, z, kind, c, factor, step: step >= last ? LAST_STEP : step };
 }
 
 function solveAnnealing({ start, z, kind, c, factor, step }) {
@@ -91,37 +93,25 @@ function shareOfHighest(values) {
   return values.map((value) => value / most);
 }
 
-/** Where the three panels are, one below the other over one x axis. */
-function annealingPanels(width) {
-  const phone = width < 640;
-  const [cost, rows, path] = phone ? [170, 190, 200] : [190, 190, 220];
-  const head = 24;
-  const box = { x: 0, width: width - WEIGHT_COLUMN };
-  return {
-    cost: { ...box, y: head, height: cost },
-    // The cost has no words below its axis, so that the readings may begin closer to it.
-    rows: { y: 2 * head + cost - 16, height: rows },
-    path: { ...box, y: 3 * head + cost + rows - 16, height: path },
-    height: 3 * head + cost + rows + path - 16,
-  };
-}
-
 /** Width (px) of the column of weights on the right. */
 const WEIGHT_COLUMN = 84;
 
-function drawAnnealing(scene, { state, result, shown, width, change }) {
-  const panels = annealingPanels(width);
+function drawAnnealing(scene, { state, result, shown, width, height, change }) {
+  const all = { x: 0, width: width - WEIGHT_COLUMN };
+  const middle = Math.round(0.5 * height);
+  const upper = { ...all, y: 22, height: middle - 22 };
   const cost = shown.subarray(0, COST_SAMPLES);
   const x = shown[COST_SAMPLES];
   const weights = shown.subarray(COST_SAMPLES + 1);
-  const upper = drawCost(scene, panels.cost, state, result, cost, x);
-  drawReadings(scene, panels.rows, upper, { state, result, width, change }, weights, x);
-  drawPath(scene, panels.path, state, result, change);
+  const maps = state.view === "cost" ? drawCost(scene, upper, state, result, cost, x)
+    : drawPath(scene, upper, state, result, change);
+  const rows = { y: middle + 22, height: height - middle - 22 };
+  drawReadings(scene, rows, maps, { state, result, width, change }, weights, x);
 }
 
 function drawCost(scene, box, state, result, cost, x) {
   const maps = putAxes(scene, "grid", "cost", box,
-    { domain: result.span, label: "" }, { domain: [-0.04, 1.06], label: "share of highest", ticks: [0, 0.5, 1] });
+    { domain: result.span, label: "" }, { domain: [-0.04, 1.06], label: "cost", ticks: [0, 0.5, 1], text: (share) => (share ? (share < 1 ? "½" : "max") : "0") });
   const [low, high] = result.span;
   const place = (k) => maps.toX(low + ((high - low) * k) / (COST_SAMPLES - 1));
   const points = (values) => Array.from(values, (value, k) => [place(k), maps.toY(value)]);
@@ -189,12 +179,9 @@ function drawReadings(scene, { y, height }, maps, { state, result, width, change
 function drawPath(scene, box, state, result, change) {
   const last = Math.max(1, result.last);
   const maps = putAxes(scene, "grid", "path", box,
-    { domain: result.span, label: "x" }, { domain: [last + 0.5, -0.5], label: "", ticks: [] });
+    { domain: result.span, label: "" }, { domain: [last + 0.5, -0.5], label: "μ", ticks: [] });
   putHead(scene, "path-head", maps.inner.x, box.y - 8, box.width < 270 ? "Path; dots: minima" : "Path of the estimate; dots: minima");
-  const every = Math.ceil(last / 5);
-  scene.put("marks", "mu-head", "text", {
-    class: "rs-label", x: maps.inner.x - 6, y: maps.toY(0) + 4, "text-anchor": "end",
-  }, "μ");
+  const every = Math.ceil(last / 4);
   for (let k = every; k <= last; k += every) {
     const mu = result.history[k]?.mu;
     if (mu === undefined) continue;
@@ -217,6 +204,7 @@ function drawPath(scene, box, state, result, change) {
     drag: (px, py) => move(maps.fromY(py)),
     step: (right, up) => move(result.step + (right || up)),
   });
+  return maps;
 }
 
 function annealingCaption({ state, result }) {

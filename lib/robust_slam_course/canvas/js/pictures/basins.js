@@ -26,11 +26,15 @@ export function render(context) {
         kind: "slider", name: "sigma", label: "σ", min: 0.3, max: 3, step: 0.1,
         text: (sigma) => sigma.toFixed(1),
       },
+      {
+        kind: "choice", name: "view", label: "Show",
+        options: [["cost", "the cost"], ["every c", "all starts, for every c"]],
+      },
     ],
+    main: ["sigma"],
     clean: cleanBasins,
     solve: (state, data) => solveBasins(state, data, fork),
     moving: (result) => result.cost,
-    height: () => basinPanels(0).height,
     draw: drawBasins,
     caption: basinsCaption,
   });
@@ -49,7 +53,7 @@ function cleanBasins(state, data) {
   const readings = state.readings === "pair" ? "pair" : "crowd";
   const z = data.z.map((given, k) => boundedNumber(state.z[k], BASIN_SPAN, given, 1));
   return {
-    readings, z,
+    readings, z, view: state.view === "every c" ? "every c" : "cost",
     kernel: LANDSCAPE_KERNELS.some(([name]) => name === state.kernel) ? state.kernel : "tls",
     c: boundedNumber(state.c, [LEAST_C, MOST_C], 3, 1),
     sigma: boundedNumber(state.sigma, [0.3, 3], 1, 1),
@@ -122,22 +126,20 @@ function solveBasins(state, data, fork) {
   };
 }
 
-/** Where the panels are: the landscape, the readings, the band of basins, the map over c. */
-function basinPanels(width) {
+/** Where the panels are: the cost or the map over c, the readings, the band of basins. */
+function basinPanels(width, height) {
   return {
-    cost: { x: 0, y: 24, width, height: 200 },
-    readings: 226, band: { y: 270, height: 30 },
-    fork: { x: 0, y: 320, width, height: 240 },
-    height: 564,
+    upper: { x: 0, y: 22, width, height: height - 108 },
+    readings: height - 72, band: { y: height - 30, height: 28 },
   };
 }
 
-function drawBasins(scene, { state, result, shown, width, change }) {
-  const panels = basinPanels(width);
-  const maps = drawLandscape(scene, panels.cost, state, result, shown, change);
+function drawBasins(scene, { state, result, shown, width, height, change }) {
+  const panels = basinPanels(width, height);
+  const drawUpper = state.view === "cost" ? drawLandscape : drawFork;
+  const maps = drawUpper(scene, panels.upper, state, result, shown, change);
   drawGroups(scene, panels.readings, maps, state, result, change);
   drawBand(scene, panels.band, maps, result);
-  drawFork(scene, panels.fork, state, result, change);
 }
 
 function drawLandscape(scene, box, state, result, cost, change) {
@@ -166,14 +168,18 @@ function drawLandscape(scene, box, state, result, cost, change) {
   scene.put("marks", "end-text", "text", {
     class: "rs-label rs-halo", x: x + (onRight ? -12 : 12), y: y + 16, "text-anchor": onRight ? "end" : "start",
   }, `end ${placeText(end)}`);
+  putStart(scene, maps, height(state.start), state, end, change);
+  return maps;
+}
+
+function putStart(scene, maps, y, state, end, change) {
   putHandle(scene, "start", {
-    x: maps.toX(state.start), y: height(state.start), label: "Start of the descent",
+    x: maps.toX(state.start), y, label: "Start of the descent",
     text: `${numberText(state.start)}, ends at ${placeText(end)}`,
     now: state.start, least: BASIN_SPAN[0], most: BASIN_SPAN[1],
     drag: (px) => change({ start: maps.fromX(px) }),
     step: (right, up) => change({ start: state.start + 0.1 * (right || up) }),
   });
-  return maps;
 }
 
 function drawGroups(scene, y, maps, state, result, change) {
@@ -238,10 +244,10 @@ function drawBand(scene, { y, height }, maps, result) {
 }
 
 /** For every c: the minima, and beneath them the starts by where they end. */
-function drawFork(scene, box, state, result, change) {
+function drawFork(scene, box, state, result, _, change) {
   const maps = putAxes(scene, "grid", "fork", box,
-    { domain: BASIN_SPAN, label: "x" }, { domain: [LEAST_C, MOST_C], label: "c", ticks: [1, 3, 5, 7, 9, 11] });
-  scene.put("marks", "fork-head", "text", { class: "rs-head", x: maps.inner.x, y: box.y + 2 }, "For every c; black: minima");
+    { domain: BASIN_SPAN, label: "" }, { domain: [LEAST_C, MOST_C], label: "c", ticks: [1, 3, 5, 7, 9, 11] });
+  scene.put("marks", "fork-head", "text", { class: "rs-head", x: maps.inner.x, y: 14 }, "Starts for every c; black: minima");
   const half = (MOST_C - LEAST_C) / (MAP_ROWS - 1) / 2;
   const areas = { first: "", second: "", between: "", stays: "" };
   const dots = result.branches.flatMap(([c, minima]) => minima.map(
@@ -268,7 +274,8 @@ function drawFork(scene, box, state, result, change) {
     now: state.c, least: LEAST_C, most: MOST_C,
     drag: (px, py) => change({ c: maps.fromY(py) }),
     step: (across, up) => change({ c: state.c + 0.1 * (across || up) }),
-  });
+  });  putStart(scene, maps, y, state, result.run.x, change);
+  return maps;
 }
 
 /** A place or a cost with two decimals at most. */

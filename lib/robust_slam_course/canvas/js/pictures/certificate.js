@@ -2,7 +2,9 @@ import { certify, connectionMatrix, headingsRow, quadraticCost } from "../solve/
 import { descend, roundedHeadings, staircase } from "../solve/staircase.js";
 import { numberText, putAxes } from "../draw/axes.js";
 import { putHandle } from "../draw/handle.js";
+import { freePlace } from "../draw/labels.js";
 import { livePicture } from "../draw/picture.js";
+import { WIDE } from "../draw/stage.js";
 
 /** Headings on a ring, the spectrum of their certificate, and the climb out of the plane. */
 export function render(context) {
@@ -22,10 +24,10 @@ export function render(context) {
       ringButton("Twist the ring", (count) => (k) => wholeDegrees((360 * k) / count)),
       ringButton("Equal headings", () => () => 0),
     ],
+    main: ["step"],
     clean: cleanCertificate,
     solve: (state) => solveCertificate(state, climbed),
     moving: (result) => [...result.arrows, result.tilt, ...result.eigenvalues, result.cost, result.cost - result.bound],
-    height: (width) => certificatePanels(width).height,
     draw: drawCertificate,
     caption: certificateCaption,
   });
@@ -110,33 +112,29 @@ function arrowsOf(R, r) {
   )).flat();
 }
 
-/** Where the panels are: side by side from 640 px on, one below the other else. */
-function certificatePanels(width) {
-  if (width < 640) {
-    const ring = Math.min(300, width);
-    return {
-      ring: { x: (width - ring) / 2, y: 0, size: ring },
-      spectrum: { x: 0, y: ring + 22, width, height: 150 },
-      cost: { x: 0, y: ring + 196, width, height: 134 },
-      height: ring + 334,
-    };
+/** Where the panels are; a narrow page has no room for the bar, whose numbers the readout tells. */
+function certificatePanels(width, height) {
+  const all = { x: 0, y: 0, width, height };
+  if (width < WIDE) {
+    const size = 0.6 * height;
+    return { ring: { x: (width - size) / 2, y: 0, size }, spectrum: { ...all, y: size + 22, height: height - size - 22 } };
   }
-  const ring = Math.min(340, 0.47 * width);
+  const size = Math.min(height, 0.54 * width);
+  const right = { ...all, x: size + 10, width: width - size - 10 };
+  const half = height / 2;
   return {
-    ring: { x: 0, y: 0, size: ring },
-    spectrum: { x: ring + 10, y: 24, width: width - ring - 10, height: 158 },
-    cost: { x: ring + 10, y: 208, width: width - ring - 10, height: 134 },
-    height: 346,
+    ring: { x: 0, y: (height - size) / 2, size },
+    spectrum: { ...right, y: 22, height: half - 22 }, cost: { ...right, y: half + 26, height: half - 26 },
   };
 }
 
-function drawCertificate(scene, { state, result, shown, width, change }) {
-  const panels = certificatePanels(width);
+function drawCertificate(scene, { state, result, shown, width, height, change }) {
+  const panels = certificatePanels(width, height);
   const n = state.degrees.length;
   const arrows = shown.subarray(0, 3 * n);
   drawRing(scene, panels.ring, state, result, arrows, shown[3 * n], change);
   drawSpectrum(scene, panels.spectrum, result, shown.subarray(3 * n + 1, 5 * n + 1));
-  drawCosts(scene, panels.cost, n, result, shown[5 * n + 1], shown[5 * n + 2]);
+  if (panels.cost) drawCosts(scene, panels.cost, n, result, shown[5 * n + 1], shown[5 * n + 2]);
 }
 
 function drawRing(scene, { x, y, size }, state, result, arrows, tilt, change) {
@@ -157,16 +155,20 @@ function drawRing(scene, { x, y, size }, state, result, arrows, tilt, change) {
       d: `M${a[0].toFixed(1)} ${a[1].toFixed(1)}L${b[0].toFixed(1)} ${b[1].toFixed(1)}`,
     });
   };
+  const tips = spots.map((spot, k) => {
+    const [east, north, up] = arrows.subarray(3 * k, 3 * k + 3);
+    return [spot[0] + length * east, spot[1] + length * north, length * up];
+  });
   spots.forEach((spot, k) => {
     const next = spots[(k + 1) % n];
     const misfit = result.misfits[k];
     draw("grid", `edge-${k}`, spot, next, misfit > 0.01 ? "is-outlier" : "is-inlier", 1.5 + 0.6 * misfit);
-    const middle = project([0, 1].map((axis) => 0.5 * (spot[axis] + next[axis])).concat(0));
+    const along = (share) => project([0, 1].map((axis) => spot[axis] + share * (next[axis] - spot[axis])).concat(0));
+    const middle = freePlace([0.5, 0.36, 0.64, 0.24, 0.76].map(along), tips.map(project), 28);
     scene.put("marks", `misfit-${k}`, "text", {
-      class: "rs-label rs-halo", x: middle[0], y: middle[1] + 4, "text-anchor": "middle",
+      class: "rs-label rs-halo", x: middle[0], y: middle[1] + 5, "text-anchor": "middle",
     }, misfit.toFixed(misfit < 9.95 ? 2 : 1));
-    const [east, north, up] = arrows.subarray(3 * k, 3 * k + 3);
-    const tip = [spot[0] + length * east, spot[1] + length * north, length * up];
+    const tip = tips[k];
     draw("lines", `shadow-${k}`, spot, [tip[0], tip[1], 0], "is-ghost", 2);
     draw("lines", `rise-${k}`, [tip[0], tip[1], 0], tip, "is-ghost", 2);
     draw("lines", `arrow-${k}`, spot, tip, "is-estimate", 3);
@@ -199,7 +201,7 @@ function drawSpectrum(scene, box, result, eigenvalues) {
   const maps = putAxes(scene, "grid", "spectrum", box,
     { domain: [-4.4, 4.4], label: "eigenvalue", ticks: [-4, -2, 0, 2, 4] }, { domain: [0, 1], label: "", ticks: [] });
   const { inner } = maps;
-  scene.put("marks", "spectrum-head", "text", { class: "rs-head", x: inner.x - 40, y: box.y - 6 },
+  scene.put("marks", "spectrum-head", "text", { class: "rs-head", x: box.x + 4, y: box.y - 6 },
     `Eigenvalues of S: ${result.verdict}`);
   scene.put("areas", "refused", "path", {
     class: "rs-area is-outlier", d: `M${inner.x} ${inner.y}H${maps.toX(0)}V${inner.y + inner.height}H${inner.x}Z`,
@@ -228,7 +230,7 @@ function drawSpectrum(scene, box, result, eigenvalues) {
   scene.put("marks", "lowest", "text", {
     class: "rs-label", x: maps.toX(0) + (negative ? -8 : 8), y: inner.y + 14,
     "text-anchor": negative ? "end" : "start",
-  }, `λ_min ${result.lambdaMin.toFixed(2).replace("-", "−")}`);
+  }, `smallest ${result.lambdaMin.toFixed(2).replace("-", "−")}`);
 }
 
 /** The cost, what it is at least, and between them the most that can be gained. */
@@ -237,7 +239,7 @@ function drawCosts(scene, box, n, result, cost, lower) {
     { domain: [-1, 8 * n + 2], label: "cost" }, { domain: [0, 1], label: "", ticks: [] });
   const { inner } = maps;
   const y = inner.y + 0.5 * inner.height - 2;
-  scene.put("marks", "costs-head", "text", { class: "rs-head", x: inner.x - 40, y: box.y - 2 }, "Bar: at most to gain");
+  scene.put("marks", "costs-head", "text", { class: "rs-head", x: box.x + 4, y: box.y - 2 }, "Bar: at most to gain");
   const [left, right] = [maps.toX(lower), maps.toX(cost)];
   scene.put("areas", "gap", "path", {
     class: "rs-area is-accent", d: `M${left} ${y - 11}H${right}V${y + 11}H${left}Z`,
@@ -258,7 +260,7 @@ function certificateCaption({ state, result }) {
   const number = (value) => (Math.abs(value) < 0.005 ? 0 : value).toFixed(2).replace("-", "−");
   const where = result.r === 2 ? "In the plane" : `With ${result.r} rows`;
   const step = result.step ? `Step ${result.step} of ${result.last}. ` : "";
-  const values = `${step}${where} the cost is ${number(result.cost)} and λ_min is ${number(result.lambdaMin)}`;
+  const values = `${step}${where} the cost is ${number(result.cost)} and the smallest eigenvalue is ${number(result.lambdaMin)}`;
   const gain = `at most ${number(result.bound)} can be gained`;
   if (result.verdict === "certified") return `${values}: certified, no headings cost less.`;
   if (result.verdict === "not stationary") {

@@ -1,7 +1,8 @@
 import { numberText } from "../draw/axes.js";
-import { fitMap, posePixels, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
+import { fitAround, posePixels, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
 import { boundedNumber } from "../draw/link.js";
 import { livePicture } from "../draw/picture.js";
+import { sideBySide, WIDE } from "../draw/stage.js";
 import { putStrip } from "../draw/strip.js";
 import { agreeingClosures } from "../solve/aliasing.js";
 import { pcm } from "../solve/consistency.js";
@@ -31,39 +32,23 @@ export function render(context) {
         kind: "choice", name: "map", label: "Map by",
         options: [["pcm", "PCM"], ["switches", "switches, λ = γ²"]],
       },
+      {
+        kind: "choice", name: "beside", label: "Beside the map",
+        options: [["ring", "who agrees"], ["errors", "cycle errors"], ["switches", "switches"]],
+      },
     ],
+    main: ["count"],
     clean: cleanConsistency,
     solve: solveConsistency,
     moving: (result) => result.shown,
-    height: (width) => consistencyBoxes(width).height,
     draw: drawConsistency,
     caption: consistencyCaption,
   });
 }
 
 const MOST_WRONG_CLOSURES = 10;
-const STRIP_TALL = 128; // pixels
 
-/** Where map, ring and the two strips stand: two by two, or on a narrow screen in one column. */
-function consistencyBoxes(width) {
-  if (width >= 600) {
-    const half = width / 2;
-    const tall = 0.84 * half;
-    return {
-      map: { x: 0, y: 0, width: half, height: tall }, ring: { x: half, y: 0, width: half, height: tall },
-      errors: { x: 0, y: tall, width: half - 6, height: STRIP_TALL },
-      switches: { x: half + 6, y: tall, width: half - 6, height: STRIP_TALL },
-      height: tall + STRIP_TALL,
-    };
-  }
-  const [map, ring] = [0.78 * width, 0.7 * width];
-  return {
-    map: { x: 0, y: 0, width, height: map }, ring: { x: 0, y: map, width, height: ring },
-    errors: { x: 0, y: map + ring + 6, width, height: STRIP_TALL },
-    switches: { x: 0, y: map + ring + STRIP_TALL + 12, width, height: STRIP_TALL },
-    height: map + ring + 2 * STRIP_TALL + 12,
-  };
-}
+const BESIDE = { ring: drawAgreement, errors: drawCycleErrors, switches: drawSwitchStrip };
 
 function cleanConsistency(state, data) {
   const last = data.truth.length / 3 - 1;
@@ -77,6 +62,7 @@ function cleanConsistency(state, data) {
   return {
     count, agree: state.agree, gamma: boundedNumber(state.gamma, [1, 100], CHI_99_SE2),
     map: state.map === "switches" ? "switches" : "pcm",
+    beside: Object.hasOwn(BESIDE, state.beside) ? state.beside : "ring",
     lone, group: pair(state.group, last + 1 - Math.max(1, count), data.group),
     chosen: boundedNumber(state.chosen, [0, Math.max(0, count - 1)], 0, 0),
   };
@@ -123,16 +109,17 @@ function chosenPlace(state, result) {
 }
 
 function drawConsistency(scene, view) {
-  const boxes = consistencyBoxes(view.width);
-  drawClosureMap(scene, view, boxes.map);
-  drawAgreement(scene, view, boxes.ring);
-  drawCycleErrors(scene, view, boxes.errors);
-  drawSwitchStrip(scene, view, boxes.switches);
+  const all = { x: 0, y: 0, width: view.width, height: view.height };
+  const tall = 0.53 * all.height;
+  const [map, beside] = all.width >= WIDE ? sideBySide(all, [1, 1])
+    : [{ ...all, height: tall }, { ...all, y: tall, height: all.height - tall }];
+  drawClosureMap(scene, view, map);
+  BESIDE[view.state.beside](scene, view, beside);
 }
 
 function drawClosureMap(scene, { state, result, shown, data, change }, box) {
   const inner = { ...box, y: box.y + 20, height: box.height - 20 };
-  const map = fitMap(inner, data.truth, 0.15 * Math.min(box.width, box.height));
+  const map = fitAround(scene, "map", inner, data.truth, result.shown);
   const way = state.map === "pcm" ? "PCM, then least squares" : "Switches";
   const head = { class: "rs-head", x: box.x + 0.5 * box.width, y: box.y + 14, "text-anchor": "middle" };
   scene.put("words", "map-head", "text", head, `${way}: ${result.off[state.map].toFixed(2)} m off`);
@@ -169,17 +156,17 @@ function drawAgreement(scene, { state, result }, box) {
   const count = isMember.length;
   const head = { class: "rs-head", x: box.x + 0.5 * box.width, y: box.y + 14, "text-anchor": "middle" };
   scene.put("words", "ring-head", "text", head, `Largest set that agrees: ${clique.length} of ${count}`);
-  const radius = 0.5 * Math.min(box.width, box.height - 22) - 34;
+  const [rx, ry] = [0.5 * Math.min(box.width, 340) - 34, 0.5 * (Math.min(box.height, 340) - 22) - 28];
   const [cx, cy] = [box.x + 0.5 * box.width, box.y + 22 + 0.5 * (box.height - 22)];
-  const at = (place, r) => {
+  const at = (place, out = 0) => {
     const angle = (2 * Math.PI * place) / count - 0.5 * Math.PI;
-    return [cx + r * Math.cos(angle), cy + r * Math.sin(angle)];
+    return [cx + (rx + out) * Math.cos(angle), cy + (ry + out) * Math.sin(angle)];
   };
   const lines = { pairs: "", members: "" };
   for (let p = 0; p < count; p += 1) {
     for (let q = p + 1; q < count; q += 1) {
       if (!adjacency[p * count + q]) continue;
-      const [[x, y], [u, v]] = [at(p, radius), at(q, radius)];
+      const [[x, y], [u, v]] = [at(p), at(q)];
       lines[isMember[p] && isMember[q] ? "members" : "pairs"] += `M${x.toFixed(1)} ${y.toFixed(1)}L${u.toFixed(1)} ${v.toFixed(1)}`;
     }
   }
@@ -187,13 +174,13 @@ function drawAgreement(scene, { state, result }, box) {
   scene.put("members", "members", "path", { class: "is-estimate", d: lines.members, "stroke-width": 2 });
   for (let place = 0; place < count; place += 1) {
     const wrong = place >= correct;
-    const [x, y] = at(place, radius);
+    const [x, y] = at(place);
     const colour = `var(--rs-${wrong ? "outlier" : "inlier"})`;
     scene.put("vertices", `vertex-${place}`, "path", {
-      d: VERTEX[wrong], transform: `translate(${x.toFixed(1)} ${y.toFixed(1)})`, "stroke-width": 2.5,
+      "data-part": `edge-${place}`, d: VERTEX[wrong], transform: `translate(${x.toFixed(1)} ${y.toFixed(1)})`, "stroke-width": 2.5,
       style: `stroke:${colour};fill:${isMember[place] ? colour : "var(--rs-card)"}`,
     });
-    const [tx, ty] = at(place, radius + 21);
+    const [tx, ty] = at(place, 20);
     const name = { class: place === chosenPlace(state, result) ? "rs-head" : "rs-label", x: tx, y: ty + 4, "text-anchor": "middle" };
     scene.put("words", `vertex-name-${place}`, "text", name, closureName(place, correct));
   }
@@ -202,7 +189,7 @@ function drawAgreement(scene, { state, result }, box) {
 function stripGroups(result, bar) {
   const bars = result.ends.map((_, place) => ({
     look: place < result.correct ? "is-inlier" : "is-outlier",
-    name: closureName(place, result.correct), ...bar(place),
+    name: closureName(place, result.correct), part: `edge-${place}`, ...bar(place),
   }));
   const groups = [
     { name: "correct", share: result.correct, bars: bars.slice(0, result.correct) },

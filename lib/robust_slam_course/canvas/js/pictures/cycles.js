@@ -1,6 +1,7 @@
 import { numberText } from "../draw/axes.js";
-import { fitMap, posePixels, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
+import { fitAround, posePixels, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
 import { livePicture } from "../draw/picture.js";
+import { sideBySide, WIDE } from "../draw/stage.js";
 import { putStrip } from "../draw/strip.js";
 import { alignPoses } from "../solve/metrics.js";
 import {
@@ -32,22 +33,17 @@ export function render(context) {
         does: (state) => ({ [state.place]: state[state.place].slice(0, -1) }),
       },
     ],
+    main: ["correct"],
     clean: cleanCycles,
     solve: (state, data) => solveCycles(state, data, undisturbed),
     moving: (result) => result.poses,
-    height: (width) => mapHeight(width) + STRIP_HEIGHT,
     draw: drawCycles,
     caption: cyclesCaption,
   });
 }
 
 const MOST_JOINS = 4;
-const STRIP_HEIGHT = 164; // pixels
 const CHANGED = 0.005; // a residual that moved by more than this, in standard deviations
-
-function mapHeight(width) {
-  return Math.min(400, Math.max(290, 0.56 * width));
-}
 
 /** The least number of poses between the ends of a join; neighbours of the pentagon may be joined. */
 function leastGap(place) {
@@ -133,24 +129,31 @@ function heatStyle(norm) {
 
 function drawCycles(scene, { state, result, shown, width, height, change }) {
   const { truth } = result.given;
-  const tall = height - STRIP_HEIGHT;
-  const map = fitMap({ x: 0, y: 12, width, height: tall - 12 }, truth, (state.place === "town" ? 0.19 : 0.16) * Math.min(width, tall));
-  for (const layer of ["edges", "drive"]) scene.clip(layer, { x: 0, y: 18, width, height: tall - 18 });
+  const [left, right] = cycleBoxes(width, height);
+  const box = { ...left, y: 22, height: left.height - 22 };
+  const map = fitAround(scene, state.place, box, truth, result.poses, state.place === "town" ? 24 : 42);
+  for (const layer of ["edges", "drive"]) scene.clip(layer, box);
   putDrive(scene, "ghost", "truth", map, truth, "is-ghost");
   putHeatedEdges(scene, map, shown, result);
   if (state.place === "pentagon") putPentagonNames(scene, map, shown, truth);
   result.joins.forEach((join, k) => {
     putEdge(scene, "wrong", `wrong-${k}`, map, truth, join, "is-outlier", 3);
   });
-  scene.put("strip", "key", "text", { class: "rs-tick", x: 2, y: 12 }, "dotted: true path · dashed: wrong closure");
-  const box = { x: 0, y: tall, width, height: STRIP_HEIGHT };
-  putStrip(scene, "strip", "norms", box, residualGroups(state, result), {
+  scene.put("strip", "key", "text", { class: "rs-tick", x: 2, y: 14 }, "dotted: true path");
+  putStrip(scene, "strip", "norms", right, residualGroups(state, result), {
     domain: [0.1, 100], ticks: [0.1, 1, 10, 100], label: "whitened residual u",
-    line: { value: CHI_99_SE2, text: "dashed: 99 % of inliers" },
+    line: { value: CHI_99_SE2, text: "99 % of inliers" },
   });
   putClosureHandles(scene, map, truth, result.joins, (joins) => change({ [state.place]: joins }), {
     gap: leastGap(state.place), noun: "Wrong closure", first: state.place === "pentagon" ? 1 : 0,
   });
+}
+
+/** Where map and bars stand: side by side, or where the page is narrow one above the other. */
+function cycleBoxes(width, height) {
+  const all = { x: 0, y: 0, width, height };
+  if (width >= WIDE) return sideBySide(all, [1.25, 1]);
+  return [{ ...all, height: 0.6 * height }, { ...all, y: 0.6 * height, height: 0.4 * height }];
 }
 
 function putHeatedEdges(scene, map, shown, { graph, norms, steps, closures }) {
@@ -196,7 +199,7 @@ function residualGroups(state, { graph, norms, steps, closures }) {
     const name = `${graph.tail[k] + 1}–${graph.head[k] + 1}`;
     return { ...bar, name, text: norms[k] < 0.05 ? "0" : norms[k].toFixed(1) };
   });
-  const groups = [{ name: "odometry, in order", share: few ? 4 : 6, bars: bars(0, steps) }];
+  const groups = [{ name: "odometry", share: few ? 4 : 6, bars: bars(0, steps) }];
   if (closures) groups.push({ name: "correct", share: few ? 1.3 : 2, bars: bars(steps, steps + closures) });
   const wrong = bars(steps + closures, norms.length);
   if (wrong.length) groups.push({ name: "wrong", share: few ? wrong.length + 0.3 : 1.5, bars: wrong });

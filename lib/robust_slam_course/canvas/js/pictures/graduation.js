@@ -1,15 +1,21 @@
 import { numberText } from "../draw/axes.js";
 import { putHandle } from "../draw/handle.js";
 import { livePicture } from "../draw/picture.js";
+import { sideBySide, WIDE } from "../draw/stage.js";
 
 /**
- * Counts of good maps over two axes, odometry noise and claimed σ: a heat map for each start and
- * method. The reader moves a point in that plane, and each heat map tells its count there.
+ * Counts of good maps over two axes, odometry noise and claimed σ: a heat map for IRLS and one for
+ * GNC. The reader moves a point in that plane, and each heat map tells its count there.
  */
 export function render(context) {
   return livePicture(context, {
     layers: ["squares", "frames", "words"],
     controls: [
+      {
+        kind: "choice", name: "start", label: "Start at",
+        options: context.model.get("data").starts.map((start) => [start, start]),
+      },
+      { kind: "choice", name: "kernel", label: "Kernel", options: [["TLS", "TLS"], ["GM", "Geman–McClure"]] },
       {
         kind: "choice", name: "kind", label: "Outliers",
         options: [["random", "random"], ["consistent", "consistent in groups of 5"]],
@@ -19,18 +25,20 @@ export function render(context) {
         options: [["50", "50 %"], ["75", "75 %"]],
       },
     ],
+    main: ["start"],
     clean: cleanGraduation,
     solve: countsAtPoint,
-    height: (width) => panelGrid(width).height,
     draw: drawGraduation,
     caption: graduationCaption,
   });
 }
 
-function cleanGraduation(state, { noises, claims }) {
+function cleanGraduation(state, { noises, claims, starts }) {
   const within = (value, values) => (Number.isInteger(value)
     ? Math.min(values.length - 1, Math.max(0, value)) : 2);
   return {
+    start: starts.includes(state.start) ? state.start : starts[0],
+    kernel: state.kernel === "GM" ? "GM" : "TLS",
     kind: state.kind === "random" ? "random" : "consistent",
     percent: String(state.percent) === "75" ? "75" : "50",
     noise: within(state.noise, noises),
@@ -48,57 +56,26 @@ function countsAtPoint({ kind, percent, noise, claim }, { good }) {
   return { table, here, best: Math.max(...here.flat()) };
 }
 
-const [GAP, TITLE, AXIS_LEFT, AXIS_BOTTOM, START] = [10, 20, 44, 40, 24]; // pixels
+const [TITLE, AXIS_LEFT, AXIS_BOTTOM] = [24, 48, 42]; // pixels
 
-/** Where the heat maps stand: starts in rows, or in columns where the page is narrow. */
-function panelGrid(width) {
-  const wide = width >= 600;
-  const [columns, rows] = wide ? [4, 2] : [2, 4];
-  const across = (width - AXIS_LEFT - GAP * (columns - 1) - 2) / columns;
-  const up = wide ? 0.78 * across : 0.66 * across;
-  const heading = wide ? START : 0;
-  const step = up + TITLE + heading + GAP;
-  const top = wide ? 0 : START;
-  return {
-    wide, across, up, height: Math.ceil(top + rows * step + AXIS_BOTTOM),
-    place(start, method) {
-      const [column, row] = wide ? [method, start] : [start, method];
-      return {
-        x: AXIS_LEFT + column * (across + GAP), y: top + row * step + heading + TITLE,
-        isLeft: column === 0, isLow: row === rows - 1, isFirst: wide ? column === 0 : row === 0,
-      };
-    },
-  };
-}
-
-function drawGraduation(scene, { state, result, width, data, change }) {
-  const grid = panelGrid(width);
-  data.starts.forEach((start, s) => data.methods.forEach((method, m) => {
-    const place = grid.place(s, m);
-    const key = `${s}-${m}`;
-    const cell = [grid.across / data.noises.length, grid.up / data.claims.length];
-    if (place.isFirst) putStartName(scene, key, place, start, grid);
-    putPanelTitle(scene, key, place, method, result, [s, m], data.runs);
-    putSquares(scene, key, place, cell, result.table[s][m], data.runs);
-    putPanelFrame(scene, key, place, grid, result.here[s][m] === result.best);
-    putPanelAxes(scene, key, place, grid, cell, data);
-    const x = place.x + (state.noise + 0.5) * cell[0];
-    const y = place.y + grid.up - (state.claim + 0.5) * cell[1];
-    if (s || m) scene.put("words", `${key}-point`, "circle", { class: "rs-ring is-ink", cx: x, cy: y, r: 6 });
-    else putPoint(scene, { x, y }, place, grid, cell, state, data, change);
-  }));
-}
-
-function putStartName(scene, key, { x, y }, start, { wide }) {
-  const at = { class: "rs-head", x, y: y - TITLE - (wide ? 7 : 10) };
-  scene.put("words", `${key}-start`, "text", at, wide ? `Start: ${start}` : `From ${start}`);
-}
-
-function putPanelTitle(scene, key, { x, y }, method, { here, best }, [s, m], runs) {
-  const count = here[s][m];
-  const look = count === best ? "rs-head" : "";
-  const text = `${method}: ${count} of ${runs}${count === best && best > 0 ? " ★" : ""}`;
-  scene.put("words", `${key}-title`, "text", { class: look, x, y: y - 6 }, text);
+function drawGraduation(scene, { state, result, width, height, data, change }) {
+  const all = { x: AXIS_LEFT, y: TITLE, width: width - AXIS_LEFT - 2, height: height - TITLE - AXIS_BOTTOM };
+  const s = data.starts.indexOf(state.start);
+  const chosen = data.methods.flatMap((method, m) => (method.endsWith(state.kernel) ? [m] : []));
+  sideBySide(all, [1, 1]).forEach((box, k) => {
+    const m = chosen[k];
+    const cell = [box.width / data.noises.length, box.height / data.claims.length];
+    const count = result.here[s][m];
+    const title = { class: "rs-head", x: box.x, y: box.y - 8 };
+    scene.put("words", `${k}-title`, "text", title, `${data.methods[m]}: ${count} of ${data.runs}`);
+    putSquares(scene, String(k), box, cell, result.table[s][m], data.runs);
+    putPanelFrame(scene, String(k), box);
+    putPanelAxes(scene, k, box, cell, data, width);
+    const x = box.x + (state.noise + 0.5) * cell[0];
+    const y = box.y + box.height - (state.claim + 0.5) * cell[1];
+    if (k) scene.put("words", "there", "circle", { class: "rs-ring is-ink", cx: x, cy: y, r: 8 });
+    else putPoint(scene, { x, y }, box, cell, state, data, change);
+  });
 }
 
 /** A square for each place of the plane; its area and its colour tell the share of good maps. */
@@ -120,40 +97,37 @@ function putSquares(scene, key, { x, y }, [wide, tall], counts, runs) {
   }
 }
 
-function putPanelFrame(scene, key, { x, y }, { across, up }, isBest) {
-  scene.put("frames", `${key}-frame`, "path", {
-    class: isBest ? "is-ink" : "is-grid", "stroke-width": isBest ? 2.5 : 1,
-    d: `M${x} ${y}h${across}v${up}h${-across}Z`,
-  });
+function putPanelFrame(scene, key, { x, y, width, height }) {
+  const d = `M${x} ${y}h${width}v${height}h${-width}Z`;
+  scene.put("frames", `${key}-frame`, "path", { class: "is-muted", "stroke-width": 1, d });
 }
 
-function putPanelAxes(scene, key, { x, y, isLeft, isLow }, { across, up, wide }, cell, { noises, claims }) {
-  if (isLeft) {
+function putPanelAxes(scene, key, { x, y, width, height }, cell, { noises, claims }, all) {
+  if (!key) {
     claims.forEach((claim, k) => {
-      const at = { class: "rs-tick", x: x - 5, y: y + up - (k + 0.5) * cell[1] + 4, "text-anchor": "end" };
-      scene.put("words", `${key}-y-${k}`, "text", at, claimText(claim));
+      const at = { class: "rs-tick", x: x - 6, y: y + height - (k + 0.5) * cell[1] + 5, "text-anchor": "end" };
+      scene.put("words", `y-${k}`, "text", at, claimText(claim));
     });
-    const [cx, cy] = [12, y + up / 2];
-    const turned = { class: "rs-label", x: cx, y: cy, "text-anchor": "middle", transform: `rotate(-90 ${cx} ${cy})` };
-    scene.put("words", `${key}-yl`, "text", turned, "claimed / true σ");
+    const [cx, cy] = [13, y + height / 2];
+    const turned = { x: cx, y: cy, "text-anchor": "middle", transform: `rotate(-90 ${cx} ${cy})` };
+    scene.put("words", "yl", "text", turned, "claimed / true σ");
   }
-  if (!isLow) return;
   noises.forEach((noise, k) => {
-    const at = { class: "rs-tick", x: x + (k + 0.5) * cell[0], y: y + up + 15, "text-anchor": "middle" };
+    const at = { class: "rs-tick", x: x + (k + 0.5) * cell[0], y: y + height + 17, "text-anchor": "middle" };
     scene.put("words", `${key}-x-${k}`, "text", at, numberText(100 * noise));
   });
-  const below = { class: "rs-label", x: x + across / 2, y: y + up + 32, "text-anchor": "middle" };
-  scene.put("words", `${key}-xl`, "text", below, wide ? "noise (0.01 rad a step)" : "noise (0.01 rad)");
+  const below = { x: x + width / 2, y: y + height + 36, "text-anchor": "middle" };
+  scene.put("words", `${key}-xl`, "text", below, all < WIDE ? "noise (0.01 rad)" : "odometry noise (0.01 rad a step)");
 }
 
-function putPoint(scene, { x, y }, place, { up }, [wide, tall], state, { noises, claims }, change) {
+function putPoint(scene, { x, y }, box, [wide, tall], state, { noises, claims }, change) {
   const clamp = (value, values) => Math.min(values.length - 1, Math.max(0, value));
   const move = (noise, claim) => change({ noise: clamp(noise, noises), claim: clamp(claim, claims) });
   putHandle(scene, "point", {
     x, y, label: "Odometry noise and claimed σ",
     text: `noise ${noises[state.noise]} rad a step, claimed σ ${claimText(claims[state.claim])} times the true one`,
     now: state.noise + noises.length * state.claim, least: 0, most: noises.length * claims.length - 1,
-    drag: (px, py) => move(Math.floor((px - place.x) / wide), Math.floor((place.y + up - py) / tall)),
+    drag: (px, py) => move(Math.floor((px - box.x) / wide), Math.floor((box.y + box.height - py) / tall)),
     step: (right, above) => move(state.noise + Math.sign(right), state.claim + Math.sign(above)),
   });
 }

@@ -7,27 +7,36 @@ import { putEndLabels } from "../draw/labels.js";
 import { putMarker } from "../draw/marker.js";
 import { boundedNumber } from "../draw/link.js";
 import { livePicture } from "../draw/picture.js";
+import { sideBySide, WIDE } from "../draw/stage.js";
 
 /** One reading that moves away from eight others, as four kernels see it. */
 export function render(context) {
   const drifts = new Map(); // by scale: a drag of the reading does not change them
   return livePicture(context, {
     layers: ["axes", "curves", "words", "markers"],
-    controls: [{
-      kind: "slider", name: "c", label: "Threshold c", min: 0.5, max: 5, step: 0.1,
-      text: (c) => `c = ${c.toFixed(1)}`,
-    }],
+    controls: [
+      {
+        kind: "slider", name: "c", label: "Threshold c", min: 0.5, max: 5, step: 0.1,
+        text: (c) => `c = ${c.toFixed(1)}`,
+      },
+      { kind: "choice", name: "curve", label: "Curve", options: CURVES.map(({ part, label }) => [part, label]) },
+    ],
+    main: ["c"],
     clean: cleanKernels,
     solve: (state, data) => solveKernels(state, data, drifts),
     moving: ({ estimates, residuals }) => [...estimates, ...residuals],
-    height: (width) => (width < KERNELS_WIDE ? STRIP + 4 * 195 : STRIP + 2 * 220),
     draw: drawKernels,
     caption: kernelsCaption,
   });
 }
 
-const KERNELS_WIDE = 620; // pixels from which two panels stand side by side
-const STRIP = 74; // pixels of the line of readings above them
+const STRIP = 70; // pixels of the line of readings above the panels
+/** What can be drawn over the residual, and up to which height. */
+const CURVES = [
+  { part: "psi", label: "influence ψ(u)", top: (c) => 1.6 * c },
+  { part: "rho", label: "cost ρ(u)", top: (c) => 2.4 * c * c },
+  { part: "weight", label: "weight w(u)", top: () => 1.12 },
+];
 const FARTHEST = 15;
 
 /** Colours and lines are those of the book's figures. */
@@ -38,8 +47,11 @@ const KERNEL_LOOKS = [
   { name: "tls", text: "TLS", colour: "outlier", dash: "1 4.5", shape: "diamond" },
 ];
 
-function cleanKernels({ z, c }) {
-  return { z: boundedNumber(z, [0, FARTHEST], 8, 2), c: boundedNumber(c, [0.5, 5], 2.5, 1) };
+function cleanKernels({ z, c, curve }) {
+  return {
+    z: boundedNumber(z, [0, FARTHEST], 8, 2), c: boundedNumber(c, [0.5, 5], 2.5, 1),
+    curve: CURVES.some(({ part }) => part === curve) ? curve : CURVES[0].part,
+  };
 }
 
 function solveKernels({ z, c }, { inliers }, drifts) {
@@ -64,36 +76,24 @@ function driftsOf(c, inliers) {
 }
 
 function drawKernels(scene, view) {
-  const { width, height, state: { c, z }, result, shown, data, change } = view;
-  const wide = width >= KERNELS_WIDE;
-  const size = wide
-    ? { width: width / 2, height: (height - STRIP) / 2 }
-    : { width, height: (height - STRIP) / 4 };
-  const box = (k) => ({
-    ...size, x: wide ? (k % 2) * size.width : 0, y: STRIP + (wide ? k >> 1 : k) * size.height,
-  });
+  const { width, height, state: { c, z, curve }, result, shown, data, change } = view;
+  const all = { x: 0, y: STRIP, width, height: height - STRIP };
+  const half = { ...all, height: all.height / 2 };
+  const [left, right] = width >= WIDE ? sideBySide(all, [1, 1], 8) : [half, { ...half, y: STRIP + half.height }];
   putLine(scene, width, z, data.inliers, change);
   const [estimates, residuals] = [shown.slice(0, 4), shown.slice(4)];
-  const curves = [
-    ["rho", "cost ρ(u)", 2.4 * c * c],
-    ["psi", "influence ψ(u)", 1.6 * c],
-    ["weight", "weight w(u)", 1.12],
-  ];
-  curves.forEach(([part, label, top], k) => {
-    const panel = putPanel(scene, part, box(k), "whitened residual u", label, [0, top]);
-    KERNEL_LOOKS.forEach((look, j) => {
-      const f = (u) => KERNELS[look.name][part](u, c);
-      putCurve(scene, "curves", `${part}-${look.name}`, panel, [0, FARTHEST], f, lineLook(look), 300);
-      putOnCurve(scene, part, panel, residuals[j], f(residuals[j]), look);
-    });
-    putNames(scene, part, panel, KERNEL_LOOKS.map(({ name }) => KERNELS[name][part](FARTHEST, c)));
-  });
-  const panel = putPanel(scene, "drift", box(3), "place z of the reading", "estimate", [-0.15, 1.75]);
+  const { label, top } = CURVES.find(({ part }) => part === curve);
+  const over = putPanel(scene, "curve", left, "whitened residual u", label, [0, top(c)]);
+  const panel = putPanel(scene, "drift", right, "place z of the reading", "estimate", [-0.15, 1.75]);
   KERNEL_LOOKS.forEach((look, j) => {
+    const f = (u) => KERNELS[look.name][curve](u, c);
+    putCurve(scene, "curves", `curve-${look.name}`, over, [0, FARTHEST], f, lineLook(look), 300);
+    putOnCurve(scene, "curve", over, residuals[j], f(residuals[j]), look);
     const points = result.drifts[j].map(([at, x]) => [panel.toX(at), panel.toY(x)]);
     putPath(scene, "curves", `drift-${look.name}`, panel, points, lineLook(look));
     putOnCurve(scene, "drift", panel, z, estimates[j], look);
   });
+  putNames(scene, "curve", over, KERNEL_LOOKS.map(({ name }) => KERNELS[name][curve](FARTHEST, c)));
   putNames(scene, "drift", panel, result.drifts.map((points) => points.at(-1)[1]));
 }
 
@@ -104,7 +104,7 @@ function lineLook({ colour, dash }) {
 /** Axes with room for the kernels' names to the right of them. */
 function putPanel(scene, key, box, across, up, domain) {
   return putAxes(
-    scene, "axes", key, { ...box, width: box.width - 48 },
+    scene, "axes", key, { ...box, width: box.width - 56 },
     { domain: [0, FARTHEST], label: across, ticks: [0, 5, 10, 15] }, { domain, label: up },
   );
 }

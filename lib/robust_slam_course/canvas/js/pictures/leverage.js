@@ -4,30 +4,36 @@ import { lineProblem } from "../solve/location.js";
 import { irls } from "../solve/loop.js";
 import { numberText, putAxes, putCurve, roundTicks } from "../draw/axes.js";
 import { putHandle } from "../draw/handle.js";
-import { putEndLabels } from "../draw/labels.js";
+import { freePlace } from "../draw/labels.js";
 import { boundedNumber } from "../draw/link.js";
 import { livePicture } from "../draw/picture.js";
 import { pathThrough } from "../draw/scene.js";
+import { sideBySide, WIDE } from "../draw/stage.js";
 
 /** Readings of a wall, the fitted line, the pull of each reading and the influence curve. */
 export function render(context) {
   const { kernels } = context.model.get("data");
   return livePicture(context, {
     layers: ["axes", "springs", "lines", "words"],
-    controls: [{
-      kind: "choice", name: "kernel", label: "Kernel",
-      options: Object.keys(kernels).map((name) => [name, kernelText(name)]),
-    }],
+    controls: [
+      {
+        kind: "choice", name: "kernel", label: "Kernel",
+        options: Object.keys(kernels).map((name) => [name, kernelText(name)]),
+      },
+      {
+        kind: "choice", name: "beside", label: "Beside the wall",
+        options: [["curve", "influence"], ["bars", "pull of each reading"]],
+      },
+    ],
+    main: ["kernel"],
     clean: cleanLeverage,
     solve: solveLeverage,
     moving: ({ line, pulls, reach, top }) => [...line, ...pulls, reach, top],
-    height: (width) => (width < LEVERAGE_WIDE ? 690 : 480),
     draw: drawLeverage,
     caption: leverageCaption,
   });
 }
 
-const LEVERAGE_WIDE = 620; // pixels from which panels stand side by side
 const PLACE_RANGE = [0, 16];
 const HEIGHT_RANGE = [0, 7]; // m
 
@@ -42,7 +48,8 @@ function cleanLeverage(state, data) {
   const p = numbersWithin(state.p, data.p, PLACE_RANGE);
   // Readings at one place do not determine a slope.
   const possible = Math.max(...p) - Math.min(...p) >= 1;
-  return { kernel, held, p: possible ? p : data.p, y: numbersWithin(state.y, data.y, HEIGHT_RANGE) };
+  const beside = state.beside === "bars" ? "bars" : "curve";
+  return { kernel, beside, held, p: possible ? p : data.p, y: numbersWithin(state.y, data.y, HEIGHT_RANGE) };
 }
 
 /** `values` within a range and to a thousandth, with `first` where one is no number. */
@@ -76,16 +83,11 @@ function drawLeverage(scene, view) {
   const count = state.y.length;
   const now = { a: shown[0], b: shown[1], pulls: shown.slice(2, 2 + count) };
   [now.reach, now.top] = shown.slice(2 + count);
-  const wide = width >= LEVERAGE_WIDE;
-  const left = wide ? Math.round(0.6 * width) : width;
-  const [upper, middle] = wide ? [270, 210] : [270, 200];
-  drawWall(scene, { x: 0, y: 0, width: left, height: upper }, view, now);
-  drawPullBars(scene, { x: 0, y: upper, width: left, height: middle }, view, now);
-  const beside = wide
-    ? { x: left, y: upper, width: width - left, height: middle }
-    : { x: 0, y: upper + middle, width, height: height - upper - middle };
-  drawInfluence(scene, beside, view, now);
-  if (wide) putReadout(scene, left + 46, 34, view);
+  const all = { x: 0, y: 0, width, height };
+  const [wall, beside] = width >= WIDE ? sideBySide(all, [1.5, 1], 4)
+    : [{ ...all, height: 0.55 * height }, { ...all, y: 0.55 * height, height: 0.45 * height }];
+  drawWall(scene, wall, view, now);
+  (state.beside === "bars" ? drawPullBars : drawInfluence)(scene, beside, view, now);
 }
 
 function drawWall(scene, box, { state, data, change }, { a, b }) {
@@ -100,15 +102,16 @@ function drawWall(scene, box, { state, data, change }, { a, b }) {
   const wallLook = { class: "rs-line is-muted", "stroke-dasharray": "1 5" };
   putCurve(scene, "lines", "wall", axes, [low, high], wall, wallLook, 1);
   putCurve(scene, "lines", "line", axes, [low, high], line, { class: "rs-line is-estimate" }, 1);
-  const end = axes.inner.x + axes.inner.width;
-  const beside = [
-    { y: axes.toY(line(16.9)), text: "fit", colour: "estimate" },
-    { y: axes.toY(wall(16.9)) , text: "wall", colour: "muted" },
-  ].sort((one, other) => one.y - other.y);
-  const apart = Math.max(0, 15 - (beside[1].y - beside[0].y)) / 2;
-  beside[0].y -= apart + 11;
-  beside[1].y += apart + 11;
-  putEndLabels(scene, "words", "name", end - 26, beside, axes.inner.y + 6, axes.inner.y + axes.inner.height - 6);
+  const taken = state.y.map((y, k) => [axes.toX(state.p[k]), axes.toY(y)]);
+  for (const [name, height, side] of [["fit", line, Math.sign(line(16) - wall(16)) || 1], ["wall", wall, Math.sign(wall(16) - line(16)) || -1]]) {
+    const places = [16.3, 13.5, 11, 5, 2].map((p) => [axes.toX(p), axes.toY(height(p)) - 16 * side])
+      .filter(([, y]) => y > axes.inner.y + 8 && y < axes.inner.y + axes.inner.height - 8);
+    if (!places.length) continue;
+    const [x, y] = freePlace(places, taken, 28);
+    taken.push([x, y]);
+    const style = `fill: var(--rs-${name === "fit" ? "estimate" : "muted"})`;
+    scene.put("words", `name-${name}`, "text", { class: "rs-halo", x, y: y + 5, "text-anchor": "middle", style }, name);
+  }
   state.y.forEach((y, k) => {
     const [x, from, to] = [axes.toX(state.p[k]), axes.toY(line(state.p[k])), axes.toY(y)];
     const look = isOffWall(state.p[k], y, data) ? "is-outlier" : "is-inlier";
@@ -189,25 +192,6 @@ function drawInfluence(scene, box, { state, result, data }, { reach, top }) {
   const [x, y] = [axes.toX(u), Math.max(axes.inner.y, axes.toY(psi(u)))];
   scene.put("words", "dot-held", "circle", { class: "rs-ring is-ink", cx: x, cy: y, r: 7 });
   scene.put("words", "dot-stem", "path", { class: "rs-edge is-ink", d: `M${x} ${y}V${axes.toY(0)}` });
-}
-
-function putReadout(scene, x, y, { state, result, data }) {
-  const k = state.held;
-  const u = result.residuals[k];
-  const rows = [
-    [`Reading ${k}`, `place ${numberText(state.p[k])}`],
-    ["height", `${state.y[k].toFixed(2)} m`],
-    ["u", signedText(u)],
-    ["weight w", KERNELS[state.kernel].weight(u, data.kernels[state.kernel]).toFixed(3)],
-    ["pull ψ = w u", signedText(result.pulls[k])],
-    ["leverage", result.leverages[k].toFixed(2)],
-    ["fit is off by", `${signedText(fitError(state, result, data))} m`],
-  ];
-  rows.forEach(([name, value], row) => {
-    const look = row ? "rs-label" : "rs-head";
-    scene.put("words", `name-of-${row}`, "text", { class: look, x, y: y + 27 * row }, name);
-    scene.put("words", `value-of-${row}`, "text", { class: look, x: x + 112, y: y + 27 * row }, value);
-  });
 }
 
 /** How far (m) the fit is above the true wall at the place of the held reading. */

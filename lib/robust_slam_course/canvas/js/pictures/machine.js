@@ -1,8 +1,9 @@
 import { putHandle } from "../draw/handle.js";
 import { putLegend } from "../draw/legend.js";
-import { fitMap, posePixels, putDrive, putEdge } from "../draw/map.js";
+import { fitAround, posePixels, putDrive, putEdge } from "../draw/map.js";
 import { putMarker } from "../draw/marker.js";
 import { livePicture } from "../draw/picture.js";
+import { sideBySide, WIDE } from "../draw/stage.js";
 
 /**
  * The stages from the camera to the map, and the map of one drive. The reader lets one stage fail
@@ -16,20 +17,20 @@ export function render(context) {
       kind: "choice", name: "broken", label: "What fails",
       options: stages.map(({ key, name }) => [key, name]),
     }],
+    main: ["broken"],
     clean: ({ broken }, { outcomes }) => ({
       broken: Object.hasOwn(outcomes, broken) ? broken : "nothing",
     }),
     solve: ({ broken }, { outcomes }) => outcomes[broken],
     moving: ({ poses }) => Float64Array.from(poses),
-    height: (width) => machineLayout(width).height,
     draw: drawMachine,
     caption: machineCaption,
   });
 }
 
-const [ROW, BOX_HEIGHT] = [48, 36]; // pixels
-const BOX_CENTRES = { left: 0.25, right: 0.775, middle: 0.51, across: 0.51 }; // of the diagram's width
-const BOX_WIDTHS = { left: 0.44, right: 0.44, middle: 0.44, across: 0.96 };
+const BOX_HEIGHT = 34; // pixels
+const BOX_CENTRES = { left: 0.24, right: 0.76, middle: 0.5, across: 0.5 }; // of the diagram's width
+const BOX_WIDTHS = { left: 0.48, right: 0.48, middle: 0.48, across: 1 };
 /** Of a closure by its number: an inlier, kept or rejected, or an outlier, kept or rejected. */
 const CLOSURE_LOOKS = [
   { look: "is-inlier", name: "inlier, kept", mark: ["circle", "inlier"] },
@@ -38,54 +39,56 @@ const CLOSURE_LOOKS = [
   { look: "is-rejected", name: "outlier, rejected" },
 ];
 
-/** The stages beside the map, or above it where the page is narrow. */
-function machineLayout(width) {
-  const [rows, wide] = [9, width >= 600];
-  const across = wide ? 0.53 * width : width;
-  const tall = rows * ROW;
-  const map = wide
-    ? { x: across + 14, y: 0, width: width - across - 14, height: tall }
-    : { x: 0, y: tall + 8, width, height: 340 };
-  return { across, map, height: wide ? tall : tall + 348 };
-}
-
-function stageBox({ row, place }, across) {
-  const width = BOX_WIDTHS[place] * across;
-  const middle = BOX_CENTRES[place] * across;
-  return { x: middle - width / 2, y: 4 + row * ROW, width, middle, centre: 4 + row * ROW + BOX_HEIGHT / 2 };
+/** The box of each stage, or where the page is narrow its line in a list; beside them the map. */
+function machineLayout(width, height, stages) {
+  const wide = width >= WIDE;
+  const [left, map] = sideBySide({ x: 2, y: 0, width: width - 2, height }, wide ? [1.13, 1] : [1, 1]);
+  const step = height / (wide ? 9 : stages.length);
+  const boxes = stages.map(({ key, name, row, place }, k) => {
+    if (!wide) return { key, name: name.split(/[,(]/)[0], x: 12, middle: 30, centre: (k + 0.5) * step };
+    const across = BOX_WIDTHS[place] * left.width;
+    const middle = left.x + BOX_CENTRES[place] * left.width;
+    const y = row * step + 3;
+    return { key, name, x: middle - across / 2, y, width: across, middle, centre: y + BOX_HEIGHT / 2 };
+  });
+  return { wide, left, map, boxes };
 }
 
 function drawMachine(scene, view) {
-  const layout = machineLayout(view.width);
-  drawStageArrows(scene, view.data, layout.across);
-  view.data.stages.forEach((stage) => drawStage(scene, stage, view, layout.across));
+  const layout = machineLayout(view.width, view.height, view.data.stages);
+  if (layout.wide) drawStageArrows(scene, view.data, layout);
+  layout.boxes.forEach((box) => drawStage(scene, box, view, layout));
   drawOutcome(scene, view, layout.map);
-  putBreakHandle(scene, view, layout.across);
+  putBreakHandle(scene, view, layout.boxes);
 }
 
-function drawStageArrows(scene, { stages, arrows }, across) {
-  const named = new Map(stages.map((stage) => [stage.key, stage]));
+function drawStageArrows(scene, { arrows }, { boxes, left }) {
+  const named = new Map(boxes.map((box) => [box.key, box]));
   arrows.forEach(([source, target, share]) => {
-    const x = share * across;
-    const top = stageBox(named.get(source), across).y + BOX_HEIGHT;
-    const low = stageBox(named.get(target), across).y;
+    const x = left.x + share * left.width;
+    const top = named.get(source).y + BOX_HEIGHT;
+    const low = named.get(target).y;
     scene.put("arrows", `${source}-${target}`, "path", {
       class: "is-muted", d: `M${x} ${top}V${low}M${x - 3.5} ${low - 5}L${x} ${low}L${x + 3.5} ${low - 5}`,
     });
   });
 }
 
-function drawStage(scene, stage, { state, result }, across) {
-  const box = stageBox(stage, across);
-  const report = stageReport(stage.key, state, result);
-  const [look, stroke] = state.broken === stage.key ? ["is-outlier", 3] : report.alarm ? ["is-estimate", 3] : ["is-muted", 1];
-  scene.put("boxes", `${stage.key}-box`, "path", {
-    class: look, "stroke-width": stroke, d: `M${box.x} ${box.y}h${box.width}v${BOX_HEIGHT}h${-box.width}Z`,
+function drawStage(scene, { key, name, x, y, width, middle, centre }, { state, result }, { wide }) {
+  const { text, alarm } = stageReport(key, state, result);
+  const broken = state.broken === key;
+  const words = { x: middle, "text-anchor": wide ? "middle" : "start", class: alarm || broken ? "rs-head" : "" };
+  if (!wide) {
+    const colour = broken ? "outlier" : alarm ? "estimate" : "ink";
+    scene.put("words", `${key}-name`, "text", { ...words, y: centre + 5, style: `fill:var(--rs-${colour})` }, name);
+    return;
+  }
+  const [look, stroke] = broken ? ["is-outlier", 3] : alarm ? ["is-estimate", 3] : ["is-muted", 1];
+  scene.put("boxes", `${key}-box`, "path", {
+    class: look, "stroke-width": stroke, d: `M${x} ${y}h${width}v${BOX_HEIGHT}h${-width}Z`,
   });
-  const at = { x: box.middle, "text-anchor": "middle" };
-  const y = report.text ? box.y + 15 : box.centre + 4;
-  scene.put("words", `${stage.key}-name`, "text", { ...at, y, class: report.alarm || state.broken === stage.key ? "rs-head" : "" }, stage.name);
-  if (report.text) scene.put("words", `${stage.key}-report`, "text", { ...at, y: box.y + 30, class: "rs-tick" }, report.text);
+  scene.put("words", `${key}-name`, "text", { ...words, y: text ? y + 14 : centre + 5 }, name);
+  if (text) scene.put("words", `${key}-report`, "text", { ...words, y: y + 29, class: "rs-tick" }, text);
 }
 
 /** What a stage reports, and whether that is a sign that something is wrong. */
@@ -104,7 +107,9 @@ function drawOutcome(scene, { result, shown, data }, { x, y, width, height }) {
   const top = putLegend(scene, "words", "legend", x, y, width, [
     ["is-ghost", "true path"], ["is-estimate", "map"], ...CLOSURE_LOOKS.map(({ look, name }) => [look, name]),
   ]);
-  const map = fitMap({ x, y: y + top, width, height: height - top }, data.extent, 12);
+  const box = { x, y: y + top, width, height: height - top };
+  const map = fitAround(scene, "map", box, data.truth, result.poses, 12);
+  for (const layer of ["ghost", "edges", "drive", "marks"]) scene.clip(layer, box);
   putDrive(scene, "ghost", "truth", map, data.truth, "is-ghost");
   putDrive(scene, "drive", "map", map, shown, "is-estimate");
   result.closures.forEach(([i, j, kind], k) => {
@@ -117,8 +122,7 @@ function drawOutcome(scene, { result, shown, data }, { x, y, width, height }) {
   });
 }
 
-function putBreakHandle(scene, { state, data, change }, across) {
-  const boxes = data.stages.map((stage) => stageBox(stage, across));
+function putBreakHandle(scene, { state, data, change }, boxes) {
   const now = data.stages.findIndex(({ key }) => key === state.broken);
   const choose = (k) => change({ broken: data.stages[Math.min(boxes.length - 1, Math.max(0, k))].key });
   const at = (box) => [box.x, box.centre];

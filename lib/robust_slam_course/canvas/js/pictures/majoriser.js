@@ -6,6 +6,7 @@ import { majoriser } from "../solve/majoriser.js";
 import { numberText, putAxes, putCurve } from "../draw/axes.js";
 import { putHandle } from "../draw/handle.js";
 import { putMarker } from "../draw/marker.js";
+import { freePlace } from "../draw/labels.js";
 import { boundedNumber } from "../draw/link.js";
 import { livePicture } from "../draw/picture.js";
 import { pathThrough } from "../draw/scene.js";
@@ -37,16 +38,16 @@ export function render(context) {
         text: (step, result) => `${result.step} of ${result.path.length - 1}`,
       },
     ],
+    main: ["step"],
     clean: cleanMajoriser,
     solve: solveMajoriser,
     moving: ({ at, top }) => [at, top],
-    height: (width) => WEIGHTS_HEIGHT + (width < 620 ? 280 : 310),
     draw: drawMajorisers,
     caption: majoriserCaption,
   });
 }
 
-const WEIGHTS_HEIGHT = 175; // pixels
+const WEIGHTS_HEIGHT = 110; // pixels
 const AXIS_RANGE = [-1, 7.5];
 const START_RANGE = [-0.9, 7.4];
 const OUTLIER_RANGE = [0, 7];
@@ -83,7 +84,7 @@ function drawMajorisers(scene, view) {
   const moved = majoriser(result.z, state.sigma, state.kernel, data.c, at);
   const upper = putAxes(
     scene, "axes", "weights", { x: 0, y: 0, width, height: WEIGHTS_HEIGHT },
-    { domain: AXIS_RANGE, label: "readings (curve: weight at the estimate)" }, { domain: [-0.3, 1.12], label: "weight w", ticks: [0, 0.5, 1] },
+    { domain: AXIS_RANGE, label: "", ticks: [] }, { domain: [-0.4, 1.12], label: "weight w", ticks: [0, 0.5, 1] },
   );
   const lower = putAxes(
     scene, "axes", "cost", { x: 0, y: WEIGHTS_HEIGHT, width, height: height - WEIGHTS_HEIGHT },
@@ -134,7 +135,7 @@ function drawCostAndParabola(scene, axes, { state, result, change }, at, { lowes
     putMarker(scene, "steps", "lowest", x, y, "diamond", "accent");
   }
   putMarker(scene, "steps", "touch", ...pixels(at, cost), "square", "accent");
-  putCurveNames(scene, axes, cost, lowest, value);
+  const taken = putCurveNames(scene, axes, cost, lowest, value);
   const { start } = state;
   const most = path.length - 1;
   const move = (x) => change({ start: x, step: most > 0 && step === most ? MOST_STEPS : step });
@@ -145,11 +146,15 @@ function drawCostAndParabola(scene, axes, { state, result, change }, at, { lowes
     drag: (px) => move(axes.fromX(px)),
     step: (right, up) => move(start + 0.05 * (right || up)),
   });
-  const within = Math.min(x, axes.inner.x + axes.inner.width - 14);
-  const below = { class: "rs-halo", x: within, y: Math.min(y + 26, axes.inner.y + axes.inner.height - 4), "text-anchor": "middle" };
-  scene.put("words", "start-name", "text", below, "start");
+  const { inner } = axes;
+  const places = [[0, 22], [0, -22], [-36, 0], [36, 0]].map(([right, down]) => [x + right, y + down])
+    .filter(([px, py]) => px > inner.x + 16 && px < inner.x + inner.width - 14
+      && py > inner.y + 8 && py < inner.y + inner.height - 8);
+  const [px, py] = freePlace(places, taken, 34);
+  scene.put("words", "start-name", "text", { class: "rs-halo", x: px, y: py + 5, "text-anchor": "middle" }, "start");
 }
 
+/** Puts the names of both curves, and returns where they are. */
 function putCurveNames(scene, axes, cost, lowest, value) {
   const [low, high] = AXIS_RANGE;
   const ceiling = axes.fromY(axes.inner.y + 14);
@@ -169,7 +174,8 @@ function putCurveNames(scene, axes, cost, lowest, value) {
   scene.put("words", "parabola-name", "text", { class: "rs-halo", ...place, "text-anchor": anchor, style: "fill: var(--rs-accent)" }, "majoriser");
   // Below the cost, where the parabola never is.
   const beside = { x: axes.toX(2.1), y: Math.min(axes.toY(cost(2.1)) + 22, axes.inner.y + axes.inner.height - 4) };
-  scene.put("words", "cost-name", "text", { class: "rs-halo", ...beside }, "cost");
+  scene.put("words", "cost-name", "text", { class: "rs-halo", ...beside, "text-anchor": "middle" }, "cost");
+  return [place, beside].map((name) => [name.x, name.y - 5]);
 }
 
 function majoriserCaption({ state, result }) {

@@ -1,7 +1,7 @@
 import { gnc } from "../solve/graduation.js";
 import { CHI_99_SE2, graphWithWrong, leastSquares, poseGraphProblem } from "../solve/pose_graph.js";
 import { putLegend } from "../draw/legend.js";
-import { fitMap, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
+import { fitAround, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
 import { livePicture } from "../draw/picture.js";
 
 /** A drive through a town, correct closures, and wrong ones that the reader moves. */
@@ -19,10 +19,10 @@ export function render(context) {
         does: (state) => ({ wrong: state.wrong.slice(0, -1) }),
       },
     ],
+    main: ["robust"],
     clean: cleanOpening,
     solve: solveOpening,
     moving: (result) => result.poses,
-    height: (width) => Math.min(480, Math.max(280, 0.7 * width)),
     draw: drawOpening,
     caption: openingCaption,
   });
@@ -72,7 +72,8 @@ function drawOpening(scene, { state, result, shown, width, height, data, change 
     ["is-outlier", "wrong closure"], ["is-rejected", "rejected"],
   ]);
   const box = { x: 0, y: top, width, height: height - top };
-  const map = fitMap(box, data.truth, 0.13 * Math.min(width, height));
+  const map = fitAround(scene, "map", box, data.truth, result.poses);
+  for (const layer of ["edges", "drive"]) scene.clip(layer, box);
   putDrive(scene, "ghost", "truth", map, data.truth, "is-ghost");
   data.edges.forEach((edge, k) => {
     if (data.trusted[k]) return;

@@ -1,7 +1,10 @@
-import { fitMap, nearestPose, posePixels } from "../draw/map.js";
+import { fitAround, fitMap, nearestPose, posePixels } from "../draw/map.js";
 import { putHandle } from "../draw/handle.js";
+import { freePlace } from "../draw/labels.js";
+import { putLegend } from "../draw/legend.js";
 import { livePicture } from "../draw/picture.js";
 import { pathThrough } from "../draw/scene.js";
+import { sideBySide, stageHeight, WIDE } from "../draw/stage.js";
 import { solveFleet } from "../solve/fleet.js";
 import { CHI_99_SE2, graphWithWrong } from "../solve/pose_graph.js";
 
@@ -15,7 +18,7 @@ export function render(context) {
     layers: ["ghost", "shared", "own", "views", "words"],
     controls: [
       {
-        kind: "slider", name: "correct", label: "Correct closures with C", min: 0,
+        kind: "slider", name: "correct", label: "Correct closures of C", min: 0,
         max: context.model.get("data").withC.length, step: 1, text: String,
       },
       {
@@ -30,11 +33,14 @@ export function render(context) {
         kind: "player", name: "round", label: "Round", count: (_, { last }) => last,
         text: (value, { last }) => `${Math.min(value, last)} of ${last}`,
       },
+      { kind: "toggle", name: "views", label: "Show what each robot knows" },
     ],
+    main: ["round", "correct"],
     clean: cleanRobots,
     solve: (state, data) => solveRobots(state, data, cache),
     moving: (result) => result.poses,
-    height: (width) => robotPanels(width).height,
+    // Two controls stand below it, in two rows.
+    height: (width) => stageHeight(width) - 36,
     draw: drawRobots,
     caption: robotsCaption,
   });
@@ -58,7 +64,7 @@ function cleanRobots(state, { labels, withC, wrong: first }) {
   const wrong = state.wrong.filter(possible).slice(0, MOST_MEETINGS);
   // Without any closure, robot C would not be on the map.
   const kept = wrong.length || correct ? wrong : first;
-  return { wrong: kept, correct, round: whole(state.round, LAST_ROUND, LAST_ROUND) };
+  return { views: state.views, wrong: kept, correct, round: whole(state.round, LAST_ROUND, LAST_ROUND) };
 }
 
 function addWrongMeeting(state) {
@@ -103,48 +109,41 @@ function robotOffsets(poses, { truth, labels }) {
   });
 }
 
-/** Where the map of all robots stands, and beside or below it the view of each. */
-function robotPanels(width) {
-  const gap = 12;
-  if (width >= 600) {
-    const height = Math.min(470, Math.max(380, 0.62 * width));
-    const left = 0.64 * width;
-    const tall = (height - 2 * gap) / 3;
-    const view = (k) => ({ x: left + gap, y: k * (tall + gap), width: width - left - gap, height: tall });
-    return { height, all: { x: 0, y: 0, width: left, height }, view };
+/** Where the map of all robots stands, and beside or below it the view of each, if it is shown. */
+function robotPanels(width, height, views) {
+  const all = { x: 0, y: 0, width, height };
+  if (!views) return { all, each: [] };
+  if (width < WIDE) {
+    const top = 0.68 * height;
+    return { all: { ...all, height: top }, each: sideBySide({ ...all, y: top, height: height - top }, [1, 1, 1]) };
   }
-  const [tall, small] = [0.95 * width, 150];
-  const wide = (width - 2 * gap) / 3;
-  const view = (k) => ({ x: k * (wide + gap), y: tall + gap, width: wide, height: small });
-  return { height: tall + gap + small, all: { x: 0, y: 0, width, height: tall }, view };
+  const [left, right] = sideBySide(all, [1.7, 1]);
+  const tall = height / 3;
+  return { all: left, each: [0, 1, 2].map((k) => ({ ...right, y: k * tall, height: tall - 6 })) };
 }
 
 function drawRobots(scene, view) {
-  const { state, result, shown, width, data, change } = view;
-  const panels = robotPanels(width);
-  const box = { ...panels.all, y: 40, height: panels.all.height - 40 };
-  const map = fitMap(box, data.truth, 0.2 * box.width);
+  const { state, result, shown, width, height, data, change } = view;
+  const panels = robotPanels(width, height, state.views);
+  const top = putLegend(scene, "words", "legend", 0, 0, panels.all.width, MEETING_LEGEND);
+  const box = { ...panels.all, y: top, height: panels.all.height - top };
+  const map = fitAround(scene, "map", box, data.truth, result.poses);
   for (const layer of ["shared", "own"]) scene.clip(layer, box);
-  putMeetingLegend(scene, panels.all.width);
+  const held = state.wrong.flat().map((pose) => posePixels(map, data.truth, pose));
   ROBOT_NAMES.forEach((name, k) => {
     putOwnDrive(scene, "ghost", `truth-${k}`, map, data.truth, data.labels, k, "is-ghost");
     putOwnDrive(scene, "own", `map-${k}`, map, shown, data.labels, k, ROBOT_LOOKS[k]);
-    putRobotName(scene, `name-${k}`, map, shown, data.labels.indexOf(k), name, box);
-    putRobotView(scene, k, panels.view(k), view);
+    putRobotName(scene, `name-${k}`, posePixels(map, shown, data.labels.indexOf(k)), name, box, held);
   });
+  panels.each.forEach((panel, k) => putRobotView(scene, k, panel, view));
   result.shared.forEach((k) => putMeeting(scene, "shared", `edge-${k}`, map, shown, result, k));
   putMeetingHandles(scene, map, state, data, change);
 }
 
-function putMeetingLegend(scene, width) {
-  const entries = [["is-ghost", "true paths"], ["is-inlier", "trusted"], ["rs-doubt is-inlier", "in doubt"],
-    ["is-rejected", "rejected"], ["is-outlier", "wrong"]];
-  entries.forEach(([look, text], k) => {
-    const [x, y] = [((k % 3) * width) / 3, 10 + 18 * Math.floor(k / 3)];
-    scene.put("words", `legend-${k}`, "path", { class: `rs-line ${look}`, d: `M${x + 2} ${y}h20` });
-    scene.put("words", `legend-text-${k}`, "text", { class: "rs-tick", x: x + 27, y: y + 4 }, text);
-  });
-}
+const MEETING_LEGEND = [
+  ["is-ghost", "true paths"], ["is-inlier", "trusted"], ["rs-doubt is-inlier", "in doubt"],
+  ["is-rejected", "rejected"], ["is-outlier", "wrong"],
+];
 
 function putOwnDrive(scene, layer, key, map, poses, labels, robot, look) {
   const points = labels.flatMap((label, k) => (label === robot ? [posePixels(map, poses, k)] : []));
@@ -154,12 +153,14 @@ function putOwnDrive(scene, layer, key, map, poses, labels, robot, look) {
   scene.put(layer, `${key}-dots`, "path", { class: `rs-dots ${look}`, d: dots, style: solid });
 }
 
-/** The name beside the robot's first pose, or at the edge of the map where that is outside. */
-function putRobotName(scene, key, map, poses, first, name, box) {
-  const [px, py] = posePixels(map, poses, first);
-  const x = Math.min(box.x + box.width - 14, Math.max(box.x + 2, px + 7));
-  const y = Math.min(box.y + box.height - 4, Math.max(box.y + 12, py - 7));
-  scene.put("words", key, "text", { class: "rs-head rs-halo", x, y }, name);
+/** The name beside the robot's first pose, clear of the handles, and within the map. */
+function putRobotName(scene, key, at, name, box, handles) {
+  const beside = [[-14, -8], [14, -8], [-14, 16], [14, 16]].map(([right, down]) => [
+    Math.min(box.x + box.width - 8, Math.max(box.x + 8, at[0] + right)),
+    Math.min(box.y + box.height - 8, Math.max(box.y + 8, at[1] + down)),
+  ]);
+  const [x, y] = freePlace(beside, handles);
+  scene.put("words", key, "text", { class: "rs-head rs-halo", x, y: y + 5, "text-anchor": "middle" }, name);
 }
 
 /** A shared closure, as its weight and the truth say. */

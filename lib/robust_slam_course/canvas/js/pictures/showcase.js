@@ -1,6 +1,7 @@
 import { numberText, putAxes, putCurve, putPath } from "../draw/axes.js";
-import { fitMap, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
+import { fitAround, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
 import { livePicture } from "../draw/picture.js";
+import { sideBySide, WIDE } from "../draw/stage.js";
 import { agreeingClosures } from "../solve/aliasing.js";
 import { gnc } from "../solve/graduation.js";
 import { KERNELS } from "../solve/kernels.js";
@@ -28,10 +29,10 @@ export function render(context) {
         options: [["squares", "least squares"], ["odometry", "odometry"]],
       },
     ],
+    main: ["size"],
     clean: cleanShowcase,
     solve: solveShowcase,
     moving: (result) => result.numbers,
-    height: (width) => cellsOf(width).height,
     draw: drawShowcase,
     caption: showcaseCaption,
   });
@@ -44,26 +45,15 @@ const ESTIMATORS = [
   { key: "gnc", name: "GNC", weight: (u) => (u <= CHI_99_SE2 ? 1 : 0) },
 ];
 const IN_USE = 0.25; // the weight of a switched closure at the 99 % quantile; GNC has only 0 and 1
-const CHART_HEIGHT = 132; // pixels
+const CHART_HEIGHT = 142; // pixels
 const HEAD = 22; // pixels above a map
 
-/** Where the three maps and charts stand: in a row, or on a narrow screen the first above the others. */
-function cellsOf(width) {
-  if (width >= 600) {
-    const each = (width - 24) / 3;
-    const tall = HEAD + 0.98 * each;
-    const boxes = [0, 1, 2].map((k) => ({ x: k * (each + 12), y: 0, width: each, tall }));
-    return { boxes, height: tall + CHART_HEIGHT };
-  }
-  const half = (width - 10) / 2;
-  const [first, other] = [HEAD + 0.7 * width, HEAD + half];
-  const below = first + CHART_HEIGHT + 8;
-  const boxes = [
-    { x: 0, y: 0, width, tall: first },
-    { x: 0, y: below, width: half, tall: other },
-    { x: half + 10, y: below, width: half, tall: other },
-  ];
-  return { boxes, height: below + other + CHART_HEIGHT };
+/** Where the maps stand, over their charts; where the page is narrow there is room for maps only. */
+function cellsOf(width, height) {
+  const all = { x: 0, y: 0, width, height };
+  if (width >= WIDE) return sideBySide({ ...all, height: height - CHART_HEIGHT }, [1, 1, 1]);
+  const half = height / 2;
+  return [{ ...all, height: half }, ...sideBySide({ ...all, y: half, height: half }, [1, 1])];
 }
 
 function cleanShowcase(state, data) {
@@ -102,7 +92,7 @@ function edgesOf(graph) {
 }
 
 function drawShowcase(scene, view) {
-  const { boxes } = cellsOf(view.width);
+  const boxes = cellsOf(view.width, view.height);
   const each = view.shown.length / 3;
   const poses = view.data.truth.length;
   const closures = (each - poses) / 2;
@@ -114,22 +104,20 @@ function drawShowcase(scene, view) {
       weights: shown.subarray(poses + closures),
     };
     drawEstimator(scene, view, estimator, view.result.answers[k], parts, boxes[k]);
-    drawWeights(scene, view, estimator, parts, boxes[k]);
+    if (view.width >= WIDE) drawWeights(scene, view, estimator, parts, boxes[k]);
   });
-  const { x, y, width, tall } = boxes[0];
-  const map = showcaseMap(boxes[0], view.data.truth);
+  const map = showcaseMap(scene, ESTIMATORS[0].key, boxes[0], view.data.truth, view.result.answers[0].poses);
   const edit = ([wrong]) => view.change({ wrong });
   putClosureHandles(scene, map, view.data.truth, [view.state.wrong], edit, { noun: "Wrong closure", removable: false });
-  scene.put("words", "hint", "text", { class: "rs-tick", x: x + 0.5 * width, y: y + tall - 2, "text-anchor": "middle" }, "drag an end of the dashed line");
 }
 
-function showcaseMap({ x, y, width, tall }, truth) {
-  return fitMap({ x, y: y + HEAD, width, height: tall - HEAD - 12 }, truth, 0.13 * Math.min(width, tall));
+function showcaseMap(scene, key, { x, y, width, height }, truth, poses) {
+  return fitAround(scene, key, { x, y: y + HEAD, width, height: height - HEAD }, truth, poses);
 }
 
 function drawEstimator(scene, view, { key, name }, answer, parts, box) {
   const { result, data } = view;
-  const map = showcaseMap(box, data.truth);
+  const map = showcaseMap(scene, key, box, data.truth, answer.poses);
   const head = { class: "rs-head", x: box.x + 0.5 * box.width, y: box.y + 14, "text-anchor": "middle" };
   scene.put("words", `${key}-name`, "text", head, `${name}: ${answer.off.toFixed(2)} m off`);
   putDrive(scene, "ghost", `${key}-truth`, map, data.truth, "is-ghost");
@@ -151,7 +139,7 @@ const RING = "m-4 0a4 4 0 1 0 8 0a4 4 0 1 0 -8 0";
 
 /** The weights of the closures over their residuals, circles for correct ones, crosses for wrong. */
 function drawWeights(scene, { result }, { key, weight }, parts, box) {
-  const place = { x: box.x, y: box.y + box.tall, width: box.width, height: CHART_HEIGHT };
+  const place = { x: box.x, y: box.y + box.height, width: box.width, height: CHART_HEIGHT };
   const domain = [-1.05, 2.08];
   const maps = putAxes(
     scene, "axes", key, place,

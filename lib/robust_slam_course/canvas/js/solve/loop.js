@@ -9,7 +9,8 @@
  *   residualNorms(x)  the whitened residual norms (m,), at least 0
  *   solve(weights, x) the minimiser of Σ w u², started at x; null if it is not determined
  * A rule is an object with start, weight, rho, next and finished, as in `irls` below. The norms
- * and weights that it is given are those of the untrusted measurements alone.
+ * and weights that it is given are those of the untrusted measurements alone; `weight` and `rho`
+ * are told the measurement's number, too.
  *
  * Source: as `robust_slam.estimators.loop`: Black and Rangarajan 1996.
  */
@@ -45,7 +46,7 @@ export function reweight(problem, rule, x0 = null, options = {}) {
   let state = rule.start(ofUntrusted(norms));
   if (typeof state === "string") return resultOf(history, state);
   for (let iteration = 0; iteration < maxIterations; iteration++) {
-    const weights = norms.map((u, k) => (problem.trusted[k] ? 1 : rule.weight(u, state)));
+    const weights = norms.map((u, k) => (problem.trusted[k] ? 1 : rule.weight(u, state, k)));
     const own = ofUntrusted(weights);
     const solution = problem.solve(weights, x);
     if (solution === null) {
@@ -115,7 +116,7 @@ function loopCost(problem, rule, norms) {
   let trusted = 0;
   for (let k = 0; k < norms.length; k++) {
     if (problem.trusted[k]) trusted += norms[k] * norms[k];
-    else robust += rule.rho(norms[k]);
+    else robust += rule.rho(norms[k], k);
   }
   return robust + 0.5 * trusted;
 }

@@ -1,0 +1,19 @@
+/** Pixels from which panels of a picture stand side by side. */
+export const WIDE = 540;
+
+/** The height of a drawing, in pixels: with question, control and readout it fits one screen. */
+export function stageHeight(width) {
+  return width < WIDE ? 360 : 390;
+}
+
+/** `{x, y, width, height}` cut from left to right into parts of these shares, `gap` pixels apart. */
+export function sideBySide({ x, y, width, height }, shares, gap = 12) {
+  const whole = shares.reduce((sum, share) => sum + share, 0);
+  const room = width - gap * (shares.length - 1);
+  let left = x;
+  return shares.map((share) => {
+    const part = { x: left, y, width: (room * share) / whole, height };
+    left += part.width + gap;
+    return part;
+  });
+}
