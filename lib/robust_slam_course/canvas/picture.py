@@ -31,11 +31,12 @@ if TYPE_CHECKING:
     import anywidget
 
 _DARK = (
-    ':is(html[data-theme="dark"], [data-jp-theme-light="false"], .vscode-dark, html[theme="dark"])'
-    " :is(.rs-picture, .rs-word)"
+    'html[data-theme="dark"] .rs-picture, [data-jp-theme-light="false"] .rs-picture,'
+    ' .vscode-dark .rs-picture, html[theme="dark"] .rs-picture'
 )
-STYLE = f".rs-picture, .rs-word {{ {variables('light')} }}\n{_DARK} {{ {variables('dark')} }}\n" + "".join(
-    (files(__package__) / f"{name}.css").read_text("utf-8") for name in ("picture", "prediction", "lighting")
+STYLE = f".rs-picture {{ {variables('light')} }}\n{_DARK} {{ {variables('dark')} }}\n" + "".join(
+    (files(__package__) / f"{name}.css").read_text("utf-8")
+    for name in ("picture", "prediction", "lighting")
 )
 
 

@@ -194,7 +194,9 @@ function residualGroups(state, { graph, norms, steps, closures }) {
   const few = state.place === "pentagon";
   const bars = (from, to) => Array.from({ length: to - from }, (_, offset) => {
     const k = from + offset;
-    const bar = { value: norms[k], style: heatStyle(norms[k]) };
+    const join = k - steps - closures;
+    const part = join < 0 ? `edge-${k}` : `wrong-${join}`;
+    const bar = { value: norms[k], style: heatStyle(norms[k]), part };
     if (!few) return bar;
     const name = `${graph.tail[k] + 1}–${graph.head[k] + 1}`;
     return { ...bar, name, text: norms[k] < 0.05 ? "0" : norms[k].toFixed(1) };
