@@ -1,0 +1,59 @@
+"""Words beside a picture, and parts of it, light what they name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Page
+from robust_slam_course import pictures
+
+from tests.chromium import Opener
+
+pytestmark = pytest.mark.browser
+
+LIT = """() => [...document.querySelectorAll("[data-lit]")].map((part) => part.dataset.part
+  ?? part.dataset.control ?? part.getAttribute("class"))"""
+FADED = """() => [...document.querySelectorAll(".rs-stage path")].filter(
+  (part) => getComputedStyle(part).opacity < 0.5).length"""
+
+
+@pytest.fixture
+def beside(tmp_path: Path, open_page: Opener) -> Page:
+    """A page with the picture of chapter 0 between two paragraphs."""
+    path = tmp_path / "page.html"
+    above = "<p>Two wrong closures, a <a href='#'>true path</a>, a wrong closure and μ.</p>"
+    below = "<p>The true path and <math><mi>c</mi></math>.</p><h2>An outlier</h2>"
+    cell = f'<div class="cell">{pictures.cycles().static_html()}</div>'
+    path.write_text(f'<!doctype html><meta charset="utf-8">{above}{cell}{below}', "utf-8")
+    page = open_page(path.as_uri()).page
+    page.wait_for_selector(".rs-picture[data-live]")
+    return page
+
+
+def test_words_beside_it_that_name_visible_parts_are_linked_once(beside: Page) -> None:
+    linked = beside.locator(".rs-word")
+    assert linked.all_inner_texts() == ["wrong closures", "wrong closure", "true path"]
+    assert beside.locator("p").first.inner_text().startswith("Two wrong closures, a true path")
+    colours = linked.evaluate_all("words => words.map((word) => getComputedStyle(word).color)")
+    assert len({*colours}) == 2, "those of the closure and of the path"
+
+
+@pytest.mark.parametrize("way", ["hover", "focus"])
+def test_a_word_lights_its_part_and_the_others_fade(way: str, beside: Page) -> None:
+    word = beside.locator(".rs-word").first
+    getattr(word, way)()
+    assert "wrong-0" in beside.evaluate(LIT)
+    assert beside.evaluate(FADED) > 100
+    beside.locator("summary").first.hover() if way == "hover" else word.blur()
+    assert beside.evaluate(LIT) == [] and beside.evaluate(FADED) == 0
+
+
+def test_a_bar_lights_its_edge_and_an_edge_its_bar(beside: Page) -> None:
+    bars, edges = (f'[data-part="{part}"]' for part in ("edge-40", "wrong-0"))
+    for twins in (bars, edges):
+        for part in beside.locator(twins).all():
+            part.dispatch_event("mouseover")
+            assert beside.evaluate(LIT) == [twins.split('"')[1]] * 2
+    beside.locator(".rs-stage").dispatch_event("mouseleave")
+    assert beside.evaluate(LIT) == []
