@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 from robust_slam.estimators import kernels
 
+from tests.book.conftest import Site
 from tests.book.prose import CHAPTERS
+from tests.chromium import Opener
 
 PAGE = (CHAPTERS / "cheat-sheet.md").read_text(encoding="utf-8")
 ROWS = re.findall(r"^\| (L\d+) \| (.+?)<br>(.+) \|$", PAGE, re.M)
@@ -49,6 +51,23 @@ def test_the_topics_of_robust_slam_lead_to_their_chapters() -> None:
     rows = PAGE.partition("## Robust SLAM: L14")[2]
     for topic in ("M-estimator", "IRLS", "GNC", "Switchable", "SE-Sync"):
         assert re.search(rf"^\| .*{topic}.*<br>.* \| \[\d\]\(\d\d-", rows, re.M), topic
+
+
+@pytest.mark.browser
+def test_it_is_cards_that_chips_lead_to_and_two_sides_of_a4(site: Site, open_page: Opener) -> None:
+    page = open_page((site.folder / "chapters/cheat-sheet.html").as_uri()).page
+    chips = page.locator(".rs-chips a")
+    assert chips.all_inner_texts() == [f"L{number}" for number in range(1, 15)]
+    for target in chips.evaluate_all("all => all.map(chip => chip.hash)"):
+        assert page.locator(f"li{target} .rs-formula").count() == 1
+    lefts = "cards => new Set(cards.map(card => card.getBoundingClientRect().left)).size"
+    cards = page.locator(".rs-cards-of-ideas > li")
+    assert cards.count() == len(ROWS) + len(re.findall(r"<br>.* \| \[", PAGE))
+    for width, columns in ((1280, 2), (390, 1)):
+        page.set_viewport_size({"width": width, "height": 800})
+        assert cards.evaluate_all(lefts) == columns
+    printed = page.pdf(prefer_css_page_size=True)
+    assert len(re.findall(rb"/Type\s*/Page\b", printed)) == 2
 
 
 def test_l11_noisy_headings_let_odometry_drift_as_printed() -> None:
