@@ -5,7 +5,7 @@ SHELL := /bin/bash
 .SHELLFLAGS := -o pipefail -ec
 MAKEFLAGS += --no-print-directory
 .DEFAULT_GOAL := help
-.PHONY: help quick quick-tests test setup setup-dev system-packages lab book runtime data bench sweep format check lock clean
+.PHONY: help quick quick-tests test setup setup-dev system-packages lab book slides runtime data bench sweep format check lock clean
 
 PYTHON ?= python3
 VENV := .venv
@@ -30,6 +30,8 @@ READY := $(VENV)/.ready
 # Packages for development as well: the tests', the linters' and what benchmarks compare with.
 READY_DEV := $(VENV)/.ready-dev
 BOOK := build/.book
+# In the site, so that a new one has no old decks.
+SLIDES := build/html/slides/.ready
 FONTS := build/fonts/fonts.css
 # What `make runtime` collects, for Python in the page; without it the site has no Run buttons.
 RUNTIME := build/runtime/.ready
@@ -92,6 +94,12 @@ $(BOOK): $(call files,chapters lib) _config.yml _toc.yml $(READY) $(PARTS) $(ZIP
 	@$(QUIETLY) book $(BIN)/jupyter-book build . --path-output build -W -n --keep-going
 	@rm -rf build/html && cp -R build/_build/html build/html
 	@rm -f build/.parts* && touch build/.parts$$($(find-parts)) $@
+
+slides: $(SLIDES) ## cut a deck for each chapter from the site, build/html/slides
+
+$(SLIDES): $(BOOK) $(call files,tools/slides) $(READY_DEV)
+	@$(BIN)/python -m tools.slides
+	@touch $@
 
 $(FONTS): tools/fonts.py $(READY)
 	@rm -rf $(@D)

@@ -1,0 +1,147 @@
+"""The decks: cut from the chapters' pages, whole on the screen, and alive."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Page
+
+from tests.book.conftest import CHAPTERS, ROOT, Site
+from tests.book.taking_hold import by_keyboard, by_mouse, follows, handles, pictures
+from tests.book.test_accessible import complaints
+from tests.chromium import Opener, served
+from tests.conftest import leave_out
+from tools.slides import marks
+from tools.slides.__main__ import install, make
+from tools.slides.deck import Source
+
+NOTEBOOKS = [ROOT / f"{page}.ipynb" for page in CHAPTERS]
+SHOWN = [
+    pytest.param(path.stem, marks=() if path.stem[:2] in ("00", "08") else pytest.mark.soak)
+    for path in NOTEBOOKS
+]
+BEYOND = """(section) => {
+  const frame = document.querySelector(".slides").getBoundingClientRect();
+  const out = [...section.querySelectorAll("h1, h2, p, li, td, pre, math, label, button")]
+    .filter((each) => !each.closest("aside") && each.getClientRects().length)
+    .filter((each) => {
+      const box = each.getBoundingClientRect();
+      return box.left < frame.left - 1 || box.right > frame.right + 1
+        || box.top < frame.top - 1 || box.bottom > frame.bottom - 20;
+    });
+  const [last] = [...section.querySelectorAll(".words > p")].slice(-1);
+  const [words, shown] = [last, section.querySelector(".show > div")]
+    .map((each) => each?.getBoundingClientRect());
+  const covers = words && shown && words.bottom > shown.top + 1 && words.right > shown.left + 1;
+  return [...out.map((each) => each.outerHTML.slice(0, 80)), ...(covers ? ["covered"] : [])];
+}"""
+DRAWN = """new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(
+  () => requestAnimationFrame(done))))"""
+
+
+@pytest.fixture(scope="module")
+def decks(site: Site, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A site with the chapters' pages and their decks."""
+    try:
+        reveal = install()
+    except OSError as error:
+        leave_out(str(error))
+    folder = tmp_path_factory.mktemp("decks")
+    (folder / "chapters").mkdir()
+    for page in CHAPTERS:
+        built = (site.folder / f"{page}.html").read_text(encoding="utf-8")
+        (folder / f"{page}.html").write_text(built, encoding="utf-8")
+    os.symlink(site.folder / "_static", folder / "_static")
+    assert len(make(folder, reveal)) == len(CHAPTERS)
+    return folder
+
+
+@pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda path: path.stem)
+def test_a_deck_is_a_lecture_to_which_its_page_leads(notebook: Path, decks: Path) -> None:
+    found = marks.read(notebook)
+    assert 20 <= len(found) <= 30
+    assert 40 <= sum(mark.minutes for mark in found) <= 50
+    assert all(mark.notes for mark in found)
+    page = (decks / "chapters" / f"{notebook.stem}.html").read_text(encoding="utf-8")
+    assert page.count(f'href="../slides/{notebook.stem}.html"') == 1
+    assert (decks / "slides" / f"{notebook.stem}.html").read_text("utf-8").count(
+        "<section"
+    ) == len(found)
+
+
+@pytest.mark.parametrize("size", [(1280, 720), (1024, 768)], ids=str)
+@pytest.mark.parametrize("name", SHOWN)
+@pytest.mark.browser
+def test_no_slide_overflows_and_all_can_be_used(
+    name: str, size: tuple[int, int], decks: Path, open_page: Opener
+) -> None:
+    viewport = {"width": size[0], "height": size[1]}
+    with served(decks) as address:  # axe-core reads style sheets, which it may not from a file
+        look_through(f"{address}/slides/{name}.html", open_page, viewport)
+
+
+def look_through(address: str, open_page: Opener, viewport: dict[str, int]) -> None:
+    """Show each slide with all that its keys reveal, look at it, and move its picture."""
+    visit = open_page(address, viewport=viewport, reduced_motion="reduce")
+    page, looks = visit.page, list[str]()
+    page.wait_for_function("deck.isReady()")
+    for number in range(page.locator("section").count()):
+        page.evaluate(f"deck.slide({number}, 0, 99)")
+        page.evaluate(DRAWN)
+        here = page.locator("section.present")
+        assert here.evaluate(BEYOND) == [], f"slide {number + 1}"
+        if viewport["height"] == 720:
+            assert complaints(page, seen=looks) == set(), f"slide {number + 1}"
+        if here.locator(".rs-picture").count():
+            take_hold(page)
+    assert visit.complaints == visit.outside == []
+
+
+def take_hold(page: Page) -> None:
+    """Move each kind of handle of the picture on the slide; its keys do not turn the page."""
+    number = page.evaluate("deck.getIndices().h")
+    (picture,) = [each for each in pictures(page) if each.is_visible()]
+    for key in {key.rstrip("0123456789"): key for key in handles(picture)}.values():
+        for way in (by_mouse, by_keyboard):
+            assert follows(picture, key, way), f"{key}: nothing follows {way.__name__}"
+    assert page.evaluate("deck.getIndices().h") == number
+
+
+def test_a_deck_opens_from_a_file_and_an_answer_waits_for_a_key(
+    decks: Path, open_page: Opener
+) -> None:
+    visit = open_page((decks / "slides" / f"{NOTEBOOKS[0].stem}.html").as_uri())
+    page = visit.page
+    page.wait_for_function("deck.isReady()")
+    hidden = page.locator("section:has(.fragment)").first
+    page.evaluate(
+        "(k) => deck.slide(k)", hidden.evaluate("s => [...s.parentNode.children].indexOf(s)")
+    )
+    answer = hidden.locator(".fragment").first
+    assert answer.evaluate("a => getComputedStyle(a).visibility") == "hidden"
+    page.keyboard.press("ArrowRight")
+    assert answer.evaluate("a => getComputedStyle(a).visibility") == "visible"
+    assert visit.complaints == visit.outside == []
+
+
+@pytest.mark.parametrize(
+    ("entry", "why"),
+    [
+        ({"say": "no such words"}, "0 sentences"),
+        ({"say": "First", "show": "formula"}, "no formula"),
+        ({"say": "First", "shows": "table"}, "unknown"),
+        ({"show": "table"}, "give the words"),
+    ],
+)
+def test_a_mark_that_finds_nothing_is_named(
+    entry: dict[str, str], why: str, tmp_path: Path
+) -> None:
+    cell = {"cell_type": "markdown", "id": "here", "metadata": {"slides": [entry]}}
+    notebook = tmp_path / "one.ipynb"
+    notebook.write_text(json.dumps({"cells": [cell]}), encoding="utf-8")
+    page = Source("<article><h1>One</h1><p>First. Second.</p></article>", "chapters/one")
+    with pytest.raises(marks.BadMark, match=f"one.ipynb, cell here: .*{why}"):
+        page.slide(marks.read(notebook)[0], first=True)

@@ -1,0 +1,192 @@
+"""One deck: the marked parts of a built page, each on a slide of reveal.js.
+
+The page is the source, so formulas, figures and live pictures stand on a slide as in the book.
+"""
+
+from __future__ import annotations
+
+import copy
+import re
+from collections.abc import Iterable, Iterator
+from html import escape
+
+from bs4 import BeautifulSoup, Tag
+
+from tools.slides.marks import BadMark, Mark
+
+KINDS = {"formula": "div.math", "table": "table", "list": "ul, ol", "box": ".admonition"}
+BLOCKS = "article p, article li, article figcaption"
+END = re.compile(r"([.?!](?:</\w+>)*)\s+(?=[A-Z<(“])")
+"""Where a sentence ends in the inside of a paragraph."""
+OPENS = re.compile(r"<[a-zA-Z](?:[^>]*[^/>])?>(?<!<br>)")
+PAGE = """<!DOCTYPE html>
+<html lang="en" data-theme="light">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>{title}: slides</title>
+<link rel="icon" href="../_static/favicon.svg">
+<link rel="stylesheet" href="../_static/course.css">
+<link rel="stylesheet" href="reveal/reveal.css">
+<link rel="stylesheet" href="slides.css">
+<script defer src="reveal/reveal.js"></script>
+<script defer src="reveal/notes.js"></script>
+<script defer src="slides.js"></script>
+</head>
+<body>
+<main><div class="reveal"><div class="slides">
+{slides}
+</div></div></main>
+<footer class="foot"><a href="../{page}.html">{course}, chapter {title}</a></footer>
+</body>
+</html>
+"""
+
+
+def deck(html: str, page: str, marks: Iterable[Mark], course: str) -> str:
+    """Return the deck of a page as HTML for the folder ``slides`` of the site.
+
+    Args:
+        html: the built page.
+        page: its name in the site, ``chapters/03-irls``.
+        marks: what to cut out.
+        course: the course's title.
+
+    Raises:
+        BadMark: the page does not have what a mark names.
+    """
+    source = Source(html, page)
+    slides = "\n".join(source.slide(mark, first=not k) for k, mark in enumerate(marks))
+    return PAGE.format(title=escape(source.title), slides=slides, page=page, course=escape(course))
+
+
+class Source:
+    """A built page, to cut from."""
+
+    def __init__(self, html: str, page: str) -> None:
+        self.soup = BeautifulSoup(html, "html.parser")
+        article = self.soup.select_one("article")
+        assert article is not None, f"{page}: the built page has no article"
+        for sign in article.select(".headerlink"):
+            sign.decompose()
+        for link in article.select("a[href]"):
+            link["href"] = _from_slides(str(link["href"]), page)
+        self.cells = article.select("div.cell")
+        self.sentences = [
+            (sentence, _plain(sentence), block)
+            for block in article.select(BLOCKS)
+            if not block.find(["p", "ul", "ol"])
+            for sentence in _sentences(block)
+        ]
+        self.title = self._heading(article.select("h1")[0]).get_text()
+
+    def slide(self, mark: Mark, first: bool) -> str:
+        """Return one slide.
+
+        Raises:
+            BadMark: a sentence, or what is to be shown, is not on the page.
+        """
+        say = [self._sentence(words, mark) for words in mark.say]
+        then = [self._sentence(words, mark) for words in mark.then]
+        if mark.code is None:
+            at, shown = say[0][1], self._after(say[0][1], mark) if mark.show else ""
+            kind = mark.show.lstrip("-")
+            say = [(sentence, block) for sentence, block in say if sentence not in shown]
+        else:
+            at = self._cell(mark)
+            kind, shown = self._of_cell(at, mark)
+        title = escape(mark.title) or self._heading(at).decode_contents()
+        head = f"<h1>{title}</h1>" if first else f"<h2>{title}</h2>"
+        words = "".join(f"<p>{sentence}</p>" for sentence, _ in say)
+        words += "".join(f'<p class="fragment">{sentence}</p>' for sentence, _ in then)
+        parts = (f'<div class="words">{words}</div>' if words else "") + (
+            f'<div class="show" data-prevent-swipe><div>{shown}</div></div>' if shown else ""
+        )
+        notes = f"<p>{mark.minutes:g} min</p><p>{escape(mark.notes)}</p>"
+        return (
+            f'<section class="{"first " if first else ""}is-{kind or "words"}">{head}'
+            f'<div class="parts">{parts}</div><aside class="notes">{notes}</aside></section>'
+        )
+
+    def _sentence(self, words: str, mark: Mark) -> tuple[str, Tag]:
+        wanted = _spaces(words)
+        found = {s: block for s, plain, block in self.sentences if wanted in plain}
+        if len(found) != 1:
+            raise BadMark(f"{mark.place}: {len(found)} sentences of the page have {words!r}")
+        return next(iter(found.items()))
+
+    def _after(self, block: Tag, mark: Mark) -> str:
+        kind = mark.show.lstrip("-")
+        if kind not in KINDS:
+            raise BadMark(f"{mark.place}: {mark.show!r} is unknown; use {sorted(KINDS)}")
+        of_kind = self.soup.select(f"article :is({KINDS[kind]})")
+        inside = block.find_parent(lambda tag: any(tag is each for each in of_kind))
+        if inside:
+            return str(inside)
+        order = {id(tag): k for k, tag in enumerate(self.soup.find_all(True))}
+        here = order[id(block)]
+        places = [(order[id(tag)] - here, tag) for tag in of_kind]
+        if mark.show.startswith("-"):
+            places = [(-k, tag) for k, tag in places[::-1]]
+        for k, tag in places:
+            if k > 0:
+                return str(tag)
+        raise BadMark(f"{mark.place}: no {mark.show} on the page")
+
+    def _cell(self, mark: Mark) -> Tag:
+        assert mark.code is not None
+        if mark.code >= len(self.cells):
+            raise BadMark(f"{mark.place}: the page has {len(self.cells)} cells; make book")
+        return self.cells[mark.code]
+
+    def _of_cell(self, cell: Tag, mark: Mark) -> tuple[str, str]:
+        """Return the kind of what a cell shows, and its HTML."""
+        code, output = cell.select_one(".cell_input"), cell.select_one(".cell_output")
+        name, _, number = mark.show.partition(" ")
+        if name == "question" and output:
+            output = copy.copy(output)
+            for k, form in enumerate(output.select("form"), 1):
+                if k != int(number or 1):
+                    form.decompose()
+            return "question", output.decode_contents()
+        wanted = {"code": [code], "output": [output], "both": [code, output]}.get(name)
+        if not wanted or not all(wanted):
+            raise BadMark(f"{mark.place}: the page has no {mark.show} of this cell")
+        has = output.select_one if output else lambda _: None
+        kind = "picture" if has(".rs-picture") else "figure" if has("figure") else "code"
+        return kind, "".join(str(part) for part in wanted)
+
+    def _heading(self, at: Tag) -> Tag:
+        if at.name == "h1":
+            return at
+        found = at.find_previous(["h1", "h2", "h3"])
+        assert isinstance(found, Tag)
+        return found
+
+
+def _sentences(block: Tag) -> Iterator[str]:
+    """Give the sentences of a paragraph, of which none ends inside an element."""
+    begun = ""
+    for piece in END.sub("\\1\0", block.decode_contents()).split("\0"):
+        begun = f"{begun} {piece}" if begun else piece
+        if len(OPENS.findall(begun)) == begun.count("</"):
+            yield begun
+            begun = ""
+    if begun:
+        yield begun
+
+
+def _plain(html: str) -> str:
+    text = BeautifulSoup(html, "html.parser").get_text()
+    return _spaces(text.translate(str.maketrans("’“”", '\'""')))
+
+
+def _spaces(text: str) -> str:
+    return " ".join(text.split())
+
+
+def _from_slides(link: str, page: str) -> str:
+    """Return a link of a page as it leads from the slides to the same place."""
+    if re.match(r"\w+:", link):
+        return link
+    return f"../{page}.html{link}" if link.startswith("#") else f"../chapters/{link}"

@@ -1,0 +1,37 @@
+// Begins the deck, and draws what a slide shows as large as its place allows.
+// A global name, for tests and for the console.
+var deck = new Reveal({
+  width: 1280,
+  height: 720,
+  margin: 0,
+  center: false,
+  hash: true,
+  transition: "none",
+  slideNumber: "c/t",
+  plugins: [RevealNotes],
+  // Keys that a picture or a question uses do not turn the page; a presenter's Page keys do.
+  keyboardCondition: (event) => !event.defaultPrevented
+    && (/^Page/.test(event.key) || !event.target.closest(".rs-picture, form")),
+});
+
+const LARGEST = { "is-picture": 1.6, "is-figure": 2.4 };
+
+function fit(show) {
+  const shown = show.firstElementChild;
+  if (!shown.offsetWidth) return;
+  const largest = LARGEST[[...show.closest("section").classList].find((name) => LARGEST[name])];
+  const scale = Math.min(
+    show.clientWidth / shown.offsetWidth, show.clientHeight / shown.offsetHeight, largest ?? 1.7,
+  );
+  shown.style.transform = `scale(${scale})`;
+}
+
+// A picture is drawn when its slide comes, and only then has its size.
+const sized = new ResizeObserver((seen) => {
+  for (const { target } of seen) fit(target.closest(".show"));
+});
+for (const show of document.querySelectorAll(".show")) {
+  sized.observe(show);
+  sized.observe(show.firstElementChild);
+}
+deck.initialize();
