@@ -48,6 +48,7 @@ PRIVATE = (
     "README.md",
     "instructor.mk",
     "solutions/course.toml",
+    "solutions/manual/",
     "tests/assignments/",
     "tests/runtime/test_lab.py",
     "tests/runtime/test_truth.py",
@@ -75,6 +76,13 @@ def secret_lines(name: str) -> frozenset[str]:
     cells = ["".join(c["source"]) for c in answers.source_notebook(name)["cells"]]
     regions = (found[2] for cell in cells for found in REGION.finditer(cell))
     return telling(name, regions, TELLING)
+
+
+def manual_lines() -> set[str]:
+    """Lines of the instructor's manual."""
+    pages = (path.read_text("utf-8") for path in (answers.SOLUTIONS / "manual").glob("*.md"))
+    lines = {line.strip() for page in pages for line in page.split("\n")}
+    return {line for line in lines if len(line) >= TELLING_OF_AN_ANSWER}
 
 
 def answer_lines(name: str) -> frozenset[str]:
@@ -149,7 +157,7 @@ def test_the_release_holds_no_line_of_a_solution_or_a_hidden_test(
 
 def test_the_site_holds_no_solution_and_no_hidden_test() -> None:
     assert (HTML / "index.html").is_file(), "build the site first: make book"
-    secrets = {line for name in NAMES for line in secret_lines(name)}
+    secrets = {line for name in NAMES for line in secret_lines(name)} | manual_lines()
     pages = [(path, text) for path, text in files_below(HTML) if not is_runtime(path)]
     assert any(path.suffix == ".ipynb" for path, _ in pages), "the pages' sources are there too"
     leaks = {
