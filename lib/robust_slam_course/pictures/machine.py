@@ -51,12 +51,12 @@ def machine() -> Picture:
                     "it takes 9 of the 12 inliers for outliers, and rejects them without a word.",
                 ),
                 Option(
-                    "the solver",
+                    "solver",
                     "it rejects the inliers that PCM has left, and returns a map that is 2.97 m"
                     " off.",
                 ),
                 Option(
-                    "the certificate",
+                    "certificate",
                     "it asks only whether a better map for the kept edges exists, and none does.",
                 ),
                 Option(
