@@ -34,7 +34,7 @@ export function lightTwins(el, stage) {
   stage.addEventListener("mouseleave", () => light(el, null));
 }
 
-/** Let the paragraphs just above and below the picture's cell name its parts. */
+/** Let the paragraph above the picture's cell and the one below name its parts. */
 export function linkText(el) {
   if (document.readyState === "loading") {
     // The paragraphs below are still to come.
@@ -42,14 +42,14 @@ export function linkText(el) {
     return;
   }
   const cell = el.closest(".cell");
-  for (const beside of ["previousElementSibling", "nextElementSibling"]) {
-    const named = new Set();
-    for (let at = cell?.[beside]; at?.matches("p"); at = at[beside]) linkWords(el, at, named);
+  for (const beside of [cell?.previousElementSibling, cell?.nextElementSibling]) {
+    if (beside?.matches("p")) linkWords(el, beside);
   }
 }
 
 /** Make words in `root` that name visible parts of the picture buttons that light them, each once. */
-export function linkWords(el, root, named = new Set()) {
+export function linkWords(el, root) {
+  const named = new Set();
   const link = (shown) => {
     const name = shown.textContent.toLowerCase().replace(/s$/, "");
     const [part] = [...el.querySelectorAll(NAMED[name] ?? "none")].filter((each) => each.checkVisibility());
