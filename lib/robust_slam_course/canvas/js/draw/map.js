@@ -28,30 +28,26 @@ export function fitMap(box, poses, margin = 26) {
   };
 }
 
-const ZOOM = 1.15; // from one size of a map to the next
+const STEP = 0.08; // of the map's size, by which a side of it is moved out
 
 /**
- * As `fitMap` of `truth`, but smaller by as many steps as `poses` need to stay in the box. While
- * a handle is held the map named `key` keeps its size, so that what is held stays at the hand.
+ * As `fitMap` of `truth`, with sides moved out by whole steps until `poses` are in the box, too.
+ * While a handle is held the map named `key` stays, so that what is held stays at the hand.
  */
 export function fitAround(scene, key, box, truth, poses, margin = 24) {
   const kept = scene.fits.get(key);
   if (scene.held && kept) return kept;
-  const plain = fitMap(box, truth, margin);
-  const [x0, y0] = [box.x + box.width / 2, box.y + box.height / 2];
-  let far = 1;
-  for (let k = 0; k < poses.length; k += 3) {
-    far = Math.max(far, Math.abs(plain.toX(poses[k]) - x0) / (box.width / 2 - 5));
-    far = Math.max(far, Math.abs(plain.toY(poses[k + 1]) - y0) / (box.height / 2 - 5));
-  }
-  const zoom = ZOOM ** Math.ceil(Math.log(far) / Math.log(ZOOM) - 1e-6);
-  const fit = {
-    scale: plain.scale / zoom,
-    toX: (x) => x0 + (plain.toX(x) - x0) / zoom,
-    toY: (y) => y0 + (plain.toY(y) - y0) / zoom,
-    fromX: (pixel) => plain.fromX(x0 + (pixel - x0) * zoom),
-    fromY: (pixel) => plain.fromY(y0 + (pixel - y0) * zoom),
-  };
+  // Handles stand in the margin, and a line may run into it.
+  const slack = (margin - 6) / fitMap(box, truth, margin).scale;
+  const corners = [0, 1].flatMap((axis) => {
+    const [own, all] = [truth, [...truth, ...poses]].map((list) => list.filter((_, k) => k % 3 === axis));
+    const [low, high] = [Math.min(...own), Math.max(...own)];
+    const step = STEP * (high - low);
+    const out = (far) => step * Math.ceil(Math.max(0, far - slack) / step);
+    return [low - out(low - Math.min(...all)), high + out(Math.max(...all) - high)];
+  });
+  const [west, east, south, north] = corners;
+  const fit = fitMap(box, [west, south, 0, east, north, 0], margin);
   scene.fits.set(key, fit);
   return fit;
 }

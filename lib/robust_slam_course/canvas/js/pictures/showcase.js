@@ -21,7 +21,7 @@ export function render(context) {
     layers: ["ghost", "edges", "drive", "wrong", "words", "axes", "curve", "points"],
     controls: [
       {
-        kind: "slider", name: "size", label: "Wrong closures that agree", min: 1, max: MOST_AGREEING, step: 1,
+        kind: "slider", name: "size", label: "Wrong closures", min: 1, max: MOST_AGREEING, step: 1,
         text: (value) => String(value),
       },
       {
