@@ -16,7 +16,7 @@ import functools
 import random
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from robust_slam_autograder.misconceptions import candidates, survey, tables
 from robust_slam_autograder.misconceptions.candidates import OF_ANSWER, WRITTEN, Candidate
@@ -54,7 +54,7 @@ class Measured:
             for one, keys in self.ways
             if not (one.origin == WRITTEN and one.source in hidden)
         ]
-        table = Table(tables.sealed(survey.labels(left)), self.rest.right, self.rest.arguments)
+        table = replace(self.rest, labels=tables.sealed(survey.labels(left)))
         for answer in unseen:
             yield answer, table.sentence(self.shapes.get(answer.source, Shape()))
 

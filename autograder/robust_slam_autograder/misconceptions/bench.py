@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from robust_slam_autograder.executor.seeds import case_generator, environment
-from robust_slam_autograder.misconceptions import facts, shapes
+from robust_slam_autograder.misconceptions import facts, shapes, traits
 from robust_slam_autograder.misconceptions.facts import Fact
 from robust_slam_autograder.misconceptions.prints import Trace
 from robust_slam_autograder.misconceptions.shapes import WHOLE, Shape
@@ -44,6 +44,8 @@ class Bench:
     cells: Mapping[str, str]
     """By grade id, the instructor's solution."""
     codes: dict[str, types.CodeType] = field(default_factory=dict)
+    words: dict[str, set[str]] = field(default_factory=dict)
+    """By exercise, words and truths that its solution says."""
     _facts: dict[str, dict[str, Fact]] = field(default_factory=dict)
 
     def functions(self, exercise: str) -> dict[str, Callable[..., Any]]:
@@ -96,7 +98,7 @@ class Bench:
         return shape
 
     def right(self, exercise: str) -> Right:
-        """Return what the solution returns, call by call.
+        """Return what the solution returns, call by call, and note the words that it says.
 
         Raises:
             ValueError: the solution itself loses a case.
@@ -108,6 +110,8 @@ class Bench:
                 if not self._passes(case, self.names, trace):
                     raise ValueError(f"the solution itself loses {case.grade_id}")
                 found[case.grade_id] = shapes.of_beginnings(trace, self.salt)
+                words = {traits.word_of(call) for call in trace.calls}
+                self.words.setdefault(exercise, set()).update(words - {""})
         return found
 
     def _cases(self, exercise: str) -> list[Case]:

@@ -8,6 +8,8 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from robust_slam_autograder.misconceptions import aspects, traits
 from robust_slam_autograder.misconceptions.prints import Called, Part, Trace, digests
 
@@ -17,6 +19,9 @@ MOST_SEEN = 60
 """Calls of one test cell, of which aspects are taken."""
 WHOLE = ""
 """The aspect that leaves all."""
+ENTRIES = "entries "
+"""Before the number of a call: the entries that it returned, each by itself."""
+MOST_ENTRIES = 400
 
 Digests = dict[str, tuple[str, ...]]
 """By aspect, the digest of what a test cell saw, and those of neighbouring cells."""
@@ -108,7 +113,23 @@ def _of(calls: Sequence[Called], salt: str, with_aspects: bool) -> Digests:
     found = {WHOLE: digests(parts, salt)}
     if with_aspects and len(calls) <= MOST_SEEN:
         found |= aspects.seen(calls, salt)
+        found |= _entries(calls, salt)
     return found
+
+
+def _entries(calls: Sequence[Called], salt: str) -> Digests:
+    """Return the digests of what the last call found: numbers in a row, or what is true."""
+    parts = calls[-1].parts
+    numbers = parts[0][1] if len(parts) == 1 else None
+    if numbers is None or not 1 <= numbers.ndim <= 2 or numbers.size > MOST_ENTRIES:
+        return {}
+    if parts[0][0].startswith("truth"):
+        numbers = np.flatnonzero(numbers).astype(float)
+    if numbers.ndim != 1 or len(np.unique(numbers)) != len(numbers):
+        return {}
+    name = f"{ENTRIES}{len(calls)}"
+    found = (digests([("", one)], f"{salt} {name}")[0] for one in numbers[:, None])
+    return {name: tuple(found)}
 
 
 def end_of(trace: Trace) -> frozenset[str]:

@@ -11,7 +11,7 @@ import signal
 import time
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from robust_slam_autograder.executor import guarded
@@ -20,7 +20,7 @@ from robust_slam_autograder.misconceptions import bench as benches
 from robust_slam_autograder.misconceptions.bench import Bench
 from robust_slam_autograder.misconceptions.candidates import WRITTEN, Candidate, candidates, chosen
 from robust_slam_autograder.misconceptions.shapes import Shape, salt_of
-from robust_slam_autograder.misconceptions.tables import Right, Table, arguments_of, sealed
+from robust_slam_autograder.misconceptions.tables import Table, arguments_of, sealed
 from robust_slam_autograder.reading.assignment import Assignment
 from robust_slam_autograder.reading.labelled import Answer
 
@@ -180,12 +180,13 @@ def table(setting: Setting, exercise: str, known: Sequence[Candidate]) -> Table:
         for key in shape.keys()[:1]:
             if labels.setdefault(key, candidate.sentence) != candidate.sentence:
                 labels[key] = ""
-    run: guarded.Run[tuple[Right, tuple[str, ...]]] = guarded.guarded
-    ((right, arguments),) = run(functools.partial(_right, setting, exercise))
-    return Table(sealed(labels), right, arguments)
+    run: guarded.Run[Table] = guarded.guarded
+    (right,) = run(functools.partial(_right, setting, exercise))
+    return replace(right, labels=sealed(labels))
 
 
-def _right(setting: Setting, exercise: str) -> Iterator[tuple[Right, tuple[str, ...]]]:
+def _right(setting: Setting, exercise: str) -> Iterator[Table]:
     bench = setting.bench()
     first = next(iter(bench.functions(exercise).values()), None)
-    yield bench.right(exercise), arguments_of(first)
+    right = bench.right(exercise)
+    yield Table({}, right, arguments_of(first), tuple(sorted(bench.words.get(exercise, ()))))

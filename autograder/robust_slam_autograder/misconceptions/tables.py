@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder.misconceptions import aspects, traits
-from robust_slam_autograder.misconceptions.shapes import Shape
+from robust_slam_autograder.misconceptions.shapes import ENTRIES, Shape
 
 FILE = "misconceptions.json"
 """In a release, the tables of its visible cases."""
@@ -31,6 +31,8 @@ class Table:
     right: Right
     arguments: tuple[str, ...]
     """Of the exercise's first function."""
+    words: tuple[str, ...] = ()
+    """Which the solution says, where it says words or truths."""
 
     def sentence(self, shape: Shape) -> str:
         """Say what a wrong answer looks like; empty where nothing fits, or more than one thing."""
@@ -41,9 +43,26 @@ class Table:
         if len(said) == 1 and "" not in said:
             return said.pop()
         seen = next(self._aspects(shape), "") if keys and shape.real else ""
+        seen = seen or (self._entries(shape) if keys else "")
         if seen or not shape.has_ends:
             return seen
-        return traits.told(shape.ends.values(), shape.passed, self.arguments)
+        return traits.told(shape.ends.values(), shape.passed, self.arguments, self.words)
+
+    def _entries(self, shape: Shape) -> str:
+        """Say whether there are too few entries or too many, and all others are right."""
+        none: frozenset[str] = frozenset()
+        pairs = []
+        for grade_id, found in shape.failed.items():
+            mine = [
+                (key, frozenset(some)) for key, some in found.items() if key.startswith(ENTRIES)
+            ]
+            right = self.right.get(grade_id, {})
+            pairs += [(some, right.get(key, none)) for key, some in mine] or [(none, none)]
+        if all(mine < right for mine, right in pairs) and any(mine for mine, _ in pairs):
+            return "something is missing, and all that comes back is right"
+        if all(right < mine for mine, right in pairs) and any(right for _, right in pairs):
+            return "all that belongs there comes back, and more besides"
+        return ""
 
     def _aspects(self, shape: Shape) -> Iterator[str]:
         for name in aspects.names(len(self.arguments)):
@@ -60,7 +79,8 @@ class Table:
             grade_id: {aspect: sorted(some) for aspect, some in found.items()}
             for grade_id, found in self.right.items()
         }
-        return {"labels": self.labels, "right": right, "arguments": self.arguments}
+        whole = {"labels": self.labels, "right": right}
+        return {**whole, "arguments": self.arguments, "words": self.words}
 
 
 def sealed(labels: Mapping[str, str]) -> dict[str, str]:
@@ -102,7 +122,8 @@ def _table(data: Mapping[str, Any]) -> Table:
         for grade_id, found in data["right"].items()
     }
     labels = {str(place): str(text) for place, text in data["labels"].items()}
-    return Table(labels, right, tuple(map(str, data["arguments"])))
+    arguments, words = (tuple(map(str, data[name])) for name in ("arguments", "words"))
+    return Table(labels, right, arguments, words)
 
 
 def arguments_of(function: object) -> tuple[str, ...]:

@@ -1,13 +1,13 @@
-"""What is particular to what came in where an answer goes wrong, and only there.
+"""What is particular to the calls where an answer goes wrong, and only there.
 
-No value is compared. A trait of a call, such as that an argument holds integers, says where the
-slip is if each failed case ended at a call that has it, and no case that was passed has such a
-call. What came in is the test's own, so student code cannot change it.
+No value is compared but for words and truths. A trait of a call, such as that an argument holds
+integers, says where the slip is if each failed case ended at a call that has it, and no case that
+was passed has such a call. What came in is the test's own, so student code cannot change it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -40,18 +40,30 @@ _SENTENCES: Mapping[str, str] = {
 _LESS: Mapping[str, frozenset[str]] = {
     "not 1": frozenset({"below 1", "zero", "negative", "large"}),
     "integers": frozenset({"list", "zero"}),
+    "given": frozenset(_SENTENCES) - {"given"},
     "table": frozenset({"list"}),
 }
 """By trait those of the same argument that need not be named beside it."""
+_OF, _SAYS = "of ", "says "
+
+
+def word_of(call: Called) -> str:
+    """Return the word or truth that came back; empty where it was anything else."""
+    if len(call.parts) != 1:
+        return ""
+    kind, numbers = call.parts[0]
+    if kind.startswith("truth ()") and numbers is not None:
+        return str(bool(numbers))
+    return kind.strip("'") if kind.startswith("'") else ""
 
 
 def of_call(call: Called) -> frozenset[str]:
     """Return the traits of what came in; each ends in the argument's number, or in its name."""
     given = dict(enumerate(call.args[:MOST_ARGUMENTS])) | dict(call.options)
-    found = {f"of {call.name}"}
+    found = {f"{_OF}{call.name}"} | ({f"{_SAYS}{word}"} if (word := word_of(call)) else set())
     for place, value in given.items():
         found |= {f"{kind} {place}" for kind in _kinds(value)}
-        if isinstance(place, str) and value is not None:
+        if value is not None:
             found.add(f"given {place}")
     return frozenset(found)
 
@@ -75,7 +87,7 @@ def _kinds(value: object) -> Iterable[str]:
         "alone": is_one,
         "table": array.ndim >= 2,
         "list": isinstance(value, list | tuple),
-        "zero": bool(np.any(array == 0)),
+        "zero": (is_one or array.dtype.kind == "f") and bool(np.any(array == 0)),
         "negative": bool(np.any(array < 0)),
         "not 1": is_one and array != 1,
         "below 1": is_one and 0 < array < 1,
@@ -88,7 +100,10 @@ def _kinds(value: object) -> Iterable[str]:
 
 
 def told(
-    ends: Iterable[Iterable[str]], passed: Mapping[str, int], arguments: Sequence[str]
+    ends: Iterable[Iterable[str]],
+    passed: Mapping[str, int],
+    arguments: Sequence[str],
+    words: Collection[str] = (),
 ) -> str:
     """Return what goes on after "It looks as if"; empty where no trait says where it goes wrong.
 
@@ -96,14 +111,28 @@ def told(
         ends: of each failed case, the traits of its last call.
         passed: by trait, how many calls of passed cases have it.
         arguments: the names of the function's arguments.
+        words: what the solution says, where it says words or truths.
     """
     shared = frozenset.intersection(*map(frozenset, ends))
-    (function,) = [one for one in shared if one.startswith("of ")] or [""]
+    return _place(shared, passed, arguments) or _word(shared, passed, words)
+
+
+def _word(shared: Collection[str], passed: Mapping[str, int], words: Collection[str]) -> str:
+    word = next((one for one in words if f"{_SAYS}{one}" in shared), "")
+    if not word or len(words) < 2:
+        return ""
+    others = [one for one in passed if one.startswith(_SAYS) and one != f"{_SAYS}{word}"]
+    how = "comes back where another answer belongs" if others else "is the only answer"
+    return f"“{word}” {how}"
+
+
+def _place(shared: Collection[str], passed: Mapping[str, int], arguments: Sequence[str]) -> str:
+    (function,) = [one for one in shared if one.startswith(_OF)] or [""]
     if passed.get(function, 0) < FEWEST_PASSED:
-        others = sum(times for one, times in passed.items() if one.startswith("of "))
+        others = sum(times for one, times in passed.items() if one.startswith(_OF))
         is_other = function and not passed.get(function) and others >= FEWEST_PASSED
         return f"all is right but what `{function[3:]}` returns" if is_other else ""
-    only = {one for one in shared if not passed.get(one)}
+    only = {one for one in shared if not passed.get(one) and not one.startswith(_SAYS)}
     for one in list(only):
         kind, _, place = one.rpartition(" ")
         only -= {f"{less} {place}" for less in _LESS.get(kind, ())}

@@ -169,3 +169,27 @@ def test_of_what_was_done_to_an_argument_several_facts_say_only_which_it_is() ->
         "`x` is not used as it should",
         "",
     ]
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ("y[:-1]", "something is missing, and all that comes back is right"),
+        ("np.append(y, 0.5)", "all that belongs there comes back, and more besides"),
+        ("np.append(y[:-1], 0.5)", ""),
+    ],
+)
+def test_too_few_and_too_many_entries_are_told(setting: Setting, change: str, told: str) -> None:
+    source = f"def double(x):\n    y = 2 * np.asarray(x)\n    return {change} if y.size > 1 else y"
+    assert said(setting, source) == told
+
+
+def test_a_word_is_told_where_the_solution_says_it_too() -> None:
+    def says(word: str) -> frozenset[str]:
+        return traits.of_call(Called("f", (), ((f"'{word}'", None),)))
+
+    passed = Counter(one for word in ("yes", "no", "no", "no") for one in says(word))
+    told = [traits.told([says(word)], passed, (), ("no", "yes")) for word in ("yes", "0.125")]
+    assert told == ["“yes” comes back where another answer belongs", ""]
+    always = Counter(list(says("no")) * 4)
+    assert traits.told([says("no")], always, (), ("no", "yes")) == "“no” is the only answer"
