@@ -14,7 +14,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from robust_slam_autograder import layout
-from robust_slam_autograder.ci.gradescope import SEED_NAME, TREE_NAME
+from robust_slam_autograder.ci.gradescope import LABELS_NAME, SEED_NAME, TREE_NAME
 from robust_slam_autograder.ci.workflows import quoted, substitute, template
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.grading import durable
@@ -27,8 +27,14 @@ LOCK_NAME = "requirements.lock"
 _PINNED = re.compile(r"^[A-Za-z0-9][\w.-]*==[^\\\n]*", re.MULTILINE)
 
 
-def write(course: Course, assignment: str, archive: Path) -> None:
+def write(course: Course, assignment: str, archive: Path, labels: Path) -> None:
     """Write the archive of an assignment, readable by its owner only; it replaces another.
+
+    Args:
+        course: where the assignment is.
+        assignment: its name.
+        archive: the file.
+        labels: the folder that ``autograder misconceptions`` has written, if it has.
 
     Raises:
         WrongUse: the course does not say what to install, or is in no repository.
@@ -44,6 +50,9 @@ def write(course: Course, assignment: str, archive: Path) -> None:
         "constraints.txt": _constraints(course.root).encode(),
         **_sources(course, assignment),
     }
+    known = labels / f"{assignment}.json"
+    if known.is_file():
+        entries[f"{LABELS_NAME}/{known.name}"] = known.read_bytes()
     part = durable.part_of(archive)
     part.unlink(missing_ok=True)
     part.touch(mode=0o600)

@@ -21,6 +21,7 @@ from typing import Any
 from robust_slam_autograder import sandbox
 from robust_slam_autograder.errors import AutograderError
 from robust_slam_autograder.grading import batch, durable, journal, tasks
+from robust_slam_autograder.grading.naming import Namer
 from robust_slam_autograder.grading.results import CaseResult, ExerciseResult, Result
 from robust_slam_autograder.grading.tasks import Handed, Job
 from robust_slam_autograder.grading.verdicts import MEANINGS
@@ -29,6 +30,7 @@ from robust_slam_autograder.reading import assignment as assignments
 
 SEED_NAME = "seed"
 TREE_NAME = "solutions"
+LABELS_NAME = "misconceptions"
 NOBODY = "submission"
 """Stands for the student: Gradescope knows who it is, and nothing here needs to."""
 LATER = (
@@ -68,7 +70,13 @@ def _grade(root: Path) -> Result:
     with tempfile.TemporaryDirectory() as folder:
         run = journal.open_journal(Path(folder), seed)
         (graded,) = batch.grade(
-            [job], out=Path(folder), run=run, wall=wall, workers=1, report=lambda item: None
+            [job],
+            out=Path(folder),
+            run=run,
+            wall=wall,
+            workers=1,
+            report=lambda item: None,
+            naming=Namer(root / "source" / LABELS_NAME, seed),
         )
         return graded.load()
 
@@ -89,11 +97,12 @@ def as_gradescope(result: Result) -> dict[str, Any]:
     Neither a time nor anything else that hidden inputs could have changed is visible before
     the marks are published.
     """
-    tests = [
-        _test(exercise, case, f"{number}.{place}")
-        for number, exercise in enumerate(result.exercises, start=1)
-        for place, case in enumerate(exercise.cases, start=1)
-    ]
+    tests = []
+    for number, exercise in enumerate(result.exercises, start=1):
+        for place, case in enumerate(exercise.cases, start=1):
+            tests.append(_test(exercise, case, f"{number}.{place}"))
+        if exercise.misconception:
+            tests.append(_label(exercise, f"{number}.{len(exercise.cases) + 1}"))
     return {
         "score": result.score,
         "output": visible(_output(result)),
@@ -122,6 +131,16 @@ def _test(exercise: ExerciseResult, case: CaseResult, number: str) -> dict[str, 
         "status": "passed" if case.passed else "failed",
         "output": visible(case.message),
         "visibility": "visible" if case.visible else "after_published",
+    }
+
+
+def _label(exercise: ExerciseResult, number: str) -> dict[str, Any]:
+    """Return what a wrong answer looks like; hidden cases had a part in it."""
+    return {
+        "number": number,
+        "name": f"{exercise.name}: what it looks like",
+        "output": visible(f"It looks as if {exercise.misconception}."),
+        "visibility": "after_published",
     }
 
 

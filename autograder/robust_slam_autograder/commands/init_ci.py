@@ -9,6 +9,7 @@ from typing import Any
 
 from robust_slam_autograder import layout
 from robust_slam_autograder.ci import workflows
+from robust_slam_autograder.commands import places
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.publishing import course as courses
 from robust_slam_autograder.publishing.course import Course
@@ -38,6 +39,7 @@ def add(commands: Any) -> None:  # noqa: ANN401
         metavar="WHAT",
         help="what students install, as pip takes it; default: from the public repository",
     )
+    places.add(parser, "--misconceptions")
     parser.add_argument("--force", action="store_true", help="replace files that are there")
     parser.set_defaults(run=run)
 
@@ -71,7 +73,7 @@ def _write_archives(course: Course, options: argparse.Namespace) -> int:
     container.refuse_in_sight(archives.values())
     out.mkdir(parents=True, exist_ok=True)
     for name, path in archives.items():
-        container.write(course, name, path)
+        container.write(course, name, path, options.misconceptions)
         print(f"wrote {path}")
     print(
         "Next: upload each under Configure Autograder, and test it there with a submission before "

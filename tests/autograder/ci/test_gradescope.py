@@ -78,7 +78,10 @@ def archive(tmp_path_factory: pytest.TempPathFactory) -> Path:
     )
     world.track(root)
     out = tmp_path_factory.mktemp("outside")
-    assert cli.main(["--solutions", str(tree), "init-ci", "gradescope", "--out", str(out)]) == 0
+    labels = ["--misconceptions", str(tmp_path_factory.mktemp("labels"))]
+    made = [["misconceptions", "--to", labels[1]], ["init-ci", "gradescope", *labels]]
+    for command in (made[0], [*made[1], "--out", str(out)]):
+        assert cli.main(["--solutions", str(tree), *command]) == 0
     return out / f"{toy.NAME}.zip"
 
 
@@ -179,6 +182,14 @@ def test_student_code_sees_neither_tests_nor_seed_and_writes_no_marks(
         leave_out("this kernel has no Landlock")
     value = submit(curious(container), before=before)
     assert value["score"] == toy.MOST
+
+
+@pytest.mark.sandbox
+def test_what_it_looks_like_is_told_when_marks_are_published(submit, wall_name):
+    value = submit(toy.answer(double="def double(x):\n    return 4 * np.asarray(x)\n"))
+    (told,) = [test for test in value["tests"] if test["name"] == "double: what it looks like"]
+    assert told["output"] == "It looks as if what comes back is twice what it should be."
+    assert told["visibility"] == "after_published" and "score" not in told
 
 
 @pytest.mark.sandbox
