@@ -13,6 +13,8 @@ from robust_slam_autograder.misconceptions.candidates import Candidate
 from robust_slam_autograder.reading.labelled import Answer
 
 _PRIVATE = 0o600
+FORMAT = 2
+"""Of the file: one more makes files of an older engine be made again."""
 _OWN = ("slip", "about")
 """What the survey alone needs to know of a candidate."""
 
@@ -34,8 +36,8 @@ def digest(tests: Path) -> str:
 
 
 def digest_of_answers(answers: Sequence[Answer]) -> str:
-    """Return the digest of answers that are written down, right and wrong."""
-    text = json.dumps([[one.exercise, one.source, one.label] for one in answers])
+    """Return the digest of the format and of answers that are written down, right and wrong."""
+    text = json.dumps([FORMAT, [[one.exercise, one.source, one.label] for one in answers]])
     return hashlib.sha256(text.encode()).hexdigest()
 
 
