@@ -1,8 +1,9 @@
-"""The towns of the labs: closures that arrive one at a time, and a ring that may be wound."""
+"""The maps of the labs: closures that arrive one at a time, a ring, towns with look-alikes."""
 
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -10,9 +11,17 @@ from robust_slam._arrays import Array, Indices, Mask
 from robust_slam.graphs import Noise, PoseGraph, add_random_closures, circle, manhattan
 from robust_slam.graphs.odometry import dead_reckoning
 from robust_slam.graphs.pose_graph import with_closures
+from robust_slam.problems import PoseGraphProblem
+
+from robust_slam_course.recogniser import Recognised, recognised
 
 LOOK_ALIKE = (6, 17)
 """The poses that place recognition takes for one: two corners that are 1 m apart."""
+MAY_DROP = ((4, 23), (11, 23), (3, 24), (13, 25), (17, 29))
+"""The inliers that come after the outlier's poses: the reader may leave each of them out."""
+ARRIVALS = range(17, 32)
+"""The poses at which the outlier may arrive."""
+_NEWTON = 20
 _EDGE = ("edges", "measurement", "information", "is_odometry")
 
 
@@ -56,3 +65,46 @@ def wound(graph: PoseGraph, turns: int) -> Array:
     own = graph.is_odometry
     measurement[own, 2] += 2.0 * np.pi * turns / np.sum(own)
     return dead_reckoning(dataclasses.replace(graph, measurement=measurement))
+
+
+def starts(graph: PoseGraph) -> dict[str, Array]:
+    """Return the poses ``(n, 3)`` from which the solvers of the second lab start."""
+    return {
+        "odometry": dead_reckoning(graph),
+        "squares": PoseGraphProblem(graph).initial(),
+        "twice": wound(graph, 2),
+        "thrice": wound(graph, 3),
+    }
+
+
+def towns(percent: int, seeds: Iterable[int], poses: int = 60) -> list[Recognised]:
+    """Return towns of so many ``poses``, of whose crossings ``percent`` look like others."""
+    return [recognised(poses, percent, Noise(odometry=(0.1, 0.1)), seed) for seed in seeds]
+
+
+def scores(sample: Iterable[Recognised]) -> tuple[Array, Mask]:
+    """Return the scores ``(k,)`` of the closures of all towns, and which are inliers."""
+    chosen = list(sample)
+    inlier = [~town.is_false[~town.graph.is_odometry] for town in chosen]
+    return np.concatenate([town.scores for town in chosen]), np.concatenate(inlier)
+
+
+def logistic(score: Array, inlier: Mask) -> tuple[float, float]:
+    """Return the slope and the offset of the log-odds that a closure is an inlier.
+
+    They maximise the likelihood of the masks ``inlier`` ``(k,)`` at the scores ``score`` ``(k,)``,
+    by Newton's method; if all are inliers there is no maximum, and the steps go on to infinity.
+    """
+    columns, fit = np.column_stack([score, np.ones_like(score)]), np.zeros(2)
+    for _ in range(_NEWTON):
+        p = 1.0 / (1.0 + np.exp(-columns @ fit))
+        hessian = columns.T @ (columns * (p * (1.0 - p))[:, None])
+        fit = fit + np.linalg.solve(hessian, columns.T @ (inlier - p))
+    return float(fit[0]), float(fit[1])
+
+
+def scored_town() -> tuple[Recognised, Array]:
+    """Return the town of the third lab's picture, and its closures' log-odds ``(k,)``."""
+    slope, offset = logistic(*scores(towns(75, range(1000, 1020))))
+    (town,) = towns(75, [8], poses=40)
+    return town, slope * town.scores + offset

@@ -1,6 +1,9 @@
 from .certificates import certificate as certificate
 from .graduation import graduation as graduation
 from .kernels import kernels as kernels
+from .labs import growing as growing
+from .labs import priors as priors
+from .labs import proofs as proofs
 from .landscapes import annealing as annealing
 from .landscapes import basins as basins
 from .machine import machine as machine

@@ -62,6 +62,14 @@ const SOLVERS = {
   },
   descents: ({ graph, start, weights, method, tol, limit }) =>
     page[method](page.makeGraph(graph), Float64Array.from(start), weights, tol, limit),
+  covariances: ({ graph, poses, weights, numbers }) => ({
+    all: page.poseCovariances(page.makeGraph(graph), Float64Array.from(poses), weights, numbers),
+  }),
+  priors: ({ graph, lambda, logOdds }) => {
+    const problem = page.poseGraphProblem(page.makeGraph(graph));
+    const options = { tol: 1e-9, maxIterations: 300 };
+    return page.switchesWithPriors(problem, lambda, logOdds, problem.guess, options);
+  },
   fleets: ({ graph, labels, c, options }) =>
     page.solveFleet(page.makeGraph(graph), labels, c, options),
   metrics: ({ estimate, truth }) => ({

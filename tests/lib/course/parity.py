@@ -24,6 +24,7 @@ from robust_slam.graphs import se2
 from tests.lib.course import parity_cases as cases
 from tests.lib.course import parity_certificates as certificates
 from tests.lib.course import parity_graphs as graphs
+from tests.lib.course import parity_labs as labs
 from tests.lib.course import parity_sets as sets
 from tests.lib.course.parity_cases import Angles, Case, Steps
 
@@ -45,6 +46,9 @@ SOLVERS = {
     "graphs": (graphs.graph_cases, LINE),
     "descents": (graphs.descent_cases, GRAPH),
     "loop:graphs": (graphs.loop_cases, GRAPH),
+    "loop:labs": (labs.run_cases, GRAPH),
+    "covariances": (labs.covariance_cases, GRAPH),
+    "priors": (labs.prior_cases, GRAPH),
     "aliases": (sets.alias_cases, LINE),
     "fleets": (graphs.fleet_cases, GRAPH),
     "cliques": (sets.clique_cases, LINE),

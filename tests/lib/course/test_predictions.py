@@ -11,13 +11,15 @@ from robust_slam.certificates import sdp
 from robust_slam.consistency import pcm
 from robust_slam.estimators import chi_square_threshold, gnc, irls, switchable
 from robust_slam.estimators.kernels import KERNELS
+from robust_slam.estimators.loop import reweight
 from robust_slam.fleet import rounds
-from robust_slam.graphs import dead_reckoning, pose_graph, se2
+from robust_slam.graphs import ate, dead_reckoning, pose_graph, se2
 from robust_slam.graphs.pose_graph import PoseGraph
 from robust_slam.problems import LinearProblem, LocationProblem, PoseGraphProblem
 from robust_slam_course import pictures
 
 from tests.chromium import Opener
+from tests.lib.course.parity_labs import Switches
 
 C = chi_square_threshold(0.99, 3)
 Array = np.ndarray[Any, Any]
@@ -223,9 +225,41 @@ def graph_of_fleet(data: Any, wrong: Any, correct: int) -> PoseGraph:
     )  # fmt: skip
 
 
+def growing(data: Any, state: Any) -> Told:
+    graph = graph_of(data)
+    changes = data["minds"]["kept"][data["minds"]["runs"][0][0]]
+    outlier = 1 << int(np.sum(~graph.is_odometry)) - 1
+    gone = [p for p, kept in zip(changes[::2], changes[1::2], strict=True) if not kept & outlier]
+    withdrawn = min(p for p in gone if p > state["arrives"])
+    (closure,) = graph.edges[~graph.is_odometry & (graph.edges.max(axis=1) == withdrawn)]
+    assert withdrawn - state["arrives"] == 12
+    assert np.sum(graph.edges[~graph.is_odometry].max(axis=1) == 23) == 2
+    return "when one contradicts it clearly", [f"from {closure[0]} to {closure[1]}, twelve"]
+
+
+def proofs(data: Any, state: Any) -> Told:
+    problem, best = PoseGraphProblem(graph_of(data), tol=1e-9), np.reshape(data["best"], (-1, 3))
+    lost = {}
+    for start in ("odometry", "thrice"):
+        assert not any(data["proofs"][f"gnc {start}"])
+        found = gnc(problem, C, x0=np.reshape(data["starts"][start], (-1, 3)))
+        lost[start] = ate(found.x, best) > 0.1
+    assert lost == {"odometry": False, "thrice": True}
+    return "not always", ["wound thrice: it is lost", "from odometry all certificates succeed"]
+
+
+def priors(data: Any, state: Any) -> Told:
+    problem, odds = PoseGraphProblem(graph_of(data), steps=1), np.log(999)
+    rule = Switches(np.full(len(data["outlier"]), C**2 + 2 * odds))
+    found = reweight(problem, rule, problem.guess, tol=1e-6)
+    lost = ate(found.x, np.reshape(data["best"], (-1, 3))) > 0.1
+    said = f"of {odds:.0f} raise λ from {C**2:.0f} to {C**2 + 2 * round(odds):.0f}"
+    return "yes" if lost else "no", [said]
+
+
 CHECKS = (
     opening, cycles, leverage, kernels, majoriser, basins, annealing, consistency, certificate,
-    showcase, machine, graduation, robots,
+    showcase, machine, graduation, robots, growing, proofs, priors,
 )  # fmt: skip
 
 

@@ -82,6 +82,18 @@ BUGS = {
         "z: back, information };",
         "fleets",
     ),
+    "a prior of half its log-odds": (
+        "priors.js",
+        "lambda + 2 * logOdds[k - first]",
+        "lambda + logOdds[k - first]",
+        "priors",
+    ),
+    "a covariance of another pose": (
+        "covariance.js",
+        "const first = 3 * (pose - 1);",
+        "const first = 3 * pose - (pose > 1 ? 6 : 3);",
+        "covariances",
+    ),
     "a step that is not halved": (
         "descent.js",
         "retractPoses(here.poses, step, 0.5 ** halvings)",

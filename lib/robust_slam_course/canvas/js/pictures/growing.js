@@ -1,0 +1,183 @@
+import { putLegend } from "../draw/legend.js";
+import { fitAround, posePixels, putDrive, putEdge } from "../draw/map.js";
+import { putMarker } from "../draw/marker.js";
+import { livePicture } from "../draw/picture.js";
+import { pathThrough } from "../draw/scene.js";
+import { sideBySide } from "../draw/stage.js";
+import { poseCovariances } from "../solve/covariance.js";
+import { graphWithWrong, leastSquares, poseGraphProblem } from "../solve/pose_graph.js";
+
+/**
+ * A map that grows, and withdraws an outlier. Which closures it keeps was decided by the library,
+ * see `tools/data/labs.py`; the map and the ellipses that follow from them are computed here.
+ */
+export function render(context) {
+  const data = context.model.get("data");
+  return livePicture(context, {
+    layers: ["ghost", "edges", "drive", "ellipses", "axis", "bars", "words"],
+    controls: [
+      {
+        kind: "player", name: "pose", label: "Time", count: () => data.last,
+        text: (pose) => `pose ${pose}`,
+      },
+      {
+        kind: "slider", name: "arrives", label: "The outlier arrives", min: data.arrivals[0],
+        max: data.arrivals.at(-1), step: 1, text: (pose) => `at pose ${pose}`,
+      },
+      ...data.mayDrop.map(([i, j], k) => ({
+        kind: "toggle", name: `with${k}`, label: `closure from ${i} to ${j}`,
+      })),
+    ],
+    main: ["pose"],
+    clean: cleanGrowing,
+    solve: solveGrowing,
+    moving: ({ poses, ellipses }) => Float64Array.from([...poses, ...ellipses.flatMap(({ shape }) => shape)]),
+    draw: drawGrowing,
+    caption: growingCaption,
+  });
+}
+
+const EVERY = 3; // poses from one ellipse to the next
+
+function cleanGrowing(state, { arrivals, last, mayDrop }) {
+  const whole = (value, low, high) => Math.min(high, Math.max(low, Math.round(Number(value) || 0)));
+  const cleaned = {
+    pose: whole(state.pose, 2, last), arrives: whole(state.arrives, arrivals[0], arrivals.at(-1)),
+  };
+  mayDrop.forEach((_, k) => { cleaned[`with${k}`] = state[`with${k}`] !== false; });
+  return cleaned;
+}
+
+function solveGrowing(state, data) {
+  const { minds, mayDrop, edges, trusted, arrivals, truth } = data;
+  const dropped = mayDrop.reduce((bits, _, k) => bits | (state[`with${k}`] ? 0 : 1 << k), 0);
+  const changes = minds.kept[minds.runs[dropped][state.arrives - arrivals[0]]];
+  const first = trusted.reduce((sum, value) => sum + value, 0);
+  const closures = edges.slice(first).map((ends, k) => {
+    const isOutlier = first + k === edges.length - 1;
+    const gone = mayDrop.findIndex((other) => String(other) === String(ends));
+    const told = isOutlier ? state.arrives : Math.max(...ends);
+    return { ends, isOutlier, told: gone >= 0 && dropped >> gone & 1 ? Infinity : told, spans: spansOf(changes, k, data.last) };
+  });
+  const isKept = ({ told, spans }) => told <= state.pose && spans.some(([from, to]) => from <= state.pose && state.pose < to);
+  const taken = [...edges.keys()].filter((k) => k < first || isKept(closures[k - first]));
+  const graph = graphWithWrong(data, { edges: [] }, taken);
+  const { poses } = leastSquares(poseGraphProblem(graph));
+  const numbers = Array.from({ length: Math.floor(data.last / EVERY) }, (_, k) => EVERY * (k + 1));
+  const found = poseCovariances(graph, poses, new Float64Array(graph.m).fill(1), numbers);
+  const ellipses = numbers.map((pose, k) => ellipseOf(pose, found[k], poses, truth));
+  const seen = ellipses.filter(({ pose }) => pose <= state.pose);
+  return {
+    poses, ellipses, closures, isKept, outlier: closures.at(-1),
+    seen: seen.length, outside: seen.filter(({ holds }) => !holds).length,
+  };
+}
+
+/** From when to when closure `k` is kept, `[from, to]` in poses. */
+function spansOf(changes, k, last) {
+  const spans = [];
+  for (let at = 0; at < changes.length; at += 2) {
+    const [pose, kept] = [changes[at], changes[at + 1] >> k & 1];
+    const open = spans.length && spans.at(-1)[1] > last;
+    if (kept && !open) spans.push([pose, last + 1]);
+    if (!kept && open) spans.at(-1)[1] = pose;
+  }
+  return spans;
+}
+
+const LIMIT = 5.991464547107979; // the 95 % quantile of χ² with 2 degrees of freedom
+
+/** The 95 % ellipse of a position: `shape` maps the unit circle to it, in m. */
+function ellipseOf(pose, covariance, poses, truth) {
+  const [a, b, , , d] = covariance;
+  const root = Math.sqrt(a);
+  const low = [root, 0, b / root, Math.sqrt(d - (b * b) / a)];
+  const [c, s] = [Math.cos(poses[3 * pose + 2]), Math.sin(poses[3 * pose + 2])];
+  const shape = [c * low[0] - s * low[2], -s * low[3], s * low[0] + c * low[2], c * low[3]]
+    .map((entry) => Math.sqrt(LIMIT) * entry);
+  const [x, y] = [truth[3 * pose] - poses[3 * pose], truth[3 * pose + 1] - poses[3 * pose + 1]];
+  const determinant = shape[0] * shape[3] - shape[1] * shape[2];
+  const inside = Math.hypot(shape[3] * x - shape[1] * y, shape[0] * y - shape[2] * x) / determinant;
+  return { pose, shape, holds: inside <= 1 };
+}
+
+function drawGrowing(scene, view) {
+  const { state, result, shown, data, width, height } = view;
+  const [left, right] = sideBySide({ x: 0, y: 0, width, height }, [1.35, 1]);
+  const top = putLegend(scene, "words", "legend", left.x, left.y, left.width, [
+    ["is-ghost", "true path"], ["is-estimate", "map"], ["is-inlier", "inlier"], ["is-outlier", "outlier"],
+  ]);
+  const box = { ...left, y: top + 4, height: height - top - 4 };
+  const count = 3 * (data.last + 1);
+  const until = 3 * (state.pose + 1);
+  const map = fitAround(scene, "map", box, data.truth, cornersOf(result, state.pose), 20);
+  putDrive(scene, "ghost", "truth", map, data.truth, "is-ghost");
+  putDrive(scene, "drive", "map", map, shown.subarray(0, until), "is-estimate");
+  result.closures.forEach((closure, k) => {
+    if (closure.told > state.pose) return;
+    const look = closure.isOutlier ? "is-outlier" : "is-inlier";
+    putEdge(scene, "edges", `edge-${k}`, map, shown, closure.ends, result.isKept(closure) ? look : "is-rejected", closure.isOutlier ? 3 : 2);
+  });
+  result.ellipses.forEach(({ pose, holds }, k) => {
+    if (pose > state.pose) return;
+    const shape = shown.subarray(count + 4 * k, count + 4 * k + 4);
+    putEllipse(scene, `ellipse-${pose}`, map, posePixels(map, shown, pose), shape, holds);
+    if (!holds) putMarker(scene, "ellipses", `true-${pose}`, ...posePixels(map, data.truth, pose), "diamond", "outlier");
+  });
+  drawTimes(scene, right, view);
+}
+
+/** The corners of the boxes around the ellipses until a pose, as poses. */
+function cornersOf({ poses, ellipses }, last) {
+  return ellipses.filter(({ pose }) => pose <= last).flatMap(({ pose, shape }) => {
+    const [x, y] = [poses[3 * pose], poses[3 * pose + 1]];
+    const [right, up] = [Math.hypot(shape[0], shape[1]), Math.hypot(shape[2], shape[3])];
+    return [x - right, y - up, 0, x + right, y + up, 0];
+  });
+}
+
+function putEllipse(scene, key, map, [x, y], shape, holds) {
+  const points = Array.from({ length: 33 }, (_, k) => {
+    const [c, s] = [Math.cos((k * Math.PI) / 16), Math.sin((k * Math.PI) / 16)];
+    return [x + map.scale * (shape[0] * c + shape[1] * s), y - map.scale * (shape[2] * c + shape[3] * s)];
+  });
+  const look = holds ? "is-muted" : "is-outlier";
+  scene.put("ellipses", key, "path", { class: `rs-edge ${look}`, d: `${pathThrough(points)}Z`, "stroke-width": holds ? 1 : 2 });
+}
+
+/** When each closure arrives and while it is kept, in the order of arrival. */
+function drawTimes(scene, { x, y, width, height }, { state, result, data }) {
+  const order = result.closures.filter(({ told }) => told <= data.last).sort((a, b) => a.told - b.told);
+  const name = 50;
+  const toX = (pose) => x + name + ((width - name - 6) * pose) / (data.last + 1);
+  const step = Math.min(30, (height - 60) / Math.max(order.length, 1));
+  const low = y + 26 + step * order.length;
+  scene.put("words", "times", "text", { class: "rs-head", x, y: y + 15 }, "kept from … to …");
+  order.forEach((closure, k) => {
+    const { ends, isOutlier, told, spans } = closure;
+    const line = y + 30 + (k + 0.3) * step;
+    const key = `time-${ends.join("-")}`;
+    scene.put("words", `${key}-name`, "text", { x, y: line + 5, class: isOutlier ? "rs-head" : "" }, ends.join("–"));
+    scene.put("bars", `${key}-told`, "path", { class: "rs-edge is-rejected", d: `M${toX(told)} ${line}H${toX(data.last + 1)}`, "stroke-width": 1.5 });
+    spans.forEach(([from, to], n) => scene.put("bars", `${key}-${n}`, "path", {
+      class: `rs-edge ${isOutlier ? "is-outlier" : "is-inlier"}`, "stroke-width": 6,
+      style: "stroke-dasharray:none", d: `M${toX(Math.max(from, told))} ${line}H${toX(to)}`,
+    }));
+  });
+  const now = toX(state.pose + 0.5);
+  scene.put("axis", "now", "path", { class: "is-muted", d: `M${now} ${y + 24}V${low}`, "stroke-width": 1.5 });
+  scene.put("words", "now-text", "text", { class: "rs-tick", x: Math.min(now, x + width - 24), y: low + 16, "text-anchor": "middle" }, `pose ${state.pose}`);
+}
+
+function growingCaption({ state, result, data }) {
+  const { outlier, outside, seen } = result;
+  const [i, j] = outlier.ends;
+  const spans = outlier.spans.filter(([from]) => from <= state.pose);
+  const end = spans.at(-1)?.[1];
+  const fate = state.pose < outlier.told ? "has not arrived"
+    : !spans.length ? "was rejected on arrival"
+      : end > state.pose ? `is kept since pose ${Math.max(spans.at(-1)[0], outlier.told)}`
+        : `was withdrawn at pose ${end}`;
+  const off = Math.hypot(...[0, 1].map((axis) => result.poses[3 * state.pose + axis] - data.truth[3 * state.pose + axis]));
+  return `At pose ${state.pose} the outlier from ${i} to ${j} ${fate}. ${outside} of ${seen} true positions are outside of their 95 % ellipses, and the robot is ${off.toFixed(2)}\u00a0m off.`;
+}

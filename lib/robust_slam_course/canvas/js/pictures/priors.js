@@ -1,0 +1,112 @@
+import { numberText, putAxes } from "../draw/axes.js";
+import { putHandle } from "../draw/handle.js";
+import { fitAround, putDrive, putEdge } from "../draw/map.js";
+import { putMarker } from "../draw/marker.js";
+import { livePicture } from "../draw/picture.js";
+import { sideBySide, WIDE } from "../draw/stage.js";
+import { alignPoses, ate } from "../solve/metrics.js";
+import { CHI_99_SE2, graphResidualNorms, graphWithWrong, poseGraphProblem } from "../solve/pose_graph.js";
+import { switchesWithPriors } from "../solve/priors.js";
+
+/** A map whose closures claim that they are inliers; the reader drags how sure they are. */
+export function render(context) {
+  return livePicture(context, {
+    layers: ["ghost", "edges", "drive", "axes", "points", "words"],
+    controls: [
+      {
+        kind: "slider", name: "odds", label: "Claimed log-odds of each closure", min: 0, max: MOST, step: 1,
+        text: (odds) => `${odds} (${claim(odds)})`,
+      },
+      { kind: "toggle", name: "score", label: "add the log-odds of its score" },
+    ],
+    main: ["odds"],
+    clean: ({ odds, score }) => ({
+      odds: Math.min(MOST, Math.max(0, Math.round(Number(odds) || 0))), score: score === true,
+    }),
+    solve: solvePriors,
+    moving: ({ poses, powers }) => Float64Array.from([...poses, ...powers]),
+    draw: drawPriors,
+    caption: priorsCaption,
+  });
+}
+
+const MOST = 45;
+const LAMBDA = CHI_99_SE2 ** 2;
+const IN_USE = 0.25; // the weight of a closure whose switch is one half
+
+/** The probability with these log-odds, as a reader's text. */
+function claim(odds) {
+  const miss = 1 / (1 + Math.exp(odds));
+  if (miss > 0.0005) return `${numberText(100 * (1 - miss))} %`;
+  return `all but 1 in 10${superscript(Math.round(-Math.log10(miss)))}`;
+}
+
+function superscript(whole) {
+  return [...String(whole)].map((digit) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[digit]).join("");
+}
+
+function solvePriors({ odds, score }, data) {
+  const graph = graphWithWrong(data, { edges: [] });
+  const problem = poseGraphProblem(graph);
+  const logOdds = data.logOdds.map((own) => odds + (score ? own : 0));
+  const { x, weights } = switchesWithPriors(problem, LAMBDA, logOdds, problem.guess, { tol: 1e-2, maxIterations: 60 });
+  const first = graph.m - logOdds.length;
+  const norms = graphResidualNorms(graph, x).slice(first);
+  const own = weights.slice(first);
+  const used = (wrong) => own.filter((w, k) => data.outlier[k] === wrong && w >= IN_USE).length;
+  return {
+    poses: alignPoses(x, data.best), off: ate(x, data.best), first, weights: own,
+    powers: norms.map((norm) => Math.log10(Math.max(norm, 0.1))),
+    knee: 0.5 * Math.log10(LAMBDA + 2 * odds), used: [used(0), used(1)],
+  };
+}
+
+function drawPriors(scene, view) {
+  const { width, height, data, result, shown } = view;
+  const [left, right] = width >= WIDE ? sideBySide({ x: 0, y: 0, width, height }, [1, 1])
+    : [{ x: 0, y: 0, width, height: 0.54 * height }, { x: 0, y: 0.54 * height, width, height: 0.46 * height }];
+  const map = fitAround(scene, "map", left, data.best, result.poses, 18);
+  const poses = shown.subarray(0, data.best.length);
+  putDrive(scene, "ghost", "best", map, data.best, "is-ghost");
+  putDrive(scene, "drive", "map", map, poses, "is-estimate");
+  data.outlier.forEach((wrong, k) => {
+    const look = wrong ? "is-outlier" : "is-inlier";
+    const used = result.weights[k] >= IN_USE;
+    putEdge(scene, "edges", `edge-${k}`, map, poses, data.edges[result.first + k], used ? look : "is-rejected", wrong ? 2.5 : 2);
+  });
+  drawKnee(scene, right, view, shown.subarray(data.best.length));
+}
+
+/** The residuals of the closures in two rows, and the one from which a switch is below one half. */
+function drawKnee(scene, box, { state, result, data, change }, powers) {
+  const maps = putAxes(
+    scene, "axes", "residuals", box,
+    { domain: [-1.1, 2.3], ticks: [-1, 0, 1, 2], label: "residual u", text: (power) => numberText(10 ** power) },
+    { domain: [0, 3], ticks: [], label: "" },
+  );
+  const rows = [["inliers", 2, "inlier", "circle"], ["outliers", 1, "outlier", "diamond"]];
+  rows.forEach(([name, at]) => scene.put("words", name, "text", {
+    class: "rs-label", x: maps.inner.x + 4, y: maps.toY(at + 0.62),
+  }, name));
+  powers.forEach((power, k) => {
+    const [, at, colour, shape] = rows[data.outlier[k]];
+    const y = maps.toY(at + 0.28 * (((k * 7) % 11) / 10 - 0.5));
+    putMarker(scene, "points", `closure-${k}`, maps.toX(power), y, shape, result.weights[k] >= IN_USE ? colour : "muted");
+  });
+  const x = maps.toX(result.knee);
+  const floor = maps.inner.y + maps.inner.height;
+  scene.put("axes", "knee", "path", { class: "is-accent", "stroke-width": 2, d: `M${x} ${maps.inner.y}V${floor}` });
+  scene.put("words", "knee-text", "text", { class: "rs-label", x: x + 8, y: floor - 10 }, "s < ½");
+  const to = (px) => 0.5 * (10 ** (2 * maps.fromX(px)) - LAMBDA);
+  putHandle(scene, "odds", {
+    x, y: maps.toY(0.45), label: "Claimed log-odds", text: `log-odds ${state.odds}`, now: state.odds, least: 0, most: MOST,
+    drag: (px) => change({ odds: to(px) }),
+    step: (right, up) => change({ odds: state.odds + (right || up) }),
+  });
+}
+
+function priorsCaption({ state, result, data }) {
+  const all = [0, 1].map((wrong) => data.outlier.filter((each) => each === wrong).length);
+  const score = state.score ? ", beside what its score tells," : "";
+  return `Each closure claims${score} log-odds of ${state.odds}. Switches use ${result.used[0]} of ${all[0]} inliers and ${result.used[1]} of ${all[1]} outliers, and the map is ${result.off.toFixed(2)}\u00a0m from the best one.`;
+}

@@ -1,0 +1,181 @@
+"""The pictures of the labs; `tools/data/labs.py` computes what the library decides in them."""
+
+from __future__ import annotations
+
+import json
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+from matplotlib import pyplot as plt
+from matplotlib.figure import Figure
+from robust_slam import drawing
+from robust_slam._arrays import Array, Mask
+from robust_slam.estimators import chi_square_threshold, switchable
+from robust_slam.graphs import PoseGraph, ate, dead_reckoning
+from robust_slam.graphs.pose_graph import select
+from robust_slam.problems import PoseGraphProblem
+
+from robust_slam_course import labs
+from robust_slam_course.canvas.picture import Picture
+from robust_slam_course.pictures.graphs import graph_data
+from robust_slam_course.quiz import Option, Question
+from robust_slam_course.recogniser import Recognised
+
+
+def growing() -> Picture:
+    """Return a map that grows with the drive and withdraws an outlier."""
+    graph, truth = labs.late_town()
+    last = graph.n - 1
+    is_outlier = np.arange(len(graph.edges)) == len(graph.edges) - 1
+    poses = PoseGraphProblem(select(graph, ~is_outlier)).initial()
+    return Picture(
+        name="growing",
+        title="A map that changes its mind",
+        question=Question(
+            "The outlier arrives at pose 17, and nothing contradicts it. When is it withdrawn?",
+            [
+                Option("at the next closure", "two arrive at pose 23, and the map bends to them."),
+                Option(
+                    "when one contradicts it clearly",
+                    "that is the closure from 17 to 29, twelve poses later.",
+                    correct=True,
+                ),
+                Option("never", "the map looks at every closure again whenever it moves."),
+            ],
+        ),
+        tries=[
+            "go to pose 28, where the outlier is still kept. How many true positions, drawn as"
+            " diamonds, are outside of their ellipses? And at pose 29?",
+            "let the outlier arrive later. From which pose on is it rejected on arrival?",
+            "leave out the closure from 17 to 29. Is the outlier withdrawn by another one?",
+        ],
+        caption=f"At pose {last} the outlier from 6 to 17 was withdrawn at pose 29. 0 of 14 true"
+        " positions are outside of their 95 % ellipses, and the robot is"
+        f" {np.hypot(*(poses - truth)[last, :2]):.2f} m off.",
+        state={
+            "pose": last,
+            "arrives": labs.ARRIVALS[0],
+            **{f"with{k}": True for k in range(len(labs.MAY_DROP))},
+        },
+        data={
+            **graph_data(graph, truth, 4),
+            "minds": _table()["minds"],
+            "mayDrop": [list(ends) for ends in labs.MAY_DROP],
+            "arrivals": list(labs.ARRIVALS),
+            "last": last,
+        },
+        still=_map_still(graph, poses, truth, ~is_outlier, is_outlier),
+    )
+
+
+def proofs() -> Picture:
+    """Return the steps of a reweighting loop, each of which is certified."""
+    graph, is_outlier, _ = labs.ring(0)
+    starts = labs.starts(graph)
+    best = PoseGraphProblem(select(graph, ~is_outlier)).initial()
+    gaps = _table()["proofs"]
+    failed = sum(gap > 0 for gap in gaps["gnc twice"])
+    return Picture(
+        name="proofs",
+        title="Certify inside the loop",
+        question=Question(
+            "Every weighted problem of a run is certified. Is its last map good?",
+            [
+                Option("yes", "start from headings that are wound thrice: it is lost."),
+                Option(
+                    "not always",
+                    "each certificate is about its own weights, and these may be wrong.",
+                    correct=True,
+                ),
+                Option("no", "from odometry all certificates succeed, and the map is good."),
+            ],
+        ),
+        tries=[
+            "play the run from headings that are wound twice. At which step does the first"
+            " certificate fail, and what becomes of the inliers?",
+            "start from headings that are wound thrice, or let switches solve. Which runs are lost"
+            " although nothing fails?",
+            "start from least squares, where the first certificate fails. Is the run lost?",
+        ],
+        caption="Step 0 is the start. The map is"
+        f" {ate(starts['twice'], best):.2f} m from the best one. In this run {failed} of the"
+        f" {len(gaps['gnc twice'])} certificates fail, and it ends in a lost map.",
+        state={"step": 0, "start": "twice", "solver": "gnc"},
+        data={
+            **graph_data(graph, best, 6),
+            "best": _flat(best, 4),
+            "outlier": is_outlier.astype(int).tolist(),
+            "starts": {name: _flat(poses, 6) for name, poses in starts.items()},
+            "proofs": gaps,
+        },
+        still=_map_still(graph, starts["twice"], best, np.ones_like(is_outlier), is_outlier),
+    )
+
+
+def priors() -> Picture:
+    """Return a town whose closures claim to be inliers, and switches that weigh the claim."""
+    town, log_odds = labs.scored_town()
+    graph, is_false = town.graph, town.is_false
+    best = PoseGraphProblem(select(graph, ~is_false)).initial()
+    found = switchable(graph, chi_square_threshold(0.99, 3) ** 2, dead_reckoning(graph))
+    loops = ~graph.is_odometry
+    used = found.weights >= 0.25
+    return Picture(
+        name="priors",
+        title="How sure may a closure be?",
+        question=_how_sure(town),
+        tries=[
+            "drag the line of the residuals to the right. At which log-odds do the first outliers"
+            " get in, and at which is the map lost?",
+            "add the log-odds of the scores. Does the map become better, or lost later?",
+        ],
+        caption="Each closure claims log-odds of 0. Switches use"
+        f" {np.sum(used & loops & ~is_false)} of {np.sum(loops & ~is_false)} inliers and"
+        f" {np.sum(used & is_false)} of {np.sum(is_false)} outliers, and the map is"
+        f" {ate(found.x, best):.2f} m from the best one.",
+        state={"odds": 0, "score": False},
+        data={
+            **graph_data(graph, best, 6),
+            "best": _flat(best, 4),
+            "outlier": is_false[loops].astype(int).tolist(),
+            "logOdds": np.round(log_odds, 3).tolist(),
+        },
+        still=_map_still(graph, found.x, best, used, is_false),
+    )
+
+
+def _how_sure(town: Recognised) -> Question:
+    return Question(
+        f"All {town.scores.size} closures claim 99.9 %, and {np.sum(town.is_false)} are outliers."
+        " Is the map lost?",
+        [
+            Option(
+                "yes",
+                "log-odds of 7 raise λ from 11 to 25, and the residuals of outliers are larger.",
+            ),
+            Option("no", "it stays good, because the residuals overrule the claim.", correct=True),
+        ],
+    )
+
+
+def _table() -> dict[str, Any]:
+    found: dict[str, Any] = json.loads(
+        files(__package__).joinpath("labs.json").read_text(encoding="utf-8")
+    )
+    return found
+
+
+def _flat(poses: Array, digits: int) -> list[float]:
+    return [round(float(value), digits) for value in np.ravel(poses)]
+
+
+def _map_still(
+    graph: PoseGraph, poses: Array, truth: Array, kept: Mask, is_outlier: Mask
+) -> Figure:
+    """Return the map beside its legend."""
+    figure, ax = plt.subplots(figsize=(5.0, 4.4), layout="constrained")
+    drawing.draw_map(graph, poses, ax, kept=kept, is_outlier=is_outlier, truth=truth)
+    figure.legend(handles=drawing.decision_legend(), loc="outside lower center", ncols=2)
+    plt.close(figure)
+    return figure

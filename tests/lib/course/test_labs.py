@@ -1,0 +1,41 @@
+"""The tables of the labs' pictures are what the library decides."""
+
+from __future__ import annotations
+
+import json
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+import pytest
+from robust_slam.graphs.pose_graph import select
+from robust_slam.incremental import GrowingMap
+from robust_slam.problems import PoseGraphProblem
+from robust_slam_course import labs
+
+from tools.data.labs import mind, proofs
+
+TABLE: dict[str, Any] = json.loads(
+    (files("robust_slam_course.pictures") / "labs.json").read_text(encoding="utf-8")
+)
+
+
+def test_the_certificates_are_those_of_the_library() -> None:
+    assert TABLE["proofs"] == proofs()
+
+
+@pytest.mark.parametrize(("dropped", "arrives"), [(0, 17), (0, 23), (0, 24), (16, 20), (31, 31)])
+def test_the_map_keeps_what_the_table_has(dropped: int, arrives: int) -> None:
+    minds = TABLE["minds"]
+    number = minds["runs"][dropped][arrives - labs.ARRIVALS[0]]
+    assert minds["kept"][number] == list(mind(dropped, arrives))
+
+
+def test_the_map_that_is_drawn_is_the_one_that_has_grown() -> None:
+    graph, _ = labs.late_town()
+    order = labs.in_order(graph, 17)
+    growing = GrowingMap(select(graph, graph.is_odometry), find_noise=False)
+    for k in order[~graph.is_odometry[order]]:
+        growing.add(**labs.edge(graph, k))
+    drawn = PoseGraphProblem(select(growing.graph, growing.kept)).initial()
+    assert np.abs(growing.poses - drawn).max() < 1e-3

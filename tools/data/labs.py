@@ -1,0 +1,120 @@
+"""What the live pictures of the labs show and the page cannot compute: the library's decisions.
+
+python -m tools.data.labs
+python -m tools.data.labs --out lib/robust_slam_course/pictures/labs.json
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+# It is read when numpy is first imported.
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
+
+import numpy as np
+from robust_slam._arrays import Mask
+from robust_slam.certificates import Verdict, certify
+from robust_slam.estimators import Result, chi_square_threshold, gnc, irls, kernels
+from robust_slam.estimators.result import Step
+from robust_slam.graphs import PoseGraph
+from robust_slam.graphs.pose_graph import select
+from robust_slam.incremental.growing_map import GrowingMap
+from robust_slam.problems import PoseGraphProblem
+from robust_slam_course import labs
+
+
+def minds() -> dict[str, Any]:
+    """Return which closures the growing map keeps, whatever arrived when.
+
+    ``runs`` has for each set of dropped closures, of ``labs.MAY_DROP`` as bits, and for each of
+    ``labs.ARRIVALS`` a number of ``kept``, whose entries are a pose and the closures that are kept
+    from it on, as bits in the order of the graph.
+    """
+    kept: dict[tuple[int, ...], int] = {}
+    runs = [
+        [kept.setdefault(tuple(mind(dropped, arrives)), len(kept)) for arrives in labs.ARRIVALS]
+        for dropped in range(2 ** len(labs.MAY_DROP))
+    ]
+    return {"runs": runs, "kept": [list(changes) for changes in kept]}
+
+
+def mind(dropped: int, arrives: int) -> Iterator[int]:
+    """Yield each pose at which other closures are kept than before, and these as bits."""
+    graph, _ = labs.late_town()
+    closures = np.flatnonzero(~graph.is_odometry)
+    gone = {tuple(labs.MAY_DROP[k]) for k in range(len(labs.MAY_DROP)) if dropped >> k & 1}
+    left = np.array([tuple(ends) not in gone for ends in graph.edges.tolist()])
+    before = 0
+    for pose, mask in _grown(select(graph, left), arrives):
+        whole = np.zeros(len(graph.edges), dtype=bool)
+        whole[left] = mask
+        bits = int(np.sum(whole[closures] * 2 ** np.arange(closures.size)))
+        if bits != before:
+            yield from (pose, bits)
+        before = bits
+
+
+def _grown(graph: PoseGraph, arrives: int) -> Iterator[tuple[int, Mask]]:
+    """Yield each pose with the edges ``(m,)`` that are kept once all its edges have arrived."""
+    order = labs.in_order(graph, arrives)
+    growing = GrowingMap(PoseGraph(2, **labs.edge(graph, order[0])), find_noise=False)
+    for count, k in enumerate(order[1:], 2):
+        pose = len(growing.poses) - 1
+        if graph.is_odometry[k] and pose > 1:
+            yield pose, _in_graph(order[: count - 1], growing, len(graph.edges))
+        growing.add(**labs.edge(graph, k))
+    yield len(growing.poses) - 1, _in_graph(order, growing, len(graph.edges))
+
+
+def _in_graph(order: np.ndarray, growing: GrowingMap, m: int) -> Mask:
+    mask = np.zeros(m, dtype=np.bool_)
+    mask[order] = growing.kept
+    return mask
+
+
+def proofs() -> dict[str, list[float]]:
+    """Return of each step of each run on the ring the share of its cost that is not proved."""
+    graph = labs.ring(0)[0]
+    return {
+        f"{solver} {start}": [_gap(graph, step) for step in _run(graph, solver, x0).history[1:]]
+        for start, x0 in labs.starts(graph).items()
+        for solver in ("gnc", "switches")
+    }
+
+
+def _run(graph: PoseGraph, solver: str, x0: np.ndarray) -> Result[np.ndarray]:
+    problem, c = PoseGraphProblem(graph, tol=1e-9, steps=200), chi_square_threshold(0.99, 3)
+    if solver == "gnc":
+        return gnc(problem, c, x0=x0, tol=1e-6)
+    return irls(problem, kernels.geman_mcclure(c), x0, tol=1e-6)
+
+
+def _gap(graph: PoseGraph, step: Step[np.ndarray]) -> float:
+    _, proof = certify(graph, step.x, step.weights)
+    if proof.verdict is Verdict.CERTIFIED:
+        return 0.0
+    return round(proof.bound / proof.cost, 3)
+
+
+def main() -> None:
+    """Compute the tables, and write them if asked to."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--out", type=Path, help="write the tables to this file")
+    out = parser.parse_args().out
+    made = {"minds": minds(), "proofs": proofs()}
+    print(len(made["minds"]["kept"]), "histories of kept closures")
+    for name, gaps in made["proofs"].items():
+        print(name, "".join("x" if gap else "." for gap in gaps))
+    if out:
+        out.write_text(json.dumps(made, separators=(",", ":")) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
