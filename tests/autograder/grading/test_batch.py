@@ -196,6 +196,22 @@ def test_the_same_seed_gives_the_same_marks_and_others_other_inputs(course: Path
     assert seen == {2: 14, 3: 20}
 
 
+def test_each_student_is_graded_with_a_number_of_their_own(course: Path) -> None:
+    seen = 'assert os.environ["ROBUST_SLAM_TOWN"] == "{}"  # as TOWN in a set-up\n'
+    leave(course, "ada", "dot")
+    toy.hand_in(course / "submitted", "dot", toy.answer())
+    kept = journal.open_journal(course / "out", 1)
+    kept.give_towns()
+    for town, scores in (
+        (0, [16, 16]),
+        (kept.town("ada"), [20, 16]),
+        (kept.town("dot"), [16, 20]),
+    ):
+        value = toy.source_notebook(double_by_hand=seen.format(town))
+        toy.write(course / "solutions" / toy.NAME / f"{toy.NAME}.ipynb", value)
+        assert [item.load().score for item in grade(course)] == scores
+
+
 def test_what_has_not_changed_is_reused(course: Path) -> None:
     leave(course, "ada", "dot", "eve")
     grade(course)
