@@ -5,7 +5,7 @@ SHELL := /bin/bash
 .SHELLFLAGS := -o pipefail -ec
 MAKEFLAGS += --no-print-directory
 .DEFAULT_GOAL := help
-.PHONY: help quick quick-tests test setup setup-dev system-packages lab book slides runtime data bench sweep format check lock clean
+.PHONY: help quick quick-tests test setup setup-dev system-packages lab book slides runtime cards data bench sweep format check lock clean
 
 PYTHON ?= python3
 VENV := .venv
@@ -118,6 +118,9 @@ $(JUPYTERLITE): requirements-runtime.lock $(READY)
 	@$(QUIETLY) jupyterlite $(BIN)/pip install --progress-bar off --require-hashes --no-deps \
 		--target $(@D) -r $<
 	@touch $@
+
+cards: setup-dev ## make flash cards of the symbols and the cheat sheet, build/cards, for Anki
+	@$(BIN)/python -m tools.cards
 
 data: setup ## download the nine public pose graphs, 8 MB
 	$(BIN)/python -m robust_slam.graphs.datasets
