@@ -43,7 +43,8 @@ def questions(page: Page) -> list[Locator]:
 
 def choose(question: Locator, kind: str) -> None:
     """Choose the first option that is right ("right") or wrong ("wrong")."""
-    option = question.locator(".rs-option", has=question.page.locator(f".rs-{kind}")).first
+    verdict = {"right": ".rs-correct", "wrong": ".rs-incorrect"}[kind]
+    option = question.locator(".rs-option", has=question.page.locator(verdict)).first
     option.locator("input").check()
 
 
