@@ -106,6 +106,6 @@ def _machine_still(data: dict[str, Any], broken: str) -> Figure:
         ax.plot(x, y, look, color=color, label="true path" if look == ":" else "map")
     ax.set_aspect("equal")
     ax.set_axis_off()
-    ax.legend(loc="upper right", fontsize=10)
+    figure.legend(loc="outside lower center", ncols=2, fontsize=10)
     plt.close(figure)
     return figure

@@ -162,7 +162,7 @@ function frame(el, texts, spec, change, calm) {
     folded: (spec.controls ?? []).filter((each) => each.name && !isMain(each)).map(({ name }) => name),
   };
   parts.more = htmlElement(
-    "details", { class: "rs-folded" }, htmlElement("summary", {}, "More to try"),
+    "details", { class: "rs-folded" }, htmlElement("summary", KEYS_STAY, "More to try"),
     row((each) => !isMain(each)), ...tries,
     htmlElement("div", { class: "rs-buttons" }, parts.reset, parts.link),
   );
