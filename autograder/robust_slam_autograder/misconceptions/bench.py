@@ -84,14 +84,15 @@ class Bench:
             for case in self._cases(exercise):
                 trace = Trace()
                 if self._passes(case, names, trace):
-                    shape.accept(shapes.passed_by(trace))
+                    if with_aspects:
+                        shape.accept(shapes.passed_by(trace))
                 else:
                     found = shapes.of_trace(trace, self.salt, with_aspects=with_aspects)
                     heads = right[case.grade_id].get(WHOLE, frozenset())
                     if heads & set(found.get(WHOLE, ())):
                         found = {}
                     told, real = not trace.raised, trace.is_real
-                    end = shapes.end_of(trace)
+                    end = shapes.end_of(trace) if with_aspects else ()
                     shape.add(case.grade_id, found, told=told, real=real, end=end)
                 if shape.lost and not with_aspects:
                     break

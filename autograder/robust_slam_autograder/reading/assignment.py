@@ -6,6 +6,7 @@ with an optional ``autograder.toml`` beside the notebook.
 
 from __future__ import annotations
 
+import functools
 import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
@@ -110,7 +111,7 @@ class Case:
         """Return whether the case holds checks that the student does not see."""
         return self.visible != self.full
 
-    @property
+    @functools.cached_property
     def has_town(self) -> bool:
         """Return whether it uses the student's own data: then no label is looked for."""
         return re.search(rf"\b{TOWN}\b", self.full) is not None
