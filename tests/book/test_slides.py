@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from pathlib import Path
 
 import pytest
@@ -57,6 +58,16 @@ def decks(site: Site, tmp_path_factory: pytest.TempPathFactory) -> Path:
     os.symlink(site.folder / "_static", folder / "_static")
     assert len(make(folder, reveal)) == len(CHAPTERS)
     return folder
+
+
+@pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda path: path.stem)
+def test_the_words_of_each_mark_stand_in_the_text(notebook: Path) -> None:
+    """What an edited sentence breaks is seen without a built page."""
+    cells = json.loads(notebook.read_text(encoding="utf-8"))["cells"]
+    text = "\n\n".join("".join(each["source"]) for each in cells)
+    plain = " ".join(re.sub(r"\[([^]]*)\]\([^)]*\)|[*`]", r"\1", text).split())
+    words = [words for mark in marks.read(notebook) for words in (*mark.say, *mark.then)]
+    assert words and [each for each in words if each not in plain] == []
 
 
 @pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda path: path.stem)
