@@ -28,7 +28,7 @@ from robust_slam_autograder.grading import causes, explain, wording
 from robust_slam_autograder.grading.explain import Returned
 from robust_slam_autograder.grading.results import Ending
 from robust_slam_autograder.grading.wording import FAULT_SENTENCES, Told
-from robust_slam_autograder.misconceptions import shapes
+from robust_slam_autograder.misconceptions import shapes, traits
 from robust_slam_autograder.misconceptions.prints import Trace
 from robust_slam_autograder.misconceptions.shapes import Digests
 from robust_slam_autograder.protocol.notebook import Notebook
@@ -273,7 +273,10 @@ class Cases:
             if passed:
                 seen = Seen({}, told=False, passed=shapes.passed_by(trace))
             else:
-                end, found = tuple(shapes.end_of(trace)), shapes.of_trace(trace, salt)
+                found = shapes.of_trace(trace, salt)
+                # A label may name a text that was handed in: one that students see.
+                texts = [case.visible for case in self.assignment.cases]
+                end = tuple(traits.shown(shapes.end_of(trace), texts))
                 seen = Seen(found, not trace.raised, trace.is_real, end)
             self.seen[case.grade_id] = seen
 

@@ -7,7 +7,7 @@ was passed has such a call. What came in is the test's own, so student code cann
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -44,7 +44,7 @@ _LESS: Mapping[str, frozenset[str]] = {
     "table": frozenset({"list"}),
 }
 """By trait those of the same argument that need not be named beside it."""
-_OF, _SAYS = "of ", "says "
+_OF, _SAYS, _TEXT = "of ", "says ", "text:"
 
 
 def word_of(call: Called) -> str:
@@ -68,9 +68,17 @@ def of_call(call: Called) -> frozenset[str]:
     return frozenset(found)
 
 
+def shown(found: Iterable[str], texts: Sequence[str]) -> Iterator[str]:
+    """Yield the traits that hold no word but those of some texts."""
+    for trait in found:
+        word = trait.rpartition(" ")[0].partition(_TEXT)[2]
+        if not word or any(word in text for text in texts):
+            yield trait
+
+
 def _kinds(value: object) -> Iterable[str]:
     if isinstance(value, str):
-        return {f"text:{value}"} if value.isidentifier() else ()
+        return {f"{_TEXT}{value}"} if value.isidentifier() else ()
     if callable(value) or value is None or isinstance(value, dict):
         return ()
     try:
@@ -147,6 +155,6 @@ def _said(trait: str, arguments: Sequence[str]) -> str:
     name = f"`{place}`"
     if place.isdigit():
         name = f"`{arguments[int(place)]}`" if int(place) < len(arguments) else "an argument"
-    if kind.startswith("text:"):
-        return f"{name} is “{kind.removeprefix('text:')}”"
+    if kind.startswith(_TEXT):
+        return f"{name} is “{kind.removeprefix(_TEXT)}”"
     return _SENTENCES[kind].format(name)

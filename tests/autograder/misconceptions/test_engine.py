@@ -160,6 +160,12 @@ def test_where_it_goes_wrong_is_told_where_nothing_else_is_particular(
     assert said == (f"all is right but where {told}" if told else "")
 
 
+def test_a_text_that_only_hidden_cases_hand_in_is_no_trait() -> None:
+    found = traits_of(0.5, kind="secret"), traits_of(0.5, kind="gm")
+    kept = [set(some) - set(traits.shown(some, ['f(x, "gm")'])) for some in found]
+    assert kept == [{"text:secret kind"}, set()]
+
+
 def test_of_what_was_done_to_an_argument_several_facts_say_only_which_it_is() -> None:
     zero, one = (Candidate(FACT, f"`x` were {n}", fact=str(n), about="x") for n in (0, 1))
     other = Candidate(FACT, "`c` were 1", about="c")
