@@ -102,13 +102,14 @@ def _measured(
         if time.process_time() - started > MOST:
             return
         if number >= start:
+            mine = seconds * (WRITTEN_LONGER if candidate.origin == WRITTEN else 1.0)
             shape = Shape(lost=True)
             # One that passes, raises or takes too long is not a candidate.
             with (
-                guarded.at_most(BACKSTOP * WRITTEN_LONGER * seconds),
+                guarded.at_most(BACKSTOP * mine),
                 contextlib.suppress(Exception, _Late, SystemExit),
                 benches.quiet(),
-                _soon(seconds * (WRITTEN_LONGER if candidate.origin == WRITTEN else 1.0)),
+                _soon(mine),
             ):
                 names = candidate.names(bench, exercise)
                 shape = bench.shape(exercise, names, right, with_aspects=with_aspects)
