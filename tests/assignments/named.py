@@ -3,10 +3,10 @@
     python -m tests.assignments.named [NAME[/EXERCISE]…] [--seeds 1] [--read 0]
 
 Five times half of the labelled wrong answers are taken away from what the engine knows, and are
-then named by the rest: by the other half, by mutants, by facts and aspects of the values, and by what
-came in where they go wrong. Each name is of another slip's label or of none, so whether it is true has to be read: ``--read 100``
-prints a hundred of them beside the label that was taken away. A right answer fails no case, and
-what fails no case gets no name: one that does is reported.
+then named by the rest: by the other half, by mutants, by facts and aspects of the values, and by
+what came in where they go wrong. Each name is of another slip's label or of none, so whether it
+is true has to be read: ``--read 100`` prints a hundred of them beside the label that was taken
+away. A right answer fails no case, and what fails no case gets no name: one that does is reported.
 """
 
 from __future__ import annotations
