@@ -1,6 +1,7 @@
-// Remembers in the browser what was chosen in quizzes and predictions, and which assignments were
-// opened and downloaded; ticks say so in the sidebar and at the assignments' links. Without this
-// script, or where the browser keeps nothing, all of them work.
+// Remembers in the browser what was chosen in quizzes and predictions, which chapters were read and
+// where the reader stopped, and which assignments were opened, downloaded and, by the lab, checked.
+// Ticks say so in the sidebar and at the assignments' links, and one place shows all of it and saves
+// it as a file. Without this script, or where the browser keeps nothing, all pages work.
 (() => {
   const KEY = "robust-slam-progress";
   const page = DOCUMENTATION_OPTIONS.pagename;
@@ -10,16 +11,31 @@
     .map((link) => ({link, ...assignmentOf(link)}))
     .filter(({name}) => name);
 
+  const place = document.querySelector(".rs-progress");
+  const chapters = [...document.querySelectorAll(".bd-links a")]
+    .map((link) => ({link, title: link.textContent.trim(), name: nameOf(link)}));
+
+  // The name of the page to which a link of the sidebar leads.
+  function nameOf(link) {
+    const [folder, file] = link.pathname.replace(/\.html$/, "").split("/").slice(-2);
+    return `${folder}/${file}`;
+  }
+
   // What is kept: of quizzes by pages the chosen letters by questions, and whether all of them are
-  // right; of assignments by names what was done with them.
+  // right; of assignments by names what was done with them; the pages that were read to their end;
+  // and the page, with the heading there, at which the reader was last.
   function read() {
-    let kept = {};
     try {
-      kept = JSON.parse(localStorage.getItem(KEY)) ?? {};
+      return known(JSON.parse(localStorage.getItem(KEY)));
     } catch {
-      // What is no JSON is as good as nothing.
+      return known(null); // what is no JSON is as good as nothing
     }
-    return {quizzes: {...kept.quizzes}, assignments: {...kept.assignments}};
+  }
+
+  function known(value) {
+    const {quizzes, assignments, read, last} = value ?? {};
+    const page = typeof last?.page === "string" ? last : null;
+    return {quizzes: {...quizzes}, assignments: {...assignments}, read: {...read}, last: page};
   }
 
   function write(kept) {
@@ -48,17 +64,12 @@
     const chosen = (form) => form.querySelector(":checked")?.value;
     const entries = forms.map((form) => [form.dataset.question, chosen(form)]);
     const choices = Object.fromEntries(entries.filter(([, letter]) => letter));
-    const kept = read();
-    kept.quizzes[page] = {choices, done: quiz.length > 0 && quiz.every(isRight)};
-    write(kept);
-    mark();
+    const done = quiz.length > 0 && quiz.every(isRight);
+    change((kept) => { kept.quizzes[page] = {choices, done}; });
   }
 
   function rememberAssignment(name, done) {
-    const kept = read();
-    kept.assignments[name] = {...kept.assignments[name], [done]: true};
-    write(kept);
-    mark();
+    change((kept) => { kept.assignments[name] = {...kept.assignments[name], [done]: true}; });
   }
 
   function restore() {
@@ -73,12 +84,9 @@
 
   function mark() {
     const {quizzes, assignments} = read();
-    const right = Object.keys(quizzes).filter((name) => quizzes[name].done);
-    for (const link of document.querySelectorAll(".bd-links a")) {
-      const path = link.pathname.replace(/\.html$/, "");
-      tick(link, right.some((name) => path.endsWith(`/${name}`)), "quiz done");
-    }
+    for (const {link, name} of chapters) tick(link, quizzes[name]?.done, "quiz done");
     for (const {link, name, done} of links) tick(link, assignments[name]?.[done], done);
+    if (place) showAll();
   }
 
   function tick(link, isDone, words) {
@@ -94,37 +102,154 @@
     link.append(done);
   }
 
-  // The button stands below each quiz, and below a list of assignments.
+  // A page is read when its end is in view; until then the place is its last heading above.
+  function rememberReading() {
+    const article = document.querySelector("article");
+    const entry = chapters.find(({name}) => name === page);
+    if (!article || !entry || place) return;
+    const end = document.createElement("span");
+    article.append(end);
+    new IntersectionObserver(([{isIntersecting}]) => {
+      if (isIntersecting) change((kept) => { kept.read[page] = true; });
+    }).observe(end);
+    const sections = [...article.querySelectorAll("section[id]")];
+    addEventListener("scrollend", () => {
+      const above = sections.findLast((each) => each.getBoundingClientRect().top < innerHeight / 3);
+      if (above) change((kept) => { kept.last = {page, id: above.id}; });
+    });
+  }
+
+  function change(edit) {
+    const kept = read();
+    edit(kept);
+    write(kept);
+    mark();
+  }
+
+  // One row for each chapter, and what can be done with all of it.
+  function showAll() {
+    const {quizzes, assignments, read: pages, last} = read();
+    const numbered = chapters.filter(({name}) => /^chapters\/\d\d-/.test(name));
+    const rows = numbered.map(({link, title, name}) => {
+      const done = Object.entries(assignments[name.split("/")[1]] ?? {});
+      const answers = Object.keys(quizzes[name]?.choices ?? {}).length;
+      return row("td", [
+        anchor(link.href, title),
+        pages[name] ? "read" : "",
+        quizzes[name]?.done ? "all right" : answers ? `${answers} answered` : "",
+        done.filter(([, is]) => is).map(([what]) => what).join(", "),
+      ]);
+    });
+    const table = document.createElement("table");
+    table.className = "table";
+    table.append(row("th", ["chapter", "text", "quiz", "assignment"]), ...rows);
+    const found = chapters.find(({name}) => name === last?.page);
+    const line = document.createElement("p");
+    if (found) line.append("You were last at ", anchor(`${found.link.href}#${last.id}`, found.title), ".");
+    place.querySelector(".rs-all")?.remove();
+    const all = document.createElement("div");
+    all.className = "rs-all";
+    all.append(line, table);
+    place.prepend(all);
+    place.hidden = false;
+  }
+
+  function row(kind, cells) {
+    const made = document.createElement("tr");
+    for (const content of cells) {
+      const cell = document.createElement(kind);
+      if (kind === "th") cell.scope = "col";
+      cell.append(content);
+      made.append(cell);
+    }
+    return made;
+  }
+
+  function anchor(href, text) {
+    const made = document.createElement("a");
+    made.href = href;
+    made.textContent = text;
+    return made;
+  }
+
+  function save() {
+    const link = anchor(URL.createObjectURL(new Blob([JSON.stringify(read(), null, 1)])), "");
+    link.download = `${KEY}.json`;
+    link.click();
+    URL.revokeObjectURL(link.href);
+  }
+
+  // What the file has is added to what is kept here, and counts more.
+  async function load(file) {
+    const text = await file.text();
+    try {
+      const [mine, theirs] = [read(), JSON.parse(text)];
+      if (!theirs?.quizzes || !theirs?.assignments) throw new TypeError();
+      const value = known(theirs);
+      for (const part of ["quizzes", "assignments", "read"]) value[part] = {...mine[part], ...value[part]};
+      write({...value, last: value.last ?? mine.last});
+      restore();
+      return `${file.name} is loaded.`;
+    } catch {
+      return `${file.name} is no file of progress; nothing has changed. Choose one that was saved here.`;
+    }
+  }
+
+  function offerAFile() {
+    const line = forgetting();
+    const [button, said] = line.children;
+    const input = document.createElement("input");
+    input.type = "file";
+    input.accept = ".json";
+    input.hidden = true;
+    input.addEventListener("change", async () => {
+      said.textContent = await load(input.files[0]);
+      input.value = "";
+    });
+    button.before(
+      pressable("Save as a file", save), " ", pressable("Load a file", () => input.click()), " ", input,
+    );
+    place.append(line);
+  }
+
+  // The button to forget stands below each quiz, and below a list of assignments.
   function offerToForget() {
     for (const quiz of document.querySelectorAll(".rs-quiz")) quiz.append(forgetting());
     const tables = new Set(links.map(({link}) => link.closest("table")).filter(Boolean));
-    for (const table of tables) {
+    if (place) offerAFile();
+    else for (const table of tables) {
       (table.closest(".pst-scrollable-table-container") ?? table).after(forgetting());
     }
   }
 
   function forgetting() {
     const line = document.createElement("p");
-    const button = document.createElement("button");
     const said = document.createElement("span");
     line.className = "rs-forget";
-    button.type = "button";
-    button.textContent = "Forget my progress";
     said.setAttribute("role", "status");
-    said.textContent = "Your answers to the quizzes of all chapters, and which assignments you have"
-      + " opened and downloaded, are kept in this browser and are sent nowhere.";
-    button.addEventListener("click", () => {
+    said.textContent = "Your answers to the quizzes of all chapters, what you have read, and which"
+      + " assignments you have opened and downloaded, are kept in this browser and are sent nowhere.";
+    const button = pressable("Forget my progress", () => {
       localStorage.removeItem(KEY);
       restore();
-      said.textContent = "Your answers are forgotten, and what you have opened and downloaded."
+      said.textContent = "Your answers are forgotten, what you have read, opened and downloaded."
         + " Notebooks of assignments stay in the browser.";
     });
     line.append(button, " ", said);
     return line;
   }
 
+  function pressable(name, does) {
+    const button = document.createElement("button");
+    button.type = "button";
+    button.textContent = name;
+    button.addEventListener("click", does);
+    return button;
+  }
+
   if (!write(read())) return;
   offerToForget();
+  rememberReading();
   for (const form of forms) {
     form.addEventListener("change", rememberAnswers);
     // The event comes before the boxes are empty.

@@ -1,13 +1,14 @@
-"""The browser remembers which assignments were downloaded and opened, until it is to forget."""
+"""The browser remembers what was read and done, saves it as a file, and forgets it when asked."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Locator, Page, expect
 
 from tests.book.conftest import ROOT, Site, place
 from tests.book.test_quizzes import KEPT, REFUSED
@@ -104,6 +105,89 @@ def test_where_nothing_can_be_kept_links_are_as_they_were(
         visit.page.get_by_role("link", name=ZIP).click()
         assert ticks(visit.page) == 0 and errors(visit) == []
         assert visit.page.locator(".rs-forget").count() == 0
+
+
+SIDEBAR = """<nav class="bd-links"><a href="03-irls.html">3 · IRLS</a>
+<a href="04-more.html">4 · More</a></nav>"""
+LONG = """<section id="first" style="height: 3000px"><h2>First</h2></section>
+<section id="second" style="height: 3000px"><h2>Second</h2></section>"""
+PLACE = '<div class="rs-progress" hidden></div>'
+QUIZ = {"choices": {"a": "B"}, "done": False}
+
+
+def written(folder: Path, name: str, body: str) -> str:
+    """Write a page of the chapters, with the sidebar, and give its address."""
+    path = folder / "chapters" / f"{name}.html"
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(
+        f'<!doctype html><title>t</title><link rel="icon" href="data:,">{SIDEBAR}'
+        f"<article>{body}</article>"
+        f'<script>const DOCUMENTATION_OPTIONS = {{pagename: "chapters/{name}"}};</script>'
+        f"<script>{SCRIPT}</script>",
+        encoding="utf-8",
+    )
+    return path.as_uri()
+
+
+def test_a_chapter_is_read_at_its_end_and_the_last_place_is_kept(
+    browser: Browser, tmp_path: Path
+) -> None:
+    chapter, place = written(tmp_path, "03-irls", LONG), written(tmp_path, "progress", PLACE)
+    with visiting(browser, chapter) as visit:
+        page = visit.page
+        page.mouse.wheel(0, 3200)
+        page.wait_for_function(f"({KEPT} ?? '').includes('second')")
+        page.goto(place)
+        row = page.get_by_role("row", name="3 · IRLS")
+        assert row.get_by_role("cell").all_inner_texts() == ["3 · IRLS", "", "", ""]
+        last = page.locator(".rs-progress p").get_by_role("link", name="3 · IRLS")
+        assert str(last.get_attribute("href")).endswith("chapters/03-irls.html#second")
+        page.goto(chapter)
+        page.keyboard.press("End")
+        page.wait_for_function(f"JSON.parse({KEPT}).read['chapters/03-irls']")
+        page.goto(place)
+        assert row.get_by_role("cell").nth(1).inner_text() == "read"
+        assert visit.complaints == visit.outside == []
+
+
+def test_what_is_kept_goes_to_another_browser_as_a_file(browser: Browser, tmp_path: Path) -> None:
+    place, saved = written(tmp_path, "progress", PLACE), tmp_path / "saved.json"
+    kept = {
+        "quizzes": {"chapters/03-irls": QUIZ},
+        "assignments": {"03-irls": {"checked": True}},
+        "read": {"chapters/04-more": True},
+        "last": {"page": "chapters/04-more", "id": "x"},
+    }
+    with visiting(browser, place) as visit:
+        visit.page.evaluate(f"localStorage.setItem('robust-slam-progress', '{json.dumps(kept)}')")
+        visit.page.reload()
+        with visit.page.expect_download() as waiting:
+            visit.page.get_by_role("button", name="Save as a file").click()
+        waiting.value.save_as(saved)
+    assert json.loads(saved.read_text(encoding="utf-8")) == kept
+    with visiting(browser, place) as visit:
+        page = visit.page
+        other = '{"quizzes": {"chapters/04-more": {"choices": {}, "done": true}}}'
+        page.evaluate(f"localStorage.setItem('robust-slam-progress', '{other}')")
+        broken = tmp_path / "broken.json"
+        for text in ("{", "[]", "null", '{"quizzes": 1}'):
+            broken.write_text(text, encoding="utf-8")
+            page.locator("input[type=file]").set_input_files(broken)
+            status = page.locator(".rs-progress [role=status]")
+            expect(status).to_contain_text("broken.json is no file of progress")
+            assert page.evaluate(KEPT) == other
+        page.locator("input[type=file]").set_input_files(saved)
+        expect(status).to_have_text("saved.json is loaded.")
+        rows = [row.all_inner_texts() for row in map(cells_of, page.get_by_role("row").all()[1:])]
+        assert rows == [
+            ["3 · IRLS", "", "1 answered", "checked"],
+            ["4 · More", "read", "all right", ""],
+        ]
+
+
+def cells_of(row: Locator) -> Locator:
+    """The cells of a table's row."""
+    return row.get_by_role("cell")
 
 
 @pytest.mark.parametrize("name", ["students", "03-irls"])
