@@ -12,10 +12,10 @@ from tests.chromium import Opener
 
 pytestmark = pytest.mark.browser
 
-LIT = """() => [...document.querySelectorAll("[data-lit]")].map((part) => part.dataset.part
-  ?? part.dataset.control ?? part.getAttribute("class"))"""
-FADED = """() => [...document.querySelectorAll(".rs-stage path")].filter(
-  (part) => getComputedStyle(part).opacity < 0.5).length"""
+PATHS = "[...document.querySelectorAll('.rs-stage path')]"
+LIT = f"""() => !document.querySelector("[data-lighting]") ? [] : {PATHS}.filter((part) =>
+  getComputedStyle(part).opacity === "1").map((part) => part.dataset.part).filter(Boolean)"""
+FADED = f"() => {PATHS}.filter((part) => getComputedStyle(part).opacity < 0.5).length"
 
 
 @pytest.fixture

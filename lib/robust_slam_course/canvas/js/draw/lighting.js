@@ -19,17 +19,23 @@ const WORDS = new RegExp(`\\b((?:${Object.keys(NAMED).filter((name) => name[1]).
 
 /** Light the parts that `selector` finds while the others fade; without one, end it. */
 function light(el, selector) {
-  for (const part of el.querySelectorAll("[data-lit]")) delete part.dataset.lit;
-  const found = selector ? [...el.querySelectorAll(selector)] : [];
-  for (const part of found) part.dataset.lit = "";
-  el.classList.toggle("rs-lighting", found.some((part) => part.closest(".rs-stage")));
+  // A style sheet of the page: what is drawn stays as it is, and may be drawn again meanwhile.
+  const sheet = document.getElementById("rs-light")
+    ?? document.head.appendChild(htmlElement("style", { id: "rs-light" }));
+  document.querySelector("[data-lighting]")?.removeAttribute("data-lighting");
+  sheet.textContent = "";
+  if (!selector) return;
+  el.dataset.lighting = "";
+  sheet.textContent = el.querySelector(".rs-stage").querySelector(selector)
+    ? `[data-lighting] .rs-stage :is(path, circle, text):not(${selector}) { opacity: 0.2; }`
+    : `[data-lighting] :is(${selector}) { outline: 3px solid var(--rs-accent); outline-offset: 3px; }`;
 }
 
 /** Light a part under the pointer with what shows the same, as an edge and its bar. */
 export function lightTwins(el, stage) {
   stage.addEventListener("mouseover", ({ target }) => {
-    const twins = `.rs-stage [data-part="${target.dataset.part}"]`;
-    light(el, el.querySelectorAll(twins).length > 1 ? twins : null);
+    const twins = `[data-part="${target.dataset.part}"]`;
+    light(el, stage.querySelectorAll(twins).length > 1 ? twins : null);
   });
   stage.addEventListener("mouseleave", () => light(el, null));
 }
