@@ -68,7 +68,7 @@ async (picture) => {
   }
   await after("the first state", () => {});
   const names = all("[data-handle]").map((handle) => handle.dataset.handle);
-  for (const name of [...new Set([...names.slice(0, 2), names.at(-1)])]) {
+  for (const name of [...new Set([names[0], names[1], names.at(-1)].filter(Boolean))]) {
     for (const [across, up] of [[0, 0], [0.5, 0], [1, 0], [0, 0.5], [0.5, 0.5], [1, 0.5], [0, 1], [0.5, 1], [1, 1]]) {
       await after(`${name} at ${across}, ${up}`, () => {
         const { clientWidth: width, clientHeight: height } = picture.querySelector(".rs-stage");

@@ -219,7 +219,7 @@ function annealingCaption({ state, result }) {
       + ` moves from ${place(result.before)} to ${place(result.x)}.`;
   if (result.stop === "nothing to reject") return `${here} No residual is large enough: least squares is the answer.`;
   if (result.stop === "all rejected") return `${here} The run ends with every reading rejected.`;
-  const ends = `The run ends at ${place(end.x)} and keeps ${kept} of ${state.z.length} readings`;
+  const ends = `After ${last} solves the run ends at ${place(end.x)} and keeps ${kept} of ${state.z.length} readings`;
   if (end.cost > lowest.cost + 1e-6) {
     return `${here} ${ends}. It missed the lowest cost: ${numberText(end.cost)} there, but`
       + ` ${numberText(lowest.cost)} at ${place(lowest.x)}.`;
