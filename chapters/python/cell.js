@@ -80,7 +80,7 @@ export class Cell {
   end() {
     if (!this.isOpen) return;
     this.#mark(false);
-    this.progress(null);
+    this.#parts.progress.hidden = this.#parts.bytes.hidden = true;
   }
 
   /** Say in a line what happens. */
@@ -98,11 +98,17 @@ export class Cell {
     this.#parts.status.append(` Cells above that ended with an error: `, ...links, ".");
   }
 
-  /** Show how far it is, from 0 to 1; null for nothing to show. */
-  progress(part) {
+  /** Show how many of the bytes that were asked for have arrived; all: say what follows. */
+  loading(arrived, wanted, words) {
     if (!this.isOpen) return;
-    this.#parts.progress.hidden = part === null;
-    this.#parts.progress.value = part ?? 0;
+    const { progress, bytes } = this.#parts;
+    const megabytes = (number) => (number / 1e6).toFixed(1);
+    const amount = `${megabytes(arrived)} of ${megabytes(wanted)} MB`;
+    progress.hidden = bytes.hidden = arrived >= wanted;
+    progress.value = arrived / wanted;
+    progress.setAttribute("aria-valuetext", amount);
+    bytes.textContent = amount;
+    this.say(arrived >= wanted ? words : "Loading Python and what is imported …");
   }
 
   /** Put what a run gave in place of the output; `changed`: some code is not the page's. */
@@ -136,12 +142,14 @@ function makeParts(id, note) {
     stop: button("Stop"),
     reset: button("Reset"),
     progress: element("progress", { max: 1, "aria-label": "Progress" }),
+    bytes: element("span", { class: "rs-bytes", "aria-hidden": true }),
     status: element("span", { role: "status" }),
     hint: element("span", { class: "rs-hint", id: `${id}-hint` }, HINT),
   };
-  parts.progress.hidden = true;
+  parts.progress.hidden = parts.bytes.hidden = true;
   parts.stop.setAttribute("aria-disabled", true);
-  const { run, stop, reset, progress, status, hint } = parts;
-  parts.bar = element("div", { class: "rs-run" }, note, run, stop, reset, progress, status, hint);
+  const { run, stop, reset, progress, bytes, status, hint } = parts;
+  const shown = [note, run, stop, reset, progress, bytes, status, hint];
+  parts.bar = element("div", { class: "rs-run" }, ...shown);
   return parts;
 }

@@ -26,8 +26,7 @@ class Chapter {
   #ran = new Map();
   #failed = new Set();
 
-  constructor({ bytes, cells }) {
-    this.bytes = bytes;
+  constructor({ cells }) {
     this.cells = new Map(cells.map((given) => [given.id, new Cell(given, {
       run: (cell) => this.run(cell),
       stop: (cell) => this.#stop(cell),
@@ -52,8 +51,7 @@ class Chapter {
     try {
       if (!this.#started) await this.#start(cell);
       const failed = await this.#runAbove(cell);
-      cell.say("Running …");
-      cell.say(await this.#runOne(cell) ? "It ended with an error." : "Done.");
+      cell.say(await this.#runOne(cell, cell, "Running …") ? "It ended with an error." : "Done.");
       if (failed.length) cell.pointTo(failed);
     } catch (error) {
       this.#started = false;
@@ -85,15 +83,14 @@ class Chapter {
     }
   }
 
+  /** Start Python, with what the cell and those above it import. */
   async #start(cell) {
-    const megabytes = (bytes) => Math.round(bytes / 1e6);
-    cell.say(`Loading Python, about ${megabytes(this.bytes)} MB, once …`);
-    let arrived = 0;
-    await engine.start((bytes) => {
-      arrived += bytes;
-      cell.progress(Math.min(1, arrived / this.bytes));
-      if (arrived >= this.bytes) cell.say("Starting Python …");
-    });
+    const all = [...this.cells.values()];
+    const code = all.slice(0, all.indexOf(cell) + 1).map((each) => each.code).join("\n");
+    cell.say("Loading Python …");
+    await engine.start((arrived, wanted) => {
+      cell.loading(arrived, wanted, "Starting Python …");
+    }, code);
     this.#started = true;
   }
 
@@ -104,18 +101,17 @@ class Chapter {
       this.#ran.get(each) !== each.code
     ));
     for (const [k, each] of above.entries()) {
-      cell.say(`Running the cells above: ${k + 1} of ${above.length} …`);
-      cell.progress((k + 1) / above.length);
-      await this.#runOne(each);
+      await this.#runOne(each, cell, `Running the cells above: ${k + 1} of ${above.length} …`);
     }
-    cell.progress(null);
     // A cell that cannot run to its end has lines that others need.
     return all.slice(0, all.indexOf(cell)).filter((each) => this.#failed.has(each) && !each.cannot);
   }
 
-  async #runOne(cell) {
+  /** Run a cell while the one that the reader has asked for, `asked`, says these words. */
+  async #runOne(cell, asked, words) {
     const { code } = cell;
-    const result = await engine.run(code);
+    asked.say(words);
+    const result = await engine.run(code, (...bytes) => asked.loading(...bytes, words));
     this.#ran.set(cell, code);
     if (result.error) this.#failed.add(cell);
     else this.#failed.delete(cell);

@@ -5,7 +5,7 @@ import { kinds, Maps } from "./own_maps.js";
 
 const MODULE = "page_graph";
 /** What has to be loaded before the first file; Matplotlib is not needed. */
-const FIRST = "page_graph";
+const FIRST = `import ${MODULE}`;
 
 const page = document.getElementById("own-graph");
 const form = page.querySelector("form");
@@ -50,13 +50,10 @@ async function ask(question, given = {}, files = {}) {
 
 async function start() {
   if (started) return;
-  const all = Number(page.dataset.bytes);
-  let arrived = 0;
-  status.textContent = `Loading Python, about ${Math.round(all / 1e6)} MB, once …`;
-  await engine.start((bytes) => {
-    arrived += bytes;
-    progress.value = Math.min(1, arrived / all);
-    if (arrived >= all) status.textContent = "Starting Python …";
+  await engine.start((arrived, wanted) => {
+    progress.value = arrived / wanted;
+    status.textContent = arrived < wanted
+      ? `Loading Python, ${Math.round(wanted / 1e6)} MB, once …` : "Starting Python …";
   }, FIRST);
   started = true;
 }

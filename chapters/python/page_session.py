@@ -14,12 +14,13 @@ import io
 import json
 import linecache
 import sys
-import time
 import traceback
 from collections.abc import Callable, Iterator
 from itertools import dropwhile
 from types import ModuleType
 from typing import Any
+
+from page_packages import Read, Shelf
 
 LONGEST = 200_000
 """Characters that a cell may print; the rest is left out."""
@@ -246,12 +247,21 @@ def stand_in_for_ipython() -> None:
     sys.modules |= {module.__name__: module for module in (package, core, getter, shown)}
 
 
-def prepare() -> None:
-    """Make this process a page's: called once, before any cell."""
+def prepare(packages: str, read: Read, link: Callable[[str], object]) -> Callable[[str], object]:
+    """Make this process a page's: called once, before any cell.
+
+    Args:
+        packages: what code may import, the list of ``Shelf`` as JSON.
+        read: as in ``Shelf``.
+        link: as in ``Shelf``.
+
+    Returns:
+        A function that tells which files a cell's imports need, and are not at hand.
+    """
+    shelf = Shelf(json.loads(packages), read, link)
+    sys.meta_path.insert(0, shelf)
     stand_in_for_ipython()
     names = SESSION._module.__dict__
     names |= {"display": SESSION.display, "__builtins__": builtins}
     builtins.input = _no_input
-    if sys.platform == "emscripten":
-        # The CPU's clock stands still in the browser, where limits of time would never pass.
-        time.process_time = time.perf_counter
+    return shelf.missing

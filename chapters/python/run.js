@@ -1,6 +1,7 @@
 /**
  * Gives each cell of a chapter its button. The rest, Python and the editor, comes at the first
- * click. A page that is opened from a file cannot fetch anything and has no buttons.
+ * click, from the browser's cache if the reader has come near a cell before. A page that is opened
+ * from a file cannot fetch anything and has no buttons.
  */
 (() => {
   const { src, dataset } = document.currentScript;
@@ -34,4 +35,14 @@
     });
     bar.append(notes[id] ?? "", button);
   });
+
+  // Bytes that no one asked for come only where they are known to be quick and to cost nothing.
+  const { effectiveType, saveData, type } = navigator.connection ?? {};
+  if (effectiveType !== "4g" || saveData || type === "cellular") return;
+  const watch = new IntersectionObserver((seen) => {
+    if (!seen.some(({ isIntersecting }) => isIntersecting)) return;
+    watch.disconnect();
+    import(new URL("near.js", src).href);
+  }, { rootMargin: "50%" });
+  for (const button of document.querySelectorAll(".rs-run button")) watch.observe(button);
 })();

@@ -32,7 +32,8 @@ ONE_OF_A_KIND = {
 """A chapter and an appendix, with and without cells that cannot run in the page."""
 ALONE = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
 BEFORE = {"run.js", "run.css"}
-"""What a page may load before the click."""
+"""What a page may load before the click, or before the reader comes near a cell."""
+CONNECTION = "Object.defineProperty(navigator, 'connection', {{value: {0}}})"
 
 ASKS = """(() => {
   const leaves = new Event("beforeunload", {cancelable: true});
@@ -119,7 +120,7 @@ class Cell:
         return said
 
     def status(self) -> str:
-        return str(self.ask("cell.querySelector('[role=status]')?.textContent ?? ''"))
+        return str(self.ask("cell.querySelector('.rs-run [role=status]')?.textContent ?? ''"))
 
     def code(self) -> str:
         return str(self.ask("cell.querySelector('.cm-content, pre').innerText"))
@@ -180,6 +181,7 @@ def visit(
     )
     with PATIENCE.applied(running):
         page = running.pages[0]
+        page.add_init_script(CONNECTION.format("undefined"))
         page.goto(address)
         yield page
     running.close()
@@ -199,7 +201,9 @@ def test_a_reader_runs_code_of_their_own(visit: Browser, server: tuple[str, Aske
     assert not browser.evaluate(ASKS)
     assert cell.run("print('my own', 6 * 7)").strip() == "my own 42"
     assert browser.evaluate(ASKS), "what was written would be lost"
-    assert {status for all_ in asked.of_python().values() for status in all_} == {200}
+    found = asked.of_python()
+    assert found.pop("wheels/page-lock.json") == [200, 304]  # Pyodide reads it too
+    assert {status for all_ in found.values() for status in all_} == {200}
 
     figure = of_kind(browser, "figure .rs-figure")
     caption = figure.ask("cell.querySelector('figcaption').textContent")
@@ -241,6 +245,38 @@ def test_a_reader_runs_code_of_their_own(visit: Browser, server: tuple[str, Aske
     assert cell.output() == stored
     assert cell.ask("cell.querySelector('.rs-run').textContent") == "Edit and run"
     assert not browser.evaluate(ASKS)
+
+
+@pytest.mark.parametrize(
+    ("connection", "is_fetched"),
+    [
+        ("{effectiveType: '4g', saveData: false}", True),
+        ("{effectiveType: '4g', saveData: true}", False),
+        ("{effectiveType: '4g', type: 'cellular'}", False),
+        ("{effectiveType: '3g'}", False),
+        ("undefined", False),
+    ],
+)
+def test_files_come_when_a_cell_is_near_where_they_cost_the_reader_nothing(
+    connection: str, is_fetched: bool, server: tuple[str, Asked], browser: Chromium
+) -> None:
+    address, asked = server
+    with page_in(browser) as page:
+        page.add_init_script(CONNECTION.format(connection))
+        page.goto(f"{address}/{CHAPTER}.html")
+        asked.files.clear()
+        page.locator(".rs-run button:visible").first.scroll_into_view_if_needed()
+        if is_fetched:
+            page.wait_for_function(
+                "performance.getEntriesByType('resource')"
+                ".some(({name}) => /worker.js$/.test(name))"
+            )
+            found = " ".join(asked.of_python())
+            assert "pyodide.asm.wasm" in found and "robust_slam-" in found
+            assert "scipy" not in found and page.workers == []
+        else:
+            page.evaluate("new Promise((done) => requestIdleCallback(done))")
+            assert asked.of_python() == {}
 
 
 @pytest.mark.parametrize("visit", ["chromium"], indirect=True)

@@ -14,7 +14,7 @@ SOURCES = Path(__file__).parents[2] / "chapters" / "python"
 PROGRAM = """
 import json, sys
 import page_session
-page_session.prepare()
+page_session.prepare("{}", print, print)
 for line in sys.stdin:
     results = [json.loads(page_session.run(cell)) for cell in json.loads(line)]
     print(json.dumps(results), flush=True)

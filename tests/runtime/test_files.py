@@ -129,8 +129,27 @@ class TestMade:
             assert hashlib.sha256(data).hexdigest() == each["sha256"]
             assert set(each["depends"]) <= set(lock["packages"])
 
-    def test_the_wheels_hold_no_native_code(self) -> None:
-        for path in (RUNTIME / "wheels").glob("*.whl"):
-            with zipfile.ZipFile(path) as archive:
+    def test_the_wheels_that_are_made_here_hold_no_native_code(self) -> None:
+        lock = json.loads((RUNTIME / "wheels" / wheels.LOCK).read_text(encoding="utf-8"))
+        for package in wheels.PACKAGES:
+            name = lock["packages"][package.name]["file_name"]
+            with zipfile.ZipFile(RUNTIME / "pyodide" / name) as archive:
                 names = archive.namelist()
             assert len(names) > 3 and not [n for n in names if n.endswith((".so", ".pyd"))]
+
+    def test_what_pages_load_is_compiled_and_listed_with_its_size(self) -> None:
+        page = json.loads((RUNTIME / "wheels" / wheels.PAGE_LOCK).read_text(encoding="utf-8"))
+        paths = {
+            name: RUNTIME / "pyodide" / each["file_name"]
+            for name, each in page["packages"].items()
+        }
+        assert {"numpy", "scipy", "matplotlib", "robust-slam"} <= set(paths)
+        assert "ipython" not in paths
+        for name, path in paths.items():
+            assert page["packages"][name]["size"] == path.stat().st_size
+        for path in (paths["numpy"], paths["robust-slam"], RUNTIME / "wheels" / wheels.PYTHON[1]):
+            with zipfile.ZipFile(path) as archive:
+                compiled = [n for n in archive.namelist() if n.endswith(".pyc")]
+                data = archive.read(compiled[0])
+            # Python 3.12's number, and flags that say: never look at the source.
+            assert len(compiled) > 100 and data[:8] == b"\xcb\r\r\n\x01\0\0\0"

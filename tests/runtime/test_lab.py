@@ -42,9 +42,18 @@ shown = pictures.opening().widget()
 first = dict(shown.state)
 display(slider, shown)
 """
+CLOCK = """\
+import time
+
+start, before = time.perf_counter(), time.process_time()
+while time.perf_counter() < start + 0.1:
+    pass
+print(time.process_time() > before)
+"""
 ASKED = "print(slider.value > 3, shown.state != first)"
 SIZE = {"width": 1400, "height": 1100}
 IDLE = ".jp-Notebook-ExecutionIndicator[data-status='idle']"
+BUSY = IDLE.replace("idle", "busy")
 
 
 def released() -> dict[str, Any]:
@@ -162,12 +171,25 @@ def done(
         lab.save()
         said["check right"] = lab.run(check)
         lab.save()
+        kept = visit.page.evaluate("localStorage.getItem('robust-slam-progress')")
+        said["progress"] = json.loads(kept)["assignments"]
         said["file"] = lab.download(tmp_path_factory.mktemp("right"))
         live = lab.add_at_the_end(LIVE)
         lab.run(live)
         said["follows"] = follows(lab.cells.nth(live).locator(PICTURE))
         lab.cells.nth(live).locator(".widget-slider .noUi-base").click()
         said["asked"] = lab.run(lab.add_at_the_end(ASKED))
+        endless = lab.add_at_the_end("while True:\n    pass")
+        lab.cells.nth(endless).locator(".jp-InputPrompt").click()
+        visit.page.keyboard.press("Control+Enter")
+        visit.page.locator(BUSY).wait_for(state="attached")
+        visit.page.locator("[data-command='notebook:interrupt-kernel']").first.click()
+        visit.page.get_by_text("Stopped, and Python with it.").first.wait_for()
+        visit.page.locator(IDLE).wait_for(state="attached")
+        said["clock moves"] = lab.run(lab.add_at_the_end(CLOCK))
+        lab.save()
+        visit.page.reload()
+        expect(Lab(visit.page).cells).to_have_count(endless + 2)
         said["outside"] = visit.outside
     return said
 
@@ -232,6 +254,13 @@ def test_the_downloaded_file_has_the_cells_of_the_release(done: dict[str, Any]) 
 def test_pictures_and_widgets_follow_the_hand_and_python_sees_it(done: dict[str, Any]) -> None:
     assert done["follows"]
     assert done["asked"].strip() == "True True"
+
+
+def test_a_loop_is_stopped_the_clock_moves_and_the_pages_hear_of_the_check(
+    done: dict[str, Any],
+) -> None:
+    assert done["progress"] == {NAME: {"checked": True}}
+    assert done["clock moves"].strip() == "True"
 
 
 def test_nothing_is_asked_of_another_machine(done: dict[str, Any]) -> None:

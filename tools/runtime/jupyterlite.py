@@ -52,7 +52,8 @@ README = """\
 It is lost with the browser's data, and when a private window is closed. Download it at the end of
 each session.
 
-A loop that does not end: *Kernel › Restart Kernel*. What you wrote stays.
+A loop that does not end: the button ■ above the notebook stops it, and Python with it. What you
+wrote stays; run the cells above again.
 
 When an assignment is corrected after you have opened it, you are asked whether you want the new
 one; your own copy then stays beside it.
@@ -162,7 +163,11 @@ def _settings() -> dict[str, object]:
         "pyodideUrl": PYTHON,
         "disablePyPIFallback": True,
         # An option whose name ends with URL is read from the site's own address.
-        "loadPyodideOptions": {"lockFileURL": "pyodide-lock.json", "packages": list(STARTED)},
+        "loadPyodideOptions": {
+            "lockFileURL": "pyodide-lock.json",
+            "stdLibURL": "../python/wheels/python_stdlib.zip",
+            "packages": list(STARTED),
+        },
     }
     return {
         "jupyter-lite-schema-version": 0,
@@ -182,8 +187,8 @@ def _write_lock(runtime: Path, out: Path) -> None:
         name = path.name.split("-")[0].replace("_", "-")
         address = os.path.relpath(path, out)
         lock["packages"][name] = wheels.entry(path, name, f"../../lab/{address}", [], [])
-    # The library imports it only where a picture is shown, which the loader does not see.
-    lock["packages"]["robust-slam"]["depends"].append("anywidget")
+    # The loader reads cells alone, and does not see what the library imports where it needs it.
+    lock["packages"]["robust-slam"]["depends"] += ["anywidget", *wheels.ON_PAGES[1:]]
     _write(out / wheels.LOCK, lock)
 
 

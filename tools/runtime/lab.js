@@ -1,13 +1,16 @@
 // What a course adds to JupyterLab in the browser. A student's own copy of an assignment hides the
 // site's, also when that was corrected: here one is told, and may take the new one beside one's own.
+// A reload keeps the open notebook, and Stop ends what runs.
 
 const NARROW = 760;
+/** Where the pages' progress.js keeps what was done. */
+const PROGRESS = "robust-slam-progress";
 const {notebooks} = await (await fetched("releases.json", "no-cache")).json();
 const app = await started();
 await app.restored;
 if (innerWidth < NARROW) keepClosed();
-app.shell.currentChanged.connect((_, {newValue}) => look(newValue));
-await look(app.shell.currentWidget);
+app.shell.currentChanged.connect((_, {newValue}) => turnTo(newValue));
+await turnTo(app.shell.currentWidget);
 
 async function started() {
   while (!window.jupyterapp) await new Promise((resolve) => setTimeout(resolve, 50));
@@ -32,8 +35,50 @@ function keepClosed() {
   }
 }
 
-async function look(widget) {
+async function turnTo(widget) {
   const context = widget?.context;
+  if (!context) return;
+  keepInAddress(context.path);
+  context.sessionContext.kernelChanged.connect(letStopEndPython);
+  letStopEndPython(context.sessionContext);
+  context.saveState.connect(noteCheck);
+  await look(context);
+}
+
+/** Tell the course's pages, where the saved notebook says that all visible cases have passed. */
+function noteCheck(context, state) {
+  if (state !== "completed" || !notebooks[context.path]) return;
+  const checks = context.model.toJSON().cells.filter(({source}) => source.includes("self_check"));
+  const said = JSON.stringify(checks.map(({outputs}) => outputs ?? []));
+  if (!said.includes("All visible cases passed")) return;
+  const kept = JSON.parse(localStorage.getItem(PROGRESS)) ?? {};
+  const name = context.path.replace(".ipynb", "");
+  const done = {...kept.assignments?.[name], checked: true};
+  localStorage.setItem(PROGRESS, JSON.stringify({...kept, assignments: {...kept.assignments, [name]: done}}));
+}
+
+/** The lab takes the path out of the address; there, a reload opens the notebook again. */
+function keepInAddress(path) {
+  const address = new URL(location);
+  address.searchParams.set("path", path);
+  history.replaceState(history.state, "", address);
+}
+
+/** Nothing reaches Python in a browser while it computes: as on the pages, Stop ends it. */
+function letStopEndPython(context) {
+  const kernel = context.session?.kernel;
+  if (!kernel) return;
+  kernel.interrupt = async () => {
+    await context.restartKernel();
+    await notify("Stopped, and Python with it. What you wrote stays; run the cells above again.");
+  };
+}
+
+const notify = (message) => app.commands.execute("apputils:notify", {
+  message, type: "info", options: {autoClose: false},
+});
+
+async function look(context) {
   const release = notebooks[context?.path];
   if (!release) return;
   await context.ready;
@@ -77,6 +122,5 @@ async function take(context) {
   await contents.rename(path, kept);
   await fetched(`files/${path}`, "reload");
   await app.commands.execute("docmanager:open", {path});
-  const message = `Your work is in ${kept}. ${path} is the new one.`;
-  await app.commands.execute("apputils:notify", {message, type: "info", options: {autoClose: false}});
+  await notify(`Your work is in ${kept}. ${path} is the new one.`);
 }

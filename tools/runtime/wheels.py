@@ -20,10 +20,19 @@ from typing import Any
 from robust_slam_autograder.errors import GraderFailure
 from robust_slam_autograder.publishing.wheels import build_tracked
 
+from tools.runtime.compiled import compile_archives
 from tools.runtime.pyodide import RuntimeUnavailable
 
 _PACKED = (".py", ".pyi", ".typed", ".js", ".css", ".json")
-LOCK, BYTES = "pyodide-lock.json", "bytes"
+LOCK, PAGE_LOCK, BYTES = "pyodide-lock.json", "page-lock.json", "bytes"
+PYTHON = ("pyodide.asm.wasm", "python_stdlib.zip")
+"""Files of Pyodide that each page loads before its first line."""
+CUSTOM = Path(__file__).with_name("sitecustomize.py")
+"""Goes into Python's own library, which imports it before anything else."""
+ON_PAGES = ("robust-slam", "scipy", "matplotlib")
+"""Packages that code on a page may import, beside all on which they depend."""
+FIRST = ("robust-slam",)
+"""What nearly every cell needs; the other packages are loaded where they are imported."""
 
 
 @dataclass(frozen=True)
@@ -41,19 +50,20 @@ class Package:
 
 
 PACKAGES = (
-    Package("matplotlib-fontlist", (), ("matplotlib",), "tools/runtime/fonts"),
+    Package("matplotlib-fontlist", (), (), "tools/runtime/fonts"),
     Package("lazy-loader", ("lazy_loader",), ("packaging",)),
     Package("msgpack", ("msgpack",)),
     Package(
         "robust-slam",
         ("robust_slam", "robust_slam_course"),
-        ("numpy", "scipy", "matplotlib", "matplotlib-fontlist", "lazy-loader"),
+        ("numpy", "lazy-loader"),  # its modules import others when they are first used
         "lib",
     ),
     Package(
         "robust-slam-autograder",
         ("robust_slam_autograder",),
-        ("ipython", "msgpack", "robust-slam"),  # every assignment's cells need the library
+        # Every assignment's cells need the library, and what that imports.
+        ("ipython", "msgpack", *ON_PAGES),
         "autograder",
     ),
     Package("typing-extensions", ("typing_extensions",)),
@@ -67,7 +77,8 @@ PACKAGES = (
 def build(root: Path, out: Path, pyodide: Path) -> None:
     """Put the wheels of ``PACKAGES`` into ``out``, with Pyodide's list, to which they are added.
 
-    With this list an import alone loads them. How much a page loads is written beside ``out``.
+    With this list an import alone loads them. What pages load is compiled, and has a list of its
+    own; how much a page loads until its first cell can run is written beside ``out``.
 
     Args:
         root: the course's folder.
@@ -98,18 +109,50 @@ def build(root: Path, out: Path, pyodide: Path) -> None:
             lock["packages"][each.name] = entry(
                 path, each.name, address, each.imports, each.depends
             )
+    lock["packages"]["matplotlib"]["depends"].append("matplotlib-fontlist")
+    _compile(lock["packages"], out, pyodide)
     (out / LOCK).write_text(json.dumps(lock), encoding="utf-8")
-    (out.parent / BYTES).write_text(str(loaded_bytes(lock["packages"], pyodide)))
+    page = page_lock(lock, out)
+    (out / PAGE_LOCK).write_text(json.dumps(page), encoding="utf-8")
+    first = sum(page["packages"][name]["size"] for name in closure(page["packages"], FIRST))
+    (out.parent / BYTES).write_text(str(page["info"]["size"] + first))
 
 
-def loaded_bytes(packages: dict[str, Any], pyodide: Path) -> int:
-    """Return the size of the files that a page fetches until its first cell can run."""
-    names = ["robust-slam"]
-    for name in names:  # it grows meanwhile
-        names += [each for each in packages[name]["depends"] if each not in names]
-    files = [packages[name]["file_name"] for name in names]
-    files += ["pyodide.asm.wasm", "python_stdlib.zip", f"../wheels/{LOCK}"]
-    return sum((pyodide / name).stat().st_size for name in files)
+def _compile(packages: dict[str, Any], out: Path, pyodide: Path) -> None:
+    """Compile what pages load, into ``out``, and let the list name what came of it."""
+    names = closure(packages, ON_PAGES)
+    paths = {name: (pyodide / packages[name]["file_name"]).resolve() for name in names}
+    own = [path for path in paths.values() if path.parent == out.resolve()]
+    compile_archives([*paths.values(), pyodide / PYTHON[1]], out, pyodide, own)
+    with zipfile.ZipFile(out / PYTHON[1], "a") as archive:
+        archive.write(CUSTOM, CUSTOM.name)
+    for name, path in paths.items():
+        data = (out / path.name).read_bytes()
+        packages[name]["sha256"] = hashlib.sha256(data).hexdigest()
+        packages[name]["file_name"] = f"../wheels/{path.name}"
+
+
+def closure(packages: dict[str, Any], names: Sequence[str]) -> list[str]:
+    """Return the packages, and all on which they depend."""
+    found = list(names)
+    for name in found:  # it grows meanwhile
+        found += [each for each in packages[name]["depends"] if each not in found]
+    return found
+
+
+def page_lock(lock: dict[str, Any], out: Path) -> dict[str, Any]:
+    """Return the part of the list that pages need, with the sizes of files in bytes.
+
+    The size beside the version of Pyodide is that of Python itself.
+    """
+    packages = {
+        name: entry | {"size": (out / Path(entry["file_name"]).name).stat().st_size}
+        for name in closure(lock["packages"], ON_PAGES)
+        if (entry := lock["packages"][name])
+    }
+    paths = (out.parent / "pyodide" / PYTHON[0], out / PYTHON[1])
+    size = sum(path.stat().st_size for path in paths)
+    return {"info": lock["info"] | {"size": size}, "packages": packages}
 
 
 def version(out: Path) -> str:

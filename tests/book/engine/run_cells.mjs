@@ -3,6 +3,7 @@
  * with the site's folder `python` and one chapter's list of cells. Writes a JSON array of
  * `{id, cannot, text, shown, error, seconds}` to standard output.
  */
+import { readFileSync } from "node:fs";
 import { readFile } from "node:fs/promises";
 import { pathToFileURL } from "node:url";
 
@@ -13,12 +14,16 @@ const { startPython } = await import(at("python.js"));
 
 const text = (path) => readFile(path, "utf8");
 const { cells } = JSON.parse(await text(list));
-const read = (name) => text(`${folder}/${name}`);
-const { run } = await startPython(loadPyodide, `${folder}/`, read, "matplotlib.pyplot");
+const files = {
+  text: (name) => text(`${folder}/${name}`),
+  bytes: async (name) => new Uint8Array(await readFile(`${folder}/${name}`)),
+  bytesNow: (name) => new Uint8Array(readFileSync(`${folder}/${name}`)),
+};
+const { run } = await startPython(loadPyodide, `${folder}/`, files, "");
 const results = [];
 for (const { id, code, cannot } of cells) {
   const before = process.cpuUsage();
-  const result = run(code);
+  const result = await run(code);
   const { user, system } = process.cpuUsage(before);
   results.push({ id, cannot, ...result, seconds: (user + system) / 1e6 });
 }
