@@ -8,9 +8,17 @@ from typing import Any
 
 import numpy as np
 from robust_slam._arrays import Array, Indices, Mask
-from robust_slam.graphs import Noise, PoseGraph, add_random_closures, circle, manhattan
+from robust_slam.graphs import (
+    Noise,
+    PoseGraph,
+    add_local_closures,
+    add_random_closures,
+    circle,
+    manhattan,
+)
 from robust_slam.graphs.odometry import dead_reckoning
-from robust_slam.graphs.pose_graph import with_closures
+from robust_slam.graphs.outliers import add_aliased_closures
+from robust_slam.graphs.pose_graph import select, with_closures
 from robust_slam.problems import PoseGraphProblem
 
 from robust_slam_course.recogniser import Recognised, recognised
@@ -21,6 +29,10 @@ MAY_DROP = ((4, 23), (11, 23), (3, 24), (13, 25), (17, 29))
 """The inliers that come after the outlier's poses: the reader may leave each of them out."""
 ARRIVALS = range(17, 32)
 """The poses at which the outlier may arrive."""
+KINDS = ("random", "local", "agreeing")
+"""Of outliers: between any poses, near the truth, and in groups of 15 with one cause."""
+PERCENTS = range(0, 100, 10)
+"""The shares of outliers among the closures."""
 _NEWTON = 20
 _EDGE = ("edges", "measurement", "information", "is_odometry")
 
@@ -108,3 +120,22 @@ def scored_town() -> tuple[Recognised, Array]:
     slope, offset = logistic(*scores(towns(75, range(1000, 1020))))
     (town,) = towns(75, [8], poses=40)
     return town, slope * town.scores + offset
+
+
+def spoiled(kind: str, percent: int) -> tuple[PoseGraph, Mask, Array]:
+    """Return a town of 60 poses and ten inliers with outliers of a kind, their mask, the truth.
+
+    They are ``percent`` of the closures, and those of a smaller share are among them.
+    """
+    rng = np.random.default_rng(4)
+    noise = Noise(odometry=(0.1, 0.1))
+    clean, truth = manhattan(60, rng, side=6, turn=0.3, closures=10, noise=noise)
+    if kind == "random":
+        whole, is_outlier = add_random_closures(clean, 90, rng, poses=truth)
+    elif kind == "local":
+        whole, is_outlier = add_local_closures(clean, 90, rng, poses=truth)
+    else:
+        whole, is_outlier = add_aliased_closures(clean, 6, rng, size=15, poses=truth)
+    count = round(10 * percent / (100 - percent))
+    used = np.cumsum(is_outlier) <= count
+    return select(whole, used), is_outlier[used], truth

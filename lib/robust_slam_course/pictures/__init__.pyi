@@ -1,6 +1,7 @@
 from .certificates import certificate as certificate
 from .graduation import graduation as graduation
 from .kernels import kernels as kernels
+from .labs import arena as arena
 from .labs import growing as growing
 from .labs import priors as priors
 from .labs import proofs as proofs

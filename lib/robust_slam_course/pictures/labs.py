@@ -11,7 +11,7 @@ from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 from robust_slam import drawing
 from robust_slam._arrays import Array, Mask
-from robust_slam.estimators import chi_square_threshold, switchable
+from robust_slam.estimators import Result, chi_square_threshold, gnc, switchable
 from robust_slam.graphs import PoseGraph, ate, dead_reckoning
 from robust_slam.graphs.pose_graph import select
 from robust_slam.problems import PoseGraphProblem
@@ -21,6 +21,55 @@ from robust_slam_course.canvas.picture import Picture
 from robust_slam_course.pictures.graphs import graph_data
 from robust_slam_course.quiz import Option, Question
 from robust_slam_course.recogniser import Recognised
+
+
+def arena() -> Picture:
+    """Return two solvers on one town, with as many outliers as the reader likes."""
+    table = _read("arena.json")
+    solvers = table.pop("solvers")
+    whole = {kind: labs.spoiled(kind, labs.PERCENTS[-1]) for kind in labs.KINDS}
+    graph, is_outlier, truth = labs.spoiled("random", 50)
+    one, other = ([*table["runs"]["random 50"][k]] for k in (0, solvers.index("GNC")))
+    found: Result[Array] = gnc(graph, chi_square_threshold(0.99, 3))
+    return Picture(
+        name="arena",
+        title="As many outliers as you like",
+        question=Question(
+            "How many random outliers does GNC survive in this town?",
+            [
+                Option("30 %", "it finds the same good map up to 70 %."),
+                Option("70 %", "up to there it is 0.27 m off, and at 80 % 1.42 m.", correct=True),
+                Option("90 %", "with the 40 outliers of 80 % its map is 1.42 m off."),
+            ],
+        ),
+        tries=[
+            "drag the share of outliers until each of the two maps is lost. Which certificates"
+            " fail?",
+            "choose outliers that agree, in groups of 15. At which share do PCM and GNC follow"
+            " them, why there, and which solver does not?",
+            "compare the switches with GNC where there is no outlier at all.",
+        ],
+        caption=f"Of {np.sum(~is_outlier & ~graph.is_odometry)} inliers and {np.sum(is_outlier)}"
+        f" outliers, least squares uses {_used(one[1])}, is {one[2]:.2f} m off and not certified;"
+        f" GNC uses {_used(other[1])}, is {other[2]:.2f} m off and certified.",
+        state={"percent": 50, "kind": "random", "left": "least squares", "right": "GNC"},
+        data={
+            "table": table,
+            "solvers": solvers,
+            "kinds": list(labs.KINDS),
+            "truth": _flat(truth * [1.0, 1.0, 0.0], 2),
+            "inliers": graph.edges[~graph.is_odometry & ~is_outlier].tolist(),
+            "outliers": {
+                kind: each.edges[wrong].tolist() for kind, (each, wrong, _) in whole.items()
+            },
+        },
+        still=_map_still(graph, found.x, truth, found.weights >= 0.25, is_outlier),
+    )
+
+
+def _used(letters: str) -> str:
+    """Return how many of the ten inliers, which come first, and of the outliers are in use."""
+    return f"{letters[:10].count('1')} and {letters[10:].count('1')}"
 
 
 def growing() -> Picture:
@@ -60,7 +109,7 @@ def growing() -> Picture:
         },
         data={
             **graph_data(graph, truth, 4),
-            "minds": _table()["minds"],
+            "minds": _read("labs.json")["minds"],
             "mayDrop": [list(ends) for ends in labs.MAY_DROP],
             "arrivals": list(labs.ARRIVALS),
             "last": last,
@@ -74,7 +123,7 @@ def proofs() -> Picture:
     graph, is_outlier, _ = labs.ring(0)
     starts = labs.starts(graph)
     best = PoseGraphProblem(select(graph, ~is_outlier)).initial()
-    gaps = _table()["proofs"]
+    gaps = _read("labs.json")["proofs"]
     failed = sum(gap > 0 for gap in gaps["gnc twice"])
     return Picture(
         name="proofs",
@@ -159,10 +208,9 @@ def _how_sure(town: Recognised) -> Question:
     )
 
 
-def _table() -> dict[str, Any]:
-    found: dict[str, Any] = json.loads(
-        files(__package__).joinpath("labs.json").read_text(encoding="utf-8")
-    )
+def _read(name: str) -> dict[str, Any]:
+    text = files(__package__).joinpath(name).read_text(encoding="utf-8")
+    found: dict[str, Any] = json.loads(text)
     return found
 
 

@@ -16,7 +16,7 @@ from robust_slam.fleet import rounds
 from robust_slam.graphs import ate, dead_reckoning, pose_graph, se2
 from robust_slam.graphs.pose_graph import PoseGraph
 from robust_slam.problems import LinearProblem, LocationProblem, PoseGraphProblem
-from robust_slam_course import pictures
+from robust_slam_course import labs, pictures
 
 from tests.chromium import Opener
 from tests.lib.course.parity_labs import Switches
@@ -225,6 +225,17 @@ def graph_of_fleet(data: Any, wrong: Any, correct: int) -> PoseGraph:
     )  # fmt: skip
 
 
+def arena(data: Any, state: Any) -> Told:
+    runs, column = data["table"]["runs"], data["solvers"].index("GNC")
+    off = {p: runs[f"random {p}"][column][2] for p in range(0, 100, 10)}
+    graph, _, truth = labs.spoiled("random", 80)
+    assert round(float(ate(gnc(graph, C).x, truth)), 2) == off[80]
+    alike = [p for p in off if off[p] == off[0]]
+    assert alike == [*range(0, max(alike) + 1, 10)] and max(alike) < 80
+    said = f"{off[0]:.2f} m off, and at 80 % {off[80]:.2f} m"
+    return f"{max(alike)} %", [said, f"with the {round(10 * 80 / 20)} outliers of 80 %"]
+
+
 def growing(data: Any, state: Any) -> Told:
     graph = graph_of(data)
     changes = data["minds"]["kept"][data["minds"]["runs"][0][0]]
@@ -259,7 +270,7 @@ def priors(data: Any, state: Any) -> Told:
 
 CHECKS = (
     opening, cycles, leverage, kernels, majoriser, basins, annealing, consistency, certificate,
-    showcase, machine, graduation, robots, growing, proofs, priors,
+    showcase, machine, graduation, robots, arena, growing, proofs, priors,
 )  # fmt: skip
 
 

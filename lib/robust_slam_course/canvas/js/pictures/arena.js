@@ -1,0 +1,89 @@
+import { putLegend } from "../draw/legend.js";
+import { fitAround, putDrive, putEdge } from "../draw/map.js";
+import { livePicture } from "../draw/picture.js";
+import { sideBySide } from "../draw/stage.js";
+
+/**
+ * Two solvers of the library on one town, with as many outliers as the reader likes. The maps were
+ * computed before: see `tools/data/arena.py`.
+ */
+export function render(context) {
+  const { solvers, kinds } = context.model.get("data");
+  const named = solvers.map((name) => [name, name]);
+  return livePicture(context, {
+    layers: ["ghost", "edges", "drive", "words"],
+    controls: [
+      {
+        kind: "slider", name: "percent", label: "Outliers", min: 0, max: MOST, step: 10,
+        text: (percent) => `${percent} %`,
+      },
+      { kind: "choice", name: "kind", label: "Kind", options: kinds.map((kind) => [kind, kind]) },
+      { kind: "choice", name: "left", label: "Left", options: named },
+      { kind: "choice", name: "right", label: "Right", options: named },
+    ],
+    main: ["percent", "right"],
+    clean: (state) => ({
+      percent: Math.min(MOST, Math.max(0, 10 * Math.round((Number(state.percent) || 0) / 10))),
+      kind: kinds.includes(state.kind) ? state.kind : kinds[0],
+      left: solvers.includes(state.left) ? state.left : solvers[0],
+      right: solvers.includes(state.right) ? state.right : solvers.at(-1),
+    }),
+    solve: solveArena,
+    moving: ({ runs }) => Float64Array.from(runs.flatMap(({ poses }) => poses)),
+    draw: drawArena,
+    caption: arenaCaption,
+  });
+}
+
+const MOST = 90; // percent
+
+/** The poses of a map that is told by its steps, without headings. */
+function posesOf(steps, unit) {
+  let [x, y] = [0, 0];
+  return Array.from({ length: steps.length / 2 }, (_, k) => {
+    [x, y] = [x + unit * steps[2 * k], y + unit * steps[2 * k + 1]];
+    return [x, y, 0];
+  }).flat();
+}
+
+function solveArena({ kind, percent, left, right }, { table, inliers, outliers, solvers }) {
+  const runs = [left, right].map((solver) => {
+    const [number, letters, off, certified] = table.runs[`${kind} ${percent}`][solvers.indexOf(solver)];
+    const used = [...letters].map((letter) => letter === "1");
+    const count = (from, to) => used.slice(from, to).filter(Boolean).length;
+    const kept = [count(0, inliers.length), count(inliers.length)];
+    return { solver, poses: posesOf(table.maps[number], table.unit), off, certified: certified === 1, used, kept };
+  });
+  const told = runs[0].used.length - inliers.length;
+  return { runs, told, closures: [...inliers, ...outliers[kind].slice(0, told)] };
+}
+
+function drawArena(scene, { width, height, data, result, shown }) {
+  const legend = putLegend(scene, "words", "legend", 0, 0, width, [
+    ["is-ghost", "true path"], ["is-estimate", "map"], ["is-inlier", "inlier"], ["is-outlier", "outlier"],
+  ]);
+  const boxes = sideBySide({ x: 0, y: legend + 22, width, height: height - legend - 22 }, [1, 1]);
+  const each = shown.length / 2;
+  result.runs.forEach(({ solver, poses, off, used }, side) => {
+    const map = fitAround(scene, `map-${side}`, boxes[side], data.truth, poses, 14);
+    const own = shown.subarray(side * each, (side + 1) * each);
+    const { x, width: wide } = boxes[side];
+    scene.put("words", `head-${side}`, "text", {
+      class: "rs-head", x: x + wide / 2, y: legend + 16, "text-anchor": "middle",
+    }, `${solver}: ${off.toFixed(2)} m`);
+    putDrive(scene, "ghost", `truth-${side}`, map, data.truth, "is-ghost");
+    putDrive(scene, "drive", `map-${side}`, map, own, "is-estimate");
+    result.closures.forEach((ends, k) => {
+      const look = k < data.inliers.length ? "is-inlier" : "is-outlier";
+      putEdge(scene, "edges", `edge-${side}-${k}`, map, own, ends, used[k] ? look : "is-rejected", used[k] ? 2 : 0.6);
+    });
+  });
+}
+
+function arenaCaption({ result, data }) {
+  const { runs, told } = result;
+  const sides = runs.map(({ solver, kept, off, certified }) => (
+    `${solver} uses ${kept[0]} and ${kept[1]}, is ${off.toFixed(2)}\u00a0m off and ${certified ? "certified" : "not certified"}`
+  ));
+  return `Of ${data.inliers.length} inliers and ${told} outliers, ${sides.join("; ")}.`;
+}
