@@ -5,7 +5,7 @@ SHELL := /bin/bash
 .SHELLFLAGS := -o pipefail -ec
 MAKEFLAGS += --no-print-directory
 .DEFAULT_GOAL := help
-.PHONY: help quick quick-tests test setup setup-dev system-packages lab book slides runtime cards data bench sweep format check lock clean
+.PHONY: help quick quick-tests test setup setup-dev system-packages lab book slides pdf runtime cards data bench sweep format check lock clean
 
 PYTHON ?= python3
 VENV := .venv
@@ -100,6 +100,10 @@ slides: $(SLIDES) ## cut a deck for each chapter from the site, build/html/slide
 $(SLIDES): $(BOOK) $(call files,tools/slides) $(READY_DEV)
 	@$(BIN)/python -m tools.slides
 	@touch $@
+
+PAPER ?= a4
+pdf: $(BOOK) $(READY_DEV) ## print the whole book, build/robust-slam-a4.pdf; PAPER=letter
+	@$(BIN)/python -m tools.print $(PAPER)
 
 $(FONTS): tools/fonts.py $(READY)
 	@rm -rf $(@D)

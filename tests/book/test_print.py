@@ -1,0 +1,102 @@
+"""The printed book: contents, bookmarks and links agree, and nothing of the site is lost."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+from bs4 import BeautifulSoup
+from pypdf import PdfReader
+
+from tests.book.conftest import PAGES, Site
+from tests.conftest import leave_out
+from tools.print.__main__ import book, places, write
+from tools.print.book import Book
+
+pytestmark = [pytest.mark.browser, pytest.mark.long]
+FEW = ["chapters/00-one-lie", "chapters/how-large-a-map", "chapters/cheat-sheet"]
+
+
+@pytest.fixture(scope="module")
+def printed(site: Site, tmp_path_factory: pytest.TempPathFactory) -> tuple[Book, PdfReader, Path]:
+    """A book of a few pages, and its PDF."""
+    if not (shutil.which("chromium-headless-shell") or shutil.which("chromium")):
+        leave_out("chromium-headless-shell is not installed; no book can be printed")
+    target = tmp_path_factory.mktemp("print") / "book.pdf"
+    joined = book(site.folder, FEW)
+    assert write(joined, target, "a4") == len(PdfReader(target).pages)
+    return joined, PdfReader(target), target
+
+
+def test_contents_and_bookmarks_name_the_pages_where_sections_begin(
+    printed: tuple[Book, PdfReader, Path],
+) -> None:
+    joined, reader, target = printed
+    listed = places(target)
+    contents = "\n".join(page.extract_text() for page in reader.pages[1:3])
+    numbers = [listed[line.id] for line in joined.lines]
+    assert numbers == sorted(numbers) and len(numbers) > 15
+    marks = {
+        (" ".join(str(mark.title).split()), reader.get_destination_page_number(mark) + 1)
+        for mark in flat(reader.outline)
+    }
+    for line, number in zip(joined.lines, numbers, strict=True):
+        title = BeautifulSoup(line.title, "html.parser").get_text()
+        assert re.search(rf"{re.escape(title)}\s*{number}\b", contents), title
+        assert (title, number) in marks
+        assert title in reader.pages[number - 1].extract_text()
+
+
+def flat(outline: list[object]) -> list[object]:
+    return [each for one in outline for each in (flat(one) if isinstance(one, list) else [one])]
+
+
+def test_it_is_tagged_named_and_carries_its_fonts(
+    printed: tuple[Book, PdfReader, Path],
+) -> None:
+    _, reader, _ = printed
+    root = reader.trailer["/Root"]
+    assert root["/MarkInfo"]["/Marked"] and root["/Lang"] == "en"
+    assert reader.metadata and reader.metadata.title == "Robust SLAM" and reader.metadata.author
+    fonts = [
+        font for page in reader.pages for font in page["/Resources"].get("/Font", {}).values()
+    ]
+    for font in (font.get_object() for font in fonts):
+        below = [each.get_object() for each in font.get("/DescendantFonts", [font])]
+        for each in below:
+            described = each.get("/FontDescriptor", {})
+            embedded = {"/FontFile", "/FontFile2", "/FontFile3"} & set(described)
+            assert embedded or font["/Subtype"] == "/Type3", font["/BaseFont"]
+
+
+def test_each_link_leads_within_the_document_or_to_the_web(
+    printed: tuple[Book, PdfReader, Path],
+) -> None:
+    _, reader, target = printed
+    known = places(target)
+    notes = [note.get_object() for page in reader.pages for note in page.get("/Annots", [])]
+    leads = [note for note in notes if note["/Subtype"] == "/Link"]
+    inside = [note["/Dest"] for note in leads if "/Dest" in note]
+    assert len(inside) > 20 and {str(name).removeprefix("/") for name in inside} <= set(known)
+    outside = [str(note["/A"]["/URI"]) for note in leads if "/A" in note]
+    assert all(uri.startswith(("https:", "http:", "mailto:")) for uri in outside)
+
+
+def test_no_figure_formula_picture_or_reference_of_the_site_is_lost(site: Site) -> None:
+    joined = book(site.folder)
+    assert sorted(joined.pages) == sorted(PAGES)
+    paper = BeautifulSoup(joined.html({}), "html.parser")
+    ids = [str(each["id"]) for each in paper.select("[id]")]
+    assert len(set(ids)) == len(ids)
+    missing = {a["href"][1:] for a in paper.select('a[href^="#"]')} - set(ids)
+    assert missing == set()
+    pages = [(site.folder / f"{page}.html").read_text(encoding="utf-8") for page in PAGES]
+    articles = [BeautifulSoup(page, "html.parser").article for page in pages]
+    for kind in ("figure", "div.math", ".rs-picture", ".rs-predict", ".citation, .footnote", "h2"):
+        on_site = sum(len(article.select(kind)) for article in articles if article)
+        assert (
+            len(paper.select(f"section.page {kind.replace(', ', ', section.page ')}")) == on_site
+        )
+        assert on_site > 10, kind

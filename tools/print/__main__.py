@@ -1,0 +1,111 @@
+"""``python -m tools.print`` prints the built book, ``build/robust-slam-a4.pdf``; or ``letter``."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import tempfile
+import tomllib
+from collections.abc import Iterable
+from pathlib import Path
+
+import yaml
+from playwright.sync_api import sync_playwright
+from pypdf import PdfReader, PdfWriter
+
+from tools.print.book import Book
+
+ROOT = Path(__file__).resolve().parents[2]
+PAPERS = {"a4": "A4", "letter": "Letter"}
+COPIES = 5
+"""How often a book is printed at most; two or three are usual."""
+PATIENCE = 600_000
+"""Milliseconds that Chromium may take; it lays out some two hundred pages."""
+
+
+def book(site: Path, pages: Iterable[str] = ()) -> Book:
+    """Return the book that ``_toc.yml`` lists, or only some of its pages."""
+    toc = yaml.safe_load((ROOT / "_toc.yml").read_text(encoding="utf-8"))
+    parts = [("", [toc["root"]])]
+    for part in toc["parts"]:
+        files = [[each["file"], *(sub["file"] for sub in each.get("sections", ()))]
+                 for each in part["chapters"]]  # fmt: skip
+        parts.append((part["caption"], [file for group in files for file in group]))
+    if chosen := set(pages):
+        parts = [(caption, [f for f in files if f in chosen]) for caption, files in parts]
+    config = yaml.safe_load((ROOT / "_config.yml").read_text(encoding="utf-8"))
+    lib = tomllib.loads((ROOT / "lib" / "pyproject.toml").read_text(encoding="utf-8"))
+    about = {"title": config["title"], "author": config["author"]}
+    about |= {"version": lib["project"]["version"]}
+    about["lead"] = '<img src="../_static/one-lie.svg" alt="One drive, drawn three times.">'
+    style = (Path(__file__).with_name("print.css")).read_text(encoding="utf-8")
+    return Book(site, [part for part in parts if part[1]], about, style)
+
+
+def write(book: Book, target: Path, paper: str) -> int:
+    """Print a book, and return the number of its pages.
+
+    The first copy tells on which pages its parts are. A number may move a line, so it is printed
+    anew until each is right.
+
+    Args:
+        book: what to print.
+        target: the PDF.
+        paper: one of ``PAPERS``.
+
+    Raises:
+        OSError: there is no Chromium.
+    """
+    chromium = shutil.which("chromium-headless-shell") or shutil.which("chromium")
+    if chromium is None:
+        raise OSError("Chromium is missing: install chromium-headless-shell")
+    numbers: dict[str, int] = {}
+    with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        page = browser.new_page(java_script_enabled=False)
+        page.set_default_timeout(PATIENCE)
+        source = Path(folder, "book.html")
+        for _ in range(COPIES):
+            source.write_text(book.html(numbers), encoding="utf-8")
+            page.goto(source.as_uri())
+            page.pdf(
+                path=target, format=PAPERS[paper], tagged=True, outline=True,
+                print_background=True, prefer_css_page_size=False,
+            )  # fmt: skip
+            before, numbers = numbers, places(target)
+            if numbers == before:
+                break
+        browser.close()
+    writer = PdfWriter(clone_from=target)
+    writer.add_metadata({"/Title": book.about["title"], "/Author": book.about["author"]})
+    writer.page_mode = "/UseOutlines"
+    writer.write(target)
+    return len(writer.pages)
+
+
+def places(pdf: Path) -> dict[str, int]:
+    """Return the page, counted from 1, of each place to which a link of a PDF leads."""
+    reader = PdfReader(pdf)
+    return {
+        name.removeprefix("/"): (reader.get_destination_page_number(place) or 0) + 1
+        for name, place in reader.named_destinations.items()
+    }
+
+
+def main(paper: str = "a4") -> int:
+    """Print the built book; return 0, or 1 after a message that says what to do."""
+    if paper not in PAPERS:
+        print(f"ERROR: the paper {paper!r} is unknown; give one of {sorted(PAPERS)}")
+        return 1
+    target = ROOT / "build" / f"robust-slam-{paper}.pdf"
+    try:
+        pages = write(book(ROOT / "build" / "html"), target, paper)
+    except OSError as error:
+        print(f"ERROR: {error}", file=sys.stderr)
+        return 1
+    print(f"{target.relative_to(ROOT)}: {pages} pages, {target.stat().st_size / 1e6:.1f} MB")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))

@@ -1,0 +1,165 @@
+"""One page that holds all pages of the book, for the printer.
+
+Ids get the name of their page, so that links between pages become links in the document, each with
+the number of the page to which it leads.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from urllib.parse import unquote, urljoin
+
+from bs4 import BeautifulSoup, Tag
+
+NAMES = ("for", "aria-labelledby", "aria-describedby", "aria-controls", "headers")
+"""Attributes that hold ids."""
+AWAY = (
+    ".headerlink, .rs-teach, script, noscript, .tag_hide-input > details, .tag_hide-cell,"
+    " .rs-forget, .toctree-wrapper, link"
+)
+"""What paper has no use for: folded code is one click away on the site."""
+HASH = re.compile(r"(url\(['\"]?#|^#)([^)'\"]+)")
+DOCUMENT = """<!DOCTYPE html>
+<html lang="en" data-theme="light">
+<head><meta charset="utf-8"><title>{title}</title>
+<base href="{site}/chapters/">
+<link rel="stylesheet" href="../_static/course.css">
+<style>{style}</style></head>
+<body class="bd-content">
+<header class="cover"><h1>{title}</h1>{lead}<p>{author}</p><p>Version {version}</p></header>
+<nav class="lines" aria-label="Contents"><h1 id="contents">Contents</h1>{contents}</nav>
+{pages}
+</body></html>
+"""
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of the contents."""
+
+    level: int
+    id: str
+    title: str
+    """As HTML, for a heading may hold a formula."""
+
+
+class Book:
+    """The pages of a site, joined.
+
+    Args:
+        site: the built site.
+        parts: the captions of the parts, each with its pages, as in ``_toc.yml``.
+        about: the title, author and version.
+        style: the printer's style sheet.
+    """
+
+    def __init__(
+        self,
+        site: Path,
+        parts: Sequence[tuple[str, Sequence[str]]],
+        about: Mapping[str, str],
+        style: str,
+    ) -> None:
+        self.site, self.about, self.style = site, about, style
+        self.parts = parts
+        self.pages = [page for _, pages in parts for page in pages]
+        self.lines: list[Line] = []
+        self.articles = {page: self._article(page) for page in self.pages}
+
+    def html(self, numbers: Mapping[str, int]) -> str:
+        """Return the document.
+
+        Args:
+            numbers: the number of the page on which the element with an id begins, by the id; one
+                that is missing is written with three digits, which take as much room.
+        """
+        pages, rules = [], []
+        for k, (page, article) in enumerate(self.articles.items()):
+            for place in article.select("span.rs-at"):
+                place.string = f" (p. {numbers.get(str(place['data-to']), 999)})"
+            name = f'class="page {Path(page).name}" style="page: page{k}"'
+            pages.append(f"<section {name}>{article}</section>")
+            head = _text(article.h1).replace("\\", "").replace('"', "'")
+            rules.append(f'@page page{k} {{ @top-right {{ content: "{head}" }} }}')
+        return DOCUMENT.format(
+            title=escape(self.about["title"]),
+            author=escape(self.about["author"]),
+            version=escape(self.about["version"]),
+            lead=self.about.get("lead", ""),
+            site=self.site.resolve().as_uri(),
+            style=self.style + "\n".join(rules),
+            contents="".join(self._contents(numbers)),
+            pages="".join(pages),
+        )
+
+    def _contents(self, numbers: Mapping[str, int]) -> list[str]:
+        captions = {pages[0]: caption for caption, pages in self.parts}
+        out = []
+        for line in self.lines:
+            if line.level == 1 and line.id in captions:
+                out.append(f'<p class="part">{escape(captions[line.id])}</p>')
+            number = numbers.get(line.id, 999)
+            out.append(
+                f'<p class="level{line.level}"><a href="#{escape(line.id)}">'
+                f"<span>{line.title}</span><span>{number}</span></a></p>"
+            )
+        return out
+
+    def _article(self, page: str) -> Tag:
+        path = self.site / f"{page}.html"
+        soup = BeautifulSoup(path.read_text(encoding="utf-8"), "html.parser")
+        article = soup.article
+        assert article is not None, f"{path} has no article"
+        for each in article.select(AWAY):
+            if not each.decomposed:
+                each.decompose()
+        for each in article.select("details"):
+            each["open"] = ""
+        for each in article.find_all(True):
+            self._rename(each, page)
+        for link in article.select("a[href]"):
+            self._lead(link, page, soup)
+        article["id"] = page
+        for heading in article.select("h1, h2"):
+            section = heading.parent
+            target = page if heading.name == "h1" else str(section["id"]) if section else page
+            title = re.sub(r"</?a\b[^>]*>", "", heading.decode_contents())
+            self.lines.append(Line(int(heading.name[1]), target, title))
+        return article
+
+    def _rename(self, each: Tag, page: str) -> None:
+        """Let ids, and what names them, carry the name of their page."""
+        if "id" in each.attrs:
+            each["id"] = f"{page}--{each['id']}"
+        for name, value in list(each.attrs.items()):
+            if name in NAMES:
+                ids = value if isinstance(value, list) else str(value).split()
+                each[name] = " ".join(f"{page}--{one}" for one in ids)
+            elif isinstance(value, str) and name != "href" and "#" in value:
+                each[name] = HASH.sub(rf"\1{page}--\2", value)
+            elif name == "href" and each.name != "a":
+                each[name] = HASH.sub(rf"\1{page}--\2", str(value))
+
+    def _lead(self, link: Tag, page: str, soup: BeautifulSoup) -> None:
+        """Let a link lead within the document, or away from it; others become text."""
+        href = str(link["href"])
+        if re.match(r"(https?|mailto):", href):
+            return
+        file, _, anchor = urljoin(f"{page}.html", href).partition("#")
+        target = file.removesuffix(".html")
+        if target not in self.pages:
+            link.unwrap()
+            return
+        to = f"{target}--{unquote(anchor)}" if anchor else target
+        link["href"] = f"#{to}"
+        if target != page:
+            number = soup.new_tag("span", attrs={"class": "rs-at", "data-to": to})
+            link.insert_after(number)
+
+
+def _text(tag: Tag | None) -> str:
+    return " ".join(tag.get_text().split()) if tag else ""
