@@ -44,6 +44,9 @@ _LESS: Mapping[str, frozenset[str]] = {
     "table": frozenset({"list"}),
 }
 """By trait those of the same argument that need not be named beside it."""
+_BY_CHANCE = frozenset({"zero", "negative", "below 1", "many", "single"})
+"""What a start or a limit may be in one case and no other without a meaning; the first argument
+is what the function is about."""
 _OF, _SAYS, _TEXT = "of ", "says ", "text:"
 
 
@@ -62,7 +65,8 @@ def of_call(call: Called) -> frozenset[str]:
     given = dict(enumerate(call.args[:MOST_ARGUMENTS])) | dict(call.options)
     found = {f"{_OF}{call.name}"} | ({f"{_SAYS}{word}"} if (word := word_of(call)) else set())
     for place, value in given.items():
-        found |= {f"{kind} {place}" for kind in _kinds(value)}
+        kinds = frozenset(_kinds(value)) - (frozenset() if place == 0 else _BY_CHANCE)
+        found |= {f"{kind} {place}" for kind in kinds}
         if value is not None:
             found.add(f"given {place}")
     return frozenset(found)

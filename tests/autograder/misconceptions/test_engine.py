@@ -148,9 +148,18 @@ def traits_of(*args: object, **options: object) -> frozenset[str]:
         (traits_of(0.5, kind="gm"), [traits_of(0.5, kind="tls")] * 4, "`kind` is “gm”"),
         (traits_of([1, 2]), [traits_of(np.array([0.5]))] * 3, ""),
         (traits_of([1, 2]), [traits_of([3, 4])] * 4, ""),
-        (traits_of([1, 2], -0.5), [traits_of(np.array([0.5]), 0.5)] * 4, ""),
+        (traits_of([1, 2], 2.0), [traits_of(np.array([0.5, 1.5]), 1.0)] * 4, ""),
+        (traits_of(0.5, -0.5), [traits_of(0.5, 0.5)] * 4, ""),
     ],
-    ids=["integers", "number", "option", "too few", "passed as well", "two arguments"],
+    ids=[
+        "integers",
+        "number",
+        "option",
+        "too few",
+        "passed as well",
+        "two arguments",
+        "by chance",
+    ],
 )
 def test_where_it_goes_wrong_is_told_where_nothing_else_is_particular(
     end: frozenset[str], passed: list[frozenset[str]], told: str
