@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from typing import Any
 
@@ -19,7 +20,7 @@ NAMES = (
 
 
 def finish(app: Sphinx, doctree: nodes.document, page: str) -> None:
-    """Put the folded code of each cell below its outputs, and name its bar."""
+    """Put the folded code of each cell below its outputs, and name its bar; merge neighbours."""
     figures = app.env.toc_fignumbers.get(page, {}).get("figure", {})
     for folded in list(doctree.findall(HideCodeCellNode)):
         cell = folded.parent
@@ -28,6 +29,36 @@ def finish(app: Sphinx, doctree: nodes.document, page: str) -> None:
             folded["prompt_show"] = name(folded.astext(), outputs, figures)
             folded["prompt_hide"] = folded["prompt_show"]
             cell.children = [*outputs, folded]
+    for cell in list(doctree.findall(shows_nothing)):
+        merge(cell)
+
+
+def shows_nothing(node: nodes.Node) -> bool:
+    """Return whether a node is a cell with folded code and without outputs."""
+    return (
+        isinstance(node, nodes.container)
+        and node.get("hide_mode") == "input"
+        and [type(part) for part in node.children] == [HideCodeCellNode]
+    )
+
+
+def merge(cell: nodes.container) -> None:
+    """Put a cell that shows nothing, and those right behind it, behind one bar."""
+    parent = cell.parent
+    start = parent.index(cell)
+    others = list(itertools.takewhile(shows_nothing, parent.children[start + 1 :]))
+    if not others:
+        return
+    bar = cell.children[0]
+    for each in (cell, *others):
+        code = list(each.children[0].children)
+        parent.remove(each)
+        each.clear()
+        each += code
+    bar.clear()
+    bar += [cell, *others]
+    bar["prompt_show"] = bar["prompt_hide"] = "Code: imports and data"
+    parent.insert(start, nodes.container("", bar, classes=["cell"]))
 
 
 def name(code: str, outputs: list[nodes.Node], figures: dict[str, tuple[int, ...]]) -> str:

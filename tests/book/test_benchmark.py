@@ -8,13 +8,15 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 import pytest
+from bs4 import BeautifulSoup
 from matplotlib import pyplot as plt
+from playwright.sync_api import expect
 from robust_slam.estimators import chi_square_threshold
 from robust_slam.graphs import ate
 from robust_slam.problems import PoseGraphProblem
+from robust_slam_course.heat import HeatMap
 from robust_slam_course.results import Results, read_results
 
 from benchmarks import methods
@@ -30,7 +32,9 @@ from benchmarks.sweep.definition import (
     make,
     worlds,
 )
+from tests.book.conftest import Site
 from tests.book.prose import CHAPTERS, Chapter
+from tests.chromium import Opener
 from tests.conftest import leave_out
 
 pytestmark = pytest.mark.long
@@ -46,14 +50,10 @@ def results() -> Results:
 
 @pytest.fixture(scope="module")
 def page() -> SimpleNamespace:
-    """The names that the page's cells define, and the figures that it shows with their words."""
-    shown: list[tuple[str, str, mpl.figure.Figure]] = []
-    with pytest.MonkeyPatch.context() as patch, mpl.rc_context():
+    """The names that the page's cells define."""
+    with pytest.MonkeyPatch.context() as patch:
         patch.chdir(CHAPTERS)
-        names = CHAPTER.run("imports", "load", "grid-table", "heat")
-        names["show"] = lambda fig, caption, alt: shown.append((caption, alt, fig))
-        CHAPTER.run(*(f"heat-{kind}" for kind in KINDS), **names)
-    return SimpleNamespace(shown=shown, **names)
+        return SimpleNamespace(**CHAPTER.run("imports", "load", "totals", "answer", "grid-table"))
 
 
 def test_the_protocol_is_that_of_the_sweep() -> None:
@@ -125,18 +125,46 @@ def test_the_first_table_states_all_parameters(results: Results) -> None:
     assert str(methods.CAUCHY[3]) in told
 
 
-def test_a_heat_map_has_a_number_in_each_cell(results: Results, page) -> None:
-    assert len(page.shown) == len(KINDS)
-    for kind, (caption, alt, figure) in zip(KINDS, page.shown, strict=True):
-        assert caption.startswith(kind.capitalize())
-        assert kind in alt
-        assert len(figure.axes) == len(PLANS)
-        for ax, graph in zip(figure.axes, PLANS, strict=True):
-            assert len(ax.texts) == len(methods.METHODS) * len(PERCENTS)
-            share = results.share(graph=graph, kind=kind, percent="90", method="DCS")
-            row = list(methods.METHODS).index("DCS")
-            (cell,) = (t for t in ax.texts if t.get_position() == (4.5, row + 0.5))
-            assert cell.get_text() == f"{100 * share:.0f}"
+def test_the_heat_map_without_scripts_is_of_all_worlds_the_best_method_first(
+    results: Results,
+) -> None:
+    soup = BeautifulSoup(HeatMap(results)._repr_html_(), "html.parser")
+    rows = {row["data-method"]: row.find_all("td") for row in soup.select("tbody tr")}
+    assert list(rows)[:2] == [methods.ORACLE, "rs.solve"]
+    assert set(rows) == set(methods.METHODS)
+    for method, cells in rows.items():
+        shares = [results.share(method=method, percent=str(percent)) for percent in PERCENTS]
+        shares.append(results.share(method=method))
+        assert [cell.get_text() for cell in cells] == [f"{100 * share:.0f}" for share in shares]
+
+
+@pytest.mark.browser
+def test_tabs_and_chips_choose_what_the_heat_map_shows_and_a_cell_says_its_number(
+    results: Results, site: Site, open_page: Opener
+) -> None:
+    page = open_page((site.folder / "chapters/benchmark.html").as_uri()).page
+    for chosen in ("Consistent", "Town"):
+        page.locator(".rs-choice").get_by_text(chosen, exact=True).click()
+    rows = page.locator(".rs-heatmap tbody tr")
+    wanted = {"kind": "consistent", "graph": "manhattan"}
+    shown = rows.evaluate_all(
+        """rows => rows.map(({ dataset, cells }) =>
+        [dataset.method, cells[5].textContent, cells[6].textContent])"""
+    )
+    for method, last, mean in shown:
+        assert last == f"{100 * results.share(method=method, percent='90', **wanted):.0f}"
+        assert mean == f"{100 * results.share(method=method, **wanted):.0f}"
+    means = [int(mean) for *_, mean in shown]
+    assert means == sorted(means, reverse=True)
+    rows.first.locator("td").first.focus()
+    page.keyboard.press("ArrowRight")
+    runs = results.good(method=shown[0][0], percent="30", **wanted)
+    said = f"{shown[0][0]}: {100 * runs[0] / runs[1]:.0f} % good, {runs[0]} of {runs[1]} runs"
+    expect(page.locator(".rs-heatmap [role=status]")).to_contain_text(said)
+    protocol = page.get_by_text("every method meets the same worlds")
+    expect(protocol).to_be_hidden()
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    expect(protocol).to_be_visible()
 
 
 def test_the_method_on_the_page_can_be_entered(monkeypatch: pytest.MonkeyPatch) -> None:
