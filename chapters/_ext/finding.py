@@ -43,7 +43,7 @@ def name_the_course(app: Sphinx, config: Config) -> None:
     """Give sidebar and pages the name, the title in _config.yml, and their foot the version."""
     options, name = config.html_theme_options, escape(config.html_title)
     options["logo"]["text"] = name
-    config.myst_substitutions |= {"course": name}
+    config.myst_substitutions |= {"course": name, "author": escape(config.author)}
     # That of the library, as students install it: with another one all pages are written again.
     if "{version}" in (foot := options.get("extra_footer", "")):
         version = wheels.version(Path(app.srcdir), "lib")

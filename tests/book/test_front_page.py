@@ -28,6 +28,10 @@ def test_the_first_screen_has_three_doors_and_the_map(
     assert all(door.locator("a").get_attribute("href") for door in doors)
     handles = page.locator(".rs-picture").first.locator("[data-handle]")
     assert min(handle.evaluate(END) for handle in handles.all()) <= height
+    assert page.locator(".rs-facts").evaluate(END) <= height
+    switch = page.get_by_role("checkbox", name="Reject outliers")
+    box = switch.bounding_box()
+    assert box and box["width"] >= 48 and box["height"] >= 30
     doors[0].click(position={"x": 12, "y": 12})  # beside the words
     page.wait_for_url("**/00-one-lie.html")
 

@@ -117,6 +117,15 @@ class OnAPhone(Page):
             page.set_viewport_size({"width": width, "height": 800})
             assert page.evaluate(TOO_WIDE) == []
 
+    def test_no_window_scrolls_sideways_with_every_box_open(self, visit: Visit) -> None:
+        page = visit.page
+        page.evaluate("document.querySelectorAll('details').forEach(box => { box.open = true; })")
+        wider = []
+        for width in range(320, 1921, 64):
+            page.set_viewport_size({"width": width, "height": 800})
+            wider += [width] * page.evaluate("document.documentElement.scrollWidth > innerWidth")
+        assert wider == []
+
 
 @opened("file", [*(page for page in PAGES if page not in NOTEBOOKS), *OTHERS])
 class TestOnAPhone(OnAPhone):

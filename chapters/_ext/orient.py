@@ -1,0 +1,91 @@
+"""What a reader sees at once: how long a chapter is, what it is for, and what the next one asks.
+
+Its map is folded in chapter 0 and unfolds to that of the robust kernel in the last; the page that
+a server shows where there is none has the folded one. All of it comes from what is there already:
+the words of the page, its list of goals, the questions on the front page, and the course's town.
+"""
+
+from __future__ import annotations
+
+import functools
+import re
+from pathlib import PurePosixPath
+from typing import Any
+
+import numpy as np
+from docutils import nodes
+from robust_slam_course.plots import opening
+from sphinx.application import Sphinx
+
+WORDS_A_MINUTE, STEP = 150, 5
+"""How fast a text with formulas is read, and to how many minutes the time is rounded."""
+CHAPTER = re.compile(r"(\d\d)-")
+LAST = 9
+GOALS = re.compile(r"<p>(?=[^<]*After this chapter you can</p>)")
+SIZE = 100.0
+NOT_FOUND = "404"
+
+
+def add(
+    app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: nodes.document | None
+) -> None:
+    """Add the map and the line under the title of a chapter, and the question of the next page."""
+    if page == NOT_FOUND:
+        context["map"] = drawn(0.0)
+    if context.get("next"):
+        name = PurePosixPath(context["next"]["link"]).stem
+        if question := questions(app).get(name):
+            context["next"]["title"] += f' <span class="rs-question">{question}</span>'
+    number = CHAPTER.match(PurePosixPath(page).name)
+    if doctree is None or number is None:
+        return
+    body, goals = GOALS.subn('<p id="goals">', context["body"], count=1)
+    line = f"{minutes(doctree)} minutes to read"
+    line += ' · <a href="#goals">what you can do afterwards</a>' if goals else ""
+    head = f'{drawn(int(number[1]) / LAST)}\n\\g<0>\n<p class="rs-length">{line}</p>'
+    context["body"] = re.sub(r"<h1>.*?</h1>", head, body, count=1, flags=re.DOTALL)
+
+
+def minutes(doctree: nodes.document) -> int:
+    """Return how long the paragraphs of a page take to read."""
+    words = sum(len(part.astext().split()) for part in doctree.findall(nodes.paragraph))
+    return max(STEP, STEP * round(words / WORDS_A_MINUTE / STEP))
+
+
+def questions(app: Sphinx) -> dict[str, str]:
+    """Return by chapter the question that the front page's table gives it."""
+    front = app.env.get_doctree(app.config.root_doc)
+    rows = (row.children for row in front.findall(nodes.row))
+    links = ((first.next_node(nodes.Element), last) for first, last in rows)
+    return {
+        PurePosixPath(target["reftarget"]).name: question.astext()
+        for cell, question in links
+        if cell and (target := next(iter(cell.findall(lambda node: "reftarget" in node)), None))
+    }
+
+
+@functools.cache
+def _maps() -> tuple[np.ndarray, np.ndarray]:
+    town = opening.town()
+    robust, folded = town.robust[:, :2], town.folded[:, :2]
+    low, high = (end(np.vstack([robust, folded]), axis=0) for end in (np.min, np.max))
+    scale = SIZE / (high - low).max()
+    return (folded - low) * scale, (robust - low) * scale
+
+
+def drawn(share: float) -> str:
+    """Return the map as SVG: folded at 0, that of the robust kernel at 1."""
+    folded, robust = _maps()
+    points = (1 - share) * folded + share * robust
+    wide, high = np.vstack([folded, robust]).max(axis=0) + 4
+    path = " ".join(f"{x:.0f} {high - 2 - y:.0f}" for x, y in points)
+    return (
+        f'<svg class="rs-map" viewBox="-2 -2 {wide:.0f} {high + 2:.0f}" aria-hidden="true">'
+        f'<path d="M{path}"/></svg>'
+    )
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Connect the above to the build, behind what finishes formulas and tables."""
+    app.connect("html-page-context", add, priority=700)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
