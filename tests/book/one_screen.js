@@ -46,7 +46,7 @@ async (picture) => {
   async function after(where, act) {
     picture.querySelector("[data-control=reset]").click();
     await settled();
-    act();
+    await act();
     await settled();
     look(where);
   }
@@ -63,7 +63,13 @@ async (picture) => {
       for (const { value } of control.options) await after(`${name}: ${value}`, () => give(control, value));
     } else if (!name.startsWith("play-")) {
       await after(name, () => control.click());
-      await after(`${name}, five times`, () => { for (let k = 0; k < 5; k += 1) control.click(); });
+      await after(`${name}, five times, in the last choice`, async () => {
+        for (const choice of all("select")) give(choice, choice.options[choice.options.length - 1].value);
+        for (let k = 0; k < 5; k += 1) {
+          control.click();
+          await settled();
+        }
+      });
     }
   }
   await after("the first state", () => {});

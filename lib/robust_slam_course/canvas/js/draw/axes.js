@@ -20,10 +20,11 @@ export function numberText(value, digits = 3) {
 
 /**
  * Two axes with ticks inside the box `{x, y, width, height}` (pixels); `across` and `up` are
- * `{domain: [low, high], label, ticks?, text?}`, `text` from a tick to words. Returns the maps between data and pixels.
+ * `{domain: [low, high], label, ticks?, text?}`, `text` from a tick to words; without a label "" leaves
+ * less room than null, which is for ticks that the caller puts. Returns the maps between data and pixels.
  */
 export function putAxes(scene, layer, key, box, across, up) {
-  const [left, bottom, top, right] = [up.label ? 50 : 34, across.label ? 42 : 22, 8, 8];
+  const [left, bottom, top, right] = [up.label === "" ? 34 : 50, across.label ? 42 : 22, 8, 8];
   const inner = {
     x: box.x + left, y: box.y + top,
     width: box.width - left - right, height: box.height - top - bottom,

@@ -13,13 +13,14 @@ const [LINE, LETTER] = [15, 8.5]; // pixels of a row of names, and of a letter
  * bar. Returns `toY` from a value to pixels.
  */
 export function putStrip(scene, layer, key, box, groups, axis) {
-  const inner = { x: box.x + LEFT, y: box.y + TOP, width: box.width - LEFT - RIGHT };
+  const top = TOP + (groups.some(({ bars }) => bars.some(({ text }) => text)) ? LINE : 0);
+  const inner = { x: box.x + LEFT, y: box.y + top, width: box.width - LEFT - RIGHT, title: box.y + 15 };
   const parts = sideBySide(inner, groups.map(({ share }) => share), APART);
   // Names that are wider than their bars take turns in two rows.
   const rows = groups.some(({ bars }, k) => bars.some(
     ({ name = "" }) => LETTER * name.length > parts[k].width / bars.length,
   )) ? 2 : 1;
-  inner.height = box.height - TOP - BOTTOM - LINE * (rows - 1);
+  inner.height = box.height - top - BOTTOM - LINE * (rows - 1);
   const toY = stripScale(inner, axis);
   putStripAxis(scene, layer, key, inner, toY, axis);
   groups.forEach((group, k) => {
@@ -45,14 +46,14 @@ function putStripAxis(scene, layer, key, inner, toY, { ticks, label, line }) {
     const place = { class: "rs-tick", x: inner.x - 6, y: y + 5, "text-anchor": "end" };
     scene.put(layer, `${key}-yt-${value}`, "text", place, numberText(value));
   }
-  const title = { class: "rs-label", x: inner.x - LEFT + 2, y: inner.y - 7 };
+  const title = { class: "rs-label", x: inner.x - LEFT + 2, y: inner.title };
   scene.put(layer, `${key}-yl`, "text", title, label);
   if (!line) return;
   const y = toY(line.value);
   scene.put(layer, `${key}-line`, "path", {
     class: "is-muted", d: `M${inner.x} ${y}h${inner.width}`, "stroke-dasharray": "5 4",
   });
-  const place = { class: "rs-tick", x: inner.x + inner.width, y: inner.y - 7, "text-anchor": "end" };
+  const place = { class: "rs-tick", x: inner.x + inner.width, y: inner.title, "text-anchor": "end" };
   scene.put(layer, `${key}-line-text`, "text", place, line.text);
 }
 

@@ -199,7 +199,7 @@ function residualGroups(state, { graph, norms, steps, closures }) {
     const bar = { value: norms[k], style: heatStyle(norms[k]), part };
     if (!few) return bar;
     const name = `${graph.tail[k] + 1}–${graph.head[k] + 1}`;
-    return { ...bar, name, text: norms[k] < 0.05 ? "0" : norms[k].toFixed(1) };
+    return { ...bar, name, text: norms[k] < 0.05 ? "0" : norms[k].toFixed(norms[k] < 9.95 ? 1 : 0) };
   });
   const groups = [{ name: "odometry", share: few ? 4 : 6, bars: bars(0, steps) }];
   if (closures) groups.push({ name: "correct", share: few ? 1.3 : 2, bars: bars(steps, steps + closures) });
