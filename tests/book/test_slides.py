@@ -27,7 +27,7 @@ SHOWN = [
 BEYOND = """(section) => {
   const frame = document.querySelector(".slides").getBoundingClientRect();
   const out = [...section.querySelectorAll("h1, h2, p, li, td, pre, math, label, button")]
-    .filter((each) => !each.closest("aside") && each.getClientRects().length)
+    .filter((each) => !each.closest("aside") && each.checkVisibility())
     .filter((each) => {
       const box = each.getBoundingClientRect();
       return box.left < frame.left - 1 || box.right > frame.right + 1
