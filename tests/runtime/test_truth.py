@@ -130,7 +130,7 @@ def test_wrong_answers_fail_with_the_command_s_words(name, there, here):
     for number, answer in enumerate(wrong):
         which = f"{name}.wrong-{number}"
         lines = [line for line in there[which].split("\n") if f" {answer.exercise} " in line]
-        assert lines and lines[0].startswith("✗"), answer.name
+        assert lines and lines[0].startswith(("✗", "◐")), answer.name
         if name not in CANNOT:
             assert there[which] == here(which)
         else:
