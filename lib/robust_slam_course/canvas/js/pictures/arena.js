@@ -14,7 +14,7 @@ export function render(context) {
     layers: ["ghost", "edges", "drive", "words"],
     controls: [
       {
-        kind: "slider", name: "percent", label: "Outliers", min: 0, max: MOST, step: 10,
+        kind: "slider", name: "percent", label: "Outliers", min: 0, max: MOST_PERCENT, step: 10,
         text: (percent) => `${percent} %`,
       },
       { kind: "choice", name: "kind", label: "Kind", options: kinds.map((kind) => [kind, kind]) },
@@ -23,7 +23,7 @@ export function render(context) {
     ],
     main: ["percent", "right"],
     clean: (state) => ({
-      percent: Math.min(MOST, Math.max(0, 10 * Math.round((Number(state.percent) || 0) / 10))),
+      percent: Math.min(MOST_PERCENT, Math.max(0, 10 * Math.round((Number(state.percent) || 0) / 10))),
       kind: kinds.includes(state.kind) ? state.kind : kinds[0],
       left: solvers.includes(state.left) ? state.left : solvers[0],
       right: solvers.includes(state.right) ? state.right : solvers.at(-1),
@@ -35,7 +35,7 @@ export function render(context) {
   });
 }
 
-const MOST = 90; // percent
+const MOST_PERCENT = 90; // percent
 
 /** The poses of a map that is told by its steps, without headings. */
 function posesOf(steps, unit) {

@@ -14,14 +14,14 @@ export function render(context) {
     layers: ["ghost", "edges", "drive", "axes", "points", "words"],
     controls: [
       {
-        kind: "slider", name: "odds", label: "Claimed log-odds of each closure", min: 0, max: MOST, step: 1,
+        kind: "slider", name: "odds", label: "Claimed log-odds of each closure", min: 0, max: MOST_ODDS, step: 1,
         text: (odds) => `${odds} (${claim(odds)})`,
       },
       { kind: "toggle", name: "score", label: "add the log-odds of its score" },
     ],
     main: ["odds"],
     clean: ({ odds, score }) => ({
-      odds: Math.min(MOST, Math.max(0, Math.round(Number(odds) || 0))), score: score === true,
+      odds: Math.min(MOST_ODDS, Math.max(0, Math.round(Number(odds) || 0))), score: score === true,
     }),
     solve: solvePriors,
     moving: ({ poses, powers }) => Float64Array.from([...poses, ...powers]),
@@ -30,7 +30,7 @@ export function render(context) {
   });
 }
 
-const MOST = 45;
+const MOST_ODDS = 45;
 const LAMBDA = CHI_99_SE2 ** 2;
 const IN_USE = 0.25; // the weight of a closure whose switch is one half
 
@@ -99,7 +99,7 @@ function drawKnee(scene, box, { state, result, data, change }, powers) {
   scene.put("words", "knee-text", "text", { class: "rs-label", x: x + 8, y: floor - 10 }, "s < ½");
   const to = (px) => 0.5 * (10 ** (2 * maps.fromX(px)) - LAMBDA);
   putHandle(scene, "odds", {
-    x, y: maps.toY(0.45), label: "Claimed log-odds", text: `log-odds ${state.odds}`, now: state.odds, least: 0, most: MOST,
+    x, y: maps.toY(0.45), label: "Claimed log-odds", text: `log-odds ${state.odds}`, now: state.odds, least: 0, most: MOST_ODDS,
     drag: (px) => change({ odds: to(px) }),
     step: (right, up) => change({ odds: state.odds + (right || up) }),
   });

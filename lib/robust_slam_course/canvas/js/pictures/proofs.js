@@ -43,7 +43,7 @@ export function render(context) {
   });
 }
 
-const IN_USE = 0.25; // the weight of a closure whose switch is one half
+const HALF_OPEN = 0.25; // the weight of a closure whose switch is one half
 
 /** The steps of one run, computed once. */
 function stepsOf({ solver, start }, data, runs) {
@@ -85,7 +85,7 @@ function drawProofs(scene, view) {
   data.edges.forEach((ends, k) => {
     if (data.trusted[k]) return;
     const look = data.outlier[k] ? "is-outlier" : "is-inlier";
-    putEdge(scene, "edges", `edge-${k}`, fit, shown, ends, result.weights[k] >= IN_USE ? look : "is-rejected", data.outlier[k] ? 3 : 2);
+    putEdge(scene, "edges", `edge-${k}`, fit, shown, ends, result.weights[k] >= HALF_OPEN ? look : "is-rejected", data.outlier[k] ? 3 : 2);
   });
   drawGaps(scene, chart, result);
 }
