@@ -32,7 +32,7 @@ export function render(context) {
 
 const MOST_ODDS = 45;
 const LAMBDA = CHI_99_SE2 ** 2;
-const IN_USE = 0.25; // the weight of a closure whose switch is one half
+const USED_FROM = 0.25; // the weight of a closure whose switch is one half
 
 /** The probability with these log-odds, as a reader's text. */
 function claim(odds) {
@@ -53,7 +53,7 @@ function solvePriors({ odds, score }, data) {
   const first = graph.m - logOdds.length;
   const norms = graphResidualNorms(graph, x).slice(first);
   const own = weights.slice(first);
-  const used = (wrong) => own.filter((w, k) => data.outlier[k] === wrong && w >= IN_USE).length;
+  const used = (wrong) => own.filter((w, k) => data.outlier[k] === wrong && w >= USED_FROM).length;
   return {
     poses: alignPoses(x, data.best), off: ate(x, data.best), first, weights: own,
     powers: norms.map((norm) => Math.log10(Math.max(norm, 0.1))),
@@ -71,7 +71,7 @@ function drawPriors(scene, view) {
   putDrive(scene, "drive", "map", map, poses, "is-estimate");
   data.outlier.forEach((wrong, k) => {
     const look = wrong ? "is-outlier" : "is-inlier";
-    const used = result.weights[k] >= IN_USE;
+    const used = result.weights[k] >= USED_FROM;
     putEdge(scene, "edges", `edge-${k}`, map, poses, data.edges[result.first + k], used ? look : "is-rejected", wrong ? 2.5 : 2);
   });
   drawKnee(scene, right, view, shown.subarray(data.best.length));
@@ -91,7 +91,7 @@ function drawKnee(scene, box, { state, result, data, change }, powers) {
   powers.forEach((power, k) => {
     const [, at, colour, shape] = rows[data.outlier[k]];
     const y = maps.toY(at + 0.28 * (((k * 7) % 11) / 10 - 0.5));
-    putMarker(scene, "points", `closure-${k}`, maps.toX(power), y, shape, result.weights[k] >= IN_USE ? colour : "muted");
+    putMarker(scene, "points", `closure-${k}`, maps.toX(power), y, shape, result.weights[k] >= USED_FROM ? colour : "muted");
   });
   const x = maps.toX(result.knee);
   const floor = maps.inner.y + maps.inner.height;
