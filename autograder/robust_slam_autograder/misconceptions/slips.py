@@ -123,6 +123,8 @@ FAMILIES: Mapping[str, frozenset[str]] = {
 _LESS = ("constant", "exponent", "negated", "option", "quotient", "step lost", "zeros ones")
 GENERAL = frozenset({*FAMILIES, *(SENTENCES[kind] for kind in _LESS)})
 """Sentences that say less than a fact of the values does."""
+SILENT = frozenset({SENTENCES["constant"], SENTENCES["negated"]})
+"""Sentences that name nothing: such a change may stop a loop, and then has to do with anything."""
 
 _PAIRS = {name: kind for kind in SENTENCES if len(parts := kind.split()) == 2 for name in parts}
 _PAIRS |= {
