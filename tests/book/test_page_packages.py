@@ -21,7 +21,11 @@ WHEELS = {
         "outer/near/data/table.csv": "1",
         "outer/far/__init__.py": "",
     },
-    "other": {"other_of_page/__init__.py": "", "other_of_page/__pycache__/x.pyc": ""},
+    "other": {
+        "other_of_page/__init__.py": "",
+        "other_of_page/__pycache__/x.pyc": "",
+        "second_of_page/inner/__init__.py": "",
+    },
     "words": {"outer/words.txt": "a"},
 }
 PACKAGES = {
@@ -29,6 +33,9 @@ PACKAGES = {
     "other": {"imports": ["other_of_page", "second_of_page"], "depends": []},
     "words": {"imports": [], "depends": []},
 }
+
+
+TOP = ("outer", "other_of_page", "second_of_page")
 
 
 class Files:
@@ -68,7 +75,7 @@ def shelf(files: Files, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iter
     made = page_packages.Shelf(packages, files.read, print, str(tmp_path))
     monkeypatch.setattr(sys, "meta_path", [made, *sys.meta_path])
     yield made
-    for name in [each for each in sys.modules if each.split(".")[0] in ("outer", "other_of_page")]:
+    for name in [each for each in sys.modules if each.split(".")[0] in TOP]:
         del sys.modules[name]
 
 
@@ -87,8 +94,7 @@ def test_only_the_folders_that_are_imported_are_unpacked(
     importlib.import_module("outer.near")
     near = {"outer/near/__init__.py", "outer/near/data/table.csv"}
     assert in_place(tmp_path) == first | near
-    with pytest.raises(ModuleNotFoundError):
-        importlib.import_module("second_of_page")
+    importlib.import_module("second_of_page.inner")  # in a folder that is no package itself
     assert len(files.waited_for) == 3  # no archive is read twice
 
 

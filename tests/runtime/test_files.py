@@ -145,8 +145,12 @@ class TestMade:
         }
         assert {"numpy", "scipy", "matplotlib", "robust-slam"} <= set(paths)
         assert "ipython" not in paths
+        held: list[str] = []
         for name, path in paths.items():
             assert page["packages"][name]["size"] == path.stat().st_size
+            with zipfile.ZipFile(path) as archive:
+                held += [each for each in archive.namelist() if each[-1] != "/"]
+        assert len(held) == len(set(held)), "which of two files stays would be chance"
         for path in (paths["numpy"], paths["robust-slam"], RUNTIME / "wheels" / wheels.PYTHON[1]):
             with zipfile.ZipFile(path) as archive:
                 compiled = [n for n in archive.namelist() if n.endswith(".pyc")]

@@ -22,6 +22,8 @@ TAG = "cpython-312"
 """How Pyodide's Python names compiled modules."""
 _FOR_COMPILERS = (".h", ".c", ".pxd", ".pyx", ".pyi")
 """Files of others' packages that nothing reads in a browser."""
+_REPLACED = ("matplotlib/fontlist.json",)
+"""Files of others' packages in whose place a package of the course has its own."""
 
 
 def compile_archives(
@@ -80,7 +82,7 @@ def _pack(path: Path, compiled: Path, target: Path, with_source: bool) -> None:
     with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
         for name, data in content.items():
             module = compiled / f"{name}c"
-            if not with_source and name.endswith(_FOR_COMPILERS):
+            if not with_source and (name.endswith(_FOR_COMPILERS) or name in _REPLACED):
                 continue
             if not module.is_file() or with_source:
                 archive.writestr(zipfile.ZipInfo(name), data, zipfile.ZIP_DEFLATED)
