@@ -125,7 +125,7 @@ class Shelf(MetaPathFinder):
         names = [name for name in archive.namelist() if not name.endswith("/")]
         folders = {os.path.dirname(name) for name in names if "/__init__.py" in name}
         for folder in folders:
-            # What only holds packages, and is none itself, has to be there to be found.
+            # What only holds packages, without being one, has to be there to be found.
             os.makedirs(os.path.dirname(f"{self._site}/{folder}"), exist_ok=True)
             own = [name for name in names if _package_of(name, folders) == folder]
             self._folded[folder.replace("/", ".")] = archive, own
