@@ -18,7 +18,7 @@ from playwright.sync_api import Page, expect
 
 from tests.book.alone import leave_alone
 from tests.book.conftest import CHAPTERS, NOTEBOOKS, ROOT, Site
-from tests.book.test_accessible import complaints
+from tests.book.test_accessible import STILL, complaints
 from tests.chromium import CHROMIUM, PATIENCE, Opener, QuietHandler, page_in, served
 from tests.conftest import leave_out
 from tests.firefox import firefox
@@ -282,7 +282,7 @@ def test_files_come_when_a_cell_is_near_where_they_cost_the_reader_nothing(
 @pytest.mark.parametrize("visit", ["chromium"], indirect=True)
 def test_the_editor_is_used_by_keys_alone_and_open_to_all(visit: Page) -> None:
     page = visit
-    cell = page.locator(".cell:has(.rs-run button):has(.output.stream)").first
+    cell = page.locator(".cell:has(.rs-run button:visible):has(.output.stream)").first
     cell.get_by_role("button", name="Edit and run").focus()
     page.keyboard.press("Enter")
     name = cell.get_attribute("id")
@@ -303,7 +303,7 @@ def test_the_editor_is_used_by_keys_alone_and_open_to_all(visit: Page) -> None:
     leave_alone(page, f"#{name}")
     for scheme in ("light", "dark"):
         page.emulate_media(color_scheme=scheme)
-        page.evaluate("Promise.allSettled(document.getAnimations().map(a => a.finished))")
+        page.evaluate(STILL)
         assert complaints(page) == set()
 
 
