@@ -109,7 +109,7 @@ $(FONTS): tools/fonts.py $(READY)
 	@rm -rf $(@D)
 	@$(BIN)/python -m tools.fonts
 
-runtime: $(RUNTIME) ## collect Python for the pages, 75 MB; the next `make book` takes it
+runtime: $(RUNTIME) ## collect Python for the pages, 78 MB; the next `make book` takes it
 
 # The editor is joined by a tool that needs Node, which the packages for development have.
 $(RUNTIME): $(call files,lib autograder/robust_slam_autograder tools/runtime assignments chapters/python/editor) \
