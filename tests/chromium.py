@@ -20,6 +20,7 @@ from playwright.sync_api import (
     BrowserContext,
     BrowserType,
     Page,
+    Request,
     Route,
     expect,
     sync_playwright,
@@ -166,8 +167,15 @@ def watch(visit: Visit) -> None:
         lambda said: complaints.append(said.text) if said.type in ("error", "warning") else None,
     )
     page.on("pageerror", lambda error: complaints.append(str(error)))
-    page.on("requestfailed", lambda request: complaints.append(f"failed: {request.url}"))
+    page.on("requestfailed", lambda request: complaints.extend(_failed(request)))
     page.on(
         "response",
         lambda got: complaints.append(f"{got.status}: {got.url}") if got.status >= 400 else None,
     )
+
+
+def _failed(request: Request) -> list[str]:
+    """Return the complaint about a request that failed; one that a page leaves behind did not."""
+    if request.failure in ("net::ERR_ABORTED", "NS_BINDING_ABORTED"):
+        return []
+    return [f"failed: {request.url}"]

@@ -11,6 +11,7 @@
     .map((link) => ({link, ...assignmentOf(link)}))
     .filter(({name}) => name);
 
+  let forgotten = false; // then this page is not the last place again as soon as it is scrolled
   const place = document.querySelector(".rs-progress");
   const chapters = [...document.querySelectorAll(".bd-links a")]
     .map((link) => ({link, title: link.textContent.trim(), name: nameOf(link)}));
@@ -114,6 +115,7 @@
     }).observe(end);
     const sections = [...article.querySelectorAll("section[id]")];
     addEventListener("scrollend", () => {
+      if (forgotten) return;
       const above = sections.findLast((each) => each.getBoundingClientRect().top < innerHeight / 3);
       if (above) change((kept) => { kept.last = {page, id: above.id}; });
     });
@@ -231,6 +233,7 @@
       + " assignments you have opened and downloaded, are kept in this browser and are sent nowhere.";
     const button = pressable("Forget my progress", () => {
       localStorage.removeItem(KEY);
+      forgotten = true;
       restore();
       said.textContent = "Your answers are forgotten, what you have read, opened and downloaded."
         + " Notebooks of assignments stay in the browser.";

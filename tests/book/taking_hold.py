@@ -85,6 +85,14 @@ def by_keyboard(picture: Locator, key: str, toward: int) -> None:
             picture.page.keyboard.press(arrow)
 
 
+def take_hold(picture: Locator, toward: int) -> None:
+    """Move the first handle by keyboard, or where there is none, the first control."""
+    if keys := handles(picture):
+        by_keyboard(picture, keys[0], toward)
+    else:
+        move(next(controls(picture)))
+
+
 def follows(
     picture: Locator,
     key: str | None = None,
@@ -92,13 +100,18 @@ def follows(
 ) -> bool:
     """Tell whether a handle, by default the first, changes drawing and words, to either side.
 
+    Of a picture without handles it is the first control.
+
     The page below the picture must not move.
     """
     reset(picture)
     first = seen(picture)
     for toward in (1, -1):
         reset(picture)
-        way(picture, key or handles(picture)[0], toward)
+        if key is None:
+            take_hold(picture, toward)
+        else:
+            way(picture, key, toward)
         now = seen(picture)
         assert_below_stays(first, now)
         if first.drawing != now.drawing and first.caption != now.caption:

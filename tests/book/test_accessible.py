@@ -127,7 +127,7 @@ def test_a_faint_colour_is_seen_in_the_dark_too(site: Site, open_page: Opener) -
     assert complaints(page, COLOURS) == set()
     page.evaluate(DARK)
     page.evaluate(STILL)
-    assert ("color-contrast", "b") in complaints(page, COLOURS)
+    assert {rule for rule, _ in complaints(page, COLOURS)} == {"color-contrast"}
 
 
 def test_axe_sees_what_it_looks_for(open_page: Opener) -> None:

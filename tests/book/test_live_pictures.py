@@ -27,6 +27,7 @@ from tests.book.taking_hold import (
     reset,
     seen,
     swipe,
+    take_hold,
     unfold,
     words,
 )
@@ -164,7 +165,7 @@ def test_each_control_changes_the_picture_and_reset_brings_it_back(
             assert_below_stays(first, now)
             reset(picture)
             assert seen(picture) == first, f"{name}: the first state did not come back"
-        by_keyboard(picture, handles(picture)[0], 1)
+        take_hold(picture, 1)
         picture.locator("[data-control=reset]").click()
         assert seen(picture) == first, "the button did not bring the first state back"
 
@@ -218,7 +219,7 @@ def move_a_handle(picture: Locator) -> Seen:
     """Move the first handle until something else is seen, and return that."""
     first = seen(picture)
     for toward in (1, -1):
-        by_keyboard(picture, handles(picture)[0], toward)
+        take_hold(picture, toward)
         if seen(picture) != first:
             break
     return seen(picture)
@@ -276,7 +277,7 @@ class TestTown:
     def test_the_caption_is_spoken_once_the_hand_rests(self, at: str, browser: Browser) -> None:
         with visiting(browser, at, **DESK.options) as visit:
             picture = pictures(visit.page)[0]
-            by_keyboard(picture, handles(picture)[0], 1)
+            take_hold(picture, 1)
             seen(picture)
             expect(picture.locator("[aria-live=polite]")).to_have_text(words(picture))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shutil
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -26,7 +27,10 @@ def printed(site: Site, tmp_path_factory: pytest.TempPathFactory) -> tuple[Book,
         leave_out("chromium-headless-shell is not installed; no book can be printed")
     target = tmp_path_factory.mktemp("print") / "book.pdf"
     joined = book(site.folder, FEW)
-    assert write(joined, target, "a4") == len(PdfReader(target).pages)
+    # In a thread of its own, because Playwright has one loop in each, and tests have begun theirs.
+    with ThreadPoolExecutor(1) as apart:
+        pages = apart.submit(write, joined, target, "a4").result()
+    assert pages == len(PdfReader(target).pages)
     return joined, PdfReader(target), target
 
 

@@ -8,7 +8,7 @@ import re
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Page
+from playwright.sync_api import Page, expect
 
 from tests.book.conftest import CHAPTERS, ROOT, Site
 from tests.book.taking_hold import by_keyboard, by_mouse, follows, handles, pictures
@@ -134,7 +134,8 @@ def test_a_deck_opens_from_a_file_and_an_answer_waits_for_a_key(
     answer = hidden.locator(".fragment").first
     assert answer.evaluate("a => getComputedStyle(a).visibility") == "hidden"
     page.keyboard.press("ArrowRight")
-    assert answer.evaluate("a => getComputedStyle(a).visibility") == "visible"
+    expect(answer).to_have_class(re.compile(r"\bvisible\b"))
+    expect(answer).to_have_css("visibility", "visible")
     assert visit.complaints == visit.outside == []
 
 
