@@ -22,7 +22,7 @@ def plain_python(source: str) -> str:
     """Rewrite IPython's magics: ``%%time`` and its like leave their cell, others do nothing."""
     source = _without_cell_magic(source)
     try:
-        ast.parse(source)
+        _parsed(source)
     except SyntaxError:
         from IPython.core.inputtransformer2 import TransformerManager
 
@@ -31,6 +31,14 @@ def plain_python(source: str) -> str:
     except _UNREADABLE:
         return source
     return source
+
+
+def _parsed(source: str) -> ast.Module:
+    """Parse; once more where Python 3.11 miscounts the depth, which is no fault of the text."""
+    try:
+        return ast.parse(source)
+    except SystemError:  # python/cpython#106905
+        return ast.parse(source)
 
 
 def _without_cell_magic(source: str) -> str:
@@ -67,7 +75,7 @@ def defined_names(source: str) -> list[str]:
 def tree_of(source: str) -> ast.Module:
     """Return the tree of a cell; an empty one where it is no Python."""
     try:
-        return ast.parse(source)
+        return _parsed(source)
     except _UNREADABLE:
         return ast.Module([], [])
 

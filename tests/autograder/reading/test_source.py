@@ -146,3 +146,16 @@ def test_magics_become_python_and_keep_the_lines():
 def test_names_that_are_awaited_are_used():
     statements = ast.parse("x = await load(path)\nasync for y in source: pass\n").body
     assert {"load", "path", "source"} <= source.used_names(*statements)
+
+
+def test_a_count_of_python_that_is_off_once_changes_no_tree(monkeypatch):
+    parse, asked = ast.parse, []
+
+    def off_once(text: str) -> ast.Module:
+        asked.append(text)
+        if len(asked) == 1:
+            raise SystemError("AST constructor recursion depth mismatch")
+        return parse(text)
+
+    monkeypatch.setattr(ast, "parse", off_once)
+    assert ast.unparse(source.tree_of("x = 1")) == "x = 1"
