@@ -56,10 +56,7 @@ def _pair(text: str) -> tuple[str, str]:
 def run(options: argparse.Namespace) -> int:
     """Write the file; exit status 1 where a mark is not in it."""
     layout.refuse_unmoved(options.out)
-    to = options.to or layout.CLASS / f"{options.format}.csv"
-    places.refuse_unwritable("--to", to, made=layout.CLASS)
-    if to.exists() and options.roster.exists() and to.samefile(options.roster):
-        raise WrongUse(f"--to {to} is the roster itself: name another file.")
+    to = places.target(options, f"{options.format}.csv")
     # nbgrader takes a second to import
     from robust_slam_autograder.lms import late, marks, roster, systems
 

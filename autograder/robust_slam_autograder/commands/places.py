@@ -141,6 +141,19 @@ def by_hand(options: argparse.Namespace) -> Callable[[str], Entered]:
     return entered
 
 
+def target(options: argparse.Namespace, name: str) -> Path:
+    """Return the file of ``--to``, by default one of this name in the class's folder.
+
+    Raises:
+        WrongUse: it cannot be written, or it is the roster itself.
+    """
+    to: Path = options.to or layout.CLASS / name
+    refuse_unwritable("--to", to, made=layout.CLASS)
+    if to.exists() and options.roster.exists() and to.samefile(options.roster):
+        raise WrongUse(f"--to {to} is the roster itself: name another file.")
+    return to
+
+
 def refuse_unwritable(option: str, path: Path, *, made: Path | None = None) -> None:
     """Refuse a place that no file can be written to.
 

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 from robust_slam_autograder import layout
 from robust_slam_autograder.commands import places
-from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.executor import seeds
 from robust_slam_autograder.grading import batch, durable
 from robust_slam_autograder.grading.journal import open_journal
@@ -33,10 +32,7 @@ def add(commands: Any) -> None:  # noqa: ANN401
 def run(options: argparse.Namespace) -> int:
     """Write the numbers as a column to import; from now on grading uses them."""
     layout.refuse_unmoved(options.out)
-    to = options.to or layout.CLASS / f"towns-{options.format}.csv"
-    places.refuse_unwritable("--to", to, made=layout.CLASS)
-    if to.exists() and options.roster.exists() and to.samefile(options.roster):
-        raise WrongUse(f"--to {to} is the roster itself: name another file.")
+    to = places.target(options, f"towns-{options.format}.csv")
     # nbgrader takes a second to import
     from robust_slam_autograder.lms import marks, roster, systems
 
