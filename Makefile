@@ -59,9 +59,9 @@ $(READY): requirements.lock $(COURSE)
 	$(call environment,setup,-r $<)
 	@touch $@
 
-$(READY_DEV): requirements.lock requirements-dev.lock $(COURSE)
-	$(call environment,setup-dev,-r requirements.lock -r requirements-dev.lock)
-	@touch $@ $(READY)
+$(READY_DEV): requirements.lock requirements-dev.lock $(COURSE) | $(READY)
+	$(call environment,setup-dev,-r requirements-dev.lock)
+	@touch $@
 
 define environment
 @$(PYTHON) -c 'import sys, venv; sys.exit(sys.version_info < (3, 11))' || \

@@ -82,3 +82,12 @@ def test_graphs_that_the_build_itself_fetches_do_not_build_it_twice(
     fetch = f"mkdir -p {cache} && touch {cache}/intel.g2o {cache}/CSAIL.g2o\n"
     (course / ".venv" / "bin" / "python").write_text(PYTHON + fetch)
     assert builds(course) == builds(course) == 1
+
+
+def test_packages_for_development_do_not_build_it_again(course: Path) -> None:
+    """Decks lie in the built site, and `make pdf` after `make slides` would remove them."""
+    (course / "requirements-dev.lock").touch()
+    (course / ".venv" / "bin" / "pip").symlink_to("/bin/true")
+    assert builds(course) == 1
+    subprocess.run(["make", "-s", "PYTHON=true", ".venv/.ready-dev"], cwd=course, check=True)
+    assert builds(course) == 1
