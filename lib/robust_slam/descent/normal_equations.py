@@ -5,9 +5,7 @@ Source: Grisetti et al. 2010, the linearised system and its sparse blocks.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,9 +17,6 @@ from robust_slam.errors import Underdetermined
 from robust_slam.graphs import pose_graph
 from robust_slam.graphs.pose_graph import PoseGraph
 
-if TYPE_CHECKING:
-    from robust_slam.descent.sparse.edges import CompiledEdges
-
 _FULL_SHARE = 0.9
 """With a smaller share of edges of positive weight, a pattern of these alone is quicker."""
 
@@ -29,8 +24,8 @@ _FULL_SHARE = 0.9
 class NormalEquations:
     """The linear step of a graph; the sparsity pattern is found when it is first needed.
 
-    Often it never is, because only the ``restricted`` equations are solved. It is ``compiled``,
-    or as ``use_compiled`` says if None. Results agree up to rounding.
+    Often it never is, because only the ``restricted`` equations are solved. They are solved by
+    ``compiled`` code, or as ``use_compiled`` says if None. Results agree up to rounding.
     """
 
     def __init__(self, graph: PoseGraph, compiled: bool | None = None) -> None:
@@ -45,10 +40,6 @@ class NormalEquations:
         graph = self.graph
         return find_pattern(graph.n, graph.edges, graph.group.DOF, compiled=self.compiled)
 
-    @cached_property
-    def _edges(self) -> CompiledEdges | None:
-        return _compiled_edges(self.graph, self.pattern) if self.compiled else None
-
     def residuals(self, poses: Array) -> Residuals:
         """Return the residuals at ``poses``, ``(n, 3)`` or ``(n, 3, 4)``.
 
@@ -60,15 +51,11 @@ class NormalEquations:
 
     def residual_norms(self, poses: Array) -> Array:
         """Return the whitened residual norm of each edge, ``(m,)``."""
-        if self._edges is None:
-            return self.residuals(poses).norms
-        return np.sqrt(self._edges.squared_norms(poses))
+        return self.residuals(poses).norms
 
     def at(self, poses: Array, weights: Array) -> Linearisation:
         """Return the linearisation at ``poses``, each edge with its weight ``(m,)``."""
-        if self._edges is None:
-            return Linearisation(self.residuals(poses), weights)
-        return _CompiledLinearisation(Residuals(self.graph, poses), weights, self._edges)
+        return Linearisation(self.residuals(poses), weights)
 
     def moved(self, linearisation: Linearisation, step: Array) -> Linearisation:
         """Return it at each pose ∘ Exp(δ), with δ its row of ``step`` ``(n, D)``."""
@@ -132,8 +119,6 @@ class NormalEquations:
 
     def system(self, linearisation: Linearisation) -> tuple[Array, Array]:
         """Return H = Σ w Jᵀ Ω J as the blocks of the pattern, and Σ w Jᵀ Ω r ``(n, D)``."""
-        if self._edges is not None:
-            return self._edges.assemble(linearisation.poses, linearisation.weights)
         residuals = linearisation.residuals
         jacobian = pose_graph.linearise(self.graph, residuals.relative, residuals.r)
         information = linearisation.weights[:, None, None] * self.graph.information
@@ -159,24 +144,6 @@ class NormalEquations:
         np.matmul(transposed[1], gradients[1], out=gradients[0])
         gradient = sum_by_pose(self.graph.n, self.graph.edges, gradients[..., 0])
         return self.pattern.sum(pieces), gradient
-
-
-@dataclass(frozen=True, eq=False)
-class _CompiledLinearisation(Linearisation):
-    """A linearisation whose cost is computed by compiled code."""
-
-    edges: CompiledEdges
-
-    @cached_property
-    def cost(self) -> float:
-        """The cost ½ Σ w rᵀ Ω r."""
-        return 0.5 * float(self.weights @ self.edges.squared_norms(self.poses))
-
-
-def _compiled_edges(graph: PoseGraph, pattern: BlockPattern) -> CompiledEdges:
-    from robust_slam.descent.sparse.edges import CompiledEdges
-
-    return CompiledEdges(graph, pattern)
 
 
 def _covers(mask: Mask, used: Mask) -> bool:

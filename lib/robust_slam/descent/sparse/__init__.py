@@ -2,7 +2,7 @@
 
 ``pattern`` maps the entries of the edges into the matrix, ``elimination`` orders the poses,
 ``simplicial`` and ``multifrontal`` factorise, and ``ldl`` chooses between QDLDL and SciPy. For
-large graphs ``choice`` takes ``compiled`` in their place, and ``edges`` for residuals and sums.
+large graphs ``choice`` takes ``compiled`` in their place.
 Whatever depends on the edges alone is computed once per graph; each step then fills in the
 numbers.
 """

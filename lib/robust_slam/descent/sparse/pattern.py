@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -71,13 +71,6 @@ class BlockPattern:
     onto: csr_array
     flipped: Mask
     method: Method
-
-    @cached_property
-    def targets(self) -> Indices:
-        """The blocks that ``sum`` adds the pieces to, ``(3, m)``; −1 for none."""
-        targets = np.full(3 * self.flipped.size, -1, dtype=np.intp)
-        targets[self.onto.indices] = np.repeat(np.arange(self.row.size), np.diff(self.onto.indptr))
-        return targets.reshape(3, -1)
 
     def sum(self, pieces: Array) -> Array:
         """Return the filled blocks ``(k, block, block)``, summed over the edges.

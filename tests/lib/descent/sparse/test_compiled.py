@@ -20,8 +20,8 @@ from robust_slam.graphs import add_random_closures, spanning_tree
 from robust_slam.graphs.generate import manhattan, sphere
 from robust_slam.graphs.pose_graph import PoseGraph
 
-from tests.lib.descent.sparse.matrices import as_dense, need_numba
-from tests.lib.worlds import assert_same_poses, measured, random_graph, random_poses, random_twists
+from tests.lib.descent.sparse.matrices import need_numba
+from tests.lib.worlds import assert_same_poses, random_graph
 
 pytestmark = pytest.mark.long
 
@@ -42,50 +42,6 @@ def both():
 def compiled_from(monkeypatch):
     """Sets the number of edges from which kernels are compiled."""
     return lambda edges: monkeypatch.setenv(choice.COMPILED_FROM, str(edges))
-
-
-def assert_same_edges(both, graph, poses, weights, share):
-    """Norms, cost and normal equations agree up to a share of the largest number."""
-    found = []
-    for each in both(graph):
-        at = each.at(poses, weights)
-        hessian, gradient = each.system(at)
-        dense = as_dense(each.pattern, hessian)
-        found.append((each.residual_norms(poses), at.cost, dense, gradient))
-    for expected, got in zip(*found, strict=True):
-        np.testing.assert_allclose(got, expected, rtol=0.0, atol=share * np.abs(expected).max())
-
-
-@pytest.mark.parametrize("residual", [1e-3, 0.3, 3.0])
-def test_norms_costs_and_systems_are_those_of_numpy(both, group, seed, residual):
-    poses, graph = random_graph(seed, group, n=30, m=90, residual=residual)
-    rng = np.random.default_rng(seed)
-    weights = rng.uniform(0.0, 1.0, 90) * (rng.uniform(size=90) > 0.25)
-    # A residual is a difference of poses, whose rounding is a larger share of a smaller one.
-    assert_same_edges(both, graph, poses, weights, max(1e-12, 1e-14 / residual))
-
-
-@pytest.mark.parametrize("angle", [0.0, 1e-8, 0.049, 0.051, 0.299, 0.301, 2.0, 2.2, 3.1, 3.14159])
-def test_they_agree_for_every_angle_of_a_residual(both, group, seed, angle):
-    rng = np.random.default_rng(seed)
-    error = random_twists(group, 12, rng)
-    turn = rng.normal(size=(12, group.DOF - group.DIMENSION))
-    error[:, group.DIMENSION :] = angle * turn / np.linalg.norm(turn, axis=1, keepdims=True)
-    poses = random_poses(group, 13, rng)
-    edges = np.stack([np.arange(12), np.arange(1, 13)], axis=1)
-    graph = measured(group, poses, edges, error, np.eye(group.DOF))
-    # Near a turn of half a circle the angle is known to fewer digits.
-    assert_same_edges(both, graph, poses, np.ones(12), 1e-9 if angle > 3.0 else 1e-12)
-
-
-def test_norms_are_those_of_the_poses_given_also_when_they_changed_in_place(both, group):
-    poses, graph = random_graph(0, group)
-    by_numpy, compiled = both(graph)
-    moved = poses.copy()
-    compiled.residual_norms(moved)
-    moved[2:] = group.compose(poses[2:], group.exp(np.full(group.DOF, 0.1)))
-    for at in (moved, poses):
-        np.testing.assert_allclose(compiled.residual_norms(at), by_numpy.residual_norms(at))
 
 
 @pytest.mark.parametrize("make", [manhattan, sphere], ids=["plane", "space"])
