@@ -1,1 +1,29 @@
 """Tables that are computed once for the book's pictures and kept in the repository."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+# It is read when numpy is first imported, which the modules here do.
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
+
+
+def make(
+    what: str | None, table: Callable[[], dict[str, Any]], told: Callable[[Any], Iterable[str]]
+) -> None:
+    """Compute a table, print the lines that are ``told`` of it, and write it if asked to."""
+    parser = argparse.ArgumentParser(
+        description=what, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--out", type=Path, help="write the table to this file")
+    out = parser.parse_args().out
+    made = table()
+    for line in told(made):
+        print(line)
+    if out:
+        out.write_text(json.dumps(made, separators=(",", ":")) + "\n", encoding="utf-8")

@@ -6,15 +6,8 @@ python -m tools.data.arena --out lib/robust_slam_course/pictures/arena.json
 
 from __future__ import annotations
 
-import argparse
-import json
-import os
-from collections.abc import Callable
-from pathlib import Path
+from collections.abc import Callable, Iterator
 from typing import Any
-
-# It is read when numpy is first imported.
-os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
 import numpy as np
 import robust_slam as rs
@@ -34,6 +27,8 @@ from robust_slam.graphs.metrics import align
 from robust_slam.graphs.pose_graph import select
 from robust_slam.problems import PoseGraphProblem
 from robust_slam_course import labs
+
+from tools.data import make
 
 _C = chi_square_threshold(0.99, 3)
 _UNIT = 0.08  # m, two pixels of the picture
@@ -99,19 +94,12 @@ def _run(
     return [number, used, round(float(ate(poses, truth)), 2), int(certified)]
 
 
-def main() -> None:
-    """Compute the table, and write it if asked to."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--out", type=Path, help="write the table to this file")
-    out = parser.parse_args().out
-    made = table()
+def told(made: dict[str, Any]) -> Iterator[str]:
+    """Yield for each share of outliers the errors, with a star where the map is certified."""
     for name, runs in made["runs"].items():
-        print(f"{name:13}", *(f"{error:5.2f}{'*' * proved:1}" for *_, error, proved in runs))
-    if out:
-        out.write_text(json.dumps(made, separators=(",", ":")) + "\n", encoding="utf-8")
+        errors = (f"{error:5.2f}{'*' * proved:1}" for *_, error, proved in runs)
+        yield f"{name:13} {' '.join(errors)}"
 
 
 if __name__ == "__main__":
-    main()
+    make(__doc__, table, told)

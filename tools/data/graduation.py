@@ -15,16 +15,12 @@ from __future__ import annotations
 import argparse
 import csv
 import dataclasses
-import os
 import sys
 from collections import Counter
 from collections.abc import Iterator
 from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
-
-# It is read when numpy is first imported.
-os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
 import numpy as np
 from robust_slam._arrays import Array

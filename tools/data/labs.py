@@ -6,15 +6,8 @@ python -m tools.data.labs --out lib/robust_slam_course/pictures/labs.json
 
 from __future__ import annotations
 
-import argparse
-import json
-import os
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
-
-# It is read when numpy is first imported.
-os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
 import numpy as np
 from robust_slam._arrays import Mask
@@ -26,6 +19,8 @@ from robust_slam.graphs.pose_graph import select
 from robust_slam.incremental.growing_map import GrowingMap
 from robust_slam.problems import PoseGraphProblem
 from robust_slam_course import labs
+
+from tools.data import make
 
 
 def minds() -> dict[str, Any]:
@@ -101,20 +96,17 @@ def _gap(graph: PoseGraph, step: Step[np.ndarray]) -> float:
     return round(proof.bound / proof.cost, 3)
 
 
-def main() -> None:
-    """Compute the tables, and write them if asked to."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--out", type=Path, help="write the tables to this file")
-    out = parser.parse_args().out
-    made = {"minds": minds(), "proofs": proofs()}
-    print(len(made["minds"]["kept"]), "histories of kept closures")
+def tables() -> dict[str, Any]:
+    """Return both tables."""
+    return {"minds": minds(), "proofs": proofs()}
+
+
+def told(made: dict[str, Any]) -> Iterator[str]:
+    """Yield the number of histories, and the gaps of each run: a dot where there is none."""
+    yield f"{len(made['minds']['kept'])} histories of kept closures"
     for name, gaps in made["proofs"].items():
-        print(name, "".join("x" if gap else "." for gap in gaps))
-    if out:
-        out.write_text(json.dumps(made, separators=(",", ":")) + "\n", encoding="utf-8")
+        yield f"{name} {''.join('x' if gap else '.' for gap in gaps)}"
 
 
 if __name__ == "__main__":
-    main()
+    make(__doc__, tables, told)

@@ -6,14 +6,8 @@ python -m tools.data.machine --out lib/robust_slam_course/pictures/machine.json
 
 from __future__ import annotations
 
-import argparse
-import json
-import os
-from pathlib import Path
+from collections.abc import Iterator
 from typing import Any
-
-# It is read when numpy is first imported.
-os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
 import numpy as np
 from robust_slam._arrays import Array, Mask
@@ -22,6 +16,8 @@ from robust_slam.graphs import ate
 from robust_slam.graphs.metrics import align
 from robust_slam_course.failures import Outcome, outcome, town
 from robust_slam_course.plots.stages import STAGES
+
+from tools.data import make
 
 
 def table() -> dict[str, Any]:
@@ -63,19 +59,12 @@ def _flat(poses: Array) -> list[float]:
     return [round(float(value), 2) for value in np.ravel(flat)]
 
 
-def main() -> None:
-    """Compute the table, and write it if asked to."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--out", type=Path, help="write the table to this file")
-    out = parser.parse_args().out
-    made = table()
+def told(made: dict[str, Any]) -> Iterator[str]:
+    """Yield what the later stages report of each failing one."""
     for stage, found in made["outcomes"].items():
-        print(stage, *(found[key] for key in ("off", "passed", "left", "kept", "certified")))
-    if out:
-        out.write_text(json.dumps(made, separators=(",", ":")) + "\n", encoding="utf-8")
+        reports = (found[key] for key in ("off", "passed", "left", "kept", "certified"))
+        yield f"{stage} {' '.join(map(str, reports))}"
 
 
 if __name__ == "__main__":
-    main()
+    make(__doc__, table, told)
