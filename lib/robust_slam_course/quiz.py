@@ -157,7 +157,7 @@ def _option(letter: str, option: Option) -> str:
 def prediction(question: Question) -> str:
     """Return a question with one right answer as a row of buttons that folds to the answer.
 
-    The answer of an option goes on after "because", as in "You chose 3; it is 7, because …".
+    An option's answer follows "Right: 7." or "You chose 3. The answer is 7." as a sentence.
     It needs no script, only ``canvas/prediction.css``. The buttons are check boxes, each of
     which Tab reaches: arrow keys between radio buttons would answer while the reader looks.
 
@@ -168,16 +168,18 @@ def prediction(question: Question) -> str:
         raise ValueError(f"options: {question.prompt!r} needs two to four, of which one is right.")
     (right,) = (option for option in question.options if option.correct)
     letters = dict(zip(ascii_uppercase, question.options, strict=False))
-    buttons = [_button(letter, option.text) for letter, option in letters.items()]
+    *buttons, last = (_button(letter, option.text) for letter, option in letters.items())
+    # Where the buttons need two lines, the last one is never "Skip" alone.
+    buttons.append(f"<span>{last}{_button('-', 'Skip')}</span>")
     answers = [
-        _revealed(letter, f"You chose <b>{_inline(option.text)}</b>; it", right, option)
-        for letter, option in letters.items()
+        _revealed(letter, _opening(option), right, option) for letter, option in letters.items()
     ]
+    answers.append(_revealed("-", "The answer is", right, right))
     return (
         f'<form class="rs-predict" method="dialog" data-question="{_key(question)}"><fieldset>'
         f"<legend><strong>Predict:</strong> {_inline(question.prompt)}</legend>"
-        f'<div class="rs-choices">{"".join(buttons)}{_button("-", "Skip")}</div>'
-        f'<div role="status">{"".join(answers)}{_revealed("-", "It", right, right)}</div>'
+        f'<div class="rs-choices">{"".join(buttons)}</div>'
+        f'<div role="status">{"".join(answers)}</div>'
         "</fieldset></form>"
     )
 
@@ -187,10 +189,14 @@ def _button(letter: str, text: str) -> str:
     return f"<label>{box}<span>{_inline(text)}</span></label>"
 
 
+def _opening(chosen: Option) -> str:
+    wrong = f"✗ You chose <b>{_inline(chosen.text)}</b>. The answer is"
+    return "✓ Right:" if chosen.correct else wrong
+
+
 def _revealed(letter: str, opening: str, right: Option, chosen: Option) -> str:
-    mark = "" if letter == "-" else "✓ " if chosen.correct else "✗ "
     return (
-        f'<p data-choice="{letter}">{mark}{opening} is <b>{_inline(right.text)}</b>, because'
+        f'<p data-choice="{letter}">{opening} <b>{_inline(right.text)}</b>.'
         f' {_inline(chosen.answer)} <button type="reset" {_KEYS}>Ask again</button></p>'
     )
 

@@ -29,16 +29,16 @@ def certificate() -> Picture:
             [
                 Option(
                     "a small one",
-                    "each arrow is pulled equally from both sides, so that a small turn of any"
+                    "Each arrow is pulled equally from both sides, so a small turn of any one"
                     " raises the cost.",
                 ),
                 Option(
                     "several small ones",
-                    "between headings that differ by less than 90° every small change costs more.",
+                    "Between headings that differ by less than 90° every small change costs more.",
                 ),
                 Option(
                     "only a large one",
-                    "the ring is a local minimum: every small turn, of one arrow or several,"
+                    "The ring is a local minimum: every small turn, of one arrow or several,"
                     " raises the cost.",
                     correct=True,
                 ),

@@ -25,31 +25,31 @@ def graduation() -> Picture:
         name="graduation",
         title="The start, or graduation?",
         question=Question(
-            "What saves more maps from 50 % of consistent outliers, at 0.05 rad a step?",
+            "What saves more maps from 50 % consistent outliers, at 0.05 rad a step?",
             [
                 Option(
                     "the start",
-                    "from odometry the methods find 20 maps, from least squares 7; GNC finds 16,"
+                    "From odometry the methods find 20 maps, from least squares 7; GNC finds 16,"
                     " IRLS 11.",
                     correct=True,
                 ),
                 Option(
                     "graduation",
-                    "GNC finds 16 maps and IRLS 11, but all from odometry find 20, from least"
+                    "GNC finds 16 maps and IRLS 11, but from odometry the two find 20, from least"
                     " squares 7.",
                 ),
                 Option(
                     "both alike",
-                    "the start decides over 13 maps (20 against 7), graduation over 5 (16 against"
-                    " 11).",
+                    "The start makes a difference of 13 maps (20 against 7), graduation one of 5"
+                    " (16 against 11).",
                 ),
             ],
         ),
         tries=[
             "drag the point up and down. Which method fails first when the claimed σ is too small,"
             " and which one is best when it is eight times too large?",
-            "drag the point to noisier odometry. What becomes of the methods that start at least"
-            " squares? And with 75 % of outliers?",
+            "drag the point to noisier odometry. What becomes of the methods that start from least"
+            " squares? And with 75 % outliers?",
         ],
         caption=f"The odometry has {data['noises'][0]:g} rad of noise a step and claims its true"
         f" σ, and 50 % of the closures are random outliers. Of {data['runs']} maps,"

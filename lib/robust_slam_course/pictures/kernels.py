@@ -29,24 +29,24 @@ def kernels() -> Picture:
             [
                 Option(
                     "squared",
-                    "the square has no threshold and stays, whereas Huber’s pull on a distant"
-                    " reading is c itself.",
+                    "The square has no threshold and stays, whereas Huber lets a distant reading"
+                    " pull with c itself.",
                 ),
                 Option(
                     "Huber",
-                    "the pull that it allows a distant reading is c itself, and 0.312 becomes"
-                    " 0.625.",
+                    "It lets a distant reading pull with c itself, and its estimate goes from"
+                    " 0.312 to 0.625.",
                     correct=True,
                 ),
                 Option(
                     "Cauchy",
-                    "it allows a distant reading a pull of c; Cauchy’s estimate moves by 0.19,"
-                    " Huber’s by 0.31.",
+                    "Cauchy’s estimate moves by 0.19, Huber’s by 0.31: Huber lets a distant"
+                    " reading pull with c itself.",
                 ),
                 Option(
                     "TLS",
-                    "TLS rejects a reading at 8 in either case, whereas the pull that Huber"
-                    " allows is c itself.",
+                    "TLS rejects a reading at 8 in either case, whereas Huber lets it pull with c"
+                    " itself.",
                 ),
             ],
         ),

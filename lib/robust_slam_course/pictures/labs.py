@@ -37,9 +37,11 @@ def arena() -> Picture:
         question=Question(
             "How many random outliers does GNC survive in this town?",
             [
-                Option("30 %", "it finds the same good map up to 70 %."),
-                Option("70 %", "up to there it is 0.27 m off, and at 80 % 1.42 m.", correct=True),
-                Option("90 %", "with the 40 outliers of 80 % its map is 1.42 m off."),
+                Option("30 %", "Up to 70 % it finds the same good map."),
+                Option(
+                    "70 %", "Up to there its map is 0.27 m off, and at 80 % 1.42 m.", correct=True
+                ),
+                Option("90 %", "With the 40 outliers of 80 % its map is already 1.42 m off."),
             ],
         ),
         tries=[
@@ -84,23 +86,25 @@ def growing() -> Picture:
         question=Question(
             "The outlier arrives at pose 17, and nothing contradicts it. When is it withdrawn?",
             [
-                Option("at the next closure", "two arrive at pose 23, and the map bends to them."),
+                Option(
+                    "at the next closure", "Two arrive at pose 23, but the map bends to fit them."
+                ),
                 Option(
                     "when one contradicts it clearly",
-                    "that is the closure from 17 to 29, twelve poses later.",
+                    "It is the closure from 17 to 29, twelve poses later.",
                     correct=True,
                 ),
-                Option("never", "the map looks at every closure again whenever it moves."),
+                Option("never", "Whenever the map moves, every closure is examined again."),
             ],
         ),
         tries=[
             "go to pose 28, where the outlier is still kept. How many true positions, drawn as"
-            " diamonds, are outside of their ellipses? And at pose 29?",
+            " diamonds, are outside their ellipses? And at pose 29?",
             "let the outlier arrive later. From which pose on is it rejected on arrival?",
             "leave out the closure from 17 to 29. Is the outlier withdrawn by another one?",
         ],
         caption=f"At pose {last} the outlier from 6 to 17 was withdrawn at pose 29. 0 of 14 true"
-        " positions are outside of their 95 % ellipses, and the robot is"
+        " positions are outside their 95 % ellipses, and the robot is"
         f" {np.hypot(*(poses - truth)[last, :2]):.2f} m off.",
         state={
             "pose": last,
@@ -131,19 +135,23 @@ def proofs() -> Picture:
         question=Question(
             "Every weighted problem of a run is certified. Is its last map good?",
             [
-                Option("yes", "start from headings that are wound thrice: it is lost."),
+                Option(
+                    "yes",
+                    "From headings that are wound three times every certificate succeeds, and the"
+                    " map is lost.",
+                ),
                 Option(
                     "not always",
-                    "each certificate is about its own weights, and these may be wrong.",
+                    "Each certificate is about its own weights, and these may be wrong.",
                     correct=True,
                 ),
-                Option("no", "from odometry all certificates succeed, and the map is good."),
+                Option("no", "From odometry all certificates succeed, and the map is good."),
             ],
         ),
         tries=[
             "play the run from headings that are wound twice. At which step does the first"
             " certificate fail, and what becomes of the inliers?",
-            "start from headings that are wound thrice, or let switches solve. Which runs are lost"
+            "start from headings wound three times, or let switches solve. Which runs are lost"
             " although nothing fails?",
             "start from least squares, where the first certificate fails. Is the run lost?",
         ],
@@ -201,9 +209,12 @@ def _how_sure(town: Recognised) -> Question:
         [
             Option(
                 "yes",
-                "log-odds of 7 raise λ from 11 to 25, and the residuals of outliers are larger.",
+                "Log-odds of 7 raise λ from 11 to 25 only, and the residuals of outliers are"
+                " larger.",
             ),
-            Option("no", "it stays good, because the residuals overrule the claim.", correct=True),
+            Option(
+                "no", "The residuals overrule the claim, and the map stays good.", correct=True
+            ),
         ],
     )
 

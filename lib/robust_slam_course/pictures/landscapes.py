@@ -31,21 +31,21 @@ def annealing() -> Picture:
         name="annealing",
         title="GNC sharpens the cost",
         question=Question(
-            "Where must the reading at 24 go, so that GNC ends at 6 and not at 0?",
+            "Where must the reading at 24 go for GNC to end at 6 and not at 0?",
             [
                 Option(
                     "6",
-                    "three at 6 are fewer than four at 0. At 30 it draws the mean, where the run"
-                    " begins, to 6.",
+                    "Three at 6 are fewer than four at 0. A reading at 30 draws the mean, where"
+                    " the run begins, to 6.",
                 ),
                 Option(
                     "12",
-                    "at 12 the mean, where the run begins, is 3.43; at 30 it is 6, and two"
+                    "At 12 the mean, where the run begins, is 3.43; at 30 it is 6, and two"
                     " readings hold it there.",
                 ),
                 Option(
                     "30",
-                    "then the run begins at a mean of 6, and the two readings there hold it.",
+                    "The run then begins at a mean of 6, and the two readings there hold it.",
                     correct=True,
                 ),
             ],
@@ -80,17 +80,17 @@ def basins() -> Picture:
             [
                 Option(
                     "10",
-                    "the zeros are now within cσ = 9 of the start, too; with 2σ they are not.",
+                    "The zeros are now within cσ = 9 of the start, too; with 2σ they are not.",
                 ),
                 Option(
                     "0",
-                    "all 21 readings are now within cσ = 9 of 8, and from their mean, 0.48, the"
-                    " one at 10 is not.",
+                    "All 21 readings are now within cσ = 9 of 8. From their mean, 0.48, the one at"
+                    " 10 is not.",
                     correct=True,
                 ),
                 Option(
                     "0.48, the mean",
-                    "the mean is only the first step: from there 10 is 9.52 away, beyond cσ = 9.",
+                    "The mean is only the first step: from there 10 is 9.52 away, beyond cσ = 9.",
                 ),
             ],
         ),

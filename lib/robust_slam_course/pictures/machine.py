@@ -25,7 +25,7 @@ _FAULTS = {
     "odometry": "The gyroscope has a bias: each step turns by 0.04 rad too much.",
     "pcm": "PCM is left out.",
     "solve": "All closures go into plain least squares.",
-    "certificate": "The descent begins with headings that wind twice too often.",
+    "certificate": "The descent begins from dead reckoning in which every turn is counted twice.",
     "plan": "The plan never returns to a place, so there are no closures.",
     "control": "Turns are jerky and images blur: there the odometry is ten times noisier.",
 }
@@ -48,16 +48,17 @@ def machine() -> Picture:
             [
                 Option(
                     "PCM",
-                    "it takes 9 of the 12 inliers for outliers, and rejects them without a word.",
+                    "PCM takes 9 of the 12 inliers for outliers, and rejects them without a word.",
                 ),
                 Option(
                     "solver",
-                    "it rejects the inliers that PCM has left, and returns a map that is 2.97 m"
-                    " off.",
+                    "The solver rejects the inliers that PCM has left, and returns a map that is"
+                    " 2.97 m off.",
                 ),
                 Option(
                     "certificate",
-                    "it asks only whether a better map for the kept edges exists, and none does.",
+                    "The certificate asks only whether a better map for the kept edges exists, and"
+                    " none does.",
                 ),
                 Option(
                     "none",

@@ -47,17 +47,17 @@ def opening(poses: int = 60) -> Picture:
             [
                 Option(
                     "its two ends",
-                    "least squares spreads the error over all edges that share a loop with it, 64"
-                    " of the other 69.",
+                    "Least squares spreads the error over all edges that are on a cycle with it,"
+                    " 64 of the other 69.",
                 ),
                 Option(
                     "the path between",
-                    "correct closures pass the error on to 64 of the other 69 edges.",
+                    "Correct closures pass the error on to 64 of the other 69 edges.",
                 ),
                 Option(
                     "nearly all",
-                    "correct closures tie the streets together, so 64 of the other 69 edges share"
-                    " a loop with it.",
+                    "Correct closures tie the streets together, so 64 of the other 69 edges are on"
+                    " a cycle with it.",
                     correct=True,
                 ),
             ],
@@ -96,23 +96,21 @@ def cycles() -> Picture:
             [
                 Option(
                     "0",
-                    "the 33 steps between its ends close a loop with it, and this loop does not"
-                    " fit.",
+                    "The 33 steps between its ends form a cycle with it, and they contradict it.",
                 ),
                 Option(
                     "33",
-                    "only the 33 steps between its ends close a loop with it.",
+                    "Only the 33 steps between its ends form a cycle with it.",
                     correct=True,
                 ),
                 Option(
                     "66",
-                    "66 steps are outside its ends, where nothing contradicts it; the 33 between"
-                    " close a loop.",
+                    "The other 66 steps are outside its ends, where nothing contradicts it.",
                 ),
                 Option(
                     "99",
-                    "nothing contradicts it outside its ends; only the 33 steps between them"
-                    " close a loop.",
+                    "Outside its ends nothing contradicts it; only the 33 steps between them form"
+                    " a cycle with it.",
                 ),
             ],
         ),
@@ -172,18 +170,18 @@ def showcase() -> Picture:
             [
                 Option(
                     "never",
-                    "this is no vote: with the diamond at pose 3, both keep all nine from least"
+                    "This is no vote: with the diamond at pose 3, both keep all nine from least"
                     " squares.",
                 ),
                 Option(
                     "from some starts",
-                    "with the diamond at pose 3, both keep all nine from least squares, none from"
+                    "With the diamond at pose 3, both keep all nine from least squares, none from"
                     " odometry.",
                     correct=True,
                 ),
                 Option(
                     "always",
-                    "from odometry both keep none: what fits depends on the map at which they"
+                    "From odometry both keep none: what fits depends on the map at which they"
                     " begin.",
                 ),
             ],
@@ -249,15 +247,15 @@ def consistency() -> Picture:
                 ),
                 Option(
                     "one",
-                    "with eight against eight both sets are largest, and it is arbitrary which"
-                    " one is found.",
+                    "With eight against eight both sets are largest, and which one is found is"
+                    " arbitrary.",
                 ),
                 Option(
                     "two",
-                    "PCM counts: eight against eight is undecided, and eight outvote seven.",
+                    "PCM only counts: eight against eight is undecided, and eight outvote seven.",
                     correct=True,
                 ),
-                Option("all nine", "a majority is enough: eight that agree outvote seven."),
+                Option("all nine", "A majority is enough: eight that agree outvote seven."),
             ],
         ),
         tries=[

@@ -39,17 +39,17 @@ def leverage() -> Picture:
             [
                 Option(
                     "about ½ m",
-                    "u/(1+u²/c²) is largest at u = c, which is 0.48 m above the fit.",
+                    "The pull u/(1+u²/c²) is largest at u = c, which is 0.48 m above the fit.",
                     correct=True,
                 ),
                 Option(
                     "3 m",
-                    "beyond u = c, 0.48 m above the fit, the pull falls again; at 3 m it is less"
+                    "Beyond u = c, 0.48 m above the fit, the pull falls again; at 3 m it is less"
                     " than a third.",
                 ),
                 Option(
                     "any from ½ m on",
-                    "that is Huber’s pull, which stays constant; Cauchy’s falls beyond u = c.",
+                    "Huber’s pull stays constant from there on; Cauchy’s falls beyond u = c.",
                 ),
             ],
         ),
@@ -98,18 +98,18 @@ def majoriser() -> Picture:
             [
                 Option(
                     "near 5",
-                    "a step does not search nearby: the first goes past 5 to 3.75, where the"
+                    "A step does not search nearby: the first goes past 5 to 3.75, where the"
                     " parabola is lowest.",
                 ),
                 Option(
                     "near 0",
-                    "the four inliers draw the first step past 5, to 3.75, and from there the"
-                    " cost falls towards 0.",
+                    "The four inliers draw the first step past 5, to 3.75, and from there the cost"
+                    " falls towards 0.",
                     correct=True,
                 ),
                 Option(
                     "near 1, the mean",
-                    "the outlier has lost nearly all its weight by then, whereas the mean counts"
+                    "The outlier has lost nearly all its weight by then, whereas the mean counts"
                     " it fully.",
                 ),
             ],

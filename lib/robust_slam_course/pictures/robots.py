@@ -38,19 +38,19 @@ def robots() -> Picture:
             [
                 Option(
                     "none",
-                    "as long as it is alone nothing contradicts it, and its residual is 0.",
+                    "As long as it is alone nothing contradicts it, and its residual is 0.",
                 ),
                 Option(
                     "one",
-                    "one against one is undecided; here the wrong one stays, from which C took"
-                    " its frame.",
+                    "With one correct closure there is one vote each; here the wrong one stays,"
+                    " from which C took its frame.",
                 ),
                 Option(
                     "two",
-                    "two that are correct agree, whereas one against one is undecided.",
+                    "Two that are correct agree, whereas with only one there is one vote each.",
                     correct=True,
                 ),
-                Option("all eight", "the first two already agree against it."),
+                Option("all eight", "The first two already agree against it."),
             ],
         ),
         tries=[

@@ -142,7 +142,7 @@ def annealing(data: Any, state: Any) -> Told:
     (right,) = (place for place, x in tried.items() if abs(x - 6.0) < 0.1)
     means = {place: np.mean([*state["z"][:-1], place]) for place in tried}
     said = (
-        f"at 12 the mean, where the run begins, is {means[12.0]:.2f}; at 30 it is {means[30.0]:g}"
+        f"At 12 the mean, where the run begins, is {means[12.0]:.2f}; at 30 it is {means[30.0]:g}"
     )
     return f"{right:g}", [said]
 
@@ -201,7 +201,7 @@ def graduation(data: Any, state: Any) -> Told:
     found = (
         f"find {odometry} maps, from least squares {squares}; GNC finds {graduated}, IRLS {plain}"
     )
-    return right, [found, f"over {odometry - squares} maps", f"over {graduated - plain} ("]
+    return right, [found, f"of {odometry - squares} maps", f"one of {graduated - plain} ("]
 
 
 def robots(data: Any, state: Any) -> Told:
@@ -233,7 +233,7 @@ def arena(data: Any, state: Any) -> Told:
     alike = [p for p in off if off[p] == off[0]]
     assert alike == [*range(0, max(alike) + 1, 10)] and max(alike) < 80
     said = f"{off[0]:.2f} m off, and at 80 % {off[80]:.2f} m"
-    return f"{max(alike)} %", [said, f"with the {round(10 * 80 / 20)} outliers of 80 %"]
+    return f"{max(alike)} %", [said, f"With the {round(10 * 80 / 20)} outliers of 80 %"]
 
 
 def growing(data: Any, state: Any) -> Told:
@@ -256,7 +256,10 @@ def proofs(data: Any, state: Any) -> Told:
         found = gnc(problem, C, x0=np.reshape(data["starts"][start], (-1, 3)))
         lost[start] = ate(found.x, best) > 0.1
     assert lost == {"odometry": False, "thrice": True}
-    return "not always", ["wound thrice: it is lost", "from odometry all certificates succeed"]
+    return "not always", [
+        "three times every certificate succeeds, and the map is lost",
+        "odometry all certificates succeed",
+    ]
 
 
 def priors(data: Any, state: Any) -> Told:
@@ -301,9 +304,7 @@ SEEN = """form => [...form.querySelectorAll("label, legend, p")].filter((part) =
 """The texts of a prediction that can be seen."""
 PROMPT = "Predict: From 8 this run ends at 10. Where does it end when σ is three times as large?"
 ASKED = [PROMPT, "10", "0", "0.48, the mean", "Skip"]
-TRUTH = (
-    "t is 0, because all 21 readings are now within cσ = 9 of 8, and from their mean, 0.48, the"
-)
+TRUTH = " 0. All 21 readings are now within cσ = 9 of 8. From their mean, 0.48, the one at 10"
 
 
 @pytest.mark.browser
@@ -320,8 +321,9 @@ def test_each_answer_repeats_the_choice_and_moves_nothing(
     for place, chosen in enumerate(ASKED[1:]):
         form.locator("label").nth(place).click()
         [prompt, answer] = form.evaluate(SEEN)
-        opening = "It is 0" if chosen == "Skip" else f"You chose {chosen}; it is 0, because"
-        assert prompt == PROMPT and opening in answer
+        wrong = f"✗ You chose {chosen}. The answer is 0. "
+        opening = {"Skip": "The answer is 0. ", "0": "✓ Right: 0. "}.get(chosen, wrong)
+        assert prompt == PROMPT and answer.startswith(opening)
         assert picture.bounding_box() == before
         form.get_by_role("button").click()
         assert form.evaluate(SEEN) == ASKED
@@ -333,7 +335,7 @@ def test_it_is_answered_and_asked_again_by_keyboard(card: str, open_page: Opener
     form = page.locator(".rs-predict")
     for key in ("Tab", "Tab", "Space"):
         page.keyboard.press(key)
-    assert f"✓ You chose 0; i{TRUTH}" in form.evaluate(SEEN)[1]
+    assert f"✓ Right:{TRUTH}" in form.evaluate(SEEN)[1]
     page.keyboard.press("Enter")
     assert page.url == card and len(form.evaluate(SEEN)) == 2
     page.keyboard.press("Space")
@@ -348,7 +350,7 @@ def test_paper_shows_the_question_and_its_answer_whatever_was_chosen(
     form = page.locator(".rs-predict")
     page.emulate_media(media="print")
     printed = form.evaluate(SEEN)
-    assert printed[:-1] == ASKED[:-1] and printed[-1].startswith(f"I{TRUTH}")
+    assert printed[:-1] == ASKED[:-1] and printed[-1].startswith(f"The answer is{TRUTH}")
     page.emulate_media(media="screen")
     form.locator("label").nth(2).click()
     page.emulate_media(media="print")

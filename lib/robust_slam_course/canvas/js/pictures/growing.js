@@ -179,5 +179,5 @@ function growingCaption({ state, result, data }) {
       : end > state.pose ? `is kept since pose ${Math.max(spans.at(-1)[0], outlier.told)}`
         : `was withdrawn at pose ${end}`;
   const off = Math.hypot(...[0, 1].map((axis) => result.poses[3 * state.pose + axis] - data.truth[3 * state.pose + axis]));
-  return `At pose ${state.pose} the outlier from ${i} to ${j} ${fate}. ${outside} of ${seen} true positions are outside of their 95 % ellipses, and the robot is ${off.toFixed(2)}\u00a0m off.`;
+  return `At pose ${state.pose} the outlier from ${i} to ${j} ${fate}. ${outside} of ${seen} true positions are outside their 95 % ellipses, and the robot is ${off.toFixed(2)}\u00a0m off.`;
 }

@@ -25,7 +25,7 @@ export function render(context) {
       {
         kind: "choice", name: "start", label: "Start from", options: [
           ["odometry", "odometry"], ["squares", "least squares"],
-          ["twice", "headings wound twice"], ["thrice", "headings wound thrice"],
+          ["twice", "headings wound twice"], ["thrice", "headings wound three times"],
         ],
       },
       { kind: "choice", name: "solver", label: "Solver", options: [["gnc", "GNC"], ["switches", "switches"]] },
