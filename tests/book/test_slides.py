@@ -30,13 +30,15 @@ BEYOND = """(section) => {
     .filter((each) => !each.closest("aside") && each.checkVisibility())
     .filter((each) => {
       const box = each.getBoundingClientRect();
-      return box.left < frame.left - 1 || box.right > frame.right + 1
+      const cut = each.closest(".show")?.getBoundingClientRect() ?? frame;
+      return box.left < cut.left - 1 || box.right > cut.right + 1
         || box.top < frame.top - 1 || box.bottom > frame.bottom - 20;
     });
-  const [last] = [...section.querySelectorAll(".words > p")].slice(-1);
-  const [words, shown] = [last, section.querySelector(".show > div")]
-    .map((each) => each?.getBoundingClientRect());
-  const covers = words && shown && words.bottom > shown.top + 1 && words.right > shown.left + 1;
+  const shown = section.querySelector(".show > div")?.getBoundingClientRect();
+  const covers = shown && [...section.querySelectorAll(".words > p")]
+    .map((each) => each.getBoundingClientRect())
+    .some((words) => words.bottom > shown.top + 1 && words.top < shown.bottom - 1
+      && words.right > shown.left + 1 && words.left < shown.right - 1);
   return [...out.map((each) => each.outerHTML.slice(0, 80)), ...(covers ? ["covered"] : [])];
 }"""
 DRAWN = """new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(

@@ -89,23 +89,27 @@ class Source:
         say = [self._sentence(words, mark) for words in mark.say]
         then = [self._sentence(words, mark) for words in mark.then]
         if mark.code is None:
-            at, shown = say[0][1], self._after(say[0][1], mark) if mark.show else ""
-            kind = mark.show.lstrip("-")
-            say = [(sentence, block) for sentence, block in say if sentence not in shown]
+            at, block = say[0][1], self._after(say[0][1], mark) if mark.show else None
+            kind, shown = mark.show.lstrip("-"), str(block or "")
+            say = [(sentence, where) for sentence, where in say if sentence not in shown]
         else:
-            at = self._cell(mark)
+            at, block = self._cell(mark), None
             kind, shown = self._of_cell(at, mark)
         title = escape(mark.title) or self._heading(at).decode_contents()
         head = f"<h1>{title}</h1>" if first else f"<h2>{title}</h2>"
-        words = "".join(f"<p>{sentence}</p>" for sentence, _ in say)
-        words += "".join(f'<p class="fragment">{sentence}</p>' for sentence, _ in then)
-        parts = (f'<div class="words">{words}</div>' if words else "") + (
-            f'<div class="show" data-prevent-swipe><div>{shown}</div></div>' if shown else ""
-        )
+        words = [(f"<p>{sentence}</p>", where) for sentence, where in say]
+        words += [(f'<p class="fragment">{sentence}</p>', where) for sentence, where in then]
+        # What follows a formula or a table in the text also follows it on the slide.
+        over = block if kind in ("formula", "table") else None
+        shows = "".join([
+            _words(p for p, where in words if not over or _place(where) <= _place(over)),
+            f'<div class="show" data-prevent-swipe><div>{shown}</div></div>' if shown else "",
+            _words(p for p, where in words if over and _place(where) > _place(over)),
+        ])  # fmt: skip
         notes = f"<p>{mark.minutes:g} min</p><p>{escape(mark.notes)}</p>"
         return (
             f'<section class="{"first " if first else ""}is-{kind or "words"}">{head}'
-            f'<div class="parts">{parts}</div><aside class="notes">{notes}</aside></section>'
+            f'<div class="parts">{shows}</div><aside class="notes">{notes}</aside></section>'
         )
 
     def _sentence(self, words: str, mark: Mark) -> tuple[str, Tag]:
@@ -115,23 +119,18 @@ class Source:
             raise BadMark(f"{mark.place}: {len(found)} sentences of the page have {words!r}")
         return next(iter(found.items()))
 
-    def _after(self, block: Tag, mark: Mark) -> str:
-        kind = mark.show.lstrip("-")
+    def _after(self, block: Tag, mark: Mark) -> Tag:
+        kind, back = mark.show.lstrip("-"), mark.show.startswith("-")
         if kind not in KINDS:
             raise BadMark(f"{mark.place}: {mark.show!r} is unknown; use {sorted(KINDS)}")
         of_kind = self.soup.select(f"article :is({KINDS[kind]})")
         inside = block.find_parent(lambda tag: any(tag is each for each in of_kind))
-        if inside:
-            return str(inside)
-        order = {id(tag): k for k, tag in enumerate(self.soup.find_all(True))}
-        here = order[id(block)]
-        places = [(order[id(tag)] - here, tag) for tag in of_kind]
-        if mark.show.startswith("-"):
-            places = [(-k, tag) for k, tag in places[::-1]]
-        for k, tag in places:
-            if k > 0:
-                return str(tag)
-        raise BadMark(f"{mark.place}: no {mark.show} on the page")
+        if isinstance(inside, Tag):
+            return inside
+        found = [tag for tag in of_kind if (_place(tag) < _place(block)) == back]
+        if not found:
+            raise BadMark(f"{mark.place}: no {mark.show} on the page")
+        return found[-1 if back else 0]
 
     def _cell(self, mark: Mark) -> Tag:
         assert mark.code is not None
@@ -174,6 +173,16 @@ def _sentences(block: Tag) -> Iterator[str]:
             begun = ""
     if begun:
         yield begun
+
+
+def _words(paragraphs: Iterable[str]) -> str:
+    text = "".join(paragraphs)
+    return f'<div class="words">{text}</div>' if text else ""
+
+
+def _place(tag: Tag) -> tuple[int, int]:
+    """Return where an element begins in the page's source."""
+    return tag.sourceline or 0, tag.sourcepos or 0
 
 
 def _plain(html: str) -> str:
