@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import shutil
 import sys
 import tempfile
@@ -98,6 +99,8 @@ def main(paper: str = "a4") -> int:
         print(f"ERROR: the paper {paper!r} is unknown; give one of {sorted(PAPERS)}")
         return 1
     target = ROOT / "build" / f"robust-slam-{paper}.pdf"
+    # Chromium counts its objects short by a few, which pypdf mends and would tell.
+    logging.getLogger("pypdf").setLevel(logging.ERROR)
     try:
         pages = write(book(ROOT / "build" / "html"), target, paper)
     except OSError as error:
