@@ -9,22 +9,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from robust_slam_autograder.lint import (
-    asserts,
-    beside,
-    compare,
-    hidden,
-    pipe,
-    randomness,
-    structure,
-)
+from robust_slam_autograder.lint import asserts, beside, compare, hidden, structure
 from robust_slam_autograder.lint.allow import allowances
 from robust_slam_autograder.lint.rule import Finding, Rule, rule, rules_of
 from robust_slam_autograder.lint.subject import Found, Subject, load
 
 __all__ = ["RULES", "Finding", "lint"]
 
-_ABOUT_TESTS = rules_of(compare, structure, hidden, randomness, asserts, pipe, beside)
+_ABOUT_TESTS = rules_of(compare, structure, hidden, asserts, beside)
 
 
 @rule(
