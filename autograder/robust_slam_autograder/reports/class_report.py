@@ -328,8 +328,8 @@ def report(source: Source) -> Report:
         misunderstood=_misunderstood(exercises) if spoken_for else None,
         unwritten=_many(spoken_for, "unwritten"),
         missed=_many(spoken_for, "missed"),
-        misconceptions=tuple(_without_names(source, misconceptions(shown, source.named))),
-        unlabelled=tuple(_without_names(source, unlabelled(shown, source.named, source.code))),
+        misconceptions=tuple(_with_names(source, misconceptions(shown))),
+        unlabelled=tuple(_with_names(source, unlabelled(shown, source.code))),
         time=_time(shown, source) if shown else None,
         attention=tuple(_attention(source, found)),
         others=tuple(OtherVersion(len(one.results), one.differences) for one in found[1:]),
@@ -351,10 +351,10 @@ def _alike(source: Source, alike: Alike) -> Iterator[tuple[Two, tuple[Named, Nam
 T = TypeVar("T")
 
 
-def _without_names(
-    source: Source, found: Sequence[tuple[T, tuple[Named, ...]]]
+def _with_names(
+    source: Source, found: Sequence[tuple[T, Sequence[Result]]]
 ) -> Iterator[tuple[T, tuple[Named, ...]]]:
-    yield from ((one, who if source.names else ()) for one, who in found)
+    yield from ((one, tuple(map(source.named, who)) if source.names else ()) for one, who in found)
 
 
 def _markers(source: Source) -> Iterator[tuple[str, tuple[Named, ...]]]:

@@ -6,7 +6,6 @@ import statistics
 from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
 
 from robust_slam_autograder.grading.results import ExerciseResult, Result
 
@@ -15,7 +14,6 @@ FEWEST_ALIKE = 2
 FEWEST_CORRELATED = 10
 """Students from whom on it is said how well a case tells good submissions from weak ones."""
 
-N = TypeVar("N")
 Code = Callable[[str, str], str]
 """A student's text for an exercise; empty where it is not known."""
 
@@ -41,37 +39,32 @@ class Unlabelled:
     """One of them; empty where it is not known."""
 
 
-def misconceptions(
-    results: Sequence[Result], named: Callable[[Result], N]
-) -> list[tuple[Misconception, tuple[N, ...]]]:
-    """Return the labels of a class, the commonest first, each with those who have it."""
-    groups: dict[tuple[str, str], list[Result]] = defaultdict(list)
-    for result in results:
-        for exercise in result.exercises:
-            if exercise.misconception:
-                groups[exercise.name, exercise.misconception].append(result)
-    found = [
-        (Misconception(*key, len(mine), len(results)), tuple(map(named, mine)))
-        for key, mine in groups.items()
-    ]
-    return sorted(found, key=lambda one: -one[0].students)
+def misconceptions(results: Sequence[Result]) -> list[tuple[Misconception, list[Result]]]:
+    """Return the labels of a class, the commonest first, each with the results that have it."""
+    groups = _grouped(results, lambda exercise: exercise.misconception)
+    return [(Misconception(*key, len(mine), len(results)), mine) for key, mine in groups]
 
 
-def unlabelled(
-    results: Sequence[Result], named: Callable[[Result], N], code: Code
-) -> list[tuple[Unlabelled, tuple[N, ...]]]:
-    """Return groups of wrong answers without a label, the largest first, each with its members."""
-    groups: dict[tuple[str, str], list[Result]] = defaultdict(list)
-    for result in results:
-        for exercise in result.exercises:
-            if exercise.pattern and not exercise.misconception:
-                groups[exercise.name, exercise.pattern].append(result)
-    found = [
-        (Unlabelled(name, len(mine), code(mine[0].student, name)), tuple(map(named, mine)))
-        for (name, _), mine in groups.items()
+def unlabelled(results: Sequence[Result], code: Code) -> list[tuple[Unlabelled, list[Result]]]:
+    """Return groups of wrong answers without a label, the largest first, each with its results."""
+    groups = _grouped(results, lambda one: "" if one.misconception else one.pattern)
+    return [
+        (Unlabelled(name, len(mine), code(mine[0].student, name)), mine)
+        for (name, _), mine in groups
         if len(mine) >= FEWEST_ALIKE
     ]
-    return sorted(found, key=lambda one: -one[0].students)
+
+
+def _grouped(
+    results: Sequence[Result], sign: Callable[[ExerciseResult], str]
+) -> list[tuple[tuple[str, str], list[Result]]]:
+    """Return by exercise and sign the results that have this sign, the most frequent first."""
+    groups: dict[tuple[str, str], list[Result]] = defaultdict(list)
+    for result in results:
+        for exercise in result.exercises:
+            if sign(exercise):
+                groups[exercise.name, sign(exercise)].append(result)
+    return sorted(groups.items(), key=lambda group: -len(group[1]))
 
 
 def discrimination(
