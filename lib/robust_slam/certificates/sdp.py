@@ -26,15 +26,14 @@ from types import ModuleType
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_slam._arrays import Array, Indices, finite
-from robust_slam.graphs.rotations import nearest_rotations
+from robust_slam._arrays import Array, finite
+from robust_slam.graphs.pose_graph import checked_edges
+from robust_slam.graphs.rotations import check_rotations, nearest_rotations
 
 SIZE_LIMIT = 60
 """The largest dn that ``solve_sdp`` accepts, which takes some seconds."""
 _GAP = 1e-10
 """The solver's tolerance: its default of 1e-8 gives wrong ranks where noise is large."""
-_ORTHOGONALITY = 1e-6
-"""The largest accepted entry of |R Rᵀ − I| of a block; rounding stays far below."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +69,7 @@ def connection_matrix(
 
     Source: Rosen et al. 2019, the rotation connection Laplacian.
     """
-    i, j = _edges(edges, n).T
+    i, j = checked_edges(edges, n).T
     measured = _rotations("rotations", rotations, i.size)
     kappa = _precisions(kappa, i.size)[:, None, None]
     d = measured.shape[-1]
@@ -242,17 +241,6 @@ def _row(blocks: Array) -> Array:
     return np.moveaxis(blocks, 0, 1).reshape(blocks.shape[-1], -1)
 
 
-def _edges(value: ArrayLike, n: int) -> Indices:
-    edges = np.asarray(value)
-    if edges.ndim != 2 or edges.shape[1] != 2 or not np.issubdtype(edges.dtype, np.integer):
-        raise ValueError(f"edges: {edges.dtype} of shape {edges.shape}; give whole numbers (m, 2)")
-    outside = np.any((edges < 0) | (edges >= n), axis=1)
-    if np.any(outside):
-        k = int(np.argmax(outside))
-        raise ValueError(f"edges: edge {k} is {edges[k].tolist()}; poses are 0 to {n - 1}")
-    return edges.astype(np.intp)
-
-
 def _precisions(value: ArrayLike, m: int) -> Array:
     given = np.asarray(value, dtype=np.float64)
     kappa = finite("kappa", np.full(m, given) if given.ndim == 0 else given, (m,))
@@ -266,13 +254,7 @@ def _rotations(name: str, value: ArrayLike, count: int) -> Array:
     d = matrices.shape[-1]
     if matrices.shape[1] != d or d not in (2, 3):
         raise ValueError(f"{name}: the shape is {matrices.shape}; d is 2 or 3 in (m, d, d)")
-    gap = np.abs(matrices @ np.swapaxes(matrices, 1, 2) - np.eye(d)).max(axis=(1, 2), initial=0.0)
-    invalid = (gap > _ORTHOGONALITY) | (np.linalg.det(matrices) < 0.0)
-    if np.any(invalid):
-        raise ValueError(
-            f"{name}: block {int(np.argmax(invalid))} is not a rotation matrix; its columns "
-            "must be orthonormal and its determinant 1"
-        )
+    check_rotations(f"{name}: block", matrices)
     return matrices
 
 

@@ -21,11 +21,14 @@ from robust_slam._arrays import Array, Indices, Mask, finite
 from robust_slam._words import counted
 from robust_slam.factors.models import POINT, RANGE, RELATIVE, Model
 from robust_slam.graphs.group import Group
-from robust_slam.graphs.pose_graph import PoseGraph, check_graph, check_poses
-from robust_slam.graphs.rotations import nearest_rotations
+from robust_slam.graphs.pose_graph import (
+    PoseGraph,
+    check_graph,
+    check_poses,
+    checked_information,
+    checked_poses,
+)
 
-_ORTHOGONALITY = 1e-6
-"""A rotation matrix is off by at most this in an entry; rounding stays far below."""
 FRAME = -1
 """The frame of the map among the ends of a factor."""
 
@@ -191,13 +194,7 @@ def _block(graph: FactorGraph, name: str, given: Factors) -> Block:
 def _measurement(group: Group, name: str, given: Factors, k: int) -> Array:
     told = f"{name}.measurement"
     if name == "priors":
-        poses = finite(told, given.measurement, (k, *group.POSE_SHAPE))
-        rotation = group.rotation(poses)
-        gap = np.abs(rotation - nearest_rotations(rotation)).max(axis=(1, 2), initial=0.0)
-        if np.any(gap > _ORTHOGONALITY):
-            wrong = int(np.argmax(gap > _ORTHOGONALITY))
-            raise ValueError(f"{told}: the left part of entry {wrong} is not a rotation matrix")
-        return poses
+        return checked_poses(told, given.measurement, group, k)
     if name == "ranges":
         distance = finite(told, given.measurement, (k,))
         if np.any(distance < 0.0):
@@ -236,22 +233,12 @@ def _ends(name: str, value: ArrayLike, graph: FactorGraph, unary: bool) -> Indic
 
 def _information(name: str, given: Factors, k: int, d: int) -> Array:
     """Return the roots ``(k, d, d)`` of the information matrices of factors."""
-    told = f"{name}.information"
     matrices = np.asarray(given.information, dtype=np.float64)
     if name == "ranges":
         matrices = matrices.reshape(*matrices.shape, 1, 1)
     if matrices.ndim == 2:
         matrices = np.broadcast_to(matrices, (k, *matrices.shape))
-    checked = finite(told, matrices, (k, d, d))
-    skew = np.abs(checked - np.swapaxes(checked, 1, 2)).max(axis=(1, 2), initial=0.0)
-    asymmetric = skew > 1e-9 * np.abs(checked).max(axis=(1, 2), initial=0.0)
-    wrong = asymmetric | ~(np.linalg.eigvalsh(checked)[:, 0] > 0.0)
-    if np.any(wrong):
-        raise ValueError(
-            f"{told}: entry {int(np.argmax(wrong))} is not symmetric and positive definite; give "
-            "the inverse of a covariance"
-        )
-    return _root(checked)
+    return _root(checked_information(f"{name}.information: entry", matrices, k, d))
 
 
 def _root(information: Array) -> Array:

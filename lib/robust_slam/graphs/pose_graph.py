@@ -26,11 +26,10 @@ from robust_slam._words import counted
 from robust_slam.errors import Underdetermined
 from robust_slam.graphs import se2
 from robust_slam.graphs.group import Group, group_of
+from robust_slam.graphs.rotations import check_rotations
 
 ROWS = ("edges", "measurement", "information", "is_odometry")
 """The arrays that have a row for each edge."""
-_ORTHOGONALITY = 1e-6
-"""The largest accepted entry of |R Rᵀ − I|; rounding stays far below."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -125,12 +124,12 @@ def checked_rows(n: int, group: Group, rows: Mapping[str, ArrayLike]) -> dict[st
     Raises:
         ValueError: as ``PoseGraph``.
     """
-    edges = _edges(rows["edges"], n)
+    edges = checked_edges(rows["edges"], n)
     m = len(edges)
     return {
         "edges": edges,
-        "measurement": _poses("measurement", rows["measurement"], group, m),
-        "information": _information(rows["information"], m, group.DOF),
+        "measurement": checked_poses("measurement", rows["measurement"], group, m),
+        "information": checked_information("information: edge", rows["information"], m, group.DOF),
         "is_odometry": mask("is_odometry", rows["is_odometry"], m),
     }
 
@@ -149,23 +148,24 @@ def from_checked(n: int, rows: Mapping[str, NDArray[Any]]) -> PoseGraph:
     return graph
 
 
-def _poses(name: str, value: ArrayLike, group: Group, count: int) -> Array:
+def checked_poses(name: str, value: ArrayLike, group: Group, count: int) -> Array:
+    """Return ``value`` as ``count`` poses of ``group``, read-only.
+
+    Raises:
+        ValueError: the shape differs, an entry is not finite, or a matrix is not a rotation.
+    """
     poses = finite(name, value, (count, *group.POSE_SHAPE))
-    if group is se2:
-        return poses  # every angle is valid
-    rotation = group.rotation(poses)
-    gap = np.abs(rotation @ np.swapaxes(rotation, 1, 2) - np.eye(group.DIMENSION))
-    invalid = gap.max(axis=(1, 2), initial=0.0) > _ORTHOGONALITY
-    invalid |= np.linalg.det(rotation) < 0.0
-    if np.any(invalid):
-        raise ValueError(
-            f"{name}: the left part of entry {int(np.argmax(invalid))} is not a rotation "
-            "matrix; its columns must be orthonormal and its determinant 1"
-        )
+    if group is not se2:  # there every angle is valid
+        check_rotations(f"{name}: the left part of entry", group.rotation(poses))
     return poses
 
 
-def _edges(value: ArrayLike, n: int) -> Indices:
+def checked_edges(value: ArrayLike, n: int) -> Indices:
+    """Return ``value`` as edges ``(m, 2)`` between two of ``n`` poses each, read-only.
+
+    Raises:
+        ValueError: n is below 2, the shape or the type differs, or an edge joins no two poses.
+    """
     edges = np.array(value)
     if n < 2:
         raise ValueError(f"n is {n}; a graph joins at least 2 poses")
@@ -186,25 +186,32 @@ def _edges(value: ArrayLike, n: int) -> Indices:
     return edges
 
 
-def _information(value: ArrayLike, m: int, dof: int) -> Array:
-    information = finite("information", value, (m, dof, dof))
+def checked_information(told: str, value: ArrayLike, m: int, dof: int) -> Array:
+    """Return ``value`` as information matrices ``(m, dof, dof)``, read-only.
+
+    ``told`` names an entry in errors, such as "information: edge".
+
+    Raises:
+        ValueError: the shape differs, an entry is not finite, or a matrix is not symmetric,
+            not positive definite or out of range.
+    """
+    information = finite(told.partition(":")[0], value, (m, dof, dof))
     skew = np.abs(information - np.swapaxes(information, 1, 2)).max(axis=(1, 2), initial=0.0)
     size = np.abs(information).max(axis=(1, 2), initial=0.0)
     asymmetric = skew > 1e-9 * size
     if np.any(asymmetric):
-        raise ValueError(f"information: edge {int(np.argmax(asymmetric))} is not symmetric")
+        raise ValueError(f"{told} {int(np.argmax(asymmetric))} is not symmetric")
     spectrum = np.linalg.eigvalsh(information)
     indefinite = ~(spectrum[:, 0] > 0.0)
     if np.any(indefinite):
         raise ValueError(
-            f"information: edge {int(np.argmax(indefinite))} is not positive definite; give the "
-            "inverse of a covariance"
+            f"{told} {int(np.argmax(indefinite))} is not positive definite; give the inverse "
+            "of a covariance"
         )
     beyond = out_of_range(spectrum)
     if np.any(beyond):
         raise ValueError(
-            f"information: edge {int(np.argmax(beyond))} is outside 1e-60 to 1e60; give metres "
-            "and radians"
+            f"{told} {int(np.argmax(beyond))} is outside 1e-60 to 1e60; give metres and radians"
         )
     return information
 
@@ -291,7 +298,7 @@ def check_poses(name: str, poses: ArrayLike, graph: PoseGraph) -> Array:
     if poses is None:
         shape = (graph.n, *group.POSE_SHAPE)
         raise TypeError(f"{name} is None; give an array {shape}, such as spanning_tree(graph)")
-    return _poses(name, poses, group, graph.n)
+    return checked_poses(name, poses, group, graph.n)
 
 
 def check_weights(weights: ArrayLike | None, graph: PoseGraph) -> Array:

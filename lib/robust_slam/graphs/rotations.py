@@ -1,4 +1,4 @@
-"""Projections of matrices onto rotations and onto the Stiefel manifold."""
+"""Rotation matrices: their check, and projections onto them and onto the Stiefel manifold."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_slam._arrays import Array
+
+_ORTHOGONALITY = 1e-6
+"""The largest accepted entry of |R Rᵀ − I|; rounding stays far below."""
 
 
 def nearest_rotations(matrices: ArrayLike) -> Array:
@@ -16,6 +19,22 @@ def nearest_rotations(matrices: ArrayLike) -> Array:
     left, _, right = np.linalg.svd(np.asarray(matrices, dtype=np.float64))
     left[..., -1] *= np.sign(np.linalg.det(left) * np.linalg.det(right))[..., None]
     return np.asarray(left @ right)
+
+
+def check_rotations(told: str, matrices: Array) -> None:
+    """Check that ``matrices`` ``(m, d, d)`` are rotations; ``told`` names them in the error.
+
+    Raises:
+        ValueError: one of them is not.
+    """
+    gap = np.abs(matrices @ np.swapaxes(matrices, 1, 2) - np.eye(matrices.shape[-1]))
+    invalid = gap.max(axis=(1, 2), initial=0.0) > _ORTHOGONALITY
+    invalid |= np.linalg.det(matrices) < 0.0
+    if np.any(invalid):
+        raise ValueError(
+            f"{told} {int(np.argmax(invalid))} is not a rotation matrix; its columns must be "
+            "orthonormal and its determinant 1"
+        )
 
 
 def nearest_stiefel(matrices: ArrayLike) -> Array:
