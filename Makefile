@@ -11,8 +11,8 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(CURDIR)/$(VENV)/bin
 STRICT ?=
-# How many at once; where empty, tests take one more than the machine's cores, as half of their time
-# is waiting for browsers, kernels and limits, and the sweep, which measures, one.
+# How many at once; where empty, tests take one more than twice the machine's cores, as half of their
+# time is waiting for browsers, kernels and limits, and the sweep, which measures, one.
 JOBS ?=
 
 # The environment's scripts come first: nbgrader calls some of its own by name.
@@ -147,7 +147,7 @@ test: ## set up and pass all tests; STRICT=1 fails where one would be left out
 	@$(install)
 	@$(MAKE) runtime || echo 'Without the runtime, tests of Python in the page are left out.'
 	@$(MAKE) -j 2 check book
-	ROBUST_SLAM_STRICT=$(filter-out 0,$(STRICT)) $(BIN)/pytest -q -n $(or $(JOBS),$$(( $$($(BIN)/python -c "import os; print(os.cpu_count())") + 1 ))) --maxprocesses 9 \
+	ROBUST_SLAM_STRICT=$(filter-out 0,$(STRICT)) $(BIN)/pytest -q -n $(or $(JOBS),$$(( 2 * $$($(BIN)/python -c "import os; print(os.cpu_count())") + 1 ))) --maxprocesses 9 \
 		--dist loadfile --no-loadscope-reorder
 
 # Says what tests need and is not there, then installs it: apt beside pip.
