@@ -25,7 +25,7 @@ _FAULTS = {
     "odometry": "The gyroscope has a bias: each step turns by 0.04 rad too much.",
     "pcm": "PCM is left out.",
     "solve": "All closures go into plain least squares.",
-    "certificate": "The descent begins from dead reckoning in which every turn is counted twice.",
+    "certificate": "The descent begins from headings that make two turns too many.",
     "plan": "The plan never returns to a place, so there are no closures.",
     "control": "Turns are jerky and images blur: there the odometry is ten times noisier.",
 }
