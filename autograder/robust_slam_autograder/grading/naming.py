@@ -19,6 +19,7 @@ from robust_slam_autograder.grading.results import ExerciseResult, Result
 from robust_slam_autograder.grading.tasks import Job
 from robust_slam_autograder.misconceptions import known, survey
 from robust_slam_autograder.misconceptions.known import Known
+from robust_slam_autograder.misconceptions.shapes import Shape
 from robust_slam_autograder.misconceptions.survey import Setting
 from robust_slam_autograder.misconceptions.tables import Table
 
@@ -39,6 +40,8 @@ class Namer:
     seed: int
     _known: dict[Path, Known | None] = field(default_factory=dict)
     _tables: dict[tuple[Path, str, bool], Table | None] = field(default_factory=dict)
+    _labels: dict[tuple[Path, str, frozenset[str]], dict[str, str]] = field(default_factory=dict)
+    """By the cases that are failed: of others than a student's, none need be run."""
 
     def __call__(self, job: Job, marked: Marked) -> Result:
         """Return a submission's result with labels."""
@@ -50,29 +53,44 @@ class Namer:
         keys = shape.keys() if shape is not None else ()
         if shape is None or exercise.status not in ("partial", "failed"):
             return exercise
-        table = self._table(job, exercise.name, marked.whole)
-        said = table.sentence(shape) if table is not None else ""
+        setting = Setting(job.tests, job.assignment, self._seed(marked), marked.whole)
+        try:
+            said = self._said(setting, exercise.name, shape, has_keys=bool(keys))
+        except Exception:  # a label is worth no batch
+            said = ""
         return replace(exercise, misconception=said, pattern=_pattern(keys[0]) if keys else "")
 
-    def _table(self, job: Job, exercise: str, whole: bool) -> Table | None:
-        key = (job.tests, exercise, whole)
-        if key not in self._tables:
-            if job.tests not in self._known:
-                self._known[job.tests] = known.read(self.folder, job.assignment.name, job.tests)
-            seed = self.seed if whole else PUBLIC_SEED
-            self._tables[key] = self._made(
-                Setting(job.tests, job.assignment, seed, whole), exercise
-            )
-        return self._tables[key]
+    def _seed(self, marked: Marked) -> int:
+        return self.seed if marked.whole else PUBLIC_SEED
 
-    def _made(self, setting: Setting, exercise: str) -> Table | None:
+    def _said(self, setting: Setting, exercise: str, shape: Shape, *, has_keys: bool) -> str:
+        if setting.path not in self._known:
+            name = setting.assignment.name
+            self._known[setting.path] = known.read(self.folder, name, setting.path)
         found = self._known[setting.path]
         if found is None or exercise not in found.exercises:
-            return None
-        try:
-            return survey.table(setting, exercise, found.exercises[exercise])
-        except Exception:  # a label is worth no batch
-            return None
+            return ""
+        key = (setting.path, exercise, setting.whole)
+        if key not in self._tables:
+            self._tables[key] = None  # where it cannot be made, it is tried once
+            self._tables[key] = survey.right(setting, exercise)
+        table, labels = self._tables[key], {}
+        if has_keys:
+            labels = self._labels_of(setting, exercise, frozenset(shape.failed))
+        return replace(table, labels=labels).sentence(shape) if table is not None else ""
+
+    def _labels_of(
+        self, setting: Setting, exercise: str, failed: frozenset[str]
+    ) -> dict[str, str]:
+        """Return the labels of answers that fail the same cases; of visible ones, of all."""
+        failed = failed if setting.whole else frozenset()
+        key = (setting.path, exercise, failed)
+        found = self._known[setting.path]
+        if key not in self._labels and found is not None:
+            self._labels[key] = {}
+            ways = [one for one in found.exercises[exercise] if failed in (set(), set(one.fails))]
+            self._labels[key] = survey.labels_of(setting, exercise, ways)
+        return self._labels[key]
 
 
 def _pattern(key: str) -> str:

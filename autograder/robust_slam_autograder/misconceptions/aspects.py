@@ -6,20 +6,23 @@ argument is negative. An aspect counts where it leaves numbers to compare.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from robust_slam_autograder.misconceptions.prints import Called, Part, digests, parts_of
 
 View = Callable[[Called], list[Part] | None]
-"""What an aspect leaves of a call; None where it has none."""
+"""What an aspect leaves of a call; None where it has none, and nothing where nothing is in it."""
+Compare = Callable[[np.ndarray, Any], np.ndarray]
 FEWEST = 1
 """Numbers, neither 0 nor 1, that must be left."""
 FEWEST_ALIKE = 3
-"""Numbers that must be right up to what they have in common."""
-FEWEST_SHIFTED = 2
-MOST_ARGUMENTS = 4
+"""Numbers that must be right up to what they have in common, or that must be left of a row."""
+MOST_ARGUMENTS = 5
+MOST_PARTS = 5
+"""Of a tuple, that are looked at one by one."""
 
 
 def _numbers(change: Callable[[np.ndarray], np.ndarray], *, shape: bool = True) -> View:
@@ -48,28 +51,44 @@ def _part(which: int) -> View:
     """See one part of a tuple alone."""
 
     def view(call: Called) -> list[Part] | None:
-        rows = [kind for kind, _ in call.parts[:1] if kind.startswith("row")]
-        rest = call.parts[1:]
-        flat = all(not kind.startswith(("row", "dict")) for kind, _ in rest)
-        return [rest[which]] if rows and flat and len(rest) >= 2 else None
+        if not call.parts or not call.parts[0][0].startswith("row"):
+            return None
+        place = 1
+        for _ in range(which):
+            place = _after(call.parts, place)
+        return list(call.parts[place : _after(call.parts, place)]) or None
 
     return view
 
 
-def _where(which: int, compare: Callable[[np.ndarray], np.ndarray]) -> View:
+def _after(parts: Sequence[Part], place: int) -> int:
+    """Return where the value ends that begins at a place, with all that is nested in it."""
+    kind, _, count = parts[place][0].partition(" ") if place < len(parts) else ("", "", "")
+    place += 1
+    nested = {"row": 1, "dict": 2}.get(kind, 0) * (int(count) if kind in ("row", "dict") else 0)
+    for _ in range(nested):
+        place = _after(parts, place)
+    return place
+
+
+def _where(which: int, compare: Compare, other: int | None = None) -> View:
     """See the entries where an argument of the same shape is as it is compared to be."""
 
     def view(call: Called) -> list[Part] | None:
         argument = _argument(call, which)
-        if argument is None or not argument.ndim:
+        limit = None if other is None else _argument(call, other)
+        if argument is None or (limit is not None and limit.ndim):
             return None
         left: list[Part] = []
+        meant = np.asarray(compare(np.abs(argument) if limit is not None else argument, limit))
         for kind, numbers in call.parts:
             if numbers is not None and numbers.shape != argument.shape:
                 return None
-            left.append((kind, None if numbers is None else numbers[compare(argument)]))
+            left.append((kind, None if numbers is None else numbers[meant]))
+        if not meant.any():
+            return []
         # Of a pose's three entries none stands for the same entry of an answer.
-        return left if np.sum(compare(argument)) >= FEWEST_ALIKE else None
+        return left if FEWEST_ALIKE <= np.sum(meant) < meant.size else None
 
     return view
 
@@ -89,7 +108,7 @@ def _unit(numbers: np.ndarray) -> np.ndarray:
 
 
 def _shifted(numbers: np.ndarray) -> np.ndarray:
-    if numbers.size < FEWEST_SHIFTED:
+    if numbers.size < FEWEST_ALIKE or not np.ptp(numbers):
         raise ValueError("too few")
     first = numbers[:1] if numbers.ndim > 1 else numbers.flat[0]
     return np.asarray(np.subtract(numbers, first))
@@ -109,78 +128,147 @@ def _diagonal(numbers: np.ndarray) -> np.ndarray:
 
 def _but(which: slice) -> Callable[[np.ndarray], np.ndarray]:
     def rest(numbers: np.ndarray) -> np.ndarray:
-        if numbers.ndim < 1 or len(numbers) < FEWEST_ALIKE:
+        if numbers.ndim < 1 or len(numbers) < 2:
             raise ValueError("too few")
         return numbers[which]
 
     return rest
 
 
+def _alone(view: View) -> View:
+    """See an answer of one part only."""
+    return lambda call: view(call) if len(call.parts) == 1 else None
+
+
 _OF_VALUES: Mapping[str, View] = {
-    "all is right but the shape of what comes back": _numbers(np.ravel, shape=False),
-    "all is right but for signs": _numbers(np.abs),
-    "all is right but for the order": _numbers(lambda x: np.sort(x, axis=None)),
-    "the first part of what comes back is right, and what follows is not": _part(0),
-    "the last part of what comes back is right, and what comes before is not": _part(-1),
-    "the second part of what comes back is right, and the others are not": _part(1),
-    "all is right but for a common shift": _numbers(_shifted),
-    "all is right but for a common factor": _numbers(_unit),
-    "all is right but on the diagonal": _numbers(_off_diagonal),
-    "the diagonal is right, and the entries beside it are not": _numbers(_diagonal),
-    "all is right but the first entry": _numbers(_but(slice(1, None))),
-    "all is right but the last entry": _numbers(_but(slice(None, -1))),
+    "shape": _numbers(np.ravel, shape=False),
+    "size": _numbers(np.abs),
+    "order": _numbers(lambda x: np.sort(x, axis=None)),
+    "shift": _numbers(_shifted),
+    "factor": _numbers(_unit),
+    "beside": _numbers(_off_diagonal),
+    "diagonal": _numbers(_diagonal),
+    "rest": _alone(_numbers(_but(slice(1, None)), shape=False)),
+    "head": _alone(_numbers(_but(slice(None, -1)), shape=False)),
+    "all": _alone(_numbers(np.asarray, shape=False)),
 }
-_OF_ARGUMENTS: Mapping[str, Callable[[np.ndarray], np.ndarray]] = {
-    "all is right but where {} is 0": lambda x: x != 0,
-    "all is right but where {} is negative": lambda x: x >= 0,
-    "all is right but where {} is positive": lambda x: x <= 0,
+_SENTENCES: Mapping[str, tuple[str, str]] = {
+    "all is right but the shape of what comes back": ("shape", "shape"),
+    "all is right but for signs": ("size", "size"),
+    "all is right but for the order": ("order", "order"),
+    "all is right but for a common shift": ("shift", "shift"),
+    "all is right but for a common factor": ("factor", "factor"),
+    "all is right but on the diagonal": ("beside", "beside"),
+    "the diagonal is right, and the entries beside it are not": ("diagonal", "diagonal"),
+    "the first entry is left out, and all others come back": ("all", "rest"),
+    "the last entry is left out, and all others come back": ("all", "head"),
+    "one entry too many comes first, and those that follow are right": ("rest", "all"),
+    "one entry too many comes last, and those before it are right": ("head", "all"),
+    "each entry stands one place too early": ("head", "rest"),
+    "each entry stands one place too late": ("rest", "head"),
+    "all is right but the first entry": ("rest", "rest"),
+    "all is right but the last entry": ("head", "head"),
 }
+"""By sentence what of the answer is the same as what of the solution."""
+_OF_ARGUMENTS: Mapping[str, Compare] = {
+    "only entries where {} is 0 are wrong": lambda x, _: x != 0,
+    "only entries where {} is negative are wrong": lambda x, _: x >= 0,
+    "only entries where {} is far from 0 are wrong": lambda x, _: abs(x) <= np.median(abs(x)),
+    "only entries where {} is near 0 are wrong": lambda x, _: abs(x) >= np.median(abs(x)),
+}
+_OF_PAIRS: Mapping[str, Compare] = {
+    "only entries where the size of {} is {} are wrong": lambda x, c: np.abs(x) != c,
+    "only entries where the size of {} is above {} are wrong": lambda x, c: np.abs(x) < c,
+    "only entries where the size of {} is below {} are wrong": lambda x, c: np.abs(x) > c,
+}
+"""Of an argument's sizes and another one that is a number alone."""
+_PLACES = ("first", "second", "third", "fourth", "fifth")
+_NEAR, _PART = "near", "part "
+_NOTHING = ("nothing",)
+SCALE = 10.0
+"""Numbers below one over this are nearly the same as 0."""
+COARSE = 0.02
+"""Width of a cell where values are nearly the same, by the root of how many there are."""
 
 
-def seen(calls: Sequence[Called], salt: str) -> dict[str, tuple[str, ...]]:
-    """Return by aspect the digests of what the calls of a test cell returned.
+def seen(call: Called, salt: str) -> dict[str, tuple[str, ...]]:
+    """Return by aspect the digests of what a call returned.
 
-    An aspect is left out where it leaves a call nothing that could be compared.
+    An aspect is left out where it leaves nothing that could be compared.
     """
-    views = {name: [view] for name, view in _OF_VALUES.items()}
-    for n in range(min(MOST_ARGUMENTS, max((len(call.args) for call in calls), default=0))):
-        for name, compare in _OF_ARGUMENTS.items():
-            views[f"{name} {n}"] = [_where(n, compare)]
+    count = min(MOST_ARGUMENTS, len(call.args))
+    views: dict[str, View] = dict(_OF_VALUES)
+    views |= {f"{_PART}{n}": _part(n) for n in range(min(MOST_PARTS, len(call.parts) - 1))}
+    for n in range(count):
+        views |= {f"{name} {n}": _where(n, one) for name, one in _OF_ARGUMENTS.items()}
+        for m in range(count):
+            if m != n:
+                views |= {f"{name} {n} {m}": _where(n, one, m) for name, one in _OF_PAIRS.items()}
     found = {}
-    for name, (view,) in views.items():
-        parts = _left(calls, view)
-        if parts is not None:
-            found[name] = digests(parts, f"{salt} {name}")
+    for name, view in views.items():
+        parts = _left(call, view)
+        if parts is not None and (name not in _OF_VALUES or _telling(parts)):
+            found[name] = digests(parts, f"{salt} {call.name}") if parts else _NOTHING
+    numbers = sum(one.size for _, one in call.parts if one is not None)
+    if numbers >= FEWEST_ALIKE and _telling(call.parts, 1 / SCALE):
+        found[_NEAR] = digests(call.parts, f"{salt} {_NEAR}", COARSE * numbers**0.5, 0.5, SCALE)
     return found
 
 
-def _left(calls: Sequence[Called], view: View) -> list[Part] | None:
-    parts: list[Part] = []
-    left: list[Part] | None = []
+def _left(call: Called, view: View) -> list[Part] | None:
     try:
-        for call in calls:
-            left = view(call)
-            if left is None:
-                return None
-            parts += [(call.name, None), *left]
+        left = view(call)
     except (ValueError, TypeError, IndexError, FloatingPointError):
         return None
-    last = [numbers for _, numbers in left or () if numbers is not None]
-    telling = sum(int(np.sum((one != 0) & (one != 1) & np.isfinite(one))) for one in last)
-    return parts if telling >= FEWEST else None
+    return left
 
 
-def sentence(name: str, arguments: Sequence[str]) -> str:
-    """Return what goes on after "It looks as if", with the argument's name in its place."""
-    plain, _, number = name.rpartition(" ")
-    if not number.isdigit():
-        return name
-    argument = arguments[int(number)] if int(number) < len(arguments) else "an argument"
-    return plain.format(f"`{argument}`")
+def _telling(parts: Sequence[Part], least: float = 0.0) -> bool:
+    numbers = [one for _, one in parts if one is not None]
+    telling = sum(
+        int(np.sum((np.abs(one) > least) & (one != 1) & np.isfinite(one))) for one in numbers
+    )
+    return telling >= FEWEST
 
 
-def names(arguments: int) -> Iterator[str]:
-    """Yield the aspects in the order in which they count."""
-    for n in range(min(arguments, MOST_ARGUMENTS)):
-        yield from (f"{name} {n}" for name in _OF_ARGUMENTS)
-    yield from _OF_VALUES
+Digests = Mapping[str, Collection[str]]
+
+
+def told(cases: Sequence[tuple[Digests, Digests]], arguments: Sequence[str]) -> str:
+    """Return what goes on after "It looks as if"; empty where nothing is right in all cases.
+
+    Args:
+        cases: of each failed case the digests of its last call, and those of the solution's.
+        arguments: the names of the function's arguments.
+    """
+
+    def same(mine: str, right: str) -> bool:
+        shared = [set(one.get(mine, ())) & set(other.get(right, ())) for one, other in cases]
+        return all(shared) and any(one != {*_NOTHING} for one in shared)
+
+    for sentence, (mine, right) in _SENTENCES.items():
+        if same(mine, right):
+            return sentence
+    shown = [f"`{name}`" for name in arguments[:MOST_ARGUMENTS]]
+    for n, name in enumerate(shown):
+        for m, other in enumerate(shown):
+            for sentence in _OF_PAIRS:
+                if same(key := f"{sentence} {n} {m}", key):
+                    return sentence.format(name, other)
+        for sentence in _OF_ARGUMENTS:
+            if same(key := f"{sentence} {n}", key):
+                return sentence.format(name)
+    if parts := _parts(cases, same):
+        return parts
+    return "all is nearly right, and not as exact as it should be" if same(_NEAR, _NEAR) else ""
+
+
+def _parts(cases: Sequence[tuple[Digests, Digests]], same: Callable[[str, str], bool]) -> str:
+    """Say which parts of a tuple are right, where some are and some are not."""
+    keys = {key for one, other in cases for key in (*one, *other) if key.startswith(_PART)}
+    right = sorted(key for key in keys if same(key, key))
+    if not 0 < len(right) < len(keys):
+        return ""
+    names = [_PLACES[int(key.removeprefix(_PART))] for key in right]
+    which = f"{' and the '.join(names)} part{'s' * (len(names) > 1)} of what comes back"
+    return f"the {which} {'are' if len(names) > 1 else 'is'} right, and the rest is not"

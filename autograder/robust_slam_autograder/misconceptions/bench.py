@@ -21,7 +21,7 @@ import numpy as np
 from robust_slam_autograder.executor.seeds import case_generator, environment
 from robust_slam_autograder.misconceptions import facts, shapes, traits
 from robust_slam_autograder.misconceptions.facts import Fact
-from robust_slam_autograder.misconceptions.prints import Trace
+from robust_slam_autograder.misconceptions.prints import Called, Trace
 from robust_slam_autograder.misconceptions.shapes import WHOLE, Shape
 from robust_slam_autograder.misconceptions.tables import Right
 from robust_slam_autograder.reading import notebook, submission
@@ -44,8 +44,8 @@ class Bench:
     cells: Mapping[str, str]
     """By grade id, the instructor's solution."""
     codes: dict[str, types.CodeType] = field(default_factory=dict)
-    words: dict[str, set[str]] = field(default_factory=dict)
-    """By exercise, words and truths that its solution says."""
+    words: dict[str, frozenset[str]] = field(default_factory=dict)
+    """By exercise, what its solution says, as far as traits look at it."""
     _facts: dict[str, dict[str, Fact]] = field(default_factory=dict)
 
     def functions(self, exercise: str) -> dict[str, Callable[..., Any]]:
@@ -55,10 +55,10 @@ class Bench:
         return {name: self.names[name] for name in mine.names if callable(self.names.get(name))}
 
     def facts(self, exercise: str) -> dict[str, Fact]:
-        """Return by their sentences the facts of an exercise's functions."""
+        """Return by number and sentence the facts of an exercise's functions."""
         if exercise not in self._facts:
             found = facts.facts(self.functions(exercise))
-            self._facts[exercise] = {one.sentence: one for one in found}
+            self._facts[exercise] = {f"{n} {one.sentence}": one for n, one in enumerate(found)}
         return self._facts[exercise]
 
     def with_cell(self, exercise: str, source: str) -> Names:
@@ -104,15 +104,16 @@ class Bench:
         Raises:
             ValueError: the solution itself loses a case.
         """
-        found = {}
+        found: dict[str, Mapping[str, frozenset[str]]] = {}
+        calls: list[Called] = []
         with quiet(), environment(self.seed):
             for case in self._cases(exercise):
                 trace = Trace()
                 if not self._passes(case, self.names, trace):
                     raise ValueError(f"the solution itself loses {case.grade_id}")
                 found[case.grade_id] = shapes.of_beginnings(trace, self.salt)
-                words = {traits.word_of(call) for call in trace.calls}
-                self.words.setdefault(exercise, set()).update(words - {""})
+                calls += trace.calls
+        self.words[exercise] = traits.of_solution(calls)
         return found
 
     def _cases(self, exercise: str) -> list[Case]:

@@ -31,7 +31,9 @@ class Candidate:
     source: str = ""
     """Text of the solution cell; empty for a fact."""
     fact: str = ""
-    """The sentence of a fact, which its label need not be."""
+    """The number and the sentence of a fact."""
+    fails: Sequence[str] = ()
+    """Grade ids of the cases that it fails, hidden regions included."""
     about: str = field(default="", compare=False)
     """The argument that a fact is about, where it is not about what comes back."""
     slip: Slip | None = field(default=None, compare=False)
@@ -55,8 +57,8 @@ def candidates(bench: Bench, exercise: str, answers: Sequence[Answer]) -> Iterat
     for answer in mine:
         if not answer.is_right:
             yield Candidate(WRITTEN, answer.label, answer.source)
-    for sentence, fact in bench.facts(exercise).items():
-        yield Candidate(FACT, sentence, fact=sentence, about=fact.argument)
+    for key, fact in bench.facts(exercise).items():
+        yield Candidate(FACT, fact.sentence, fact=key, about=fact.argument)
     seen: set[str] = set()
     right = [one.source for one in mine if one.is_right][:MOST_RIGHT]
     for source in (bench.cells[cell], *right):
@@ -94,5 +96,6 @@ def _of_facts(facts: Sequence[Candidate]) -> Candidate | None:
             return one
     if len({one.about for one in facts}) != 1:
         return None
-    told = facts[0].sentence if len(facts) == 1 else f"`{facts[0].about}` is not used as it should"
+    is_one = len({one.sentence for one in facts}) == 1
+    told = facts[0].sentence if is_one else f"`{facts[0].about}` is not used as it should"
     return replace(facts[0], sentence=told)

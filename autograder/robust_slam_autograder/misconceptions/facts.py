@@ -109,6 +109,8 @@ _RESULT: Mapping[str, Change] = {
     "{} is the exponential of what it should be": np.exp,
 }
 
+_RULES: tuple[Change, ...] = (lambda u: u**2 / 2, np.square, np.abs, np.ones_like, np.zeros_like)
+"""What may stand for a function that is handed in."""
 _SCALED: Mapping[str, Callable[[Any, Any], Any]] = {
     "is multiplied by {} once too often": lambda y, x: y * x,
     "is divided by {} once too often": lambda y, x: y / x,
@@ -149,6 +151,7 @@ def facts(functions: Mapping[str, Function]) -> Iterator[Fact]:
             names = list(inspect.signature(function).parameters)
         except (TypeError, ValueError):
             continue
+        yield Fact(f"{result} is the opposite of what it should be", {name: _opposite(function)})
         for sentence, change in _RESULT.items():
             yield Fact(sentence.format(result), {name: _with_result(function, change)})
             for n, part in enumerate(("the first part", "the second part")):
@@ -162,9 +165,12 @@ def facts(functions: Mapping[str, Function]) -> Iterator[Fact]:
                 told = f"{result} {sentence.format(f'`{argument}`')}"
                 yield Fact(told, {name: _scaled(function, names, n, scale)})
             for constant in SMALL if argument in LIMITS else _CONSTANTS:
-                told = f"`{argument}` were ignored, and {constant:g} taken in its place"
+                told = f"`{argument}` were ignored, and a number of your own taken in its place"
                 changed = _with_argument(function, names, n, _always(constant))
                 yield Fact(told, {name: changed}, argument)
+            for rule in _RULES:
+                told = f"`{argument}` were ignored, and a rule of your own taken in its place"
+                yield Fact(told, {name: _with_rule(function, names, n, rule)}, argument)
             told = f"{result} has its fractions cut off where `{argument}` holds integers"
             yield Fact(told, {name: _whole(function, names, n)})
             for sentence, change in _WHERE.items():
@@ -204,6 +210,17 @@ def _always(constant: float) -> Change:
     return change
 
 
+def _with_rule(function: Function, names: list[str], n: int, rule: Change) -> Function:
+    def changed(*args: Any, **kwargs: Any) -> Any:  # noqa: ANN401
+        values = _bound(names, args, kwargs)
+        if not callable(values[n]):
+            raise TypeError("no function")
+        values[n] = lambda u, *rest: rule(np.asarray(u, dtype=float))
+        return function(*values)
+
+    return changed
+
+
 def _from_other(function: Function, names: list[str], n: int, m: int, change: Change) -> Function:
     def changed(*args: Any, **kwargs: Any) -> Any:  # noqa: ANN401
         values = _bound(names, args, kwargs)
@@ -229,6 +246,16 @@ def _swapped(function: Function, names: list[str], n: int, m: int) -> Function:
         values = _bound(names, args, kwargs)
         values[n], values[m] = values[m], values[n]
         return function(*values)
+
+    return changed
+
+
+def _opposite(function: Function) -> Function:
+    def changed(*args: Any, **kwargs: Any) -> Any:  # noqa: ANN401
+        found = np.asarray(function(*args, **kwargs))
+        if found.dtype.kind != "b":
+            raise TypeError("no truth")
+        return ~found if found.ndim else not found
 
     return changed
 

@@ -29,7 +29,7 @@ CELL = 1e-5
 EDGE = 1e-6
 """A sum that is nearer to the edge of its cell than this is in both cells."""
 _SOFT = 100.0
-"""Numbers count by their logarithm above one over this, and by themselves below."""
+"""Of what size numbers count by their logarithm: above one over this."""
 _NAN, _INF = 40.25, 60.5
 _SUMS = 2
 _NONE: Mapping[str, Any] = {}
@@ -122,38 +122,52 @@ class Trace:
             self.calls.clear()
 
 
-def digests(parts: Iterable[Part], salt: str) -> tuple[str, ...]:
-    """Return the digest of some parts, and then those of the neighbouring cells."""
+def digests(
+    parts: Iterable[Part],
+    salt: str,
+    cell: float = CELL,
+    edge: float = EDGE / CELL,
+    scale: float = _SOFT,
+) -> tuple[str, ...]:
+    """Return the digest of some parts, and then those of the neighbouring cells.
+
+    Args:
+        parts: what to compare.
+        salt: what else the digest depends on.
+        cell: the width of a cell that a sum is rounded to.
+        edge: the share of it that is both in a cell and in its neighbour.
+        scale: numbers count by their logarithm above one over this, and by themselves below.
+    """
     head = hashlib.blake2b(salt.encode(), digest_size=16)
     sums, place = np.zeros(_SUMS), 0
     for kind, numbers in parts:
         head.update(b"\0" + kind.encode(errors="backslashreplace"))
         if numbers is not None and numbers.size:
             weights = _weights(1 << (place + numbers.size).bit_length())
-            sums += weights[:, place : place + numbers.size] @ _soft(numbers).ravel()
+            sums += weights[:, place : place + numbers.size] @ _soft(numbers, scale).ravel()
             place += numbers.size
     found = []
-    for cells in itertools.product(*map(_cells, sums.tolist())):
+    for cells in itertools.product(*(_cells(one / cell, edge) for one in sums.tolist())):
         one = head.copy()
         one.update(repr(cells).encode())
         found.append(one.hexdigest())
     return tuple(found)
 
 
-def _soft(numbers: np.ndarray) -> np.ndarray:
-    soft = np.arcsinh(numbers * _SOFT)
+def _soft(numbers: np.ndarray, scale: float) -> np.ndarray:
+    soft = np.arcsinh(numbers * scale)
     if np.isfinite(soft).all():
         return soft
     soft = np.where(np.isnan(numbers), _NAN, soft)
     return np.where(np.isinf(numbers), np.sign(numbers) * _INF, soft)
 
 
-def _cells(total: float) -> Iterator[int]:
-    own = math.floor(total / CELL)
+def _cells(place: float, edge: float) -> Iterator[int]:
+    own = math.floor(place)
     yield own
-    if total - own * CELL < EDGE:
+    if place - own < edge:
         yield own - 1
-    elif (own + 1) * CELL - total < EDGE:
+    elif own + 1 - place < edge:
         yield own + 1
 
 

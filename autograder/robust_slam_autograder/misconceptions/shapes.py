@@ -112,7 +112,7 @@ def _of(calls: Sequence[Called], salt: str, with_aspects: bool) -> Digests:
     parts: Iterator[Part] = (part for one in calls for part in ((one.name, None), *one.parts))
     found = {WHOLE: digests(parts, salt)}
     if with_aspects and len(calls) <= MOST_SEEN:
-        found |= aspects.seen(calls, salt)
+        found |= aspects.seen(calls[-1], f"{salt} {len(calls)}")
         found |= _entries(calls, salt)
     return found
 

@@ -36,15 +36,16 @@ SENTENCES: Mapping[str, str] = {
     "inverse lost": "a matrix is not inverted that should be",
     "logic": "two conditions are combined by “or” where both must hold, or the other way round",
     "condition lost": "one of two conditions is left out",
-    "condition": "a condition is the wrong way round",
-    "boundary": "a comparison goes wrong where both sides are equal",
-    "side": "a comparison is the wrong way round",
+    "condition": "two cases are exchanged, or a comparison is the wrong way round",
+    "boundary": "something begins or ends one too early or too late, or equality is missed",
+    "side": "two cases are exchanged, or a comparison is the wrong way round",
     "compared with square": "a number is compared with the square of another",
     "case": "two cases are treated alike that the statement tells apart",
     "bound lost": "a value is not kept within its bounds",
     "bounded": "only a bound is returned, and not what it bounds",
     "one step": "a loop ends after a fixed number of steps, before it is done",
     "step lost": "a step of the loop or of the computation is left out",
+    "loop": "a loop ends at another condition than it should",
     "case lost": "a case that the statement treats apart is left out",
     "not added": "something is not added up that should be",
     "axis": "a sum, a mean or a norm does not go along the axis that it should",
@@ -52,7 +53,7 @@ SENTENCES: Mapping[str, str] = {
     "option": "an option of a function that it calls is missing",
     "constant": "a number in the formula is not the right one",
     "exponent": "a power in the formula is not the right one",
-    "one off": "an index, a range or a slice is one off",
+    "one off": "something begins or ends one too early or too late, or equality is missed",
     "entry": "a whole row is used where one entry belongs",
     "truth value": "a flag is true where it should be false, or the other way round",
     "logarithm lost": "a logarithm is not taken",
@@ -80,23 +81,12 @@ SENTENCES: Mapping[str, str] = {
 """By kind; the braces stand for the arguments at the place, or for "something"."""
 
 FAMILIES: Mapping[str, frozenset[str]] = {
-    "a condition or the border between two cases is not the right one": frozenset(
-        {
-            "bound lost",
-            "bounded",
-            "boundary",
-            "case",
-            "case lost",
-            "compared with square",
-            "condition",
-            "condition lost",
-            "logic",
-            "min max",
-            "side",
-        }
+    "two cases are exchanged, or a comparison is the wrong way round": frozenset(
+        {"condition", "side"}
     ),
     "a square or a root is missing, or stands where none belongs": frozenset(
         {
+            "compared with square",
             "exponent",
             "power",
             "root added",
@@ -111,20 +101,28 @@ FAMILIES: Mapping[str, frozenset[str]] = {
     "a factor is missing or not the right one, or multiplies where it should divide": frozenset(
         {"constant", "divisor lost", "factor lost", "quotient", "sum mean", "upside down"}
     ),
+    "an absolute value is missing, or taken where none belongs": frozenset(
+        {"size lost", "size added"}
+    ),
     "a sign is not the right one": frozenset({"negated", "sign", "turned round"}),
     "a product, a transpose or an order is not the right one": frozenset(
         {"elementwise", "inverse lost", "order", "parts swapped", "transpose lost"}
     ),
-    "a loop, a range or an index begins or ends at the wrong place": frozenset(
-        {"one off", "one step", "entry"}
+    "something begins or ends one too early or too late, or equality is missed": frozenset(
+        {"boundary", "one off"}
     ),
 }
 """Sentences that are true of several kinds, where these cannot be told apart."""
-_LESS = ("constant", "exponent", "negated", "option", "quotient", "step lost", "zeros ones")
+_LESS = ("boundary", "exponent", "one off", "quotient", "side")
 GENERAL = frozenset({*FAMILIES, *(SENTENCES[kind] for kind in _LESS)})
 """Sentences that say less than a fact of the values does."""
-SILENT = frozenset({SENTENCES["constant"], SENTENCES["negated"]})
-"""Sentences that name nothing: such a change may stop a loop, and then has to do with anything."""
+_SILENT = (
+    *("any all", "case", "case lost", "condition lost", "constant", "copied", "entry"),
+    *("function lost", "inf nan", "logic", "loop", "negated", "not added", "one step", "option"),
+    *("step lost", "truth value", "zeros ones"),
+)
+SILENT = frozenset(SENTENCES[kind] for kind in _SILENT)
+"""Sentences of how the code goes that no value shows: slips of other kinds end alike."""
 
 _PAIRS = {name: kind for kind in SENTENCES if len(parts := kind.split()) == 2 for name in parts}
 _PAIRS |= {
@@ -178,7 +176,8 @@ def common(slips: Collection[Slip]) -> str:
     if len(set(slips)) == 1 or len({one.kind for one in slips}) == 1:
         first = next(iter(slips))
         shared = first if len(set(slips)) == 1 else Slip(first.kind)
-        return "" if shared.is_vague else shared.sentence
+        if not shared.is_vague:
+            return shared.sentence
     kinds = {one.kind for one in slips}
     return next((told for told, family in FAMILIES.items() if kinds <= family), "")
 
@@ -203,6 +202,8 @@ def _kind(site: Site, node: ast.AST, variant: ast.AST) -> tuple[str, ast.AST]:
         return _of_statement(node, variant), node
     if isinstance(variant, ast.UnaryOp) and variant.operand is node:
         return ("condition" if isinstance(variant.op, ast.Not) else "negated"), node
+    if isinstance(site.parent, ast.While) and site.field == "test":
+        return "loop", node
     if isinstance(site.parent, ast.If | ast.IfExp) and isinstance(variant, ast.Constant):
         return "case", node
     if isinstance(node, ast.Slice) or _is_off_by_one(site, variant):

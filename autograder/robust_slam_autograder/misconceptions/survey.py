@@ -138,15 +138,21 @@ def survey(setting: Setting, exercise: str, answers: Sequence[Answer]) -> list[C
     """Return one candidate for each way to be wrong that has a name."""
     choice = functools.partial(candidates, exercise=exercise, answers=answers)
     return named(
-        (candidate, shape.keys())
+        (replace(candidate, fails=tuple(shape.failed)), shape.keys())
         for candidate, shape in shapes_of(setting, exercise, choice)
         if counts(candidate, shape)
     )
 
 
 def counts(candidate: Candidate, shape: Shape) -> bool:
-    """Tell whether a candidate may name: of a case's whole numbers a rule says nothing sure."""
-    return candidate.origin == WRITTEN or shape.real or len(shape.failed) > 1
+    """Tell whether enough came back to name it: of one case's whole numbers nothing sure is said.
+
+    An author's sentence says most, so it takes more than one case, and numbers that are not whole.
+    """
+    several = len(shape.failed) > 1
+    if candidate.slip is not None and candidate.slip.is_vague:
+        return shape.real and several
+    return shape.real and several if candidate.origin == WRITTEN else shape.real or several
 
 
 def named(measured: Iterable[tuple[Candidate, tuple[str, ...]]]) -> list[Candidate]:
@@ -176,14 +182,28 @@ def table(setting: Setting, exercise: str, known: Sequence[Candidate]) -> Table:
     Raises:
         ValueError: the solution itself loses a case.
     """
+    return replace(right(setting, exercise), labels=labels_of(setting, exercise, known))
+
+
+def labels_of(setting: Setting, exercise: str, known: Sequence[Candidate]) -> dict[str, str]:
+    """Return the sealed labels of a table, as far as some candidates have them."""
     labels: dict[str, str] = {}
     for candidate, shape in shapes_of(setting, exercise, lambda bench: known):
         for key in shape.keys()[:1]:
             if labels.setdefault(key, candidate.sentence) != candidate.sentence:
                 labels[key] = ""
+    return sealed(labels)
+
+
+def right(setting: Setting, exercise: str) -> Table:
+    """Return a table without labels.
+
+    Raises:
+        ValueError: the solution itself loses a case.
+    """
     run: guarded.Run[Table] = guarded.guarded
-    (right,) = run(functools.partial(_right, setting, exercise))
-    return replace(right, labels=sealed(labels))
+    (found,) = run(functools.partial(_right, setting, exercise))
+    return found
 
 
 def _right(setting: Setting, exercise: str) -> Iterator[Table]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -42,7 +42,10 @@ class Table:
         }
         if len(said) == 1 and "" not in said:
             return said.pop()
-        seen = next(self._aspects(shape), "") if keys and shape.real else ""
+        seen = ""
+        if keys and (shape.real or len(shape.failed) > 1):
+            cases = [(found, self.right.get(one, {})) for one, found in shape.failed.items()]
+            seen = aspects.told(cases, self.arguments)
         seen = seen or (self._entries(shape) if keys else "")
         if seen or not shape.has_ends:
             return seen
@@ -58,20 +61,13 @@ class Table:
             ]
             right = self.right.get(grade_id, {})
             pairs += [(some, right.get(key, none)) for key, some in mine] or [(none, none)]
+        if all(mine == right != none for mine, right in pairs):
+            return "the right entries come back, in another order or form"
         if all(mine < right for mine, right in pairs) and any(mine for mine, _ in pairs):
             return "something is missing, and all that comes back is right"
         if all(right < mine for mine, right in pairs) and any(right for _, right in pairs):
             return "all that belongs there comes back, and more besides"
         return ""
-
-    def _aspects(self, shape: Shape) -> Iterator[str]:
-        for name in aspects.names(len(self.arguments)):
-            none: frozenset[str] = frozenset()
-            if all(
-                self.right.get(grade_id, {}).get(name, none) & set(found.get(name, ()))
-                for grade_id, found in shape.failed.items()
-            ):
-                yield aspects.sentence(name, self.arguments)
 
     def as_data(self) -> dict[str, Any]:
         """Return it as plain data."""

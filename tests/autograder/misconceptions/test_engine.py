@@ -148,7 +148,11 @@ def traits_of(*args: object, **options: object) -> frozenset[str]:
         (traits_of(0.5, kind="gm"), [traits_of(0.5, kind="tls")] * 4, "`kind` is “gm”"),
         (traits_of([1, 2]), [traits_of(np.array([0.5]))] * 3, ""),
         (traits_of([1, 2]), [traits_of([3, 4])] * 4, ""),
-        (traits_of([1, 2], 2.0), [traits_of(np.array([0.5, 1.5]), 1.0)] * 4, ""),
+        (
+            traits_of([1, 2], 2.0),
+            [traits_of(np.array([0.5, 1.5]), 1.0)] * 4,
+            "`x` holds integers",
+        ),
         (traits_of(0.5, -0.5), [traits_of(0.5, 0.5)] * 4, ""),
     ],
     ids=[
@@ -166,7 +170,7 @@ def test_where_it_goes_wrong_is_told_where_nothing_else_is_particular(
 ) -> None:
     counts = Counter(one for some in passed for one in some)
     said = traits.told([end], counts, ("x", "c"))
-    assert said == (f"all is right but where {told}" if told else "")
+    assert said == (f"only tests in which {told} fail" if told else "")
 
 
 def test_a_text_that_only_hidden_cases_hand_in_is_no_trait() -> None:
@@ -190,11 +194,17 @@ def test_of_what_was_done_to_an_argument_several_facts_say_only_which_it_is() ->
     ("change", "told"),
     [
         ("y[:-1]", "something is missing, and all that comes back is right"),
-        ("np.append(y, 0.5)", "all that belongs there comes back, and more besides"),
-        ("np.append(y[:-1], 0.5)", ""),
+        ("np.append(y, 0.5)", "one entry too many comes last, and those before it are right"),
+        ("np.append(y[:-1], 0.5)", "all is right but the last entry"),
+        ("np.append(y[1:], 0.5)", "each entry stands one place too early"),
+        ("y + 1e-4 * y**2", "all is nearly right, and not as exact as it should be"),
+        (
+            "np.where(np.abs(x) > np.median(np.abs(x)), 0.1, y)",
+            "only entries where `x` is far from 0 are wrong",
+        ),
     ],
 )
-def test_too_few_and_too_many_entries_are_told(setting: Setting, change: str, told: str) -> None:
+def test_what_is_right_of_an_answer_is_told(setting: Setting, change: str, told: str) -> None:
     source = f"def double(x):\n    y = 2 * np.asarray(x)\n    return {change} if y.size > 1 else y"
     assert said(setting, source) == told
 
