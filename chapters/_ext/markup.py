@@ -14,8 +14,9 @@ from bs4 import BeautifulSoup, Tag
 from docutils import nodes
 from sphinx.application import Sphinx
 
-COLUMNS, LETTERS = 3, 80
-"""From how many columns, and letters in the longest cells of a row, a table becomes cards."""
+COLUMNS, LETTERS, SHORT = 3, 80, 26
+"""From how many columns, and letters in the longest cells of a row, a table becomes cards; up to
+how many letters in each cell behind the first it is one of short values, which are not broken."""
 WORD_JOINER = "\u2060"
 """Stands beside a formula that is a header: to axe-core a formula alone is an empty cell."""
 CITATION = re.compile(
@@ -54,7 +55,11 @@ def _table(match: re.Match[str]) -> str:
     rows = [row.find_all(["td", "th"]) for row in table.find_all("tr")]
     lengths = [max(len(_words(cell)) for cell in column) for column in zip(*rows, strict=True)]
     formulas = table.thead.select("math, .math")  # a label is plain text
-    if len(lengths) >= COLUMNS and sum(lengths) > LETTERS and not formulas:
+    if len(lengths) < COLUMNS:
+        return str(soup)
+    if max(lengths[1:]) <= SHORT:
+        table["class"] = [*table.get_attribute_list("class"), "rs-short"]
+    elif sum(lengths) > LETTERS and not formulas:
         _make_cards(table, [_words(cell) for cell in rows[0]])
     return str(soup)
 

@@ -65,23 +65,27 @@ def questions(app: Sphinx) -> dict[str, str]:
 
 
 @functools.cache
-def _maps() -> tuple[np.ndarray, np.ndarray]:
+def _maps() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the folded and the robust map, (n, 2) each, and the poses of the wrong closure."""
     town = opening.town()
     robust, folded = town.robust[:, :2], town.folded[:, :2]
     low, high = (end(np.vstack([robust, folded]), axis=0) for end in (np.min, np.max))
     scale = SIZE / (high - low).max()
-    return (folded - low) * scale, (robust - low) * scale
+    (ends,) = town.graph.edges[town.is_outlier]
+    return (folded - low) * scale, (robust - low) * scale, ends
 
 
 def drawn(share: float) -> str:
-    """Return the map as SVG: folded at 0, that of the robust kernel at 1."""
-    folded, robust = _maps()
+    """Return the map and its wrong closure as SVG: folded at 0, the robust kernel's at 1."""
+    folded, robust, ends = _maps()
     points = (1 - share) * folded + share * robust
     wide, high = np.vstack([folded, robust]).max(axis=0) + 4
-    path = " ".join(f"{x:.0f} {high - 2 - y:.0f}" for x, y in points)
+    drive, wrong = (
+        " ".join(f"{x:.0f} {high - 2 - y:.0f}" for x, y in part) for part in (points, points[ends])
+    )
     return (
         f'<svg class="rs-map" viewBox="-2 -2 {wide:.0f} {high + 2:.0f}" aria-hidden="true">'
-        f'<path d="M{path}"/></svg>'
+        f'<path d="M{drive}"/><path class="rs-is-wrong" d="M{wrong}"/></svg>'
     )
 
 

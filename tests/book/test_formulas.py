@@ -23,7 +23,6 @@ CORE = {
     *("math", "mrow", "mi", "mn", "mo", "mtext", "mspace", "mstyle", "mpadded"),
     *("mfrac", "msqrt", "mroot", "msub", "msup", "msubsup", "munder", "mover", "munderover"),
     *("mtable", "mtr", "mtd"),
-    "menclose",  # a box, which math.css draws
 }
 """Elements of MathML Core, which browsers draw alike."""
 NOT_DRAWN = {"\ufe00"}
@@ -158,3 +157,20 @@ def test_what_is_below_touches_nothing_above(
         ]
         above, below = ((box["y"], box["y"] + box["height"]) for box in boxes if box)
         assert above[1] <= below[0] + 0.5
+
+
+@pytest.mark.browser
+def test_fractions_side_by_side_have_a_bar_each(site: Site, browser: Browser) -> None:
+    with page_in(browser) as page:
+        page.goto((site.folder / "chapters/index.html").as_uri())
+        drawn = formulas.mathml(r"\tfrac12\tfrac{a}{b}", False)
+        page.evaluate("(html) => { document.querySelector('article').innerHTML = html; }", drawn)
+        first, second = page.locator("article mfrac").evaluate_all(
+            """fractions => fractions.map((one) => {
+            const parts = document.createRange();
+            parts.selectNodeContents(one);
+            const {left, right} = parts.getBoundingClientRect();
+            return [left, right];
+            })"""
+        )
+        assert second[0] - first[1] > 4

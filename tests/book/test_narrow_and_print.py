@@ -75,3 +75,10 @@ def test_nothing_moves_for_a_reader_who_asks_for_that(site: Site, open_page: Ope
     assert page.evaluate(longest, "transition") == 0
     page.emulate_media(reduced_motion="no-preference")
     assert page.evaluate(longest, "transition") > 0.1
+
+
+def test_on_a_phone_the_way_on_is_no_narrow_column(site: Site, open_page: Opener) -> None:
+    phone = {"width": 390, "height": 844}
+    page = visit(site, open_page, "chapters/00-one-lie", viewport=phone)
+    box = page.locator(".prev-next-area .right-next").bounding_box()
+    assert box and box["height"] < 120

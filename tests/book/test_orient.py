@@ -39,3 +39,14 @@ def test_the_map_unfolds_from_the_first_chapter_to_the_last(site: Site) -> None:
         for name in (CHAPTERS[0], CHAPTERS[-1], "404")
     )
     assert first == lost != last
+
+
+def test_every_map_has_its_wrong_closure_which_the_last_one_shows_at_its_length(
+    site: Site,
+) -> None:
+    lengths = []
+    for name in (CHAPTERS[0], CHAPTERS[-1], "404"):
+        (wrong,) = read(site, name).select(".rs-map .rs-is-wrong")
+        x, y, to_x, to_y = map(int, wrong["d"].removeprefix("M").split())
+        lengths.append(abs(to_x - x) + abs(to_y - y))
+    assert 0 < lengths[0] == lengths[2] < lengths[1] / 5

@@ -1,0 +1,79 @@
+"""What cells print: a table is one, a check stands with its code, and no grey box is left."""
+
+from __future__ import annotations
+
+import pytest
+from bs4 import BeautifulSoup
+
+from chapters._ext.folded import NUMBERS
+from chapters._ext.printed import Table, parts
+from tests.book.conftest import NOTEBOOKS, Site
+from tests.chromium import Opener
+
+SWEEP = "lost towns:\n       20 %  40 %\nleast     5     4\nIRLS      0     1\nworst 0.92"
+LOST = Table("lost towns", ["", "20 %", "40 %"], [["least", "5", "4"], ["IRLS", "0", "1"]])
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        (SWEEP, [LOST, "worst 0.92"]),
+        ("c      error\n1.000  0.17 m\n2.666  0.15 m",
+         [Table("told", ["c", "error"], [["1.000", "0.17 m"], ["2.666", "0.15 m"]])]),
+        ("      a    b\none  1.0\ntwo  2.0  3.0",
+         [Table("told", ["", "a", "b"], [["one", "1.0", ""], ["two", "2.0", "3.0"]])]),
+        *((text, [text]) for text in (
+            "12 measurements, one is wrong\nerror, odometry    0.32 m\nerror, closures    0.15 m",
+            "[[ 9. -1.]\n [-1.  2.]\n [-8.  -1.]]",
+            "huber    w = 0.5   top = 1\ncauchy   w = 0.2   2.0\ntls      w = 0.0   3.0",
+            "a  b\n1  2",
+        )),
+    ],
+)  # fmt: skip
+def test_a_line_of_heads_above_lines_of_numbers_is_a_table(
+    text: str, found: list[str | Table]
+) -> None:
+    assert parts(text, "told") == found
+
+
+def test_what_a_cell_printed_is_text_and_not_markup() -> None:
+    html = Table("a<b", ["<i>", "b"], [["1", "x&y"], ["22", "z"]]).html()
+    soup = BeautifulSoup(html, "html.parser")
+    assert soup.caption.get_text() == "a<b"
+    assert [cell.get_text() for cell in soup.select("th, td")] == [
+        "<i>",
+        "b",
+        "1",
+        "x&y",
+        "22",
+        "z",
+    ]
+    assert [cell.get_text() for cell in soup.select(".rs-number")] == ["<i>", "1", "22"]
+
+
+@pytest.mark.parametrize("name", NOTEBOOKS)
+def test_what_folded_code_prints_is_with_it_or_a_table_with_a_caption(
+    name: str, site: Site
+) -> None:
+    soup = BeautifulSoup((site.folder / f"{name}.html").read_text("utf-8"), "html.parser")
+    for table in soup.select(".rs-printed"):
+        assert table.caption and table.caption.get_text(), table.get_text()[:80]
+    for cell in soup.select(".cell:has(> details.hide)"):
+        shown = cell.select_one(":scope > .cell_output")
+        assert shown is None or shown.select_one("table, svg, .rs-picture, img, p"), cell["class"]
+        bar = cell.select_one(":scope > details > summary")
+        before = cell.find_previous_sibling()
+        if NUMBERS in bar.get_text() and before:
+            assert not before.select(":scope > details.hide"), "neighbours have one bar"
+
+
+@pytest.mark.browser
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_what_a_cell_printed_has_the_ground_of_the_page(
+    scheme: str, site: Site, open_page: Opener
+) -> None:
+    page = open_page((site.folder / "chapters/00-one-lie.html").as_uri(), color_scheme=scheme).page
+    grounds = page.locator(".cell_output .stream :is(.highlight, pre)").evaluate_all(
+        "found => found.map(node => getComputedStyle(node).backgroundColor)"
+    )
+    assert set(grounds) == {"rgba(0, 0, 0, 0)"}
