@@ -1,4 +1,4 @@
-"""The sample class through formgrader in JupyterLab: its button gives the command line's marks.
+"""A small class through formgrader in JupyterLab: its button gives the command line's marks.
 
 ``nbgrader autograde`` is tested beside it.
 """
@@ -14,20 +14,23 @@ import pytest
 from playwright.sync_api import Browser, FrameLocator, Page, expect
 from robust_slam_autograder.grading import journal
 
-from tests import jupyterlab, kernel, sample_class
-from tests.assignments import answers
+from tests import jupyterlab, kernel
+from tests.autograder import toy
 from tests.autograder.nbgrader import course as course_of
 
 pytestmark = pytest.mark.long
 
-ASSIGNMENT = "02-four-costs"
-STUDENTS = ("sample-broken", "sample-half", "sample-solutions")
-"""Those whose marks come about in another way each."""
+STUDENTS = {
+    "broken": {"cells": "none"},
+    "half": toy.answer(toy.DOUBLE.replace("2 *", "3 *")),
+    "right": toy.answer(),
+}
+"""Submissions whose marks come about in another way each."""
 
 
 @dataclass(frozen=True)
 class Class:
-    """A course with the sample class's submissions, and where the command line graded them."""
+    """A course with submissions, and where the command line graded them."""
 
     course: Path
     alone: Path
@@ -37,14 +40,11 @@ class Class:
 def sample(tmp_path_factory: pytest.TempPathFactory, wall_name: str) -> Class:
     kernel.working(wall_name)
     course = tmp_path_factory.mktemp("class")
-    shutil.copytree(answers.SOLUTIONS, course / "solutions")
-    (course / "solutions" / "course.toml").unlink()  # what students install is not tested here
+    toy.make_tree(course)
     (course / "autograder").mkdir()
     shutil.copy(course_of.ROOT / "autograder" / "nbgrader_config.py", course / "autograder")
-    assert course_of.autograder(course, "release", ASSIGNMENT).returncode == 0
-    released, submitted = course / "build" / "release", course / "class" / "submitted"
-    written = sample_class.write(released, submitted, [ASSIGNMENT])
-    paths = [path for path in written if path.parent.name in STUDENTS]
+    assert course_of.autograder(course, "release", toy.NAME).returncode == 0
+    paths = [course_of.hand_in(course, student, value) for student, value in STUDENTS.items()]
     where = ("--out", "alone", "--seed", course_of.SEED, "--sandbox", wall_name)
     done = course_of.autograder(course, "grade", *paths, *where)
     assert done.returncode == 0, done.stderr
@@ -87,23 +87,23 @@ def autograde(formgrader: FrameLocator, student: str) -> str:
 @pytest.mark.sandbox
 def test_formgraders_button_gives_the_command_lines_marks(sample, lab, page, tmp_path):
     formgrader = open_formgrader(page, lab)
-    formgrader.locator("tr", has_text=ASSIGNMENT).locator(".num-submissions a").click()
+    formgrader.locator("tr", has_text=toy.NAME).locator(".num-submissions a").click()
     for student in STUDENTS:
         assert "Successfully autograded" in autograde(formgrader, student)
     page.screenshot(path=tmp_path / "submissions.png")
-    found = course_of.rows(course_of.database(sample.course), "score", ASSIGNMENT)
-    assert found == course_of.rows(sample.alone / "gradebook.db", "score", ASSIGNMENT)
+    found = course_of.rows(course_of.database(sample.course), "score")
+    assert found == course_of.rows(sample.alone / "gradebook.db", "score")
     totals = {student: sum(cases.values()) for student, cases in found.items()}
     assert totals.keys() == set(STUDENTS)
-    most = totals["sample-solutions"]
-    assert 0 < totals["sample-half"] < most
-    assert totals["sample-broken"] == 0
+    most = totals["right"]
+    assert 0 < totals["half"] < most
+    assert totals["broken"] == 0
     for student, total in totals.items():
         row = formgrader.locator("tr", has_text=student)
         expect(row.locator(".status")).to_have_text("graded")
         expect(row.locator(".score")).to_have_text(f"{total:g} / {most:g}")
-    formgrader.locator("tr", has_text="sample-half").locator(".student-name a").click()
-    formgrader.locator("tr a", has_text=ASSIGNMENT).first.click()
+    formgrader.locator("tr", has_text="half").locator(".student-name a").click()
+    formgrader.locator("tr a", has_text=toy.NAME).first.click()
     expect(formgrader.get_by_text("✓ passed").first).to_be_visible()
     expect(formgrader.get_by_text("✗ failed").first).to_be_visible()
     assert "HIDDEN TESTS" not in formgrader.locator("body").inner_text()
