@@ -89,3 +89,8 @@ def pose_numbers(name: str, value: ArrayLike, n: int) -> Indices:
     if np.any((numbers < 0) | (numbers >= n)):
         raise ValueError(f"{name} is {numbers.tolist()}; poses are 0 to {n - 1}")
     return numbers.astype(np.intp)
+
+
+def times(matrices: Array, vectors: Array) -> Array:
+    """Return the products ``(…, a)`` of matrices ``(…, a, b)`` and vectors ``(…, b)``."""
+    return np.asarray((matrices @ vectors[..., None])[..., 0])

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_slam._arrays import Array, Indices
+from robust_slam._arrays import Array, Indices, times
 from robust_slam.descent.sparse.elimination import Elimination
 from robust_slam.descent.sparse.pattern import (
     find_pattern,
@@ -50,7 +50,7 @@ def chordal(graph: PoseGraph, weights: ArrayLike | None = None) -> Array:
     edges = graph.edges[used]
     elimination = free_elimination(graph.n, edges)
     rotations = _rotations(edges, graph.rotation[used], kappa, elimination)
-    step = (rotations[edges[:, 0]] @ graph.translation[used][..., None])[..., 0]
+    step = times(rotations[edges[:, 0]], graph.translation[used])
     positions = _positions(edges, step, tau, elimination)
     return graph.group.from_parts(rotations, positions)
 

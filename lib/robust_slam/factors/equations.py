@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robust_slam._arrays import Array, Mask
+from robust_slam._arrays import Array, Mask, times
 from robust_slam.descent.sparse.pattern import find_pattern, sum_by_pose
 from robust_slam.descent.step import damping_factor, increases, is_small
 from robust_slam.errors import Underdetermined
@@ -47,7 +47,7 @@ class FactorEquations:
         for block, at in zip(self.graph.blocks, self.graph.slices.values(), strict=True):
             a, b = nodes[block.ends.T]
             residual = block.model.residual(group, a, b, block.measurement)
-            norms[at] = np.linalg.norm(_times(block.root, residual), axis=1)
+            norms[at] = np.linalg.norm(times(block.root, residual), axis=1)
         return norms
 
     def system(self, x: Array, weights: Array) -> tuple[Array, Array]:
@@ -61,11 +61,11 @@ class FactorEquations:
         for block, at in zip(self.graph.blocks, self.graph.slices.values(), strict=True):
             a, b = nodes[block.ends.T]
             root = np.sqrt(weights[at, None, None]) * block.root
-            residual = _times(root, block.model.residual(group, a, b, block.measurement))
+            residual = times(root, block.model.residual(group, a, b, block.measurement))
             by_a, by_b = (root @ j for j in block.model.jacobians(group, a, b, block.measurement))
             to_a, to_b = np.swapaxes(by_a, 1, 2), np.swapaxes(by_b, 1, 2)
             pieces[:, at] = to_a @ by_a, to_b @ by_b, to_a @ by_b
-            pulls[:, at] = _times(to_a, residual), _times(to_b, residual)
+            pulls[:, at] = times(to_a, residual), times(to_b, residual)
         return self.pattern.sum(pieces), sum_by_pose(self.pattern.n, self._ends, pulls)
 
     def shift(self, hessian: Array, weights: Array) -> Array:
@@ -119,10 +119,6 @@ class FactorEquations:
     def _with_frame(self, x: Array) -> Array:
         # The frame is the last entry, so that FRAME, which is −1, finds it.
         return np.concatenate([x, self.graph.group.identity()[None]])
-
-
-def _times(matrices: Array, vectors: Array) -> Array:
-    return np.asarray((matrices @ vectors[..., None])[..., 0])
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,7 @@ from robust_slam._arrays import Array, Mask
 from robust_slam.factors.equations import FactorEquations
 from robust_slam.factors.factor_graph import Block, FactorGraph
 from robust_slam.factors.models import RELATIVE
-from robust_slam.solver.evidence import outlier_entropy
+from robust_slam.solver.evidence import gaussian_entropy, outlier_entropy
 
 _LEAST = 1e-3
 """The spread of what is measured is at least this (m); it matters for a few equal numbers."""
@@ -52,8 +52,7 @@ def _entropy(graph: FactorGraph, block: Block) -> float:
 def _gaussian(points: Array) -> float:
     """Return the entropy of a Gaussian with the spread of the points ``(k, d)``."""
     d = points.shape[1]
-    spread = np.cov(points.T, ddof=0).reshape(d, d) + _LEAST**2 * np.eye(d)
-    return 0.5 * float(d * (1.0 + np.log(2.0 * np.pi)) + np.linalg.slogdet(spread)[1])
+    return gaussian_entropy(np.cov(points.T, ddof=0).reshape(d, d), _LEAST**2)
 
 
 def _whitening(block: Block) -> Array:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from robust_slam._arrays import Array, Indices, Mask
+from robust_slam._arrays import Array, Indices, Mask, times
 from robust_slam.factors.factor_graph import FactorGraph, Factors
 from robust_slam.graphs import se2
 from robust_slam.graphs.generate import Noise, manhattan
@@ -87,7 +87,7 @@ def _sightings(
     if not pose.size:
         raise ValueError(f"trees: none of the {len(place)} is within {_REACH} m; plant more")
     turn = np.swapaxes(se2.rotation(way[pose]), 1, 2)
-    seen = (turn @ apart[pose, tree][..., None])[..., 0]
+    seen = times(turn, apart[pose, tree])
     seen += _TREE * rng.normal(size=seen.shape)
     between = np.linalg.norm(place[:, None] - place, axis=2)
     nearest = np.argsort(between, axis=1)[:, 1 : _ALIKE + 1]

@@ -18,7 +18,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from robust_slam._arrays import Array
+from robust_slam._arrays import Array, times
 from robust_slam.graphs.group import Group
 
 Jacobians: TypeAlias = tuple[Array, Array]
@@ -48,7 +48,7 @@ def _relative_jacobians(group: Group, a: Array, b: Array, z: Array) -> Jacobians
 def _seen(group: Group, a: Array, b: Array) -> Array:
     """Return Rᵀ (t_b − t_a) ``(k, d)``: the position of b in the frame of a."""
     apart = group.translation(b) - group.translation(a)
-    return np.asarray((np.swapaxes(group.rotation(a), 1, 2) @ apart[..., None])[..., 0])
+    return times(np.swapaxes(group.rotation(a), 1, 2), apart)
 
 
 def _point(group: Group, a: Array, b: Array, z: Array) -> Array:

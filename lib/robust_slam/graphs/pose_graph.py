@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
-from robust_slam._arrays import Array, Indices, Mask, finite, mask
+from robust_slam._arrays import Array, Indices, Mask, finite, mask, times
 from robust_slam._words import counted
 from robust_slam.errors import Underdetermined
 from robust_slam.graphs import se2
@@ -353,7 +353,7 @@ def squared_norms(graph: PoseGraph, poses: Array) -> Array:
 
 def apply_information(graph: PoseGraph, r: Array) -> Array:
     """Return Ω r ``(m, D)`` for residuals ``r`` ``(m, D)`` in m and rad."""
-    return np.asarray((graph.information @ r[..., None])[..., 0])
+    return times(graph.information, r)
 
 
 def residual_norms(graph: PoseGraph, poses: Array) -> Array:

@@ -1,4 +1,8 @@
-"""Rotation matrices: their check, and projections onto them and onto the Stiefel manifold."""
+"""Rotation matrices: their check, and projections onto them and onto the Stiefel manifold.
+
+Source: Umeyama 1991, the lemma on the nearest rotation; Absil, Mahony and Sepulchre 2008, the
+polar factor.
+"""
 
 from __future__ import annotations
 
@@ -12,10 +16,7 @@ _ORTHOGONALITY = 1e-6
 
 
 def nearest_rotations(matrices: ArrayLike) -> Array:
-    """Return the rotations ``(…, d, d)`` nearest to ``matrices`` in Frobenius norm.
-
-    Source: Umeyama 1991, the lemma on the nearest rotation.
-    """
+    """Return the rotations ``(…, d, d)`` nearest to ``matrices`` in Frobenius norm."""
     left, _, right = np.linalg.svd(np.asarray(matrices, dtype=np.float64))
     left[..., -1] *= np.sign(np.linalg.det(left) * np.linalg.det(right))[..., None]
     return np.asarray(left @ right)
@@ -38,9 +39,6 @@ def check_rotations(told: str, matrices: Array) -> None:
 
 
 def nearest_stiefel(matrices: ArrayLike) -> Array:
-    """Return the matrices ``(…, r, d)`` of orthonormal columns nearest to ``matrices``.
-
-    Source: Absil, Mahony and Sepulchre 2008, the polar factor.
-    """
+    """Return the matrices ``(…, r, d)`` of orthonormal columns nearest to ``matrices``."""
     left, _, right = np.linalg.svd(np.asarray(matrices, dtype=np.float64), full_matrices=False)
     return np.asarray(left @ right)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from robust_slam._arrays import Array
+from robust_slam._arrays import Array, times
 
 DIMENSION = 3
 DOF = 6
@@ -63,7 +63,7 @@ def inverse(p: ArrayLike) -> Array:
     """Return p⁻¹ ``(…, 3, 4)``, for which p ∘ p⁻¹ is the identity."""
     p = _pose("p", p)
     back = np.swapaxes(p[..., :3], -1, -2)
-    return from_parts(back, -_times(back, p[..., 3]))
+    return from_parts(back, -times(back, p[..., 3]))
 
 
 def between(a: ArrayLike, b: ArrayLike) -> Array:
@@ -152,10 +152,6 @@ def _twist(name: str, value: ArrayLike) -> Array:
 
 def _length(v: Array) -> Array:
     return np.asarray(np.sqrt(np.sum(v * v, axis=-1)))
-
-
-def _times(matrix: Array, v: Array) -> Array:
-    return np.asarray((matrix @ v[..., None])[..., 0])
 
 
 def _matrices(phi: Array) -> Array:

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robust_slam._arrays import Array, Indices, Mask
+from robust_slam._arrays import Array, Indices, Mask, times
 from robust_slam.descent.normal_equations import NormalEquations
 from robust_slam.errors import Underdetermined
 from robust_slam.graphs.pose_graph import PoseGraph, jacobians, residuals, rows_of, select
@@ -157,7 +157,7 @@ class Window:
             moved = np.zeros((unknown.size + 1, size))
             moved[:count] = deviation + self._mean[old]
             i, j = place[gone.edges.T]
-            r = start + _times(lost[0], moved[i]) + _times(lost[1], moved[j])
+            r = start + times(lost[0], moved[i]) + times(lost[1], moved[j])
             _add(*taken, place, gone, r, lost, -1.0)
             information += taken[0][:count, :, :count]
             pull += taken[1][:count]
@@ -183,15 +183,10 @@ def _add(
     ends = place[part.edges.T]
     for a in (0, 1):
         weighted = sign * np.swapaxes(by[a], 1, 2) @ part.information
-        np.add.at(gradient, ends[a], _times(weighted, r))
+        np.add.at(gradient, ends[a], times(weighted, r))
         for b in (0, 1):
             np.add.at(np.swapaxes(hessian, 1, 2), (ends[a], ends[b]), weighted @ by[b])
 
 
 def _largest(angles: Array) -> float:
     return float(np.abs(angles).max(initial=0.0))
-
-
-def _times(matrices: Array, vectors: Array) -> Array:
-    """Return the products ``(k, D)`` of matrices ``(k, D, D)`` and vectors ``(k, D)``."""
-    return np.asarray((matrices @ vectors[..., None])[..., 0])

@@ -42,17 +42,18 @@ def outlier_entropy(graph: PoseGraph) -> float:
     anything = float(np.log(2 * np.pi if d == 2 else 8 * np.pi**2))
     if len(translation) < _FEW:
         square = translation.T @ translation / max(1, len(translation))
-        return _gaussian(square, nearby) + anything
+        return gaussian_entropy(square, nearby) + anything
     if d == 2:
         angle = np.arctan2(rotation[:, 1, 0], rotation[:, 0, 0])
         length = max(abs(np.exp(1j * angle).mean()), _ISOTROPIC)
         turned = np.array([[-2.0 * np.log(length)]])
     else:
         turned = np.cov(Rotation.from_matrix(rotation.copy()).as_rotvec().T)
-    return _gaussian(np.cov(translation.T), nearby) + min(anything, _gaussian(turned, _TURNED**2))
+    turn = gaussian_entropy(turned, _TURNED**2)
+    return gaussian_entropy(np.cov(translation.T), nearby) + min(anything, turn)
 
 
-def _gaussian(covariance: Array, added: float) -> float:
+def gaussian_entropy(covariance: Array, added: float) -> float:
     """Return the entropy of a Gaussian with ``covariance`` ``(d, d)`` and ``added`` on top."""
     d = len(covariance)
     spread = covariance + max(added, _TINY) * np.eye(d)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robust_slam._arrays import Array, Mask
+from robust_slam._arrays import Array, Mask, times
 from robust_slam.descent.normal_equations import NormalEquations
 from robust_slam.descent.sparse.pattern import PoseFactors, sum_by_pose
 from robust_slam.graphs.pose_graph import PoseGraph, linearise, select
@@ -38,7 +38,7 @@ class Fitted:
         equations = NormalEquations(part)
         here = equations.residuals(poses)
         root = np.swapaxes(np.linalg.cholesky(part.information), 1, 2)
-        whitened = (root @ here.r[..., None])[..., 0]
+        whitened = times(root, here.r)
         return cls(equations, whitened, linearise(part, here.relative, here.r), root)
 
     @property
