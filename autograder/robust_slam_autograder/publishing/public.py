@@ -26,7 +26,12 @@ _INSTALL = """\
 from importlib.util import find_spec
 
 if {missing}:
-{lines}"""
+{lines}
+    if {missing}:
+        raise ImportError(
+            "The library was not installed. The lines above say whether the reason is the "
+            "network, the address or a Python that is too old."
+        )"""
 
 
 def publish(tree: Path, out: Path) -> list[str]:

@@ -233,8 +233,8 @@ class TestInstallCell:
         assert '%pip install -q "toy-library @ {where}"' in source
 
     @pytest.mark.parametrize("present", [True, False])
-    def test_it_installs_only_what_is_missing(self, present):
-        """IPython runs the cell, and a magic of ours stands in for pip."""
+    def test_it_installs_only_what_is_missing_and_says_if_that_failed(self, present):
+        """IPython runs the cell, and a magic of ours, which installs nothing, stands for pip."""
         package = "robust-slam-autograder" if present else "no-such-library[extra]"
         repository = public.Repository(world.URL)
         source = "".join(install_cell({package: "some/folder"}, repository)["source"])
@@ -242,13 +242,18 @@ class TestInstallCell:
             "from IPython.core.interactiveshell import InteractiveShell\n"
             "shell = InteractiveShell.instance()\n"
             "shell.register_magic_function(lambda line: print(line), 'line', 'pip')\n"
-            f"shell.run_cell({source!r}).raise_error()\n"
+            f"error = shell.run_cell({source!r}).error_in_exec\n"
+            "print(repr(error))"
         )
         done = subprocess.run(
             [sys.executable, "-c", program], capture_output=True, text=True, check=True
         )
         wanted = f'install -q "{package} @ git+{world.URL}@main#subdirectory=some/folder"'
-        assert done.stdout.strip() == ("" if present else wanted)
+        said = done.stdout.strip().splitlines()
+        if present:
+            assert said == ["None"]
+        else:
+            assert said[0] == wanted and said[-1].startswith("ImportError('The library was not")
 
 
 def test_the_command_says_where_it_is(tree, out, autograder):

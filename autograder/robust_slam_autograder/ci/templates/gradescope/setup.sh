@@ -16,6 +16,7 @@ find_python() {
 }
 
 if ! find_python; then
+    export DEBIAN_FRONTEND=noninteractive # a package that asks would wait for ever
     apt-get update
     apt-get install -y python3.12 python3.12-venv || apt-get install -y python3.11 python3.11-venv
     find_python || { echo "Python 3.11 or newer is needed: choose a newer image."; exit 1; }
