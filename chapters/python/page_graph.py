@@ -194,7 +194,7 @@ def reading(given: Given, tell: Tell) -> dict[str, Any]:
     if other is None:
         return {"found": False, "words": "No other reading rejects half as many closures."}
     count, fewer = (f"{one.rejected.size:,}" for one in (answer, other[1]))
-    words = f"Read {other[0]}, {fewer} edges would be rejected in place of {count}."
+    words = f"Read {other[0]}, {fewer} edges would be rejected instead of {count}."
     return {"found": True, "words": f"{words} If the file was meant so, write it so."}
 
 
