@@ -99,7 +99,7 @@ def main(paper: str = "a4") -> int:
         print(f"ERROR: the paper {paper!r} is unknown; give one of {sorted(PAPERS)}")
         return 1
     target = ROOT / "build" / f"robust-slam-{paper}.pdf"
-    # Chromium counts its objects short by a few, which pypdf mends and would tell.
+    # Chromium counts its objects short by a few, which pypdf corrects, with a warning.
     logging.getLogger("pypdf").setLevel(logging.ERROR)
     try:
         pages = write(book(ROOT / "build" / "html"), target, paper)
