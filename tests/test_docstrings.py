@@ -16,7 +16,7 @@ import pytest
 LIB = Path(__file__).resolve().parents[1] / "lib" / "robust_slam"
 MODULES = sorted(p for p in LIB.rglob("*.py") if not p.name.startswith("_"))
 RECORDS = {"errors", "graph_file", "group", "palette", "result"}
-TOOLS = {"cli", "drawing", "files", "lines", "progress", "reading"}
+TOOLS = {"breaking", "cli", "drawing", "files", "lines", "progress", "reading"}
 WITHOUT_LITERATURE = RECORDS | TOOLS
 """Modules that hold no method: names, records, files, commands and what pages look like."""
 ARRAYS = {"Array", "ArrayLike", "Mask", "Indices"}

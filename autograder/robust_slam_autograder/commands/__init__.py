@@ -21,6 +21,7 @@ from robust_slam_autograder.commands import (
     regrade,
     release,
     report,
+    scores,
     towns,
 )
 
@@ -36,6 +37,7 @@ COMMANDS = (
     feedback,
     report,
     export,
+    scores,
     doctor,
     lint,
     public,

@@ -1,3 +1,4 @@
+from .breaking import breaking as breaking
 from .certificates import certificate as certificate
 from .graduation import graduation as graduation
 from .kernels import kernels as kernels

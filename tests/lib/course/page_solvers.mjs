@@ -77,6 +77,10 @@ const SOLVERS = {
     ate: page.ate(Float64Array.from(estimate), truth),
   }),
   aliases: ({ truth, ends, size }) => page.agreeingClosures(truth, ends, size),
+  attacks: ({ data, state }) => {
+    const { bent } = page.attackedMap(data, state);
+    return { bent, fooled: bent > 0.5 };
+  },
   cliques: ({ adjacency, k }) => sizeOf(page.maxClique(adjacency, k), adjacency, k),
   pcm: ({ graph, gamma }) => {
     const { kept, closures, clique, ...found } = page.pcm(page.makeGraph(graph), gamma);

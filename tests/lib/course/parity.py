@@ -50,6 +50,7 @@ SOLVERS = {
     "covariances": (labs.covariance_cases, GRAPH),
     "priors": (labs.prior_cases, GRAPH),
     "aliases": (sets.alias_cases, LINE),
+    "attacks": (sets.attack_cases, GRAPH),
     "fleets": (graphs.fleet_cases, GRAPH),
     "cliques": (sets.clique_cases, LINE),
     "pcm": (sets.pcm_cases, GRAPH),

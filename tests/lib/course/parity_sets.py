@@ -6,11 +6,13 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
+from robust_slam import breaking
 from robust_slam.consistency.cliques import max_clique
 from robust_slam.consistency.pairwise import pairwise_distances, pcm
 from robust_slam.graphs import add_random_closures, circle, manhattan, se2
 from robust_slam.graphs.outliers import add_aliased_closures, add_grouped_closures
 from robust_slam.graphs.pose_graph import PoseGraph
+from robust_slam_course.pictures.graphs import graph_data
 
 from tests.lib.course.parity_cases import Angles, Case
 from tests.lib.course.parity_graphs import C99, as_given
@@ -45,6 +47,24 @@ def pcm_cases(rng: np.random.Generator) -> Iterator[Case]:
                 "isClique": True,
                 "keepsIt": True,
             },
+        )
+
+
+def attack_cases(rng: np.random.Generator) -> Iterator[Case]:
+    """A thousand random scores of *Break the map*, in the data that the picture has."""
+    data = {name: graph_data(*breaking.town(name)[:2], 9) for name in breaking.TOWNS}
+    for _ in range(1000):
+        town, solver = (str(rng.choice(list(each))) for each in (breaking.TOWNS, breaking.SOLVERS))
+        count = int(rng.integers(1, breaking.MOST + 1))
+        j = int(rng.integers(2, breaking.TOWNS[town][1] - count + 1))
+        i = int(rng.integers(j - 1))
+        dx, dy = rng.integers(-breaking.REACH, breaking.REACH + 1, 2)
+        score = f"{town}:{solver}:{i}-{j}:{dx},{dy if dx or dy else 1}:{count}"
+        attack = breaking.attack(score)
+        state = {"solver": solver, "ends": [attack.i, attack.j], "count": count}
+        yield Case(
+            {"data": data[town], "state": state | {"offset": [attack.dx, attack.dy]}},
+            {"bent": (bent := breaking.bent(attack)), "fooled": bent > breaking.BOUND},
         )
 
 

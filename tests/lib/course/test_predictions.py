@@ -271,9 +271,17 @@ def priors(data: Any, state: Any) -> Told:
     return "yes" if lost else "no", [said]
 
 
+def breaking(data: Any, state: Any) -> Told:
+    count, _ = data["best"][f"{state['town']}:{state['solver']}"]
+    inliers = data["towns"][state["town"]]["trusted"].count(0)
+    told = ("none", "one", "two", "three", "four")
+    return told[count], [f"{told[count]} are enough, although there are {told[inliers]} inliers"]
+
+
 CHECKS = (
     opening, cycles, leverage, kernels, majoriser, basins, annealing, consistency, certificate,
     showcase, machine, graduation, robots, arena, growing, proofs, priors,
+    breaking,
 )  # fmt: skip
 
 

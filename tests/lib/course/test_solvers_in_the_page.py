@@ -94,6 +94,12 @@ BUGS = {
         "const first = 3 * pose - (pose > 1 ? 6 : 3);",
         "covariances",
     ),
+    "an offset that goes the other way": (
+        "breaking.js",
+        "[...offset, 0]",
+        "[...offset.map((far) => -far), 0]",
+        "attacks",
+    ),
     "a step that is not halved": (
         "descent.js",
         "retractPoses(here.poses, step, 0.5 ** halvings)",

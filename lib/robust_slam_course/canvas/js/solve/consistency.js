@@ -83,6 +83,17 @@ export function maxClique(adjacency, k) {
   return best.sort((a, b) => a - b);
 }
 
+/** Return, of all cliques of `size` among `k` vertices, the first in the order of their numbers. */
+export function firstClique(adjacency, k, size, chosen = []) {
+  if (chosen.length === size) return chosen;
+  for (let v = (chosen.at(-1) ?? -1) + 1; v < k; v++) {
+    if (!chosen.every((other) => adjacency[v * k + other])) continue;
+    const found = firstClique(adjacency, k, size, [...chosen, v]);
+    if (found) return found;
+  }
+  return null;
+}
+
 /** Return vertices in the order of their colours: joined vertices have different colours. */
 function colouredVertices(candidates, near) {
   const order = [];

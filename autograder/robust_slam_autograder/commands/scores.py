@@ -1,0 +1,125 @@
+"""``autograder scores``: a class's scores of a game, replayed, as a table."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+from robust_slam_autograder import layout
+from robust_slam_autograder.commands import places
+from robust_slam_autograder.errors import WrongUse
+from robust_slam_autograder.grading import durable
+
+_SCORE = re.compile(r"[\w:,+-]{1,60}", re.ASCII)
+_LONGEST = 1000
+"""Characters of a student's file that are read."""
+_SECONDS = 60
+_REPLAYED = (0, 1)
+"""Exit codes of a command that has printed its line."""
+
+
+def add(commands: Any) -> None:  # noqa: ANN401
+    """Declare the command."""
+    parser = commands.add_parser("scores", help="replay a class's scores of a game, as a table")
+    parser.add_argument(
+        "scores",
+        type=Path,
+        metavar="PATH",
+        help="a CSV with a line student,score for each, or a folder with a file for each student",
+    )
+    parser.add_argument(
+        "--replay",
+        default="robust-slam replay",
+        metavar="COMMAND",
+        help="replays the score behind it, and prints a head and a line of CSV; the table is "
+        "sorted by these columns (%(default)s)",
+    )
+    parser.add_argument("--no-names", action="store_true", help="leave the students out")
+    parser.add_argument("--to", type=Path, default=layout.CLASS / "scores.csv", metavar="FILE")
+    parser.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Write the table: scores that were replayed, the best first, and then what was refused."""
+    places.refuse_unwritable("--to", options.to, made=layout.CLASS)
+    given = _given(options.scores)
+    if options.to.exists() and options.to.samefile(options.scores):
+        raise WrongUse(f"--to {options.to} holds the scores themselves: name another file.")
+    command = _command(options.replay)
+    table, refused, head = [], [], []
+    for student, score in given:
+        lines, error = _replayed(command, score)
+        who = [] if options.no_names else [student]
+        if error:
+            refused.append([*who, score, error])
+        else:
+            head, told = lines
+            table.append([*who, score, "", *told])
+    first = 2 if options.no_names else 3
+    table.sort(key=lambda row: [_sortable(cell) for cell in row[first:]])
+    title = [*([] if options.no_names else ["student"]), "score", "refused", *head]
+    from robust_slam_autograder.lms.systems import as_csv  # it takes its time to import
+
+    durable.write(options.to, as_csv(iter([title, *table, *refused])))
+    print(f"{len(table)} scores were replayed, and {len(refused)} refused: {options.to}")
+    return 0
+
+
+def _given(path: Path) -> list[tuple[str, str]]:
+    """Return the students with their scores."""
+    if path.is_dir():
+        files = sorted(each for each in path.iterdir() if each.is_file())
+        return [(each.stem, _text(each).strip()) for each in files]
+    if not path.is_file():
+        raise WrongUse(f"There is no file or folder {path}: correct the path.")
+    with path.open(encoding="utf-8-sig", errors="replace", newline="") as file:
+        rows = [row for row in csv.reader(file) if row]
+    found = [(row[0], ",".join(row[1:]).strip()) for row in rows]
+    return found[1:] if found and found[0][1].lower() == "score" else found
+
+
+def _text(path: Path) -> str:
+    with path.open(encoding="utf-8", errors="replace") as file:
+        return file.read(_LONGEST)
+
+
+def _command(text: str) -> list[str]:
+    """Return the words of the command, which is on the path or beside this Python."""
+    name, *words = shlex.split(text) or [""]
+    beside = os.fspath(Path(sys.executable).parent)
+    found = shutil.which(name, path=os.pathsep.join([beside, os.environ.get("PATH", "")]))
+    if found is None:
+        raise WrongUse(f"--replay {text}: there is no command {name}; install it or name another.")
+    return [found, *words]
+
+
+def _replayed(command: list[str], score: str) -> tuple[list[list[str]], str]:
+    """Return what the command printed, head and line, or a reason why not."""
+    if not _SCORE.fullmatch(score):
+        return [], "no score"
+    try:
+        done = subprocess.run(
+            [*command, "--", score], capture_output=True, text=True, timeout=_SECONDS, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return [], f"the replay took more than {_SECONDS} s"
+    lines = list(csv.reader(done.stdout.splitlines()))
+    if done.returncode not in _REPLAYED or len(lines) != 2:
+        return [], (done.stderr.strip().splitlines() or ["no answer"])[-1]
+    return lines, ""
+
+
+def _sortable(cell: str) -> tuple[int, float, str]:
+    """Return a key that sorts numbers by their values, and before words."""
+    try:
+        return 0, float(cell), ""
+    except ValueError:
+        return 1, 0.0, cell

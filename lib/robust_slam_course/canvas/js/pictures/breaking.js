@@ -1,0 +1,119 @@
+import { putLegend } from "../draw/legend.js";
+import { putHandle } from "../draw/handle.js";
+import { fitAround, posePixels, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
+import { livePicture } from "../draw/picture.js";
+import { pathThrough } from "../draw/scene.js";
+import { stageHeight } from "../draw/stage.js";
+import { attackedMap } from "../solve/breaking.js";
+import { alignPoses } from "../solve/metrics.js";
+
+/** A game: the reader tells a solver where a part of a small town is not, in as few closures. */
+export function render(context) {
+  const { towns, bound, most } = context.model.get("data");
+  return livePicture(context, {
+    layers: ["ghost", "edges", "drive", "wrong"],
+    controls: [
+      { kind: "choice", name: "solver", label: "Solver", options: Object.entries(SOLVER_NAMES) },
+      { kind: "slider", name: "count", label: "Outliers", min: 1, max: most, step: 1, text: String },
+      { kind: "choice", name: "town", label: "Town", options: Object.keys(towns).map((name) => [name, name]) },
+      { kind: "button", label: "Copy my score", does: copied },
+    ],
+    main: ["town", "solver", "count", "Copy my score"],
+    clean: cleanAttack,
+    solve: (state, data) => {
+      const found = attackedMap(data.towns[state.town], state);
+      return { ...found, poses: alignPoses(found.poses, data.towns[state.town].truth), fooled: found.bent > bound };
+    },
+    moving: ({ poses }) => poses,
+    height: (width) => stageHeight(width) - CONTROL_ROW,
+    draw: drawAttack,
+    caption: attackCaption,
+  });
+}
+
+const CONTROL_ROW = 40; // pixels: the controls take two rows
+const SOLVER_NAMES = {
+  squares: "least squares", gm: "Geman–McClure", gnc: "GNC", pcm: "PCM + GNC",
+};
+
+function cleanAttack(state, { towns, most, reach }) {
+  const whole = (value, low, high) => Math.min(high, Math.max(low, Math.round(Number(value) || 0)));
+  const town = Object.hasOwn(towns, state.town) ? state.town : Object.keys(towns)[0];
+  const count = whole(state.count, 1, most);
+  const j = whole(state.ends[1], 2, towns[town].truth.length / 3 - count);
+  const offset = [0, 1].map((axis) => whole(state.offset[axis], -reach, reach));
+  return {
+    town, count, ends: [whole(state.ends[0], 0, j - 2), j],
+    solver: Object.hasOwn(SOLVER_NAMES, state.solver) ? state.solver : "gnc",
+    offset: offset.some(Boolean) ? offset : [1, 0],
+    copied: String(state.copied),
+  };
+}
+
+/** The score as `robust-slam replay` reads it. */
+function scoreOf({ town, solver, ends, offset, count }) {
+  return `${town}:${solver}:${ends.join("-")}:${offset.join(",")}:${count}`;
+}
+
+function copied(state) {
+  navigator.clipboard?.writeText(scoreOf(state)).catch(() => {});
+  return { copied: scoreOf(state) };
+}
+
+function drawAttack(scene, { state, result, shown, width, height, data, change }) {
+  const { truth, edges, trusted } = data.towns[state.town];
+  const top = putLegend(scene, "ghost", "legend", 0, 2, width, [
+    ["is-ghost", "true path"], ["is-estimate", "map"], ["is-inlier", "inlier"],
+    ["is-outlier", "outlier"], ["is-rejected", "rejected"], ["is-accent", "offset"],
+  ]);
+  const box = { x: 0, y: top, width, height: height - top };
+  const [east, north] = state.offset;
+  const claimed = truth.map((value, k) => value + [east, north, 0][k % 3]);
+  const ends = claimed.slice(3 * state.ends[1], 3 * (state.ends[1] + state.count));
+  const map = fitAround(scene, `map-${state.town}`, box, truth, [...result.poses, ...ends], 40);
+  for (const layer of ["edges", "drive"]) scene.clip(layer, box);
+  putDrive(scene, "ghost", "truth", map, truth, "is-ghost");
+  const look = (k, kept) => (result.weights[k] > 0.25 ? kept : "is-rejected");
+  edges.forEach((edge, k) => {
+    if (!trusted[k]) putEdge(scene, "edges", `edge-${k}`, map, shown, edge, look(k, "is-inlier"));
+  });
+  putDrive(scene, "drive", "map", map, shown, "is-estimate");
+  const [i, j] = state.ends;
+  for (let k = 0; k < state.count; k += 1) {
+    const [from, to, there] = [[truth, i], [truth, j], [claimed, j]].map(([poses, first]) => posePixels(map, poses, first + k));
+    const kept = look(edges.length + k, "is-outlier");
+    scene.put("wrong", `wrong-${k}`, "path", { class: `rs-edge ${kept}`, d: pathThrough([from, to]), "stroke-width": 2.5 });
+    scene.put("wrong", `offset-${k}`, "path", { class: "is-accent", d: pathThrough([to, there]), "stroke-width": 2 });
+  }
+  const move = ([ends]) => ends[0] < ends[1] && change({ ends });
+  putClosureHandles(scene, map, truth, [state.ends], move, { noun: "Outlier", removable: false });
+  putOffset(scene, map, claimed, state, data.reach, change);
+}
+
+/** The handle where pose j is claimed to be; an offset of nothing is stepped over. */
+function putOffset(scene, map, claimed, { ends: [, j], offset }, reach, change) {
+  const [x, y] = posePixels(map, claimed, j);
+  const near = (value) => Math.max(-reach, Math.min(reach, value));
+  const to = (wanted) => wanted.some(Boolean) && change({ offset: wanted.map(near) });
+  putHandle(scene, "offset", {
+    x, y, shape: "square", look: "rs-wrong", label: "Offset",
+    text: `${offset[0]} m east, ${offset[1]} m north`, now: Math.hypot(...offset), least: 0, most: Math.hypot(reach, reach),
+    drag: (px, py) => to([
+      Math.round(map.fromX(px) - claimed[3 * j] + offset[0]), Math.round(map.fromY(py) - claimed[3 * j + 1] + offset[1]),
+    ]),
+    step: (right, up) => {
+      const wanted = [offset[0] + right, offset[1] + up];
+      to(wanted.some(Boolean) ? wanted : [right, up].map(Math.sign));
+    },
+  });
+}
+
+function attackCaption({ state, result, data }) {
+  const told = (count, far) => `${count} × ${far.toFixed(2)}\u00a0m`;
+  const score = scoreOf(state);
+  const best = data.best[`${state.town}:${state.solver}`];
+  return `${result.fooled ? "Fooled" : "Not fooled"}: ${told(state.count, Math.hypot(...state.offset))} bend the map `
+    + `by ${result.bent.toFixed(2)}\u00a0m, and ${data.bound}\u00a0m is enough. `
+    + `Best possible: ${best ? told(...best) : "none does it"}. `
+    + `Score${state.copied === score ? ", copied" : ""}: ${score}`;
+}

@@ -1,0 +1,49 @@
+/**
+ * A solver on a town with agreeing outliers: who fools it with the fewest?
+ *
+ * Source: as `robust_slam.breaking`.
+ */
+import { agreeingClosures } from "./aliasing.js";
+import { firstClique, pcm } from "./consistency.js";
+import { gnc } from "./graduation.js";
+import { irls } from "./loop.js";
+import { ate } from "./metrics.js";
+import { CHI_99_SE2, graphWithWrong, leastSquares, poseGraphProblem } from "./pose_graph.js";
+
+const ATTACKED = {
+  squares: (graph) => {
+    const { poses } = leastSquares(poseGraphProblem(graph));
+    return { x: poses, weights: new Float64Array(graph.m).fill(1) };
+  },
+  gm: (graph) => {
+    const problem = poseGraphProblem(graph);
+    return irls(problem, "geman-mcclure", CHI_99_SE2, problem.guess, { tol: 1e-6 });
+  },
+  gnc: (graph) => {
+    const problem = poseGraphProblem(graph);
+    return gnc(problem, CHI_99_SE2, "tls", problem.guess, { tol: 1e-6 });
+  },
+};
+
+/**
+ * Return { poses, weights, bent }: the map (3n), the weight of each edge, those of the attack last,
+ * and how far the map is from the least-squares map without outliers (m). `data` is as for
+ * `graphWithWrong`, `ends` are the poses of the first closure, and `offset` its two numbers (m).
+ */
+export function attackedMap(data, { solver, ends, offset, count }) {
+  const wrong = agreeingClosures(data.truth, ends, count, [...offset, 0]);
+  const whole = graphWithWrong(data, wrong);
+  const taken = solver === "pcm" ? keptByPcm(whole) : [...Array(whole.m).keys()];
+  const { x, weights } = ATTACKED[solver === "pcm" ? "gnc" : solver](graphWithWrong(data, wrong, taken));
+  const all = new Float64Array(whole.m);
+  taken.forEach((edge, k) => { all[edge] = weights[k]; });
+  const { poses } = leastSquares(poseGraphProblem(graphWithWrong(data, { edges: [] })));
+  return { poses: x, weights: all, bent: ate(x, poses) };
+}
+
+/** The numbers of the edges that PCM keeps; of largest sets the one that comes first. */
+function keptByPcm(graph) {
+  const { closures, clique, adjacency } = pcm(graph, CHI_99_SE2);
+  const kept = firstClique(adjacency, closures.length, clique.length).map((place) => closures[place]);
+  return [...Array(graph.m).keys()].filter((edge) => graph.isOdometry[edge] || kept.includes(edge));
+}
