@@ -44,5 +44,7 @@
     watch.disconnect();
     import(new URL("near.js", src).href);
   }, { rootMargin: "50%" });
-  for (const button of document.querySelectorAll(".rs-run button")) watch.observe(button);
+  const buttons = document.querySelectorAll(".rs-run button");
+  // Nor for a reader who leaves at once, where a cell is near the head of the page.
+  addEventListener("scroll", () => buttons.forEach((button) => watch.observe(button)), { once: true });
 })();
