@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page
 from robust_slam_course import pictures
+from robust_slam_course.canvas.picture import Picture
 
 from tests.chromium import Opener
 
@@ -18,17 +19,31 @@ LIT = f"""() => !document.querySelector("[data-lighting]") ? [] : {PATHS}.filter
 FADED = f"() => {PATHS}.filter((part) => getComputedStyle(part).opacity < 0.5).length"
 
 
-@pytest.fixture
-def beside(tmp_path: Path, open_page: Opener) -> Page:
-    """A page with the picture of chapter 0 between two paragraphs."""
-    path = tmp_path / "page.html"
-    above = "<p>Two wrong closures, a <a href='#'>true path</a>, a wrong closure and μ.</p>"
-    below = "<p>The true path and <math><mi>c</mi></math>.</p><h2>An outlier</h2>"
-    cell = f'<div class="cell">{pictures.cycles().static_html()}</div>'
+def between(above: str, picture: Picture, below: str, path: Path, opens: Opener) -> Page:
+    """A page with a picture between two paragraphs."""
+    cell = f'<div class="cell">{picture.static_html()}</div>'
     path.write_text(f'<!doctype html><meta charset="utf-8">{above}{cell}{below}', "utf-8")
-    page = open_page(path.as_uri()).page
+    page = opens(path.as_uri()).page
     page.wait_for_selector(".rs-picture[data-live]")
     return page
+
+
+@pytest.fixture
+def beside(tmp_path: Path, open_page: Opener) -> Page:
+    """The picture of chapter 0 and its words."""
+    above = "<p>Two wrong closures, a <a href='#'>true path</a>, a wrong closure and μ.</p>"
+    below = "<p>The true path and <math><mi>c</mi></math>.</p><h2>An outlier</h2>"
+    return between(above, pictures.cycles(), below, tmp_path / "page.html", open_page)
+
+
+def test_what_a_certificate_is_made_of_is_linked(tmp_path: Path, open_page: Opener) -> None:
+    above = "<p>The bar reaches from the bound to the cost; the eigenvalues are above.</p>"
+    page = between(above, pictures.certificate(), "", tmp_path / "page.html", open_page)
+    for word, part in (("bound", ".rs-bound"), ("eigenvalues", ".rs-eigen")):
+        page.locator("p > .rs-word", has_text=word).first.hover()
+        opacity = "found => [...new Set(found.map((one) => getComputedStyle(one).opacity))]"
+        assert page.locator(part).evaluate_all(opacity) == ["1"]
+        assert page.locator(f".rs-stage path:not({part})").evaluate_all(opacity) == ["0.2"]
 
 
 def test_words_beside_it_that_name_visible_parts_are_linked_once(beside: Page) -> None:

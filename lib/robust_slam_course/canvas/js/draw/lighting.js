@@ -9,6 +9,8 @@ const NAMED = {
   inlier: ".is-inlier, .rs-right *",
   "true path": ".is-ghost",
   majoriser: ".is-accent",
+  eigenvalue: ".rs-eigen",
+  bound: ".rs-bound.is-accent",
   c: '[data-control="c"]',
   σ: '[data-control="sigma"]',
   μ: '[data-control="step"]',

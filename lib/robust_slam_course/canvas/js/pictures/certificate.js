@@ -224,7 +224,7 @@ function drawSpectrum(scene, box, result, eigenvalues) {
       below: `M${x - 6} ${y - 5}H${x + 6}L${x} ${y + 6}Z`,
     };
     const looks = { zero: "rs-open is-ink", above: "rs-full is-estimate", below: "rs-full is-outlier" };
-    scene.put("marks", `value-${k}`, "path", { class: looks[kind], d: shapes[kind] });
+    scene.put("marks", `value-${k}`, "path", { class: `rs-eigen ${looks[kind]}`, d: shapes[kind] });
   });
   const negative = result.lambdaMin < 0;
   scene.put("marks", "lowest", "text", {
@@ -242,9 +242,9 @@ function drawCosts(scene, box, n, result, cost, lower) {
   scene.put("marks", "costs-head", "text", { class: "rs-head", x: box.x + 4, y: box.y - 2 }, "Bar: at most to gain");
   const [left, right] = [maps.toX(lower), maps.toX(cost)];
   scene.put("areas", "gap", "path", {
-    class: "rs-area is-accent", d: `M${left} ${y - 11}H${right}V${y + 11}H${left}Z`,
+    class: "rs-area rs-bound is-accent", d: `M${left} ${y - 11}H${right}V${y + 11}H${left}Z`,
   });
-  scene.put("lines", "lower", "path", { class: "rs-edge is-accent", d: `M${left} ${y - 14}V${y + 14}`, "stroke-width": 2.5 });
+  scene.put("lines", "lower", "path", { class: "rs-edge rs-bound is-accent", d: `M${left} ${y - 14}V${y + 14}`, "stroke-width": 2.5 });
   const best = maps.toX(result.best);
   scene.put("lines", "best", "path", { class: "rs-edge is-inlier", d: `M${best} ${y - 16}V${y + 22}`, "stroke-width": 2.5 });
   scene.put("marks", "best-text", "text", { class: "rs-label rs-halo", x: best + 8, y: y + 26 },
