@@ -50,9 +50,12 @@ class Question:
 
     def _shown(self, name: str, spec: str) -> str:
         value = self.values[name]
-        return (
-            ", ".join(f"{v:g}" for v in value) if isinstance(value, list) else format(value, spec)
+        if isinstance(value, str):
+            return value
+        text = (
+            ", ".join(map("{:g}".format, value)) if isinstance(value, list) else f"{value:{spec}}"
         )
+        return text.replace("-", "−")
 
 
 def exam(chapter: str, seed: int) -> list[Question]:
@@ -100,7 +103,7 @@ def page(chapter: str, seed: int) -> str:
 def sheet(chapter: str, seed: int) -> str:
     """Return the exam of a chapter for students, without answers and marks."""
     asked = (f"{q.title}\n\n{q.filled.partition('**Answer.**')[0]}" for q in exam(chapter, seed))
-    return "".join(asked).strip() + "\n"
+    return f"## Exam on chapter {chapter}, variant {seed}\n\n" + "".join(asked).strip() + "\n"
 
 
 if __name__ == "__main__":
@@ -111,4 +114,6 @@ if __name__ == "__main__":
     asked = parser.parse_args()
     if not (HERE / f"{asked.chapter}.md").is_file():
         parser.error(f"there is no page {asked.chapter}; give a chapter from 00 to 09")
+    if asked.seed < 0:
+        parser.error(f"the seed {asked.seed} is negative; give 0 or more")
     print((sheet if asked.sheet else page)(asked.chapter, asked.seed), end="")

@@ -87,4 +87,5 @@ def test_a_page_has_marks_that_add_up_and_a_sheet_has_no_answers(chapter: str) -
     assert "<<" not in whole + students and "```toml" not in whole
     assert "Answer" not in students and "point:" not in students
     assert students.count("### ") == 3 and sheet(chapter, 4) != students
+    assert "variant 3" in students, "else nobody knows which answers belong to a sheet"
     assert misconceptions(chapter) in whole
