@@ -29,8 +29,7 @@ def certificate() -> Picture:
             [
                 Option(
                     "a small one",
-                    "Each arrow is pulled equally from both sides, so a small turn of any one"
-                    " raises the cost.",
+                    "The pulls on each arrow balance, and when it turns they pull it back.",
                 ),
                 Option(
                     "several small ones",

@@ -35,7 +35,7 @@ def arena() -> Picture:
         name="arena",
         title="As many outliers as you like",
         question=Question(
-            "How many random outliers does GNC survive in this town?",
+            "Up to which share of random outliers does GNC find a good map of this town?",
             [
                 Option("30 %", "Up to 70 % it finds the same good map."),
                 Option(

@@ -95,8 +95,8 @@ def basins() -> Picture:
             ],
         ),
         tries=[
-            "choose Cauchy and one reading against one, and show all starts. At which c do the two"
-            " minima become one?",
+            "choose Cauchy and one reading at each place, and show all starts. At which c do"
+            " the two minima become one?",
             "choose TLS with c = 1 and drag the start between the readings. Which way does the"
             " descent go?",
         ],

@@ -64,7 +64,7 @@ def opening(poses: int = 60) -> Picture:
         ),
         tries=[
             "reject outliers, and drag again. Then add more wrong closures: how many of them does"
-            " GNC keep?",
+            " the robust solver (GNC, chapter 5) keep?",
         ],
         caption="Three maps of one drive: least squares without the wrong closure follows the true"
         " path, with it nearly the whole map folds, and a robust kernel brings the path back.",
