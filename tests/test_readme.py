@@ -44,7 +44,7 @@ def test_the_tour_takes_a_dozen_lines() -> None:
 
 
 @pytest.mark.parametrize(
-    "seed", [0, 1, *(pytest.param(seed, marks=pytest.mark.soak) for seed in range(2, 10))]
+    "seed", [1, *(pytest.param(seed, marks=pytest.mark.soak) for seed in (0, *range(2, 10)))]
 )
 @pytest.mark.long
 def test_the_tour_rejects_every_outlier_and_ends_certified(tour: str, seed: int) -> None:

@@ -66,9 +66,8 @@ def assert_map_of_the_centre(graph, labels, c):
 
 
 @pytest.mark.parametrize("robots", SIZES)
-@pytest.mark.parametrize("seed", range(2))
-def test_the_fleet_finds_the_map_of_the_centre(robots, seed):
-    graph, is_outlier, labels = town(robots, seed)
+def test_the_fleet_finds_the_map_of_the_centre(robots):
+    graph, is_outlier, labels = town(robots, 0)
     outcome = assert_map_of_the_centre(graph, labels, C)
     assert outcome.stop is StopReason.BINARY_WEIGHTS
     assert not np.any(outcome.rounds[-1].weights[is_outlier])
