@@ -29,9 +29,9 @@ def breaking() -> Picture:
         question=Question(
             "Town A has three inliers. How many outliers that agree does it take to fool GNC?",
             [
-                Option("one", "no place and no offset of a single one is enough."),
-                Option("two", "they need not outnumber the three inliers.", correct=True),
-                Option("four", "two are enough, although there are three inliers."),
+                Option("one", "A single one fools it at no place and with no offset."),
+                Option("two", "They need not outnumber the three inliers.", correct=True),
+                Option("four", "Two are enough, although there are three inliers."),
             ],
         ),
         tries=[
