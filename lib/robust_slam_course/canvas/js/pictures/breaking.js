@@ -3,7 +3,6 @@ import { putHandle } from "../draw/handle.js";
 import { fitAround, posePixels, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
 import { livePicture } from "../draw/picture.js";
 import { pathThrough } from "../draw/scene.js";
-import { stageHeight } from "../draw/stage.js";
 import { attackedMap } from "../solve/breaking.js";
 import { alignPoses } from "../solve/metrics.js";
 
@@ -13,25 +12,23 @@ export function render(context) {
   return livePicture(context, {
     layers: ["ghost", "edges", "drive", "wrong"],
     controls: [
-      { kind: "choice", name: "solver", label: "Solver", options: Object.entries(SOLVER_NAMES) },
-      { kind: "slider", name: "count", label: "Outliers", min: 1, max: most, step: 1, text: String },
       { kind: "choice", name: "town", label: "Town", options: Object.keys(towns).map((name) => [name, name]) },
+      { kind: "choice", name: "solver", label: "Fool", options: Object.entries(SOLVER_NAMES) },
+      { kind: "slider", name: "count", label: "Outliers", min: 1, max: most, step: 1, text: String },
       { kind: "button", label: "Copy my score", does: copied },
     ],
-    main: ["town", "solver", "count", "Copy my score"],
+    main: ["town", "solver", "count"],
     clean: cleanAttack,
     solve: (state, data) => {
       const found = attackedMap(data.towns[state.town], state);
       return { ...found, poses: alignPoses(found.poses, data.towns[state.town].truth), fooled: found.bent > bound };
     },
     moving: ({ poses }) => poses,
-    height: (width) => stageHeight(width) - CONTROL_ROW,
     draw: drawAttack,
     caption: attackCaption,
   });
 }
 
-const CONTROL_ROW = 40; // pixels: the controls take two rows
 const SOLVER_NAMES = {
   squares: "least squares", gm: "Geman–McClure", gnc: "GNC", pcm: "PCM + GNC",
 };
