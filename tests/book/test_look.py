@@ -100,6 +100,21 @@ class TestVisit:
 
 
 @pytest.mark.browser
+@pytest.mark.parametrize("width", [390, 1280])
+def test_nothing_moves_when_the_progress_is_shown(
+    width: int, address: str, browser: Browser
+) -> None:
+    view = {"width": width, "height": 1600}
+    with visiting(browser, "about:blank", viewport=view) as visit:
+        page = visit.page
+        # As over a slow connection, where the page is drawn before its script has come.
+        page.route("**/course.js", lambda route: (page.wait_for_timeout(300), route.continue_()))
+        page.goto(f"{address}/chapters/students.html", wait_until="networkidle")
+        assert page.locator(".rs-progress tr").count() > 10
+        assert page.evaluate(SHIFT) < 0.02
+
+
+@pytest.mark.browser
 @pytest.mark.parametrize(("style", "crooked"), [("", 0), ("pre {word-spacing: 0.05em}", 1)])
 def test_letters_beside_their_column_are_found(style: str, crooked: int, browser: Browser) -> None:
     with visiting(browser, "about:blank") as visit:
