@@ -6,6 +6,7 @@ argument is negative. An aspect counts where it leaves numbers to compare.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any
 
@@ -141,6 +142,7 @@ def _alone(view: View) -> View:
 
 
 _OF_VALUES: Mapping[str, View] = {
+    "plain": _numbers(np.asarray),
     "shape": _numbers(np.ravel, shape=False),
     "size": _numbers(np.abs),
     "order": _numbers(lambda x: np.sort(x, axis=None)),
@@ -184,9 +186,12 @@ _OF_PAIRS: Mapping[str, Compare] = {
 """Of an argument's sizes and another one that is a number alone."""
 _PLACES = ("first", "second", "third", "fourth", "fifth")
 _NEAR, _PART = "near", "part "
+_NEARLY = "all is nearly right, and not as exact as it should be"
 _NOTHING = ("nothing",)
 SCALE = 10.0
 """Numbers below one over this are nearly the same as 0."""
+FINE = 2e-4
+"""Width of a cell where values are right: a solver's are, up to its tolerance."""
 COARSE = 0.02
 """Width of a cell where values are nearly the same, by the root of how many there are."""
 
@@ -208,11 +213,16 @@ def seen(call: Called, salt: str) -> dict[str, tuple[str, ...]]:
     for name, view in views.items():
         parts = _left(call, view)
         if parts is not None and (name not in _OF_VALUES or _telling(parts)):
-            found[name] = digests(parts, f"{salt} {call.name}") if parts else _NOTHING
+            found[name] = near(parts, f"{salt} {call.name}") if parts else _NOTHING
     numbers = sum(one.size for _, one in call.parts if one is not None)
     if numbers >= FEWEST_ALIKE and _telling(call.parts, 1 / SCALE):
-        found[_NEAR] = digests(call.parts, f"{salt} {_NEAR}", COARSE * numbers**0.5, 0.5, SCALE)
+        found[_NEAR] = near(call.parts, f"{salt} {_NEAR}", COARSE * numbers**0.5)
     return found
+
+
+def near(parts: Sequence[Part], salt: str, cell: float = FINE) -> tuple[str, ...]:
+    """Return digests of parts that others have in common which differ by less than half a cell."""
+    return digests(parts, salt, cell, 0.5, SCALE)
 
 
 def _left(call: Called, view: View) -> list[Part] | None:
@@ -223,7 +233,7 @@ def _left(call: Called, view: View) -> list[Part] | None:
     return left
 
 
-def _telling(parts: Sequence[Part], least: float = 0.0) -> bool:
+def _telling(parts: Sequence[Part], least: float = 50 * FINE) -> bool:
     numbers = [one for _, one in parts if one is not None]
     telling = sum(
         int(np.sum((np.abs(one) > least) & (one != 1) & np.isfinite(one))) for one in numbers
@@ -234,18 +244,25 @@ def _telling(parts: Sequence[Part], least: float = 0.0) -> bool:
 Digests = Mapping[str, Collection[str]]
 
 
-def told(cases: Sequence[tuple[Digests, Digests]], arguments: Sequence[str]) -> str:
+Cases = Sequence[tuple[Digests, Digests]]
+"""Of each failed case the digests of its last call, and those of the solution's."""
+
+
+def _same(cases: Cases, mine: str, right: str) -> bool:
+    shared = [set(one.get(mine, ())) & set(other.get(right, ())) for one, other in cases]
+    return all(shared) and any(one != {*_NOTHING} for one in shared)
+
+
+def told(cases: Cases, arguments: Sequence[str]) -> str:
     """Return what goes on after "It looks as if"; empty where nothing is right in all cases.
 
     Args:
-        cases: of each failed case the digests of its last call, and those of the solution's.
+        cases: those that failed by a value.
         arguments: the names of the function's arguments.
     """
-
-    def same(mine: str, right: str) -> bool:
-        shared = [set(one.get(mine, ())) & set(other.get(right, ())) for one, other in cases]
-        return all(shared) and any(one != {*_NOTHING} for one in shared)
-
+    same = functools.partial(_same, cases)
+    if same("plain", "plain"):
+        return _NEARLY
     for sentence, (mine, right) in _SENTENCES.items():
         if same(mine, right):
             return sentence
@@ -258,17 +275,15 @@ def told(cases: Sequence[tuple[Digests, Digests]], arguments: Sequence[str]) -> 
         for sentence in _OF_ARGUMENTS:
             if same(key := f"{sentence} {n}", key):
                 return sentence.format(name)
-    if parts := _parts(cases, same):
-        return parts
-    return "all is nearly right, and not as exact as it should be" if same(_NEAR, _NEAR) else ""
+    return ""
 
 
-def _parts(cases: Sequence[tuple[Digests, Digests]], same: Callable[[str, str], bool]) -> str:
-    """Say which parts of a tuple are right, where some are and some are not."""
+def told_at_last(cases: Cases) -> str:
+    """Say less: which parts of a tuple are right, or that all is nearly right."""
     keys = {key for one, other in cases for key in (*one, *other) if key.startswith(_PART)}
-    right = sorted(key for key in keys if same(key, key))
+    right = sorted(key for key in keys if _same(cases, key, key))
     if not 0 < len(right) < len(keys):
-        return ""
+        return _NEARLY if _same(cases, _NEAR, _NEAR) else ""
     names = [_PLACES[int(key.removeprefix(_PART))] for key in right]
     which = f"{' and the '.join(names)} part{'s' * (len(names) > 1)} of what comes back"
     return f"the {which} {'are' if len(names) > 1 else 'is'} right, and the rest is not"

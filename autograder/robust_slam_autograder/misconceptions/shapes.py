@@ -21,6 +21,8 @@ WHOLE = ""
 """The aspect that leaves all."""
 ENTRIES = "entries "
 """Before the number of a call: the entries that it returned, each by itself."""
+AROUND = "around "
+"""The same, with the neighbours' cells."""
 MOST_ENTRIES = 400
 
 Digests = dict[str, tuple[str, ...]]
@@ -128,8 +130,9 @@ def _entries(calls: Sequence[Called], salt: str) -> Digests:
     if numbers.ndim != 1 or len(np.unique(numbers)) != len(numbers):
         return {}
     name = f"{ENTRIES}{len(calls)}"
-    found = (digests([("", one)], f"{salt} {name}")[0] for one in numbers[:, None])
-    return {name: tuple(found)}
+    found = [aspects.near([("", one)], f"{salt} {name}") for one in numbers[:, None]]
+    around = tuple(itertools.chain.from_iterable(found))
+    return {name: tuple(one[0] for one in found), f"{AROUND}{len(calls)}": around}
 
 
 def end_of(trace: Trace) -> frozenset[str]:

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder.misconceptions import aspects, traits
-from robust_slam_autograder.misconceptions.shapes import ENTRIES, Shape
+from robust_slam_autograder.misconceptions.shapes import AROUND, ENTRIES, Shape
 
 FILE = "misconceptions.json"
 """In a release, the tables of its visible cases."""
@@ -42,32 +42,17 @@ class Table:
         }
         if len(said) == 1 and "" not in said:
             return said.pop()
-        seen = ""
-        if keys and (shape.real or len(shape.failed) > 1):
-            cases = [(found, self.right.get(one, {})) for one, found in shape.failed.items()]
-            seen = aspects.told(cases, self.arguments)
-        seen = seen or (self._entries(shape) if keys else "")
-        if seen or not shape.has_ends:
-            return seen
-        return traits.told(shape.ends.values(), shape.passed, self.arguments, self.words)
-
-    def _entries(self, shape: Shape) -> str:
-        """Say whether there are too few entries or too many, and all others are right."""
-        none: frozenset[str] = frozenset()
-        pairs = []
-        for grade_id, found in shape.failed.items():
-            mine = [
-                (key, frozenset(some)) for key, some in found.items() if key.startswith(ENTRIES)
-            ]
-            right = self.right.get(grade_id, {})
-            pairs += [(some, right.get(key, none)) for key, some in mine] or [(none, none)]
-        if all(mine == right != none for mine, right in pairs):
-            return "the right entries come back, in another order or form"
-        if all(mine < right for mine, right in pairs) and any(mine for mine, _ in pairs):
-            return "something is missing, and all that comes back is right"
-        if all(right < mine for mine, right in pairs) and any(right for _, right in pairs):
-            return "all that belongs there comes back, and more besides"
-        return ""
+        pairs = [
+            (found, self.right.get(one, {}))
+            for one, found in shape.failed.items()
+            if keys and not traits.is_raised(shape.ends.get(one, ()))
+        ]
+        is_sure = bool(pairs) and (shape.real or len(pairs) > 1)
+        seen = aspects.told(pairs, self.arguments) if is_sure else ""
+        seen = seen or (_entries(pairs) if pairs else "")
+        if not seen and shape.has_ends:
+            seen = traits.told(shape.ends.values(), shape.passed, self.arguments, self.words)
+        return seen or (aspects.told_at_last(pairs) if is_sure else "")
 
     def as_data(self) -> dict[str, Any]:
         """Return it as plain data."""
@@ -77,6 +62,29 @@ class Table:
         }
         whole = {"labels": self.labels, "right": right}
         return {**whole, "arguments": self.arguments, "words": self.words}
+
+
+def _entries(cases: Sequence[tuple[Mapping[str, Collection[str]], ...]]) -> str:
+    """Say whether there are too few entries or too many, and all others are right."""
+    told = set()
+    for found, right in cases:
+        name = next((key for key in found if key.startswith(ENTRIES)), "")
+        place = name.removeprefix(ENTRIES)
+        if not name or name not in right:
+            return ""
+        mine, all_right = set(found[name]), set(right[name])
+        is_part = mine <= set(right[f"{AROUND}{place}"])
+        is_more = all_right <= set(found[f"{AROUND}{place}"])
+        if not (is_part or is_more) or not mine | all_right:
+            return ""
+        told.add(
+            "the right entries come back, in another order or form"
+            if is_part and is_more
+            else "something is missing, and all that comes back is right"
+            if is_part
+            else "all that belongs there comes back, and more besides"
+        )
+    return told.pop() if len(told) == 1 else ""
 
 
 def sealed(labels: Mapping[str, str]) -> dict[str, str]:

@@ -117,6 +117,11 @@ def _of_pairs(given: Mapping[Any, object]) -> Iterator[str]:
             yield f"meets {n}&{m}"
 
 
+def is_raised(end: Iterable[str]) -> bool:
+    """Tell whether a call ended with an exception, by its traits."""
+    return any(one.startswith(f"{_SAYS}!") for one in end)
+
+
 def of_solution(calls: Sequence[Called]) -> frozenset[str]:
     """Return the words that a solution says, and what it returns at all, or as a rule."""
     words = {word for call in calls if (word := word_of(call))}

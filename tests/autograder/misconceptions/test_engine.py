@@ -197,7 +197,7 @@ def test_of_what_was_done_to_an_argument_several_facts_say_only_which_it_is() ->
         ("np.append(y, 0.5)", "one entry too many comes last, and those before it are right"),
         ("np.append(y[:-1], 0.5)", "all is right but the last entry"),
         ("np.append(y[1:], 0.5)", "each entry stands one place too early"),
-        ("y + 1e-4 * y**2", "all is nearly right, and not as exact as it should be"),
+        ("y + 4e-4 * np.cos(1 + 7 * y)", "all is nearly right, and not as exact as it should be"),
         (
             "np.where(np.abs(x) > np.median(np.abs(x)), 0.1, y)",
             "only entries where `x` is far from 0 are wrong",
