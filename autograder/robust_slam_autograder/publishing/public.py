@@ -10,6 +10,8 @@ from __future__ import annotations
 import ast
 import json
 import os
+import re
+import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -23,14 +25,18 @@ from robust_slam_autograder.reading import assignment as assignments
 
 _INSTALL = """\
 # Where the course's library is missing, as in Colab, install it.
+import sys
 from importlib.util import find_spec
 
 if {missing}:
+    if sys.version_info < {python}:
+        # Pip would look for older packages for many minutes.
+        raise ImportError("The library needs a newer Python than %d.%d." % sys.version_info[:2])
 {lines}
     if {missing}:
         raise ImportError(
             "The library was not installed. The lines above say whether the reason is the "
-            "network, the address or a Python that is too old."
+            "network or the address."
         )"""
 
 
@@ -97,13 +103,23 @@ def _add_install_cells(book: Path, course: Course) -> None:
             value = json.loads(path.read_text(encoding="utf-8"))
             kinds = [cell["cell_type"] for cell in value["cells"]]
             if "code" in kinds:
-                cell = install_cell(packages, course.repository)
+                python = max(_python(course.root / folder) for folder in packages.values())
+                cell = install_cell(packages, course.repository, python)
                 value["cells"].insert(kinds.index("code"), cell)
             text = json.dumps(value, indent=1, ensure_ascii=False)
             path.write_text(f"{text}\n", encoding="utf-8")
 
 
-def install_cell(packages: Mapping[str, str], repository: Repository) -> dict[str, Any]:
+def _python(folder: Path) -> tuple[int, int]:
+    """Return the oldest Python that a package takes."""
+    about = tomllib.loads((folder / "pyproject.toml").read_text(encoding="utf-8"))
+    found = re.search(r">=\s*(\d+)\.(\d+)", about["project"].get("requires-python", ""))
+    return (int(found[1]), int(found[2])) if found else (3, 0)
+
+
+def install_cell(
+    packages: Mapping[str, str], repository: Repository, python: tuple[int, int]
+) -> dict[str, Any]:
     """A cell that installs packages which are missing; the book does not show it."""
     modules = [package.split("[")[0].replace("-", "_") for package in packages]
     lines = []
@@ -112,7 +128,7 @@ def install_cell(packages: Mapping[str, str], repository: Repository) -> dict[st
         # IPython puts the value in: the address makes a long line, and has one of its own.
         lines += [f'    where = "{where}"', f'    %pip install -q "{name} @ {{where}}"']
     missing = " or ".join(f'find_spec("{module}") is None' for module in modules)
-    source = _INSTALL.format(missing=missing, lines="\n".join(lines))
+    source = _INSTALL.format(missing=missing, python=python, lines="\n".join(lines))
     return {
         "cell_type": "code",
         "execution_count": None,

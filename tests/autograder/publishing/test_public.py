@@ -231,13 +231,16 @@ class TestInstallCell:
         source = "".join(cell["source"])
         assert f'where = "git+{world.URL}@main#subdirectory=lib"' in source
         assert '%pip install -q "toy-library @ {where}"' in source
+        assert "sys.version_info < (3, 11)" in source, "as the library's pyproject.toml says"
 
-    @pytest.mark.parametrize("present", [True, False])
-    def test_it_installs_only_what_is_missing_and_says_if_that_failed(self, present):
+    @pytest.mark.parametrize(
+        ("present", "python"), [(True, (3, 99)), (False, (3, 0)), (False, (3, 99))]
+    )
+    def test_it_installs_only_what_is_missing_and_says_if_that_failed(self, present, python):
         """IPython runs the cell, and a magic of ours, which installs nothing, stands for pip."""
         package = "robust-slam-autograder" if present else "no-such-library[extra]"
         repository = public.Repository(world.URL)
-        source = "".join(install_cell({package: "some/folder"}, repository)["source"])
+        source = "".join(install_cell({package: "some/folder"}, repository, python)["source"])
         program = (
             "from IPython.core.interactiveshell import InteractiveShell\n"
             "shell = InteractiveShell.instance()\n"
@@ -252,6 +255,9 @@ class TestInstallCell:
         said = done.stdout.strip().splitlines()
         if present:
             assert said == ["None"]
+        elif python > sys.version_info:
+            assert wanted not in said
+            assert said[-1].startswith("ImportError('The library needs a newer Python than 3.")
         else:
             assert said[0] == wanted and said[-1].startswith("ImportError('The library was not")
 
