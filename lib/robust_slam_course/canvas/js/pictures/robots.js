@@ -231,7 +231,7 @@ function robotsCaption({ state, result }) {
   const rejected = (wrong) => ofC.filter((k) => isWrong(k) === wrong && seen.weights[k] === 0).length;
   const groups = [[state.correct, "correct", rejected(false)], [state.wrong.length, "wrong", rejected(true)]]
     .filter(([count]) => count).map(([count, name, lost]) => `${lost} of ${count} ${name}`);
-  const verdict = `Rejected of C’s closures: ${groups.join(", ")}.`;
+  const verdict = `Of C’s closures ${groups.join(" and ")} are rejected.`;
   const place = `B is ${off[1].toFixed(2)}\u00a0m off, C ${off[2].toFixed(2)}\u00a0m.`;
   const alone = ofC.length === 1 && isWrong(ofC[0]) ? " Its residual is 0: nothing contradicts it." : "";
   return `${begin} ${verdict}${alone} ${place} ${seen.numbers} numbers were sent.`;
