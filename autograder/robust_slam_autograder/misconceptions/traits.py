@@ -78,6 +78,7 @@ _TESTS: Mapping[str, Callable[[np.ndarray], Any]] = {
     "skew": lambda x: x.ndim == 2 and x.shape[0] == x.shape[1] > 1 and not np.allclose(x, x.T),
 }
 _OF, _SAYS, _RETURNS, _TEXT = "of ", "says ", "returns ", "text:"
+_FRACTIONS = "fractions"
 _COPIES = (f"{_RETURNS}same", f"{_RETURNS}one of")
 FEWEST_ALIKE = 2
 """Failed cases that must have returned what came in: one may do so by chance."""
@@ -98,6 +99,9 @@ def of_call(call: Called) -> frozenset[str]:
     given = dict(enumerate(call.args[:MOST_ARGUMENTS])) | dict(call.options)
     found = {f"{_OF}{call.name}"} | ({f"{_SAYS}{word}"} if (word := word_of(call)) else set())
     found.update(_of_pairs(given), (f"{_RETURNS}{one}" for one in _returned(call, given)))
+    numbers = (one for _, one in call.parts if one is not None)
+    if any(np.any(one != np.round(one)) for one in numbers):
+        found.add(_FRACTIONS)
     for place, value in given.items():
         kinds = frozenset(_kinds(value)) - (frozenset() if place == 0 else _BY_CHANCE)
         found |= {f"{kind} {place}" for kind in kinds}
@@ -239,7 +243,7 @@ def _place(shared: Collection[str], passed: Mapping[str, int], arguments: Sequen
     if passed.get(function, 0) < FEWEST_PASSED:
         is_other = function and not passed.get(function) and _passed(passed) >= FEWEST_PASSED
         return f"all is right but what `{function[3:]}` returns" if is_other else ""
-    said = (_SAYS, _RETURNS)
+    said = (_SAYS, _RETURNS, _FRACTIONS)
     only = {one for one in shared if not passed.get(one) and not one.startswith(said)}
     for one in list(only):
         kind, _, place = one.rpartition(" ")
@@ -247,6 +251,9 @@ def _place(shared: Collection[str], passed: Mapping[str, int], arguments: Sequen
     strong = {one for one in only if one.rpartition(" ")[0] not in _WEAK}
     parted = [one.rpartition(" ") for one in strong or only]
     kinds = sorted({kind for kind, _, _ in parted})
+    # Integers are to blame where fractions are cut off; else what they came with may be.
+    if "integers" in kinds and (_FRACTIONS in shared or is_raised(shared)):
+        return ""
     if not kinds or len(kinds) > MOST_AT_ONCE:
         return ""
     places = {kind: sorted(p for k, _, p in parted if k == kind) for kind in kinds}

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from robust_slam_autograder.misconceptions import shapes, survey, tables, traits
 from robust_slam_autograder.misconceptions.candidates import FACT, WRITTEN, Candidate, chosen
-from robust_slam_autograder.misconceptions.prints import MAX_CALLS, Called, Trace
+from robust_slam_autograder.misconceptions.prints import MAX_CALLS, Called, Trace, parts_of
 from robust_slam_autograder.misconceptions.survey import Setting
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.labelled import Answer
@@ -171,6 +171,20 @@ def test_where_it_goes_wrong_is_told_where_nothing_else_is_particular(
     counts = Counter(one for some in passed for one in some)
     said = traits.told([end], counts, ("x", "c"))
     assert said == (f"only tests in which {told} fail" if told else "")
+
+
+@pytest.mark.parametrize(
+    ("value", "is_told"), [(2.0, True), (2.5, False), ("! ValueError", False)]
+)
+def test_integers_are_to_blame_only_where_whole_numbers_come_back(
+    value: object, is_told: bool
+) -> None:
+    end, other = (
+        traits.of_call(Called("f", (np.array(x),), tuple(parts_of(y))))
+        for x, y in (([1, 2], value), ([0.5, 1.5], 2.5))
+    )
+    told = traits.told([end], Counter(list(other) * 4), ("x",))
+    assert (told == "only tests in which `x` holds integers fail") is is_told
 
 
 def test_a_text_that_only_hidden_cases_hand_in_is_no_trait() -> None:
