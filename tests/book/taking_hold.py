@@ -104,10 +104,9 @@ def follows(
 
     The page below the picture must not move.
     """
-    reset(picture)
-    first = seen(picture)
     for toward in (1, -1):
         reset(picture)
+        first = seen(picture)
         if key is None:
             take_hold(picture, toward)
         else:
