@@ -130,7 +130,9 @@ function putBreakHandle(scene, { state, data, change }, boxes) {
     x: at(boxes[now])[0], y: at(boxes[now])[1], look: "rs-wrong",
     label: "The stage that fails", text: data.stages[now].name, now: boxes.length - 1 - now, least: 0, most: boxes.length - 1,
     drag: (px, py) => {
-      const far = boxes.map((box) => Math.hypot(at(box)[0] - px, at(box)[1] - py));
+      const far = boxes.map(({ x, width = 0, centre }) => Math.hypot( // from the box, or 0 within it
+        Math.max(x - px, px - x - width, 0), Math.max(Math.abs(py - centre) - (width && BOX_HEIGHT / 2), 0),
+      ));
       choose(far.indexOf(Math.min(...far)));
     },
     step: (right, up) => choose(now - Math.sign(right || up)), // up is nearer to the camera
