@@ -106,12 +106,15 @@ def is_stream(node: nodes.Node) -> bool:
 def set_tables(cell: nodes.container) -> bool:
     """Draw the tables that a cell printed; return whether it has any."""
     caption = cell.get("cell_metadata", {}).get("caption", "")
-    streams = list(cell.findall(is_stream))
-    for stream in streams:
+    has_tables = False
+    for stream in list(cell.findall(is_stream)):
         found = parts(stream.astext(), caption)
         if not all(isinstance(part, str) for part in found):
-            stream.replace_self([_drawn(part, stream) for part in found])
-    return any(stream.parent is None for stream in streams)
+            # With replace_self a table would have the stream's classes, and its box.
+            at = stream.parent.index(stream)
+            stream.parent[at : at + 1] = [_drawn(part, stream) for part in found]
+            has_tables = True
+    return has_tables
 
 
 def _drawn(part: str | Table, stream: nodes.Element) -> nodes.Node:

@@ -62,6 +62,8 @@ def test_what_folded_code_prints_is_with_it_or_a_table_with_a_caption(
         shown = cell.select_one(":scope > .cell_output")
         assert shown is None or shown.select_one("table, svg, .rs-picture, img, p"), cell["class"]
         bar = cell.select_one(":scope > details > summary")
+        if cell.select_one(":scope > .cell_output .rs-printed"):
+            assert "Code for this table" in bar.get_text()
         before = cell.find_previous_sibling()
         if NUMBERS in bar.get_text() and before:
             assert not before.select(":scope > details.hide"), "neighbours have one bar"
@@ -73,7 +75,7 @@ def test_what_a_cell_printed_has_the_ground_of_the_page(
     scheme: str, site: Site, open_page: Opener
 ) -> None:
     page = open_page((site.folder / "chapters/00-one-lie.html").as_uri(), color_scheme=scheme).page
-    grounds = page.locator(".cell_output .stream :is(.highlight, pre)").evaluate_all(
+    grounds = page.locator(".cell_output :is(.stream, .stream div, .stream pre)").evaluate_all(
         "found => found.map(node => getComputedStyle(node).backgroundColor)"
     )
     assert set(grounds) == {"rgba(0, 0, 0, 0)"}
