@@ -78,8 +78,9 @@ def _where(which: int, compare: Compare, other: int | None = None) -> View:
     def view(call: Called) -> list[Part] | None:
         argument = _argument(call, which)
         limit = None if other is None else _argument(call, other)
-        if argument is None or (limit is not None and limit.ndim):
-            return None
+        is_matrix = argument is not None and argument.ndim == 2 and len(set(argument.shape)) == 1
+        if argument is None or is_matrix or (limit is not None and limit.ndim):
+            return None  # of a matrix no entry stands for the answer's at the same place
         left: list[Part] = []
         meant = np.asarray(compare(np.abs(argument) if limit is not None else argument, limit))
         for kind, numbers in call.parts:

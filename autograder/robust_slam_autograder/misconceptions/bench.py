@@ -98,7 +98,7 @@ class Bench:
                     break
         return shape
 
-    def right(self, exercise: str) -> Right:
+    def right(self, exercise: str, *, with_aspects: bool = True) -> Right:
         """Return what the solution returns, call by call, and note the words that it says.
 
         Raises:
@@ -111,7 +111,9 @@ class Bench:
                 trace = Trace()
                 if not self._passes(case, self.names, trace):
                     raise ValueError(f"the solution itself loses {case.grade_id}")
-                found[case.grade_id] = shapes.of_beginnings(trace, self.salt)
+                found[case.grade_id] = shapes.of_beginnings(
+                    trace, self.salt, with_aspects=with_aspects
+                )
                 calls += trace.calls
         self.words[exercise] = traits.of_solution(calls)
         return found

@@ -145,10 +145,10 @@ def passed_by(trace: Trace) -> Mapping[str, int]:
     return Counter(trait for call in trace.calls for trait in traits.of_call(call))
 
 
-def of_beginnings(trace: Trace, salt: str) -> Mapping[str, frozenset[str]]:
-    """Return by aspect the digests after each call of a test cell."""
+def of_beginnings(trace: Trace, salt: str, *, with_aspects: bool) -> Mapping[str, frozenset[str]]:
+    """Return by aspect the digests after each call of a test cell; or of all that came alone."""
     found: dict[str, set[str]] = {}
     for number in range(1, len(trace.calls) + 1):
-        for aspect, some in _of(trace.calls[:number], salt, number <= MOST_SEEN).items():
+        for aspect, some in _of(trace.calls[:number], salt, with_aspects).items():
             found.setdefault(aspect, set()).update(some)
     return {aspect: frozenset(some) for aspect, some in found.items()}

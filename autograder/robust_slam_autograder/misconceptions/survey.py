@@ -32,6 +32,8 @@ WRITTEN_LONGER = 20.0
 """How much longer again an answer may take that was written down: an end is in sight."""
 MOST = 120.0
 """Of all candidates of one exercise: the likelier ones come first, and the others are left out."""
+MANY = 4
+"""Failed cases that must end alike where no fraction came back."""
 BACKSTOP = 10.0
 """Then the kernel ends the process: it computes in C, where nothing interrupts it."""
 
@@ -93,7 +95,7 @@ def _measured(
     setting: Setting, exercise: str, choice: Choice, start: int, with_aspects: bool
 ) -> Iterator[tuple[int, Candidate, Shape]]:
     bench = setting.bench()
-    right = bench.right(exercise)
+    right = bench.right(exercise, with_aspects=False)
     began = time.process_time()
     bench.shape(exercise, bench.names, right)
     seconds = max(SHORTEST, TIMES_LONGER * (time.process_time() - began))
@@ -145,14 +147,16 @@ def survey(setting: Setting, exercise: str, answers: Sequence[Answer]) -> list[C
 
 
 def counts(candidate: Candidate, shape: Shape) -> bool:
-    """Tell whether enough came back to name it: of one case's whole numbers nothing sure is said.
+    """Tell whether enough came back to name it: few words or whole numbers are alike by chance.
 
     An author's sentence says most, so it takes more than one case, and numbers that are not whole.
     """
     several = len(shape.failed) > 1
     if candidate.slip is not None and candidate.slip.is_vague:
         return shape.real and several
-    return shape.real and several if candidate.origin == WRITTEN else shape.real or several
+    if candidate.origin == WRITTEN:
+        return shape.real and several
+    return shape.real or len(shape.failed) >= MANY
 
 
 def named(measured: Iterable[tuple[Candidate, tuple[str, ...]]]) -> list[Candidate]:
