@@ -44,16 +44,13 @@ def draw_sweep(ax: Axes, levels: Sequence[str], scores: Mapping[str, ArrayLike])
     return ax
 
 
-def draw_shares(
-    ax: Axes, columns: Sequence[str], shares: Mapping[str, ArrayLike], size: float = 10.0
-) -> Axes:
+def draw_shares(ax: Axes, columns: Sequence[str], shares: Mapping[str, ArrayLike]) -> Axes:
     """Draw a row of cells for each name in ``shares``, each cell with its share in percent.
 
     The more runs succeed, the less the ground shows through one hue: this can be read without
     seeing colours, on paper, and on a dark page.
 
     ``shares`` are ``(columns,)``, from 0 to 1; a cell of NaN, where nothing was run, is empty.
-    ``size`` is that of the digits, in points.
 
     Raises:
         ValueError: a row does not have one share for each column, or one is not from 0 to 1.
@@ -64,7 +61,7 @@ def draw_shares(
     for (row, column), share in np.ndenumerate(table):
         if np.isfinite(share):
             place = column + 0.5, row + 0.5
-            ax.text(*place, f"{100 * share:.0f}", size=size, ha="center", va="center")
+            ax.text(*place, f"{100 * share:.0f}", size=10, ha="center", va="center")
     ax.set_xticks(np.arange(len(columns)) + 0.5, list(columns))
     ax.set_yticks(np.arange(len(table)) + 0.5, list(shares))
     ax.set(xlim=(0, len(columns)), ylim=(len(table), 0))
