@@ -275,7 +275,9 @@ def breaking(data: Any, state: Any) -> Told:
     count, _ = data["best"][f"{state['town']}:{state['solver']}"]
     inliers = data["towns"][state["town"]]["trusted"].count(0)
     told = ("none", "one", "two", "three", "four")
-    return told[count], [f"{told[count]} are enough, although there are {told[inliers]} inliers"]
+    return told[count], [
+        f"{told[count].capitalize()} are enough, although there are {told[inliers]} inliers"
+    ]
 
 
 CHECKS = (
@@ -363,3 +365,17 @@ def test_paper_shows_the_question_and_its_answer_whatever_was_chosen(
     form.locator("label").nth(2).click()
     page.emulate_media(media="print")
     assert form.evaluate(SEEN) == printed
+
+
+@pytest.mark.browser
+def test_skip_never_stands_on_a_line_of_its_own(card: str, open_page: Opener) -> None:
+    page = open_page(card).page
+    lines = set()
+    for width in range(200, 480, 20):
+        page.set_viewport_size({"width": width, "height": 800})
+        tops = page.locator(".rs-predict label").evaluate_all(
+            "labels => labels.map((label) => Math.round(label.getBoundingClientRect().top))"
+        )
+        lines.add(len(set(tops)))
+        assert tops[-1] == tops[-2], width
+    assert {1, 2} <= lines
