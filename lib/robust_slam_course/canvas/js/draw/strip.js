@@ -1,7 +1,7 @@
 import { numberText } from "./axes.js";
 import { sideBySide } from "./stage.js";
 
-const [LEFT, TOP, BOTTOM, RIGHT, APART, WIDEST] = [46, 22, 40, 4, 14, 34];
+const [LEFT, TOP, BOTTOM, RIGHT, APART, WIDEST] = [46, 28, 40, 4, 14, 34];
 const [LINE, LETTER] = [15, 8.5]; // pixels of a row of names, and of a letter
 
 /**

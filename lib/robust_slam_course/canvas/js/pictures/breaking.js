@@ -106,11 +106,11 @@ function putOffset(scene, map, claimed, { ends: [, j], offset }, reach, change) 
 }
 
 function attackCaption({ state, result, data }) {
-  const told = (count, far) => `${count} × ${far.toFixed(2)}\u00a0m`;
+  const told = (count, far) => `${count} ${count === 1 ? "outlier" : "outliers"}, ${far.toFixed(2)}\u00a0m off`;
   const score = scoreOf(state);
   const best = data.best[`${state.town}:${state.solver}`];
-  return `${result.fooled ? "Fooled" : "Not fooled"}: ${told(state.count, Math.hypot(...state.offset))} bend the map `
-    + `by ${result.bent.toFixed(2)}\u00a0m, and ${data.bound}\u00a0m is enough. `
-    + `Best possible: ${best ? told(...best) : "none does it"}. `
+  return `${result.fooled ? "Fooled" : "Not fooled"}: ${told(state.count, Math.hypot(...state.offset))}, `
+    + `${state.count === 1 ? "bends" : "bend"} the map by ${result.bent.toFixed(2)}\u00a0m, and more than ${data.bound}\u00a0m fools it. `
+    + `Best possible: ${best ? told(...best) : "none fools it"}. `
     + `Score${state.copied === score ? ", copied" : ""}: ${score}`;
 }

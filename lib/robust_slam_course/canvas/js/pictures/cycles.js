@@ -142,7 +142,7 @@ function drawCycles(scene, { state, result, shown, width, height, change }) {
   scene.put("strip", "key", "text", { class: "rs-tick", x: 2, y: 14 }, "dotted: true path");
   putStrip(scene, "strip", "norms", right, residualGroups(state, result), {
     domain: [0.1, 100], ticks: [0.1, 1, 10, 100], label: "whitened residual u",
-    line: { value: CHI_99_SE2, text: "99 % of inliers" },
+    line: { value: CHI_99_SE2, text: "dashed: 99 % of inliers" },
   });
   putClosureHandles(scene, map, truth, result.joins, (joins) => change({ [state.place]: joins }), {
     gap: leastGap(state.place), noun: "Wrong closure", first: state.place === "pentagon" ? 1 : 0,
