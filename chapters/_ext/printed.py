@@ -34,7 +34,7 @@ class Table:
         right = [
             all(map(_is_number, filter(None, column))) for column in zip(*self.rows, strict=True)
         ]
-        heads = _row("th", self.heads, right, ' scope="col"')
+        heads = _row("th", self.heads, right)
         rows = "".join(_row("td", row, right) for row in self.rows)
         caption = f"<caption>{escape(self.caption)}</caption>" if self.caption else ""
         return (
@@ -43,11 +43,10 @@ class Table:
         )
 
 
-def _row(tag: str, texts: list[str], right: list[bool], more: str = "") -> str:
+def _row(tag: str, texts: list[str], right: list[bool]) -> str:
     sides = [' class="rs-number"' if side else "" for side in right]
     cells = (
-        f"<{tag}{side}{more}>{escape(text)}</{tag}>"
-        for text, side in zip(texts, sides, strict=True)
+        f"<{tag}{side}>{escape(text)}</{tag}>" for text, side in zip(texts, sides, strict=True)
     )
     return f"<tr>{''.join(cells)}</tr>"
 

@@ -177,7 +177,7 @@ def test_a_prediction_is_remembered_and_is_no_part_of_the_quiz(
     answer = prediction.locator("p:visible")
     prediction.locator("label").first.click()
     page.reload()
-    expect(answer).to_contain_text("You chose its two ends.")
+    expect(answer).to_contain_text("The 33 steps between its ends")
     for question in questions(page):
         choose(question, "right")
     assert len(ticks(page)) == 1

@@ -71,7 +71,8 @@ class Source:
             sign.decompose()
         for link in article.select("a[href]"):
             link["href"] = _from_slides(str(link["href"]), page)
-        self.cells = article.select("div.cell")
+        # What checks or prints beside a cell may be drawn in a cell without an address.
+        self.cells = article.select("div.cell[id]")
         self.sentences = [
             (sentence, _plain(sentence), block)
             for block in article.select(BLOCKS)

@@ -29,14 +29,15 @@ import sys
 from importlib.util import find_spec
 
 if {missing}:
-    if sys.version_info < {python}:
+    if sys.version_info < {python}:  # noqa: UP036
         # Pip would look for older packages for many minutes.
-        raise ImportError("The library needs a newer Python than %d.%d." % sys.version_info[:2])
+        have = ".".join(map(str, sys.version_info[:2]))
+        raise ImportError(f"The library needs a newer Python than {{have}}.")
 {lines}
     if {missing}:
         raise ImportError(
-            "The library was not installed. The lines above say whether the reason is the "
-            "network or the address."
+            "The library was not installed. The lines above say whether the "
+            "reason is the network or the address."
         )"""
 
 
