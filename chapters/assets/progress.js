@@ -40,8 +40,15 @@
   }
 
   function write(kept) {
+    localStorage.setItem(KEY, JSON.stringify(kept));
+  }
+
+  // Whether the browser keeps anything here. It is tried under a key of its own, because what a
+  // page reads while another one writes may be older than what is kept.
+  function keeps() {
     try {
-      localStorage.setItem(KEY, JSON.stringify(kept));
+      localStorage.setItem(`${KEY}-tried`, "");
+      localStorage.removeItem(`${KEY}-tried`);
       return true;
     } catch {
       return false;
@@ -250,7 +257,7 @@
     return button;
   }
 
-  if (!write(read())) return;
+  if (!keeps()) return;
   offerToForget();
   rememberReading();
   for (const form of forms) {
@@ -267,4 +274,5 @@
   restore();
   // A page that the browser took from its memory may be older than what is kept.
   addEventListener("pageshow", (event) => event.persisted && restore());
+  addEventListener("storage", restore); // another tab has written
 })();

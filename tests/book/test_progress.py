@@ -146,7 +146,7 @@ def test_a_chapter_is_read_at_its_end_and_the_last_place_is_kept(
         page.keyboard.press("End")
         page.wait_for_function(f"JSON.parse({KEPT}).read['chapters/03-irls']")
         page.goto(place)
-        assert row.get_by_role("cell").nth(1).inner_text() == "read"
+        expect(row.get_by_role("cell").nth(1)).to_have_text("read")
         assert visit.complaints == visit.outside == []
 
 

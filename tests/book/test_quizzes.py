@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Iterator
 
@@ -181,7 +182,9 @@ def test_a_prediction_is_remembered_and_is_no_part_of_the_quiz(
     for question in questions(page):
         choose(question, "right")
     assert len(ticks(page)) == 1
+    kept = page.evaluate(KEPT)
     answer.get_by_role("button").click()
+    page.wait_for_function(f"{KEPT} !== {json.dumps(kept)}")
     page.reload()
     expect(answer).to_have_count(0)
 

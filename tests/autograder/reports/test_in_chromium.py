@@ -132,7 +132,7 @@ def test_keys_lead_to_the_exercise_to_start_with(opened):
     page.keyboard.press("Tab")
     assert page.evaluate(FOCUSED) == "apply"
     page.keyboard.press("Enter")
-    assert page.url.endswith("#exercise-2")
+    page.wait_for_url("**#exercise-2")
     assert page.locator("#exercise-2").text_content() == "apply"
 
 
