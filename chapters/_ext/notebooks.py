@@ -8,7 +8,7 @@
 - A figure is elements of the page, in its font and colours, and may get its caption and its
   alternative text from the cell's output.
 - ``{picture}`` and a name is a live picture on a page that is no notebook.
-- Docstrings are text for readers of the code, in which |u| is a size.
+- Docstrings are text for readers of the code, in which |u| is a size and a colon no end of a type.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import hashlib
 import os
 import re
 from collections.abc import Iterable
+from enum import EnumType
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -163,6 +164,21 @@ def escape_bars(
     lines[:] = escaped.split("\n")
 
 
+def keep_whole(
+    app: Sphinx, what: str, name: str, obj: object, options: object, lines: list[str]
+) -> None:
+    """Begin a property with an empty comment: Napoleon takes text before a colon for its type."""
+    if what in {"attribute", "property"}:
+        lines[:0] = ["..", ""]
+
+
+def without_arguments(
+    app: Sphinx, what: str, name: str, obj: object, *_: object
+) -> tuple[str, str] | None:
+    """Return no arguments for the class of an enumeration, whose own are Python's."""
+    return ("", "") if isinstance(obj, EnumType) else None
+
+
 def setup(app: Sphinx) -> dict[str, Any]:
     """Connect the above to the build."""
     os.environ[figures.BUILD] = "1"  # tells the notebooks that their figures are for pages
@@ -174,6 +190,8 @@ def setup(app: Sphinx) -> dict[str, Any]:
     app.add_directive("picture", Picture)
     app.setup_extension("sphinx.ext.autodoc")
     app.connect("autodoc-process-docstring", escape_bars)
+    app.connect("autodoc-process-docstring", keep_whole, priority=400)  # before Napoleon, 500
+    app.connect("autodoc-process-signature", without_arguments)
     app.connect("config-inited", follow)
     app.connect("env-before-read-docs", execute)
     app.connect("build-finished", forget_if_warned)

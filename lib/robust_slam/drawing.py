@@ -81,8 +81,8 @@ def draw_map(
     ``poses`` and ``truth`` are ``(n, 3)`` or ``(n, 3, 4)``, seen from above. The mask
     ``is_outlier`` ``(m,)`` marks the wrong edges; ``weights`` ``(m,)`` in [0, 1] fade the edges.
     With the mask ``kept`` ``(m,)`` the map shows decisions, right and wrong ones, and
-    ``legend_below(ax)`` names and counts them. Both directions have one scale, and the frame
-    and the ticks go. Without ``ax`` a new figure is made.
+    ``legend_below(ax)`` names and counts them. Both axes share one scale, and the map
+    has neither frame nor ticks. Without ``ax`` a new figure is made.
 
     Raises:
         TypeError: ``graph`` is not a pose graph.

@@ -7,7 +7,10 @@ import re
 
 import pytest
 import robust_slam as rs
+from sphinx.application import Sphinx
+from sphinx.ext.napoleon import Config, GoogleDocstring
 
+from chapters._ext import notebooks
 from tests.book import prose
 
 PAGE = prose.CHAPTERS / "api.md"
@@ -41,3 +44,11 @@ def test_every_folder_has_a_section_with_all_of_its_names(folder: str) -> None:
 def test_every_short_name_of_the_library_is_on_the_page() -> None:
     listed = set(re.findall(r"robust_slam\.([a-zA-Z_]+)", PAGE.read_text("utf-8")))
     assert {name for name in rs.__all__ if not name.startswith("_")} - listed <= MODULES
+
+
+def test_a_property_keeps_its_words_on_both_sides_of_a_colon() -> None:
+    lines = ["The edges that were kept: what another program should get."]
+    written = list(lines)
+    notebooks.keep_whole(Sphinx.__new__(Sphinx), "property", "", None, None, written)
+    read = GoogleDocstring(written, Config(), what="property", name="clean").lines()
+    assert lines[0] in read and not any(line.startswith(":type:") for line in read)

@@ -1,7 +1,4 @@
-"""Global optimality: the chordal problem, its certificate and the Riemannian staircase.
-
-Names load their module when they are first used.
-"""
+"""Global optimality: the chordal problem, its certificate and the Riemannian staircase."""
 
 import lazy_loader
 

@@ -1,7 +1,4 @@
-"""Closures that agree in pairs, and the largest set of them.
-
-Names load their module when they are first used.
-"""
+"""Closures that agree in pairs, and the largest set of them."""
 
 import lazy_loader
 

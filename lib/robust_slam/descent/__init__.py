@@ -1,7 +1,4 @@
-"""First poses, and Gauss–Newton and Levenberg–Marquardt from there.
-
-Names load their module when they are first used.
-"""
+"""First poses, and Gauss–Newton and Levenberg–Marquardt from there."""
 
 import lazy_loader
 

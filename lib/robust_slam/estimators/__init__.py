@@ -1,7 +1,4 @@
-"""Robust estimators: kernels, and the loop that reweights, graduates and switches.
-
-Names load their module when they are first used.
-"""
+"""Robust estimators: kernels, and the loop that reweights, graduates and switches."""
 
 import lazy_loader
 

@@ -9,7 +9,7 @@ costs at least log(π_in |Λ_in|^½) − log(π_out |Λ_out|^½), which may be n
 The maximum keeps the problem a least-squares problem: once the modes are chosen, every
 cost is quadratic in the residual. The logarithm of a sum of modes is not.
 
-Source: Olson and Agarwal 2012, "Inference on networks of mixtures for robust robot
+Source: Olson and Agarwal 2013, "Inference on networks of mixtures for robust robot
 mapping", the max-mixture density and its null hypothesis, two modes with the same mean.
 """
 
@@ -43,7 +43,7 @@ class NullHypothesis(Stateless):
         ValueError: ``pi_in`` is not inside (0, 1), ``ratio`` is not above 1, or
             ``dimension`` is below 1.
 
-    Source: Olson and Agarwal 2012, the null-hypothesis mixture.
+    Source: Olson and Agarwal 2013, the null-hypothesis mixture.
     """
 
     pi_in: float
@@ -111,7 +111,7 @@ def max_mixture(
         ValueError: as ``NullHypothesis`` and ``loop.reweight``, or ``dimension`` is not that of
             the graph.
 
-    Source: Olson and Agarwal 2012, the null-hypothesis mixture.
+    Source: Olson and Agarwal 2013, the null-hypothesis mixture.
 
     >>> from robust_slam.problems import LocationProblem
     >>> result = max_mixture(LocationProblem([0.0, 0.1, 5.0]), 0.9, 100.0, 1, x0=0.0)

@@ -1,7 +1,4 @@
-"""Factors beyond relative poses: priors, GPS, landmarks and ranges, and a robust solve of them.
-
-Names load their module when they are first used.
-"""
+"""Factors beyond relative poses: priors, GPS, landmarks and ranges, and a robust solve of them."""
 
 import lazy_loader
 

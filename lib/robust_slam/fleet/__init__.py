@@ -1,7 +1,4 @@
-"""GNC by several robots, each with its own part of the graph.
-
-Names load their module when they are first used.
-"""
+"""GNC by several robots, each with its own part of the graph."""
 
 import lazy_loader
 

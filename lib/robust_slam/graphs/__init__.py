@@ -1,7 +1,4 @@
-"""Pose graphs: the groups, the arrays, files, generators, wrong closures and metrics.
-
-Names load their module when they are first used.
-"""
+"""Pose graphs: the groups, the arrays, files, generators, wrong closures and metrics."""
 
 import lazy_loader
 

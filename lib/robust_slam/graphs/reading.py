@@ -70,8 +70,8 @@ def read(
     file of loop closures for it, lines ``EDGE_SE3:QUAT i j …`` or ``EDGE_SE2 i j …`` of g2o, or
     TORO's, each with its information; i and j count the poses of the trajectory from 0.
 
-    ``indefinite`` tells what becomes of information matrices that are not positive definite:
-    they are refused ("raise") or replaced as in ``definite``, by the "nearest" one or by an
+    ``indefinite`` says what happens to information matrices that are not positive definite: they
+    are refused ("raise") or replaced as in ``definite``, by the "nearest" one or by an
     "isotropic" one. Lines with an ``unknown`` tag, such as landmarks and priors, are refused,
     because a map without them is another map, or left out ("skip"), and FIX lines of their
     vertices with them; ``read_factors`` uses those of g2o. What was replaced, left out or

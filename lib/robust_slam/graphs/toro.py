@@ -8,9 +8,9 @@ R = R_z(yaw) R_y(pitch) R_x(roll). TORO weighs the three angles of a residual, w
 one are its rotation vector, so the matrix needs no conversion. Lines ``EQUIV i j`` are
 skipped: they mark an edge that is there.
 
-Many files with the tag EDGE2 write the upper triangle row by row, as g2o does. As a matrix in
-TORO's order it is then not positive definite, and where this is so throughout a file it is read
-row by row and said to be. GTSAM's ``load2D`` goes by the zeros of the matrix, and takes the
+Many files with the tag EDGE2 write the upper triangle row by row, as g2o does. A file whose
+matrices are all positive definite in that order, but not in TORO's, is read row by row, and a
+remark says so. GTSAM's ``load2D`` goes by the zeros of the matrix, and takes the
 numbers for a covariance unless told ``NoiseFormatTORO``; its ``load3D`` leaves the order of the
 21 numbers as it is, though GTSAM has the rotation first.
 

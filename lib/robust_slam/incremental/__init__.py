@@ -1,7 +1,4 @@
-"""One closure at a time: a map that grows, and takes closures back when evidence turns.
-
-Names load their module when they are first used.
-"""
+"""One closure at a time: a map that grows, and takes closures back when evidence turns."""
 
 import lazy_loader
 

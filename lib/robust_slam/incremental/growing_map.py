@@ -99,7 +99,7 @@ class GrowingMap:
 
     @property
     def kept(self) -> Mask:
-        """The edges ``(m,)`` of ``graph`` that are kept, odometry among them, read-only."""
+        """A mask ``(m,)`` of the kept edges of ``graph``, odometry included, read-only."""
         return _still(self._kept.rows)
 
     @property

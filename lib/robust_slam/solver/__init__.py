@@ -69,8 +69,8 @@ def solve(
     those that PCM finds consistent as well. Truncated least squares then decides about all
     closures, and the map of the largest evidence is returned. Where most closures agree on the
     first map and no other is near it, or where DCS and Geman–McClure agree with much evidence, the
-    others are left out. Where noise does not explain the map, one is tried in which odometry has
-    more. With ``quick`` True only the first descent is made.
+    others are left out. Where noise does not explain the map, another one is tried that gives the
+    odometry more noise. With ``quick`` True only the first descent is made.
 
     The deviations that the file claims are a first guess only: those of odometry and closures,
     positions and rotations, are found from the kept edges (``Answer.noise``), and used for

@@ -57,7 +57,7 @@ class Answer:
 
     @property
     def kept(self) -> Mask:
-        """The edges ``(m,)`` that were kept, odometry among them."""
+        """A mask ``(m,)`` of the edges that were kept, odometry included."""
         return self.best.kept
 
     @property
