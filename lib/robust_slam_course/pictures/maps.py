@@ -63,11 +63,11 @@ def opening(poses: int = 60) -> Picture:
             ],
         ),
         tries=[
-            "reject outliers, and drag again. Then add more wrong closures: how many of them does"
-            " the robust solver (GNC, chapter 5) keep?",
+            "reject outliers, and drag again. Then add more wrong closures: how many of them stay"
+            " in the map that the robust solver (GNC, chapter 5) returns?",
         ],
-        caption="Three maps of one drive: least squares without the wrong closure follows the true"
-        " path, with it nearly the whole map folds, and a robust kernel brings the path back.",
+        caption="Three maps of one drive. Without the wrong closure least squares follows the true"
+        " path; with it, nearly the whole map folds; a robust kernel restores the path.",
         state={"robust": False, "wrong": wrong},
         data=graph_data(graph, truth),
         still=draw_opening(_three_maps(graph, truth, wrong, information)),
@@ -121,8 +121,8 @@ def cycles() -> Picture:
             " leaves two edges without a residual.",
         ],
         caption="A town drawn by least squares with one wrong closure (dashed), over the dotted"
-        " true path. It pulls the top right corner of the town on to the bottom street, and bends"
-        " all other edges but four at either end of the drive.",
+        " true path. It pulls the top right corner of the town on to the bottom street and bends"
+        " every other edge except the four at each end of the drive.",
         state={"place": "town", "correct": True, "sigma": 0.05, **joins},
         data={
             name: {**graph_data(graph, poses), "turn": turn}
