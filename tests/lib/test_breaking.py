@@ -43,8 +43,7 @@ def test_the_best_score_fools_its_solver(name, capsys):
     assert told.startswith(f"{name.replace(':', ',')},fooled,")
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("solver", ["squares", "gnc"])
+@pytest.mark.parametrize("solver", ["squares", pytest.param("gnc", marks=pytest.mark.soak)])
 def test_no_attack_in_town_a_has_a_better_score(solver):
     assert best("A", solver) == TABLE[f"A:{solver}"]
 

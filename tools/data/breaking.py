@@ -6,17 +6,13 @@ python -m tools.data.breaking --out lib/robust_slam_course/pictures/breaking.jso
 
 from __future__ import annotations
 
-import argparse
-import json
-import os
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
-from pathlib import Path
 from typing import Any
 
-# It is read when numpy is first imported.
-os.environ["OPENBLAS_NUM_THREADS"] = "1"
-
 from robust_slam import breaking
+
+from tools.data import make
 
 
 def best(town: str, solver: str) -> dict[str, Any]:
@@ -32,25 +28,22 @@ def best(town: str, solver: str) -> dict[str, Any]:
     return {"tried": tried, "score": None}
 
 
-def main() -> None:
-    """Compute the table, and write it if asked to."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--out", type=Path, help="write the table to this file")
-    out = parser.parse_args().out
+def table() -> dict[str, Any]:
+    """Return the best attack on each solver in each town."""
     with ProcessPoolExecutor() as pool:
         runs = {
             f"{town}:{solver}": pool.submit(best, town, solver)
             for town in breaking.TOWNS
             for solver in breaking.SOLVERS
         }
-        made = {name: run.result() for name, run in runs.items()}
+        return {name: run.result() for name, run in runs.items()}
+
+
+def told(made: dict[str, Any]) -> Iterator[str]:
+    """Yield how many attacks were tried, and the best score."""
     for name, found in made.items():
-        print(f"{name:10} {found['tried']:6} {found['score'] or 'none'}")
-    if out:
-        out.write_text(json.dumps(made, indent=0) + "\n", encoding="utf-8")
+        yield f"{name:10} {found['tried']:6} {found['score'] or 'none'}"
 
 
 if __name__ == "__main__":
-    main()
+    make(__doc__, table, told)

@@ -100,6 +100,12 @@ BUGS = {
         "[...offset.map((far) => -far), 0]",
         "attacks",
     ),
+    "an attack that is compared with the truth": (
+        "breaking.js",
+        "bent: ate(x, poses)",
+        "bent: ate(x, data.truth)",
+        "attacks",
+    ),
     "a step that is not halved": (
         "descent.js",
         "retractPoses(here.poses, step, 0.5 ** halvings)",
