@@ -35,7 +35,7 @@ def leverage() -> Picture:
         name="leverage",
         title="Ten readings pull on a line",
         question=Question(
-            "Under Cauchy’s kernel, how far above the wall does a reading pull hardest?",
+            "Under Cauchy’s kernel, how far above the line does a reading pull hardest?",
             [
                 Option(
                     "about ½ m",
@@ -56,8 +56,8 @@ def leverage() -> Picture:
         tries=[
             "choose Cauchy and lower the reading until it pulls hardest. Then choose TLS and find"
             " the height at which it rejects the reading.",
-            "leverage: choose Huber and move the reading to place 16, at a height of 6 m. Does"
-            " any kernel reject it there?",
+            "choose Huber and move the reading to place 16, at a height of 6 m, where its leverage"
+            " is large. Does any kernel reject it there?",
         ],
         caption=f"Least squares: reading {_DOOR} is {pull:.1f}σ above the fit and pulls up with"
         f" {pull:.1f} (no limit). At place {_DOOR} the fit is {high:.2f} m too high. The reading’s"
@@ -122,7 +122,7 @@ def majoriser() -> Picture:
         ],
         caption=f"Cauchy, step 0 of {len(path) - 1}, cost {first.cost:.2f} at {start:g}. The"
         f" majoriser is lowest at {second.x:.3f}, where the cost is {second.cost:.2f}. The outlier"
-        f" has the weight {second.weights[-1]:.3f}, an inlier at most"
+        f" has weight {second.weights[-1]:.3f}, an inlier at most"
         f" {second.weights[:-1].max():.3f}. The cost has two local minima.",
         state={
             "kernel": "cauchy", "start": start, "outlier": outlier, "sigma": sigma, "step": 0,
