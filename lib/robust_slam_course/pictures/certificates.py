@@ -50,8 +50,8 @@ def certificate() -> Picture:
             " eigenvalue fall below 0?",
         ],
         caption="A ring of five headings, twisted once, costs"
-        f" {np.trace(R @ Q @ R.T):.2f}, whereas equal headings cost 0. Since the certificate S has"
-        f" eigenvalues below 0, the smallest of them {lowest}, the ring is not certified.",
+        f" {np.trace(R @ Q @ R.T):.2f}; equal headings cost 0. The smallest eigenvalue of the"
+        f" certificate S is {lowest}, so the ring is not certified.",
         state={"ring": "five", "degrees": _TWISTED, "alpha": 0, "step": 0},
         data={},
         still=_certificate_still(eigenvalues),

@@ -103,8 +103,8 @@ def growing() -> Picture:
             "let the outlier arrive later. From which pose on is it rejected on arrival?",
             "leave out the closure from 17 to 29. Is the outlier withdrawn by another one?",
         ],
-        caption=f"At pose {last} the outlier from 6 to 17 was withdrawn at pose 29. 0 of 14 true"
-        " positions are outside their 95 % ellipses, and the robot is"
+        caption=f"The drive is at pose {last}. The outlier from 6 to 17 was withdrawn at pose 29."
+        " 0 of 14 true positions are outside their 95 % ellipses, and the robot is"
         f" {np.hypot(*(poses - truth)[last, :2]):.2f} m off.",
         state={
             "pose": last,

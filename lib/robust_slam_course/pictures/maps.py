@@ -264,9 +264,8 @@ def consistency() -> Picture:
             "let the outliers disagree, and drag one of them until it agrees with an inlier. What"
             " happens when you then raise the threshold?",
         ],
-        caption="On the left is the map by PCM and least squares, over the dotted true path. On"
-        " the right are the closures, joined where two agree, and the nine outliers are the"
-        " largest set.",
+        caption="Left: the map that PCM and least squares give, over the true path (dotted)."
+        " Right: the closures, joined where two agree; the nine outliers are the largest set.",
         state={
             "count": 9,
             "agree": True,

@@ -43,7 +43,7 @@ def robots() -> Picture:
                 Option(
                     "one",
                     "With one correct closure there is one vote each; here the wrong one stays,"
-                    " from which C took its frame.",
+                    " because C has aligned its map by it.",
                 ),
                 Option(
                     "two",
@@ -59,8 +59,8 @@ def robots() -> Picture:
             "give C all eight, and play. When is the wrong closure rejected? Add"
             " another, and drag its ends.",
         ],
-        caption="The robots have just met. Of C’s closures 0 of 1 wrong are rejected."
-        " Its residual is 0: nothing contradicts it."
+        caption="The robots have just met. C’s only closure is wrong, and it is kept: its"
+        " residual is 0, since nothing contradicts it."
         f" B is {off_b:.2f} m off, C {off_c:.2f} m.",
         state={"wrong": _MEETING, "correct": 0, "round": 0, "views": False},
         data={
