@@ -50,18 +50,18 @@ def pcm_cases(rng: np.random.Generator) -> Iterator[Case]:
         )
 
 
-def attack_cases(rng: np.random.Generator) -> Iterator[Case]:
-    """A thousand random scores of *Break the map*, in the data that the picture has."""
+def attack_cases(rng: np.random.Generator, count: int = 100) -> Iterator[Case]:
+    """Random scores of *Break the map*, in the data that the picture has."""
     data = {name: graph_data(*breaking.town(name)[:2], 9) for name in breaking.TOWNS}
-    for _ in range(1000):
+    for _ in range(count):
         town, solver = (str(rng.choice(list(each))) for each in (breaking.TOWNS, breaking.SOLVERS))
-        count = int(rng.integers(1, breaking.MOST + 1))
-        j = int(rng.integers(2, breaking.TOWNS[town][1] - count + 1))
+        size = int(rng.integers(1, breaking.MOST + 1))
+        j = int(rng.integers(2, breaking.TOWNS[town][1] - size + 1))
         i = int(rng.integers(j - 1))
         dx, dy = rng.integers(-breaking.REACH, breaking.REACH + 1, 2)
-        score = f"{town}:{solver}:{i}-{j}:{dx},{dy if dx or dy else 1}:{count}"
+        score = f"{town}:{solver}:{i}-{j}:{dx},{dy if dx or dy else 1}:{size}"
         attack = breaking.attack(score)
-        state = {"solver": solver, "ends": [attack.i, attack.j], "count": count}
+        state = {"solver": solver, "ends": [attack.i, attack.j], "count": size}
         yield Case(
             {"data": data[town], "state": state | {"offset": [attack.dx, attack.dy]}},
             {"bent": (bent := breaking.bent(attack)), "fooled": bent > breaking.BOUND},
