@@ -139,9 +139,9 @@ _CHANGES = {
     "grading/marking.py": [
         ("missing = not score and owner", "missing = owner",
          f"{MARKING}an_exercise_that_earned_points_is_not_missing"),
-        ("one = _Pass(whose, sandbox, run, seed)", "one = _Pass(whose, sandbox, run, PUBLIC_SEED)",
+        ("one = _Pass(whose, sandbox, run, seed)", "one = _Pass(whose, sandbox, run, 0)",
          f"{MARKING}hidden_inputs_are_drawn_from_the_batchs_seed"),
-        ("run, PUBLIC_SEED, is_visible=True)", "run, 1, is_visible=True)",
+        ("run, seeds.PUBLIC_SEED, is_visible=True)", "run, 1, is_visible=True)",
          f"{MARKING}visible_checks_draw_from_the_public_seed"),
         ("self._doubtful |= own or", "self._doubtful |=",
          f"{MARKING}what_a_busy_machine_may_be_to_blame_for_is_doubtful"),

@@ -15,6 +15,8 @@ TOWN_VARIABLE = "ROBUST_SLAM_TOWN"
 SHARED_TOWN = 0
 """The number of the data that everybody has who was not given a number."""
 TOWNS = 10**6
+PUBLIC_SEED = 0
+"""Visible tests draw what students draw themselves: their messages tell nothing secret."""
 
 
 def case_generator(seed: int, grade_id: str) -> np.random.Generator:

@@ -24,7 +24,7 @@ from robust_slam_autograder.grading import marking, results
 from robust_slam_autograder.grading.journal import Journal
 from robust_slam_autograder.grading.marked import Marked
 from robust_slam_autograder.grading.marking import Step, Whose
-from robust_slam_autograder.grading.naming import Naming
+from robust_slam_autograder.grading.naming import Namer
 from robust_slam_autograder.grading.results import Result, Status
 from robust_slam_autograder.grading.tasks import Fingerprints, Job, Task
 from robust_slam_autograder.grading.waiting import Waiting
@@ -116,7 +116,7 @@ def grade(
     workers: int,
     report: Callable[[Graded], None],
     graders: Graders = processes,
-    naming: Naming | None = None,
+    naming: Namer | None = None,
 ) -> list[Graded]:
     """Grade submissions, writing each result as it comes.
 
@@ -153,7 +153,8 @@ def grade(
     def run_pass(tasks: Iterable[Task], at_once: int) -> Iterator[tuple[Task, Marked | Broken]]:
         return graders(tasks, terms, at_once)
 
-    with closing(_grade_all(due, prints, kept, run_pass, at_once)) as graded:
+    names = closing(naming) if naming is not None else contextlib.nullcontext()
+    with names, closing(_grade_all(due, prints, kept, run_pass, at_once)) as graded:
         for task, marked in graded:
             result = naming(task.job, marked) if naming else marked.result
             run.forget(task.job.key)

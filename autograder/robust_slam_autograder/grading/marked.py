@@ -25,6 +25,8 @@ class Marked:
     """Cells of the student's that hung or died, by their number in the program."""
     shapes: Mapping[str, Shape] = field(default_factory=dict)
     """By exercise, what its failed cases saw, where a label may fit."""
+    visible: Mapping[str, Shape] = field(default_factory=dict)
+    """The same of the visible pass, where hidden regions ran since."""
     whole: bool = False
     """Whether hidden regions ran."""
 
@@ -50,7 +52,10 @@ def from_text(text: str) -> Marked:
         value = json.loads(text)
         result, skip = results.from_text(value["result"]), tuple(value["skip"])
         doubtful, seconds, whole = value["doubtful"], value["seconds"], value["whole"]
-        shapes = {name: Shape(**shape) for name, shape in value["shapes"].items()}
+        shapes, visible = (
+            {name: Shape(**shape) for name, shape in value[key].items()}
+            for key in ("shapes", "visible")
+        )
     except (RecursionError, KeyError, TypeError, AttributeError) as error:
         raise ValueError("no pass of a grader wrote it") from error
     right = (
@@ -60,4 +65,4 @@ def from_text(text: str) -> Marked:
     )
     if not right or not all(type(number) is int for number in skip):
         raise ValueError("no pass of a grader wrote it")
-    return Marked(result, doubtful, seconds, skip, shapes, whole)
+    return Marked(result, doubtful, seconds, skip, shapes, visible, whole)

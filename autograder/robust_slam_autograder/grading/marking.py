@@ -36,9 +36,6 @@ from robust_slam_autograder.reading.assignment import Assignment, Case
 from robust_slam_autograder.reading.submission import Submission
 from robust_slam_autograder.sandbox import Sandbox
 
-PUBLIC_SEED = 0
-"""Visible tests draw what students draw themselves: their messages tell nothing secret."""
-
 Report = Callable[[ExerciseResult], None]
 """Called with each exercise as it ends."""
 Label = Callable[[str, Shape], str]
@@ -98,7 +95,7 @@ def look(
     Raises:
         GraderFailure: as ``grade``.
     """
-    one = _Pass(whose, sandbox, run, PUBLIC_SEED, is_visible=True)
+    one = _Pass(whose, sandbox, run, seeds.PUBLIC_SEED, is_visible=True)
     last = {case.exercise: case.grade_id for case in whose.assignment.cases}
     seen: dict[str, CaseResult] = {}
     for case, step in one.steps():
@@ -137,7 +134,8 @@ def finish(
     one.skip, one.seconds = frozenset(before.skip), before.seconds
     one.faults = {key: case.ending for key, case in seen.items() if case.ending.is_fault}
     endings = {case.grade_id: step.ending for case, step in one.steps()}
-    return one.marked(seen, endings, before.result.reason, before.result.seconds)
+    found = one.marked(seen, endings, before.result.reason, before.result.seconds)
+    return replace(found, visible=before.shapes)
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,8 @@
 """Gives wrong answers of a batch their labels, after the pass that found them wrong.
 
 The passes hand on digests of what failed cases saw, and no value. What they may mean is worked
-out here, of the instructor's code alone, and once for each exercise that somebody has failed. A
+out here, of the instructor's code alone. What a way to be wrong returns to visible cases is known
+before a batch: so of all ways those alone run on hidden inputs that an answer may still be. A
 label is one of a table's sentences: no other text comes of a hidden pass.
 """
 
@@ -9,22 +10,18 @@ from __future__ import annotations
 
 import functools
 import hashlib
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from robust_slam_autograder.executor.seeds import PUBLIC_SEED
 from robust_slam_autograder.grading.marked import Marked
-from robust_slam_autograder.grading.marking import PUBLIC_SEED
 from robust_slam_autograder.grading.results import ExerciseResult, Result
 from robust_slam_autograder.grading.tasks import Job
 from robust_slam_autograder.misconceptions import known, survey
 from robust_slam_autograder.misconceptions.known import Known
+from robust_slam_autograder.misconceptions.runner import Runner
 from robust_slam_autograder.misconceptions.shapes import Shape
 from robust_slam_autograder.misconceptions.survey import Setting
-from robust_slam_autograder.misconceptions.tables import Table
-
-Naming = Callable[[Job, Marked], Result]
-"""Says what a submission's wrong answers look like."""
 
 
 @dataclass(frozen=True)
@@ -39,58 +36,56 @@ class Namer:
     folder: Path
     seed: int
     _known: dict[Path, Known | None] = field(default_factory=dict)
-    _tables: dict[tuple[Path, str, bool], Table | None] = field(default_factory=dict)
-    _labels: dict[tuple[Path, str, frozenset[str]], dict[str, str]] = field(default_factory=dict)
-    """By the cases that are failed: of others than a student's, none need be run."""
+    _labels: dict[tuple[object, ...], dict[str, str]] = field(default_factory=dict)
+    """By exercise and the keys of what hidden and visible cases saw."""
+    _runners: dict[tuple[Path, bool], Runner] = field(default_factory=dict)
 
     def __call__(self, job: Job, marked: Marked) -> Result:
         """Return a submission's result with labels."""
         name = functools.partial(self._exercise, job, marked)
         return replace(marked.result, exercises=tuple(map(name, marked.result.exercises)))
 
+    def close(self) -> None:
+        """End the processes that ran the instructor's code."""
+        for runner in self._runners.values():
+            runner.close()
+
     def _exercise(self, job: Job, marked: Marked, exercise: ExerciseResult) -> ExerciseResult:
         shape = marked.shapes.get(exercise.name)
-        keys = shape.keys() if shape is not None else ()
         if shape is None or exercise.status not in ("partial", "failed"):
             return exercise
-        setting = Setting(job.tests, job.assignment, self._seed(marked), marked.whole)
+        keys = shape.keys()
         try:
-            said = self._said(setting, exercise.name, shape, has_keys=bool(keys))
+            said = self._said(job, marked, exercise.name, shape)
         except Exception:  # a label is worth no batch
             said = ""
         return replace(exercise, misconception=said, pattern=_pattern(keys[0]) if keys else "")
 
-    def _seed(self, marked: Marked) -> int:
-        return self.seed if marked.whole else PUBLIC_SEED
-
-    def _said(self, setting: Setting, exercise: str, shape: Shape, *, has_keys: bool) -> str:
-        if setting.path not in self._known:
-            name = setting.assignment.name
-            self._known[setting.path] = known.read(self.folder, name, setting.path)
-        found = self._known[setting.path]
+    def _said(self, job: Job, marked: Marked, exercise: str, shape: Shape) -> str:
+        if job.tests not in self._known:
+            self._known[job.tests] = known.read(self.folder, job.assignment.name, job.tests)
+        found = self._known[job.tests]
         if found is None or exercise not in found.exercises:
             return ""
-        key = (setting.path, exercise, setting.whole)
-        if key not in self._tables:
-            self._tables[key] = None  # where it cannot be made, it is tried once
-            self._tables[key] = survey.right(setting, exercise)
-        table, labels = self._tables[key], {}
-        if has_keys:
-            labels = self._labels_of(setting, exercise, frozenset(shape.failed))
-        return replace(table, labels=labels).sentence(shape) if table is not None else ""
+        runner = self._runner(job, whole=marked.whole)
+        table = runner.table(exercise)
+        if table is None:
+            return ""
+        visible = marked.visible.get(exercise, Shape()).all_keys() if marked.whole else ()
+        key = (job.tests, exercise, *shape.keys()[:1], *visible[:1])
+        if key not in self._labels:
+            ways = found.exercises[exercise] if shape.keys() else ()
+            may_be = (one for one in ways if not marked.whole or one.fits(shape.failed, visible))
+            self._labels[key] = survey.one_each(
+                (one, runner.keys(exercise, one, shape) if marked.whole else (one.seen,))
+                for one in may_be
+            )
+        return replace(table, labels=self._labels[key]).sentence(shape)
 
-    def _labels_of(
-        self, setting: Setting, exercise: str, failed: frozenset[str]
-    ) -> dict[str, str]:
-        """Return the labels of answers that fail the same cases; of visible ones, of all."""
-        failed = failed if setting.whole else frozenset()
-        key = (setting.path, exercise, failed)
-        found = self._known[setting.path]
-        if key not in self._labels and found is not None:
-            self._labels[key] = {}
-            ways = [one for one in found.exercises[exercise] if failed in (set(), set(one.fails))]
-            self._labels[key] = survey.labels_of(setting, exercise, ways)
-        return self._labels[key]
+    def _runner(self, job: Job, *, whole: bool) -> Runner:
+        seed = self.seed if whole else PUBLIC_SEED
+        setting = Setting(job.tests, job.assignment, seed, whole)
+        return self._runners.setdefault((job.tests, whole), Runner(setting))
 
 
 def _pattern(key: str) -> str:

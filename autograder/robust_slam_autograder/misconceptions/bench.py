@@ -73,15 +73,25 @@ class Bench:
         return names
 
     def shape(
-        self, exercise: str, names: Names, right: Right, *, with_aspects: bool = False
+        self,
+        exercise: str,
+        names: Names,
+        right: Right,
+        *,
+        with_aspects: bool = False,
+        like: Shape | None = None,
     ) -> Shape:
         """Run the cases of an exercise, and note how those end that fail.
 
-        A case whose values are those of the solution up to where it failed says nothing.
+        A case whose values are those of the solution up to where it failed says nothing. With
+        ``like``, what ends otherwise than that in one case is lost, and no other case is run.
         """
         shape = Shape()
+        cases = self._cases(exercise)
+        if like is not None:
+            cases.sort(key=lambda case: case.grade_id not in like.failed)
         with quiet(), environment(self.seed):
-            for case in self._cases(exercise):
+            for case in cases:
                 trace = Trace()
                 if self._passes(case, names, trace):
                     if with_aspects:
@@ -94,6 +104,8 @@ class Bench:
                     told, real = not trace.raised, trace.is_real
                     end = shapes.end_of(trace) if with_aspects else ()
                     shape.add(case.grade_id, found, told=told, real=real, end=end)
+                if like is not None and not shape.ends_like(like, case.grade_id):
+                    shape.lost = True
                 if shape.lost and not with_aspects:
                     break
         return shape

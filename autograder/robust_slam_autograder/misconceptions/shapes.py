@@ -70,6 +70,19 @@ class Shape:
         for trait, times in passed.items():
             self.passed[trait] = self.passed.get(trait, 0) + times
 
+    def ends_like(self, other: Shape, grade_id: str) -> bool:
+        """Tell whether a case passed in both, or failed in both after the same values."""
+        mine, others = (
+            set(one.failed[grade_id].get(WHOLE, ())) if grade_id in one.failed else {"passed"}
+            for one in (self, other)
+        )
+        return bool(mine & others)
+
+    def plain(self) -> Shape:
+        """Return its failed cases alone, without aspects."""
+        kept = {name: {WHOLE: one[WHOLE]} for name, one in self.failed.items() if WHOLE in one}
+        return Shape(kept)
+
     @property
     def is_known(self) -> bool:
         """Tell whether a label may fit."""
@@ -82,7 +95,11 @@ class Shape:
 
     def keys(self) -> tuple[str, ...]:
         """Return the key of all that came back, and then those of its neighbours."""
-        if not self.is_known:
+        return self.all_keys() if self.is_known else ()
+
+    def all_keys(self) -> tuple[str, ...]:
+        """Return the same keys where exceptions ended all cases too, or where none failed."""
+        if self.lost:
             return ()
         names = sorted(self.failed)
         ways = itertools.product(*(self.failed[name][WHOLE] for name in names))

@@ -16,11 +16,12 @@ from pathlib import Path
 
 from robust_slam_autograder.executor import guarded
 from robust_slam_autograder.executor.guarded import Overrun
+from robust_slam_autograder.executor.seeds import PUBLIC_SEED
 from robust_slam_autograder.misconceptions import bench as benches
 from robust_slam_autograder.misconceptions.bench import Bench
 from robust_slam_autograder.misconceptions.candidates import WRITTEN, Candidate, candidates, chosen
 from robust_slam_autograder.misconceptions.shapes import Shape, salt_of
-from robust_slam_autograder.misconceptions.tables import Table, arguments_of, sealed
+from robust_slam_autograder.misconceptions.tables import Right, Table, arguments_of, sealed
 from robust_slam_autograder.reading.assignment import Assignment
 from robust_slam_autograder.reading.labelled import Answer
 
@@ -68,6 +69,22 @@ def shapes_of(
 ) -> Iterator[tuple[Candidate, Shape]]:
     """Run candidates on an exercise's cases, and yield those that a label may fit.
 
+    The arguments are those of ``measured``.
+    """
+    for candidate, shape in measured(setting, exercise, choice, with_aspects, run):
+        if shape.is_known or (with_aspects and shape.has_ends):
+            yield candidate, shape
+
+
+def measured(
+    setting: Setting,
+    exercise: str,
+    choice: Choice,
+    with_aspects: bool = False,
+    run: Run = guarded.guarded,
+) -> Iterator[tuple[Candidate, Shape]]:
+    """Run candidates on an exercise's cases, and yield each with what these saw.
+
     Args:
         setting: the test cells and their seed.
         exercise: its name.
@@ -84,8 +101,7 @@ def shapes_of(
         try:
             for number, candidate, shape in run(work):
                 start = number + 1
-                if shape.is_known or (with_aspects and shape.has_ends):
-                    yield candidate, shape
+                yield candidate, shape
             is_over = True
         except Overrun:
             start += 1
@@ -96,26 +112,44 @@ def _measured(
 ) -> Iterator[tuple[int, Candidate, Shape]]:
     bench = setting.bench()
     right = bench.right(exercise, with_aspects=False)
-    began = time.process_time()
-    bench.shape(exercise, bench.names, right)
-    seconds = max(SHORTEST, TIMES_LONGER * (time.process_time() - began))
+    seconds = seconds_of(bench, exercise, right)
     started = time.process_time()
     for number, candidate in enumerate(choice(bench)):
         if time.process_time() - started > MOST:
             return
         if number >= start:
             mine = seconds * (WRITTEN_LONGER if candidate.origin == WRITTEN else 1.0)
-            shape = Shape(lost=True)
-            # One that passes, raises or takes too long is not a candidate.
-            with (
-                guarded.at_most(BACKSTOP * mine),
-                contextlib.suppress(Exception, _Late, SystemExit),
-                benches.quiet(),
-                _soon(mine),
-            ):
-                names = candidate.names(bench, exercise)
-                shape = bench.shape(exercise, names, right, with_aspects=with_aspects)
+            shape = shape_of(bench, exercise, candidate, right, mine, with_aspects=with_aspects)
             yield number, candidate, shape
+
+
+def seconds_of(bench: Bench, exercise: str, right: Right) -> float:
+    """Return how much processor time a candidate may take, by what the solution takes."""
+    began = time.process_time()
+    bench.shape(exercise, bench.names, right)
+    return max(SHORTEST, TIMES_LONGER * (time.process_time() - began))
+
+
+def shape_of(
+    bench: Bench,
+    exercise: str,
+    candidate: Candidate,
+    right: Right,
+    seconds: float,
+    *,
+    with_aspects: bool = False,
+    like: Shape | None = None,
+) -> Shape:
+    """Run a candidate as ``Bench.shape`` does; what raises by itself, or takes long, is lost."""
+    with (
+        guarded.at_most(BACKSTOP * seconds),
+        contextlib.suppress(Exception, _Late, SystemExit),
+        benches.quiet(),
+        _soon(seconds),
+    ):
+        names = candidate.names(bench, exercise)
+        return bench.shape(exercise, names, right, with_aspects=with_aspects, like=like)
+    return Shape(lost=True)
 
 
 class _Late(BaseException):
@@ -139,11 +173,16 @@ def _soon(seconds: float) -> Iterator[None]:
 def survey(setting: Setting, exercise: str, answers: Sequence[Answer]) -> list[Candidate]:
     """Return one candidate for each way to be wrong that has a name."""
     choice = functools.partial(candidates, exercise=exercise, answers=answers)
-    return named(
+    found = named(
         (replace(candidate, fails=tuple(shape.failed)), shape.keys())
         for candidate, shape in shapes_of(setting, exercise, choice)
         if counts(candidate, shape)
     )
+    public = replace(setting, seed=PUBLIC_SEED, whole=False)
+    return [
+        replace(candidate, seen=next(iter(shape.all_keys()), ""))
+        for candidate, shape in measured(public, exercise, lambda bench: found)
+    ]
 
 
 def counts(candidate: Candidate, shape: Shape) -> bool:
@@ -191,9 +230,15 @@ def table(setting: Setting, exercise: str, known: Sequence[Candidate]) -> Table:
 
 def labels_of(setting: Setting, exercise: str, known: Sequence[Candidate]) -> dict[str, str]:
     """Return the sealed labels of a table, as far as some candidates have them."""
+    found = shapes_of(setting, exercise, lambda bench: known)
+    return one_each((candidate, shape.keys()) for candidate, shape in found)
+
+
+def one_each(found: Iterable[tuple[Candidate, Sequence[str]]]) -> dict[str, str]:
+    """Return sealed labels by the first of their keys; empty where two candidates have it."""
     labels: dict[str, str] = {}
-    for candidate, shape in shapes_of(setting, exercise, lambda bench: known):
-        for key in shape.keys()[:1]:
+    for candidate, keys in found:
+        for key in keys[:1]:
             if labels.setdefault(key, candidate.sentence) != candidate.sentence:
                 labels[key] = ""
     return sealed(labels)
@@ -211,7 +256,11 @@ def right(setting: Setting, exercise: str) -> Table:
 
 
 def _right(setting: Setting, exercise: str) -> Iterator[Table]:
-    bench = setting.bench()
+    yield right_of(setting.bench(), exercise)
+
+
+def right_of(bench: Bench, exercise: str) -> Table:
+    """Return a table without labels, as ``right`` does, in this process."""
     first = next(iter(bench.functions(exercise).values()), None)
     right = bench.right(exercise)
-    yield Table({}, right, arguments_of(first), tuple(sorted(bench.words.get(exercise, ()))))
+    return Table({}, right, arguments_of(first), tuple(sorted(bench.words.get(exercise, ()))))

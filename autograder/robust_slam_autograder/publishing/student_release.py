@@ -15,7 +15,7 @@ from nbgrader.coursedir import CourseDirectory
 from nbgrader.preprocessors import SaveCells
 
 from robust_slam_autograder.errors import GraderFailure, WrongUse
-from robust_slam_autograder.grading.marking import PUBLIC_SEED
+from robust_slam_autograder.executor.seeds import PUBLIC_SEED
 from robust_slam_autograder.misconceptions import known, survey, tables
 from robust_slam_autograder.misconceptions.survey import Setting
 from robust_slam_autograder.nbgrader.settings import nbgrader_settings

@@ -16,8 +16,7 @@ from typing import Any
 from unittest import mock
 
 import numpy as np
-from robust_slam_autograder.executor.seeds import SEED_VARIABLE, case_generator
-from robust_slam_autograder.grading.marking import PUBLIC_SEED
+from robust_slam_autograder.executor.seeds import PUBLIC_SEED, SEED_VARIABLE, case_generator
 from robust_slam_autograder.reading.assignment import split_hidden
 from robust_slam_autograder.reading.source import plain_python
 

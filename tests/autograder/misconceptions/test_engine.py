@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 from collections import Counter
+from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from robust_slam_autograder.misconceptions import shapes, survey, tables, traits
+from robust_slam_autograder.executor.seeds import PUBLIC_SEED
+from robust_slam_autograder.grading.marked import Marked
+from robust_slam_autograder.grading.naming import Namer
+from robust_slam_autograder.grading.results import ExerciseResult, Result
+from robust_slam_autograder.grading.tasks import Job
+from robust_slam_autograder.misconceptions import known, shapes, survey, tables, traits
 from robust_slam_autograder.misconceptions.candidates import FACT, WRITTEN, Candidate, chosen
+from robust_slam_autograder.misconceptions.known import Known
 from robust_slam_autograder.misconceptions.prints import MAX_CALLS, Called, Trace, parts_of
+from robust_slam_autograder.misconceptions.runner import Runner
 from robust_slam_autograder.misconceptions.survey import Setting
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.labelled import Answer
@@ -104,6 +113,33 @@ def test_an_author_s_label_comes_before_a_rule(setting: Setting) -> None:
     assert said(setting, FOURFOLD) == "what comes back is twice what it should be"
     label = said(setting, FOURFOLD, wrong("four", other, "Doubles it twice."))
     assert label == "your function doubles it twice"
+
+
+@pytest.mark.parametrize("source", [FOURFOLD, "def double(x):\n    return np.asarray(x) / 2"])
+def test_a_batch_runs_those_ways_alone_that_an_answer_may_be(
+    setting: Setting, tmp_path: Path, source: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = survey.survey(setting, "double", [])
+    known.write(tmp_path, toy.NAME, Known(known.digest(setting.path), "", {"double": found}))
+    public = replace(setting, seed=PUBLIC_SEED, whole=False)
+    shapes, visible = (
+        {"double": shape}
+        for one in (setting, public)
+        for _, shape in survey.shapes_of(
+            one, "double", lambda bench: [Candidate(WRITTEN, "", source)], with_aspects=True
+        )
+    )
+    exercise = ExerciseResult("double", 0, 1, "failed", "", ())
+    result = Result("ada", toy.NAME, 0, 1, "graded", "", "", 0.0, (exercise,))
+    asked: list[Candidate] = []
+    keys = Runner.keys
+    monkeypatch.setattr(Runner, "keys", lambda *args: asked.append(args[2]) or keys(*args))
+    job = Job("ada", setting.assignment, setting.path, setting.path)
+    with closing(Namer(tmp_path, setting.seed)) as namer:
+        marked = Marked(result, shapes=shapes, visible=visible, whole=True)
+        named = [namer(job, marked).exercises[0].misconception for _ in range(2)]
+    assert named == [said(setting, source)] * 2 != ["", ""]
+    assert 1 <= len(asked) < len(found) / 4
 
 
 def test_two_labels_for_the_same_values_are_none(setting: Setting) -> None:
