@@ -10,9 +10,9 @@ import pytest
 from playwright.sync_api import CDPSession, Locator, Page
 
 PICTURE = ".rs-picture[data-live]"
-_FRAMES = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
+FRAMES = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
 _SEEN = f"""async (picture) => {{
-  await {_FRAMES};
+  await {FRAMES};
   const part = (name) => picture.querySelector(name);
   return [part('.rs-stage').innerHTML, part('.rs-caption').textContent,
     picture.getBoundingClientRect().height];
@@ -21,7 +21,7 @@ _CHANGES = """(control) => control.ariaDisabled !== "true"
   && !["reset", "link"].includes(control.dataset.control)"""
 _RESET = f"""async (picture) => {{
   picture.querySelector('[data-control=reset]').click();
-  await {_FRAMES};
+  await {FRAMES};
 }}"""
 
 

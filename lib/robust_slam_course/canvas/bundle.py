@@ -4,7 +4,8 @@ A browser loads no module from a file, so a page carries the script itself. The 
 written for this: imports are static and named, and a name is used by one module only, so that
 a line of import can be left out and the word ``export`` with it.
 
-Documentation of functions stays in the modules: it would be a quarter of what a page loads.
+Documentation, comments and indents stay in the modules: they would be more than a quarter of
+what a page loads.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from posixpath import dirname, join, normpath
 
 _IMPORT = re.compile(r'^import\s*\{[^}]*\}\s*from\s*"(\.[^"]+)";\n', re.MULTILINE)
 _EXPORT = re.compile(r"^export (?=(?:async )?(?:function|const|class)\b)", re.MULTILINE)
-_DOCUMENTATION = re.compile(r"^ */\*\*.*?\*/\n", re.MULTILINE | re.DOTALL)
+_DOCUMENTATION = re.compile(r"^ *(?:/\*\*.*?\*/\n|//[^\n]*\n)?", re.MULTILINE | re.DOTALL)
 
 
 @cache

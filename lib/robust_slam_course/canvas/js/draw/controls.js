@@ -14,8 +14,8 @@ export function htmlElement(name, attributes = {}, ...children) {
  *
  * Kinds: `slider` (name, label, min, max, step, text(value), log), `choice` (name, label,
  * options [[value, text], …]), `toggle` (name, label), `button` (label, does(state, result) →
- * partial) and `player` (name, label, count(state, result), text(value, result)), a slider over
- * steps that can play.
+ * partial) and `player` (name, label, count(state, result), text(value, result), beat), a slider over
+ * steps that can play, one in so many ms.
  */
 export function makeControl(spec, change, calm) {
   return { slider, choice, toggle, button, player }[spec.kind](spec, change, calm);
@@ -67,17 +67,20 @@ function button(spec, change) {
   return { element, show };
 }
 
-const BEAT = 450; // ms from one step to the next while playing
+const BEAT = 450; // ms
 
 function player(spec, change, calm) {
   const input = htmlElement("input", { type: "range", min: 0, step: 1, "data-control": spec.name });
   const play = htmlElement("button", { type: "button", "data-control": `play-${spec.name}` }, "Play");
   const value = htmlElement("span", { class: "rs-value", "aria-hidden": "true" });
   let timer = 0;
+  // While it plays, a screen reader that stands on the slider shall not read every step.
+  const say = () => input.setAttribute("aria-valuetext", value.textContent);
   const stop = () => {
     clearInterval(timer);
     timer = 0;
     play.textContent = "Play";
+    say();
   };
   const forward = () => {
     if (!input.isConnected || Number(input.value) >= Number(input.max)) return stop();
@@ -90,16 +93,16 @@ function player(spec, change, calm) {
     const ended = Number(input.value) >= Number(input.max);
     // Readers who asked for less movement get the last step at once.
     if (calm.matches) return change({ [spec.name]: ended ? 0 : Number(input.max) });
-    if (ended) change({ [spec.name]: 0 });
+    change({ [spec.name]: ended ? 0 : Number(input.value) });
     play.textContent = "Pause";
-    timer = setInterval(forward, BEAT);
+    timer = setInterval(forward, spec.beat ?? BEAT);
     return undefined;
   });
   const show = (state, result) => {
     input.max = spec.count(state, result);
     input.value = state[spec.name];
     value.textContent = spec.text(state[spec.name], result);
-    input.setAttribute("aria-valuetext", value.textContent);
+    if (!timer) say();
   };
   const label = htmlElement("label", {}, htmlElement("span", {}, spec.label), input, value);
   return { element: htmlElement("span", { class: "rs-player" }, label, play), show };

@@ -6,7 +6,7 @@ import { predictionOf } from "./prediction.js";
 import { KEYS_STAY, Scene, setAttributes } from "./scene.js";
 import { stageHeight } from "./stage.js";
 
-const REST = 700; // ms without a change after which the caption is spoken
+export const REST = 700; // ms without a change after which the caption is spoken
 const NEAR = 0.004; // what is left of a movement, in the picture's units, when it has arrived
 
 /**

@@ -1,7 +1,7 @@
 import { putLegend } from "../draw/legend.js";
 import { putHandle } from "../draw/handle.js";
+import { audiblePicture } from "../draw/listen.js";
 import { fitAround, posePixels, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
-import { livePicture } from "../draw/picture.js";
 import { pathThrough } from "../draw/scene.js";
 import { attackedMap } from "../solve/breaking.js";
 import { alignPoses } from "../solve/metrics.js";
@@ -9,7 +9,7 @@ import { alignPoses } from "../solve/metrics.js";
 /** A game: the reader tells a solver where a part of a small town is not, in as few closures. */
 export function render(context) {
   const { towns, bound, most } = context.model.get("data");
-  return livePicture(context, {
+  return audiblePicture(context, {
     layers: ["ghost", "edges", "drive", "wrong"],
     controls: [
       { kind: "choice", name: "town", label: "Town", options: Object.keys(towns).map((name) => [name, name]) },
@@ -21,7 +21,8 @@ export function render(context) {
     clean: cleanAttack,
     solve: (state, data) => {
       const found = attackedMap(data.towns[state.town], state);
-      return { ...found, poses: alignPoses(found.poses, data.towns[state.town].truth), fooled: found.bent > bound };
+      const poses = alignPoses(found.poses, data.towns[state.town].truth);
+      return { ...found, poses, heard: { ...found, poses, map: `map-${state.town}` }, fooled: found.bent > bound };
     },
     moving: ({ poses }) => poses,
     draw: drawAttack,

@@ -1,7 +1,7 @@
 import { numberText } from "../draw/axes.js";
 import { fitAround, posePixels, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
 import { boundedNumber } from "../draw/link.js";
-import { livePicture } from "../draw/picture.js";
+import { audiblePicture } from "../draw/listen.js";
 import { sideBySide, WIDE } from "../draw/stage.js";
 import { putStrip } from "../draw/strip.js";
 import { agreeingClosures } from "../solve/aliasing.js";
@@ -16,7 +16,7 @@ import { CHI_99_SE2, graphWithWrong, leastSquares, poseGraphProblem } from "../s
  * the switch of each closure stays open.
  */
 export function render(context) {
-  return livePicture(context, {
+  return audiblePicture(context, {
     layers: ["ghost", "edges", "drive", "wrong", "pairs", "members", "vertices", "strip", "words"],
     controls: [
       {
@@ -87,11 +87,12 @@ function solveConsistency(state, data) {
   });
   const { truth } = data;
   const poses = alignPoses(state.map === "pcm" ? kept : switched.x, truth);
+  const weights = state.map === "pcm" ? agreement.kept : switched.weights;
   const { closures, clique, adjacency, distances } = agreement;
   const switches = Array.from(closures, (edge) => Math.sqrt(switched.weights[edge]));
   const isMember = closures.map((_, place) => clique.includes(place));
   return {
-    shown: poses, wrong, clique, adjacency, distances, switches, isMember,
+    shown: poses, heard: { graph, poses, weights, map: "map" }, wrong, clique, adjacency, distances, switches, isMember,
     correct: closures.length - wrong.edges.length,
     ends: closures.map((edge) => [graph.tail[edge], graph.head[edge]]),
     used: state.map === "pcm" ? isMember : switches.map((s) => s >= 0.5),

@@ -1,6 +1,6 @@
 import { numberText } from "../draw/axes.js";
+import { audiblePicture } from "../draw/listen.js";
 import { fitAround, posePixels, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
-import { livePicture } from "../draw/picture.js";
 import { sideBySide, WIDE } from "../draw/stage.js";
 import { putStrip } from "../draw/strip.js";
 import { alignPoses } from "../solve/metrics.js";
@@ -15,7 +15,7 @@ import {
  */
 export function render(context) {
   const undisturbed = new Map();
-  return livePicture(context, {
+  return audiblePicture(context, {
     layers: ["ghost", "edges", "drive", "wrong", "strip"],
     controls: [
       { kind: "choice", name: "place", label: "Map", options: [["town", "town"], ["pentagon", "pentagon"]] },
@@ -103,6 +103,7 @@ function solveCycles({ place, correct, sigma, ...lists }, data, undisturbed) {
   const steps = given.truth.length / 3 - 1;
   return {
     poses, norms, graph, joins, steps, given, closures: before.length - steps,
+    heard: { graph, poses, map: place, first: place === "pentagon" ? 1 : 0 },
     changed: before.reduce((sum, norm, k) => sum + (Math.abs(norms[k] - norm) > CHANGED), 0),
     off: offBy(poses, given.truth),
   };

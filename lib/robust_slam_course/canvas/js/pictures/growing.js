@@ -1,7 +1,7 @@
 import { putLegend } from "../draw/legend.js";
+import { audiblePicture } from "../draw/listen.js";
 import { fitAround, posePixels, putDrive, putEdge } from "../draw/map.js";
 import { putMarker } from "../draw/marker.js";
-import { livePicture } from "../draw/picture.js";
 import { pathThrough } from "../draw/scene.js";
 import { sideBySide } from "../draw/stage.js";
 import { poseCovariances } from "../solve/covariance.js";
@@ -13,7 +13,7 @@ import { graphWithWrong, leastSquares, poseGraphProblem } from "../solve/pose_gr
  */
 export function render(context) {
   const data = context.model.get("data");
-  return livePicture(context, {
+  return audiblePicture(context, {
     layers: ["ghost", "edges", "drive", "ellipses", "axis", "bars", "words"],
     controls: [
       {
@@ -66,10 +66,14 @@ function solveGrowing(state, data) {
   const numbers = Array.from({ length: Math.floor(data.last / EVERY) }, (_, k) => EVERY * (k + 1));
   const found = poseCovariances(graph, poses, new Float64Array(graph.m).fill(1), numbers);
   const ellipses = numbers.map((pose, k) => ellipseOf(pose, found[k], poses, truth));
+  const told = [...edges.keys()].filter((k) => (closures[k - first]?.told ?? Math.max(...edges[k])) <= state.pose);
+  const soFar = {
+    graph: graphWithWrong(data, { edges: [] }, told), weights: told.map((k) => Number(taken.includes(k))),
+  };
   const seen = ellipses.filter(({ pose }) => pose <= state.pose);
   return {
     poses, ellipses, closures, isKept, outlier: closures.at(-1),
-    seen: seen.length, outside: seen.filter(({ holds }) => !holds).length,
+    heard: { ...soFar, poses, map: "map" }, seen: seen.length, outside: seen.filter(({ holds }) => !holds).length,
   };
 }
 

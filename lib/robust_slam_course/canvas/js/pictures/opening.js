@@ -1,12 +1,12 @@
 import { gnc } from "../solve/graduation.js";
 import { CHI_99_SE2, graphWithWrong, leastSquares, poseGraphProblem } from "../solve/pose_graph.js";
 import { putLegend } from "../draw/legend.js";
+import { audiblePicture } from "../draw/listen.js";
 import { fitAround, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
-import { livePicture } from "../draw/picture.js";
 
 /** A drive through a town, correct closures, and wrong ones that the reader moves. */
 export function render(context) {
-  return livePicture(context, {
+  return audiblePicture(context, {
     layers: ["ghost", "edges", "drive", "wrong"],
     controls: [
       { kind: "toggle", name: "robust", label: "Reject outliers (GNC)" },
@@ -54,7 +54,7 @@ function solveOpening(state, data) {
     : leastSquares(problem);
   const poses = state.robust ? result.x : result.poses;
   const weights = state.robust ? result.weights : new Float64Array(graph.m).fill(1);
-  return { poses, weights, farthest: farthestPose(poses, data.truth) };
+  return { poses, weights, heard: { graph, poses, weights, map: "map" }, farthest: farthestPose(poses, data.truth) };
 }
 
 /** The largest distance (m) of a pose from its true place. */

@@ -1,8 +1,8 @@
 import { numberText, putAxes } from "../draw/axes.js";
 import { putHandle } from "../draw/handle.js";
+import { audiblePicture } from "../draw/listen.js";
 import { fitAround, putDrive, putEdge } from "../draw/map.js";
 import { putMarker } from "../draw/marker.js";
-import { livePicture } from "../draw/picture.js";
 import { sideBySide, WIDE } from "../draw/stage.js";
 import { alignPoses, ate } from "../solve/metrics.js";
 import { CHI_99_SE2, graphResidualNorms, graphWithWrong, poseGraphProblem } from "../solve/pose_graph.js";
@@ -10,7 +10,7 @@ import { switchesWithPriors } from "../solve/priors.js";
 
 /** A map whose closures claim that they are inliers; the reader drags how sure they are. */
 export function render(context) {
-  return livePicture(context, {
+  return audiblePicture(context, {
     layers: ["ghost", "edges", "drive", "axes", "points", "words"],
     controls: [
       {
@@ -53,9 +53,10 @@ function solvePriors({ odds, score }, data) {
   const first = graph.m - logOdds.length;
   const norms = graphResidualNorms(graph, x).slice(first);
   const own = weights.slice(first);
+  const poses = alignPoses(x, data.best);
   const used = (wrong) => own.filter((w, k) => data.outlier[k] === wrong && w >= USED_FROM).length;
   return {
-    poses: alignPoses(x, data.best), off: ate(x, data.best), first, weights: own,
+    poses, heard: { graph, poses, weights, map: "map" }, off: ate(x, data.best), first, weights: own,
     powers: norms.map((norm) => Math.log10(Math.max(norm, 0.1))),
     knee: 0.5 * Math.log10(LAMBDA + 2 * odds), used: [used(0), used(1)],
   };

@@ -1,8 +1,8 @@
 import { putAxes } from "../draw/axes.js";
 import { putLegend } from "../draw/legend.js";
+import { audiblePicture } from "../draw/listen.js";
 import { fitAround, putDrive, putEdge } from "../draw/map.js";
 import { putMarker } from "../draw/marker.js";
-import { livePicture } from "../draw/picture.js";
 import { sideBySide, WIDE } from "../draw/stage.js";
 import { gnc } from "../solve/graduation.js";
 import { irls } from "../solve/loop.js";
@@ -15,7 +15,7 @@ import { CHI_99_SE2, graphWithWrong, poseGraphProblem } from "../solve/pose_grap
  */
 export function render(context) {
   const runs = new Map();
-  return livePicture(context, {
+  return audiblePicture(context, {
     layers: ["ghost", "edges", "drive", "axes", "points", "words"],
     controls: [
       {
@@ -54,19 +54,21 @@ function stepsOf({ solver, start }, data, runs) {
     const found = solver === "gnc"
       ? gnc(problem, CHI_99_SE2, "tls", x0, { tol: 1e-6 })
       : irls(problem, "geman-mcclure", CHI_99_SE2, x0, { tol: 1e-6 });
-    runs.set(key, { history: found.history, gaps: data.proofs[key] });
+    runs.set(key, { graph: problem.graph, history: found.history, gaps: data.proofs[key] });
   }
   return runs.get(key);
 }
 
 function solveProofs(state, data, runs) {
-  const { history, gaps } = stepsOf(state, data, runs);
+  const { graph, history, gaps } = stepsOf(state, data, runs);
   const last = gaps.length;
   const now = Math.min(state.step, last, history.length - 1);
-  const off = (x) => ate(x, data.best);
+  const off = (map) => ate(map, data.best);
+  const { x, weights } = history[now];
+  const poses = alignPoses(x, data.best);
   return {
-    now, last, gaps, weights: history[now].weights, poses: alignPoses(history[now].x, data.best),
-    off: off(history[now].x), lost: off(history.at(-1).x) > 0.1,
+    now, last, gaps, weights, poses, heard: { graph, poses, weights, map: "map" },
+    off: off(x), lost: off(history.at(-1).x) > 0.1,
   };
 }
 

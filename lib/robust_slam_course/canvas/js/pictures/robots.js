@@ -2,7 +2,7 @@ import { fitAround, fitMap, nearestPose, posePixels } from "../draw/map.js";
 import { putHandle } from "../draw/handle.js";
 import { freePlace } from "../draw/labels.js";
 import { putLegend } from "../draw/legend.js";
-import { livePicture } from "../draw/picture.js";
+import { audiblePicture } from "../draw/listen.js";
 import { pathThrough } from "../draw/scene.js";
 import { sideBySide, stageHeight, WIDE } from "../draw/stage.js";
 import { solveFleet } from "../solve/fleet.js";
@@ -14,7 +14,7 @@ import { CHI_99_SE2, graphWithWrong } from "../solve/pose_graph.js";
  */
 export function render(context) {
   const cache = { key: null, fleet: null };
-  return livePicture(context, {
+  return audiblePicture(context, {
     layers: ["ghost", "shared", "own", "views", "words"],
     controls: [
       {
@@ -97,7 +97,7 @@ function solveRobots({ wrong, correct, round }, data, cache) {
   const shared = Array.from(graph.tail, (_, k) => k)
     .filter((k) => labels[graph.tail[k]] !== labels[graph.head[k]]);
   const isWrong = (k) => k < wrong.length;
-  return { graph, labels, poses, seen, last, shared, isWrong, off: robotOffsets(poses, data) };
+  return { graph, labels, poses, seen, last, shared, isWrong, off: robotOffsets(poses, data), heard: { ...seen, graph, map: "map" } };
 }
 
 /** The mean distance (m) of each robot's poses from where they were. */

@@ -1,6 +1,6 @@
 import { numberText, putAxes, putCurve, putPath } from "../draw/axes.js";
+import { audiblePicture } from "../draw/listen.js";
 import { fitAround, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
-import { livePicture } from "../draw/picture.js";
 import { sideBySide, WIDE } from "../draw/stage.js";
 import { agreeingClosures } from "../solve/aliasing.js";
 import { gnc } from "../solve/graduation.js";
@@ -17,7 +17,7 @@ import {
  * residuals, on the curve of that estimator.
  */
 export function render(context) {
-  return livePicture(context, {
+  return audiblePicture(context, {
     layers: ["ghost", "edges", "drive", "wrong", "words", "axes", "curve", "points"],
     controls: [
       {
@@ -84,7 +84,8 @@ function solveShowcase(state, data) {
   const numbers = Float64Array.from(answers.flatMap(({ poses, norms, weights: own }) => [
     ...poses, ...norms.map((norm) => Math.log10(Math.max(norm, 0.1))), ...own,
   ]));
-  return { answers, numbers, first, correct: data.edges.length - first, edges: edgesOf(graph) };
+  const heard = { graph, poses: answers[2].poses, weights: graduated.weights, map: "gnc", of: "GNC’s map: " };
+  return { answers, numbers, heard, first, correct: data.edges.length - first, edges: edgesOf(graph) };
 }
 
 function edgesOf(graph) {

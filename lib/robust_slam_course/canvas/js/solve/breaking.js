@@ -26,8 +26,8 @@ const ATTACKED = {
 };
 
 /**
- * Return { poses, weights, bent }: the map (3n), the weight of each edge, those of the attack last,
- * and how far the map is from the least-squares map without outliers (m). `data` is as for
+ * Return { graph, poses, weights, bent }: all edges, the map (3n), the weight of each edge, those of the attack
+ * last, and how far the map is from the least-squares map without outliers (m). `data` is as for
  * `graphWithWrong`, `ends` are the poses of the first closure, and `offset` its two numbers (m).
  */
 export function attackedMap(data, { solver, ends, offset, count }) {
@@ -38,7 +38,7 @@ export function attackedMap(data, { solver, ends, offset, count }) {
   const all = new Float64Array(whole.m);
   taken.forEach((edge, k) => { all[edge] = weights[k]; });
   const { poses } = leastSquares(poseGraphProblem(graphWithWrong(data, { edges: [] })));
-  return { poses: x, weights: all, bent: ate(x, poses) };
+  return { graph: whole, poses: x, weights: all, bent: ate(x, poses) };
 }
 
 /** The numbers of the edges that PCM keeps; of largest sets the one that comes first. */
