@@ -57,8 +57,8 @@ def annealing() -> Picture:
             " move, and when does the second minimum appear?",
         ],
         caption="Seven readings, 0 four times, 6 twice, and 24. The run begins at the mean,"
-        f" {run[0].x:.2f}, and ends at {abs(run[-1].x):.2f}. The cost is that of solve {step},"
-        " which is still mild.",
+        f" {run[0].x:.2f}, and ends at {abs(run[-1].x):.2f}. The cost shown is that of solve"
+        f" {step}, still a mild one.",
         state={
             "view": "cost", "start": "seven", "z": _SEVEN, "kind": "tls", "c": c, "factor": factor,
             "step": 0,
