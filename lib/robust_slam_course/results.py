@@ -42,36 +42,41 @@ class Results:
         return good / runs if runs else float("nan")
 
     def conditions(self) -> str:
-        """Return a list, in Markdown, of what the results depend on."""
+        """Return a folded table, in Markdown, of what the results depend on."""
         given = self.header["parameters"]
         graphs = self.header["graphs"]
         closures = sorted({graph["closures"] for graph in graphs.values()})
-        seeds = ", ".join(f"{name} {graph['seeds']}" for name, graph in graphs.items())
+        towns = {"manhattan": "town"}
+        seeds = (f"{towns.get(name, name)} {graph['seeds']}" for name, graph in graphs.items())
         chance, width = given["mixture"]
-        return (
-            f"- These are results {self.header['version']}, of {self.header['runs']} runs.\n"
-            f"- The numbers of seeds are {seeds}; each world has "
-            f"{' or '.join(map(str, closures))} correct closures, and a group has "
-            f"{self.header['group']} outliers.\n"
-            f"- A map is good if its ATE is at most {self.header['good']} m.\n"
-            f"- An inlier is below the threshold $c$ with probability {given['probability']}, so "
-            f"$c$ is {given['c']['3']:.3f} in the plane and {given['c']['6']:.3f} in space.\n"
-            f"- Each set of weights has {given['steps']} Gauss–Newton step, and a run has at most "
-            f"{given['solves']} linear solves, of which a start from least squares may use "
-            f"{given['solves of the start']}. A map is at rest when no norm changes by more than "
-            f"{given['tol']:g} of $1 + u$.\n"
-            f"- GNC changes $\\mu$ by the factor {given['factor']}, and GNC-GM is followed by "
-            f"IRLS at $\\mu = 1$.\n- Cauchy's constants are {given['cauchy']['3']} and "
-            f"{given['cauchy']['6']}, for 95 % efficiency, the switches have $\\lambda = c^2$, "
-            f"with IRLS-GM from odometry as their closed form, and DCS has $\\Phi = c^2$.\n"
-            f"- Max-mixture has the inlier probability {chance} and outliers {width:g} times as "
-            f"wide; where it is matched, outliers are {given['matched mixture']:g} times as wide, "
-            "and the probability is such that the mode changes at $c$.\n"
-            f"- RTAB-Map's rule undoes a closure after an error of {given['RTAB-Map']:g} "
-            f"deviations, and Kimera-RPGO tests pairs with {given['Kimera-RPGO']:g}.\n"
-            "- The odometry is trusted, which GTSAM, with its defaults otherwise, is told as "
-            "known inliers. Where no start is named, it is the odometry."
-        )
+        matched = given["matched mixture"]
+        rows = {
+            "results": f"version {self.header['version']}, {self.header['runs']} runs",
+            "seeds": ", ".join(seeds),
+            "correct closures": " or ".join(map(str, closures)),
+            "outliers in a group": self.header["group"],
+            "good map": f"ATE at most {self.header['good']} m",
+            "threshold $c$": f"{given['c']['3']:.3f} in the plane, {given['c']['6']:.3f} in "
+            f"space; an inlier is below it with probability {given['probability']}",
+            "Gauss–Newton": f"{given['steps']} step for each set of weights",
+            "linear solves": f"at most {given['solves']}, of which a start from least squares may "
+            f"use {given['solves of the start']}",
+            "at rest": f"no norm $u$ changes by more than {given['tol']:g} of $1 + u$",
+            "GNC": f"$\\mu$ changes by the factor {given['factor']}; after GNC-GM, IRLS at "
+            "$\\mu = 1$",
+            "Cauchy": f"constants {given['cauchy']['3']} and {given['cauchy']['6']}, for 95 % "
+            "efficiency",
+            "switches, DCS": "$\\lambda = \\Phi = c^2$; IRLS-GM from odometry is the closed "
+            "form of the switches",
+            "max-mixture": f"inlier probability {chance}, outliers {width:g} times as wide; "
+            f"matched: {matched:g} times as wide, and the mode changes at $c$",
+            "RTAB-Map's rule": f"undoes a closure beyond {given['RTAB-Map']:g} deviations",
+            "Kimera-RPGO": f"tests pairs with {given['Kimera-RPGO']:g}",
+            "odometry": "trusted, and the start where none is named; GTSAM is told it as known "
+            "inliers, with its defaults otherwise",
+        }
+        lines = "\n".join(f"| {name} | {value} |" for name, value in rows.items())
+        return f":::{{dropdown}} All settings\n\n| setting | value |\n|---|---|\n{lines}\n:::"
 
 
 def read_results(path: str | Path) -> Results:

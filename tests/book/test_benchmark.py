@@ -76,7 +76,7 @@ def test_the_protocol_is_that_of_the_sweep() -> None:
     assert f"whose reference depends on the weights, the limit is {LOST} m" in tiers
     assert f"more than {CPU_LIMIT} s of CPU time" in text
     assert GROUP == 5
-    assert "five in a row that follow from one error" in text
+    assert "five in a row that share one error" in text
     assert {plan.seeds for plan in PLANS.values()} == {3, 5}
     assert "A cell holds only three or five runs" in CHAPTER.text
     there = " ".join(SHOWCASE.cells["larger"].split())
