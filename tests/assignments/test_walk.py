@@ -15,12 +15,7 @@ from robust_slam_autograder.reading.labelled import Answer
 from tests import jupyterlab
 from tests.assignments import answers
 
-pytestmark = pytest.mark.long
-
-
-def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
-    soak = metafunc.config.getoption("--soak")
-    metafunc.parametrize("name", answers.assignments() if soak else ["03-irls"])
+pytestmark = [pytest.mark.browser, pytest.mark.long, pytest.mark.soak]
 
 
 def one_of_each(found: Iterable[Answer]) -> dict[str, Answer]:
@@ -44,7 +39,7 @@ def failed(cells: Iterable[Mapping[str, Any]]) -> set[str]:
     }
 
 
-@pytest.mark.browser
+@pytest.mark.parametrize("name", answers.assignments())
 def test_wrong_answers_are_refused_and_right_ones_pass(
     name: str, browser: Browser, tmp_path: Path
 ) -> None:

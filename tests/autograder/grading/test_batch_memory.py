@@ -13,7 +13,7 @@ import pytest
 
 from tests.autograder import toy
 
-pytestmark = pytest.mark.long
+pytestmark = [pytest.mark.long, pytest.mark.soak]
 
 SUBMISSIONS, LARGE_BYTES = 18, 8_000_000
 """Kept in memory, these notebooks would take 144 MB: more than what is allowed to grow."""

@@ -142,6 +142,7 @@ def test_a_worker_is_killed_and_another_joins_and_each_has_one_result(
     assert len(used) == 17, "the one of the killed worker, and no other, was sent again"
 
 
+@pytest.mark.soak
 def test_who_kills_every_worker_fails_alone(
     tmp_path: Path, machines: Machines, monkeypatch: pytest.MonkeyPatch
 ) -> None:
