@@ -64,11 +64,15 @@ def edge(graph: PoseGraph, k: int) -> dict[str, Any]:
 
 
 def ring(seed: int) -> tuple[PoseGraph, Mask, Array]:
-    """Return two rounds of 18 poses with 12 inliers and four outliers, their mask, the truth."""
+    """Return two rounds of 18 poses with 12 inliers and four outliers, their mask, the truth.
+
+    Poses that an outlier joins are at least 4.5 m from each other. By default it would be the
+    radius, 5 m, to which the distances over a sixth of a round are equal, up to rounding.
+    """
     rng = np.random.default_rng(seed)
     noise = Noise(odometry=(0.1, 0.1))
     clean, truth = circle(36, rng, laps=2, closures=12, noise=noise)
-    return *add_random_closures(clean, 4, rng, poses=truth), truth
+    return *add_random_closures(clean, 4, rng, poses=truth, apart=4.5), truth
 
 
 def wound(graph: PoseGraph, turns: int) -> Array:

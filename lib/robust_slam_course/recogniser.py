@@ -83,7 +83,8 @@ def _views(crossing: Indices, percent: int, rng: np.random.Generator) -> Array:
 
 def _matched(views: Array) -> Indices:
     """Return the pairs ``(k, 2)`` of a view and the most similar one before it."""
-    similarity = np.tril(views @ views.T, -APART)
+    # Equal ones differ in their last digits, by machine; the earliest view is to be the best.
+    similarity = np.tril(np.round(views @ views.T, 9), -APART)
     best = np.argmax(similarity, axis=1)
     found = np.flatnonzero(similarity[np.arange(len(views)), best] >= SIMILAR)
     return np.stack([best[found], found], axis=1)
