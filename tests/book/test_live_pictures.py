@@ -10,6 +10,7 @@ from urllib.parse import quote
 
 import pytest
 from playwright.sync_api import Browser, Locator, expect
+from robust_slam_course.pictures import basins, majoriser
 
 from tests.book.alone import leave_alone
 from tests.book.conftest import NOTEBOOKS, PAGES, ROOT, Site, place
@@ -289,6 +290,32 @@ class TestTown:
             assert picture.locator("img").is_visible()
             assert picture.locator("img").get_attribute("alt")
             assert picture.locator("figcaption").is_visible()
+
+
+class TestAlone:
+    """Pictures on a page of their own."""
+
+    def test_nothing_complains_while_each_setting_goes_from_end_to_end(
+        self, browser: Browser
+    ) -> None:
+        with visiting(browser, "about:blank") as visit:
+            visit.page.set_content(majoriser().static_html())
+            unfold(pictures(visit.page)[0])
+            slider = visit.page.locator("[data-control=sigma]")
+            kernels = visit.page.locator("[data-control=kernel] option").all_inner_texts()
+            for end, kernel in zip(("End", "Home") * len(kernels), kernels, strict=False):
+                visit.page.locator("select[data-control=kernel]").select_option(kernel)
+                slider.press(end)
+                visit.page.wait_for_timeout(250)
+            assert visit.complaints == []
+
+    def test_readings_at_the_end_of_the_axis_have_their_minimum_there(
+        self, browser: Browser
+    ) -> None:
+        state = quote(json.dumps({"kernel": "cauchy", "z": [-4, 10]}))
+        with visiting(browser, f"about:blank#basins={state}") as visit:
+            visit.page.set_content(basins().static_html())
+            assert "0 minima" not in words(pictures(visit.page)[0])
 
 
 def states_between(at: str, browser: Browser, motion: str) -> int:

@@ -28,10 +28,10 @@ function apart(ys, gap, low, high) {
 
 /**
  * The first of the places `[[x, y], …]` (pixels) that is `far` from all in `taken`, or the one
- * that is farthest from them.
+ * that is farthest from them; null where there is no place.
  */
 export function freePlace(places, taken, far = 24) {
   const room = ([x, y]) => Math.min(Infinity, ...taken.map(([u, v]) => Math.hypot(u - x, v - y)));
   return places.find((place) => room(place) >= far)
-    ?? places.reduce((best, place) => (room(place) > room(best) ? place : best));
+    ?? places.reduce((best, place) => (best && room(best) >= room(place) ? best : place), null);
 }

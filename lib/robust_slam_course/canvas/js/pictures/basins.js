@@ -74,6 +74,14 @@ function costOver({ z, sigma, kernel }, c, times) {
   return sampledCost(z, sigma, (u) => KERNELS[kernel].rho(u, c), BASIN_SPAN, BASIN_PLACES, times);
 }
 
+/** The places of the minima, which have a wall on both sides wherever readings may be. */
+function minimaOver({ z, sigma, kernel }, c, times) {
+  const [more, step] = [10, basinPlace(1) - basinPlace(0)];
+  const span = [BASIN_SPAN[0] - more * step, BASIN_SPAN[1] + more * step];
+  const cost = sampledCost(z, sigma, (u) => KERNELS[kernel].rho(u, c), span, BASIN_PLACES + 2 * more, times);
+  return minimaOf(cost).map((k) => basinPlace(k - more));
+}
+
 /** The minima of the cost at this c, and for each start which of the groups its end is near. */
 function basinsAt(state, c, times, options) {
   const { z, sigma, kernel } = state;
@@ -81,7 +89,7 @@ function basinsAt(state, c, times, options) {
   const starts = Float64Array.from({ length: BASIN_PLACES }, (_, k) => basinPlace(k));
   const { ends, kept } = locationEnds(z, sigma, kernel, c, starts, { ...options, times });
   const kinds = Array.from(ends, (end, k) => (kept[k] > 0 ? nearGroup(z, end) : "stays"));
-  return { c, cost, kinds, ends, minima: minimaOf(cost).map(basinPlace) };
+  return { c, cost, kinds, ends, minima: minimaOver(state, c, times) };
 }
 
 /** Which group of readings `x` is near, or that it is between the two. */
@@ -104,7 +112,7 @@ function solveBasins(state, data, fork) {
     ));
     // Dots are four times as close as the rows of the map, so that a branch is seen as a curve.
     fork.minima = Array.from({ length: 4 * MAP_ROWS - 3 }, (_, k) => [
-      levelOf(k / 4), minimaOf(costOver(state, levelOf(k / 4), times)).map(basinPlace),
+      levelOf(k / 4), minimaOver(state, levelOf(k / 4), times),
     ]);
   }
   const here = basinsAt(state, state.c, times, { tol: 1e-6, maxIterations: 500 });
@@ -190,10 +198,10 @@ function drawGroups(scene, y, maps, state, result, change) {
     const toLeft = Math.abs(other - x) > 190
       ? x > maps.inner.x + maps.inner.width - 80
       : x < other || (x === other && k === 0);
-    const fits = toLeft ? x > 90 : x < maps.inner.x + maps.inner.width - 80;
+    const fits = toLeft ? x > 100 : x < maps.inner.x + maps.inner.width - 90;
     if (fits) {
       scene.put("marks", `group-${k}`, "text", {
-        class: "rs-label rs-halo", x: x + (toLeft ? -16 : 16), y: y + 4, "text-anchor": toLeft ? "end" : "start",
+        class: "rs-label rs-halo", x: x + (toLeft ? -26 : 26), y: y + 4, "text-anchor": toLeft ? "end" : "start",
       }, count === 1 ? "1 reading" : `${count} readings`);
     }
     const move = (value) => change({ z: state.z.map((other, j) => (j === k ? value : other)) });

@@ -212,7 +212,7 @@ function leverageCaption({ state, result, data }) {
   const where = `Reading ${k} is ${Math.abs(u).toFixed(1)}σ ${u < 0 ? "below" : "above"} the fit`;
   const force = Math.abs(pull) < 0.005 ? "does not pull" : `pulls ${pull < 0 ? "down" : "up"} with ${signedText(Math.abs(pull))}`;
   const most = { squared: "no limit", huber: "at most 1.35", cauchy: "at most 1.19", tls: "0 beyond 2.58" };
-  const side = Math.abs(error) < 0.005 ? "on the wall" : `${Math.abs(error).toFixed(2)} m too ${error > 0 ? "high" : "low"}`;
+  const side = Math.abs(error) < 0.005 ? "on the wall" : `${Math.abs(error).toFixed(2)}\u00a0m too ${error > 0 ? "high" : "low"}`;
   const kernel = state.kernel === "squared" ? "Least squares" : KERNELS[state.kernel].label;
   return `${kernel}: ${where[0].toLowerCase()}${where.slice(1)} and ${force} (${most[state.kernel]}).`
     + ` At place ${numberText(state.p[k])} the fit is ${side}.`

@@ -145,5 +145,5 @@ function machineCaption({ state, result, data }) {
   const number = (counts) => counts.join(" and ");
   const steps = [passed && `PCM keeps ${number(passed)}`, left && `GNC ${number(left)}`, `the map ${number(kept)}`];
   const chain = steps.filter(Boolean).join(", ");
-  return `${stage.fault} Of ${told[0]} inliers and ${told[1]} outliers ${chain}. The map is ${off.toFixed(2)} m off and ${certified ? "" : "not "}certified.`;
+  return `${stage.fault} Of ${told[0]} inliers and ${told[1]} outliers ${chain}. The map is ${off.toFixed(2)}\u00a0m off and ${certified ? "" : "not "}certified.`;
 }

@@ -150,8 +150,9 @@ function drawCostAndParabola(scene, axes, { state, result, change }, at, { lowes
   const places = [[0, 22], [0, -22], [-36, 0], [36, 0]].map(([right, down]) => [x + right, y + down])
     .filter(([px, py]) => px > inner.x + 16 && px < inner.x + inner.width - 14
       && py > inner.y + 8 && py < inner.y + inner.height - 8);
-  const [px, py] = freePlace(places, taken, 34);
-  scene.put("words", "start-name", "text", { class: "rs-halo", x: px, y: py + 5, "text-anchor": "middle" }, "start");
+  const free = freePlace(places, taken, 34);
+  if (!free) return; // the start is outside the panel while the axis follows the cost
+  scene.put("words", "start-name", "text", { class: "rs-halo", x: free[0], y: free[1] + 5, "text-anchor": "middle" }, "start");
 }
 
 /** Puts the names of both curves, and returns where they are. */

@@ -93,7 +93,7 @@ function drawOpening(scene, { state, result, shown, width, height, data, change 
 function openingCaption({ state, result, data }) {
   const count = state.wrong.length;
   const wrong = count === 1 ? "1 wrong closure" : `${count || "no"} wrong closures`;
-  const off = `The farthest pose is ${result.farthest.toFixed(1)} m from its true place.`;
+  const off = `The farthest pose is ${result.farthest.toFixed(1)}\u00a0m from its true place.`;
   const correct = data.trusted.length - data.trusted.reduce((sum, value) => sum + value, 0);
   if (!state.robust) {
     return `Least squares gives all ${correct} correct closures and ${wrong} the same weight. ${off}`;

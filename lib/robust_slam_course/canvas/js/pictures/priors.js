@@ -1,6 +1,7 @@
 import { numberText, putAxes } from "../draw/axes.js";
 import { putHandle } from "../draw/handle.js";
 import { audiblePicture } from "../draw/listen.js";
+import { putLegend } from "../draw/legend.js";
 import { fitAround, putDrive, putEdge } from "../draw/map.js";
 import { putMarker } from "../draw/marker.js";
 import { sideBySide, WIDE } from "../draw/stage.js";
@@ -63,9 +64,14 @@ function solvePriors({ odds, score }, data) {
 }
 
 function drawPriors(scene, view) {
-  const { width, height, data, result, shown } = view;
-  const [left, right] = width >= WIDE ? sideBySide({ x: 0, y: 0, width, height }, [1, 1])
-    : [{ x: 0, y: 0, width, height: 0.54 * height }, { x: 0, y: 0.54 * height, width, height: 0.46 * height }];
+  const { width, data, result, shown } = view;
+  const y = putLegend(scene, "words", "legend", 0, 0, width, [
+    ["is-ghost", "best map"], ["is-estimate", "map"], ["is-inlier", "inlier"], ["is-outlier", "outlier"],
+    ["is-rejected", "switched off"],
+  ]);
+  const height = view.height - y;
+  const [left, right] = width >= WIDE ? sideBySide({ x: 0, y, width, height }, [1, 1])
+    : [{ x: 0, y, width, height: 0.54 * height }, { x: 0, y: y + 0.54 * height, width, height: 0.46 * height }];
   const map = fitAround(scene, "map", left, data.best, result.poses, 18);
   const poses = shown.subarray(0, data.best.length);
   putDrive(scene, "ghost", "best", map, data.best, "is-ghost");
@@ -80,24 +86,22 @@ function drawPriors(scene, view) {
 
 /** The residuals of the closures in two rows, and the one from which a switch is below one half. */
 function drawKnee(scene, box, { state, result, data, change }, powers) {
+  scene.put("words", "head", "text", { class: "rs-head", x: box.x + 62, y: box.y + 15 }, "closures; grey: switched off");
   const maps = putAxes(
-    scene, "axes", "residuals", box,
+    scene, "axes", "residuals", { x: box.x + 12, y: box.y + 18, width: box.width - 12, height: box.height - 18 },
     { domain: [-1.1, 2.3], ticks: [-1, 0, 1, 2], label: "residual u", text: (power) => numberText(10 ** power) },
-    { domain: [0, 3], ticks: [], label: "" },
+    { domain: [0, 3], ticks: [1, 2], label: null, text: (at) => ["", "outliers", "inliers"][at] },
   );
-  const rows = [["inliers", 2, "inlier", "circle"], ["outliers", 1, "outlier", "diamond"]];
-  rows.forEach(([name, at]) => scene.put("words", name, "text", {
-    class: "rs-label", x: maps.inner.x + 4, y: maps.toY(at + 0.62),
-  }, name));
+  const rows = [[2, "inlier", "circle"], [1, "outlier", "diamond"]];
   powers.forEach((power, k) => {
-    const [, at, colour, shape] = rows[data.outlier[k]];
+    const [at, colour, shape] = rows[data.outlier[k]];
     const y = maps.toY(at + 0.28 * (((k * 7) % 11) / 10 - 0.5));
     putMarker(scene, "points", `closure-${k}`, maps.toX(power), y, shape, result.weights[k] >= USED_FROM ? colour : "muted");
   });
   const x = maps.toX(result.knee);
   const floor = maps.inner.y + maps.inner.height;
   scene.put("axes", "knee", "path", { class: "is-accent", "stroke-width": 2, d: `M${x} ${maps.inner.y}V${floor}` });
-  scene.put("words", "knee-text", "text", { class: "rs-label", x: x + 8, y: floor - 10 }, "s < ½");
+  scene.put("words", "knee-text", "text", { class: "rs-label", x: x + 26, y: maps.toY(0.45) + 5 }, "s < ½ →");
   const to = (px) => 0.5 * (10 ** (2 * maps.fromX(px)) - LAMBDA);
   putHandle(scene, "odds", {
     x, y: maps.toY(0.45), label: "Claimed log-odds", text: `log-odds ${state.odds}`, now: state.odds, least: 0, most: MOST_ODDS,
