@@ -70,7 +70,7 @@ def test_the_protocol_is_that_of_the_sweep() -> None:
     kinds = text.partition("**Outliers**")[2]
     assert re.findall(r"- \*(\w+)\*:", kinds) == list(KINDS)
     assert f"at most {LOST} m" in text
-    tiers = CHAPTER.cells["tiers"]
+    tiers = CHAPTER.cells["tiers-words"]
     assert (summary.TIMES, summary.SURE) == (2, 0.1)
     assert "at most twice that of the map of the correct edges alone, or at most 0.1 m" in tiers
     assert f"whose reference depends on the weights, the limit is {LOST} m" in tiers
