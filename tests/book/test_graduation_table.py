@@ -68,7 +68,9 @@ def test_the_best_method_from_odometry_depends_on_sigma() -> None:
         good = {name: total(f"{name} from odometry", claim, " ".join(KINDS)) for name in METHODS}
         best[claim] = max(good, key=good.__getitem__)
         if claim == 1.0:
-            assert (good["IRLS-TLS"], good["GNC-TLS"]) == (0, 222)
+            assert (good["IRLS-TLS"], good["GNC-TLS"], good["IRLS-GM"]) == (0, 222, 200)
+        if claim == 2.0:
+            assert (good["GNC-TLS"], good["IRLS-GM"]) == (179, 232)
         if claim == 8.0:
             assert (good["IRLS-TLS"], good["GNC-TLS"]) == (208, 24)
     assert [best[claim] for claim in (0.5, 1.0)] == ["GNC-TLS"] * 2
