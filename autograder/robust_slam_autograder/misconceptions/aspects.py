@@ -7,7 +7,7 @@ argument is negative. An aspect counts where it leaves numbers to compare.
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -45,21 +45,28 @@ def _numbers(change: Callable[[np.ndarray], np.ndarray], *, shape: bool = True) 
 
 def _rank(kind: str) -> str:
     """Return a kind without the shape, which an aspect may change."""
-    return kind.partition(" ")[0]
+    return kind.partition(" (")[0]
 
 
-def _part(which: int) -> View:
-    """See one part of a tuple alone."""
-
-    def view(call: Called) -> list[Part] | None:
-        if not call.parts or not call.parts[0][0].startswith("row"):
-            return None
-        place = 1
-        for _ in range(which):
-            place = _after(call.parts, place)
-        return list(call.parts[place : _after(call.parts, place)]) or None
-
-    return view
+def _pieces(parts: Sequence[Part]) -> Iterator[tuple[str, Sequence[Part]]]:
+    """Yield the parts of a tuple, the entries of a dict and the columns of a table, by name."""
+    (kind, numbers), place = parts[0], 1
+    if kind.startswith("row"):
+        for n in range(min(MOST_PARTS, int(kind.split()[1]))):
+            end = _after(parts, place)
+            piece, place = parts[place:end], end
+            yield f"the {_PLACES[n]}{_OF_TUPLE}", piece
+            if piece and piece[0][0].startswith("dict"):
+                yield from _pieces(piece)
+    elif kind.startswith("dict"):
+        for _ in range(min(MOST_PARTS, int(kind.split()[1]))):
+            end = _after(parts, place + 1)
+            name = parts[place][0].removeprefix("key ").strip("'")
+            yield f"`{name}`", parts[place + 1 : end]
+            place = end
+    elif numbers is not None and numbers.ndim >= 2 and 2 <= numbers.shape[-1] <= MOST_PARTS:
+        for n in range(numbers.shape[-1]):
+            yield f"the {_PLACES[n]} column", [(_rank(kind), numbers[..., n])]
 
 
 def _after(parts: Sequence[Part], place: int) -> int:
@@ -116,6 +123,37 @@ def _shifted(numbers: np.ndarray) -> np.ndarray:
     return np.asarray(np.subtract(numbers, first))
 
 
+def _turns(numbers: np.ndarray) -> np.ndarray:
+    finite = np.where(np.isfinite(numbers), numbers, 0.0)
+    return np.stack([np.cos(finite), np.sin(finite)])
+
+
+def _turned(call: Called) -> list[Part] | None:
+    """See the same where an angle may have a turn too many."""
+    has_turn = any(np.any(np.abs(one) > np.pi) for _, one in call.parts if one is not None)
+    return _OF_VALUES["turns"](call) if has_turn else None
+
+
+def _as_numbers(call: Called) -> list[Part] | None:
+    """See truths as numbers, where there are some."""
+    parts = [(kind.replace("truth", "number"), numbers) for kind, numbers in call.parts]
+    return parts if _bare(call) is None else None
+
+
+def _bare(call: Called) -> list[Part] | None:
+    """See what holds no truths."""
+    return None if any(kind.startswith("truth") for kind, _ in call.parts) else list(call.parts)
+
+
+def _members(call: Called) -> list[Part] | None:
+    """See the places of what is true in a mask."""
+    (kind, numbers), *rest = call.parts
+    if rest or numbers is None or numbers.ndim != 1 or not kind.startswith("truth"):
+        return None
+    places = np.flatnonzero(numbers).astype(float)
+    return [(f"number {places.shape}", places)]
+
+
 def _off_diagonal(numbers: np.ndarray) -> np.ndarray:
     is_square = numbers.ndim == 2 and numbers.shape[0] == numbers.shape[1] >= 2
     if not is_square or not np.allclose(numbers, numbers.T):
@@ -146,6 +184,11 @@ _OF_VALUES: Mapping[str, View] = {
     "plain": _numbers(np.asarray),
     "shape": _numbers(np.ravel, shape=False),
     "size": _numbers(np.abs),
+    "turns": _numbers(_turns),
+    "turned": _turned,
+    "numbers": _as_numbers,
+    "bare": _bare,
+    "members": _members,
     "order": _numbers(lambda x: np.sort(x, axis=None)),
     "shift": _numbers(_shifted),
     "factor": _numbers(_unit),
@@ -155,9 +198,16 @@ _OF_VALUES: Mapping[str, View] = {
     "head": _alone(_numbers(_but(slice(None, -1)), shape=False)),
     "all": _alone(_numbers(np.asarray, shape=False)),
 }
+_KINDS = frozenset({"numbers", "bare"})
+"""Aspects that say something of 0 and 1 too."""
 _SENTENCES: Mapping[str, tuple[str, str]] = {
     "all is right but the shape of what comes back": ("shape", "shape"),
     "all is right but for signs": ("size", "size"),
+    "all is right but for whole turns of 2π": ("turned", "turns"),
+    "numbers come back where truth values belong": ("bare", "numbers"),
+    "truth values come back where numbers belong": ("numbers", "bare"),
+    "a mask comes back where indices belong": ("members", "plain"),
+    "indices come back where a mask belongs": ("plain", "members"),
     "all is right but for the order": ("order", "order"),
     "all is right but for a common shift": ("shift", "shift"),
     "all is right but for a common factor": ("factor", "factor"),
@@ -186,7 +236,7 @@ _OF_PAIRS: Mapping[str, Compare] = {
 }
 """Of an argument's sizes and another one that is a number alone."""
 _PLACES = ("first", "second", "third", "fourth", "fifth")
-_NEAR, _PART = "near", "part "
+_NEAR, _PART, _OF_TUPLE = "near", "piece ", " part"
 _NEARLY = "all is nearly right, and not as exact as it should be"
 _NOTHING = ("nothing",)
 SCALE = 10.0
@@ -204,7 +254,6 @@ def seen(call: Called, salt: str) -> dict[str, tuple[str, ...]]:
     """
     count = min(MOST_ARGUMENTS, len(call.args))
     views: dict[str, View] = dict(_OF_VALUES)
-    views |= {f"{_PART}{n}": _part(n) for n in range(min(MOST_PARTS, len(call.parts) - 1))}
     for n in range(count):
         views |= {f"{name} {n}": _where(n, one) for name, one in _OF_ARGUMENTS.items()}
         for m in range(count):
@@ -213,8 +262,11 @@ def seen(call: Called, salt: str) -> dict[str, tuple[str, ...]]:
     found = {}
     for name, view in views.items():
         parts = _left(call, view)
-        if parts is not None and (name not in _OF_VALUES or _telling(parts)):
+        is_kind = name not in _OF_VALUES or name in _KINDS
+        if parts is not None and (is_kind or _telling(parts)):
             found[name] = near(parts, f"{salt} {call.name}") if parts else _NOTHING
+    for name, piece in _pieces(call.parts):
+        found[f"{_PART}{name}"] = near(piece, f"{salt} {call.name} {name}")
     numbers = sum(one.size for _, one in call.parts if one is not None)
     if numbers >= FEWEST_ALIKE and _telling(call.parts, 1 / SCALE):
         found[_NEAR] = near(call.parts, f"{salt} {_NEAR}", COARSE * numbers**0.5)
@@ -280,11 +332,20 @@ def told(cases: Cases, arguments: Sequence[str]) -> str:
 
 
 def told_at_last(cases: Cases) -> str:
-    """Say less: which parts of a tuple are right, or that all is nearly right."""
-    keys = {key for one, other in cases for key in (*one, *other) if key.startswith(_PART)}
-    right = sorted(key for key in keys if _same(cases, key, key))
-    if not 0 < len(right) < len(keys):
-        return _NEARLY if _same(cases, _NEAR, _NEAR) else ""
-    names = [_PLACES[int(key.removeprefix(_PART))] for key in right]
-    which = f"{' and the '.join(names)} part{'s' * (len(names) > 1)} of what comes back"
-    return f"the {which} {'are' if len(names) > 1 else 'is'} right, and the rest is not"
+    """Say less: which piece is not right, or that all is nearly right.
+
+    A piece has the solution's own name, for a student may call one by what a hidden test says.
+    """
+    if not cases:
+        return ""
+    names = set.intersection(*({key for key in one if key.startswith(_PART)} for _, one in cases))
+    right = sorted(key.removeprefix(_PART) for key in names if _same(cases, key, key))
+    wrong = [name for key in names if (name := key.removeprefix(_PART)) not in right]
+    smallest = [name for name in wrong if not name.endswith(_OF_TUPLE)]
+    parts = [[one for one in some if one.endswith(_OF_TUPLE)] for some in (right, wrong)]
+    if right and len(wrong) - len(smallest) <= 1 and 1 in (len(smallest), len(wrong)):
+        return f"all that comes back is right but {(smallest or wrong)[0]}"
+    # Of a dict that holds what is drawn a count is right, and the rest may be as well.
+    if all(parts):
+        return f"all that comes back is right but {' and '.join(sorted(parts[1]))}"
+    return _NEARLY if _same(cases, _NEAR, _NEAR) else ""

@@ -99,7 +99,7 @@ class Bench:
                 else:
                     found = shapes.of_trace(trace, self.salt, with_aspects=with_aspects)
                     heads = right[case.grade_id].get(WHOLE, frozenset())
-                    if heads & set(found.get(WHOLE, ())):
+                    if not with_aspects and heads & set(found.get(WHOLE, ())):
                         found = {}
                     told, real = not trace.raised, trace.is_real
                     end = shapes.end_of(trace) if with_aspects else ()

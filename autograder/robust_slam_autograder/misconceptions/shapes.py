@@ -24,6 +24,10 @@ ENTRIES = "entries "
 AROUND = "around "
 """The same, with the neighbours' cells."""
 MOST_ENTRIES = 400
+COUNT = "count "
+"""Before the number of a call and their kind: how many entries it returned."""
+CALLS, RAISED, FRACTIONS = "calls", "raised", "fractions"
+"""The number of the last call, and the same where it raised or returned fractions."""
 
 Digests = dict[str, tuple[str, ...]]
 """By aspect, the digest of what a test cell saw, and those of neighbouring cells."""
@@ -132,8 +136,23 @@ def _of(calls: Sequence[Called], salt: str, with_aspects: bool) -> Digests:
     found = {WHOLE: digests(parts, salt)}
     if with_aspects and len(calls) <= MOST_SEEN:
         found |= aspects.seen(calls[-1], f"{salt} {len(calls)}")
-        found |= _entries(calls, salt)
+        found |= _entries(calls, salt) | _ended(calls)
     return found
+
+
+def _ended(calls: Sequence[Called]) -> Digests:
+    """Return the last call's number and whether it raised, and how many entries came back."""
+    place, (kind, numbers), found = f"{len(calls)}", calls[-1].parts[0], Digests()
+    if kind.startswith("'! NotImplementedError"):
+        return {}  # it is not written yet
+    if kind.startswith("'! "):
+        found[RAISED] = (place,)
+    elif len(calls[-1].parts) == 1 and numbers is not None and numbers.ndim == 1:
+        count = np.count_nonzero(numbers) if kind.startswith("truth") else numbers.size
+        found[f"{COUNT}{place} {kind[0]}"] = (str(count),)
+    if any(one is not None and np.any(one != np.round(one)) for _, one in calls[-1].parts):
+        found[FRACTIONS] = (place,)
+    return {**found, CALLS: (place,)}
 
 
 def _entries(calls: Sequence[Called], salt: str) -> Digests:

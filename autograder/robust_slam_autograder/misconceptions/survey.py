@@ -181,7 +181,7 @@ def survey(setting: Setting, exercise: str, answers: Sequence[Answer]) -> list[C
     public = replace(setting, seed=PUBLIC_SEED, whole=False)
     return [
         replace(candidate, seen=next(iter(shape.all_keys()), ""))
-        for candidate, shape in measured(public, exercise, lambda bench: found)
+        for candidate, shape in measured(public, exercise, lambda bench: found, with_aspects=True)
     ]
 
 

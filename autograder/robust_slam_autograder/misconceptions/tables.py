@@ -8,13 +8,23 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from robust_slam_autograder.misconceptions import aspects, traits
-from robust_slam_autograder.misconceptions.shapes import AROUND, ENTRIES, Shape
+from robust_slam_autograder.misconceptions.aspects import Digests
+from robust_slam_autograder.misconceptions.shapes import (
+    AROUND,
+    CALLS,
+    COUNT,
+    ENTRIES,
+    FRACTIONS,
+    RAISED,
+    WHOLE,
+    Shape,
+)
 
 FILE = "misconceptions.json"
 """In a release, the tables of its visible cases."""
@@ -42,17 +52,21 @@ class Table:
         }
         if len(said) == 1 and "" not in said:
             return said.pop()
-        pairs = [
-            (found, self.right.get(one, {}))
-            for one, found in shape.failed.items()
-            if keys and not traits.is_raised(shape.ends.get(one, ()))
-        ]
+        cases = [(found, self.right.get(one, {})) for one, found in shape.failed.items()]
+        wrong = [pair for pair in cases if not _is_right(*pair)]
+        # What is wrong with some is not what is wrong with all.
+        is_one = len(wrong) == len(cases)
+        compared = wrong if keys and is_one else []
+        pairs = [pair for pair in compared if CALLS in pair[0] and RAISED not in pair[0]]
         is_sure = bool(pairs) and (shape.real or len(pairs) > 1)
         seen = aspects.told(pairs, self.arguments) if is_sure else ""
-        seen = seen or (_entries(pairs) if pairs else "")
+        seen = seen or (_entries(pairs) or _count(pairs) if pairs else "")
         if not seen and shape.has_ends:
-            seen = traits.told(shape.ends.values(), shape.passed, self.arguments, self.words)
-        return seen or (aspects.told_at_last(pairs) if is_sure else "")
+            passed, has_cut = shape.passed, any(_is_at(*pair, FRACTIONS) for pair in cases)
+            ends = shape.ends.values()
+            seen = traits.told(ends, passed, self.arguments, self.words, has_cut=has_cut)
+        seen = seen or (aspects.told_at_last(pairs) if is_sure else "")
+        return seen or (_errors(wrong) if is_one else "" if wrong else _BESIDES)
 
     def as_data(self) -> dict[str, Any]:
         """Return it as plain data."""
@@ -64,7 +78,50 @@ class Table:
         return {**whole, "arguments": self.arguments, "words": self.words}
 
 
-def _entries(cases: Sequence[tuple[Mapping[str, Collection[str]], ...]]) -> str:
+def _is_right(found: Digests, right: Digests) -> bool:
+    """Tell whether all calls of a failed case returned what the solution returns."""
+    return not {*found.get(WHOLE, ())}.isdisjoint(right.get(WHOLE, ()))
+
+
+def _is_at(found: Digests, right: Digests, what: str) -> bool:
+    """Tell whether the solution raises, or returns fractions, at the call where a case failed."""
+    return not {*found.get(CALLS, ())}.isdisjoint(right.get(what, ()))
+
+
+def _errors(cases: Sequence[tuple[Digests, Digests]]) -> str:
+    """Say whether errors are raised where answers belong, or the reverse."""
+    told = set()
+    for found, right in cases:
+        told.add((RAISED in found, _is_at(found, right, RAISED)))
+    return _ERRORS.get(told.pop(), "") if len(told) == 1 else ""
+
+
+_BESIDES = (
+    "the right values come back, so the fault is their type, their last digits or what is done "
+    "besides"
+)
+_ERRORS = {
+    (True, False): "an error is raised where an answer belongs",
+    (False, True): "an answer comes back where an error should be raised",
+    (True, True): "an error is raised as it should be, but not the one that is asked for",
+}
+"""By whether one is raised, and whether one should be."""
+
+
+def _count(cases: Sequence[tuple[Digests, Digests]]) -> str:
+    """Say whether too few entries come back or too many."""
+    told = set()
+    for found, right in cases:
+        name = next((key for key in found if key.startswith(COUNT)), COUNT)
+        if name not in right or set(found[name]) == set(right[name]):
+            return ""
+        mine, meant = (int(next(iter(one[name]))) for one in (found, right))
+        told.add("fewer" if mine < meant else "more")
+    how = f"{told.pop()} entries come back than should" if len(told) == 1 else ""
+    return how or "the number of entries that come back is not the right one"
+
+
+def _entries(cases: Sequence[tuple[Digests, Digests]]) -> str:
     """Say whether there are too few entries or too many, and all others are right."""
     told = set()
     for found, right in cases:

@@ -136,7 +136,8 @@ def of_solution(calls: Sequence[Called]) -> frozenset[str]:
 
 def _returned(call: Called, given: Mapping[Any, object]) -> Iterator[str]:
     """Yield what came back in place of an answer."""
-    numbers = [one for _, one in call.parts if one is not None]
+    found = (one for one in call.parts if not one[0].startswith("truth"))
+    numbers = [one for _, one in found if one is not None]
     yield from (f"{kind} " for kind, test in _TESTS.items() if any(map(test, numbers)))
     if len(call.parts) != 1 or not numbers or np.all(np.isin(numbers[0], (-1, 0, 1))):
         return
@@ -203,6 +204,8 @@ def told(
     passed: Mapping[str, int],
     arguments: Sequence[str],
     words: Collection[str] = (),
+    *,
+    has_cut: bool = True,
 ) -> str:
     """Return what goes on after "It looks as if"; empty where no trait says where it goes wrong.
 
@@ -211,6 +214,7 @@ def told(
         passed: by trait, how many calls of passed cases have it.
         arguments: the names of the function's arguments.
         words: what the solution says, where it says words or truths, and what it returns else.
+        has_cut: whether the solution returns fractions where a case failed: they may be cut off.
     """
     cases = [frozenset(one) for one in ends]
     shared = frozenset.intersection(*cases)
@@ -220,7 +224,7 @@ def told(
     found = (one.removeprefix(_RETURNS).rpartition(" ") for one in back)
     kinds = {kind: _RETURNED[kind].format(_name(place, arguments)) for kind, _, place in found}
     first = next((kinds[kind] for kind in ("nan", "inf", "same", "one of") if kind in kinds), "")
-    first = first or _place(shared, passed, arguments)
+    first = first or _place(shared, passed, arguments, has_cut=has_cut)
     return first or next(iter(kinds.values()), "") or _word(shared, passed, words)
 
 
@@ -229,7 +233,7 @@ def _passed(passed: Mapping[str, int]) -> int:
 
 
 def _word(shared: Collection[str], passed: Mapping[str, int], words: Collection[str]) -> str:
-    said = [one for one in words if not one.startswith(_RETURNS)]
+    said = [one for one in words if not one.startswith(("!", _RETURNS))]
     word = next((one for one in said if f"{_SAYS}{one}" in shared), "")
     if not word or len(said) < 2:
         return ""
@@ -238,7 +242,13 @@ def _word(shared: Collection[str], passed: Mapping[str, int], words: Collection[
     return f"“{word}” {how}"
 
 
-def _place(shared: Collection[str], passed: Mapping[str, int], arguments: Sequence[str]) -> str:
+def _place(
+    shared: Collection[str],
+    passed: Mapping[str, int],
+    arguments: Sequence[str],
+    *,
+    has_cut: bool,
+) -> str:
     (function,) = [one for one in shared if one.startswith(_OF)] or [""]
     if passed.get(function, 0) < FEWEST_PASSED:
         is_other = function and not passed.get(function) and _passed(passed) >= FEWEST_PASSED
@@ -252,7 +262,7 @@ def _place(shared: Collection[str], passed: Mapping[str, int], arguments: Sequen
     parted = [one.rpartition(" ") for one in strong or only]
     kinds = sorted({kind for kind, _, _ in parted})
     # Integers are to blame where fractions are cut off; else what they came with may be.
-    if "integers" in kinds and (_FRACTIONS in shared or is_raised(shared)):
+    if "integers" in kinds and (_FRACTIONS in shared or is_raised(shared) or not has_cut):
         return ""
     if not kinds or len(kinds) > MOST_AT_ONCE:
         return ""

@@ -142,6 +142,63 @@ def test_a_batch_runs_those_ways_alone_that_an_answer_may_be(
     assert 1 <= len(asked) < len(found) / 4
 
 
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ("raise ValueError", "an error is raised where an answer belongs"),
+        ("return y + 2 * np.pi * (y > 0.5)", "all is right but for whole turns of 2π"),
+        ("return y > 0", ""),
+        ("return np.append(y, y[:1])[::-1]", "more entries come back than should"),
+    ],
+)
+def test_what_kind_of_thing_comes_back_is_told(setting: Setting, change: str, told: str) -> None:
+    source = f"def double(x):\n    y = 2 * np.asarray(x)\n    if y.size > 2:\n        {change}\n"
+    assert said(setting, f"{source}    return y") == told
+
+
+def of_calls(*values: object) -> dict[str, tuple[str, ...]]:
+    trace = Trace()
+    for value in values:
+        trace.add("f", (), value)
+    return shapes.of_trace(trace, "salt")
+
+
+@pytest.mark.parametrize(
+    ("mine", "right", "told"),
+    [
+        ((1.5, [2.5, 3.5]), (1.5, [2.5, 4.5]), "all that comes back is right but the second part"),
+        ({"a": 1.5, "b": [2]}, {"a": 1.5, "b": [3]}, "all that comes back is right but `b`"),
+        ({"a": 1.5, "b": [2]}, {"a": 1.5, "c": [2]}, "all that comes back is right but `c`"),
+        ([[1.5, 2.5]] * 3, [[1.5, 3.5]] * 3, "all that comes back is right but the second column"),
+        ([True, False, True], [0, 2], "a mask comes back where indices belong"),
+        (
+            [1, 0, 1],
+            [True, False, True],
+            "numbers come back where truth values belong",
+        ),
+        ([3, 9], [3, 5, 7], "fewer entries come back than should"),
+        (2.5, "! ValueError", "an answer comes back where an error should be raised"),
+        (
+            2.5,
+            2.5,
+            "the right values come back, so the fault is their type, their last digits or what is "
+            "done besides",
+        ),
+    ],
+)
+def test_a_piece_that_is_not_right_is_told_by_the_solution_s_own_name(
+    mine: object, right: object, told: str
+) -> None:
+    table = tables.Table(
+        {}, {name: {k: frozenset(v) for k, v in of_calls(right).items()} for name in "ab"}, ()
+    )
+    shape = shapes.Shape()
+    for name in "ab":
+        shape.add(name, of_calls(mine), told=True, real=True)
+    assert table.sentence(shape) == told
+    assert table.sentence(shapes.Shape()) == ""
+
+
 def test_two_labels_for_the_same_values_are_none(setting: Setting) -> None:
     one, two = (wrong(name, FOURFOLD, f"{name}s it.") for name in ("Square", "Multiplie"))
     assert said(setting, FOURFOLD, one, two) == ""
@@ -152,11 +209,11 @@ def test_two_labels_for_the_same_values_are_none(setting: Setting) -> None:
     [
         "def double(x):\n    return 2 * np.asarray(x)",
         "def double(x):\n    return x + 0.1234",
-        "def double(x):\n    raise ValueError('no')",
+        "def double(x):\n    raise NotImplementedError",
         "def double(x):\n    while True:\n        pass",
         "def double(x):\n    return None",
     ],
-    ids=["right", "unknown", "raises", "hangs", "nothing"],
+    ids=["right", "unknown", "unwritten", "hangs", "nothing"],
 )
 def test_what_is_right_or_unknown_has_no_name(setting: Setting, source: str) -> None:
     assert said(setting, source) == ""
