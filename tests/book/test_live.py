@@ -45,22 +45,22 @@ def exporting(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[],
         running.kill()
 
 
-def notebook_of_all(path: Path) -> list[str]:
-    """Write a notebook that shows each picture, and a quiz twice; return the pictures' names."""
-    names = sorted(set(course.__all__))
+def notebook_of(names: list[str], path: Path) -> None:
+    """Write a notebook that shows pictures, and a quiz twice."""
     shown = [f"pictures.{name}()" for name in names]
     sources = ["from robust_slam_course import pictures", *shown, SHOWN, QUIZ, "quiz"]
     cells = [nbformat.v4.new_code_cell(source) for source in sources]
     kernel = {"kernelspec": {"name": "python3", "display_name": "Python 3"}}
     nbformat.write(nbformat.v4.new_notebook(cells=cells, metadata=kernel), path)
-    return names
 
 
 def test_with_a_kernel_pictures_follow_the_hand_and_each_quiz_its_own(
-    browser: Browser, tmp_path: Path
+    browser: Browser, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
+    """Some of the pictures, which have one frame; with ``--soak`` all."""
     path = tmp_path / "pictures.ipynb"
-    names = notebook_of_all(path)
+    names = sorted(set(course.__all__))[:: 1 if request.config.getoption("--soak") else 5]
+    notebook_of(names, path)
     variables = jupyterlab.environment(tmp_path / "home")
     with (
         jupyterlab.running(tmp_path, variables) as address,
