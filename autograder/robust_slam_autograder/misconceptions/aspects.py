@@ -223,11 +223,13 @@ _SENTENCES: Mapping[str, tuple[str, str]] = {
     "all is right but the last entry": ("head", "head"),
 }
 """By sentence what of the answer is the same as what of the solution."""
+_FAR = "only entries where {} is far from 0 are wrong"
+_CLOSE = "only entries where {} is near 0 are wrong"
 _OF_ARGUMENTS: Mapping[str, Compare] = {
     "only entries where {} is 0 are wrong": lambda x, _: x != 0,
     "only entries where {} is negative are wrong": lambda x, _: x >= 0,
-    "only entries where {} is far from 0 are wrong": lambda x, _: abs(x) <= np.median(abs(x)),
-    "only entries where {} is near 0 are wrong": lambda x, _: abs(x) >= np.median(abs(x)),
+    _FAR: lambda x, _: abs(x) <= np.median(abs(x)),
+    _CLOSE: lambda x, _: abs(x) >= np.median(abs(x)),
 }
 _OF_PAIRS: Mapping[str, Compare] = {
     "only entries where the size of {} is {} are wrong": lambda x, c: np.abs(x) != c,
@@ -262,8 +264,10 @@ def seen(call: Called, salt: str) -> dict[str, tuple[str, ...]]:
     found = {}
     for name, view in views.items():
         parts = _left(call, view)
-        is_kind = name not in _OF_VALUES or name in _KINDS
-        if parts is not None and (is_kind or _telling(parts)):
+        is_free = name in _KINDS or (
+            name not in _OF_VALUES and not name.startswith((_FAR, _CLOSE))
+        )
+        if parts is not None and (is_free or _telling(parts)):
             found[name] = near(parts, f"{salt} {call.name}") if parts else _NOTHING
     for name, piece in _pieces(call.parts):
         found[f"{_PART}{name}"] = near(piece, f"{salt} {call.name} {name}")

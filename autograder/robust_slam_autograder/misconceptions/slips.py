@@ -16,7 +16,7 @@ SENTENCES: Mapping[str, str] = {
     "square lost": "{} is not squared where it should be",
     "square added": "{} is squared where it should not be",
     "root lost": "a square root of {} is not taken",
-    "root added": "a square root of {} is taken where none belongs",
+    "root added": "a square root of {} is taken where none belongs, or a square is missing",
     "size lost": "the absolute value of {} is not taken",
     "size added": "the absolute value of {} is taken, which loses its sign",
     "size for square": "the absolute value of {} stands where its square belongs",

@@ -82,6 +82,7 @@ def measured(
     choice: Choice,
     with_aspects: bool = False,
     run: Run = guarded.guarded,
+    longer: float = 1.0,
 ) -> Iterator[tuple[Candidate, Shape]]:
     """Run candidates on an exercise's cases, and yield each with what these saw.
 
@@ -91,13 +92,14 @@ def measured(
         choice: which candidates, always in the same order.
         with_aspects: whether these are wanted too.
         run: what runs them.
+        longer: by what factor a candidate may take longer than others do.
 
     Raises:
         ValueError: the solution itself loses a case.
     """
     start, is_over = 0, False
     while not is_over:
-        work = functools.partial(_measured, setting, exercise, choice, start, with_aspects)
+        work = functools.partial(_measured, setting, exercise, choice, start, with_aspects, longer)
         try:
             for number, candidate, shape in run(work):
                 start = number + 1
@@ -108,11 +110,11 @@ def measured(
 
 
 def _measured(
-    setting: Setting, exercise: str, choice: Choice, start: int, with_aspects: bool
+    setting: Setting, exercise: str, choice: Choice, start: int, with_aspects: bool, longer: float
 ) -> Iterator[tuple[int, Candidate, Shape]]:
     bench = setting.bench()
     right = bench.right(exercise, with_aspects=False)
-    seconds = seconds_of(bench, exercise, right)
+    seconds = longer * seconds_of(bench, exercise, right)
     started = time.process_time()
     for number, candidate in enumerate(choice(bench)):
         if time.process_time() - started > MOST:
@@ -179,10 +181,10 @@ def survey(setting: Setting, exercise: str, answers: Sequence[Answer]) -> list[C
         if counts(candidate, shape)
     )
     public = replace(setting, seed=PUBLIC_SEED, whole=False)
-    return [
-        replace(candidate, seen=next(iter(shape.all_keys()), ""))
-        for candidate, shape in measured(public, exercise, lambda bench: found, with_aspects=True)
-    ]
+    seen = measured(
+        public, exercise, lambda bench: found, with_aspects=True, longer=WRITTEN_LONGER
+    )
+    return [replace(one, seen=next(iter(shape.all_keys()), "")) for one, shape in seen]
 
 
 def counts(candidate: Candidate, shape: Shape) -> bool:
