@@ -118,6 +118,9 @@ PROMISES = {
     ".venv/bin/autograder report --no-names --to class/report-no-names": Promise(
         makes=("class/report-no-names/index.html",)
     ),
+    ".venv/bin/autograder scores class/break-the-map.csv": Promise(
+        says=("2 scores were replayed, and 0 refused",), makes=("class/scores.csv",)
+    ),
     "JUPYTER_CONFIG_PATH=autograder .venv/bin/nbgrader export": Promise(makes=("grades.csv",)),
     f"{EXPORT} --format canvas --roster class/roster.csv": Promise(
         says=(f"{MATCHED}SIS Login ID",), makes=("class/canvas.csv",)
