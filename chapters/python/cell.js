@@ -126,7 +126,7 @@ export class Cell {
 
   /** The place for output; a cell that showed nothing has none at first. */
   #output() {
-    const found = this.#page.querySelector(":scope > .cell_output");
+    const found = this.#page.querySelector(".cell_output");
     if (found) return found;
     const made = element("div", { class: "cell_output docutils container" });
     this.#page.append(made);

@@ -279,6 +279,45 @@ def test_files_come_when_a_cell_is_near_where_they_cost_the_reader_nothing(
             assert asked.of_python() == {}
 
 
+LABS = {
+    "growing-check": (
+        "seen = {k: replay(k)[1].items() for k in range(17, 32)}\n"
+        "kept = [k for k in seen for n, out in seen[k] if n >= k and [6, 17] not in out]\n"
+        "print(max(kept))",
+        "The latest is pose {}.",
+    ),
+    "proofs-check": (
+        "found = {k: run(k, lambda g: labs.wound(g, 3)) for k in range(6)}\n"
+        "unseen = [str(k) for k, (signs, lost) in found.items() if lost and 'x' not in signs]\n"
+        "print(' and '.join(unseen))",
+        "and lost, in towns {}.",
+    ),
+    "priors-run": ("print(round((100 - c**2) / 2, 1))", "{}"),
+}
+"""Of each lab a cell, code in its place that solves the exercise, and words of the answer."""
+
+
+@pytest.mark.soak
+def test_the_labs_are_done_and_their_exercises_solved(
+    server: tuple[str, Asked], browser: Chromium
+) -> None:
+    """Each cell that prints no table prints what is below it, though the page rounds otherwise."""
+    with page_in(browser) as page:
+        page.goto(f"{server[0]}/chapters/labs.html")
+        page.evaluate("document.querySelectorAll('details').forEach((all) => { all.open = true })")
+        answers = " ".join(page.locator(".cell ~ details").all_inner_texts())
+        for name in page.locator(".cell:has(.output.stream):not(:has(table))").evaluate_all(
+            "all => all.map((cell) => cell.id)"
+        ):
+            cell = Cell(page, f"#{name}")
+            stored = cell.output()
+            cell.press("Edit and run")
+            assert cell.wait("Done|ended") == "Done."
+            assert cell.output().split() == stored.split() != [], name
+        for name, (code, words) in LABS.items():
+            assert words.format(Cell(page, f"#code-{name}").run(code).strip()) in answers
+
+
 @pytest.mark.parametrize("visit", ["chromium"], indirect=True)
 def test_the_editor_is_used_by_keys_alone_and_open_to_all(visit: Page) -> None:
     page = visit
