@@ -1,4 +1,4 @@
-"""Tables, citations, bibliography and folded code that screen readers and phones can use.
+"""Text, tables, citations, bibliography and folded code that screen readers and phones can use.
 
 A table of sentences becomes a list of cards where the window is narrow: each cell then shows the
 name of its column, and the roles say that it still is a table. A citation that is pointed at, or
@@ -25,7 +25,20 @@ CITATION = re.compile(
 TOOLTIP = r'<a data-bs-toggle="tooltip" '
 """The theme shows the title of such a link by mouse and keyboard."""
 ENTRY = re.compile(r'role="doc-biblioentry">\s*<span class="label">.*?</span></span>')
+TOGETHER = re.compile(
+    r"(?<=\d) (?=(?:m|cm|km|s|ms|rad|Hz|kB|MB|GB)\b|[%°])"
+    r"|(?<=\w) (?=[=≤≥<>≈−] \S)|(?<=\w [=≤≥<>≈−]) "
+)
+"""A space between a number and its unit, or beside the sign of a relation or of a difference."""
 ROLES = {"thead": "rowgroup", "tbody": "rowgroup", "tr": "row", "td": "cell"}
+
+
+def keep_together(app: Sphinx, doctree: nodes.document, page: str) -> None:
+    """Let no line end between a number and its unit, in the text outside code and formulas."""
+    apart = nodes.literal | nodes.literal_block | nodes.math | nodes.math_block | nodes.raw
+    for text in list(doctree.findall(nodes.Text)):
+        if (kept := TOGETHER.sub("\u00a0", text)) != text and not isinstance(text.parent, apart):
+            text.parent.replace(text, nodes.Text(kept))
 
 
 def rewrite(
@@ -45,6 +58,13 @@ def _table(match: re.Match[str]) -> str:
     table = soup.table
     if table is None or table.thead is None or table.select("[rowspan], [colspan]"):
         return match[0]
+    for code in table.select("td code .pre"):
+        for text in code.find_all(string=re.compile("/.")):  # a path breaks where it must
+            parts = text.split("/")
+            text.replace_with(
+                *(part for name in parts[:-1] for part in (f"{name}/", soup.new_tag("wbr"))),
+                parts[-1],
+            )
     for header in table.thead.find_all("th"):
         if not header.get_text(strip=True):
             header.name = "td"
@@ -83,5 +103,6 @@ def _words(cell: Tag) -> str:
 
 def setup(app: Sphinx) -> dict[str, Any]:
     """Connect the above to the build."""
+    app.connect("doctree-resolved", keep_together)
     app.connect("html-page-context", rewrite)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

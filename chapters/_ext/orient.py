@@ -35,13 +35,15 @@ def add(
     if context.get("next"):
         name = PurePosixPath(context["next"]["link"]).stem
         if question := questions(app).get(name):
-            context["next"]["title"] += f' <span class="rs-question">{question}</span>'
+            own = CHAPTER.match(name)
+            sign = drawn(int(own[1]) / LAST) if own else ""
+            context["next"]["title"] += f' <span class="rs-question">{sign}{question}</span>'
     number = CHAPTER.match(PurePosixPath(page).name)
     if doctree is None or number is None:
         return
     body, goals = GOALS.subn('<p id="goals">', context["body"], count=1)
     line = f"{minutes(doctree)} minutes to read"
-    line += ' · <a href="#goals">what you can do afterwards</a>' if goals else ""
+    line += '<span> · <a href="#goals">what you can do afterwards</a></span>' if goals else ""
     head = f'{drawn(int(number[1]) / LAST)}\n\\g<0>\n<p class="rs-length">{line}</p>'
     context["body"] = re.sub(r"<h1>.*?</h1>", head, body, count=1, flags=re.DOTALL)
 

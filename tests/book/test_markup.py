@@ -6,6 +6,8 @@ import re
 
 import pytest
 from bs4 import BeautifulSoup
+from docutils import nodes
+from docutils.utils import new_document
 from playwright.sync_api import expect
 
 from chapters._ext import markup
@@ -33,6 +35,19 @@ def table(heads: tuple[str, ...], cells: tuple[str, ...]) -> BeautifulSoup:
         f"<p>text</p><table class='table'><thead><tr>{head}</tr></thead>"
         f"<tbody><tr>{body}</tr></tbody></table>"
     )
+
+
+@pytest.mark.parametrize("text", ["0.88_m off", "4_% of 3.1_GB", "c_=_2, not 1_−_s", "2 machines"])
+def test_a_number_stays_with_its_unit(text: str) -> None:
+    page, code = new_document(""), nodes.literal("", "", nodes.Text("3 m"))
+    page += nodes.paragraph("", "", nodes.Text(text.replace("_", " ")), code)
+    markup.keep_together(None, page, "")  # type: ignore[arg-type]
+    assert page.astext() == text.replace("_", "\u00a0") + "3 m"
+
+
+def test_a_path_in_a_table_breaks_behind_its_folders() -> None:
+    code = '<code class="literal"><span class="pre">lib/x/y.py</span></code>'
+    assert str(table(("a", "b"), (code, "c")).select_one("td .pre")).count("/<wbr/>") == 2
 
 
 class TestCards:

@@ -11,6 +11,13 @@ from tests.chromium import Opener
 pytestmark = pytest.mark.browser
 
 CHAPTER = "chapters/03-irls"
+BREAKS = "node => getComputedStyle(node).breakInside"
+HIDDEN = """() => [...document.querySelectorAll("article p:not(.rs-length)")]
+  .filter((paragraph) => paragraph.checkVisibility())
+  .flatMap((paragraph) => [...paragraph.querySelectorAll(":not(svg *, math *, .rs-predict *)")])
+  .filter((part) => part.textContent.trim() && !part.checkVisibility())
+  .map((part) => part.textContent)"""
+"""Words that are missing in paragraphs which are seen."""
 
 
 def visit(site: Site, open_page: Opener, name: str, **options: object) -> Page:
@@ -46,13 +53,26 @@ def test_on_paper_what_fits_stays_whole_and_nothing_can_be_pressed(
 ) -> None:
     page = visit(site, open_page, CHAPTER)
     page.emulate_media(media="print")
-    for kind in ("pre", "figure", "table", ".rs-picture", ".admonition"):
+    short = "table:not(.rs-cards, :has(tbody tr:nth-child(9)))"
+    for kind in ("pre", "figure", short, ".rs-picture", ".admonition", ".rs-quiz fieldset"):
         breaks = page.locator(f"article {kind}").evaluate_all(
             "found => found.map(node => getComputedStyle(node).breakInside)"
         )
         assert set(breaks) == {"avoid"}, kind
+    assert page.locator(".cell_output:has(.rs-quiz)").first.evaluate(BREAKS) == "auto"
+    assert (
+        page.locator("p:has(+ .cell)").first.evaluate(BREAKS.replace("Inside", "After")) == "avoid"
+    )
+    assert page.locator(".rs-word").count() and page.evaluate(HIDDEN) == []
     assert page.locator("h1:visible").count() == 1
-    for kind in ("button", "nav", "input[type=range]", "select", "form.bd-search", ".copybtn"):
+    for kind in (
+        "button:not(.rs-word)",
+        "nav",
+        "input[type=range]",
+        "select",
+        "form.bd-search",
+        ".copybtn",
+    ):
         assert page.locator(f"{kind}:visible").count() == 0, kind
 
 

@@ -46,7 +46,7 @@ def test_every_map_has_its_wrong_closure_which_the_last_one_shows_at_its_length(
 ) -> None:
     lengths = []
     for name in (CHAPTERS[0], CHAPTERS[-1], "404"):
-        (wrong,) = read(site, name).select(".rs-map .rs-is-wrong")
+        (wrong,) = read(site, name).select("article .rs-map .rs-is-wrong")
         x, y, to_x, to_y = map(int, wrong["d"].removeprefix("M").split())
         lengths.append(abs(to_x - x) + abs(to_y - y))
     assert 0 < lengths[0] == lengths[2] < lengths[1] / 5
