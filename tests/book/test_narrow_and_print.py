@@ -14,7 +14,8 @@ CHAPTER = "chapters/03-irls"
 BREAKS = "node => getComputedStyle(node).breakInside"
 HIDDEN = """() => [...document.querySelectorAll("article p:not(.rs-length)")]
   .filter((paragraph) => paragraph.checkVisibility())
-  .flatMap((paragraph) => [...paragraph.querySelectorAll(":not(svg *, math *, .rs-predict *, .headerlink)")])
+  .flatMap((paragraph) => [...paragraph.querySelectorAll(
+    ":not(svg *, math *, .rs-predict *, .headerlink)")])
   .filter((part) => part.textContent.trim() && !part.checkVisibility())
   .map((part) => part.textContent)"""
 """Words that are missing in paragraphs which are seen."""
