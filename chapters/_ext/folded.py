@@ -91,7 +91,7 @@ def merge(cell: nodes.container) -> None:
     bar["prompt_show"] = bar["prompt_hide"] = (
         NUMBERS if NUMBERS in said else "Code: imports and data"
     )
-    parent.insert(start, nodes.container("", bar, classes=["cell"]))
+    parent.insert(start, nodes.container("", bar, classes=["cell", "rs-merged"]))
 
 
 def name(

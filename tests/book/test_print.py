@@ -38,7 +38,7 @@ def printed(site: Site, tmp_path_factory: pytest.TempPathFactory) -> tuple[Book,
     joined = book(site.folder, FEW)
     # In a thread of its own, because Playwright has one loop in each, and tests have begun theirs.
     with ThreadPoolExecutor(1) as apart:
-        pages = apart.submit(write, joined, target, "a4").result()
+        pages = apart.submit(write, joined, target, "letter").result()
     assert pages == len(PdfReader(target).pages)
     return joined, PdfReader(target), target
 

@@ -71,8 +71,7 @@ class Source:
             sign.decompose()
         for link in article.select("a[href]"):
             link["href"] = _from_slides(str(link["href"]), page)
-        # What checks or prints beside a cell may be drawn in a cell without an address.
-        self.cells = article.select("div.cell[id]")
+        self.cells = article.select("div.cell:not(.rs-merged)")
         self.sentences = [
             (sentence, _plain(sentence), block)
             for block in article.select(BLOCKS)

@@ -9,10 +9,20 @@ var deck = new Reveal({
   transition: "none",
   slideNumber: "c/t",
   plugins: [RevealNotes],
-  // Keys that a picture or a question uses do not turn the page; a presenter's Page keys do.
+  // Keys that a picture or a question uses do not turn the page.
   keyboardCondition: (event) => !event.defaultPrevented
-    && (/^Page/.test(event.key) || !event.target.closest(".rs-picture, form")),
+    && !event.target.closest(".rs-picture, form"),
 });
+
+// A presenter's Page keys always do, also with a handle or an answer in focus, which has them.
+addEventListener("keydown", (event) => {
+  const turn = { PageDown: "next", PageUp: "prev" }[event.key];
+  if (!turn) return;
+  event.preventDefault();
+  event.stopPropagation();
+  document.activeElement.blur();
+  deck[turn]();
+}, true);
 
 const LARGEST = { "is-picture": 1.6, "is-figure": 2.4 };
 
