@@ -17,15 +17,18 @@ let asked = null;
 export class Stopped extends Error {}
 
 export function start(progress, first) {
-  worker = new Worker(new URL("worker.js", import.meta.url), { type: "module" });
-  worker.onmessage = ({ data }) => {
+  const own = new Worker(new URL("worker.js", import.meta.url), { type: "module" });
+  worker = own;
+  // What an ended worker still had to say must not reach, or end, the one after it.
+  own.onmessage = ({ data }) => {
+    if (own !== worker) return;
     if ("arrived" in data) asked?.progress?.(data.arrived, data.wanted);
     else if ("words" in data) asked?.tell?.(data.words);
     else if ("failed" in data) end(new Error(data.failed));
     else asked.resolve(data.done);
   };
-  worker.onerror = ({ message }) => {
-    end(new Error(message ?? "The files of Python could not be loaded."));
+  own.onerror = ({ message }) => {
+    if (own === worker) end(new Error(message ?? "The files of Python could not be loaded."));
   };
   return answer({ what: "start", first }, { progress });
 }
