@@ -113,3 +113,15 @@ def test_no_figure_formula_picture_or_reference_of_the_site_is_lost(site: Site) 
             len(paper.select(f"section.page {kind.replace(', ', ', section.page ')}")) == on_site
         )
         assert on_site > 10, kind
+
+
+def test_a_quiz_is_followed_by_the_letters_of_its_right_answers(site: Site) -> None:
+    page = "chapters/00-one-lie"
+    quiz = BeautifulSoup(book(site.folder, [page]).html({}), "html.parser").select(".rs-quiz")[0]
+    letters = dict(re.findall(r"(\d) (\w(?: and \w)*)", quiz.select("p.answers")[0].get_text()))
+    questions = quiz.select("fieldset")
+    assert len(letters) == len(questions) > 1
+    for number, question in enumerate(questions, 1):
+        verdicts = [option.strong.get_text() for option in question.select(".rs-option")]
+        right = [name for name, said in zip("ABCDEF", verdicts, strict=False) if "Right" in said]
+        assert letters[str(number)] == " and ".join(right)

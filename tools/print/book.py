@@ -119,6 +119,8 @@ class Book:
                 each.decompose()
         for each in article.select("details"):
             each["open"] = ""
+        for quiz in article.select(".rs-quiz"):
+            quiz.append(_answers(quiz, soup))
         for each in article.find_all(True):
             self._rename(each, page)
         for link in article.select("a[href]"):
@@ -159,6 +161,17 @@ class Book:
         if target != page:
             number = soup.new_tag("span", attrs={"class": "rs-at", "data-to": to})
             link.insert_after(number)
+
+
+def _answers(quiz: Tag, soup: BeautifulSoup) -> Tag:
+    """Return a line with the letters of a quiz's right answers, whose reasons need a click."""
+    right = [
+        " and ".join(option.b.get_text() for option in form.select(".rs-option:has(.rs-correct)"))
+        for form in quiz.select("form")
+    ]
+    line = soup.new_tag("p", attrs={"class": "answers"})
+    line.string = "Answers: " + ", ".join(f"{k} {letters}" for k, letters in enumerate(right, 1))
+    return line
 
 
 def _text(tag: Tag | None) -> str:
