@@ -1,9 +1,13 @@
-"""Print the manual's page of a chapter, or its exam: ``python -m solutions.manual 05 --seed 7``.
+"""Print the manual's page of a chapter, or an exam: ``python -m solutions.manual 05 --seed 7``.
 
-The page is ``05.md`` beside this module. Its goals come from the chapter, what students get wrong
-from the labelled answers, and the numbers of the exam from the seed: below the heading of each
-question a block of TOML has the values to ``draw`` from, the formulas of the answer ``by_hand``,
-and how the ``library`` solves it, which ``tests/assignments/test_manual.py`` compares.
+An exam takes the questions of several chapters or some of them, as in ``--exam 03 05.2 08.1``, and
+with ``--html`` it is a page for the printer.
+
+The page of a chapter is ``05.md`` beside this module. Its goals come from the chapter, what
+students get wrong from the labelled answers, and the numbers of the exam from the seed: below
+the heading of each question a block of TOML has the values to ``draw`` from, the formulas of the
+answer ``by_hand``, and how the ``library`` solves it, which ``tests/assignments/test_manual.py``
+compares.
 """
 
 from __future__ import annotations
@@ -13,13 +17,14 @@ import json
 import math
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from markdown_it import MarkdownIt
 from robust_slam_autograder.reading.labelled import is_of_answers, read
 
 HERE = Path(__file__).parent
@@ -28,6 +33,14 @@ FIELD = re.compile(r"<<(\w+)(?::([^>]+))?>>")
 QUESTION = re.compile(
     r"^(### .+?)\n\n```toml\n(.+?)```\n(.+?)(?=^### |\Z)", re.DOTALL | re.MULTILINE
 )
+PAPER = """<!DOCTYPE html>
+<html lang="en"><meta charset="utf-8"><title>Exam</title>
+<style>
+body { font: 11pt/1.45 Georgia, serif; max-width: 17cm; margin: auto; }
+section { break-inside: avoid; padding-bottom: 6cm; }
+h2 { font-size: 12pt; }
+</style>
+"""
 _MATHS = vars(math) | {"round": round}
 
 
@@ -100,20 +113,57 @@ def page(chapter: str, seed: int) -> str:
     return f"{text}## Exam, variant {seed}\n\n" + "\n".join(questions)
 
 
-def sheet(chapter: str, seed: int) -> str:
-    """Return the exam of a chapter for students, without answers and marks."""
-    asked = (f"{q.title}\n\n{q.filled.partition('**Answer.**')[0]}" for q in exam(chapter, seed))
-    return f"## Exam on chapter {chapter}, variant {seed}\n\n" + "".join(asked).strip() + "\n"
+def chosen(names: Iterable[str], seed: int) -> list[Question]:
+    """Return questions by their names: all of a chapter by "05", and its second by "05.2".
+
+    Raises:
+        ValueError: there is no such question.
+    """
+    questions = []
+    for name in names:
+        chapter, _, number = name.partition(".")
+        if not (HERE / f"{chapter}.md").is_file() or number not in {"", "1", "2", "3"}:
+            raise ValueError(f"there is no {name}; give a chapter, 00 to 09, or a question, 05.2")
+        whole = exam(chapter, seed)
+        questions += [whole[int(number) - 1]] if number else whole
+    return questions
+
+
+def sheet(names: Iterable[str], seed: int) -> str:
+    """Return an exam for students, without answers and marks, numbered anew."""
+    questions = chosen(names, seed)
+    titles = [each.title.partition(". ")[2] for each in questions]
+    total = sum(int(points) for title in titles for points in re.findall(r"\((\d) points", title))
+    asked = (
+        f"## {number}. {title}\n\n{question.filled.partition('**Answer.**')[0].strip()}\n"
+        for number, (title, question) in enumerate(zip(titles, questions, strict=True), 1)
+    )
+    head = f"# Exam, variant {seed}\n\nName: {'_' * 40} Points: ____ of {total}\n\n"
+    return head + "\n".join(asked)
+
+
+def printed(text: str) -> str:
+    """Return an exam as a page for the printer, with room to write below each question."""
+    html = MarkdownIt().enable("table").render(text)
+    return PAPER + re.sub(r"(?s)(<h2>.*?)(?=<h2>|\Z)", r"<section>\1</section>\n", html)
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(prog="python -m solutions.manual", description=__doc__)
-    parser.add_argument("chapter", help="its number, such as 05")
+    parser.add_argument("names", nargs="+", help="a chapter, such as 05, or a question, 05.2")
     parser.add_argument("--seed", type=int, default=0, help="of the exam's variant")
-    parser.add_argument("--sheet", action="store_true", help="the exam alone, without answers")
-    asked = parser.parse_args()
-    if not (HERE / f"{asked.chapter}.md").is_file():
-        parser.error(f"there is no page {asked.chapter}; give a chapter from 00 to 09")
-    if asked.seed < 0:
-        parser.error(f"the seed {asked.seed} is negative; give 0 or more")
-    print((sheet if asked.sheet else page)(asked.chapter, asked.seed), end="")
+    parser.add_argument("--exam", action="store_true", help="the questions, without answers")
+    parser.add_argument("--html", action="store_true", help="an exam as a page for the printer")
+    args = parser.parse_args()
+    if args.seed < 0:
+        parser.error(f"the seed {args.seed} is negative; give 0 or more")
+    try:
+        if args.exam or args.html:
+            text = sheet(args.names, args.seed)
+            print(printed(text) if args.html else text, end="")
+        elif all(len(name) == 2 for name in args.names) and chosen(args.names, args.seed):
+            print("\n".join(page(name, args.seed) for name in args.names), end="")
+        else:
+            parser.error(f"a page has a whole chapter; give --exam with {' '.join(args.names)}")
+    except ValueError as error:
+        parser.error(str(error))

@@ -15,7 +15,7 @@ from robust_slam.estimators.graduation import start_mu, tls_weight
 from robust_slam.graphs import PoseGraph, pose_graph, se2
 from robust_slam.problems import LocationProblem, chain
 
-from solutions.manual.__main__ import HERE, exam, misconceptions, page, sheet
+from solutions.manual.__main__ import HERE, exam, misconceptions, page, printed, sheet
 
 CHAPTERS = sorted(path.stem for path in HERE.glob("0*.md"))
 
@@ -83,9 +83,24 @@ def test_a_page_has_marks_that_add_up_and_a_sheet_has_no_answers(chapter: str) -
         (total,) = re.findall(r"\((\d) points\)", question.title)
         marks = re.findall(r"^- (\d) points?:", question.text, re.MULTILINE)
         assert sum(map(int, marks)) == int(total), question.title
-    whole, students = page(chapter, 3), sheet(chapter, 3)
+    whole, students = page(chapter, 3), sheet([chapter], 3)
     assert "<<" not in whole + students and "```toml" not in whole
     assert "Answer" not in students and "point:" not in students
-    assert students.count("### ") == 3 and sheet(chapter, 4) != students
+    assert students.count("## ") == 3 and sheet([chapter], 4) != students
     assert "variant 3" in students, "else nobody knows which answers belong to a sheet"
     assert misconceptions(chapter) in whole
+
+
+def test_an_exam_takes_some_questions_of_several_chapters_and_numbers_them_anew() -> None:
+    (one,), two = exam("05", 7)[1:2], exam("08", 7)
+    students = sheet(["05.2", "08"], 7)
+    assert re.findall(r"^## (\d)\. (.+)$", students, re.MULTILINE) == [
+        (str(number), question.title.partition(". ")[2])
+        for number, question in enumerate((one, *two), 1)
+    ]
+    points = [int(p) for each in (one, *two) for p in re.findall(r"\((\d) p", each.title)]
+    assert f"of {sum(points)}\n" in students
+    assert printed(students).count("<section>") == len(points)
+    for unknown in ("10", "05.4", "5"):
+        with pytest.raises(ValueError, match=f"no {unknown}"):
+            sheet([unknown], 7)
