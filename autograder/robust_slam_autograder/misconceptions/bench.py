@@ -7,6 +7,7 @@ that the instructor wrote down as wrong.
 from __future__ import annotations
 
 import contextlib
+import functools
 import io
 import sys
 import types
@@ -43,7 +44,6 @@ class Bench:
     names: Names
     cells: Mapping[str, str]
     """By grade id, the instructor's solution."""
-    codes: dict[str, types.CodeType] = field(default_factory=dict)
     words: dict[str, frozenset[str]] = field(default_factory=dict)
     """By exercise, what its solution says, as far as traits look at it."""
     _facts: dict[str, dict[str, Fact]] = field(default_factory=dict)
@@ -69,7 +69,7 @@ class Bench:
         """
         names = dict(self.names)
         with quiet():
-            exec(_compiled(source, exercise), names)
+            exec(compiled(source, exercise), names)
         return names
 
     def shape(
@@ -135,13 +135,11 @@ class Bench:
         return [case for case in cases if case.exercise == exercise and not case.has_town]
 
     def _passes(self, case: Case, names: Names, trace: Trace) -> bool:
-        if case.grade_id not in self.codes:
-            self.codes[case.grade_id] = _compiled(self.sources[case.grade_id], case.grade_id)
         asked = {name: names[name] for name in self.assignment.names if name in names}
         seen = {**names, **trace.watched(_apart(asked))}
         seen["rng"] = case_generator(self.seed, case.grade_id)
         try:
-            exec(self.codes[case.grade_id], seen)
+            exec(compiled(self.sources[case.grade_id], case.grade_id), seen)
         except Exception:  # a test fails by raising, whatever it raises
             return False
         return True
@@ -163,7 +161,7 @@ def bench(path: Path, assignment: Assignment, *, seed: int, whole: bool, salt: s
     with quiet(), environment(seed):
         for piece in (*assignment.setup, *code.pieces):
             if not piece.own:
-                exec(_compiled(piece.source, piece.label), module.__dict__)
+                exec(compiled(piece.source, piece.label), module.__dict__)
     sources = {one.grade_id: one.full if whole else one.visible for one in assignment.cases}
     cells = {piece.label: piece.source for piece in code.pieces if not piece.own}
     return Bench(assignment, sources, seed, salt, module.__dict__, cells)
@@ -198,5 +196,7 @@ def quiet() -> Iterator[None]:
         yield
 
 
-def _compiled(source: str, label: str) -> types.CodeType:
+@functools.cache
+def compiled(source: str, label: str) -> types.CodeType:
+    """Return a cell's code, of which an error names the cell."""
     return compile(plain_python(source), f"<{label}>", "exec", dont_inherit=True, optimize=0)
