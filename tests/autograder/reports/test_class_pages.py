@@ -66,6 +66,14 @@ def test_every_number_of_a_picture_is_in_a_table(made):
     assert f"case-7 hidden 5 {apply.cases[7].passed}" in text
 
 
+def test_what_a_student_reads_of_their_function_the_report_says_of_the_function():
+    said = "your function squares `x`"
+    wrong = replace(exercise("double", "failed", case("random", "No.")), misconception=said)
+    assert "it looks as if the function squares x" in words(
+        class_pages.html(report(result(wrong)))
+    )
+
+
 def shapes(page: str, height: str) -> list[tuple[float, float]]:
     """Where the bars of a height begin, and how wide they are."""
     found = [dict(attrs) for tag, attrs in Skeleton(page).tags if tag == "rect"]

@@ -103,6 +103,8 @@ def test_a_page_carries_the_fonts_and_the_sign_that_are_there(tmp_path, monkeypa
     page = opened(tmp_path / "page").page
     assert page.evaluate("[...document.fonts].map(face => face.family)") == ["Course Sans"]
     assert page.locator("header img.logo").evaluate("one => one.complete")
+    sign, title = (page.locator(one).bounding_box() for one in ("img.logo", "h1"))
+    assert title["x"] >= sign["x"] + sign["width"]  # in all its lines
 
 
 def test_a_page_that_would_not_do_is_found(folder, opened):
