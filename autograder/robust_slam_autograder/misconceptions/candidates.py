@@ -95,8 +95,6 @@ def chosen(alike: Iterable[Candidate]) -> Candidate | None:
         return written[0] if len({one.sentence for one in written}) == 1 else None
     mutants = by_origin[OF_SOLUTION] or by_origin[OF_ANSWER]
     sentence = slips.common([one.slip for one in mutants if one.slip])
-    if sentence in slips.SILENT:
-        sentence = ""
     if sentence and (not by_origin[FACT] or sentence not in slips.GENERAL):
         return replace(mutants[0], sentence=sentence)
     return _of_facts(by_origin[FACT])

@@ -12,7 +12,13 @@ from dataclasses import dataclass
 
 from robust_slam_autograder.misconceptions.site import Site
 
-SENTENCES: Mapping[str, str] = {
+SILENT = (
+    *("any all", "case", "case lost", "compared with square", "condition lost", "constant"),
+    *("copied", "entry", "function lost", "inf nan", "integers", "logic", "loop", "negated"),
+    *("not added", "one step", "option", "step lost", "truth value", "zeros ones"),
+)
+"""Kinds of how the code goes that no value shows: slips of other kinds end alike."""
+SENTENCES: Mapping[str, str] = dict.fromkeys(SILENT, "") | {
     "square lost": "{} is not squared where it should be",
     "square added": "{} is squared where it should not be",
     "root lost": "a square root of {} is not taken",
@@ -27,56 +33,36 @@ SENTENCES: Mapping[str, str] = {
     "term lost": "a term with {} is left out",
     "sign": "a term is added that should be subtracted, or the other way round",
     "turned round": "a difference is taken the other way round",
-    "negated": "a result or a part of it has the wrong sign",
     "upside down": "a quotient is upside down",
     "quotient": "something is multiplied by what it should be divided by, or the other way round",
     "elementwise": "a product goes entry by entry where a matrix product belongs",
     "order": "two things stand in the wrong order, in a product or in a call",
     "transpose lost": "a matrix is not transposed that should be",
     "inverse lost": "a matrix is not inverted that should be",
-    "logic": "two conditions are combined by “or” where both must hold, or the other way round",
-    "condition lost": "one of two conditions is left out",
     "condition": "two cases are exchanged, or a comparison is the wrong way round",
     "boundary": "something begins or ends one too early or too late, or equality is missed",
     "side": "two cases are exchanged, or a comparison is the wrong way round",
-    "compared with square": "a number is compared with the square of another",
-    "case": "two cases are treated alike that the statement tells apart",
     "bound lost": "a value is not kept within its bounds",
     "bounded": "only a bound is returned, and not what it bounds",
-    "one step": "a loop ends after a fixed number of steps, before it is done",
-    "step lost": "a step of the loop or of the computation is left out",
-    "loop": "a loop ends at another condition than it should",
-    "case lost": "a case that the statement treats apart is left out",
-    "not added": "something is not added up that should be",
     "axis": "a sum, a mean or a norm does not go along the axis that it should",
-    "integers": "integers are not turned into floats, so that fractions are cut off",
-    "option": "an option of a function that it calls is missing",
-    "constant": "a number in the formula is not the right one",
     "exponent": "a power in the formula is not the right one",
     "one off": "something begins or ends one too early or too late, or equality is missed",
-    "entry": "a whole row is used where one entry belongs",
-    "truth value": "a flag is true where it should be false, or the other way round",
     "logarithm lost": "a logarithm is not taken",
     "sum lost": "a sum is not taken",
-    "function lost": "a function is not applied to {} that should be",
-    "copied": "an array is changed that should be left as it is",
     "flat": "the result is one long row, whatever the shape of what came in",
     "part": "only one of the results is returned",
     "parts swapped": "the results are returned in another order",
     "median": "the median stands in the place of the mean",
     "min max": "the smallest stands where the largest belongs, or the other way round",
-    "any all": "“any” stands where “all” belongs, or the other way round",
     "sum mean": "a sum stands where a mean belongs, or the other way round",
     "largest for sum": "the largest stands where a sum belongs",
     "sum before square": "a sum is squared where squares belong added up",
     "sin cos": "a sine stands where a cosine belongs, or the other way round",
     "floor ceil": "a number is rounded the wrong way",
-    "zeros ones": "an array begins with zeros where it should begin with ones, or the reverse",
     "log log1p": "1 is added within a logarithm where it should not be, or is not where it should",
     "exp expm1": "1 is subtracted from an exponential, or is not where it should be",
     "sqrt square": "a square stands where a square root belongs, or the other way round",
     "vstack hstack": "arrays are put side by side that belong below each other, or the reverse",
-    "inf nan": "inf and NaN are confused",
 }
 """By kind; the braces stand for the arguments at the place, or for "something"."""
 
@@ -116,15 +102,6 @@ FAMILIES: Mapping[str, frozenset[str]] = {
 _LESS = ("boundary", "exponent", "one off", "quotient", "side")
 GENERAL = frozenset({*FAMILIES, *(SENTENCES[kind] for kind in _LESS)})
 """Sentences that say less than a fact of the values does."""
-_SILENT = (
-    *("any all", "case", "case lost", "compared with square", "condition lost", "constant"),
-    *("copied", "entry", "integers"),
-    *("function lost", "inf nan", "logic", "loop", "negated", "not added", "one step", "option"),
-    *("step lost", "truth value", "zeros ones"),
-)
-SILENT = frozenset(SENTENCES[kind] for kind in _SILENT)
-"""Sentences of how the code goes that no value shows: slips of other kinds end alike."""
-
 _PAIRS = {name: kind for kind in SENTENCES if len(parts := kind.split()) == 2 for name in parts}
 _PAIRS |= {
     "argmin": "min max",
