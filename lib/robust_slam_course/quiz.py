@@ -21,7 +21,9 @@ from robust_slam_course.style import variables
 
 # JupyterLab leaves the keys to an element that carries this attribute.
 _KEYS = 'data-lm-suppress-shortcuts="true"'
-_MARKED = re.compile(r"\$(?P<math>[^$]+)\$|`(?P<code>[^`]+)`|\*(?P<em>[^*]+)\*")
+_MARKED = re.compile(
+    r"\$(?P<math>[^$]+)\$|`(?P<code>[^`]+)`|\*(?P<em>[^*]+)\*|(?P<apostrophe>(?<=\w)'(?=[a-z]\b))"
+)
 
 _STYLE = (
     f":where(html) {{ {variables('light')} }}"
@@ -142,9 +144,7 @@ def _key(question: Question) -> str:
 
 
 def _option(letter: str, option: Option) -> str:
-    verdict, kind = (
-        ("✓ Right.", "rs-correct") if option.correct else ("✗ Not quite.", "rs-incorrect")
-    )
+    verdict, kind = ("✓ Right.", "rs-correct") if option.correct else ("✗ No.", "rs-incorrect")
     return (
         '<div class="rs-option"><label>'
         f'<input type="radio" name="choice" {_KEYS} value="{letter}">'
@@ -203,11 +203,13 @@ def _revealed(letter: str, opening: str, right: Option, chosen: Option) -> str:
 
 def _inline(text: str) -> str:
     """Return the text as HTML; math gets the class by which it is found and drawn."""
-    return _MARKED.sub(_element, escape(text))
+    return _MARKED.sub(_element, escape(text, quote=False))
 
 
 def _element(marked: re.Match[str]) -> str:
     kind, text = str(marked.lastgroup), marked[str(marked.lastgroup)]
+    if kind == "apostrophe":
+        return "’"
     if kind == "math":
         return rf'<span class="math notranslate nohighlight">\({text}\)</span>'
     return f"<{kind}>{text}</{kind}>"

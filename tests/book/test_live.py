@@ -78,7 +78,7 @@ def test_with_a_kernel_pictures_follow_the_hand_and_each_quiz_its_own(
         second.locator("input").first.press("Space")
         page.keyboard.press("ArrowDown")
         expect(first.locator("p:visible")).to_have_text("✓ Right. Yes.")
-        expect(second.locator("p:visible")).to_have_text("✗ Not quite. No.")
+        expect(second.locator("p:visible")).to_have_text("✗ No. No.")
         expect(second.locator("input").nth(1)).to_be_focused()
         assert not page.locator(".jp-OutputArea-output[data-mime-type*=stderr]").count()
 

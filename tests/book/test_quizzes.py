@@ -18,7 +18,7 @@ from tests.chromium import Opener, Visit, visiting
 pytestmark = pytest.mark.browser
 
 ONE, OTHER = CHAPTERS[-1], CHAPTERS[0]
-VERDICT = re.compile(r"(✓ Right\.|✗ Not quite\.) .+", re.S)
+VERDICT = re.compile(r"(✓ Right\.|✗ No\.) .+", re.S)
 REFUSED = """Object.defineProperty(window, "localStorage", {
   get() { throw new DOMException("refused", "SecurityError"); },
 })"""
@@ -98,7 +98,7 @@ def test_every_question_has_a_name_one_right_option_and_answers(name: str, site:
 def test_without_scripts_every_option_answers(site: Site, open_page: Opener) -> None:
     page = open_page((site.folder / f"{ONE}.html").as_uri(), java_script_enabled=False).page
     for question in questions(page):
-        for kind, verdict in (("right", "✓ Right."), ("wrong", "✗ Not quite.")):
+        for kind, verdict in (("right", "✓ Right."), ("wrong", "✗ No.")):
             choose(question, kind)
             expect(question.locator("p:visible")).to_have_count(1)
             expect(question.locator("p:visible")).to_contain_text(verdict)

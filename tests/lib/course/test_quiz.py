@@ -22,7 +22,7 @@ def test_every_option_has_its_own_answer_that_says_whether_it_is_right() -> None
         ("B", "<b>B</b> TLS", "rs-incorrect"),
     ]
     assert options[0][3].startswith("<strong>✓ Right.</strong> Its pull is")
-    assert options[1][3].startswith("<strong>✗ Not quite.</strong> It lets go at")
+    assert options[1][3].startswith("<strong>✗ No.</strong> It lets go at")
 
 
 def test_several_options_may_be_right() -> None:
@@ -53,10 +53,11 @@ def test_math_stands_where_mathjax_looks_and_text_cannot_become_markup() -> None
     assert "<script>" not in Quiz([Question("<script>", [RIGHT, WRONG])]).html()
 
 
-def test_emphasis_and_code_are_marked_outside_math_only() -> None:
-    html = Quiz([Question("Is *this* `w(u)` or $a*b*c$?", [RIGHT, WRONG])]).html()
-    assert r"<em>this</em> <code>w(u)</code>" in html
-    assert r"\(a*b*c\)" in html
+def test_emphasis_code_and_apostrophes_are_marked_outside_math_only() -> None:
+    html = Quiz([Question("Is *Huber's* `f's` or $a*b's*c$?", [RIGHT, WRONG])]).html()
+    assert r"<em>Huber's</em> <code>f's</code>" in html
+    assert r"\(a*b's*c\)" in html
+    assert "Huber’s" in Quiz([Question("Is it Huber's?", [RIGHT, WRONG])]).html()
 
 
 def test_a_notebook_shows_html_that_needs_no_script_and_no_address() -> None:
