@@ -90,8 +90,10 @@ def find_elimination(n: int, edges: Indices) -> Elimination:
     each = np.arange(n)
     row = np.concatenate([np.minimum(*edges.T), each])
     column = np.concatenate([np.maximum(*edges.T), each])
-    # The matrix is diagonally dominant, so no entry of the factor cancels.
-    numbers = np.concatenate([np.full(len(edges), -1.0), np.full(n, 2.0 * len(edges) + 1.0)])
+    # Of a Laplacian no entry of the factor cancels, and on a small diagonal none underflows, so
+    # that SuperLU, which leaves zeros out, keeps all of them.
+    degree = np.bincount(edges.ravel(), minlength=n)
+    numbers = np.concatenate([np.full(len(edges), -1.0), degree + 1e-3])
     joined = csc_array((numbers, (row, column)), shape=(n, n))
     factor, _, order = Solver(joined, upper=True).factors()
     return Elimination(np.asarray(order, dtype=np.intp), csc_array(factor))

@@ -9,8 +9,10 @@ for QDLDL.
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
-from scipy.sparse import csc_array, tril, triu
+from scipy.sparse import csc_array, triu
 from scipy.sparse.linalg import splu
 
 from robust_slam._arrays import Array, Indices
@@ -24,21 +26,35 @@ class SuperLU:
     """
 
     def __init__(self, matrix: csc_array, upper: bool = True) -> None:
-        self.update(matrix, upper)
+        number = csc_array(
+            (np.arange(1.0, matrix.nnz + 1.0), matrix.indices, matrix.indptr), matrix.shape
+        )
+        self._whole = csc_array(number + triu(number, k=1).T) if upper else number
+        self._whole.sort_indices()
+        self._source = self._whole.data.astype(np.intp) - 1
+        self._factorise(matrix, "MMD_AT_PLUS_A")
 
     def update(self, matrix: csc_array, upper: bool = True) -> None:
-        """Factorise another matrix ``(n, n)``; ``upper``: it holds its upper triangle alone.
+        """Factorise another matrix ``(n, n)`` with entries in the same places.
+
+        Its rows are eliminated as they come, since ``Simplicial`` has them in an order of little
+        fill-in. ``upper`` is that of the first matrix.
 
         Raises:
             RuntimeError: a pivot is 0, so the matrix is not definite.
         """
-        whole = csc_array(matrix + triu(matrix, k=1).T) if upper else matrix
+        self._factorise(matrix, "NATURAL")
+
+    def _factorise(self, matrix: csc_array, order: Literal["MMD_AT_PLUS_A", "NATURAL"]) -> None:
+        np.take(matrix.data, self._source, out=self._whole.data)
         # The symmetric mode orders Aᵀ + A, and a threshold of 0 takes every diagonal entry
-        # except 0 as its pivot, so L U is L D Lᵀ.
+        # except 0 as its pivot, so L U is L D Lᵀ. Columns are too short for panels.
         self._factors = splu(
-            whole,
-            permc_spec="MMD_AT_PLUS_A",
+            self._whole,
+            permc_spec=order,
             diag_pivot_thresh=0.0,
+            relax=1,
+            panel_size=1,
             options={"SymmetricMode": True},
         )
         if not np.array_equal(self._factors.perm_r, self._factors.perm_c):
@@ -49,11 +65,14 @@ class SuperLU:
 
         L D Lᵀ is the matrix with its rows and columns in this order.
         """
-        below = csc_array(tril(self._factors.L, k=-1))
-        return below, self._factors.U.diagonal(), np.argsort(self._factors.perm_c)
+        whole = self._factors.L
+        below = whole.indices != np.repeat(np.arange(whole.shape[0]), np.diff(whole.indptr))
+        starts = np.concatenate([[0], np.cumsum(below)])[whole.indptr]
+        part = csc_array((whole.data[below], whole.indices[below], starts), whole.shape)
+        return part, self._factors.U.diagonal(), np.argsort(self._factors.perm_c)
 
     def solve(self, right: Array) -> Array:
-        """Return the solution ``(n,)`` for a right-hand side ``(n,)``."""
+        """Return the solutions for right-hand sides ``(n,)`` or ``(n, c)``."""
         solution: Array = self._factors.solve(right)
         return solution
 

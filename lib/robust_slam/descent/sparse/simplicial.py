@@ -14,7 +14,7 @@ import numpy as np
 from scipy.sparse import bsr_array, csc_array
 
 from robust_slam._arrays import Array, Indices
-from robust_slam.descent.sparse.ldl import Solver
+from robust_slam.descent.sparse.ldl import Solver, SuperLU
 
 
 class Simplicial:
@@ -95,5 +95,8 @@ class SimplicialFactors:
     def solve(self, right: Array) -> Array:
         """Return the solutions ``(n − 1, b, c)``."""
         solver = self.owner.solver(self.number)
-        columns = right.reshape(-1, right.shape[-1]).T
-        return np.stack([solver.solve(column) for column in columns], axis=-1).reshape(right.shape)
+        columns = right.reshape(-1, right.shape[-1])
+        if isinstance(solver, SuperLU):  # QDLDL takes one at a time
+            return solver.solve(columns).reshape(right.shape)
+        each = [solver.solve(column) for column in columns.T]
+        return np.stack(each, axis=-1).reshape(right.shape)

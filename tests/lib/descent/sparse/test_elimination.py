@@ -40,6 +40,17 @@ def test_the_factor_has_the_fill_in_of_the_order(seed):
     np.testing.assert_array_equal(elimination.filled, [len(later) for later in expected])
 
 
+def test_a_long_drive_with_short_loops_loses_no_fill_in_to_underflow():
+    rng = np.random.default_rng(0)
+    n, first = 3000, rng.integers(0, 2940, 100)
+    drive = np.stack([np.arange(n - 1), np.arange(1, n)], axis=1)
+    loops = np.stack([first, first + rng.integers(2, 60, first.size)], axis=1)
+    edges = np.concatenate([drive, loops])
+    elimination = find_elimination(n, edges)
+    expected = fill(n, edges, elimination.order)
+    np.testing.assert_array_equal(elimination.filled, [len(later) for later in expected])
+
+
 @pytest.mark.parametrize("costs", [INTERPRETED, NO_FRONT_COSTS])
 @pytest.mark.parametrize("seed", range(5))
 @pytest.mark.parametrize(("n", "more"), [(1, 0), (2, 0), (40, 0), (40, 60), (25, 300)])
