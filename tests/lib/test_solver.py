@@ -21,10 +21,10 @@ from robust_slam.graphs import (
     sphere,
 )
 from robust_slam.graphs.odometry import accumulated_rotation
-from robust_slam.graphs.outliers import add_grouped_closures
+from robust_slam.graphs.outliers import add_grouped_closures, spoil_closures
 from robust_slam.graphs.pose_graph import jacobians, residual_norms, select
 from robust_slam.solver import Support, solve
-from robust_slam.solver.evidence import evidence, outlier_entropy
+from robust_slam.solver.evidence import evidence, gains, outlier_entropy
 from robust_slam.solver.noise import Found, find_noise, rescaled
 
 from tests.lib.worlds import with_outliers
@@ -174,6 +174,34 @@ def test_evidence_is_the_integral_over_all_poses():
     expected = closures * (entropy - 1.5 * np.log(2 * np.pi)) + 0.5 * (logs - squares)
     assert evidence(graph, poses, kept, entropy) == pytest.approx(expected)
     assert evidence(graph, dead_reckoning(graph), graph.is_odometry, entropy) == pytest.approx(0.0)
+
+
+@pytest.mark.parametrize("make", [manhattan, sphere])
+def test_a_gain_is_the_evidence_that_the_map_of_the_others_lacks(make):
+    graph, truth = make(40, 1, closures=8)
+    every, entropy = np.ones(len(graph.edges), dtype=bool), outlier_entropy(graph)
+
+    def best(kept):
+        poses = gauss_newton(select(graph, kept), truth)
+        return poses, evidence(graph, poses, kept, entropy)
+
+    poses, whole = best(every)
+    asked = ~graph.is_odometry & (np.arange(len(every)) % 2 == 0)
+    lacking = [whole - best(np.arange(len(every)) != k)[1] for k in np.flatnonzero(asked)]
+    np.testing.assert_allclose(gains(graph, poses, every, asked, entropy), lacking, atol=0.05)
+
+
+def test_little_evidence_is_enough_where_chance_gives_less_and_each_closure_adds_some():
+    """Five inliers are left of 45; beside seed 2's an outlier is kept, which they contradict."""
+    support = {}
+    for seed in (2, 3):
+        of_graph, of_outliers = np.random.default_rng(seed).spawn(2)
+        clean, truth = manhattan(200, of_graph, closures=45, noise=Noise((0.05, 0.05)))
+        graph, is_outlier = spoil_closures(clean, 0.9, of_outliers, poses=truth)
+        answer = solve(graph)
+        assert 20.0 < answer.best.evidence < 30.0
+        support[seed] = answer.support, int(np.sum(answer.kept & is_outlier))
+    assert support == {2: (Support.WEAK, 1), 3: (Support.UNIQUE, 0)}
 
 
 @pytest.mark.parametrize("claim", [1 / 3, 1.0, 5.0])

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robust_slam._arrays import Array, Mask, times
+from robust_slam._arrays import Array, Indices, Mask, times
 from robust_slam.descent.normal_equations import NormalEquations
 from robust_slam.descent.sparse.pattern import PoseFactors, sum_by_pose
 from robust_slam.graphs.pose_graph import PoseGraph, linearise, select
@@ -57,6 +57,18 @@ class Fitted:
         at_i, at_j = factors.solve(self._pulled(whitened))[self.graph.edges.T]
         by_j, transfer = self.jacobian
         return np.asarray(np.moveaxis(self.root @ (by_j @ (transfer @ at_i + at_j)), -1, 0))
+
+    def left(self, edges: Indices) -> Array:
+        """Return the covariances ``(k, D, D)`` of what white noise leaves of ``edges`` ``(k,)``.
+
+        The edges of the fit determine its poses.
+        """
+        d = self.graph.group.DOF
+        units = np.zeros((edges.size, d, *self.residuals.shape))
+        units[np.arange(edges.size)[:, None], np.arange(d), edges[:, None], np.arange(d)] = 1.0
+        taken = self.taken_up(units.reshape(-1, *self.residuals.shape))
+        assert taken is not None
+        return np.eye(d) - taken.reshape(units.shape)[np.arange(edges.size), :, edges]
 
     def log_determinant(self, information: Array) -> float:
         """Return log det JᵀJ with another ``information`` ``(m, D, D)``, or infinity."""

@@ -71,21 +71,11 @@ def _slipped(graph: PoseGraph, poses: Array, kept: Mask, level: float) -> int | 
     rough = np.einsum("pka,pkb->kab", drawn, drawn) / _DRAWS
     squares = np.where(fit.graph.is_odometry, _relative(left, rough), 0.0)
     worst = np.argsort(-squares, kind="stable")[:_WORST]
-    chance = chdtrc(graph.group.DOF, _relative(left[worst], _covariances(fit, worst)))
+    chance = chdtrc(graph.group.DOF, _relative(left[worst], fit.left(worst)))
     first = int(np.argmin(chance))
     if chance[first] * count >= level:
         return None
     return int(np.flatnonzero(kept)[worst[first]])
-
-
-def _covariances(fit: Fitted, edges: Indices) -> Array:
-    """Return the covariances ``(k, D, D)`` of what noise leaves of the ``edges`` ``(k,)``."""
-    d = fit.graph.group.DOF
-    units = np.zeros((edges.size, d, *fit.residuals.shape))
-    units[np.arange(edges.size)[:, None], np.arange(d), edges[:, None], np.arange(d)] = 1.0
-    taken = fit.taken_up(units.reshape(-1, *fit.residuals.shape))
-    assert taken is not None  # the same edges determined the poses before
-    return np.eye(d) - taken.reshape(units.shape)[np.arange(edges.size), :, edges]
 
 
 def _relative(left: Array, covariance: Array) -> Array:

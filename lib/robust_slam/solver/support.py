@@ -13,9 +13,11 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
+from scipy.special import betaln
 
 from robust_slam._arrays import Mask
 from robust_slam.solver.candidates import Candidate, Search
+from robust_slam.solver.evidence import gains
 from robust_slam.solver.misfit import NOTHING, Misfit, find_misfit
 from robust_slam.solver.noise import rescaled
 
@@ -41,10 +43,7 @@ _COMPARABLE = 0.2
 In the 400 worlds of the benchmark rivals of good maps have at most 0.19 of it.
 """
 _DECISIVE = 30.0
-"""Less evidence (nats) than this is weak, because many sets of closures were tried.
-
-In the same worlds all good maps but one have more.
-"""
+"""So much evidence (nats) is enough, although many sets of closures were tried."""
 
 
 _LEVEL = 1e-3
@@ -68,8 +67,9 @@ def judge_support(search: Search, best: Candidate, level: float = _LEVEL) -> Jud
 
     What chance explains with less than the probability ``level`` is a misfit.
     """
-    slipped = np.any(search.slips)
-    if slipped or best.evidence < _DECISIVE or not np.any(best.kept & ~search.trusted):
+    if np.any(search.slips) or not np.any(best.kept & ~search.trusted):
+        return Judgement(Support.WEAK)
+    if best.evidence < _DECISIVE and not _borne_out(search, best):
         return Judgement(Support.WEAK)
     rival = search.rival(best)
     if rival is not None and rival.evidence >= _COMPARABLE * best.evidence:
@@ -84,3 +84,21 @@ def judge_support(search: Search, best: Candidate, level: float = _LEVEL) -> Jud
     precise = rescaled(search.graph, best.found)
     misfit = find_misfit(precise, best.poses, best.kept, search.trusted, search.threshold, level)
     return Judgement(Support.WEAK if misfit else Support.UNIQUE, misfit=misfit)
+
+
+def _borne_out(search: Search, best: Candidate) -> bool:
+    """Tell whether chance gives no set of as many closures so much evidence, and each adds some.
+
+    What outliers measure is on average no more likely with a map than without it. By chance the
+    evidence of a set of them therefore exceeds e with a probability of at most exp(-e), and that
+    of any set with at most the number of sets times this.
+
+    Source: Markov's inequality, for the likelihood ratio.
+    """
+    kept = best.kept & ~search.trusted
+    count, size = int(np.sum(~search.trusted)), int(np.sum(kept))
+    sets = -np.log(count + 1.0) - betaln(count - size + 1.0, size + 1.0)
+    if best.evidence < sets - np.log(_LEVEL):
+        return False
+    precise = rescaled(search.graph, best.found)
+    return bool(np.all(gains(precise, best.poses, best.kept, kept, search.entropy) > 0.0))
