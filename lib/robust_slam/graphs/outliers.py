@@ -31,6 +31,9 @@ from robust_slam.graphs.pose_graph import PoseGraph, check_poses, with_closures
 _ROUNDS = 50
 """The largest number of batches of pairs to draw."""
 
+_TIE = 1e-9
+"""Distances that fall short by this share, as on a circle by rounding, are far enough."""
+
 _POOL = 10
 """Candidates per pair that the aliased group chooses the most similar segments from."""
 
@@ -296,9 +299,10 @@ def _find(
         )
     found: list[Indices] = []
     taken: set[tuple[int, int]] = set()
+    enough = (1.0 - _TIE) * least
     for _ in range(_ROUNDS):
         edges = _segments(draw(4 * count + 100), size, len(known))
-        for segment in edges[_displacements(known, edges, relation(edges)).min(axis=1) >= least]:
+        for segment in edges[_displacements(known, edges, relation(edges)).min(axis=1) >= enough]:
             pairs = {(int(i), int(j)) for i, j in segment}
             if taken.isdisjoint(pairs) and len(found) < count:
                 taken |= pairs
@@ -325,7 +329,8 @@ def _elsewhere(positions: Array, j: Indices, least: float, rng: np.random.Genera
     """Draw for each pose of ``j`` another pose at a distance of at least ``least``."""
     drawn = np.empty(len(j), dtype=np.intp)
     for k, pose in enumerate(j):
-        far = np.flatnonzero(np.linalg.norm(positions - positions[pose], axis=1) >= least)
+        distances = np.linalg.norm(positions - positions[pose], axis=1)
+        far = np.flatnonzero(distances >= (1.0 - _TIE) * least)
         if far.size == 0:
             raise ValueError(
                 f"apart is {least:.3g}, and no pose is that far from pose {pose}; lower it"

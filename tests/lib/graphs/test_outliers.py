@@ -228,6 +228,17 @@ def test_the_noise_of_a_spoiled_closure_is_that_of_an_inlier(group, seed):
     assert squares.mean() == pytest.approx(group.DOF, abs=4.0 * np.sqrt(2.0 * group.DOF / 150))
 
 
+def test_poses_just_as_far_apart_as_asked_are_far_enough_wherever_the_map_is():
+    """A sixth of a round apart they are one radius from each other, up to rounding."""
+    graph, truth = circle(36, 0, laps=2, closures=12)
+    drawn = set()
+    for angle in range(7):
+        poses = se2.compose(np.array([3.0, 7.0, angle]), truth)
+        radius = np.linalg.norm(poses[3, :2] - poses[0, :2])
+        drawn.add(add_random_closures(graph, 40, 0, poses=poses, apart=radius)[0].edges.tobytes())
+    assert len(drawn) == 1
+
+
 @refused(
     ({"count": -1}, "count is -1"),
     ({"count": 3, "apart": 1000.0}, "only 0 pairs at least 1e"),
