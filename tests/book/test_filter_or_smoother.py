@@ -58,18 +58,18 @@ def error(run: dict[str, Any]) -> float:
     return float(run["ate"](poses, truth))
 
 
-def test_isam2_gives_a_closure_back_when_it_has_linearised_again(run: dict[str, Any]) -> None:
+def test_isam2_withdraws_a_closure_when_it_has_linearised_again(run: dict[str, Any]) -> None:
     odometry = run["spoiled"].is_odometry
     steps = [count for k, count in run["anew"].items() if odometry[k]]
     closures = [count for k, count in run["anew"].items() if not odometry[k]]
     said = [
-        f"eliminates {np.median(steps):.0f} of the poses anew, and after a closure between "
-        f"{min(closures)} and {max(closures)} of the 100",
+        f"eliminates {np.median(steps):.0f} of the poses again",
+        f"and after a closure between {min(closures)} and {max(closures)} of the 100",
         f"the last of which has an error of {error(run):.2f} m",
     ]
     solver, gtsam = run["solver"], run["gtsam"]
     solver.update(gtsam.NonlinearFactorGraph(), gtsam.Values(), [run["removed"]])
-    said.append(f"At this update the error falls to {error(run):.2f} m")
+    said.append(f"At this update, the error falls to {error(run):.2f} m")
     solver.update()
     solver.update()
     said.append(f"two updates later its error is {error(run):.2f} m")
