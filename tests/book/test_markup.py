@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ast
 import re
+from itertools import pairwise
 
 import pytest
 from bs4 import BeautifulSoup
@@ -12,6 +14,7 @@ from playwright.sync_api import expect
 
 from chapters._ext import markup
 from tests.book.conftest import NOTEBOOKS, Site
+from tests.book.prose import Chapter
 from tests.book.test_accessible import complaints
 from tests.chromium import Opener
 
@@ -48,6 +51,26 @@ def test_a_number_stays_with_its_unit(text: str) -> None:
 def test_a_path_in_a_table_breaks_behind_its_folders() -> None:
     code = '<code class="literal"><span class="pre">lib/x/y.py</span></code>'
     assert str(table(("a", "b"), (code, "c")).select_one("td .pre")).count("/<wbr/>") == 2
+
+
+def first_on_a_line(source: str) -> list[str]:
+    """What a cell inserts at the beginning of a line within a paragraph that it shows."""
+    strings = ast.walk(ast.parse(source if "Markdown(" in source else ""))
+    parts = [pair for s in strings if isinstance(s, ast.JoinedStr) for pair in pairwise(s.values)]
+    return [
+        ast.unparse(inserted)
+        for before, inserted in parts
+        if isinstance(before, ast.Constant)
+        and isinstance(inserted, ast.FormattedValue)
+        and re.search(r"[^\n]\n\Z", str(before.value))
+    ]
+
+
+@pytest.mark.parametrize("page", [page.rpartition("/")[2] for page in NOTEBOOKS])
+def test_no_number_that_a_cell_inserts_begins_a_line(page: str) -> None:
+    """Where a full stop follows it, Markdown takes the line for an item of a list."""
+    assert first_on_a_line('Markdown(f"the lead is only\\n{lead}. PCM")')
+    assert not [part for source in Chapter(page).code.values() for part in first_on_a_line(source)]
 
 
 class TestCards:
@@ -97,8 +120,7 @@ def test_a_formula_as_header_is_told_from_an_empty_one() -> None:
 
 
 def test_an_entry_of_the_bibliography_is_a_list_item_without_number(site: Site) -> None:
-    html = (site.folder / "chapters/references.html").read_text(encoding="utf-8")
-    entries = BeautifulSoup(html, "html.parser").select(".citation-list[role=list] > *")
+    entries = site.parsed("chapters/references").select(".citation-list[role=list] > *")
     assert len(entries) > 50
     assert all(entry["role"] == "listitem" and entry["id"] for entry in entries)
     assert not [entry for entry in entries if entry.get_text().strip().startswith("[")]
@@ -113,7 +135,7 @@ def test_a_head_cell_with_a_formula_is_one_line(site: Site, open_page: Opener) -
 
 @pytest.mark.parametrize("name", NOTEBOOKS)
 def test_folded_code_stands_below_what_it_makes_and_is_named(name: str, site: Site) -> None:
-    soup = BeautifulSoup((site.folder / f"{name}.html").read_text("utf-8"), "html.parser")
+    soup = site.parsed(name)
     for cell in soup.select(".cell.tag_hide-input"):
         if cell.parent.name == "details":
             continue

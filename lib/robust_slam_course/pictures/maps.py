@@ -189,7 +189,7 @@ def showcase() -> Picture:
         tries=[
             "drag the diamond to where the drive begins: do the switches and GNC follow the nine"
             " wrong closures? Then start from odometry.",
-            "leave a single wrong closure. Will you find a place for its ends where the switches"
+            "leave a single wrong closure. Can you find a place for its ends where the switches"
             " or GNC follow it?",
         ],
         caption="One drive with nine wrong closures that agree (dashed), over the dotted true"
