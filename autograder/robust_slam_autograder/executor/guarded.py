@@ -73,8 +73,7 @@ def guarded(work: Callable[[], Iterator[T]]) -> Iterator[T]:
 
 def _work(work: Callable[[], Iterator[T]], writer: Connection, alive: int) -> NoReturn:
     """Be the child."""
-    global _is_guarded
-    _is_guarded = True
+    guard()
     end_with(alive)
     try:
         for value in work():
@@ -90,6 +89,12 @@ def _end_as(code: int) -> NoReturn:
     if code < 0:
         os.kill(os.getpid(), -code)
     os._exit(code)
+
+
+def guard() -> None:
+    """Let the kernel end this process, which another waits for."""
+    global _is_guarded
+    _is_guarded = True
 
 
 @contextlib.contextmanager

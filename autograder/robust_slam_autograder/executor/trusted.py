@@ -15,7 +15,7 @@ import types
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from multiprocessing import util
-from multiprocessing.connection import Connection, wait
+from multiprocessing.connection import Connection, Pipe, wait
 from multiprocessing.context import ForkServerProcess
 from typing import Generic, TypeVar
 
@@ -75,15 +75,29 @@ def run_each(
 def _start(
     work: Callable[[T], R], task: T, preload: Sequence[str]
 ) -> tuple[Connection, ForkServerProcess]:
+    receiver, sender = Pipe(duplex=False)
+    process = start(_work, sender, work, task, preload=preload)
+    sender.close()
+    return receiver, process
+
+
+def start(
+    target: Callable[..., None], *arguments: object, preload: Sequence[str] = ()
+) -> ForkServerProcess:
+    """Start a trusted process, which the kernel ends when this one is gone.
+
+    Args:
+        target: what it does; a function that can be pickled.
+        arguments: of ``target``.
+        preload: modules that it will want. The first process decides.
+    """
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload([trusted_server.__name__])
     folder = util.get_temp_dir()
-    receiver, sender = context.Pipe(duplex=False)
-    process = context.Process(target=_work, args=(sender, folder, work, task), daemon=True)
+    process = context.Process(target=_be, args=(folder, target, *arguments), daemon=True)
     with _without_main(), trusted_server.told(preload, folder):
         process.start()
-    sender.close()
-    return receiver, process
+    return process
 
 
 @contextlib.contextmanager
@@ -129,12 +143,16 @@ def _end(receiver: Connection, process: ForkServerProcess) -> None:
     receiver.close()
 
 
-def _work(sender: Connection, folder: str, work: Callable[[T], R], task: T) -> None:
+def _be(folder: str, target: Callable[..., None], *arguments: object) -> None:
     """Be the trusted process."""
     _end_with_the_batch()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the batch ends this process itself
-    memory.bound()
     tempfile.tempdir = folder  # so that what a killed process leaves goes with the batch's own
+    target(*arguments)
+
+
+def _work(sender: Connection, work: Callable[[T], R], task: T) -> None:
+    memory.bound()
     sender.send(work(task))
     sender.close()
 

@@ -1,18 +1,17 @@
-"""Runs what may have been a wrong answer of a batch, in one child process for all of them.
+"""Runs what may have been a wrong answer of a batch, in one process for all of them.
 
-What all runs have in common is paid for once: the imports, the instructor's notebook, and what
-its solutions return. A run ends at the first case that goes otherwise than in the answer.
+What all runs have in common is paid for once: the instructor's notebook, and what its solutions
+return. What these import, the server of trusted processes has imported for the batch already. A
+run ends at the first case that goes otherwise than in the answer.
 """
 
 from __future__ import annotations
 
-import functools
-import gc
-from collections.abc import Generator, Iterator
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection, Pipe
+from multiprocessing.context import ForkServerProcess
 
-from robust_slam_autograder.executor import guarded
+from robust_slam_autograder.executor import guarded, trusted
 from robust_slam_autograder.misconceptions import survey
 from robust_slam_autograder.misconceptions.candidates import Candidate
 from robust_slam_autograder.misconceptions.shapes import Shape
@@ -31,8 +30,8 @@ class Runner:
     """Runs an assignment's candidates in one setting; ``close`` ends its process."""
 
     setting: Setting
-    _child: Iterator[Answer] | None = None
-    _requests: Connection | None = None
+    _child: ForkServerProcess | None = None
+    _talk: Connection | None = None
     _tables: dict[str, Table | None] = field(default_factory=dict)
 
     def table(self, exercise: str) -> Table | None:
@@ -48,39 +47,42 @@ class Runner:
         return found if isinstance(found, tuple) else ()
 
     def close(self) -> None:
-        """End the process, of which another batch would see the locks."""
-        child, self._child = self._child, None
-        if isinstance(child, Generator):
-            child.close()
+        """End the process."""
+        if self._child is not None and self._talk is not None:
+            self._child.kill()
+            self._child.join()
+            self._talk.close()
+        self._child = self._talk = None
 
     def _asked(self, exercise: str, pair: tuple[Candidate, Shape] | None = None) -> Answer:
         try:
-            if self._child is None or self._requests is None:
-                reader, self._requests = Pipe(duplex=False)
-                self._child = guarded.guarded(functools.partial(_serve, self.setting, reader))
-                next(self._child)
-            self._requests.send((exercise, pair))
-            return next(self._child)
+            if self._talk is None:
+                self._talk, other = Pipe()
+                self._child = trusted.start(_serve, self.setting, other)
+                other.close()
+            self._talk.send((exercise, pair))
+            answer: Answer = self._talk.recv()
+            return answer
         except Exception:  # a label is worth no batch
             self.close()
             return None
 
 
-def _serve(setting: Setting, requests: Connection) -> Iterator[Answer]:
-    """Be the child: yield once when it is ready, and then an answer to each request."""
-    gc.freeze()  # a collection would touch, and so copy, all that was there before
+def _serve(setting: Setting, talk: Connection) -> None:
+    """Be the child: answer each request."""
+    guarded.guard()
     bench = setting.bench()
     tables: dict[str, tuple[Table, float]] = {}
-    yield None
     while True:
-        exercise, pair = requests.recv()
+        exercise, pair = talk.recv()
         if exercise not in tables:
             table = survey.right_of(bench, exercise)
             seconds = TIMES_LONGER * survey.seconds_of(bench, exercise, table.right)
             tables[exercise] = table, seconds
         table, seconds = tables[exercise]
         if pair is None:
-            yield table
+            talk.send(table)
         else:
             one, like = pair
-            yield survey.shape_of(bench, exercise, one, table.right, seconds, like=like).keys()
+            found = survey.shape_of(bench, exercise, one, table.right, seconds, like=like)
+            talk.send(found.keys())

@@ -37,7 +37,7 @@ SENTENCES: Mapping[str, str] = dict.fromkeys(SILENT, "") | {
     "quotient": "something is multiplied by what it should be divided by, or the other way round",
     "elementwise": "a product goes entry by entry where a matrix product belongs",
     "order": "two things stand in the wrong order, in a product or in a call",
-    "transpose lost": "a matrix is not transposed that should be",
+    "transpose lost": "a matrix is not transposed that should be, or not made symmetric",
     "inverse lost": "a matrix is not inverted that should be",
     "condition": "two cases are exchanged, or a comparison is the wrong way round",
     "boundary": "something begins or ends one too early or too late, or equality is missed",
