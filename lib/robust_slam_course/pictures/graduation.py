@@ -121,6 +121,6 @@ def _counts_still(data: dict[str, Any], kind: str) -> Figure:
             ax.tick_params(labelsize=9, length=0)
             ax.grid(visible=False)
     figure.supxlabel("odometry noise (rad a step)", fontsize=10)
-    figure.supylabel("claimed σ, in true ones", fontsize=10)
+    figure.supylabel("claimed σ / true σ", fontsize=10)
     plt.close(figure)
     return figure
