@@ -1,14 +1,16 @@
-"""What a reader sees at once: how long a chapter is, what it is for, and what the next one asks.
+"""What a reader sees at once: how long a chapter takes, what it is for, what the next one asks.
 
 Its map is folded in chapter 0 and unfolds to that of the robust kernel in the last; the page that
 a server shows where there is none has the folded one. All of it comes from what is there already:
 the words of the page, its list of goals, the questions on the front page, and the course's town.
+A page that quotes a chapter's time writes {minutes}`00-one-lie`.
 """
 
 from __future__ import annotations
 
 import functools
 import re
+from html import escape
 from pathlib import PurePosixPath
 from typing import Any
 
@@ -16,11 +18,16 @@ import numpy as np
 from docutils import nodes
 from robust_slam_course.plots import opening
 from sphinx.application import Sphinx
+from sphinx.util.docutils import SphinxRole
 
-WORDS_A_MINUTE, STEP = 150, 5
-"""How fast a text with formulas is read, and to how many minutes the time is rounded."""
+PACE = (100, 100, 100, 100, 100, 60, 60, 40, 60, 60)
+"""Words a minute by chapter, for a student to whom the subject is new: slower where a chapter
+builds on all before it, and slowest among proofs. Readers' own times set them."""
+PICTURE, QUESTION, STEP = 5, 1, 10
+"""Minutes for a live picture and for a question, and to how many the sum is rounded."""
 CHAPTER = re.compile(r"(\d\d)-")
 LAST = 9
+OWN = ' aria-current="page"'
 GOALS = re.compile(r"<p>(?=[^<]*After this chapter you can</p>)")
 SIZE = 100.0
 NOT_FOUND = "404"
@@ -29,7 +36,7 @@ NOT_FOUND = "404"
 def add(
     app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: nodes.document | None
 ) -> None:
-    """Add the map and the line under the title of a chapter, and the question of the next page."""
+    """Add the maps and the line at the head of a chapter, and the question of the next page."""
     if page == NOT_FOUND:
         context["map"] = drawn(0.0)
     if context.get("next"):
@@ -42,16 +49,51 @@ def add(
     if doctree is None or number is None:
         return
     body, goals = GOALS.subn('<p id="goals">', context["body"], count=1)
-    line = f"{minutes(doctree)} minutes to read"
+    line = f'<a href="students.html#before-each-chapter">{minutes(app, page)} minutes</a>'
+    line += " with pictures and quiz"
     line += '<span> · <a href="#goals">what you can do afterwards</a></span>' if goals else ""
-    head = f'{drawn(int(number[1]) / LAST)}\n\\g<0>\n<p class="rs-length">{line}</p>'
+    head = f'{strip(app, page)}\n\\g<0>\n<p class="rs-length">{line}</p>'
     context["body"] = re.sub(r"<h1>.*?</h1>", head, body, count=1, flags=re.DOTALL)
 
 
-def minutes(doctree: nodes.document) -> int:
-    """Return how long the paragraphs of a page take to read."""
+def minutes(app: Sphinx, page: str) -> int:
+    """Return how long a chapter's paragraphs, live pictures and questions take a newcomer."""
+    doctree, number = app.env.get_doctree(page), int(PurePosixPath(page).name[:2])
     words = sum(len(part.astext().split()) for part in doctree.findall(nodes.paragraph))
-    return max(STEP, STEP * round(words / WORDS_A_MINUTE / STEP))
+    raw = [part.astext() for part in doctree.findall(nodes.raw)]
+    shown = sum(
+        PICTURE * ("rs-picture" in html) + QUESTION * html.count("<legend>") for html in raw
+    )
+    return STEP * round((words / PACE[number] + shown) / STEP)
+
+
+class Minutes(SphinxRole):
+    """A chapter's time, named by its file; it is known when all pages have been read."""
+
+    def run(self) -> tuple[list[nodes.Node], list[nodes.system_message]]:
+        """Return a place for the time, and let this page follow the chapter's text."""
+        page = str(PurePosixPath(self.env.docname).parent / self.text)
+        self.env.note_dependency(str(self.env.doc2path(page)))
+        return [nodes.inline(self.text, self.text, classes=["rs-minutes"], page=page)], []
+
+
+def fill(app: Sphinx, doctree: nodes.document, _: str) -> None:
+    """Put the times where a page quotes them."""
+    for node in list(doctree.findall(nodes.inline)):
+        if "rs-minutes" in node["classes"]:
+            node[:] = [nodes.Text(str(minutes(app, node["page"])))]
+
+
+def strip(app: Sphinx, page: str) -> str:
+    """Return a link to each chapter, a map that unfolds from one to the next."""
+    chapters = sorted(name for name in app.env.titles if CHAPTER.match(PurePosixPath(name).name))
+    links = (
+        f'<li><a href="{PurePosixPath(name).name}.html" title="{title}" aria-label="{title}"'
+        f"{OWN * (name == page)}>{drawn(number / LAST)}</a></li>"
+        for number, name in enumerate(chapters)
+        for title in [escape(app.env.titles[name].astext())]
+    )
+    return f'<ul class="rs-maps" aria-label="Chapters">{"".join(links)}</ul>'
 
 
 def questions(app: Sphinx) -> dict[str, str]:
@@ -93,5 +135,7 @@ def drawn(share: float) -> str:
 
 def setup(app: Sphinx) -> dict[str, Any]:
     """Connect the above to the build, behind what finishes formulas and tables."""
+    app.add_role("minutes", Minutes())
+    app.connect("doctree-resolved", fill)
     app.connect("html-page-context", add, priority=700)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -5,39 +5,57 @@ from __future__ import annotations
 import re
 
 import pytest
-from bs4 import BeautifulSoup
+from bs4 import BeautifulSoup, Tag
 
 from tests.book.conftest import CHAPTERS, PAGES, Site
 
 
-def read(site: Site, name: str) -> BeautifulSoup:
-    return BeautifulSoup((site.folder / f"{name}.html").read_text("utf-8"), "html.parser")
-
-
 @pytest.mark.parametrize("name", CHAPTERS)
 def test_a_chapter_begins_with_its_length_and_its_goals(name: str, site: Site) -> None:
-    page = read(site, name)
+    page = site.parsed(name)
     line = page.select_one("article h1 + .rs-length")
     assert line
-    minutes = re.match(r"(\d+) minutes to read", line.get_text())
-    assert minutes and 10 <= int(minutes[1]) <= 60
-    goals = page.select_one(line.a["href"])
+    minutes = re.match(r"\d+(?= minutes )", line.get_text())
+    assert minutes and 30 <= int(minutes[0]) <= 150
+    table = site.parsed("chapters/students").select_one(
+        line.a["href"].removeprefix("students.html")
+    )
+    row = table.select_one(f'tr:has(a[href="{name.split("/")[1]}.html"])')
+    assert row.find_all("td")[-1].get_text() == minutes[0]
+    goals = page.select_one(line.find_all("a")[1]["href"])
     assert goals and goals.find_next_sibling().name == "ul"
 
 
+def test_the_front_page_quotes_the_time_of_the_first_chapter(site: Site) -> None:
+    (line,) = site.parsed(CHAPTERS[0]).select(".rs-length")
+    doors = site.parsed(PAGES[0]).select_one(".rs-doors").get_text()
+    assert f"Chapter 0, {line.a.get_text()}:" in doors
+
+
 def test_the_way_on_is_a_chapter_with_its_question(site: Site) -> None:
-    rows = read(site, PAGES[0]).select("table tbody tr")
+    rows = site.parsed(PAGES[0]).select("table tbody tr")
     asked = {row.a["href"]: row.find_all("td")[1].get_text() for row in rows}
     for before in CHAPTERS[:-1]:
-        following = read(site, before).select_one(".right-next")
+        following = site.parsed(before).select_one(".right-next")
         assert following.select_one(".rs-question").get_text() == asked[following["href"]]
 
 
+def own(site: Site, name: str) -> Tag:
+    """The map at the head of a chapter that is its own, or the only one of a page."""
+    html = (site.folder / f"{name}.html").read_text("utf-8")
+    page = BeautifulSoup(html, "html.parser")
+    return page.select_one(".rs-maps [aria-current] > .rs-map") or page.select_one(".rs-map")
+
+
+def test_the_maps_of_a_chapter_lead_to_all_in_their_order(site: Site) -> None:
+    links = site.parsed(CHAPTERS[4]).select(".rs-maps a")
+    assert [link["href"] for link in links] == [f"{name.split('/')[1]}.html" for name in CHAPTERS]
+    assert [link.has_attr("aria-current") for link in links] == [k == 4 for k in range(10)]
+    assert links[4]["aria-label"] == links[4]["title"] == "4 · Where descent ends"
+
+
 def test_the_map_unfolds_from_the_first_chapter_to_the_last(site: Site) -> None:
-    first, last, lost = (
-        read(site, name).select_one(".rs-map path")["d"]
-        for name in (CHAPTERS[0], CHAPTERS[-1], "404")
-    )
+    first, last, lost = (own(site, name).path["d"] for name in (CHAPTERS[0], CHAPTERS[-1], "404"))
     assert first == lost != last
 
 
@@ -46,7 +64,7 @@ def test_every_map_has_its_wrong_closure_which_the_last_one_shows_at_its_length(
 ) -> None:
     lengths = []
     for name in (CHAPTERS[0], CHAPTERS[-1], "404"):
-        (wrong,) = read(site, name).select("article .rs-map .rs-is-wrong")
+        wrong = own(site, name).select_one(".rs-is-wrong")
         x, y, to_x, to_y = map(int, wrong["d"].removeprefix("M").split())
         lengths.append(abs(to_x - x) + abs(to_y - y))
     assert 0 < lengths[0] == lengths[2] < lengths[1] / 5
