@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import robust_slam as rs
 from robust_slam import cli
-from robust_slam.graphs import PoseGraph, add_random_closures, manhattan, sphere
+from robust_slam.graphs import PoseGraph, add_random_closures, circle, manhattan, sphere
 from robust_slam.graphs.g2o import write
 from robust_slam.graphs.reading import read
 from robust_slam.graphs.toro import TORO
@@ -92,17 +92,34 @@ class TestTheReading:
     @pytest.mark.parametrize("space", [False, True])
     def test_another_one_is_named_where_it_was_meant(self, town, words, space):
         graph = sphere(60, 1)[0] if space else town
-        meant = readings._READINGS[words](graph)  # each undoes itself
-        wrong = rs.solve(replace(graph, measurement=meant), quick=True)
+        wrong = rs.solve(readings._READINGS[words](graph), quick=True)
         better = readings.better_reading(wrong)
         assert better is not None
         assert better.words == words
         np.testing.assert_allclose(better.graph.measurement, graph.measurement, atol=1e-12)
 
+    @pytest.mark.parametrize("small", [False, True])
+    def test_degrees_are_named_without_another_try(self, town, small):
+        # Small turns are less than a circle in degrees too, so that no line gives them away.
+        round_and_round = circle(400, np.random.default_rng(0), laps=2, closures=60)[0]
+        graph = round_and_round if small else town
+        assert small == bool(np.abs(graph.measurement[:, 2]).max() < 2.0 * np.pi / CIRCLE)
+        unit = np.array([1.0, 1.0, CIRCLE])
+        told = graph.information / unit[:, None] / unit
+        wrong = rs.solve(replace(graph, measurement=graph.measurement * unit, information=told))
+        stages = []
+        better = readings.better_reading(wrong, progress=stages.append)
+        assert better is not None
+        assert better.words == "with rotations and their information in degrees"
+        assert len([words for words in stages if words.startswith("the graph is read")]) == 1
+        np.testing.assert_allclose(better.graph.information, graph.information)
+
     def test_none_is_named_where_outliers_are_to_be_rejected(self, town):
         answer = rs.solve(town)
         assert answer.rejected.size >= 8
-        assert readings.better_reading(answer) is None
+        stages = []
+        assert readings.better_reading(answer, progress=stages.append) is None
+        assert stages == []  # neighbours agree best as they are
         assert readings.swapped_closures(answer).size == 0
 
     def test_a_single_closure_is_named(self, town):

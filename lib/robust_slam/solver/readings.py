@@ -2,9 +2,10 @@
 
 Programs disagree about the direction of an edge and the sense of a rotation, and a graph that is
 read in the wrong way is still a graph: its closures merely contradict each other. So each other
-way is tried, and named if it keeps closures that the given one rejects.
+way is tried in which more neighbouring closures agree, and named if it keeps closures that the
+given one rejects.
 
-Source: derived here.
+Source: Mangelson et al. 2018 for closures that agree in pairs; their use is derived here.
 """
 
 from __future__ import annotations
@@ -14,8 +15,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robust_slam._arrays import Array, Indices, Mask
+from robust_slam._arrays import Indices, Mask
+from robust_slam.consistency.pairwise import pairwise_consistent
 from robust_slam.graphs.pose_graph import PoseGraph, residual_norms
+from robust_slam.graphs.symptoms import deviations
 from robust_slam.progress import Progress, stages
 from robust_slam.solver import solve
 from robust_slam.solver.answer import Answer
@@ -24,6 +27,16 @@ _DOUBTFUL = 0.02
 """Where a smaller share of the closures is rejected, nothing is gained by another reading."""
 _BETTER = 0.5
 """Another reading is named if it rejects at most this share of what the given one rejects."""
+_RUNS, _RUN = 10, 20
+"""Pairs are taken from so many runs of so many closures along the drive …"""
+_REACH = 10
+"""… of which so many in a row are neighbours: over longer odometry all pairs agree."""
+_TELLING = 0.05
+"""The smallest share of pairs that agree in some reading, if they tell it from others."""
+_COARSE = 0.3
+"""The deviation (rad) of a rotation from which on it may be in degrees."""
+_IN_DEGREES = 0.1
+"""So many neighbours agree at least when degrees are read as such."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,10 +53,11 @@ def better_reading(
 ) -> Reading | None:
     """Return the way to read the answer's graph that rejects the fewest closures, or None.
 
-    Tried are edges from j to i in place of i to j, all of them, the odometry or the closures, and
-    rotations of the other sense, as of a left-handed frame. None means that no other reading
-    rejects at most half as many closures, or that the given one rejects hardly any. Each try
-    takes a quick ``solve`` of at most ``max_seconds`` of CPU time.
+    Tried are rotations in degrees, edges from j to i in place of i to j, all of them, the odometry
+    or the closures, and rotations of the other sense, as of a left-handed frame. None means that
+    no other reading rejects at most half as many closures, or that the given one rejects hardly
+    any. Each reading in which at least as many neighbouring closures agree takes a quick ``solve``
+    of at most ``max_seconds`` of CPU time.
 
     >>> from robust_slam import graphs, solve
     >>> graph, _ = graphs.manhattan(60, np.random.default_rng(0), closures=30)
@@ -57,11 +71,12 @@ def better_reading(
         return None
     found: list[Reading] = []
     with stages(progress) as tell:
-        for words, read in _READINGS.items():
+        for words, graph in _promising(answer.graph, answer.threshold):
             tell(f"the graph is read {words}")
-            graph = replace(answer.graph, measurement=read(answer.graph))
             other = solve(graph, quick=True, max_seconds=max_seconds)
             found.append(Reading(words, graph, other))
+    if not found:
+        return None
     # Readings that reject equally few differ in the noise that they leave.
     best = min(found, key=lambda one: (_rejected(one.answer), -one.answer.best.evidence))
     return best if _rejected(best.answer) <= _BETTER * rejected else None
@@ -83,19 +98,62 @@ def _rejected(answer: Answer) -> int:
     return int(np.sum(~answer.kept & ~answer.graph.is_odometry))
 
 
-def _swapped(graph: PoseGraph, chosen: Mask) -> Array:
+def _promising(graph: PoseGraph, threshold: float) -> list[tuple[str, PoseGraph]]:
+    """Return the readings, in words and as graphs, in which no fewer neighbours agree."""
+    chosen, near = _neighbours(graph)
+
+    def agree(read: PoseGraph, gamma: float) -> int:
+        return int(np.sum(pairwise_consistent(read, gamma, chosen) & near))
+
+    if graph.group.DIMENSION == 2 and np.median(deviations(graph)[1]) > _COARSE:
+        degrees = _from_degrees(graph)
+        if agree(degrees, threshold) > _IN_DEGREES * near.sum():
+            return [(_DEGREES, degrees)]
+    read = {words: change(graph) for words, change in _READINGS.items()}
+    for gamma in (threshold, 10.0 * threshold):
+        counts = {words: agree(other, gamma) for words, other in read.items()}
+        own = agree(graph, gamma)
+        if max(own, *counts.values()) > _TELLING * near.sum():
+            break  # else deviations are claimed too small
+    return [(words, other) for words, other in read.items() if counts[words] >= own]
+
+
+def _neighbours(graph: PoseGraph) -> tuple[Mask, Mask]:
+    """Return some closures ``(m,)``, and which pairs of them ``(k, k)`` are neighbours."""
+    closures = np.flatnonzero(~graph.is_odometry)
+    order = closures[np.argsort(graph.edges[closures].min(axis=1), kind="stable")]
+    first = np.linspace(0, max(0, order.size - _RUN), _RUNS).astype(np.intp)
+    place = np.unique(first[:, None] + np.arange(_RUN))
+    chosen = np.zeros(len(graph.edges), dtype=np.bool_)
+    chosen[order[place[place < order.size]]] = True
+    rank = np.zeros(len(graph.edges), dtype=np.intp)
+    rank[order] = np.arange(order.size)
+    apart = np.abs(rank[chosen][:, None] - rank[chosen])
+    return chosen, (apart > 0) & (apart <= _REACH)
+
+
+def _swapped(graph: PoseGraph, chosen: Mask) -> PoseGraph:
     rows = chosen.reshape(-1, *[1] * (graph.measurement.ndim - 1))
-    return np.where(rows, graph.inverse_measurement, graph.measurement)
+    measurement = np.where(rows, graph.inverse_measurement, graph.measurement)
+    return replace(graph, measurement=measurement)
 
 
-def _mirrored(graph: PoseGraph) -> Array:
+def _mirrored(graph: PoseGraph) -> PoseGraph:
     turned = np.swapaxes(graph.rotation, -1, -2)
-    return graph.group.from_parts(turned, graph.translation)
+    return replace(graph, measurement=graph.group.from_parts(turned, graph.translation))
 
 
-_READINGS: dict[str, Callable[[PoseGraph], Array]] = {
-    "with i and j swapped in all edges": lambda graph: graph.inverse_measurement,
+def _from_degrees(graph: PoseGraph) -> PoseGraph:
+    unit = np.array([1.0, 1.0, np.pi / 180.0])
+    information = graph.information / unit[:, None] / unit
+    return replace(graph, measurement=graph.measurement * unit, information=information)
+
+
+_DEGREES = "with rotations and their information in degrees"
+_READINGS: dict[str, Callable[[PoseGraph], PoseGraph]] = {
+    "with i and j swapped in all edges": lambda g: _swapped(g, np.ones_like(g.is_odometry)),
     "with i and j swapped in the loop closures": lambda g: _swapped(g, ~g.is_odometry),
     "with i and j swapped in the odometry": lambda g: _swapped(g, g.is_odometry),
     "with rotations of the other sense, as in a left-handed frame": _mirrored,
 }
+"""Each undoes itself."""
