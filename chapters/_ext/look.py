@@ -45,6 +45,7 @@ SCRIPTS = (
     "print.js",
     "progress.js",
     "search.js",
+    "sidebar.js",
     "scripts/bootstrap.js",
     "scripts/pydata-sphinx-theme.js",
 )

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import io
+
 import pytest
 from playwright.sync_api import Page, expect
+from pypdf import PdfReader
 
 from tests.book.conftest import Site
 from tests.chromium import Opener
@@ -75,6 +78,59 @@ def test_on_paper_what_fits_stays_whole_and_nothing_can_be_pressed(
         ".copybtn",
     ):
         assert page.locator(f"{kind}:visible").count() == 0, kind
+
+
+def test_a_chapter_on_paper_has_margins_and_numbers(site: Site, open_page: Opener) -> None:
+    page = visit(site, open_page, CHAPTER)
+    places: list[tuple[float, float, str]] = []
+    second = PdfReader(io.BytesIO(page.pdf(prefer_css_page_size=True))).pages[1]
+    second.extract_text(
+        visitor_text=lambda text, here, to, *_: places.append(
+            (here[0] * to[4] + here[4], here[3] * to[5] + here[5], text.strip())
+        )
+    )
+    wide, high = second.mediabox[2:]
+    texts = [(x, y, text) for x, y, text in places if text]
+    (number,) = (x for x, y, text in texts if text == "2" and not 40 < y < high - 40)
+    assert abs(number - wide / 2) < 5
+    assert min(x for x, *_ in texts) == pytest.approx(17 / 25.4 * 72, abs=9)
+    page.emulate_media(media="print")
+    lefts = [
+        page.locator(part).first.bounding_box()["x"]
+        for part in ("h1:visible", "article h2", "article section > p")
+    ]
+    assert len(set(lefts)) == 1
+
+
+@pytest.mark.parametrize("name", ["benchmark", "references"])
+def test_the_head_of_the_list_and_the_page_that_is_read_are_both_seen(
+    name: str, site: Site, open_page: Opener
+) -> None:
+    """Also where the list was scrolled to its end on another page."""
+    page = visit(site, open_page, "chapters/00-one-lie", viewport={"width": 1280, "height": 800})
+    for here in (name, "02-four-costs"):
+        page.goto((site.folder / f"chapters/{here}.html").as_uri())
+        sidebar = page.locator(".bd-sidebar-primary")
+        for part in (".navbar-brand", ".search-button-field", ".current > a"):
+            expect(sidebar.locator(part)).to_be_in_viewport(ratio=1)
+        foot = sidebar.locator(".search-button-field").bounding_box()
+        current = sidebar.locator(".current > a").bounding_box()
+        assert foot and current and current["y"] > foot["y"] + foot["height"]
+
+
+@pytest.mark.parametrize("width", [768, 1024, 1280, 1920])
+def test_lines_are_no_longer_than_eyes_follow_and_cards_stand_in_the_column(
+    width: int, site: Site, open_page: Opener
+) -> None:
+    page = visit(site, open_page, CHAPTER, viewport={"width": width, "height": 800})
+    texts = page.locator("article :is(p, li):not(.rs-picture *, summary *):visible")
+    widths = texts.evaluate_all("all => all.map(each => each.getBoundingClientRect().width)")
+    assert 600 < max(widths) <= 44 * 16
+    head, foot = page.locator("article h1").bounding_box(), page.locator(".prev-next-area a")
+    first, last = (foot.nth(k).bounding_box() for k in (0, 1))
+    assert head and first and last and first["y"] == last["y"]
+    assert first["x"] == pytest.approx(head["x"], abs=1)
+    assert last["x"] + last["width"] == pytest.approx(head["x"] + head["width"], abs=1)
 
 
 def test_the_first_key_leads_to_the_text(site: Site, open_page: Opener) -> None:
