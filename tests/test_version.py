@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shutil
+from datetime import date
 from pathlib import Path
 
 import pytest
@@ -28,7 +29,9 @@ def test_a_release_raises_it_everywhere(course: Path) -> None:
     version.raise_to("7.0.0", course)
     assert version.current(course) == "7.0.0"
     after = (course / version.CHANGES).read_text("utf-8")
-    assert after == before.replace("## Unreleased\n", "## Unreleased\n\n## 7.0.0\n")
+    assert after == before.replace(
+        "## Unreleased\n", f"## Unreleased\n\n## 7.0.0 ({date.today()})\n"
+    )
 
 
 @pytest.mark.parametrize("number", ["0.1.0", "7.0", "v7.0.0", "7.0.0+d1"])

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 import sys
+from datetime import date
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -45,11 +46,11 @@ def raise_to(number: str, root: Path = ROOT) -> None:
         ValueError: it is no version X.Y.Z above the present one, or nothing is unreleased.
     """
     if not re.fullmatch(r"\d+\.\d+\.\d+", number) or _parts(number) <= _parts(current(root)):
-        raise ValueError(f"{number} is no version X.Y.Z above {current(root)}.")
+        raise ValueError(f"{number} is no version X.Y.Z above {current(root)}, without a v.")
     changes = (root / CHANGES).read_text("utf-8")
     if UNRELEASED not in changes:
         raise ValueError(f"{CHANGES} has no heading {UNRELEASED.strip()!r}.")
-    headings = f"{UNRELEASED}\n## {number}\n"
+    headings = f"{UNRELEASED}\n## {number} ({date.today()})\n"
     (root / CHANGES).write_text(changes.replace(UNRELEASED, headings, 1), "utf-8")
     for name, line in PLACES.items():
         text = (root / name).read_text("utf-8")

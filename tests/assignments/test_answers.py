@@ -106,7 +106,10 @@ def test_wrong_answers_lose_where_they_say(
         if answer.is_visible:
             assert answer.caught_by in stopped, f"{answer.name} passes the visible checks"
         else:
-            assert not stopped, f"{answer.name} is stopped by a visible check"
+            assert not stopped, (
+                f"{answer.name} for {answer.exercise} is stopped by a visible check: "
+                f"write stopped_by = {stopped[0]!r} in place of caught_by"
+            )
 
 
 @pytest.fixture(scope="module")

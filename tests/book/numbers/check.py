@@ -144,11 +144,21 @@ def _exactly(part: str) -> re.Pattern[str]:
 
 
 def main(wanted: list[str]) -> int:
-    """Print the complaints about the pages whose names begin so; return whether there are any."""
-    names = [name for name in TABLES if name.startswith(tuple(wanted) or "")]
-    found = [f"{n}: {each}" for n in names for each in complaints(n, Chapter(n).text, computed(n))]
-    print("\n".join(found) or f"Every number of {', '.join(names)} is what its page computes.")
-    return bool(found)
+    """Print the complaints about the pages whose names begin so; return 1 if there are any."""
+    unknown = [each for each in wanted if not any(name.startswith(each) for name in TABLES)]
+    if unknown:
+        print(
+            f"No page begins with {unknown}. The pages are {', '.join(TABLES)}.", file=sys.stderr
+        )
+        return 2
+    are_wrong = False
+    for name in (name for name in TABLES if name.startswith(tuple(wanted) or "")):
+        found = complaints(name, Chapter(name).text, computed(name))
+        are_wrong |= bool(found)
+        print(
+            "\n".join(found) or "Every number is what the page computes.", f"({name})", flush=True
+        )
+    return int(are_wrong)
 
 
 if __name__ == "__main__":
