@@ -5,14 +5,19 @@ from __future__ import annotations
 import fcntl
 import json
 import os
+import re
 import subprocess
 import sys
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from bs4 import BeautifulSoup
+
 from tools import fonts
 
 ROOT = Path(__file__).parents[2]
+DRAWN = re.compile(r"(<(svg|math)\b[^>]*>).*?(?=</\2>)", re.DOTALL)
+"""What is drawn is most of a page."""
 
 
 @dataclass(frozen=True)
@@ -30,6 +35,11 @@ class Site:
     folder: Path
     log: str
     status: int
+
+    def parsed(self, page: str) -> BeautifulSoup:
+        """A page without what is in its drawings and formulas."""
+        text = (self.folder / f"{page}.html").read_text("utf-8")
+        return BeautifulSoup(DRAWN.sub(r"\1", text), "html.parser")
 
 
 def built(run: str | None = os.environ.get("PYTEST_XDIST_TESTRUNUID")) -> Site:

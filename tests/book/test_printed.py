@@ -55,7 +55,7 @@ def test_what_a_cell_printed_is_text_and_not_markup() -> None:
 def test_what_folded_code_prints_is_with_it_or_a_table_with_a_caption(
     name: str, site: Site
 ) -> None:
-    soup = BeautifulSoup((site.folder / f"{name}.html").read_text("utf-8"), "html.parser")
+    soup = site.parsed(name)
     for table in soup.select(".rs-printed"):
         assert table.caption and table.caption.get_text(), table.get_text()[:80]
     for cell in soup.select(".cell:has(> details.hide)"):

@@ -7,7 +7,6 @@ import re
 from collections.abc import Iterator
 
 import pytest
-from bs4 import BeautifulSoup
 from playwright.sync_api import Browser, Locator, Page, expect
 
 from tests.book.alone import leave_alone
@@ -86,8 +85,7 @@ def test_every_option_answers_when_it_is_chosen(chapter: Visit) -> None:
 
 @pytest.mark.parametrize("name", CHAPTERS)
 def test_every_question_has_a_name_one_right_option_and_answers(name: str, site: Site) -> None:
-    html = (site.folder / f"{name}.html").read_text(encoding="utf-8")
-    found = BeautifulSoup(html, "html.parser").select(".rs-quiz fieldset")
+    found = site.parsed(name).select(".rs-quiz fieldset")
     assert len(found) > 1
     for question in found:
         assert question.legend.get_text().strip() and len(question.select(".rs-correct")) == 1
