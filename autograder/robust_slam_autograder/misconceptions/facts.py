@@ -16,6 +16,7 @@ import numpy as np
 
 Function = Callable[..., Any]
 Change = Callable[[Any], Any]
+Join = Callable[[Any, Any], Any]
 
 
 @dataclass(frozen=True)
@@ -111,12 +112,24 @@ _RESULT: Mapping[str, Change] = {
 
 _RULES: tuple[Change, ...] = (lambda u: u**2 / 2, np.square, np.abs, np.ones_like, np.zeros_like)
 """What may stand for a function that is handed in."""
-_SCALED: Mapping[str, Callable[[Any, Any], Any]] = {
+_BESIDE: Mapping[str, Join] = {
     "is multiplied by {} once too often": lambda y, x: y * x,
     "is divided by {} once too often": lambda y, x: y / x,
-    "is multiplied by the square of {} once too often": lambda y, x: y * x**2,
-    "is divided by the square of {} once too often": lambda y, x: y / x**2,
+    "is multiplied by the square of {} once too often": lambda y, x: y * x**2.0,
+    "is divided by the square of {} once too often": lambda y, x: y / x**2.0,
+    "has its fractions cut off where {} holds integers": (
+        lambda y, x: np.trunc(y) if x.dtype.kind in "iu" else y
+    ),
+    "is NaN where {} is 0": lambda y, x: np.where(x == 0, np.nan, y),
+    "is 0 where {} is 0": lambda y, x: np.where(x == 0, 0.0, y),
+    "is 1 where {} is 0": lambda y, x: np.where(x == 0, 1.0, y),
+    "has the wrong sign where {} is negative": lambda y, x: np.where(x < 0, -y, y),
+    "is 0 where {} is negative": lambda y, x: np.where(x < 0, 0.0, y),
+    "is 1 where {} is negative": lambda y, x: np.where(x < 0, 1.0, y),
+    "is positive where {} is negative": lambda y, x: np.where(x < 0, np.abs(y), y),
+    "is negative where {} is negative": lambda y, x: np.where(x < 0, -np.abs(y), y),
 }
+"""What comes back is changed by an argument, in the place of the braces."""
 LIMITS = frozenset({"tol", "rtol", "atol", "seed"})
 """Arguments of which a function takes nothing but how far it goes."""
 SMALL = (1e-9, 1e-6, 1e-3)
@@ -128,18 +141,6 @@ _FROM_OTHER: Mapping[str, Change] = {
     "the first entry of {1} stood for {0}": lambda x: x.flat[0],
     "the smallest entry of {1} stood for {0}": np.min,
     "the largest entry of {1} stood for {0}": np.max,
-}
-_WHERE: Mapping[str, Callable[[Any], Any]] = {
-    "is NaN where {} is 0": lambda y: np.nan,
-    "is 0 where {} is 0": lambda y: 0.0,
-    "is 1 where {} is 0": lambda y: 1.0,
-}
-_LEFT: Mapping[str, Callable[[Any], Any]] = {
-    "has the wrong sign where {} is negative": np.negative,
-    "is 0 where {} is negative": np.zeros_like,
-    "is 1 where {} is negative": np.ones_like,
-    "is positive where {} is negative": np.abs,
-    "is negative where {} is negative": lambda y: -np.abs(y),
 }
 
 
@@ -161,9 +162,9 @@ def facts(functions: Mapping[str, Function]) -> Iterator[Fact]:
             for sentence, change in ({} if argument in LIMITS else _ARGUMENT).items():
                 changed = _with_argument(function, names, n, change)
                 yield Fact(sentence.format(f"`{argument}`"), {name: changed}, argument)
-            for sentence, scale in _SCALED.items():
+            for sentence, join in _BESIDE.items():
                 told = f"{result} {sentence.format(f'`{argument}`')}"
-                yield Fact(told, {name: _scaled(function, names, n, scale)})
+                yield Fact(told, {name: _beside(function, names, n, join)})
             for constant in SMALL if argument in LIMITS else _CONSTANTS:
                 told = f"`{argument}` were ignored, and a number of your own taken in its place"
                 changed = _with_argument(function, names, n, _always(constant))
@@ -171,14 +172,6 @@ def facts(functions: Mapping[str, Function]) -> Iterator[Fact]:
             for rule in _RULES:
                 told = f"`{argument}` were ignored, and a rule of your own taken in its place"
                 yield Fact(told, {name: _with_rule(function, names, n, rule)}, argument)
-            told = f"{result} has its fractions cut off where `{argument}` holds integers"
-            yield Fact(told, {name: _whole(function, names, n)})
-            for sentence, change in _WHERE.items():
-                told = f"{result} {sentence.format(f'`{argument}`')}"
-                yield Fact(told, {name: _where(function, names, n, change, np.equal)})
-            for sentence, change in _LEFT.items():
-                told = f"{result} {sentence.format(f'`{argument}`')}"
-                yield Fact(told, {name: _where(function, names, n, change, np.less)})
         for n, m in itertools.permutations(range(len(names)), 2):
             for sentence, change in ({} if names[n] in LIMITS else _FROM_OTHER).items():
                 told = sentence.format(f"`{names[n]}`", f"`{names[m]}`")
@@ -192,13 +185,21 @@ def _bound(names: list[str], args: tuple[Any, ...], kwargs: Mapping[str, Any]) -
     return [*args, *(kwargs[name] for name in names[len(args) :] if name in kwargs)]
 
 
-def _with_argument(function: Function, names: list[str], n: int, change: Change) -> Function:
+def _put(
+    function: Function, names: list[str], n: int, new: Callable[[list[Any]], Any]
+) -> Function:
+    """Return a function that gets something else for an argument, made from all of them."""
+
     def changed(*args: Any, **kwargs: Any) -> Any:  # noqa: ANN401
         values = _bound(names, args, kwargs)
-        values[n] = _like(values[n], change(_float(values[n])))
+        values[n] = new(values)
         return function(*values)
 
     return changed
+
+
+def _with_argument(function: Function, names: list[str], n: int, change: Change) -> Function:
+    return _put(function, names, n, lambda x: _like(x[n], change(_float(x[n]))))
 
 
 def _always(constant: float) -> Change:
@@ -211,34 +212,21 @@ def _always(constant: float) -> Change:
 
 
 def _with_rule(function: Function, names: list[str], n: int, rule: Change) -> Function:
-    def changed(*args: Any, **kwargs: Any) -> Any:  # noqa: ANN401
-        values = _bound(names, args, kwargs)
-        if not callable(values[n]):
+    def new(x: list[Any]) -> Function:
+        if not callable(x[n]):
             raise TypeError("no function")
-        values[n] = lambda u, *rest: rule(np.asarray(u, dtype=float))
-        return function(*values)
+        return lambda u, *rest: rule(np.asarray(u, dtype=float))
 
-    return changed
+    return _put(function, names, n, new)
 
 
 def _from_other(function: Function, names: list[str], n: int, m: int, change: Change) -> Function:
-    def changed(*args: Any, **kwargs: Any) -> Any:  # noqa: ANN401
-        values = _bound(names, args, kwargs)
-        if np.ndim(_float(values[n])) or not np.ndim(_float(values[m])):
+    def new(x: list[Any]) -> float:
+        if np.ndim(_float(x[n])) or not np.ndim(_float(x[m])):
             raise TypeError("no number and its row")
-        values[n] = float(change(_float(values[m])))
-        return function(*values)
+        return float(change(_float(x[m])))
 
-    return changed
-
-
-def _whole(function: Function, names: list[str], n: int) -> Function:
-    def changed(*args: Any, **kwargs: Any) -> Any:  # noqa: ANN401
-        value = _float(function(*args, **kwargs))
-        holds = np.asarray(_bound(names, args, kwargs)[n]).dtype.kind in "iu"
-        return np.trunc(value) if holds else value
-
-    return changed
+    return _put(function, names, n, new)
 
 
 def _swapped(function: Function, names: list[str], n: int, m: int) -> Function:
@@ -280,26 +268,10 @@ def _with_part(function: Function, change: Change, n: int) -> Function:
     return changed
 
 
-def _scaled(
-    function: Function, names: list[str], n: int, scale: Callable[[Any, Any], Any]
-) -> Function:
+def _beside(function: Function, names: list[str], n: int, join: Join) -> Function:
     def changed(*args: Any, **kwargs: Any) -> Any:  # noqa: ANN401
-        argument = _float(_bound(names, args, kwargs)[n])
-        return scale(_float(function(*args, **kwargs)), argument)
-
-    return changed
-
-
-def _where(
-    function: Function,
-    names: list[str],
-    n: int,
-    change: Change,
-    compare: Any,  # noqa: ANN401
-) -> Function:
-    def changed(*args: Any, **kwargs: Any) -> Any:  # noqa: ANN401
-        argument = _float(_bound(names, args, kwargs)[n])
-        value = _float(function(*args, **kwargs))
-        return np.where(compare(argument, 0), change(value), value)
+        argument = _bound(names, args, kwargs)[n]
+        _float(argument)
+        return join(_float(function(*args, **kwargs)), np.asarray(argument))
 
     return changed
