@@ -57,6 +57,7 @@ setup-dev: $(READY_DEV) ## add what tests, checks and benchmarks need
 
 $(READY): requirements.lock $(COURSE)
 	$(call environment,setup,-r $<)
+	@$(BIN)/pip install --quiet --no-deps --no-build-isolation -e lib -e autograder
 	@touch $@
 
 $(READY_DEV): requirements.lock requirements-dev.lock $(COURSE) | $(READY)
@@ -69,9 +70,9 @@ define environment
 	'name another one with make PYTHON=python3.12 …'; exit 1; }
 @$(PYTHON) -m venv $(VENV)
 @$(QUIETLY) $(1) $(BIN)/pip install --progress-bar off --no-compile --require-hashes --no-deps $(2)
-@# On all cores, where pip uses one. Some packages carry files for other versions of Python.
-@$(BIN)/python -m compileall -qq -j 0 $(VENV)/lib || true
-@$(BIN)/pip install --quiet --no-deps --no-build-isolation -e lib -e autograder
+@# On all cores, where pip uses one. Some packages carry files for other versions of Python; what
+@# they carry of their tests is not imported.
+@$(BIN)/python -m compileall -qq -j 0 -x /tests/ $(VENV)/lib || true
 endef
 
 # Only instructors see nbgrader's menus to create and grade assignments.
@@ -145,10 +146,19 @@ quick-tests: setup-dev $(FONTS)
 test: ## set up and pass all tests; STRICT=1 fails where one would be left out
 	@echo 'make test checks style and types, collects Python for the pages, builds the book and runs all tests.'
 	@$(install)
-	@$(MAKE) runtime || echo 'Without the runtime, tests of Python in the page are left out.'
-	@$(MAKE) -j 2 check book
+	@$(MAKE) -j 3 try-runtime notebooks check
+	@$(MAKE) book
 	ROBUST_SLAM_STRICT=$(filter-out 0,$(STRICT)) $(BIN)/pytest -q -n $(or $(JOBS),$$(( 2 * $$($(BIN)/python -c "import os; print(os.cpu_count())") + 1 ))) --maxprocesses 9 \
 		--dist loadfile --no-loadscope-reorder
+
+.PHONY: try-runtime notebooks
+try-runtime:
+	@$(MAKE) runtime || echo 'Without the runtime, tests of Python in the page are left out.'
+
+# Most of a book's time; the book finds them in its cache.
+notebooks: $(READY)
+	@$(BIN)/python -m robust_slam.graphs.datasets --try
+	@$(QUIETLY) notebooks $(BIN)/python -m chapters._ext.notebooks
 
 # Says what tests need and is not there, then installs it: apt beside pip.
 define install

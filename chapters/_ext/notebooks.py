@@ -1,5 +1,7 @@
 """What the notebooks give to their pages, and when they run again.
 
+``python -m chapters._ext.notebooks`` runs them alone, for the book that is built next.
+
 - Notebooks that have changed run before their pages are read, as many at once as cores. One that
   fails is left to MyST-NB, which runs it again and reports the cell.
 - They run again when the library, a table of the chapters or what is there of the public graphs
@@ -22,6 +24,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
+import yaml
 from docutils import nodes
 from docutils.parsers.rst import Directive
 from jupyter_cache import get_cache
@@ -42,6 +45,8 @@ FIGURE = '<div class="rs-figure"'
 """How a figure begins that the course's style draws while the book is built."""
 BAR = re.compile(r"(?m)^\s*(?:>>>|\.\.\.).*|``.*?``|(\|)")
 """A bar of a docstring, or an example and code, in which bars stay."""
+CACHE = ".jupyter_cache"
+"""Where executed notebooks are kept, beside the site."""
 MERGE = render.coalesce_streams
 RENDER = SphinxNbRenderer._render_nb_cell_code_outputs
 """What MyST-NB does with the outputs of a cell."""
@@ -52,28 +57,33 @@ def execute(app: Sphinx, env: BuildEnvironment, pages: list[str]) -> None:
     config = env.mystnb_config
     paths = [str(env.doc2path(page)) for page in pages]
     paths = [path for path in paths if path.endswith(".ipynb")]
-    if config.execution_mode != "cache" or not paths:
-        return
-    cache = get_cache(config.execution_cache_path)
+    if config.execution_mode == "cache" and paths:
+        run(paths, config.execution_cache_path, config.execution_timeout)
+
+
+def run(paths: list[str], kept: str, timeout: float) -> None:
+    """Run the notebooks that are not in the cache at ``kept``, a cell for ``timeout`` seconds."""
+    cache = get_cache(kept)
     for path in paths:
         cache.add_nb_to_project(path)
-    load_executor("local-parallel", cache).run_and_cache(
-        filter_uris=paths,
-        timeout=config.execution_timeout,
-        allow_errors=config.execution_allow_errors,
-    )
+    load_executor("local-parallel", cache).run_and_cache(filter_uris=paths, timeout=timeout)
 
 
 def follow(app: Sphinx, config: Config) -> None:
     """Note what the pages are made of: executed notebooks are kept under its name."""
-    here = [name for name in datasets.SHOWN if datasets.is_here(name)]
-    library = Path(app.srcdir, "lib").rglob("*.*")
-    read = [path for path in library if path.suffix in {".py", ".js", ".css", ".csv"}]
-    read += Path(app.srcdir, "chapters/data").glob("*.csv")
-    config.course_library = _digest(read, here)
+    config.course_library = library(Path(app.srcdir))
     config.course_extensions = _digest(Path(app.srcdir, "chapters/_ext").glob("*.py"))
-    cache = Path(app.outdir).parent / ".jupyter_cache" / config.course_library
+    cache = Path(app.outdir).parent / CACHE / config.course_library
     config.nb_execution_cache_path = str(cache)
+
+
+def library(root: Path) -> str:
+    """Return a name for all that the notebooks of a course read."""
+    here = [name for name in datasets.SHOWN if datasets.is_here(name)]
+    found = Path(root, "lib").rglob("*.*")
+    read = [path for path in found if path.suffix in {".py", ".js", ".css", ".csv"}]
+    read += Path(root, "chapters/data").glob("*.csv")
+    return _digest(read, here)
 
 
 def _digest(paths: Iterable[Path], more: object = None) -> str:
@@ -196,3 +206,11 @@ def setup(app: Sphinx) -> dict[str, Any]:
     app.connect("env-before-read-docs", execute)
     app.connect("build-finished", forget_if_warned)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
+
+
+if __name__ == "__main__":
+    os.environ[figures.BUILD] = "1"
+    root = Path(__file__).parents[2]
+    allowed = yaml.safe_load((root / "_config.yml").read_text("utf-8"))["execute"]["timeout"]
+    found = sorted(map(str, (root / "chapters").glob("*.ipynb")))
+    run(found, str(root / "build" / "_build" / CACHE / library(root)), allowed)

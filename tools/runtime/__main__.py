@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from tools.runtime import editor, jupyterlite, pyodide, wheels
@@ -19,17 +20,21 @@ JUPYTERLITE = ROOT / "build" / "jupyterlite"
 def make(root: Path = ROOT, runtime: Path = RUNTIME, packages: Path = JUPYTERLITE) -> None:
     """Collect all files of the runtime, and make the site of the assignments.
 
+    The editor, which mostly waits for npm's registry, is made meanwhile.
+
     Raises:
         RuntimeUnavailable: a file cannot be had; ``READY`` is then missing.
     """
     (runtime / READY).unlink(missing_ok=True)
-    pyodide.fetch(runtime / "pyodide", os.environ.get(pyodide.FOLDER))
-    print("the editor")
-    editor.build(runtime / "editor.js")
-    print("the course's packages and those that they need")
-    wheels.build(root, runtime / "wheels", runtime / "pyodide")
-    print("JupyterLab for the assignments", flush=True)
-    jupyterlite.build(root, runtime, packages)
+    with ThreadPoolExecutor(1) as beside:
+        joined = beside.submit(editor.build, runtime / "editor.js")
+        pyodide.fetch(runtime / "pyodide", os.environ.get(pyodide.FOLDER))
+        print("the course's packages and those that they need")
+        wheels.build(root, runtime / "wheels", runtime / "pyodide")
+        print("JupyterLab for the assignments", flush=True)
+        jupyterlite.build(root, runtime, packages)
+        print("the editor", flush=True)
+        joined.result()
     (runtime / READY).touch()
 
 
