@@ -157,7 +157,8 @@ def _option(letter: str, option: Option) -> str:
 def prediction(question: Question) -> str:
     """Return a question with one right answer as a row of buttons that folds to the answer.
 
-    An option's answer follows "Right: 7." or "You chose 3. The answer is 7." as a sentence.
+    An option's answer follows all options, of which the right one has a tick and a wrong choice
+    a cross. To be heard and printed these are "Right: 7." or "You chose 3. The answer is 7."
     It needs no script, only ``canvas/prediction.css``. The buttons are check boxes, each of
     which Tab reaches: arrow keys between radio buttons would answer while the reader looks.
 
@@ -172,9 +173,10 @@ def prediction(question: Question) -> str:
     # Where the buttons need two lines, the last one is never "Skip" alone.
     buttons.append(f"<span>{last}{_button('-', 'Skip')}</span>")
     answers = [
-        _revealed(letter, _opening(option), right, option) for letter, option in letters.items()
+        _revealed(letter, _opening(option), question.options, option)
+        for letter, option in letters.items()
     ]
-    answers.append(_revealed("-", "The answer is", right, right))
+    answers.append(_revealed("-", "The answer is", question.options, right))
     return (
         f'<form class="rs-predict" method="dialog" data-question="{_key(question)}"><fieldset>'
         f"<legend><strong>Predict:</strong> {_inline(question.prompt)}</legend>"
@@ -194,9 +196,19 @@ def _opening(chosen: Option) -> str:
     return "✓ Right:" if chosen.correct else wrong
 
 
-def _revealed(letter: str, opening: str, right: Option, chosen: Option) -> str:
+def _revealed(letter: str, opening: str, options: Sequence[Option], chosen: Option) -> str:
+    (right,) = (_inline(option.text) for option in options if option.correct)
+    looks = (
+        ' class="is-right">✓ ' if option.correct else ' class="is-wrong">✗ ' * (option is chosen)
+        for option in options
+    )
+    marked = " ".join(
+        f"<span{look or '>'}{_inline(option.text)}</span>"
+        for look, option in zip(looks, options, strict=True)
+    )
     return (
-        f'<p data-choice="{letter}">{opening} <b>{_inline(right.text)}</b>.'
+        f'<p data-choice="{letter}"><span class="rs-spoken">{opening} <b>{right}</b>. </span>'
+        f'<span class="rs-marked" aria-hidden="true">{marked}</span>'
         f' {_inline(chosen.answer)} <button type="reset" {_KEYS}>Ask again</button></p>'
     )
 

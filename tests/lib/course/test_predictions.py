@@ -314,7 +314,7 @@ SEEN = """form => [...form.querySelectorAll("label, legend, p")].filter((part) =
 """The texts of a prediction that can be seen."""
 PROMPT = "Predict: From 8 this run ends at 10. Where does it end when σ is three times as large?"
 ASKED = [PROMPT, "10", "0", "0.48, the mean", "Skip"]
-TRUTH = " 0. All 21 readings are now within cσ = 9 of 8. From their mean, 0.48, the one at 10"
+TRUTH = "All 21 readings are now within cσ = 9 of 8. From their mean, 0.48, the one at 10"
 
 
 @pytest.mark.browser
@@ -331,9 +331,12 @@ def test_each_answer_repeats_the_choice_and_moves_nothing(
     for place, chosen in enumerate(ASKED[1:]):
         form.locator("label").nth(place).click()
         [prompt, answer] = form.evaluate(SEEN)
-        wrong = f"✗ You chose {chosen}. The answer is 0. "
-        opening = {"Skip": "The answer is 0. ", "0": "✓ Right: 0. "}.get(chosen, wrong)
+        wrong = f"✗ You chose {chosen}. The answer is 0."
+        opening = {"Skip": "The answer is 0.", "0": "✓ Right: 0."}.get(chosen, wrong)
         assert prompt == PROMPT and answer.startswith(opening)
+        marks = {"0": "✓ ", chosen: "✓ " if chosen == "0" else "✗ "}
+        options = " ".join(f"{marks.get(option, '')}{option}" for option in ASKED[1:-1])
+        assert form.locator(".rs-marked:visible").all_inner_texts() == [options]
         assert picture.bounding_box() == before
         form.get_by_role("button").click()
         assert form.evaluate(SEEN) == ASKED
@@ -345,11 +348,25 @@ def test_it_is_answered_and_asked_again_by_keyboard(card: str, open_page: Opener
     form = page.locator(".rs-predict")
     for key in ("Tab", "Tab", "Space"):
         page.keyboard.press(key)
-    assert f"✓ Right:{TRUTH}" in form.evaluate(SEEN)[1]
+    answer = form.evaluate(SEEN)[1]
+    assert answer.startswith("✓ Right: 0.") and TRUTH in answer
     page.keyboard.press("Enter")
     assert page.url == card and len(form.evaluate(SEEN)) == 2
     page.keyboard.press("Space")
     assert form.evaluate(SEEN) == ASKED
+
+
+@pytest.mark.browser
+def test_a_finger_finds_44_pixels_of_all_that_can_be_pressed(card: str, open_page: Opener) -> None:
+    phone = {"width": 390, "height": 844}
+    page = open_page(card, has_touch=True, is_mobile=True, viewport=phone).page
+    pressed = page.locator(".rs-picture").locator("button, input, select, summary")
+    page.locator(".rs-folded").evaluate("more => { more.open = true; }")
+    heights = pressed.evaluate_all(
+        """all => all.filter((each) => each.checkVisibility()).map((each) => Math.max(
+          each.offsetHeight, parseFloat(getComputedStyle(each, "::after").height) || 0))"""
+    )
+    assert len(heights) > 8 and min(heights) >= 44
 
 
 @pytest.mark.browser
@@ -360,7 +377,7 @@ def test_paper_shows_the_question_and_its_answer_whatever_was_chosen(
     form = page.locator(".rs-predict")
     page.emulate_media(media="print")
     printed = form.evaluate(SEEN)
-    assert printed[:-1] == ASKED[:-1] and printed[-1].startswith(f"The answer is{TRUTH}")
+    assert printed[:-1] == ASKED[:-1] and printed[-1].startswith(f"The answer is 0. {TRUTH}")
     page.emulate_media(media="screen")
     form.locator("label").nth(2).click()
     page.emulate_media(media="print")

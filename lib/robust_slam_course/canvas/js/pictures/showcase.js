@@ -30,6 +30,7 @@ export function render(context) {
       },
     ],
     main: ["size"],
+    height: (width) => (width < WIDE ? 405 : 390),
     clean: cleanShowcase,
     solve: solveShowcase,
     moving: (result) => result.numbers,
@@ -45,15 +46,16 @@ const ESTIMATORS = [
   { key: "gnc", name: "GNC", weight: (u) => (u <= CHI_99_SE2 ? 1 : 0) },
 ];
 const IN_USE = 0.25; // the weight of a switched closure at the 99 % quantile; GNC has only 0 and 1
-const CHART_HEIGHT = 142; // pixels
+const chartHeight = (width) => (width < WIDE ? 62 : 142); // pixels
 const HEAD = 22; // pixels above a map
 
-/** Where the maps stand, over their charts; where the page is narrow there is room for maps only. */
+/** Where the maps stand, over their charts; where the page is narrow the first one has its own row. */
 function cellsOf(width, height) {
-  const all = { x: 0, y: 0, width, height };
-  if (width >= WIDE) return sideBySide({ ...all, height: height - CHART_HEIGHT }, [1, 1, 1]);
+  const below = chartHeight(width);
+  if (width >= WIDE) return sideBySide({ x: 0, y: 0, width, height: height - below }, [1, 1, 1]);
   const half = height / 2;
-  return [{ ...all, height: half }, ...sideBySide({ ...all, y: half, height: half }, [1, 1])];
+  const second = { x: 0, y: half, width, height: height - half - below };
+  return [{ x: 0, y: 0, width, height: half - below }, ...sideBySide(second, [1, 1])];
 }
 
 function cleanShowcase(state, data) {
@@ -105,7 +107,7 @@ function drawShowcase(scene, view) {
       weights: shown.subarray(poses + closures),
     };
     drawEstimator(scene, view, estimator, view.result.answers[k], parts, boxes[k]);
-    if (view.width >= WIDE) drawWeights(scene, view, estimator, parts, boxes[k]);
+    drawWeights(scene, view, estimator, parts, boxes[k]);
   });
   const map = showcaseMap(scene, ESTIMATORS[0].key, boxes[0], view.data.truth, view.result.answers[0].poses);
   const edit = ([wrong]) => view.change({ wrong });
@@ -139,13 +141,14 @@ const CROSS = "m-4.5 -4.5l9 9m0 -9l-9 9";
 const RING = "m-4 0a4 4 0 1 0 8 0a4 4 0 1 0 -8 0";
 
 /** The weights of the closures over their residuals, circles for correct ones, crosses for wrong. */
-function drawWeights(scene, { result }, { key, weight }, parts, box) {
-  const place = { x: box.x, y: box.y + box.height, width: box.width, height: CHART_HEIGHT };
+function drawWeights(scene, { result, width }, { key, weight }, parts, box) {
+  const place = { x: box.x, y: box.y + box.height, width: box.width, height: chartHeight(width) };
+  const [label, ticks] = width < WIDE ? ["", [0, 1]] : ["weight", [0, 0.5, 1]];
   const domain = [-1.05, 2.08];
   const maps = putAxes(
     scene, "axes", key, place,
-    { domain, ticks: [-1, 0, 1, 2], label: "residual u", text: (power) => numberText(10 ** power) },
-    { domain: [-0.06, 1.12], ticks: [0, 0.5, 1], label: "weight" },
+    { domain, ticks: [-1, 0, 1, 2], label: label && "residual u", text: (power) => numberText(10 ** power) },
+    { domain: [-0.06, 1.12], ticks, label },
   );
   const look = { class: "is-muted", "stroke-width": 1.5 };
   if (key === "switches") putCurve(scene, "curve", `${key}-w`, maps, domain, (power) => weight(10 ** power), look, 60);
