@@ -13,15 +13,15 @@ from tests.assignments import answers
 from tests.autograder.ci.running import repository
 from tests.book.built_site import built
 
-ASSIGNMENTS = ("00-one-lie", "01-m-estimators", "02-four-costs", "03-irls", "07-certificates")
-"""Those that the page names and the site shows, and one with packages of its own: half of all."""
+ASSIGNMENTS = ("02-four-costs", "03-irls", "07-certificates")
+"""Those that the page names, and one with packages of its own."""
 _MADE = (Path("build", "_build", ".jupyter_cache"), Path("build", "fonts"))
 _BUILDER = f"#!/bin/sh\nmkdir -p build/_build && cp -R {ROOT}/build/_build/html build/_build/\n"
 """In place of the book's builder: copies the book that these tests have built."""
 
 
 def make(folder: Path) -> None:
-    """Copy what git tracks, and what it would, with half of the assignments: a repository."""
+    """Copy what git tracks, and what it would, with some of the assignments: a repository."""
     command = ["git", "-C", str(ROOT), "ls-files", "-z", "-co", "--exclude-standard"]
     listed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     left_out = {*answers.assignments()} - {*ASSIGNMENTS}
@@ -48,6 +48,8 @@ def lend_environment(folder: Path) -> None:
 def lend_book(folder: Path, *, pages: bool) -> None:
     """Build the book here, and lend its executed notebooks and its fonts: none is made twice.
 
+    The class on the site is of other assignments, and made by tests of its own.
+
     Args:
         folder: the clone, with an environment.
         pages: lend its pages too, by a builder that copies them.
@@ -55,6 +57,8 @@ def lend_book(folder: Path, *, pages: bool) -> None:
     built()
     for part in _MADE:
         shutil.copytree(ROOT / part, folder / part)
+    (folder / "build" / "shown").mkdir()
+    (folder / "build" / "shown" / ".pages").touch()
     if pages:
         builder = folder / ".venv" / "bin" / "jupyter-book"
         builder.unlink()
