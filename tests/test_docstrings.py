@@ -7,11 +7,10 @@ here it is what they say.
 from __future__ import annotations
 
 import ast
+import functools
 import re
 from collections.abc import Iterator
 from pathlib import Path
-
-import pytest
 
 LIB = Path(__file__).resolve().parents[1] / "lib" / "robust_slam"
 MODULES = sorted(p for p in LIB.rglob("*.py") if not p.name.startswith("_"))
@@ -34,6 +33,7 @@ def public(body: list[ast.stmt], prefix: str = "") -> Iterator[tuple[str, ast.AS
                 yield name, method, f"{told}\n{text}"
 
 
+@functools.cache
 def functions(path: Path) -> list[tuple[str, ast.FunctionDef, str]]:
     tree = ast.parse(path.read_text(encoding="utf-8"))
     module = ast.get_docstring(tree) or ""
@@ -54,29 +54,34 @@ def raises(node: ast.FunctionDef) -> bool:
     return any(isinstance(inner, ast.Raise) and inner.exc for inner in ast.walk(node))
 
 
-@pytest.mark.parametrize("path", MODULES, ids=lambda p: p.stem)
-def test_arrays_have_their_shape_in_the_docstring(path: Path) -> None:
+def test_arrays_have_their_shape_in_the_docstring() -> None:
     shape = re.compile(r"``\([^)]*\)``|any shape|that shape|scalar|one (number|value|weight)")
     assert not [
-        name
+        f"{path.stem}: {name}"
+        for path in MODULES
         for name, node, text in functions(path)
         if annotations(node) & ARRAYS and not shape.search(text)
     ]
 
 
-@pytest.mark.parametrize("path", MODULES, ids=lambda p: p.stem)
-def test_what_a_function_raises_is_in_its_docstring(path: Path) -> None:
+def test_what_a_function_raises_is_in_its_docstring() -> None:
     assert not [
-        name for name, node, text in functions(path) if raises(node) and "Raises:" not in text
+        f"{path.stem}: {name}"
+        for path in MODULES
+        for name, node, text in functions(path)
+        if raises(node) and "Raises:" not in text
     ]
 
 
-@pytest.mark.parametrize(
-    "path", [p for p in MODULES if p.stem not in WITHOUT_LITERATURE], ids=lambda p: p.stem
-)
-def test_every_function_has_a_source_in_its_docstring_or_its_modules(path: Path) -> None:
+def test_every_function_has_a_source_in_its_docstring_or_its_modules() -> None:
     source = re.compile(r"Source: |et al\. \d{4}|[A-Z]\w+ (and [A-Z]\w+ )?\d{4}|derived here")
-    assert not [name for name, _, text in functions(path) if not source.search(text)]
+    assert not [
+        f"{path.stem}: {name}"
+        for path in MODULES
+        if path.stem not in WITHOUT_LITERATURE
+        for name, _, text in functions(path)
+        if not source.search(text)
+    ]
 
 
 def test_the_package_says_where_everything_is() -> None:
