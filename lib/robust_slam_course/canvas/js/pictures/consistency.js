@@ -139,7 +139,7 @@ function drawClosureMap(scene, { state, result, shown, data, change }, box) {
   held.forEach(([i], k) => {
     const [x, y] = posePixels(map, data.truth, i);
     const name = state.agree && state.count > 1 ? `1–${state.count}` : String(k + 1);
-    scene.put("words", `name-${k}`, "text", { class: "rs-head", x: x - 13, y: y + 20, "text-anchor": "end" }, name);
+    scene.put("words", `name-${k}`, "text", { class: "rs-head rs-halo", x: x - 13, y: y + 20, "text-anchor": "end" }, name);
   });
   const edit = (list) => {
     if (state.agree) return change({ group: list[0] });

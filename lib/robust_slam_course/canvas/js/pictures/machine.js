@@ -57,6 +57,7 @@ function machineLayout(width, height, stages) {
 function drawMachine(scene, view) {
   const layout = machineLayout(view.width, view.height, view.data.stages);
   if (layout.wide) drawStageArrows(scene, view.data, layout);
+  else scene.put("arrows", "rail", "path", { class: "is-muted", d: `M12 ${layout.boxes[0].centre}V${layout.boxes.at(-1).centre}` });
   layout.boxes.forEach((box) => drawStage(scene, box, view, layout));
   drawOutcome(scene, view, layout.map);
   putBreakHandle(scene, view, layout.boxes);
@@ -80,7 +81,9 @@ function drawStage(scene, { key, name, x, y, width, middle, centre }, { state, r
   const words = { x: middle, "text-anchor": wide ? "middle" : "start", class: alarm || broken ? "rs-head" : "" };
   if (!wide) {
     const colour = broken ? "outlier" : alarm ? "estimate" : "ink";
-    scene.put("words", `${key}-name`, "text", { ...words, y: centre + 5, style: `fill:var(--rs-${colour})` }, name);
+    const style = `fill:var(--rs-${colour})`;
+    scene.put("words", `${key}-name`, "text", { ...words, y: centre + (text ? -1 : 5), style }, name);
+    if (text) scene.put("words", `${key}-report`, "text", { ...words, y: centre + 14, class: "rs-tick" }, text);
     return;
   }
   const [look, stroke] = broken ? ["is-outlier", 3] : alarm ? ["is-estimate", 3] : ["is-muted", 1];
