@@ -92,6 +92,7 @@ SAMPLES := $(wildcard build/shown/pages/report/*.html build/shown/pages/feedback
 $(BOOK): $(call files,chapters lib) _config.yml _toc.yml $(READY) $(PARTS) $(ZIPS) $(SAMPLES) \
 		$(wildcard $(RUNTIME)) $(FONTS)
 	@$(BIN)/python -m robust_slam.graphs.datasets --try
+	@rm -rf build/_build/html/reports # of notebooks that failed in an earlier build
 	@$(QUIETLY) book $(BIN)/jupyter-book build . --path-output build -W -n --keep-going
 	@rm -rf build/html && cp -R build/_build/html build/html
 	@rm -f build/.parts* && touch build/.parts$$($(find-parts)) $@
