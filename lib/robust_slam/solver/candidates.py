@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -315,16 +316,11 @@ def _change(found: Found, near: int, kept: int) -> Array:
     return change
 
 
-def _dcs(problem: PoseGraphProblem, c: float, seconds: float) -> Array:
+def _reweighted(
+    kernel: Callable[[float], kernels.Kernel], problem: PoseGraphProblem, c: float, seconds: float
+) -> Array:
     return irls(
-        problem, kernels.dcs(c), problem.guess, tol=TOL, max_iterations=_STEPS, max_seconds=seconds
-    ).x
-
-
-def _geman_mcclure(problem: PoseGraphProblem, c: float, seconds: float) -> Array:
-    kernel = kernels.geman_mcclure(c)
-    return irls(
-        problem, kernel, problem.guess, tol=TOL, max_iterations=_STEPS, max_seconds=seconds
+        problem, kernel(c), problem.guess, tol=TOL, max_iterations=_STEPS, max_seconds=seconds
     ).x
 
 
@@ -336,7 +332,7 @@ def _consistent(problem: PoseGraphProblem, c: float, seconds: float) -> Array:
     used = pcm(problem.graph, c, max_seconds=seconds).kept | problem.trusted
     part = select(problem.graph, used)
     fewer = Sparing(part, problem.guess, problem.trusted[used], steps=1)
-    return _geman_mcclure(fewer, c, seconds)
+    return _reweighted(kernels.geman_mcclure, fewer, c, seconds)
 
 
 def _graduated_consistent(problem: PoseGraphProblem, c: float, seconds: float) -> Array:
@@ -389,8 +385,8 @@ def _trimmed(graph: PoseGraph) -> Iterator[Array]:
 
 
 _DESCENTS: dict[str, Callable[[PoseGraphProblem, float, float], Array]] = {
-    "DCS": _dcs,
-    "GM": _geman_mcclure,
+    "DCS": partial(_reweighted, kernels.dcs),
+    "GM": partial(_reweighted, kernels.geman_mcclure),
     "GNC": _graduated,
     "PCM, GM": _consistent,
     "PCM, GNC": _graduated_consistent,
