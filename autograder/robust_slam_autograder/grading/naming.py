@@ -79,7 +79,8 @@ class Namer:
         visible = marked.visible.get(exercise, Shape()).all_keys() if marked.whole else ()
         key = (job.tests, exercise, *shape.keys()[:1], *visible[:1])
         if key not in self._labels:
-            ways = found.exercises[exercise] if shape.keys() else ()
+            is_like_none = not shape.keys() or (marked.whole and not shape.real)
+            ways = () if is_like_none else found.exercises[exercise]
             may_be = (one for one in ways if not marked.whole or one.fits(shape.failed, visible))
             self._labels[key] = survey.one_each(
                 (one, runner.keys(exercise, one, shape) if marked.whole else (one.seen,))

@@ -33,8 +33,6 @@ WRITTEN_LONGER = 20.0
 """How much longer again an answer may take that was written down: an end is in sight."""
 MOST = 120.0
 """Of all candidates of one exercise: the likelier ones come first, and the others are left out."""
-MANY = 4
-"""Failed cases that must end alike where no fraction came back."""
 BACKSTOP = 10.0
 """Then the kernel ends the process: it computes in C, where nothing interrupts it."""
 
@@ -188,16 +186,12 @@ def survey(setting: Setting, exercise: str, answers: Sequence[Answer]) -> list[C
 
 
 def counts(candidate: Candidate, shape: Shape) -> bool:
-    """Tell whether enough came back to name it: few words or whole numbers are alike by chance.
+    """Tell whether enough came back to name it: words or whole numbers are alike by chance.
 
-    An author's sentence says most, so it takes more than one case, and numbers that are not whole.
+    An author's sentence says most, and a slip without its place least: both take two cases.
     """
-    several = len(shape.failed) > 1
-    if candidate.slip is not None and candidate.slip.is_vague:
-        return shape.real and several
-    if candidate.origin == WRITTEN:
-        return shape.real and several
-    return shape.real or len(shape.failed) >= MANY
+    is_vague = candidate.slip is not None and candidate.slip.is_vague
+    return shape.real and (len(shape.failed) > 1 or not (is_vague or candidate.origin == WRITTEN))
 
 
 def named(measured: Iterable[tuple[Candidate, tuple[str, ...]]]) -> list[Candidate]:

@@ -199,6 +199,14 @@ def test_a_piece_that_is_not_right_is_told_by_the_solution_s_own_name(
     assert table.sentence(shapes.Shape()) == ""
 
 
+@pytest.mark.parametrize("value", ["no", True, 3.0])
+def test_words_and_whole_numbers_name_no_slip_however_many_cases_they_fail(value: object) -> None:
+    shape = shapes.Shape()
+    for name in "abcdef":
+        shape.add(name, of_calls(value), told=True)
+    assert not survey.counts(Candidate(FACT, "`x` were squared", fact="0"), shape)
+
+
 def test_two_labels_for_the_same_values_are_none(setting: Setting) -> None:
     one, two = (wrong(name, FOURFOLD, f"{name}s it.") for name in ("Square", "Multiplie"))
     assert said(setting, FOURFOLD, one, two) == ""
