@@ -66,7 +66,8 @@ def write(book: Book, target: Path, paper: str) -> int:
         page = browser.new_page(java_script_enabled=False)
         page.set_default_timeout(PATIENCE)
         source = Path(folder, "book.html")
-        for _ in range(COPIES):
+        for copy in range(1, COPIES + 1):
+            print(f"  copy {copy}, until each page number is right", flush=True)
             source.write_text(book.html(numbers), encoding="utf-8")
             page.goto(source.as_uri())
             page.pdf(
