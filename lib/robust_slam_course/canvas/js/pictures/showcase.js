@@ -172,9 +172,9 @@ function drawWeights(scene, { result, width }, { key, weight }, parts, box) {
 
 function showcaseCaption({ state, result }) {
   const inUse = (from, to) => result.answers.map(({ weights }) => weights.slice(from, to)
-    .reduce((sum, weight) => sum + (weight >= IN_USE), 0)).join(", ");
+    .reduce((sum, weight) => sum + (weight >= IN_USE), 0));
   const off = result.answers.map((answer) => answer.off.toFixed(2));
-  const wrong = inUse(result.correct, result.correct + state.size);
-  return `Least squares is ${off[0]}\u00a0m off, switches ${off[1]}\u00a0m, GNC ${off[2]}\u00a0m. They use, in this order, `
-    + `${wrong} of ${state.size} wrong and ${inUse(0, result.correct)} of ${result.correct} correct closures.`;
+  const [right, wrong] = [inUse(0, result.correct), inUse(result.correct, result.correct + state.size)];
+  return `Least squares uses all and is ${off[0]}\u00a0m off. Switches use ${wrong[1]} of ${state.size} wrong and `
+    + `${right[1]} of ${result.correct} correct closures and are ${off[1]}\u00a0m off; GNC ${wrong[2]} and ${right[2]}, ${off[2]}\u00a0m.`;
 }
