@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 from math import inf
 
 import numpy as np
@@ -19,6 +20,7 @@ from robust_slam.estimators.reweighting import irls
 from robust_slam.graphs.generate import manhattan, sphere
 from robust_slam.graphs.outliers import add_random_closures
 from robust_slam.solver import Support
+from robust_slam.solver.candidates import Sparing
 
 from tests.lib.worlds import refused
 
@@ -58,6 +60,27 @@ def test_whenever_the_time_ends_there_is_a_map_with_a_reason(ticking, seconds):
     assert not certified or seconds > 10
     assert np.all(np.isfinite(answer.poses))
     assert answer.best.evidence == max(one.evidence for one in answer.candidates)
+
+
+def test_slips_are_not_looked_for_beyond_the_limit(monkeypatch):
+    """A second goes by with each linear solve, and one limit ends amid the search for slips."""
+    clean = manhattan(100, 0, closures=45)[0]
+    measurement = clean.measurement.copy()
+    measurement[[30, 75]] += [3.0, 0.0, 0.6]
+    graph, spent, solve = replace(clean, measurement=measurement), [0.0], Sparing.solve
+
+    def slow(problem, weights, x):
+        spent[0] += 1.0
+        return solve(problem, weights, x)
+
+    monkeypatch.setattr("time.process_time", lambda: spent[0])
+    monkeypatch.setattr(Sparing, "solve", slow)
+    rs.solve(graph, max_seconds=inf)
+    whole = spent[0]
+    for share in (0.0, 0.5, 0.9):
+        spent[0] = 0.0
+        rs.solve(graph, max_seconds=share * whole)
+        assert spent[0] <= 0.7 * share * whole + 8.0
 
 
 def test_pairs_that_are_not_compared_count_as_consistent():

@@ -134,7 +134,8 @@ def find_slips(search: Search, best: Candidate) -> tuple[Search, Candidate]:
     """Return the search without the steps that slipped, and its map, or both as they were."""
     closures = ~search.trusted
     count, rejected = int(np.sum(closures)), int(np.sum(closures & ~best.kept))
-    if count < min(_PLACES.values()) or (count >= _MANY and rejected <= _SOME * count):
+    nearly_all = count >= _MANY and rejected <= _SOME * count
+    if count < min(_PLACES.values()) or nearly_all or search.deadline.passed:
         return search, best
     drive = _Drive.of(search)
     found = _fewer(drive, *_grown(drive, search, best))
@@ -203,6 +204,8 @@ def _freed(
     problem = trial.problem(rescaled(search.graph, best.tested))
     poses = start.poses
     for _ in range(_STEPS):
+        if search.deadline.passed:
+            return
         before = problem.residual_norms(poses)
         try:
             poses = problem.solve(start.weights, poses)
