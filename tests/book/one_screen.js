@@ -1,7 +1,7 @@
-async (picture) => {
+async (picture, withHandles) => {
   // Drive a live picture to its extremes, and return what is wrong with its layout there.
   const frame = () => new Promise((done) => requestAnimationFrame(done));
-  const settled = async () => { for (let k = 0; k < 3; k += 1) await frame(); };
+  const settled = async () => { await frame(); await frame(); };
   const all = (query) => [...picture.querySelectorAll(query)];
   const faults = new Map();
   const tell = (text, where) => { if (!faults.has(text)) faults.set(text, where); };
@@ -45,7 +45,7 @@ async (picture) => {
 
   async function after(where, act) {
     picture.querySelector("[data-control=reset]").click();
-    await settled();
+    await frame();
     await act();
     await settled();
     look(where);
@@ -67,13 +67,13 @@ async (picture) => {
         for (const choice of all("select")) give(choice, choice.options[choice.options.length - 1].value);
         for (let k = 0; k < 5; k += 1) {
           control.click();
-          await settled();
+          await frame();
         }
       });
     }
   }
   await after("the first state", () => {});
-  const names = all("[data-handle]").map((handle) => handle.dataset.handle);
+  const names = withHandles ? all("[data-handle]").map((handle) => handle.dataset.handle) : [];
   for (const name of [...new Set([names[0], names[1], names.at(-1)].filter(Boolean))]) {
     for (const [across, up] of [[0, 0], [0.5, 0], [1, 0], [0, 0.5], [0.5, 0.5], [1, 0.5], [0, 1], [0.5, 1], [1, 1]]) {
       await after(`${name} at ${across}, ${up}`, () => {

@@ -19,10 +19,10 @@ _SEEN = f"""async (picture) => {{
 }}"""
 _CHANGES = """(control) => control.ariaDisabled !== "true"
   && !["reset", "link"].includes(control.dataset.control)"""
-_RESET = f"""async (picture) => {{
+_RESET = """async (picture) => {
   picture.querySelector('[data-control=reset]').click();
-  await {FRAMES};
-}}"""
+  await new Promise(requestAnimationFrame);
+}"""
 
 
 def pictures(page: Page) -> list[Locator]:

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 import pytest
 import robust_slam as rs
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Browser, Page, expect
 from robust_slam.graphs import (
     PoseGraph,
     add_random_closures,
@@ -33,7 +33,7 @@ from chapters._ext import own
 from tests.book.conftest import Site
 from tests.book.test_accessible import complaints
 from tests.book.test_pages import TOO_WIDE
-from tests.chromium import Opener, Visit
+from tests.chromium import Opener, Visit, visiting
 from tests.conftest import leave_out
 from tests.firefox import firefox
 
@@ -190,11 +190,12 @@ def runtime(site: Site) -> None:
         leave_out("the runtime is not there (make runtime); the page cannot read a file")
 
 
-@pytest.fixture
-def visit(runtime: None, address: str, open_page: Opener) -> Iterator[Visit]:
-    opened = open_page(f"{address}/{PAGE}.html", viewport={"width": 1280, "height": 900})
-    yield opened
-    assert opened.outside == [] and opened.complaints == []
+@pytest.fixture(scope="class")
+def visit(runtime: None, address: str, browser: Browser) -> Iterator[Visit]:
+    url = f"{address}/{PAGE}.html"
+    with visiting(browser, url, viewport={"width": 1280, "height": 900}) as opened:
+        yield opened
+        assert opened.outside == [] and opened.complaints == []
 
 
 SHIFTS = """() => {
