@@ -55,7 +55,7 @@ const SOLVERS = {
   graphs: ({ graph, poses }) => {
     const made = page.makeGraph(graph);
     return {
-      residuals: page.edgesAt(made, poses).map(({ residual }) => residual),
+      residuals: page.edgesAt(made, poses).residuals,
       norms: page.graphResidualNorms(made, poses),
       deadReckoning: page.deadReckoning(made),
     };

@@ -16,8 +16,8 @@ pytestmark = pytest.mark.long
 BUGS = {
     "a sign in a Jacobian": (
         "normal_equations.js",
-        "a, -angle / 2, c * x + y / 2,",
-        "a, angle / 2, c * x + y / 2,",
+        "[a, -half, c * x + y / 2]",
+        "[a, half, c * x + y / 2]",
         "descents",
     ),
     "a weight without its square": (

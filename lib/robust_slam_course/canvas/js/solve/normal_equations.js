@@ -4,11 +4,9 @@
  * Source: as `robust_slam.descent.normal_equations`: Grisetti et al. 2010; Solà et al. 2018 for
  * the Jacobians.
  */
+import { quadraticForm } from "./blocks.js";
 import {
-  blockProduct, blockTimes, congruentBlock, quadraticForm, transposedBlock,
-} from "./blocks.js";
-import {
-  halfCotangent, logCoefficient, poseOf, se2Adjoint, se2Between, se2Compose, se2Inverse, se2Log,
+  halfCotangent, logCoefficient, poseOf, se2Between, se2Compose, se2Log,
 } from "./se2.js";
 import { skylineFactor, skylinePattern, skylineSolve } from "./skyline.js";
 
@@ -26,46 +24,59 @@ export function equationsPattern(n, edges) {
 }
 
 /**
- * Return each edge at `poses` (3n) as { relative, residual, square }: x_i⁻¹ ∘ x_j, the residual
- * r = Log(z⁻¹ ∘ x_i⁻¹ ∘ x_j) in m and rad, and rᵀ Ω r.
+ * Return the edges at `poses` (3n) as { relative, residuals, squares }: x_i⁻¹ ∘ x_j and the
+ * residual r = Log(z⁻¹ ∘ x_i⁻¹ ∘ x_j) in m and rad (3m each), and rᵀ Ω r (m,).
  */
-export function edgesAt({ tail, head, inverses, information }, poses) {
-  return inverses.map((inverse, k) => {
-    const relative = se2Between(poseOf(poses, tail[k]), poseOf(poses, head[k]));
-    const residual = se2Log(se2Compose(inverse, relative));
-    return { relative, residual, square: quadraticForm(information[k], residual) };
-  });
+export function edgesAt({ m, tail, head, inverses, information }, poses) {
+  const [relative, residuals] = [new Float64Array(3 * m), new Float64Array(3 * m)];
+  const squares = new Float64Array(m);
+  for (let k = 0; k < m; k++) {
+    const between = se2Between(poseOf(poses, tail[k]), poseOf(poses, head[k]));
+    const residual = se2Log(se2Compose(inverses[k], between));
+    for (let row = 0; row < 3; row++) {
+      relative[3 * k + row] = between[row];
+      residuals[3 * k + row] = residual[row];
+    }
+    squares[k] = quadraticForm(information[k], residual);
+  }
+  return { relative, residuals, squares };
 }
 
 /** Return the cost ½ Σ w rᵀ Ω r of what `edgesAt` returns. */
-export function costOfEdges(edges, weights) {
-  return 0.5 * edges.reduce((sum, { square }, k) => sum + weights[k] * square, 0);
+export function costOfEdges({ squares }, weights) {
+  return 0.5 * squares.reduce((sum, square, k) => sum + weights[k] * square, 0);
 }
 
 /** Return the normal equations { pattern, hessian, gradient } at what `edgesAt` returns. */
-export function normalEquations(graph, edges, weights) {
-  const { pattern } = graph;
-  const hessian = new Float64Array(pattern.length);
+export function normalEquations(graph, { relative, residuals }, weights) {
+  const { pattern: { start } } = graph;
+  const hessian = new Float64Array(graph.pattern.length);
   const gradient = new Float64Array(3 * graph.n);
-  edges.forEach(({ relative, residual }, k) => {
-    if (weights[k] === 0) return;
-    const [i, j] = [graph.tail[k], graph.head[k]];
-    const weighted = graph.information[k].map((entry) => weights[k] * entry);
-    const backHead = transposedBlock(headJacobian(residual));
-    // J_i = J_j T with T = −Ad(x_j⁻¹ ∘ x_i), so the blocks of an edge are Tᵀ G T, Tᵀ G and G.
-    const backTail = transposedBlock(se2Adjoint(se2Inverse(relative)).map((entry) => -entry));
-    const atHead = congruentBlock(backHead, weighted);
-    addPoseBlock(pattern, hessian, j, j, atHead);
-    addPoseBlock(pattern, hessian, i, j, blockProduct(backTail, atHead));
-    addPoseBlock(pattern, hessian, i, i, congruentBlock(backTail, atHead));
-    const pull = blockTimes(backHead, blockTimes(weighted, residual));
-    const pullBack = blockTimes(backTail, pull);
-    for (let row = 0; row < 3; row++) {
-      gradient[3 * j + row] += pull[row];
-      gradient[3 * i + row] += pullBack[row];
+  const [J, weighted] = [new Float64Array(18), new Float64Array(18)];
+  const place = new Int32Array(6);
+  for (let k = 0; k < graph.m; k++) {
+    if (weights[k] === 0) continue;
+    setJacobian(J, relative, residuals, 3 * k);
+    const information = graph.information[k];
+    for (let c = 0; c < 6; c++) {
+      place[c] = 3 * (c < 3 ? graph.tail[k] : graph.head[k]) + (c % 3);
+      for (let r = 0; r < 3; r++) {
+        weighted[6 * r + c] = weights[k] * (information[3 * r] * J[c]
+          + information[3 * r + 1] * J[6 + c] + information[3 * r + 2] * J[12 + c]);
+      }
     }
-  });
-  return { pattern, hessian, gradient };
+    for (let a = 0; a < 6; a++) {
+      const [first, second, third] = [weighted[a], weighted[6 + a], weighted[12 + a]];
+      gradient[place[a]] += first * residuals[3 * k] + second * residuals[3 * k + 1]
+        + third * residuals[3 * k + 2];
+      for (let b = 0; b <= a; b++) {
+        const [low, high] = [Math.min(place[a], place[b]) - 3, Math.max(place[a], place[b]) - 3];
+        if (low < 0) continue; // pose 0
+        hessian[start[high] + low] += first * J[b] + second * J[6 + b] + third * J[12 + b];
+      }
+    }
+  }
+  return { pattern: graph.pattern, hessian, gradient };
 }
 
 /**
@@ -74,37 +85,40 @@ export function normalEquations(graph, edges, weights) {
  * where the matrix is singular to working precision.
  */
 export function solveEquations({ pattern, hessian, gradient }, damping = 0) {
+  const { size, start } = pattern;
   const damped = hessian.slice();
-  const diagonal = Array.from(pattern.start, (start, r) => hessian[start + r]);
-  diagonal.forEach((entry, r) => { damped[pattern.start[r] + r] += damping * entry; });
+  for (let r = 0; r < size; r++) damped[start[r] + r] *= 1 + damping;
   if (!skylineFactor(pattern, damped)) return null;
   const step = gradient.map((entry) => -entry).fill(0, 0, 3);
   const free = step.subarray(3);
   skylineSolve(pattern, damped, free);
-  if (!free.every(Number.isFinite)) return null;
-  const gain = (r) => free[r] * (damping * diagonal[r] * free[r] - gradient[r + 3]);
-  return { step, decrease: 0.5 * diagonal.reduce((sum, _, r) => sum + gain(r), 0) };
-}
-
-/** Return ∂r/∂x_j, the inverse of the right Jacobian at r. */
-function headJacobian(residual) {
-  const [x, y, angle] = residual;
-  const a = halfCotangent(angle);
-  const c = logCoefficient(angle);
-  return [
-    a, -angle / 2, c * x + y / 2,
-    angle / 2, a, c * y - x / 2,
-    0, 0, 1,
-  ];
-}
-
-/** Add a block in the rows of pose i and the columns of pose j to the lower triangle. */
-function addPoseBlock({ start }, hessian, i, j, block) {
-  if (i === 0 || j === 0) return;
-  for (let k = 0; k < 9; k++) {
-    const row = 3 * (i - 1) + Math.floor(k / 3);
-    const column = 3 * (j - 1) + (k % 3);
-    if (i === j && column > row) continue;
-    hessian[start[Math.max(row, column)] + Math.min(row, column)] += block[k];
+  let decrease = 0;
+  for (let r = 0; r < size; r++) {
+    if (!Number.isFinite(free[r])) return null;
+    const gain = damping * hessian[start[r] + r] * free[r] - gradient[r + 3];
+    decrease += 0.5 * free[r] * gain;
   }
+  return { step, decrease };
+}
+
+/**
+ * Set `J` (3, 6) to the derivatives of the residual, from `at` on, by the tail and by the head:
+ * J_j is the inverse of the right Jacobian at r, and J_i = −J_j Ad(x_j⁻¹ ∘ x_i).
+ */
+function setJacobian(J, relative, residuals, at) {
+  const [x, y, angle] = [residuals[at], residuals[at + 1], residuals[at + 2]];
+  const [a, c, half] = [halfCotangent(angle), logCoefficient(angle), angle / 2];
+  const [cosine, sine] = [Math.cos(relative[at + 2]), Math.sin(relative[at + 2])];
+  const along = sine * relative[at] - cosine * relative[at + 1];
+  const across = cosine * relative[at] + sine * relative[at + 1];
+  const rows = [[a, -half, c * x + y / 2], [half, a, c * y - x / 2]];
+  rows.forEach(([p, q, turn], row) => {
+    J[6 * row] = -p * cosine + q * sine;
+    J[6 * row + 1] = -p * sine - q * cosine;
+    J[6 * row + 2] = -p * along - q * across - turn;
+    J[6 * row + 3] = p;
+    J[6 * row + 4] = q;
+    J[6 * row + 5] = turn;
+  });
+  [J[14], J[17]] = [-1, 1];
 }

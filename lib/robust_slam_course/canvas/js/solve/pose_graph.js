@@ -67,7 +67,7 @@ export function graphWithWrong(data, { edges, measurements, information }, taken
 
 /** Return the whitened residual norm of each edge (m,): the u of a kernel. */
 export function graphResidualNorms(graph, poses) {
-  return Float64Array.from(edgesAt(graph, poses), ({ square }) => Math.sqrt(Math.max(0, square)));
+  return edgesAt(graph, poses).squares.map((square) => Math.sqrt(Math.max(0, square)));
 }
 
 /** Return the poses (3n) from the odometry alone, pose 0 the identity. */
