@@ -7,6 +7,7 @@ run ends at the first case that goes otherwise than in the answer.
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection, Pipe
 from multiprocessing.context import ForkServerProcess
@@ -76,9 +77,10 @@ def _serve(setting: Setting, talk: Connection) -> None:
     while True:
         exercise, pair = talk.recv()
         if exercise not in tables:
+            began = time.process_time()
             table = survey.right_of(bench, exercise)
-            seconds = TIMES_LONGER * survey.seconds_of(bench, exercise, table.right)
-            tables[exercise] = table, seconds
+            seconds = max(survey.SHORTEST, survey.TIMES_LONGER * (time.process_time() - began))
+            tables[exercise] = table, TIMES_LONGER * seconds
         table, seconds = tables[exercise]
         if pair is None:
             talk.send(table)
