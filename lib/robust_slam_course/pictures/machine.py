@@ -48,7 +48,7 @@ def machine() -> Picture:
             [
                 Option(
                     "PCM",
-                    "PCM takes 9 of the 12 inliers for outliers, and rejects them without a word.",
+                    "PCM takes 9 of the 12 inliers for outliers, and rejects them silently.",
                 ),
                 Option(
                     "solver",
@@ -62,7 +62,7 @@ def machine() -> Picture:
                 ),
                 Option(
                     "none",
-                    "PCM and the solver reject inliers without a word, and the map of the rest is"
+                    "PCM and the solver reject inliers silently, and the map of the rest is"
                     " certified.",
                     correct=True,
                 ),
