@@ -144,7 +144,7 @@ function drawReadings(scene, { y, height }, maps, { state, result, width, change
   const [low, high] = [maps.fromX(maps.inner.x), maps.fromX(maps.inner.x + maps.inner.width)];
   const row = height / state.z.length;
   const column = width - WEIGHT_COLUMN + 6;
-  putHead(scene, "rows-head", maps.inner.x, y - 8, width < 420 ? "Readings" : "Readings; orange: rejected at the end");
+  putHead(scene, "rows-head", maps.inner.x, y - 8, `Readings; orange: rejected${width < 420 ? "" : " at the end"}`);
   putHead(scene, "weights-head", column, y - 8, "weight");
   scene.put("back", "rows-estimate", "path", {
     class: "rs-edge is-estimate", d: `M${maps.toX(x)} ${y}V${y + height}`, "stroke-width": 1.5,
@@ -157,13 +157,12 @@ function drawReadings(scene, { y, height }, maps, { state, result, width, change
       class: weight > 0.0005 ? "rs-edge is-inlier" : "rs-edge is-ghost",
       d: `M${at.toFixed(1)} ${middle}H${maps.toX(x).toFixed(1)}`, "stroke-width": 1 + 5 * weight,
     });
-    scene.put("back", `bar-back-${k}`, "path", { class: "rs-edge is-grid", d: `M${column} ${middle + 6}h36`, "stroke-width": 5 });
+    scene.put("back", `bar-back-${k}`, "path", { class: "rs-edge is-grid", d: `M${column} ${middle}h30`, "stroke-width": 9 });
     scene.put("lines", `bar-${k}`, "path", {
-      class: "rs-edge is-inlier", d: `M${column} ${middle + 6}h${(36 * weight).toFixed(2)}`,
-      "stroke-width": weight > 0.0005 ? 5 : 0,
+      class: "rs-edge is-inlier", d: `M${column} ${middle}h${(30 * weight).toFixed(2)}`,
+      "stroke-width": weight > 0.0005 ? 9 : 0,
     });
-    scene.put("marks", `weight-${k}`, "text", { class: "rs-tick", x: column, y: middle },
-      `${weight.toFixed(3)}${rejected ? " out" : ""}`);
+    scene.put("marks", `weight-${k}`, "text", { class: "rs-tick", x: column + 36, y: middle + 5 }, weight.toFixed(3));
     const move = (value) => change({ z: state.z.map((other, j) => (j === k ? value : other)) });
     putHandle(scene, `reading-${k}`, {
       x: at, y: middle, look: rejected ? "rs-wrong" : "",
