@@ -68,7 +68,7 @@ define environment
 @$(PYTHON) -c 'import sys, venv; sys.exit(sys.version_info < (3, 11))' || \
 	{ echo 'python3 3.11 or newer is needed, with venv (Debian: apt install python3-venv);' \
 	'name another one with make PYTHON=python3.12 …'; exit 1; }
-@$(PYTHON) -m venv $(VENV)
+@[ $(1) != setup ] || $(PYTHON) -m venv $(VENV)
 @$(QUIETLY) $(1) $(BIN)/pip install --progress-bar off --no-compile --require-hashes --no-deps $(2)
 @# On all cores, where pip uses one. Some packages carry files for other versions of Python; what
 @# they carry of their tests is not imported.
