@@ -1,5 +1,17 @@
-// The theme scrolls the list of pages so far that its head is gone: the page that is read shall be
-// seen, and no more. It does so when the page is parsed, thus this waits for what comes later.
 addEventListener("load", () => {
+  // The theme scrolls the list of pages so far that its head is gone, when the page is parsed. The
+  // page that is read shall be seen, and no more.
   document.querySelector(".bd-links .current > a")?.scrollIntoView({ block: "nearest" });
+
+  // The section that is read stays in view in a list of sections that is longer than the window.
+  const column = document.querySelector(".bd-sidebar-secondary");
+  if (!column) return;
+  const follow = () => {
+    const link = [...column.querySelectorAll("a.active")].at(-1);
+    if (!link) return;
+    const [inside, around] = [link, column].map((element) => element.getBoundingClientRect());
+    const isSeen = inside.top > around.top && inside.bottom < around.bottom;
+    if (!isSeen) column.scrollTop += inside.top - around.top - around.height / 2;
+  };
+  new MutationObserver(follow).observe(column, { subtree: true, attributeFilter: ["class"] });
 });
