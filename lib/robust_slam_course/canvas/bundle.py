@@ -17,6 +17,8 @@ from posixpath import dirname, join, normpath
 
 _IMPORT = re.compile(r'^import\s*\{[^}]*\}\s*from\s*"(\.[^"]+)";\n', re.MULTILINE)
 _EXPORT = re.compile(r"^export (?=(?:async )?(?:function|const|class)\b)", re.MULTILINE)
+_ASIDE = re.compile(r"""\s+// [^\n"'`]*$|(?<=[{\n])\n""", re.MULTILINE)
+"""A comment behind code, an empty line, and the end of one that opens a block."""
 _DOCUMENTATION = re.compile(r"^ *(?:/\*\*.*?\*/\n|//[^\n]*\n)?", re.MULTILINE | re.DOTALL)
 
 
@@ -51,6 +53,7 @@ def _add(path: str, done: dict[str, str]) -> None:
     for imported in _IMPORT.findall(source):
         _add(normpath(join(dirname(path), imported)), done)
     body = _EXPORT.sub("", _IMPORT.sub("", _DOCUMENTATION.sub("", source)))
+    body = _ASIDE.sub("", body)
     if re.search(r"^(import|export)\b", body, re.MULTILINE):
         raise ValueError(
             f'{path}: write imports as import {{ a, b }} from "./c.js"; and exports as'

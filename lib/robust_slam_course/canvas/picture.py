@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -34,8 +35,10 @@ _DARK = (
     'html[data-theme="dark"] .rs-picture, [data-jp-theme-light="false"] .rs-picture,'
     ' .vscode-dark .rs-picture, html[theme="dark"] .rs-picture'
 )
+_COMMENT = re.compile(r"^\s+|/\*.*?\*/\n?|(?<=:) | (?={)|(?<=[{;},])\n", re.MULTILINE | re.DOTALL)
+"""Comments and idle space of the style sheets, which would be a part of every page."""
 STYLE = f".rs-picture {{ {variables('light')} }}\n{_DARK} {{ {variables('dark')} }}\n" + "".join(
-    (files(__package__) / f"{name}.css").read_text("utf-8")
+    _COMMENT.sub("", (files(__package__) / f"{name}.css").read_text("utf-8"))
     for name in ("picture", "prediction", "lighting")
 )
 
