@@ -26,7 +26,6 @@ builds on all before it, and slowest among proofs. Readers' own times set them."
 PICTURE, QUESTION, STEP = 5, 1, 10
 """Minutes for a live picture and for a question, and to how many the sum is rounded."""
 CHAPTER = re.compile(r"(\d\d)-")
-LAST = 9
 OWN = ' aria-current="page"'
 GOALS = re.compile(r"<p>(?=[^<]*After this chapter you can</p>)")
 SIZE = 100.0
@@ -43,7 +42,7 @@ def add(
         name = PurePosixPath(context["next"]["link"]).stem
         if question := questions(app).get(name):
             own = CHAPTER.match(name)
-            sign = drawn(int(own[1]) / LAST) if own else ""
+            sign = drawn(int(own[1]) / (len(chapters(app)) - 1)) if own else ""
             context["next"]["title"] += f' <span class="rs-question">{sign}{question}</span>'
     number = CHAPTER.match(PurePosixPath(page).name)
     if doctree is None or number is None:
@@ -59,12 +58,13 @@ def add(
 def minutes(app: Sphinx, page: str) -> int:
     """Return how long a chapter's paragraphs, live pictures and questions take a newcomer."""
     doctree, number = app.env.get_doctree(page), int(PurePosixPath(page).name[:2])
+    pace = PACE[min(number, len(PACE) - 1)]
     words = sum(len(part.astext().split()) for part in doctree.findall(nodes.paragraph))
     raw = [part.astext() for part in doctree.findall(nodes.raw)]
     shown = sum(
         PICTURE * ("rs-picture" in html) + QUESTION * html.count("<legend>") for html in raw
     )
-    return STEP * round((words / PACE[number] + shown) / STEP)
+    return STEP * round((words / pace + shown) / STEP)
 
 
 class Minutes(SphinxRole):
@@ -84,13 +84,18 @@ def fill(app: Sphinx, doctree: nodes.document, _: str) -> None:
             node[:] = [nodes.Text(str(minutes(app, node["page"])))]
 
 
+def chapters(app: Sphinx) -> list[str]:
+    """Return the names of the chapters' pages, in their order."""
+    return sorted(name for name in app.env.titles if CHAPTER.match(PurePosixPath(name).name))
+
+
 def strip(app: Sphinx, page: str) -> str:
     """Return a link to each chapter, a map that unfolds from one to the next."""
-    chapters = sorted(name for name in app.env.titles if CHAPTER.match(PurePosixPath(name).name))
+    names = chapters(app)
     links = (
         f'<li><a href="{PurePosixPath(name).name}.html" title="{title}" aria-label="{title}"'
-        f"{OWN * (name == page)}>{drawn(number / LAST)}</a></li>"
-        for number, name in enumerate(chapters)
+        f"{OWN * (name == page)}>{drawn(number / (len(names) - 1))}</a></li>"
+        for number, name in enumerate(names)
         for title in [escape(app.env.titles[name].astext())]
     )
     return f'<ul class="rs-maps" aria-label="Chapters">{"".join(links)}</ul>'

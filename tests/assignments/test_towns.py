@@ -46,7 +46,7 @@ def students(count: int) -> list[int]:
 
 @contextmanager
 def at_most(seconds: int) -> Iterator[None]:
-    """Whoever computes for longer fails, as with the grader, however busy the machine is."""
+    """Fail what computes for longer, as the grader does, however busy the machine is."""
 
     def late(signum: int, frame: object) -> None:
         raise TimeoutError

@@ -32,7 +32,7 @@ class Runner:
 
     setting: Setting
     _child: ForkServerProcess | None = None
-    _talk: Connection | None = None
+    _pipe: Connection | None = None
     _tables: dict[str, Table | None] = field(default_factory=dict)
 
     def table(self, exercise: str) -> Table | None:
@@ -49,33 +49,33 @@ class Runner:
 
     def close(self) -> None:
         """End the process."""
-        if self._child is not None and self._talk is not None:
+        if self._child is not None and self._pipe is not None:
             self._child.kill()
             self._child.join()
-            self._talk.close()
-        self._child = self._talk = None
+            self._pipe.close()
+        self._child = self._pipe = None
 
     def _asked(self, exercise: str, pair: tuple[Candidate, Shape] | None = None) -> Answer:
         try:
-            if self._talk is None:
-                self._talk, other = Pipe()
+            if self._pipe is None:
+                self._pipe, other = Pipe()
                 self._child = trusted.start(_serve, self.setting, other)
                 other.close()
-            self._talk.send((exercise, pair))
-            answer: Answer = self._talk.recv()
+            self._pipe.send((exercise, pair))
+            answer: Answer = self._pipe.recv()
             return answer
         except Exception:  # a label is worth no batch
             self.close()
             return None
 
 
-def _serve(setting: Setting, talk: Connection) -> None:
+def _serve(setting: Setting, pipe: Connection) -> None:
     """Be the child: answer each request."""
     guarded.guard()
     bench = setting.bench()
     tables: dict[str, tuple[Table, float]] = {}
     while True:
-        exercise, pair = talk.recv()
+        exercise, pair = pipe.recv()
         if exercise not in tables:
             began = time.process_time()
             table = survey.right_of(bench, exercise)
@@ -83,8 +83,8 @@ def _serve(setting: Setting, talk: Connection) -> None:
             tables[exercise] = table, TIMES_LONGER * seconds
         table, seconds = tables[exercise]
         if pair is None:
-            talk.send(table)
+            pipe.send(table)
         else:
             one, like = pair
             found = survey.shape_of(bench, exercise, one, table.right, seconds, like=like)
-            talk.send(found.keys())
+            pipe.send(found.keys())

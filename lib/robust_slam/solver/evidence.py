@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from robust_slam._arrays import Array, Mask
 from robust_slam.graphs.pose_graph import PoseGraph, residual_norms
-from robust_slam.solver.fitted import Fitted
+from robust_slam.solver.fitted import Fitted, relative_squares
 
 _NEARBY = 1 / 3
 """A wrong closure is off by about this share of a step of the odometry at least …"""
@@ -93,6 +93,6 @@ def gains(graph: PoseGraph, poses: Array, kept: Mask, asked: Mask, entropy: floa
     closures = np.flatnonzero(asked[kept])
     left, off = fit.left(closures), fit.residuals[closures]
     precision = fit.graph.information[closures] @ left
-    squares = np.sum(off * np.linalg.solve(left, off[..., None])[..., 0], axis=1)
+    squares = relative_squares(off, left)
     chance = entropy - 0.5 * graph.group.DOF * np.log(2.0 * np.pi)
     return np.asarray(chance + 0.5 * (np.linalg.slogdet(precision)[1] - squares))

@@ -18,6 +18,9 @@ from robust_slam.descent.normal_equations import NormalEquations
 from robust_slam.descent.sparse.pattern import PoseFactors, sum_by_pose
 from robust_slam.graphs.pose_graph import PoseGraph, linearise, select
 
+_NOTHING = 1e-4
+"""The variance, of noise of variance 1, below which nothing is left of an edge."""
+
 
 @dataclass(frozen=True, eq=False)
 class Fitted:
@@ -86,3 +89,9 @@ class Fitted:
         by_j, transfer = (np.swapaxes(each, 1, 2) for each in self.jacobian)
         at_j = by_j @ (np.swapaxes(self.root, 1, 2) @ np.moveaxis(whitened, 0, -1))
         return sum_by_pose(graph.n, graph.edges, np.stack([transfer @ at_j, at_j]))
+
+
+def relative_squares(left: Array, covariance: Array) -> Array:
+    """Return the squares ``(k,)`` of ``left`` ``(k, D)`` in units of its ``covariance``."""
+    spread = covariance + _NOTHING * np.eye(left.shape[1])
+    return np.asarray(np.sum(left * np.linalg.solve(spread, left[..., None])[..., 0], axis=1))

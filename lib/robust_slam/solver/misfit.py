@@ -18,14 +18,12 @@ from scipy.special import bdtrc, chdtrc
 
 from robust_slam._arrays import Array, Indices, Mask
 from robust_slam.graphs.pose_graph import PoseGraph, residual_norms
-from robust_slam.solver.fitted import Fitted
+from robust_slam.solver.fitted import Fitted, relative_squares
 
 _DRAWS = 24
 """So many draws of the noise tell roughly what it leaves of each step …"""
 _WORST = 8
 """… and of so many steps, which are off by most beside this, it is computed."""
-_NOTHING = 1e-4
-"""The variance, of noise of variance 1, below which nothing is left of a step."""
 _CLOSE = 10.0
 """Closures within so many thresholds are close, and counted beside those within its square."""
 
@@ -69,19 +67,13 @@ def _slipped(graph: PoseGraph, poses: Array, kept: Mask, level: float) -> int | 
         return None
     left, drawn = (whole - taken)[0], (whole - taken)[1:]
     rough = np.einsum("pka,pkb->kab", drawn, drawn) / _DRAWS
-    squares = np.where(fit.graph.is_odometry, _relative(left, rough), 0.0)
+    squares = np.where(fit.graph.is_odometry, relative_squares(left, rough), 0.0)
     worst = np.argsort(-squares, kind="stable")[:_WORST]
-    chance = chdtrc(graph.group.DOF, _relative(left[worst], fit.left(worst)))
+    chance = chdtrc(graph.group.DOF, relative_squares(left[worst], fit.left(worst)))
     first = int(np.argmin(chance))
     if chance[first] * count >= level:
         return None
     return int(np.flatnonzero(kept)[worst[first]])
-
-
-def _relative(left: Array, covariance: Array) -> Array:
-    """Return the squares ``(k,)`` of ``left`` ``(k, D)`` in units of its ``covariance``."""
-    spread = covariance + _NOTHING * np.eye(left.shape[1])
-    return np.asarray(np.sum(left * np.linalg.solve(spread, left[..., None])[..., 0], axis=1))
 
 
 def _close(norms: Array, rejected: Mask, level: float) -> Indices:

@@ -35,10 +35,10 @@ _DARK = (
     'html[data-theme="dark"] .rs-picture, [data-jp-theme-light="false"] .rs-picture,'
     ' .vscode-dark .rs-picture, html[theme="dark"] .rs-picture'
 )
-_COMMENT = re.compile(r"^\s+|/\*.*?\*/\n?|(?<=:) | (?={)|(?<=[{;},])\n", re.MULTILINE | re.DOTALL)
+_IDLE = re.compile(r"^\s+|/\*.*?\*/\n?|(?<=:) | (?={)|(?<=[{;},])\n", re.MULTILINE | re.DOTALL)
 """Comments and idle space of the style sheets, which would be a part of every page."""
 STYLE = f".rs-picture {{ {variables('light')} }}\n{_DARK} {{ {variables('dark')} }}\n" + "".join(
-    _COMMENT.sub("", (files(__package__) / f"{name}.css").read_text("utf-8"))
+    _IDLE.sub("", (files(__package__) / f"{name}.css").read_text("utf-8"))
     for name in ("picture", "prediction", "lighting")
 )
 
