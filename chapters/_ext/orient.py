@@ -42,7 +42,7 @@ def add(
         name = PurePosixPath(context["next"]["link"]).stem
         if question := questions(app).get(name):
             own = CHAPTER.match(name)
-            sign = drawn(int(own[1]) / (len(chapters(app)) - 1)) if own else ""
+            sign = sign_of(app, int(own[1])) if own else ""
             context["next"]["title"] += f' <span class="rs-question">{sign}{question}</span>'
     number = CHAPTER.match(PurePosixPath(page).name)
     if doctree is None or number is None:
@@ -91,14 +91,18 @@ def chapters(app: Sphinx) -> list[str]:
 
 def strip(app: Sphinx, page: str) -> str:
     """Return a link to each chapter, a map that unfolds from one to the next."""
-    names = chapters(app)
     links = (
         f'<li><a href="{PurePosixPath(name).name}.html" title="{title}" aria-label="{title}"'
-        f"{OWN * (name == page)}>{drawn(number / (len(names) - 1))}</a></li>"
-        for number, name in enumerate(names)
+        f"{OWN * (name == page)}>{sign_of(app, number)}</a></li>"
+        for number, name in enumerate(chapters(app))
         for title in [escape(app.env.titles[name].astext())]
     )
     return f'<ul class="rs-maps" aria-label="Chapters">{"".join(links)}</ul>'
+
+
+def sign_of(app: Sphinx, number: int) -> str:
+    """Return the map of a chapter; a book of one chapter has the folded one."""
+    return drawn(number / max(len(chapters(app)) - 1, 1))
 
 
 def questions(app: Sphinx) -> dict[str, str]:
