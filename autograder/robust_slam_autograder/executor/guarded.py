@@ -72,14 +72,19 @@ def guarded(work: Callable[[], Iterator[T]]) -> Iterator[T]:
 
 
 def _work(work: Callable[[], Iterator[T]], writer: Connection, alive: int) -> NoReturn:
-    """Be the child."""
+    """Be the child, which prints nothing: LAPACK complains on the descriptors of its process."""
     guard()
+    said = os.fdopen(os.dup(2), "w")
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    os.dup2(nowhere, 2)
     end_with(alive)
     try:
         for value in work():
             writer.send(("yielded", value))
     except Exception as error:
-        traceback.print_tb(error.__traceback__)  # its words may hold hidden inputs
+        traceback.print_tb(error.__traceback__, file=said)  # its words may hold hidden inputs
+        said.flush()
         writer.send(("raised", error))
     os._exit(0)
 
