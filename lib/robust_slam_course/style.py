@@ -35,17 +35,20 @@ class Look:
 
 LOOKS: tuple[Look, ...] = (
     Look(COLOURS["ink"].light, "-", "o"),
-    Look(COLOURS["estimate"].light, (0.0, (6.0, 2.0)), "s"),
-    Look(COLOURS["inlier"].light, (0.0, (6.0, 2.0, 1.5, 2.0)), "^"),
-    Look(COLOURS["ochre"].light, (0.0, (3.0, 1.5)), "v"),
-    Look(COLOURS["outlier"].light, (0.0, (1.5, 1.2)), "D"),
-    Look(COLOURS["plum"].light, (0.0, (8.0, 2.0, 1.5, 2.0, 1.5, 2.0)), "P"),
-    Look(COLOURS["brown"].light, (0.0, (11.0, 3.0)), "X"),
-    Look(COLOURS["olive"].light, (0.0, (4.0, 1.2, 1.0, 1.2)), "*"),
+    Look(COLOURS["plum"].light, (0.0, (6.0, 2.0)), "s"),
+    Look(COLOURS["ochre"].light, (0.0, (6.0, 2.0, 1.5, 2.0)), "^"),
+    Look(COLOURS["olive"].light, (0.0, (3.0, 1.5)), "v"),
+    Look(COLOURS["accent"].light, (0.0, (1.5, 1.2)), "P"),
+    Look(COLOURS["brown"].light, (0.0, (8.0, 2.0, 1.5, 2.0, 1.5, 2.0)), "p"),
+    Look(COLOURS["estimate"].light, (0.0, (11.0, 3.0)), "<"),
+    Look(COLOURS["faint"].light, (0.0, (4.0, 1.2, 1.0, 1.2)), "*"),
 )
-"""Looks for things of one kind that stand beside each other, such as kernels."""
+"""Looks for things of one kind that stand beside each other, such as kernels.
 
-_CYCLE = (1, 4, 2, 5, 3, 0)
+None is taken for data: green is an inlier, and an orange cross or diamond an outlier.
+"""
+
+_CYCLE = (6, 2, 1, 3, 4, 0)
 
 # Pages draw it a second time for phones; 11 points are 15 pixels on a wide page.
 STYLE: dict[RcKeyType, Any] = {

@@ -77,11 +77,10 @@ def draw_norm_densities(ax: Axes, dimensions: Iterable[int], probability: float)
     A vertical line stands at each norm threshold that keeps the fraction `probability`.
     """
     u = np.linspace(0.0, 5.2, 209)
-    looks = zip(("inlier", "outlier", "estimate"), ("-", "--", "-."), strict=True)
-    for d, (colour, line) in zip(dimensions, cycle(looks), strict=False):
+    for d, look in zip(dimensions, cycle(LOOKS), strict=False):
         threshold = chi_square_threshold(probability, d)
-        ax.plot(u, chi.pdf(u, d), line, color=PALETTE[colour], label=f"d = {d}")
-        ax.axvline(threshold, 0.0, 0.93, linestyle=line, color=PALETTE[colour], linewidth=1.2)
+        ax.plot(u, chi.pdf(u, d), **look.line, label=f"d = {d}")
+        ax.axvline(threshold, 0.0, 0.93, **look.line, linewidth=1.2)
         text, across = f"{threshold:.2f}", ax.get_xaxis_transform()
         ax.text(threshold, 0.95, text, transform=across, ha="center")
     ax.set(xlabel="norm u of an inlier's whitened residual", ylabel="density")

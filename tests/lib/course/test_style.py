@@ -121,6 +121,18 @@ def test_there_is_a_look_of_its_own_for_every_kernel() -> None:
         kernel_look("no kernel")
 
 
+def test_no_kernel_is_taken_for_an_inlier_or_an_outlier() -> None:
+    """In figures, nor in the live picture, which has the same colours."""
+    script = ROOT / "lib/robust_slam_course/canvas/js/pictures/kernels.js"
+    live = re.findall(r'name: "(\w+)", .*colour: "(\w+)"', script.read_text("utf-8"))
+    assert len(live) == 4
+    for name, colour in live:
+        assert COLOURS[colour].light == kernel_look(name).color
+    for look in LOOKS:
+        assert look.color not in {PALETTE["inlier"], PALETTE["outlier"]}
+        assert look.marker not in {MARKERS["outlier"], "D"}
+
+
 def test_use_style_lasts() -> None:
     with mpl.rc_context():
         use_style()

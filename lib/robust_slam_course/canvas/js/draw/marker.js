@@ -3,6 +3,7 @@ const MARKERS = {
   square: "M-4.5 -4.5H4.5V4.5H-4.5Z",
   triangle: "M0 -6L5.5 4.5H-5.5Z",
   diamond: "M0 -6L6 0L0 6L-6 0Z",
+  plus: "M-2.5 -6.5H2.5V-2.5H6.5V2.5H2.5V6.5H-2.5V2.5H-6.5V-2.5H-2.5Z",
 };
 
 /** A filled marker at these pixels; `colour` is a variable of the style sheet without its prefix. */

@@ -42,9 +42,9 @@ const FARTHEST = 15;
 /** Colours and lines are those of the book's figures. */
 const KERNEL_LOOKS = [
   { name: "squared", text: "squared", colour: "ink", dash: "none", shape: "circle" },
-  { name: "huber", text: "Huber", colour: "estimate", dash: "8 4", shape: "square" },
-  { name: "cauchy", text: "Cauchy", colour: "inlier", dash: "9 4 1.5 4", shape: "triangle" },
-  { name: "tls", text: "TLS", colour: "outlier", dash: "1 4.5", shape: "diamond" },
+  { name: "huber", text: "Huber", colour: "plum", dash: "8 4", shape: "square" },
+  { name: "cauchy", text: "Cauchy", colour: "ochre", dash: "9 4 1.5 4", shape: "triangle" },
+  { name: "tls", text: "TLS", colour: "accent", dash: "1 4.5", shape: "plus" },
 ];
 
 function cleanKernels({ z, c, curve }) {
@@ -98,7 +98,7 @@ function drawKernels(scene, view) {
 }
 
 function lineLook({ colour, dash }) {
-  return { class: `rs-line is-${colour}`, style: `stroke-dasharray: ${dash}` };
+  return { class: "rs-line", style: `stroke: var(--rs-${colour}); stroke-dasharray: ${dash}` };
 }
 
 /** Axes with room for the kernels' names to the right of them. */
