@@ -1,7 +1,9 @@
 # An entry for the benchmark that is not Python: dead reckoning, from g2o to TUM.
 #
-#     for world in worlds/*.g2o; do
-#         awk -f dead_reckoning.awk "$world" > "awk/$(basename "$world" .g2o).tum"
+#     mkdir -p build/entry/awk
+#     for world in build/entry/worlds/*.g2o; do
+#         map="build/entry/awk/$(basename "$world" .g2o).tum"
+#         awk -f benchmarks/entries/dead_reckoning.awk "$world" > "$map"
 #     done
 #
 # Each edge from a pose to the next one moves on, the first of each kind; closures are not used.

@@ -59,10 +59,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--table", type=Path, default=TABLE)
     parser.add_argument("--tiers-table", type=Path, default=TIERS_TABLE)
     parser.add_argument("--tiers", nargs="+", choices=TIERS, default=list(TIERS))
-    parser.add_argument("--graphs", nargs="+", choices=GRAPHS, default=GRAPHS)
-    parser.add_argument(
-        "--methods", nargs="+", choices=methods.available(), default=methods.available()
-    )
+    parser.add_argument("--graphs", nargs="+", choices=GRAPHS, default=GRAPHS, metavar="GRAPH")
+    known = methods.available()
+    parser.add_argument("--methods", nargs="+", choices=known, default=known, metavar="METHOD")
     parser.add_argument("--write", action="store_true", help="run nothing, write the table")
     wanted = parser.parse_args(arguments)
     if not wanted.write:

@@ -9,6 +9,8 @@ with the vertices, or ``WORLD.tum`` with a line ``id x y z qx qy qz qw`` for eac
 writes ``seconds.csv``, with lines ``WORLD,CPU seconds``, its time is in the table. The second
 command scores the maps; a map that is missing counts as failed. Both commands name the worlds
 alike, and the journal remembers the runs, so that the next ``--write`` has them in its tables.
+Where the library's solver and the correct edges alone have not been run in these worlds, they are
+run as well, because every map is compared with theirs.
 """
 
 from __future__ import annotations
@@ -30,9 +32,10 @@ from tqdm import tqdm
 from benchmarks import methods
 from benchmarks.methods import Made
 from benchmarks.sweep import journal, summary
-from benchmarks.sweep.__main__ import JOURNAL
-from benchmarks.sweep.definition import TIERS, World, make, worlds
+from benchmarks.sweep.__main__ import JOURNAL, missing, sweep
+from benchmarks.sweep.definition import GRAPHS, TIERS, World, make, worlds
 from benchmarks.sweep.journal import Run
+from benchmarks.sweep.run import do
 
 _VERTICES = {"VERTEX_SE2": 3, "VERTEX_SE3:QUAT": 7}
 """Tags of a g2o file, and the numbers behind the id."""
@@ -128,8 +131,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
         parser.error("give --name, a name that no method of the sweep has")
     if not wanted.folder.is_dir():
         parser.error(f"{wanted.folder} is not a folder; give the one with the maps")
-    for run in score_maps(wanted.folder, wanted.name, chosen):
-        journal.append(wanted.journal, run)
+    sweep(wanted.journal, score_maps(wanted.folder, wanted.name, chosen), len(chosen))
+    others = (methods.ORACLE, methods.SOLVER)
+    left = missing(journal.read(wanted.journal), GRAPHS, others, wanted.tiers)
+    sweep(wanted.journal, do(left), sum(len(names) for _, names in left))
     runs = journal.read(wanted.journal).values()
     print(summary.beside(runs, wanted.name))
 

@@ -20,7 +20,8 @@ Key = tuple[World, str]
 class Run:
     """What came of one method in one world: a score, or why there is none.
 
-    ``failed`` is empty, or the reason; ``seconds`` are of CPU time either way.
+    ``failed`` is empty, or the reason; ``seconds`` are of CPU time either way, NaN where an entry
+    does not tell them.
     """
 
     world: World
@@ -44,7 +45,7 @@ def append(path: Path, run: Run) -> None:
             if file.read(1) != b"\n":
                 file.write(b"\n")
         line = {"sweep": digest(), **asdict(run), "world": run.world._asdict()}
-        file.write(json.dumps(line, allow_nan=False).encode() + b"\n")
+        file.write(json.dumps(line).encode() + b"\n")
 
 
 def read(path: Path) -> dict[Key, Run]:

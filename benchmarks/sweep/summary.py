@@ -18,8 +18,10 @@ import io
 import json
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from math import isnan
 from statistics import fmean, median
 
+import numpy as np
 from robust_slam.estimators import chi_square_threshold
 from scipy.stats import binomtest
 
@@ -159,7 +161,7 @@ def _header(runs: Sequence[Run], tiers: Iterable[str] = TIERS) -> dict[str, obje
         "good": LOST,
         "failed": f"no map, or none within {CPU_LIMIT} s of CPU time",
         "parameters": PARAMETERS | {"tol of the start": START_TOL, "c": thresholds},
-        "cpu seconds": round(sum(run.seconds for run in runs)),
+        "cpu seconds": round(sum(run.seconds for run in runs if not isnan(run.seconds))),
     }
 
 
@@ -171,7 +173,7 @@ def _described(plan: Plan) -> dict[str, object]:
 def _values(runs: list[Run]) -> list[object]:
     scores = [run.score for run in runs if run.score is not None]
     counts = [len(runs), len(runs) - len(scores), sum(one.ate <= LOST for one in scores)]
-    seconds = _short(median(run.seconds for run in runs), 2)
+    seconds = _short(float(np.median([run.seconds for run in runs])), 2)
     if not scores:
         return [*counts, "", "", "", "", seconds, ""]
     errors = [one.ate for one in scores]
@@ -220,4 +222,4 @@ def _mean(values: Sequence[float]) -> str:
 
 
 def _short(value: float, digits: int = 3) -> str:
-    return f"{round(value, digits):g}"
+    return "" if isnan(value) else f"{round(value, digits):g}"

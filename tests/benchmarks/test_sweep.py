@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 import subprocess
 import time
 from collections.abc import Iterator, Sequence
@@ -153,23 +154,41 @@ class TestTiers:
 
 
 class TestEntry:
-    def test_an_awk_script_enters_as_dead_reckoning(self, tmp_path: Path) -> None:
+    def test_the_commands_of_the_awk_script_enter_it_as_dead_reckoning(
+        self,
+        tmp_path: Path,
+        monkeypatch: pytest.MonkeyPatch,
+        capsys: pytest.CaptureFixture[str],
+    ) -> None:
         places = [("manhattan", "random", 10, 0), ("sphere", "local", 50, 1)]
         chosen = [World(*place) for place in places]
-        entry.write_worlds(tmp_path / "worlds", chosen)
-        script = Path(door.__file__).parents[1] / "entries" / "dead_reckoning.awk"
+        for module in (entry, door):
+            monkeypatch.setattr(module, "worlds", lambda tiers: chosen)
+        monkeypatch.chdir(tmp_path)
+        benchmarks = Path(door.__file__).parents[1]
+        Path("benchmarks").symlink_to(benchmarks)
+        entry.main(["write", "build/entry"])
+        script = (benchmarks / "entries" / "dead_reckoning.awk").read_text()
+        commands = "\n".join(re.findall("^#  (.*)", script, re.MULTILINE))
+        subprocess.run(["sh", "-ec", commands], check=True)
+        maps = Path("build/entry/awk")
+        (maps / "seconds.csv").write_text(f"{entry.name_of(chosen[0])},0.5\n")
+        entry.main(["score", str(maps), "--name", "awk", "--journal", "journal.jsonl"])
+        said = capsys.readouterr().out.splitlines()
+        assert [line.split()[-3:] for line in said[-3:]] == [
+            [close, "of", "2"] for close in ("0", "2", "2")
+        ]
+        done = journal.read(Path("journal.jsonl"))
+        assert done[chosen[0], "awk"].seconds == 0.5
         for world in chosen:
-            name = entry.name_of(world)
-            source, path = tmp_path / "worlds" / f"{name}.g2o", tmp_path / f"{name}.tum"
-            with path.open("w") as file:
-                subprocess.run(["awk", "-f", script, source], stdout=file, check=True)
-        (tmp_path / "seconds.csv").write_text(f"{entry.name_of(chosen[0])},0.5\n")
-        runs = list(entry.score_maps(tmp_path, "awk", [*chosen, WORLD._replace(seed=4)]))
-        assert [run.failed for run in runs] == ["", "", "no map"]
-        assert runs[0].seconds == 0.5
-        for run in runs[:2]:
-            known = methods.run("dead reckoning", make(run.world))
-            assert run.score.ate == pytest.approx(known.ate, rel=1e-6)
+            known = methods.run("dead reckoning", make(world))
+            assert done[world, "awk"].score.ate == pytest.approx(known.ate, rel=1e-6)
+        (row,) = (one for one in rows(summary.tiers(done.values())) if one["method"] == "awk")
+        assert (row["runs"], row["cpu"], row["cpu_ratio"]) == ("2", "", "")
+
+    def test_a_missing_map_is_a_failed_run(self, tmp_path: Path) -> None:
+        (run,) = entry.score_maps(tmp_path, "none", [WORLD])
+        assert (run.score, run.failed) == (None, "no map")
 
     def test_a_g2o_map_is_read_and_a_short_one_refused(self, tmp_path: Path) -> None:
         made = make(WORLD)
