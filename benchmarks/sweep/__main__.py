@@ -2,7 +2,8 @@
 
 Runs that are in the journal are not done again: kill it at any time, and start it again.
 Afterwards, or with --write at any time, the tables of what there is go to --table, for tier A,
-and to --tiers-table, for all tiers.
+and to --tiers-table, for all tiers. A row that the journal does not hold whole stays as it is
+there. The methods that each row is compared with are always run.
 
     python -m benchmarks.sweep --jobs 2
 """
@@ -10,15 +11,16 @@ and to --tiers-table, for all tiers.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 
 from robust_slam.graphs.datasets import DatasetMissing, find
+from robust_slam_course.results import Row, read_results
 from tqdm import tqdm
 
 from benchmarks import methods
-from benchmarks.sweep import journal, summary
-from benchmarks.sweep.definition import GENERATED, GRAPHS, TIERS, entered, worlds
+from benchmarks.sweep import journal, seal, summary
+from benchmarks.sweep.definition import GENERATED, GRAPHS, TIERS, digest, entered, worlds
 from benchmarks.sweep.run import Task, do
 
 ROOT = Path(__file__).parents[2]
@@ -30,7 +32,7 @@ TIERS_TABLE = TABLE.with_name("tiers.csv")
 def missing(
     done: dict[journal.Key, journal.Run],
     graphs: Sequence[str],
-    names: Sequence[str],
+    names: Collection[str],
     tiers: Sequence[str] = ("A",),
 ) -> list[Task]:
     """Return what is left to do with these methods on these graphs, a task for each world."""
@@ -66,14 +68,24 @@ def main(arguments: Sequence[str] | None = None) -> None:
     wanted = parser.parse_args(arguments)
     if not wanted.write:
         graphs = [graph for graph in wanted.graphs if _is_here(graph)]
-        tasks = missing(journal.read(wanted.journal), graphs, wanted.methods, wanted.tiers)
+        names = {*wanted.methods, methods.ORACLE, methods.GNC, methods.SOLVER}
+        tasks = missing(journal.read(wanted.journal), graphs, names, wanted.tiers)
         total = sum(len(names) for _, names in tasks)
         sweep(wanted.journal, do(tasks, wanted.jobs), total)
     runs = journal.read(wanted.journal).values()
     for path, table in ((wanted.table, summary.text), (wanted.tiers_table, summary.tiers)):
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(table(runs), encoding="utf-8")
+        path.write_text(table(runs, _before(path)), encoding="utf-8")
         print(f"a table is in {path}")
+
+
+def _before(path: Path) -> Sequence[Row]:
+    """Return the rows of the table that is there, none if they are of other worlds."""
+    if not path.exists():
+        return ()
+    found = read_results(path)
+    own = {"version": digest(), "sealed": seal.HASH}
+    return found.rows if own.items() <= found.header.items() else ()
 
 
 def _is_here(graph: str) -> bool:

@@ -9,6 +9,10 @@ however, so tiers are compared by another measure: a map is close if its ATE is 
 that of the map of the correct edges alone, or at most ``SURE`` where that is less. On a public
 graph, whose reference is an optimum that other weights of the same measurements move, that is
 ``LOST``.
+
+Rows of the table that was there before stay where the runs at hand are fewer, so that a machine
+without the journal of all others can add a method. ``kept`` in the header names them; what they
+won and lost, and their times, are beside the runs of then.
 """
 
 from __future__ import annotations
@@ -23,9 +27,11 @@ from statistics import fmean, median
 
 import numpy as np
 from robust_slam.estimators import chi_square_threshold
+from robust_slam_course.results import Row
 from scipy.stats import binomtest
 
 from benchmarks.methods import GNC, METHODS, ORACLE, PARAMETERS, PROBABILITY, SOLVER, START_TOL
+from benchmarks.sweep import seal
 from benchmarks.sweep.definition import (
     CPU_LIMIT,
     GENERATED,
@@ -42,6 +48,8 @@ from benchmarks.sweep.definition import (
 )
 from benchmarks.sweep.journal import Key, Run
 
+Place = tuple[str, ...]
+"""What names a row: its entries before the number of runs."""
 COMMAND = "make sweep"
 TIMES, SURE = 2.0, 0.1
 """A close map has at most so many times the ATE of the correct edges alone, or so many m."""
@@ -56,18 +64,18 @@ TIER_COLUMNS = (
 )
 
 
-def text(runs: Iterable[Run]) -> str:
+def text(runs: Iterable[Run], before: Iterable[Row] = ()) -> str:
     """Return the table of tier A as CSV, a row for each graph, kind, rate and method.
 
-    Lines ``# name: JSON`` before it say how it was made.
+    Lines ``# name: JSON`` ahead of it say how it was made. ``before`` are rows of a table of the
+    same version.
     """
-    runs = [run for run in runs if run.world.tier == "A"]
-    groups = _grouped(runs, _place)
-    rows = ([*place, *_values(groups[place])] for place in sorted(groups, key=_order))
-    return _table(_header(runs, "A"), COLUMNS, rows)
+    groups = _grouped((run for run in runs if run.world.tier == "A"), _place)
+    rows = {place: [*place, *_values(own)] for place, own in groups.items()}
+    return _table(_header("A"), COLUMNS, rows, before, _order)
 
 
-def tiers(runs: Iterable[Run]) -> str:
+def tiers(runs: Iterable[Run], before: Iterable[Row] = ()) -> str:
     """Return the table of all tiers as CSV, a row for each tier, part and method.
 
     The part of C and D is what was changed, of E the percent of outliers, of F the graph.
@@ -80,10 +88,14 @@ def tiers(runs: Iterable[Run]) -> str:
     runs = list(runs)
     done = {run.key: run for run in runs}
     groups = _grouped(runs, lambda run: (run.world.tier, _part(run.world), run.method))
-    order = sorted(groups, key=lambda place: (place[0], _rank(place[2])))
-    rows = ([*place, *_sums(groups[place], done)] for place in order)
-    header = {**_header(runs), "close": [TIMES, SURE, LOST]}
-    return _table(header, TIER_COLUMNS, rows)
+    rows = {place: [*place, *_sums(own, done)] for place, own in groups.items()}
+    parts = list(dict.fromkeys((world.tier, _part(world)) for world in worlds()))
+
+    def order(place: Place) -> tuple[object, ...]:
+        return place[0], _rank(place[2]), parts.index((place[0], place[1]))
+
+    header = {**_header(), "close": [TIMES, SURE, LOST]}
+    return _table(header, TIER_COLUMNS, rows, before, order)
 
 
 def beside(runs: Iterable[Run], name: str) -> str:
@@ -107,27 +119,40 @@ def is_close(run: Run, done: Mapping[Key, Run]) -> bool:
     return run.score.ate <= max(sure, TIMES * known.score.ate)
 
 
-def _grouped(
-    runs: Iterable[Run], place: Callable[[Run], tuple[str, ...]]
-) -> dict[tuple[str, ...], list[Run]]:
-    groups: dict[tuple[str, ...], list[Run]] = defaultdict(list)
+def _grouped(runs: Iterable[Run], place: Callable[[Run], Place]) -> dict[Place, list[Run]]:
+    groups: dict[Place, list[Run]] = defaultdict(list)
     for run in runs:
         groups[place(run)].append(run)
     return groups
 
 
 def _table(
-    header: Mapping[str, object], columns: Sequence[str], rows: Iterable[Sequence[object]]
+    header: Mapping[str, object],
+    columns: Sequence[str],
+    rows: Mapping[Place, Sequence[object]],
+    before: Iterable[Row],
+    order: Callable[[Place], tuple[object, ...]],
 ) -> str:
+    count = columns.index("runs")
+    table = {place: [str(value) for value in row] for place, row in rows.items()}
+    kept: dict[str, list[str]] = {}
+    for old in ([row[name] for name in columns] for row in before):
+        place = tuple(old[:count])
+        if place not in table or int(table[place][count]) < int(old[count]):
+            table[place] = old
+            names = kept.setdefault(place[0], [])
+            names += [place[-1]] * (place[-1] not in names)
+    runs = sum(int(row[count]) for row in table.values())
+    told = {**header, "runs": f"{runs} of {header['runs']}", "kept": kept}
     out = io.StringIO()
-    out.writelines(f"# {name}: {json.dumps(value)}\n" for name, value in header.items())
+    out.writelines(f"# {name}: {json.dumps(value)}\n" for name, value in told.items())
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(columns)
-    writer.writerows(rows)
+    writer.writerows(table[place] for place in sorted(table, key=order))
     return out.getvalue()
 
 
-def _place(run: Run) -> tuple[str, ...]:
+def _place(run: Run) -> Place:
     return run.world.graph, run.world.kind, str(run.world.percent), run.method
 
 
@@ -137,7 +162,7 @@ def _part(world: World) -> str:
     return world.graph if world.tier == "F" else world.change
 
 
-def _order(place: tuple[str, ...]) -> tuple[int, ...]:
+def _order(place: Place) -> tuple[int, ...]:
     graph, kind, percent, method = place
     ranks = (list(PLANS).index(graph), KINDS.index(kind), int(percent))
     return *ranks, _rank(method)
@@ -148,20 +173,19 @@ def _rank(method: str) -> int:
     return list(METHODS).index(method) if method in METHODS else len(METHODS)
 
 
-def _header(runs: Sequence[Run], tiers: Iterable[str] = TIERS) -> dict[str, object]:
-    """Return what the results depend on: everything that is not in a column."""
-    wanted = sum(len(entered(world)) for world in worlds(tiers))
+def _header(tiers: Iterable[str] = TIERS) -> dict[str, object]:
+    """Return what the results depend on, and how many runs there are with all methods."""
     thresholds = {dof: chi_square_threshold(PROBABILITY, dof) for dof in (3, 6)}
     return {
         "version": digest(),
+        "sealed": seal.HASH,
         "command": COMMAND,
-        "runs": f"{len(runs)} of {wanted}",
+        "runs": sum(len(entered(world)) for world in worlds(tiers)),
         "graphs": {name: _described(plan) for name, plan in PLANS.items()},
         "group": GROUP,
         "good": LOST,
         "failed": f"no map, or none within {CPU_LIMIT} s of CPU time",
         "parameters": PARAMETERS | {"tol of the start": START_TOL, "c": thresholds},
-        "cpu seconds": round(sum(run.seconds for run in runs if not isnan(run.seconds))),
     }
 
 

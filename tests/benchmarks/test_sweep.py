@@ -7,7 +7,7 @@ import json
 import re
 import subprocess
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -351,6 +351,35 @@ class TestTable:
     def test_runs_without_a_map_leave_their_places_empty(self) -> None:
         (row,) = rows(summary.text([FAILED]))
         assert (row["failed"], row["good"], row["ate_worst"]) == ("1", "0", "")
+
+    def test_rows_stay_that_the_journal_does_not_hold_whole(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        tables = [tmp_path / "table.csv", tmp_path / "tiers.csv"]
+        found: list[Mapping[str, object]] = []
+
+        def written(number: int, *runs: Run) -> list[tuple[str, str]]:
+            path = tmp_path / f"{number}.jsonl"
+            for run in runs:
+                journal.append(path, run)
+            options = {"--journal": path, "--table": tables[0], "--tiers-table": tables[1]}
+            door.main(["--write", *(f"{name}={file}" for name, file in options.items())])
+            found.extend(read_results(table).header for table in tables)
+            one, other = ([(r["method"], r["runs"]) for r in rows(t.read_text())] for t in tables)
+            assert one == other
+            return one
+
+        seeds = [replace(DONE, world=WORLD._replace(seed=seed)) for seed in range(3)]
+        first = replace(DONE, method="least squares")
+        assert written(1, *seeds[:2]) == [("DCS", "2")]
+        assert written(2, DONE, first) == [("least squares", "1"), ("DCS", "2")]
+        assert [header["kept"] for header in found[2:]] == [{"manhattan": ["DCS"]}, {"A": ["DCS"]}]
+        assert found[2]["runs"] == f"3 of {400 * len(methods.METHODS)}"
+        assert written(3, *seeds) == [("least squares", "1"), ("DCS", "3")]
+        monkeypatch.setattr(seal, "HASH", "of other seeds")
+        for name in ("OPENED", "SEALED"):
+            monkeypatch.setattr(seal, name, tmp_path / "none")
+        assert written(4, first) == [("least squares", "1")]
 
     def test_the_committed_table_is_of_this_sweep_and_small(self) -> None:
         committed = read_results(door.TABLE)
