@@ -15,7 +15,9 @@ from matplotlib import pyplot as plt
 from playwright.sync_api import expect
 from robust_slam.estimators import chi_square_threshold
 from robust_slam.graphs import ate
+from robust_slam.graphs.datasets import is_here
 from robust_slam.problems import PoseGraphProblem
+from robust_slam.solver import Support, solve
 from robust_slam_course.heat import HeatMap
 from robust_slam_course.results import Results, read_results
 
@@ -23,6 +25,7 @@ from benchmarks import methods
 from benchmarks.sweep import summary
 from benchmarks.sweep.definition import (
     CPU_LIMIT,
+    GENERATED,
     GROUP,
     KINDS,
     LOST,
@@ -82,6 +85,31 @@ def test_the_protocol_is_that_of_the_sweep() -> None:
     there = " ".join(SHOWCASE.cells["larger"].split())
     assert "Each has 45 correct closures" in there
     assert f"in {sum(1 for _ in worlds('A'))} worlds" in there
+
+
+@pytest.mark.parametrize(
+    "world",
+    [
+        World("intel", "spoiled", 90, 1725111032, "B"),
+        World("intel", "spoiled", 90, 129701677, "B"),
+        World("CSAIL", "spoiled", 90, 129701677, "B"),
+        World("CSAIL", "spoiled", 90, 426800909, "B"),
+        World("sphere", "aliased", 67, 2, "E"),
+        World("intel", "aliased", 50, 1, "E"),
+    ],
+    ids=str,
+)
+def test_what_the_solver_loses_it_had_found_and_it_warns(world: World) -> None:
+    if world.graph not in GENERATED and not is_here(world.graph):
+        leave_out(f"{world.graph} is not on this machine")
+    made = make(world)
+    answer = solve(made.graph, methods.PROBABILITY)
+    right = [one for one in answer.candidates if ate(one.poses, made.reference) < LOST]
+    assert ate(answer.poses, made.reference) > LOST
+    assert answer.best.evidence > max(one.evidence for one in right)
+    assert answer.support is Support.WEAK
+    given_up = world.graph == "CSAIL" or (world.kind == "aliased" and world.graph == "intel")
+    assert (answer.slips.size > 0) == given_up
 
 
 @pytest.mark.parametrize("seed", range(3))
