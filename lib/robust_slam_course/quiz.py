@@ -157,10 +157,9 @@ def _option(letter: str, option: Option) -> str:
 def prediction(question: Question) -> str:
     """Return a question with one right answer as a row of buttons that folds to the answer.
 
-    An option's answer follows all options, of which the right one has a tick and a wrong choice
-    a cross. To be heard and printed these are "Right: 7." or "You chose 3. The answer is 7."
-    It needs no script, only ``canvas/prediction.css``. The buttons are check boxes, each of
-    which Tab reaches: arrow keys between radio buttons would answer while the reader looks.
+    An option's answer begins with "✓ Right: 7." or "✗ You chose 3. The answer is 7." It needs no
+    script, only ``canvas/prediction.css``. The buttons are check boxes, each of which Tab
+    reaches: arrow keys between radio buttons would answer while the reader looks.
 
     Raises:
         ValueError: there are more than four options, or several are right.
@@ -172,11 +171,8 @@ def prediction(question: Question) -> str:
     *buttons, last = (_button(letter, option.text) for letter, option in letters.items())
     # Where the buttons need two lines, the last one is never "Skip" alone.
     buttons.append(f"<span>{last}{_button('-', 'Skip')}</span>")
-    answers = [
-        _revealed(letter, _opening(option), question.options, option)
-        for letter, option in letters.items()
-    ]
-    answers.append(_revealed("-", "The answer is", question.options, right))
+    answers = [_revealed(letter, option, right) for letter, option in letters.items()]
+    answers.append(_revealed("-", None, right))
     return (
         f'<form class="rs-predict" method="dialog" data-question="{_key(question)}"><fieldset>'
         f"<legend><strong>Predict:</strong> {_inline(question.prompt)}</legend>"
@@ -191,25 +187,17 @@ def _button(letter: str, text: str) -> str:
     return f"<label>{box}<span>{_inline(text)}</span></label>"
 
 
-def _opening(chosen: Option) -> str:
-    wrong = f"✗ You chose <b>{_inline(chosen.text)}</b>. The answer is"
-    return "✓ Right:" if chosen.correct else wrong
-
-
-def _revealed(letter: str, opening: str, options: Sequence[Option], chosen: Option) -> str:
-    (right,) = (_inline(option.text) for option in options if option.correct)
-    looks = (
-        ' class="is-right">✓ ' if option.correct else ' class="is-wrong">✗ ' * (option is chosen)
-        for option in options
-    )
-    marked = " ".join(
-        f"<span{look or '>'}{_inline(option.text)}</span>"
-        for look, option in zip(looks, options, strict=True)
-    )
+def _revealed(letter: str, chosen: Option | None, right: Option) -> str:
+    verdict = f'<span class="is-right">The answer is <b>{_inline(right.text)}</b>.</span>'
+    if chosen is right:
+        verdict = verdict.replace("The answer is", "✓ Right:")
+    elif chosen:
+        said = f"✗ You chose <b>{_inline(chosen.text)}</b>."
+        verdict = f'<span class="is-wrong">{said}</span> {verdict}'
     return (
-        f'<p data-choice="{letter}"><span class="rs-spoken">{opening} <b>{right}</b>. </span>'
-        f'<span class="rs-marked" aria-hidden="true">{marked}</span>'
-        f' {_inline(chosen.answer)} <button type="reset" {_KEYS}>Ask again</button></p>'
+        f'<p data-choice="{letter}"><span class="rs-verdict">{verdict}</span>'
+        f' {_inline((chosen or right).answer)}'
+        f' <span class="rs-acts"><button type="reset" {_KEYS}>Ask again</button></span></p>'
     )
 
 

@@ -12,7 +12,7 @@ import json
 import os
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from html import escape
 from importlib.resources import files
@@ -50,10 +50,12 @@ class Picture:
     ``name`` is that of its script, ``js/pictures/<name>.js``. ``state`` is what the reader
     changes, ``data`` what stays, both of JSON's values. ``question`` is the reader's prediction,
     see ``quiz.prediction``, and ``tries`` are things to try; ``still`` shows the first state and
-    ``caption`` says what it shows.
+    ``caption`` says what it shows. ``answer`` is what differs from the first state where the
+    picture shows the answer; where it is empty, readers have to find that themselves.
 
     Raises:
-        ValueError: a text is empty, there are no things to try, or as ``quiz.prediction``.
+        ValueError: a text is empty, there are no things to try, ``answer`` has what ``state``
+            has not, or as ``quiz.prediction``.
         TypeError: ``still`` is no figure, or ``state`` and ``data`` are not of JSON's values.
     """
 
@@ -65,6 +67,7 @@ class Picture:
     state: Mapping[str, Any]
     data: Mapping[str, Any]
     still: Figure
+    answer: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         check_words("title", self.title)
@@ -73,6 +76,8 @@ class Picture:
             raise ValueError("tries: empty; give a thing to try.")
         for text in self.tries:
             check_words("tries", text)
+        if unknown := self.answer.keys() - self.state.keys():
+            raise ValueError(f"answer: {min(unknown)!r} is no part of the state.")
         if not isinstance(self.still, Figure):
             raise TypeError(f"still: {self.still!r} is no matplotlib Figure.")
         # Else a notebook shows the still picture of its own accord, too.
@@ -85,6 +90,7 @@ class Picture:
             texts["question"] = prediction(self.question)
         return {
             "name": self.name, "texts": texts, "state": self.state, "data": self.data,
+            "answer": self.answer,
         }  # fmt: skip
 
     def static_html(self) -> str:
@@ -147,7 +153,7 @@ def _widget_class(name: str) -> type[anywidget.AnyWidget]:
     import anywidget
     import traitlets
 
-    synced = {key: traitlets.Dict().tag(sync=True) for key in ("texts", "state", "data")}
+    synced = {key: traitlets.Dict().tag(sync=True) for key in ("texts", "state", "data", "answer")}
     members = {
         "_esm": f"{bundle(name)}\nexport default {{ render }};",
         "_css": STYLE,

@@ -61,6 +61,7 @@ def graduation() -> Picture:
             "noise": 0,
             "claim": _CLAIM,
         },
+        answer={"kind": "consistent", "noise": 3},
         data=data,
         still=_counts_still(data, "random 50"),
     )

@@ -60,6 +60,7 @@ def kernels() -> Picture:
         f" (Huber) and {pulls[2]:.2f} (Cauchy, at most {c / 2:.2f}); TLS rejects it."
         f" Estimates: {', '.join(f'{abs(x):.2f}' for x in estimates)}.",
         state={"z": reading, "c": c, "curve": "psi"},
+        answer={"c": 5.0},
         data={"inliers": inliers},
         still=_kernels_still(inliers, reading, four),
     )

@@ -55,6 +55,7 @@ def arena() -> Picture:
         f" outliers, least squares uses {_used(one[1])}, is {one[2]:.2f} m off and not certified;"
         f" GNC uses {_used(other[1])}, is {other[2]:.2f} m off and certified.",
         state={"percent": 50, "kind": "random", "left": "least squares", "right": "GNC"},
+        answer={"percent": 70},
         data={
             "table": table,
             "solvers": solvers,
@@ -111,6 +112,7 @@ def growing() -> Picture:
             "arrives": labs.ARRIVALS[0],
             **{f"with{k}": True for k in range(len(labs.MAY_DROP))},
         },
+        answer={"pose": 29},
         data={
             **graph_data(graph, truth, 4),
             "minds": _read("labs.json")["minds"],
@@ -159,6 +161,7 @@ def proofs() -> Picture:
         f" {ate(starts['twice'], best):.2f} m from the best one. In this run {failed} of the"
         f" {len(gaps['gnc twice'])} certificates fail, and it ends in a lost map.",
         state={"step": 0, "start": "twice", "solver": "gnc"},
+        answer={"start": "thrice", "step": 13},
         data={
             **graph_data(graph, best, 6),
             "best": _flat(best, 4),
@@ -192,6 +195,7 @@ def priors() -> Picture:
         f" {np.sum(used & is_false)} of {np.sum(is_false)} outliers, and the map is"
         f" {ate(found.x, best):.2f} m from the best one.",
         state={"odds": 0, "score": False},
+        answer={"odds": 7},
         data={
             **graph_data(graph, best, 6),
             "best": _flat(best, 4),

@@ -63,6 +63,7 @@ def annealing() -> Picture:
             "view": "cost", "start": "seven", "z": _SEVEN, "kind": "tls", "c": c, "factor": factor,
             "step": 0,
         },
+        answer={"z": [*_SEVEN[:-1], 30.0]},
         data={"starts": {"four": _FOUR, "seven": _SEVEN}},
         still=_annealing_still(c, run[step - 1 : step + 1]),
     )  # fmt: skip
@@ -107,6 +108,7 @@ def basins() -> Picture:
             "readings": "crowd", "z": [0.0, 10.0], "kernel": "tls", "c": kernel.scale,
             "sigma": 1.0, "start": start, "view": "cost",
         },
+        answer={"sigma": 3.0},
         data={"z": [0.0, 10.0], "times": {"crowd": [20, 1], "pair": [1, 1]}},
         still=_basins_still(crowd, kernel, run.history),
     )  # fmt: skip

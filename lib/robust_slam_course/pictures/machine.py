@@ -75,6 +75,7 @@ def machine() -> Picture:
         caption=f"{_FAULTS[_FIRST]} The map keeps {kept} of {right} inliers and {misled} of"
         f" {wrong} outliers, is {first['off']:.2f} m off the true path, and is certified.",
         state={"broken": _FIRST},
+        answer={"broken": "odometry"},
         data=data,
         still=_machine_still(data, _FIRST),
     )

@@ -69,6 +69,7 @@ def opening(poses: int = 60) -> Picture:
         caption="Three maps of one drive. Without the wrong closure least squares follows the true"
         " path; with it, nearly the whole map folds; a robust kernel restores the path.",
         state={"robust": False, "wrong": wrong},
+        answer={"robust": True},
         data=graph_data(graph, truth),
         still=draw_opening(_three_maps(graph, truth, wrong, information)),
     )
@@ -124,6 +125,7 @@ def cycles() -> Picture:
         " true path. It pulls the top right corner of the town on to the bottom street and bends"
         " every other edge except the four at each end of the drive.",
         state={"place": "town", "correct": True, "sigma": 0.05, **joins},
+        answer={"correct": False},
         data={
             name: {**graph_data(graph, poses), "turn": turn}
             for name, (graph, poses, turn) in places.items()
@@ -195,6 +197,7 @@ def showcase() -> Picture:
         caption="One drive with nine wrong closures that agree (dashed), over the dotted true"
         " path. Least squares and switchable constraints fold the map, and GNC does not.",
         state={"wrong": wrong, "size": _AGREEING, "start": "squares"},
+        answer={"wrong": [42, 3]},
         data=graph_data(graph, truth, 4),
         still=_three_estimators(graph, truth, wrong),
     )
@@ -275,6 +278,7 @@ def consistency() -> Picture:
             **chosen,
             "chosen": 0,
         },
+        answer={"count": 7},
         data={**graph_data(graph, truth, 4), **chosen},
         still=_agreement(misled, is_outlier, truth),
     )

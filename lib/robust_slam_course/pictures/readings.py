@@ -66,6 +66,8 @@ def leverage() -> Picture:
             "kernel": "squared", "beside": "curve", "held": _DOOR,
             "p": p.tolist(), "y": y.round(3).tolist(),
         },
+        # There its residual is c.
+        answer={"kernel": "cauchy", "y": np.where(p == _DOOR, 3.57, y).round(3).tolist()},
         data={
             "p": p.tolist(), "y": y.round(3).tolist(), "truth": _WALL, "sigma": _WALL_SIGMA,
             "kernels": scales,
@@ -127,6 +129,7 @@ def majoriser() -> Picture:
         state={
             "kernel": "cauchy", "start": start, "outlier": outlier, "sigma": sigma, "step": 0,
         },
+        answer={"step": 13},
         data={"inliers": inliers, "c": 1.0, "kernels": ["cauchy", "huber", "tls"]},
         still=_majoriser_still([*inliers, outlier], sigma, start),
     )  # fmt: skip

@@ -63,6 +63,7 @@ def robots() -> Picture:
         " residual is 0, since nothing contradicts it."
         f" B is {off_b:.2f} m off, C {off_c:.2f} m.",
         state={"wrong": _MEETING, "correct": 0, "round": 0, "views": False},
+        answer={"correct": 2, "round": 53},
         data={
             **graph_data(graph, truth, 3),
             "labels": labels.tolist(),

@@ -74,6 +74,7 @@ class TestPage:
         ({"tries": []}, ValueError, "tries: empty"),
         ({"tries": ["a", ""]}, ValueError, "tries: empty"),
         ({"state": {"x": float("nan")}}, ValueError, "JSON"),
+        ({"answer": {"no": 1}}, ValueError, "answer: 'no' is no part of the state"),
         ({"still": 3}, TypeError, "still: 3 is no matplotlib Figure"),
         ({"data": {"x": {1, 2}}}, TypeError, "JSON"),
     ],

@@ -334,11 +334,8 @@ def test_each_answer_repeats_the_choice_and_moves_nothing(
         wrong = f"✗ You chose {chosen}. The answer is 0."
         opening = {"Skip": "The answer is 0.", "0": "✓ Right: 0."}.get(chosen, wrong)
         assert prompt == PROMPT and answer.startswith(opening)
-        marks = {"0": "✓ ", chosen: "✓ " if chosen == "0" else "✗ "}
-        options = " ".join(f"{marks.get(option, '')}{option}" for option in ASKED[1:-1])
-        assert form.locator(".rs-marked:visible").all_inner_texts() == [options]
         assert picture.bounding_box() == before
-        form.get_by_role("button").click()
+        form.get_by_role("button", name="Ask again").click()
         assert form.evaluate(SEEN) == ASKED
 
 

@@ -2,7 +2,7 @@ import { htmlElement, makeControl } from "./controls.js";
 import { Glide } from "./glide.js";
 import { lightTwins, linkText, linkWords } from "./lighting.js";
 import { stateFromHash, stateToHash } from "./link.js";
-import { predictionOf } from "./prediction.js";
+import { offerToShow, predictionOf } from "./prediction.js";
 import { KEYS_STAY, Scene, setAttributes } from "./scene.js";
 import { stageHeight } from "./stage.js";
 
@@ -11,8 +11,9 @@ const NEAR = 0.004; // what is left of a movement, in the picture's units, when 
 
 /**
  * Run a live picture inside `el`. `model` follows anywidget's convention: `get("name")`,
- * `get("texts")` {title, question, tries}, `get("state")` and `get("data")`; `set` and
- * `save_changes` hand the state back to Python. `spec` says what is particular:
+ * `get("texts")` {title, question, tries}, `get("state")`, `get("data")` and `get("answer")`, what
+ * differs from the first state where the answer to the question is seen; `set` and `save_changes`
+ * hand the state back to Python. `spec` says what is particular:
  * - `controls`: see `makeControl`
  * - `main`: names (or labels, of buttons) of the controls that stand below the drawing; the others
  *   are folded away, unless a link brings one of them in another state
@@ -26,7 +27,7 @@ const NEAR = 0.004; // what is left of a movement, in the picture's units, when 
  * - `caption(view)`: what is seen, in one to three sentences
  */
 export function livePicture({ model, el }, spec) {
-  const [name, texts, data] = ["name", "texts", "data"].map((key) => model.get(key));
+  const [name, texts, data, answer] = ["name", "texts", "data", "answer"].map((key) => model.get(key));
   const first = spec.clean(model.get("state"), data);
   const calm = window.matchMedia("(prefers-reduced-motion: reduce)");
   const linked = () => stateFromHash(name, window.location.hash, first);
@@ -92,6 +93,7 @@ export function livePicture({ model, el }, spec) {
   }
 
   parts.reset.addEventListener("click", () => change(first));
+  if (Object.keys(answer).length) offerToShow(el, () => change({ ...first, ...answer }));
   parts.link.addEventListener("click", async () => {
     window.history.replaceState(null, "", stateToHash(name, state, first));
     parts.link.textContent = "Now in the address";

@@ -3,7 +3,7 @@ export const WIDE = 540;
 
 /** The height of a drawing, in pixels: with question, control and readout it fits one screen. */
 export function stageHeight(width) {
-  return width < WIDE ? 360 : 390;
+  return width < WIDE ? 375 : 380;
 }
 
 /** `{x, y, width, height}` cut from left to right into parts of these shares, `gap` pixels apart. */

@@ -1,7 +1,7 @@
 import { putLegend } from "../draw/legend.js";
 import { fitAround, putDrive, putEdge } from "../draw/map.js";
 import { livePicture } from "../draw/picture.js";
-import { sideBySide, WIDE } from "../draw/stage.js";
+import { sideBySide, stageHeight, WIDE } from "../draw/stage.js";
 
 /**
  * Two solvers of the library on one town, with as many outliers as the reader likes. The maps were
@@ -22,7 +22,7 @@ export function render(context) {
       { kind: "choice", name: "right", label: "Right", options: named },
     ],
     main: ["percent", "right"],
-    height: (width) => (width < WIDE ? 280 : 390),
+    height: (width) => (width < WIDE ? 280 : stageHeight(width)),
     clean: (state) => ({
       percent: Math.min(MOST_PERCENT, Math.max(0, 10 * Math.round((Number(state.percent) || 0) / 10))),
       kind: kinds.includes(state.kind) ? state.kind : kinds[0],

@@ -1,7 +1,7 @@
 import { numberText } from "../draw/axes.js";
 import { audiblePicture } from "../draw/listen.js";
 import { fitAround, posePixels, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
-import { sideBySide, WIDE } from "../draw/stage.js";
+import { sideBySide, stageHeight, WIDE } from "../draw/stage.js";
 import { putStrip } from "../draw/strip.js";
 import { alignPoses } from "../solve/metrics.js";
 import {
@@ -37,6 +37,7 @@ export function render(context) {
     clean: cleanCycles,
     solve: (state, data) => solveCycles(state, data, undisturbed),
     moving: (result) => result.poses,
+    height: (width) => (width < WIDE ? 405 : stageHeight(width)),
     draw: drawCycles,
     caption: cyclesCaption,
   });
@@ -154,7 +155,7 @@ function drawCycles(scene, { state, result, shown, width, height, change }) {
 function cycleBoxes(width, height) {
   const all = { x: 0, y: 0, width, height };
   if (width >= WIDE) return sideBySide(all, [1.25, 1]);
-  return [{ ...all, height: 0.6 * height }, { ...all, y: 0.6 * height, height: 0.4 * height }];
+  return [{ ...all, height: 0.66 * height }, { ...all, y: 0.66 * height, height: 0.34 * height }];
 }
 
 function putHeatedEdges(scene, map, shown, { graph, norms, steps, closures }) {

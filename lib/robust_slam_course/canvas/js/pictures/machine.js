@@ -3,7 +3,7 @@ import { putLegend } from "../draw/legend.js";
 import { fitAround, posePixels, putDrive, putEdge } from "../draw/map.js";
 import { putMarker } from "../draw/marker.js";
 import { livePicture } from "../draw/picture.js";
-import { sideBySide, WIDE } from "../draw/stage.js";
+import { sideBySide, stageHeight, WIDE } from "../draw/stage.js";
 
 /**
  * The stages from the camera to the map, and the map of one drive. The reader lets one stage fail
@@ -23,6 +23,7 @@ export function render(context) {
     }),
     solve: ({ broken }, { outcomes }) => outcomes[broken],
     moving: ({ poses }) => Float64Array.from(poses),
+    height: (width) => (width < WIDE ? 405 : stageHeight(width)),
     draw: drawMachine,
     caption: machineCaption,
   });
@@ -42,10 +43,10 @@ const CLOSURE_LOOKS = [
 /** The box of each stage, or where the page is narrow its line in a list; beside them the map. */
 function machineLayout(width, height, stages) {
   const wide = width >= WIDE;
-  const [left, map] = sideBySide({ x: 2, y: 0, width: width - 2, height }, wide ? [1.13, 1] : [1, 1]);
-  const step = height / (wide ? 9 : stages.length);
+  const [left, map] = sideBySide({ x: 2, y: 0, width: width - 2, height }, wide ? [1.13, 1] : [0.8, 1]);
+  const step = wide ? height / 9 : (height - 34) / (stages.length - 1);
   const boxes = stages.map(({ key, name, row, place }, k) => {
-    if (!wide) return { key, name: name.split(/[,(]/)[0], x: 12, middle: 30, centre: (k + 0.5) * step };
+    if (!wide) return { key, name: name.split(/[,(]/)[0], x: 12, middle: 30, centre: 14 + k * step };
     const across = BOX_WIDTHS[place] * left.width;
     const middle = left.x + BOX_CENTRES[place] * left.width;
     const y = row * step + 3;
@@ -76,14 +77,14 @@ function drawStageArrows(scene, { arrows }, { boxes, left }) {
 }
 
 function drawStage(scene, { key, name, x, y, width, middle, centre }, { state, result }, { wide }) {
-  const { text, alarm } = stageReport(key, state, result);
+  const { text, alarm } = stageReport(key, state, result, wide);
   const broken = state.broken === key;
   const words = { x: middle, "text-anchor": wide ? "middle" : "start", class: alarm || broken ? "rs-head" : "" };
   if (!wide) {
     const colour = broken ? "outlier" : alarm ? "estimate" : "ink";
     const style = `fill:var(--rs-${colour})`;
-    scene.put("words", `${key}-name`, "text", { ...words, y: centre + (text ? -1 : 5), style }, name);
-    if (text) scene.put("words", `${key}-report`, "text", { ...words, y: centre + 14, class: "rs-tick" }, text);
+    scene.put("words", `${key}-name`, "text", { ...words, y: centre + 5, style }, name);
+    if (text) scene.put("words", `${key}-report`, "text", { ...words, y: centre + 20, class: "rs-tick" }, text);
     return;
   }
   const [look, stroke] = broken ? ["is-outlier", 3] : alarm ? ["is-estimate", 3] : ["is-muted", 1];
@@ -95,9 +96,9 @@ function drawStage(scene, { key, name, x, y, width, middle, centre }, { state, r
 }
 
 /** What a stage reports, and whether that is a sign that something is wrong. */
-function stageReport(key, { broken }, { told, passed, left, certified }) {
+function stageReport(key, { broken }, { told, passed, left, certified }, wide) {
   const shown = (counts) => ({
-    text: `${counts[0]} inliers, ${counts[1]} outliers`, alarm: counts[0] < told[0] && broken !== "plan",
+    text: wide ? `${counts[0]} inliers, ${counts[1]} outliers` : `keeps ${counts.join(" and ")}`, alarm: counts[0] < told[0] && broken !== "plan",
   });
   if (broken === key) return { text: key === "nothing" ? "" : "fails", alarm: false };
   if (key === "pcm" && passed) return shown(passed);

@@ -3,7 +3,7 @@ import { putLegend } from "../draw/legend.js";
 import { audiblePicture } from "../draw/listen.js";
 import { fitAround, putDrive, putEdge } from "../draw/map.js";
 import { putMarker } from "../draw/marker.js";
-import { sideBySide, WIDE } from "../draw/stage.js";
+import { sideBySide, stageHeight, WIDE } from "../draw/stage.js";
 import { gnc } from "../solve/graduation.js";
 import { irls } from "../solve/loop.js";
 import { alignPoses, ate } from "../solve/metrics.js";
@@ -38,6 +38,7 @@ export function render(context) {
     }),
     solve: (state, data) => solveProofs(state, data, runs),
     moving: ({ poses }) => poses,
+    height: (width) => (width < WIDE ? 365 : stageHeight(width)),
     draw: drawProofs,
     caption: proofsCaption,
   });

@@ -1,4 +1,4 @@
-import { fitAround, fitMap, nearestPose, posePixels } from "../draw/map.js";
+import { fitAround, fitMap, nearestPose, posePixels, putDrive } from "../draw/map.js";
 import { putHandle } from "../draw/handle.js";
 import { freePlace } from "../draw/labels.js";
 import { putLegend } from "../draw/legend.js";
@@ -146,11 +146,8 @@ const MEETING_LEGEND = [
 ];
 
 function putOwnDrive(scene, layer, key, map, poses, labels, robot, look) {
-  const points = labels.flatMap((label, k) => (label === robot ? [posePixels(map, poses, k)] : []));
-  scene.put(layer, `${key}-line`, "path", { class: `rs-drive ${look}`, d: pathThrough(points) });
-  const dots = points.map(([x, y]) => `M${x.toFixed(1)} ${y.toFixed(1)}h0`).join("");
-  const solid = look === "is-ghost" ? "" : "stroke-dasharray:none";
-  scene.put(layer, `${key}-dots`, "path", { class: `rs-dots ${look}`, d: dots, style: solid });
+  const own = labels.flatMap((label, k) => (label === robot ? [...poses.slice(3 * k, 3 * k + 3)] : []));
+  putDrive(scene, layer, key, map, own, look);
 }
 
 /** The name beside the robot's first pose, clear of the handles, and within the map. */

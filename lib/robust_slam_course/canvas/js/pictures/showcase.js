@@ -1,7 +1,7 @@
 import { numberText, putAxes, putCurve, putPath } from "../draw/axes.js";
 import { audiblePicture } from "../draw/listen.js";
 import { fitAround, putClosureHandles, putDrive, putEdge } from "../draw/map.js";
-import { sideBySide, WIDE } from "../draw/stage.js";
+import { sideBySide, stageHeight, WIDE } from "../draw/stage.js";
 import { agreeingClosures } from "../solve/aliasing.js";
 import { gnc } from "../solve/graduation.js";
 import { KERNELS } from "../solve/kernels.js";
@@ -30,7 +30,7 @@ export function render(context) {
       },
     ],
     main: ["size"],
-    height: (width) => (width < WIDE ? 405 : 390),
+    height: (width) => (width < WIDE ? 410 : stageHeight(width)),
     clean: cleanShowcase,
     solve: solveShowcase,
     moving: (result) => result.numbers,
@@ -49,13 +49,13 @@ const IN_USE = 0.25; // the weight of a switched closure at the 99 % quantile; G
 const chartHeight = (width) => (width < WIDE ? 62 : 142); // pixels
 const HEAD = 22; // pixels above a map
 
-/** Where the maps stand, over their charts; where the page is narrow the first one has its own row. */
+/** Where the maps stand, over their charts; where the page is narrow the first one has a row and no chart. */
 function cellsOf(width, height) {
   const below = chartHeight(width);
   if (width >= WIDE) return sideBySide({ x: 0, y: 0, width, height: height - below }, [1, 1, 1]);
-  const half = height / 2;
-  const second = { x: 0, y: half, width, height: height - half - below };
-  return [{ x: 0, y: 0, width, height: half - below }, ...sideBySide(second, [1, 1])];
+  const top = height / 2;
+  const second = { x: 0, y: top, width, height: height - top - below };
+  return [{ x: 0, y: 0, width, height: top }, ...sideBySide(second, [1, 1])];
 }
 
 function cleanShowcase(state, data) {
@@ -107,7 +107,7 @@ function drawShowcase(scene, view) {
       weights: shown.subarray(poses + closures),
     };
     drawEstimator(scene, view, estimator, view.result.answers[k], parts, boxes[k]);
-    drawWeights(scene, view, estimator, parts, boxes[k]);
+    if (k || view.width >= WIDE) drawWeights(scene, view, estimator, parts, boxes[k]);
   });
   const map = showcaseMap(scene, ESTIMATORS[0].key, boxes[0], view.data.truth, view.result.answers[0].poses);
   const edit = ([wrong]) => view.change({ wrong });

@@ -1,0 +1,67 @@
+"""*Show it*, beside an answered prediction, brings the picture where the answer is seen."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from urllib.parse import unquote
+
+import pytest
+from robust_slam_course import pictures
+
+from tests.book.taking_hold import seen, unfold
+from tests.chromium import Opener
+
+SAYS = {
+    "opening": "GNC rejects 1",
+    "cycles": "33 of the 99 other edges",
+    "leverage": "pulls up with 1.19 (at most 1.19)",
+    "kernels": "Estimates: 0.89, 0.62, 0.31, 0.00",
+    "majoriser": "step 13 of 13, cost 3.22 at 0. IRLS has converged",
+    "basins": "From 8 IRLS ends at 0",
+    "annealing": "the run ends at 6.00",
+    "hardening": "the cost has 2 minima, and the estimate moves from 0.21",
+    "factors": "ends at 0.00",
+    "consistency": "PCM keeps 8 and 0",
+    "certificate": "the cost is 13.94",
+    "showcase": "Switches use 9 of 9 wrong",
+    "starts": "GNC 0 and 10",
+    "turning": "not certified",
+    "machine": "GNC 0 and 0, the map 0 and 0",
+    "graduation": "consistent outliers",
+    "robots": "0 of 2 correct and 1 of 1 wrong are rejected",
+    "arena": "GNC uses 9 and 0, is 0.27",
+    "growing": "was withdrawn at pose 29",
+    "proofs": "all 13 certificates succeed, and it ends in a lost map",
+    "priors": "Switches use 13 of 13 inliers and 0 of 10 outliers",
+}
+"""What the words below each picture say of the answer, once it is shown."""
+
+
+def test_every_picture_has_one_but_the_game_which_is_to_be_played() -> None:
+    found = {name for name in pictures.__all__ if getattr(pictures, name)().answer}
+    assert found == {*pictures.__all__} - {"breaking"} and found <= SAYS.keys()
+
+
+@pytest.mark.browser
+@pytest.mark.parametrize("name", sorted(SAYS.keys() & pictures.__all__))
+def test_it_is_reached_by_keys_and_is_a_state_that_a_link_holds(
+    name: str, tmp_path: Path, open_page: Opener
+) -> None:
+    shown, path = getattr(pictures, name)(), tmp_path / "page.html"
+    path.write_text(f'<!doctype html><meta charset="utf-8">{shown.static_html()}', "utf-8")
+    page = open_page(path.as_uri(), reduced_motion="reduce").page
+    picture = page.locator(".rs-picture")
+    first = seen(picture)
+    (right,) = (k for k, option in enumerate(shown.question.options) if option.correct)
+    picture.locator(".rs-predict input").nth(right).focus()
+    for key in ("Space", "Tab", "Enter"):
+        page.keyboard.press(key)
+    now = seen(picture)
+    assert now.drawing != first.drawing and SAYS[name] in now.caption
+    assert now.height == first.height
+    unfold(picture)
+    picture.locator("[data-control=link]").click()
+    assert json.loads(unquote(page.url.split("=")[1])) == shown.answer
+    page.emulate_media(media="print")
+    assert not picture.locator("[data-show]").filter(visible=True).count()
