@@ -196,7 +196,7 @@ def _revealed(letter: str, chosen: Option | None, right: Option) -> str:
         verdict = f'<span class="is-wrong">{said}</span> {verdict}'
     return (
         f'<p data-choice="{letter}"><span class="rs-verdict">{verdict}</span>'
-        f' {_inline((chosen or right).answer)}'
+        f" {_inline((chosen or right).answer)}"
         f' <span class="rs-acts"><button type="reset" {_KEYS}>Ask again</button></span></p>'
     )
 
