@@ -5,10 +5,12 @@ What it says of graduation and switches, ``tests/lib/estimators`` asks of the li
 
 from __future__ import annotations
 
+import io
 import re
 
 import numpy as np
 import pytest
+from pypdf import PdfReader
 from robust_slam.estimators import kernels
 
 from tests.book.conftest import Site
@@ -54,7 +56,9 @@ def test_the_topics_of_robust_slam_lead_to_their_chapters() -> None:
 
 
 @pytest.mark.browser
-def test_it_is_cards_that_chips_lead_to_and_two_sides_of_a4(site: Site, open_page: Opener) -> None:
+def test_it_is_cards_that_chips_lead_to_and_two_sides_of_paper(
+    site: Site, open_page: Opener
+) -> None:
     page = open_page((site.folder / "chapters/cheat-sheet.html").as_uri()).page
     chips = page.locator(".rs-chips a")
     assert chips.all_inner_texts() == [f"L{number}" for number in range(1, 15)]
@@ -66,8 +70,10 @@ def test_it_is_cards_that_chips_lead_to_and_two_sides_of_a4(site: Site, open_pag
     for width, columns in ((1280, 2), (390, 1)):
         page.set_viewport_size({"width": width, "height": 800})
         assert cards.evaluate_all(lefts) == columns
-    printed = page.pdf(prefer_css_page_size=True)
-    assert len(re.findall(rb"/Type\s*/Page\b", printed)) == 2
+    for paper, wide in (("A4", 595), ("Letter", 612)):
+        printed = page.pdf(format=paper, prefer_css_page_size=True)
+        sides = PdfReader(io.BytesIO(printed)).pages
+        assert (len(sides), int(sides[0].mediabox.width)) == (2, wide)
 
 
 def test_l11_noisy_headings_let_odometry_drift_as_printed() -> None:

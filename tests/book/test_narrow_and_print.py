@@ -14,6 +14,7 @@ from tests.chromium import Opener
 pytestmark = pytest.mark.browser
 
 CHAPTER = "chapters/03-irls"
+WIDTHS = "all => all.map(each => each.getBoundingClientRect().width)"
 BREAKS = "node => getComputedStyle(node).breakInside"
 HIDDEN = """() => [...document.querySelectorAll("article p:not(.rs-length)")]
   .filter((paragraph) => paragraph.checkVisibility())
@@ -100,6 +101,8 @@ def test_a_chapter_on_paper_has_margins_and_numbers(site: Site, open_page: Opene
         for part in ("h1:visible", "article h2", "article section > p")
     ]
     assert len(set(lefts)) == 1
+    widths = page.locator("article section > p").evaluate_all(WIDTHS)
+    assert 110 < max(widths) / 96 * 25.4 < 130
 
 
 @pytest.mark.parametrize("name", ["benchmark", "references"])
@@ -124,7 +127,7 @@ def test_lines_are_no_longer_than_eyes_follow_and_cards_stand_in_the_column(
 ) -> None:
     page = visit(site, open_page, CHAPTER, viewport={"width": width, "height": 800})
     texts = page.locator("article :is(p, li):not(.rs-picture *, summary *):visible")
-    widths = texts.evaluate_all("all => all.map(each => each.getBoundingClientRect().width)")
+    widths = texts.evaluate_all(WIDTHS)
     assert 600 < max(widths) <= 44 * 16
     head, foot = page.locator("article h1").bounding_box(), page.locator(".prev-next-area a")
     first, last = (foot.nth(k).bounding_box() for k in (0, 1))
