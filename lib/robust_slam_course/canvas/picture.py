@@ -47,9 +47,10 @@ STYLE = f".rs-picture {{ {variables('light')} }}\n{_DARK} {{ {variables('dark')}
 class Picture:
     """A picture that the reader takes hold of.
 
-    ``name`` is that of its script, ``js/pictures/<name>.js``. ``state`` is what the reader
-    changes, ``data`` what stays, both of JSON's values. ``question`` is the reader's prediction,
-    see ``quiz.prediction``, and ``tries`` are things to try; ``still`` shows the first state and
+    ``name`` is that of its script, ``js/pictures/<name>.js``, unless it is another picture that
+    is embedded again, whose script is then ``script``. ``state`` is what the reader changes,
+    ``data`` what stays, both of JSON's values. ``question`` is the reader's prediction, see
+    ``quiz.prediction``, and ``tries`` are things to try; ``still`` shows the first state and
     ``caption`` says what it shows. ``answer`` is what differs from the first state where the
     picture shows the answer; where it is empty, readers have to find that themselves.
 
@@ -68,6 +69,7 @@ class Picture:
     data: Mapping[str, Any]
     still: Figure
     answer: Mapping[str, Any] = field(default_factory=dict)
+    script: str = ""
 
     def __post_init__(self) -> None:
         check_words("title", self.title)
@@ -108,7 +110,7 @@ class Picture:
             f' width="{width}" height="{height}">'
             f"<figcaption>{escape(self.caption)}</figcaption></figure>{''.join(tries)}"
             f'<script type="application/json">{_block(self._traits(on_page=True))}</script></div>'
-            f"<script>{_loader(self.name)}</script>"
+            f"<script>{_loader(self.name, self.script or self.name)}</script>"
         )
 
     def widget(self) -> anywidget.AnyWidget:
@@ -117,7 +119,7 @@ class Picture:
         Raises:
             ModuleNotFoundError: anywidget is not installed.
         """
-        return _widget_class(self.name)(**self._traits())
+        return _widget_class(self.script or self.name)(**self._traits())
 
     def _repr_mimebundle_(self, **_: object) -> dict[str, Any]:
         """Return the picture for a page, and the widget beside it where a person runs the cell."""
@@ -132,10 +134,10 @@ class Picture:
         return found
 
 
-def _loader(name: str) -> str:
+def _loader(name: str, script: str) -> str:
     """Return the script that brings the picture ``name`` to life on a page."""
     return (
-        f"(() => {{\n{bundle(name)}\n"
+        f"(() => {{\n{bundle(script)}\n"
         f"for (const el of document.querySelectorAll("
         f"'[data-picture=\"{name}\"]:not([data-live])')) {{\n"
         "  const given = JSON.parse(el.querySelector('script').textContent);\n"

@@ -1,5 +1,6 @@
 from .breaking import breaking as breaking
 from .certificates import certificate as certificate
+from .certificates import turning as turning
 from .graduation import graduation as graduation
 from .kernels import kernels as kernels
 from .labs import arena as arena
@@ -8,11 +9,14 @@ from .labs import priors as priors
 from .labs import proofs as proofs
 from .landscapes import annealing as annealing
 from .landscapes import basins as basins
+from .landscapes import factors as factors
+from .landscapes import hardening as hardening
 from .machine import machine as machine
 from .maps import consistency as consistency
 from .maps import cycles as cycles
 from .maps import opening as opening
 from .maps import showcase as showcase
+from .maps import starts as starts
 from .readings import leverage as leverage
 from .readings import majoriser as majoriser
 from .robots import robots as robots

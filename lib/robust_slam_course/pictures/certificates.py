@@ -59,6 +59,40 @@ def certificate() -> Picture:
     )
 
 
+def turning() -> Picture:
+    """Return the picture of ``certificate`` with three equal headings and the turn as control."""
+    return Picture(
+        name="turning",
+        script="certificate",
+        title="Where equal headings stop being best",
+        question=Question(
+            "Up to which α are three equal headings certified?",
+            [
+                Option("30°", "The eigenvalues there are 0, 1.73 and 3.46, each of them twice."),
+                Option(
+                    "60°",
+                    "There, turning each heading by 120° costs as much; beyond, it costs less.",
+                    correct=True,
+                ),
+                Option(
+                    "90°",
+                    "Up to 90° they are a local minimum, but from 60° on not the lowest.",
+                ),
+            ],
+        ),
+        tries=[
+            "choose five headings, make them equal, and find the α at which they stop being best.",
+            "increase the turn to 70° and let the map climb. Where do the headings end?",
+        ],
+        caption="Three equal headings, each measured to be turned by α from the one before, and"
+        " the eigenvalues of their S for every α. Up to 60° none is negative.",
+        state={"ring": "three", "degrees": [0, 0, 0], "alpha": 17, "step": 0},
+        answer={"alpha": 61},
+        data={"main": "alpha"},
+        still=_turning_still(),
+    )
+
+
 def _twisted_ring() -> tuple[Array, Array]:
     """Return the connection matrix of the ring and its headings as rotations, side by side."""
     edges = np.array([[k, (k + 1) % 5] for k in range(5)])
@@ -75,4 +109,21 @@ def _certificate_still(eigenvalues: Array) -> Figure:
         draw_ring(left, np.radians(_TWISTED), turn=0.0)
         draw_spectrum(right, eigenvalues).set(title="eigenvalues of S")
         right.legend(loc="upper right", fontsize=9)
+    return figure
+
+
+def _turning_still() -> Figure:
+    """Return the eigenvalues of S over α for a ring of three with equal headings."""
+    alpha = np.linspace(0.0, 90.0, 181)
+    with figure_style():
+        figure = Figure(figsize=(5.6, 3.0), layout="constrained")
+        ax = figure.subplots()
+        for k, dash in zip((0, 1, 2), ("-", "--", ":"), strict=True):
+            values = 2 * (np.cos(np.radians(alpha)) - np.cos(np.radians(alpha + 120 * k)))
+            ax.plot(alpha, values, dash, label=f"k = {k}")
+        ax.axvspan(60.0, 90.0, color="0.9", zorder=0)
+        ax.text(75.0, 3.0, "not certified", ha="center")
+        ax.text(17.0, 0.6, "certified", ha="center")
+        ax.set(xlabel="α in degrees", ylabel="eigenvalues of S, twice each")
+        ax.legend(loc="lower left")
     return figure

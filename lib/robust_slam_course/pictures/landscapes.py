@@ -2,25 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
 from robust_slam.estimators import gnc, irls, kernels
-from robust_slam.estimators.graduation import tls_surrogate
+from robust_slam.estimators.graduation import gm_surrogate, tls_surrogate
 from robust_slam.estimators.kernels import Kernel
 from robust_slam.estimators.result import Step
 from robust_slam.problems import LocationProblem
 
 from robust_slam_course.canvas.picture import Picture
 from robust_slam_course.pictures.graphs import Array
-from robust_slam_course.plots.annealing import draw_stage
+from robust_slam_course.plots.annealing import draw_paths, draw_stage
 from robust_slam_course.plots.location import draw_descent, draw_landscape
 from robust_slam_course.quiz import Option, Question
 from robust_slam_course.style import figure_style
 
 _FOUR = [-0.2, 0.1, 0.4, 10.0]
 _SEVEN = [0.0, 0.0, 0.0, 0.0, 6.0, 6.0, 24.0]
+_STARTS = {"four": _FOUR, "seven": _SEVEN}
 
 
 def annealing() -> Picture:
@@ -64,8 +65,93 @@ def annealing() -> Picture:
             "step": 0,
         },
         answer={"z": [*_SEVEN[:-1], 30.0]},
-        data={"starts": {"four": _FOUR, "seven": _SEVEN}},
+        data={"starts": _STARTS},
         still=_annealing_still(c, run[step - 1 : step + 1]),
+    )  # fmt: skip
+
+
+def hardening() -> Picture:
+    """Return the picture of ``annealing`` with four readings and Geman–McClure's cost."""
+    c, factor = 2.0, 1.4
+    run = gnc(LocationProblem(_FOUR), c, "gm", factor=factor).history
+    return Picture(
+        name="hardening",
+        script="annealing",
+        title="A second minimum appears at the outlier",
+        question=Question(
+            "When the cost gets a second minimum near 10, where is the estimate?",
+            [
+                Option(
+                    "near 10",
+                    "By solve 7, when the minimum appears, the outlier has hardly any weight.",
+                ),
+                Option(
+                    "near 2.6, the mean",
+                    "There the run begins; then each solve gives the outlier less weight.",
+                ),
+                Option(
+                    "near 0.2",
+                    "At solve 7, where the minimum appears, it moves from 0.21 to 0.16.",
+                    correct=True,
+                ),
+            ],
+        ),
+        tries=[
+            "show the path of the estimate. In which direction does μ move?",
+            "drag the reading at 10 nearer. How near may it be if GNC is to reject it?",
+        ],
+        caption=f"Four readings, three of the {len(run) - 1} solves. The run begins at the mean,"
+        f" {run[0].x:.2f}, and ends at {run[-1].x:.2f}.",
+        state={
+            "view": "cost", "start": "four", "z": _FOUR, "kind": "gm", "c": c, "factor": factor,
+            "step": 0,
+        },
+        answer={"step": 7},
+        data={"starts": _STARTS},
+        still=_hardening_still(c, run),
+    )  # fmt: skip
+
+
+def factors() -> Picture:
+    """Return the picture of ``annealing`` with the factor of μ, on seven readings up to 30."""
+    readings, c, factor = [*_SEVEN[:-1], 30.0], 2.0, 1.4
+    runs = {each: gnc(LocationProblem(readings), c, factor=each) for each in (1.1, 1.2, 1.4, 2.0)}
+    end = runs[factor]
+    return Picture(
+        name="factors",
+        script="annealing",
+        title="The factor of μ decides where GNC ends",
+        question=Question(
+            "With a factor of 1.4 the run ends at 6. Where does it end with 1.1 and 2?",
+            [
+                Option(
+                    "both at 6",
+                    "With 1.1 the estimate has time to reach 0.",
+                ),
+                Option(
+                    "1.1 at 0, 2 at 6",
+                    "With 1.1 it has time to reach 0; with 2 it never gets below 5.63.",
+                    correct=True,
+                ),
+                Option(
+                    "1.1 at 6, 2 at 0",
+                    "A larger factor makes the cost robust sooner and leaves less time.",
+                ),
+            ],
+        ),
+        tries=[
+            "find the largest factor with which the run ends at 0.",
+            "show the cost, and go to the solve at which the estimate turns back.",
+        ],
+        caption="The paths of the estimate with four factors of μ. With the usual one it ends at"
+        f" {end.x:.2f} after {len(end.history) - 1} solves, and 2 of 7 readings are kept.",
+        state={
+            "view": "path", "start": "seven", "z": readings, "kind": "tls", "c": c,
+            "factor": factor, "step": 10**6,
+        },
+        answer={"factor": 1.1},
+        data={"starts": _STARTS, "main": "factor"},
+        still=_factors_still({f"factor {each:g}": run.history for each, run in runs.items()}),
     )  # fmt: skip
 
 
@@ -138,4 +224,32 @@ def _annealing_still(c: float, steps: Sequence[Step[float]]) -> Figure:
             ax, readings, x, tls_surrogate, c, float(after.mu or 0.0), move, kernel=kernels.tls(c)
         )
         ax.legend(loc="lower right", fontsize=9)
+    return figure
+
+
+def _hardening_still(c: float, run: Sequence[Step[float]]) -> Figure:
+    """Return the cost of the four readings at three solves of a run."""
+    x = np.linspace(-3.0, 13.0, 321)
+    with figure_style():
+        figure = Figure(figsize=(5.6, 4.4), layout="constrained")
+        panels = figure.subplots(3, 1, sharex=True)
+        for ax, solve in zip(panels, (1, 7, len(run) - 1), strict=True):
+            mu, move = float(run[solve].mu or 0.0), (run[solve - 1].x, run[solve].x)
+            draw_stage(ax, _FOUR, x, gm_surrogate, c, mu, move)
+            ax.set(xlabel="", ylabel="", yticks=[])
+            ax.set_title(f"solve {solve}, μ = {mu:.3g}", loc="left")
+        panels[-1].set(xlabel="x")
+        names = ["cost at this μ", "minimum", "reading", "before the solve", "after it"]
+        figure.legend(panels[0].lines, names, loc="outside upper center", ncols=3)
+    return figure
+
+
+def _factors_still(runs: Mapping[str, Sequence[Step[float]]]) -> Figure:
+    """Return the paths of the estimate with several factors of μ."""
+    with figure_style():
+        figure = Figure(figsize=(5.6, 3.4), layout="constrained")
+        ax = draw_paths(figure.subplots(), runs)
+        ax.axhline(0.0, color="0.5", linewidth=0.8)
+        ax.set(ylim=(-0.4, 6.6))
+        ax.legend(loc=(0.66, 0.22))
     return figure

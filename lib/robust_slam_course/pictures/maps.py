@@ -161,8 +161,7 @@ def _folded_town(correct: PoseGraph, truth: Array, joins: list[list[int]]) -> Fi
 
 def showcase() -> Picture:
     """Return three estimators side by side on a map with wrong closures that the reader moves."""
-    rng = np.random.default_rng(6)
-    graph, truth = manhattan(60, rng, side=6, turn=0.35, closures=10)
+    graph, truth = _drive()
     wrong = [42, 9]
     return Picture(
         name="showcase",
@@ -201,6 +200,51 @@ def showcase() -> Picture:
         data=graph_data(graph, truth, 4),
         still=_three_estimators(graph, truth, wrong),
     )
+
+
+def starts() -> Picture:
+    """Return the picture of ``showcase`` where the start decides what is kept."""
+    graph, truth = _drive()
+    wrong = [42, 3]
+    return Picture(
+        name="starts",
+        script="showcase",
+        title="The start decides which closures fit",
+        question=Question(
+            "From least squares GNC uses 3 of 10 correct closures. How many from odometry?",
+            [
+                Option(
+                    "3",
+                    "In the shape of the odometry, it is the wrong closures that do not fit.",
+                ),
+                Option(
+                    "7",
+                    "So many it uses from least squares with the diamond at pose 9.",
+                ),
+                Option(
+                    "all ten",
+                    "No closure has bent the odometry, so the correct ones fit it first.",
+                    correct=True,
+                ),
+            ],
+        ),
+        tries=[
+            "start from odometry and drag the diamond along the drive. Does any method follow?",
+            "start from least squares and take wrong closures away. With how many does GNC"
+            " reject them?",
+        ],
+        caption="The same drive, with the diamond at pose 3. From least squares, switchable"
+        " constraints and GNC both keep all nine wrong closures (dashed).",
+        state={"wrong": wrong, "size": _AGREEING, "start": "squares"},
+        answer={"start": "odometry"},
+        data={**graph_data(graph, truth, 4), "main": "start"},
+        still=_three_estimators(graph, truth, wrong),
+    )
+
+
+def _drive() -> tuple[PoseGraph, Array]:
+    """Return the drive of chapter 8's pictures and its true poses."""
+    return manhattan(60, np.random.default_rng(6), side=6, turn=0.35, closures=10)
 
 
 def _three_estimators(correct: PoseGraph, truth: Array, wrong: list[int]) -> Figure:

@@ -10,6 +10,7 @@ import pytest
 from robust_slam.certificates import sdp
 from robust_slam.consistency import pcm
 from robust_slam.estimators import chi_square_threshold, gnc, irls, switchable
+from robust_slam.estimators.graduation import gm_surrogate
 from robust_slam.estimators.kernels import KERNELS
 from robust_slam.estimators.loop import reweight
 from robust_slam.fleet import rounds
@@ -17,6 +18,7 @@ from robust_slam.graphs import ate, dead_reckoning, pose_graph, se2
 from robust_slam.graphs.pose_graph import PoseGraph
 from robust_slam.problems import LinearProblem, LocationProblem, PoseGraphProblem
 from robust_slam_course import labs, pictures
+from robust_slam_course.plots.landscapes import minima
 
 from tests.chromium import Opener
 from tests.lib.course.parity_labs import Switches
@@ -147,6 +149,26 @@ def annealing(data: Any, state: Any) -> Told:
     return f"{right:g}", [said]
 
 
+def hardening(data: Any, state: Any) -> Told:
+    z, c, grid = np.array(state["z"]), state["c"], np.linspace(-4.0, 14.0, 211)
+    run = gnc(LocationProblem(z), c, "gm", factor=state["factor"]).history
+    counts = [minima(gm_surrogate(grid - z[:, None], c, s.mu).sum(axis=0)).size for s in run[1:]]
+    solve = 1 + counts.index(2)
+    before, after = run[solve - 1].x, run[solve].x
+    assert set(counts[: solve - 1]) == {1} and run[solve].weights[-1] < 0.05
+    return f"near {after:.1f}", [f"At solve {solve}, where", f"from {before:.2f} to {after:.2f}"]
+
+
+def factors(data: Any, state: Any) -> Told:
+    few, usual, many = (
+        gnc(LocationProblem(state["z"]), state["c"], factor=factor)
+        for factor in (2.0, state["factor"], 1.1)
+    )
+    assert round(usual.x) == 6
+    lowest = min(step.x for step in few.history)
+    return f"1.1 at {abs(many.x):.0f}, 2 at {few.x:.0f}", [f"never gets below {lowest:.2f}"]
+
+
 def consistency(data: Any, state: Any) -> Told:
     kept = []
     for size in (9, 8, 7):
@@ -172,6 +194,22 @@ def certificate(data: Any, state: Any) -> Told:
     return "only a large one" if not any(lower) and cost(0.0) > 0 else "a small one", []
 
 
+def turning(data: Any, state: Any) -> Told:
+    ring, equal = np.array([[0, 1], [1, 2], [2, 0]]), np.hstack([np.eye(2)] * 3)
+
+    def spectrum(degrees: float, R: Array = equal) -> tuple[Array, float]:
+        turn = np.tile(se2.rotation([0, 0, np.radians(degrees)]), (3, 1, 1))
+        Q = sdp.connection_matrix(3, ring, turn)
+        return sdp.dense_certificate(Q, R)[1], float(np.trace(R @ Q @ R.T))
+
+    thirds = np.hstack([se2.rotation([0, 0, turn]) for turn in 2 * np.pi / 3 * np.arange(3)])
+    right = max(turn for turn in range(91) if spectrum(turn)[0][0] > -1e-9)
+    assert spectrum(right)[1] == pytest.approx(spectrum(right, thirds)[1])
+    assert spectrum(right + 1)[1] > spectrum(right + 1, thirds)[1]
+    _, *values = sorted(set(np.abs(spectrum(30)[0]).round(2)))
+    return f"{right}°", ["0, {:.2f} and {:.2f}, each of them twice".format(*values)]
+
+
 def showcase(data: Any, state: Any) -> Told:
     graph = joined(graph_of(data), data, *agreeing(data, state["wrong"][0], 3, 9))
     problem = PoseGraphProblem(graph)
@@ -184,6 +222,18 @@ def showcase(data: Any, state: Any) -> Told:
     return "from some starts", [
         "pose 3, both keep all nine from least squares, none from odometry"
     ]
+
+
+def starts(data: Any, state: Any) -> Told:
+    used = []
+    for start, diamond in (("squares", 3), ("odometry", 3), ("squares", 9)):
+        graph = joined(graph_of(data), data, *agreeing(data, state["wrong"][0], diamond, 9))
+        problem = PoseGraphProblem(graph, steps=1, tol=1e-6)  # as the picture
+        x0 = problem.initial() if start == "squares" else dead_reckoning(graph)
+        weights = gnc(problem, C, x0=x0).weights[~graph.is_odometry]
+        used.append(int(np.sum(weights[:-9] >= 0.25)))
+    assert used == [3, 10, 7]
+    return "all ten", []
 
 
 def machine(data: Any, state: Any) -> Told:
@@ -281,9 +331,9 @@ def breaking(data: Any, state: Any) -> Told:
 
 
 CHECKS = (
-    opening, cycles, leverage, kernels, majoriser, basins, annealing, consistency, certificate,
-    showcase, machine, graduation, robots, arena, growing, proofs, priors,
-    breaking,
+    opening, cycles, leverage, kernels, majoriser, basins, annealing, hardening, factors,
+    consistency, certificate, turning, showcase, starts, machine, graduation, robots, arena,
+    growing, proofs, priors, breaking,
 )  # fmt: skip
 
 

@@ -26,7 +26,7 @@ export function render(context) {
         text: (factor) => factor.toFixed(2),
       },
     ],
-    main: ["step"],
+    main: [context.model.get("data").main ?? "step"],
     clean: cleanAnnealing,
     solve: solveAnnealing,
     moving: (result) => [...result.cost, result.x, ...result.weights],

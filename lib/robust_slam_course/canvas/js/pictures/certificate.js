@@ -24,7 +24,7 @@ export function render(context) {
       ringButton("Twist the ring", (count) => (k) => wholeDegrees((360 * k) / count)),
       ringButton("Equal headings", () => () => 0),
     ],
-    main: ["step"],
+    main: [context.model.get("data").main ?? "step"],
     clean: cleanCertificate,
     solve: (state) => solveCertificate(state, climbed),
     moving: (result) => [...result.arrows, result.tilt, ...result.eigenvalues, result.cost, result.cost - result.bound],

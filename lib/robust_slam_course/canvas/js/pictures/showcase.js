@@ -29,7 +29,7 @@ export function render(context) {
         options: [["squares", "least squares"], ["odometry", "odometry"]],
       },
     ],
-    main: ["size"],
+    main: [context.model.get("data").main ?? "size"],
     height: (width) => (width < WIDE ? 410 : stageHeight(width)),
     clean: cleanShowcase,
     solve: solveShowcase,
