@@ -151,7 +151,7 @@ def _draw_lines(ax: Axes, weights: Array, chosen: Mask, name: str, label: str) -
     heights = weights[:, chosen].T
     steps = np.broadcast_to(np.arange(len(weights)), heights.shape)
     (line,) = ax.plot(*with_gaps(np.stack([steps, heights], axis=2)), label=label)
-    line.set(color=PALETTE[name], linestyle=LINESTYLES[name], linewidth=0.8)
+    line.set(color=PALETTE[name], linestyle=LINESTYLES[name], linewidth=1.6)
     if count <= _FEW:
         line.set(marker=MARKERS[name], linewidth=2.0)
 
