@@ -30,7 +30,7 @@ export function render(context) {
       },
     ],
     main: [context.model.get("data").main ?? "size"],
-    height: (width) => (width < WIDE ? 410 : stageHeight(width)),
+    height: (width) => (width < WIDE ? 402 : stageHeight(width)),
     clean: cleanShowcase,
     solve: solveShowcase,
     moving: (result) => result.numbers,
