@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import re
 import shutil
 from concurrent.futures import ThreadPoolExecutor
@@ -71,6 +72,16 @@ def test_contents_and_bookmarks_name_the_pages_where_sections_begin(
         assert title in reader.pages[number - 1].extract_text()
 
 
+def test_a_line_of_text_holds_as_many_letters_as_eyes_follow(
+    printed: tuple[Book, PdfReader, Path],
+) -> None:
+    _, reader, target = printed
+    first, last = (places(target)[page] for page in FEW[:2])
+    texts = [page.extract_text() for page in reader.pages[first - 1 : last - 1]]
+    lines = [len(line) for text in texts for line in text.splitlines() if len(line.split()) > 8]
+    assert len(lines) > 100 and 75 < np.quantile(lines, 0.75) < 93
+
+
 def flat(outline: list[object]) -> list[object]:
     return [each for one in outline for each in (flat(one) if isinstance(one, list) else [one])]
 
@@ -117,9 +128,22 @@ def test_no_figure_formula_picture_or_reference_of_the_site_is_lost(
     assert set(LEAD.findall(document)) - set(ids) == set()
     browser = open_page("about:blank").page
     pages = [(site.folder / f"{page}.html").read_text(encoding="utf-8") for page in PAGES]
+    contents = document.partition('class="lines"')[2].partition("</nav>")[0]
+    assert "Gauge freedom" in contents and "Quiz" not in contents
     on_site = np.sum([counted(browser, page, "article") for page in pages], axis=0)
     assert counted(browser, document, "section.page") == on_site.tolist()
     assert on_site.min() > 10, dict(zip(KINDS, on_site, strict=True))
+
+
+@pytest.mark.parametrize("paper", ["A4", "Letter"])
+def test_the_whole_book_has_at_most_250_pages(
+    paper: str, site: Site, open_page: Opener, tmp_path: Path
+) -> None:
+    source = tmp_path / "book.html"
+    source.write_text(book(site.folder).html({}), encoding="utf-8")
+    page = open_page(source.as_uri()).page
+    page.set_default_timeout(600_000)
+    assert 200 < len(PdfReader(io.BytesIO(page.pdf(format=paper))).pages) <= 250
 
 
 def test_a_quiz_is_followed_by_the_letters_of_its_right_answers(site: Site) -> None:

@@ -38,7 +38,8 @@ def book(site: Path, pages: Iterable[str] = ()) -> Book:
     lib = tomllib.loads((ROOT / "lib" / "pyproject.toml").read_text(encoding="utf-8"))
     about = {"title": config["title"], "author": config["author"]}
     about |= {"version": lib["project"]["version"]}
-    about["lead"] = '<img src="../_static/one-lie.svg" alt="One drive, drawn three times.">'
+    drawing = (site / "_static" / "one-lie.svg").read_text(encoding="utf-8")
+    about["lead"] = f'<div role="img" aria-label="One drive, drawn three times.">{drawing}</div>'
     style = (Path(__file__).with_name("print.css")).read_text(encoding="utf-8")
     return Book(site, [part for part in parts if part[1]], about, style)
 

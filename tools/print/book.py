@@ -7,6 +7,7 @@ the number of the page to which it leads.
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
@@ -22,6 +23,12 @@ AWAY = (
     " .rs-forget, .toctree-wrapper, link"
 )
 """What paper has no use for: folded code is one click away on the site."""
+SHARED = 3
+"""A title that so many chapters have, as *Quiz*, is not in the contents."""
+LONG = 14
+"""Lines of code that stay on one page."""
+NAMED = re.compile(r'( id="|url\(#|href="#)')
+"""Where a drawing names one of its parts."""
 HASH = re.compile(r"(url\(['\"]?#|^#)([^)'\"]+)")
 DOCUMENT = """<!DOCTYPE html>
 <html lang="en" data-theme="light">
@@ -84,7 +91,7 @@ class Book:
             name = f'class="page {Path(page).name}" style="page: page{k}"'
             pages.append(f"<section {name}>{article}</section>")
             head = _text(article.h1).replace("\\", "").replace('"', "'")
-            rules.append(f'@page page{k} {{ @top-right {{ content: "{head}" }} }}')
+            rules.append(f'@page page{k} {{ @top-left {{ content: "{head}" }} }}')
         return DOCUMENT.format(
             title=escape(self.about["title"]),
             author=escape(self.about["author"]),
@@ -98,8 +105,11 @@ class Book:
 
     def _contents(self, numbers: Mapping[str, int]) -> list[str]:
         captions = {pages[0]: caption for caption, pages in self.parts}
+        often = Counter(line.title for line in self.lines if line.level == 2)
         out = []
         for line in self.lines:
+            if line.level == 2 and often[line.title] >= SHARED:
+                continue
             if line.level == 1 and line.id in captions:
                 out.append(f'<p class="part">{escape(captions[line.id])}</p>')
             number = numbers.get(line.id, 999)
@@ -121,6 +131,11 @@ class Book:
             each["open"] = ""
         for quiz in article.select(".rs-quiz"):
             quiz.append(_answers(quiz, soup))
+        for code in article.select("pre"):
+            if code.get_text().count("\n") > LONG:
+                code["class"] = [*code.get_attribute_list("class"), "long"]
+        for number, still in enumerate(article.select('img[src^="data:image/svg+xml"]')):
+            still.replace_with(_drawn(still, number))
         for each in article.find_all(True):
             self._rename(each, page)
         for link in article.select("a[href]"):
@@ -158,9 +173,19 @@ class Book:
             return
         to = f"{target}--{unquote(anchor)}" if anchor else target
         link["href"] = f"#{to}"
-        if target != page:
+        # Names of functions are looked up in the library's pages, which are in order.
+        if target != page and not link.find("code"):
             number = soup.new_tag("span", attrs={"class": "rs-at", "data-to": to})
             link.insert_after(number)
+
+
+def _drawn(still: Tag, number: int) -> Tag:
+    """Return an image's drawing as a part of the page, in whose letters it is then written."""
+    text = unquote(str(still["src"])).partition(",")[2]
+    drawing = BeautifulSoup(NAMED.sub(rf"\g<1>still{number}-", text), "html.parser").svg
+    assert drawing is not None
+    drawing.attrs |= {"role": "img", "aria-label": still["alt"], "class": "still"}
+    return drawing
 
 
 def _answers(quiz: Tag, soup: BeautifulSoup) -> Tag:
