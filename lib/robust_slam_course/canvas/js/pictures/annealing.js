@@ -162,7 +162,7 @@ function drawReadings(scene, { y, height }, maps, { state, result, width, change
       class: "rs-edge is-inlier", d: `M${column} ${middle}h${(30 * weight).toFixed(2)}`,
       "stroke-width": weight > 0.0005 ? 9 : 0,
     });
-    scene.put("marks", `weight-${k}`, "text", { class: "rs-tick", x: column + 36, y: middle + 5 }, weight.toFixed(3));
+    scene.put("marks", `weight-${k}`, "text", { class: "rs-tick", x: column + 41, y: middle + 5 }, weight.toFixed(3));
     const move = (value) => change({ z: state.z.map((other, j) => (j === k ? value : other)) });
     putHandle(scene, `reading-${k}`, {
       x: at, y: middle, look: rejected ? "rs-wrong" : "",
