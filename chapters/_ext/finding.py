@@ -35,6 +35,16 @@ SECTION = re.compile(
 )
 """Pagefind takes the addresses of sections from the headings, Sphinx writes them before these."""
 FORMULA = re.compile(r"<math\b.*?</math>", re.DOTALL)
+ALONE = re.compile(
+    r'<div class="math"><math.*?</math>'
+    r"|(?P<cell><t[dh]\b[^>]*><p>)"
+    r'(?:<span class="math"><math(?:(?!</math>).)*</math></span>|[\d.,%\s−–-]+)'
+    r"(?=[\s\u2060]*</p></t)",
+    re.DOTALL,
+)
+"""A line that is a formula, or a cell that is one or a number: in a result it tells nothing."""
+RELATIONS = {*"=≠<>≤≥≈∈→"}
+RAISED = str.maketrans("0123456789−", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 PICTURE = "_static/preview.png"
 SIZE, DOTS = (10.0, 5.25), 120  # in inches: 1200 x 630 pixels, what most previews show
 
@@ -131,15 +141,20 @@ def index(app: Sphinx, exception: Exception | None) -> None:
 
 def for_the_index(page: str) -> str:
     """Return a page whose headings have their sections' addresses and whose formulas are text."""
-    page = SECTION.sub(r"<section><\g<level> \g<id>>", page)
+    page = ALONE.sub(r"\g<cell>", SECTION.sub(r"<section><\g<level> \g<id>>", page))
     return FORMULA.sub(lambda match: escape(in_a_line(ElementTree.fromstring(match[0]))), page)
 
 
 def in_a_line(formula: Element) -> str:
-    """Return a formula in MathML as text: a half is 1/2, and not 12."""
-    parts = [formula.text or "", *map(in_a_line, formula)]
-    joint = {"mfrac": "/", "msup": "^"}.get(formula.tag.rpartition("}")[2], "")
-    return joint.join(part for part in parts if part.strip())
+    """Return a formula in MathML as text: a half is 1/2, and not 12, and a square is u²."""
+    kind = formula.tag.rpartition("}")[2]
+    parts = [part for part in (formula.text or "", *map(in_a_line, formula)) if part.strip()]
+    if kind == "mo" and "".join(parts) in RELATIONS:
+        return f" {parts[0]} "
+    if kind == "msup" and not parts[1].translate(RAISED).isascii():
+        return parts[0] + parts[1].translate(RAISED)
+    joint = {"mfrac": "/", "msup": "^", "msub": "_"}.get(kind, "")
+    return parts[0] if kind in {"mover", "munder"} else joint.join(parts)
 
 
 def setup(app: Sphinx) -> dict[str, Any]:

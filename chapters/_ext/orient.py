@@ -35,21 +35,20 @@ NOT_FOUND = "404"
 def add(
     app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: nodes.document | None
 ) -> None:
-    """Add the maps and the line at the head of a chapter, and the question of the next page."""
+    """Add the maps and the line at the head of a chapter, and the questions of its neighbours."""
     if page == NOT_FOUND:
         context["map"] = drawn(0.0)
-    if context.get("next"):
-        name = PurePosixPath(context["next"]["link"]).stem
+    for way in filter(None, (context.get("prev"), context.get("next"))):
+        name = PurePosixPath(way["link"]).stem
         if question := questions(app).get(name):
             own = CHAPTER.match(name)
             sign = sign_of(app, int(own[1])) if own else ""
-            context["next"]["title"] += f' <span class="rs-question">{sign}{question}</span>'
+            way["title"] += f' <span class="rs-question">{sign}{question}</span>'
     number = CHAPTER.match(PurePosixPath(page).name)
     if doctree is None or number is None:
         return
     body, goals = GOALS.subn('<p id="goals">', context["body"], count=1)
     line = f'<a href="students.html#before-each-chapter">{minutes(app, page)} minutes</a>'
-    line += " with pictures and quiz"
     line += '<span> · <a href="#goals">what you can do afterwards</a></span>' if goals else ""
     head = f'{strip(app, page)}\n\\g<0>\n<p class="rs-length">{line}</p>'
     context["body"] = re.sub(r"<h1>.*?</h1>", head, body, count=1, flags=re.DOTALL)
@@ -93,7 +92,7 @@ def strip(app: Sphinx, page: str) -> str:
     """Return a link to each chapter, a map that unfolds from one to the next."""
     links = (
         f'<li><a href="{PurePosixPath(name).name}.html" title="{title}" aria-label="{title}"'
-        f"{OWN * (name == page)}>{sign_of(app, number)}</a></li>"
+        f"{OWN * (name == page)}>{sign_of(app, number)}<span>{number}</span></a></li>"
         for number, name in enumerate(chapters(app))
         for title in [escape(app.env.titles[name].astext())]
     )

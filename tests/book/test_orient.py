@@ -1,8 +1,9 @@
-"""A chapter says how long it is and what for, and at its foot what the next one asks."""
+"""A chapter says how long it is and what for, and at its foot what its neighbours ask."""
 
 from __future__ import annotations
 
 import re
+from itertools import pairwise
 
 import pytest
 from bs4 import BeautifulSoup, Tag
@@ -32,12 +33,14 @@ def test_the_front_page_quotes_the_time_of_the_first_chapter(site: Site) -> None
     assert f"Chapter 0, {line.a.get_text()}:" in doors
 
 
-def test_the_way_on_is_a_chapter_with_its_question(site: Site) -> None:
+def test_the_ways_back_and_on_are_chapters_with_their_questions(site: Site) -> None:
     rows = site.parsed(PAGES[0]).select("table tbody tr")
     asked = {row.a["href"]: row.find_all("td")[1].get_text() for row in rows}
-    for before in CHAPTERS[:-1]:
-        following = site.parsed(before).select_one(".right-next")
-        assert following.select_one(".rs-question").get_text() == asked[following["href"]]
+    for before, after in pairwise(CHAPTERS):
+        for name, way in ((before, ".right-next"), (after, ".left-prev")):
+            card = site.parsed(name).select_one(way)
+            assert card.select_one(".rs-question").get_text() == asked[card["href"]]
+            assert card.select_one(".rs-map")
 
 
 def own(site: Site, name: str) -> Tag:

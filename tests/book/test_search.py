@@ -74,11 +74,27 @@ class TestOverTheNetwork:
 
 @pytest.mark.parametrize(
     ("tex", "text"),
-    [(r"\tfrac12 u^2", "1/2u^2"), (r"\frac{a+b}{c}", "a+b/c"), (r"w_i \ge 0", "wi≥0")],
+    [
+        (r"\tfrac12 u^2", "1/2u²"),
+        (r"\frac{a+b}{c}", "a+b/c"),
+        (r"w_i \ge 0", "w_i ≥ 0"),
+        (r"\hat x = e^x", "x = e^x"),
+    ],
 )
 def test_a_formula_is_text_in_the_index(tex: str, text: str) -> None:
     formula = ElementTree.fromstring(formulas.mathml(tex, False))
     assert finding.in_a_line(formula) == text
+
+
+def test_a_formula_or_number_that_is_a_line_or_a_cell_is_not_in_the_index() -> None:
+    formula, cell = '<span class="math"><math><mi>y</mi></math></span>', "<td><p>{}</p></td>"
+    for alone in (
+        cell.format(formula),
+        cell.format("9.5"),
+        '<div class="math"><math>9</math></div>',
+    ):
+        assert not {*"y9"} & {*finding.for_the_index(alone)}
+    assert "y</span> is 9" in finding.for_the_index(cell.format(f"{formula} is 9"))
 
 
 def test_sections_have_their_addresses_in_the_index() -> None:
