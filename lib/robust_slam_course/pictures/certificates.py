@@ -82,12 +82,12 @@ def turning() -> Picture:
         ),
         tries=[
             "choose five headings, make them equal, and find the α at which they stop being best.",
-            "increase the turn to 70° and let the map climb. Where do the headings end?",
+            "return to 70° and let the map climb. Where do the headings end, and at which cost?",
         ],
         caption="Three equal headings, each measured to be turned by α from the one before, and"
         " the eigenvalues of their S for every α. Up to 60° none is negative.",
-        state={"ring": "three", "degrees": [0, 0, 0], "alpha": 17, "step": 0},
-        answer={"alpha": 61},
+        state={"ring": "three", "degrees": [0, 0, 0], "alpha": 70, "step": 0},
+        answer={"alpha": 60},
         data={"main": "alpha"},
         still=_turning_still(),
     )

@@ -26,7 +26,7 @@ SAYS = {
     "certificate": "the cost is 13.94",
     "showcase": "Switches use 9 of 9 wrong",
     "starts": "GNC 0 and 10",
-    "turning": "not certified",
+    "turning": "eigenvalue is 0.00: certified",
     "machine": "GNC 0 and 0, the map 0 and 0",
     "graduation": "consistent outliers",
     "robots": "0 of 2 correct and 1 of 1 wrong are rejected",

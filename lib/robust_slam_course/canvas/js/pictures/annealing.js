@@ -178,7 +178,7 @@ function drawReadings(scene, { y, height }, maps, { state, result, width, change
 function drawPath(scene, box, state, result, change) {
   const last = Math.max(1, result.last);
   const maps = putAxes(scene, "grid", "path", box,
-    { domain: result.span, label: "" }, { domain: [last + 0.5, -0.5], label: null, ticks: [] });
+    { domain: result.span, label: "" }, { domain: [1.08 * last + 0.5, -0.5], label: null, ticks: [] });
   putHead(scene, "path-head", maps.inner.x, box.y - 8, box.width < 270 ? "Path over μ" : "Path of the estimate over μ; dots: minima");
   const every = Math.ceil(last / 4);
   for (let k = every; k <= last; k += every) {
