@@ -53,6 +53,7 @@ SCRIPTS = (
 UNUSED = ("design-tabs.js", "sphinx-thebe.js", "sphinx-thebe.css", "styles/theme.css")
 """No page has tabs, or a kernel in the cloud; the last one imports the first of the sheets."""
 
+LONG = re.compile(r"<(style|script)>(?:(?!</\1>).){1000,}</\1>", re.DOTALL)
 ICON_RULE = re.compile(r'(?:\.fa-[\w-]+:{1,2}before,?)+\{content:"([^"]*)"\}')
 """The rules of the theme's two thousand icons."""
 CODE = re.compile(r"\\([ef][0-9a-f]{3})\b|([\ue000-\uf8ff])")
@@ -63,7 +64,7 @@ ICON_FONT = re.compile(r"url\([^)]*/(fa-[\w-]+\.woff2)\)[^;}]*")
 def link(
     app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: nodes.document | None
 ) -> None:
-    """Leave out of a page what is joined; files that this module does not know stay."""
+    """Leave out of a page what is joined, and what it has already; other files stay."""
     joined = [f"_static/{name}" for name in (*SHEETS, *SCRIPTS, *UNUSED)]
     for kind in ("css_files", "script_files"):
         context[kind] = [
@@ -72,6 +73,23 @@ def link(
             if not any(fnmatch(str(each.filename), name) for name in joined)
             and "thebe" not in str(each.attributes)
         ]
+    if "body" in context:
+        context["body"] = once(context["body"])
+
+
+def once(body: str) -> str:
+    """Return the body of a page with each long style sheet and script at its first place alone.
+
+    Two pictures of one script would carry it twice, out of the reach of a server's compression.
+    """
+    known: set[str] = set()
+
+    def kept(match: re.Match[str]) -> str:
+        repeated = match[0] in known
+        known.add(match[0])
+        return "" if repeated else match[0]
+
+    return LONG.sub(kept, body)
 
 
 def write(app: Sphinx, exception: Exception | None) -> None:

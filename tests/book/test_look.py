@@ -131,6 +131,11 @@ def test_from_the_disk_it_is_drawn_in_the_same_letters(site: Site, browser: Brow
         assert {fonts.SANS, fonts.SERIF, fonts.MATH} <= loaded
 
 
+def test_a_page_has_a_long_script_once_and_a_short_one_as_often_as_it_stands_there() -> None:
+    long, short = f"<script>{'x' * 1000}</script>", "<script>y</script>"
+    assert look.once(f"{long}a{short}{short}{long}b") == f"{long}a{short}{short}b"
+
+
 @pytest.mark.parametrize("name", [*PAGES, "search", "genindex"])
 def test_a_page_links_the_prepared_files(name: str, site: Site) -> None:
     html = (site.folder / f"{name}.html").read_text(encoding="utf-8")

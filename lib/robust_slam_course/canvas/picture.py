@@ -103,14 +103,14 @@ class Picture:
         )
         width, height = still.size
         return (
-            f'<div class="rs-picture" role="group" aria-label="{escape(self.title)}"'
-            f' data-picture="{escape(self.name)}"><style>{STYLE}</style>'
+            f'<style>{STYLE}</style><div class="rs-picture" role="group"'
+            f' aria-label="{escape(self.title)}" data-picture="{escape(self.name)}">'
             f'<p class="rs-title">{escape(self.title)}</p>{prediction(self.question)}'
             f'<figure><img src="{escape(still.source)}" alt="{escape(self.caption)}"'
             f' width="{width}" height="{height}">'
             f"<figcaption>{escape(self.caption)}</figcaption></figure>{''.join(tries)}"
             f'<script type="application/json">{_block(self._traits(on_page=True))}</script></div>'
-            f"<script>{_loader(self.name, self.script or self.name)}</script>"
+            f"{_scripts(self.name, self.script or self.name)}"
         )
 
     def widget(self) -> anywidget.AnyWidget:
@@ -134,18 +134,21 @@ class Picture:
         return found
 
 
-def _loader(name: str, script: str) -> str:
-    """Return the script that brings the picture ``name`` to life on a page."""
+def _scripts(name: str, script: str) -> str:
+    """Return a picture's script, and what brings the picture ``name`` to life with it on a page.
+
+    The first, and the style sheet, are the same in each picture of that script: a page may drop
+    all but one.
+    """
     return (
-        f"(() => {{\n{bundle(script)}\n"
-        f"for (const el of document.querySelectorAll("
+        f"<script>(() => {{\n{bundle(script)}\n"
+        f"window.rs_{script} = render;\n}})();</script>"
+        f"<script>for (const el of document.querySelectorAll("
         f"'[data-picture=\"{name}\"]:not([data-live])')) {{\n"
         "  const given = JSON.parse(el.querySelector('script').textContent);\n"
-        "  const style = el.querySelector('style');\n"
         "  const model = { get: (key) => given[key], set() {}, save_changes() {} };\n"
-        "  render({ model, el });\n"
-        "  el.prepend(style);\n"
-        "}\n})();"
+        f"  rs_{script}({{ model, el }});\n"
+        "}</script>"
     )
 
 
