@@ -20,5 +20,6 @@ def html(result: Result, hints: Mapping[str, tuple[str, ...]]) -> str:
                 f"<details><summary>{step}</summary>{escape(hint)}</details>"
                 for step, hint in steps
             )
-            found.append(f"<p><code>{escape(exercise.name)}</code></p>{''.join(clicks)}")
+            head = f"<p><code>{escape(exercise.name)}</code>: hints for the whole exercise</p>"
+            found.append(head + "".join(clicks))
     return "\n".join(found)
