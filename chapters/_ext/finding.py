@@ -36,7 +36,7 @@ SECTION = re.compile(
 """Pagefind takes the addresses of sections from the headings, Sphinx writes them before these."""
 FORMULA = re.compile(r"<math\b.*?</math>", re.DOTALL)
 ALONE = re.compile(
-    r'<div class="math"><math.*?</math>'
+    r'(?P<line><div class="math">)<math.*?</math>'
     r"|(?P<cell><t[dh]\b[^>]*><p>)"
     r'(?:<span class="math"><math(?:(?!</math>).)*</math></span>|[\d.,%\s−–-]+)'
     r"(?=[\s\u2060]*</p></t)",
@@ -141,7 +141,7 @@ def index(app: Sphinx, exception: Exception | None) -> None:
 
 def for_the_index(page: str) -> str:
     """Return a page whose headings have their sections' addresses and whose formulas are text."""
-    page = ALONE.sub(r"\g<cell>", SECTION.sub(r"<section><\g<level> \g<id>>", page))
+    page = ALONE.sub(r"\g<line>\g<cell>", SECTION.sub(r"<section><\g<level> \g<id>>", page))
     return FORMULA.sub(lambda match: escape(in_a_line(ElementTree.fromstring(match[0]))), page)
 
 

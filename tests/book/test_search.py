@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from xml.etree import ElementTree
 
 import pytest
 
 from chapters._ext import finding, formulas
-from tests.book.conftest import WAYS, Site, place
+from tests.book.conftest import NOTEBOOKS, WAYS, Site, place
 from tests.chromium import Opener
 
 KILOBYTES = 300
@@ -70,6 +71,16 @@ class TestOverTheNetwork:
     def test_it_says_when_nothing_is_found(self, address: str, open_page: Opener) -> None:
         page = open_page(f"{address}/search.html?q=xylophone").page
         page.get_by_text("No page has “xylophone”.").wait_for()
+
+
+@pytest.mark.parametrize("name", NOTEBOOKS)
+def test_a_page_is_indexed_to_its_end(name: str, site: Site) -> None:
+    """An element that ended too early would end the article, and all behind it be left out."""
+    page = (site.folder / f"{name}.html").read_text("utf-8")
+    made = finding.for_the_index(page)
+    for tag in ("div", "section", "td"):
+        assert made.count(f"</{tag}>") == page.count(f"</{tag}>")
+        assert len(re.findall(rf"<{tag}\b", made)) == len(re.findall(rf"<{tag}\b", page))
 
 
 @pytest.mark.parametrize(
