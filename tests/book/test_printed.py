@@ -58,6 +58,9 @@ def test_what_folded_code_prints_is_with_it_or_a_table_with_a_caption(
     soup = site.parsed(name)
     for table in soup.select(".rs-printed"):
         assert table.caption and table.caption.get_text(), table.get_text()[:80]
+        below = table.parent.find_next_sibling() if table.parent else None
+        left_out = below.get_text().split("\n")[0] if below and below.pre else ""
+        assert "  " not in left_out.strip(), f"a row that is not in its table: {left_out}"
     for cell in soup.select(".cell:has(> details.hide)"):
         shown = cell.select_one(":scope > .cell_output")
         assert shown is None or shown.select_one("table, svg, .rs-picture, img, p"), cell["class"]
