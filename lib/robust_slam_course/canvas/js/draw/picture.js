@@ -142,7 +142,9 @@ function wordsOf(text, before) {
   const bare = (word) => word.replace(/[.,:;)]+$/, "");
   const known = new Set(before.split(/\s+/).map(bare));
   const isNew = (word) => /\d/.test(word) && !known.has(bare(word));
-  return text.split(/(\s+)/).map((word) => (isNew(word) ? htmlElement("strong", {}, word) : word));
+  return text.split(/(\s+)/).flatMap((word) => (
+    isNew(word) ? [htmlElement("strong", {}, bare(word)), word.slice(bare(word).length)] : [word]
+  ));
 }
 
 /** The picture's frame: question, stage, main controls, readout; all else is folded. */

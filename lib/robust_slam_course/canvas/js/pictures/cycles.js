@@ -141,7 +141,7 @@ function drawCycles(scene, { state, result, shown, width, height, change }) {
   result.joins.forEach((join, k) => {
     putEdge(scene, "wrong", `wrong-${k}`, map, truth, join, "is-outlier", 3);
   });
-  scene.put("strip", "key", "text", { class: "rs-tick", x: 2, y: 14 }, "dotted: true path");
+  scene.put("strip", "key", "text", { class: "rs-tick", x: 2, y: 14 }, "dotted: true path; colour: u");
   putStrip(scene, "strip", "norms", right, residualGroups(state, result), {
     domain: [0.1, 100], ticks: [0.1, 1, 10, 100], label: "whitened residual u",
     line: { value: CHI_99_SE2, text: "dashed: 99 % of inliers" },

@@ -147,7 +147,7 @@ function machineCaption({ state, result, data }) {
   const { told, passed, left, kept, certified, off } = result;
   const stage = data.stages.find(({ key }) => key === state.broken);
   const number = (counts) => counts.join(" and ");
-  const steps = [passed && `PCM keeps ${number(passed)}`, left && `GNC ${number(left)}`, `the map ${number(kept)}`];
-  const chain = steps.filter(Boolean).join(", ");
+  const chain = [["PCM", passed], ["GNC", left], ["the map", kept]].filter(([, counts]) => counts)
+    .map(([name, counts], k) => `${name} ${k ? "" : "keeps "}${number(counts)}`).join(", ");
   return `${stage.fault} Of ${told[0]} inliers and ${told[1]} outliers ${chain}. The map is ${off.toFixed(2)}\u00a0m off and ${certified ? "" : "not "}certified.`;
 }
