@@ -76,11 +76,17 @@ class Minutes(SphinxRole):
         return [nodes.inline(self.text, self.text, classes=["rs-minutes"], page=page)], []
 
 
-def fill(app: Sphinx, doctree: nodes.document, _: str) -> None:
-    """Put the times where a page quotes them."""
+def fill(app: Sphinx, doctree: nodes.document, page: str) -> None:
+    """Put the times where a page quotes them, and the maps in the front page's table."""
     for node in list(doctree.findall(nodes.inline)):
         if "rs-minutes" in node["classes"]:
             node[:] = [nodes.Text(str(minutes(app, node["page"])))]
+    if page != app.config.root_doc:
+        return
+    for link in list(doctree.findall(nodes.reference)):
+        own = CHAPTER.match(link.get("refuri", ""))
+        if own and isinstance(link.parent.parent, nodes.entry):
+            link.parent.insert(0, nodes.raw("", sign_of(app, int(own[1])), format="html"))
 
 
 def chapters(app: Sphinx) -> list[str]:
@@ -108,11 +114,10 @@ def questions(app: Sphinx) -> dict[str, str]:
     """Return by chapter the question that the front page's table gives it."""
     front = app.env.get_doctree(app.config.root_doc)
     rows = (row.children for row in front.findall(nodes.row))
-    links = ((first.next_node(nodes.Element), last) for first, last in rows)
     return {
         PurePosixPath(target["reftarget"]).name: question.astext()
-        for cell, question in links
-        if cell and (target := next(iter(cell.findall(lambda node: "reftarget" in node)), None))
+        for chapter, question, *_ in rows
+        for target in chapter.findall(lambda node: "reftarget" in node)
     }
 
 

@@ -1,4 +1,7 @@
-"""The front page: its first screen shows what the course is, a map to take hold of, the doors."""
+"""The front page: its first screen shows what the course is, a map to take hold of, the doors.
+
+The cards of the chapters follow, in two columns where there is room.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +19,7 @@ END = "element => element.getBoundingClientRect().bottom"
 
 
 @pytest.mark.parametrize("screen", SCREENS)
-def test_the_first_screen_has_three_doors_and_the_map(
+def test_the_first_screen_has_three_doors_and_the_map_and_cards_follow(
     screen: str, site: Site, open_page: Opener
 ) -> None:
     width, height = SCREENS[screen]
@@ -32,6 +35,9 @@ def test_the_first_screen_has_three_doors_and_the_map(
     switch = page.get_by_role("checkbox", name="Reject outliers")
     box = switch.bounding_box()
     assert box and box["width"] >= 48 and box["height"] >= 30
+    cards = page.locator(".rs-chapters tbody tr").all()
+    places = {round(box["x"]) for card in cards if (box := card.bounding_box())}
+    assert len(cards) == 10 and len(places) == (2 if screen == "desk" else 1)
     doors[0].click(position={"x": 12, "y": 12})  # beside the words
     page.wait_for_url("**/00-one-lie.html")
 

@@ -27,10 +27,15 @@ def test_a_chapter_begins_with_its_length_and_its_goals(name: str, site: Site) -
     assert goals and goals.find_next_sibling().name == "ul"
 
 
-def test_the_front_page_quotes_the_time_of_the_first_chapter(site: Site) -> None:
-    (line,) = site.parsed(CHAPTERS[0]).select(".rs-length")
-    doors = site.parsed(PAGES[0]).select_one(".rs-doors").get_text()
-    assert f"Chapter 0, {line.a.get_text()}:" in doors
+def test_the_front_page_has_the_map_and_the_time_of_each_chapter(site: Site) -> None:
+    front = BeautifulSoup((site.folder / f"{PAGES[0]}.html").read_text("utf-8"), "html.parser")
+    times = []
+    for name, row in zip(CHAPTERS, front.select(".rs-chapters tbody tr"), strict=True):
+        assert row.a["href"] == f"{name.split('/')[1]}.html"
+        assert row.select_one(".rs-map").path["d"] == own(site, name).path["d"]
+        times.append(site.parsed(name).select_one(".rs-length a").get_text())
+        assert row.find_all("td")[-1].get_text() == times[-1]
+    assert f"Chapter 0, {times[0]}:" in " ".join(front.select_one(".rs-doors").get_text().split())
 
 
 def test_the_ways_back_and_on_are_chapters_with_their_questions(site: Site) -> None:
