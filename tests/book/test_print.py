@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from bs4 import BeautifulSoup
 from playwright.sync_api import Page
-from pypdf import PdfReader
+from pypdf import PageObject, PdfReader
 
 from tests.book.built_site import DRAWN
 from tests.book.conftest import PAGES, Site
@@ -25,6 +25,9 @@ pytestmark = [pytest.mark.browser, pytest.mark.long]
 FEW = ["chapters/00-one-lie", "chapters/how-large-a-map", "chapters/cheat-sheet"]
 ID = re.compile(r'<[a-z][^<>]*\sid="([^"]*)"')
 LEAD = re.compile(r'<a\b[^<>]*\shref="#([^"]*)"')
+NEAR, COLUMN = 36.0, 200.0
+"""Points from a heading's upper edge to the first line of its text and less than the second; and
+from its left edge to where text of its column may start."""
 KINDS = ("figure", "div.math", ".rs-picture", ".rs-predict", ":is(.citation, .footnote)", "h2")
 COUNT = """([html, kinds]) => {
   const found = new DOMParser().parseFromString(html, "text/html");
@@ -86,6 +89,36 @@ def flat(outline: list[object]) -> list[object]:
     return [each for one in outline for each in (flat(one) if isinstance(one, list) else [one])]
 
 
+def lone(printed: PdfReader) -> list[tuple[int, str]]:
+    """Page and title of each heading with at most one line of text between it and the foot.
+
+    The text's place decides, because its order in the file is not that on the page.
+    """
+    starts: dict[int, list[tuple[float, float]]] = {}
+    found = []
+    for mark in flat(printed.outline):
+        number = printed.get_destination_page_number(mark)
+        if number not in starts:
+            starts[number] = places_of_text(printed.pages[number])
+        left, top = float(mark.left), float(mark.top)
+        if not any(abs(x - left) < COLUMN and y < top - NEAR for x, y in starts[number]):
+            found.append((number + 1, str(mark.title)))
+    return found
+
+
+def places_of_text(page: PageObject) -> list[tuple[float, float]]:
+    """Where each piece of a page's text starts, in points from the lower left corner."""
+    found = []
+
+    def see(text: str, now: list[float], line: list[float], *_: object) -> None:
+        if text.strip():
+            x, y = np.array([*line[4:], 1.0]) @ np.reshape(now, (3, 2))
+            found.append((float(x), float(y)))
+
+    page.extract_text(visitor_text=see)
+    return found
+
+
 def test_it_is_tagged_named_and_carries_its_fonts(
     printed: tuple[Book, PdfReader, Path],
 ) -> None:
@@ -136,14 +169,16 @@ def test_no_figure_formula_picture_or_reference_of_the_site_is_lost(
 
 
 @pytest.mark.parametrize("paper", ["A4", "Letter"])
-def test_the_whole_book_has_at_most_250_pages(
+def test_the_whole_book_has_at_most_250_pages_and_no_heading_alone_at_a_foot(
     paper: str, site: Site, open_page: Opener, tmp_path: Path
 ) -> None:
     source = tmp_path / "book.html"
     source.write_text(book(site.folder).html({}), encoding="utf-8")
     page = open_page(source.as_uri()).page
     page.set_default_timeout(600_000)
-    assert 200 < len(PdfReader(io.BytesIO(page.pdf(format=paper))).pages) <= 250
+    printed = PdfReader(io.BytesIO(page.pdf(format=paper, tagged=True, outline=True)))
+    assert 200 < len(printed.pages) <= 250
+    assert len(flat(printed.outline)) > 200 and lone(printed) == []
 
 
 def test_a_quiz_is_followed_by_the_letters_of_its_right_answers(site: Site) -> None:

@@ -25,7 +25,7 @@ AWAY = (
 """What paper has no use for: folded code is one click away on the site."""
 SHARED = 3
 """A title that so many chapters have, as *Quiz*, is not in the contents."""
-LONG = 14
+LONG = 19
 """Lines of code that stay on one page."""
 NAMED = re.compile(r'( id="|url\(#|href="#)')
 """Where a drawing names one of its parts."""
