@@ -168,6 +168,7 @@ def test_no_figure_formula_picture_or_reference_of_the_site_is_lost(
     assert on_site.min() > 10, dict(zip(KINDS, on_site, strict=True))
 
 
+@pytest.mark.soak
 @pytest.mark.parametrize("paper", ["A4", "Letter"])
 def test_the_whole_book_has_at_most_250_pages_and_no_heading_alone_at_a_foot(
     paper: str, site: Site, open_page: Opener, tmp_path: Path
