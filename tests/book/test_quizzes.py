@@ -181,7 +181,7 @@ def test_a_prediction_is_remembered_and_is_no_part_of_the_quiz(
         choose(question, "right")
     assert len(ticks(page)) == 1
     kept = page.evaluate(KEPT)
-    answer.get_by_role("button").click()
+    answer.get_by_role("button", name="Ask again").click()
     page.wait_for_function(f"{KEPT} !== {json.dumps(kept)}")
     page.reload()
     expect(answer).to_have_count(0)

@@ -209,7 +209,8 @@ def test_cells_run_and_say_what_is_wrong(done: dict[str, Any]) -> None:
 def test_check_says_what_the_command_says(
     done: dict[str, Any], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    hints = ["total_cost", "Where to look", "What to compute by hand", "The idea"]
+    steps = ["Where to look", "What to compute by hand", "The idea"]
+    hints = ["total_cost: hints for the whole exercise", *steps]
     for shown, file, folded in (("check wrong", "wrong file", hints), ("check right", "file", [])):
         lines = done[shown].strip().split("\n")
         said = commanded(done[file], capsys)
