@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -133,19 +134,18 @@ def test_a_chapter_is_read_at_its_end_and_the_last_place_is_kept(
     browser: Browser, tmp_path: Path
 ) -> None:
     chapter, place = written(tmp_path, "03-irls", LONG), written(tmp_path, "progress", PLACE)
-    with visiting(browser, chapter) as visit:
-        page = visit.page
-        page.mouse.wheel(0, 3200)
-        page.wait_for_function(f"({KEPT} ?? '').includes('second')")
-        page.goto(place)
+    with visiting(browser, place) as visit:
+        # In a tab of its own: what a page writes right before it is left may be lost.
+        page, chapter_tab = visit.page, visit.page.context.new_page()
+        chapter_tab.goto(chapter)
+        chapter_tab.mouse.wheel(0, 3200)
+        last = page.locator(".rs-progress p").get_by_role("link", name="3 · IRLS")
+        expect(last).to_have_attribute("href", re.compile("chapters/03-irls.html#second$"))
         row = page.get_by_role("row", name="3 · IRLS")
         assert row.get_by_role("cell").all_inner_texts() == ["3 · IRLS", "", "", ""]
-        last = page.locator(".rs-progress p").get_by_role("link", name="3 · IRLS")
-        assert str(last.get_attribute("href")).endswith("chapters/03-irls.html#second")
-        page.goto(chapter)
-        page.keyboard.press("End")
-        page.wait_for_function(f"JSON.parse({KEPT}).read['chapters/03-irls']")
-        page.goto(place)
+        chapter_tab.keyboard.press("End")
+        expect(row.get_by_role("cell").nth(1)).to_have_text("read")
+        page.reload()
         expect(row.get_by_role("cell").nth(1)).to_have_text("read")
         assert visit.complaints == visit.outside == []
 
