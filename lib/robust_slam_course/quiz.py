@@ -188,10 +188,9 @@ def _button(letter: str, text: str) -> str:
 
 
 def _revealed(letter: str, chosen: Option | None, right: Option) -> str:
-    verdict = f'<span class="is-right">The answer is <b>{_inline(right.text)}</b>.</span>'
-    if chosen is right:
-        verdict = verdict.replace("The answer is", "✓ Right:")
-    elif chosen:
+    opening = "✓ Right:" if chosen is right else "The answer is"
+    verdict = f'<span class="is-right">{opening} <b>{_inline(right.text)}</b>.</span>'
+    if chosen not in (None, right):
         said = f"✗ You chose <b>{_inline(chosen.text)}</b>."
         verdict = f'<span class="is-wrong">{said}</span> {verdict}'
     return (

@@ -32,7 +32,7 @@ class Runner:
 
     setting: Setting
     _child: ForkServerProcess | None = None
-    _pipe: Connection | None = None
+    _connection: Connection | None = None
     _tables: dict[str, Table | None] = field(default_factory=dict)
 
     def table(self, exercise: str) -> Table | None:
@@ -49,33 +49,33 @@ class Runner:
 
     def close(self) -> None:
         """End the process."""
-        if self._child is not None and self._pipe is not None:
+        if self._child is not None and self._connection is not None:
             self._child.kill()
             self._child.join()
-            self._pipe.close()
-        self._child = self._pipe = None
+            self._connection.close()
+        self._child = self._connection = None
 
     def _asked(self, exercise: str, pair: tuple[Candidate, Shape] | None = None) -> Answer:
         try:
-            if self._pipe is None:
-                self._pipe, other = Pipe()
+            if self._connection is None:
+                self._connection, other = Pipe()
                 self._child = trusted.start(_serve, self.setting, other)
                 other.close()
-            self._pipe.send((exercise, pair))
-            answer: Answer = self._pipe.recv()
+            self._connection.send((exercise, pair))
+            answer: Answer = self._connection.recv()
             return answer
         except Exception:  # a label is worth no batch
             self.close()
             return None
 
 
-def _serve(setting: Setting, pipe: Connection) -> None:
+def _serve(setting: Setting, connection: Connection) -> None:
     """Be the child: answer each request."""
     guarded.guard()
     bench = setting.bench()
     tables: dict[str, tuple[Table, float]] = {}
     while True:
-        exercise, pair = pipe.recv()
+        exercise, pair = connection.recv()
         if exercise not in tables:
             began = time.process_time()
             table = survey.right_of(bench, exercise)
@@ -83,8 +83,8 @@ def _serve(setting: Setting, pipe: Connection) -> None:
             tables[exercise] = table, TIMES_LONGER * seconds
         table, seconds = tables[exercise]
         if pair is None:
-            pipe.send(table)
+            connection.send(table)
         else:
             one, like = pair
             found = survey.shape_of(bench, exercise, one, table.right, seconds, like=like)
-            pipe.send(found.keys())
+            connection.send(found.keys())
