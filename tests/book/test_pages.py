@@ -137,6 +137,8 @@ class OnAPhone(Page):
     ) -> None:
         """Of some widths, and with ``--soak`` of each."""
         page = visit.page
+        # The side bar would still glide from one width to its place at the next.
+        page.emulate_media(reduced_motion="reduce")
         page.evaluate("document.querySelectorAll('details').forEach(box => { box.open = true; })")
         wider = {}
         widths = narrowest((site.folder / "_static" / look.STYLE).read_text("utf-8"))
