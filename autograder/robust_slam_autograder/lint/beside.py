@@ -6,11 +6,13 @@ import ast
 import importlib.util
 from collections.abc import Iterator
 from itertools import pairwise
+from pathlib import Path
 
 from robust_slam_autograder.lint.rule import rule
 from robust_slam_autograder.lint.subject import Found, Subject, parsed
 from robust_slam_autograder.reading import labelled
 from robust_slam_autograder.reading.assignment import CONFIG_NAME, Config
+from robust_slam_autograder.reading.labelled import Answer
 from robust_slam_autograder.reading.source import imported_modules
 from robust_slam_autograder.student.imports import refusal, withheld_sentence
 
@@ -81,21 +83,43 @@ def _limits(subject: Subject) -> Iterator[Found]:
 
 @rule("no-mutant", "error", "With --answers: each exercise has a wrong_… and a right_… answer.")
 def _no_mutant(subject: Subject) -> Iterator[Found]:
+    for path, found in _answers(subject):
+        names = [] if isinstance(found, ValueError) else [answer.name for answer in found]
+        for kind in ("wrong_", "right_"):
+            if isinstance(found, list) and not any(name.startswith(kind) for name in names):
+                yield Found(
+                    path.stem,
+                    1,
+                    f"{path} has no answer {kind}…: add one that the tests must "
+                    f"{'catch' if kind == 'wrong_' else 'accept'}.",
+                )
+
+
+@rule("bad-answer", "error", "With --answers: an answer can be read, and names a case of its own.")
+def _bad_answer(subject: Subject) -> Iterator[Found]:
+    for path, found in _answers(subject):
+        if isinstance(found, ValueError):
+            yield Found(path.name, 1, f"The answers cannot be read: {found}.")
+            continue
+        cases = [one.grade_id for one in subject.assignment.cases if one.exercise == path.stem]
+        for answer in found:
+            if answer.caught_by not in (None, *cases):
+                yield Found(
+                    path.name,
+                    1,
+                    f"{path}: {answer.name} names the case {answer.caught_by}, which is none: "
+                    f"give one of {', '.join(cases)}.",
+                )
+
+
+def _answers(subject: Subject) -> Iterator[tuple[Path, list[Answer] | ValueError]]:
+    """Yield the file of each exercise with its answers, or with why it cannot be read."""
     if subject.answers is None:
         return
     folder = subject.answers / subject.assignment.name
     for cell in subject.solutions:
         path = folder / f"{cell.grade_id}.toml"
         try:
-            found = labelled.read(path) if path.is_file() else []
+            yield path, labelled.read(path) if path.is_file() else []
         except ValueError as error:
-            yield Found(cell.grade_id or "", 1, f"The answers cannot be read: {error}.")
-            continue
-        for kind in ("wrong_", "right_"):
-            if not any(answer.name.startswith(kind) for answer in found):
-                yield Found(
-                    cell.grade_id or "",
-                    1,
-                    f"{path} has no answer {kind}…: add one that the tests must "
-                    f"{'catch' if kind == 'wrong_' else 'accept'}.",
-                )
+            yield path, error

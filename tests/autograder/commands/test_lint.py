@@ -72,7 +72,7 @@ def rows() -> Iterator[Any]:
         yield pytest.param(row["rule"], finds, row["line"], spares, id=f"{row['rule']}-{number}")
 
 
-@pytest.mark.parametrize(("rule", "bad", "line", "near"), rows())
+@pytest.mark.parametrize(("rule", "bad", "line", "near"), list(rows()))
 def test_a_rule_finds_its_case_and_leaves_the_near_miss(lint, rule, bad, line, near):
     found = lint(with_case(bad))
     assert [at for cell, at in places(found, rule) if cell == CELL] == [line], found
@@ -141,15 +141,25 @@ def test_an_import_that_students_may_not_make_is_found(lint):
     assert places(lint(value, f'{config}withheld = ["evo"]\n'), "not-allowed") == [("double", 4)]
 
 
+ABOUT_ANSWERS = ("no-mutant", "bad-answer")
+WRONG = "[wrong_a]\ncode = 'pass'\ncaught_by = '{}'\n"
+RIGHT = "[right_a]\ncode = 'pass'\n"
+
+
 @pytest.mark.parametrize(
     ("double", "wanted"),
     [
-        ("[right_a]\ncode = 'pass'\n[wrong_a]\ncode = 'pass'\ncaught_by = 'a'\n", []),
-        ("[right_a]\ncode = 'pass'\n", ["wrong_…"]),
-        ("[right_a]\nfrom = 'right_b'\n", ["read"]),
+        (RIGHT + WRONG.format("double-by-hand"), []),
+        (RIGHT, [("no-mutant", "double", "has no answer wrong_…: add one")]),
+        ("[right_a]\nfrom = 'b'\n", [("bad-answer", "double.toml", "cannot be read: ")]),
+        (
+            RIGHT + WRONG.format("doubel"),
+            [("bad-answer", "double.toml", "the case doubel, which")],
+        ),
+        (RIGHT + WRONG.format("apply-by-hand"), [("bad-answer", "double.toml", "apply-by-hand")]),
     ],
 )
-def test_an_exercise_needs_a_wrong_and_a_right_answer_where_answers_are_given(
+def test_an_exercise_needs_answers_that_name_its_cases_where_answers_are_given(
     lint, tmp_path, double, wanted
 ):
     file = tmp_path / "answers" / toy.NAME / "double.toml"
@@ -157,9 +167,12 @@ def test_an_exercise_needs_a_wrong_and_a_right_answer_where_answers_are_given(
     file.write_text(double, encoding="utf-8")
     found = lint(toy.source_notebook(), answers=tmp_path / "answers")
     assert [cell for cell, _ in places(found, "no-mutant")].count("apply") == 2
-    said = [m for m in messages(found, "no-mutant") if "apply" not in m]
-    assert [message.split(":")[0].split()[-1] for message in said] == wanted
-    assert not places(lint(toy.source_notebook()), "no-mutant")
+    said = [one for one in found if one.rule in ABOUT_ANSWERS and one.grade_id != "apply"]
+    assert [(one.rule, one.grade_id) for one in said] == [
+        (rule, place) for rule, place, _ in wanted
+    ]
+    assert all(text in one.message for one, (*_, text) in zip(said, wanted, strict=True))
+    assert not any(places(lint(toy.source_notebook()), rule) for rule in ABOUT_ANSWERS)
 
 
 REASON = "(SECRET-REASON)"
