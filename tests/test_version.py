@@ -17,6 +17,9 @@ def course(tmp_path: Path) -> Path:
     for name in (*version.PLACES, version.CHANGES):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         shutil.copyfile(version.ROOT / name, tmp_path / name)
+    changes = tmp_path / version.CHANGES
+    new = f"{version.UNRELEASED}\n- A change.\n"
+    changes.write_text(changes.read_text("utf-8").replace(version.UNRELEASED, new), "utf-8")
     return tmp_path
 
 
@@ -40,6 +43,13 @@ def test_what_is_no_newer_version_changes_nothing(course: Path, number: str) -> 
     with pytest.raises(ValueError, match="is no version"):
         version.raise_to(number, course)
     assert before == {name: (course / name).read_bytes() for name in version.PLACES}
+
+
+def test_there_is_no_release_without_a_change(course: Path) -> None:
+    version.raise_to("7.0.0", course)
+    with pytest.raises(ValueError, match=r"CHANGELOG\.md names no change"):
+        version.raise_to("7.0.1", course)
+    assert version.current(course) == "7.0.0"
 
 
 def test_files_that_disagree_are_named(course: Path) -> None:

@@ -48,8 +48,9 @@ def raise_to(number: str, root: Path = ROOT) -> None:
     if not re.fullmatch(r"\d+\.\d+\.\d+", number) or _parts(number) <= _parts(current(root)):
         raise ValueError(f"{number} is no version X.Y.Z above {current(root)}, without a v.")
     changes = (root / CHANGES).read_text("utf-8")
-    if UNRELEASED not in changes:
-        raise ValueError(f"{CHANGES} has no heading {UNRELEASED.strip()!r}.")
+    unreleased = changes.partition(UNRELEASED)[2].partition("\n## ")[0]
+    if not unreleased.strip():
+        raise ValueError(f"{CHANGES} names no change under {UNRELEASED.strip()!r}.")
     headings = f"{UNRELEASED}\n## {number} ({date.today()})\n"
     (root / CHANGES).write_text(changes.replace(UNRELEASED, headings, 1), "utf-8")
     for name, line in PLACES.items():

@@ -8,7 +8,8 @@ from typing import Any
 
 from robust_slam_autograder.executor.budget import Meter
 from robust_slam_autograder.executor.session import Program, Session
-from robust_slam_autograder.reading.assignment import Limits, Piece
+from robust_slam_autograder.reading.assignment import Piece
+from robust_slam_autograder.reading.defaults import Limits
 from robust_slam_autograder.sandbox import Sandbox
 
 from tests import kernel

@@ -19,8 +19,8 @@ from robust_slam_autograder.protocol.channel import (
 )
 from robust_slam_autograder.protocol.channel import Fault as ChannelFault
 from robust_slam_autograder.protocol.wire import Handle, WireError
-from robust_slam_autograder.reading.assignment import Limits, Piece
-from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES
+from robust_slam_autograder.reading.assignment import Piece
+from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES, Limits
 from robust_slam_autograder.reading.source import imported_modules
 from robust_slam_autograder.sandbox import Launch, Running, Sandbox
 

@@ -107,7 +107,7 @@ def _bad_answer(subject: Subject) -> Iterator[Found]:
                 yield Found(
                     path.name,
                     1,
-                    f"{path}: {answer.name} names the case {answer.caught_by}, which is none: "
+                    f"{path}: {answer.name} names {answer.caught_by}, which is not a case of its: "
                     f"give one of {', '.join(cases)}.",
                 )
 

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from robust_slam_autograder.errors import Refused, WrongUse
 from robust_slam_autograder.reading import notebook
-from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES
+from robust_slam_autograder.reading.defaults import DEFAULT_PACKAGES, Limits
 from robust_slam_autograder.reading.notebook import Cell
 from robust_slam_autograder.reading.source import (
     defined_names,
@@ -45,18 +45,6 @@ _KEYS = {
     "causes": dict,
     "hidden": dict,
 }
-
-
-@dataclass(frozen=True)
-class Limits:
-    """CPU seconds of the student's code and the tests together; see ``executor.budget``."""
-
-    call_seconds: float = 10.0
-    """One call of a student's function."""
-    cell_seconds: float = 20.0
-    """One cell, the student's or a test."""
-    notebook_seconds: float = 120.0
-    """All of one submission's passes together."""
 
 
 MAX_SECONDS = 86_400.0

@@ -15,7 +15,7 @@ from robust_slam_autograder.executor.session import (
     student_error,
 )
 from robust_slam_autograder.protocol.channel import RaisedThere
-from robust_slam_autograder.reading.assignment import Limits
+from robust_slam_autograder.reading.defaults import Limits
 
 from tests.autograder.killing import wait_for
 from tests.autograder.sessions import started

@@ -9,7 +9,8 @@ import pytest
 from robust_slam_autograder.errors import WrongUse
 from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading import notebook
-from robust_slam_autograder.reading.assignment import Assignment, Config, Limits
+from robust_slam_autograder.reading.assignment import Assignment, Config
+from robust_slam_autograder.reading.defaults import Limits
 
 from tests.autograder import toy
 
