@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import gzip
 import io
+import json
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -121,6 +122,22 @@ def test_letters_beside_their_column_are_found(style: str, crooked: int, browser
         page: Page = visit.page
         page.set_content(f"<style>{style}</style><article><pre>a b c\nlong  d\n</pre></article>")
         assert len(page.evaluate(COLUMNS)) == crooked
+
+
+@pytest.mark.browser
+@pytest.mark.parametrize("name", [CHAPTERS[8], "chapters/labs"])
+def test_elements_are_styled_a_few_times_while_a_page_loads(
+    name: str, site: Site, browser: Browser
+) -> None:
+    """A rule for whatever has a child makes each that a picture draws a reason to style all."""
+    with visiting(browser, "about:blank", viewport={"width": 1280, "height": 800}) as visit:
+        browser.start_tracing(categories=["devtools.timeline"])
+        visit.page.goto(place(site, "", name, "file"))
+        visit.page.evaluate("() => new Promise((done) => requestIdleCallback(done))")
+        events = json.loads(browser.stop_tracing())["traceEvents"]
+        elements = visit.page.evaluate("document.querySelectorAll('*').length")
+    styled = [each["args"] for each in events if each["name"] == "UpdateLayoutTree"]
+    assert 0 < sum(each.get("elementCount", 0) for each in styled) < 5 * elements
 
 
 @pytest.mark.browser
