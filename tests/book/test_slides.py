@@ -19,10 +19,17 @@ from tools.slides import marks
 from tools.slides.__main__ import install, make
 from tools.slides.deck import Source
 
+QUICK = (("00", 1280), ("08", 1024))
+"""Decks to look through at a width; with ``--soak`` all are, at both."""
 NOTEBOOKS = [ROOT / f"{page}.ipynb" for page in CHAPTERS]
+SIZES = {1280: 720, 1024: 768}
+"""Of a projector: the width and the height."""
 SHOWN = [
-    pytest.param(path.stem, marks=() if path.stem[:2] in ("00", "08") else pytest.mark.soak)
+    pytest.param(
+        path.stem, width, marks=() if (path.stem[:2], width) in QUICK else pytest.mark.soak
+    )
     for path in NOTEBOOKS
+    for width in SIZES
 ]
 BEYOND = """(section) => {
   const frame = document.querySelector(".slides").getBoundingClientRect();
@@ -87,13 +94,12 @@ def test_a_deck_is_a_lecture_to_which_its_page_leads(notebook: Path, decks: Path
     ) == len(found)
 
 
-@pytest.mark.parametrize("size", [(1280, 720), (1024, 768)], ids=str)
-@pytest.mark.parametrize("name", SHOWN)
+@pytest.mark.parametrize(("name", "width"), SHOWN)
 @pytest.mark.browser
 def test_no_slide_overflows_and_all_can_be_used(
-    name: str, size: tuple[int, int], decks: Path, open_page: Opener
+    name: str, width: int, decks: Path, open_page: Opener
 ) -> None:
-    viewport = {"width": size[0], "height": size[1]}
+    viewport = {"width": width, "height": SIZES[width]}
     with served(decks) as address:  # axe-core reads style sheets, which it may not from a file
         look_through(f"{address}/slides/{name}.html", open_page, viewport)
 
