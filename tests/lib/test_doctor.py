@@ -99,6 +99,7 @@ class TestTheReading:
         np.testing.assert_allclose(better.graph.measurement, graph.measurement, atol=1e-12)
 
     @pytest.mark.parametrize("small", [False, True])
+    @pytest.mark.long
     def test_degrees_are_named_without_another_try(self, town, small):
         # Small turns are less than a circle in degrees too, so that no line gives them away.
         round_and_round = circle(400, np.random.default_rng(0), laps=2, closures=60)[0]

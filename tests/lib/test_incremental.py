@@ -43,6 +43,7 @@ def replayed(graph, watch=lambda growing, pose: None):
     [(manhattan, 150, {"closures": 60}, 20), (sphere, 80, {}, 20)],
     ids=["manhattan", "sphere"],
 )
+@pytest.mark.long
 def test_after_the_last_edge_the_answer_is_that_of_the_batch(make, n, options, count, seed):
     graph, is_outlier, *_ = with_outliers(make, n, seed, count, **options)
     order, wrong = in_order(graph), []
@@ -60,6 +61,7 @@ def test_after_the_last_edge_the_answer_is_that_of_the_batch(make, n, options, c
     assert_same_poses(graph.group, growing.poses, best, atol=0.02)
 
 
+@pytest.mark.long
 def test_a_group_of_outliers_that_comes_first_is_not_kept_when_inliers_come():
     for seed in (2, 3):
         rng = np.random.default_rng(seed)
@@ -101,6 +103,7 @@ def test_an_outlier_that_was_kept_is_withdrawn_and_inliers_return_when_evidence_
     assert_same_poses(se2, growing.poses, dead_reckoning(odometry), atol=1e-6)
 
 
+@pytest.mark.long
 def test_a_removed_closure_leaves_the_map_that_never_had_it(seed):
     graph, is_outlier, _, clean = with_outliers(manhattan, 100, seed, 10, closures=40)
     growing, never = replayed(graph), replayed(clean)

@@ -113,6 +113,7 @@ def misclaimed(graph, factors):
     [(0.1,) * 4, (1 / 3,) * 4, (3,) * 4, (10,) * 4, (60,) * 4, (1, 10, 1, 10), (3, 3, 1, 1)],
     ids=str,
 )
+@pytest.mark.long
 def test_claims_that_are_wrong_are_found_and_change_neither_outliers_nor_map(factors):
     graph, is_outlier, truth, clean = with_outliers(manhattan, 100, 0, 20, closures=200)
     answer = solve(misclaimed(graph, factors))

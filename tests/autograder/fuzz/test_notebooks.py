@@ -148,6 +148,7 @@ HEAVY = {
 
 
 @pytest.mark.parametrize("name", HEAVY)
+@pytest.mark.long
 def test_the_heaviest_notebooks_take_little_memory(name: str) -> None:
     data = filled(*HEAVY[name])
     with no_hang():

@@ -180,6 +180,7 @@ def test_no_name_makes_a_tag_of_the_heat_map_or_a_students_page(text):
 
 @settings(max_examples=30)
 @for_any_text
+@pytest.mark.long
 def test_no_text_makes_a_tag(text):
     if text:
         shown = Skeleton(class_pages.html(hostile(text)))

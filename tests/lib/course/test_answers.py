@@ -38,6 +38,7 @@ SAYS = {
 """What the words below each picture say of the answer, once it is shown."""
 
 
+@pytest.mark.long
 def test_every_picture_has_one_but_the_game_which_is_to_be_played() -> None:
     found = {name for name in pictures.__all__ if getattr(pictures, name)().answer}
     assert found == {*pictures.__all__} - {"breaking"} and found <= SAYS.keys()

@@ -20,6 +20,7 @@ TABLE: dict[str, Any] = json.loads(
 )
 
 
+@pytest.mark.long
 def test_the_certificates_are_those_of_the_library() -> None:
     assert TABLE["proofs"] == proofs()
 

@@ -338,6 +338,7 @@ CHECKS = (
 
 
 @pytest.mark.parametrize("check", CHECKS, ids=[check.__name__ for check in CHECKS])
+@pytest.mark.long
 def test_the_right_answer_and_its_reasons_are_what_the_library_computes(
     check: Callable[[Any, Any], Told],
 ) -> None:

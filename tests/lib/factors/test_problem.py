@@ -202,6 +202,7 @@ def test_poses_that_no_factor_joins_are_an_error_that_says_so():
         problem.solve(weights, problem.guess)
 
 
+@pytest.mark.long
 def test_a_small_step_is_no_rest_where_it_was_damped():
     graph, x = everything(se3, 27)
     start = shaken(se3, x, 1.5, np.random.default_rng(27))
