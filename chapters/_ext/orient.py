@@ -76,11 +76,15 @@ class Minutes(SphinxRole):
         return [nodes.inline(self.text, self.text, classes=["rs-minutes"], page=page)], []
 
 
-def fill(app: Sphinx, doctree: nodes.document, page: str) -> None:
-    """Put the times where a page quotes them, and the maps in the front page's table."""
+def quote_times(app: Sphinx, doctree: nodes.document, page: str) -> None:
+    """Put the times where a page quotes them."""
     for node in list(doctree.findall(nodes.inline)):
         if "rs-minutes" in node["classes"]:
             node[:] = [nodes.Text(str(minutes(app, node["page"])))]
+
+
+def add_maps(app: Sphinx, doctree: nodes.document, page: str) -> None:
+    """Put the map of each chapter before its link in the front page's table."""
     if page != app.config.root_doc:
         return
     for link in list(doctree.findall(nodes.reference)):
@@ -149,6 +153,7 @@ def drawn(share: float) -> str:
 def setup(app: Sphinx) -> dict[str, Any]:
     """Connect the above to the build, behind what finishes formulas and tables."""
     app.add_role("minutes", Minutes())
-    app.connect("doctree-resolved", fill)
+    app.connect("doctree-resolved", quote_times)
+    app.connect("doctree-resolved", add_maps)
     app.connect("html-page-context", add, priority=700)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
