@@ -34,7 +34,7 @@ from tests.autograder.hostile.target import Target, load
 ROOT = Path(__file__).resolve().parents[3]
 SEED = 20_261_121
 LIMITS = "call_seconds = 3\ncell_seconds = 6\nnotebook_seconds = 90\n"
-SHORT = "call_seconds = 0.4\ncell_seconds = 2\nnotebook_seconds = 30\n"
+SHORT = "call_seconds = 0.4\ncell_seconds = 1\nnotebook_seconds = 30\n"
 """For the toy: loops cost little, and right answers take milliseconds."""
 TOKEN_VARIABLE = "COURSE_TOKEN"
 BATCH_SECONDS = 3_600.0
