@@ -7,7 +7,7 @@ import gzip
 import io
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -17,6 +17,7 @@ from playwright.sync_api import Browser, Page
 
 from chapters._ext import look
 from tests.book.conftest import CHAPTERS, PAGES, Site, place
+from tests.book.taking_hold import pictures, take_hold
 from tests.chromium import Visit, visiting
 from tools import fonts
 
@@ -125,19 +126,28 @@ def test_letters_beside_their_column_are_found(style: str, crooked: int, browser
 
 
 @pytest.mark.browser
-@pytest.mark.parametrize("name", [CHAPTERS[8], "chapters/labs"])
-def test_elements_are_styled_a_few_times_while_a_page_loads(
+@pytest.mark.parametrize("name", [CHAPTERS[0], CHAPTERS[8], "chapters/labs"])
+def test_what_a_picture_draws_does_not_style_the_page_again(
     name: str, site: Site, browser: Browser
 ) -> None:
-    """A rule for whatever has a child makes each that a picture draws a reason to style all."""
+    """As a rule would for each section that has a certain child."""
     with visiting(browser, "about:blank", viewport={"width": 1280, "height": 800}) as visit:
-        browser.start_tracing(categories=["devtools.timeline"])
-        visit.page.goto(place(site, "", name, "file"))
-        visit.page.evaluate("() => new Promise((done) => requestIdleCallback(done))")
-        events = json.loads(browser.stop_tracing())["traceEvents"]
-        elements = visit.page.evaluate("document.querySelectorAll('*').length")
-    styled = [each["args"] for each in events if each["name"] == "UpdateLayoutTree"]
-    assert 0 < sum(each.get("elementCount", 0) for each in styled) < 5 * elements
+        page = visit.page
+        loading = styled(browser, page, lambda: page.goto(place(site, "", name, "file")))
+        elements = page.evaluate("document.querySelectorAll('*').length")
+        moving = styled(browser, page, lambda: take_hold(pictures(page)[0], 1))
+    assert 0 < loading < 5 * elements
+    assert 0 < moving < elements
+
+
+def styled(browser: Browser, page: Page, act: Callable[[], object]) -> int:
+    """How many elements get their style, some of them often, while something is done."""
+    browser.start_tracing(categories=["devtools.timeline"])
+    act()
+    page.evaluate("() => new Promise((done) => requestIdleCallback(done))")
+    events = json.loads(browser.stop_tracing())["traceEvents"]
+    found = [each["args"] for each in events if each["name"] == "UpdateLayoutTree"]
+    return sum(each.get("elementCount", 0) for each in found)
 
 
 @pytest.mark.browser
