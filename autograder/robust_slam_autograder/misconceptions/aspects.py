@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from robust_slam_autograder.misconceptions.facts import LIMITS
 from robust_slam_autograder.misconceptions.prints import Called, Part, digests, parts_of
 
 View = Callable[[Called], list[Part] | None]
@@ -198,6 +199,8 @@ _OF_VALUES: Mapping[str, View] = {
     "head": _alone(_numbers(_but(slice(None, -1)), shape=False)),
     "all": _alone(_numbers(np.asarray, shape=False)),
 }
+_COMMON = frozenset({"shift", "factor"})
+"""Aspects that take away what all numbers have in common."""
 _KINDS = frozenset({"numbers", "bare"})
 """Aspects that say something of 0 and 1 too."""
 _SENTENCES: Mapping[str, tuple[str, str]] = {
@@ -240,6 +243,7 @@ _OF_PAIRS: Mapping[str, Compare] = {
 _PLACES = ("first", "second", "third", "fourth", "fifth")
 _NEAR, _PART, _OF_TUPLE = "near", "piece ", " part"
 _NEARLY = "all is nearly right, and not as exact as it should be"
+_RIGHT_BUT = "all that comes back where a test fails is right but"
 _NOTHING = ("nothing",)
 SCALE = 10.0
 """Numbers below one over this are nearly the same as 0."""
@@ -322,11 +326,12 @@ def told(cases: Cases, arguments: Sequence[str]) -> str:
         return _NEARLY
     for sentence, (mine, right) in _SENTENCES.items():
         if same(mine, right):
-            return sentence
+            # What has not converged differs by nearly one factor too.
+            return _NEARLY if mine in _COMMON and same(_NEAR, _NEAR) else sentence
     shown = [f"`{name}`" for name in arguments[:MOST_ARGUMENTS]]
     for n, name in enumerate(shown):
         for m, other in enumerate(shown):
-            for sentence in _OF_PAIRS:
+            for sentence in _OF_PAIRS if arguments[m] not in LIMITS else ():
                 if same(key := f"{sentence} {n} {m}", key):
                     return sentence.format(name, other)
         for sentence in _OF_ARGUMENTS:
@@ -348,8 +353,8 @@ def told_at_last(cases: Cases) -> str:
     smallest = [name for name in wrong if not name.endswith(_OF_TUPLE)]
     parts = [[one for one in some if one.endswith(_OF_TUPLE)] for some in (right, wrong)]
     if right and len(wrong) - len(smallest) <= 1 and 1 in (len(smallest), len(wrong)):
-        return f"all that comes back is right but {(smallest or wrong)[0]}"
+        return f"{_RIGHT_BUT} {(smallest or wrong)[0]}"
     # Of a dict that holds what is drawn a count is right, and the rest may be as well.
     if all(parts):
-        return f"all that comes back is right but {' and '.join(sorted(parts[1]))}"
+        return f"{_RIGHT_BUT} {' and '.join(sorted(parts[1]))}"
     return _NEARLY if _same(cases, _NEAR, _NEAR) else ""

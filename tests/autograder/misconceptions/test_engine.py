@@ -14,7 +14,7 @@ from robust_slam_autograder.grading.marked import Marked
 from robust_slam_autograder.grading.naming import Namer
 from robust_slam_autograder.grading.results import ExerciseResult, Result
 from robust_slam_autograder.grading.tasks import Job
-from robust_slam_autograder.misconceptions import known, shapes, survey, tables, traits
+from robust_slam_autograder.misconceptions import aspects, known, shapes, survey, tables, traits
 from robust_slam_autograder.misconceptions.candidates import FACT, WRITTEN, Candidate, chosen
 from robust_slam_autograder.misconceptions.known import Known
 from robust_slam_autograder.misconceptions.prints import MAX_CALLS, Called, Trace, parts_of
@@ -24,6 +24,8 @@ from robust_slam_autograder.reading import assignment as assignments
 from robust_slam_autograder.reading.labelled import Answer
 
 from tests.autograder import toy
+
+RIGHT_BUT = "all that comes back where a test fails is right but"
 
 
 def digests(*values: object) -> tuple[str, ...]:
@@ -156,6 +158,20 @@ def test_what_kind_of_thing_comes_back_is_told(setting: Setting, change: str, to
     assert said(setting, f"{source}    return y") == told
 
 
+@pytest.mark.parametrize(
+    ("names", "told"),
+    [
+        (("x", "c"), "only entries where the size of `x` is above `c` are wrong"),
+        (("x", "tol"), ""),
+    ],
+)
+def test_entries_are_compared_with_an_argument_but_not_with_a_tolerance(
+    names: tuple[str, str], told: str
+) -> None:
+    found = {"only entries where the size of {} is above {} are wrong 0 1": ("a digest",)}
+    assert aspects.told([(found, found)], names) == told
+
+
 def of_calls(*values: object) -> dict[str, tuple[str, ...]]:
     trace = Trace()
     for value in values:
@@ -166,10 +182,10 @@ def of_calls(*values: object) -> dict[str, tuple[str, ...]]:
 @pytest.mark.parametrize(
     ("mine", "right", "told"),
     [
-        ((1.5, [2.5, 3.5]), (1.5, [2.5, 4.5]), "all that comes back is right but the second part"),
-        ({"a": 1.5, "b": [2]}, {"a": 1.5, "b": [3]}, "all that comes back is right but `b`"),
-        ({"a": 1.5, "b": [2]}, {"a": 1.5, "c": [2]}, "all that comes back is right but `c`"),
-        ([[1.5, 2.5]] * 3, [[1.5, 3.5]] * 3, "all that comes back is right but the second column"),
+        ((1.5, [2.5, 3.5]), (1.5, [2.5, 4.5]), f"{RIGHT_BUT} the second part"),
+        ({"a": 1.5, "b": [2]}, {"a": 1.5, "b": [3]}, f"{RIGHT_BUT} `b`"),
+        ({"a": 1.5, "b": [2]}, {"a": 1.5, "c": [2]}, f"{RIGHT_BUT} `c`"),
+        ([[1.5, 2.5]] * 3, [[1.5, 3.5]] * 3, f"{RIGHT_BUT} the second column"),
         ([True, False, True], [0, 2], "a mask comes back where indices belong"),
         (
             [1, 0, 1],
@@ -305,6 +321,9 @@ def test_of_what_was_done_to_an_argument_several_facts_say_only_which_it_is() ->
     ]
 
 
+NEARLY = "all is nearly right, and not as exact as it should be"
+
+
 @pytest.mark.parametrize(
     ("change", "told"),
     [
@@ -312,7 +331,9 @@ def test_of_what_was_done_to_an_argument_several_facts_say_only_which_it_is() ->
         ("np.append(y, 0.5)", "one entry too many comes last, and those before it are right"),
         ("np.append(y[:-1], 0.5)", "all is right but the last entry"),
         ("np.append(y[1:], 0.5)", "each entry stands one place too early"),
-        ("y + 4e-4 * np.cos(1 + 7 * y)", "all is nearly right, and not as exact as it should be"),
+        ("y + 4e-4 * np.cos(1 + 7 * y)", NEARLY),
+        ("y * 1.5", "all is right but for a common factor"),
+        ("y * 1.003", NEARLY),
         (
             "np.where(np.abs(x) > np.median(np.abs(x)), 0.1, y)",
             "only entries where `x` is far from 0 are wrong",

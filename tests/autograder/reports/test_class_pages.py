@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import pytest
@@ -72,6 +73,18 @@ def test_what_a_student_reads_of_their_function_the_report_says_of_the_function(
     assert "it looks as if the function squares x" in words(
         class_pages.html(report(result(wrong)))
     )
+
+
+def test_the_commonest_misconceptions_come_first_and_the_index_names_three():
+    wrong = exercise("double", "failed", case("random", "No."))
+    said = [f"your function adds {n}" for n in (4, 3, 3, 2, 2, 2, 1, 1, 1, 1)]
+    answers = [replace(wrong, misconception=one) for one in said]
+    shown = report(*(result(one, student=f"s{n}") for n, one in enumerate(answers)))
+    text = words(class_pages.html(shown))
+    assert text.index("looks as if the function adds 1") < text.index("class misunderstood")
+    index = words(class_pages.index([shown], pages.chart(), names=True))
+    found = re.findall(r"(\d+) of 10 double : it looks as if the function adds (\d)", index)
+    assert found == [("4", "1"), ("3", "2"), ("2", "3")]
 
 
 def shapes(page: str, height: str) -> list[tuple[float, float]]:
