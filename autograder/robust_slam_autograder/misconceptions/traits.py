@@ -264,7 +264,8 @@ def _place(
     # Integers are to blame where fractions are cut off; else what they came with may be.
     if "integers" in kinds and (_FRACTIONS in shared or is_raised(shared) or not has_cut):
         return ""
-    if not kinds or len(kinds) > MOST_AT_ONCE:
+    # Many slips show only where there is much to compute.
+    if not kinds or kinds == ["many"] or len(kinds) > MOST_AT_ONCE:
         return ""
     places = {kind: sorted(p for k, _, p in parted if k == kind) for kind in kinds}
     if any(len(some) > MOST_PLACES for some in places.values()):

@@ -271,6 +271,7 @@ def traits_of(*args: object, **options: object) -> frozenset[str]:
             "`x` holds integers",
         ),
         (traits_of(0.5, -0.5), [traits_of(0.5, 0.5)] * 4, ""),
+        (traits_of([0.5] * 60), [traits_of([0.5] * 3)] * 4, ""),
     ],
     ids=[
         "integers",
@@ -280,6 +281,7 @@ def traits_of(*args: object, **options: object) -> frozenset[str]:
         "passed as well",
         "two arguments",
         "by chance",
+        "much to compute",
     ],
 )
 def test_where_it_goes_wrong_is_told_where_nothing_else_is_particular(
