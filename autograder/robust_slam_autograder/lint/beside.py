@@ -84,9 +84,10 @@ def _limits(subject: Subject) -> Iterator[Found]:
 @rule("no-mutant", "error", "With --answers: each exercise has a wrong_… and a right_… answer.")
 def _no_mutant(subject: Subject) -> Iterator[Found]:
     for path, found in _answers(subject):
-        names = [] if isinstance(found, ValueError) else [answer.name for answer in found]
+        if isinstance(found, ValueError):
+            continue
         for kind in ("wrong_", "right_"):
-            if isinstance(found, list) and not any(name.startswith(kind) for name in names):
+            if not any(answer.name.startswith(kind) for answer in found):
                 yield Found(
                     path.stem,
                     1,
@@ -107,7 +108,7 @@ def _bad_answer(subject: Subject) -> Iterator[Found]:
                 yield Found(
                     path.name,
                     1,
-                    f"{path}: {answer.name} names {answer.caught_by}, which is not a case of its: "
+                    f"{path}: {answer.name} names {answer.caught_by}, not one of its cases: "
                     f"give one of {', '.join(cases)}.",
                 )
 

@@ -154,7 +154,7 @@ RIGHT = "[right_a]\ncode = 'pass'\n"
         ("[right_a]\nfrom = 'b'\n", [("bad-answer", "double.toml", "cannot be read: ")]),
         (
             RIGHT + WRONG.format("doubel"),
-            [("bad-answer", "double.toml", "names doubel, which")],
+            [("bad-answer", "double.toml", "names doubel, not one")],
         ),
         (RIGHT + WRONG.format("apply-by-hand"), [("bad-answer", "double.toml", "apply-by-hand")]),
     ],
